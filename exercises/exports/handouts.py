@@ -14,16 +14,10 @@ from qdot.exercises.notebook.notebook import notebook_text
 
 @dataclass(frozen=True)
 class Handouts:
-    """The notebooks of a class. `students` lists the students who have a notebook.
+    """The notebooks of a class; `students` lists the students who have a notebook."""
 
-    `new_ids` has the ids of the students whose notebooks are not in released/. For these students, and for students
-    without a notebook, `collect_handouts` has already called `request.on_step`.
-    """
-
-    request: ExportRequest
     assignment: Assignment
     students: tuple[Student, ...]
-    new_ids: frozenset[str]
 
     @property
     def context(self) -> dict[str, Any]:
@@ -33,25 +27,25 @@ class Handouts:
     def iterate_notebooks(self) -> Generator[tuple[Student, str], None, None]:
         """Yield every notebook, in roster order."""
         for student in self.students:
-            if student.id in self.new_ids:
+            if is_released(self.assignment, student.id):
+                yield student, read_if_present(notebook_path(self.assignment, student.id)) or ""
+            else:
                 problems = self.assignment.generate_problems(student.id)
                 yield student, notebook_text(make_notebook(self.assignment, student.id, problems))
-            else:
-                yield student, read_if_present(notebook_path(self.assignment, student.id)) or ""
-                self.request.on_step()
 
 
 def collect_handouts(request: ExportRequest) -> Handouts:
     """Return the notebooks of a class, after recording replaced problems in the assignment's folder.
 
-    Call this function before copying any file of the assignment, because redrawn.csv may change.
+    Call this function before copying any file of the assignment, because redrawn.csv may change. `request.on_step` is
+    called for all students.
     """
-    new_ids = [student.id for student in request.assignment.roster if not is_released(request.assignment, student.id)]
-    assignment, failures = certify_class(
-        request.assignment, new_ids, request.find_failures, request.jobs, request.on_step
-    )
+    assignment, students = request.assignment, [student.id for student in request.assignment.roster]
+    new_ids = [student for student in students if not is_released(assignment, student)]
+    for _ in range(len(students) - len(new_ids)):
+        request.on_step()
+    assignment, failures = certify_class(assignment, new_ids, request.find_failures, request.jobs, request.on_step)
     for failure in failures:
         request.on_left_out(failure)
     left_out_ids = {failure.student for failure in failures}
-    students = tuple(student for student in assignment.roster if student.id not in left_out_ids)
-    return Handouts(request, assignment, students, frozenset(new_ids))
+    return Handouts(assignment, tuple(student for student in assignment.roster if student.id not in left_out_ids))
