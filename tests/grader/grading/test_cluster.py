@@ -10,6 +10,7 @@ import signal
 import socket
 import subprocess
 import sys
+import threading
 import time
 from collections.abc import Callable, Iterator
 from concurrent.futures import Future
@@ -31,10 +32,11 @@ from qdot.grader.cli.demo import fill_in_answers
 from qdot.grader.cli.main import app
 from qdot.grader.grading import batch, cluster
 from qdot.grader.grading.batch import grade_class
+from qdot.grader.grading.result import NotebookMarks
 from qdot.grader.reports.tables import grades_csv, results_jsonl
 from qdot.grader.sandbox import guarantees
 from qdot.grader.sandbox.sandbox import Limits
-from qdot.grader.submissions.submission import find_submissions
+from qdot.grader.submissions.submission import Submission, find_submissions
 from tests.support import ROOT
 from tests.support.command import fails
 from tests.support.handing_in import UNCERTIFIED
@@ -333,8 +335,23 @@ def test_workers_that_are_not_there_or_go_away_are_told_and_what_was_graded_is_k
         assert result.exit_code == 2
         assert f"dask worker {at} " in result.stderr and result.stderr.count("\n") == 1
         gone = f"all workers of {at} have left"
+        killed, try_to_mark = threading.Event(), cluster.Cluster._try_to_mark
+        first_student = load_assignment(folder).roster[0].id
+
+        def wait_for_kill(self: cluster.Cluster, student: str, submission: Submission | None) -> NotebookMarks | None:
+            """The worker must not have graded all notebooks when it is killed."""
+            if student != first_student:
+                killed.wait(60)
+            return try_to_mark(self, student, submission)
+
+        monkeypatch.setattr(cluster.Cluster, "_try_to_mark", wait_for_kill)
         with worker(at, tmp_path / "only") as only, pytest.raises(QdotError, match=gone):
-            graded(folder, at, lambda _: only.send_signal(signal.SIGKILL))
+
+            def kill(_: int) -> None:
+                only.send_signal(signal.SIGKILL)
+                killed.set()
+
+            graded(folder, at, kill)
     kept = kept_in(folder)
     assert kept
     assert graded(folder) == undisturbed
