@@ -293,20 +293,13 @@ class Wording:
 
     def explain_meaning(self, kind: Classification) -> str:
         """Return sentences on the geometric meaning and the kind of a set of singular configurations."""
-        gettext, sentence = self.messages.gettext, self.write_sentence(kind.meaning)
+        messages, sentence = self.messages, self.write_sentence(kind.meaning)
         if not self.can_classify_singularities or not kind.kind:
             return sentence
-        if kind.uniform and kind.kind == "boundary":
-            kind_sentence = gettext("This is a boundary singularity.")
-        elif kind.uniform:
-            kind_sentence = gettext("This is an internal singularity.")
-        elif self.constants:
-            kind_sentence = gettext(
-                "This is a boundary singularity for some lengths and configurations, and an internal one for others."
-            )
-        else:
-            kind_sentence = gettext("Some of these configurations are boundary singularities, the others internal.")
-        return f"{sentence} {kind_sentence}"
+        boundary = messages.gettext("This is a boundary singularity.")
+        internal = messages.gettext("This is an internal singularity.")
+        kind_sentence = boundary if kind.kind == "boundary" else internal
+        return f"{sentence} {kind_sentence if kind.uniform else self._mixed_kinds_sentence}"
 
     def explain_cases(self, kinds_by_value: Iterable[tuple[Values, Classification]]) -> str:
         """Return sentences on the meaning and kind for each choice of joint values; equal kinds share a sentence."""
@@ -320,6 +313,15 @@ class Wording:
             words, case = conjunction.join(map(self.join, equations)), self.explain_meaning(kind)
             sentences.append(self.messages.gettext("At %(values)s: %(case)s", values=words, case=case))
         return " ".join(sentences)
+
+    @property
+    def _mixed_kinds_sentence(self) -> str:
+        gettext = self.messages.gettext
+        if self.constants:
+            return gettext(
+                "This is a boundary singularity for some lengths and configurations, and an internal one for others."
+            )
+        return gettext("Some of these configurations are boundary singularities, the others internal.")
 
     def write_sentence(self, english: str) -> str:
         """Return a description (see `describe`) as a sentence."""
