@@ -1,13 +1,14 @@
-"""An instructor's assignment folder: reads and checks it, and writes the notebooks of a class.
+"""Read and check an instructor's assignment folder, and write the notebooks of a class.
 
 This package imports the packages that make problems and notebooks. The exports and the site import this package.
 
     assignment                  assignment.toml, roster.csv and the secret, as one object
-    expected_forms              what is expected of each value, for error messages (expected_forms.toml)
-    decimals, lateness          tolerances of decimals; penalties for late work
-    attempt_policy              which of several notebooks count
-    gradebook                   Canvas's and Moodle's own exports as rosters
-    redrawn, draws              the record of replaced problems; problems regenerated until they pass their certificate
-    sets, release               ready-made sets of problems; makes an assignment and writes its notebooks
-    store                       results stored for grading
+    expected_forms              which values each key of assignment.toml expects, for error messages
+    decimals, lateness          tolerances for rounded answers; penalties for late work
+    attempt_policy              which of a student's notebooks count
+    gradebook                   class lists that Canvas or Moodle has exported
+    certified_problems          generates a class's problems, and replaces those that fail their certificate
+    replacements                redrawn.csv, the list of replaced problems
+    sets, release               ready-made sets of problems; makes an assignment folder and writes the notebooks
+    store                       problems, figures and texts stored for grading
 """

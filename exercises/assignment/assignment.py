@@ -1,4 +1,8 @@
-"""Read and check an assignment folder: assignment.toml, roster.csv and the secret. Errors name file and line."""
+"""Read and check an assignment folder: assignment.toml, roster.csv and the secret. Errors name file and line.
+
+A slot is one [[problem]] of assignment.toml, in which each student gets a problem. A problem is generated from the
+secret, the student's identifier and the slot. Therefore every command can generate it again, and it is not stored.
+"""
 
 import datetime
 import hashlib
@@ -17,12 +21,12 @@ from qdot.exercises.arm.chain import CONVENTIONS, TWIST_ORDERS
 from qdot.exercises.arm.conventions import REGISTRY
 from qdot.exercises.arm.library import find_robot_path
 from qdot.exercises.arm.robot_file import read_robot_file
-from qdot.exercises.assignment.attempt_policy import LAST_ATTEMPT, AttemptPolicy, read_attempt_policy
+from qdot.exercises.assignment.attempt_policy import AttemptPolicy, read_attempt_policy
 from qdot.exercises.assignment.decimals import read_decimals
 from qdot.exercises.assignment.expected_forms import EXPECTED_FORMS
 from qdot.exercises.assignment.gradebook import Gradebook, normalize_identifier, read_export
 from qdot.exercises.assignment.lateness import LateRule, read_late, with_zone
-from qdot.exercises.assignment.redrawn import Redraws, read_redrawn
+from qdot.exercises.assignment.replacements import Replacements, read_replacements
 from qdot.exercises.common.errors import QdotError, count_noun
 from qdot.exercises.common.files import is_changed_by_windows
 from qdot.exercises.common.input_file import TomlFile, read_table, read_text, read_toml
@@ -123,7 +127,7 @@ WINDOWS_NAME_RULE = (
 
 @dataclass(frozen=True)
 class Student:
-    """A line of the roster; `other_columns` are its other columns, and `due_date` is the student's own due date."""
+    """A student on the roster. `other_columns` has all other cells; `due_date` is a due date for this student only."""
 
     id: str
     name: str = ""
@@ -136,10 +140,10 @@ class Student:
 class Slot:
     """A slot of the assignment, in which every student has a problem of the same family with the same questions.
 
-    `band` is the minimum and maximum difficulty. `robot_digest` is a digest of the file of an instructor's own robot,
-    "" for a family. `variation` is how much the arms differ from the family's textbook arm. `convention` describes the
-    arms, and `twist_order` is the order of their twists. `decimals` are the questions that accept rounded decimals,
-    with their tolerances. `credit` are the assignment's own rules for partial credit, by question.
+    `band` is the minimum and maximum difficulty. `robot_digest` is a digest of the file of an instructor's robot, ""
+    for a family. `variation` is how much the arms differ from the family's textbook arm. `convention` describes the
+    arms, and `twist_order` is the order of their twists. `decimals` has the tolerance of each question that accepts
+    rounded decimals. `credit` has the rule for partial credit of each question for which the assignment sets one.
     """
 
     name: str
@@ -159,23 +163,28 @@ class Slot:
         """The points of each question, the same for every student."""
         return self.points or tuple(ALL_QUESTIONS[name].points for name in self.questions)
 
-    def identity(self, secret: str, student: str, draw: int = 1) -> ProblemId:
-        """Return the identity of a student's problem in this slot; each regenerated problem has a different seed."""
-        seed_name = self.name if draw == 1 else f"{self.name}/{draw}"
+    @property
+    def points_by_question(self) -> dict[str, float]:
+        """The questions of the slot, in order, each with its points."""
+        return dict(zip(self.questions, self.max_points, strict=True))
+
+    def make_problem_id(self, secret: str, student: str, seed_number: int = 1) -> ProblemId:
+        """Return the id of a student's problem in this slot; `seed_number` is explained in `replacements`."""
+        seed_name = self.name if seed_number == 1 else f"{self.name}/{seed_number}"
         return generation.make_student_problem_id(secret, student, seed_name, self.make_id_from_seed(0))
 
     def make_id_from_seed(self, seed: int) -> ProblemId:
-        """Return the identity of the problem of this slot with a given seed."""
+        """Return the id of the problem of this slot with a given seed."""
         return ProblemId(
             self.family.name, seed, self.questions, band=self.band, variation=self.variation,
             convention=self.convention, twist_order=self.twist_order,
         )  # fmt: skip
 
-    def problem(self, secret: str, student: str, draw: int = 1) -> Problem:
+    def generate_problem(self, secret: str, student: str, seed_number: int = 1) -> Problem:
         """Return a student's problem in this slot."""
-        return self.problem_of_seed(self.identity(secret, student, draw).seed)
+        return self.generate_from_seed(self.make_problem_id(secret, student, seed_number).seed)
 
-    def problem_of_seed(self, seed: int) -> Problem:
+    def generate_from_seed(self, seed: int) -> Problem:
         """Return the problem of this slot with a given seed."""
         problem = generation.generate(self.make_id_from_seed(seed), points=self.points, family=self.family)
         roundings, credit = dict(self.decimals), dict(self.credit)
@@ -187,7 +196,7 @@ class Slot:
 class Assignment:
     """An assignment, its roster and its secret; `notes` warn the staff about probable mistakes.
 
-    If roster.csv was exported by a platform, `gradebook` is that export. `redraws` lists the regenerated problems.
+    If roster.csv was exported by a platform, `gradebook` is that export. `replacements` has the replaced problems.
     """
 
     folder: Path
@@ -202,10 +211,10 @@ class Assignment:
     follow_through: Fraction = Fraction(4, 5)
     hints: bool = False
     late: LateRule | None = None
-    attempts: AttemptPolicy = LAST_ATTEMPT
+    attempts: AttemptPolicy = field(default_factory=AttemptPolicy)
     sandbox: str = "best"
     gradebook: Gradebook | None = None
-    redraws: Redraws = field(default_factory=dict)
+    replacements: Replacements = field(default_factory=dict)
 
     def __repr__(self) -> str:
         return f"Assignment({self.key}: {len(self.slots)} problems, {len(self.roster)} students)"
@@ -218,36 +227,35 @@ class Assignment:
 
     def with_variation(self, variation: str) -> "Assignment":
         """Return the assignment with another variation in all slots. Raises QdotError if a question is impossible."""
-        slots = []
-        for slot in self.slots:
-            slots.append(replace(slot, variation=find_canonical_name(variation)))
+        slots = tuple(replace(slot, variation=find_canonical_name(variation)) for slot in self.slots)
+        for slot in slots:
             try:
-                generation.check_questions(slot.family, slot.questions, slot.band, slots[-1].variation, slot.convention)
+                generation.check_questions(slot.family, slot.questions, slot.band, slot.variation, slot.convention)
             except QdotError as error:
-                raise QdotError(f"{slot.name}, with variation {slots[-1].variation}: {error}") from None
-        return replace(self, slots=tuple(slots))
+                raise QdotError(f"{slot.name}, with variation {slot.variation}: {error}") from None
+        return replace(self, slots=slots)
 
-    def problems(self, student: str) -> list[tuple[str, Problem]]:
+    def generate_problems(self, student: str) -> list[tuple[str, Problem]]:
         """Return the student's problems with the names of their slots; the same at every call, on every machine."""
-        return [(slot.name, slot.problem(self.secret, student, self.draw_of(slot, student))) for slot in self.slots]
+        return [(slot.name, slot.generate_from_seed(self.make_problem_id(slot, student).seed)) for slot in self.slots]
 
-    def identity(self, slot: Slot, student: str) -> ProblemId:
-        """Return the identity of a student's problem in a slot."""
-        return slot.identity(self.secret, student, self.draw_of(slot, student))
+    def make_problem_id(self, slot: Slot, student: str) -> ProblemId:
+        """Return the id of a student's problem in a slot."""
+        return slot.make_problem_id(self.secret, student, self.seed_number_of(slot, student))
 
-    def draw_of(self, slot: Slot, student: str) -> int:
-        """Return how often the student's problem in a slot was generated, according to redrawn.csv; at least 1."""
-        redraw = self.redraws.get((student, slot.name))
-        return redraw.draw if redraw is not None and redraw.family == slot.family.name else 1
+    def seed_number_of(self, slot: Slot, student: str) -> int:
+        """Return the number of the seed of a student's problem in a slot: 1, unless redrawn.csv states another."""
+        replacement = self.replacements.get((student, slot.name))
+        return replacement.seed_number if replacement is not None and replacement.family == slot.family.name else 1
 
     @property
     def marking_digest(self) -> str:
-        """A short text that changes whenever the rules for points change, except the penalty for late work."""
+        """A short hash that changes whenever the rules for points change, except the penalty for late work."""
         return _compute_short_hash(repr((self.follow_through, [slot.credit for slot in self.slots])))
 
     @property
-    def digest(self) -> str:
-        """A short text that changes whenever the problems change, for example the secret, the families or questions."""
+    def problems_digest(self) -> str:
+        """A short hash that changes whenever the problems change, for example with the secret or the questions."""
         slots = [
             (slot.name, slot.family.name, slot.questions, slot.band, slot.robot_digest, slot.variation, *settings)
             for slot in self.slots
@@ -256,30 +264,29 @@ class Assignment:
         return _compute_short_hash(repr((ENGINE, self.secret, self.key, slots)))
 
     @property
-    def edition(self) -> str:
-        """A short text that changes whenever the notebooks change: the problems, the title, the points or the hints."""
+    def notebook_digest(self) -> str:
+        """A short hash that changes whenever the notebooks change: the problems, the title, the points or the hints."""
         hints_marker = ("hints",) if self.hints else ()  # without hints, the digest is the same as in older versions
         slots = [(slot.points, slot.decimals) for slot in self.slots]
-        return _compute_short_hash(repr((self.digest, self.title, slots, *hints_marker)))
+        return _compute_short_hash(repr((self.problems_digest, self.title, slots, *hints_marker)))
 
     @property
     def secret_digest(self) -> str:
-        """A short text that identifies the secret of a notebook without revealing it."""
+        """A short hash that identifies the secret of a notebook without revealing the secret."""
         return _compute_short_hash(repr((self.secret, "mark", self.key)))
 
-    def digest_of(self, student: str) -> str:
-        """Return the digest for a student's notebook; it differs from `digest` if a problem was generated again."""
-        return self._add_regenerated(self.digest, student)
+    def problems_digest_of(self, student: str) -> str:
+        """Return the hash of a student's problems: `problems_digest`, or another one if a problem was replaced."""
+        return self._add_seed_numbers(self.problems_digest, student)
 
-    def edition_of(self, student: str) -> str:
-        """Return the edition for a student's notebook; it differs from `edition` if a problem was generated again."""
-        return self._add_regenerated(self.edition, student)
+    def notebook_digest_of(self, student: str) -> str:
+        """Return the hash of a student's notebook: `notebook_digest`, or another one if a problem was replaced."""
+        return self._add_seed_numbers(self.notebook_digest, student)
 
-    def _add_regenerated(self, digest: str, student: str) -> str:
-        regenerated_slots = [
-            (slot.name, draw_number) for slot in self.slots if (draw_number := self.draw_of(slot, student)) != 1
-        ]
-        return _compute_short_hash(repr((digest, regenerated_slots))) if regenerated_slots else digest
+    def _add_seed_numbers(self, digest: str, student: str) -> str:
+        seed_numbers = [(slot.name, self.seed_number_of(slot, student)) for slot in self.slots]
+        other_numbers = [(slot_name, number) for slot_name, number in seed_numbers if number != 1]
+        return _compute_short_hash(repr((digest, other_numbers))) if other_numbers else digest
 
 
 def _compute_short_hash(content: str) -> str:
@@ -312,12 +319,12 @@ def load_assignment(folder: Path) -> Assignment:
         if content.twist_order is not None and not uses_twist_order:
             raise QdotError(f"no arm of this assignment is described by screw axes; {TWIST_ORDER_HINT}")
     roster = folder / "roster.csv"
-    students, export = read_roster(roster), read_export(roster)
+    students, gradebook = read_roster(roster), read_export(roster)
     return Assignment(
         folder, content.title, content.key, slots, students, read_secret(folder),
         content.due, content.feedback, tuple(notes), Fraction(str(content.follow_through)),
-        content.hints, late, attempts, content.sandbox, None if export is None else export.gradebook,
-        read_redrawn(folder),
+        content.hints, late, attempts, content.sandbox, gradebook,
+        read_replacements(folder),
     )  # fmt: skip
 
 
@@ -344,7 +351,7 @@ def _check_folder(folder: Path) -> None:
 
 
 def _validate(file: TomlFile) -> AssignmentFile:
-    """Return the validated file. Raises QdotError; misspelt keys are reported before missing keys and wrong values."""
+    """Return the validated file. Raises QdotError, for a misspelt key before a missing key or a wrong value."""
     file.check_keys((), tuple(AssignmentFile.model_fields), ("title", "key", "problem"))
     problems, problem_keys = file.content["problem"], tuple(ProblemEntry.model_fields)
     for index, table in enumerate(problems if isinstance(problems, list) else []):
@@ -360,10 +367,9 @@ def _validate(file: TomlFile) -> AssignmentFile:
 
 
 def _read_slot(file: TomlFile, content: AssignmentFile, index: int, variation: str, notes: list[str]) -> Slot:
-    """Read a slot of the assignment; its own variation and convention override the assignment's.
+    """Read the slot at an index; its variation and convention override the assignment's (see `ProblemEntry`).
 
-    If neither sets a convention, an instructor's robot has the convention of its file. Warnings about the robot are
-    appended to `notes`. Raises QdotError.
+    `variation` is the assignment's. Warnings about an instructor's robot are appended to `notes`. Raises QdotError.
     """
     entry = content.problem[index]
 
@@ -385,7 +391,7 @@ def _read_slot(file: TomlFile, content: AssignmentFile, index: int, variation: s
     convention = entry.convention or content.convention or ""
     if convention:
         canonical_convention = parse("convention", find_convention, convention)
-        if not robot_digest:  # for a robot, "" would mean the convention of its file
+        if not robot_digest:  # the default is ""; for a robot, "" would mean the convention of its file
             convention = canonical_convention
     twist_order = parse("twist_order", _choose_twist_order, entry.twist_order, content.twist_order, family, convention)
     band = parse("difficulty", _read_band, entry.difficulty)
@@ -405,14 +411,14 @@ def _read_slot(file: TomlFile, content: AssignmentFile, index: int, variation: s
 
 
 def _choose_twist_order(setting: str | None, default: str | None, family: Family, convention: str) -> str:
-    """Return the order of twists of a problem, "" for arms described by tables.
+    """Return the order of twists of a problem: "" for arms described by tables, and for the order of a robot's file.
 
-    A robot has the order of its file unless the assignment sets one. Raises QdotError.
+    `setting` is the slot's order, and `default` is the assignment's. Raises QdotError.
     """
     chosen_order = setting or default or ""
     canonical_order = find_twist_order(chosen_order) if chosen_order else ""
     if _has_twist_order(convention, family):
-        return chosen_order if family.robot_argument else canonical_order  # for a robot, "" means the order of its file
+        return chosen_order if family.robot_argument else canonical_order
     if setting is not None:
         raise QdotError(f"its arms are described by tables; {TWIST_ORDER_HINT}")
     return ""
@@ -428,7 +434,7 @@ def _has_twist_order(convention: str, family: Family) -> bool:
 
 
 def _choose_questions(family: Family, setting: list[str] | str | None, convention: str) -> tuple[str, ...]:
-    """Return the questions that a problem asks. Raises QdotError for a setting that has no meaning."""
+    """Return the questions that a problem asks. Raises QdotError if the setting is not valid for the family."""
     if isinstance(setting, str) and setting != "quiz":
         raise QdotError(EXPECTED_FORMS["questions"])
     if family.has_varied_structure and (not setting or setting == "quiz"):
@@ -457,7 +463,7 @@ def _check_points(points: tuple[float, ...] | None, question_count: int) -> None
 
 
 def _read_own_robot(name: str, folder: Path, notes: list[str]) -> tuple[Family, str]:
-    """Return the family of a robot file, and the digest of the file."""
+    """Return the family of a robot file, and the digest of the file; append warnings about the robot to `notes`."""
     path = find_robot_path(name, folder)
     robot = read_robot_file(path)
     notes += robot.notes
@@ -475,9 +481,9 @@ def _read_band(difficulty: int | list[int] | None) -> tuple[int, int] | None:
 
 
 def read_roster(path: Path, missing_hint: str = _MISSING_FILE_HINT) -> tuple[Student, ...]:
-    """Return the students in roster.csv: its first column is `student`; others may follow.
+    """Return the students in a roster, which is a table with a column `student` or an export from Canvas or Moodle.
 
-    An export from Canvas or Moodle is a roster, too. If there is no such file, `missing_hint` says what to do.
+    If there is no such file, the error says `missing_hint`. Raises QdotError.
     """
     students: list[Student] = []
     lines: dict[str, int] = {}
@@ -500,12 +506,12 @@ def read_roster(path: Path, missing_hint: str = _MISSING_FILE_HINT) -> tuple[Stu
 
 def read_roster_table(path: Path, missing_hint: str = _MISSING_FILE_HINT) -> list[tuple[int, dict[str, str]]]:
     """Return the lines of a roster or an export: the number of each line, and its cells by column."""
-    export = read_export(path)
-    return read_table(path, "student", "student,name,email", missing_hint) if export is None else export.table
+    gradebook = read_export(path)
+    return gradebook.roster_lines if gradebook else read_table(path, "student", "student,name,email", missing_hint)
 
 
 def _parse_due_date(where: str, text: str) -> datetime.datetime | None:
-    """Return the due date of a student with an extension (or less time); None if the cell is empty."""
+    """Return the date in a cell `due` of the roster; None if the cell is empty."""
     if not text:
         return None
     try:

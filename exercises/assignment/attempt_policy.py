@@ -1,6 +1,6 @@
-"""Decide which of a student's notebooks count: the last, or the best of a few submitted at different times.
+"""Decide which of a student's notebooks count: the last one, or the best of a few submitted at different times.
 
-A notebook that follows soon after another one replaces it, so many guesses within a short time are one attempt.
+A notebook replaces another one that was received shortly before. So many guesses within a short time are one attempt.
 """
 
 import datetime
@@ -13,12 +13,15 @@ from qdot.exercises.assignment.lateness import describe_duration, parse_duration
 from qdot.exercises.common.errors import QdotError, count_noun
 
 DEFAULT_BEST_OF, DEFAULT_MIN_INTERVAL = 5, 600
-"""Default number of attempts that count, and default minimum number of seconds between two of them."""
+"""Default number of attempts that count, and default minimum number of seconds between two attempts."""
 
 
 @dataclass(frozen=True)
 class AttemptPolicy:
-    """The last notebook counts, or the best of the first `best_of` attempts, at least `min_interval` seconds apart."""
+    """The last notebook counts if `best_of` is None; otherwise the best of the first `best_of` attempts.
+
+    Attempts are at least `min_interval` seconds apart.
+    """
 
     best_of: int | None = None
     min_interval: int = DEFAULT_MIN_INTERVAL
@@ -28,7 +31,7 @@ class AttemptPolicy:
 
     @property
     def rule(self) -> str:
-        """An explanation for students if not all of their notebooks count as attempts."""
+        """An explanation for students why only some of their notebooks count as attempts."""
         limit = f"at most {count_noun(self.best_of or 1, 'attempt')} {'counts' if self.best_of == 1 else 'count'}"
         if not self.min_interval:
             return limit
@@ -53,9 +56,6 @@ class AttemptPolicy:
             else:
                 attempts.append([i])
         return [max(attempt, key=lambda i: received[i]) for attempt in attempts[: self.best_of]]
-
-
-LAST_ATTEMPT = AttemptPolicy()
 
 
 def read_attempt_policy(setting: str | Mapping[str, Any]) -> AttemptPolicy:

@@ -1,4 +1,4 @@
-"""Parse the tolerance of decimals in an assignment: `decimals` of a [[problem]], for all questions or by question."""
+"""Parse the tolerances for rounded answers: the key `decimals` of a [[problem]], for all questions or by question."""
 
 import re
 from collections.abc import Mapping, Sequence
@@ -13,25 +13,25 @@ UNITS = {
     **{"m": 1.0, "cm": 0.01, "mm": 0.001, "rad": 1.0, "deg": radians(1), "s": 1.0, "N": 1.0, "Nm": 1.0},
     **{"m/s": 1.0, "cm/s": 0.01, "mm/s": 0.001, "rad/s": 1.0, "deg/s": radians(1), "m^2": 1.0, "m^3": 1.0},
 }
-"""Units of tolerances, each with its factor to the unit of answers."""
+"""Units of tolerances, each with its factor to the unit in which students answer."""
 
 _NUMBER_WORDS = ("two", "three", "four", "five", "six", "seven", "eight", "nine", "ten", "eleven", "twelve")
 
 
 def read_decimals(
-    policy: int | str | Mapping[str, int | str] | None, questions: Sequence[str]
+    setting: int | str | Mapping[str, int | str] | None, questions: Sequence[str]
 ) -> tuple[tuple[str, Rounding], ...]:
-    """Return the tolerance of decimals for the questions that have one. Raises QdotError.
+    """Return the tolerance of each question that accepts rounded decimals. Raises QdotError.
 
     >>> read_decimals({"jacobian": 4}, ["position", "jacobian"])
     (('jacobian', Rounding(relative=0.0005, absolute=0.0, words='to four significant digits')),)
     """
-    roundings = ((name, _parse_rounding(setting)) for name, setting in list_settings_by_question(policy, questions))
+    roundings = ((name, _parse_rounding(value)) for name, value in list_settings_by_question(setting, questions))
     return tuple((name, rounding) for name, rounding in roundings if rounding is not None)
 
 
 def _parse_rounding(setting: int | str) -> Rounding | None:
-    """Return the tolerance; None for "exact", which leaves every question's rule unchanged."""
+    """Return a tolerance; None for "exact", which changes nothing about a question."""
     if setting == "exact":
         return None
     if isinstance(setting, int):

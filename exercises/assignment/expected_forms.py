@@ -1,4 +1,7 @@
-"""Read the expected form of each value in assignment.toml from expected_forms.toml, for error messages and the docs."""
+"""Read expected_forms.toml: for each key of assignment.toml, a phrase that says which values are expected.
+
+Error messages and docs/assignment.md show these phrases.
+"""
 
 import tomllib
 from collections.abc import Iterable, Mapping
@@ -12,19 +15,18 @@ from qdot.exercises.problem.credit import CREDIT_FORM
 from qdot.exercises.singularities.difficulty import HARDEST_BAND
 
 FORMS_FILE = Path(__file__).with_name("expected_forms.toml")
-_VARIATIONS = {"steps": ", ".join(VARIATION_STEPS), "axes": ", ".join(VARIATION_AXES)}
-_CONVENTIONS = {"conventions": ", ".join(CONVENTIONS), "twist_orders": " or ".join(TWIST_ORDERS)}
 _TEXT = Template(FORMS_FILE.read_text(encoding="utf-8")).substitute(
-    _VARIATIONS | _CONVENTIONS, default_variation=DEFAULT_VARIATION, hardest_band=HARDEST_BAND
-)
+    steps=", ".join(VARIATION_STEPS), axes=", ".join(VARIATION_AXES), default_variation=DEFAULT_VARIATION,
+    conventions=", ".join(CONVENTIONS), twist_orders=" or ".join(TWIST_ORDERS), hardest_band=HARDEST_BAND,
+)  # fmt: skip
 _FORMS: dict[str, dict[str, str]] = tomllib.loads(_TEXT)
 EXPECTED_FORMS = _FORMS["assignment"] | {"credit": CREDIT_FORM}
 LATE_FORMS, ATTEMPT_FORMS = _FORMS["late"], _FORMS["attempts"]
-"""The forms of the keys of assignment.toml, and of the keys in its tables `late` and `attempts`."""
+"""The phrases for the keys of assignment.toml, and for the keys in its tables `late` and `attempts`."""
 
 
 def check_keys(table: Iterable[str], forms: Mapping[str, str]) -> None:
-    """Raise QdotError if a table of assignment.toml has a key without a form."""
+    """Raise QdotError if a table of assignment.toml has a key that is not in `forms`."""
     for name in table:
         if name not in forms:
             raise make_name_error("key", name, tuple(forms))

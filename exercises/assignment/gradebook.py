@@ -1,14 +1,14 @@
-"""Read a learning platform's export that is used as roster.csv: Canvas's gradebook, or Moodle's participants or grades.
+"""Read a class list that a learning platform has exported: Canvas's gradebook, or Moodle's participants or grades.
 
-Each line names a student. The columns are preserved, so that the platform can import the file that `qdot grade
---report canvas=…` or `moodle=…` writes. Sources: Canvas's lib/gradebook_exporter.rb and lib/gradebook_importer.rb,
-Moodle's grade/import/csv and its language packs.
+An instructor may save such a file as roster.csv. qdot preserves the columns by which the platform identifies students.
+So the platform can import the grades that `qdot grade --report canvas=…` or `--report moodle=…` writes. Sources:
+Canvas's lib/gradebook_exporter.rb and lib/gradebook_importer.rb, Moodle's grade/import/csv and its language packs.
 """
 
 import csv
 import re
 import unicodedata
-from collections.abc import Mapping, Sequence
+from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass
 from pathlib import Path
 
@@ -17,10 +17,12 @@ from qdot.exercises.common.input_file import parse_csv_rows, read_table_text
 
 CANVAS, MOODLE = "Canvas", "Moodle"
 POINTS_ROW_MARKER = "Points Possible"
+"""Text in the first cell of Canvas's row of points, which comes before the students."""
 
-_TEST_STUDENT = ("Student, Test", "Test Student")
+_TEST_STUDENT_NAMES = ("Student, Test", "Test Student")
 _TEST_LOGIN = re.compile("[0-9a-f]{40}")
-"""The login of Canvas's test student, whose name depends on the language."""
+"""The login of Canvas's test student. The test student's name depends on the language, so the name is not enough."""
+_CANVAS_NAME_COLUMNS = ("Student", "LastName", "FirstName", "ID")
 
 MOODLE_COLUMNS: dict[str, tuple[str, ...]] = {
     "first": ("first name", "vorname", "prénom", "nombre", "nome", "voornaam"),
@@ -39,14 +41,25 @@ MOODLE_KEYS = ("id number", "username", "email")
 """Columns that identify a Moodle user; the first one that is filled in becomes the student's identifier."""
 
 
+NumberedRows = Sequence[tuple[int, tuple[str, ...]]]
+"""The rows of a table: the number of each line in the file, and the cells."""
+RosterLine = dict[str, str]
+"""A student as a line of a roster: cells by column, with at least the columns student, name and email."""
+
+
 @dataclass(frozen=True)
 class Gradebook:
-    """An unchanged export: its columns, Canvas's row of points (empty for Moodle), and each student's cells."""
+    """A platform's export: its columns, Canvas's row of points (empty for Moodle), and the students.
+
+    `rows_by_student` has the unchanged cells of each student, by identifier. `roster_lines` has the same students as
+    lines of a roster, each with the number of its line in the file.
+    """
 
     platform: str
     header: tuple[str, ...]
     points_row: tuple[str, ...]
     rows_by_student: Mapping[str, tuple[str, ...]]
+    roster_lines: list[tuple[int, RosterLine]]
 
     @property
     def identity_column_count(self) -> int:
@@ -54,31 +67,24 @@ class Gradebook:
         return next((index + 1 for index, name in enumerate(self.header) if "Section" in name), 3)
 
 
-@dataclass(frozen=True)
-class Export:
-    """An export, and its students as lines of a roster: the number of each line, and its cells by column."""
-
-    gradebook: Gradebook
-    table: list[tuple[int, dict[str, str]]]
-
-
-NumberedRows = Sequence[tuple[int, tuple[str, ...]]]
-
-
-def read_export(path: Path) -> Export | None:
+def read_export(path: Path) -> Gradebook | None:
     """Return a platform's export; None if the file is not an export. Raises QdotError."""
-    if not path.is_file():
-        return None
-    rows = _parse_rows(read_table_text(path))
+    rows = _parse_rows(read_table_text(path)) if path.is_file() else []
     if not rows:
         return None
-    header = [name.strip() for name in rows[0][1]]
-    if _is_canvas(header, rows):
-        return _read_canvas(path, header, rows)
+    header, points_row = tuple(name.strip() for name in rows[0][1]), tuple[str, ...]()
     columns = {key: find_column(header, names) for key, names in MOODLE_COLUMNS.items()}
-    if columns["first"] is not None and columns["last"] is not None and header[0].lower() != "student":
-        return _read_moodle(path, header, rows, columns)
-    return None
+    if _is_canvas(header, rows):
+        platform, lines = CANVAS, list(_iterate_canvas_lines(path, header, rows))
+        points_row = next((tuple(map(str.strip, cells)) for _, cells in rows[1:] if _is_points_row(header, cells)), ())
+    elif columns["first"] is not None and columns["last"] is not None and header[0].lower() != "student":
+        platform, lines = MOODLE, list(_iterate_moodle_lines(path, header, rows, columns))
+    else:
+        return None
+    if "due" in header:
+        lines = [(number, cells, line | {"due": cells[header.index("due")]}) for number, cells, line in lines]
+    rows_by_student = {normalize_identifier(line["student"]): cells for _, cells, line in lines}
+    return Gradebook(platform, header, points_row, rows_by_student, [(number, line) for number, _, line in lines])
 
 
 def normalize_identifier(text: str) -> str:
@@ -91,13 +97,9 @@ def _parse_rows(text: str) -> NumberedRows:
     try:
         rows = list(parse_csv_rows(text))
     except csv.Error:
-        return []  # read_table reports the error
+        return []  # `read_table`, which reads files that are no exports, reports the error
     width = len(rows[0][1]) if rows else 0
     return [(number, tuple((row + [""] * width)[:width])) for number, row in rows]
-
-
-def _due_cell(header: list[str], cells: tuple[str, ...]) -> dict[str, str]:
-    return {"due": cells[header.index("due")]} if "due" in header else {}
 
 
 def find_column(header: Sequence[str], names: Sequence[str]) -> int | None:
@@ -108,47 +110,41 @@ def find_column(header: Sequence[str], names: Sequence[str]) -> int | None:
 # --- Canvas ---
 
 
-def _is_canvas(header: Sequence[str], rows: NumberedRows) -> bool:
+def _is_canvas(header: tuple[str, ...], rows: NumberedRows) -> bool:
     """Return whether the header satisfies Canvas's importer and one of the next rows is the row of points."""
-    has_required_columns = header[:2] == ["Student", "ID"] or header[:3] == ["LastName", "FirstName", "ID"]
+    has_required_columns = header[:2] == ("Student", "ID") or header[:3] == ("LastName", "FirstName", "ID")
     return has_required_columns and "Section" in header and any(POINTS_ROW_MARKER in row[0] for _, row in rows[1:4])
 
 
-def _read_canvas(path: Path, header: list[str], rows: NumberedRows) -> Export:
-    column_index = {name: header.index(name) for name in header}
-    identity = header[: column_index["Section"] + 1]
-    table, lines = list[tuple[int, dict[str, str]]](), dict[str, tuple[str, ...]]()
-    points: tuple[str, ...] = ()
+def _is_points_row(header: tuple[str, ...], cells: tuple[str, ...]) -> bool:
+    """Return whether a row is Canvas's row of points: it has no ID, whereas a student may have the marker as a name."""
+    return POINTS_ROW_MARKER in cells[0] and not cells[header.index("ID")].strip()
+
+
+def _iterate_canvas_lines(
+    path: Path, header: tuple[str, ...], rows: NumberedRows
+) -> Iterator[tuple[int, tuple[str, ...], RosterLine]]:
+    """Yield the students in Canvas's export: the number of the line, its cells, and the student as a roster line."""
+    identity_columns = header[: header.index("Section") + 1]
     for number, cells in rows[1:]:
-        identity_cells = {name: cells[column_index[name]].strip() for name in identity}
-        identifier, login = identity_cells["ID"], identity_cells.get("SIS Login ID", "")
-        names = (identity_cells.get("LastName", ""), identity_cells.get("FirstName", ""))
-        name = identity_cells.get("Student") or ", ".join(names).strip(", ")
-        if POINTS_ROW_MARKER in cells[0] and not identifier:  # a student may have this name
-            points = tuple(cell.strip() for cell in cells)
-        elif any(identity_cells.values()) and not _is_test_student(name, login):
-            if not identifier:
-                raise QdotError(f"{path}: line {number}: the column ID is empty; Canvas needs it to identify {name!r}")
-            lines[normalize_identifier(identifier)] = cells
-            line = {"student": identifier, "name": _first_name_first(name), "email": login if "@" in login else ""}
-            line |= {
-                column.lower(): identity_cells[column] for column in identity if column not in _CANVAS_NAME_COLUMNS
-            }
-            table.append((number, line | _due_cell(header, cells)))
-    return Export(Gradebook(CANVAS, tuple(header), points, lines), table)
+        identity = {name: cell.strip() for name, cell in zip(identity_columns, cells, strict=False)}
+        identifier, login = identity["ID"], identity.get("SIS Login ID", "")
+        names = (identity.get("LastName", ""), identity.get("FirstName", ""))
+        name = identity.get("Student") or ", ".join(names).strip(", ")
+        is_test_student = name in _TEST_STUDENT_NAMES or _TEST_LOGIN.fullmatch(login) is not None
+        if _is_points_row(header, cells) or is_test_student or not any(identity.values()):
+            continue
+        if not identifier:
+            raise QdotError(f"{path}: line {number}: the column ID is empty; Canvas needs it to identify {name!r}")
+        line = {"student": identifier, "name": _put_first_name_first(name), "email": login if "@" in login else ""}
+        other_cells = {key.lower(): cell for key, cell in identity.items() if key not in _CANVAS_NAME_COLUMNS}
+        yield number, cells, line | other_cells
 
 
-_CANVAS_NAME_COLUMNS = ("Student", "LastName", "FirstName", "ID")
-
-
-def _is_test_student(name: str, login: str) -> bool:
-    return name in _TEST_STUDENT or _TEST_LOGIN.fullmatch(login) is not None
-
-
-def _first_name_first(name: str) -> str:
+def _put_first_name_first(name: str) -> str:
     """Return "Lovelace, Ada" with the first name first; Canvas writes a name that begins with = as ="=…".
 
-    >>> _first_name_first("Lovelace, Ada"), _first_name_first("Aristotle")
+    >>> _put_first_name_first("Lovelace, Ada"), _put_first_name_first("Aristotle")
     ('Ada Lovelace', 'Aristotle')
     """
     last_name, comma, first_name = name.removeprefix('="').removesuffix('"').partition(", ")
@@ -158,31 +154,33 @@ def _first_name_first(name: str) -> str:
 # --- Moodle ---
 
 
-def _read_moodle(path: Path, header: list[str], rows: NumberedRows, columns: Mapping[str, int | None]) -> Export:
-    """Return Moodle's export; the first key column that is filled in identifies the students."""
+def _iterate_moodle_lines(
+    path: Path, header: tuple[str, ...], rows: NumberedRows, columns: Mapping[str, int | None]
+) -> Iterator[tuple[int, tuple[str, ...], RosterLine]]:
+    """Yield the students in Moodle's export: the number of the line, its cells, and the student as a roster line.
+
+    The first of `MOODLE_KEYS` whose column is filled in identifies the students.
+    """
+    column_by_key = {key: index for key, index in columns.items() if index is not None}
     filled_keys = [
         key
         for key in MOODLE_KEYS
-        if (index := columns[key]) is not None and any(row[index].strip() for _, row in rows[1:])
+        if key in column_by_key and any(row[column_by_key[key]].strip() for _, row in rows[1:])
     ]
     if not filled_keys:
         raise QdotError(
             f"{path}: line 1: no column identifies the users in Moodle; export it with the ID number, the username "
             "or the email address"
         )
-    table, lines = list[tuple[int, dict[str, str]]](), dict[str, tuple[str, ...]]()
     for number, cells in rows[1:]:
-        key_cells = {key: cells[index].strip() for key, index in columns.items() if index is not None}
-        if not key_cells[filled_keys[0]]:
-            column = header[columns[filled_keys[0]] or 0]
+        cell_by_key = {key: cells[index].strip() for key, index in column_by_key.items()}
+        if not cell_by_key[filled_keys[0]]:
+            column = header[column_by_key[filled_keys[0]]]
             raise QdotError(
                 f"{path}: line {number}: the column {column!r} is empty, but it identifies the students; fill it in, "
                 "or delete the column, so that qdot uses the next of ID number, username and email address"
             )
-        identifier = normalize_identifier(key_cells[filled_keys[0]])
-        lines[identifier] = cells
-        name = f"{key_cells['first']} {key_cells['last']}".strip()
-        other_keys: dict[str, str] = {key: key_cells[key] for key in filled_keys if key != "email"}
-        line = {"student": identifier, "name": name, "email": key_cells.get("email", ""), **other_keys}
-        table.append((number, line | _due_cell(header, cells)))
-    return Export(Gradebook(MOODLE, tuple(header), (), lines), table)
+        name = f"{cell_by_key['first']} {cell_by_key['last']}".strip()
+        identity = {"student": normalize_identifier(cell_by_key[filled_keys[0]]), "name": name}
+        other_keys = {key: cell_by_key[key] for key in filled_keys if key != "email"}
+        yield number, cells, identity | {"email": cell_by_key.get("email", "")} | other_keys

@@ -1,4 +1,4 @@
-"""Compute the penalty for late work from the table `late` of an assignment, as a share of the earned points."""
+"""Compute the penalty for late work as a share of the earned points, by the rule `late` in assignment.toml."""
 
 import datetime
 import math
@@ -20,7 +20,7 @@ UNITS = {"s": 1, "min": 60, "h": 3600, "day": SECONDS_PER_DAY, "days": SECONDS_P
 class LateRule:
     """The rule for late work: no penalty within `grace` seconds, then a share `per_day` for each started day.
 
-    The penalty is at most `at_most`, but after `until` all points are deducted.
+    The penalty is at most `at_most`; after the time `until`, all points are deducted.
     """
 
     grace: int = 0
@@ -28,14 +28,15 @@ class LateRule:
     at_most: Fraction = Fraction(1)
     until: datetime.datetime | None = None
 
-    def penalty(
+    def compute_penalty(
         self, due_date: datetime.datetime, received: datetime.datetime, extension: datetime.timedelta
     ) -> Fraction:
         """Return the share of the earned points that is deducted; `extension` is the length of the student's extension.
 
         >>> due = datetime.datetime(2027, 1, 15, 12, tzinfo=datetime.UTC)
         >>> rule = LateRule(grace=900, per_day=Fraction(1, 10), at_most=Fraction(1, 2))
-        >>> [str(rule.penalty(due, due + datetime.timedelta(minutes=m), datetime.timedelta(0))) for m in (15, 16, 1441)]
+        >>> times = [due + datetime.timedelta(minutes=minutes) for minutes in (15, 16, 1441)]
+        >>> [str(rule.compute_penalty(due, received, datetime.timedelta(0))) for received in times]
         ['0', '1/10', '1/5']
         """
         seconds_late = (received - due_date).total_seconds()
@@ -47,7 +48,7 @@ class LateRule:
 
 
 def with_zone(moment: datetime.datetime, zone: datetime.tzinfo | None = None) -> datetime.datetime:
-    """Return a time with a time zone: if it has none, add `zone`, or the machine's time zone if `zone` is None."""
+    """Return a time unchanged if it has a time zone; otherwise add `zone`, or the machine's zone if `zone` is None."""
     if moment.tzinfo is not None:
         return moment
     return moment.replace(tzinfo=zone) if zone is not None else moment.astimezone()
@@ -61,10 +62,9 @@ def describe_duration(seconds: int) -> str:
     """
     days, seconds_left = divmod(seconds, SECONDS_PER_DAY)
     hours, minutes = seconds_left // 3600, seconds_left % 3600 // 60
-    day_words = [count_noun(days, "day")] if days else []
-    hour_words = [f"{hours} h"] if hours else []
-    minute_words = [f"{minutes} min"] if minutes and not days else []
-    return " ".join(day_words + hour_words + minute_words) or f"{seconds} s"
+    words = [count_noun(days, "day") if days else "", f"{hours} h" if hours else ""]
+    words.append(f"{minutes} min" if minutes and not days else "")
+    return " ".join(filter(None, words)) or f"{seconds} s"
 
 
 def read_late(table: Mapping[str, Any] | None, due_date: datetime.datetime | None) -> LateRule | None:
@@ -99,7 +99,7 @@ def _parse_share(name: str, value: object) -> Fraction:
 
 
 def parse_duration(text: object, expected_form: str) -> int:
-    """Return a duration such as "15 min" in seconds. Raises QdotError, which states the expected form."""
+    """Return a duration such as "15 min" in seconds. Raises QdotError with `expected_form`."""
     match = re.fullmatch(r"\s*(\d{1,6})\s*([a-z]+)\s*", text) if isinstance(text, str) else None
     if match is None or match.group(2) not in UNITS:
         raise QdotError(f"{expected_form}; units: {', '.join(UNITS)}")

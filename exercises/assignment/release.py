@@ -6,19 +6,18 @@ import secrets
 from collections.abc import Callable, Mapping, Sequence
 from contextlib import closing
 from dataclasses import dataclass, field
-from functools import partial
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 from qdot.exercises.assignment.assignment import MISSING_ROSTER_HINT, SECRET_FILE, Assignment, Student, read_roster
-from qdot.exercises.assignment.draws import (
+from qdot.exercises.assignment.certified_problems import (
     Certify,
     FailedSlot,
     describe_internal_error,
     generate_student_problems,
-    record_redraws,
+    record_replacements,
 )
-from qdot.exercises.assignment.redrawn import REDRAWN_FILE, Redraw
+from qdot.exercises.assignment.replacements import REPLACEMENTS_FILE, Replacement
 from qdot.exercises.assignment.sets import DEFAULT_SET, SETS, ProblemSet
 from qdot.exercises.assignment.store import store_path, store_problems
 from qdot.exercises.common.errors import QdotError
@@ -62,7 +61,8 @@ def init_assignment(
     write_atomically(folder / "assignment.toml", render("init/assignment.toml.j2", **context))
 
 
-NotebookMaker = Callable[[str, str, str, Sequence[tuple[str, Problem]], bool], "NotebookNode"]
+Problems = Sequence[tuple[str, Problem]]
+"""A student's problems, each with the name of its slot."""
 NOTEBOOK_FOLDERS = ("released", "solutions")
 """The folders of a student's notebooks: the one to release, and the staff's."""
 
@@ -71,26 +71,25 @@ NOTEBOOK_FOLDERS = ("released", "solutions")
 class ReleaseResult:
     """The outcome for a student's notebooks.
 
-    - "written": they are new
-    - "kept": they were up to date
-    - "completed": a file was missing after an interrupted run; the released notebook is unchanged
-    - "rewritten": the released notebook has changed
-    - "left out": there is no notebook, because no generated problem passed certification for the slots in
-      `failed_slots`
-    - "redrawn": nothing is written yet, because the regenerated problems in `redraws` must be recorded first
+    - "written": the notebooks are new.
+    - "kept": the notebooks were up to date.
+    - "completed": a file was missing after an interrupted run; the released notebook is unchanged.
+    - "rewritten": the released notebook has changed.
+    - "left out": there is no notebook, because there is no valid problem for the `failed_slots`.
+    - "replaced": nothing is written yet, because the replaced problems (`replacements`) must be recorded first.
     """
 
     student: str
     outcome: str
-    redraws: Mapping[str, Redraw] = field(default_factory=dict)
+    replacements: Mapping[str, Replacement] = field(default_factory=dict)
     failed_slots: tuple[FailedSlot, ...] = ()
 
 
 @dataclass(frozen=True)
 class Certifier:
-    """The functions that make the record of a problem and the certificate of a student.
+    """Two functions of the grader, which this package must not import.
 
-    `make_record` certifies a problem and returns its record (see `Certify`). `make_certificate` returns the
+    `make_record` certifies a problem and returns its record (see `Certify`). `make_certificate` returns a student's
     certificate as text, from the assignment, the student, the records by slot and the notebook.
     """
 
@@ -111,7 +110,7 @@ def notebook_path(assignment: Assignment, student: str, kind: str = "released") 
 def release_student(work: tuple[Assignment, Certifier], student: str) -> ReleaseResult:
     """Certify the problems of one student and write both notebooks, unless all files are up to date.
 
-    If a problem has to be regenerated, return what to record about it and write nothing.
+    If a problem has to be replaced, write nothing and return the replacement, which the caller records.
     """
     assignment, certifier = work
     if is_up_to_date(assignment, student):
@@ -119,16 +118,16 @@ def release_student(work: tuple[Assignment, Certifier], student: str) -> Release
     student_problems = generate_student_problems(assignment, student, certifier.make_record)
     if student_problems.failed_slots:
         return ReleaseResult(student, "left out", failed_slots=student_problems.failed_slots)
-    new_redraws = student_problems.new_redraws(assignment)
-    if new_redraws:
-        return ReleaseResult(student, "redrawn", new_redraws)
+    new_replacements = student_problems.find_new_replacements(assignment)
+    if new_replacements:
+        return ReleaseResult(student, "replaced", new_replacements)
     problems = [(slot, certified.problem) for slot, certified in student_problems.certified.items()]
     try:
         notebooks = _make_notebooks(assignment, student, problems)
     except (QdotError, OSError, MemoryError):
         raise
     except Exception as error:
-        failed_slot = _describe_unwritable(assignment, student, problems, error)
+        failed_slot = _find_faulty_slot(assignment, student, problems, error)
         return ReleaseResult(student, "left out", failed_slots=(failed_slot,))
     records = {slot: certified.record for slot, certified in student_problems.certified.items()}
     certificate = certifier.make_certificate(assignment, student, records, notebooks[0])
@@ -141,9 +140,9 @@ def _write(assignment: Assignment, student: str, notebooks: "Sequence[NotebookNo
     """Write the certificate and the notebooks, and return the outcome."""
     released_path, solution_path = (notebook_path(assignment, student, kind) for kind in NOTEBOOK_FOLDERS)
     new_text, solution = map(write_notebook, notebooks)
-    existing_text = _read_if_present(released_path)
-    # If only the solution is old, an earlier run was stopped after changing the notebook, before reporting it.
-    is_new_version = _read_edition(solution_path) not in ("", assignment.edition_of(student))
+    existing_text = read_if_present(released_path)
+    # If only the solution is old, an earlier run changed the released notebook and was stopped before it reported this.
+    is_new_version = _read_notebook_digest(solution_path) not in ("", assignment.notebook_digest_of(student))
     if existing_text not in (None, "", new_text) or is_new_version:
         outcome = "rewritten"
     else:
@@ -155,65 +154,52 @@ def _write(assignment: Assignment, student: str, notebooks: "Sequence[NotebookNo
     return outcome
 
 
-def _describe_unwritable(
-    assignment: Assignment, student: str, problems: Sequence[tuple[str, Problem]], error: Exception
-) -> FailedSlot:
-    """Find the problem that prevents a student's notebook from being written; return its slot with the error."""
+def _find_faulty_slot(assignment: Assignment, student: str, problems: Problems, error: Exception) -> FailedSlot:
+    """Return the slot whose problem can't be written into a notebook, with the internal error that it causes.
+
+    If each problem can be written alone, return the first slot with the error of the whole notebook.
+    """
     for slot, problem in problems:
         try:
             _make_notebooks(assignment, student, [(slot, problem)])
-        except Exception as its_own:
-            return FailedSlot(student, slot, problem.id.family, describe_internal_error(its_own))
+        except Exception as slot_error:
+            return FailedSlot(student, slot, problem.id.family, describe_internal_error(slot_error))
     return FailedSlot(student, problems[0][0], problems[0][1].id.family, describe_internal_error(error))
 
 
-def _make_notebooks(
-    assignment: Assignment, student: str, problems: Sequence[tuple[str, Problem]]
-) -> "tuple[NotebookNode, NotebookNode]":
+def _make_notebooks(assignment: Assignment, student: str, problems: Problems) -> "tuple[NotebookNode, NotebookNode]":
     """Return the released and the staff's notebook, with the same prompts in both."""
-    released_notebook = make_handout(assignment, student, problems)
-    make_solution = partial(make_solution_notebook, released=released_notebook)
-    return released_notebook, _make_notebook(make_solution, assignment, student, problems)
+    released_notebook = make_notebook(assignment, student, problems)
+    return released_notebook, make_notebook(assignment, student, problems, released_notebook)
 
 
-def _make_notebook(
-    make_notebook: NotebookMaker, assignment: Assignment, student: str, problems: Sequence[tuple[str, Problem]]
+def make_notebook(
+    assignment: Assignment, student: str, problems: Problems, released: "NotebookNode | None" = None
 ) -> "NotebookNode":
-    notebook = make_notebook(assignment.title, assignment.key, student, problems, assignment.hints)
+    """Return the notebook to release, or the staff's notebook with solutions if the `released` notebook is given."""
+    content = assignment.title, assignment.key, student, problems, assignment.hints
+    notebook = student_notebook(*content) if released is None else solution_notebook(*content, released=released)
     notebook.metadata["qdot"].update(
-        digest=assignment.digest_of(student), edition=assignment.edition_of(student), secret=assignment.secret_digest
+        digest=assignment.problems_digest_of(student),
+        edition=assignment.notebook_digest_of(student),
+        secret=assignment.secret_digest,
     )
     return notebook
 
 
 def is_up_to_date(assignment: Assignment, student: str) -> bool:
-    """Return whether a student's notebooks and certificate all exist and are from the current assignment."""
+    """Return whether a student's notebooks and certificate all exist and belong to the current assignment."""
     notebooks = [notebook_path(assignment, student, kind) for kind in NOTEBOOK_FOLDERS]
     paths = [*notebooks, certificate_path(assignment, student)]
-    return all(_read_edition(path) == assignment.edition_of(student) for path in paths)
+    return all(_read_notebook_digest(path) == assignment.notebook_digest_of(student) for path in paths)
 
 
 def is_released(assignment: Assignment, student: str) -> bool:
-    """Return whether a student's notebook in released/ exists and is from the current assignment."""
-    return _read_edition(notebook_path(assignment, student)) == assignment.edition_of(student)
+    """Return whether a student's notebook in released/ exists and belongs to the current assignment."""
+    return _read_notebook_digest(notebook_path(assignment, student)) == assignment.notebook_digest_of(student)
 
 
-def released_text(assignment: Assignment, student: str) -> str:
-    """Return the text of a student's notebook in released/."""
-    return _read_if_present(notebook_path(assignment, student)) or ""
-
-
-def make_handout_text(assignment: Assignment, student: str) -> str:
-    """Return a new notebook to release, from a student's certified problems (`draws.settle_problems`)."""
-    return write_notebook(make_handout(assignment, student, assignment.problems(student)))
-
-
-def make_handout(assignment: Assignment, student: str, problems: Sequence[tuple[str, Problem]]) -> "NotebookNode":
-    """Build the notebook to release from a student's problems."""
-    return _make_notebook(make_student_notebook, assignment, student, problems)
-
-
-def _read_if_present(path: Path) -> str | None:
+def read_if_present(path: Path) -> str | None:
     """Return the text of a file, None if there is no file, and "" if it can't be read."""
     try:
         return path.read_bytes().decode(errors="replace")
@@ -223,36 +209,36 @@ def _read_if_present(path: Path) -> str | None:
         return ""
 
 
-def _read_edition(path: Path) -> str:
-    """Return the version recorded in a notebook or certificate, or "" if there is none."""
-    match = re.search(r'"edition": "([^"]*)"', _read_if_present(path) or "")
+def _read_notebook_digest(path: Path) -> str:
+    """Return the notebook digest recorded in a notebook or certificate, or "" if there is none."""
+    match = re.search(r'"edition": "([^"]*)"', read_if_present(path) or "")
     return match.group(1) if match else ""
 
 
 def release_notebooks(
     assignment: Assignment, certifier: Certifier, jobs: int, on_result: Callable[[ReleaseResult], None]
 ) -> Assignment:
-    """Write the notebooks of the whole class in `jobs` processes; return the assignment with its regenerated problems.
+    """Write the notebooks of the whole class in `jobs` processes; return the assignment with its replaced problems.
 
-    `on_result` is called for every student in roster order; students with regenerated problems come last, because these
-    problems are recorded in redrawn.csv before the notebooks of these students are written. A rerun after an
-    interruption continues: files that are up to date stay unchanged, and partly written ones are removed.
+    `on_result` is called for every student, in roster order. Students with newly replaced problems come last, because
+    redrawn.csv must list these problems before the notebooks are written. A second run after an interruption continues:
+    files that are up to date stay unchanged. When this function ends, partly written files are removed.
     """
     students = [student.id for student in assignment.roster]
     notebooks = [notebook_path(assignment, student, kind) for student in students for kind in NOTEBOOK_FOLDERS]
     other_paths = [path(assignment, student) for student in students for path in (certificate_path, store_path)]
-    with clean_up_after([*notebooks, *other_paths, assignment.folder / REDRAWN_FILE]), sync_disks_after():
+    with clean_up_after([*notebooks, *other_paths, assignment.folder / REPLACEMENTS_FILE]), sync_disks_after():
         while students:
-            redrawn_students: list[str] = []
+            waiting_students: list[str] = []
             state = assignment, certifier
             with closing(map_in_order(release_student, students, jobs, keep_state, (state,))) as results:
                 for result in results:
-                    if result.outcome == "redrawn":
-                        assignment = record_redraws(assignment, result.student, result.redraws)
-                        redrawn_students.append(result.student)
+                    if result.outcome == "replaced":
+                        assignment = record_replacements(assignment, result.student, result.replacements)
+                        waiting_students.append(result.student)
                     else:
                         on_result(result)
-            students = redrawn_students
+            students = waiting_students
     return assignment
 
 

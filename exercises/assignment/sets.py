@@ -1,6 +1,6 @@
 """Read the ready-made sets of problems for `qdot init --set NAME` from templates/init/sets.toml.
 
-Variation and difficulty increase within a set, and its last part asks for the meaning of a result.
+Within a set, variation and difficulty increase, and the last question asks for the meaning of a result.
 """
 
 import tomllib
@@ -9,15 +9,15 @@ from functools import cached_property
 
 from qdot.exercises.common.errors import make_name_error
 from qdot.exercises.short_questions import ALL_QUESTIONS
-from qdot.exercises.writing.render import template_folder
+from qdot.exercises.writing.render import find_template_folder
 
 
 @dataclass(frozen=True)
 class ProblemSet:
     """A set of problems: its name, a title for the assignment, its purpose, and the minutes it should take.
 
-    `note` says how to release the set; the note is empty if the set is for notebooks. `variation` is the default
-    variation of its problems.
+    `note` says how to release a set that is not for notebooks; otherwise the note is empty. `variation` is the
+    `variation` of the new assignment.
     """
 
     name: str
@@ -30,7 +30,7 @@ class ProblemSet:
     @cached_property
     def text(self) -> str:
         """The set's [[problem]] tables for assignment.toml."""
-        return (template_folder() / "init" / "sets" / f"{self.name}.toml").read_text(encoding="utf-8")
+        return (find_template_folder() / "init" / "sets" / f"{self.name}.toml").read_text(encoding="utf-8")
 
     @property
     def problems(self) -> int:
@@ -39,16 +39,16 @@ class ProblemSet:
 
     @property
     def points(self) -> float:
-        """The total points of all parts in the set."""
-        return sum(
-            sum(entry.get("points") or (ALL_QUESTIONS[name].points for name in entry["questions"]))
-            for entry in tomllib.loads(self.text)["problem"]
-        )
+        """The total points of all questions in the set."""
+        entries = tomllib.loads(self.text)["problem"]
+        return sum(sum(entry.get("points") or [ASKED[name].points for name in entry["questions"]]) for entry in entries)
 
 
 SETS = {
     name: ProblemSet(name, **about)
-    for name, about in tomllib.loads((template_folder() / "init" / "sets.toml").read_text(encoding="utf-8")).items()
+    for name, about in tomllib.loads(
+        (find_template_folder() / "init" / "sets.toml").read_text(encoding="utf-8")
+    ).items()
 }
 """All sets by name."""
 DEFAULT_SET = next(iter(SETS))

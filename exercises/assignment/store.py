@@ -1,7 +1,8 @@
 """Store problems, figures and texts when notebooks are made, so that grading need not derive and draw them again.
 
-The files of DIR/.qdot can be deleted at any time: everything in them can be regenerated from the assignment and its
-secret. A file is signed with the secret, and is ignored unless it belongs to this code, assignment and student.
+The files in DIR/.qdot may be deleted at any time, because everything in them can be regenerated from the assignment.
+Each file is signed with the assignment's secret. A file is ignored if another version of qdot, of the assignment or of
+the student's problems wrote it.
 """
 
 import base64
@@ -11,7 +12,6 @@ import io
 import pickle
 import sys
 import zlib
-from collections.abc import Mapping
 from dataclasses import dataclass, field
 from functools import cache, partial
 from pathlib import Path
@@ -28,68 +28,46 @@ from qdot.exercises.figure.arm_figure import draw_figure_svg, draw_part_svg
 from qdot.exercises.formula.sympy_text import expression_text, store_texts
 from qdot.exercises.problem.problem import Problem
 from qdot.exercises.writing.markup import to_html
-from qdot.exercises.writing.problem_texts import prompt, statement
-from qdot.exercises.writing.render import template_folder
+from qdot.exercises.writing.problem_texts import write_prompt, write_statement
+from qdot.exercises.writing.render import find_template_folder
 
 STORE_FOLDER = ".qdot"
 
 
 @dataclass(frozen=True)
 class StoredProblems:
-    """The problems of a student with their slots, and the figures (SVG) and texts (HTML) that are stored.
-
-    The keys of figures and texts are the slot ("p1") for the problem, and slot and part ("p1-jacobian") for a part.
-    Figures and texts that are not stored are made again.
-    """
+    """The problems of a student with their slots, and the stored pieces of feedback pages by slot (see `pieces_of`)."""
 
     problems: list[tuple[str, Problem]]
-    figures: Mapping[str, str] = field(default_factory=dict)
-    texts: Mapping[str, str] = field(default_factory=dict)
+    pieces_by_slot: dict[str, dict[str, str]] = field(default_factory=dict)
 
-    def figure(self, slot: str, problem: Problem) -> str:
-        """Return the figure of a problem's arm."""
-        return self.figures[slot] if slot in self.figures else draw_figure_svg(problem.chain, slot)
+    def pieces_of(self, slot: str) -> dict[str, str]:
+        """Return the figures (SVG) and texts (HTML) of a problem that feedback pages show; make them if not stored.
 
-    def statement(self, slot: str, problem: Problem) -> str:
-        """Return the statement of a problem as HTML."""
-        return self.texts[slot] if slot in self.texts else statement_html(problem)
-
-    def prompt(self, slot: str, problem: Problem, part: str) -> str:
-        """Return the prompt of a part as HTML."""
-        name = f"{slot}-{part}"
-        return self.texts[name] if name in self.texts else to_html(prompt(problem, problem[part]))
-
-    def part_figure(self, slot: str, problem: Problem, part: str) -> str:
-        """Return the figure of a part, "" if it has none."""
-        name = f"{slot}-{part}"
-        if slot in self.figures:  # parts without a figure are not stored
-            return self.figures.get(name, "")
-        return draw_part_svg(
-            problem.chain, next(candidate for candidate in problem.parts if candidate.name == part), name
-        )
+        The keys are "figure" and "statement" and, for a part such as jacobian, "jacobian prompt" and "jacobian figure".
+        """
+        if slot not in self.pieces_by_slot:
+            self.pieces_by_slot[slot] = _make_pieces(slot, dict(self.problems)[slot])
+        return self.pieces_by_slot[slot]
 
 
-def statement_html(problem: Problem) -> str:
-    """Return the statement of a problem as HTML: the table of its arm and other given values."""
-    return to_html(statement(problem, "", explains_typing=False))
+def _make_pieces(slot: str, problem: Problem) -> dict[str, str]:
+    statement = to_html(write_statement(problem, "", explains_typing=False))
+    pieces = {"figure": figure_svg(problem.chain, slot), "statement": statement}
+    for part in problem.parts:
+        pieces[f"{part.name} prompt"] = to_html(write_prompt(problem, part))
+        pieces[f"{part.name} figure"] = part_svg(problem.chain, part, f"{slot}-{part.name}")
+    return pieces
 
 
 def store_problems(assignment: Assignment, student: str, problems: list[tuple[str, Problem]]) -> None:
-    """Store the problems of a student with their figures; do nothing if the disk is full or read-only."""
-    figures, wording = {}, {}
-    for slot, problem in problems:
-        wording[slot] = statement_html(problem)
-        wording.update({f"{slot}-{part.name}": to_html(prompt(problem, part)) for part in problem.parts})
-        figures[slot] = draw_figure_svg(problem.chain, slot)
-        part_figures = {
-            f"{slot}-{part.name}": draw_part_svg(problem.chain, part, f"{slot}-{part.name}") for part in problem.parts
-        }
-        figures.update({name: svg for name, svg in part_figures.items() if svg})
+    """Store the problems of a student with their figures and texts; do nothing if the disk is full or read-only."""
+    pieces = {slot: _make_pieces(slot, problem) for slot, problem in problems}
     answers = [part.answer for _, problem in problems for part in problem.parts]
-    texts = [(entry, expression_text(entry)) for answer in answers for entry in answer.list_entries()]
-    minors = [_minors(problem) for _, problem in problems]
-    payload = zlib.compress(_pickle_content((problems, figures, wording, texts, minors)), 1)
-    text = f"{_signature(assignment, student, payload)}\n{base64.b64encode(payload).decode()}\n"
+    entry_texts = [(entry, expression_text(entry)) for answer in answers for entry in answer.list_entries()]
+    minors = [_pickle_minors(problem) for _, problem in problems]
+    payload = zlib.compress(_pickle_content((problems, pieces, entry_texts, minors)), 1)
+    text = f"{_compute_signature(assignment, student, payload)}\n{base64.b64encode(payload).decode()}\n"
     try:
         write_atomically(store_path(assignment, student), text, mode=0o600, is_synced=False)
     except QdotError:
@@ -97,26 +75,26 @@ def store_problems(assignment: Assignment, student: str, problems: list[tuple[st
 
 
 class _Pickler(pickle.Pickler):
-    """Pickles sums, products and powers so that they load unchanged; SymPy would evaluate each one again."""
+    """Pickles sums, products and powers so that they load unchanged; SymPy would evaluate each expression again."""
 
     def reducer_override(self, value: object) -> Any:
         if isinstance(value, (sp.Add, sp.Mul)):
-            return _sum_or_product, (type(value), value.args)
-        return (_power, value.args) if isinstance(value, sp.Pow) else NotImplemented
+            return _load_sum_or_product, (type(value), value.args)
+        return (_load_power, value.args) if isinstance(value, sp.Pow) else NotImplemented
 
 
-def _sum_or_product(kind: type[sp.Add | sp.Mul], args: tuple[sp.Expr, ...]) -> sp.Expr:
+def _load_sum_or_product(kind: type[sp.Add | sp.Mul], args: tuple[sp.Expr, ...]) -> sp.Expr:
     return kind._from_args(args)
 
 
-def _power(base: sp.Expr, exponent: sp.Expr) -> sp.Expr:
+def _load_power(base: sp.Expr, exponent: sp.Expr) -> sp.Expr:
     power = sp.Expr.__new__(sp.Pow, base, exponent)
     power.is_commutative = base.is_commutative and exponent.is_commutative
     return power
 
 
-def _minors(problem: Problem) -> bytes:
-    """Return the pickled minors of J if they were computed; they are loaded only for the diagnosis of mistakes."""
+def _pickle_minors(problem: Problem) -> bytes:
+    """Return the pickled minors of J, b"" if they were not computed. Only the diagnosis of mistakes unpickles them."""
     derivation = derive(problem.chain)
     return _pickle_content(derivation.symbolic_minors) if "symbolic_minors" in vars(derivation) else b""
 
@@ -132,16 +110,16 @@ def load_stored_problems(assignment: Assignment, student: str) -> StoredProblems
     try:
         signature, encoded = store_path(assignment, student).read_text(encoding="ascii").split("\n")[:2]
         payload = base64.b64decode(encoded, validate=True)
-        if hmac.compare_digest(signature, _signature(assignment, student, payload)):
-            problems, figures, wording, texts, minors = pickle.loads(zlib.decompress(payload))  # noqa: S301 - signed with the secret
-            store_texts(texts)
+        if hmac.compare_digest(signature, _compute_signature(assignment, student, payload)):
+            problems, pieces, entry_texts, minors = pickle.loads(zlib.decompress(payload))  # noqa: S301 - signed
+            store_texts(entry_texts)
             for (_, problem), pickled_minors in zip(problems, minors, strict=True):
                 if pickled_minors:
                     store_minors(problem.chain, partial(pickle.loads, pickled_minors))
-            return StoredProblems(problems, figures, wording)
+            return StoredProblems(problems, pieces)
     except (OSError, ValueError):
-        pass  # nothing is stored, or it is damaged
-    return StoredProblems(assignment.problems(student))
+        pass  # the file is missing or damaged
+    return StoredProblems(assignment.generate_problems(student))
 
 
 def store_path(assignment: Assignment, student: str) -> Path:
@@ -149,17 +127,19 @@ def store_path(assignment: Assignment, student: str) -> Path:
     return assignment.folder / STORE_FOLDER / "problems" / hashlib.sha256(student.encode()).hexdigest()[:24]
 
 
-def _signature(assignment: Assignment, student: str, payload: bytes) -> str:
-    signed_data = repr((code_digest(), assignment.edition_of(student), assignment.marking_digest, student)).encode()
+def _compute_signature(assignment: Assignment, student: str, payload: bytes) -> str:
+    signed_data = repr(
+        (compute_package_digest(), assignment.notebook_digest_of(student), assignment.marking_digest, student)
+    ).encode()
     return hmac.new(assignment.secret.encode(), signed_data + b"\0" + payload, hashlib.sha256).hexdigest()
 
 
 @cache
-def code_digest() -> str:
+def compute_package_digest() -> str:
     """Return a digest of the code and the library versions that determine problems and figures."""
     digest = hashlib.sha256(repr((sys.version_info[:2], sp.__version__, np.__version__)).encode())
     package_folder = Path(__file__).resolve().parents[1]
     sources = [path for kind in ("py", "txt", "json", "toml") for path in package_folder.rglob(f"*.{kind}")]
-    for path in sorted([*sources, *template_folder().rglob("*.svg.j2")]):
+    for path in sorted([*sources, *find_template_folder().rglob("*.svg.j2")]):
         digest.update(path.name.encode() + b"\0" + path.read_bytes())
     return digest.hexdigest()

@@ -11,8 +11,8 @@ from qdot.exercises.common.stream import Stream
 from qdot.exercises.generation import sample_chain
 from qdot.exercises.problem.problem import Part, Problem, ProblemId
 from qdot.exercises.questions import QUESTIONS
-from qdot.exercises.writing.languages import ENGLISH, catalogue
-from qdot.exercises.writing.problem_texts import worked_solution
+from qdot.exercises.writing.languages import ENGLISH, load_catalogue
+from qdot.exercises.writing.problem_texts import write_solution
 from qdot.exercises.writing.wording import Wording
 
 
@@ -61,11 +61,13 @@ class Example:
 @cache
 def solve_examples(language: str = ENGLISH) -> tuple[Example, ...]:
     """Return the chapter's examples with their solutions in a language."""
-    words = catalogue(language)
+    words = load_catalogue(language)
     arms = {"planar-2r": make_planar_2r(), "scorbot": make_scorbot_arm()}
     solved: list[Example] = []
     for number, title, key, questions in (entry.values() for entry in read_entries("examples")):
-        steps = tuple((words.question(QUESTIONS[name].title), _solve(arms[key], name, language)) for name in questions)
+        steps = tuple(
+            (words.translate_question(QUESTIONS[name].title), _solve(arms[key], name, language)) for name in questions
+        )
         is_first_use = all(example.key != key for example in solved)
         has_singularities = "singular-angles" in questions
         solved.append(Example(number, words.gettext(title), key, arms[key], steps, is_first_use, has_singularities))
@@ -101,7 +103,7 @@ class Erratum:
 @cache
 def read_errata(language: str = ENGLISH) -> tuple[Erratum, ...]:
     """Return the errors in the printed chapter, with their corrections in a language, from errata.toml."""
-    words = catalogue(language)
+    words = load_catalogue(language)
 
     def translate(text: str) -> str:
         return words.localize_formulas(words.pgettext("erratum", text))

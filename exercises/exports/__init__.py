@@ -1,14 +1,13 @@
-"""Export formats of an assignment, other than notebooks: quizzes for learning platforms, paper, CI.
+"""Export an assignment: as quizzes for learning platforms, on paper, and for platforms that grade notebooks with qdot.
 
-There is one module per export format, and `registry` lists them all. They share:
+Each export format has a module, and `registry` lists all export formats by name. These modules are shared:
 
-    export_format               the definition of an export format, and of the `Order` that it receives
+    export_format               what an export format is, and the `ExportRequest` for an export
     bank, handouts              certified variants of an assignment's problems; the notebooks of its class
-    items, numbers, markup      quiz items; formulas asked for as numbers; pictures and HTML
+    items, numbers, markup      questions for learning platforms; formulas evaluated to numbers; figures and HTML
     known_wrong                 the wrong answers that known mistakes lead to
-    stack_parts, stack_maxima   a part in STACK's form, with its marking; the Maxima functions for marking
+    stack_parts, stack_maxima   parts in STACK's form, with their marking; the Maxima functions for marking
     moodle_quiz                 a quiz as a Moodle backup
-    sheet, boxes, marking       a sheet of paper as data; boxes for answers; which answers earn which points
-    wheel                       qdot itself as a wheel
-    registry                    the export formats by name
+    sheet, boxes, marking       the content of paper sheets; boxes for answers; which answers earn which points
+    wheel                       qdot itself as a Python package
 """

@@ -1,14 +1,19 @@
-"""A bank of problems: several certified variants of each problem, the same at every export."""
+"""Generate a bank of problems: several certified variants of each problem, the same at every export."""
 
 from collections.abc import Callable, Generator
 from contextlib import closing
-from dataclasses import dataclass
 from functools import partial
-from typing import Generic, TypeVar
+from typing import TypeVar
 
 from qdot.exercises.assignment.assignment import Slot
-from qdot.exercises.assignment.draws import CHANGE_ADVICE, FailedSlot, Variant, certify_with, try_draw
-from qdot.exercises.assignment.redrawn import MAX_DRAWS
+from qdot.exercises.assignment.certified_problems import (
+    CHANGE_ADVICE,
+    FailedSlot,
+    Variant,
+    certify_with,
+    generate_and_certify,
+)
+from qdot.exercises.assignment.replacements import MAX_SEEDS
 from qdot.exercises.common.errors import QdotError, count_noun
 from qdot.exercises.common.json_form import as_json
 from qdot.exercises.common.parallel import keep_state, map_in_order
@@ -20,118 +25,104 @@ from qdot.exercises.problem.record import compute_digests
 WorkResult = TypeVar("WorkResult")
 
 MAX_PROBLEMS_PER_VARIANT = 10
-"""Maximum number of problems to generate for each variant, if a family has few that differ."""
-
+"""Maximum number of problems to generate for each variant. It matters if a family has only few different problems."""
 
 Work = Callable[[ExportRequest, Slot, Problem], WorkResult]
 """A function that converts a problem for an export. It must belong to a module, to be pickled for other processes."""
+_WorkerState = tuple[ExportRequest, Slot, Work[WorkResult], set[str]]
+"""The state of a worker process: its task, and the fingerprints of the problems that exist already."""
+_Candidate = tuple[Problem, str, WorkResult]
+"""A generated problem, its fingerprint (equal for equal problems), and the result of `work`."""
 
 
-def iterate_bank(order: ExportRequest) -> Generator[Variant, None, None]:
+def iterate_bank(request: ExportRequest) -> Generator[Variant, None, None]:
     """Yield the variants of every slot in turn. A bank of 50 variants begins with the variants of a bank of 20.
 
-    They are generated from the assignment's secret, and nobody can regenerate them without it. Students get the same
-    problems only by chance. Problems that fail their certificate are skipped. Raises QdotError if none passes.
+    The variants are generated from the assignment's secret, and nobody can regenerate them without the secret. Students
+    get the same problems only by chance. Problems that fail their certificate are skipped. Raises QdotError if all
+    problems of a slot fail.
     """
-    for variant, _ in process_bank(order, _ignore_problem):
+    for variant, _ in process_bank(request, _ignore_problem):
         yield variant
 
 
-def process_bank(order: ExportRequest, work: Work[WorkResult]) -> Generator[tuple[Variant, WorkResult], None, None]:
+def process_bank(request: ExportRequest, work: Work[WorkResult]) -> Generator[tuple[Variant, WorkResult], None, None]:
     """Yield the variants of a bank, each with the result of `work`.
 
-    `work` runs in the process that has generated and certified the problem. In this way, each arm is derived only once,
-    and the processes share the work evenly.
+    `work` runs in the process that has generated and certified the problem. So the formulas of each arm are derived
+    only once, and the processes share the work evenly.
     """
-    for slot in order.assignment.slots:
+    for slot in request.assignment.slots:
         count, failures = 0, list[str]()
-        for problem, work_result in _iterate_distinct_problems(order, slot, work, failures):
+        for problem, work_result in _iterate_distinct_problems(request, slot, work, failures):
             count += 1
-            order.on_step()
+            request.on_step()
             yield Variant(slot, count, problem), work_result
         if not count:
-            raise _make_no_variant_error(slot, failures[0])
+            failed_slot = FailedSlot("", slot.name, slot.family.name, failures[0])
+            raise QdotError(f"{failed_slot}. Nothing is exported. {CHANGE_ADVICE.format(slot.name)}")
         if failures:
-            order.report(
+            request.report(
                 f"{slot.name}: {count_noun(len(failures), 'generated problem')} failed the certificate and "
                 f"{'was' if len(failures) == 1 else 'were'} replaced; the first: {failures[0]}"
             )
-        if count < order.variant_count:
-            number = "one different problem" if count == 1 else f"{count} different problems"
+        if count < request.variant_count:
+            problems_words = "one different problem" if count == 1 else f"{count} different problems"
             variation_words = describe_variation(slot.family, slot.variation)
-            order.report(
-                f"{slot.name}: {slot.family.name} has only {number} ({variation_words}), not {order.variant_count}"
+            request.report(
+                f"{slot.name}: {slot.family.name} has only {problems_words} ({variation_words}), "
+                f"not {request.variant_count}"
             )
-        for _ in range(order.variant_count - count):
-            order.on_step()
+        for _ in range(request.variant_count - count):
+            request.on_step()
 
 
-def _ignore_problem(order: ExportRequest, slot: Slot, problem: Problem) -> None:
-    """Return None: the `work` of a bank without further results."""
+def _ignore_problem(request: ExportRequest, slot: Slot, problem: Problem) -> None:
+    """Return None. Use this function as `work` if only the variants are needed."""
 
 
 def _iterate_distinct_problems(
-    order: ExportRequest, slot: Slot, work: Work[WorkResult], failure_messages: list[str]
+    request: ExportRequest, slot: Slot, work: Work[WorkResult], failure_messages: list[str]
 ) -> Generator[tuple[Problem, WorkResult], None, None]:
-    """Yield distinct problems that pass their certificate.
+    """Yield different problems that pass their certificate, each with the result of `work`.
 
     For each problem that fails its certificate, append a message to `failure_messages`.
     """
     seen_fingerprints: set[str] = set()
     tried_count = 0
     while (
-        len(seen_fingerprints) < order.variant_count
-        and tried_count < MAX_PROBLEMS_PER_VARIANT * order.variant_count
-        and (seen_fingerprints or len(failure_messages) < MAX_DRAWS)
+        len(seen_fingerprints) < request.variant_count
+        and tried_count < MAX_PROBLEMS_PER_VARIANT * request.variant_count
+        and (seen_fingerprints or len(failure_messages) < MAX_SEEDS)
     ):
-        numbers = range(tried_count, tried_count + order.variant_count - len(seen_fingerprints))
+        numbers = range(tried_count, tried_count + request.variant_count - len(seen_fingerprints))
         tried_count = numbers.stop
-        state = _WorkerState(order.without_callbacks, slot, work, set(seen_fingerprints))
-        with closing(map_in_order(_generate_candidate, numbers, order.jobs, keep_state, (state,))) as candidates:
+        state = request.without_callbacks, slot, work, set(seen_fingerprints)
+        with closing(map_in_order(_generate_candidate, numbers, request.jobs, keep_state, (state,))) as candidates:
             for candidate in candidates:
                 if isinstance(candidate, str):
                     failure_messages.append(candidate)
-                elif candidate is not None and candidate.fingerprint not in seen_fingerprints:
-                    seen_fingerprints.add(candidate.fingerprint)
-                    yield candidate.problem, candidate.work_result
-
-
-def _make_no_variant_error(slot: Slot, reason: str) -> QdotError:
-    failure = FailedSlot("", slot.name, slot.family.name, reason)
-    return QdotError(f"{failure}. Nothing is exported. {CHANGE_ADVICE.format(slot.name)}")
-
-
-@dataclass(frozen=True)
-class _Candidate(Generic[WorkResult]):
-    problem: Problem
-    fingerprint: str
-    work_result: WorkResult
-
-
-@dataclass
-class _WorkerState(Generic[WorkResult]):
-    """The state of a worker process: its task, and the fingerprints of the problems that exist already."""
-
-    order: ExportRequest
-    slot: Slot
-    work: Work[WorkResult]
-    known_fingerprints: set[str]
+                elif candidate is not None and candidate[1] not in seen_fingerprints:
+                    problem, fingerprint, work_result = candidate
+                    seen_fingerprints.add(fingerprint)
+                    yield problem, work_result
 
 
 def _generate_candidate(state: _WorkerState[WorkResult], number: int) -> _Candidate[WorkResult] | str | None:
-    """Return a problem with the result of `work`, or a message if it fails, or None if it exists already.
+    """Return the problem with a number; a message if it fails its certificate; None if an equal problem exists.
 
-    A process handles its numbers in ascending order. If two numbers give the same problem, the caller therefore
-    receives the one with a result first.
+    Each process handles its numbers in ascending order. So for equal problems of one process, the caller receives first
+    the problem that has a result.
     """
-    order, slot = state.order, state.slot
-    generate = partial(slot.problem, order.assignment.secret, f"bank/{number}")  # no student's identifier has a slash
-    attempt_result = try_draw(generate, partial(certify_with, order.find_failures))
-    if isinstance(attempt_result, str):
-        return attempt_result
-    problem = attempt_result[0]
+    request, slot, work, known_fingerprints = state
+    student = f"bank/{number}"  # no student has this identifier, because identifiers contain no slash
+    generate = partial(slot.generate_problem, request.assignment.secret, student)
+    result = generate_and_certify(generate, partial(certify_with, request.find_failures))
+    if isinstance(result, str):
+        return result
+    problem, _ = result
     fingerprint = repr(as_json(compute_digests(problem)))
-    if fingerprint in state.known_fingerprints:
+    if fingerprint in known_fingerprints:
         return None
-    state.known_fingerprints.add(fingerprint)
-    return _Candidate(problem, fingerprint, state.work(order, slot, problem))
+    known_fingerprints.add(fingerprint)
+    return problem, fingerprint, work(request, slot, problem)

@@ -1,4 +1,4 @@
-"""The layout of answer boxes on paper: boxes to tick, lines with units, cells for entries, and working space."""
+"""Lay out answer boxes on paper: boxes to tick, lines with units, cells for entries, and working space."""
 
 import math
 import re
@@ -12,10 +12,10 @@ from qdot.exercises.formula.latex import parse_latex
 from qdot.exercises.problem.problem import Part, Problem
 from qdot.exercises.short_questions import ALL_QUESTIONS
 from qdot.exercises.short_questions.options import Options
-from qdot.exercises.writing.fit import formula_width
+from qdot.exercises.writing.fit import estimate_width
 from qdot.exercises.writing.latex import tex
-from qdot.exercises.writing.problem_texts import option_text
-from qdot.exercises.writing.short_answer import plain_unit
+from qdot.exercises.writing.problem_texts import write_option
+from qdot.exercises.writing.short_answer import format_unit
 
 ROW_HEIGHT, LINE_HEIGHT = 8, 4
 """Height of a row of a box, and of each further line of an entry, in mm."""
@@ -24,24 +24,30 @@ BOX_WIDTH = 165
 HANDWRITING_WIDTH = 4.8
 """Width in mm of a handwritten formula for each em of its printed width."""
 MIN_WORKING_SPACE, WORKING_SPACE_PER_CHARACTER, MAX_WORKING_SPACE = 8, 0.014, 40
-"""Working space in mm: the minimum, the increase per character of the worked solution, and the maximum."""
+"""Working space in mm: its minimum, its increase for each character of the worked solution, and its maximum."""
 MIN_SHARE, PACKED_SHARE = 0.65, 0.25
-"""Minimum share of the working space that remains on a long sheet, and on a sheet that fills up its pages."""
+"""Minimum share of the working space that remains on a long sheet; the same for sheets whose pages are filled up.
+
+If pages are filled up, the parts on a page share its free space.
+"""
 WORKING_SPACE_STEP = 5
-"""Working space is rounded to this many mm, so that it does not reveal how long the solution is."""
+"""Working space is a multiple of this many mm, so that students can't infer the length of the solution."""
 LINE_WIDTH, CHARACTER_WIDTH = 39.0, 0.46
 """Width of a line of options, and of a character of prose, in em."""
 TICK_WIDTH = 2.2
-"""Width of an option's tick box, its letter and the space around them, in em."""
+"""Width of an option's tick box and its letter with the space around both, in em."""
+
+_SINGLE_ENTRY_MATRIX = re.compile(r"^\$\\begin\{bmatrix\} ([^&\\]*(?:\\(?!\\)[^&\\]*)*) \\end\{bmatrix\}\$$")
+"""Matches a matrix with a single entry, which is printed as a formula without brackets."""
 
 
 @dataclass(frozen=True)
 class AnswerBox:
     """A box for an answer: `working_space` mm of space, then rows of cells, or one cell per letter if `holds_letters`.
 
-    If pages are filled up, the space is `min_working_space` mm plus a share of the rest of the page, in proportion to
-    `working_space`. `row_height` is the height of a row in mm. `typed_names` (LaTeX) are printed before numbers or
-    above letters, and `units` are printed after numbers.
+    If pages are filled up, the space is `min_working_space` mm plus a share of the page's free space, in proportion to
+    `working_space`. `row_height` is the height of a row in mm. `labels` (LaTeX) are printed before numbers or above
+    letters, and `units` are printed after numbers.
     """
 
     working_space: int
@@ -55,7 +61,7 @@ class AnswerBox:
 
     @property
     def holds_numbers(self) -> bool:
-        """Whether each row is a number with its unit; several of these short lines fit side by side."""
+        """Whether each row is a number with its unit. Several such rows are printed side by side."""
         return bool(self.units)
 
     @property
@@ -70,14 +76,14 @@ class AnswerBox:
 
     @property
     def total_height(self) -> int:
-        """Total height in mm, with frame and heading."""
+        """Total height of the box in mm, including its frame and heading."""
         rows = math.ceil(self.rows / self.cells_per_row) if self.holds_numbers else self.rows
         return self.working_space + rows * self.row_height + 5
 
 
 @dataclass(frozen=True)
 class PaperOption:
-    """An option in Markdown and the letter before it; the letter is empty for true and false."""
+    """An option in Markdown, and the letter before the option; the letter is "" for true and false."""
 
     letter: str
     text: str
@@ -85,9 +91,9 @@ class PaperOption:
 
 @dataclass(frozen=True)
 class PaperOptions:
-    """The options of a question on paper, laid out in `columns`.
+    """The options of a question on paper, laid out in a number of `columns`.
 
-    If `has_tick_boxes`, each option has a box to tick; otherwise, a student writes letters into cells.
+    If `has_tick_boxes`, each option has a box to tick; otherwise, students write letters into cells.
     """
 
     options: tuple[PaperOption, ...]
@@ -99,31 +105,28 @@ class PaperOptions:
 
 
 def arrange_options(problem: Problem, part: Part, width_share: float = 1.0) -> PaperOptions | None:
-    """Return the options of a part, arranged to fit a share of the page's width; None if the part offers no options."""
+    """Return the options of a part in as many columns as fit a share of the page's width; None without options."""
     answer = part.answer
     if not answer.offered_options:
         return None
     if answer.offered_options == TRUE_FALSE:
         return PaperOptions(tuple(PaperOption("", word) for word in TRUE_FALSE), 4)
-    texts = [option_text(problem, part, index) for index in range(len(answer.offered_options))]
+    texts = [write_option(problem, part, index) for index in range(len(answer.offered_options))]
     if isinstance(part.details, Options):
-        texts = [
-            re.sub(r"^\$\\begin\{bmatrix\} ([^&\\]*(?:\\(?!\\)[^&\\]*)*) \\end\{bmatrix\}\$$", r"$\1$", text)
-            for text in texts
-        ]
+        texts = [_SINGLE_ENTRY_MATRIX.sub(r"$\1$", text) for text in texts]
     max_width = max(map(_measure_width, texts)) + TICK_WIDTH
     width = width_share * LINE_WIDTH
     columns = max((count for count in (1, 2, 4) if count * max_width <= width and count <= len(texts)), default=1)
     has_tall_option = isinstance(part.details, Options) and any(option.is_tall for option in part.details.offered)
     are_formulas = all(re.fullmatch(r"\$[^$]*\$", text) for text in texts)
     if (has_tall_option or max_width > width) and are_formulas:
-        texts = [f"${text}$" for text in texts]  # a block formula can be made smaller or broken into lines
+        texts = [f"${text}$" for text in texts]  # a displayed formula can be made smaller or broken into lines
     paper_options = tuple(PaperOption(letter, text) for letter, text in zip(LETTERS, texts, strict=False))
     return PaperOptions(paper_options, columns, has_tick_boxes=not answer.matched_items)
 
 
 def _measure_width(text: str) -> float:
-    formula_widths = (formula_width(parse_latex(latex)) for latex in re.findall(r"\$([^$]+)\$", text))
+    formula_widths = (estimate_width(parse_latex(latex)) for latex in re.findall(r"\$([^$]+)\$", text))
     return sum(formula_widths) + CHARACTER_WIDTH * len(re.sub(r"\$[^$]+\$", "", text))
 
 
@@ -131,19 +134,16 @@ def _measure_width(text: str) -> float:
 
 
 def compute_share_that_fits(boxes: Sequence[AnswerBox], fixed_height: int, page_height: int) -> float:
-    """Return the share of their working space that lets these boxes fit on a page, at least `MIN_SHARE`.
+    """Return the share (at least `MIN_SHARE`) of these boxes' working space with which they fit on a sheet.
 
-    `fixed_height` is the height that can't shrink, in mm like all heights here.
+    `page_height` is the height of the sheet, and `fixed_height` is the height of all that can't shrink, both in mm.
     """
     working_space = sum(box.working_space for box in boxes)
     return 1.0 if not working_space else min(1.0, max(MIN_SHARE, (page_height - fixed_height) / working_space))
 
 
 def scale_working_space(box: AnswerBox, share: float) -> AnswerBox:
-    """Return a box with a share of its working space.
-
-    With share 1, the box keeps all its space even if pages are filled up.
-    """
+    """Return a box with a share of its working space; with share 1, it keeps all its space if pages are filled up."""
     packed_space = box.working_space if share == 1 else round(PACKED_SHARE * box.working_space)
     return replace(box, working_space=round(share * box.working_space), min_working_space=packed_space)
 
@@ -156,7 +156,7 @@ def compute_working_space(solution: str) -> int:
 
 def make_box(problem: Problem, part: Part, solution: str = "") -> AnswerBox | None:
     """Return a box that fits the answer, with working space for its solution; None if students tick an option."""
-    answer, working = part.answer, compute_working_space(solution)
+    answer, working_space = part.answer, compute_working_space(solution)
     match answer:
         case Choice() | Selection():
             return None
@@ -164,21 +164,21 @@ def make_box(problem: Problem, part: Part, solution: str = "") -> AnswerBox | No
             labels = tuple(rf"\text{{{item}}}" for item in answer.items)
             return AnswerBox(0, 1, len(answer.items), holds_letters=True, labels=labels)
         case ConditionSet():
-            return AnswerBox(working, max(2, math.ceil(len(answer.components) / 2) * 2))
+            return AnswerBox(working_space, max(2, math.ceil(len(answer.components) / 2) * 2))
         case Number():
-            return _make_number_box(problem, part, answer, working)
+            return _make_number_box(problem, part, answer, working_space)
     rows, columns = answer.shape or (1, 1)
     entries = [] if answer.is_numeric else list(answer.as_matrix())
-    max_width = max((formula_width(parse_latex(tex(entry, problem.chain))) for entry in entries), default=0.0)
+    max_width = max((estimate_width(parse_latex(tex(entry, problem.chain))) for entry in entries), default=0.0)
     line_count = max(1, min(3, math.ceil(HANDWRITING_WIDTH * max_width * columns / BOX_WIDTH)))
-    # all cells are as high as the longest entry
-    return AnswerBox(working, rows, columns, ROW_HEIGHT + LINE_HEIGHT * (line_count - 1))
+    # All cells are as high as the cell of the longest entry.
+    return AnswerBox(working_space, rows, columns, ROW_HEIGHT + LINE_HEIGHT * (line_count - 1))
 
 
 def _make_number_box(problem: Problem, part: Part, answer: Number, working_space: int) -> AnswerBox:
     chain, question = problem.chain, ALL_QUESTIONS[part.kind]
     typed_labels = (tex(sp.Symbol(name), chain) for name in question.typed_names(chain))
     labels = tuple(question.entry_names(chain, part) or typed_labels)
-    units = tuple(map(plain_unit, answer.units))
+    units = tuple(map(format_unit, answer.units))
     rows, columns = answer.shape or (1, 1)
     return AnswerBox(working_space, rows * columns, 1, labels=labels if len(labels) == len(units) else (), units=units)

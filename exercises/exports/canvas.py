@@ -1,6 +1,7 @@
-"""Export of a quiz for Canvas as QTI 1.2. Each student gets one variant from a group for each slot and question."""
+"""Export a quiz for Canvas as QTI 1.2. Canvas picks one variant of each question for each student."""
 
 from collections.abc import Generator, Sequence
+from itertools import chain
 
 from qdot.exercises.exports import items, markup
 from qdot.exercises.exports.export_format import ExportedFile, ExportRequest, make_zip
@@ -10,22 +11,21 @@ FILE_FOLDER = "%24IMS-CC-FILEBASE%24"
 """The folder in which Canvas stores the files of a package."""
 
 
-def export_canvas(order: ExportRequest) -> Generator[ExportedFile, None, None]:
-    """Yield one package, which Canvas imports as a quiz and a question bank."""
-    assignment = order.assignment
-    quiz_items = list(items.make_items_without_hidden_solutions(order))
+def export_canvas(request: ExportRequest) -> Generator[ExportedFile, None, None]:
+    """Yield one package. From the package, Canvas imports a quiz and a question bank."""
+    assignment = request.assignment
+    quiz_items = list(items.make_items_without_hidden_solutions(request))
     if any(item.single_number_item for item in quiz_items):
-        order.report("Canvas takes one number per question, so questions on vectors and matrices use a single entry")
+        request.report("Canvas takes one number per question, so questions on vectors and matrices use a single entry")
     groups = items.group_by_category(item.single_number_item or item for item in quiz_items)
-    images = {
-        f"images/{markup.name_picture_file(picture)}": markup.make_svg_file(picture)
-        for group in groups.values() for item in group for picture in markup.find_pictures((*item.body, *item.solution))
-    }  # fmt: skip
+    images: dict[str, str | bytes] = {}
+    for item in chain.from_iterable(groups.values()):
+        images |= markup.make_image_files((*item.body, *item.solution))
     ident = f"qdot-{assignment.key}"
     context = {
         "ident": ident, "key": assignment.key, "title": assignment.title, "groups": groups, "images": sorted(images),
         "points": markup.format_decimal(sum(group[0].points for group in groups.values())),
-        "tells_values": order.has_solutions or order.includes_feedback("values"),
+        "tells_values": request.has_solutions or request.includes_feedback("values"),
         "type_of": _name_question_type, "shares_of": _list_shares, "html": _write_html, "line": markup.write_line_html,
         "decimal": markup.format_decimal, "limits": markup.format_limits,
     }  # fmt: skip
@@ -38,9 +38,7 @@ def export_canvas(order: ExportRequest) -> Generator[ExportedFile, None, None]:
 
 
 def _write_html(body: Sequence[str | markup.Picture]) -> str:
-    return markup.write_html_with_figures(
-        body, lambda picture: f"{FILE_FOLDER}/images/{markup.name_picture_file(picture)}"
-    )
+    return markup.write_html_with_figures(body, lambda p: f"{FILE_FOLDER}/images/{markup.name_picture_file(p)}")
 
 
 def _name_question_type(form: items.ItemForm) -> str:
@@ -51,6 +49,6 @@ def _name_question_type(form: items.ItemForm) -> str:
 
 
 def _list_shares(count: int) -> list[str]:
-    """Return the percentages of the points for `count` stems, to two decimals; they add up to 100."""
+    """Return the percentage of the points for each of `count` stems to match, with two decimals; the sum is 100."""
     share = round(100 / count, 2)
     return [f"{share:.2f}"] * (count - 1) + [f"{100 - share * (count - 1):.2f}"]

@@ -1,4 +1,4 @@
-"""The definition of an export format, and the `ExportRequest` that it receives: an assignment and how to export it."""
+"""Define what an export format is, and the request for an export: an assignment, and how to export it."""
 
 import io
 import tomllib
@@ -10,17 +10,18 @@ from pathlib import PurePath
 from typing import Literal
 
 from qdot.exercises.assignment.assignment import FEEDBACK, Assignment
-from qdot.exercises.assignment.draws import FailedSlot, FindFailures
+from qdot.exercises.assignment.certified_problems import FailedSlot, FindFailures
 from qdot.exercises.common.errors import QdotError
 from qdot.exercises.problem.problem import Part, Problem
 
 SHEET_KINDS = ("handout", "exam", "key", "marking")
-"""Kinds of sheets: problems; problems with writing space; short answers; points of wrong answers.
+"""Kinds of sheets: problems; problems with writing space; correct answers; the points of wrong answers.
 
 The last two kinds are for staff.
 """
 PAPER_SIZES = ("a4", "letter")
-"""Sizes of paper."""
+DEFAULT_ATTEMPTS = 3
+"""Number of attempts at a question on platforms that limit attempts, unless the assignment sets another number."""
 
 EarnedShare = Callable[[Problem, Part, str], Fraction]
 """A function that returns the share of a part's points that a typed answer earns."""
@@ -31,19 +32,21 @@ def _refuse(failure: FailedSlot) -> None:
 
 
 def _ignore(*_: object) -> None:
-    """Ignore a report. This is a module-level function, because other processes must be able to unpickle it."""
+    """Do nothing. This function belongs to a module, because other processes must be able to unpickle it."""
 
 
 @dataclass(frozen=True)
 class ExportRequest:
-    """A request for an export. A bank of problems gets `variant_count` variants of each problem.
+    """A request for an export. A bank has `variant_count` variants of each problem.
 
-    For paper: `sheet` is the kind of sheet (one of SHEETS), `has_solutions` adds worked solutions, and `paper_size` is
-    the paper size (one of PAGES). Sheets are for everybody on the roster, or in several `version_count` without names.
-    `find_failures` certifies a problem; a problem that fails is never exported. `on_step` is called after every variant
-    or student, `report` with messages to the staff, and `on_left_out` for each student without a problem.
-    `earned_share` is the grader's share of points for an answer, for marking sheets. `passing_share` is the share of
-    the points needed to pass, if there is one.
+    - `sheet` (one of `SHEET_KINDS`) and `paper_size` (one of `PAPER_SIZES`) are for exports to paper.
+    - `version_count` is the number of versions of a sheet, which have no names. If it is 0, each student gets a sheet.
+    - `has_solutions` adds worked solutions.
+    - `find_failures` returns the failed checks of a problem; a problem with failed checks is never exported.
+    - `on_step` is called after every variant or student, and `on_left_out` for each student without a problem.
+    - `report` is called with messages to the staff.
+    - `earned_share` is the grader's share of points for an answer; only marking sheets need it.
+    - `passing_share` is the share of the points that a student needs to pass; None if there is no such limit.
     """
 
     assignment: Assignment
@@ -59,6 +62,11 @@ class ExportRequest:
     on_left_out: Callable[[FailedSlot], None] = _refuse
     earned_share: EarnedShare | None = None
     passing_share: Fraction | None = None
+
+    @property
+    def attempt_count(self) -> int:
+        """The number of attempts at a question on platforms that limit attempts."""
+        return self.assignment.attempts.best_of or DEFAULT_ATTEMPTS
 
     def includes_feedback(self, level: str) -> bool:
         """Return whether the assignment's feedback includes this level of FEEDBACK."""
@@ -85,24 +93,24 @@ class ExportedFile:
 def make_zip(files: Mapping[str, str | bytes], permissions: Mapping[str, int] = {}) -> bytes:
     """Return a zip archive whose bytes depend only on the files.
 
-    `permissions` maps the path of a file to its permissions; a file that it does not name gets 0o644.
+    `permissions` maps the path of a file to its permissions; all other files get 0o644.
     """
-    out = io.BytesIO()
-    with zipfile.ZipFile(out, "w", zipfile.ZIP_DEFLATED) as zip_file:
+    buffer = io.BytesIO()
+    with zipfile.ZipFile(buffer, "w", zipfile.ZIP_DEFLATED) as zip_file:
         for path, content in files.items():
             info = zipfile.ZipInfo(path, date_time=(1980, 1, 1, 0, 0, 0))
             info.compress_type, info.create_system = zipfile.ZIP_DEFLATED, 3
             info.external_attr = permissions.get(path, 0o644) << 16
             zip_file.writestr(info, content.encode() if isinstance(content, str) else content)
-    return out.getvalue()
+    return buffer.getvalue()
 
 
-def list_robot_files(order: ExportRequest) -> list[str]:
-    """Return the names of the robot files in an assignment's folder. Robots of the library come with qdot.
+def list_robot_files(request: ExportRequest) -> list[str]:
+    """Return the paths of the robot files that an assignment uses, relative to its folder. Raises QdotError.
 
-    Raises QdotError for a file outside of the folder.
+    Robots of the library are not included, because qdot contains them. A file outside of the folder is an error.
     """
-    assignment = order.assignment
+    assignment = request.assignment
     content = tomllib.loads((assignment.folder / "assignment.toml").read_text(encoding="utf-8"))
     names = list(dict.fromkeys(entry["robot"] for entry in content["problem"] if "robot" in entry))
     for name in names:
@@ -115,12 +123,12 @@ def list_robot_files(order: ExportRequest) -> list[str]:
 class ExportFormat:
     """An export format, selected by `--to NAME`.
 
-    `title` describes the files, `read_by` names the program that reads them, and `checked_by` the program that reads
-    them in our tests. `progress_unit` says how often the work is done: for every "variant", for every "student", or
-    "once". `regenerates_problems` means that the platform regenerates the problems from assignment.toml.
+    `title` describes the exported files. `read_by` names the program for which they are, and `checked_by` the program
+    that reads the files in our tests. `progress_unit` says how often the work is done: for every "variant", for every
+    "student", or "once". `regenerates_problems` means that the platform regenerates the problems from assignment.toml.
 
     Before anything is written, `check` raises QdotError if no machine can carry out the request. `explain_missing`
-    returns what this machine lacks and how to install it, or "".
+    returns which program this machine lacks and how to install it, or "".
     """
 
     name: str
@@ -135,13 +143,13 @@ class ExportFormat:
 
     @property
     def contains_bank(self) -> bool:
-        """Whether its files contain the variants of a bank."""
+        """Whether the exported files contain the variants of a bank."""
         return self.progress_unit == "variant" and not self.regenerates_problems
 
-    def count_steps(self, order: ExportRequest) -> int:
-        """Return how many times `order.on_step` will be called."""
-        assignment = order.assignment
+    def count_steps(self, request: ExportRequest) -> int:
+        """Return how many times `request.on_step` will be called."""
+        assignment = request.assignment
         return {
-            "variant": len(assignment.slots) * order.variant_count, "once": 1,
-            "student": order.version_count or len(assignment.roster),
+            "variant": len(assignment.slots) * request.variant_count, "once": 1,
+            "student": request.version_count or len(assignment.roster),
         }[self.progress_unit]  # fmt: skip

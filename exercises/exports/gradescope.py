@@ -1,6 +1,6 @@
-"""Export of an autograder for Gradescope: a zip with the assignment, its secret and qdot itself, for staff to upload.
+"""Export an autograder for Gradescope: a zip with the assignment, its secret and qdot itself, for staff to upload.
 
-Students never see the zip. Their code runs in the same container, but as another user and in the usual sandbox. The
+Students never see the zip. Students' code runs in the same container, but as another user and in the usual sandbox. The
 setup script makes the contents of the zip readable by root only.
 """
 
@@ -14,19 +14,17 @@ from qdot.exercises.exports.wheel import list_versions, make_wheel
 from qdot.exercises.writing.render import render
 
 
-def export_gradescope(order: ExportRequest) -> Generator[ExportedFile, None, None]:
+def export_gradescope(request: ExportRequest) -> Generator[ExportedFile, None, None]:
     """Yield the autograder's zip, a README on how to set it up, and every student's notebook."""
-    notebooks = collect_handouts(order)
-    assignment = notebooks.assignment
-    name, content = make_wheel()
-    context = {"title": assignment.title, "key": assignment.key, "wheel": name}
+    handouts = collect_handouts(request)
+    assignment, context, (wheel_name, wheel) = handouts.assignment, handouts.context, make_wheel()
     scripts = {"setup.sh": "exports/gradescope-setup.sh.j2", "run_autograder": "exports/gradescope-run.sh.j2"}
-    private_files = dict(read_assignment_files(order)) | {SECRET_FILE: f"{assignment.secret}\n".encode()}
+    private_files = dict(read_assignment_files(request)) | {SECRET_FILE: f"{assignment.secret}\n".encode()}
     files: dict[str, str | bytes] = {path: render(template, **context) for path, template in scripts.items()}
     files |= {f"assignment/{path}": data for path, data in private_files.items()}
-    files |= {name: content, "versions.txt": list_versions()}
+    files |= {wheel_name: wheel, "versions.txt": list_versions()}
     permissions = dict.fromkeys(scripts, 0o755) | {f"assignment/{path}": 0o600 for path in private_files}
     yield ExportedFile("autograder.zip", make_zip(files, permissions), is_private=True)
     yield ExportedFile("README.md", render("exports/gradescope-readme.md.j2", **context))
-    for student, notebook in notebooks.iterate_notebooks():
+    for student, notebook in handouts.iterate_notebooks():
         yield ExportedFile(f"students/{student.id}/{assignment.key}.ipynb", notebook)

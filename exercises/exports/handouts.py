@@ -1,46 +1,51 @@
-"""The notebooks for an export: unchanged ones from released/, and new ones for the other students."""
+"""The notebooks for an export: a student's notebook in released/ if it is up to date, otherwise a new one."""
 
 from collections.abc import Generator
 from dataclasses import dataclass
+from typing import Any
 
 from qdot.exercises.assignment.assignment import Assignment, Student
-from qdot.exercises.assignment.draws import certify_class
-from qdot.exercises.assignment.release import is_released, make_handout_text, released_text
+from qdot.exercises.assignment.certified_problems import certify_class
+from qdot.exercises.assignment.release import is_released, make_notebook, notebook_path, read_if_present
 from qdot.exercises.exports.export_format import ExportRequest
+from qdot.exercises.exports.wheel import make_wheel
+from qdot.exercises.notebook.notebook import notebook_text
 
 
 @dataclass(frozen=True)
 class Handouts:
-    """The notebooks of a class. `students` lists the students who have a notebook.
+    """The notebooks of a class; `students` lists the students who have a notebook."""
 
-    `new_ids` contains the ids of students whose notebooks are new. `collect_handouts` has already called
-    `order.on_step` for them and for students without a notebook.
-    """
-
-    order: ExportRequest
     assignment: Assignment
     students: tuple[Student, ...]
-    new_ids: frozenset[str]
+
+    @property
+    def context(self) -> dict[str, Any]:
+        """The values that the templates of all these exports show: the title, the key, and the wheel's file name."""
+        return {"title": self.assignment.title, "key": self.assignment.key, "wheel": make_wheel()[0]}
 
     def iterate_notebooks(self) -> Generator[tuple[Student, str], None, None]:
         """Yield every notebook, in roster order."""
         for student in self.students:
-            if student.id in self.new_ids:
-                yield student, make_handout_text(self.assignment, student.id)
+            if is_released(self.assignment, student.id):
+                yield student, read_if_present(notebook_path(self.assignment, student.id)) or ""
             else:
-                yield student, released_text(self.assignment, student.id)
-                self.order.on_step()
+                problems = self.assignment.generate_problems(student.id)
+                yield student, notebook_text(make_notebook(self.assignment, student.id, problems))
 
 
-def collect_handouts(order: ExportRequest) -> Handouts:
-    """Return the notebooks of a class, after recording regenerated problems in the assignment's folder.
+def collect_handouts(request: ExportRequest) -> Handouts:
+    """Return the notebooks of a class, after recording replaced problems in the assignment's folder.
 
-    Call this before copying any file of the assignment.
+    Call this function before copying any file of the assignment, because redrawn.csv may change. `request.on_step` is
+    called for all students.
     """
-    new_ids = [student.id for student in order.assignment.roster if not is_released(order.assignment, student.id)]
-    assignment, failures = certify_class(order.assignment, new_ids, order.find_failures, order.jobs, order.on_step)
+    assignment, students = request.assignment, [student.id for student in request.assignment.roster]
+    new_ids = [student for student in students if not is_released(assignment, student)]
+    for _ in range(len(students) - len(new_ids)):
+        request.on_step()
+    assignment, failures = certify_class(assignment, new_ids, request.find_failures, request.jobs, request.on_step)
     for failure in failures:
-        order.on_left_out(failure)
-    left_out_students = {failure.student for failure in failures}
-    students = tuple(student for student in assignment.roster if student.id not in left_out_students)
-    return Handouts(order, assignment, students, frozenset(new_ids))
+        request.on_left_out(failure)
+    left_out_ids = {failure.student for failure in failures}
+    return Handouts(assignment, tuple(student for student in assignment.roster if student.id not in left_out_ids))

@@ -1,7 +1,8 @@
-"""Quiz items, the common form of questions for all learning platforms: text, form of answer, correct answer.
+"""Make quiz items: questions in a form from which the exports to learning platforms write their files.
 
-Texts are Markdown with LaTeX, with figures between them. Platforms can't compare formulas, so items ask for their
-values at a configuration (`exports.numbers`). `order.report` reports questions that can't be asked at all.
+An item has a text (Markdown and figures), the form of its answer, and the correct answer. Platforms can't compare
+formulas, so items ask for the values of formulas at a configuration (see `numbers`). The staff get a message about each
+question that can't be asked.
 """
 
 import re
@@ -14,7 +15,7 @@ import sympy as sp
 
 from qdot.exercises.answer_types import LETTERS, TRUE_FALSE, Matching, Number, Selection
 from qdot.exercises.assignment.assignment import Slot
-from qdot.exercises.assignment.draws import Variant
+from qdot.exercises.assignment.certified_problems import Variant
 from qdot.exercises.common.errors import QdotError
 from qdot.exercises.common.stream import Stream
 from qdot.exercises.exports.bank import process_bank
@@ -26,18 +27,24 @@ from qdot.exercises.problem.problem import Part, Problem
 from qdot.exercises.short_questions import ALL_QUESTIONS
 from qdot.exercises.short_questions.options import list_blames
 from qdot.exercises.writing.latex import tex
-from qdot.exercises.writing.problem_texts import hints, option_text, prompt, statement, worked_solution
+from qdot.exercises.writing.problem_texts import (
+    write_hints,
+    write_option,
+    write_prompt,
+    write_solution,
+    write_statement,
+)
 from qdot.exercises.writing.render import render
 
 MAX_WRONG_VALUES = 6
-"""Maximum number of wrong values to recognise for one number. With more wrong values, some would match by chance."""
+"""Maximum number of wrong values to recognise for a number. With more values, answers would match them by chance."""
 SINGULARITY_QUESTIONS = ("singular-angles-choice", "singular-configurations", "singular-drawing")
-"""Short questions that replace the question for the set of singular configurations: the first that applies is asked."""
+"""Short questions, of which the first that applies replaces the question for the set of singular configurations."""
 
 
 @dataclass(frozen=True)
 class QuizOption:
-    """An option: its text, whether it is correct (`correct_indices`), and the feedback for choosing it."""
+    """An option: its text, whether students must choose it, and the feedback if they wrongly do."""
 
     text: str
     is_correct: bool
@@ -68,19 +75,18 @@ class ChoiceForm:
 
     @property
     def lettered_options(self) -> tuple[tuple[str, str, QuizOption], ...]:
-        """Each option as (letter, text, option).
-
-        The text begins with the letter, unless `has_fixed_order`.
-        """
-        pairs = zip(LETTERS, self.options, strict=False)
-        return tuple((a, option.text if self.has_fixed_order else f"{a}. {option.text}", option) for a, option in pairs)
+        """Each option as (letter, text, option); the text begins with the letter, unless `has_fixed_order`."""
+        return tuple(
+            (letter, option.text if self.has_fixed_order else f"{letter}. {option.text}", option)
+            for letter, option in zip(LETTERS, self.options, strict=False)
+        )
 
 
 @dataclass(frozen=True)
 class MatchingForm:
     """A form in which a student matches stems (LaTeX) with options (plain text).
 
-    `correct_options` is the index of each stem's option, from 0. An option may belong to no stem.
+    `correct_options` has the index (from 0) of the correct option for each stem. Some options may belong to no stem.
     """
 
     kind: ClassVar = "match"
@@ -95,7 +101,7 @@ class MatchingForm:
 
     @property
     def lettered_stems(self) -> tuple[tuple[str, str, int], ...]:
-        """Each stem as (letter, text after the letter, index of its option); solutions refer to the letters."""
+        """Each stem as (letter, text with the letter, index of its option); solutions refer to the letters."""
         return tuple(
             (letter, f"{letter}. {stem}", index)
             for letter, stem, index in zip(LETTERS, self.stems, self.correct_options, strict=False)
@@ -104,17 +110,16 @@ class MatchingForm:
 
 @dataclass(frozen=True)
 class WrongValue:
-    """A wrong value, with the title of the mistake that leads to it, and the feedback."""
+    """A wrong value that a known mistake leads to, with its tolerance, and the feedback on the mistake."""
 
     value: float
     tolerance: float
-    mistake_title: str
     feedback: str
 
 
 @dataclass(frozen=True)
 class NumberField:
-    """An input field for a number: its name in LaTeX and in words, value, tolerance, unit, and known wrong values."""
+    """An input field for a number: LaTeX label, description in words, correct value, and values of known mistakes."""
 
     label: str
     description: str
@@ -126,7 +131,7 @@ class NumberField:
 
 @dataclass(frozen=True)
 class NumberForm:
-    """Input fields for numbers, in rows; entries that are not fields are shown as fixed text."""
+    """A form with rows of input fields for numbers; entries that are not fields are shown as fixed text."""
 
     kind: ClassVar = "numbers"
     rows: tuple[tuple[NumberField | str, ...], ...]
@@ -147,10 +152,10 @@ ItemForm = ChoiceForm | MatchingForm | NumberForm
 
 @dataclass(frozen=True)
 class QuizItem:
-    """A question for learning platforms. `key` is unique and permanent; `category` is assignment, slot, question.
+    """A question for learning platforms. `key` is unique and permanent; `category` is (assignment, slot, question).
 
-    `single_number_item` is the same question for platforms that accept only one number: it asks for one of the item's
-    numbers. It is None if the item asks for at most one number.
+    If the item asks for several numbers, `single_number_item` asks for only one of these numbers; otherwise it is None.
+    Platforms that accept only one number use it.
     """
 
     key: str
@@ -164,10 +169,10 @@ class QuizItem:
     single_number_item: "QuizItem | None" = None
 
 
-def make_items(order: ExportRequest) -> Generator[QuizItem, None, None]:
-    """Yield the parts of every variant as items, by slot and variant. Report once per slot what can't be asked."""
+def make_items(request: ExportRequest) -> Generator[QuizItem, None, None]:
+    """Yield the parts of all variants as items. For each slot, report once which parts can't be asked."""
     reported_notes: set[str] = set()
-    for variant, variant_items in process_bank(order, _make_problem_items):
+    for variant, variant_items in process_bank(request, _make_problem_items):
         for part, item in zip(variant.problem.parts, variant_items, strict=True):
             if item is not None:
                 yield _add_variant_key(item, variant)
@@ -175,12 +180,12 @@ def make_items(order: ExportRequest) -> Generator[QuizItem, None, None]:
             note = f"{variant.slot.name}: {part.name} is left out, because the platform can't compare formulas"
             if note not in reported_notes:
                 reported_notes.add(note)
-                order.report(note)
+                request.report(note)
 
 
-def _make_problem_items(order: ExportRequest, slot: Slot, problem: Problem) -> list[QuizItem | None]:
-    """Return the parts of a problem as items, whose keys and titles do not name the variant yet."""
-    return [_make_item(order, slot, problem, part) for part in problem.parts]
+def _make_problem_items(request: ExportRequest, slot: Slot, problem: Problem) -> list[QuizItem | None]:
+    """Return the parts of a problem as items; their keys and titles do not contain the variant's key yet."""
+    return [_make_item(request, slot, problem, part) for part in problem.parts]
 
 
 def _add_variant_key(item: QuizItem, variant: Variant) -> QuizItem:
@@ -190,11 +195,11 @@ def _add_variant_key(item: QuizItem, variant: Variant) -> QuizItem:
     return replace(item, key=key, title=title, single_number_item=number_item)
 
 
-def make_items_without_hidden_solutions(order: ExportRequest) -> Generator[QuizItem, None, None]:
-    """Yield the items for a platform without levels of feedback, with solutions only if students may see them."""
-    for item in make_items(order):
+def make_items_without_hidden_solutions(request: ExportRequest) -> Generator[QuizItem, None, None]:
+    """Yield the items for a platform without levels of feedback; they have solutions only if students may see them."""
+    for item in make_items(request):
         number_item = item.single_number_item and replace(item.single_number_item, solution=())
-        shows_solutions = order.has_solutions or order.includes_feedback("solutions")
+        shows_solutions = request.has_solutions or request.includes_feedback("solutions")
         yield item if shows_solutions else replace(item, solution=(), single_number_item=number_item)
 
 
@@ -206,14 +211,14 @@ def group_by_category(items: Iterable[QuizItem]) -> dict[tuple[str, str, str], l
     return groups
 
 
-def _make_item(order: ExportRequest, slot: Slot, problem: Problem, part: Part) -> QuizItem | None:
-    """Return a part of a problem as an item whose key does not name the variant yet; None if it can't be asked."""
+def _make_item(request: ExportRequest, slot: Slot, problem: Problem, part: Part) -> QuizItem | None:
+    """Return a part of a problem as an item without the variant's key; None if the part can't be asked."""
     if part.answer.is_set:
-        short_problem = _ask_short_question(problem, part, order)
+        short_problem = _ask_short_question(problem, part, request)
         if short_problem is None:
             return None
         problem, (part,) = short_problem, short_problem.parts
-    tells_mistakes, numeric_part = order.includes_feedback("mistake"), None
+    tells_mistakes, numeric_part = request.includes_feedback("mistake"), None
     form: ItemForm
     if part.answer.offered_options:
         form = _make_option_form(problem, part, tells_mistakes)
@@ -226,10 +231,10 @@ def _make_item(order: ExportRequest, slot: Slot, problem: Problem, part: Part) -
         question = _write_numeric_question(problem, part, numeric_part, form.fields, len(form.fields))
     title, figure = ALL_QUESTIONS[part.kind].title, draw_prompt_figure(problem, part, part.name)
     figures = () if figure is None else (figure,)
-    body = (draw_arm(problem), statement(problem, "", explains_typing=False), *figures, question)
-    category = order.assignment.title, f"{slot.name} {slot.family.name}", title
+    body = (draw_arm(problem), write_statement(problem, "", explains_typing=False), *figures, question)
+    category = request.assignment.title, f"{slot.name} {slot.family.name}", title
     solution = _write_solution(problem, part, numeric_part)
-    item_hints = hints(problem, part) if order.assignment.hints else ()
+    item_hints = write_hints(problem, part) if request.assignment.hints else ()
     item = QuizItem(part.name, title, category, body, form, part.points, solution, item_hints)
     if numeric_part is None or not isinstance(form, NumberForm) or len(form.fields) == 1:
         return item
@@ -239,7 +244,7 @@ def _make_item(order: ExportRequest, slot: Slot, problem: Problem, part: Part) -
     return replace(item, single_number_item=number_item)
 
 
-def _ask_short_question(problem: Problem, part: Part, order: ExportRequest) -> Problem | None:
+def _ask_short_question(problem: Problem, part: Part, request: ExportRequest) -> Problem | None:
     """Return the problem with one short question on singular configurations, or None if no such question applies."""
     for name in SINGULARITY_QUESTIONS:
         question = ALL_QUESTIONS[name]
@@ -251,7 +256,7 @@ def _ask_short_question(problem: Problem, part: Part, order: ExportRequest) -> P
         except RuntimeError:
             continue
         short_problem = replace(problem, parts=(Part(name, name, answer, part.points, details=details),))
-        failures = order.find_failures(short_problem)
+        failures = request.find_failures(short_problem)
         if failures:
             raise QdotError(f"{problem.id}: {name} failed its certificate: {failures[0]}; please report it")
         return short_problem
@@ -266,16 +271,16 @@ _TYPING_PHRASES = (
     (re.compile(r", in terms of the joint variables and `[^.]*`"), ""),
     (re.compile(r" with the last row `\[0, 0, 0, 1\]`"), " with the last row 0, 0, 0, 1"),
 )  # fmt: skip
-"""Phrases in prompts that explain how to type formulas, each with its replacement."""
+"""Phrases in prompts that explain how to type formulas, each with its replacement for platforms."""
 
 
 def write_question_alone(problem: Problem, part: Part) -> str:
-    """Return the prompt without its options and without instructions on how to type the answer."""
-    return _ANSWER.sub("", _OPTION.sub("", prompt(problem, part))).strip()
+    """Return a prompt without its options and without the line that says how to type the answer."""
+    return _ANSWER.sub("", _OPTION.sub("", write_prompt(problem, part))).strip()
 
 
 def list_entry_labels(problem: Problem, part: Part, shape: tuple[int, ...]) -> tuple[str, ...]:
-    """Return the LaTeX names of the entries of an answer, row by row."""
+    """Return the LaTeX labels of the entries of an answer with a given shape, row by row."""
     chain, question, count = problem.chain, ALL_QUESTIONS[part.kind], int(np.prod(shape))
     typed_names = (tex(sp.Symbol(name), chain) for name in question.typed_names(chain))
     entry_names = tuple(question.entry_names(chain, part) or typed_names)
@@ -287,7 +292,7 @@ def list_entry_labels(problem: Problem, part: Part, shape: tuple[int, ...]) -> t
 def _make_option_form(problem: Problem, part: Part, explains_mistakes: bool) -> ChoiceForm | MatchingForm:
     """Return the options of an answer as a choice, or as stems and options to match."""
     answer = part.answer
-    texts = [option_text(problem, part, index) for index in range(len(part.answer.offered_options))]
+    texts = [write_option(problem, part, index) for index in range(len(part.answer.offered_options))]
     if isinstance(answer, Matching):
         correct = [len(answer.items)] * len(texts)
         for number, index in enumerate(answer.correct):
@@ -306,7 +311,7 @@ def _make_option_form(problem: Problem, part: Part, explains_mistakes: bool) -> 
 
 
 def _write_solution(problem: Problem, part: Part, numeric_part: NumericPart | None) -> tuple[str | Picture, ...]:
-    text = worked_solution(problem, part)
+    text = write_solution(problem, part)
     if numeric_part is not None and (numeric_part.given_values is not None or numeric_part.unit_entry is not None):
         rows = [[f"{value:.4g}" for value in row] for row in numeric_part.values]
         text += "\n" + render("exports/solution.md.j2", rows=rows)
@@ -342,16 +347,14 @@ def _make_field(part: Part, numeric_part: NumericPart, index: int, label: str, e
     value = float(numeric_part.values.ravel()[index])
     tolerance = compute_tolerance(value)
     values_with_tolerance, wrong_values = [(value, tolerance)], list[WrongValue]()
-    for title, advice, values in numeric_part.wrong_answers if explains_mistakes else ():
+    for feedback, values in numeric_part.wrong_answers if explains_mistakes else ():
         wrong_value = float(values.ravel()[index]) if values.shape == numeric_part.values.shape else np.nan
         wrong_tolerance = compute_tolerance(wrong_value)
-        is_zero = abs(wrong_value) <= 1e-9 and not is_count  # many mistakes lead to zero
-        is_new = all(
-            abs(wrong_value - v) > wrong_tolerance + earlier_tolerance for v, earlier_tolerance in values_with_tolerance
-        )
+        is_zero = abs(wrong_value) <= 1e-9 and not is_count  # zero is left out, because many mistakes lead to it
+        is_new = all(abs(wrong_value - v) > wrong_tolerance + t for v, t in values_with_tolerance)
         if is_new and np.isfinite(wrong_value) and not is_zero:
             values_with_tolerance.append((wrong_value, wrong_tolerance))
-            wrong_values.append(WrongValue(wrong_value, wrong_tolerance, title, advice))
+            wrong_values.append(WrongValue(wrong_value, wrong_tolerance, feedback))
     row, column = divmod(index, columns)
     position = f"row {row + 1}, column {column + 1}" if columns > 1 else f"entry {row + 1}" if rows > 1 else ""
     named_position = f"${label}$ ({position})" if position else f"${label}$"
@@ -361,7 +364,7 @@ def _make_field(part: Part, numeric_part: NumericPart, index: int, label: str, e
 
 
 def _choose_most_distinguishing_field(problem: Problem, part: Part, fields: tuple[NumberField, ...]) -> NumberField:
-    """Return the field whose value distinguishes the most mistakes. If several do, choose one of them at random."""
+    """Return the field whose value distinguishes the most mistakes; if several do, one of them at random."""
     nontrivial_fields = [field for field in fields if round(abs(field.value), 9) not in (0, 1)] or list(fields)
     max_mistakes = max(len(field.wrong_values) for field in nontrivial_fields)
     best_fields = [field for field in nontrivial_fields if len(field.wrong_values) == max_mistakes]
@@ -371,8 +374,8 @@ def _choose_most_distinguishing_field(problem: Problem, part: Part, fields: tupl
 def _write_numeric_question(
     problem: Problem, part: Part, numeric_part: NumericPart, fields: tuple[NumberField, ...], entry_count: int
 ) -> str:
-    """Return the question that asks for these fields of an answer with `entry_count` entries."""
-    text = prompt(problem, part)
+    """Return the question that asks for some fields of an answer with `entry_count` entries."""
+    text = write_prompt(problem, part)
     answer_line = _ANSWER.search(text)
     convention = "" if answer_line is None or part.type in ("expression", "direction") else answer_line[1].strip()
     for pattern, replacement in _TYPING_PHRASES:

@@ -1,6 +1,6 @@
-"""Instructions for marking a part on paper: the correct answer, the points for known mistakes, a rule for the rest.
+"""Write instructions for marking a part on paper: the correct answer, the points for known mistakes, and a rule.
 
-The grader computes the points of an answer, so that paper and notebooks are marked in the same way.
+The rule is for all other answers. The grader computes the points of an answer, so paper and notebooks are marked alike.
 """
 
 import re
@@ -23,16 +23,12 @@ from qdot.exercises.answer_types import (
 from qdot.exercises.exports.export_format import EarnedShare
 from qdot.exercises.exports.known_wrong import KnownWrongAnswer, find_known_wrong_answers
 from qdot.exercises.formula.latex import parse_latex
-from qdot.exercises.problem.credit import (
-    INCOMPLETE_CONDITION_FACTOR,
-    MISTAKE_FACTOR,
-    SIGN_OR_FACTOR_COST,
-)
+from qdot.exercises.problem.credit import INCOMPLETE_CONDITION_FACTOR, MISTAKE_FACTOR, SIGN_OR_FACTOR_COST
 from qdot.exercises.problem.problem import Part, Problem
 from qdot.exercises.questions.results import is_product
 from qdot.exercises.short_questions.options import list_blames
-from qdot.exercises.writing.fit import fit_formula, formula_width
-from qdot.exercises.writing.short_answer import short_answer
+from qdot.exercises.writing.fit import estimate_width, fit_formula
+from qdot.exercises.writing.short_answer import write_short_answer
 
 MAX_MISTAKES = 4
 """Maximum number of known mistakes that a sheet lists for a part."""
@@ -41,14 +37,12 @@ MAX_CHARACTERS = 400
 TOO_LONG = "too long to show"
 NO_CREDIT = "0 points."
 FORMULA_WIDTH, MAX_WIDTH_RATIO = 22.0, 1.25
-"""Width for a formula on a sheet, in em of the text; formulas wider than `MAX_WIDTH_RATIO` times this would shrink
-too much.
-"""
+"""Width for a formula on a sheet in em, and how many times wider a formula may be that is shrunk to this width."""
 
 
 @dataclass(frozen=True)
 class MarkingLine:
-    """A line of a marking sheet: "Right" or a mistake, the answer (Markdown, "" if it is not shown), and its points."""
+    """A line of a marking sheet: "Right" or a mistake, the answer in Markdown ("" if not shown), and its points."""
 
     title: str
     answer: str
@@ -64,22 +58,19 @@ class MarkingInstructions:
 
 
 def explain_marking(problem: Problem, part: Part, earned_share: EarnedShare) -> MarkingInstructions:
-    """Return the lines and the rule for marking a part.
-
-    `earned_share` is a function that returns the share of the points that a typed answer earns.
-    """
-    correct_answer = _drop_illegible_answer(short_answer(problem, part)) or "see the key"
-    correct = MarkingLine("Right", correct_answer, _format_points(part, Fraction(1)))
-    meanings = correct.answer[: max(0, correct.answer.find("$$"))]  # the meanings of s1, c12 … are stated only once
-    wrong_marks = _list_options(part) if part.answer.offered_options else _list_mistakes(problem, part, earned_share)
-    marks = (replace(mark, answer=mark.answer.removeprefix(meanings)) for mark in wrong_marks)
-    return MarkingInstructions((correct, *marks), _state_rule(problem, part))
+    """Return the instructions for a part; `earned_share` returns the share of the points for a typed answer."""
+    correct_answer = _keep_if_legible(write_short_answer(problem, part)) or "see the key"
+    correct_line = MarkingLine("Right", correct_answer, _format_points(part, Fraction(1)))
+    legend = correct_answer[: max(0, correct_answer.find("$$"))]  # explains s1, c12 …; only the first line shows it
+    wrong_lines = _list_options(part) if part.answer.offered_options else _list_mistakes(problem, part, earned_share)
+    other_lines = (replace(line, answer=line.answer.removeprefix(legend)) for line in wrong_lines)
+    return MarkingInstructions((correct_line, *other_lines), _state_rule(problem, part))
 
 
-def _drop_illegible_answer(answer: str) -> str:
-    """Return an answer, or "" if its formulas would become too small to read on the sheet."""
+def _keep_if_legible(answer: str) -> str:
+    """Return an answer in Markdown, or "" if its formulas would be too small to read on the sheet."""
     formulas = (parse_latex(latex) for latex in re.findall(r"\$\$(.*?)\$\$", answer, re.DOTALL))
-    widths = (formula_width(fit_formula(formula, FORMULA_WIDTH)) for formula in formulas)
+    widths = (estimate_width(fit_formula(formula, FORMULA_WIDTH)) for formula in formulas)
     return answer if all(width <= MAX_WIDTH_RATIO * FORMULA_WIDTH for width in widths) else ""
 
 
@@ -88,7 +79,7 @@ def _format_points(part: Part, share: Fraction) -> str:
 
 
 def _list_options(part: Part) -> Iterator[MarkingLine]:
-    """Yield the wrong options that known mistakes lead to, if the question has exactly one correct option."""
+    """Yield a line for each wrong option that a known mistake leads to, if exactly one option is correct."""
     if isinstance(part.answer, Choice):
         for index in range(len(part.answer.options)):
             mistakes = dict.fromkeys(blame.title for blame in list_blames(part, index))
@@ -97,13 +88,13 @@ def _list_options(part: Part) -> Iterator[MarkingLine]:
 
 
 def _list_mistakes(problem: Problem, part: Part, earned_share: EarnedShare) -> Iterator[MarkingLine]:
-    """Yield the answers that known mistakes lead to, with their points."""
+    """Yield a line for each answer that a known mistake leads to."""
     for known_answer in find_known_wrong_answers(problem, part, MAX_MISTAKES):
         wrong_part = replace(part, answer=_replace_answer(part.answer, known_answer))
-        typed, shown_answer = wrong_part.answer.as_typed(), ""
-        if len(typed) <= MAX_CHARACTERS:
-            shown_answer = _drop_illegible_answer(short_answer(problem, wrong_part))
-        points = _format_points(part, earned_share(problem, part, typed))
+        typed_answer, shown_answer = wrong_part.answer.as_typed(), ""
+        if len(typed_answer) <= MAX_CHARACTERS:
+            shown_answer = _keep_if_legible(write_short_answer(problem, wrong_part))
+        points = _format_points(part, earned_share(problem, part, typed_answer))
         yield MarkingLine(known_answer.title, shown_answer or TOO_LONG, points)
 
 
@@ -120,7 +111,7 @@ def _replace_answer(correct: Answer, known_answer: KnownWrongAnswer) -> Answer:
 
 
 def _state_rule(problem: Problem, part: Part) -> str:
-    """Return the rule for partial credit in a few sentences, as in docs/partial-credit.md."""
+    """Return the rule for partial credit of all other answers; docs/partial-credit.md explains the rules."""
     answer, credit = part.answer, part.credit
     if credit.rule == "whole" or not credit.factor:
         return NO_CREDIT
@@ -133,8 +124,8 @@ def _state_rule(problem: Problem, part: Part) -> str:
                 "wrong than right."
             )
         case Selection():
-            wrong_count, rule = len(answer.options) - len(answer.correct), "Each right letter: "
-            rule += _format_partial_points(part, Fraction(1, len(answer.correct)))
+            wrong_count = len(answer.options) - len(answer.correct)
+            rule = f"Each right letter: {_format_partial_points(part, Fraction(1, len(answer.correct)))}"
             if wrong_count:
                 rule += f"; each wrong letter deducts {_format_partial_points(part, Fraction(1, wrong_count))}"
             return f"{rule}."
@@ -151,10 +142,10 @@ def _format_partial_points(part: Part, share: Fraction) -> str:
 
 
 def _list_rules_for_entries(problem: Problem, part: Part) -> Iterator[str]:
-    """Yield the rules for a formula, a matrix or numbers; none for a single constant, which is correct or wrong."""
+    """Yield the rules for a formula, a matrix or numbers; no rule for a single constant, which is right or wrong."""
     entries, credit = part.answer.as_matrix(), part.credit
-    counted = [entry for entry in entries if entry != 0] or list(entries)
-    is_varying = [any(symbol.name not in problem.constants for symbol in entry.free_symbols) for entry in counted]
+    counted_entries = [entry for entry in entries if entry != 0] or list(entries)
+    is_varying = [bool({symbol.name for symbol in entry.free_symbols} - problem.constants) for entry in counted_entries]
     has_varying_entries, is_single = any(is_varying), part.answer.is_one_line
     if is_single and not has_varying_entries:
         return
@@ -163,18 +154,19 @@ def _list_rules_for_entries(problem: Problem, part: Part) -> Iterator[str]:
         yield f"Each right column: {_format_partial_points(part, Fraction(1, count))}."
     elif not is_single:
         kind = "nonzero " if 0 in entries else ""
-        yield f"Each of the {len(counted)} {kind}entries: {_format_partial_points(part, Fraction(1, len(counted)))}."
+        points = _format_partial_points(part, Fraction(1, len(counted_entries)))
+        yield f"Each of the {len(counted_entries)} {kind}entries: {points}."
         if kind:
             yield "Each zero that is answered with something else deducts as much."
     if has_varying_entries and not all(is_varying):
         yield "No points if no right entry depends on the configuration."
     sign_words = "the sign is" if is_single else "signs are"
-    share = _format_partial_points(part, 1 - SIGN_OR_FACTOR_COST)
+    points = _format_partial_points(part, 1 - SIGN_OR_FACTOR_COST)
     if has_varying_entries:
-        share_of_both = _format_partial_points(part, 1 - 2 * SIGN_OR_FACTOR_COST)
-        yield f"If only {sign_words} wrong, or only a constant factor: {share}; both: {share_of_both}."
+        points_for_both = _format_partial_points(part, 1 - 2 * SIGN_OR_FACTOR_COST)
+        yield f"If only {sign_words} wrong, or only a constant factor: {points}; both: {points_for_both}."
     else:
-        yield f"If only {sign_words} wrong: {share}."
+        yield f"If only {sign_words} wrong: {points}."
     if credit.is_by_mistakes and (has_varying_entries or part.answer.expected_units):
         yield f"If one other mistake explains everything that is wrong: {_format_partial_points(part, MISTAKE_FACTOR)}."
     if is_product(part) and credit.rule in ("", "factors"):

@@ -1,4 +1,4 @@
-"""Texts with figures as HTML, and numbers as text, for exports to learning platforms."""
+"""Write texts with figures as HTML, and numbers as text, for exports to learning platforms."""
 
 import hashlib
 import math
@@ -20,15 +20,15 @@ DIGITS = 10
 """Significant digits of correct values in exports."""
 
 FormulaPrinter = Callable[[Layout, bool], str]
-"""A function that prints a formula for a platform; the flag says whether the formula is displayed as a block.
+"""A function that prints a formula for a platform; its arguments are the layout, and whether the formula is displayed.
 
-If there is no such function, MathJax typesets the LaTeX.
+For platforms without such a function, formulas stay LaTeX, which MathJax typesets.
 """
 
 
 @dataclass(frozen=True)
 class Picture:
-    """A figure in a text: its name within the item, its SVG, and a description in words."""
+    """A figure in a text: its name, its SVG, and a description in words."""
 
     name: str
     svg: str
@@ -57,10 +57,11 @@ def write_html(text: str, print_formula: FormulaPrinter | None = None) -> str:
     if print_formula is None:
         return to_html_for_mathjax(text).strip()
 
-    def formula(latex: str, block: bool) -> str:
-        return print_formula(fit_formula(parse_latex(latex), HTML_WIDTH) if block else parse_latex(latex), block)
+    def convert_formula(latex: str, is_displayed: bool) -> str:
+        layout = parse_latex(latex)
+        return print_formula(fit_formula(layout, HTML_WIDTH) if is_displayed else layout, is_displayed)
 
-    return to_html(text, formula).strip()
+    return to_html(text, convert_formula).strip()
 
 
 def write_line_html(text: str, print_formula: FormulaPrinter | None = None) -> str:
@@ -89,13 +90,18 @@ def find_pictures(body: Sequence[str | Picture]) -> list[Picture]:
 
 
 def name_picture_file(picture: Picture) -> str:
-    """Return a file name that depends only on the figure, so that questions share the files of equal figures."""
+    """Return the name of a figure's file, which depends only on the figure. So equal figures share a file."""
     return f"{picture.name}-{hashlib.sha256(picture.svg.encode()).hexdigest()[:12]}.svg"
 
 
 def make_svg_file(picture: Picture) -> bytes:
     """Return the content of a figure's file."""
     return ('<?xml version="1.0" encoding="UTF-8"?>\n' + picture.svg.strip() + "\n").encode()
+
+
+def make_image_files(body: Sequence[str | Picture]) -> dict[str, bytes]:
+    """Return the files of a text's figures: path in a package and content."""
+    return {f"images/{name_picture_file(picture)}": make_svg_file(picture) for picture in find_pictures(body)}
 
 
 def format_decimal(value: float, digits: int = DIGITS) -> str:
@@ -121,6 +127,6 @@ def format_tolerance(tolerance: float) -> str:
 
 
 def format_limits(value: float, tolerance: float) -> tuple[str, str]:
-    """Return the smallest and the largest value that are accepted, as text."""
+    """Return the smallest and the largest value within a tolerance, as text."""
     rounded_tolerance = float(format_tolerance(tolerance))
     return format_decimal(value - rounded_tolerance), format_decimal(value + rounded_tolerance)

@@ -1,6 +1,7 @@
 """Export to Moodle: a question bank as Moodle XML, and a complete quiz, which picks a variant of every question.
 
-The bank has a category for every slot and question, and a question for every variant. moodle_quiz makes the quiz.
+The bank has a category for each question of a slot, and the variants of the question in this category. `moodle_quiz`
+makes the quiz.
 """
 
 import base64
@@ -14,35 +15,35 @@ from qdot.exercises.exports.moodle_quiz import Category, InputBox, MoodleAnswer,
 from qdot.exercises.writing.render import render
 
 CREDIT_PERCENTAGES = {1: "100", 2: "50", 3: "33.33333", 4: "25", 5: "20", 6: "16.66667", 7: "14.28571", 8: "12.5"}
-"""The credit for each correct option, by the number of correct options, as in Moodle's list of grades."""
+"""The percentage for each correct option, by the number of correct options, from the list that Moodle accepts."""
 
 FIELD_WEIGHTS = {True: 1, False: 2}
-"""The weight of a field if its value is zero (True), and otherwise (False): zeros are often obvious."""
+"""The weight of a field whose value is zero (True) or not (False); zeros weigh less, because they are often obvious."""
 
 DIGITS = 14
 """Significant digits of a number in Moodle."""
 
 MIN_BOX_WIDTH = 12
-"""Minimum width of a box, in characters; a longer number in the question makes it wider."""
+"""Minimum width of a box in characters. If a number in the question is longer, the box is wider."""
 
 TAG_REPLACEMENTS = str.maketrans("<>", "‹›")
-"""Replacements for the characters that Moodle would take for a tag in a name, and remove."""
+"""Replacements for < and > in names. Moodle would take these characters for a tag and remove it."""
 
 MAX_NAME_LENGTH, MAX_ID_LENGTH = 255, 100
 """Maximum length of a name and of an id in Moodle, in characters."""
 
 
-def export_moodle(order: ExportRequest) -> Generator[ExportedFile, None, None]:
+def export_moodle(request: ExportRequest) -> Generator[ExportedFile, None, None]:
     """Yield two files for Moodle: a question bank to import, and the backup of a quiz to restore."""
-    assignment = order.assignment
+    assignment = request.assignment
     categories = [
         Category(tuple(map(make_moodle_name, names)), tuple(_make_question(item, assignment.key) for item in group))
-        for names, group in items.group_by_category(items.make_items(order)).items()
+        for names, group in items.group_by_category(items.make_items(request)).items()
     ]
     groups = [{"path": make_category_path(category.names), "questions": category.questions} for category in categories]
     xml = render("exports/moodle.xml.j2", categories=groups, title=assignment.title)
     yield ExportedFile(f"{assignment.key}.xml", xml, is_private=True)
-    yield ExportedFile(f"{assignment.key}.mbz", make_quiz_backup(order, categories), is_private=True)
+    yield ExportedFile(f"{assignment.key}.mbz", make_quiz_backup(request, categories), is_private=True)
 
 
 def make_moodle_name(text: str) -> str:
@@ -92,11 +93,11 @@ def _encode_pictures(body: Sequence[str | markup.Picture]) -> tuple[tuple[str, s
 
 
 def _make_option_answers(form: items.ChoiceForm) -> tuple[MoodleAnswer, ...]:
-    credit = CREDIT_PERCENTAGES[form.correct_count]
-    wrong_credit = f"-{credit}" if form.allows_several else "0"
+    percentage = CREDIT_PERCENTAGES[form.correct_count]
+    wrong_percentage = f"-{percentage}" if form.allows_several else "0"
     write = str if form.is_true_or_false else markup.write_line_html
     return tuple(
-        MoodleAnswer(write(text), credit if option.is_correct else wrong_credit, html.escape(option.feedback))
+        MoodleAnswer(write(text), percentage if option.is_correct else wrong_percentage, html.escape(option.feedback))
         for _, text, option in form.lettered_options
     )
 
@@ -113,28 +114,26 @@ def _make_pairs(form: items.MatchingForm) -> tuple[tuple[str, str], ...]:
 def _make_boxes(form: items.NumberForm) -> tuple[InputBox, ...]:
     """Return a box for every field.
 
-    If there are several boxes, Moodle makes each as wide as the longest number among its answers. A filler answer in
-    each box makes all boxes equally wide.
+    Moodle makes each of several boxes as wide as the longest number among its answers. So that all boxes are equally
+    wide, each box gets one more answer, a filler.
     """
     answers_by_field = [_make_number_answers(field) for field in form.fields]
     max_length = max(MIN_BOX_WIDTH, *(len(answer.text) for answers in answers_by_field for answer in answers))
     filler = MoodleAnswer(_make_filler_number(max_length), "0", "", "0")
-    return tuple(
-        _make_box(field, (*answers, filler) if len(answers_by_field) > 1 else answers)
-        for field, answers in zip(form.fields, answers_by_field, strict=True)
-    )
-
-
-def _make_box(field: items.NumberField, answers: tuple[MoodleAnswer, ...]) -> InputBox:
-    weight = FIELD_WEIGHTS[round(field.value, 9) == 0]
-    quoted_answers = [(answer, _escape_feedback(answer.feedback)) for answer in answers]
-    return InputBox(answers, weight, render("exports/moodle-box.txt.j2", weight=weight, answers=quoted_answers).strip())
+    boxes = []
+    for field, answers in zip(form.fields, answers_by_field, strict=True):
+        all_answers = (*answers, filler) if len(answers_by_field) > 1 else answers
+        escaped_answers = [(answer, _escape_feedback(answer.feedback)) for answer in all_answers]
+        weight = FIELD_WEIGHTS[round(field.value, 9) == 0]
+        notation = render("exports/moodle-box.txt.j2", weight=weight, answers=escaped_answers).strip()
+        boxes.append(InputBox(all_answers, weight, notation))
+    return tuple(boxes)
 
 
 def _make_number_answers(field: items.NumberField) -> tuple[MoodleAnswer, ...]:
-    def make_answer(value: float, tolerance: float, fraction: str, feedback: str) -> MoodleAnswer:
-        number, escaped = _format_number(value, tolerance), html.escape(feedback, quote=False)
-        return MoodleAnswer(number, fraction, escaped, markup.format_tolerance(tolerance))
+    def make_answer(value: float, tolerance: float, percentage: str, feedback: str) -> MoodleAnswer:
+        number, escaped_feedback = _format_number(value, tolerance), html.escape(feedback, quote=False)
+        return MoodleAnswer(number, percentage, escaped_feedback, markup.format_tolerance(tolerance))
 
     wrong = (make_answer(wrong.value, wrong.tolerance, "0", wrong.feedback) for wrong in field.wrong_values)
     return (make_answer(field.value, field.tolerance, "100", ""), *wrong)
@@ -151,7 +150,7 @@ def _format_number(value: float, tolerance: float) -> str:
 
 
 def _make_filler_number(length: int) -> str:
-    """Return a number with this many characters, in Moodle's notation, that no student would answer.
+    """Return a number of a given length in Moodle's notation that no student would answer.
 
     >>> _make_filler_number(12)
     '-1.23456E+99'
@@ -162,7 +161,7 @@ def _make_filler_number(length: int) -> str:
 def _append_boxes(
     body: str, form: items.ChoiceForm | items.MatchingForm | items.NumberForm, box_texts: Sequence[str]
 ) -> str:
-    """Return a text followed by its boxes, in a column with names or as a matrix. With one box, return it unchanged."""
+    """Return a text followed by several boxes, in a column with names or as a matrix; with one box, only the text."""
     if not isinstance(form, items.NumberForm) or len(box_texts) < 2:
         return body
     boxes = iter(box_texts)
@@ -178,9 +177,9 @@ def _append_boxes(
 
 
 def _escape_feedback(feedback: str) -> str:
-    r"""Return HTML escaped for the feedback of an embedded answer, which `}`, `#` and `~` would end.
+    r"""Return HTML escaped for the feedback of an embedded answer. Without a backslash, `}`, `#` and `~` would end it.
 
-    Moodle resolves entities, and removes the backslash only before the first two of these characters.
+    Moodle resolves entities once more, and it does not remove a backslash before `~`, which is therefore replaced.
 
     >>> _escape_feedback("R_{1} ~ 2 &lt; 3")
     'R_{1\\} ∼ 2 &amp;lt; 3'

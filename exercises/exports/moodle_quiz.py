@@ -1,7 +1,8 @@
-"""The backup of a complete quiz with its questions, which Moodle 4 can restore into any course.
+"""Make the backup of a complete quiz with its questions, which Moodle 4 can restore into any course.
 
-Moodle has no other file format for quizzes. The questions are in the quiz's own bank, and each slot picks one variant
-at random. The slot stores the points: Moodle would give a question with embedded answers a point for each box.
+Moodle has no other file format for quizzes. The questions are in a bank that belongs to the quiz, and each slot of the
+quiz picks one variant at random. The slots also store the points, because for a question with several boxes, Moodle
+would give a point for each box.
 """
 
 import base64
@@ -20,13 +21,13 @@ from qdot.exercises.writing.render import render
 MOODLE_RELEASE, MOODLE_VERSION = "4.0", 2022041900
 """The oldest Moodle that can restore the backup. Later versions store questions and random slots in the same way."""
 QUIZ_ID, CONTEXT_ID = 1, 2
-"""Ids of the quiz, and of the context to which its bank belongs."""
+"""Ids of the quiz, and of the context (Moodle's term) to which the quiz's bank belongs."""
 HIGHEST_ATTEMPT, LAST_ATTEMPT = 1, 4
 """Moodle's codes for the attempt that counts."""
 SHOWN_WHEN_CLOSED = 0x00010
 SHOWN_AFTER_ATTEMPT = 0x01100 | SHOWN_WHEN_CLOSED
 SHOWN_ALWAYS = 0x10000 | SHOWN_AFTER_ATTEMPT
-"""Moodle's bits for when something is shown: once the quiz is closed; also right after the attempt; also during it."""
+"""Moodle's bits for when something is shown: after the quiz is closed; also after an attempt; also during attempts."""
 INTERNAL_TYPES = {"cloze": "multianswer", "matching": "match"}
 """Moodle's internal names of question types, if they differ from those in XML."""
 BACKUP_FILES, QUIZ_FILES = ("moodle_backup", "questions", "files"), ("quiz", "module", "inforef", "grades")
@@ -57,7 +58,7 @@ class MoodleAnswer:
 
 @dataclass(frozen=True)
 class InputBox:
-    """An input box for a number: its answers, its weight, and both in Moodle's notation for embedded answers."""
+    """An input box for a number: its answers, its weight, and the box in Moodle's notation for embedded answers."""
 
     answers: tuple[MoodleAnswer, ...]
     weight: int
@@ -68,8 +69,8 @@ class InputBox:
 class MoodleQuestion:
     """A question in HTML, with boxes in Moodle's notation (`body`) or with numbered boxes (`body_with_numbered_boxes`).
 
-    Files are pairs of a name and the content in base 64. `pairs` are stems and options; a wrong option has an empty
-    stem. `allows_several` means that several options may be chosen.
+    `files` and `solution_files` are pairs of a name and the content in base 64. `pairs` are stems and their options; an
+    option without a stem has the stem "". `allows_several` means that students may choose several options.
     """
 
     name: str
@@ -91,18 +92,18 @@ class MoodleQuestion:
 
 @dataclass(frozen=True)
 class Category:
-    """The variants of a question, and the path to their category: names, the outermost first."""
+    """A category of the bank with the variants of a question. `names` is its path, from the outermost category."""
 
     names: tuple[str, ...]
     questions: tuple[MoodleQuestion, ...]
 
 
-def make_quiz_backup(order: ExportRequest, categories: Sequence[Category]) -> bytes:
+def make_quiz_backup(request: ExportRequest, categories: Sequence[Category]) -> bytes:
     """Return the backup of a quiz that picks one question from each category, in this order.
 
     Values and solutions that the assignment hides are shown once the quiz is closed.
     """
-    assignment = order.assignment
+    assignment = request.assignment
     folders = _number_categories(assignment.key, categories)
     question_folders = [folder for folder in folders if folder["questions"]]
     files = [file for folder in question_folders for entry in folder["questions"] for file in _list_files(entry)]
@@ -115,8 +116,8 @@ def make_quiz_backup(order: ExportRequest, categories: Sequence[Category]) -> by
         ],
         "points": sum(category.questions[0].points for category in categories),
         "types": INTERNAL_TYPES, "after": SHOWN_AFTER_ATTEMPT, "always": SHOWN_ALWAYS,
-        "values": SHOWN_AFTER_ATTEMPT if order.includes_feedback("values") else SHOWN_WHEN_CLOSED,
-        "solutions": SHOWN_AFTER_ATTEMPT if order.includes_feedback("solutions") else SHOWN_WHEN_CLOSED,
+        "values": SHOWN_AFTER_ATTEMPT if request.includes_feedback("values") else SHOWN_WHEN_CLOSED,
+        "solutions": SHOWN_AFTER_ATTEMPT if request.includes_feedback("solutions") else SHOWN_WHEN_CLOSED,
         **_describe_attempts(assignment),
     }  # fmt: skip
     activity = f"activities/quiz_{QUIZ_ID}"
@@ -134,7 +135,7 @@ def _write_category_filter(folder: Json) -> str:
 
 
 def _describe_attempts(assignment: Assignment) -> Json:
-    """Return the settings for attempts: their number (0 is unlimited), which one counts, the delay, and the end."""
+    """Return the settings for attempts: their number (0 is unlimited), which attempt counts, the delay, and the end."""
     policy, due_date = assignment.attempts, assignment.due_date
     closing_time = 0 if due_date is None else int(with_zone(due_date).timestamp())
     if policy.best_of is None:
@@ -143,7 +144,7 @@ def _describe_attempts(assignment: Assignment) -> Json:
 
 
 def _number_categories(key: str, categories: Sequence[Category]) -> list[Json]:
-    """Return the categories of the bank, each after its parent; categories and questions are numbered together."""
+    """Return the categories of the bank with their questions and with ids; each category follows its parent."""
     ids = count(1)
     folders: dict[tuple[str, ...], Json] = {(): {"id": next(ids), "name": "top", "parent": 0, "questions": []}}
     for category in categories:

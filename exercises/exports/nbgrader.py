@@ -1,13 +1,11 @@
-"""Export of an nbgrader course: a source notebook with the cells and their points, and a notebook for each student.
+"""Export an nbgrader course: a source notebook with the cells and their points, and a notebook for each student.
 
-nbgrader releases the same notebook to everybody, but qdot's students have different problems with the same parts.
-Therefore the source notebook contains no problem, and students get their own notebooks separately. The cells of both
-have the same names.
+nbgrader releases the same notebook to everybody, but qdot's students have different problems with the same questions.
+Therefore the source notebook contains no problem, and students get their notebooks separately. The cells have the same
+names in the source notebook and in students' notebooks.
 """
 
-import csv
 import hashlib
-import io
 import json
 from collections.abc import Generator, Sequence
 from typing import Any
@@ -15,6 +13,7 @@ from typing import Any
 from nbformat.v4 import new_code_cell, new_markdown_cell
 
 from qdot.exercises.assignment.assignment import SECRET_FILE, Slot, Student
+from qdot.exercises.common.input_file import csv_text
 from qdot.exercises.exports.export_format import ExportedFile, ExportRequest
 from qdot.exercises.exports.handouts import collect_handouts
 from qdot.exercises.exports.repositories import read_assignment_files
@@ -36,29 +35,28 @@ MARKS_COMMENT = "# Marked by qdot"
 """The first line of a cell with marks; no other cell begins with it."""
 
 
-def export_nbgrader(order: ExportRequest) -> Generator[ExportedFile, None, None]:
+def export_nbgrader(request: ExportRequest) -> Generator[ExportedFile, None, None]:
     """Yield the course: configuration, source notebook, the assignment with its secret, and students' notebooks."""
-    notebooks = collect_handouts(order)
-    assignment = notebooks.assignment
-    key = assignment.key
-    name, content = make_wheel()
-    context = {"title": assignment.title, "key": key, "wheel": name}
+    handouts = collect_handouts(request)
+    assignment, context, key = handouts.assignment, handouts.context, handouts.assignment.key
     yield ExportedFile("nbgrader_config.py", render("exports/nbgrader/config.py.j2"))
     yield ExportedFile("README.md", render("exports/nbgrader/readme.md.j2", **context))
     yield ExportedFile(".gitignore", render("exports/nbgrader/gitignore.j2"))
-    yield ExportedFile(name, content)
+    yield ExportedFile(*make_wheel())
     yield ExportedFile("students.csv", _write_roster(assignment.roster))
     source = _make_source_notebook(assignment.title, key, assignment.slots)
     yield ExportedFile(f"source/{key}/{key}.ipynb", write_notebook(source))
-    for path, data in read_assignment_files(order):
+    for path, data in read_assignment_files(request):
         yield ExportedFile(f"qdot/{key}/{path}", data)
     yield ExportedFile(f"qdot/{key}/{SECRET_FILE}", f"{assignment.secret}\n", is_private=True)
     points = {
-        f"{slot.name}.{part}": part_points for slot in assignment.slots for part, part_points in _list_parts(slot)
+        f"{slot.name}.{part}": part_points
+        for slot in assignment.slots
+        for part, part_points in slot.points_by_question.items()
     }
-    for student, text in notebooks.iterate_notebooks():
+    for student, text in handouts.iterate_notebooks():
         if "+" in student.id:
-            order.report(f"{student.id}: nbgrader does not accept identifiers with +")
+            request.report(f"{student.id}: nbgrader does not accept identifiers with +")
         notebook = json.loads(text)
         notebook["cells"] = [new_cell for cell in notebook["cells"] for new_cell in _add_marks_cell(cell, points)]
         yield ExportedFile(f"handout/{student.id}/{key}/{key}.ipynb", write_notebook(notebook))
@@ -66,13 +64,9 @@ def export_nbgrader(order: ExportRequest) -> Generator[ExportedFile, None, None]
 
 def _write_roster(roster: Sequence[Student]) -> str:
     """Return the roster for `nbgrader db student import`; the last word of a name is the last name."""
-    stream = io.StringIO()
-    writer = csv.writer(stream, lineterminator="\n")
-    writer.writerow(["id", "first_name", "last_name", "email"])
-    for student in roster:
-        first_name, _, last_name = student.name.rpartition(" ")
-        writer.writerow([student.id, first_name, last_name, student.email])
-    return stream.getvalue()
+    names = ((student, *student.name.rpartition(" ")) for student in roster)
+    rows = ((student.id, first_name, last_name, student.email) for student, first_name, _, last_name in names)
+    return csv_text([("id", "first_name", "last_name", "email"), *rows])
 
 
 def make_grade_id(part: str) -> str:
@@ -85,11 +79,11 @@ def make_grade_id(part: str) -> str:
 
 
 def compute_checksum(cell: Cell) -> str:
-    """Return the checksum by which nbgrader sees whether a cell was changed."""
+    """Return the checksum by which nbgrader recognises that a cell was changed."""
     metadata = cell["metadata"]["nbgrader"]
     flags = (metadata["grade"], metadata["solution"], metadata["locked"])
-    points_text = str(float(metadata["points"])) if metadata["grade"] else ""
-    content = "".join((cell["source"], cell["cell_type"], *map(str, flags), metadata["grade_id"], points_text))
+    points = str(float(metadata["points"])) if metadata["grade"] else ""
+    content = "".join((cell["source"], cell["cell_type"], *map(str, flags), metadata["grade_id"], points))
     return hashlib.md5(content.encode(), usedforsecurity=False).hexdigest()
 
 
@@ -101,7 +95,7 @@ def make_answer_metadata(part: str) -> dict[str, Any]:
 def make_marks_cell(part: str, points: float) -> Cell:
     """Return the cell that holds the marks of a part.
 
-    It evaluates to 0 points until qdot has marked the part. It raises no error, so that students can run all cells.
+    The cell evaluates to 0 points until qdot has marked the part. The cell raises no error, so students can run it.
     """
     metadata = _make_metadata(make_grade_id(part), grade=True, locked=True)
     metadata["nbgrader"]["points"] = points
@@ -129,7 +123,7 @@ def _add_marks_cell(cell: Cell, points: dict[str, float]) -> list[Cell]:
 def _make_source_notebook(title: str, key: str, slots: tuple[Slot, ...]) -> dict[str, Any]:
     cells = [new_markdown_cell(render("exports/nbgrader/pattern.md.j2", title=title, key=key).strip(), id="title")]
     for number, slot in enumerate(slots, 1):
-        for index, (part, part_points) in enumerate(_list_parts(slot), 1):
+        for index, (part, part_points) in enumerate(slot.points_by_question.items(), 1):
             name = f"{slot.name}.{part}"
             heading = f"### {number}.{index} {ALL_QUESTIONS[part].title} ({write_points(part_points)})"
             answer, metadata = f"{name_answer_variable(slot.name, part)} = blank", make_answer_metadata(name)
@@ -138,7 +132,3 @@ def _make_source_notebook(title: str, key: str, slots: tuple[Slot, ...]) -> dict
             cells.append(make_marks_cell(name, part_points))
     metadata = {"kernelspec": KERNEL, "language_info": {"name": "python"}}
     return {"cells": cells, "metadata": metadata, "nbformat": 4, "nbformat_minor": 5}
-
-
-def _list_parts(slot: Slot) -> list[tuple[str, float]]:
-    return list(zip(slot.questions, slot.max_points, strict=True))

@@ -1,9 +1,9 @@
-"""Export of a source notebook for `otter assign`, whose autograder marks with qdot, and of every student's notebook.
+"""Export a source notebook for `otter assign`, whose autograder marks with qdot, and every student's notebook.
 
-Otter releases the same notebook to everybody, but qdot's students have different problems with the same parts.
-Therefore the source notebook contains no problem. `otter assign` makes the autograder from it, with a test for each
-part. Students get their own notebooks separately. Those contain tests of the same names, which only report whether an
-answer is given.
+Otter releases the same notebook to everybody, but qdot's students have different problems with the same questions.
+Therefore the source notebook contains no problem. From the source notebook, `otter assign` makes the autograder with a
+test for each part. Students get their notebooks separately. Students' notebooks contain tests with the same names,
+which only report whether an answer is given.
 """
 
 import json
@@ -29,33 +29,32 @@ ASSIGNMENT_FOLDER = "qdot"
 PLUGIN_PATH = "qdot.grader.integrations.otter_plugin.Marks"
 """The plugin that Otter calls before and after it runs a notebook."""
 OtterPart = tuple[str, str, float, str]
+"""A part of an assignment: its name, its name in Otter, its points and its title."""
 
 
-def export_otter(order: ExportRequest) -> Generator[ExportedFile, None, None]:
+def export_otter(request: ExportRequest) -> Generator[ExportedFile, None, None]:
     """Yield the source for `otter assign`, the files of the autograder, and every student's notebook."""
-    notebooks = collect_handouts(order)
-    assignment, (name, content) = notebooks.assignment, make_wheel()
-    private_files = [*read_assignment_files(order), (SECRET_FILE, f"{assignment.secret}\n".encode())]
-    context = {
-        "title": assignment.title, "key": assignment.key, "wheel": name, "plugin": PLUGIN_PATH,
-        "files": [name, *(f"{ASSIGNMENT_FOLDER}/{path}" for path, _ in private_files)],
-    }  # fmt: skip
+    handouts = collect_handouts(request)
+    assignment, (wheel_name, wheel) = handouts.assignment, make_wheel()
+    private_files = [*read_assignment_files(request), (SECRET_FILE, f"{assignment.secret}\n".encode())]
+    paths = [wheel_name, *(f"{ASSIGNMENT_FOLDER}/{path}" for path, _ in private_files)]
+    context = handouts.context | {"plugin": PLUGIN_PATH, "files": paths}
     yield ExportedFile("README.md", render("exports/otter/readme.md.j2", **context))
     config = render("exports/otter/config.yaml.j2", **context)
     yield ExportedFile(f"{assignment.key}.ipynb", _make_source_notebook(assignment, config))
-    yield ExportedFile(name, content)
+    yield ExportedFile(wheel_name, wheel)
     for path, data in private_files:
         yield ExportedFile(f"{ASSIGNMENT_FOLDER}/{path}", data, is_private=True)
-    for student, text in notebooks.iterate_notebooks():
+    for student, text in handouts.iterate_notebooks():
         yield ExportedFile(f"students/{student.id}/{assignment.key}.ipynb", _add_tests(assignment, text))
 
 
 def list_parts(assignment: Assignment) -> list[OtterPart]:
-    """Return the parts of an assignment as (name, Otter's name, points, title)."""
+    """Return all parts of an assignment, in order."""
     return [
         (f"{slot.name}.{kind}", make_grade_id(f"{slot.name}.{kind}"), points, ALL_QUESTIONS[kind].title)
         for slot in assignment.slots
-        for kind, points in zip(slot.questions, slot.max_points, strict=True)
+        for kind, points in slot.points_by_question.items()
     ]
 
 
@@ -90,8 +89,7 @@ def _make_source_notebook(assignment: Assignment, config: str) -> str:
 def _add_tests(assignment: Assignment, text: str) -> str:
     """Return a student's notebook with tests in its metadata and tagged answer cells, as Otter needs it."""
     notebook = json.loads(text)
-    parts = list_parts(assignment)
-    tests = {name: _make_presence_test(part, name, points) for part, name, points, _ in parts}
+    tests = {name: _make_presence_test(part, name, points) for part, name, points, _ in list_parts(assignment)}
     notebook["metadata"]["otter"] = {"OK_FORMAT": True, "assignment_name": assignment.key, "tests": tests}
     for cell in notebook["cells"]:
         if "qdot" in cell["metadata"]:
@@ -100,13 +98,13 @@ def _add_tests(assignment: Assignment, text: str) -> str:
 
 
 def _make_presence_test(part: str, name: str, points: float) -> dict[str, Any]:
-    """Return a test that only checks whether an answer is given, for students' own `grader.check`."""
+    """Return a test that only checks whether an answer is given, for the `grader.check` that students call."""
     case = {
         "code": f">>> 'blank' in str({name_answer_variable(*part.split('.', 1))})\nFalse",
         "hidden": False,
         "locked": False,
         "success_message": "You have given an answer; it will be graded after you submit.",
         "failure_message": "You have not given an answer yet.",
-    }
+    }  # fmt: skip
     suite = {"cases": [case], "scored": True, "setup": "", "teardown": "", "type": "doctest"}
     return {"name": name, "points": points, "suites": [suite]}

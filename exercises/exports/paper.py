@@ -1,4 +1,4 @@
-"""Export of handouts, exams, answer keys and marking sheets as HTML, PDF or LaTeX."""
+"""Export handouts, exams, answer keys and marking sheets as HTML, PDF or LaTeX."""
 
 from collections.abc import Callable, Generator, Sequence
 from dataclasses import dataclass
@@ -16,19 +16,19 @@ from qdot.exercises.writing.typst import escape_typst, to_typst
 STAFF_SHEETS = {"key": "a key", "marking": "a marking sheet"}
 """Kinds of sheets that show answers, each with its name in messages."""
 VERSION_TICKS = 8
-"""Number of columns to tick on the marking sheet of a version: one for each student.
+"""Number of columns to tick on the marking sheet of a version, for as many students.
 
-A student's own sheet has one column.
+The marking sheet of a single student has one column.
 """
 FORMULA_WIDTH_SHARE = 0.8
-"""The share of a page's width that a formula may take beside a name."""
+"""The share of a page's width that a formula may take if a name is beside it."""
 END_WEIGHT = 60
-"""Weight of the end of a sheet when free space on its last page is shared out. A part's weight is its working space."""
+"""The share of the free space on a sheet's last page that stays at its end, relative to the parts' working spaces."""
 
 
 @dataclass(frozen=True)
 class PaperQuestion:
-    """A part of an assignment with the answers of all students, for marking question by question."""
+    """A part of an assignment with all students' answers, each after its student; for marking question by question."""
 
     label: str
     title: str
@@ -36,113 +36,71 @@ class PaperQuestion:
     answers: tuple[tuple[str, str], ...]
 
 
-def export_html(order: ExportRequest) -> Generator[ExportedFile, None, None]:
-    """Yield an HTML page for every student or version and, for a key, one page for the class."""
-    return _write_files(order, "html", _write_html, has_class_file=False)
-
-
-def export_latex(order: ExportRequest) -> Generator[ExportedFile, None, None]:
-    """Yield self-contained LaTeX source for every student or version and, for a key, one file for the class."""
-    return _write_files(order, "tex", _write_latex, has_class_file=False)
-
-
-def export_pdf(order: ExportRequest) -> Generator[ExportedFile, None, None]:
-    """Yield a PDF for every student or version, and one of all to print. Raises QdotError if typst is missing."""
-    require_extra("pdf", "PDF")
-    return _write_files(order, "pdf", lambda *arguments: compile_pdf(write_typst(*arguments)), has_class_file=True)
-
-
-def check_sheet(order: ExportRequest) -> None:
-    """Raise QdotError if the request is impossible for this kind of sheet."""
-    if order.sheet == "marking" and order.earned_share is None:
+def check_sheet(request: ExportRequest) -> None:
+    """Raise QdotError if the requested kind of sheet is impossible with the other settings of the request."""
+    if request.sheet == "marking" and request.earned_share is None:
         raise QdotError("marking sheets are written by the command line: qdot export DIR --sheet marking")
-    if order.sheet in STAFF_SHEETS and order.has_solutions:
+    if request.sheet in STAFF_SHEETS and request.has_solutions:
         raise QdotError(
-            f"{STAFF_SHEETS[order.sheet]} has no worked solutions; use --solutions with --sheet handout or exam"
+            f"{STAFF_SHEETS[request.sheet]} has no worked solutions; use --solutions with --sheet handout or exam"
         )
 
 
-SheetWriter = Callable[[ExportRequest, Sequence[Sheet], Sequence[PaperQuestion]], str | bytes]
+_TEMPLATES: dict[str, tuple[str, dict[str, Callable[..., str]]]] = {
+    "html": ("paper.html.j2", {"markup": lambda text, share=1.0: to_html(text, width_share=share)}),
+    "tex": ("paper.tex.j2", {"markup": to_latex, "plain": escape_latex, "draw": convert_to_tikz}),
+    "pdf": ("paper.typ.j2", {"markup": to_typst, "plain": escape_typst, "string": typst_string}),
+}
+"""For each file type, the template and the functions that it calls."""
 
 
-def _write_files(
-    order: ExportRequest, file_type: str, write: SheetWriter, has_class_file: bool
-) -> Generator[ExportedFile, None, None]:
-    """Yield a file for each sheet, and then one for the class.
+def export_paper(request: ExportRequest, file_type: str) -> Generator[ExportedFile, None, None]:
+    """Yield a file for each student or version, and then a file for the class. `file_type` is a key of `_TEMPLATES`.
 
-    For a key, the last file has the answers by question. For other kinds of sheets, the last file has all sheets, and
-    it is only written if `has_class_file`.
+    For a key, the class's file has all answers by question. For other kinds of sheets, only a PDF is written for the
+    class; it has all sheets. Raises QdotError if typst, which PDF needs, is missing.
     """
-    check_sheet(order)
-    is_private = order.sheet in STAFF_SHEETS or order.has_solutions
-    stem = f"{order.sheet}{'-versions' if order.version_count else ''}{'-solutions' if order.has_solutions else ''}"
-    written_sheets: list[Sheet] = []
-    for sheet in make_sheets(order):
-        yield ExportedFile(f"{stem}/{sheet.file_stem}.{file_type}", write(order, [sheet], ()), is_private)
-        written_sheets.append(sheet)
-    if not written_sheets:  # everybody was left out
-        return
-    if order.sheet == "key":
-        answers = list_answers_by_question(written_sheets)
-        yield ExportedFile(f"{stem}-all.{file_type}", write(order, (), answers), is_private)
-    elif has_class_file:
-        yield ExportedFile(f"{stem}-all.{file_type}", write(order, written_sheets, ()), is_private)
+    check_sheet(request)
+    if file_type == "pdf":
+        require_extra("pdf", "PDF")
+    is_private, is_key = request.sheet in STAFF_SHEETS or request.has_solutions, request.sheet == "key"
+    stem = request.sheet + "-versions" * bool(request.version_count) + "-solutions" * request.has_solutions
+
+    def write_file(name: str, sheets: Sequence[Sheet], questions: Sequence[PaperQuestion] = ()) -> ExportedFile:
+        template, functions = _TEMPLATES[file_type]
+        text = render(
+            f"exports/{template}", title=request.assignment.title, kind=request.sheet, solutions=request.has_solutions,
+            page=request.paper_size, sheets=sheets, questions=questions, last=END_WEIGHT, narrow=FORMULA_WIDTH_SHARE,
+            ticks=VERSION_TICKS if request.version_count else 1, **functions,
+        )  # fmt: skip
+        return ExportedFile(f"{name}.{file_type}", compile_pdf(text) if file_type == "pdf" else text, is_private)
+
+    sheets: list[Sheet] = []
+    for sheet in make_sheets(request):
+        yield write_file(f"{stem}/{sheet.file_stem}", [sheet])
+        sheets.append(sheet)
+    if sheets and is_key:
+        yield write_file(f"{stem}-all", (), _list_answers_by_question(sheets))
+    elif sheets and file_type == "pdf":
+        yield write_file(f"{stem}-all", sheets)
 
 
-def list_answers_by_question(class_sheets: Sequence[Sheet]) -> tuple[PaperQuestion, ...]:
+def _list_answers_by_question(sheets: Sequence[Sheet]) -> tuple[PaperQuestion, ...]:
     """Return every part with its answers from all sheets."""
     return tuple(
         PaperQuestion(part.label, part.title, part.points, tuple(
             (sheet.student or sheet.name, sheet_part.answer)
-            for sheet in class_sheets for sheet_part in sheet.parts if sheet_part.label == part.label
+            for sheet in sheets for sheet_part in sheet.parts if sheet_part.label == part.label
         ))
-        for part in class_sheets[0].parts
-    )  # fmt: skip
-
-
-def _make_template_context(
-    order: ExportRequest, paper_sheets: Sequence[Sheet], paper_questions: Sequence[PaperQuestion]
-) -> dict[str, object]:
-    return {
-        "title": order.assignment.title, "kind": order.sheet, "solutions": order.has_solutions,
-        "page": order.paper_size, "sheets": paper_sheets, "questions": paper_questions, "last": END_WEIGHT,
-        "ticks": VERSION_TICKS if order.version_count else 1,
-    }  # fmt: skip
-
-
-# --- PDF ---
-
-
-def write_typst(order: ExportRequest, paper_sheets: Sequence[Sheet], paper_questions: Sequence[PaperQuestion]) -> str:
-    """Return the Typst document with these sheets."""
-    return render(
-        "exports/paper.typ.j2", **_make_template_context(order, paper_sheets, paper_questions), markup=to_typst,
-        plain=escape_typst, string=typst_string, narrow=FORMULA_WIDTH_SHARE,
+        for part in sheets[0].parts
     )  # fmt: skip
 
 
 def compile_pdf(source: str) -> bytes:
-    """Return a Typst document as PDF/UA-1. It needs the library typst (`require_extra`).
+    """Return a Typst document as PDF/UA-1; needs the library typst (see `require_extra`).
 
-    The bytes are the same on every machine, because only the library's fonts are used and no date is written.
+    The bytes are the same on every machine, because only fonts of the library are used and no date is written.
     """
     import typst
 
     return bytes(typst.compile(source.encode(), ignore_system_fonts=True, pdf_standards=["ua-1"], timestamp=0))
-
-
-# --- LaTeX and HTML ---
-
-
-def _write_latex(order: ExportRequest, paper_sheets: Sequence[Sheet], paper_questions: Sequence[PaperQuestion]) -> str:
-    return render(
-        "exports/paper.tex.j2", **_make_template_context(order, paper_sheets, paper_questions), markup=to_latex,
-        plain=escape_latex, draw=convert_to_tikz, narrow=FORMULA_WIDTH_SHARE,
-    )  # fmt: skip
-
-
-def _write_html(order: ExportRequest, paper_sheets: Sequence[Sheet], paper_questions: Sequence[PaperQuestion]) -> str:
-    return render(
-        "exports/paper.html.j2", **_make_template_context(order, paper_sheets, paper_questions),
-        markup=lambda text, share=1.0: to_html(text, width_share=share), narrow=FORMULA_WIDTH_SHARE,
-    )  # fmt: skip

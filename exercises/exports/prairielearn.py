@@ -1,4 +1,4 @@
-"""Export of a PrairieLearn course folder: assessments, and a question that calls qdot for each slot."""
+"""Export a PrairieLearn course folder: assessments, and a question that calls qdot for each slot."""
 
 import hashlib
 import json
@@ -16,20 +16,18 @@ from qdot.exercises.short_questions import ALL_QUESTIONS
 from qdot.exercises.writing.render import render
 
 BANK_FILE = "bank.json"
-"""The file with the seeds of the certified variants, by slot."""
+"""The file that lists the seeds of the certified variants of each slot."""
 TOPIC = "Velocity kinematics"
 COURSE_INSTANCE = "courseInstances/qdot"
-DEFAULT_ATTEMPTS = 3
-"""Number of attempts at a variant, unless the assignment limits them; feedback shows no values."""
 
 
-def export_prairielearn(order: ExportRequest) -> Generator[ExportedFile, None, None]:
+def export_prairielearn(request: ExportRequest) -> Generator[ExportedFile, None, None]:
     """Yield the course's files. They contain the seeds of the bank's problems, but not the secret."""
-    assignment = order.assignment
+    assignment = request.assignment
     key = assignment.key.lower()
     seeds: dict[str, list[str]] = {slot.name: [] for slot in assignment.slots}
     parts_by_slot: dict[str, tuple[Part, ...]] = {}
-    for variant in iterate_bank(order):
+    for variant in iterate_bank(request):
         parts_by_slot.setdefault(variant.slot.name, variant.problem.parts)
         seeds[variant.slot.name].append(str(variant.problem.id.seed))  # as text: JavaScript rounds whole numbers
     topic = {"name": TOPIC, "color": "blue3", "description": "Velocities and singularities of robot arms"}
@@ -40,9 +38,9 @@ def export_prairielearn(order: ExportRequest) -> Generator[ExportedFile, None, N
     for slot in assignment.slots:
         yield from _make_question_files(assignment, slot, parts_by_slot[slot.name])
     yield ExportedFile(f"{COURSE_INSTANCE}/infoCourseInstance.json", _write_json(instance))
-    for kind, assessment in _make_assessments(assignment).items():
+    for kind, assessment in _make_assessments(assignment, request.attempt_count).items():
         yield ExportedFile(f"{COURSE_INSTANCE}/assessments/{key}-{kind}/infoAssessment.json", _write_json(assessment))
-    yield from _make_server_files(order, f"serverFilesCourse/qdot/{key}", seeds)
+    yield from _make_server_files(request, f"serverFilesCourse/qdot/{key}", seeds)
 
 
 def _make_question_files(
@@ -70,11 +68,11 @@ def _make_question_files(
 
 
 EXACT_TOLERANCE = 1e-6
-"""Numbers with a smaller relative tolerance are counts."""
+"""Numbers with a smaller relative tolerance are counts, which must be exact."""
 
 
 def choose_element(answer: Answer) -> str:
-    """Return the element of question.html for an answer; all variants of a slot have the same element."""
+    """Return the name of the element in question.html that asks for an answer, the same for all variants of a slot."""
     if isinstance(answer, Number):
         return "wholes" if answer.tolerance < EXACT_TOLERANCE else "numbers"
     kinds = ((Matching, "match"), (Selection, "several"), (Choice, "choice"))
@@ -82,7 +80,7 @@ def choose_element(answer: Answer) -> str:
 
 
 def list_input_names(part: Part) -> list[str]:
-    """Return the names of a part's inputs: the part's name, or one per number or matched item if there are several.
+    """Return the names of a part's inputs: the part's name, or a numbered name for each number or matched item.
 
     The names for matched items follow the rule of PrairieLearn's element pl-matching.
     """
@@ -96,22 +94,22 @@ def list_input_names(part: Part) -> list[str]:
 
 
 def _make_server_files(
-    order: ExportRequest, folder: str, seeds: dict[str, list[str]]
+    request: ExportRequest, folder: str, seeds: dict[str, list[str]]
 ) -> Generator[ExportedFile, None, None]:
-    assignment = order.assignment
+    assignment = request.assignment
     text = (assignment.folder / "assignment.toml").read_text(encoding="utf-8")
     yield ExportedFile(f"{folder}/assignment.toml", text, is_private=True)
-    for name in sorted(list_robot_files(order)):
+    for name in sorted(list_robot_files(request)):
         yield ExportedFile(f"{folder}/{name}", (assignment.folder / name).read_text(encoding="utf-8"), is_private=True)
     yield ExportedFile(f"{folder}/roster.csv", "student\nprairielearn\n", is_private=True)
     yield ExportedFile(f"{folder}/{SECRET_FILE}", _derive_hash(assignment, "seed") + "\n", is_private=True)
-    bank = _write_json({"digest": assignment.edition, "seeds": seeds})
+    bank = _write_json({"digest": assignment.notebook_digest, "seeds": seeds})
     yield ExportedFile(f"{folder}/{BANK_FILE}", bank, is_private=True)
     yield ExportedFile(f"{folder}/README.md", render("exports/prairielearn/assignment-README.md.j2"))
 
 
 def _derive_hash(assignment: Assignment, purpose: str) -> str:
-    """Return a hash that depends on the secret and the use, but does not reveal the secret."""
+    """Return a hash that depends on the secret and the purpose, but does not reveal the secret."""
     return hashlib.sha256(f"qdot/prairielearn/{purpose}/{assignment.secret}".encode()).hexdigest()
 
 
@@ -125,9 +123,11 @@ def _make_uuid(assignment: Assignment, name: str) -> str:
     return str(uuid.uuid5(uuid.NAMESPACE_URL, f"qdot:{_derive_hash(assignment, 'uuid')}:{assignment.key}:{name}"))
 
 
-def _make_assessments(assignment: Assignment) -> dict[str, dict[str, object]]:
-    """Return a homework with new variants for practice, and an exam with one variant. The best attempt counts."""
-    attempt_count = assignment.attempts.best_of or DEFAULT_ATTEMPTS
+def _make_assessments(assignment: Assignment, attempt_count: int) -> dict[str, dict[str, object]]:
+    """Return a homework, in which students may practise with new variants, and an exam with a single variant.
+
+    `attempt_count` is the number of attempts at a variant. The best attempt counts.
+    """
     points_by_question = {make_question_id(assignment, slot): sum(slot.max_points) for slot in assignment.slots}
     homework = [
         {"id": qid, "autoPoints": points, "triesPerVariant": attempt_count}

@@ -1,4 +1,4 @@
-"""Export of a test as a QTI 2.1 package, with formulas as MathML and a section with the variants of each slot.
+"""Export a test as a QTI 2.1 package, with formulas as MathML and a section with the variants of each slot.
 
 The platform picks one variant of each slot at random, with all of its parts in order. If the assignment shows
 solutions, a student sees the solution of an item after full marks or after the last attempt.
@@ -16,28 +16,24 @@ from qdot.exercises.writing.render import render
 MAX_EXPLAINED_FIELDS = 4
 """Maximum number of fields of an item that explains wrong numbers; with more fields, the item would be too long."""
 
-DEFAULT_ATTEMPTS = 3
-"""Number of attempts at an item, unless the assignment limits them."""
 ROUNDING_SHARE = 1e-6
 """The share of full marks that may be missing, because shares are rounded."""
 
 _STYLE = re.compile(r' style="[^"]*"')
 
 
-def export_qti(order: ExportRequest) -> Generator[ExportedFile, None, None]:
+def export_qti(request: ExportRequest) -> Generator[ExportedFile, None, None]:
     """Yield a package with the test, its items and their figures."""
-    assignment = order.assignment
+    assignment = request.assignment
     files: dict[str, str | bytes] = {}
     images: dict[str, str | bytes] = {}
     resources = []
-    variants_by_slot: dict[str, dict[str, list[str]]] = {}
-    titles: dict[str, str] = {}
-    attempt_count, points_by_question = assignment.attempts.best_of or DEFAULT_ATTEMPTS, dict[str, float]()
-    for item in make_items_without_hidden_solutions(order):
-        files[f"items/{item.key}.xml"] = _render_item(item, attempt_count)
-        pictures = markup.find_pictures((*item.body, *item.solution))
-        item_images = {markup.name_picture_file(picture): markup.make_svg_file(picture) for picture in pictures}
-        images |= {f"images/{name}": content for name, content in item_images.items()}
+    variants_by_slot, titles = dict[str, dict[str, list[str]]](), dict[str, str]()
+    points_by_question: dict[str, float] = {}
+    for item in make_items_without_hidden_solutions(request):
+        files[f"items/{item.key}.xml"] = _render_item(item, request.attempt_count)
+        item_images = markup.make_image_files((*item.body, *item.solution))
+        images |= item_images
         resources.append({"ident": item.key, "images": sorted(item_images)})
         slot_name, number, kind = item.key.split("-", 2)
         variants_by_slot.setdefault(slot_name, {}).setdefault(f"{slot_name}-{number}", []).append(item.key)
@@ -48,22 +44,17 @@ def export_qti(order: ExportRequest) -> Generator[ExportedFile, None, None]:
         for slot_name, variants in variants_by_slot.items()
     ]
     ident = f"qdot-{assignment.key}"
-    points = markup.format_decimal(sum(points_by_question.values()))
-    test_context = {
-        "ident": ident,
-        "title": assignment.title,
-        "sections": sections,
-        "tries": attempt_count,
-        "points": points,
-    }
-    test = render("exports/qti-test.xml.j2", **test_context)
+    test = render(
+        "exports/qti-test.xml.j2", ident=ident, title=assignment.title, sections=sections, tries=request.attempt_count,
+        points=markup.format_decimal(sum(points_by_question.values())),
+    )  # fmt: skip
     manifest = render("exports/qti-manifest.xml.j2", ident=ident, resources=resources)
     package = {"imsmanifest.xml": manifest, "test.xml": test} | files | dict(sorted(images.items()))
     yield ExportedFile(f"{assignment.key}.zip", make_zip(package), is_private=True)
 
 
 def _write_html(body: tuple[str | markup.Picture, ...]) -> str:
-    """Return a text in QTI's subset of XHTML: block elements without styles."""
+    """Return Markdown with figures in QTI's subset of XHTML: block elements without styles."""
     html = markup.write_html_with_figures(body, lambda p: f"../images/{markup.name_picture_file(p)}", plain_mathml)
     return _STYLE.sub("", html)
 

@@ -9,10 +9,10 @@ from qdot.exercises.exports.gradescope import export_gradescope
 from qdot.exercises.exports.moodle import export_moodle
 from qdot.exercises.exports.nbgrader import export_nbgrader
 from qdot.exercises.exports.otter import export_otter
-from qdot.exercises.exports.paper import check_sheet, export_html, export_latex, export_pdf
+from qdot.exercises.exports.paper import check_sheet, export_paper
 from qdot.exercises.exports.prairielearn import export_prairielearn
 from qdot.exercises.exports.qti import export_qti
-from qdot.exercises.exports.repositories import export_github, export_gitlab
+from qdot.exercises.exports.repositories import export_repositories
 from qdot.exercises.exports.scorm import check_size, explain_missing_scripts, export_scorm
 from qdot.exercises.exports.stack import export_stack
 
@@ -20,8 +20,8 @@ EXPORT_FORMATS = {
     export_format.name: export_format
     for export_format in (
         ExportFormat("github", "Repositories: one for grading and one for each student", "GitHub Actions",
-            "GitHub's workflow schema; bash and git, in fresh clones", "student", export_github,
-            check=list_robot_files),
+            "GitHub's workflow schema; bash and git, in fresh clones", "student",
+            partial(export_repositories, platform="github"), check=list_robot_files),
         ExportFormat("gradescope", "An autograder zip, and notebooks", "Gradescope",
             "a harness with Gradescope's folders, which runs its two scripts", "student", export_gradescope,
             check=list_robot_files),
@@ -31,7 +31,8 @@ EXPORT_FORMATS = {
         ExportFormat("otter", "A source for `otter assign`, and notebooks", "otter-grader 7",
             "otter assign and otter run", "student", export_otter, check=list_robot_files),
         ExportFormat("gitlab", "Projects: one for grading and one for each student", "GitLab CI",
-            "GitLab's CI schema; bash and git, in fresh clones", "student", export_gitlab, check=list_robot_files),
+            "GitLab's CI schema; bash and git, in fresh clones", "student",
+            partial(export_repositories, platform="gitlab"), check=list_robot_files),
         ExportFormat("moodle", "A ready-made quiz, and a question bank as Moodle XML", "Moodle 4",
             "our checks of its importers' rules", "variant", export_moodle),
         ExportFormat("canvas", "A quiz as QTI 1.2", "Canvas", "text2qti (as the model), our checks", "variant",
@@ -43,12 +44,13 @@ EXPORT_FORMATS = {
             "scorm-again, in Chromium; the rules of its XML Schemas", "variant", export_scorm, check=check_size,
             explain_missing=explain_missing_scripts),
         ExportFormat("html", "Handouts, exams and keys as web pages", "any browser", "our checks of its structure",
-            "student", export_html, check=check_sheet),
+            "student",
+            partial(export_paper, file_type="html"), check=check_sheet),
         ExportFormat("pdf", "Handouts, exams and keys as PDF/UA-1, also one for the whole class", "any PDF reader",
-            "Poppler", "student", export_pdf, check=check_sheet,
+            "Poppler", "student", partial(export_paper, file_type="pdf"), check=check_sheet,
             explain_missing=partial(explain_missing, "pdf", "PDF")),
         ExportFormat("latex", "Handouts, exams and keys as LaTeX source", "LaTeX with TikZ", "our reader of LaTeX",
-            "student", export_latex, check=check_sheet),
+            "student", partial(export_paper, file_type="tex"), check=check_sheet),
         ExportFormat("stack", "STACK questions in Moodle XML", "Moodle with STACK", "Maxima", "variant",
             export_stack),
         ExportFormat("prairielearn", "A course folder whose questions call qdot", "PrairieLearn",

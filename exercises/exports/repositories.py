@@ -1,22 +1,26 @@
-"""Export of repositories for GitHub and GitLab: one for grading by the staff, and one per student without the secret.
+"""Export repositories for GitHub or GitLab: one for the staff, which grades, and one for each student.
 
-Anybody who may push to a repository can change its CI jobs to print every secret that they receive. Therefore students'
-repositories never receive the secret. The staff's repository fetches their work, grades it and returns feedback.
+Anybody who may push to a repository can change its CI jobs so that they print every secret of the repository. Therefore
+students' repositories never have the secret. The staff's repository fetches students' work, grades the work and returns
+feedback.
 """
 
 import re
 import sys
 from collections.abc import Generator
 
-from qdot.exercises.assignment.redrawn import REDRAWN_FILE
+from qdot.exercises.assignment.replacements import REPLACEMENTS_FILE
 from qdot.exercises.common.errors import QdotError
 from qdot.exercises.exports.export_format import ExportedFile, ExportRequest, list_robot_files
 from qdot.exercises.exports.handouts import collect_handouts
 from qdot.exercises.exports.wheel import list_versions, make_wheel
 from qdot.exercises.writing.render import render
 
-WORKFLOW_FOLDERS = {"github": ".github/workflows", "gitlab": ""}
-"""The folder in which each platform looks for its workflows."""
+WORKFLOWS = {
+    "github": (".github/workflows/grade.yml", ".github/workflows/check.yml"),
+    "gitlab": (".gitlab-ci.yml", ".gitlab-ci.yml"),
+}
+"""For each platform, the paths of the workflow that grades, and of the one that checks a student's notebook."""
 
 ACTIONS = {
     "checkout": "actions/checkout@d23441a48e516b6c34aea4fa41551a30e30af803  # v6.1.0",
@@ -26,75 +30,57 @@ ACTIONS = {
 }
 """The actions of our workflows, pinned by commit: tags can be moved, and these jobs can read the answer key."""
 GITHUB_LOGIN = re.compile(r"[A-Za-z0-9](?:[A-Za-z0-9-]{0,37}[A-Za-z0-9])?")
-"""A GitHub login."""
+"""Matches a valid GitHub login."""
 
 
-def export_github(order: ExportRequest) -> Generator[ExportedFile, None, None]:
-    """Yield the files of repositories that GitHub Actions grades."""
-    yield from _export_repositories(order, "github", "grade.yml", "check.yml")
-
-
-def export_gitlab(order: ExportRequest) -> Generator[ExportedFile, None, None]:
-    """Yield the files of projects that GitLab CI grades."""
-    yield from _export_repositories(order, "gitlab", ".gitlab-ci.yml", ".gitlab-ci.yml")
-
-
-def read_assignment_files(order: ExportRequest) -> list[tuple[str, bytes]]:
+def read_assignment_files(request: ExportRequest) -> list[tuple[str, bytes]]:
     """Return the files of an assignment folder that grading needs, except the secret. Raises QdotError."""
-    folder = order.assignment.folder
+    folder = request.assignment.folder
     names = ["assignment.toml", "roster.csv"]
-    names += [name for name in (REDRAWN_FILE, "overrides.csv") if (folder / name).exists()]
-    names += list_robot_files(order)
+    names += [name for name in (REPLACEMENTS_FILE, "overrides.csv") if (folder / name).exists()]
+    names += list_robot_files(request)
     return [(name, (folder / name).read_bytes()) for name in names]
 
 
-def _export_repositories(
-    order: ExportRequest, platform: str, grading_workflow: str, checking_workflow: str
-) -> Generator[ExportedFile, None, None]:
-    notebooks = collect_handouts(order)
-    assignment = notebooks.assignment
-    name, content = make_wheel()
-    context = {
-        "title": assignment.title, "key": assignment.key, "platform": platform, "wheel": name,
-        "python": f"{sys.version_info.major}.{sys.version_info.minor}", "actions": ACTIONS,
-    }  # fmt: skip
-    constraints = list_versions()
-    workflow_folder = f"{WORKFLOW_FOLDERS[platform]}/" if WORKFLOW_FOLDERS[platform] else ""
+def export_repositories(request: ExportRequest, platform: str) -> Generator[ExportedFile, None, None]:
+    """Yield the files of all repositories. `platform` is "github" or "gitlab"."""
+    handouts, (wheel_name, wheel), versions = collect_handouts(request), make_wheel(), list_versions()
+    python_version = f"{sys.version_info.major}.{sys.version_info.minor}"
+    context = handouts.context | {"platform": platform, "python": python_version, "actions": ACTIONS}
+    grading_workflow, checking_workflow = WORKFLOWS[platform]
     yield ExportedFile("README.md", render("exports/repositories.md.j2", **context))
     if platform == "github":
         yield ExportedFile("setup-class.sh", render("exports/setup-class.sh.j2", **context))
-    for path, data in read_assignment_files(order):
+    for path, data in read_assignment_files(request):
         yield ExportedFile(f"grading/{path}", data)
-    for path, template in (
-        (f"{workflow_folder}{grading_workflow}", f"{platform}-grade.yml.j2"), ("README.md", "grading-readme.md.j2"),
-        (".gitignore", "gitignore.j2"),
-    ):  # fmt: skip
-        yield ExportedFile(f"grading/{path}", render(f"exports/{template}", **context))
-    yield ExportedFile("grading/repositories.csv", _list_repositories(order, platform))
-    yield ExportedFile(f"grading/{name}", content)
-    yield ExportedFile("grading/versions.txt", constraints)
-    for student, notebook in notebooks.iterate_notebooks():
+    yield ExportedFile(f"grading/{grading_workflow}", render(f"exports/{platform}-grade.yml.j2", **context))
+    yield ExportedFile("grading/README.md", render("exports/grading-readme.md.j2", **context))
+    yield ExportedFile("grading/.gitignore", render("exports/gitignore.j2", **context))
+    yield ExportedFile("grading/repositories.csv", _list_repositories(request, platform))
+    yield ExportedFile(f"grading/{wheel_name}", wheel)
+    yield ExportedFile("grading/versions.txt", versions)
+    for student, notebook in handouts.iterate_notebooks():
         folder = f"students/{student.id}"
-        yield ExportedFile(f"{folder}/{assignment.key}.ipynb", notebook)
+        yield ExportedFile(f"{folder}/{handouts.assignment.key}.ipynb", notebook)
         yield ExportedFile(f"{folder}/README.md", render("exports/student-readme.md.j2", **context))
-        workflow = render(f"exports/{platform}-check.yml.j2", **context)
-        yield ExportedFile(f"{folder}/{workflow_folder}{checking_workflow}", workflow)
-        yield ExportedFile(f"{folder}/.qdot/{name}", content)
-        yield ExportedFile(f"{folder}/.qdot/versions.txt", constraints)
+        yield ExportedFile(f"{folder}/{checking_workflow}", render(f"exports/{platform}-check.yml.j2", **context))
+        yield ExportedFile(f"{folder}/.qdot/{wheel_name}", wheel)
+        yield ExportedFile(f"{folder}/.qdot/versions.txt", versions)
 
 
-def _list_repositories(order: ExportRequest, platform: str) -> str:
-    """Return a table of repositories and students. A repository is KEY-STUDENT, unless the roster names another one.
+def _list_repositories(request: ExportRequest, platform: str) -> str:
+    """Return a table of repositories, students and logins as CSV. Raises QdotError if a login is invalid.
 
-    The third column is the login, from the roster's column with the platform's name. Raises QdotError if it is invalid.
+    A repository is called KEY-STUDENT, unless the roster's column `repository` has another name. The logins are from
+    the roster's column with the platform's name.
     """
     lines = [f"repository,student,{platform}"]
-    for student in order.assignment.roster:
+    for student in request.assignment.roster:
         other_cells = {name.strip().casefold(): text.strip() for name, text in student.other_columns}
         login = other_cells.get(platform, "").removeprefix("@")
         if platform == "github" and login and not GITHUB_LOGIN.fullmatch(login):
             advice = "is not a valid login; write it as in github.com/LOGIN"
             raise QdotError(f"roster.csv: github = {login!r} of {student.id} {advice}")
-        repository = other_cells.get("repository") or f"OWNER/{order.assignment.key}-{student.id}"
+        repository = other_cells.get("repository") or f"OWNER/{request.assignment.key}-{student.id}"
         lines.append(f"{repository},{student.id},{login}")
     return "".join(f"{line}\n" for line in lines)

@@ -1,7 +1,7 @@
-"""Export of SCORM 1.2 and SCORM 2004 packages for learning platforms: a web page that reports a score, and a bank.
+"""Export SCORM 1.2 and SCORM 2004 packages for learning platforms: a web page that reports a score, and a bank.
 
-Each student gets one variant of every slot. The browser chooses it by the identifier that the platform provides, and
-it also grades the answers (`qdot.exercises.site`). Therefore the package contains the correct answers.
+Each student gets one variant of every slot. The browser chooses the variant by the identifier that the platform gives
+the student, and it also grades the answers (`qdot.exercises.site`). So the package contains the correct answers.
 """
 
 import json
@@ -11,11 +11,10 @@ from dataclasses import replace
 from pathlib import Path
 
 from qdot.exercises.assignment.assignment import FEEDBACK, Slot
-from qdot.exercises.assignment.draws import FailedSlot
+from qdot.exercises.assignment.certified_problems import FailedSlot
 from qdot.exercises.common.errors import QdotError
 from qdot.exercises.exports.bank import iterate_bank
 from qdot.exercises.exports.export_format import ExportedFile, ExportRequest, make_zip
-from qdot.exercises.exports.qti import DEFAULT_ATTEMPTS
 from qdot.exercises.problem.record import Json
 from qdot.exercises.site import bank
 from qdot.exercises.site.build import NOT_BUILT_MESSAGE
@@ -36,18 +35,18 @@ _BUILD_ONLY_FIELDS = ("made_from", "listed")
 _Files = dict[str, str | bytes]
 
 
-def export_scorm(order: ExportRequest) -> Generator[ExportedFile, None, None]:
+def export_scorm(request: ExportRequest) -> Generator[ExportedFile, None, None]:
     """Yield a package for each version of SCORM: page, scripts, bank, and the manifest that lists them."""
-    assignment = order.assignment
+    assignment = request.assignment
     assets = find_assets()
     if assets is None:
         raise QdotError(NOT_BUILT_MESSAGE)
     for slot in assignment.slots:
-        _note_differences(order, slot)
+        _note_differences(request, slot)
     scripts = {path.relative_to(assets.folder).as_posix(): path.read_bytes() for path in assets.files}
-    files = _make_bank_files(order) | scripts | {"icon.svg": favicon_text()}
+    files = _make_bank_files(request) | scripts | {"icon.svg": favicon_text()}
     for version, name in PACKAGE_NAMES.items():
-        page = _render_page(order, version, assets)
+        page = _render_page(request, version, assets)
         manifest = render(
             f"exports/scorm/manifest-{version}.xml.j2", ident=f"qdot-{assignment.key}",
             title=assignment.title[:MAX_TITLE_LENGTH], paths=sorted({*files, "index.html"}),
@@ -64,80 +63,78 @@ def explain_missing_scripts() -> str:
         return str(error)
 
 
-def check_size(order: ExportRequest) -> None:
+def check_size(request: ExportRequest) -> None:
     """Raise QdotError if SCORM 1.2 can't store the state of all questions, because there are too many."""
-    count = sum(len(slot.questions) for slot in order.assignment.slots)
+    count = sum(len(slot.questions) for slot in request.assignment.slots)
     if count > MAX_QUESTIONS:
         raise QdotError(
-            f"{order.assignment.folder / 'assignment.toml'}: the assignment has {count} questions, but a package can "
+            f"{request.assignment.folder / 'assignment.toml'}: the assignment has {count} questions, but a package can "
             f"store the answers to at most {MAX_QUESTIONS}; split it into several assignments"
         )
 
 
-def _note_differences(order: ExportRequest, slot: Slot) -> None:
+def _note_differences(request: ExportRequest, slot: Slot) -> None:
     """Tell the staff which marking rules of assignment.toml the browser does not apply."""
     if slot.decimals:
         rounded_names = ", ".join(name for name, _ in slot.decimals)
-        order.report(f"{slot.name}: the package does not accept rounded decimals as right ({rounded_names})")
+        request.report(f"{slot.name}: the package does not accept rounded decimals as right ({rounded_names})")
     names = [name for name, credit in slot.credit if credit.rule not in ("", "whole")]
     if names:
-        order.report(f"{slot.name}: the package uses the default partial credit for {', '.join(names)}")
+        request.report(f"{slot.name}: the package uses the default partial credit for {', '.join(names)}")
 
 
-def _render_page(order: ExportRequest, version: str, assets: Assets) -> str:
-    title = order.assignment.title
-    page_data = json.dumps({"scorm": version, **_describe_assignment(order)}, ensure_ascii=False)
+def _render_page(request: ExportRequest, version: str, assets: Assets) -> str:
+    title = request.assignment.title
+    page_data = json.dumps({"scorm": version, **_describe_assignment(request)}, ensure_ascii=False)
     return render(
         "exports/scorm/index.html.j2", title=title, set=page_data, frames=False, script=assets.scripts["package"],
         modules=assets.modules["package"], styles=assets.styles["package"],
     )  # fmt: skip
 
 
-def _describe_assignment(order: ExportRequest) -> Json:
+def _describe_assignment(request: ExportRequest) -> Json:
     """Return the data of an assignment for its page: its slots, with points and partial credit."""
-    assignment = order.assignment
-    passing_share = None if order.passing_share is None else float(order.passing_share)
-    settings = {"tries": assignment.attempts.best_of or DEFAULT_ATTEMPTS, "pass": passing_share}
-    slots = [{"name": slot.name, "questions": _list_questions(slot)} for slot in assignment.slots]
-    return {"key": assignment.key, "title": assignment.title, **settings, "places": slots}
+    assignment = request.assignment
+    return {
+        "key": assignment.key, "title": assignment.title, "tries": request.attempt_count,
+        "pass": None if request.passing_share is None else float(request.passing_share),
+        "places": [{"name": slot.name, "questions": _list_questions(slot)} for slot in assignment.slots],
+    }  # fmt: skip
 
 
 def _list_questions(slot: Slot) -> list[list[str | float]]:
     """Return the questions of a slot: name, points, and the factor for partial credit."""
     credit = {name: 0.0 if rule.rule == "whole" else float(rule.factor) for name, rule in slot.credit}
-    return [[name, points, credit.get(name, 1.0)] for name, points in zip(slot.questions, slot.max_points, strict=True)]
+    return [[name, points, credit.get(name, 1.0)] for name, points in slot.points_by_question.items()]
 
 
-def _make_bank_files(order: ExportRequest) -> _Files:
+def _make_bank_files(request: ExportRequest) -> _Files:
     """Return the files of the bank by path: problems, translations, and also solutions if students may see them."""
-    assignment = order.assignment
-    level = FEEDBACK[-1] if order.has_solutions else assignment.feedback
-    bank_problems = problems_of_variants(list(iterate_bank(replace(order, on_step=lambda: None))))
+    assignment = request.assignment
+    level = FEEDBACK[-1] if request.has_solutions else assignment.feedback
+    bank_problems = problems_of_variants(list(iterate_bank(replace(request, on_step=lambda: None))))
     titles = [(slot.name, slot.family.title, slot.family.source) for slot in assignment.slots]
     with tempfile.TemporaryDirectory() as folder:
         failures: list[FailedSlot] = []
         entries = bank.write_bank(
-            Path(folder), bank_problems, order.find_failures, order.jobs, order.on_step, failures.append,
+            Path(folder), bank_problems, request.find_failures, request.jobs, request.on_step, failures.append,
             level == FEEDBACK[-1],
         )  # fmt: skip
         if failures:
             raise QdotError(f"{failures[0]}. Nothing is exported")  # each problem passed before, so this is a bug
-        for _ in range(len(assignment.slots) * order.variant_count - len(bank_problems)):
-            order.on_step()
-        files = _read_bank(Path(folder), assignment.hints)
+        for _ in range(len(assignment.slots) * request.variant_count - len(bank_problems)):
+            request.on_step()
+        paths = sorted(Path(folder).rglob("*.json"))
+        files: _Files = {
+            path.relative_to(folder).as_posix(): _compact_record(json.loads(path.read_bytes()), assignment.hints)
+            for path in paths
+        }
     files[f"{bank.BANK_FOLDER}/index.json"] = bank.index_text(entries, titles, level)
     return files | {f"{bank.BANK_FOLDER}/index.{code}.json": bank.titles_text(code, titles) for code in LANGUAGES}
 
 
-def _read_bank(folder: Path, has_hints: bool) -> _Files:
-    """Return the files of a bank for a package, with hints only if the assignment gives hints."""
-    return {
-        path.relative_to(folder).as_posix(): _compact_record(json.loads(path.read_text(encoding="utf-8")), has_hints)
-        for path in sorted(folder.rglob("*.json"))
-    }
-
-
 def _compact_record(record: Json, has_hints: bool) -> str:
+    """Return the JSON text of a record of the bank for students, with hints only if `has_hints`."""
     fields = {name: value for name, value in record.items() if name not in _BUILD_ONLY_FIELDS}
     if not has_hints:
         fields["parts"] = [part | {"hints": []} if "hints" in part else part for part in fields["parts"]]

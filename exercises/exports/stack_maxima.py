@@ -1,12 +1,13 @@
-"""Maxima functions for marking, which a STACK question defines among its variables if it needs them.
+"""Select the Maxima functions with which a STACK question marks an answer; the question defines them as variables.
 
 Formulas are compared by their values at a few points that the exporter samples. That takes milliseconds for any form
-of an answer. STACK's AlgEquiv would prove equality entry by entry, which takes seconds each; STACK allows 30 in total.
+of an answer. STACK's AlgEquiv would prove equality entry by entry. This takes seconds for each entry, but STACK allows
+only 30 seconds for a question. The functions have these arguments and variables:
 
     points          the values of all symbols at each point; only the configuration differs between the first two
     short, given    substitutions for short names such as c12, and for lengths with given numbers
-    turning         the joints whose values are angles
-    u, w            submitted and correct answer: a list of entries at each point, false if an entry is not a number
+    turning         the names of the revolute joints' variables
+    u, w            submitted and correct answer: for each point, a list of entries; false for an entry without a value
 """
 
 from pathlib import Path
@@ -15,16 +16,16 @@ from qdot.exercises.formula.printers.maxima import maxima_text
 from qdot.exercises.problem.problem import Problem
 
 MAX_JOINTS_IN_NAME = 6
-"""Maximum number of joints in a short name for a sum of neighbouring angles, such as c123."""
+"""Maximum number of joints in a short name for a sum of adjacent angles, such as c123."""
 
 FUNCTIONS_FILE = Path(__file__).with_name("stack_functions.mac")
 _DEFINITIONS = [" ".join(text.split()) for text in FUNCTIONS_FILE.read_text(encoding="utf-8").split("\n\n")]
 
 
 def _select_functions(names: str) -> tuple[str, ...]:
-    """Return the definitions of these functions in the order of the file, without their line breaks."""
-    function_beginnings = tuple(f"qdot_{name}(" for name in names.split())
-    return tuple(definition for definition in _DEFINITIONS if definition.startswith(function_beginnings))
+    """Return the definitions of functions, which are named without `qdot_`, in the order of the file."""
+    beginnings = tuple(f"qdot_{name}(" for name in names.split())
+    return tuple(definition for definition in _DEFINITIONS if definition.startswith(beginnings))
 
 
 FORMULA_FUNCTIONS = _select_functions("count read number values close agree same parallel along signed amiss")
@@ -32,13 +33,14 @@ NUMBER_FUNCTIONS = _select_functions("count read near")
 SET_FUNCTIONS = _select_functions("count read fits covered beyond set_share")
 """The functions for marking formulas, numbers and sets of joint values.
 
-`qdot_amiss` returns 1 for wrong signs plus 1 for a wrong constant factor, or 0 if the answer has other errors. Its
-argument `agree` says which entries are correct; `moving` are the indices of entries that depend on the configuration.
+`qdot_amiss` returns 1 for wrong signs plus 1 for a wrong constant factor, or 0 if the answer has other errors. The
+argument `agree` says which entries are correct. The argument `moving` has the indices of the entries that depend on the
+configuration.
 """
 
 
 def write_definitions(problem: Problem, functions: tuple[str, ...], *constants: str) -> list[str]:
-    """Return the lines that define a student's names for lengths, sines and cosines, then constants and functions."""
+    """Return the lines that define `given` and `short`, followed by the constants and functions."""
     values = {name: info.value for name, info in problem.symbols.items() if info.value is not None}
     given_equations = ", ".join(f"{name} = {maxima_text(value)}" for name, value in values.items())
     short_names = ", ".join(f"{name} = {meaning}" for name, meaning in list_short_names(problem).items())
@@ -46,15 +48,15 @@ def write_definitions(problem: Problem, functions: tuple[str, ...], *constants: 
 
 
 def list_short_names(problem: Problem) -> dict[str, str]:
-    """Return short names for sines and cosines of angles and of sums of neighbouring angles, with their meanings."""
+    """Return short names such as c12 and their meanings: sines and cosines of angles and of sums of adjacent angles."""
     symbols = problem.symbols
     angles = {i: q for i, q in enumerate(problem.chain.q, 1) if q.name.startswith("theta")}
     meanings = {}
     for first_joint in angles:
         for last_joint in range(first_joint, min(first_joint + MAX_JOINTS_IN_NAME, 10)):
-            run = range(first_joint, last_joint + 1)
-            if not all(i in angles for i in run):
+            joints = range(first_joint, last_joint + 1)
+            if not all(i in angles for i in joints):
                 break
-            total, digits = " + ".join(angles[i].name for i in run), "".join(map(str, run))
+            total, digits = " + ".join(angles[i].name for i in joints), "".join(map(str, joints))
             meanings.update({f"c{digits}": f"cos({total})", f"s{digits}": f"sin({total})"})
     return {name: meaning for name, meaning in meanings.items() if name not in symbols}

@@ -1,8 +1,9 @@
-"""Parts in STACK's form: the input, Maxima code for marking, nodes of the response tree, and question tests.
+"""Convert parts to STACK's form: the input, Maxima code for marking, nodes of the response tree, and question tests.
 
-Formulas are compared at a few points, and matrices entry by entry with qdot's partial credit. Numbers are compared
-within their tolerance, and sets of joint values modulo full turns. Question tests submit names of question variables,
-because STACK stores only 255 characters of an answer.
+STACK compares formulas at a few points, and matrices entry by entry with qdot's partial credit. It compares numbers
+within their tolerance, and sets of joint values modulo full turns. A question test is a sample answer with the mark
+that STACK must give it. Question tests submit names of question variables, because STACK stores only 255 characters of
+an answer.
 """
 
 from collections.abc import Iterable, Iterator, Sequence
@@ -39,20 +40,23 @@ from qdot.exercises.short_questions.options import list_blames
 from qdot.exercises.singularities.singularity import Component
 
 MAX_MISTAKES = 6
-"""Maximum number of known mistakes in a part's response tree. Each adds a node and a question test."""
+"""Maximum number of known mistakes in a part's response tree. Each mistake adds a node and a question test."""
 CORRECT_NOTE, UNEXPLAINED_NOTE = "prt1-right", "prt1-other"
-"""Answer notes for a correct answer, and for an answer that no known mistake explains."""
+"""STACK's answer notes for a correct answer, and for an answer that no known mistake explains."""
 POINT_COUNT, MAX_TRIES = 3, 20
 """Number of points at which formulas are compared, and maximum number of attempts to sample usable points."""
 MIN_PIVOT, MAX_ENTRY = 1e-2, 1e4
-"""At a usable point, no entry of the answer exceeds HUGE, and the entry that determines a factor exceeds CLEAR."""
+"""At a usable point, no entry of the answer exceeds MAX_ENTRY, and the pivot, if there is one, exceeds MIN_PIVOT.
+
+The pivot is the entry by which a constant factor between two matrices is found.
+"""
 
 
 @dataclass(frozen=True)
 class ResponseNode:
-    """A node of a response tree, which compares `left` with `right`.
+    """A node of a response tree, which compares two expressions in Maxima, `left` and `right`, by STACK's test `test`.
 
-    If they are equal, the answer gets the note, the score and the feedback of this node.
+    If the expressions are equal, the answer gets the note, the score and the feedback of this node.
     """
 
     test: str
@@ -66,7 +70,7 @@ class ResponseNode:
 
 @dataclass(frozen=True)
 class QuestionTest:
-    """A question test: an answer, with its expected note and score (None if STACK should not mark the answer)."""
+    """A question test: an answer with its expected score (None if STACK must not mark the answer) and answer note."""
 
     title: str
     value: str
@@ -81,9 +85,10 @@ UNRELATED_TEST = QuestionTest("nobody's mistake", "other1", 0.0, UNEXPLAINED_NOT
 
 @dataclass(frozen=True)
 class StackPart:
-    """A part in STACK's terms; `fallback_feedback` is the feedback (CASText) if no node matches the answer.
+    """A part in STACK's terms. The first node and the first question test are for the reference answer.
 
-    The first node and the first test are those of the reference.
+    `expected_answer` says what students must type. `variables` and `marking_lines` are Maxima code. If no node matches
+    an answer, the answer gets `fallback_feedback` and the value of `score_variable` as score.
     """
 
     part: Part
@@ -103,13 +108,16 @@ class StackPart:
 
     @property
     def has_single_box(self) -> bool:
-        """Whether the answer is typed into a single box, which can hold text that STACK can't parse."""
+        """Whether the answer is typed into a single box, so that students may type text that STACK can't parse."""
         return self.input_type in ("algebraic", "numerical")
 
     def add_mistake(
         self, index: int, wrong: known_wrong.KnownWrongAnswer, answer: str, likeness: str, expected: str, share: float
     ) -> None:
-        """Add a known mistake, which explains an answer if `likeness`, in terms of wrongN, equals `expected`."""
+        """Add a known mistake, with its answer as the variable wrongN (N is `index`) and the share that it earns.
+
+        The mistake explains a student's answer if the Maxima expression `likeness` equals `expected`.
+        """
         name, note = f"wrong{index}", f"prt1-{wrong.mistake}"
         self.variables.append(f"{name}: {answer};")
         self.marking_lines.append(f"like{index}: {likeness};")
@@ -141,9 +149,10 @@ def convert_part(problem: Problem, part: Part) -> StackPart | str:
 def compute_share(
     problem: Problem, part: Part, answer: sp.Matrix, entries_equal: Sequence[bool], is_known: bool = False
 ) -> float:
-    """Return the share of the points for formulas, as `qdot grade` would, but without credit for factors of a product.
+    """Return the share of the points that formulas earn. `entries_equal` says which entries are correct.
 
-    An answer that a single known mistake explains (`is_known`) earns at least half.
+    The share is the same as with `qdot grade`, but factors of a product earn nothing. An answer that a single known
+    mistake explains (`is_known`) earns at least half of the points.
     """
     if all(entries_equal):
         return 1.0
@@ -173,50 +182,53 @@ def _compute_minimum_share(problem: Problem, part: Part, answer: sp.Matrix) -> F
     has_varying_entries = _find_varying_entries(problem, reference) and _find_varying_entries(problem, answer)
     if not part.credit.is_by_mistakes or not has_varying_entries:
         return Fraction(0)
-    det = find_determinant_in_denominator(problem.chain, part, known_wrong.make_domain(problem).roles)
-    all_wrong = [False] * len(reference)
-    if det is None:
+    determinant = find_determinant_in_denominator(problem.chain, part, known_wrong.make_domain(problem).roles)
+    if determinant is None:
         return MISTAKE_FACTOR
-    return max(MISTAKE_FACTOR, _compute_share_up_to_a_factor(problem, answer, reference, all_wrong, det))
+    no_entry_equal = [False] * len(reference)
+    return max(MISTAKE_FACTOR, _compute_share_up_to_a_factor(problem, answer, reference, no_entry_equal, determinant))
 
 
 def _compute_share_up_to_a_factor(
     problem: Problem, answer: sp.Matrix, reference: sp.Matrix, entries_equal: Sequence[bool], common_factor: Tree = ONE
 ) -> Fraction:
-    """Return the share of an answer whose wrong entries differ only by signs, a constant factor and `common_factor`."""
-    domain, moving = known_wrong.make_domain(problem), set(_find_varying_entries(problem, reference))
+    """Return the share of an answer whose wrong entries differ from the reference by signs and a constant factor only.
+
+    The reference is first multiplied by `common_factor`. The share is 0 if there are other differences.
+    """
+    domain, varying_entries = known_wrong.make_domain(problem), _find_varying_entries(problem, reference)
     wrong_indices = [k for k, is_equal in enumerate(entries_equal) if not is_equal]
-    answer_entries, wanted_entries = (
+    answer_entries, reference_entries = (
         [parse_formula(expression_text(matrix[k]), domain.roles) for k in wrong_indices]
         for matrix in (answer, reference)
     )
-    reference_entries = [entry * common_factor for entry in wanted_entries]
+    multiplied_entries = [entry * common_factor for entry in reference_entries]
     factor = find_constant_factor(
-        answer_entries, reference_entries, domain, set(domain.roles) - problem.constants, f"stack/{problem.id}"
+        answer_entries, multiplied_entries, domain, set(domain.roles) - problem.constants, f"stack/{problem.id}"
     )
-    if factor is None or (factor.changes_size and moving.isdisjoint(wrong_indices)):
+    if factor is None or (factor.changes_size and set(varying_entries).isdisjoint(wrong_indices)):
         return Fraction(0)
     return share_up_to_sign_and_factor(factor.is_negative, factor.changes_size or common_factor != ONE)
 
 
 def _find_varying_entries(problem: Problem, reference: sp.Matrix) -> list[int]:
-    """Return the indices (from 0, as everywhere here) of entries that depend on the configuration or its velocity."""
+    """Return the indices (from 0, row by row) of entries that depend on joint variables, joint rates or velocities."""
     constants = problem.constants
     return [k for k, entry in enumerate(reference) if {symbol.name for symbol in entry.free_symbols} - constants]
 
 
 def _find_pivot(problem: Problem, reference: sp.Matrix) -> int | None:
-    """Return the position (from 1) of an entry by which to find a constant factor; None for a single constant."""
+    """Return the position (from 1) of the pivot, the first nonzero entry; None for zeros and for a single constant."""
     nonzero_positions = [k for k, entry in enumerate(reference, 1) if entry != 0]
-    return (
-        None
-        if not nonzero_positions or (len(nonzero_positions) == 1 and not _find_varying_entries(problem, reference))
-        else nonzero_positions[0]
-    )
+    has_pivot = len(nonzero_positions) > 1 or (nonzero_positions and _find_varying_entries(problem, reference))
+    return nonzero_positions[0] if has_pivot else None
 
 
 def _split_zeros(reference: sp.Matrix) -> tuple[list[int], list[int]]:
-    """Return the indices of the entries that earn points, and of the zeros. Zeros earn points only if all are zero."""
+    """Return the indices of the entries that earn points, and those of the zeros, which earn nothing.
+
+    If all entries are zero, all earn points.
+    """
     nonzero_indices = [k for k, entry in enumerate(reference) if entry != 0]
     zeros = [k for k in range(len(reference)) if k not in nonzero_indices]
     return (nonzero_indices, zeros) if nonzero_indices else (zeros, [])
@@ -232,6 +244,7 @@ def _list_nonzero_columns(reference: sp.Matrix) -> list[list[int]]:
 
 
 def _convert_formulas(problem: Problem, part: Part) -> StackPart | str:
+    """Return a part that asks for a formula or a matrix of formulas, or the reason why STACK can't ask it."""
     is_single, reference = part.shape is None, part.answer.as_matrix()
     points = _sample_points(problem, reference, _find_pivot(problem, reference) or 1)
     if points is None:
@@ -240,18 +253,17 @@ def _convert_formulas(problem: Problem, part: Part) -> StackPart | str:
     variables += [f"ta1: {_write_maxima(reference, is_single)};", "other1: 0*ta1 + 7;"]
     marking = ["said: qdot_values(qdot_read(ans1));", "due: qdot_values(ta1);", "agree: qdot_agree(said, due);"]
     marking.append(f"same: if qdot_count(agree) = {len(reference)} then 1 else 0;")
-    score, otherwise = "0", ""
+    score, feedback = "0", ""
     if part.credit.rule != "whole":
-        lines, otherwise = _write_partial_credit_lines(problem, part, reference)
+        lines, feedback = _write_partial_credit_lines(problem, part, reference)
         marking += lines
         score = "share"
     words = "a formula" if is_single else f"one formula in each of the {reference.rows} × {reference.cols} boxes"
-    longest = max(len(maxima_text(entry)) for entry in reference)
-    box_width = min(60, max(8, longest)) if is_single or reference.cols == 1 else min(24, max(6, longest))
-    nodes = [ResponseNode("AlgEquiv", "same", "1", CORRECT_NOTE, "1")]
-    cases = [REFERENCE_TEST]
+    max_length = max(len(maxima_text(entry)) for entry in reference)
+    box_width = min(60, max(8, max_length)) if is_single or reference.cols == 1 else min(24, max(6, max_length))
+    nodes, tests = [ResponseNode("AlgEquiv", "same", "1", CORRECT_NOTE, "1")], [REFERENCE_TEST]
     stack_part = StackPart(
-        part, "algebraic" if is_single else "matrix", words, variables, marking, nodes, cases, otherwise, score,
+        part, "algebraic" if is_single else "matrix", words, variables, marking, nodes, tests, feedback, score,
         box_width, typing_help=explain_typing(problem),
     )  # fmt: skip
     for index, wrong in enumerate(known_wrong.find_known_wrong_answers(problem, part, MAX_MISTAKES), 1):
@@ -263,16 +275,16 @@ def _convert_formulas(problem: Problem, part: Part) -> StackPart | str:
     unusual_form = _write_unusual_form(problem, reference)
     if unusual_form is not None:
         variables.append(f"form1: {_write_maxima(unusual_form, is_single)};")
-        cases.append(UNUSUAL_FORM_TEST)
+        tests.append(UNUSUAL_FORM_TEST)
     unrelated_answer = reference * 0 + sp.ones(*reference.shape) * sp.Integer(7)
     entries_equal = known_wrong.compare_entry_by_entry(problem, unrelated_answer, reference)
     share = compute_share(problem, part, unrelated_answer, entries_equal)
-    cases.append(QuestionTest("nobody's mistake", "other1", share, UNEXPLAINED_NOTE))
+    tests.append(replace(UNRELATED_TEST, score=share))
     return stack_part
 
 
 def explain_typing(problem: Problem) -> str:
-    """Return instructions on how to type formulas, with names of this arm."""
+    """Return instructions on how to type formulas, with this arm's names as examples."""
     joint = problem.chain.q[0]
     rule = f"Type names as in the statement, such as {joint}; write * in products, as in 2*{joint}."
     meanings = stack_maxima.list_short_names(problem)
@@ -281,8 +293,8 @@ def explain_typing(problem: Problem) -> str:
     return f"{rule} {explanations}." if explanations else rule
 
 
-def _write_maxima(matrix: sp.Matrix, single: bool) -> str:
-    return maxima_text(matrix[0]) if single else maxima_matrix(matrix)
+def _write_maxima(matrix: sp.Matrix, is_single: bool) -> str:
+    return maxima_text(matrix[0]) if is_single else maxima_matrix(matrix)
 
 
 def _sample_points(problem: Problem, reference: sp.Matrix, pivot: int) -> str | None:
@@ -304,7 +316,7 @@ def _sample_points(problem: Problem, reference: sp.Matrix, pivot: int) -> str | 
 
 
 def _are_usable(program: Program, points: Sequence[dict[str, float]], pivot: int | None) -> bool:
-    """Return whether all entries are moderate numbers at all points, and the pivot is clearly not zero."""
+    """Return whether all entries are moderate real numbers at all points, and the entry `pivot` is clearly not zero."""
     values_by_name = {name: np.array([point[name] for point in points]) for name in points[0]}
     values = evaluate(program, values_by_name, len(points))[0]
     are_moderate = np.isfinite(values) & (values.imag == 0) & (np.abs(values) < MAX_ENTRY)
@@ -312,19 +324,19 @@ def _are_usable(program: Program, points: Sequence[dict[str, float]], pivot: int
 
 
 def _write_minimum_share_line(part: Part, minimum_share: Fraction, condition: str) -> str:
-    """Return the line for a known mistake: it raises the share to at least `minimum_share` if `condition` holds."""
+    """Return the line that raises the share to at least `minimum_share`, times the credit's factor, on a condition."""
     return f"share: if {condition} then max(share, {minimum_share * part.credit.factor}) else share;"
 
 
 def _write_partial_credit_lines(problem: Problem, part: Part, reference: sp.Matrix) -> tuple[list[str], str]:
-    """Return the lines that compute the share of partly correct formulas, and the feedback on them."""
+    """Return the lines that compute the share of partly correct formulas, and the feedback on such formulas."""
     lines, feedback = (["share: 0;"], "") if part.shape is None else _write_entry_lines(problem, part, reference)
     if _find_pivot(problem, reference) is None:
         return lines, feedback
     credit_factor = part.credit.factor
-    moving = [k + 1 for k in _find_varying_entries(problem, reference)]
+    varying_positions = [k + 1 for k in _find_varying_entries(problem, reference)]
     lines += [
-        f"amiss: qdot_amiss(said, due, agree, {moving});",
+        f"amiss: qdot_amiss(said, due, agree, {varying_positions});",
         f"share: max(share, if amiss = 0 then 0 else {credit_factor}*(1 - {SIGN_OR_FACTOR_COST}*amiss));",
     ]
     factor_feedback = "It is right except for signs, a common factor, or both."
@@ -332,39 +344,40 @@ def _write_partial_credit_lines(problem: Problem, part: Part, reference: sp.Matr
 
 
 def _write_entry_lines(problem: Problem, part: Part, reference: sp.Matrix) -> tuple[list[str], str]:
-    """Return the lines that compute the share of a matrix, and the feedback on it."""
+    """Return the lines that compute the share of a partly correct matrix, and the feedback on the matrix."""
     credit = part.credit
     counted_entries, zeros = _split_zeros(reference)
 
-    def count_agreeing(entries: Sequence[int]) -> str:
+    def write_agreeing_count(entries: Sequence[int]) -> str:
         return f"qdot_count(makelist(agree[i], i, {[k + 1 for k in entries]}))"
 
     factor = "" if credit.factor == 1 else f"*{credit.factor}"
     if credit.rule == "columns" and reference.cols > 1:
         columns = _list_nonzero_columns(reference)
-        tests, n = ", ".join(f"is({count_agreeing(column)} = {len(column)})" for column in columns), len(columns)
+        n = len(columns)
+        tests = ", ".join(f"is({write_agreeing_count(column)} = {len(column)})" for column in columns)
         lines = [f"right: qdot_count([{tests}]);", f"share: min(right, {n - 1})/{n}{factor};"]
         words = f"{n} columns are right"
     else:
-        n, spoiled_count = len(counted_entries), f"{len(zeros)} - {count_agreeing(zeros)}" if zeros else "0"
-        lines = [f"right: {count_agreeing(counted_entries)};", f"spoiled: {spoiled_count};"]
+        n, spoiled_count = len(counted_entries), f"{len(zeros)} - {write_agreeing_count(zeros)}" if zeros else "0"
+        lines = [f"right: {write_agreeing_count(counted_entries)};", f"spoiled: {spoiled_count};"]
         lines.append(f"share: max(0, min(right - spoiled, {n - 1}))/{n}{factor};")
         words = f"{n} entries are right"
         if zeros:
             words = f"{n} nonzero entries are right; {{@spoiled@}} of {len(zeros)} zeros have another answer"
     if varying_entries := _find_varying_entries(problem, reference):
-        lines.append(f"share: if share > 0 and {count_agreeing(varying_entries)} = 0 then 0 else share;")
+        lines.append(f"share: if share > 0 and {write_agreeing_count(varying_entries)} = 0 then 0 else share;")
     return lines, f"<p>{{@right@}} of {words}.</p>"
 
 
 def _write_unusual_form(problem: Problem, reference: sp.Matrix) -> sp.Matrix | None:
-    """Return the reference in an unusual form, checked to be equal; None if there is none."""
+    """Return the reference in an unusual form that the grader judges as equal; None if the arm has no such form."""
     first_angle = next(filter(_is_angle, problem.chain.q), None)
     if first_angle is None:
         return None
     one_as_squares = sp.sin(first_angle) ** 2 + sp.cos(first_angle) ** 2
-    expanded = reference.applyfunc(lambda entry: sp.expand_trig(entry) * one_as_squares if entry != 0 else entry)
-    return expanded if all(known_wrong.compare_entry_by_entry(problem, expanded, reference)) else None
+    unusual_form = reference.applyfunc(lambda entry: sp.expand_trig(entry) * one_as_squares if entry != 0 else entry)
+    return unusual_form if all(known_wrong.compare_entry_by_entry(problem, unusual_form, reference)) else None
 
 
 def _convert_direction(problem: Problem, part: Part) -> StackPart | str:
@@ -388,25 +401,20 @@ def _convert_direction(problem: Problem, part: Part) -> StackPart | str:
 
 
 def _convert_numbers(problem: Problem, part: Part) -> StackPart:
+    """Return a part that asks for a number or a vector of numbers."""
     answer = part.answer_as(Number)
     is_single, n = len(answer.reference) == 1, len(answer.reference)
     tolerances = [sp.Rational(f"{tolerance:.12g}") for tolerance in known_wrong.list_tolerances(part)]
     known_answers = known_wrong.find_known_wrong_answers(problem, part, MAX_MISTAKES)
-    exact_reference = sp.Matrix([sp.Rational(f"{float(value_text):.12g}") for value_text in answer.reference])
-    value_text = "said" if is_single else "said[i, 1]"
+    exact_reference = sp.Matrix([sp.Rational(f"{float(value):.12g}") for value in answer.reference])
+    index = "" if is_single else "[i, 1]"
 
-    def count_near(matrix: str) -> str:
-        compared = f"float({matrix})" if is_single else f"float({matrix}[i, 1])"
-        return f"qdot_count(makelist(qdot_near({value_text}, {compared}, room[i]), i, 1, {n}))"
+    def write_near_count(variable: str) -> str:
+        return f"qdot_count(makelist(qdot_near(said{index}, float({variable}{index}), room[i]), i, 1, {n}))"
 
-    zeros = [abs(float(v)) <= answer.tolerance_and_floor(part.rounding)[1] for v in answer.reference]
-    room_line = f"room: [{', '.join(map(maxima_text, tolerances))}];"
-    lines = [
-        "said: qdot_read(ans1);",
-        room_line,
-        f"right: {count_near('ta1')};",
-        *_write_number_share_lines(part, zeros),
-    ]
+    is_zero = [abs(float(v)) <= answer.tolerance_and_floor(part.rounding)[1] for v in answer.reference]
+    lines = ["said: qdot_read(ans1);", f"room: [{', '.join(map(maxima_text, tolerances))}];"]
+    lines += [f"right: {write_near_count('ta1')};", *_write_number_share_lines(part, is_zero)]
     variables = stack_maxima.write_definitions(problem, stack_maxima.NUMBER_FUNCTIONS)
     variables.append(f"ta1: {_write_floats(exact_reference, is_single)};")
     correct_node = ResponseNode("AlgEquiv", "right", str(n), CORRECT_NOTE, "1")
@@ -414,24 +422,24 @@ def _convert_numbers(problem: Problem, part: Part) -> StackPart:
         correct_node = ResponseNode("NumAbsolute", "said", "ta1", CORRECT_NOTE, "1", options=maxima_text(tolerances[0]))
     unit = "; ".join(dict.fromkeys(unit for unit in answer.units if unit))
     words = ("a number" if is_single else f"{n} numbers") + (f", in {unit}, without the unit" if unit else "")
-    otherwise = "" if is_single else f"<p>{{@right@}} of {n} numbers are right.</p>"
-    cases = [REFERENCE_TEST]
+    feedback = "" if is_single else f"<p>{{@right@}} of {n} numbers are right.</p>"
+    tests = [REFERENCE_TEST]
     stack_part = StackPart(
-        part, "numerical" if is_single else "matrix", words, variables, lines, [correct_node], cases, otherwise,
+        part, "numerical" if is_single else "matrix", words, variables, lines, [correct_node], tests, feedback,
         "share", box_width=12, reports_wrong_type=False,
     )  # fmt: skip
-    for index, wrong in enumerate(known_answers, 1):
-        share, floats = _compute_share_of_numbers(part, wrong, zeros), _write_floats(wrong.matrix, is_single)
-        stack_part.add_mistake(index, wrong, floats, count_near(f"wrong{index}"), str(n), share)
+    for number, wrong in enumerate(known_answers, 1):
+        share, floats = _compute_share_of_numbers(part, wrong, is_zero), _write_floats(wrong.matrix, is_single)
+        stack_part.add_mistake(number, wrong, floats, write_near_count(f"wrong{number}"), str(n), share)
         if not is_single and part.credit.is_by_mistakes:
-            lines.append(_write_minimum_share_line(part, MISTAKE_FACTOR, f"like{index} = {n}"))
-    values_outside = exact_reference + sp.Matrix([50 * r for r in tolerances])
-    values_inside = exact_reference + sp.Matrix([r / 2 for r in tolerances])
+            lines.append(_write_minimum_share_line(part, MISTAKE_FACTOR, f"like{number} = {n}"))
+    values_outside = exact_reference + 50 * sp.Matrix(tolerances)
+    values_inside = exact_reference + sp.Matrix(tolerances) / 2
     variables.append(f"form1: {_write_floats(values_inside, is_single)};")
-    cases.append(QuestionTest("off by half of what is allowed", "form1", 1.0, CORRECT_NOTE))
-    if not any(_is_near(values_outside, wrong, tolerances) for wrong in known_answers):
+    tests.append(QuestionTest("off by half of what is allowed", "form1", 1.0, CORRECT_NOTE))
+    if not any(_are_near(values_outside, wrong.matrix, tolerances) for wrong in known_answers):
         variables.append(f"other1: {_write_floats(values_outside, is_single)};")
-        cases.append(UNRELATED_TEST)
+        tests.append(UNRELATED_TEST)
     return stack_part
 
 
@@ -440,15 +448,11 @@ def _write_number_share_lines(part: Part, is_zero: Sequence[bool]) -> list[str]:
     n = len(is_zero)
     if n == 1 or part.credit.rule == "whole":
         return ["share: 0;"]
-    counted = [i for i, zero in enumerate(is_zero, 1) if not zero] or list(range(1, n + 1))
-    zeros_at = [i for i in range(1, n + 1) if i not in counted]
-
-    def count_near(positions: Sequence[int]) -> str:
-        return f"qdot_count(makelist(qdot_near(said[i, 1], float(ta1[i, 1]), room[i]), i, {positions}))"
-
-    correct_count = f"{count_near(counted)} - ({len(zeros_at)} - {count_near(zeros_at)})"
-    share = f"max(0, min({correct_count}, {len(counted) - 1}))/{len(counted)}"
-    lines = [f"share: {share};"]
+    counted_positions = [i for i, zero in enumerate(is_zero, 1) if not zero] or list(range(1, n + 1))
+    zero_positions = [i for i in range(1, n + 1) if i not in counted_positions]
+    near = "qdot_count(makelist(qdot_near(said[i, 1], float(ta1[i, 1]), room[i]), i, {}))"
+    points = f"{near.format(counted_positions)} - ({len(zero_positions)} - {near.format(zero_positions)})"
+    lines = [f"share: max(0, min({points}, {len(counted_positions) - 1}))/{len(counted_positions)};"]
     if all(part.answer.expected_units) and not all(is_zero):
         same_size = "qdot_near(abs(said[i, 1]), float(abs(ta1[i, 1])), room[i])"
         condition = f"qdot_count(makelist({same_size}, i, 1, {n})) = {n}"
@@ -458,7 +462,7 @@ def _write_number_share_lines(part: Part, is_zero: Sequence[bool]) -> list[str]:
 
 
 def _compute_share_of_numbers(part: Part, known_answer: known_wrong.KnownWrongAnswer, is_zero: Sequence[bool]) -> float:
-    """Return the share for the numbers that a known mistake leads to."""
+    """Return the share of the points for the numbers that a known mistake leads to."""
     credit = part.credit
     if len(is_zero) == 1 or credit.rule == "whole":
         return 0.0
@@ -470,56 +474,59 @@ def _compute_share_of_numbers(part: Part, known_answer: known_wrong.KnownWrongAn
     return float(share * credit.factor)
 
 
-def _write_floats(matrix: sp.Matrix, single: bool) -> str:
+def _write_floats(matrix: sp.Matrix, is_single: bool) -> str:
     parts = (f"{float(value):.12g}".partition("e") for value in matrix)
     values = [f"{mantissa}*10^({power})" if power else mantissa for mantissa, _, power in parts]
-    return values[0] if single else f"matrix({', '.join(f'[{value}]' for value in values)})"
+    return values[0] if is_single else f"matrix({', '.join(f'[{value}]' for value in values)})"
 
 
-def _is_near(values: sp.Matrix, known_answer: known_wrong.KnownWrongAnswer, tolerances: Sequence[sp.Expr]) -> bool:
-    return all(abs(a - b) <= 2 * r for a, b, r in zip(values, known_answer.matrix, tolerances, strict=True))
+def _are_near(first: sp.Matrix, second: sp.Matrix, tolerances: Sequence[sp.Expr]) -> bool:
+    return all(abs(a - b) <= 2 * r for a, b, r in zip(first, second, tolerances, strict=True))
 
 
 # --- options and sets ---
 
 
 def _convert_choice(part: Part) -> StackPart:
+    """Return a part that asks for the letter of an option."""
     answer = part.answer_as(Choice)
-    is_correct = ["true" if i == answer.correct else "false" for i in range(len(answer.options))]
-    options = [f'[{i + 1}, {is_correct[i]}, "{LETTERS[i]}"]' for i in range(len(answer.options))]
+    flags = ("true" if i == answer.correct else "false" for i in range(len(answer.options)))
+    options = [f'[{i}, {flag}, "{letter}"]' for i, (flag, letter) in enumerate(zip(flags, LETTERS, strict=False), 1)]
     correct = str(answer.correct + 1)
     nodes = [ResponseNode("AlgEquiv", "ans1", correct, CORRECT_NOTE, "1")]
-    cases = [QuestionTest("the reference", correct, 1.0, CORRECT_NOTE)]
+    tests = [replace(REFERENCE_TEST, value=correct)]
     for i in (index for index in range(len(answer.options)) if index != answer.correct):
         blames = list_blames(part, i)
-        says = name_chapter(" ".join(dict.fromkeys(blame.sentence for blame in blames)))
+        feedback = name_chapter(" ".join(dict.fromkeys(blame.sentence for blame in blames)))
         note = "-".join(["prt1", LETTERS[i], *dict.fromkeys(blame.mistake for blame in blames)])
-        nodes.append(ResponseNode("AlgEquiv", "ans1", str(i + 1), note, "0", says))
-        cases.append(QuestionTest(f"option {LETTERS[i]}", str(i + 1), 0.0, note))
+        nodes.append(ResponseNode("AlgEquiv", "ans1", str(i + 1), note, "0", feedback))
+        tests.append(QuestionTest(f"option {LETTERS[i]}", str(i + 1), 0.0, note))
     return StackPart(
-        part, "radio", "the letter of the right option", [f"ta1: [{', '.join(options)}];"], [], nodes, cases,
+        part, "radio", "the letter of the right option", [f"ta1: [{', '.join(options)}];"], [], nodes, tests,
         reports_wrong_type=False,
     )  # fmt: skip
 
 
 def _convert_set(problem: Problem, part: Part) -> StackPart | str:
-    """Return a part that asks for a set of equations: a joint variable on the left, its value on the right."""
+    """Return a part that asks for a set of equations, each with a joint variable on the left and a value on the right.
+
+    If STACK can't ask it, return the reason.
+    """
     answer = part.answer_as(ConditionSet)
     if not all(map(_has_numeric_values_of_one_joint, answer.components)):
         return "its singular configurations are not values of single joints, so STACK can't grade them fairly"
-    angle_joints = [q.name for q in problem.chain.q if _is_angle(q)]
 
     def write_equations(components: tuple[Component, ...], full_turns: int = 0) -> str:
-        shown = [
+        equations = [
             f"{joint} = {maxima_text(value + 2 * sp.pi * (full_turns if _is_angle(joint) else 0))}"
             for joint, value in _iterate_joint_values(components)
         ]
-        return "{" + ", ".join(dict.fromkeys(shown)) + "}"
+        return "{" + ", ".join(dict.fromkeys(equations)) + "}"
 
-    condition_claims = [_list_joint_values((component,)) for component in answer.components]
+    values_by_condition = [_list_joint_values((component,)) for component in answer.components]
     coverage = ", ".join(
-        f"[qdot_covered(said, args({write_equations((component,))})), {len(claims)}]"
-        for component, claims in zip(answer.components, condition_claims, strict=True)
+        f"[qdot_covered(said, args({write_equations((component,))})), {len(joint_values)}]"
+        for component, joint_values in zip(answer.components, values_by_condition, strict=True)
     )
     factor = part.credit.factor if part.credit.rule != "whole" else 0
     lines = [
@@ -529,33 +536,33 @@ def _convert_set(problem: Problem, part: Part) -> StackPart | str:
     ]  # fmt: skip
     value_count = len(list(_iterate_joint_values(answer.components)))
     nodes = [ResponseNode("AlgEquiv", "[right, beyond]", f"[{value_count}, 0]", CORRECT_NOTE, "1")]
-    turning_line = f"turning: [{', '.join(angle_joints)}];"
+    turning_line = f"turning: [{', '.join(q.name for q in problem.chain.q if _is_angle(q))}];"
     variables = stack_maxima.write_definitions(problem, stack_maxima.SET_FUNCTIONS, turning_line)
     variables.append(f"ta1: {write_equations(answer.components)};")
-    otherwise = (
+    feedback = (
         "<p>You found {@right@} of the configurations; {@beyond@} of your conditions are not singular or not in the "
         "form that the question asks for.</p>"
     )
-    cases = [REFERENCE_TEST]
+    tests = [REFERENCE_TEST]
     stack_part = StackPart(
-        part, "algebraic", _explain_set_typing(problem), variables, lines, nodes, cases, otherwise, "share",
+        part, "algebraic", _explain_set_typing(problem), variables, lines, nodes, tests, feedback, "share",
         box_width=50,
     )  # fmt: skip
-    reference_claims = _list_joint_values(answer.components)
+    correct_values = _list_joint_values(answer.components)
     for index, wrong in enumerate(known_wrong.find_known_wrong_answers(problem, part, 2 * MAX_MISTAKES), 1):
         assert isinstance(wrong.answer, tuple)
         if len(nodes) > MAX_MISTAKES or not all(map(_has_numeric_values_of_one_joint, wrong.answer)):
             continue
         arguments = f"(said, args(wrong{index}))"
         likeness = f"[qdot_covered{arguments} - length(wrong{index}), qdot_beyond{arguments}]"
-        wrong_claims = _list_joint_values(wrong.answer)
-        false_joints = [joint for joint, _ in wrong_claims - reference_claims]
-        false_count = count_false_conditions(false_joints, [joint for joint, _ in wrong_claims & reference_claims])
-        claim_counts = [(len(wrong_claims & expected), len(expected)) for expected in condition_claims]
-        share = float(share_of_set(claim_counts, false_count) * factor)
+        given_values = _list_joint_values(wrong.answer)
+        false_joints = [joint for joint, _ in given_values - correct_values]
+        false_count = count_false_conditions(false_joints, [joint for joint, _ in given_values & correct_values])
+        value_counts = [(len(given_values & expected), len(expected)) for expected in values_by_condition]
+        share = float(share_of_set(value_counts, false_count) * factor)
         stack_part.add_mistake(index, wrong, write_equations(wrong.answer), likeness, "[0, 0]", share)
     variables += [f"form1: {write_equations(answer.components, 1)};", f"other1: {{{problem.chain.q[0]} = 1/7}};"]
-    cases += [UNUSUAL_FORM_TEST, UNRELATED_TEST]
+    tests += [UNUSUAL_FORM_TEST, UNRELATED_TEST]
     return stack_part
 
 
@@ -565,15 +572,15 @@ def _is_angle(joint: sp.Symbol) -> bool:
 
 def _explain_set_typing(problem: Problem) -> str:
     """Return instructions on how to type a set, with an example for each kind of joint of the arm."""
-    revolute = [q.name for q in problem.chain.q if _is_angle(q)]
-    prismatic = [q.name for q in problem.chain.q if not _is_angle(q)]
-    units = ([", angles in radians, one turn"] if revolute else []) + ([", lengths in metres"] if prismatic else [])
-    examples = [f"{name} = pi/3" for name in revolute[-1:]] + [f"{name} = 1/2" for name in prismatic[-1:]]
+    angles = [q.name for q in problem.chain.q if _is_angle(q)]
+    lengths = [q.name for q in problem.chain.q if not _is_angle(q)]
+    units = ", angles in radians, one turn" * bool(angles) + ", lengths in metres" * bool(lengths)
+    examples = [f"{name} = pi/3" for name in angles[-1:]] + [f"{name} = 1/2" for name in lengths[-1:]]
     if len(examples) == 1:
-        examples.insert(0, f"{revolute[-1]} = 1/2" if revolute else f"{prismatic[-1]} = 1/3")
+        examples.insert(0, f"{angles[-1]} = 1/2" if angles else f"{lengths[-1]} = 1/3")
     return (
         "a set of equations, each with a joint variable on the left and one of its values on the "
-        f"right{''.join(units)}; for instance {{{', '.join(examples)}}}; give all values"
+        f"right{units}; for instance {{{', '.join(examples)}}}; give all values"
     )
 
 
@@ -591,14 +598,14 @@ def _iterate_joint_values(components: Iterable[Component]) -> Iterator[tuple[sp.
 
 
 def _list_joint_values(components: tuple[Component, ...]) -> set[tuple[str, float]]:
-    """Return pairs of a joint and its rounded value, with angles wrapped to one turn."""
-    full_turn, claims = 2 * float(sp.pi), set()
+    """Return the pairs of a joint variable and a rounded value in a singular set, with angles wrapped to one turn."""
+    full_turn, joint_values = 2 * float(sp.pi), set()
     for joint, value in _iterate_joint_values(components):
         wrapped = float(value) % full_turn if _is_angle(joint) else float(value)
-        claims.add((joint.name, round(wrapped, 9) % round(full_turn, 9)))
-    return claims
+        joint_values.add((joint.name, round(wrapped, 9) % round(full_turn, 9)))
+    return joint_values
 
 
 def remove_rounding(part: Part) -> Part:
-    """Return a part without tolerance for rounding if its answer is exact, as STACK judges it."""
+    """Return a part without a tolerance for rounding if its answer is exact, because STACK accepts no rounding then."""
     return replace(part, rounding=None) if part.answer.is_exact else part

@@ -1,7 +1,7 @@
-"""qdot as a wheel, and the versions of its libraries, for machines without access to a package index.
+"""Make a wheel (a Python package) of qdot and list the versions of its libraries, for machines that grade.
 
-The wheel is made from the installed files according to the format (packaging.python.org); the same files give the same
-bytes. It contains no assignment and reveals no answers.
+The wheel is made from the installed files, in the format of packaging.python.org; the same files give the same bytes.
+The wheel contains no assignment and reveals no answers.
 """
 
 import base64
@@ -14,10 +14,10 @@ from pathlib import Path
 
 from qdot.exercises.common.extras import DISTRIBUTION
 from qdot.exercises.exports.export_format import make_zip
-from qdot.exercises.writing.render import template_folder
+from qdot.exercises.writing.render import find_template_folder
 
 PACKAGE_FOLDER = Path(__file__).parents[2]
-"""The package; in a checkout, `exercises` and `grader` are links in it."""
+"""The folder of the package qdot. In a checkout, its entries `exercises` and `grader` are links."""
 
 
 @cache
@@ -44,11 +44,11 @@ def _read_package_files() -> dict[str, bytes]:
     folders = [(f"qdot/{name}", (PACKAGE_FOLDER / name).resolve()) for name in ("exercises", "grader")]
     names = {path: f"{name}/{path.relative_to(root).as_posix()}" for name, root in folders for path in root.rglob("*")}
     names |= {path: f"qdot/{path.name}" for path in PACKAGE_FOLDER.glob("*") if path.is_file()}
-    templates = template_folder()
+    templates = find_template_folder()
     for path in templates.rglob("*"):
         names[path] = f"qdot/exercises/templates/{path.relative_to(templates).as_posix()}"
     files = {name: path for path, name in names.items() if path.is_file() and not path.name.startswith(".")}
-    return {name: files[name].read_bytes() for name in sorted(files) if "__pycache__" not in files[name].parts}
+    return {name: path.read_bytes() for name, path in sorted(files.items()) if "__pycache__" not in path.parts}
 
 
 def list_versions() -> str:
@@ -69,6 +69,6 @@ def _find_dependencies(package: Distribution) -> list[Distribution]:
     for line in package.requires or ():
         name, _, marker = line.partition(";")
         if "extra" not in marker:
-            with contextlib.suppress(PackageNotFoundError):  # a dependency for another operating system
+            with contextlib.suppress(PackageNotFoundError):  # the dependency is for another operating system
                 dependencies.append(distribution(re.split(r"[^A-Za-z0-9._-]", name, maxsplit=1)[0]))
     return dependencies

@@ -40,7 +40,7 @@ from qdot.exercises.figure.view import Drawing, View
 from qdot.exercises.figure.words import describe_figure, describe_panels, make_panels_title, make_title
 from qdot.exercises.problem.problem import Part
 from qdot.exercises.short_questions.configurations import find_options_to_draw
-from qdot.exercises.writing.languages import ENGLISH, catalogue
+from qdot.exercises.writing.languages import ENGLISH, load_catalogue
 from qdot.exercises.writing.render import render
 
 MARGIN = (34.0, 26.0)
@@ -190,7 +190,7 @@ def draw_singular_svg(chain: Chain, name: str = "singular", language: str = ENGL
 
     The text is empty for an arm without singular configurations or without regular configurations.
     """
-    panels, words = draw_singular_panels(chain, language), catalogue(language)
+    panels, words = draw_singular_panels(chain, language), load_catalogue(language)
     if not panels.drawings:
         return ""
     captions = [caption for caption, _ in panels.drawings]

@@ -33,7 +33,7 @@ from qdot.exercises.singularities.classification import sample_condition
 from qdot.exercises.singularities.normalized_arm import normalize_arm, normalize_conditions
 from qdot.exercises.singularities.singularity import Component, singular_set
 from qdot.exercises.singularities.singularity_kinds import RANK_TOLERANCE
-from qdot.exercises.writing.languages import ENGLISH, Catalogue, catalogue
+from qdot.exercises.writing.languages import ENGLISH, Catalogue, load_catalogue
 from qdot.exercises.writing.latex import lay_out
 
 PANEL_SIZE, THUMBNAIL_SIZE = (280, 196), (320, 240)
@@ -174,7 +174,7 @@ def draw_singular_panels(chain: Chain, language: str = ENGLISH) -> PanelSet:
     There are at most about MAX_SINGULAR_DRAWINGS singular configurations. Nothing is drawn if the arm has no singular
     configuration for its task, or no regular configuration.
     """
-    chain, words, components = with_exact_numbers(chain), catalogue(language), singular_set(chain) or ()
+    chain, words, components = with_exact_numbers(chain), load_catalogue(language), singular_set(chain) or ()
     scaled_arm = _scale_arm(chain)
     regular = find_best_poses(chain, scaled_arm.scaled_chain, 1)[0]
     drawn_chain = scaled_arm.scaled_chain

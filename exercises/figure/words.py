@@ -7,10 +7,10 @@ from qdot.exercises.arm.conventions import convention_of
 from qdot.exercises.arm.standard_table import axes_of
 from qdot.exercises.figure.lettering import write_sign_and_rest
 from qdot.exercises.figure.plane import VIEW_DESCRIPTIONS, find_normal_axis, is_drawn_flat, with_exact_numbers
-from qdot.exercises.writing.languages import ENGLISH, Catalogue, catalogue
+from qdot.exercises.writing.languages import ENGLISH, Catalogue, load_catalogue
 from qdot.exercises.writing.translatable_phrases import NUMBER_WORDS
 
-_ENGLISH = catalogue(ENGLISH)
+_ENGLISH = load_catalogue(ENGLISH)
 JOINT_KIND_NAMES = {"R": "revolute", "P": "prismatic"}
 
 

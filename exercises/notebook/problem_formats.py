@@ -15,6 +15,12 @@ from qdot.exercises.problem.record import Json, make_robot_json, make_symbol_jso
 from qdot.exercises.short_questions import ALL_QUESTIONS
 from qdot.exercises.writing import problem_texts
 from qdot.exercises.writing.markup import escape_latex, to_html, to_latex, to_text
+    write_answer_code,
+    write_hints,
+    write_prompt,
+    write_solution,
+    write_solutions,
+    write_statement,
 from qdot.exercises.writing.render import render
 
 Converter = Callable[[str], str]

@@ -10,7 +10,7 @@ from qdot.exercises.generation import sample_chain
 from qdot.exercises.problem.problem import ProblemId
 from qdot.exercises.questions import QUESTIONS
 from qdot.exercises.site.page import Page
-from qdot.exercises.writing.languages import LANGUAGES, catalogue
+from qdot.exercises.writing.languages import LANGUAGES, load_catalogue
 from qdot.exercises.writing.render import render
 from qdot.exercises.writing.wording import Wording
 
@@ -19,7 +19,7 @@ GALLERY_PATH = "arms.html"
 
 def make_gallery_page(bank_families: Collection[str]) -> Page:
     """Return the page; `bank_families` are the families in the site's bank, which can be practised."""
-    words = {code: catalogue(code) for code in LANGUAGES}
+    words = {code: load_catalogue(code) for code in LANGUAGES}
     body = render(
         "site/arms.html.j2",
         families=FAMILIES,
@@ -27,8 +27,8 @@ def make_gallery_page(bank_families: Collection[str]) -> Page:
         practised=bank_families,
         tasks={name: _write_task(name) for name, family in FAMILIES.items() if not family.has_varied_structure},
         questions={name: question.title for name, question in QUESTIONS.items()},
-        translate_family=lambda title: {code: words[code].family(title) for code in words},
-        translate_question=lambda title: {code: words[code].question(title) for code in words},
+        translate_family=lambda title: {code: words[code].translate_family(title) for code in words},
+        translate_question=lambda title: {code: words[code].translate_question(title) for code in words},
     )
     return Page(GALLERY_PATH, "The arms", body, section="arms", kind="wide")
 

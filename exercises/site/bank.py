@@ -17,8 +17,8 @@ from dataclasses import replace
 from functools import cache
 from pathlib import Path
 
-from qdot.exercises.assignment.draws import FailedSlot, FindFailures
-from qdot.exercises.assignment.store import code_digest
+from qdot.exercises.assignment.certified_problems import FailedSlot, FindFailures
+from qdot.exercises.assignment.store import compute_package_digest
 from qdot.exercises.common.files import write_atomically
 from qdot.exercises.common.parallel import keep_state, map_in_order
 from qdot.exercises.families import FAMILIES
@@ -29,8 +29,8 @@ from qdot.exercises.short_questions import ALL_QUESTIONS
 from qdot.exercises.singularities.difficulty import difficulty_band
 from qdot.exercises.site.record import make_site_record, make_solutions_record, translate_record, translate_solutions
 from qdot.exercises.site.supply import BankProblem
-from qdot.exercises.writing.languages import LANGUAGES, LOCALE, catalogue
-from qdot.exercises.writing.render import template_folder
+from qdot.exercises.writing.languages import LANGUAGES, LOCALE, load_catalogue
+from qdot.exercises.writing.render import find_template_folder
 
 BANK_FOLDER = "bank"
 
@@ -122,7 +122,7 @@ def _find_current_entry(path: Path, source_digest: str, endings: Sequence[str]) 
 def _compute_texts_digest() -> str:
     """Return a digest of the templates and translations, which `code_digest` does not cover."""
     digest = hashlib.sha256()
-    folder = template_folder()
+    folder = find_template_folder()
     for path in sorted(folder.rglob("*.md.j2")):
         digest.update(path.relative_to(folder).as_posix().encode() + b"\0" + path.read_bytes())
     for language in LANGUAGES:
@@ -155,7 +155,7 @@ def titles_text(language: str, titles: Sequence[tuple[str, str, str]]) -> str:
 
     A slot of an instructor's assignment keeps its own title, whatever its name.
     """
-    words = catalogue(language)
+    words = load_catalogue(language)
     library_names = {name for name, title, _ in titles if name in FAMILIES and FAMILIES[name].title == title}
     families = {name: words.family(FAMILIES[name].title) for name in sorted(library_names)}
     return _json_text(

@@ -7,7 +7,7 @@ from dataclasses import dataclass
 from pathlib import Path
 
 from qdot.exercises.assignment.assignment import FEEDBACK
-from qdot.exercises.assignment.draws import FailedSlot, FindFailures
+from qdot.exercises.assignment.certified_problems import FailedSlot, FindFailures
 from qdot.exercises.common.errors import QdotError
 from qdot.exercises.common.files import make_folder, write_atomically
 from qdot.exercises.problem.record import Json

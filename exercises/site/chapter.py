@@ -11,9 +11,9 @@ from qdot.exercises.problem.problem import Problem, ProblemId
 from qdot.exercises.problem.record import Json
 from qdot.exercises.site.page import Page
 from qdot.exercises.site.record import list_determinant_factors, make_arm_record
-from qdot.exercises.writing.languages import ENGLISH, LANGUAGES, catalogue
+from qdot.exercises.writing.languages import ENGLISH, LANGUAGES, load_catalogue
 from qdot.exercises.writing.markup import to_html
-from qdot.exercises.writing.render import environment
+from qdot.exercises.writing.render import make_environment
 
 SECTION = "examples"
 OVERVIEW, ERRATA = "examples/index.html", "examples/errata.html"
@@ -54,8 +54,8 @@ def _list_examples(language: str) -> list[dict[str, object]]:
 
 def _write_overview(language: str) -> tuple[str, str]:
     """Return the title and body of the overview of the examples."""
-    template = environment(language).get_template("site/examples.html.j2")
-    title = catalogue(language).gettext("Examples 6.1 to 6.4")
+    template = make_environment(language).get_template("site/examples.html.j2")
+    title = load_catalogue(language).gettext("Examples 6.1 to 6.4")
     return title, template.render(examples=_list_examples(language), errata=len(read_errata()), errata_at=ERRATA)
 
 
@@ -69,14 +69,14 @@ def _draw_card_figure(example: Example, language: str) -> dict[str, object]:
 
 def _write_errata(language: str) -> tuple[str, str]:
     """Return the title and body of the page of errata."""
-    template = environment(language).get_template("site/errata.md.j2")
+    template = make_environment(language).get_template("site/errata.md.j2")
     text = template.render(errata=list(enumerate(read_errata(language), 1)), places=_find_errata_pages(), level="##")
-    return catalogue(language).gettext("Errata of the chapter"), to_html(text)
+    return load_catalogue(language).gettext("Errata of the chapter"), to_html(text)
 
 
 def _write_example(index: int, language: str) -> tuple[str, str]:
     """Return the title and body of an example's page."""
-    templates, all_examples = environment(language), _list_examples(language)
+    templates, all_examples = make_environment(language), _list_examples(language)
     example = solve_examples(language)[index]
     arm = example.arm
     path = example_path(example.number)
@@ -85,7 +85,7 @@ def _write_example(index: int, language: str) -> tuple[str, str]:
     errata_template = templates.get_template("site/errata-list.md.j2")
     errata_list = errata_template.render(errata=corrections_here, places={}, level="###")
     intro = templates.get_template("site/example-given.md.j2").render(example=example)
-    title = catalogue(language).gettext("Example %(number)s", number=example.number)
+    title = load_catalogue(language).gettext("Example %(number)s", number=example.number)
     return title, templates.get_template("site/example.html.j2").render(
         example=example,
         given=to_html(intro),

@@ -49,7 +49,7 @@ from qdot.exercises.problem.record import Json
 from qdot.exercises.questions.results import compute_answer, is_derived
 from qdot.exercises.short_questions.option_mistakes import explain_options
 from qdot.exercises.short_questions.single_configuration import RateDetails
-from qdot.exercises.writing.problem_texts import answer_code
+from qdot.exercises.writing.problem_texts import write_answer_code
 
 POINT_COUNT, SAMPLED_POINT_COUNT = 16, 24
 """Number of configurations in a key, and number of sampled configurations.
@@ -245,7 +245,7 @@ def _find_mistakes_in_formulas(problem: Problem, part: Part, points: SymbolValue
 def _find_mistakes_throughout(problem: Problem, part: Part, points: SymbolValues, key: Json) -> Iterator[Json]:
     """Yield the records of mistakes that are made everywhere in the finished formulas, the likely mistakes first."""
     first_points = {name: column[:FINGERPRINT_POINT_COUNT] for name, column in points.items()}
-    rows = as_matrix(parse_formula(answer_code(problem, part), problem.domain.roles))
+    rows = as_matrix(parse_formula(write_answer_code(problem, part), problem.domain.roles))
     reference_names = set().union(*(find_names(entry) for row in rows for entry in row))
     edits = [edit for edit in edit_throughout(rows) if edit[0] in THROUGHOUT_MISTAKES]
     edits.sort(key=lambda edit: THROUGHOUT_MISTAKES.index(edit[0]))

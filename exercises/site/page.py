@@ -3,7 +3,7 @@
 from collections.abc import Mapping
 from dataclasses import dataclass, field
 
-from qdot.exercises.writing.languages import LANGUAGES, catalogue
+from qdot.exercises.writing.languages import LANGUAGES, load_catalogue
 
 INDEX_FILE, ROBOTS_FILE = "bank/index.json", "bank/robots.json"
 """The list of the problems in the bank (`bank`), and the example tables of arms (`robots`)."""
@@ -52,4 +52,4 @@ class Page:
 
 def translate_message(message: str) -> dict[str, str]:
     """Return a message in every language except English, by language; scripts then replace the English text."""
-    return {code: catalogue(code).gettext(message) for code in LANGUAGES}
+    return {code: load_catalogue(code).gettext(message) for code in LANGUAGES}

@@ -19,7 +19,7 @@ from qdot.exercises.site.chapter import make_arm_data, make_chapter_pages
 from qdot.exercises.site.guide import COMMANDS, REPLACED_PAGES, arrange_pages
 from qdot.exercises.site.page import Page, translate_message
 from qdot.exercises.writing.markup import to_html
-from qdot.exercises.writing.render import render, template_folder
+from qdot.exercises.writing.render import find_template_folder, render
 
 SCRIPT_SOURCES = {
     "practice": "src/practice/main.tsx", "learn": "src/learn/main.tsx", "own": "src/own/main.tsx",
@@ -213,4 +213,4 @@ def page_text(page: Page, assets: Assets, course: str, has_docs: bool = True) ->
 
 def favicon_text() -> str:
     """Return the site's icon (SVG)."""
-    return (template_folder() / "site" / "icon.svg").read_text(encoding="utf-8")
+    return (find_template_folder() / "site" / "icon.svg").read_text(encoding="utf-8")

@@ -24,10 +24,17 @@ from qdot.exercises.questions.inversion import list_table_lengths
 from qdot.exercises.short_questions import ALL_QUESTIONS
 from qdot.exercises.singularities.difficulty import difficulty_band
 from qdot.exercises.site.keys import make_key
-from qdot.exercises.writing.languages import ENGLISH, Catalogue, catalogue
-from qdot.exercises.writing.latex import symbol_latex, tex
+from qdot.exercises.writing.languages import ENGLISH, Catalogue, load_catalogue
+from qdot.exercises.writing.latex import tex, write_symbol
 from qdot.exercises.writing.markup import to_html
-from qdot.exercises.writing.problem_texts import answer_code, hints, option_text, prompt, statement, worked_solution
+from qdot.exercises.writing.problem_texts import (
+    write_answer_code,
+    write_hints,
+    write_option,
+    write_prompt,
+    write_solution,
+    write_statement,
+)
 
 
 def make_site_record(problem: Problem) -> Json:
@@ -44,7 +51,7 @@ def make_site_record(problem: Problem) -> Json:
     """
     chain, sentences = problem.chain, MistakeSentences()
     record: Json = {"id": str(problem.id), "family": problem.id.family, "title": problem.title}
-    record |= {"difficulty": difficulty_band(chain), "statement": to_html(statement(problem, ""))}
+    record |= {"difficulty": difficulty_band(chain), "statement": to_html(write_statement(problem, ""))}
     record |= {"figure": draw_figure_svg(chain), "alt": describe_figure(chain), **make_arm_record(problem)}
     parts = [_make_part_record(problem, part, sentences) for part in problem.parts]
     return record | {"parts": parts, "said": sentences.rows}
@@ -81,31 +88,36 @@ def translate_record(problem: Problem, record: Json, language: str) -> Json:
 
     {"title", "statement", "parts": [{"name", "title", "prompt", "hints", "options"}], "said": as in the record}
     """
-    words = catalogue(language)
-    title = words.arm_title(problem.chain.title)
+    words = load_catalogue(language)
+    title = words.translate_arm_title(problem.chain.title)
     parts = []
     for part in problem.parts:
-        shown_hints = [html_with_latex(hint) for hint in hints(problem, part, language)]
-        texts: Json = {"name": part.name, "title": words.question(ALL_QUESTIONS[part.kind].title)}
-        texts |= {"prompt": to_html(prompt(problem, part, language)), "hints": shown_hints}
+        shown_hints = [html_with_latex(hint) for hint in write_hints(problem, part, language)]
+        texts: Json = {"name": part.name, "title": words.translate_question(ALL_QUESTIONS[part.kind].title)}
+        texts |= {"prompt": to_html(write_prompt(problem, part, language)), "hints": shown_hints}
         parts.append(texts | {"options": _list_options(problem, part, language)})
     translated_sentences = [_translate_sentence(words, *row) for row in record["said"]]
-    html_statement = to_html(statement(problem, "", language=language))
+    html_statement = to_html(write_statement(problem, "", language=language))
     translated = {"title": title[0].upper() + title[1:], "statement": html_statement}
     return translated | {"parts": parts, "said": translated_sentences}
 
 
 def translate_solutions(problem: Problem, language: str) -> Json:
     """Return the worked solutions in another language: {"parts": [{"name", "solution"}]}."""
-    solutions = {part.name: html_with_latex(worked_solution(problem, part, language)) for part in problem.parts}
+    solutions = {part.name: html_with_latex(write_solution(problem, part, language)) for part in problem.parts}
     return {"parts": [{"name": name, "solution": solution} for name, solution in solutions.items()]}
 
 
 def _translate_sentence(words: Catalogue, name: str, _: str, sentence: str, *missing: str) -> list[str]:
     """Return a row of `MistakeSentences` in another language."""
     mistake = CATALOGUE[name]
-    title = words.mistake_title(name, mistake.title)
-    return [name, title, words.mistake_sentence(name, mistake.message, mistake.chapter_reference, sentence), *missing]
+    title = words.translate_mistake_title(name, mistake.title)
+    return [
+        name,
+        title,
+        words.translate_mistake_sentence(name, mistake.message, mistake.chapter_reference, sentence),
+        *missing,
+    ]
 
 
 def make_solutions_record(problem: Problem) -> Json:
@@ -120,7 +132,7 @@ def make_solutions_record(problem: Problem) -> Json:
             draw_singular_configurations(problem, part, f"{part.name}-solution"),
         )
         record = {"name": part.name, "solution": html_with_latex(solution), "figure": figure}
-        parts.append(record | {"typed": answer_code(problem, part)})
+        parts.append(record | {"typed": write_answer_code(problem, part)})
     return {"id": str(problem.id), "factors": list_determinant_factors(problem.chain), "parts": parts}
 
 
@@ -139,7 +151,7 @@ def _list_symbols(problem: Problem) -> Json:
     prismatic = tuple(str(i) for i, joint in enumerate(problem.chain.joints, 1) if joint.is_prismatic)
     symbols: Json = {}
     for name, info in problem.symbols.items():
-        symbols[name] = {"role": info.role, "unit": info.unit, "latex": symbol_latex(name, prismatic)}
+        symbols[name] = {"role": info.role, "unit": info.unit, "latex": write_symbol(name, prismatic)}
         if info.value is not None:
             symbols[name]["value"] = float(info.value)
     return symbols
@@ -201,14 +213,14 @@ class MistakeSentences:
 
 def _make_part_record(problem: Problem, part: Part, sentences: MistakeSentences) -> Json:
     """Return the record of a part, as in `make_site_record`; its mistakes are added to `sentences`."""
-    chain, question, prompt_text = problem.chain, ALL_QUESTIONS[part.kind], prompt(problem, part)
+    chain, question, prompt_text = problem.chain, ALL_QUESTIONS[part.kind], write_prompt(problem, part)
     svg = draw_part_svg(chain, part, part.name)
     record: Json = {"name": part.name, "kind": part.kind, "title": question.title, "type": part.type}
     record |= {"shape": part.shape and list(part.shape), "points": part.points, "prompt": to_html(prompt_text)}
     record |= {"names": find_typed_names(problem, prompt_text), "labels": list(question.list_typed_names(chain, part))}
     record |= {"columns": list(question.column_names(chain)), "grid": _list_labels(chain, part), "figure": svg}
     record |= {"alt": describe_part_figure(chain, part) if svg else "", "pose": _find_given_pose(chain, part)}
-    record |= {"hints": list(map(html_with_latex, hints(problem, part))), "options": _list_options(problem, part)}
+    record |= {"hints": list(map(html_with_latex, write_hints(problem, part))), "options": _list_options(problem, part)}
     return record | {"key": sentences.shorten_key(make_key(problem, part))}
 
 
@@ -241,4 +253,4 @@ def _find_given_pose(chain: Chain, part: Part) -> dict[str, float] | None:
 def _list_options(problem: Problem, part: Part, language: str = ENGLISH) -> list[str] | None:
     """Return the options of a question as HTML, None for a question without options."""
     count = len(part.answer.offered_options)
-    return [to_html(option_text(problem, part, index, language)) for index in range(count)] or None
+    return [to_html(write_option(problem, part, index, language)) for index in range(count)] or None

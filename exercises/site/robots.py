@@ -20,7 +20,7 @@ from qdot.exercises.figure.pose import choose_example_values
 from qdot.exercises.generation import sample_chain
 from qdot.exercises.problem.problem import ProblemId
 from qdot.exercises.problem.record import Json
-from qdot.exercises.writing.languages import LANGUAGES, catalogue
+from qdot.exercises.writing.languages import LANGUAGES, load_catalogue
 
 PLAIN_FAMILIES = ("planar-2r", "scara", "elbow-3r", "spherical", "anthropomorphic-6r")
 """Families whose chapter arms are at the top of the list."""
@@ -38,7 +38,7 @@ def _make_plain_tables() -> Iterator[Json]:
     for name in PLAIN_FAMILIES:
         chain = sample_chain(ProblemId(name, 0, variation="chapter"))
         title = FAMILIES[name].title
-        translations = {code: catalogue(code).family(title) for code in LANGUAGES}
+        translations = {code: load_catalogue(code).translate_family(title) for code in LANGUAGES}
         yield {"key": name, "titles": translations, **_make_table_of_chain(chain, title)}
 
 

@@ -11,8 +11,15 @@ from dataclasses import dataclass, replace
 from functools import lru_cache, partial
 
 from qdot.exercises.arm.chain import Chain
-from qdot.exercises.assignment.draws import FailedSlot, FindFailures, Variant, certify_with, require_certified, try_draw
-from qdot.exercises.assignment.redrawn import MAX_DRAWS
+from qdot.exercises.assignment.certified_problems import (
+    FailedSlot,
+    FindFailures,
+    Variant,
+    certify_with,
+    generate_and_certify,
+    require_certified,
+)
+from qdot.exercises.assignment.replacements import MAX_SEEDS
 from qdot.exercises.common.variation import DEFAULT_VARIATION, VARIATION_STEPS, find_canonical_name
 from qdot.exercises.families import FAMILIES
 from qdot.exercises.generation import find_listing, generate, sample_chain, select_quiz_questions
@@ -80,8 +87,8 @@ class BankProblem:
         if self.problem is not None:
             return require_certified(self.problem, find_failures)
         first_reason = ""
-        for draw in range(1, MAX_DRAWS + 1):
-            result = try_draw(partial(self.generate, draw), partial(certify_with, find_failures))
+        for draw in range(1, MAX_SEEDS + 1):
+            result = generate_and_certify(partial(self.generate, draw), partial(certify_with, find_failures))
             if not isinstance(result, str):
                 return result[0]
             first_reason = first_reason or result

@@ -14,7 +14,7 @@ from qdot.exercises.singularities.classification import Classification
 from qdot.exercises.singularities.normalized_arm import normalize_arm
 from qdot.exercises.singularities.singularity import Component
 from qdot.exercises.verify.appearance import all_have_kind, sample_component, statement_holds
-from qdot.exercises.writing.problem_texts import solution_steps
+from qdot.exercises.writing.problem_texts import get_solution_steps
 from qdot.exercises.writing.solution_steps import SingularComponent
 
 
@@ -23,7 +23,7 @@ def certify_components(chain: Chain) -> tuple[SingularComponent, ...]:
 
     The components are also stored in the arm's `solution_steps`, from which texts are written.
     """
-    steps = solution_steps(chain)
+    steps = get_solution_steps(chain)
     steps.singular_components = [_certify_component(chain, component) for component in steps.singular_components]
     return tuple(steps.singular_components)
 

@@ -39,10 +39,10 @@ from qdot.exercises.solve.special_lengths import (
 )
 from qdot.exercises.writing.latex import tex, tex_angle, tex_length, tex_value
 from qdot.exercises.writing.markup import escape_latex, to_latex
-from qdot.exercises.writing.problem_texts import next_solution, solution_steps
+from qdot.exercises.writing.problem_texts import get_solution_steps, write_next_solution
 from qdot.exercises.writing.render import render
 from qdot.exercises.writing.solution_steps import SingularComponent
-from qdot.exercises.writing.wording import Wording, coordinates_with_unit
+from qdot.exercises.writing.wording import Wording, format_coordinates
 
 SECTIONS = (
     "home-screws", "position", "jacobian", "velocity", "joint-axes", "position-vectors", "geometric-jacobian", "twist",
@@ -268,7 +268,7 @@ def _describe_numeric_check(chain: Chain, redundant: RedundantSingularities) -> 
 
 def _render_so_far(chain: Chain, minors_only: bool) -> str:
     """Return what is known about the singular set: the minors, or the conditions without descriptions."""
-    steps, components = solution_steps(chain), [] if minors_only else solution_steps(chain).components
+    steps, components = get_solution_steps(chain), [] if minors_only else get_solution_steps(chain).components
     return render("solve/part.md.j2", chain=chain, steps=steps, components=components, minors_only=minors_only)
 
 
@@ -343,7 +343,7 @@ def _make_component_data(component: SingularComponent | Component) -> dict[str, 
 
 def _make_conditions_data(chain: Chain) -> dict[str, Any]:
     """Return the singular set as plain data before its configurations have been described."""
-    return {"singular": [*map(_make_component_data, solution_steps(chain).components)]}
+    return {"singular": [*map(_make_component_data, get_solution_steps(chain).components)]}
 
 
 # --- step by step ---
@@ -383,7 +383,7 @@ def text_events(robot: Robot) -> Events:
     """Yield the events of a derivation in Markdown: the arm, then each section under its name, then remarks."""
     yield "its transformations"
     chain = robot.chain
-    w, steps = Wording(chain), solution_steps(chain)
+    w, steps = Wording(chain), get_solution_steps(chain)
     description = _describe_arm(robot)
     shows_same = description is not None and not description.base and description.rows == w.rows
     if shows_same or not w.convention.shows_table:
@@ -465,7 +465,7 @@ def _render_section(chain: Chain, name: str, parts: list[Part], explained: set[s
         return ""
     answer, details = question.ask(chain, Stream("solve"))
     parts.append(Part(name, name, answer, details=details))
-    text = next_solution(Problem(ProblemId("own", 0), chain, tuple(parts)), explained)
+    text = write_next_solution(Problem(ProblemId("own", 0), chain, tuple(parts)), explained)
     return f"## {len(parts) + 2}. {question.make_title(chain)}\n\n{text}"
 
 
@@ -476,7 +476,7 @@ def _render_redundant(
 
     The section has no number if it is incomplete.
     """
-    w, steps = Wording(chain), solution_steps(chain)
+    w, steps = Wording(chain), get_solution_steps(chain)
     text = render("solve/redundant.md.j2", chain=chain, w=w, steps=steps, redundant=redundant, number=number)
     return f"{text}\n{remark}\n" if remark else text
 
@@ -520,7 +520,7 @@ def _describe_arm(robot: Robot) -> _ArmDescription | None:
     if written_arm.base is not None:
         position, rpy = written_arm.base
         angles = ", ".join(f"${tex_angle(angle)}$" for angle in rpy)
-        base = f"at ${coordinates_with_unit(position)}$"
+        base = f"at ${format_coordinates(position)}$"
         base += f", rotated by roll, pitch and yaw of {angles}" if any(rpy) else ""
     convention = written_arm.convention
     return _ArmDescription(convention, [_format_cells(convention, row) for row in written_arm.rows], base)

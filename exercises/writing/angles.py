@@ -1,7 +1,7 @@
 r"""Name the angles in a solution: for example, \varphi_{12} is \theta_1 + \theta_2 + 30 degrees.
 
-c_{12} is always the cosine of \theta_1 + \theta_2 alone. If it included the table's offsets, a student who forgot the
-offsets would mistake the correct answer for their own.
+c_{12} is always the cosine of \theta_1 + \theta_2 alone. If c_{12} included the table's offsets, students who forget
+the offsets would think that their wrong answer is correct.
 """
 
 from collections.abc import Iterable, Iterator, Mapping
@@ -19,7 +19,7 @@ from qdot.exercises.writing import shortening
 
 @dataclass(frozen=True)
 class AngleNames:
-    r"""Names for angles that can't be written like c_{12} because they contain a constant or a difference.
+    r"""Names for angles whose sines and cosines can't be written like c_{12}: those with a constant or a difference.
 
     `angle_by_name` has the angle for each name.
     """
@@ -30,7 +30,7 @@ class AngleNames:
     def use_names(self, expression: sp.Expr | sp.Matrix) -> sp.Expr | sp.Matrix:
         """Return an expression or matrix with named angles in its sines and cosines, and with its sums factored.
 
-        The sine or cosine of a plain angle is kept; it is not expressed by an angle with a constant.
+        The sine or cosine of an angle without a constant never becomes one of a named angle with a constant.
         """
         if isinstance(expression, sp.MatrixBase):
             return expression.applyfunc(self.use_names)
@@ -39,7 +39,7 @@ class AngleNames:
         return shortening.factor_sums(expanded.xreplace(renamed))
 
     def shorten(self, expression: sp.Expr | sp.Matrix) -> sp.Expr | sp.Matrix:
-        """Return a result shortened by sin^2 + cos^2 = 1 and by angle-sum identities if the sum can be written."""
+        """Return a result shortened by sin^2 + cos^2 = 1, and by angle-sum identities if the sum has a notation."""
         if isinstance(expression, sp.MatrixBase):
             return expression.applyfunc(self.shorten)
         return shortening.replace_squares(shortening.use_angle_sums(expression, self._has_notation))
@@ -55,33 +55,34 @@ class AngleNames:
         return self._named_trigs[trig]
 
     def python_code(self, expression: sp.Expr) -> str:
-        """Return an expression as Python code in which named angles are written out, like theta1 + 5*pi/6."""
+        """Return an expression as Python code, with angles such as theta1 + 5*pi/6 instead of their names."""
         renamed = shortening.multiply_numbers(self.use_names(self.shorten(expression)))
         return python_text(renamed, {name: python_text(meaning) for name, meaning in self.angle_by_name.items()})
 
 
 def name_angles(angles: Iterable[sp.Expr], *matrices: sp.Matrix) -> AngleNames:
-    r"""Return names for the angles in their order, and then for other angles in the sines and cosines of `matrices`.
+    r"""Return names for angles, in order, and then for other angles in the sines and cosines of `matrices`.
 
-    SymPy writes cos(theta1 - 2 pi/3) as -cos(theta1 + pi/3). The former is named if its angle is that of a link.
+    SymPy writes cos(theta1 - 2 pi/3) as -cos(theta1 + pi/3). Since `angles` come first, the angle of a link gets the
+    name if `angles` are the angles of links.
 
     >>> t1, (a1, phi) = sp.Symbol("theta1"), sp.symbols(r"a1 \varphi_{1}")
     >>> names = name_angles([t1 - 2 * sp.pi / 3])
     >>> names.angle_by_name, names.use_names(a1 * sp.cos(t1 - 2 * sp.pi / 3)) == a1 * sp.cos(phi)
     ({\varphi_{1}: theta1 - 2*pi/3}, True)
     """
-    others = {trig.args[0] for matrix in matrices for trig in matrix.atoms(sp.sin, sp.cos)}
+    other_angles = {trig.args[0] for matrix in matrices for trig in matrix.atoms(sp.sin, sp.cos)}
     meanings: dict[sp.Symbol, sp.Expr] = {}
-    for angle in (*angles, *sorted(others, key=lambda a: (len(a.free_symbols), expression_text(a)))):
+    for angle in (*angles, *sorted(other_angles, key=lambda a: (len(a.free_symbols), expression_text(a)))):
         if not needs_no_name(angle) and _has_unit_coefficients(angle) and _express_by_name(angle, meanings) is None:
-            meanings[_new_name(angle, meanings)] = angle
+            meanings[_make_name(angle, meanings)] = angle
     return AngleNames(meanings)
 
 
 def needs_no_name(angle: sp.Expr) -> bool:
-    """Return whether an angle needs no name: a number, or a sum of joint variables and multiples of 90 degrees."""
-    rest, constant = shortening.split_constant(angle)
-    return rest == 0 or ((2 * constant / sp.pi).is_Integer and shortening.is_joint_sum(rest))
+    """Return whether an angle is a number, or a sum of joint variables and multiples of 90 degrees."""
+    remainder, constant = shortening.split_constant(angle)
+    return remainder == 0 or ((2 * constant / sp.pi).is_Integer and shortening.is_joint_sum(remainder))
 
 
 def _has_unit_coefficients(angle: sp.Expr) -> bool:
@@ -99,16 +100,16 @@ def _express_by_name(angle: sp.Expr, angle_by_name: Mapping[sp.Symbol, sp.Expr])
     return None
 
 
-def _new_name(angle: sp.Expr, angle_by_name: Mapping[sp.Symbol, sp.Expr]) -> sp.Symbol:
+def _make_name(angle: sp.Expr, angle_by_name: Mapping[sp.Symbol, sp.Expr]) -> sp.Symbol:
     name = rf"\varphi_{{{''.join(map(str, sorted(find_number_in_name(symbol) for symbol in angle.free_symbols)))}}}"
     while sp.Symbol(name) in angle_by_name:
         name = name.replace(r"\varphi", r"\varphi'", 1)
     return sp.Symbol(name)
 
 
-def arm_angles(chain: Chain) -> Iterator[sp.Expr]:
-    """Yield the angles in an arm's formulas: of its links, of its table's rows, and between its links."""
-    runs = _angles_by_run(chain)
+def iterate_arm_angles(chain: Chain) -> Iterator[sp.Expr]:
+    """Yield the angles that may occur in an arm's formulas: of links, of rows of the table, and between two links."""
+    runs = _group_angles_by_run(chain)
     yield from (angle for run in runs for angle in run)
     yield from (_reduce_constant(joint.theta) for joint in chain.joints if joint.is_revolute)
     for run in runs:
@@ -116,15 +117,15 @@ def arm_angles(chain: Chain) -> Iterator[sp.Expr]:
         yield from map(_make_first_joint_positive, differences)
 
 
-def link_angles(chain: Chain) -> list[sp.Expr]:
-    """Return each link's angle relative to the start of its run of parallel axes, its constant in (-pi, pi].
+def list_link_angles(chain: Chain) -> list[sp.Expr]:
+    """Return each link's angle relative to the first of the parallel axes before the link.
 
-    If all axes are parallel, this is the angle of x_i in the world frame.
+    If all axes are parallel, this is the angle of x_i in the world frame. The constant of an angle is in (-pi, pi].
     """
-    return [angle for run in _angles_by_run(chain) for angle in run][1:]
+    return [angle for run in _group_angles_by_run(chain) for angle in run][1:]
 
 
-def _angles_by_run(chain: Chain) -> list[list[sp.Expr]]:
+def _group_angles_by_run(chain: Chain) -> list[list[sp.Expr]]:
     """Return the angles of the base and of all links, grouped into runs of parallel axes."""
     total, sense = chain.base.yaw, 1
     runs: list[list[sp.Expr]] = [[]]
@@ -140,7 +141,7 @@ def _angles_by_run(chain: Chain) -> list[list[sp.Expr]]:
 
 
 def _reduce_constant(angle: sp.Expr) -> sp.Expr:
-    """Return an angle with its constant, if it is a rational multiple of pi, in (-pi, pi]."""
+    """Return an angle with its constant moved into (-pi, pi]; unchanged if this is no rational multiple of pi."""
     angle = sp.expand(angle)
     constant = sp.Add(*(term for term in sp.Add.make_args(angle) if term.is_number))
     return angle - constant + sp.pi - sp.Mod(sp.pi - constant, 2 * sp.pi) if (constant / sp.pi).is_Rational else angle

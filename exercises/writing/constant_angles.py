@@ -1,7 +1,7 @@
 """Rewrite constants with roots as the sine or cosine of an angle: cos(75°) instead of (√6 - √2)/4.
 
-SymPy evaluates both sin(15°) and cos(75°) to the latter. The angle is taken from the arm's table if one fits, else it
-is 15°.
+SymPy evaluates both sin(15°) and cos(75°) to (√6 - √2)/4. If the arm's table has one of these angles, this angle is
+used; otherwise, the angle is 15°.
 """
 
 from collections.abc import Sequence
@@ -20,15 +20,15 @@ _FIFTEEN_DEGREES = sp.pi / 12
 
 @dataclass(frozen=True)
 class _SumOfRoots:
-    """A constant with two terms, each a number times a root (or 1), and the sine or cosine that it equals."""
+    """A constant with two terms (number, root or 1), and the sine or cosine that equals the constant."""
 
     terms: tuple[tuple[sp.Expr, sp.Expr], ...]
     trig: sp.Expr
 
 
 @lru_cache(maxsize=256)
-def constant_angles(chain: Chain) -> tuple[sp.Expr, ...]:
-    """Return the constant angles of an arm's table and base in their order, reduced to at most 90 degrees."""
+def list_constant_angles(chain: Chain) -> tuple[sp.Expr, ...]:
+    """Return the constant angles of an arm's table and base, in order, each reduced to at most 90 degrees."""
     rows = convention_of(chain).rows
     table_constants = (angle for row in rows for angle in (row.alpha, split_constant(row.theta)[1]))
     constants = [*table_constants, chain.base.yaw, chain.base.tilt]
@@ -46,14 +46,14 @@ def use_constant_angles(expression: sp.Expr, angles: Sequence[sp.Expr] = ()) -> 
     """
     if not any(power.exp == sp.Rational(1, 2) for power in expression.atoms(sp.Pow)):
         return expression
-    roots, sums = _trigs_by_value(tuple(angles))
+    roots, sums = _find_trigs_by_value(tuple(angles))
     without_nested_roots = expression.xreplace(roots)
     return without_nested_roots.replace(lambda part: part.is_Add, lambda total: _join_roots(total, sums))
 
 
 @lru_cache(maxsize=256)
-def _trigs_by_value(angles: tuple[sp.Expr, ...]) -> tuple[dict[sp.Expr, sp.Expr], tuple[_SumOfRoots, ...]]:
-    """Return nested roots and sums of two terms, each with the sine or cosine (or its square) that it equals."""
+def _find_trigs_by_value(angles: tuple[sp.Expr, ...]) -> tuple[dict[sp.Expr, sp.Expr], tuple[_SumOfRoots, ...]]:
+    """Return the constants to rewrite, each with the equal sine or cosine (or its square): nested roots, and sums."""
     roots: dict[sp.Expr, sp.Expr] = {}
     sums: dict[sp.Expr, sp.Expr] = {}
     for angle, function in product((*angles, _FIFTEEN_DEGREES), (sp.cos, sp.sin)):
@@ -69,7 +69,7 @@ def _trigs_by_value(angles: tuple[sp.Expr, ...]) -> tuple[dict[sp.Expr, sp.Expr]
 
 
 def _join_roots(total: sp.Expr, known_sums: Sequence[_SumOfRoots]) -> sp.Expr:
-    """Return a sum in which pairs of terms that differ only in their roots are combined by one of `known_sums`."""
+    """Return a sum in which two terms that differ only in their roots are combined by one of the `known_sums`."""
     for sum_of_roots in known_sums:
         (first, root), (second, second_root) = sum_of_roots.terms
         numbers: dict[sp.Expr, dict[sp.Expr, sp.Expr]] = {}

@@ -1,8 +1,7 @@
 """Expand a determinant in steps as by hand: simplify the matrix, expand along a row or column, and multiply out.
 
-No step changes the determinant. A step sets joint 1 to a value, uses other axes and another point of the same body, or
-multiplies the only nonzero entry of a row or column by its cofactor. The steps are derived for an arm's structure; the
-arm's numbers are substituted later.
+No step changes the determinant (see `ExpansionStep`). The steps are derived for an arm's structure, that is, for the
+arm with symbols for its lengths. The arm's numbers are substituted later.
 """
 
 from collections.abc import Callable
@@ -16,17 +15,18 @@ from qdot.exercises.arm.derivation import derive, shorten_jacobian
 from qdot.exercises.arm.trigonometry import textbook_form
 
 Substitution = Callable[[sp.Expr], sp.Expr]
+"""A function that substitutes an arm's numbers in an expression of its structure."""
 
 
 @dataclass(frozen=True)
 class ExpansionStep:
-    """One step of an expansion; after it, the determinant is `factor` times that of `matrix`.
+    """A step of an expansion. After the step, the determinant is `factor` times the determinant of `matrix`.
 
     The kinds are:
 
     * "joint": joint 1 gets a value that shortens the matrix;
     * "link": J is expressed in axes fixed in link `number`, and about a point of that link;
-    * "alone": `entry` is the only nonzero one in `line`, for example "row 2".
+    * "alone": `entry` is the only nonzero entry of `line`, for example of "row 2".
     """
 
     kind: str
@@ -44,10 +44,10 @@ class ExpansionStep:
 
 @dataclass(frozen=True)
 class Expansion:
-    """The steps to a determinant, and then a sum of products and the result.
+    """The steps of an expansion, and then the determinant in one or two forms (`products`), the last form simplified.
 
-    `along` is the row or column along which a matrix of more than two rows is expanded. `uses_identities` says whether
-    trigonometric identities lead from the products to the result.
+    `along` names the row or column along which a matrix with more than two rows is expanded. `uses_identities` says
+    whether trigonometric identities lead from the first form to the last.
     """
 
     steps: tuple[ExpansionStep, ...]
@@ -56,52 +56,53 @@ class Expansion:
     uses_identities: bool = False
 
     def with_numbers(self, substitute: Substitution, result: sp.Expr) -> "Expansion":
-        """Return the expansion with numbers substituted, and with the result after its products."""
+        """Return the expansion with numbers substituted, and with the simplified `result` as the last form."""
         steps = tuple(step.with_numbers(substitute) for step in self.steps)
         (products,) = map(substitute, self.products)
-        unsigned_products = {_without_sign(products), _without_sign(sp.factor_terms(products))}
-        if unsigned_products & {_without_sign(result), _without_sign(sp.factor_terms(result))}:
+        unsigned_products = {_remove_signs(products), _remove_signs(sp.factor_terms(products))}
+        if unsigned_products & {_remove_signs(result), _remove_signs(sp.factor_terms(result))}:
             return replace(self, steps=steps, products=(result,))
         uses_identities = sp.expand(products - result) != 0
         return replace(self, steps=steps, products=(products, result), uses_identities=uses_identities)
 
 
-def _without_sign(product: sp.Expr) -> sp.Expr:
-    """Return a product without its sign, which may be before it or inside one of its brackets."""
+def _remove_signs(product: sp.Expr) -> sp.Expr:
+    """Return a product with a canonical sign of each factor; products that differ only by signs become equal."""
     factors = (-factor if factor.could_extract_minus_sign() else factor for factor in sp.Mul.make_args(product))
     return sp.Mul(*map(sp.expand, factors))
 
 
 def _simplify_entry(entry: sp.Expr) -> sp.Expr:
-    """Return an entry multiplied out, and in the textbook's form if it has no roots of numbers."""
+    """Return an entry multiplied out, and in the textbook's form unless it contains roots of numbers."""
     expanded = sp.expand(entry)
     return expanded if any(power.is_number for power in expanded.atoms(sp.Pow)) else textbook_form(expanded)
 
 
-def joint_1_without_base_rotation(chain: Chain) -> sp.Expr:
-    """Return the value of a structure's joint 1 that cancels the rotation of its base, or zero if there is none."""
+def find_joint_1_value(chain: Chain) -> sp.Expr:
+    """Return the value of joint 1 that cancels the rotation of a structure's base, or zero if no value does."""
     return {sp.S.Zero: -chain.base.yaw, sp.pi: chain.base.yaw}.get(chain.base.tilt, sp.S.Zero)
 
 
 @lru_cache(maxsize=512)
 def shorten_by_joint_1(chain: Chain) -> sp.Matrix | None:
-    """Return J with joint 1 at `joint_1_without_base_rotation`; None if det J depends on joint 1, or if J doesn't."""
+    """Return J with joint 1 at `find_joint_1_value`; None if det J depends on joint 1, or if J does not."""
     d, theta_1 = derive(chain), chain.q[0]
     if chain.joints[0].is_prismatic or not d.jacobian.has(theta_1) or d.determinant.has(theta_1):
         return None
-    shortened = d.jacobian.xreplace({theta_1: joint_1_without_base_rotation(chain)})
+    shortened = d.jacobian.xreplace({theta_1: find_joint_1_value(chain)})
     return shortened.applyfunc(_simplify_entry)
 
 
 @lru_cache(maxsize=1024)
 def expand_jacobian(chain: Chain) -> Expansion:
     """Return the steps that expand det J of a structure."""
-    jacobian, shortened = derive(chain).jacobian, shorten_jacobian(chain)
-    if shortened != jacobian:
-        return expand_determinant(shortened, (ExpansionStep("link", sp.S.One, shortened, number=chain.n // 2),))
+    jacobian_of_link = short_jacobian(chain)
+    if jacobian_of_link != derive(chain).jacobian:
+        step = ExpansionStep("link", sp.S.One, jacobian_of_link, number=chain.n // 2)
+        return expand_determinant(jacobian_of_link, (step,))
     jacobian_at_value = shorten_by_joint_1(chain) if chain.n > 2 else None
     if jacobian_at_value is None:
-        return expand_determinant(jacobian)
+        return expand_determinant(derive(chain).jacobian)
     return expand_determinant(jacobian_at_value, (ExpansionStep("joint", sp.S.One, jacobian_at_value),))
 
 
@@ -126,7 +127,10 @@ def expand_determinant(matrix: sp.Matrix, steps: tuple[ExpansionStep, ...] = ())
 
 
 def find_sparsest_line(matrix: sp.Matrix) -> tuple[str, list[tuple[int, int]]]:
-    """Return the name of the row or column with the fewest and simplest nonzero entries, and their indices."""
+    """Return the name of the row or column with the fewest nonzero entries, and the positions (row, column) of these.
+
+    If several rows or columns have equally few, the one with the simplest entries is returned.
+    """
     rows = [(f"row {i + 1}", [(i, j) for j in range(matrix.cols)]) for i in range(matrix.rows)]
     columns = [(f"column {j + 1}", [(i, j) for i in range(matrix.rows)]) for j in range(matrix.cols)]
     lines = [(name, [at for at in positions if matrix[at] != 0]) for name, positions in rows + columns]

@@ -1,62 +1,64 @@
-r"""Estimate the width of formulas and break wide ones into several lines to fit a page.
+r"""Estimate the width of formulas, and break wide formulas into several lines to fit a page.
 
-A formula with pieces between \qquad, or with several equals signs, gets a line for each. If a line is still too wide,
-products are broken at a dot or a cross, and sums before a sign. Wide entries of a matrix are named and shown below it.
+Equations that are separated by \qquad get a line each, and so do the right sides after several equals signs. If a line
+is still too wide, products are broken at a dot or a cross, and sums before a sign. Wide entries of a matrix get names,
+which are explained below the matrix.
 """
 
 from collections.abc import Sequence
 from functools import lru_cache
-from itertools import pairwise, zip_longest
+from itertools import chain, pairwise, zip_longest
 
 from qdot.exercises.formula import layout
 from qdot.exercises.formula.layout import Layout, Pieces, row
 
 Lines = list[Pieces]
 EquationSides = list[tuple[Pieces, Pieces]]
+"""Lines of equations, each as its left side (empty on continued lines) and its right side with the equals sign."""
 
 OPERATOR_WIDTHS = {"=": 1.05, "+": 0.95, "−": 0.95, "×": 0.95, "≠": 1.05, "≈": 1.05, ",": 0.45, "det": 1.2}
-"""Widths of operators with the space around them; all widths are in em."""
+"""Widths of operators, including the space around them; all widths are in em."""
 LETTER_WIDTHS = {**dict.fromkeys("mwMWOθωφψ", 0.8), **dict.fromkeys("ijlt.'|()[]", 0.33), ",": 0.45}
 LETTER_WIDTH, SIGN_WIDTH, SCRIPT_SCALE, COLUMN_GAP = 0.54, 0.4, 0.71, 0.85
 MAX_OVERWIDTH = 1.2
-"""A formula up to this many times as wide as the line is not broken inside brackets: its letters become smaller."""
+"""A term is broken inside brackets only if it is wider than this many lines; otherwise, it is shrunk to fit."""
 MAX_BRACKET_DEPTH = 4
-"""Maximum depth of nested brackets in which a sum may be broken."""
+"""Maximum depth of nested brackets inside which a sum may be broken."""
 MAX_UNBREAKABLE_SHARE = 0.6
-"""Maximum width of a piece that can't be broken, as a fraction of the line's width."""
+"""Maximum width of an unbreakable piece of an inline formula, as a fraction of the line's width."""
 _CROSS, _OPEN, _CLOSE = (Layout("sign", sign) for sign in "×()")
 
 
 @lru_cache(maxsize=2048)
-def formula_width(formula: Layout, scale: float = 1.0) -> float:
-    r"""Return the estimated width of a formula in em; `scale` scales fractions, which are smaller inside a matrix.
+def estimate_width(formula: Layout, scale: float = 1.0) -> float:
+    r"""Return the estimated width of a formula in em; fractions, which are smaller in a matrix, are scaled by `scale`.
 
     >>> from qdot.exercises.formula.latex import parse_latex
     >>> letter, half, total = map(parse_latex, (r"a_{1}", r"\frac{a_{1}}{2}", r"a_{1} + a_{2}"))
-    >>> formula_width(letter) < formula_width(half) + 0.3 < formula_width(total)
+    >>> estimate_width(letter) < estimate_width(half) + 0.3 < estimate_width(total)
     True
     """
     kind, text, inner = formula
     if kind == "row":
         return _total_width(inner, scale)
     if kind == "script":
-        return formula_width(inner[0]) + SCRIPT_SCALE * max(formula_width(inner[1]), formula_width(inner[2]))
+        return estimate_width(inner[0]) + SCRIPT_SCALE * max(estimate_width(inner[1]), estimate_width(inner[2]))
     if kind == "fraction":
-        return 0.2 + scale * max(formula_width(inner[0], scale), formula_width(inner[1], scale))
+        return 0.2 + scale * max(estimate_width(inner[0], scale), estimate_width(inner[1], scale))
     if kind == "dotted":
-        return formula_width(inner[0])
+        return estimate_width(inner[0])
     if kind in ("matrix", "aligned"):
         cell_size, brackets = (SCRIPT_SCALE, 2 * SIGN_WIDTH) if kind == "matrix" else (1.0, 0.0)
-        rows = ([formula_width(cell, cell_size) for cell in cells.inner] for cells in inner)
+        rows = ([estimate_width(cell, cell_size) for cell in cells.inner] for cells in inner)
         return brackets + sum(max(column) + COLUMN_GAP for column in zip_longest(*rows, fillvalue=0.0))
     if kind in ("root", "fenced"):
-        return formula_width(inner[0], scale) + (0.9 if kind == "root" else SIGN_WIDTH * len(text.replace(".", "")))
-    return _leaf_width(kind, text)
+        return estimate_width(inner[0], scale) + (0.9 if kind == "root" else SIGN_WIDTH * len(text.replace(".", "")))
+    return _estimate_leaf_width(kind, text)
 
 
 def is_too_wide_inline(formula: Layout, max_width: float) -> bool:
     """Return whether an inline formula has a piece, such as a fraction, too wide for lines of `max_width` (em)."""
-    return any(formula_width(piece) > MAX_UNBREAKABLE_SHARE * max_width for piece in formula.inner)
+    return any(estimate_width(piece) > MAX_UNBREAKABLE_SHARE * max_width for piece in formula.inner)
 
 
 def is_taller_than_line(formula: Layout) -> bool:
@@ -65,11 +67,11 @@ def is_taller_than_line(formula: Layout) -> bool:
 
 
 def _total_width(pieces: Sequence[Layout], scale: float = 1.0) -> float:
-    return sum(formula_width(piece, scale) for piece in pieces)
+    return sum(estimate_width(piece, scale) for piece in pieces)
 
 
 @lru_cache(maxsize=2048)
-def _leaf_width(kind: str, text: str) -> float:
+def _estimate_leaf_width(kind: str, text: str) -> float:
     if kind == "space":
         return layout.SPACES[text]
     if kind == "sign" or text in OPERATOR_WIDTHS:
@@ -79,21 +81,18 @@ def _leaf_width(kind: str, text: str) -> float:
 
 
 def fit_formula(formula: Layout, max_width: float) -> Layout:
-    """Return a displayed formula, broken into lines as far as possible if it is wider than `max_width` (em)."""
-    if formula_width(formula) <= max_width:
+    """Return a displayed formula; if it is wider than `max_width` (em), it is broken into lines as far as possible."""
+    if estimate_width(formula) <= max_width:
         return formula
     rows = _split_equations(formula, max_width)
-    left_width = max(_total_width(left) for left, _ in rows)  # the right sides are aligned
+    left_width = max(_total_width(left) for left, _ in rows)  # the right sides are aligned below each other
     lines = [line for left, right in rows for line in _break_equation(left, right, max_width - left_width)]
     cells = tuple(row(row(*left), row(*right)) for left, right in lines)
     return row(Layout("aligned", "apart" if len(lines) > 1 else "", cells))
 
 
 def _split_equations(formula: Layout, max_width: float) -> EquationSides:
-    """Return the equations in a formula as pairs: the left side, and the right side with its equals sign.
-
-    Equations on the same line of an aligned formula stay together if they fit.
-    """
+    """Return the equations in a formula; equations on the same line of an aligned formula stay together if they fit."""
     if len(formula.inner) != 1 or formula.inner[0].kind != "aligned":
         return [_split_at_equals(piece) for piece in layout.split_at(formula.inner, layout.QQUAD)]
     rows: EquationSides = []
@@ -112,12 +111,12 @@ def _split_equations(formula: Layout, max_width: float) -> EquationSides:
 
 
 def _split_at_equals(equation: Pieces) -> tuple[Pieces, Pieces]:
-    left, *rest = layout.split_at(equation, layout.EQUALS)
-    return (left, (layout.EQUALS, *layout.join_pieces((layout.EQUALS,), rest))) if rest else ((), left)
+    left, *right_sides = layout.split_at(equation, layout.EQUALS)
+    return (left, (layout.EQUALS, *layout.join_pieces((layout.EQUALS,), right_sides))) if right_sides else ((), left)
 
 
 def _break_equation(left: Pieces, right: Pieces, max_width: float) -> EquationSides:
-    """Return the lines of one equation whose right side may be `max_width` (em) wide."""
+    """Return the lines of an equation whose right side may be `max_width` (em) wide."""
     if _total_width(right) <= max_width - 1.0:
         return [(left, right)]
     sign = right[:1] if right[:1] == (layout.EQUALS,) else ()
@@ -131,48 +130,49 @@ def _break_equation(left: Pieces, right: Pieces, max_width: float) -> EquationSi
 
 
 def _break_side(side: Pieces, max_width: float) -> Lines:
-    """Return one side of an equation, broken into lines between factors, before signs or inside matrices."""
+    """Return a side of an equation, broken into lines between factors, before signs or inside matrices."""
     if _total_width(side) <= max_width:
         return [side]
     for factors, sign in ((layout.split_at(side, _CROSS), _CROSS), (_split_matrices(side), layout.DOT)):
         if len(factors) > 1:
             parts = [_break_side(factor, max_width - 1.5) for factor in factors]
-            return [*parts[0], *(line for first, *rest in parts[1:] for line in ((layout.EMPTY, sign, *first), *rest))]
+            continued_parts = ([(layout.EMPTY, sign, *lines[0]), *lines[1:]] for lines in parts[1:])
+            return [*parts[0], *chain.from_iterable(continued_parts)]
     terms = layout.split_terms(side)
     lines = _break_fraction(side, max_width) or _name_entries(side, max_width) if len(terms) == 1 else []
     return lines or fill_lines(_split_wide_terms(terms, max_width), max_width)
 
 
 def _split_matrices(product_pieces: Pieces) -> Lines:
-    """Split a product of matrices into factors that each end in a matrix; other formulas are a single factor."""
+    """Split a product of matrices into factors that each end with a matrix; return other formulas unsplit."""
     ends = [k + 1 for k, piece in enumerate(product_pieces) if _find_matrix(piece)][:-1]
     return [product_pieces[start:end] for start, end in pairwise((0, *ends, len(product_pieces)))]
 
 
 def _find_matrix(piece: Layout) -> Layout | None:
-    """Return the matrix if a piece is a matrix or a power of one, else None."""
+    """Return the matrix if a piece is a matrix or a power of a matrix; otherwise None."""
     base = layout.base_of_script(piece)
     return base if base.kind == "matrix" else None
 
 
 def _break_fraction(formula_pieces: Pieces, max_width: float) -> Lines:
-    """Return a wide fraction as 1 over the denominator times the numerator, in lines; nothing for other formulas."""
+    """Return the lines of a wide fraction, as 1 over the denominator times the numerator; none for other formulas."""
     has_sign = formula_pieces[:1] == (layout.MINUS,)
-    sign, rest = formula_pieces[:has_sign], formula_pieces[has_sign:]
-    if len(rest) != 1 or rest[0].text != "frac":
+    sign, unsigned_pieces = formula_pieces[:has_sign], formula_pieces[has_sign:]
+    if len(unsigned_pieces) != 1 or unsigned_pieces[0].text != "frac":
         return []
-    numerator, denominator = (side.inner for side in rest[0].inner)
+    numerator, denominator = (side.inner for side in unsigned_pieces[0].inner)
     factor = Layout("number", "1")
     is_bracketed = len(numerator) > 3 and (numerator[1], numerator[-1]) == (_OPEN, _CLOSE)
     if is_bracketed and numerator[0].kind == "number":  # 0.5 (a + b)
         factor, numerator = numerator[0], numerator[2:-1]
-    first, *others = fill_lines(layout.split_terms(numerator), max_width - _total_width(denominator))
+    first, *other_lines = fill_lines(layout.split_terms(numerator), max_width - _total_width(denominator))
     opening = (*sign, layout.fraction((factor,), denominator), _OPEN)
-    return [(*opening, *first), *others[:-1], (*others[-1], _CLOSE)] if others else []
+    return [(*opening, *first), *other_lines[:-1], (*other_lines[-1], _CLOSE)] if other_lines else []
 
 
 def _split_wide_terms(terms: Sequence[Pieces], max_width: float) -> list[Pieces]:
-    """Return terms; a term that is too wide is replaced by the terms of the sums in its brackets, and so on."""
+    """Return terms; terms that are too wide are split inside their outer brackets, and then inside inner brackets."""
     narrow_terms: list[Pieces] = []
     for term in terms:
         pieces, parts = term, [term]
@@ -186,10 +186,10 @@ def _split_wide_terms(terms: Sequence[Pieces], max_width: float) -> list[Pieces]
 
 
 def _open_brackets(pieces: Pieces, max_width: float) -> Pieces:
-    """Replace wide brackets that grow by plain ones, because a line can't be broken inside brackets that grow."""
+    """Replace wide brackets that grow with their content by plain brackets, inside which a line can be broken."""
     opened: list[Layout] = []
     for piece in pieces:
-        if piece.kind == "fenced" and piece.text == "()" and formula_width(piece) > max_width / 2:
+        if piece.kind == "fenced" and piece.text == "()" and estimate_width(piece) > max_width / 2:
             opened += (_OPEN, *_open_brackets(layout.row_pieces(piece.inner[0]), max_width), _CLOSE)
         else:
             opened.append(piece)
@@ -211,7 +211,10 @@ def fill_lines(terms: Sequence[Pieces], max_width: float) -> Lines:
 
 
 def _name_entries(side: Pieces, max_width: float) -> Lines:
-    """Return a wide matrix with names m_1, m_2 ... for its wide entries, followed by one or more lines for each."""
+    """Return the lines of a wide matrix with names m_1, m_2, … for its wide entries, and of these entries.
+
+    Returns no lines if the side has no matrix or no wide entry.
+    """
     index = next((k for k, piece in enumerate(side) if _find_matrix(piece)), None)
     if index is None:
         return []
@@ -230,6 +233,6 @@ def _name_entries(side: Pieces, max_width: float) -> Lines:
     named_piece = layout.script(named_matrix, *matrix_piece.inner[1:]) if is_power else named_matrix
     lines = _break_side((*side[:index], named_piece, *side[index + 1 :]), max_width)
     for entry, name in names.items():
-        first, *others = _break_side(entry, max_width - 4.0)
-        lines += [(*name, layout.EQUALS, *first), *((layout.QUAD, *line) for line in others)]
+        first, *other_lines = _break_side(entry, max_width - 4.0)
+        lines += [(*name, layout.EQUALS, *first), *((layout.QUAD, *line) for line in other_lines)]
     return lines

@@ -1,7 +1,7 @@
-"""Select what hints show of an arm and its results: one column or entry, if others remain to be found.
+"""Select what hints show of an arm and its results: a column or an entry, if students still have others to find.
 
-All hints show the same column of a matrix, so that the hints of several questions together do not add up to a whole
-answer. All vectors are in the world frame, in the notation of the chapter.
+All hints show the same column of a matrix, so that the hints of several questions together never show a whole answer.
+All vectors are in the world frame, in the notation of the chapter.
 """
 
 from collections.abc import Iterable, Sequence
@@ -42,41 +42,44 @@ class HintContext:
         self.chain = chain
         self.derivation: Derivation = derive(chain)
 
-    def symbols(self, matrix: sp.Matrix) -> list[str]:
-        """Return the symbols in a matrix, joints first."""
+    def list_symbols(self, matrix: sp.Matrix) -> list[str]:
+        """Return the symbols in a matrix, joint variables first, as LaTeX."""
         symbols = sorted(matrix.free_symbols, key=lambda s: (s not in self.chain.q, natural_sort_key(s.name)))
         return [tex(symbol, self.chain) for symbol in symbols]
 
-    def joints_of(self, formula: sp.Expr) -> str:
-        """Return the joint variables in a formula as words."""
+    def name_variables(self, formula: sp.Expr) -> str:
+        """Return the joint variables in a formula, as in "$d_{1}$ and $d_{2}$", or "no joint"."""
         return join([f"${tex(q, self.chain)}$" for q in self.chain.q if q in formula.free_symbols] or ["no joint"])
 
     # --- a part of a result ---
 
     @staticmethod
-    def column(matrix: sp.Matrix) -> int | None:
-        """Return the last column (from 1) that is not constant, if others have variable entries of another form."""
+    def find_column(matrix: sp.Matrix) -> int | None:
+        """Return the last column (from 1) that is not constant, if other columns have different variable entries.
+
+        Entries are not different if they differ only by their sign. Returns None if there is no such column.
+        """
         columns = [set(map(_without_sign, matrix.col(j))) - {sp.S.Zero} for j in range(matrix.cols)]
         for j in reversed(range(matrix.cols)):
-            others = set().union(*(columns[:j] + columns[j + 1 :])) - columns[j]
-            if any(map(_is_variable, columns[j])) and any(map(_is_variable, others)):
+            other_entries = set().union(*(columns[:j] + columns[j + 1 :])) - columns[j]
+            if any(map(_is_variable, columns[j])) and any(map(_is_variable, other_entries)):
                 return j + 1
         return None
 
     @staticmethod
-    def entry(matrix: sp.Matrix) -> Entry | None:
-        """Return the first entry that is not constant, if another one differs from it by more than its sign."""
+    def find_entry(matrix: sp.Matrix) -> Entry | None:
+        """Return the first entry that is not constant, if another such entry differs by more than its sign."""
         entries = (Entry(i + 1, j + 1, matrix[i, j]) for i in range(matrix.rows) for j in range(matrix.cols))
-        return _first_variable((entry, entry.value) for entry in entries)
+        return _find_first_variable((entry, entry.value) for entry in entries)
 
     @staticmethod
-    def minor(minors: Sequence[tuple[str, sp.Expr]]) -> tuple[str, sp.Expr] | None:
-        """Return the first minor that is not constant, if another one differs from it by more than its sign."""
-        return _first_variable((minor, minor[1]) for minor in minors)
+    def find_minor(minors: Sequence[tuple[str, sp.Expr]]) -> tuple[str, sp.Expr] | None:
+        """Return the first minor that is not constant, if another such minor differs by more than its sign."""
+        return _find_first_variable((minor, minor[1]) for minor in minors)
 
     @staticmethod
     def reveals_entry(shown_matrix: sp.Matrix, answer: sp.Expr | sp.Matrix) -> bool:
-        """Return whether a matrix in a hint would reveal an entry of the answer, up to sign and to three digits."""
+        """Return whether a hint's matrix contains an entry of the answer, up to its sign and to three digits."""
         answer_entries = set(answer if isinstance(answer, sp.MatrixBase) else [answer]) - {0, 1, -1}
         return any(_are_nearly_equal(entry, value) for entry in shown_matrix for value in answer_entries)
 
@@ -84,19 +87,9 @@ class HintContext:
         """Return whether a numeric J is small enough for a hint and depends on the configuration."""
         return len(numbers) <= MAX_SHOWN_ENTRIES and bool(self.derivation.jacobian.free_symbols & set(self.chain.q))
 
-    @cached_property
-    def shown_joint(self) -> int | None:
-        """The joint (from 1) whose column of the geometric Jacobian hints show."""
-        return self.column(self.derivation.geometric)
-
-    @cached_property
-    def shown_linear_joint(self) -> int | None:
-        """The joint (from 1) whose effect on P hints show: its column of the linear rows."""
-        return self.column(self.derivation.linear)
-
     # --- what to look at on this arm ---
 
-    def joints(self, kind: str, count: int | None = None) -> str:
+    def name_joints(self, kind: str, count: int | None = None) -> str:
         """Return the joints of `kind` among the first `count`, as in "joints 1 and 3"; "" if there are none."""
         numbers = [str(i) for i, joint in enumerate(self.chain.joints[:count], 1) if joint.kind == kind]
         return f"joint{'s' * (len(numbers) > 1)} {join(numbers)}" if numbers else ""
@@ -110,7 +103,7 @@ class HintContext:
 
     @property
     def axis_directions(self) -> list[tuple[int, str, sp.Expr]]:
-        """The direction of z_i relative to z_{i-1}, i = 1 ... n-1, and the twist.
+        """For i = 1 ... n-1: i, the direction of z_i relative to z_{i-1}, and the twist between both axes.
 
         The direction is "same", "opposite", "right" (perpendicular) or "other".
         """
@@ -127,9 +120,9 @@ class HintContext:
 
     @property
     def arm_block_in_frame_1(self) -> sp.Matrix | None:
-        """The block R_1^T J11 of a partitioned Jacobian, or None if the Jacobian isn't partitioned or it equals J11.
+        """The block R_1^T J11 of a Jacobian with blocks J11 and J22; None if the Jacobian has no such blocks.
 
-        Also None for an arm that is described by its axes, because it has no frame 1.
+        Also None if the block equals J11, and if the arm is described by its axes, because there is no frame 1 then.
         """
         if find_block_objection(self.chain) is not None or not convention_of(self.chain).frame_numbers:
             return None
@@ -145,8 +138,8 @@ class HintContext:
         ]
 
 
-def _first_variable(items: Iterable[tuple[Item, sp.Expr]]) -> Item | None:
-    """Return the first item whose value is not constant, if another value differs from it by more than its sign."""
+def _find_first_variable(items: Iterable[tuple[Item, sp.Expr]]) -> Item | None:
+    """Return the first item whose value is not constant, if another such value differs by more than its sign."""
     variable = [(item, value) for item, value in items if _is_variable(value)]
     return variable[0][0] if len({_without_sign(value) for _, value in variable}) > 1 else None
 

@@ -1,12 +1,12 @@
-"""Translate problems and the site: gettext messages are identified by their English text, in a file `locale/CODE.po`.
+"""Translate problems and the site with gettext: a file `locale/CODE.po` has the translation of each English message.
 
-Sentences are written in English and marked as messages (`gettext` in Python, `{% trans %}` in a template). Values to
-fill in have names: "row %(n)s". `make messages` collects them. The files are parsed with polib, which is imported only
+Messages are sentences that are marked by `gettext` in Python and by `{% trans %}` in a template. Values to fill in have
+names, as in "row %(n)s". `make messages` collects the messages. The files are parsed with polib, which is imported only
 for languages other than English.
 
-A problem also contains English words: titles, descriptions of configurations, the sentence on a mistake. These are
-messages because they are registered, or because `translatable_phrases` has a pattern for them. In a pattern, braces
-mark the parts that are copied to the translation: "row {n}".
+A problem also contains English words: titles, descriptions of configurations, sentences on mistakes. These words are
+messages, too. Some are listed where they are defined; for others, `translatable_phrases` has a pattern. In a pattern,
+braces mark the parts that are copied to the translation, as in "row {n}".
 """
 
 import io
@@ -29,9 +29,10 @@ LOCALE = Path(__file__).parents[1] / "locale"
 ARM_HEADING, ARM_IN_SENTENCE, FAMILY, QUESTION, PHRASE, SOURCE = (
     "arm, as a heading", "arm, behind “The figure shows”", "family", "question", "phrase", "source, behind “See”",
 )  # fmt: skip
-"""Contexts of messages whose English text alone is ambiguous."""
+"""Contexts of messages. A context distinguishes messages with the same English text."""
 
 PhraseTranslation = tuple[re.Pattern[str], str]
+"""A regular expression for an English phrase, and the translation with names in braces."""
 
 
 def is_formula_number(reference: str) -> bool:
@@ -39,19 +40,19 @@ def is_formula_number(reference: str) -> bool:
     return re.fullmatch(r"\(\d+\.\d+\)", reference) is not None
 
 
-def mistake_context(name: str) -> str:
+def name_mistake_context(name: str) -> str:
     """Return the context of a mistake's title and sentence."""
     return f"mistake {name}"
 
 
 @cache
-def catalogue(language: str) -> "Catalogue":
+def load_catalogue(language: str) -> "Catalogue":
     """Return the messages of a language."""
     return Catalogue() if language == ENGLISH else read_catalogue(LOCALE / f"{language}.po")
 
 
 def read_catalogue(path: Path) -> "Catalogue":
-    """Return the messages in a file; polib compiles it, because Python's gettext needs a compiled catalogue."""
+    """Return the messages in a file. Python's gettext needs a compiled catalogue, which polib makes."""
     import polib
 
     return Catalogue(GNUTranslations(io.BytesIO(polib.pofile(str(path)).to_binary())))
@@ -75,7 +76,7 @@ class Catalogue:
     # --- words that problems carry ---
 
     def translate_phrase(self, english: object) -> str:
-        """Translate a phrase by the first pattern that matches; return it unchanged if none does."""
+        """Translate a phrase by the first pattern that matches it; without such a pattern, return it unchanged."""
         text = str(english)
         if self.is_english:
             return text
@@ -83,58 +84,61 @@ class Catalogue:
             return text.replace(".", self._decimal_sign)
         return _translate_by_first_match(self._phrase_translations, text, self.translate_phrase)
 
-    def family(self, title: str) -> str:
+    def translate_family(self, title: str) -> str:
         """Return the title of a family."""
         return self._translate(FAMILY, title)
 
-    def question(self, title: str) -> str:
+    def translate_question(self, title: str) -> str:
         """Return the title of a question."""
         return self._translate(QUESTION, title)
 
-    def arm_title(self, name: str) -> str:
+    def translate_arm_title(self, name: str) -> str:
         """Return the heading for an arm that has a name, or the general heading if `name` is empty."""
         return _translate_by_first_match(self._arm_translations(ARM_HEADING), name or "arm")
 
-    def arm_in_sentence(self, name: str) -> str:
+    def translate_arm_in_sentence(self, name: str) -> str:
         """Return the name of an arm with an article, as in a sentence after "The figure shows"."""
         arm_name = name or "arm"
         if self.is_english:
             return f"{'an' if re.match(r'[aeiou]|R[RP]+ ', arm_name) else 'a'} {arm_name}"
         return _translate_by_first_match(self._arm_translations(ARM_IN_SENTENCE), arm_name)
 
-    def mistake_title(self, name: str, title: str) -> str:
+    def translate_mistake_title(self, name: str, title: str) -> str:
         """Return the title of a mistake."""
-        return self._translate(mistake_context(name), title)
+        return self._translate(name_mistake_context(name), title)
 
-    def mistake_title_in_sentence(self, name: str, title: str) -> str:
-        """Return the title of a mistake inside a sentence; English has a lower-case initial there, German a capital."""
-        translation = self.mistake_title(name, title)
+    def translate_title_in_sentence(self, name: str, title: str) -> str:
+        """Return the title of a mistake for the middle of a sentence: with a small initial, except in German."""
+        translation = self.translate_mistake_title(name, title)
         initial = self.pgettext("first letter of a mistake's title inside of a sentence", "a")
         return translation if initial.isupper() else f"{translation[0].lower()}{translation[1:]}"
 
-    def mistake_sentence(self, name: str, english_pattern: str, english_source: str, sentence: str) -> str:
-        """Return the sentence on a mistake; `sentence` is English and was made from the pattern `english_pattern`."""
-        match = phrase_pattern(english_pattern + "{tail}").fullmatch(sentence)
+    def translate_mistake_sentence(self, name: str, english_pattern: str, english_source: str, sentence: str) -> str:
+        """Return the translation of a `sentence` on a mistake, which was made from `english_pattern`.
+
+        The translation ends with a reference to the chapter, `english_source`.
+        """
+        match = make_phrase_pattern(english_pattern + "{tail}").fullmatch(sentence)
         if self.is_english or match is None:
             return sentence
         source = english_source if is_formula_number(english_source) else self._translate(SOURCE, english_source)
         words = {key: self.translate_phrase(word) for key, word in match.groupdict().items()}
         reference = self.gettext("See %(where)s.", where=source)
-        return f"{self._translate(mistake_context(name), english_pattern).format(**words)} {reference}"
+        return f"{self._translate(name_mistake_context(name), english_pattern).format(**words)} {reference}"
 
     # --- numbers ---
 
     def localize_formulas(self, text: str) -> str:
         """Return Markdown with the language's decimal sign in its formulas; code and prose stay unchanged.
 
-        In these formulas, commas between numbers become semicolons, because 0,5, 1 could be two or three numbers.
+        In formulas with a decimal comma, commas between numbers become semicolons, because 0,5, 1 would be ambiguous.
         """
         return text if self._decimal_sign == "." else _FORMULA_OR_CODE.sub(self._localize_formula, text)
 
     def localize_number(self, number: str) -> str:
         """Return a number in a sentence with the decimal sign of the language.
 
-        >>> catalogue("de").localize_number("−0.25 m/s")
+        >>> load_catalogue("de").localize_number("−0.25 m/s")
         '−0,25 m/s'
         """
         return _DECIMAL_PATTERN.sub(rf"\1{self._decimal_sign}\2", number)
@@ -149,23 +153,23 @@ class Catalogue:
             return piece[0]
         return _DECIMAL_PATTERN.sub(rf"\1{{{self._decimal_sign}}}\2", re.sub(r"(?<!\\), (?!\\q)", "; ", formula))
 
-    # --- messages without % formatting: their braces are filled in, and a percent sign is literal ---
+    # --- messages with names in braces; a percent sign has no special meaning ---
 
     def _translate(self, context: str, message: str) -> str:
         return self.translations.pgettext(context, message)
 
     @cached_property
     def _phrase_translations(self) -> list[PhraseTranslation]:
-        return [(phrase_pattern(english), self._translate(PHRASE, english)) for english in PHRASES]
+        return [(make_phrase_pattern(english), self._translate(PHRASE, english)) for english in PHRASES]
 
     def _arm_translations(self, context: str) -> list[PhraseTranslation]:
-        return [(phrase_pattern(name), self._translate(context, name)) for name in ARMS]
+        return [(make_phrase_pattern(name), self._translate(context, name)) for name in ARMS]
 
 
 def _translate_by_first_match(
     rows: Iterable[PhraseTranslation], text: str, translate_word: Callable[[str], str] = str
 ) -> str:
-    """Translate a text by the first row that matches it, or return it unchanged.
+    """Translate a text by the first row that matches the text, or return the text unchanged.
 
     `translate_word` is applied to the words that are copied to the translation.
     """
@@ -181,10 +185,10 @@ _FORMULA_OR_CODE = re.compile(r"`[^`]*`|(?P<formula>\$\$.*?\$\$|\$[^$]*\$)", re.
 
 
 @cache
-def phrase_pattern(phrase: str) -> re.Pattern[str]:
+def make_phrase_pattern(phrase: str) -> re.Pattern[str]:
     """Return a regular expression for a phrase with names in braces; a repeated name must match the same text.
 
-    >>> phrase_pattern("row {n}").fullmatch("row 2")["n"]
+    >>> make_phrase_pattern("row {n}").fullmatch("row 2")["n"]
     '2'
     """
     pieces, seen_names = [], set()

@@ -1,11 +1,11 @@
-"""Typeset formulas in the textbook's notation: c_1, s_{12}, decimals for lengths, dotted joint rates."""
+"""Typeset SymPy's formulas in the textbook's notation: c_1, s_{12}, decimals for lengths, dotted joint rates."""
 
 import math
 import re
 from collections.abc import Sequence
 from functools import cache, lru_cache
 from itertools import combinations_with_replacement
-from typing import NamedTuple
+from typing import Any, NamedTuple
 
 import sympy as sp
 
@@ -16,7 +16,7 @@ from qdot.exercises.formula.layout import Layout, Pieces, number, row, script
 from qdot.exercises.formula.order import COMPONENT_PATTERN, decimal_text, find_joint_sum_digits, is_rate_or_component
 from qdot.exercises.formula.printers.latex import latex_text
 from qdot.exercises.writing.angles import AngleNames
-from qdot.exercises.writing.constant_angles import constant_angles, use_constant_angles
+from qdot.exercises.writing.constant_angles import list_constant_angles, use_constant_angles
 from qdot.exercises.writing.fit import fill_lines
 from qdot.exercises.writing.shortening import multiply_numbers
 
@@ -28,15 +28,15 @@ _FUNCTIONS = {
 _TALL = frozenset(("frac", "root"))
 """Kinds of pieces around which brackets grow; a small fraction fits into brackets of normal height."""
 _MAX_DENOMINATOR = 10**6
-"""Maximum denominator of a fraction before a root; with a larger one, decimals are shown before a root, too."""
+"""Maximum denominator of a fraction before a root; numbers with a larger denominator are shown as decimals."""
 _SYMBOL_PATTERN = re.compile(r"(theta|alpha|beta|qd|[a-zA-Z])(\d*)")
 
 
 @cache
-def symbol_latex(name: str, prismatic: tuple[str, ...] = ()) -> str:
-    r"""Return a symbol's LaTeX; `prismatic` are the numbers of the prismatic joints, whose rates are \dot d.
+def write_symbol(name: str, prismatic: tuple[str, ...] = ()) -> str:
+    r"""Return a symbol's LaTeX. `prismatic` has the numbers of the prismatic joints, whose rates are written \dot d.
 
-    >>> symbol_latex("theta12"), symbol_latex("qd2", ("2",)), symbol_latex("wx"), symbol_latex("fx")
+    >>> write_symbol("theta12"), write_symbol("qd2", ("2",)), write_symbol("wx"), write_symbol("fx")
     ('\\theta_{12}', '\\dot{d}_{2}', '\\omega_{x}', 'f_{x}')
     """
     if COMPONENT_PATTERN.fullmatch(name):
@@ -56,7 +56,7 @@ def symbol_latex(name: str, prismatic: tuple[str, ...] = ()) -> str:
 
 
 class _SignedTerm(NamedTuple):
-    """A term in layout: whether it is subtracted, and its absolute value."""
+    """A typeset term: whether it is subtracted, and the pieces of its absolute value."""
 
     is_negative: bool
     pieces: Pieces
@@ -69,76 +69,76 @@ def _join_terms(signed_terms: Sequence[_SignedTerm]) -> Pieces:
 
 
 class _ExpressionLayout:
-    """Lays out SymPy expressions; a term is a sign and an absolute value, so that signs can move out of brackets."""
+    """Lays out SymPy expressions. A term is a sign and an absolute value, so that signs can move out of brackets."""
 
     def __init__(self, prismatic: tuple[str, ...], lengths: tuple[sp.Rational, ...] = ()) -> None:
         self.prismatic, self.lengths = prismatic, lengths
-        self.product = lru_cache(maxsize=2048)(self.lay_out_product)  # cached: results share terms
+        self.cached_product = lru_cache(maxsize=2048)(self.lay_out_product)  # several results share terms
 
-    def pieces(self, expression: sp.Expr) -> Pieces:
-        return _join_terms(self.terms(expression))
+    def lay_out(self, expression: sp.Expr) -> Pieces:
+        return _join_terms(self.lay_out_terms(expression))
 
-    def terms(self, expression: sp.Expr, flip_signs: bool = False) -> list[_SignedTerm]:
+    def lay_out_terms(self, expression: sp.Expr, flip_signs: bool = False) -> list[_SignedTerm]:
         """Return the terms of a sum in reading order, with all signs changed if `flip_signs`."""
         terms = order.order_terms(expression, flip_signs)
-        return [_SignedTerm(is_negative, self.product(term).pieces) for is_negative, term in terms]
+        return [_SignedTerm(is_negative, self.cached_product(term).pieces) for is_negative, term in terms]
 
     def lay_out_product(self, expression: sp.Expr) -> _SignedTerm:
-        """Return a product with its sign outside; avoid brackets that start with a minus if possible."""
+        """Return a product with its sign outside; no sum in brackets starts with a minus if that can be avoided."""
         if expression.is_Add:
-            return _SignedTerm(False, self.pieces(expression))
-        coefficient, rest = expression.as_coeff_Mul()
-        if rest == 1:
-            return self.number(coefficient)
+            return _SignedTerm(False, self.lay_out(expression))
+        coefficient, remainder = expression.as_coeff_Mul()
+        if remainder == 1:
+            return self.lay_out_number(coefficient)
         ordered = order.order_product(expression)
         above, below, flips = ordered.numerator, ordered.denominator, ordered.flipped_sums
-        number_above, number_below = self.coefficient(ordered.number, rest, bool(below))
+        number_above, number_below = self.split_coefficient(ordered.number, remainder, bool(below))
         is_alone = not number_above and len(above) == 1 and bool(below or number_below)
-        numerator = number_above + self.factors(above, flips, is_alone) or number("1")
-        denominator = number_below + self.factors(below, flips, is_alone=not number_below and len(below) == 1)
+        numerator = number_above + self.lay_out_factors(above, flips, is_alone) or number("1")
+        denominator = number_below + self.lay_out_factors(below, flips, is_alone=not number_below and len(below) == 1)
         if not denominator:
             return _SignedTerm(ordered.is_negative, numerator)
-        return _SignedTerm(ordered.is_negative, (layout.fraction(numerator, denominator, rest.is_number),))
+        return _SignedTerm(ordered.is_negative, (layout.fraction(numerator, denominator, remainder.is_number),))
 
-    def factors(self, factors: Sequence[sp.Expr], flipped_sums: frozenset[sp.Expr], is_alone: bool) -> Pieces:
-        """Return the factors side by side; a sum is bracketed unless it is the whole numerator or denominator."""
+    def lay_out_factors(self, factors: Sequence[sp.Expr], flipped_sums: frozenset[sp.Expr], is_alone: bool) -> Pieces:
+        """Return factors side by side; sums get brackets unless the only factor of a numerator or denominator."""
         pieces: list[Layout] = []
         for k, factor in enumerate(factors):
             if k and _ends_in_angle(pieces) and any(map(is_rate_or_component, factor.free_symbols)):
                 pieces.append(layout.THIN)  # \cos\varphi_1 \dot\theta_1 is not the cosine of a product
-            pieces += self.factor(factor, factor in flipped_sums, is_alone)
+            pieces += self.lay_out_factor(factor, factor in flipped_sums, is_alone)
         return tuple(pieces)
 
-    def factor(self, factor: sp.Expr, flip_signs: bool = False, is_alone: bool = False) -> Pieces:
+    def lay_out_factor(self, factor: sp.Expr, flip_signs: bool = False, is_alone: bool = False) -> Pieces:
         if factor.is_Add:
-            terms = _join_terms(self.terms(factor, flip_signs))
+            terms = _join_terms(self.lay_out_terms(factor, flip_signs))
             return terms if is_alone else layout.bracket(terms, _TALL)
         if factor.is_Pow:
-            return self.power(factor.base, factor.exp)
+            return self.lay_out_power(factor.base, factor.exp)
         if factor.is_Symbol:
-            return parse_latex(symbol_latex(factor.name, self.prismatic)).inner
+            return parse_latex(write_symbol(factor.name, self.prismatic)).inner
         if factor.is_number and factor.is_Rational:
-            return self.number(factor).pieces
+            return self.lay_out_number(factor).pieces
         if isinstance(factor, sp.Abs):
-            return (layout.fence("||", self.pieces(factor.args[0])),)
+            return (layout.fence("||", self.lay_out(factor.args[0])),)
         if factor.func in _FUNCTIONS:
-            return self.call(factor, layout.EMPTY)
+            return self.lay_out_call(factor, layout.EMPTY)
         return parse_latex(str(sp.latex(factor))).inner
 
-    def power(self, base: sp.Expr, exponent: sp.Expr) -> Pieces:
+    def lay_out_power(self, base: sp.Expr, exponent: sp.Expr) -> Pieces:
         if exponent == sp.Rational(1, 2):
-            return (Layout("root", "sqrt", (row(*self.pieces(base)),)),)
+            return (Layout("root", "sqrt", (row(*self.lay_out(base)),)),)
         if exponent.could_extract_minus_sign():
-            return self.product(sp.Pow(base, exponent)).pieces
-        exponent_layout = row(*self.pieces(exponent))
+            return self.cached_product(sp.Pow(base, exponent)).pieces
+        exponent_layout = row(*self.lay_out(exponent))
         if isinstance(base, (sp.sin, sp.cos, sp.tan)):
-            return self.call(base, exponent_layout)
-        base_pieces = self.factor(base)
+            return self.lay_out_call(base, exponent_layout)
+        base_pieces = self.lay_out_factor(base)
         if not (base.is_Add or base.is_Symbol or (base.is_Integer and base > 0)):
             base_pieces = layout.bracket(base_pieces, _TALL)
         return layout.raise_pieces_to(base_pieces, exponent_layout)
 
-    def call(self, expression: sp.Expr, superscript: Layout) -> Pieces:
+    def lay_out_call(self, expression: sp.Expr, superscript: Layout) -> Pieces:
         word, argument = _FUNCTIONS[expression.func], expression.args[0]
         function_name = script(word, layout.EMPTY, superscript) if superscript.inner else word
         if isinstance(expression, (sp.sin, sp.cos)):
@@ -147,49 +147,49 @@ class _ExpressionLayout:
                 return (script(Layout("letter", word.text[0]), row(*number(joint_digits)), superscript),)
             if order.NAMED_ANGLE_PATTERN.fullmatch(str(argument)):
                 return (function_name, *parse_latex(argument.name).inner)
-            return (function_name, *layout.bracket(self.angle(argument), _TALL))
-        arguments = layout.join_pieces((layout.COMMA,), map(self.pieces, expression.args))
+            return (function_name, *layout.bracket(self.lay_out_angle(argument), _TALL))
+        arguments = layout.join_pieces((layout.COMMA,), map(self.lay_out, expression.args))
         return (function_name, *layout.bracket(arguments, _TALL))
 
-    def angle(self, value: sp.Expr) -> Pieces:
-        """Return an angle with its constant in degrees if that is a short decimal: theta_1 + 30, but 30 - theta_1."""
+    def lay_out_angle(self, value: sp.Expr) -> Pieces:
+        """Return an angle, with its constant in degrees if that is a short decimal: theta_1 + 30, or 30 - theta_1."""
         constant = sp.Add(*(term for term in sp.Add.make_args(sp.expand(value)) if (term / sp.pi).is_Rational))
-        rest, digits = sp.expand(value - constant), decimal_text(abs(180 * constant / sp.pi))
+        remainder, digits = sp.expand(value - constant), decimal_text(abs(180 * constant / sp.pi))
         if constant == 0 or digits is None:
-            return self.pieces(value)
+            return self.lay_out(value)
         degrees = script(Layout("number", digits), superscript=layout.DEGREE)
-        if rest == 0:
+        if remainder == 0:
             return (layout.MINUS, degrees) if constant < 0 else (degrees,)
-        rest_pieces = self.pieces(rest)
+        rest_pieces = self.lay_out(remainder)
         if constant < 0 or rest_pieces[0] != layout.MINUS:
             return (*rest_pieces, layout.MINUS if constant < 0 else layout.PLUS, degrees)
         return (degrees, *rest_pieces)
 
-    def number(self, value: sp.Expr) -> _SignedTerm:
-        negative, size = bool(value.is_negative), abs(value)
+    def lay_out_number(self, value: sp.Expr) -> _SignedTerm:
+        is_negative, size = bool(value.is_negative), abs(value)
         if size.is_Float:
-            return _SignedTerm(negative, _float_digits(size))
+            digits, _, power = f"{float(size):.10g}".partition("e")
+            return _SignedTerm(is_negative, layout.scientific(digits, int(power)) if power else number(digits))
         if not size.is_Rational:
-            return _SignedTerm(False, self.factor(value))
-        digits = decimal_text(size)
-        if digits is not None:
-            return _SignedTerm(negative, number(digits))
-        return _SignedTerm(negative, (layout.fraction(number(str(size.p)), number(str(size.q)), is_small=True),))
+            return _SignedTerm(False, self.lay_out_factor(value))
+        if (decimal_digits := decimal_text(size)) is not None:
+            return _SignedTerm(is_negative, number(decimal_digits))
+        return _SignedTerm(is_negative, (layout.fraction(number(str(size.p)), number(str(size.q)), is_small=True),))
 
-    def coefficient(self, value: sp.Expr, rest: sp.Expr, is_fraction: bool) -> tuple[Pieces, Pieces]:
-        """Return the pieces that a number adds to numerator and denominator.
+    def split_coefficient(self, value: sp.Expr, remainder: sp.Expr, is_fraction: bool) -> tuple[Pieces, Pieces]:
+        """Return what a numeric coefficient adds to the numerator and to the denominator of its term.
 
         7/20 adds 0.35 to the numerator; 20/7 adds 0.35 to the denominator.
         """
         if value == 1:
             return (), ()
         if not value.is_Rational:
-            return self.number(value).pieces, ()
+            return self.lay_out_number(value).pieces, ()
         digits, inverse_digits = decimal_text(value), decimal_text(1 / value)
-        if is_fraction and (quotient := _quotient_of_lengths(value, self.lengths)) is not None:
-            numerator, denominator = quotient
-            return (() if numerator == 1 else self.number(numerator).pieces), self.number(denominator).pieces
-        if value.q > _MAX_DENOMINATOR or not (rest.is_number or rest.atoms(sp.Pow) & _root_factors(rest)):
+        if is_fraction and (quotient := _find_quotient_of_lengths(value, self.lengths)) is not None:
+            numerator, denominator = map(self.lay_out_number, quotient)
+            return (() if quotient[0] == 1 else numerator.pieces), denominator.pieces
+        if value.q > _MAX_DENOMINATOR or not (remainder.is_number or remainder.atoms(sp.Pow) & _list_roots(remainder)):
             is_short = digits is None or (is_fraction and value > 1 and len(str(inverse_digits)) <= len(digits))
             if inverse_digits is not None and is_short:
                 return (), number(inverse_digits)
@@ -199,11 +199,11 @@ class _ExpressionLayout:
 
 
 @lru_cache(maxsize=1024)
-def _quotient_of_lengths(value: sp.Rational, lengths: tuple[sp.Rational, ...]) -> tuple[sp.Expr, sp.Expr] | None:
-    """Return a number as a quotient of lengths of an arm: 7/9 as 0.35 and 0.45.
+def _find_quotient_of_lengths(value: sp.Rational, lengths: tuple[sp.Rational, ...]) -> tuple[sp.Expr, sp.Expr] | None:
+    """Return a number as the numerator and denominator of a quotient of an arm's lengths: 7/9 as 0.35 and 0.45.
 
-    Only integers and numbers without a short decimal are rewritten. Numerator and denominator may each be a product
-    of two lengths. The numerator is 1 if that is enough.
+    Numerator and denominator may each be a product of two lengths, and the numerator may be 1. Returns None for other
+    numbers, and for decimals that are short.
     """
     if value == 1 or (decimal_text(value) is not None and not value.is_Integer):
         return None
@@ -217,21 +217,17 @@ def _quotient_of_lengths(value: sp.Rational, lengths: tuple[sp.Rational, ...]) -
 
 
 def _ends_in_angle(pieces: Sequence[Layout]) -> bool:
-    """Return whether pieces end in a named angle, which follows its sine or cosine without brackets."""
+    """Return whether pieces end with a named angle, which has no brackets after sin and cos."""
     return pieces[-1].kind == "script" and pieces[-1].inner[0].text == "φ"
 
 
-def _root_factors(expression: sp.Expr) -> set[sp.Expr]:
+def _list_roots(expression: sp.Expr) -> set[sp.Expr]:
+    """Return the factors of a term that are roots of numbers."""
     return {factor for factor in sp.Mul.make_args(expression) if factor.is_Pow and factor.is_number}
 
 
-def _float_digits(value: sp.Float) -> Pieces:
-    digits, _, power = f"{float(value):.10g}".partition("e")
-    return layout.scientific_number(digits, int(power)) if power else number(digits)
-
-
 def tex(expression: sp.Expr | sp.Matrix, chain: Chain | None = None, angles: AngleNames | None = None) -> str:
-    r"""Return the LaTeX of an expression or matrix in the textbook's notation, with names for angles if given.
+    r"""Return the LaTeX of an expression or matrix in the textbook's notation, with the names of `angles`.
 
     >>> t1, t2, a1 = sp.symbols("theta1 theta2 a1")
     >>> tex(-a1 * sp.sin(t1) - sp.Rational(2, 5) * sp.cos(t1 + t2 + sp.pi / 6))
@@ -243,41 +239,35 @@ def tex(expression: sp.Expr | sp.Matrix, chain: Chain | None = None, angles: Ang
 
 
 def tex_zero(condition: sp.Expr, chain: Chain | None = None, angles: AngleNames | None = None) -> str:
-    r"""Return the LaTeX of a condition's left side, without a numeric factor or sign before a product.
+    r"""Return the LaTeX of an expression that a condition sets to zero, without the numeric factor of a product.
 
     >>> tex_zero(-2 * sp.sin(sp.Symbol("theta3"))), tex_zero(sp.Symbol("a1") - sp.Symbol("a2"))
     ('s_{3}', 'a_{1} - a_{2}')
     """
     named = sp.sympify(condition if angles is None else angles.use_names(condition))
-    _, rest = named.as_coeff_Mul()
-    return tex(rest if not rest.is_Add and rest != 1 else named, chain)
-
-
-_LayoutOptions = tuple[tuple[str, ...], tuple[sp.Expr, ...], tuple[sp.Rational, ...]]
-"""An arm's prismatic joints, constant angles and numeric lengths."""
+    _, remainder = named.as_coeff_Mul()
+    return tex(remainder if not remainder.is_Add and remainder != 1 else named, chain)
 
 
 def lay_out(expression: sp.Expr | sp.Matrix, chain: Chain | None = None, angles: AngleNames | None = None) -> Layout:
-    """Return an expression or matrix laid out in the textbook's notation, with names for angles if given."""
-    options: _LayoutOptions = ((), (), ())
+    """Return the layout of an expression or matrix in the textbook's notation, with the names of `angles`."""
+    options: tuple[Any, ...] = ((), (), ())
     if chain is not None:
-        options = prismatic_joints(chain), constant_angles(chain), numeric_lengths(chain)
-    expression = sp.sympify(expression)
-    if angles is not None:
-        expression = angles.use_names(expression)
+        options = list_prismatic_joints(chain), list_constant_angles(chain), list_numeric_lengths(chain)
+    expression = sp.sympify(expression if angles is None else angles.use_names(sp.sympify(expression)))
     if not isinstance(expression, sp.MatrixBase):
         return row(*_lay_out_scalar(expression, *options))
     rows = expression.tolist()
     return row(layout.matrix([[_lay_out_scalar(entry, *options) for entry in entries] for entries in rows]))
 
 
-def prismatic_joints(chain: Chain) -> tuple[str, ...]:
+def list_prismatic_joints(chain: Chain) -> tuple[str, ...]:
     r"""Return the numbers of an arm's prismatic joints, whose rates are \dot d."""
     return tuple(q.name[1:] for q in chain.q if q.name.startswith("d"))
 
 
 @lru_cache(maxsize=256)
-def numeric_lengths(chain: Chain) -> tuple[sp.Rational, ...]:
+def list_numeric_lengths(chain: Chain) -> tuple[sp.Rational, ...]:
     """Return the absolute values of the nonzero numeric lengths of an arm."""
     return tuple(dict.fromkeys(abs(size) for size in lengths_of(chain) if size.is_Rational and size != 0))
 
@@ -293,13 +283,11 @@ def lengths_of(chain: Chain) -> list[sp.Expr]:
 def _lay_out_scalar(
     expression: sp.Expr, prismatic: tuple[str, ...], angles: tuple[sp.Expr, ...], lengths: tuple[sp.Rational, ...]
 ) -> Pieces:
-    """Lay out an expression; cached, because many are shown again: in a step, its result, and another part."""
-    return _expression_layout(prismatic, lengths).pieces(use_constant_angles(multiply_numbers(expression), angles))
+    """Lay out an expression; cached, because steps, results and other parts show the same expressions."""
+    return _get_expression_layout(prismatic, lengths).lay_out(use_constant_angles(multiply_numbers(expression), angles))
 
 
-@lru_cache(maxsize=16)
-def _expression_layout(prismatic: tuple[str, ...], lengths: tuple[sp.Rational, ...]) -> _ExpressionLayout:
-    return _ExpressionLayout(prismatic, lengths)
+_get_expression_layout = lru_cache(maxsize=16)(_ExpressionLayout)
 
 
 MAX_LINE_WIDTH = 44.0
@@ -307,13 +295,15 @@ MAX_LINE_WIDTH = 44.0
 
 
 def tex_lines(expression: sp.Expr, chain: Chain | None = None, angles: AngleNames | None = None) -> str:
-    """Return the LaTeX of a sum for the right side of an aligned formula; long sums are broken between terms."""
-    first, *others = fill_lines(layout.split_terms(lay_out(expression, chain, angles).inner), MAX_LINE_WIDTH)
-    return r" \\ & ".join(latex_text(row(*line)) for line in (first, *((layout.QUAD, *line[1:]) for line in others)))
+    """Return the LaTeX of a sum for the right side of an aligned formula, with long sums broken into lines."""
+    first, *other_lines = fill_lines(layout.split_terms(lay_out(expression, chain, angles).inner), MAX_LINE_WIDTH)
+    return r" \\ & ".join(
+        latex_text(row(*line)) for line in (first, *((layout.QUAD, *line[1:]) for line in other_lines))
+    )
 
 
 def tex_length(value: sp.Expr) -> str:
-    r"""Return the LaTeX of a length for a table or sentence, with its unit if it contains a constant.
+    r"""Return the LaTeX of a length for a table or a sentence, with the unit m if the length contains a decimal.
 
     >>> tex_length(sp.Symbol("d2") + sp.Rational(33, 100))
     'd_{2} + 0.33\\,\\text{m}'
@@ -328,9 +318,9 @@ def tex_length(value: sp.Expr) -> str:
 
 
 def _restore_table_numbers(value: sp.Expr) -> sp.Expr:
-    """Return a length whose bracket has symbolic lengths and numbers as in the table.
+    """Return a length whose bracket has the numbers of the arm's table.
 
-    SymPy clears decimals when it solves for a length: it returns (10 a2 + 1)/20, but the table has a2 + 0.1.
+    SymPy clears decimals when it solves for a length. It returns (10 a2 + 1)/20 where the table has a2 + 0.1.
     """
     brackets = [factor for factor in sp.Mul.make_args(value) if factor.is_Add and factor.free_symbols]
     if len(brackets) != 1 or value.is_Add:
@@ -338,36 +328,38 @@ def _restore_table_numbers(value: sp.Expr) -> sp.Expr:
     (bracket,) = brackets
     numbers, terms = [], []
     for term in bracket.args:
-        number, rest = term.as_coeff_Mul()
-        terms.append((number, rest))
-        numbers += [] if rest == 1 else [number]
+        number, remainder = term.as_coeff_Mul()
+        terms.append((number, remainder))
+        numbers += [] if remainder == 1 else [number]
     if len(numbers) == len(terms) or not all(number.is_Integer for number, _ in terms):
         return value
     common_factor = sp.Integer(math.gcd(*map(int, numbers)))
     if any(decimal_text(number / common_factor) is None for number, _ in terms):
         return value
-    return value / bracket * common_factor * sp.Add(*(number / common_factor * rest for number, rest in terms))
+    return (
+        value / bracket * common_factor * sp.Add(*(number / common_factor * remainder for number, remainder in terms))
+    )
 
 
 def tex_angle(value: sp.Expr) -> str:
-    r"""Return the LaTeX of an angle, with constants in degrees.
+    r"""Return the LaTeX of an angle, with its constant in degrees.
 
     >>> tex_angle(sp.Symbol("theta2") + sp.pi / 2), tex_angle(sp.pi - sp.atan(4))
     ('\\theta_{2} + 90^\\circ', '180^\\circ - \\arctan(4)')
     """
-    return _angle_in_degrees(sp.sympify(value))
+    return _write_angle_in_degrees(sp.sympify(value))
 
 
 @lru_cache(maxsize=1024)
-def _angle_in_degrees(value: sp.Expr) -> str:
+def _write_angle_in_degrees(value: sp.Expr) -> str:
     constant = sp.Add(*(term for term in sp.Add.make_args(sp.expand(value)) if term.is_number))
     if constant != 0 and constant.is_Rational:  # an angle such as 0.7
         return _tex_with_unit(value, "rad")
-    return latex_text(row(*_ExpressionLayout(()).angle(value)))
+    return latex_text(row(*_ExpressionLayout(()).lay_out_angle(value)))
 
 
 def tex_value(value: sp.Expr, joint: sp.Symbol) -> str:
-    """Return the LaTeX of a joint's value: an angle in degrees, a length with its unit."""
+    """Return the LaTeX of a joint's value: an angle in degrees, or a length with its unit."""
     return tex_length(value) if joint.name.startswith("d") else tex_angle(value)
 
 

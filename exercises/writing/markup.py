@@ -1,7 +1,7 @@
-"""Convert the project's Markdown with LaTeX formulas to HTML with MathML, to a LaTeX body, and to terminal text.
+"""Convert Markdown with LaTeX formulas to HTML with MathML, to the body of a LaTeX document, and to terminal text.
 
-Only the constructs that the templates use are supported: headings, paragraphs, emphasis, code, lists, tables, `$…$`
-and `$$…$$`.
+Only what qdot's templates use is supported: headings, paragraphs, emphasis, code, lists, tables, formulas `$…$` and
+displayed formulas `$$…$$`.
 """
 
 import json
@@ -17,32 +17,31 @@ from typing import TYPE_CHECKING
 from sympy.printing.pretty.pretty_symbology import line_width
 
 from qdot.exercises.formula.latex import parse_latex
-from qdot.exercises.formula.layout import Layout
 from qdot.exercises.formula.printers.latex import latex_text
 from qdot.exercises.formula.printers.mathml import mathml_text
 from qdot.exercises.formula.printers.unicode import unicode_text
-from qdot.exercises.writing.fit import fit_formula, formula_width, is_taller_than_line, is_too_wide_inline
+from qdot.exercises.writing.fit import estimate_width, fit_formula, is_taller_than_line, is_too_wide_inline
 
-if TYPE_CHECKING:  # imported late because it is slow; grading uses cached HTML and needs no parser
+if TYPE_CHECKING:  # importing markdown_it is slow, and grading does not need it, because grading uses stored HTML
     from markdown_it import MarkdownIt
     from markdown_it.token import Token
     from markdown_it.tree import SyntaxTreeNode
 
 TERMINAL_WIDTH = 100
 HTML_WIDTH, LATEX_WIDTH = 44.0, 38.0
-"""Maximum width of formulas in em (see `fit`): in HTML (for a page of 900 pixels and for A4 print), and in LaTeX."""
+"""Maximum width of formulas in em (see `fit`): in HTML, for a page of 900 pixels or A4 paper, and in LaTeX."""
 _FORMULA_OR_CODE = re.compile(r"```.*?```|`[^`]+`|\$\$(.+?)\$\$|\$([^$]+?)\$", re.DOTALL)
-"""Matches a formula, or code, in which a dollar sign has no special meaning."""
+"""Matches a formula; also matches code, because a dollar sign in code does not begin a formula."""
 MARKUP: dict[str, dict[str, str]] = json.loads(Path(__file__).with_suffix(".json").read_text(encoding="utf-8"))
-"""For LaTeX and for Typst: the markup of the token types that need no function. Also LaTeX's special characters."""
+"""For LaTeX and for Typst: the markup of each token type that always has the same markup. Also LaTeX's escapes."""
 PLACEHOLDER_PATTERN = re.compile("\ue000(\\d+)\ue001")
-"""Matches a placeholder: it contains a formula's number and replaces the formula while Markdown is parsed."""
+"""Matches a placeholder. It contains a formula's number and replaces the formula while Markdown is parsed."""
 _PLACEHOLDER_WITH_PUNCTUATION = re.compile(rf"([(„“]*){PLACEHOLDER_PATTERN.pattern}([.,;:!?)”]*)")
-"""Matches a formula with adjacent punctuation, which must stay on its line: browsers would break between them."""
+"""Matches a formula with the punctuation around it, from which browsers must not separate the formula."""
 
 
 def parse_markdown(text: str) -> "tuple[list[Token], list[tuple[str, bool]]]":
-    """Return the tokens of a text with placeholders for formulas, and the formulas: LaTeX, and whether displayed."""
+    """Return the tokens of a text with placeholders for formulas, and the formulas: (LaTeX, whether displayed)."""
     formulas: list[tuple[str, bool]] = []
 
     def insert_placeholder(match: re.Match[str]) -> str:
@@ -58,7 +57,7 @@ def parse_markdown(text: str) -> "tuple[list[Token], list[tuple[str, bool]]]":
 
 @cache
 def _get_parser() -> "MarkdownIt":
-    """Return the parser, created only once: creating it takes longer than parsing a text."""
+    """Return the parser of Markdown. It is created only once, because this takes longer than parsing a text."""
     from markdown_it import MarkdownIt
 
     return MarkdownIt("commonmark").enable("table")
@@ -71,27 +70,25 @@ ConvertFormula = Callable[[str, bool], str]
 def to_html(
     text: str, convert_formula: ConvertFormula | None = None, width_share: float = 1.0, join_punctuation: bool = False
 ) -> str:
-    """Return HTML with formulas as MathML; raw HTML in the text is kept.
+    """Return HTML with formulas as MathML, or as what `convert_formula` returns; raw HTML in the text is kept.
 
-    `width_share` is the fraction of a page's width that the text may take. `convert_formula` converts formulas to
-    something other than MathML. Inline MathML is put in a span of class "whole" with the adjacent punctuation; pages do
-    not break it. If `join_punctuation` is true, other inline formulas are put in such a span, too.
+    `width_share` is the fraction of a page's width that the text may take. Inline MathML is put in a span of class
+    "whole" with the punctuation around it, and the style sheet forbids line breaks there. If `join_punctuation`, the
+    results of `convert_formula` are put in such spans, too.
     """
     tokens, formulas = parse_markdown(text)
     parser = _get_parser()
     page = parser.renderer.render(tokens, parser.options, {})
 
     convert = convert_formula or partial(_convert_to_mathml, max_width=width_share * HTML_WIDTH)
-    may_be_unbreakable = convert_formula is None or join_punctuation
+    keeps_lines = convert_formula is None or join_punctuation
 
     def convert_with_punctuation(match: re.Match[str]) -> str:
         prefix, number, suffix = match.groups()
         latex, is_displayed = formulas[int(number)]
         html = f"{prefix}{convert(latex, is_displayed)}{suffix}"
-        is_unbreakable = (
-            may_be_unbreakable and (prefix or suffix) and not is_displayed and len(_split_equations(latex)) == 1
-        )
-        return f'<span class="whole">{html}</span>' if is_unbreakable else html
+        is_single = not is_displayed and len(_split_equations(latex)) == 1
+        return f'<span class="whole">{html}</span>' if keeps_lines and is_single and (prefix or suffix) else html
 
     return _PLACEHOLDER_WITH_PUNCTUATION.sub(convert_with_punctuation, str(page))
 
@@ -99,11 +96,9 @@ def to_html(
 @lru_cache(maxsize=512)
 def _convert_to_mathml(latex: str, is_displayed: bool, max_width: float) -> str:
     if not is_displayed:
-        return "".join(
-            mathml_text(parse_latex(equation)) + separator for equation, separator in _split_equations(latex)
-        )
+        return "".join(mathml_text(parse_latex(piece)) + separator for piece, separator in _split_equations(latex))
     fitted_layout = fit_formula(parse_latex(latex), max_width)
-    return mathml_text(fitted_layout, True, min(100, int(100 * max_width / formula_width(fitted_layout))))
+    return mathml_text(fitted_layout, True, min(100, int(100 * max_width / estimate_width(fitted_layout))))
 
 
 MIN_SPLIT_EQUATIONS = 3
@@ -111,7 +106,7 @@ MIN_SPLIT_EQUATIONS = 3
 
 
 def _split_equations(latex: str) -> list[tuple[str, str]]:
-    r"""Return each equation of a list with the separator after it; a shorter list is returned as a single formula.
+    r"""Return each equation of a list with the separator after it; a list of fewer equations is not split.
 
     >>> _split_equations("a_1 = 1, a_2 = 2, P = (0, 1)")
     [('a_1 = 1', ', '), ('a_2 = 2', ', '), ('P = (0, 1)', '')]
@@ -123,12 +118,12 @@ def _split_equations(latex: str) -> list[tuple[str, str]]:
     pieces = re.split(r"(?<=[,;])(?<!\\[,;])(?: |\\; )(?=[^,;]*=)", latex)
     if len(pieces) < MIN_SPLIT_EQUATIONS:
         return [(latex, "")]
-    *others, last = pieces
-    return [*((piece[:-1].strip(), f"{piece[-1]} ") for piece in others), (last.strip(), "")]
+    *first_pieces, last = pieces
+    return [*((piece[:-1].strip(), f"{piece[-1]} ") for piece in first_pieces), (last.strip(), "")]
 
 
 def fit_latex(latex: str, max_width: float) -> str:
-    """Return a displayed formula, broken into lines only if it is wider than `max_width` (em)."""
+    """Return the LaTeX of a displayed formula, broken into lines only if it is wider than `max_width` (em)."""
     layout = parse_latex(latex)
     fitted_layout = fit_formula(layout, max_width)
     return latex if fitted_layout is layout else latex_text(fitted_layout)
@@ -156,12 +151,12 @@ def to_html_for_mathjax(text: str) -> str:
 _BEGIN_TABLE = "\n\\begin{{center}}\n\\begin{{tabular}}{{{}}}\n\\toprule\n"
 _ALIGNED = r"\begin{aligned}", r"\end{aligned}"
 MAX_UNBROKEN_LINES = 8
-"""Maximum number of lines of a formula that are kept on one page."""
+"""Maximum number of lines of a formula between which a page is not broken."""
 _TABLE_PATTERN = re.compile(r"(\n\\begin\{tabular\}.*?\\end\{tabular\}\n)", re.DOTALL)
 _PLACEHOLDER_BEFORE_PUNCTUATION = re.compile(PLACEHOLDER_PATTERN.pattern + "([,.;:]?)")
 """Matches a formula's placeholder with the punctuation after it, which becomes part of a displayed formula."""
 _SHRINK_TO_LINE = r"\resizebox{\ifdim\width>\linewidth\linewidth\else\width\fi}{!}{%"
-"""The LaTeX that starts a box and shrinks it to the width of the line if it is wider."""
+"""The beginning of a LaTeX box that is shrunk to the width of the line if it is wider than the line."""
 _SECTION_COMMANDS = {"h1": "section", "h2": "section", "h3": "subsection"}
 
 
@@ -176,14 +171,14 @@ def to_latex(text: str, width_share: float = 1.0) -> str:
     `width_share` is the fraction of a page's width that the text may take.
     """
     tokens, formulas = parse_markdown(text)
-    room = width_share * LATEX_WIDTH
+    max_width = width_share * LATEX_WIDTH
 
     def convert_formula(match: re.Match[str]) -> str:
         latex, is_displayed = formulas[int(match.group(1))]
         if is_displayed:
-            return _write_display(latex, room) + match.group(2)
-        if is_too_wide_inline(parse_latex(latex), room):
-            return _write_display(latex, room, match.group(2))
+            return _write_display(latex, max_width) + match.group(2)
+        if is_too_wide_inline(parse_latex(latex), max_width):
+            return _write_display(latex, max_width, match.group(2))
         return f"${latex}${match.group(2)}"
 
     def convert_cell_formula(match: re.Match[str]) -> str:
@@ -207,20 +202,16 @@ def has_tall_formula(text: str, formulas: Sequence[tuple[str, bool]]) -> bool:
 
 def _write_display(latex: str, max_width: float, punctuation: str = "") -> str:
     """Return a displayed formula that fits into `max_width` (em), followed by `punctuation`."""
-    fitted = fit_latex(latex, max_width)
-    layout = parse_latex(fitted)
-    if _has_many_lines(layout):
-        rows = fitted.removeprefix(_ALIGNED[0]).removesuffix(_ALIGNED[1])
+    fitted_latex = fit_latex(latex, max_width)
+    layout = parse_latex(fitted_latex)
+    is_aligned = [piece.kind for piece in layout.inner] == ["aligned"]
+    if is_aligned and len(layout.inner[0].inner) > MAX_UNBROKEN_LINES:
+        rows = fitted_latex.removeprefix(_ALIGNED[0]).removesuffix(_ALIGNED[1])
         return f"{{\\allowdisplaybreaks\n\\begin{{align*}}\n{rows.strip()}{punctuation}\n\\end{{align*}}\n}}"
-    if formula_width(layout) <= max_width:
-        return f"\\[\n{fitted}{punctuation}\n\\]"
-    return f"\\[\n{_SHRINK_TO_LINE}\n$\\displaystyle {fitted}{punctuation}$}}\n\\]"  # widths are only estimated
-
-
-def _has_many_lines(formula: Layout) -> bool:
-    """Return whether a formula has so many lines that a page may break between them."""
-    aligned = [piece for piece in formula.inner if piece.kind == "aligned"]
-    return len(formula.inner) == len(aligned) == 1 and len(aligned[0].inner) > MAX_UNBROKEN_LINES
+    if estimate_width(layout) <= max_width:
+        return f"\\[\n{fitted_latex}{punctuation}\n\\]"
+    # The width is only estimated, so LaTeX decides whether the formula has to be shrunk.
+    return f"\\[\n{_SHRINK_TO_LINE}\n$\\displaystyle {fitted_latex}{punctuation}$}}\n\\]"
 
 
 TokenWriters = Mapping[str, "Callable[[Sequence[Token], int], str]"]
@@ -228,10 +219,7 @@ TokenWriters = Mapping[str, "Callable[[Sequence[Token], int], str]"]
 
 
 def write_tokens(tokens: "Sequence[Token]", fixed_markup: Mapping[str, str], token_writers: TokenWriters) -> str:
-    """Return markup for tokens, chosen by the type of each token.
-
-    It is a text in `fixed_markup`, or the result of a function in `token_writers`.
-    """
+    """Return the markup of tokens: for each token, a text of `fixed_markup` or the result of a token writer."""
     pieces: list[str] = []
     for index, token in enumerate(tokens):
         if token.type == "inline":
@@ -246,7 +234,7 @@ def write_tokens(tokens: "Sequence[Token]", fixed_markup: Mapping[str, str], tok
 
 
 def count_columns(tokens: "Sequence[Token]") -> int:
-    """Return the number of columns of the table with which the tokens begin."""
+    """Return the number of columns of the table at the beginning of the tokens."""
     return sum(token.type == "th_open" for token in takewhile(lambda token: token.type != "table_close", tokens))
 
 
@@ -267,7 +255,7 @@ _TOKEN_WRITERS: TokenWriters = {
 
 
 def to_text(text: str) -> str:
-    """Return text for a terminal, at most 100 characters wide except for long formulas."""
+    """Return text for a terminal, at most `TERMINAL_WIDTH` characters wide except for long formulas."""
     from markdown_it.tree import SyntaxTreeNode
 
     tokens, formulas = parse_markdown(text)
@@ -314,7 +302,7 @@ def _write_text_blocks(
 
 
 def _wrap(text: str, width: int) -> list[str]:
-    """Return the pieces of a paragraph: prose wrapped, formulas on their own lines unchanged."""
+    """Return the pieces of a paragraph: wrapped prose, and displayed formulas (indented) unchanged."""
     pieces = [piece for piece in re.split(r"\n{2,}", text) if piece.strip()]
     return [piece if piece.startswith("    ") else textwrap.fill(piece, width) for piece in pieces]
 

@@ -1,9 +1,9 @@
-"""Remove remarks on typing from prompts and statements that are printed on paper."""
+"""Remove from prompts and statements what is useless on paper: remarks on how to type answers, and code."""
 
 import re
 
 from qdot.exercises.problem.problem import Problem
-from qdot.exercises.writing.latex import symbol_latex, tex
+from qdot.exercises.writing.latex import tex, write_symbol
 
 _CODE_EXAMPLES = r"`[^`]+`(?:, `[^`]+`)*"
 _REMARKS_ON_TYPING = (
@@ -24,12 +24,12 @@ _CODE_PATTERN = re.compile(r"`([^`]*)`")
 
 
 def remove_typing_remarks(text: str, problem: Problem) -> str:
-    """Return Markdown without remarks on typing; symbols become formulas, other code becomes plain text."""
+    """Return Markdown without remarks on typing, in which typed symbols become formulas and other code plain text."""
     for pattern, replacement in _REMARKS_ON_TYPING:
         text = re.sub(pattern, replacement, text, flags=re.DOTALL)
     symbols = problem.chain.q + problem.chain.rates + problem.chain.parameters
     formulas = {symbol.name: tex(symbol, problem.chain) for symbol in symbols}
-    formulas |= {row: symbol_latex(row) for row in problem.symbols if row not in formulas}
+    formulas |= {row: write_symbol(row) for row in problem.symbols if row not in formulas}
 
     def write_code(match: re.Match[str]) -> str:
         code = match[1].strip('"')

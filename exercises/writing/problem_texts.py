@@ -1,6 +1,6 @@
-"""Write the texts of a problem: its statement, prompts, hints and worked solutions, as Markdown with LaTeX.
+"""Write the texts of a problem as Markdown with LaTeX: its statement, prompts, hints and worked solutions.
 
-Every text is available in each of the `languages`.
+Every text is available in each language of `languages`. A legend explains the abbreviations in a text, such as s_1.
 """
 
 import re
@@ -14,121 +14,122 @@ from qdot.exercises.arm.derivation import derive
 from qdot.exercises.problem.problem import Part, Problem
 from qdot.exercises.short_questions import ALL_QUESTIONS
 from qdot.exercises.short_questions.options import ConfigurationOptions, Options
-from qdot.exercises.writing.languages import ENGLISH, catalogue
+from qdot.exercises.writing.languages import ENGLISH, load_catalogue
 from qdot.exercises.writing.latex import tex_angle
-from qdot.exercises.writing.render import environment
+from qdot.exercises.writing.render import make_environment
 from qdot.exercises.writing.solution_steps import SolutionSteps
 from qdot.exercises.writing.wording import Wording
 
 
-def statement(
+def write_statement(
     problem: Problem, title: str, figure: str = "", explains_typing: bool = True, language: str = ENGLISH
 ) -> str:
-    """Return the given data: arm, DH table, base, point P, task, symbols. `figure` is Markdown that shows the arm.
+    """Return the statement of a problem: arm, table, base, point P, task, symbols. `figure` is Markdown for the figure.
 
-    If no answer is a formula, `explains_typing` can be false: then the text doesn't explain how to type symbols.
+    If `explains_typing`, the statement also says how to type symbols.
     """
-    chain, messages = problem.chain, catalogue(language)
+    chain, messages = problem.chain, load_catalogue(language)
     names = {"chain": chain, "title": title, "figure": figure, "typed": explains_typing}
-    template = environment(language).get_template("writing/statement.md.j2")
-    text = template.render(names, w=Wording(chain, messages), arm=messages.arm_in_sentence(chain.title))
+    template = make_environment(language).get_template("writing/statement.md.j2")
+    text = template.render(names, w=Wording(chain, messages), arm=messages.translate_arm_in_sentence(chain.title))
     return messages.localize_formulas(_clean_whitespace(text))
 
 
-def prompt(problem: Problem, part: Part, language: str = ENGLISH) -> str:
-    """Return the question with its frame, its units and the form of the answer, without revealing the answer."""
-    messages = catalogue(language)
-    text = str(_question_macros(part, language).prompt(part, problem.chain, Wording(problem.chain, messages)))
+def write_prompt(problem: Problem, part: Part, language: str = ENGLISH) -> str:
+    """Return the question of a part: what to find, in which frame, in which units, and in which form to answer."""
+    messages = load_catalogue(language)
+    text = str(_get_question_macros(part, language).prompt(part, problem.chain, Wording(problem.chain, messages)))
     if part.rounding is not None and part.answer.is_exact:
-        how = messages.translate_phrase(part.rounding.words)
-        text += "\n\n" + messages.gettext("Decimals are accepted %(how)s.", how=how)
+        precision = messages.translate_phrase(part.rounding.words)
+        text += "\n\n" + messages.gettext("Decimals are accepted %(how)s.", how=precision)
     return messages.localize_formulas(_clean_whitespace(text))
 
 
-def option_text(problem: Problem, part: Part, index: int, language: str = ENGLISH) -> str:
+def write_option(problem: Problem, part: Part, index: int, language: str = ENGLISH) -> str:
     """Return the text of an option in Markdown on one line: a formula, a set, a configuration, or words."""
-    details, chain, messages = part.details, problem.chain, catalogue(language)
-    macros: Any = environment(language)
+    details, chain, messages = part.details, problem.chain, load_catalogue(language)
+    templates: Any = make_environment(language)
     if isinstance(details, Options):
-        text = str(macros.get_template("questions/options.md.j2").module.formula(details.offered[index], chain))
+        text = str(templates.get_template("questions/options.md.j2").module.formula(details.offered[index], chain))
         return messages.localize_formulas(text)
     if isinstance(details, ConfigurationOptions):
-        option = macros.get_template("questions/rank.md.j2").module.option
+        option = templates.get_template("questions/rank.md.j2").module.option
         return messages.localize_formulas(str(option(details, details.offered_configurations[index], chain)))
-    option_line = re.search(rf"^- \*\*{LETTERS[index]}\.\*\* (.*)$", prompt(problem, part, language), re.MULTILINE)
+    text = write_prompt(problem, part, language)
+    option_line = re.search(rf"^- \*\*{LETTERS[index]}\.\*\* (.*)$", text, re.MULTILINE)
     return option_line[1] if option_line is not None else messages.translate_phrase(part.answer.offered_options[index])
 
 
-def hints(problem: Problem, part: Part, language: str = ENGLISH) -> tuple[str, str, str]:
-    """Return three hints for this particular arm, from vague to detailed; none of them contains the answer."""
-    chain, steps, messages = problem.chain, solution_steps(problem.chain), catalogue(language)
-    text = _question_macros(part, language).hints(part, chain, derive(chain), Wording(chain, messages), steps)
+def write_hints(problem: Problem, part: Part, language: str = ENGLISH) -> tuple[str, str, str]:
+    """Return three hints for this arm, from vague to detailed; no hint contains the answer."""
+    chain, steps, messages = problem.chain, get_solution_steps(problem.chain), load_catalogue(language)
+    text = _get_question_macros(part, language).hints(part, chain, derive(chain), Wording(chain, messages), steps)
     with_legends = (add_angle_legend(steps, hint, language) for hint in re.split(r"^---$", text, flags=re.MULTILINE))
     vague, plan, detailed = map(messages.localize_formulas, with_legends)
     return vague, plan, detailed
 
 
-def worked_solution(problem: Problem, part: Part, language: str = ENGLISH) -> str:
-    """Return the derivation of the answer as the chapter would print it: formula, steps, result, meaning.
+def write_solution(problem: Problem, part: Part, language: str = ENGLISH) -> str:
+    """Return the worked solution of a part: formula, steps, result, meaning. The text begins with a legend."""
+    text = _write_derivation(problem, part, language)
+    legend = _make_legend(get_solution_steps(problem.chain), text)
+    return load_catalogue(language).localize_formulas(_add_legend(legend, text, language))
 
-    The text is self-contained: it begins with a legend of the names of angles, sines and cosines in it.
+
+def write_solutions(problem: Problem) -> dict[str, str]:
+    """Return the solutions of all parts, by part name, for a single text in English.
+
+    Each abbreviation is explained before its first use. The result of an earlier part is not derived again.
     """
-    text = _derivation(problem, part, language)
-    legend = _make_legend(solution_steps(problem.chain), text)
-    return catalogue(language).localize_formulas(_add_legend(legend, text, language))
-
-
-def worked_solutions(problem: Problem, language: str = ENGLISH) -> dict[str, str]:
-    """Return the solutions of all parts, by part name, for a single text.
-
-    Names are explained before their first use, and the result of an earlier part is not derived again.
-    """
-    explained: set[str] = set()
-    parts = problem.parts
-    is_several, solutions = len(parts) > 1, {}
+    explained_names: set[str] = set()
+    parts, solutions = problem.parts, {}
     for number, part in enumerate(parts, 1):
-        earlier_parts = replace(problem, parts=parts[:number])
-        solutions[part.name] = next_solution(earlier_parts, explained, language, is_several)
+        problem_so_far = replace(problem, parts=parts[:number])
+        solutions[part.name] = write_next_solution(problem_so_far, explained_names, ENGLISH, len(parts) > 1)
     return solutions
 
 
-def next_solution(
+def write_next_solution(
     problem: Problem, explained_names: set[str], language: str = ENGLISH, first_of_several: bool = True
 ) -> str:
     """Return the solution of the last part, for a text that already has the solutions of the earlier parts.
 
-    Names are explained before their first use. `explained_names` has the names explained so far; new ones are added.
+    `explained_names` has the abbreviations that the text explains already; abbreviations of this solution are added.
+    `first_of_several` says whether solutions may follow, to which the legend also applies.
     """
     *earlier_parts, part = problem.parts
-    text = _derivation(problem, part, language, frozenset(earlier.kind for earlier in earlier_parts))
-    legend = [pair for pair in _make_legend(solution_steps(problem.chain), text) if pair[0] not in explained_names]
+    text = _write_derivation(problem, part, language, frozenset(earlier.kind for earlier in earlier_parts))
+    legend = [pair for pair in _make_legend(get_solution_steps(problem.chain), text) if pair[0] not in explained_names]
     explained_names.update(name for name, _ in legend)
-    return catalogue(language).localize_formulas(_add_legend(legend, text, language, first_of_several))
+    return load_catalogue(language).localize_formulas(_add_legend(legend, text, language, first_of_several))
 
 
-def _derivation(problem: Problem, part: Part, language: str, earlier: frozenset[str] = frozenset()) -> str:
+def _write_derivation(problem: Problem, part: Part, language: str, earlier: frozenset[str] = frozenset()) -> str:
     chain = problem.chain
-    wording, steps = Wording(chain, catalogue(language), earlier), solution_steps(chain)
-    return str(_question_macros(part, language).solution(part, chain, derive(chain), wording, steps))
+    wording, steps = Wording(chain, load_catalogue(language), earlier), get_solution_steps(chain)
+    return str(_get_question_macros(part, language).solution(part, chain, derive(chain), wording, steps))
 
 
-def answer_code(problem: Problem, part: Part, used_columns: int = 0) -> str:
-    """Return the answer as Python code with the angles of the worked solution, after `used_columns` columns."""
-    return part.answer.write_code(used_columns, solution_steps(problem.chain).angles.python_code)
+def write_answer_code(problem: Problem, part: Part, used_columns: int = 0) -> str:
+    """Return the answer as Python code with the angles of the worked solution.
+
+    The code is broken into lines as if `used_columns` columns before its first line were taken.
+    """
+    return part.answer.write_code(used_columns, get_solution_steps(problem.chain).angles.python_code)
 
 
 def add_angle_legend(steps: SolutionSteps, text: str, language: str = ENGLISH) -> str:
-    """Return a text on an arm, preceded by a legend of the names of angles in it."""
+    """Return a text on an arm, preceded by a legend of the angles' names in the text."""
     return _add_legend(_named_angles(steps, text), text, language)
 
 
 def _named_angles(steps: SolutionSteps, text: str) -> list[tuple[str, str]]:
-    """Return the names of angles in a text, each with its meaning."""
+    """Return the names of angles in a text, each with the angle that it stands for."""
     return [(str(name), tex_angle(angle)) for name, angle in steps.angles.angle_by_name.items() if str(name) in text]
 
 
 def _make_legend(steps: SolutionSteps, text: str) -> list[tuple[str, str]]:
-    """Return the names of angles, and the abbreviated sines and cosines, in a text, each with its meaning."""
+    """Return the names of angles and the abbreviations of sines and cosines in a text, each with its meaning."""
     joints = re.findall(r"(?<![A-Za-z\\])[cs]_\{?([1-9]{1,7})\}?", text)
     single_angles = [(r"c_i", r"\cos\theta_i"), (r"s_i", r"\sin\theta_i")]
     angle_sums = [(r"c_{ij \dots}", r"\cos(\theta_i + \theta_j + \dots)")]
@@ -137,21 +138,19 @@ def _make_legend(steps: SolutionSteps, text: str) -> list[tuple[str, str]]:
 
 
 def _add_legend(legend: list[tuple[str, str]], text: str, language: str, is_for_several: bool = False) -> str:
-    """Return a text preceded by a legend; if `is_for_several`, the legend is for the following texts, too."""
-    template = environment(language).get_template("writing/solution.md.j2")
+    """Return a text preceded by a legend; if `is_for_several`, the legend also applies to the following texts."""
+    template = make_environment(language).get_template("writing/solution.md.j2")
     return _clean_whitespace(template.render(solution=text, names=legend, first_of_all=is_for_several))
 
 
 @lru_cache(maxsize=64)
-def solution_steps(chain: Chain) -> SolutionSteps:
+def get_solution_steps(chain: Chain) -> SolutionSteps:
     """Return the solution steps of an arm; cached, because several parts show the same ones."""
     return SolutionSteps(chain)
 
 
-def _question_macros(part: Part, language: str) -> Any:
-    return (
-        environment(language).get_template(f"questions/{ALL_QUESTIONS[part.kind].template or part.kind}.md.j2").module
-    )
+def _get_question_macros(part: Part, language: str) -> Any:
+    return make_environment(language).get_template(f"questions/{ASKED[part.kind].template or part.kind}.md.j2").module
 
 
 def _clean_whitespace(text: str) -> str:

@@ -1,4 +1,4 @@
-"""Find, configure and render the Jinja2 templates; templates format text and never compute."""
+"""Find, configure and render the Jinja2 templates. Templates format text and never compute."""
 
 import hashlib
 import json
@@ -12,7 +12,7 @@ from typing import Any
 import jinja2
 from jinja2.ext import Extension
 
-from qdot.exercises.writing.languages import ENGLISH, catalogue
+from qdot.exercises.writing.languages import ENGLISH, load_catalogue
 from qdot.exercises.writing.latex import tex, tex_angle, tex_length, tex_lines, tex_value, tex_zero
 
 _PACKAGE_FOLDER = Path(__file__).resolve().parents[1]
@@ -20,7 +20,7 @@ _MARKUP_EXTENSIONS = (".html.j2", ".svg.j2", ".xml.j2")
 _MARKDOWN_SYNTAX = re.compile(r"[\\`*<\[$]|~~|(?<!\w)_|_(?!\w)|&(?=#?\w+;)")
 
 
-def template_folder() -> Path:
+def find_template_folder() -> Path:
     """Return the folder of the templates: inside the package (wheel) or beside it (checkout)."""
     for folder in (_PACKAGE_FOLDER / "templates", _PACKAGE_FOLDER.parent / "templates"):
         if folder.is_dir():
@@ -29,10 +29,10 @@ def template_folder() -> Path:
 
 
 class MessageLines(Extension):
-    """Keep the line break after a message at the end of a template's line, as after plain text."""
+    """An extension of Jinja2 that keeps the line break after a translated message."""
 
     def preprocess(self, source: str, name: str | None, filename: str | None = None) -> str:
-        """Mark these line breaks as kept in the source; Jinja removes line breaks after other blocks."""
+        """Mark these line breaks in a template's source, because Jinja2 removes line breaks after blocks."""
         return source.replace("{% endtrans %}\n", "{% endtrans +%}\n")
 
 
@@ -40,11 +40,11 @@ EXTENSIONS = (MessageLines, "jinja2.ext.i18n")
 
 
 class TemplateCache(jinja2.FileSystemBytecodeCache):
-    """Stores compiled templates in a __pycache__ folder beside them, because compiling takes 10 ms each.
+    """Stores compiled templates in a folder __pycache__ beside the templates, because compiling one takes 10 ms.
 
-    Nothing is stored if that folder can't be written, or if Python is configured not to write bytecode. The files
-    contain digests of the template and of Python; their names include a digest of everything else on which the code
-    depends.
+    Nothing is stored if the folder can't be written, or if Python is configured not to write bytecode. The stored files
+    contain digests of the template and of Python. Their names contain a digest of everything else on which the compiled
+    templates depend.
     """
 
     def __init__(self, folder: Path) -> None:
@@ -66,31 +66,30 @@ class TemplateCache(jinja2.FileSystemBytecodeCache):
 
 
 @cache
-def environment(language: str = ENGLISH) -> jinja2.Environment:
-    """Return the environment of a language: undefined names are errors, and values are escaped in markup.
+def make_environment(language: str = ENGLISH) -> jinja2.Environment:
+    """Return the Jinja2 environment of a language: undefined names are errors, and values are escaped in markup.
 
-    Messages are translated to the language. So are words from problems, by the filters `translate_phrase` and
-    `mistake`.
+    Messages are translated to the language. The filters `phrase` and `mistake` translate words from problems.
     """
     templates = jinja2.Environment(
         extensions=EXTENSIONS,
-        loader=jinja2.FileSystemLoader(template_folder()),
+        loader=jinja2.FileSystemLoader(find_template_folder()),
         undefined=jinja2.StrictUndefined,
         autoescape=lambda name: bool(name and name.endswith(_MARKUP_EXTENSIONS)),
         trim_blocks=True,
         lstrip_blocks=True,
         keep_trailing_newline=True,
-        bytecode_cache=TemplateCache(template_folder()),
-        optimized=False,  # constant folding takes a fifth of the loading time and saves next to nothing
+        bytecode_cache=TemplateCache(find_template_folder()),
+        optimized=False,  # constant folding makes loading slower by a fifth, and rendering hardly faster
     )
-    templates.filters.update(tex=tex, tex_lines=tex_lines, tex_length=tex_length, tex_angle=tex_angle)
-    templates.filters.update(tex_value=tex_value, tex_zero=tex_zero)
-    messages = catalogue(language)
+    messages = load_catalogue(language)
+    templates.filters |= {
+        "tex": tex, "tex_lines": tex_lines, "tex_length": tex_length, "tex_angle": tex_angle, "tex_value": tex_value,
+        "tex_zero": tex_zero, "phrase": messages.translate_phrase, "plain": escape_markdown,
+        "mistake": lambda blame: messages.translate_title_in_sentence(blame.mistake, blame.title),
+        "json": lambda value: json.dumps(value, ensure_ascii=False),
+    }  # fmt: skip
     templates.install_gettext_translations(messages.translations, newstyle=True)  # type: ignore[attr-defined]  # by the extension
-    templates.filters["phrase"] = messages.translate_phrase
-    templates.filters["mistake"] = lambda blame: messages.mistake_title_in_sentence(blame.mistake, blame.title)
-    templates.filters["plain"] = escape_markdown
-    templates.filters["json"] = lambda value: json.dumps(value, ensure_ascii=False)
     return templates
 
 
@@ -104,5 +103,5 @@ def escape_markdown(text: str) -> str:
 
 
 def render(template: str, **context: Any) -> str:
-    """Return the text of `template` (a file of templates/) with `context` filled in."""
-    return environment().get_template(template).render(**context)
+    """Return the text of a template, a file in templates/, with the values of `context`."""
+    return make_environment().get_template(template).render(**context)

@@ -1,8 +1,8 @@
 r"""Shorten sums of sines and cosines: combine two terms into one, and factor out common factors.
 
-A constant that a table adds to a joint variable splits one term into two: if \varphi is \theta plus 30 degrees,
-\sqrt{3}/4 \cos\varphi + 1/4 \sin\varphi is 1/2 \cos\theta. The sine and cosine of the joint that rotates the whole arm
-are factored out: x = (0.2 + a_2 c_2) c_1 + d_2 s_1. No value changes, and short expressions stay unchanged.
+For example, if a table adds 30 degrees to \theta and \varphi is the sum, then \sqrt{3}/4 \cos\varphi + 1/4 \sin\varphi
+becomes 1/2 \cos\theta. The sine and cosine of the joint that rotates the whole arm are factored out, as in
+x = (0.2 + a_2 c_2) c_1 + d_2 s_1. No value changes, and short expressions stay unchanged.
 """
 
 from collections.abc import Callable, Iterator
@@ -14,12 +14,12 @@ import sympy as sp
 from qdot.exercises.formula.order import find_joint_sum_digits, find_joints, is_rate_or_component
 
 HasNotation = Callable[[sp.Expr], bool]
-"""A function that returns whether an angle may occur in a formula: if it is plain, or if it has a name."""
+"""A function that returns whether formulas can show the sine and cosine of an angle (see `angles`)."""
 
 
 @lru_cache(maxsize=4096)
 def remove_constant_shifts(expression: sp.Expr) -> sp.Expr:
-    """Return an expression in which A cos + B sin of an angle plus a constant becomes one sine or cosine of the angle.
+    """Return an expression in which A cos + B sin of an angle plus a constant becomes a sine or cosine of the angle.
 
     >>> t2, a1 = sp.symbols("theta2 a1")
     >>> remove_constant_shifts(sp.sqrt(3) * sp.cos(t2 + sp.pi / 6) / 4 + sp.sin(t2 + sp.pi / 6) / 4)
@@ -33,7 +33,7 @@ def remove_constant_shifts(expression: sp.Expr) -> sp.Expr:
 
 
 def use_angle_sums(expression: sp.Expr, has_notation: HasNotation) -> sp.Expr:
-    """Return an expression shortened by angle-sum identities wherever `has_notation` accepts the sum or difference.
+    """Return an expression shortened by angle-sum identities if `has_notation` accepts the sum or difference.
 
     >>> t1, t2, a1 = sp.symbols("theta1 theta2 a1")
     >>> use_angle_sums(a1 * sp.sin(t1) * sp.cos(t2) + a1 * sp.cos(t1) * sp.sin(t2), lambda angle: True)
@@ -64,11 +64,11 @@ def _join_squares(total: sp.Expr) -> sp.Expr | None:
             base, power = square.as_base_exp()
             if power != 2 or not isinstance(base, (sp.sin, sp.cos)):
                 continue
-            rest, complement = term / square, (sp.cos if isinstance(base, sp.sin) else sp.sin)(base.args[0]) ** 2
-            if -rest in terms:
-                return total - term + rest - rest * complement
-            if rest * complement in terms:
-                return total - term - rest * complement + rest
+            remainder, complement = term / square, (sp.cos if isinstance(base, sp.sin) else sp.sin)(base.args[0]) ** 2
+            if -remainder in terms:
+                return total - term + remainder - remainder * complement
+            if remainder * complement in terms:
+                return total - term - remainder * complement + remainder
     return None
 
 
@@ -86,8 +86,8 @@ def multiply_numbers(expression: sp.Expr) -> sp.Expr:
         return expanded if sp.count_ops(expanded) < sp.count_ops(expression) else expression
     if expression.is_Add:
         number = sp.Add(*(term for term in expression.args if term.is_number))
-        others = (multiply_numbers(term) for term in expression.args if not term.is_number)
-        return sp.Add(multiply_numbers(number), *others)
+        other_terms = (multiply_numbers(term) for term in expression.args if not term.is_number)
+        return sp.Add(multiply_numbers(number), *other_terms)
     args = tuple(map(multiply_numbers, expression.args))
     return expression if args == expression.args else expression.func(*args)
 
@@ -104,30 +104,30 @@ def _shorten_sums(expression: sp.Expr, shorten_once: Callable[[sp.Expr], sp.Expr
 
 
 def _has_shift(angle: sp.Expr) -> bool:
-    """Return whether an angle is a plain sum of joint variables plus a nonzero rational multiple of pi."""
-    rest, constant = split_constant(angle)
-    return constant != 0 and (constant / sp.pi).is_Rational and is_joint_sum(rest)
+    """Return whether an angle is a sum of joint variables plus a nonzero rational multiple of pi."""
+    remainder, constant = split_constant(angle)
+    return constant != 0 and (constant / sp.pi).is_Rational and is_joint_sum(remainder)
 
 
 def is_joint_sum(angle: sp.Expr) -> bool:
-    """Return whether an angle or its negative is a plain sum of joint variables."""
+    """Return whether an angle or its negative is a sum of joint variables, each with the coefficient 1."""
     return (find_joint_sum_digits(angle) or find_joint_sum_digits(-angle)) is not None
 
 
 def split_constant(angle: sp.Expr) -> tuple[sp.Expr, sp.Expr]:
     """Return the variable part and the constant part of an angle."""
-    constant, rest = angle.as_independent(sp.Symbol, as_Add=True)
-    return rest, constant
+    constant, remainder = angle.as_independent(sp.Symbol, as_Add=True)
+    return remainder, constant
 
 
 def _split_number(term: sp.Expr) -> tuple[sp.Expr, list[sp.Expr]]:
     """Return the numeric coefficient of a term, with its roots, and the other factors."""
-    number, rest = term.as_independent(sp.Symbol, as_Add=False)
-    return number, list(sp.Mul.make_args(rest))
+    number, remainder = term.as_independent(sp.Symbol, as_Add=False)
+    return number, list(sp.Mul.make_args(remainder))
 
 
 def _join_shifted_terms(total: sp.Expr) -> sp.Expr | None:
-    """Return a sum with fewer terms by expanding sines and cosines of an angle plus a constant, or None."""
+    """Return a sum with fewer terms, by expanding sines and cosines of an angle plus a constant; None if impossible."""
     trigs = total.atoms(sp.sin, sp.cos)
     shifted_angles = {split_constant(trig.args[0])[0] for trig in trigs if _has_shift(trig.args[0])}
     for angle in sorted(shifted_angles, key=sp.default_sort_key):
@@ -146,14 +146,14 @@ def _expand_shift(trig: sp.Expr) -> sp.Expr:
 
 def _combine_one_pair(total: sp.Expr, has_notation: HasNotation) -> sp.Expr | None:
     """Return a sum with two of its terms combined by an angle-sum identity, or None if none applies."""
-    for terms, factor, trig in _pairs_of_terms(total):
+    for terms, factor, trig in _iterate_pairs_of_terms(total):
         if has_notation(trig.args[0]):
             return total - sp.Add(*terms) + factor * trig
     return None
 
 
-def _pairs_of_terms(total: sp.Expr) -> Iterator[tuple[tuple[sp.Expr, sp.Expr], sp.Expr, sp.Expr]]:
-    """Yield pairs of terms that an angle-sum identity combines, with the result: a factor, and a sine or cosine."""
+def _iterate_pairs_of_terms(total: sp.Expr) -> Iterator[tuple[tuple[sp.Expr, sp.Expr], sp.Expr, sp.Expr]]:
+    """Yield pairs of terms that an angle-sum identity combines, with a factor and the new sine or cosine."""
     products: dict[tuple[frozenset[sp.Expr], sp.Expr], list[tuple[sp.Expr, sp.Expr, dict[sp.Expr, type]]]] = {}
     for term in total.args:
         number, factors = _split_number(term)
@@ -197,7 +197,7 @@ def factor_sums(expression: sp.Expr) -> sp.Expr:
 
 
 def _collect_rates(total: sp.Add) -> sp.Expr:
-    """Collect joint rates, or velocities, with the same coefficient: s_1 (qd2 + qd3)."""
+    """Return a sum in which joint rates (or velocities) with the same coefficient are collected: s_1 (qd2 + qd3)."""
     rates: dict[sp.Expr, list[sp.Expr]] = {}
     for term in total.args:
         symbols = (factor for factor in sp.Mul.make_args(term) if factor.is_Symbol)
@@ -213,6 +213,7 @@ def _collect_rates(total: sp.Add) -> sp.Expr:
 
 
 def _collect_first_joint(total: sp.Add) -> sp.Expr:
+    """Return a sum with the sine and cosine of its first joint factored out; unchanged if that is impossible."""
     trigs_with_joints = [trig for trig in total.atoms(sp.sin, sp.cos) if trig.args[0].free_symbols]
     if not trigs_with_joints:
         return total
@@ -225,14 +226,14 @@ def _collect_first_joint(total: sp.Add) -> sp.Expr:
     for term in total.args:
         factors = sp.Mul.make_args(term)
         trigs = [factor for factor in factors if factor in common_trigs]
-        rest = sp.Mul(*(factor for factor in factors if factor not in common_trigs))
-        varies = not trigs and rest.free_symbols & angle_symbols
-        if len(trigs) > 1 or varies or rest.has(*common_trigs):
+        remainder = sp.Mul(*(factor for factor in factors if factor not in common_trigs))
+        varies = not trigs and remainder.free_symbols & angle_symbols
+        if len(trigs) > 1 or varies or remainder.has(*common_trigs):
             return total
-        groups.setdefault(trigs[0] if trigs else sp.S.One, []).append(rest)
-    if all(len(rests) < 2 for trig, rests in groups.items() if trig != 1):
+        groups.setdefault(trigs[0] if trigs else sp.S.One, []).append(remainder)
+    if all(len(remainders) < 2 for trig, remainders in groups.items() if trig != 1):
         return total
-    return sp.Add(*(trig * sp.Add(*rests) for trig, rests in groups.items()))
+    return sp.Add(*(trig * sp.Add(*remainders) for trig, remainders in groups.items()))
 
 
 def _joints_in_angle(trig: sp.Expr) -> set[int]:

@@ -1,7 +1,7 @@
-"""List the English phrases in problems as messages; a name in braces matches words that are translated themselves.
+"""List the English phrases in problems that are translated; the phrases are the lines of translatable_phrases.txt.
 
-The phrases are the lines of translatable_phrases.txt. The first pattern that matches a text is used, so special
-patterns come before general ones. "In your answer" begins the sentence on a mistake in finished formulas.
+A name in braces matches words, which are translated separately. The first phrase that matches a text is used, so
+special phrases come before general phrases.
 """
 
 from pathlib import Path
@@ -14,10 +14,10 @@ ARMS = (
     "{kinds} arm",
     "{name}",
 )
-"""Names of arms. The last but one matches a random arm, the last one matches a name given by an instructor."""
+"""Names of arms. "{kinds} arm" matches a random arm, and "{name}" a name that an instructor has chosen."""
 
 PHRASES = tuple(Path(__file__).with_suffix(".txt").read_text(encoding="utf-8").splitlines())
 """Numbers as words, options, precisions, descriptions of configurations, parts of matrices."""
 
 NUMBER_WORDS = PHRASES[: PHRASES.index("ten")]
-"""The numbers from 0 to 9 as words: "no", "one" ..."""
+"""The numbers from 0 to 9 as words: "no", "one", …"""

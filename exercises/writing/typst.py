@@ -1,8 +1,8 @@
-"""Convert the project's Markdown with LaTeX formulas to Typst markup, for PDF without a TeX installation.
+"""Convert Markdown with LaTeX formulas to Typst markup, for PDF without a TeX installation.
 
-Every formula is a call that also contains the formula in words: `#formula("words", $…$)` or, if it is displayed,
-`#formulas("words", $…$, size)`. The template exports/paper.typ.j2 defines both. Punctuation is escaped, so that text
-can't become markup.
+Every formula is a call that also contains the formula in words: `#formula("words", $…$)` for an inline formula, and
+`#formulas("words", $…$, size)` for a displayed formula. The template exports/paper.typ.j2 defines both functions.
+Punctuation is escaped, so that text can't become markup.
 """
 
 import re
@@ -16,16 +16,14 @@ from qdot.exercises.formula.latex import parse_latex
 from qdot.exercises.formula.printers.speech import speak
 from qdot.exercises.formula.printers.typst import typst_string, typst_text
 from qdot.exercises.writing import markup
-from qdot.exercises.writing.fit import fit_formula, formula_width, is_too_wide_inline
+from qdot.exercises.writing.fit import estimate_width, fit_formula, is_too_wide_inline
 from qdot.exercises.writing.markup import PLACEHOLDER_PATTERN, TokenWriters, count_columns, has_tall_formula
 
 TYPST_WIDTH = 40.0
-"""Maximum width of displayed formulas in em of the text: on A4 and Letter, beside a vertical rule on the left."""
+"""Maximum width of displayed formulas in em, on A4 or Letter paper with a vertical line on the left."""
 
 _PLACEHOLDER_BEFORE_PUNCTUATION = re.compile(PLACEHOLDER_PATTERN.pattern + r"(\\[,.;:])?")
 """Matches a formula's placeholder with the punctuation after it, which becomes part of a displayed formula."""
-FormulasInText = Sequence[tuple[str, bool]]
-"""LaTeX, and whether the formula is displayed."""
 _PUNCTUATION = re.compile(r"[!-/:-@\[-`{-~]")
 
 
@@ -46,24 +44,24 @@ def to_typst(text: str, width_share: float = 1.0) -> str:
     tokens, formulas = markup.parse_markdown(text)
 
     def convert_formula(match: re.Match[str]) -> str:
-        latex, block = formulas[int(match.group(1))]
-        laid_out = parse_latex(latex)
-        words = typst_string(speak(laid_out))
-        if not block and not is_too_wide_inline(laid_out, width_share * TYPST_WIDTH):
-            return f"#formula({words}, ${typst_text(laid_out)}$){match.group(2) or ''}"
-        fitted = fit_formula(laid_out, width_share * TYPST_WIDTH)
-        size = min(100, int(100 * width_share * TYPST_WIDTH / formula_width(fitted)))
-        if block:
-            return f"#formulas({words}, $ {typst_text(fitted)} $, {size}%){match.group(2) or ''}"
-        punctuation = f' "{match.group(2)[1:]}"' if match.group(2) else ""
-        return f"#formulas({words}, $ {typst_text(fitted)}{punctuation} $, {size}%)"
+        (latex, is_displayed), punctuation = formulas[int(match.group(1))], match.group(2) or ""
+        layout, max_width = parse_latex(latex), width_share * TYPST_WIDTH
+        words = typst_string(speak(layout))
+        if not is_displayed and not is_too_wide_inline(layout, max_width):
+            return f"#formula({words}, ${typst_text(layout)}$){punctuation}"
+        fitted_layout = fit_formula(layout, max_width)
+        size = min(100, int(100 * max_width / estimate_width(fitted_layout)))
+        if is_displayed:
+            return f"#formulas({words}, $ {typst_text(fitted_layout)} $, {size}%){punctuation}"
+        quoted_punctuation = f' "{punctuation[1:]}"' if punctuation else ""
+        return f"#formulas({words}, $ {typst_text(fitted_layout)}{quoted_punctuation} $, {size}%)"
 
-    special: TokenWriters = {**_TOKEN_WRITERS, "table_open": partial(_open_table, formulas=formulas)}
-    body = markup.write_tokens(tokens, markup.MARKUP["typst"], special)
+    token_writers: TokenWriters = {**_TOKEN_WRITERS, "table_open": partial(_open_table, formulas=formulas)}
+    body = markup.write_tokens(tokens, markup.MARKUP["typst"], token_writers)
     return re.sub(r"\n{3,}", "\n\n", _PLACEHOLDER_BEFORE_PUNCTUATION.sub(convert_formula, body)).strip() + "\n"
 
 
-def _open_table(tokens: Sequence[Token], index: int, formulas: FormulasInText) -> str:
+def _open_table(tokens: Sequence[Token], index: int, formulas: Sequence[tuple[str, bool]]) -> str:
     table = takewhile(lambda token: token.type != "table_close", tokens[index:])
     is_tall = has_tall_formula("".join(token.content for token in table), formulas)
     inset = "inset: (x: 0.65em, y: 0.62em), " if is_tall else ""

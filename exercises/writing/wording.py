@@ -1,4 +1,4 @@
-"""Describe an arm in words that are the same in every question: frame, point, task, units."""
+"""Describe an arm in words that are the same in all questions: its frame, its point of interest, its task, units."""
 
 import re
 from collections.abc import Iterable, Sequence
@@ -6,7 +6,7 @@ from dataclasses import dataclass, field
 
 import sympy as sp
 
-from qdot.exercises.arm.chain import TASK_ROWS, Base, Chain, Point
+from qdot.exercises.arm.chain import TASK_ROWS, Chain
 from qdot.exercises.arm.conventions import convention_of
 from qdot.exercises.arm.conventions.base import Convention
 from qdot.exercises.arm.derivation import derive
@@ -15,20 +15,21 @@ from qdot.exercises.questions.base import name_velocity_components
 from qdot.exercises.singularities.classification import Classification
 from qdot.exercises.singularities.singularity import Values
 from qdot.exercises.singularities.singularity_kinds import can_establish_kind
-from qdot.exercises.writing.languages import ENGLISH, Catalogue, catalogue
-from qdot.exercises.writing.latex import lengths_of, symbol_latex, tex, tex_angle, tex_length, tex_value
+from qdot.exercises.writing.languages import ENGLISH, Catalogue, load_catalogue
+from qdot.exercises.writing.latex import lengths_of, tex, tex_angle, tex_length, tex_value, write_symbol
 from qdot.exercises.writing.translatable_phrases import NUMBER_WORDS
 
 
 @dataclass(frozen=True)
 class Wording:
-    """What templates say about a chain in a given language; formulas are LaTeX without dollar signs.
+    """What templates say about an arm (`chain`) in a language (`messages`); formulas are LaTeX without dollar signs.
 
-    `solved_kinds` has the kinds of questions that the same text has solved already; their results are not shown again.
+    `solved_kinds` has the kinds of the questions that are already solved in the same text, which does not repeat their
+    results.
     """
 
     chain: Chain
-    messages: Catalogue = field(default_factory=lambda: catalogue(ENGLISH))
+    messages: Catalogue = field(default_factory=lambda: load_catalogue(ENGLISH))
     solved_kinds: frozenset[str] = frozenset()
 
     @property
@@ -37,30 +38,30 @@ class Wording:
         return convention_of(self.chain)
 
     @property
-    def six_rows(self) -> str:
-        """The components of a velocity in the order in which they are asked for."""
+    def velocity_components(self) -> str:
+        """The six components of a velocity, in the order in which questions ask for them."""
         names = name_velocity_components(self.convention.velocity_names)
         return ", ".join(names).replace("{", "").replace("}", "")
 
-    def twist(self, omega: str, v: str) -> str:
-        """Return a twist with halves omega and v in the order of the arm's convention."""
+    def write_twist(self, omega: str, v: str) -> str:
+        """Return a twist with the halves `omega` and `v` in the order of the arm's convention."""
         return f"({omega}, {v})" if self.convention.is_omega_first else f"({v}, {omega})"
 
-    def halves(self, six: Sequence[str]) -> tuple[Sequence[str], Sequence[str]]:
-        """Split six components in the convention's order and return omega and v."""
-        components = [six[row] for row in self.convention.twist_row_order]
+    def split_twist(self, twist: Sequence[str]) -> tuple[Sequence[str], Sequence[str]]:
+        """Return omega and v from the six components of a twist in the order of the arm's convention."""
+        components = [twist[row] for row in self.convention.twist_row_order]
         return components[:3], components[3:]
 
     @property
     def indexed_axis_names(self) -> list[str]:
-        """The name of joint i's axis, for each kind of joint that the arm has."""
+        """The names of the axis of joint i: one name for each kind of joint (R, P) that the arm has."""
         kinds = {joint.kind for joint in self.chain.joints}
         names = {"R": self.convention.axis_name(), "P": self.convention.prismatic_axis_name}
         return list(dict.fromkeys(name for kind, name in names.items() if kind in kinds))
 
     @property
     def frame(self) -> str:
-        """The frame in which everything is expressed."""
+        """The name of the frame in which everything is expressed."""
         return self.convention.reference_frame_name(self.messages)
 
     @property
@@ -80,8 +81,8 @@ class Wording:
 
     @property
     def task(self) -> list[str]:
-        """The components of velocity that the task counts."""
-        return [symbol_latex(row) for row in self.chain.task]
+        """The components of velocity that belong to the task."""
+        return [write_symbol(row) for row in self.chain.task]
 
     @property
     def task_units(self) -> str:
@@ -90,32 +91,32 @@ class Wording:
 
     @property
     def linear(self) -> list[str]:
-        """The linear components of the task."""
-        return [symbol_latex(row) for row in self.chain.task if row[0] == "v"]
+        """The linear components of velocity that belong to the task."""
+        return [write_symbol(row) for row in self.chain.task if row[0] == "v"]
 
     @property
     def mover(self) -> str:
-        """The body or point whose velocity the task counts."""
+        """The point or body whose velocity belongs to the task."""
         gettext = self.messages.gettext
         return {"v": "$P$", "w": gettext("the last link"), "vw": gettext("$P$ and the last link")}[self.task_motions]
 
     @property
     def mover_genitive(self) -> str:
-        """The mover in the genitive, as in "of $P$"."""
+        """The mover after "of"; in some languages, this is the genitive without a preposition."""
         gettext = self.messages.gettext
         point, link = gettext("of $P$"), gettext("of the last link")
         return {"v": point, "w": link, "vw": gettext("of $P$ and the last link")}[self.task_motions]
 
     @property
     def mover_dative(self) -> str:
-        """The mover after "to give"; some languages need another grammatical case there."""
+        """The mover as the recipient in "give the mover a velocity"; in some languages, this is the dative."""
         link = self.messages.pgettext("to whom something is given", "the last link")
         both = self.messages.pgettext("to whom something is given", "$P$ and the last link")
         return {"v": "$P$", "w": link, "vw": both}[self.task_motions]
 
     @property
     def task_motions(self) -> str:
-        """The kinds of velocity that the task counts, linear or angular or both: "v", "w" or "vw"."""
+        """The kinds of velocity in the task: "v" (linear), "w" (angular) or "vw" (both)."""
         return "".join(kind for kind in "vw" if any(row[0] == kind for row in self.chain.task))
 
     @property
@@ -125,17 +126,17 @@ class Wording:
         return d.is_square and d.determinant != 0 and not d.determinant.free_symbols & set(self.chain.q)
 
     def moves_outside_task(self, rows: int = len(TASK_ROWS)) -> bool:
-        """Return whether the arm has velocities in the first rows of (vx, ..., wz) that the task does not count."""
+        """Return whether a component outside the task can be nonzero, among the first `rows` of (vx, ..., wz)."""
         geometric = derive(self.chain).geometric
-        others = (i for i, row in enumerate(TASK_ROWS[:rows]) if row not in self.chain.task)
-        return any(not geometric[i, :].is_zero_matrix for i in others)
+        outside_task = (i for i, row in enumerate(TASK_ROWS[:rows]) if row not in self.chain.task)
+        return any(not geometric[i, :].is_zero_matrix for i in outside_task)
 
     @property
     def can_classify_singularities(self) -> bool:
         """Whether boundary and internal singularities can be distinguished for the task."""
         return can_establish_kind(self.chain)
 
-    def numbers(self, kind: str) -> list[int]:
+    def list_joints(self, kind: str) -> list[int]:
         """Return the numbers (from 1) of the joints of kind "R" or "P"."""
         return [i for i, joint in enumerate(self.chain.joints, 1) if joint.kind == kind]
 
@@ -153,11 +154,11 @@ class Wording:
         return ", ".join(messages.gettext("$%(rate)s$ in %(unit)s", rate=rate, unit=unit) for rate, unit in pairs)
 
     @property
-    def count(self) -> str:
+    def joint_count(self) -> str:
         """The number of joints as a word."""
-        return self.number(self.chain.n)
+        return self.write_number(self.chain.n)
 
-    def number(self, count: int) -> str:
+    def write_number(self, count: int) -> str:
         """Return a small number as a word."""
         return self.messages.translate_phrase(NUMBER_WORDS[count]) if count < len(NUMBER_WORDS) else str(count)
 
@@ -165,7 +166,7 @@ class Wording:
     def rows(self) -> list[list[str]]:
         """The convention's table, with columns theta_i, d_i, a_i, alpha_i, or alpha_{i-1}, a_{i-1}, d_i, theta_i.
 
-        Angles are in degrees.
+        Angles are in degrees, lengths in metres.
         """
         order = self.convention.order_entries
         rows = self.convention.rows
@@ -173,12 +174,12 @@ class Wording:
 
     @property
     def axes_at_home(self) -> list[tuple[str, str, str, str]]:
-        """For each joint its kind, the name of its direction, and its direction and point at home."""
+        """For each joint: its kind, the name of its direction, and the direction and a point of its axis at home."""
         pgettext = self.messages.pgettext
         kinds = {"R": pgettext("of a joint", "revolute"), "P": pgettext("of a joint", "prismatic")}
         rows = []
         for number, axis in enumerate(axes_of(self.chain)[0], 1):
-            name, point = (r"\omega", coordinates_with_unit(axis.point)) if axis.is_revolute else ("v", "")
+            name, point = (r"\omega", format_coordinates(axis.point)) if axis.is_revolute else ("v", "")
             direction = ", ".join(map(tex, axis.direction))
             rows.append((kinds[axis.kind], f"{name}_{{{number}}}", f"({direction})", point))
         return rows
@@ -186,19 +187,9 @@ class Wording:
     @property
     def point_at_home(self) -> str:
         """The position of P at home."""
-        return coordinates_with_unit(axes_of(self.chain)[1])
+        return format_coordinates(axes_of(self.chain)[1])
 
     # --- the convention ---
-
-    @property
-    def base(self) -> Base:
-        """The pose of frame O_0, by the arm's convention."""
-        return self.convention.base
-
-    @property
-    def point(self) -> Point:
-        """The point of interest in the frame of its link, by the arm's convention."""
-        return self.convention.point
 
     @property
     def exponentials(self) -> str:
@@ -206,34 +197,30 @@ class Wording:
         factors = [f"e^{{[S_{{{i}}}]{tex(q)}}}" for i, q in enumerate(self.chain.q, 1)]
         return r"\, ".join(factors) if len(factors) < 4 else rf"{factors[0]} \cdots {factors[-1]}"
 
-    def start(self, joint: int) -> str:
-        """Return the name of the point where the vector from a joint's axis to P begins."""
-        return self.convention.vector_start(joint, self.messages)
-
     @property
     def first_twist(self) -> str:
-        """The twist alpha_0 before joint 1 of a modified table, or nothing."""
+        """The twist alpha_0 before joint 1 in a modified table, "" if it is zero."""
         twist, _ = self.convention.step_to_standard_frame(0)
         return tex_angle(twist) if twist != 0 else ""
 
     @property
     def recursion(self) -> list[int]:
-        """The numbers of the links that the recursion for p* adds, the last one first."""
+        """The numbers of the links whose vectors the recursion for p* adds, the last link first."""
         return list(range(self.chain.n, self.convention.frame_on_axis(1), -1))
 
-    def origin_name(self, frame: int) -> str:
-        """Return the name of the point at which the origin of a standard frame is."""
+    def name_origin(self, frame: int) -> str:
+        """Return the arm's name for the origin of a standard frame, "" if the convention has no such point."""
         return self.convention.origin_name(frame) or ""
 
     @property
     def base_position(self) -> str:
         """The coordinates of O_0 in the world frame."""
-        return coordinates_with_unit(self.base.position)
+        return format_coordinates(self.convention.base.position)
 
     @property
     def base_orientation(self) -> str:
-        """The orientation of O_0 in the world frame in words; empty if it is not rotated."""
-        base, messages = self.base, self.messages
+        """The orientation of frame O_0 in the world frame, in words; "" if the frame is not rotated."""
+        base, messages = self.convention.base, self.messages
         yaw, tilt = tex_angle(base.yaw), tex_angle(base.tilt)
         yaw_text = messages.gettext("rotated by $%(yaw)s$ about $z_w$", yaw=yaw) if base.yaw != 0 else ""
         if base.tilt == 0:
@@ -244,20 +231,20 @@ class Wording:
 
     @property
     def base_transform(self) -> str:
-        """The pose of O_0 in the world frame as a product of elementary transformations."""
-        base = self.base
+        """The pose of frame O_0 in the world frame, as a product of elementary transformations."""
+        base = self.convention.base
         translations = [rf"T_{axis}({tex_length(v)})" for axis, v in zip("xyz", base.position, strict=True) if v != 0]
         rotations = [rf"R_{axis}({tex_angle(v)})" for axis, v in (("z", base.yaw), ("x", base.tilt)) if v != 0]
         return r"\, ".join([*translations, *rotations])
 
     @property
     def point_offset(self) -> str:
-        """The coordinates of P in its frame."""
-        return coordinates_with_unit(self.point.offset)
+        """The coordinates of P in the frame in which P is fixed."""
+        return format_coordinates(self.convention.point.offset)
 
     @property
     def constants(self) -> list[tuple[str, str]]:
-        """The constants of the table that stay symbols, as LaTeX and as they are typed."""
+        """The constants of the table that stay symbols, each as LaTeX and as students type it."""
         return [(tex(symbol), symbol.name) for symbol in self.chain.parameters]
 
     @property
@@ -274,7 +261,7 @@ class Wording:
 
     @property
     def moved_axis_names(self) -> str:
-        """The names of the axes' directions and points after the joints before them have moved them."""
+        """The names of the axes' directions and points after the preceding joints have moved the axes."""
         kinds = {joint.kind for joint in self.chain.joints}
         names = ([r"\omega_i", "q_i"] if "R" in kinds else []) + ["v_i"] * ("P" in kinds)
         return self.join([f"${name}'$" for name in names])
@@ -299,63 +286,65 @@ class Wording:
         """The size of the largest square part of the task Jacobian."""
         return min(len(self.chain.task), self.chain.n)
 
-    def velocity_value(self, component: sp.Symbol, value: sp.Expr) -> str:
+    def write_velocity(self, component: sp.Symbol, value: sp.Expr) -> str:
         """Return a component of velocity with its unit."""
         unit = r"\text{m/s}" if component.name.startswith("v") else r"\text{rad/s}"
         return rf"{tex(value)}\,{unit}"
 
-    def meaning(self, kind: Classification) -> str:
-        """Return a sentence on the geometric meaning and the kind of a set of singular configurations."""
-        messages, sentence = self.messages, self.sentence(kind.meaning)
+    def explain_meaning(self, kind: Classification) -> str:
+        """Return sentences on the geometric meaning and the kind of a set of singular configurations."""
+        messages, sentence = self.messages, self.write_sentence(kind.meaning)
         if not self.can_classify_singularities or not kind.kind:
             return sentence
-        if not kind.uniform:
-            return f"{sentence} {self._mixed_kinds_sentence}"
         boundary = messages.gettext("This is a boundary singularity.")
         internal = messages.gettext("This is an internal singularity.")
-        return f"{sentence} {boundary if kind.kind == 'boundary' else internal}"
+        kind_sentence = boundary if kind.kind == "boundary" else internal
+        return f"{sentence} {kind_sentence if kind.uniform else self._mixed_kinds_sentence}"
 
-    def cases(self, kinds_by_value: Iterable[tuple[Values, Classification]]) -> str:
-        """Return sentences on the meaning and kind at given joint values; values of the same kind share a sentence."""
+    def explain_cases(self, kinds_by_value: Iterable[tuple[Values, Classification]]) -> str:
+        """Return sentences on the meaning and kind for each choice of joint values; equal kinds share a sentence."""
         values_by_kind: dict[Classification, list[Values]] = {}
         for values, kind in kinds_by_value:
             values_by_kind.setdefault(kind, []).append(values)
         conjunction = ", " + self.messages.gettext("or") + " "
         sentences = []
         for kind, values_of_kind in values_by_kind.items():
-            words, case = conjunction.join(map(self._values_in_words, values_of_kind)), self.meaning(kind)
+            equations = ([f"${tex(q, self.chain)} = {tex_value(value, q)}$" for q, value in v] for v in values_of_kind)
+            words, case = conjunction.join(map(self.join, equations)), self.explain_meaning(kind)
             sentences.append(self.messages.gettext("At %(values)s: %(case)s", values=words, case=case))
         return " ".join(sentences)
 
-    def _values_in_words(self, values: Values) -> str:
-        return self.join([f"${tex(joint, self.chain)} = {tex_value(value, joint)}$" for joint, value in values])
-
     @property
     def _mixed_kinds_sentence(self) -> str:
+        gettext = self.messages.gettext
         if self.constants:
-            return self.messages.gettext(
+            return gettext(
                 "This is a boundary singularity for some lengths and configurations, and an internal one for others."
             )
-        return self.messages.gettext("Some of these configurations are boundary singularities, the others internal.")
+        return gettext("Some of these configurations are boundary singularities, the others internal.")
 
-    def sentence(self, english: str) -> str:
-        """Return a problem's English description as a translated sentence that calls the point P."""
+    def write_sentence(self, english: str) -> str:
+        """Return a description (see `describe`) as a sentence."""
         description = self.describe(english)
         return f"{description[0].upper()}{description[1:]}."
 
     def describe(self, english: str) -> str:
-        """Return a description of configurations in the middle of a sentence, with the arm's own names for points."""
+        """Return a problem's English description of configurations, translated, for the middle of a sentence.
+
+        Points get the names that the arm's convention uses, and "the point" becomes P.
+        """
         renamed = re.sub(r"\b([Oq])(\d+)('?)", r"$\1_{\2}\3$", self.convention.rename_origins(english))
         clause = re.sub(r"^arm (?=stretched|folded|drawn)", "the arm is ", renamed)
         return self.messages.translate_phrase(clause.replace("the point", "$P$"))
 
     def join(self, words: list[str]) -> str:
         """Join words as in a sentence: "x, y and z"."""
-        *rest, last = words
-        return self.messages.gettext("%(rest)s and %(last)s", rest=", ".join(rest), last=last) if rest else last
+        *first_words, last = words
+        joined_words = ", ".join(first_words)
+        return self.messages.gettext("%(rest)s and %(last)s", rest=joined_words, last=last) if first_words else last
 
 
-def coordinates_with_unit(values: Iterable[sp.Expr]) -> str:
+def format_coordinates(values: Iterable[sp.Expr]) -> str:
     """Return the LaTeX of coordinates in metres, as in (-0.6, 0.9, 0) m; without a unit if any is symbolic."""
     coordinates = ", ".join(tex(sp.sympify(value)) for value in values)
     is_numeric = all(sp.sympify(value).is_number for value in values)

@@ -13,7 +13,7 @@ from typing import Annotated, Any
 
 import typer
 
-from qdot.exercises.assignment.draws import FailedSlot, describe_redraws, raise_failed_slots
+from qdot.exercises.assignment.certified_problems import FailedSlot, describe_replacements, raise_failed_slots
 from qdot.exercises.assignment.release import CORE_COUNT, ReleaseResult, notebook_path, release_notebooks
 from qdot.exercises.common.console import note, say, show_progress
 from qdot.exercises.common.errors import QdotError, count_noun, list_some
@@ -79,7 +79,7 @@ def generate(
     say(f"{count_noun(len(assignment.roster), 'student')}: {outcomes}; {next_step}")
     if counts["rewritten"]:
         note("The assignment, the secret or qdot changed after the notebooks were written: distribute the new ones.")
-    for message in (*describe_redraws(assignment, released_class), *describe_shared_answers(released_class)):
+    for message in (*describe_replacements(assignment, released_class), *describe_shared_answers(released_class)):
         note(message)
     if former_students := find_former_students(released_class):
         names = list_some(former_students, 3)

@@ -14,6 +14,7 @@ import typer
 from qdot.exercises.assignment.assignment import Assignment, Student, load_assignment
 from qdot.exercises.assignment.release import CORE_COUNT, init_assignment
 from qdot.exercises.common.console import note, say
+from qdot.exercises.assignment.certified_problems import FailedSlot, raise_failed_slots
 from qdot.exercises.common.errors import QdotError
 from qdot.exercises.common.extras import explain_missing
 from qdot.exercises.common.files import write_atomically
@@ -165,7 +166,7 @@ def write_submission(assignment: Assignment, student: str, kind: str) -> None:
     text = released_path.read_text(encoding="utf-8")
     target = assignment.folder / "submitted" / student / f"{assignment.key}.ipynb"
     if kind in EDITS:
-        text = fill_in_answers(text, assignment.problems(student), EDITS[kind])
+        text = fill_in_answers(text, assignment.generate_problems(student), EDITS[kind])
     elif kind == "cut off":
         text = text[: len(text) // 2]
     elif kind == "another assignment":

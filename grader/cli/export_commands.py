@@ -9,9 +9,9 @@ from typing import Annotated
 
 import typer
 
-from qdot.exercises.assignment.draws import FailedSlot, describe_redraws, raise_failed_slots
-from qdot.exercises.assignment.redrawn import read_redrawn
+from qdot.exercises.assignment.certified_problems import FailedSlot, describe_replacements, raise_failed_slots
 from qdot.exercises.assignment.release import CORE_COUNT
+from qdot.exercises.assignment.replacements import read_replacements
 from qdot.exercises.common.console import note, say, show_progress
 from qdot.exercises.common.console import BankVariationOption, check_choice, note, say, show_progress
 from qdot.exercises.common.errors import QdotError, count_noun, make_name_error
@@ -89,12 +89,12 @@ def export(
     parent = folder / "exports" if out is None else out
     target_folders = {name: parent if out and len(names) == 1 else parent / name for name in names}
     failed_formats = _write_exports(request, target_folders)
-    redrawn_assignment = replace(assignment, redraws=read_redrawn(folder))
-    for message in (*describe_redraws(assignment, redrawn_assignment), *dict.fromkeys(map(str, failed_slots))):
+    final_assignment = replace(assignment, replacements=read_replacements(folder))
+    for message in (*describe_replacements(assignment, final_assignment), *dict.fromkeys(map(str, failed_slots))):
         note(message)
     if failed_formats and failed_slots:  # report the failed formats as a note, and the failed slots as the error
         note(_describe_failures(failed_formats, names))
-    raise_failed_slots(redrawn_assignment, failed_slots)
+    raise_failed_slots(final_assignment, failed_slots)
     if failed_formats:
         raise QdotError(_describe_failures(failed_formats, names))
 

@@ -9,7 +9,7 @@ from typing import Annotated
 import typer
 
 from qdot.exercises.assignment.assignment import FEEDBACK, load_assignment
-from qdot.exercises.assignment.draws import FailedSlot
+from qdot.exercises.assignment.certified_problems import FailedSlot
 from qdot.exercises.assignment.release import CORE_COUNT
 from qdot.exercises.common.console import note, say, show_progress
 from qdot.exercises.common.console import SiteVariationOption, check_choice, note, say, show_progress

@@ -17,7 +17,7 @@ from qdot.exercises.mistakes.catalogue import CATALOGUE, PredictedAnswer, apply_
 from qdot.exercises.problem.problem import Part, Problem
 from qdot.exercises.questions.results import is_product
 from qdot.exercises.short_questions.options import list_blames
-from qdot.exercises.writing.problem_texts import answer_code
+from qdot.exercises.writing.problem_texts import write_answer_code
 from qdot.grader.diagnosis.formula_mistakes import SURPLUS_BY_MISSING, explain_formulas
 from qdot.grader.diagnosis.numbers import RELATIVE_TOLERANCE, NumericAnswer, is_distinctive, normalize
 from qdot.grader.diagnosis.residuals import explain_missing_links
@@ -264,7 +264,7 @@ def _list_reference_forms(answer: WrongAnswer) -> Iterator[Rows]:
     problem, part = answer.problem, answer.part
     if not part.answer.is_numeric and part.answer.list_entries() and part.type != "number":
         roles = problem.domain.roles
-        worked_form = as_matrix(parse_formula(answer_code(problem, part), roles))
+        worked_form = as_matrix(parse_formula(write_answer_code(problem, part), roles))
         compared_form = part.answer.parse_trees(roles)
         if worked_form is not None:
             yield worked_form

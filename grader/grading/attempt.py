@@ -92,7 +92,7 @@ def _make_unreadable_attempt(path: Path, reason: str, over_limit: bool) -> Submi
 
 def make_marking_versions(assignment: Assignment, student: str) -> MarkingVersions:
     """Return the versions of qdot's parts, and a digest of the settings that decide this student's points."""
-    content = f"{assignment.edition_of(student)}/{assignment.marking_digest}"
+    content = f"{assignment.notebook_digest_of(student)}/{assignment.marking_digest}"
     return MarkingVersions(ENGINE, GRADER_VERSION, hashlib.sha256(content.encode()).hexdigest()[:16])
 
 
@@ -238,7 +238,7 @@ def mark_ungraded(
     for slot in assignment.slots:
         questions = zip(slot.questions, slot.max_points, strict=True)
         parts = tuple(ungraded_part(name=name, max_points=points) for name, points in questions)
-        problems.append(ProblemResult(str(assignment.identity(slot, student)), slot.name, parts))
+        problems.append(ProblemResult(str(assignment.make_problem_id(slot, student)), slot.name, parts))
     sha256, versions = None if submission is None else submission.sha256, make_marking_versions(assignment, student)
     return NotebookMarks(
         sha256=sha256, obstacle=reason, staff_notes=(staff_reason,), made_from=versions, problems=tuple(problems)

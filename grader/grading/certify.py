@@ -12,7 +12,7 @@ from dataclasses import dataclass, replace
 from typing import Any
 
 from qdot.exercises.assignment.assignment import Assignment
-from qdot.exercises.assignment.draws import raise_failures
+from qdot.exercises.assignment.certified_problems import raise_failures
 from qdot.exercises.assignment.release import Certifier, certificate_path, notebook_path
 from qdot.exercises.common.errors import QdotError
 from qdot.exercises.common.extras import find_qdot_version
@@ -91,7 +91,7 @@ def make_certificate_text(
     assignment: Assignment, student: str, records: Mapping[str, ProblemRecord], notebook: Mapping[str, Any]
 ) -> str:
     """Return the content of a student's certificate file: `records` by slot, and digests of the released notebook."""
-    digests, edition = dict(certificates.compute_cell_digests(notebook)), assignment.edition_of(student)
+    digests, edition = dict(certificates.compute_cell_digests(notebook)), assignment.notebook_digest_of(student)
     owner = {"assignment": assignment.key, "student": student}
     certificate = StudentCertificate(**owner, edition=edition, notebook=digests, problems=dict(records))
     return certificate.model_dump_json(indent=1) + "\n"
@@ -137,7 +137,7 @@ def _list_tasks_of_student(assignment: Assignment, student: str) -> list[Verific
             path = certificate_path(assignment, student)
             message = f"{student}: {path} has no {slot.name}; it was added to assignment.toml after the release"
             slot_failures.insert(0, Failure(FailureKind.UNCERTIFIED, message))
-        identity = assignment.identity(slot, student)
+        identity = assignment.make_problem_id(slot, student)
         tasks.append(VerificationTask(identity, slot.family, record, student, tuple(slot_failures)))
     for name, record in records.items():
         identity = replace(ProblemId.parse(record.problem), questions=record.questions)

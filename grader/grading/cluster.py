@@ -23,7 +23,7 @@ from typing import TYPE_CHECKING, Any
 import mpmath
 
 from qdot.exercises.assignment.assignment import Assignment, Student
-from qdot.exercises.assignment.store import code_digest
+from qdot.exercises.assignment.store import compute_package_digest
 from qdot.exercises.common.console import note
 from qdot.exercises.common.errors import QdotError
 from qdot.exercises.common.extras import find_qdot_version, require_extra
@@ -87,10 +87,13 @@ def connect(address: str, assignment: Assignment, limits: Limits) -> Iterator["C
 def make_brief(assignment: Assignment, limits: Limits) -> WorkerBrief:
     """Return the data that workers need to grade an assignment within the limits for each notebook."""
     roster = tuple(Student(student.id) for student in assignment.roster)
-    redraw_rows = sorted((*student_and_slot, redraw.draw) for student_and_slot, redraw in assignment.redraws.items())
-    settings = assignment.edition, assignment.marking_digest, assignment.secret, assignment.sandbox
-    digest = hashlib.sha256(repr((*settings, limits, roster, redraw_rows)).encode()).hexdigest()
-    anonymous_assignment = replace(assignment, folder=Path(), roster=roster, notes=())
+    seed_numbers = sorted(
+        (*student_and_slot, replacement.seed_number)
+        for student_and_slot, replacement in assignment.replacements.items()
+    )
+    settings = assignment.notebook_digest, assignment.marking_digest, assignment.secret, assignment.sandbox
+    digest = hashlib.sha256(repr((*settings, limits, roster, seed_numbers)).encode()).hexdigest()
+    anonymous_assignment = replace(assignment, folder=Path(), roster=roster, notes=(), gradebook=None)
     return WorkerBrief(digest, compute_code_digest(), anonymous_assignment, limits)
 
 
@@ -266,7 +269,7 @@ def drop_assignment() -> None:
 @cache
 def compute_code_digest() -> str:
     """Return a digest of everything on a machine that decides the points: all code, and the libraries' versions."""
-    digest = hashlib.sha256(f"{code_digest()}/{find_qdot_version()}/{mpmath.__version__}".encode())
+    digest = hashlib.sha256(f"{compute_package_digest()}/{find_qdot_version()}/{mpmath.__version__}".encode())
     for path in sorted(Path(__file__).parents[1].rglob("*.py")):
         digest.update(path.name.encode() + b"\0" + path.read_bytes())
     return digest.hexdigest()

@@ -126,7 +126,7 @@ def _find_lateness(
     if seconds <= (0 if rule is None else rule.grace):
         return None
     extension = datetime.timedelta(0) if assignment.due_date is None else deadline - with_zone(assignment.due_date)
-    penalty = Fraction(0) if rule is None else rule.penalty(deadline, received, extension)
+    penalty = Fraction(0) if rule is None else rule.compute_penalty(deadline, received, extension)
     return Lateness(deadline.isoformat(), received.isoformat(), int(seconds), float(penalty), points)
 
 

@@ -15,7 +15,7 @@ from pathlib import Path
 
 from qdot.exercises.assignment.assignment import Student, read_roster, read_roster_table
 from qdot.exercises.assignment.gradebook import normalize_identifier
-from qdot.exercises.assignment.redrawn import REDRAWN_FILE
+from qdot.exercises.assignment.replacements import REPLACEMENTS_FILE
 from qdot.exercises.assignment.store import STORE_FOLDER as STORE
 from qdot.exercises.common.errors import QdotError, count_noun, make_name_error
 from qdot.exercises.common.files import IS_POSIX, write_atomically
@@ -155,7 +155,7 @@ def _shorten_tables(folder: Path, student: str) -> Iterator[tuple[Path, bytes]]:
         if len(other_lines) < len(lines):
             yield results, b"".join(other_lines)
     not_fetched = f"submitted/{NOT_FETCHED_FILE}"
-    names = ("graded/grades.csv", "graded/costs.csv", OVERRIDES_FILE, REDRAWN_FILE, not_fetched, ROSTER_FILE)
+    names = ("graded/grades.csv", "graded/costs.csv", OVERRIDES_FILE, REPLACEMENTS_FILE, not_fetched, ROSTER_FILE)
     for path in (folder / name for name in names if (folder / name).is_file()):
         rows = read_roster_table(path) if path.name == ROSTER_FILE else read_table(path, "student", "student")
         numbers = {number for number, cells in rows if normalize_identifier(cells.get("student", "")) == student}

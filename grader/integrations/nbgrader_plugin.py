@@ -86,7 +86,7 @@ class Mark(Execute):
         result = _grade(assignment, info, self)
         rows = make_rows(result, assignment.feedback)
         fill_in_marks(nb.cells, rows)
-        problems = assignment.problems(info["student"])
+        problems = assignment.generate_problems(info["student"])
         nb.cells = [from_dict(cell) for cell in remove_self_checks(nb.cells, problems)]
         late = result.late  # the penalty is rounded as in qdot's own results
         penalty = late and share_of_points(late.points_before, 1.0, Fraction(str(late.penalty)))

@@ -22,8 +22,14 @@ from qdot.exercises.notebook.notebook import draw_singular_configurations
 from qdot.exercises.problem.problem import ENGINE, Part, Problem
 from qdot.exercises.short_questions import ALL_QUESTIONS
 from qdot.exercises.writing.markup import to_html_for_mathjax
-from qdot.exercises.writing.problem_texts import hints, option_text, prompt, statement, worked_solution
-from qdot.exercises.writing.short_answer import plain_unit
+from qdot.exercises.writing.problem_texts import (
+    write_hints,
+    write_option,
+    write_prompt,
+    write_solution,
+    write_statement,
+)
+from qdot.exercises.writing.short_answer import format_unit
 from qdot.grader.grading.marking import MarkingRules, mark
 from qdot.grader.judging.answer_parser import read_answer
 from qdot.grader.judging.verdict import Outcome, Verdict
@@ -44,10 +50,10 @@ def generate(data: PrairieLearnData, folder: str, slot: str) -> None:
     assignment_slot, assignment_hints = _load_slot_and_hints(data, folder, slot)
     seeds = json.loads((_find_assignment_folder(data, folder) / BANK_FILE).read_text(encoding="utf-8"))["seeds"][slot]
     seed = seeds[int(data["variant_seed"]) % len(seeds)]
-    problem = assignment_slot.problem_of_seed(int(seed))
+    problem = assignment_slot.generate_from_seed(int(seed))
     figure = draw_figure_svg(problem.chain, f"{folder}-{slot}".replace("/", "-"))
     shown_parts = {part.name: _show_part(problem, part, assignment_hints) for part in problem.parts}
-    text = to_html_for_mathjax(statement(problem, ""))
+    text = to_html_for_mathjax(write_statement(problem, ""))
     data["params"].update(seed=seed, engine=ENGINE, statement=text, figure=figure, shown=shown_parts)
     choices = [part for part in problem.parts if part.answer.offered_options]
     options = {part.name: _list_options(problem, part) for part in choices}
@@ -126,12 +132,12 @@ def _load_problem(data: PrairieLearnData, folder: str, slot: str) -> Problem:
     if data["params"]["engine"] != ENGINE:
         engine = data["params"]["engine"]
         raise QdotError(f"engine {engine} of qdot generated this variant, but engine {ENGINE} is installed")
-    return _load_slot_and_hints(data, folder, slot)[0].problem_of_seed(int(data["params"]["seed"]))
+    return _load_slot_and_hints(data, folder, slot)[0].generate_from_seed(int(data["params"]["seed"]))
 
 
 def _show_part(problem: Problem, part: Part, has_hints: bool) -> PrairieLearnData:
-    shown_hints = hints(problem, part) if has_hints else ()
-    question = write_question_alone(problem, part) if part.answer.offered_options else prompt(problem, part)
+    shown_hints = write_hints(problem, part) if has_hints else ()
+    question = write_question_alone(problem, part) if part.answer.offered_options else write_prompt(problem, part)
     return {
         "prompt": to_html_for_mathjax(question),
         "figure": draw_part_svg(problem.chain, part, part.name),
@@ -149,7 +155,7 @@ def _list_input_fields(problem: Problem, part: Part) -> list[PrairieLearnData]:
         return []
     labels = list_entry_labels(problem, part, part.shape)
     inputs = zip(list_input_names(part), labels, units, strict=True)
-    return [{"name": name, "label": f"${label} =$", "unit": plain_unit(unit)} for name, label, unit in inputs]
+    return [{"name": name, "label": f"${label} =$", "unit": format_unit(unit)} for name, label, unit in inputs]
 
 
 def _list_options(problem: Problem, part: Part) -> Any:
@@ -179,7 +185,7 @@ def _make_placeholder(part: Part) -> str:
 
 def _show_solution(problem: Problem, part: Part) -> PrairieLearnData:
     figure = draw_singular_configurations(problem, part, f"{part.name}-solution")
-    return {"solution": to_html_for_mathjax(worked_solution(problem, part)), "figure": figure}
+    return {"solution": to_html_for_mathjax(write_solution(problem, part)), "figure": figure}
 
 
 # --- answers ---

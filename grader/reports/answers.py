@@ -12,10 +12,10 @@ from qdot.exercises.common.errors import shorten
 from qdot.exercises.formula.printers.mathml import mathml_text
 from qdot.exercises.formula.trees import Node, count_nodes
 from qdot.exercises.problem.problem import Part, Problem
-from qdot.exercises.writing.fit import fit_formula, formula_width
-from qdot.exercises.writing.latex import prismatic_joints
+from qdot.exercises.writing.fit import estimate_width, fit_formula
+from qdot.exercises.writing.latex import list_prismatic_joints
 from qdot.exercises.writing.markup import to_html
-from qdot.exercises.writing.problem_texts import option_text
+from qdot.exercises.writing.problem_texts import write_option
 from qdot.exercises.writing.typeset import TooDeep, typeset
 from qdot.grader.judging.answer_parser import read_answer
 from qdot.grader.judging.functions import FUNCTION_TEXT
@@ -93,9 +93,9 @@ def make_visible(text: str) -> str:
 def _typeset_html(problem: Problem, part: Part, node: Node) -> str:
     if count_nodes(node) > MAX_NODES:
         raise TooDeep("the answer is too long to be set")
-    formula = typeset(node, prismatic_joints(problem.chain), part.answer.is_set, part.answer.expected_units)
+    formula = typeset(node, list_prismatic_joints(problem.chain), part.answer.is_set, part.answer.expected_units)
     fitted_layout = fit_formula(formula, MAX_WIDTH)
-    size = max(MIN_SIZE, min(100, int(100 * MAX_WIDTH / max(formula_width(fitted_layout), 1.0))))
+    size = max(MIN_SIZE, min(100, int(100 * MAX_WIDTH / max(estimate_width(fitted_layout), 1.0))))
     mathml = mathml_text(fitted_layout, True, size)
     # Shorten the page: write letters instead of their codes, and no rows with a single item.
     mathml = re.sub(r"&#x0*([0-9A-F]{3,5});", lambda code: chr(int(code[1], 16)), mathml)
@@ -112,4 +112,4 @@ def _write_chosen_options(problem: Problem, part: Part, text: str) -> str:
     if part.answer.offered_options == TRUE_FALSE:
         return "".join(TRUE_FALSE[index] for index in indices)
     pairs = zip(prefixes, indices, strict=True)
-    return "".join(to_html(f"{prefix}**{LETTERS[k]}.** {option_text(problem, part, k)}") for prefix, k in pairs)
+    return "".join(to_html(f"{prefix}**{LETTERS[k]}.** {write_option(problem, part, k)}") for prefix, k in pairs)

@@ -11,7 +11,7 @@ from qdot.exercises.formula.equality import Counterexample, EntryDifference, Set
 from qdot.exercises.formula.latex import parse_latex
 from qdot.exercises.formula.printers.mathml import mathml_text
 from qdot.exercises.problem.problem import Part, Problem
-from qdot.exercises.writing.latex import prismatic_joints, symbol_latex
+from qdot.exercises.writing.latex import list_prismatic_joints, write_symbol
 from qdot.grader.judging.verdict import name_entry
 from qdot.grader.reports.answers import make_visible
 
@@ -49,7 +49,7 @@ def make_counterexample_table(problem: Problem, part: Part, example: Counterexam
     """
     candidates = (example.missing, example.surplus) if isinstance(example, SetDifference) else (example.at,)
     configurations = [configuration for configuration in candidates if configuration is not None]
-    symbol_infos, prismatic_names = problem.symbols, prismatic_joints(problem.chain)
+    symbol_infos, prismatic_names = problem.symbols, list_prismatic_joints(problem.chain)
     if any(set(configuration) - set(symbol_infos) for configuration in configurations):
         return None
     symbols = []
@@ -58,7 +58,7 @@ def make_counterexample_table(problem: Problem, part: Part, example: Counterexam
             continue
         values = (configuration.get(name) for configuration in configurations)
         cells = tuple(_format_quantity(value, symbol_infos[name].unit) for value in values)
-        symbols.append(ExampleRow(mathml_text(parse_latex(symbol_latex(name, prismatic_names))), cells))
+        symbols.append(ExampleRow(mathml_text(parse_latex(write_symbol(name, prismatic_names))), cells))
     if isinstance(example, SetDifference):
         headings = zip(SET_HEADINGS, candidates, strict=True)
         columns = [heading for heading, configuration in headings if configuration is not None]

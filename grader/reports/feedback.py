@@ -13,13 +13,13 @@ from dataclasses import dataclass
 
 from qdot.exercises.arm.conventions import convention_of
 from qdot.exercises.assignment.assignment import Assignment, Student
-from qdot.exercises.assignment.store import StoredProblems, load_stored_problems
+from qdot.exercises.assignment.store import load_stored_problems
 from qdot.exercises.common.json_form import as_json
 from qdot.exercises.formula.equality import Certificate
 from qdot.exercises.problem.problem import Problem
 from qdot.exercises.short_questions import ALL_QUESTIONS
 from qdot.exercises.writing.markup import to_html
-from qdot.exercises.writing.problem_texts import worked_solution
+from qdot.exercises.writing.problem_texts import write_solution
 from qdot.exercises.writing.render import render
 from qdot.grader.grading.marking import WRONG_OR_PARTIAL
 from qdot.grader.grading.result import EntryFlags, PartResult, Result
@@ -101,7 +101,7 @@ class ProblemOnPage:
 
 def compute_page_fingerprint(assignment: Assignment, student: Student, result: Result) -> str:
     """Return a short text that changes whenever the page must change; the page contains it."""
-    content = [PAGE_VERSION, assignment.edition, assignment.feedback, student.name, as_json(result)]
+    content = [PAGE_VERSION, assignment.notebook_digest, assignment.feedback, student.name, as_json(result)]
     return hashlib.sha256(json.dumps(content, sort_keys=True).encode()).hexdigest()[:16]
 
 
@@ -158,11 +158,10 @@ def _show_problems(assignment: Assignment, student: Student, result: Result) -> 
     """Return the student's problems, each with its parts and their results, in the order of the page."""
     stored_problems, problems = load_stored_problems(assignment, student.id), list[ProblemOnPage]()
     for number, (slot, problem) in enumerate(stored_problems.problems, 1):
-        statement = _add_caption(stored_problems.statement(slot, problem), problem)
-        results = result.problems[number - 1].parts
-        parts = _show_parts(stored_problems, number, slot, problem, results, assignment.feedback)
-        title, figure = f"Problem {number}: {problem.title}", stored_problems.figure(slot, problem)
-        problems.append(ProblemOnPage(f"problem-{number}", title, figure, statement, parts))
+        pieces, results = stored_problems.pieces_of(slot), result.problems[number - 1].parts
+        parts = _show_parts(pieces, number, problem, results, assignment.feedback)
+        title, statement = f"Problem {number}: {problem.title}", _add_caption(pieces["statement"], problem)
+        problems.append(ProblemOnPage(f"problem-{number}", title, pieces["figure"], statement, parts))
     return problems
 
 
@@ -176,7 +175,7 @@ def _add_caption(statement: str, problem: Problem) -> str:
 
 
 def _show_parts(
-    stored: StoredProblems, number: int, slot: str, problem: Problem, results: Sequence[PartResult], feedback: str
+    pieces: Mapping[str, str], number: int, problem: Problem, results: Sequence[PartResult], feedback: str
 ) -> tuple[PartOnPage, ...]:
     """Return the parts of a problem, whose `number` is counted from 1; their texts refer to other parts by number."""
     numbers = {result.name: f"{number}.{index}" for index, result in enumerate(results, 1)}
@@ -199,8 +198,8 @@ def _show_parts(
             entries=_mark_entries(result.entries, result.follows) if is_wrong and result.entries else None,
             followed_from=numbers.get(result.followed_from or ""), table=table,
             example=draw_example(problem, part, example, text) if table is not None and example else "",
-            prompt=stored.prompt(slot, problem, part.name), figure=stored.part_figure(slot, problem, part.name),
-            solution=to_html(worked_solution(problem, part)) if feedback == "solutions" else None,
+            prompt=pieces[f"{part.name} prompt"], figure=pieces[f"{part.name} figure"],
+            solution=to_html(write_solution(problem, part)) if feedback == "solutions" else None,
         )  # fmt: skip
         parts.append(part_on_page)
     return tuple(parts)

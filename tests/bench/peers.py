@@ -57,7 +57,7 @@ def a_class(folder: Path, size: int) -> Assignment:
 
 def checks(assignment: Assignment) -> dict[str, str]:
     """Return a line of code for each answer that fails where it is wrong."""
-    ((slot, problem),) = assignment.problems("s00")
+    ((slot, problem),) = assignment.generate_problems("s00")
     found = {}
     for part in problem.parts:
         name = name_answer_variable(slot, part.name)

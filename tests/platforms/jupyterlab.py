@@ -73,7 +73,7 @@ def hold(ours: Ours, shown: list[Any], counts: Counts) -> None:
     counts.add("imported", len(shown) == len(cells), f"{ours.student}: {len(shown)} of {len(cells)} cells")
     titles = {
         f"{slot}-{part.name}-question": ALL_QUESTIONS[part.kind].title
-        for slot, problem in ours.assignment.problems(ours.student)
+        for slot, problem in ours.assignment.generate_problems(ours.student)
         for part in problem.parts
     } | {"title": ours.assignment.title}
     checks = {f"{name.replace('.', '-')}-check" for name in ours.parts}

@@ -77,7 +77,7 @@ def part_of(cell: Mapping[str, Any]) -> str:
 
 
 def _right(assignment: Assignment, student: str) -> dict[str, str]:
-    problems = assignment.problems(student)
+    problems = assignment.generate_problems(student)
     solved = json.loads(
         write_notebook(make_solution_notebook(assignment.title, assignment.key, student, problems, assignment.hints))
     )
@@ -95,7 +95,7 @@ def _mistaken(assignment: Assignment, student: str) -> dict[str, str]:
 def _each(assignment: Assignment, student: str, code: Callable[[Problem, Part], str]) -> dict[str, str]:
     return {
         f"{slot}.{part.name}": f"{name_answer_variable(slot, part.name)} = {code(problem, part)}"
-        for slot, problem in assignment.problems(student)
+        for slot, problem in assignment.generate_problems(student)
         for part in problem.parts
     }
 

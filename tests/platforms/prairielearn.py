@@ -29,7 +29,7 @@ import sympy as sp
 
 from qdot.exercises.answer_types import LETTERS, Answer, ConditionSet, Letters, Matching, Number
 from qdot.exercises.answer_types.formulas import bracket_rows
-from qdot.exercises.assignment.draws import Variant
+from qdot.exercises.assignment.certified_problems import Variant
 from qdot.exercises.exports.bank import iterate_bank
 from qdot.exercises.exports.export_format import ExportRequest
 from qdot.exercises.exports.known_wrong import find_known_wrong_answers

@@ -41,7 +41,7 @@ def _record(_: Problem) -> None:
 
 
 def _text(assignment: Assignment, student: str, *_: object) -> str:
-    return json.dumps({"edition": assignment.edition_of(student)})
+    return json.dumps({"edition": assignment.notebook_digest_of(student)})
 
 
 UNCERTIFIED = Certifier(_record, _text)
@@ -85,7 +85,7 @@ def text(source: str, kind: str = "markdown") -> dict[str, Any]:
 
 def right_cells(assignment: Assignment, student: str) -> Cells:
     """Return cells 1 to 5: a heading, the set-up, and the three answers."""
-    ((slot, problem),) = assignment.problems(student)
+    ((slot, problem),) = assignment.generate_problems(student)
     names = list(problem.symbols)
     cells = [
         text("# T"),
@@ -100,7 +100,7 @@ def right_cells(assignment: Assignment, student: str) -> Cells:
 
 def notebook(assignment: Assignment, student: str, cells: Cells, **others: Any) -> str:
     """Return a notebook's text, with the metadata that qdot writes."""
-    said = make_notebook_metadata("student", assignment.key, student, assignment.problems(student))
+    said = make_notebook_metadata("student", assignment.key, student, assignment.generate_problems(student))
     return json.dumps({"cells": cells, "metadata": {"qdot": said}, "nbformat": 4, "nbformat_minor": 5, **others})
 
 

@@ -129,4 +129,4 @@ class DeadlyAssignment(Assignment):
         if student == self.victim and died < self.times:
             (self.folder / f"died.{died}").touch()
             os.kill(os.getpid(), signal.SIGKILL)
-        return super().problems(student)
+        return super().generate_problems(student)

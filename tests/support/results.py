@@ -40,7 +40,7 @@ def result(
     outcome, answer = iter(outcomes or ["missing"] * 99), iter([*answers, *[None] * 99])
     problems = tuple(
         ProblemResult(
-            str(assignment.identity(slot, student)),
+            str(assignment.make_problem_id(slot, student)),
             slot.name,
             tuple(
                 part(name, next(outcome), points, next(answer))

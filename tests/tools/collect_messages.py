@@ -34,10 +34,10 @@ from qdot.exercises.writing.languages import (
     SOURCE,
     Catalogue,
     is_formula_number,
-    mistake_context,
+    name_mistake_context,
     read_catalogue,
 )
-from qdot.exercises.writing.render import EXTENSIONS, template_folder
+from qdot.exercises.writing.render import EXTENSIONS, find_template_folder
 from qdot.exercises.writing.translatable_phrases import ARMS, PHRASES
 
 _ROOT = Path(__file__).resolve().parents[2]
@@ -68,8 +68,8 @@ def collect_catalog() -> Catalog:
 def _find_messages() -> Iterator[FoundMessage]:
     for path in sorted(_EXERCISES.rglob("*.py")):
         yield from _extract_messages("python", path, f"exercises/{path.relative_to(_EXERCISES).as_posix()}")
-    for path in sorted(template_folder().rglob("*.j2")):
-        yield from _extract_messages("jinja2", path, f"templates/{path.relative_to(template_folder()).as_posix()}")
+    for path in sorted(find_template_folder().rglob("*.j2")):
+        yield from _extract_messages("jinja2", path, f"templates/{path.relative_to(find_template_folder()).as_posix()}")
     for name in ARMS:
         yield "exercises/writing/translatable_phrases.py", name, ARM_HEADING
         yield "exercises/writing/translatable_phrases.py", name, ARM_IN_SENTENCE
@@ -80,8 +80,8 @@ def _find_messages() -> Iterator[FoundMessage]:
     for question in ALL_QUESTIONS.values():
         yield f"exercises/{'questions' if question.form == 'chapter' else 'quizzes'}", question.title, QUESTION
     for mistake in CATALOGUE.values():
-        yield "exercises/mistakes", mistake.title, mistake_context(mistake.name)
-        yield "exercises/mistakes", mistake.message, mistake_context(mistake.name)
+        yield "exercises/mistakes", mistake.title, name_mistake_context(mistake.name)
+        yield "exercises/mistakes", mistake.message, name_mistake_context(mistake.name)
     for where in sorted(
         {
             mistake.chapter_reference

@@ -24,7 +24,7 @@ from qdot.exercises.mistakes.configurations import sample_configurations
 from qdot.exercises.problem.problem import Part, Problem, ProblemId
 from qdot.exercises.site.keys import make_key
 from qdot.exercises.site.record import MistakeSentences, make_arm_record
-from qdot.exercises.writing.problem_texts import answer_code
+from qdot.exercises.writing.problem_texts import write_answer_code
 from tests.tools.readers import part_json
 
 KEPT = ("planar-2r", "planar-3r-pose", "elbow-3r")
@@ -270,7 +270,7 @@ def _conditions(text: str) -> list[str]:
 
 def slips(problem: Problem, part: Part, in_pairs: bool = False) -> list[tuple[str, str]]:
     """Return slips by name, each with the answer as it is typed; those that are typed alike once."""
-    text = answer_code(problem, part)
+    text = write_answer_code(problem, part)
     found: dict[str, str] = {}
     if in_pairs:
         return _pairs(problem, part, text) if part.type not in ("singular", "number") else []

@@ -27,7 +27,7 @@ from qdot.exercises.problem.problem import ProblemId
 from qdot.exercises.questions import QUESTIONS
 from qdot.exercises.verify.certificate import CONVENTION_CHECKS
 from qdot.exercises.writing.languages import ENGLISH
-from qdot.exercises.writing.render import environment, template_folder
+from qdot.exercises.writing.render import find_template_folder, make_environment
 from tests.exercises.arm.poses import Matrix, about, exponential, placed, shift
 from tests.support import ROOT
 from tests.support.suites import several
@@ -394,13 +394,13 @@ def test_an_axis_that_is_turned_by_an_open_angle_can_not_be_written() -> None:
 
 def macros(name: str) -> dict[str, list[str]]:
     """Return the macros of a template with the names of their arguments."""
-    module = vars(environment(ENGLISH).get_template(f"conventions/{name}.md.j2").module)
+    module = vars(make_environment(ENGLISH).get_template(f"conventions/{name}.md.j2").module)
     return {key: value.arguments for key, value in module.items() if isinstance(value, Macro)}
 
 
 def called_macros(convention: str) -> Iterator[str]:
     """Yield the macros of a convention that templates call, but for questions that don't apply to it."""
-    for path in template_folder().rglob("*.md.j2"):
+    for path in find_template_folder().rglob("*.md.j2"):
         question = QUESTIONS.get(path.name.removesuffix(".md.j2"))
         if question is None or question.required_feature in {"", *REGISTRY[convention].features}:
             yield from re.findall(r"(?<![\w.])convention\.(\w+)\(", path.read_text())

@@ -21,7 +21,7 @@ from qdot.exercises.generation import generate, questions_of_family, sample_chai
 from qdot.exercises.problem.problem import Problem, ProblemId
 from qdot.exercises.verify.certificate import certify
 from qdot.exercises.verify.numeric_reference import compute_modified_frames
-from qdot.exercises.writing.problem_texts import hints, prompt, statement, worked_solutions
+from qdot.exercises.writing.problem_texts import write_hints, write_prompt, write_solutions, write_statement
 from tests.support.suites import few_families, of_families, several
 
 MODIFIED = "modified-dh"
@@ -93,11 +93,11 @@ def test_a_certificate_sees_a_table_that_leads_elsewhere(monkeypatch: pytest.Mon
 def test_no_text_speaks_of_the_frames_of_the_standard_table(family: str) -> None:
     """No z_0, and no p*_0: the frame on the axis of joint 1 is frame 1."""
     problem = generate(ProblemId(family, 1, variation="full", convention=MODIFIED))
-    texts = {"statement": statement(problem, "").replace("replace the chapter's $z_{i-1}$ and $p^*_{i-1}$", "")}
+    texts = {"statement": write_statement(problem, "").replace("replace the chapter's $z_{i-1}$ and $p^*_{i-1}$", "")}
     for part in problem.parts:
-        texts[f"{part.name}, prompt"] = prompt(problem, part)
-        texts[f"{part.name}, hints"] = "\n".join(hints(problem, part))
-    texts |= {f"{name}, solution": text for name, text in worked_solutions(problem).items()}
+        texts[f"{part.name}, prompt"] = write_prompt(problem, part)
+        texts[f"{part.name}, hints"] = "\n".join(write_hints(problem, part))
+    texts |= {f"{name}, solution": text for name, text in write_solutions(problem).items()}
     wrong = re.compile(r"(?:z|p\^\*)_\{?0\b|p\^\*_\{i-1\} *\$|z_\{i-1\} \\times|R_z\(\\theta_i\)\\, T_z\(d_i\)\\, T_x")
     assert not {name: found[0] for name, text in texts.items() if (found := wrong.search(text))}
 

@@ -25,7 +25,7 @@ from qdot.exercises.common.errors import QdotError
 from qdot.exercises.formula.equality import Rounding
 from qdot.exercises.generation import generate
 from qdot.exercises.problem.problem import Part, Problem, ProblemId
-from qdot.exercises.writing.problem_texts import prompt
+from qdot.exercises.writing.problem_texts import write_prompt
 from qdot.grader.grading.certify import CERTIFIER
 from qdot.grader.judging.judge import judge
 from qdot.grader.judging.verdict import Outcome
@@ -209,7 +209,7 @@ def test_a_robot_is_told_as_the_nearest_key_says_else_as_its_file_does(folder: P
     for top, nearest in product(("", *CONVENTIONS), repeat=2):
         keys = [f'convention = "{name}"\n' if name else "" for name in (top, nearest)]
         (folder / "assignment.toml").write_text(f'title = "T"\nkey = "hw"\n{keys[0]}{robot}{keys[1]}{PROBLEM}{keys[1]}')
-        conventions = [problem.chain.convention for _, problem in load_assignment(folder).problems("ada")]
+        conventions = [problem.chain.convention for _, problem in load_assignment(folder).generate_problems("ada")]
         assert conventions == [nearest or top or own, nearest or top or "dh"], (top, nearest)
 
 
@@ -237,7 +237,7 @@ def test_the_secret_is_needed(folder: Path, monkeypatch: pytest.MonkeyPatch) -> 
     with pytest.raises(QdotError, match=r"secret\.txt: .*file not found"):
         load_assignment(folder)
     monkeypatch.setenv("QDOT_SECRET", secret)
-    assert load_assignment(folder).digest == with_file.digest
+    assert load_assignment(folder).problems_digest == with_file.problems_digest
     (folder / "secret.txt").write_text("short\n")
     with pytest.raises(QdotError, match="at least 16"):
         load_assignment(folder)
@@ -255,8 +255,8 @@ def test_the_digest_is_about_problems_and_the_edition_about_notebooks(folder: Pa
     ):
         (folder / "assignment.toml").write_text(changed)
         after = load_assignment(folder)
-        assert (after.digest != before.digest) == other_problems
-        assert after.edition != before.edition
+        assert (after.problems_digest != before.problems_digest) == other_problems
+        assert after.notebook_digest != before.notebook_digest
 
 
 def test_a_folder_that_cannot_be_written_is_told(tmp_path: Path) -> None:
@@ -390,7 +390,7 @@ def test_a_file_that_was_tidied_away_before_it_was_locked_is_begun_again(
 def test_the_students_notebook_gives_no_seed_away(released: Path) -> None:
     assignment = load_assignment(released)
     text = (released / "released" / "s001" / "hw.ipynb").read_text()
-    ((_, problem),) = assignment.problems("s001")
+    ((_, problem),) = assignment.generate_problems("s001")
     assert str(problem.id.seed) not in text
     assert assignment.secret not in text
 
@@ -492,7 +492,7 @@ def test_the_student_is_told() -> None:
         (THREE, "joint-rates", "three significant digits"),
     ):  # fmt: skip
         asked = problem(policy, name)
-        text = prompt(asked, asked.parts[0])
+        text = write_prompt(asked, asked.parts[0])
         assert said in text and ("Decimals are" in text) == (bool(policy) and name == "jacobian"), name
 
 
@@ -535,5 +535,5 @@ def test_a_policy_that_is_none_is_told_by_its_line(folder: Path, line: str, said
 
 def test_notebooks_of_another_policy_are_another_edition(folder: Path) -> None:
     exact, loose = _assigned(folder, ""), _assigned(folder, "decimals = 3")
-    assert exact.edition != loose.edition and exact.digest == loose.digest
-    assert loose.problems("ann")[0][1].parts[0].rounding == THREE
+    assert exact.notebook_digest != loose.notebook_digest and exact.problems_digest == loose.problems_digest
+    assert loose.generate_problems("ann")[0][1].parts[0].rounding == THREE

@@ -48,27 +48,28 @@ def file_of(assignment: Assignment, student: str) -> Path:
 def test_problems_and_figures_are_kept_and_the_same(made: Assignment) -> None:
     for student in STUDENTS:
         assert file_of(made, student.id).is_file()
-        kept, anew = store.load_stored_problems(made, student.id), made.problems(student.id)
-        assert kept.figures
+        kept, anew = store.load_stored_problems(made, student.id), made.generate_problems(student.id)
+        assert kept.pieces_by_slot
         for (slot, problem), (_, other) in zip(kept.problems, anew, strict=True):
             assert compute_digests(problem) == compute_digests(other)
             assert problem == other
-            assert kept.figure(slot, problem) == draw_figure_svg(other.chain, slot)
+            pieces = kept.pieces_of(slot)
+            assert pieces["figure"] == draw_figure_svg(other.chain, slot)
             for part in other.parts:
-                assert kept.part_figure(slot, problem, part.name) == draw_part_svg(
+                assert pieces[f"{part.name} figure"] == draw_part_svg(
                     other.chain, part, f"{slot}-{part.name}"
                 )
 
 
 def test_nothing_is_derived_again(made: Assignment, monkeypatch: pytest.MonkeyPatch) -> None:
-    monkeypatch.setattr(Assignment, "problems", lambda *_: pytest.fail("the problems were worked out again"))
+    monkeypatch.setattr(Assignment, "generate_problems", lambda *_: pytest.fail("the problems were worked out again"))
     assert [slot for slot, _ in store.load_stored_problems(made, "ada").problems] == ["p1", "p2"]
 
 
 def is_made_anew(assignment: Assignment, student: str) -> bool:
     found = store.load_stored_problems(assignment, student)
-    assert [problem.id for _, problem in found.problems] == [p.id for _, p in assignment.problems(student)]
-    return not found.figures
+    assert [problem.id for _, problem in found.problems] == [p.id for _, p in assignment.generate_problems(student)]
+    return not found.pieces_by_slot
 
 
 def test_what_was_kept_of_another_is_not_taken(made: Assignment, monkeypatch: pytest.MonkeyPatch) -> None:
@@ -77,7 +78,7 @@ def test_what_was_kept_of_another_is_not_taken(made: Assignment, monkeypatch: py
     for change in (*changes, {"slots": made.slots[:1]}):
         assert is_made_anew(replace(made, **change), "ada")  # type: ignore[arg-type]
     assert is_made_anew(made, "eve")
-    monkeypatch.setattr(store, "code_digest", lambda: "another")
+    monkeypatch.setattr(store, "compute_package_digest", lambda: "another")
     assert is_made_anew(made, "ada")
 
 
@@ -113,7 +114,7 @@ def test_what_is_damaged_or_forged_is_not_looked_into(made: Assignment, damage: 
 
 def test_a_place_that_can_not_be_written_stops_nothing(made: Assignment, tmp_path: Path) -> None:
     (tmp_path / ".qdot").write_text("a file where a folder should be")
-    store.store_problems(replace(made, folder=tmp_path), "ada", made.problems("ada"))
+    store.store_problems(replace(made, folder=tmp_path), "ada", made.generate_problems("ada"))
 
 
 def test_what_is_kept_is_read_as_it_was_and_not_worked_out_again() -> None:

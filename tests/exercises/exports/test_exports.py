@@ -46,15 +46,15 @@ def test_a_bank_is_of_certified_problems_that_differ_and_begins_like_a_longer_on
     assert not [failed for variant in short for failed in certify(variant.problem).failures]
     longer = list(iterate_bank(replace(order, variant_count=6, jobs=2)))
     assert [str(variant.problem.id) for variant in longer[:4]] == [str(variant.problem.id) for variant in short]
-    drawn = {str(problem.id) for _, problem in order.assignment.problems("ada")}
+    drawn = {str(problem.id) for _, problem in order.assignment.generate_problems("ada")}
     assert not drawn & {str(variant.problem.id) for variant in longer}
 
 
 def test_a_family_with_few_problems_gives_all_it_has_and_says_so(
     order: ExportRequest, monkeypatch: pytest.MonkeyPatch
 ) -> None:
-    same = order.assignment.slots[0].problem("secret", "ada")
-    monkeypatch.setattr("qdot.exercises.exports.bank.try_draw", lambda make, vouch: (same, None))
+    same = order.assignment.slots[0].generate_problem("secret", "ada")
+    monkeypatch.setattr("qdot.exercises.exports.bank.generate_and_certify", lambda make, vouch: (same, None))
     notes: list[str] = []
     told: list[None] = []
     worked: list[Problem] = []  # nothing is made of what was there
@@ -175,7 +175,7 @@ def test_every_export_format_writes_the_same_files_twice(
     assert not [data for data in content if certified.assignment.secret.encode() in data]
     # Who knows the id of a problem is shown its solution by `qdot show`.
     ids = [variant.problem.id for variant in iterate_bank(certified)]
-    ids += [problem.id for _, problem in certified.assignment.problems("ada")]
+    ids += [problem.id for _, problem in certified.assignment.generate_problems("ada")]
     assert not [identity for identity in ids for data in content if str(identity.seed).encode() in data]
 
 

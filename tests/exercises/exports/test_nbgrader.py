@@ -77,7 +77,7 @@ def answered(of: Assignment, student: str, change: Callable[[list[Any], Cells], 
     """Return what was handed out with right answers in it, its cells changed in place."""
     notebook = handout(of, student)
     cells = {cell["id"]: cell for cell in notebook["cells"]}
-    ((slot, problem),) = of.problems(student)
+    ((slot, problem),) = of.generate_problems(student)
     for part in problem.parts:
         cells[f"{slot}-{part.name}"]["source"] = f"{name_answer_variable(slot, part.name)} = {part.answer.write_code()}"
     if change:

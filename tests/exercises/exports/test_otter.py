@@ -42,7 +42,7 @@ def exported(of: Assignment) -> Path:
 def handed_in(of: Assignment, folder: Path, change: Callable[[Answers], Any] | None) -> Path:
     """Return a notebook with right answers that were changed, or, without a change, as it was handed out."""
     notebook = json.loads((exported(of) / "students/ada/hw.ipynb").read_text())
-    ((slot, problem),) = of.problems("ada")
+    ((slot, problem),) = of.generate_problems("ada")
     answers = {f"{slot}.{part.name}": part.answer.write_code() for part in problem.parts}
     if change:
         change(answers)
@@ -68,7 +68,7 @@ def test_the_source_and_students_notebooks_have_every_part_and_tell_nothing(assi
     assert {name: test["points"] for name, test in told["tests"].items()} == names
     tagged = [cell for cell in notebook["cells"] if "otter_answer_cell" in cell["metadata"].get("tags", ())]
     assert len(tagged) == len(names)
-    ((_, problem),) = assignment.problems("ada")
+    ((_, problem),) = assignment.generate_problems("ada")
     for part in problem.parts:
         assert part.answer.as_typed() not in json.dumps(told)
     text = (exported(assignment) / "hw.ipynb").read_text()
@@ -163,6 +163,6 @@ def test_what_comes_with_a_notebook_is_neither_imported_nor_read(
     assert (found["p1-position"][0], found["p1-jacobian"][0]) == (0, points["p1-jacobian"])
     assert 0 < found["p1-determinant"][0] < points["p1-determinant"]
     assert "sign" in found["p1-determinant"][1]
-    ((_, problem),) = assignment.problems("ada")
+    ((_, problem),) = assignment.generate_problems("ada")
     said = json.dumps(found)
     assert not [part for part in problem.parts if part.answer.as_typed() in said]

@@ -38,8 +38,8 @@ from qdot.exercises.problem.credit import Credit
 from qdot.exercises.problem.problem import Problem, ProblemId
 from qdot.exercises.writing.markup import parse_markdown, to_latex
 from qdot.exercises.writing.on_paper import remove_typing_remarks
-from qdot.exercises.writing.problem_texts import hints, prompt, statement, worked_solution
-from qdot.exercises.writing.short_answer import short_answer
+from qdot.exercises.writing.problem_texts import write_hints, write_prompt, write_solution, write_statement
+from qdot.exercises.writing.short_answer import write_short_answer
 from qdot.exercises.writing.typst import TYPST_WIDTH, escape_typst, to_typst
 from qdot.grader.grading.certify import find_failures
 from qdot.grader.grading.marking import compute_earned_share
@@ -105,10 +105,10 @@ _SEEN: set[str] = set()
 @few_families
 def test_every_formula_compiles_and_fits_and_has_words(problem: Problem) -> None:
     """Formulas that differ in their numbers only are compiled once in a process."""
-    texts = [statement(problem, "")]
+    texts = [write_statement(problem, "")]
     for part in problem.parts:
-        texts += [prompt(problem, part), *hints(problem, part), worked_solution(problem, part)]
-        texts.append(short_answer(problem, part))
+        texts += [write_prompt(problem, part), *write_hints(problem, part), write_solution(problem, part)]
+        texts.append(write_short_answer(problem, part))
     new: list[str] = []
     for text in texts:
         for latex, block in parse_markdown(text)[1]:
@@ -123,12 +123,12 @@ def test_every_formula_compiles_and_fits_and_has_words(problem: Problem) -> None
 
 
 def test_nothing_is_typed_on_paper_where_every_answer_has_a_box_and_a_short_form(problem: Problem) -> None:
-    for text in (statement(problem, ""), *(prompt(problem, part) for part in problem.parts)):
+    for text in (write_statement(problem, ""), *(write_prompt(problem, part) for part in problem.parts)):
         shown = remove_typing_remarks(text, problem)
         assert not re.search(r"`|\btyped\b|\bin quotes\b|as in *[.,]|  |\( ?\)| [,.;]", shown), shown
         assert set(re.findall(r"\$[^$]+\$", text)) <= set(re.findall(r"\$[^$]+\$", shown))
     for part in problem.parts:
-        box, short = make_box(problem, part, "x" * 3000), short_answer(problem, part)
+        box, short = make_box(problem, part, "x" * 3000), write_short_answer(problem, part)
         assert short.strip() and "None" not in short
         options = arrange_options(problem, part)
         assert (options is None) == (not part.answer.offered_options)
@@ -195,13 +195,13 @@ def test_no_answer_and_no_seed_reaches_a_student(
     made = files(replace(order, sheet=kind), export_format)
     assert not any(file.is_private for file in made.values())
     for student in CLASS:
-        ((_, problem),) = order.assignment.problems(student.id)
+        ((_, problem),) = order.assignment.generate_problems(student.id)
         ending = {"latex": "tex"}.get(export_format, export_format)
         content = made[f"{kind}/{student.id}.{ending}"].content
         shown = content if isinstance(content, str) else text_of(content, tmp_path)
         assert str(problem.id.seed) not in shown and order.assignment.secret not in shown
         rates = next(part for part in problem.parts if part.name == "joint-rates")
-        numbers = re.findall(r"\d+\.\d+", short_answer(problem, rates))
+        numbers = re.findall(r"\d+\.\d+", write_short_answer(problem, rates))
         assert len(numbers) == 2 and not any(number in shown for number in numbers)
 
 
@@ -256,9 +256,9 @@ def test_a_key_lists_everybody_by_question(order: ExportRequest, tmp_path: Path)
     shown = text_of(made["key-all.pdf"].content, tmp_path)
     assert shown.count("ada") == shown.count("zoë") == 5
     for student in CLASS:
-        ((_, problem),) = order.assignment.problems(student.id)
+        ((_, problem),) = order.assignment.generate_problems(student.id)
         rates = next(part for part in problem.parts if part.name == "joint-rates")
-        for number in re.findall(r"\d+\.\d+", short_answer(problem, rates)):
+        for number in re.findall(r"\d+\.\d+", write_short_answer(problem, rates)):
             assert number in shown
 
 

@@ -28,7 +28,7 @@ from qdot.exercises.assignment.assignment import FEEDBACK
 from qdot.exercises.assignment.attempt_policy import AttemptPolicy
 from qdot.exercises.exports import canvas, moodle, qti
 from qdot.exercises.exports import items as made
-from qdot.exercises.exports.export_format import ExportRequest
+from qdot.exercises.exports.export_format import DEFAULT_ATTEMPTS, ExportRequest
 from qdot.exercises.exports.items import (
     ChoiceForm,
     MatchingForm,
@@ -271,7 +271,7 @@ def test_no_box_is_as_wide_as_its_answer_nor_ended_by_its_advice(asked: list[Qui
         assert {len(box[5]) for box in boxes if box} == {width}
         numbers = [number for box in boxes if box for number in re.findall(rf"(?:=|%)({NUMBER})(?=:)", box[0])]
         assert max(map(len, numbers)) <= width
-    wrong = WrongValue(9.0, 0.045, "Nasty", 'ends } here # or ~ there / \\ "q" <b> & {2:NUMERICAL:=5}')
+    wrong = WrongValue(9.0, 0.045, 'ends } here # or ~ there / \\ "q" <b> & {2:NUMERICAL:=5}')
     notations = first_changed(asked[0], wrong_values=(wrong,))
     assert all(CLOZE.fullmatch(notation) for notation in notations)
     read = html.unescape(notations[0]).replace(r"\}", "}").replace(r"\#", "#")  # as Moodle reads it
@@ -508,7 +508,7 @@ def test_qtis_test_asks_one_variant_of_each_problem_for_its_points(qti_file: byt
         refs = [str(each.get("identifier")) for variant in variants for each in local(variant, "assessmentItemRef")]
         assert refs == keys
     (control,) = local(test, "itemSessionControl")
-    assert control.get("maxAttempts") == str(qti.DEFAULT_ATTEMPTS)
+    assert control.get("maxAttempts") == str(DEFAULT_ATTEMPTS)
     (outcome,) = local(test, "outcomeDeclaration")
     points = {one.key[:2] + one.category[2]: one.points for one in asked}
     assert float(str(outcome.get("normalMaximum"))) == sum(points.values())

@@ -23,8 +23,8 @@ from qdot.exercises.assignment.assignment import Student, load_assignment
 from qdot.exercises.assignment.attempt_policy import AttemptPolicy
 from qdot.exercises.common.errors import QdotError
 from qdot.exercises.exports.bank import iterate_bank
-from qdot.exercises.exports.export_format import ExportRequest
-from qdot.exercises.exports.prairielearn import DEFAULT_ATTEMPTS, find_assignment_number, list_input_names
+from qdot.exercises.exports.export_format import DEFAULT_ATTEMPTS, ExportRequest
+from qdot.exercises.exports.prairielearn import find_assignment_number, list_input_names
 from qdot.exercises.exports.registry import EXPORT_FORMATS
 from qdot.exercises.mistakes.catalogue import CATALOGUE
 from qdot.exercises.problem.problem import Problem

@@ -25,7 +25,7 @@ from qdot.exercises.generation import generate
 from qdot.exercises.notebook.notebook import make_solution_notebook, make_student_notebook, write_notebook
 from qdot.exercises.notebook.self_check import RELATIONS, write_check_cell, write_function_cell
 from qdot.exercises.problem.problem import Part, Problem, name_answer_variable
-from qdot.exercises.writing.problem_texts import answer_code, statement
+from qdot.exercises.writing.problem_texts import write_answer_code, write_statement
 from tests.support.problems import drawn, parts_in_turn
 from tests.support.suites import FEW, few_families, several
 
@@ -116,7 +116,11 @@ def test_students_notebook_says_what_it_is_and_holds_no_answer_and_no_seed(stude
     given = dict(problems)
     for slot, part in _parts(problems):
         start = f"{name_answer_variable(slot, part.name)} = "
-        answers = (part.answer.write_code(), answer_code(given[slot], part), answer_code(given[slot], part, len(start)))
+        answers = (
+            part.answer.write_code(),
+            write_answer_code(given[slot], part),
+            write_answer_code(given[slot], part, len(start)),
+        )
         if min(map(len, answers)) > 8:  # a determinant of -1 is no telling text
             assert not any(answer in sources for answer in answers), start
         assert start + part.answer.write_placeholder(len(start)) in sources
@@ -200,7 +204,7 @@ def test_an_arm_told_by_its_axes_has_no_names_of_a_table() -> None:
         slotted = [(f"p{number}", told[name]) for number, name in enumerate(names, 1)]
         opening = make_student_notebook("T", "hw", "s1", slotted).cells[0].source
         assert ("usual name (`a1`, `d1`, …)" in opening) == (names != ("screws",))
-    assert "the table" not in statement(told["screws"], "").partition("**Joint variables:**")[2]
+    assert "the table" not in write_statement(told["screws"], "").partition("**Joint variables:**")[2]
 
 
 def test_staff_reads_what_students_read_whether_it_is_written_anew_or_not() -> None:

@@ -17,7 +17,7 @@ from qdot.exercises.problem.problem import Details, Part, Problem, ProblemId
 from qdot.exercises.questions.results import is_derived
 from qdot.exercises.short_questions import ALL_QUESTIONS
 from qdot.exercises.short_questions.options import list_blames
-from qdot.exercises.writing.problem_texts import hints, prompt, worked_solution
+from qdot.exercises.writing.problem_texts import write_hints, write_prompt, write_solution
 from tests.support.judging import list_earlier_parts
 from tests.support.problems import told_in
 
@@ -100,9 +100,9 @@ def test_a_question_does_each_duty_or_says_why_not_and_is_asked_hinted_at_and_so
     problem = problem_with(name)
     part = problem.parts[-1]
     assert works(problem, part) == {duty: name not in lacking for duty, lacking in LACKS.items()}
-    assert len(prompt(problem, part)) > 40
-    assert len(set(hints(problem, part))) == 3
-    assert worked_solution(problem, part)
+    assert len(write_prompt(problem, part)) > 40
+    assert len(set(write_hints(problem, part))) == 3
+    assert write_solution(problem, part)
     named, shape = ALL_QUESTIONS[name].entry_names(problem.chain, part), part.shape or (1, 1)
     assert len(named) in (0, shape[0] * shape[1])
     assert len(ALL_QUESTIONS[part.kind].typed_names(problem.chain)) in (0, shape[0])

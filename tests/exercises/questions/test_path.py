@@ -12,8 +12,8 @@ from qdot.exercises.arm.path import StraightPath
 from qdot.exercises.generation import generate
 from qdot.exercises.problem.problem import Problem
 from qdot.exercises.questions.path import DistanceDetails, PathDetails, RateLimitDetails, WeldingLine
-from qdot.exercises.writing.problem_texts import prompt, worked_solution
-from qdot.exercises.writing.solution_steps import three_digits
+from qdot.exercises.writing.problem_texts import write_prompt, write_solution
+from qdot.exercises.writing.solution_steps import format_three_digits
 from tests.support.problems import asked, drawn
 
 
@@ -100,8 +100,8 @@ def test_given_numbers_are_such_as_a_person_works_with_and_the_result_is_in_the_
         for q, value in seam.joints.items():
             assert (36 * value / sp.pi if q.name.startswith("theta") else 20 * value).is_Integer
             assert -sp.pi < value <= sp.pi or not q.name.startswith("theta")
-        assert three_digits(sp.Float(number)) in worked_solution(problem, part)
-        assert f"{float(number):.4g}" not in prompt(problem, part)
+        assert format_three_digits(sp.Float(number)) in write_solution(problem, part)
+        assert f"{float(number):.4g}" not in write_prompt(problem, part)
 
 
 def test_solutions_tell_angles_in_degrees_as_questions_do() -> None:
@@ -110,4 +110,4 @@ def test_solutions_tell_angles_in_degrees_as_questions_do() -> None:
     seam = part.details_as(PathDetails).welding_line
     told = seam.compute_results(problem.chain, sp.S.Zero).joints
     assert all(abs(angle - seam.joints[q] * 180 / sp.pi) < 1e-2 for q, angle in zip(problem.chain.q, told, strict=True))
-    assert "rad," not in worked_solution(problem, part).replace("rad/s", "")
+    assert "rad," not in write_solution(problem, part).replace("rad/s", "")

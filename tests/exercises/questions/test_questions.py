@@ -24,7 +24,7 @@ from qdot.exercises.formula.parser import parse_formula
 from qdot.exercises.problem.problem import ENGINE, Part, Problem, ProblemId
 from qdot.exercises.problem.record import to_plain_data
 from qdot.exercises.questions import QUESTIONS
-from qdot.exercises.writing.problem_texts import prompt, worked_solution
+from qdot.exercises.writing.problem_texts import write_prompt, write_solution
 from qdot.grader.grading.certify import find_failures
 from tests.support import DATA, SNAPSHOTS
 from tests.support.problems import drawn
@@ -117,7 +117,7 @@ def test_arms_of_the_books_pass_certificate_and_grader(name: str, textbook_arms:
             part = Part(name, name, answer, question.points, (), details)
             problem = Problem(ProblemId("textbook", 1, (name,)), chain, (part,))
             assert find_failures(problem) == [], chain.name
-            texts = prompt(problem, part) + worked_solution(problem, part)
+            texts = write_prompt(problem, part) + write_solution(problem, part)
             assert not re.search(r"\bNone\b(?! of)", texts), chain.name
             taken += 1
     assert taken

@@ -28,7 +28,7 @@ from qdot.exercises.questions.rank import LostMotionDetails, RankDetails
 from qdot.exercises.singularities.directions import clear_rank, lost_direction, lost_direction_formula
 from qdot.exercises.singularities.singularity import singular_set
 from qdot.exercises.verify.certificate import certify
-from qdot.exercises.writing.problem_texts import worked_solution
+from qdot.exercises.writing.problem_texts import write_solution
 from tests.support.problems import asked, drawn, with_answer
 from tests.support.suites import several
 
@@ -208,7 +208,7 @@ def test_a_factor_has_one_sign_throughout_a_solution() -> None:
     asked = ("determinant", "singularity-type", "singularity-meaning")
     problem = generate(replace(ProblemId.parse("elbow-lateral/607@zeros"), questions=asked))
     for part in problem.parts:
-        assert r"0.45 c_{2} - a_{3} \cos \varphi_{23}" in worked_solution(problem, part)
+        assert r"0.45 c_{2} - a_{3} \cos \varphi_{23}" in write_solution(problem, part)
 
 
 @pytest.mark.parametrize("turn", range(8))

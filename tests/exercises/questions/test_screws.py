@@ -37,7 +37,13 @@ from qdot.exercises.solve.solver import ReadyResult, text_events
 from qdot.exercises.verify import certificate
 from qdot.exercises.verify.certificate import certify
 from qdot.exercises.writing.markup import to_text
-from qdot.exercises.writing.problem_texts import hints, prompt, solution_steps, statement, worked_solution
+from qdot.exercises.writing.problem_texts import (
+    get_solution_steps,
+    write_hints,
+    write_prompt,
+    write_solution,
+    write_statement,
+)
 from tests.support.suites import FEW, WHOLE, few_families, of_families, several
 
 FIXED = [name for name, family in FAMILIES.items() if not family.has_varied_structure]
@@ -165,8 +171,8 @@ def test_no_text_speaks_of_frames_on_the_links_and_an_axis_that_others_have_move
     names = [*own[turn::each], *list_applicable_questions(arm, SHORT_QUESTIONS)[turn::each]]
     for problem in (generate(ProblemId(family, 1, (name,), variation="full", convention="screws")) for name in names):
         (part,) = problem.parts
-        texts = [prompt(problem, part), *hints(problem, part), worked_solution(problem, part)]
-        for text in (statement(problem, ""), *texts):
+        texts = [write_prompt(problem, part), *write_hints(problem, part), write_solution(problem, part)]
+        for text in (write_statement(problem, ""), *texts):
             assert not OF_FRAMES.search(text), (part.name, text)
         unfit = MOVED if part.name in HOME_ONLY else AT_HOME
         if part.name in own and part.name not in BOTH:
@@ -236,7 +242,7 @@ def test_an_own_arm_is_told_by_the_points_of_its_file_and_without_brackets(tmp_p
     axes, home = axes_of(chain)
     q, lengths = np.array([0.3, -0.4, 1.1]), {sp.Symbol("a2"): 0.7}
     values = lengths | dict(zip(chain.q, q, strict=True))
-    for joint, place in solution_steps(chain).point_positions:
+    for joint, place in get_solution_steps(chain).point_positions:
         moved = np.where(np.arange(1, 4) < joint, 0, q)
         assert np.allclose(_floats(place, values), move_point_along_axes(axes, home, moved, lengths))
     _, details = next(question for question in QUESTIONS if question.name == "space-jacobian").ask(chain, Stream("x"))

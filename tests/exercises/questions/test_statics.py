@@ -13,7 +13,7 @@ from qdot.exercises.families import FAMILIES
 from qdot.exercises.generation import generate, questions_of_family
 from qdot.exercises.problem.problem import Part, Problem, ProblemId
 from qdot.exercises.questions import QUESTIONS
-from qdot.exercises.writing.problem_texts import prompt, worked_solution
+from qdot.exercises.writing.problem_texts import write_prompt, write_solution
 from tests.support.problems import as_table, drawn
 from tests.support.suites import of_families
 
@@ -53,7 +53,7 @@ def test_a_joint_carries_the_moment_of_the_load_about_its_own_axis(family: str) 
 def test_the_prompt_names_every_unit_and_load(family: str) -> None:
     problem = drawn(family, 0)
     part = problem["joint-torques"]
-    text = prompt(problem, part)
+    text = write_prompt(problem, part)
     for i, joint in enumerate(problem.chain.joints, 1):
         assert f"$\\tau_{{{i}}}$ in {'N m' if joint.is_revolute else 'N'}" in text
     assert all(f"`{name}`" in text for name in part.symbols)
@@ -76,16 +76,16 @@ def test_a_load_along_the_lost_direction_asks_nothing_of_the_joints(value: sp.Ex
     values = {s: sp.Float(0.3 + 0.37 * k) for k, s in enumerate(sorted(along.free_symbols, key=str))}
     assert max(abs(entry) for entry in along.xreplace(values).evalf()) < 1e-12
     assert abs(across.xreplace(values).evalf()[1]) > 1e-3
-    assert "For a load $F = u$" in worked_solution(problem, part)
+    assert "For a load $F = u$" in write_solution(problem, part)
 
 
 @pytest.mark.parametrize(("family", "is_short"), [("scorbot-wrist", True), ("scara", False)])
 def test_of_an_arm_with_fewer_joints_than_rows_some_loads_never_ask_anything(family: str, is_short: bool) -> None:
     problem, part = asked(family, 1)
-    assert ("in every configuration there are directions" in worked_solution(problem, part)) == is_short
+    assert ("in every configuration there are directions" in write_solution(problem, part)) == is_short
 
 
 @pytest.mark.parametrize(("identity", "is_lost"), [("random-3/638@zeros", False), ("planar-2r/1@chapter", True)])
 def test_no_lost_direction_is_told_of_an_arm_without_one(identity: str, is_lost: bool) -> None:
     problem = generate(replace(ProblemId.parse(identity), questions=("joint-torques",)))
-    assert ("the arm loses a direction" in worked_solution(problem, problem.parts[0])) == is_lost
+    assert ("the arm loses a direction" in write_solution(problem, problem.parts[0])) == is_lost

@@ -14,7 +14,7 @@ from qdot.exercises.generation import questions_of_family, sample_chain
 from qdot.exercises.problem.problem import ProblemId
 from qdot.exercises.questions import QUESTIONS
 from qdot.exercises.questions.transforms import AngleSum, ToolJacobianDetails, TransformDetails
-from qdot.exercises.writing.problem_texts import worked_solution
+from qdot.exercises.writing.problem_texts import write_solution
 from tests.support.problems import drawn
 from tests.support.suites import of_families
 
@@ -60,7 +60,7 @@ def test_no_sum_of_angles_is_claimed_where_no_axes_are_parallel(family: str) -> 
 
 def test_the_solution_multiplies_row_by_row_from_the_base_on() -> None:
     problem = drawn("scara", 0)
-    text = worked_solution(problem, problem["transform"])
+    text = write_solution(problem, problem["transform"])
     places = [text.index(f"T_{{w,{i}}}") for i in range(5)]
     assert places == sorted(places)
 

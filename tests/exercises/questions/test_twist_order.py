@@ -26,7 +26,7 @@ from qdot.exercises.problem.record import compute_digests, make_robot_json
 from qdot.exercises.questions import QUESTIONS
 from qdot.exercises.verify.certificate import certify
 from qdot.exercises.writing.markup import to_text
-from qdot.exercises.writing.problem_texts import hints, prompt, worked_solution
+from qdot.exercises.writing.problem_texts import write_hints, write_prompt, write_solution
 from qdot.grader.judging.judge import judge
 from qdot.grader.judging.verdict import Outcome
 from tests.repository.test_schemas import errors
@@ -152,7 +152,7 @@ V, OMEGA = "v_x, v_y, v_z", r"\omega_x, \omega_y, \omega_z"
 def test_texts_have_the_order_of_the_arm(family: str) -> None:
     for problem, ours, other in zip(both(family), (f"{OMEGA}, {V}", f"{V}, {OMEGA}"), (V, OMEGA), strict=True):
         for part in (part for part in problem.parts if part.name in IN_ORDER):
-            texts = [prompt(problem, part), *hints(problem, part), worked_solution(problem, part)]
+            texts = [write_prompt(problem, part), *write_hints(problem, part), write_solution(problem, part)]
             assert ours in texts[0]
             assert not any(f"{other}, {OMEGA if other == V else V}" in text for text in texts)
             if other == OMEGA:
@@ -163,7 +163,7 @@ def test_texts_have_the_order_of_the_arm(family: str) -> None:
 
 def test_a_solution_shows_its_blocks_where_they_stand() -> None:
     first, second = both("planar-2r", 1, "chapter")
-    (one, other) = (to_text(worked_solution(problem, problem["body-adjoint"])) for problem in (first, second))
+    (one, other) = (to_text(write_solution(problem, problem["body-adjoint"])) for problem in (first, second))
     assert "⎡R      0⎤" in one and "⎣[P] R  R⎦" in one
     assert "⎡R  [P] R⎤" in other and "⎣0  R    ⎦" in other
 
@@ -236,7 +236,7 @@ PLANAR, OWN = 'family = "planar-2r"\n', 'robot = "arm.toml"\n'
 def test_the_nearest_key_says_the_order(folder: Path) -> None:
     def told(top: str, *problems: str) -> list[str]:
         _assignment(folder, top, *problems)
-        return [problem.chain.twist_order for _, problem in load_assignment(folder).problems("ada")]
+        return [problem.chain.twist_order for _, problem in load_assignment(folder).generate_problems("ada")]
 
     by_axes, v, w = 'convention = "screws"\n', 'twist_order = "v-omega"\n', 'twist_order = "omega-v"\n'
     assert told("", PLANAR, OWN) == ["omega-v", "v-omega"]
@@ -249,7 +249,7 @@ def test_another_order_is_another_assignment(folder: Path) -> None:
     digests_of = []
     for top in ("", 'twist_order = "omega-v"\n', 'twist_order = "v-omega"\n'):
         _assignment(folder, 'convention = "screws"\n' + top, PLANAR)
-        digests_of.append(load_assignment(folder).digest)
+        digests_of.append(load_assignment(folder).problems_digest)
     assert digests_of[0] == digests_of[1] != digests_of[2]
 
 

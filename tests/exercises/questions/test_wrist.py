@@ -13,7 +13,7 @@ from qdot.exercises.common.stream import Stream
 from qdot.exercises.problem.problem import Part, Problem, ProblemId
 from qdot.exercises.questions import QUESTIONS
 from qdot.exercises.questions.wrist import derive_blocks
-from qdot.exercises.writing.problem_texts import worked_solution
+from qdot.exercises.writing.problem_texts import write_solution
 from qdot.grader.grading.certify import find_failures
 from tests.support.problems import drawn
 from tests.support.suites import few_of
@@ -61,7 +61,7 @@ def test_textbook_arms_fall_into_blocks_wherever_the_wrist_centre_is_named(
     assert are_identical(wrist, sp.sin(sp.Symbol("theta5"))) or are_identical(wrist, -sp.sin(sp.Symbol("theta5")))
     problem = problem_of(chain)
     assert find_failures(problem) == []
-    assert all(worked_solution(problem, part) for part in problem.parts)
+    assert all(write_solution(problem, part) for part in problem.parts)
 
 
 def test_a_stanford_arm_of_our_own() -> None:
@@ -105,7 +105,7 @@ def test_the_solution_names_the_places_where_each_block_is_singular(family: str)
     assert float(split.arm_block_in_frame_1.xreplace(values).det()) == pytest.approx(
         float(arm.xreplace(values)), abs=1e-12
     )
-    assert "the axes of joints 4 and 6 are collinear" in worked_solution(problem, part)
+    assert "the axes of joints 4 and 6 are collinear" in write_solution(problem, part)
 
 
 def test_a_wrist_with_odd_twists_is_singular_where_its_axes_are_in_one_plane() -> None:
@@ -114,4 +114,4 @@ def test_a_wrist_with_odd_twists_is_singular_where_its_axes_are_in_one_plane() -
     assert not found.has_collinear_axes
     problem = problem_of(chain)
     assert find_failures(problem) == []
-    assert "axes of joints 4, 5 and 6 lie in one plane" in worked_solution(problem, problem.parts[2])
+    assert "axes of joints 4, 5 and 6 lie in one plane" in write_solution(problem, problem.parts[2])

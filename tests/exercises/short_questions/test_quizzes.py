@@ -27,7 +27,7 @@ from qdot.exercises.problem.record import compute_digests
 from qdot.exercises.short_questions import ALL_QUESTIONS, SHORT_QUESTIONS
 from qdot.exercises.short_questions.options import ConfigurationOptions, list_blames
 from qdot.exercises.verify.certificate import certify
-from qdot.exercises.writing.problem_texts import hints, option_text, prompt, worked_solution
+from qdot.exercises.writing.problem_texts import write_hints, write_option, write_prompt, write_solution
 from qdot.grader.cli.main import app
 from qdot.grader.grading.certify import find_failures
 from qdot.grader.judging.judge import judge
@@ -95,8 +95,8 @@ def _is_certified_and_marked(problem: Problem) -> None:
     (part,) = problem.parts
     assert find_failures(problem) == [], part.name
     assert judge(problem, part, part.answer.as_typed(), "seed").outcome is Outcome.CORRECT, part.name
-    _is_clean(prompt(problem, part))
-    _is_clean(worked_solution(problem, part))
+    _is_clean(write_prompt(problem, part))
+    _is_clean(write_solution(problem, part))
     _hints_help_and_give_nothing_away(problem, part)
     _wrong_letters_are_wrong(problem, part)
     _options_have_one_form(problem, part)
@@ -106,7 +106,7 @@ def _options_have_one_form(problem: Problem, part: Part) -> None:
     """No option has a clause that others lack, or a value to more digits: who looks at no arm can't tell it by that."""
     if not isinstance(part.answer, Choice | Selection) or part.answer.options == TRUE_FALSE:
         return
-    texts = [option_text(problem, part, index) for index in range(len(part.answer.options))]
+    texts = [write_option(problem, part, index) for index in range(len(part.answer.options))]
     for clause in (r"\([^()$]*\b[a-z]{3,}", r"[:,;] [^$]*\b(?!or|with)[a-z]{3,}|, with ", r"rounded"):
         found = [bool(re.search(clause, re.sub(r"\$[^$]*\$", "$$", text))) for text in texts]
         assert len(set(found)) == 1, (part.name, clause, texts)
@@ -117,7 +117,7 @@ def _options_have_one_form(problem: Problem, part: Part) -> None:
 
 
 def _hints_help_and_give_nothing_away(problem: Problem, part: Part) -> None:
-    given = hints(problem, part)
+    given = write_hints(problem, part)
     assert len(set(given)) == 3 and all(len(hint) > 30 for hint in given), part.name
     if part.kind == "determinant-choice":  # as most options are there
         assert "$$\n0\n$$" not in given[-1], part.name
@@ -197,7 +197,7 @@ def test_a_configuration_that_is_shown_rounded_does_not_stand_out(name: str, see
     (part,) = problem.parts
     assert isinstance(part.details, ConfigurationOptions) and part.details.rounded_joints
     _options_have_one_form(problem, part)
-    assert prompt(problem, part).count("rounded") == 1
+    assert write_prompt(problem, part).count("rounded") == 1
 
 
 @pytest.mark.parametrize(

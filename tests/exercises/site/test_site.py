@@ -174,7 +174,7 @@ def test_what_cannot_be_certified_is_drawn_anew_and_at_last_left_out(
         return ["put in"] if "determinant" in names and is_wrong else []
 
     monkeypatch.setattr(command, "find_failures", failures)
-    monkeypatch.setattr(supply, "MAX_DRAWS", 3)  # each of 10 would be made with all questions
+    monkeypatch.setattr(supply, "MAX_SEEDS", 3)  # each of 10 would be made with all questions
     arguments = ordered(site)
     run(*arguments)
     assert loaded(site, "polar-rp/001")["id"] == "polar-rp/1001@chapter"
@@ -258,7 +258,7 @@ def test_a_course_has_variants_of_its_own_problems_and_tells_no_seed(few_pages: 
     families = loaded(site, "index")["families"]
     assert {problem["variation"] for family in families for problem in family["problems"]} == {"frames"}
     assert loaded(site, "p1/p1-001")["id"] == "p1-001"
-    seeds = [str(assignment.slots[0].identity(assignment.secret, f"bank/{n}").seed) for n in range(20)]
+    seeds = [str(assignment.slots[0].make_problem_id(assignment.secret, f"bank/{n}").seed) for n in range(20)]
     content = "".join(path.read_text() for path in site.glob("bank/**/*.json"))
     assert not [hidden for hidden in (assignment.secret, *seeds) if hidden in content]
     assert "<title>T</title>" in (site / "index.html").read_text()

@@ -30,7 +30,7 @@ from qdot.exercises.site.record import (
     translate_record,
 )
 from qdot.exercises.writing.latex import tex
-from qdot.exercises.writing.problem_texts import prompt
+from qdot.exercises.writing.problem_texts import write_prompt
 from tests.support import ROOT
 from tests.support.problems import parts_in_turn
 from tests.support.suites import WHOLE, few_families
@@ -63,9 +63,9 @@ def test_a_prompt_says_in_which_rates_an_answer_is_and_what_rows_and_columns_bel
     for part in problem.parts:
         if not isinstance(part.answer, (Choice, Selection, Matching)):
             used = set(re.findall(r"\w+", json.dumps(part.answer.as_json()))) & spoken
-            assert used <= set(find_typed_names(problem, prompt(problem, part))), part.name
+            assert used <= set(find_typed_names(problem, write_prompt(problem, part))), part.name
     for part in problem.parts:
-        plain, grid = re.sub(r"[{}]", "", prompt(problem, part)), _list_labels(problem.chain, part)
+        plain, grid = re.sub(r"[{}]", "", write_prompt(problem, part)), _list_labels(problem.chain, part)
         for lines, count, order in zip(grid, part.shape or (1, 1), ("rows", "columns"), strict=True):
             assert len(lines) in (0, count), (part.name, order)
             named = re.search(rf"{order} in the order \$([^$]*)\$", plain)
@@ -225,7 +225,7 @@ def test_the_arm_beside_a_question_has_the_numbers_of_its_text(family: str, quiz
         if part.kind in OF_ALL_POSES:
             continue
         pose = _find_given_pose(problem.chain, part)
-        text = prompt(problem, part).split("- **A.**")[0]
+        text = write_prompt(problem, part).split("- **A.**")[0]
         said = {f"{letter}{index}": float(value) for letter, index, value in LENGTH.findall(text)}
         said |= {f"theta{index}": np.radians(float(value)) for index, value in ANGLE.findall(text)}
         assert not said or pose == pytest.approx(said | (pose or {}), abs=1e-4), part.kind

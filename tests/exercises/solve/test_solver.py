@@ -29,7 +29,7 @@ from qdot.exercises.solve.solver import ReadyResult, Solution, solve, text_event
 from qdot.exercises.solve.special_lengths import _normalize_condition
 from qdot.exercises.solve.time_limited import write_solution
 from qdot.exercises.writing.markup import to_text
-from qdot.exercises.writing.problem_texts import solution_steps
+from qdot.exercises.writing.problem_texts import get_solution_steps
 from qdot.exercises.writing.solution_steps import SingularComponent, SolutionSteps
 from tests.repository.test_schemas import errors
 from tests.support import DATA
@@ -97,7 +97,7 @@ def test_the_pose_at_home_of_oblique_axes_is_what_the_file_says(tmp_path: Path) 
     (a1, a2, d3), share = sp.symbols("a1 a2 d3"), sp.Rational(1, 5)
     steps = SolutionSteps(chain)
     assert list(steps.point_at_home) == [a1 + a2, 0, sp.Rational(1, 4)]
-    assert list(steps.axis_at_home(3)) == [0, 3 * share, 4 * share]
+    assert list(steps.derive_axis_at_home(3)) == [0, 3 * share, 4 * share]
     (_, place), *_ = steps.point_positions
     assert list(place) == [a1 + a2, 3 * share * d3, 4 * share * d3 + sp.Rational(1, 4)]
 
@@ -497,7 +497,7 @@ def test_what_a_test_in_numbers_finds_amiss_is_told(
     solution = solve(chain)
     assert said in (solution.note or "") and (said == "") == (solution.note is None)
     monkeypatch.setattr(SolutionSteps, "singular_components", [])
-    solution_steps.cache_clear()
+    get_solution_steps.cache_clear()
     note = solve(chain).note
     assert (
         note is not None

@@ -18,7 +18,7 @@ from qdot.exercises.solve.solver import Singularities, singular_events, solve
 from qdot.exercises.solve.special_lengths import list_length_relations
 from qdot.exercises.verify.appearance import sample_component
 from qdot.exercises.writing import solution_steps as steps_module
-from qdot.exercises.writing.problem_texts import solution_steps
+from qdot.exercises.writing.problem_texts import get_solution_steps
 from qdot.exercises.writing.solution_steps import SingularComponent
 from tests.support.solving import written, written_data
 from tests.support.suites import of_families
@@ -151,10 +151,10 @@ def test_what_is_said_of_a_part_of_a_task_is_so_of_that_part(
 )
 def test_a_false_look_or_kind_is_not_told(false: Classification, monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setattr(steps_module, "classify", lambda *_: false)
-    solution_steps.cache_clear()
+    get_solution_steps.cache_clear()
     solution = solve(Chain("mine", PLANAR, ("vx", "vy")))
     (found,) = written_data(solution.chain)["singular"]
-    solution_steps.cache_clear()
+    get_solution_steps.cache_clear()
     if false.kind == "internal":
         assert (found["meaning"], found["uniform"]) == (false.meaning, False)
     else:
@@ -163,7 +163,7 @@ def test_a_false_look_or_kind_is_not_told(false: Classification, monkeypatch: py
 
 def test_words_are_sound_where_they_are_so_of_every_configuration() -> None:
     chain = Chain("mine", PLANAR, ("vx", "vy"))
-    (component,) = solution_steps(chain).components
+    (component,) = get_solution_steps(chain).components
     samples = sample_component(chain, component)
     assert certify_statement(chain, "arm stretched out or folded back", samples)
     assert certify_statement(chain, "arm stretched out", samples) == ""

@@ -8,7 +8,7 @@ from qdot.exercises.problem.problem import ProblemId
 from qdot.exercises.questions.singular import KindDetails
 from qdot.exercises.short_questions.single_configuration import ConfigurationStatement
 from qdot.exercises.verify.certificate import certify
-from qdot.exercises.writing.problem_texts import worked_solution
+from qdot.exercises.writing.problem_texts import write_solution
 
 
 @pytest.mark.parametrize("family", ["planar-3r", "elbow-3r"])
@@ -39,7 +39,7 @@ def test_one_side_of_a_boundary_is_named_only_if_the_lost_direction_has_one(
     """P on the axis of joint 2 is on the boundary, but reaches both sides of the lost direction there."""
     asked = generate(problem, ["singularity-type"])
     (part,) = asked.parts
-    solution = worked_solution(asked, part)
+    solution = write_solution(asked, part)
     assert part.details_as(KindDetails).singularity_kind == "boundary"
     assert (ONE_SIDE in solution) == one_side and certify(asked).passed
     assert solution.partition("the Jacobian loses rank")[0].count("= 0") == conditions

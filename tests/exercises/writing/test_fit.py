@@ -10,7 +10,7 @@ from qdot.exercises.formula.latex import parse_latex
 from qdot.exercises.problem.problem import Problem, ProblemId
 from qdot.exercises.writing import fit
 from qdot.exercises.writing.markup import HTML_WIDTH, LATEX_WIDTH, fit_latex, to_html, to_latex
-from qdot.exercises.writing.problem_texts import prompt, worked_solution
+from qdot.exercises.writing.problem_texts import write_prompt, write_solution
 from qdot.exercises.writing.typst import to_typst
 from tests.support.problems import drawn, parts_in_turn
 
@@ -26,13 +26,13 @@ WIDE = rf"J = {ROW}, \qquad J J^T = {ROW}"
 def formulas(identity: ProblemId) -> set[str]:
     """Formulas on lines of their own in a problem with its solution, in `make whole` all of them."""
     problem = drawn(identity.family, identity.seed)
-    texts = [write(problem, part) for part in parts_in_turn(problem) for write in (prompt, worked_solution)]
+    texts = [write(problem, part) for part in parts_in_turn(problem) for write in (write_prompt, write_solution)]
     return {" ".join(found.split()) for text in texts for found in DISPLAY.findall(text)}
 
 
 def width(latex: str) -> float:
     """The width of a formula."""
-    return fit.formula_width(parse_latex(latex))
+    return fit.estimate_width(parse_latex(latex))
 
 
 def symbols(latex: str) -> Counter[str]:

@@ -23,7 +23,7 @@ from qdot.exercises.singularities.singularity import singular_set
 from qdot.exercises.writing.angles import AngleNames
 from qdot.exercises.writing.hint_context import Entry, HintContext
 from qdot.exercises.writing.latex import tex, tex_angle
-from qdot.exercises.writing.problem_texts import hints, prompt
+from qdot.exercises.writing.problem_texts import write_hints, write_prompt
 from qdot.exercises.writing.solution_steps import SolutionSteps
 from qdot.grader.cli.main import app
 from qdot.grader.grading.certify import CERTIFIER
@@ -33,7 +33,7 @@ Draw = Callable[[str, int], Problem]
 
 
 def test_every_part_has_three_hints_that_read_well_and_keep_the_answers(problem: Problem) -> None:
-    given = {part.name: hints(problem, part) for part in problem.parts}
+    given = {part.name: write_hints(problem, part) for part in problem.parts}
     for part in problem.parts:
         assert len(set(given[part.name])) == 3, part.name
         for hint in given[part.name]:
@@ -80,7 +80,7 @@ def _keeps(problem: Problem, part: Part, text: str) -> None:
     if isinstance(answer, ConditionSet):
         _solves_nothing(problem.chain, answer, text)
     if isinstance(answer, (Number, Direction)) and not answer.reference.free_symbols:
-        _has_no_digits(answer.reference, text, prompt(problem, part), where)
+        _has_no_digits(answer.reference, text, write_prompt(problem, part), where)
     if isinstance(answer, Direction) and answer.reference.free_symbols:
         assert tex(answer.reference, problem.chain, _angles(problem.chain)) not in text, where
     if isinstance(answer, Matrix):
@@ -170,7 +170,7 @@ def test_arms_of_one_joint_are_given_a_method_where_a_step_would_be_the_answer(c
     assert len(names) > 5
     for name in names:
         problem = asked(name, chain)
-        three, (part,) = hints(problem, problem.parts[0]), problem.parts
+        three, (part,) = write_hints(problem, problem.parts[0]), problem.parts
         for hint in three:
             _reads_well(hint, name)
         _keeps(problem, part, "\n".join(three))
@@ -189,7 +189,7 @@ def test_what_a_hint_shows_is_true(problem: Problem) -> None:
     for component in singular_set(chain) or ():
         if component.solutions and chain.n <= 3:
             place = [(joint, found[0]) for joint, found in component.solutions]
-            if (lost := steps.lost_direction_at(tuple(place))) is not None:
+            if (lost := steps.find_lost_direction(tuple(place))) is not None:
                 shown.append((lost[0].jacobian, steps.derivation.jacobian.xreplace(dict(place))))
     for matrix, other in shown:
         assert all(abs(entry) < 1e-12 for entry in (matrix - other).xreplace(values).evalf(20))
@@ -197,14 +197,14 @@ def test_what_a_hint_shows_is_true(problem: Problem) -> None:
 
 def test_of_a_result_one_column_or_entry_is_shown_if_others_are_left() -> None:
     x, y = sp.symbols("x y")
-    assert HintContext.column(sp.Matrix([[x, y], [1, 0]])) == 2
-    assert HintContext.column(sp.Matrix([[x, 1], [y, 0]])) is None  # nothing but constants would be left
-    assert HintContext.column(sp.Matrix([[x, -x]])) is None
-    assert HintContext.entry(sp.Matrix([1, -y, x])) == Entry(2, 1, -y)
-    assert HintContext.entry(sp.Matrix([x, -x, 3])) is None
+    assert HintContext.find_column(sp.Matrix([[x, y], [1, 0]])) == 2
+    assert HintContext.find_column(sp.Matrix([[x, 1], [y, 0]])) is None  # nothing but constants would be left
+    assert HintContext.find_column(sp.Matrix([[x, -x]])) is None
+    assert HintContext.find_entry(sp.Matrix([1, -y, x])) == Entry(2, 1, -y)
+    assert HintContext.find_entry(sp.Matrix([x, -x, 3])) is None
     minors = [("columns 1, 2", sp.S.Zero), ("columns 1, 3", x), ("columns 2, 3", y)]
-    assert HintContext.minor(minors) == ("columns 1, 3", x)
-    assert HintContext.minor([("columns 1, 2", x), ("columns 1, 3", -x)]) is None
+    assert HintContext.find_minor(minors) == ("columns 1, 3", x)
+    assert HintContext.find_minor([("columns 1, 2", x), ("columns 1, 3", -x)]) is None
     assert HintContext.reveals_entry(sp.Matrix([x, 0.5012]), sp.Float(-0.5))
     assert HintContext.reveals_entry(sp.Matrix([[y, -x]]), x)
     assert not HintContext.reveals_entry(sp.Matrix([x, 1, 0.51]), sp.Matrix([0.5, 1, y]))
@@ -221,7 +221,7 @@ def test_show_has_hints_when_they_are_asked_for(format: str, drawn: Draw) -> Non
     without, shown = show(problem, True, format), show(problem, True, format, hinted=True)
     if format == "json":  # always has them
         for part, *given in zip(problem.parts, *(json.loads(text)["parts"] for text in (without, shown)), strict=True):
-            assert [one["hints"] for one in given] == [list(hints(problem, part))] * 2
+            assert [one["hints"] for one in given] == [list(write_hints(problem, part))] * 2
         return
     assert "Hint 1" not in without and [shown.count(f"Hint {i}") for i in (1, 2, 3)] == [6] * 3
     assert shown.count("<details") - without.count("<details") == (18 if format in ("html", "ipynb") else 0)
@@ -252,10 +252,10 @@ def test_hints_make_another_edition_of_the_same_problems(folder: Path) -> None:
     plain = load_assignment(folder)
     assert not plain.hints and (release_student((plain, CERTIFIER), "s001").outcome) == "written"
     (folder / "assignment.toml").write_text("hints = false\n" + TOML)
-    assert load_assignment(folder).edition == plain.edition
+    assert load_assignment(folder).notebook_digest == plain.notebook_digest
     (folder / "assignment.toml").write_text("hints = true\n" + TOML)
     hinted = load_assignment(folder)
-    assert hinted.digest == plain.digest and hinted.edition != plain.edition
+    assert hinted.problems_digest == plain.problems_digest and hinted.notebook_digest != plain.notebook_digest
     assert [release_student((hinted, CERTIFIER), "s001").outcome for _ in range(2)] == ["rewritten", "kept"]
     for kind in ("released", "solutions"):
         assert (folder / kind / "s001" / "hw.ipynb").read_text().count("<summary>Hint") == 3

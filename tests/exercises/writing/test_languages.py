@@ -21,13 +21,19 @@ from qdot.exercises.writing import languages, translatable_phrases
 from qdot.exercises.writing.languages import (
     LANGUAGES,
     LOCALE,
-    catalogue,
-    mistake_context,
-    phrase_pattern,
+    load_catalogue,
+    make_phrase_pattern,
+    name_mistake_context,
     read_catalogue,
 )
-from qdot.exercises.writing.problem_texts import hints, option_text, prompt, statement, worked_solution
-from qdot.exercises.writing.render import environment, template_folder
+from qdot.exercises.writing.problem_texts import (
+    write_hints,
+    write_option,
+    write_prompt,
+    write_solution,
+    write_statement,
+)
+from qdot.exercises.writing.render import find_template_folder, make_environment
 from tests.support.problems import parts_in_turn
 from tests.support.suites import few_families, several
 from tests.tools import collect_messages
@@ -62,16 +68,16 @@ def pieces(text: str) -> Counter[str]:
 
 def both(problem: Problem, language: str) -> Iterator[tuple[str, str, str]]:
     """Yield every text of a problem: what it is, in English, and in a language."""
-    yield "statement", statement(problem, ""), statement(problem, "", language=language)
+    yield "statement", write_statement(problem, ""), write_statement(problem, "", language=language)
     for part in problem.parts:
-        yield f"{part.name}: prompt", prompt(problem, part), prompt(problem, part, language)
-        yield f"{part.name}: solution", worked_solution(problem, part), worked_solution(problem, part, language)
-        told = zip(hints(problem, part), hints(problem, part, language), strict=True)
+        yield f"{part.name}: prompt", write_prompt(problem, part), write_prompt(problem, part, language)
+        yield f"{part.name}: solution", write_solution(problem, part), write_solution(problem, part, language)
+        told = zip(write_hints(problem, part), write_hints(problem, part, language), strict=True)
         for number, (english, own) in enumerate(told, 1):
             yield f"{part.name}: hint {number}", english, own
         for index in range(options_of(part)):
-            own = option_text(problem, part, index, language)
-            yield f"{part.name}: option {index}", option_text(problem, part, index), own
+            own = write_option(problem, part, index, language)
+            yield f"{part.name}: option {index}", write_option(problem, part, index), own
 
 
 def options_of(part: Part) -> int:
@@ -93,7 +99,7 @@ def test_the_texts_of_a_family_hold_the_same_formulas_and_no_english(
             plain, words = PIECES.sub(" ", own), PIECES.sub(" ", english)
             assert not LEFT.findall(plain), (problem.id, name, own)
             assert plain.strip() != words.strip() or not re.search(r"[a-z]{3}", words), (problem.id, name)
-        assert catalogue(language).arm_title(problem.chain.title) != problem.chain.title
+        assert load_catalogue(language).translate_arm_title(problem.chain.title) != problem.chain.title
 
 
 # --- the files of messages ---
@@ -128,7 +134,7 @@ def test_messages_come_from_every_kind_of_source(due: Catalog) -> None:
         ("All columns are zero.", None),  # a template
         ("There,", "has rank"), (scara, "family"), ("row {n}", "phrase"),
         (english["verdict.branches"], "site verdict.branches"),
-        *((mistake.message, mistake_context(mistake.name)) for mistake in CATALOGUE.values()),
+        *((mistake.message, name_mistake_context(mistake.name)) for mistake in CATALOGUE.values()),
     ):  # fmt: skip
         assert due.get(message, context) is not None, message
     assert found(due, "In this table %(links)s is zero.").id[1] == "In this table %(links)s are zero."
@@ -139,7 +145,7 @@ def test_messages_come_from_every_kind_of_source(due: Catalog) -> None:
 
 def test_templates_that_tell_a_problem_have_no_words_outside_of_messages() -> None:
     names = ("hint", "solution", "statement")
-    folder = template_folder()
+    folder = find_template_folder()
     paths = [*folder.glob("questions/*.j2"), *(folder / "writing" / f"{name}.md.j2" for name in names)]
     for path in paths:
         text = re.sub(r"\{% trans .*?\{% endtrans [+-]?%\}", "", path.read_text(encoding="utf-8"), flags=re.DOTALL)
@@ -221,12 +227,14 @@ def scratch(due: Catalog, tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> It
             one = message.id
             message.string = accented(one) if isinstance(one, str) else tuple(map(accented, one))
     for name in translatable_phrases.ARMS:
-        found(made, name, languages.ARM_IN_SENTENCE).string = accented(catalogue("en").arm_in_sentence(name))
+        found(made, name, languages.ARM_IN_SENTENCE).string = accented(
+            load_catalogue("en").translate_arm_in_sentence(name)
+        )
     found(made, ".", "decimal sign").string = "."
     (tmp_path / "eo.po").write_text(po_text(made), encoding="utf-8")
     yield "eo"
-    catalogue.cache_clear()
-    environment.cache_clear()
+    load_catalogue.cache_clear()
+    make_environment.cache_clear()
 
 
 @pytest.mark.parametrize("family", several(("planar-2r", "scara"), SOME))
@@ -248,7 +256,7 @@ def test_a_new_language_is_whole_from_problem_to_site(scratch: str, due: Catalog
     assert [row[1:] for row in own["said"]] == [[accented(text) for text in row[1:]] for row in record["said"]]
     titles = json.loads(titles_text(scratch, [("scara", FAMILIES["scara"].title, "")]))
     assert titles["families"] == {"scara": accented(FAMILIES["scara"].title)}
-    texts = json.loads(site_text(scratch, catalogue(scratch)))
+    texts = json.loads(site_text(scratch, load_catalogue(scratch)))
     assert texts == {key: accented(text) for key, text in site_english().items()}
     assert find_faults(scratch, open_catalog(languages.LOCALE / f"{scratch}.po"), due) == []
 
@@ -261,28 +269,28 @@ def test_the_sentences_on_mistakes_are_found_again_in_the_language(language: str
     for name, kind in CATALOGUE.items():
         fields = re.findall(r"\{(\w+)\}", kind.message)
         words = {field: str(number) for number, field in enumerate(dict.fromkeys(fields), 1)}
-        own = catalogue(language).mistake_sentence(
+        own = load_catalogue(language).translate_mistake_sentence(
             kind.name, kind.message, kind.chapter_reference, kind.format_message(words)
         )
-        says = catalogue(language).translations.pgettext(mistake_context(name), kind.message)
+        says = load_catalogue(language).translations.pgettext(name_mistake_context(name), kind.message)
         assert says != kind.message and own.startswith(says.format(**words)), name
         assert not LEFT.findall(own), own
 
 
 def test_decimals_are_german_in_formulas_and_nowhere_else() -> None:
-    german = catalogue("de").localize_formulas
+    german = load_catalogue("de").localize_formulas
     assert german(r"$a = 0.5\,\text{m}$ (6.12) `0.5`") == r"$a = 0{,}5\,\text{m}$ (6.12) `0.5`"
     assert german("$(0.5, 1)$ and $(x, y)$") == "$(0{,}5; 1)$ and $(x, y)$"
     assert german("$T_z(0.5)\\, R_x$ $$a = 1.5, \\qquad b$$") == "$T_z(0{,}5)\\, R_x$ $$a = 1{,}5, \\qquad b$$"
-    assert catalogue("de").translate_phrase("within 0.01 rad/s") == "auf 0,01 rad/s genau"
+    assert load_catalogue("de").translate_phrase("within 0.01 rad/s") == "auf 0,01 rad/s genau"
 
 
 def test_an_arm_or_a_phrase_that_nobody_translated_is_shown_as_it_is() -> None:
-    words, own = catalogue("de"), "The one in our lab"
-    assert words.arm_title(own) == own and words.arm_in_sentence(own) == f"den Arm „{own}“"
+    words, own = load_catalogue("de"), "The one in our lab"
+    assert words.translate_arm_title(own) == own and words.translate_arm_in_sentence(own) == f"den Arm „{own}“"
     assert words.translate_phrase("no such phrase") == "no such phrase"
-    assert words.arm_in_sentence("RPRR arm") == "einen RPRR-Arm"
-    assert phrase_pattern("{a} for {a}").fullmatch("x for y") is None
+    assert words.translate_arm_in_sentence("RPRR arm") == "einen RPRR-Arm"
+    assert make_phrase_pattern("{a} for {a}").fullmatch("x for y") is None
     titles = [("scara", FAMILIES["scara"].title, ""), ("elbow", own, ""), ("p1", "First place", "")]
     assert json.loads(titles_text("de", titles))["families"] == {"scara": "SCARA-Arm (RRPR)"}
 

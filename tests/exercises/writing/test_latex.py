@@ -17,18 +17,18 @@ from qdot.exercises.formula.printers.latex import latex_text
 from qdot.exercises.formula.printers.mathml import mathml_text
 from qdot.exercises.formula.trees import Node
 from qdot.exercises.problem.problem import Problem
-from qdot.exercises.writing.angles import AngleNames, link_angles, name_angles
-from qdot.exercises.writing.fit import formula_width
+from qdot.exercises.writing.angles import AngleNames, list_link_angles, name_angles
+from qdot.exercises.writing.fit import estimate_width
 from qdot.exercises.writing.latex import (
     MAX_LINE_WIDTH,
-    numeric_lengths,
-    symbol_latex,
+    list_numeric_lengths,
     tex,
     tex_angle,
     tex_length,
     tex_lines,
+    write_symbol,
 )
-from qdot.exercises.writing.problem_texts import answer_code, worked_solution, worked_solutions
+from qdot.exercises.writing.problem_texts import write_answer_code, write_solution, write_solutions
 from qdot.exercises.writing.solution_steps import SolutionSteps
 from qdot.exercises.writing.typeset import TooDeep, typeset
 from qdot.grader.judging.judge import judge
@@ -94,7 +94,7 @@ def test_table_entries() -> None:
     for length, shown in ((Q(7, 20), r"0.35\,\text{m}"), (A1, "a_{1}"), (sp.S.Zero, "0")):
         assert tex_length(length) == shown
     assert tex_length(D2 - Q(33, 100)) == r"d_{2} - 0.33\,\text{m}"
-    assert symbol_latex("qd2", ("2",)) == r"\dot{d}_{2}"
+    assert write_symbol("qd2", ("2",)) == r"\dot{d}_{2}"
 
 
 # --- named angles ---
@@ -140,12 +140,12 @@ def test_printed_formulas_break_between_their_terms(problem: Problem) -> None:
     for entry in set(_entries(problem)):
         shown, lines = tex(entry, problem.chain), tex_lines(entry, problem.chain).split(r" \\ & \quad ")
         assert " ".join(lines) == shown
-        assert len(lines) == 1 or formula_width(parse_latex(shown)) > MAX_LINE_WIDTH - 1.0
+        assert len(lines) == 1 or estimate_width(parse_latex(shown)) > MAX_LINE_WIDTH - 1.0
         assert all(line.startswith(("+ ", "- ")) and line.count("{") == line.count("}") for line in lines[1:])
 
 
 def test_named_angles_are_the_links_own(problem: Problem) -> None:
-    links, names = link_angles(problem.chain), SolutionSteps(problem.chain).angles
+    links, names = list_link_angles(problem.chain), SolutionSteps(problem.chain).angles
     if problem.id.family in CHAPTER:  # where a slide lies between parallel axes, their angles add up beside the links'
         derivation = derive(problem.chain)
         used = (names.use_names(derivation.position.row_join(derivation.linear))).free_symbols & set(
@@ -167,7 +167,7 @@ def test_quotients_of_lengths_are_of_decimals_and_others_stay_fractions() -> Non
         inverse = tex(derive(chain).inverse, chain)
         assert there in inverse and not_there not in inverse
     chain = generate("planar-3r-pose/819@lengths", ["jacobian"]).chain
-    assert numeric_lengths(chain) == (Q(9, 20), Q(7, 20))
+    assert list_numeric_lengths(chain) == (Q(9, 20), Q(7, 20))
     assert tex(11 * S(T1) / (13 * S(T2)), chain) == r"\frac{11 s_{1}}{13 s_{2}}"
     assert tex(5 * S(T1) / S(T2), chain) == r"\frac{5 s_{1}}{s_{2}}"
 
@@ -246,23 +246,23 @@ def test_examples(identity: str, name: str) -> None:
 def test_the_solutions_hold_these_lines_and_name_no_angle(identity: str, names: Answers) -> None:
     problem = asked(identity)
     for name, rows in names.items():
-        text = printed(worked_solution(problem, problem[name]))
+        text = printed(write_solution(problem, problem[name]))
         for entry in {entry for row in rows for entry in row}:
             assert name == "inverse-jacobian" or entry in text, (name, entry)
-    assert not any(r"\varphi" in text for text in worked_solutions(problem).values())
+    assert not any(r"\varphi" in text for text in write_solutions(problem).values())
 
 
 def test_the_inverse_is_the_books_matrix_over_the_determinant() -> None:
     matrix = r"\begin{bmatrix} a_2 c_12 & a_2 s_12 \\ -a_1 c_1 - a_2 c_12 & -a_1 s_1 - a_2 s_12 \end{bmatrix}"
-    text = worked_solution(asked("planar-2r"), asked("planar-2r")["inverse-jacobian"])
+    text = write_solution(asked("planar-2r"), asked("planar-2r")["inverse-jacobian"])
     assert rf"\frac{{1}}{{a_1 a_2 s_2}} {matrix}" in printed(text)
 
 
 def test_code_reads_as_the_formula_does() -> None:
-    assert answer_code(asked("planar-2r"), asked("planar-2r")["position"]) == (
+    assert write_answer_code(asked("planar-2r"), asked("planar-2r")["position"]) == (
         "Matrix([\n    a1*cos(theta1) + a2*cos(theta1 + theta2),\n    a1*sin(theta1) + a2*sin(theta1 + theta2),\n])"
     )
-    assert answer_code(asked("elbow-3r"), asked("elbow-3r")["determinant"]) == (
+    assert write_answer_code(asked("elbow-3r"), asked("elbow-3r")["determinant"]) == (
         "a2*a3*sin(theta3)*(a1 + a2*cos(theta2) + a3*cos(theta2 + theta3))"
     )
 

@@ -19,14 +19,14 @@ from qdot.exercises.short_questions import ALL_QUESTIONS
 from qdot.exercises.writing.latex import tex
 from qdot.exercises.writing.markup import to_html, to_html_for_mathjax, to_latex, to_text
 from qdot.exercises.writing.problem_texts import (
-    answer_code,
-    prompt,
-    statement,
-    worked_solution,
-    worked_solutions,
+    write_answer_code,
+    write_prompt,
+    write_solution,
+    write_solutions,
+    write_statement,
 )
-from qdot.exercises.writing.render import template_folder
-from qdot.exercises.writing.short_answer import short_answer
+from qdot.exercises.writing.render import find_template_folder
+from qdot.exercises.writing.short_answer import write_short_answer
 from qdot.exercises.writing.solution_steps import SolutionSteps
 from tests.support.problems import LONG_ARMS, parts_in_turn
 from tests.support.programs import LATEX, needs
@@ -37,7 +37,7 @@ Draw = Callable[[str, int], Problem]
 
 
 def test_every_question_has_its_templates() -> None:
-    there = {path.name.removesuffix(".md.j2") for path in (template_folder() / "questions").iterdir()}
+    there = {path.name.removesuffix(".md.j2") for path in (find_template_folder() / "questions").iterdir()}
     assert there == {question.template or name for name, question in ALL_QUESTIONS.items()} | {"options"}
 
 
@@ -49,7 +49,7 @@ def test_every_question_has_its_turn_in_sweeps_that_look_at_some(drawn: Draw) ->
 
 def test_prompts_ask_and_give_nothing_away(problem: Problem) -> None:
     for part in problem.parts:
-        _asks(part, prompt(problem, part))
+        _asks(part, write_prompt(problem, part))
 
 
 def _asks(part: Part, text: str) -> None:
@@ -68,13 +68,13 @@ def _asks(part: Part, text: str) -> None:
 @pytest.mark.parametrize("family", CHAPTER)
 def test_the_words_do_not_tell_how_many_conditions_there_are(family: str) -> None:
     problems = [generate(ProblemId(family, seed, ("singular-angles",), variation="frames")) for seed in range(3)]
-    (text,) = {prompt(problem, problem.parts[0]) for problem in problems}
+    (text,) = {write_prompt(problem, problem.parts[0]) for problem in problems}
     assert not re.search(r"\bone condition|two conditions", text)
 
 
 def test_worked_solutions_end_in_the_reference(problem: Problem) -> None:
     for part in parts_in_turn(problem) if problem.id.family in LONG_ARMS else problem.parts:
-        _explains(part, worked_solution(problem, part))
+        _explains(part, write_solution(problem, part))
 
 
 def _explains(part: Part, text: str) -> None:
@@ -99,7 +99,7 @@ def _is_clean(text: str) -> None:
 
 
 def test_statement_gives_table_point_task_and_symbols(problem: Problem) -> None:
-    text, chain = statement(problem, "A title"), problem.chain
+    text, chain = write_statement(problem, "A title"), problem.chain
     _is_clean(text)
     assert len(re.findall(r"^\| \d", text, re.MULTILINE)) == chain.n
     for name in [*chain.q, *chain.rates, *chain.parameters]:
@@ -147,7 +147,7 @@ def test_pages_texts_and_documents(problem: Problem, solution: bool) -> None:
     assert "$" not in text and "\\" not in text and not re.search(r"\*\*(?!\d)", text)
     latex = show(problem, solution, "latex")
     assert latex.count(r"\begin{") == latex.count(r"\end{") and latex.count("{") == latex.count("}")
-    for answer in [answer_code(problem, p) for p in problem.parts if p.kind in ("jacobian", "determinant")]:
+    for answer in [write_answer_code(problem, p) for p in problem.parts if p.kind in ("jacobian", "determinant")]:
         assert (max(answer.splitlines(), key=len) in text) == solution or answer in ("1", "-1")
 
 
@@ -203,12 +203,12 @@ def test_what_an_earlier_part_has_found_is_not_derived_again() -> None:
     """A solution by itself shows the Jacobian and its determinant; behind the parts that ask for them it uses them."""
     asked = ("position", "jacobian", "determinant", "inverse-velocity", "singular-angles", "joint-torques")
     problem = generate(ProblemId("planar-2r", 1, asked, variation="chapter"))
-    together = worked_solutions(problem)
+    together = write_solutions(problem)
     for name in ("jacobian", "singular-angles", "joint-torques"):
-        alone = worked_solution(problem, problem[name])
+        alone = write_solution(problem, problem[name])
         assert "found above" in together[name] and "found above" not in alone
         assert len(alone) > len(together[name])
-    assert "J = " in worked_solution(problem, problem["inverse-velocity"])
+    assert "J = " in write_solution(problem, problem["inverse-velocity"])
     assert "J = " not in together["inverse-velocity"]
 
 
@@ -234,11 +234,11 @@ def test_no_line_ends_between_a_formula_and_the_signs_that_belong_to_it() -> Non
     ("family", "kinds"), [("planar-2r", "both revolute"), ("planar-3r", "all revolute"), ("cartesian", "all prismatic")]
 )
 def test_the_kinds_of_all_joints_are_one_phrase_where_they_are_alike(family: str, kinds: str) -> None:
-    assert f"joints, {kinds}. " in statement(generate(ProblemId(family, 1)), "")
+    assert f"joints, {kinds}. " in write_statement(generate(ProblemId(family, 1)), "")
 
 
 def test_an_option_that_says_itself_is_named_by_its_letter_alone() -> None:
     problem = generate(ProblemId("planar-2r", 1, ("true-or-false",)))
     (part,) = problem.parts
     assert isinstance(part.answer, Choice)
-    assert short_answer(problem, part).strip() == f"**{part.answer.typed_text}**"
+    assert write_short_answer(problem, part).strip() == f"**{part.answer.typed_text}**"

@@ -14,10 +14,10 @@ from qdot.exercises.arm.derivation import derive
 from qdot.exercises.common.stream import Stream
 from qdot.exercises.generation import generate, sample_chain
 from qdot.exercises.problem.problem import Problem, ProblemId
-from qdot.exercises.writing.angles import arm_angles, name_angles, needs_no_name
-from qdot.exercises.writing.constant_angles import constant_angles, use_constant_angles
+from qdot.exercises.writing.angles import iterate_arm_angles, name_angles, needs_no_name
+from qdot.exercises.writing.constant_angles import list_constant_angles, use_constant_angles
 from qdot.exercises.writing.latex import tex
-from qdot.exercises.writing.problem_texts import answer_code, worked_solution, worked_solutions
+from qdot.exercises.writing.problem_texts import write_answer_code, write_solution, write_solutions
 from qdot.exercises.writing.shortening import factor_sums, multiply_numbers, remove_constant_shifts, use_angle_sums
 from qdot.exercises.writing.solution_steps import SolutionSteps
 from tests.support.problems import LONG_ARMS, parts_in_turn
@@ -86,12 +86,12 @@ def test_what_is_shown_of_screws_is_equal_to_the_reference_and_short(problem_id:
         reference = part.answer.reference
         symbols = sorted(reference.free_symbols, key=str)
         shown = eval(
-            answer_code(problem, part), {**space, **{symbol.name: symbol for symbol in symbols}}
+            write_answer_code(problem, part), {**space, **{symbol.name: symbol for symbol in symbols}}
         )  # our own text
         at = [stream.uniform(0.2, 2) for _ in symbols]
         ours, theirs = (np.array(sp.lambdify(symbols, m)(*at), dtype=float) for m in (shown, reference))
         assert np.allclose(ours, theirs, atol=1e-12), part.name
-        assert not re.search(r"\\sqrt\{3\}[^&]*\\cos[^&]*0\.25 \\sin", worked_solution(problem, part)), part.name
+        assert not re.search(r"\\sqrt\{3\}[^&]*\\cos[^&]*0\.25 \\sin", write_solution(problem, part)), part.name
 
 
 # --- angles of parallel axes ---
@@ -147,7 +147,7 @@ def arm(degrees: int | sp.Rational) -> Chain:
 )  # fmt: skip
 def test_a_twist_is_said_as_the_table_has_it(degrees: int, shown: tuple[str, str]) -> None:
     chain = arm(degrees)
-    (turn,) = constant_angles(chain)
+    (turn,) = list_constant_angles(chain)
     cosine, sine = shown
     assert tex(sp.cos(turn) * A2, chain) == rf"\cos({cosine}^\circ) a_{{2}}"
     assert tex(sp.sin(turn) * A2, chain) == rf"\sin({sine}^\circ) a_{{2}}"
@@ -168,7 +168,7 @@ def test_angles_that_are_in_no_table_are_said_by_fifteen_degrees() -> None:
 def test_base_and_zeros_of_joints_count_as_the_table_does() -> None:
     joints = (Joint("R", sp.Symbol("theta1") + 5 * sp.pi / 12, 0, A2, 0), Joint("P", sp.pi / 5, sp.Symbol("d2"), 0, 0))
     chain = Chain("turned", joints, ("vx",), Base(yaw=-3 * sp.pi / 8, tilt=sp.pi))
-    assert constant_angles(chain) == (5 * sp.pi / 12, sp.pi / 5, 3 * sp.pi / 8)
+    assert list_constant_angles(chain) == (5 * sp.pi / 12, sp.pi / 5, 3 * sp.pi / 8)
 
 
 @pytest.mark.parametrize(
@@ -211,7 +211,7 @@ def test_every_angle_has_one_name_and_no_plain_one_has_any(problem: Problem) -> 
 
 
 def test_solutions_say_angles_by_their_names_only_and_in_degrees(problem: Problem) -> None:
-    for name, text in worked_solutions(problem).items():
+    for name, text in write_solutions(problem).items():
         assert r"\pi}" not in text and not re.search(r"\\theta[^$]*\\pi", text), name
         said = re.sub(r"^(?:In what follows, l|L)et .*", "", text)  # where it is said what names stand for
         unnamed = [call for call in CALL.findall(said) if r"\theta_{" in call]
@@ -221,8 +221,8 @@ def test_solutions_say_angles_by_their_names_only_and_in_degrees(problem: Proble
 
 def test_names_are_said_before_they_are_used_and_mean_the_same_in_all_parts(problem: Problem) -> None:
     meanings: dict[str, str] = {}
-    whole = "".join(worked_solutions(problem).values())
-    for name, text in ((part.name, worked_solution(problem, part)) for part in problem.parts):
+    whole = "".join(write_solutions(problem).values())
+    for name, text in ((part.name, write_solution(problem, part)) for part in problem.parts):
         first = text.split("\n\n")[0]
         said = dict(re.findall(r"\$(\\varphi'*_\{\d+\}) = ([^$]*)\$", first))
         assert set(re.findall(r"\\varphi'*_\{\d+\}", text)) == set(said), name
@@ -240,7 +240,7 @@ def test_code_means_the_reference(problem: Problem) -> None:
             continue
         reference = sp.Matrix([part.answer.as_matrix()])
         symbols = {symbol.name: symbol for symbol in reference.free_symbols}
-        value = sp.Matrix([eval(answer_code(problem, part), {**space, **symbols})])  # our own text, in a test
+        value = sp.Matrix([eval(write_answer_code(problem, part), {**space, **symbols})])  # our own text, in a test
         at = {symbols[name]: sp.Float(0.3 + 0.17 * i, 30) for i, name in enumerate(sorted(symbols))}
         difference = (value - reference.reshape(*value.shape)).xreplace(at)
         assert max((abs(entry) for entry in difference.evalf(30)), default=0) < 1e-11, part.name
@@ -266,7 +266,7 @@ def planar(*thetas: sp.Expr, alphas: tuple[sp.Expr, ...] = (), base: Base | None
     ],
 )
 def test_names_stand_for_the_angles_of_the_links(chain: Chain, meanings: dict[str, sp.Expr]) -> None:
-    names = name_angles(arm_angles(chain)).angle_by_name
+    names = name_angles(iterate_arm_angles(chain)).angle_by_name
     assert {str(name): meaning for name, meaning in names.items()} == {
         rf"\varphi_{{{links}}}": meaning for links, meaning in meanings.items()
     }

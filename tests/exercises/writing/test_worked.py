@@ -16,8 +16,8 @@ from qdot.exercises.problem.problem import ProblemId
 from qdot.exercises.questions import QUESTIONS
 from qdot.exercises.writing.expansion import Expansion, expand_determinant, expand_jacobian
 from qdot.exercises.writing.latex import tex
-from qdot.exercises.writing.problem_texts import hints, statement, worked_solution, worked_solutions
-from qdot.exercises.writing.solution_steps import SolutionSteps, _cofactors
+from qdot.exercises.writing.problem_texts import write_hints, write_solution, write_solutions, write_statement
+from qdot.exercises.writing.solution_steps import SolutionSteps, _compute_cofactors
 from tests.support.suites import few_of, several
 
 BOTH = ("inverse-jacobian", "inverse-velocity")
@@ -40,7 +40,7 @@ SAYS = [
 def test_steps_are_told_as_they_are_for_this_arm(
     problem_id: str, names: tuple[str, ...], which: int, there: str, not_there: str
 ) -> None:
-    text = worked_solutions(generate(problem_id, list(names)))[names[which]]
+    text = write_solutions(generate(problem_id, list(names)))[names[which]]
     assert there in text and not_there not in text
 
 
@@ -53,8 +53,8 @@ SCREWS = (
 def told(problem_id: str, *names: str) -> str:
     """Return statement, hints and solutions."""
     problem = generate(problem_id, list(names))
-    parts = [text for part in problem.parts for text in (*hints(problem, part), worked_solution(problem, part))]
-    return "".join((statement(problem, ""), *parts))
+    parts = [text for part in problem.parts for text in (*write_hints(problem, part), write_solution(problem, part))]
+    return "".join((write_statement(problem, ""), *parts))
 
 
 @pytest.mark.whole
@@ -73,7 +73,7 @@ LEAST = "It can hold only if"
 def solution(identity: str, question: str, convention: str = "dh") -> str:
     problem = generate(replace(ProblemId.parse(identity), questions=(question,)).with_convention(convention))
     (part,) = problem.parts
-    return worked_solution(problem, part)
+    return write_solution(problem, part)
 
 
 @pytest.mark.parametrize("convention", few_of(CONVENTIONS, 1))
@@ -108,7 +108,7 @@ def test_what_lengths_have_to_satisfy_is_told_where_a_condition_may_not_hold() -
 
 def test_determinants_of_blocks_are_not_worked_out_twice() -> None:
     problem = generate(ProblemId("stanford-6r", 4, ("block-determinants", "determinant")).with_variation("zeros"))
-    first, second = worked_solutions(problem).values()
+    first, second = write_solutions(problem).values()
     assert "found above" in second and "The wrist" not in second and "found above" not in first
 
 
@@ -178,7 +178,7 @@ def test_what_is_told_of_a_structure_is_found_once_for_all_its_arms() -> None:
     first, second = (SolutionSteps(sample_chain(ProblemId("elbow-3r", seed, variation="zeros"))) for seed in (1, 2))
     assert first.chain != second.chain and first._structure == second._structure
     assert expand_jacobian(first._structure) is expand_jacobian(second._structure)
-    assert _cofactors(first._structure) is _cofactors(second._structure)
+    assert _compute_cofactors(first._structure) is _compute_cofactors(second._structure)
     for worked in (first, second):
         left = worked.derivation.jacobian * worked.cofactors.T - worked.derivation.determinant * sp.eye(3)
         assert all(near(e.xreplace(numbers(left.free_symbols, "inverse")), sp.S.Zero) for e in left)

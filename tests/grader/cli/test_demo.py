@@ -49,7 +49,7 @@ def test_planted_mistakes_carry_their_names(
 ) -> None:
     named: set[str] = set()
     for student in STUDENTS[: several(1, 3)]:
-        for slot, problem in demonstration.problems(student):
+        for slot, problem in demonstration.generate_problems(student):
             verdicts = mark(problem, answers(sandbox, problem, kind), secret=SECRET, points_seed=slot)
             made = [v.diagnosis for v in verdicts if v.diagnosis is not None and v.diagnosis.mistakes]
             named |= {name for diagnosis in made for name in diagnosis.mistakes}

@@ -76,7 +76,11 @@ def test_strict_grades_where_it_can_be_had(folder: Path) -> None:
     (folder / "assignment.toml").write_text(TOML.format('sandbox = "strict"\n'))
     after = load_assignment(folder)
     assert (after.sandbox, before.sandbox) == ("strict", "best")
-    assert (after.digest, after.edition, after.marking_digest) == (before.digest, before.edition, before.marking_digest)
+    assert (after.problems_digest, after.notebook_digest, after.marking_digest) == (
+        before.problems_digest,
+        before.notebook_digest,
+        before.marking_digest,
+    )
     result = runner.invoke(app, ["grade", str(folder), str(folder / "solutions"), "--jobs", "1"])
     if guarantees.probe().is_strict:
         assert result.exit_code == 0 and "2 graded; mean 100.0 %" in result.stdout

@@ -209,7 +209,7 @@ def assignment(tmp_path: Path) -> Assignment:
     """A class in which ada, bo and cy give the same wrong determinant of different arms, and di another."""
     made = a_class(tmp_path / "hw", [Student(name) for name in NAMES])
     for name in NAMES:
-        ((_, own),) = made.problems(name)
+        ((_, own),) = made.generate_problems(name)
         reference = own["determinant"].answer.write_code()
         source = f"p1_determinant = theta2**2*({reference})" if name == "di" else WRONG.format(reference)
         hand_in(made, f"{name}/hw.ipynb", right(made, name, lambda cells, s=source: cells[-1].update(source=s)))  # type: ignore[misc]

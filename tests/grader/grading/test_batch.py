@@ -170,7 +170,7 @@ def test_what_a_dead_worker_or_grader_had_begun_is_gone_when_the_run_is_over(ass
 def test_nothing_follows_from_answers_that_are_right_for_somebody_else(assignment: Assignment) -> None:
     """s02 writes the answers of s01 into the own notebook; s03 makes one mistake and goes on from there."""
     others = {
-        part.name: part.answer.write_code() for _, problem in assignment.problems("s01") for part in problem.parts
+        part.name: part.answer.write_code() for _, problem in assignment.generate_problems("s01") for part in problem.parts
     }
     hand_in(assignment, "s02/hw.ipynb", right(assignment, "s02", lambda _, part: others[part.name]))
     forgotten = {
@@ -218,7 +218,7 @@ def test_odd_notebooks_are_told_to_the_staff(assignment: Assignment) -> None:
     hand_in(assignment, "s02/hw.ipynb", full)
     hand_in(assignment, "s02/old.ipynb", full)
     hand_in(assignment, "s03/hw.ipynb", full.replace('"kind": "student"', '"kind": "solution"'))
-    hand_in(assignment, "s04/hw.ipynb", full.replace(assignment.digest, "0" * 16).replace('"s02"', '"s04"'))
+    hand_in(assignment, "s04/hw.ipynb", full.replace(assignment.problems_digest, "0" * 16).replace('"s02"', '"s04"'))
     results = list(grade(assignment).values())
     table = list(csv.DictReader(make_grades_csv(results, assignment.roster).splitlines()))
     for row, words in zip(table, ("'s02'", "2 notebooks", "solutions", OTHER_VERSION), strict=False):

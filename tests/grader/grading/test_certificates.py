@@ -134,7 +134,7 @@ def broken(content: bytes | None) -> Change:
 
 
 def of_another_edition(folder: Path) -> None:
-    digest = load_assignment(folder).digest
+    digest = load_assignment(folder).problems_digest
     rewritten(str(notebook(folder).relative_to(folder)), lambda text: text.replace(digest, "0" * 16))(folder)
 
 
@@ -239,17 +239,17 @@ def test_a_certificate_says_what_was_made_by_what_and_what_it_passed(released: P
     assert 10 <= plain["difficulty"] < 24
     assert {"jacobian: product of exponentials", "singular-angles: complete"} <= set(own["checks"])
     assert set(own["parts"]) == {"jacobian", "determinant", "singular-angles"}
-    (_, problem), _ = assignment.problems("s001")
+    (_, problem), _ = assignment.generate_problems("s001")
     assert own["sha256"] == compute_digests(problem).sha256
 
 
 def test_students_draw_different_lengths_of_an_own_robot(released: Path) -> None:
     assignment = load_assignment(released)
-    arms = {assignment.problems(student.id)[0][1].chain for student in assignment.roster}
+    arms = {assignment.generate_problems(student.id)[0][1].chain for student in assignment.roster}
     assert len(arms) == len(assignment.roster)
     assert all(not arm.parameters or {s.name for s in arm.parameters} == {"d1"} for arm in arms)
     again = pickle.loads(pickle.dumps(assignment))  # as it goes to other processes
-    assert again.problems("ada") == assignment.problems("ada")
+    assert again.generate_problems("ada") == assignment.generate_problems("ada")
 
 
 def test_all_of_a_folder_are_certified_whatever_their_certificates_are(
@@ -275,7 +275,7 @@ def test_answers_and_what_programs_do_to_a_notebook_alter_nothing(
 
     altered(work)(folder)
     monkeypatch.setattr(
-        "qdot.exercises.notebook.notebook.statement", lambda *_: "Another wording."
+        "qdot.exercises.notebook.notebook.write_statement", lambda *_: "Another wording."
     )  # as of a later version
     monkeypatch.setattr("qdot.exercises.notebook.notebook.prompt", lambda *_: "Another question's wording.")
     monkeypatch.setattr("qdot.grader.grading.certify.find_qdot_version", lambda: "9.1")

@@ -76,7 +76,7 @@ def handed_in(tmp_path_factory: pytest.TempPathFactory) -> Path:
 
         path = folder / "submitted" / student / "hw.ipynb"
         path.parent.mkdir(parents=True)
-        path.write_text(fill_in_answers(text, assignment.problems(student), edit))
+        path.write_text(fill_in_answers(text, assignment.generate_problems(student), edit))
         os.utime(path, (1_700_000_000, 1_700_000_000))
     path = folder / "submitted" / "s4" / "hw.ipynb"
     path.write_text(path.read_text()[:500])

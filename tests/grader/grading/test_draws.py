@@ -15,8 +15,8 @@ from qdot.exercises.answer_types import Answer
 from qdot.exercises.arm.chain import Chain
 from qdot.exercises.assignment import release
 from qdot.exercises.assignment.assignment import Assignment, Student, load_assignment
-from qdot.exercises.assignment.redrawn import MAX_DRAWS, read_redrawn
 from qdot.exercises.assignment.release import init_assignment
+from qdot.exercises.assignment.replacements import MAX_SEEDS, read_replacements
 from qdot.exercises.assignment.store import load_stored_problems
 from qdot.exercises.common.stream import Stream
 from qdot.exercises.notebook.notebook import make_student_notebook
@@ -72,7 +72,7 @@ def odd(seed: int) -> bool:
 
 def seeds(assignment: Assignment, student: str) -> list[int]:
     """Return the seeds of all draws that a student can have in p2."""
-    return [assignment.slots[1].identity(assignment.secret, student, n).seed for n in range(1, MAX_DRAWS + 1)]
+    return [assignment.slots[1].make_problem_id(assignment.secret, student, n).seed for n in range(1, MAX_SEEDS + 1)]
 
 
 def notebooks(folder: Path) -> dict[str, bytes]:
@@ -100,17 +100,18 @@ def test_what_fails_is_drawn_anew_and_nobody_elses_notebook_changes(
     before = load_assignment(without_fault)
     hit = {student for student in STUDENTS if odd(seeds(before, student)[0])}
     assert hit and hit != set(STUDENTS)
-    redrawn = read_redrawn(folder)
-    assert {student for student, _ in redrawn} == hit
+    replacements = read_replacements(folder)
+    assert {student for student, _ in replacements} == hit
     assert all(
-        place == "p2" and redraw.first_failure == "determinant: fault: put in" for (_, place), redraw in redrawn.items()
+        place == "p2" and replacement.first_failure == "determinant: fault: put in"
+        for (_, place), replacement in replacements.items()
     )
     for student, text in notebooks(folder).items():
         assert (text == notebooks(without_fault)[student]) == (student not in hit)
     after = load_assignment(folder)
     for student in hit:
         first = next(n for n, seed in enumerate(seeds(after, student), 1) if not odd(seed))
-        assert redrawn[student, "p2"].draw == first
+        assert replacements[student, "p2"].seed_number == first
         # The other problem of the student's notebook stays as it was.
         ours, theirs = (json.loads(notebooks(where)[student])["cells"] for where in (folder, without_fault))
         assert [cell for cell in ours if cell["id"].startswith("p1")] == [c for c in theirs if c["id"].startswith("p1")]
@@ -125,7 +126,7 @@ def test_the_draw_that_was_handed_out_is_graded_and_shown(folder: Path, monkeypa
     assignment = load_assignment(folder)
     for student, text in notebooks(folder).items():
         path = folder / "submitted" / f"{student}.ipynb"
-        path.write_text(fill_in_answers(text.decode(), assignment.problems(student), lambda code, _: code))
+        path.write_text(fill_in_answers(text.decode(), assignment.generate_problems(student), lambda code, _: code))
     monkeypatch.undo()  # whoever grades finds nothing wrong with the first draws, and has redrawn.csv
     with one_process():
         run("grade", folder, "--jobs", "1")
@@ -133,14 +134,14 @@ def test_the_draw_that_was_handed_out_is_graded_and_shown(folder: Path, monkeypa
         assert all(result["score"] == result["max_score"] for result in results)
         for result in results:
             ids = [problem["id"] for problem in result["problems"]]
-            assert ids == [str(problem.id) for _, problem in assignment.problems(result["student"])]
-        hit = next(student for student, _ in assignment.redraws)
-        identity = str(dict(assignment.problems(hit))["p2"].id)
+            assert ids == [str(problem.id) for _, problem in assignment.generate_problems(result["student"])]
+        hit = next(student for student, _ in assignment.replacements)
+        identity = str(dict(assignment.generate_problems(hit))["p2"].id)
         assert identity in run("show", identity, "--questions", "position,determinant")
         # Without redrawn.csv, what comes back is no longer what would be handed out, and that is said.
         (folder / "redrawn.csv").unlink()
         result = runner.invoke(app, ["grade", str(folder), "--jobs", "1"])
-        assert f"WARNING: {len(assignment.redraws)} of 6 notebooks " in result.stderr
+        assert f"WARNING: {len(assignment.replacements)} of 6 notebooks " in result.stderr
         assert "made from another assignment.toml, redrawn.csv or secret" in result.stderr
     assert "was released instead" in run("verify", folder, "--jobs", "1", code=1)
 
@@ -200,7 +201,7 @@ def test_a_draw_that_finds_nothing_to_ask_or_fails_is_drawn_anew(
 
     monkeypatch.setitem(ALL_QUESTIONS, "determinant", replace(question, sample=ask))
     generate(folder)
-    (why,) = {redraw.first_failure for redraw in read_redrawn(folder).values()}
+    (why,) = {replacement.first_failure for replacement in read_replacements(folder).values()}
     assert str(error) in why and ("qdot itself failed" in why) == isinstance(error, ZeroDivisionError)
     assert set(notebooks(folder)) == set(STUDENTS)
 
@@ -289,7 +290,7 @@ def test_a_run_that_is_killed_goes_on_to_the_very_same(tmp_path: Path) -> None:
     killed, whole = a_class(tmp_path / "killed"), a_class(tmp_path / "whole")
     command = [sys.executable, str(driver), "generate"]
     subprocess.run([*command, str(whole), "--jobs", "2"], check=True, capture_output=True)
-    assert read_redrawn(whole)
+    assert read_replacements(whole)
     with subprocess.Popen([*command, str(killed), "--jobs", "2"], stderr=subprocess.DEVNULL) as run_to_kill:
         while run_to_kill.poll() is None and not (killed / "redrawn.csv").exists():
             time.sleep(0.01)
@@ -357,8 +358,13 @@ def test_a_record_of_another_family_is_passed_over(folder: Path) -> None:
     (folder / "redrawn.csv").write_text("student,problem,family,draw,why\ns1,p2,polar-rp,3,x\ns2,p2,planar-2r,3,x\n")
     after = load_assignment(folder)
     slot = after.slots[1]
-    assert after.identity(slot, "s1") == first.identity(slot, "s1") != after.identity(slot, "s2")
-    assert after.edition_of("s1") == first.edition == after.edition != after.edition_of("s2")
+    assert after.make_problem_id(slot, "s1") == first.make_problem_id(slot, "s1") != after.make_problem_id(slot, "s2")
+    assert (
+        after.notebook_digest_of("s1")
+        == first.notebook_digest
+        == after.notebook_digest
+        != after.notebook_digest_of("s2")
+    )
 
 
 def test_notebooks_of_who_has_left_the_roster_are_told_of(folder: Path) -> None:

@@ -72,7 +72,7 @@ def hand_in(folder: Path, assignment: Assignment, student: str, answer: str = ""
     text = (assignment.folder / "released" / student / "hw.ipynb").read_text()
     path = folder / "submitted" / student / "hw.ipynb"
     path.parent.mkdir(parents=True, exist_ok=True)
-    path.write_text(fill_in_answers(text, assignment.problems(student), lambda code, _: answer or code))
+    path.write_text(fill_in_answers(text, assignment.generate_problems(student), lambda code, _: answer or code))
     os.utime(path, (1_700_000_000, 1_700_000_000))
 
 

@@ -266,7 +266,7 @@ def hand_in(folder: Path, released: Path, name: str, hours: float, **answers: st
     """Write a notebook that came so many hours after it was due; what isn't given in `answers` is right."""
     student = name.split("/", maxsplit=1)[0]
     text = (released / "released" / student / "hw.ipynb").read_text()
-    problems = load_assignment(released).problems(student)
+    problems = load_assignment(released).generate_problems(student)
     path = folder / "submitted" / name
     path.parent.mkdir(parents=True, exist_ok=True)
     path.write_text(fill_in_answers(text, problems, lambda code, part: answers.get(part.name, code)))

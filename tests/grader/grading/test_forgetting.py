@@ -9,8 +9,8 @@ from unittest.mock import patch
 import pytest
 
 from qdot.exercises.assignment.assignment import Student, load_assignment
-from qdot.exercises.assignment.redrawn import REDRAWN_FILE
 from qdot.exercises.assignment.release import release_notebooks
+from qdot.exercises.assignment.replacements import REPLACEMENTS_FILE
 from qdot.exercises.common.files import write_atomically
 from qdot.grader.cli import forget_command
 from qdot.grader.grading import forgetting
@@ -38,7 +38,7 @@ def graded(tmp_path_factory: pytest.TempPathFactory) -> Path:
     hand_in(made, "ada/hw.ipynb", right(made, "ada"))
     (made.folder / "overrides.csv").write_text("student,part,points,comment\nada,p1.position,0.5,\nbo,,3,on paper\n")
     header = "student,problem,family,draw,why\n"
-    (made.folder / REDRAWN_FILE).write_text(f"{header}ada,p1,other-family,2,x\nbo,p1,other-family,2,x\n")
+    (made.folder / REPLACEMENTS_FILE).write_text(f"{header}ada,p1,other-family,2,x\nbo,p1,other-family,2,x\n")
     grade(made.folder)
     run("export", made.folder, "--to", "html", "--to", "gradescope", "--jobs", "1")
     (made.folder / "graded" / "report.html").write_text("<p>Ada King Lovelace</p>")
@@ -64,7 +64,14 @@ STAYS = {
     "exports/gradescope/autograder.zip", "exports/html/handout-all.html", "notes.txt",
 }  # fmt: skip
 """What still names ada, and is listed."""
-TABLES = {"graded/results.jsonl", "graded/grades.csv", "graded/costs.csv", "roster.csv", "overrides.csv", REDRAWN_FILE}
+TABLES = {
+    "graded/results.jsonl",
+    "graded/grades.csv",
+    "graded/costs.csv",
+    "roster.csv",
+    "overrides.csv",
+    REPLACEMENTS_FILE,
+}
 
 
 def test_nothing_is_left_of_a_student(folder: Path) -> None:

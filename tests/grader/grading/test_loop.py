@@ -11,7 +11,7 @@ import pytest
 
 from qdot.exercises.answer_types import ConditionSet, Direction, Expression, Matrix, Number
 from qdot.exercises.problem.problem import Part, Problem, name_answer_variable
-from qdot.exercises.writing.problem_texts import answer_code
+from qdot.exercises.writing.problem_texts import write_answer_code
 from qdot.grader.grading.marking import mark
 from qdot.grader.judging.verdict import Outcome
 from qdot.grader.sandbox.sandbox import Sandbox
@@ -37,7 +37,7 @@ def values(sandbox: Sandbox, problem: Problem, codes: dict[str, str]) -> dict[st
 def test_the_solution_earns_full_marks(family: str, start: int, sandbox: Sandbox, drawn: Draw) -> None:
     for seed in range(start, min(start + CHUNK, SEEDS)):
         problem = drawn(family, seed)
-        codes = {name_answer_variable("p1", part.name): answer_code(problem, part) for part in problem.parts}
+        codes = {name_answer_variable("p1", part.name): write_answer_code(problem, part) for part in problem.parts}
         answers = values(sandbox, problem, codes)
         own = {part.name: answers[name_answer_variable("p1", part.name)] for part in problem.parts}
         for verdict in mark(problem, own, secret="secret"):

@@ -219,7 +219,7 @@ def test_an_assignment_says_how(tmp_path: Path) -> None:
     file = folder / "assignment.toml"
     file.write_text(TOML + 'credit = {jacobian = "columns", determinant = 0.5}\n')
     assignment = load_assignment(folder)
-    parts = {part.name: part for part in assignment.slots[0].problem(assignment.secret, "s").parts}
+    parts = {part.name: part for part in assignment.slots[0].generate_problem(assignment.secret, "s").parts}
     assert parts["jacobian"].credit == Credit("columns") and parts["determinant"].credit == Credit("", Fraction(1, 2))
     assert assignment.follow_through == 1
     markings = {assignment.marking_digest}

@@ -19,8 +19,8 @@ from qdot.exercises.assignment.release import init_assignment
 from qdot.exercises.formula.equality import EntryDifference, SetDifference
 from qdot.exercises.problem.problem import Problem
 from qdot.exercises.writing.markup import to_html
-from qdot.exercises.writing.problem_texts import prompt
-from qdot.exercises.writing.render import template_folder
+from qdot.exercises.writing.problem_texts import write_prompt
+from qdot.exercises.writing.render import find_template_folder
 from qdot.grader.grading.attempt import make_part_result
 from qdot.grader.grading.marking import WRONG_OR_PARTIAL, mark, sum_points
 from qdot.grader.grading.result import CountingSubmission, ProblemResult, Result
@@ -110,7 +110,7 @@ def right(problem: Problem, name: str) -> str:
 def result_of(assignment: Assignment, answers: Answers = lambda slot, part, code: code) -> Result:
     """Return what grading a student makes of answers, without a notebook."""
     marked = list[ProblemResult]()
-    for slot, problem in assignment.problems("s1"):
+    for slot, problem in assignment.generate_problems("s1"):
         own = {part.name: answers(slot, part.name, right(problem, part.name)) for part in problem.parts}
         handed_in = {name: text for name, text in own.items() if text is not None}
         verdicts = mark(problem, handed_in, secret=assignment.secret, points_seed="points")
@@ -160,9 +160,9 @@ def test_every_outcome_is_said_in_words_and_by_a_sign(assignment: Assignment, mi
     assert "points so far" in text and "No mark yet" not in text
     assert "<i>" not in text and "&lt;i&gt;told" in text and "A. &lt;b&gt;" in text
     assert "Worked solution" not in text
-    for slot, problem in assignment.problems("s1"):
+    for slot, problem in assignment.generate_problems("s1"):
         for asked in problem.parts:
-            assert to_html(prompt(problem, asked)) in text, (slot, asked.name)
+            assert to_html(write_prompt(problem, asked)) in text, (slot, asked.name)
     assert len([about for about, _ in page.all("details") if about.get("class") == "asked"]) == 9
 
 
@@ -233,7 +233,7 @@ def test_the_table_holds_what_the_certificate_does_and_the_reason_does_not_repea
 
 
 def test_two_values_are_shown_with_the_digits_that_tell_them_apart(assignment: Assignment) -> None:
-    problem = assignment.problems("s1")[0][1]
+    problem = assignment.generate_problems("s1")[0][1]
     part = problem.parts[2]
 
     def shown(yours: float | str, expected: float | str) -> tuple[str, ...]:
@@ -254,7 +254,7 @@ def test_two_values_are_shown_with_the_digits_that_tell_them_apart(assignment: A
 
 
 def test_sets_have_a_column_for_each_way_in_which_they_differ(assignment: Assignment) -> None:
-    problem = assignment.problems("s1")[0][1]
+    problem = assignment.generate_problems("s1")[0][1]
     at, nearby = {"theta1": 0.5, "theta2": 1.25}, {"theta1": 0.5, "theta2": 0.0}
     for missing, surplus, columns in (
         (at, None, 1),
@@ -283,7 +283,7 @@ def test_levels_of_feedback(assignment: Assignment, mix: Result, level: str, has
 
 def test_nothing_on_it_tells_the_answer_or_regenerates_the_problem(assignment: Assignment, mix: Result) -> None:
     text, _ = page_of(assignment, result_of(assignment, lambda slot, part, code: "blank"))
-    for (slot, problem), entry in zip(assignment.problems("s1"), mix.problems, strict=True):
+    for (slot, problem), entry in zip(assignment.generate_problems("s1"), mix.problems, strict=True):
         assert str(problem.id) not in text and str(problem.id.seed) not in text
         assert entry.id not in text and assignment.secret not in text
         for part in problem.parts:
@@ -334,7 +334,7 @@ def _luminance(colour: str) -> float:
 
 
 def test_every_colour_can_be_read_on_every_ground() -> None:
-    css = (template_folder() / "reports/feedback.css.j2").read_text(encoding="utf-8")
+    css = (find_template_folder() / "reports/feedback.css.j2").read_text(encoding="utf-8")
     schemes = [dict(re.findall(r"--(\w+): (#\w+)", found)) for found in re.findall(r":root \{(.*?)\}", css)]
     assert len(schemes) == 3  # light, dark, print
     for scheme in schemes:
@@ -358,7 +358,7 @@ HOSTILE = [
 @pytest.mark.parametrize("text", HOSTILE, ids=range(len(HOSTILE)))
 def test_whatever_was_typed_is_shown_safely_and_soon(assignment: Assignment, text: str) -> None:
     start = time.process_time()
-    for _, problem in assignment.problems("s1"):
+    for _, problem in assignment.generate_problems("s1"):
         for part in problem.parts:
             answer = show_answer(problem, part, text)
             answer.text.encode("utf-8")
@@ -391,7 +391,7 @@ def test_a_reference_of_every_type_is_set(problem: Problem) -> None:
 
 
 def test_what_is_set_and_what_stands_there_as_text(assignment: Assignment) -> None:
-    problem = assignment.problems("s1")[0][1]
+    problem = assignment.generate_problems("s1")[0][1]
     part = problem.parts[2]
     formula = show_answer(problem, part, "a1*sin(theta2)").html
     assert "xmlns" not in formula and "&#x" not in formula  # a page holds many: each is set in few characters

@@ -126,12 +126,12 @@ def assignment(tmp_path_factory: pytest.TempPathFactory) -> Assignment:
     students = [Student(f"s{k}", name) for k, name in enumerate(("Ada", "<script>alert(1)</script>", "Emmy", "Paul"))]
     made = a_class(tmp_path_factory.mktemp("report") / "hw", students)
     for student in students:  # as `qdot generate` does, so that they are worked out once
-        store_problems(made, student.id, made.problems(student.id))
+        store_problems(made, student.id, made.generate_problems(student.id))
     return made
 
 
 def form(assignment: Assignment, text: str) -> CanonicalForm:
-    ((_, problem),) = assignment.problems("s0")
+    ((_, problem),) = assignment.generate_problems("s0")
     found = make_canonical_form(read_answer(problem, problem.parts[0], text))
     assert found is not None
     return found
@@ -142,7 +142,7 @@ def test_the_order_of_terms_and_factors_is_no_difference(assignment: Assignment)
     assert form(assignment, "-sin(theta2 + theta1)*a2 - (sin(theta1)*a1)") == one
     assert compute_similarity(one, one) == 1
     assert compute_similarity(one, form(assignment, "a1 + a2")) < 0.3
-    ((_, problem),) = assignment.problems("s0")
+    ((_, problem),) = assignment.generate_problems("s0")
     for text in ("blank", "sin(", "sin(" * 700 + "a1" + ")" * 700):
         assert make_canonical_form(read_answer(problem, problem.parts[0], text)) is None
 
@@ -171,7 +171,7 @@ def a_graded_class(assignment: Assignment) -> list[Result]:
     """Return results: right in another form, two alike, a mistake set right by hand; qdot failed on one."""
     answers = {}
     for student in ("s0", "s1", "s2", "s3"):
-        ((_, problem),) = assignment.problems(student)
+        ((_, problem),) = assignment.generate_problems(student)
         answers[student] = [part.answer.write_code() for part in problem.parts]
     odd = "(sin(theta1)*cos(theta2)*a1 - a1*cos(theta1)*sin(theta2))*(theta1 - theta1 + 1)/1"
     first = result(assignment, "s0", ["correct", "correct", "correct"], [*answers["s0"][:2], odd])

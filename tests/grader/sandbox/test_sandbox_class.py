@@ -73,7 +73,9 @@ def test_thirty_of_whom_twenty_five_attack_and_seven_of_whom_five_do(assignment:
     folder = assignment.folder
     for student in STUDENTS:
         text = fill_in_answers(
-            (folder / "released" / student / "hw.ipynb").read_text(), assignment.problems(student), lambda code, _: code
+            (folder / "released" / student / "hw.ipynb").read_text(),
+            assignment.generate_problems(student),
+            lambda code, _: code,
         )
         if student not in HONEST:
             attack = next(attacks)

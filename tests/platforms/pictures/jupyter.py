@@ -43,7 +43,7 @@ def notebook(software: Path, work: Path) -> None:
 
 def answered(made: Assignment, student: str, text: str) -> str:
     """Return the notebook that was handed out to a student with right answers."""
-    solved = make_solution_notebook(made.title, made.key, student, made.problems(student), made.hints)
+    solved = make_solution_notebook(made.title, made.key, student, made.generate_problems(student), made.hints)
     answers = {part_of(cell): cell["source"] for cell in json.loads(write_notebook(solved))["cells"]}
     asked = json.loads(text)
     for cell in asked["cells"]:

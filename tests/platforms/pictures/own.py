@@ -49,7 +49,7 @@ def _feedback(folder: Path) -> Path:
     init_assignment(folder, "", "velocity", [Student("s001", "Ada Example")], secret="0123456789abcdef")
     (folder / "assignment.toml").write_text(TOML, encoding="utf-8")
     assignment = load_assignment(folder)
-    ((slot, problem),) = assignment.problems("s001")
+    ((slot, problem),) = assignment.generate_problems("s001")
     names = list(problem.symbols)
     cells = [code(f"from sympy import *\n{', '.join(names)} = symbols({' '.join(names)!r})")]
     for part in problem.parts:

@@ -1,7 +1,8 @@
-"""Generate a problem again until it passes its certificate.
+"""Generate the problems of students, and replace a problem that fails its certificate by one with another seed.
 
-Each attempt is called a draw and has a different seed. The order of a student's draws depends only on the assignment
-and redrawn.csv. So no student's problem delays or changes another student's.
+A certificate is the result of independent checks of a problem's answers (see `verify`). The seeds that are tried for a
+problem depend only on the assignment and redrawn.csv (see `replacements`). So no student's problem delays or changes
+another student's.
 """
 
 from collections.abc import Callable, Mapping, Sequence
@@ -11,7 +12,7 @@ from functools import partial
 from typing import Generic, TypeVar
 
 from qdot.exercises.assignment.assignment import Assignment, Slot
-from qdot.exercises.assignment.redrawn import MAX_DRAWS, REDRAWN_FILE, Redraw, write_redrawn
+from qdot.exercises.assignment.replacements import MAX_SEEDS, REPLACEMENTS_FILE, Replacement, write_replacements
 from qdot.exercises.common.errors import QdotError, count_noun
 from qdot.exercises.common.parallel import keep_state, map_in_order
 from qdot.exercises.problem.problem import Problem
@@ -20,11 +21,11 @@ from qdot.exercises.verify.certificate import FULL_RANK
 Record = TypeVar("Record")
 
 CHANGE_ADVICE = "Change the questions, the variation or the family of {} in assignment.toml"
-"""Advice for the staff if none of a problem's draws passes."""
+"""Advice for the staff if a problem fails with every seed."""
 
 
 class Uncertified(QdotError):
-    """Raised if a problem does not pass its certificate, but another draw of it may pass."""
+    """Raised if a problem does not pass its certificate, but a problem with another seed may pass."""
 
 
 FindFailures = Callable[[Problem], Sequence[str]]
@@ -35,22 +36,22 @@ Certify = Callable[[Problem], Record]
 
 @dataclass(frozen=True)
 class CertifiedProblem(Generic[Record]):
-    """A problem that passed its certificate, with the number of its draw and the record of its certificate.
+    """A problem that passed its certificate, with the number of its seed and the record of its certificate.
 
-    `first_failure` says why the first draw failed, "" if this is the first draw.
+    `first_failure` says why the first problem failed, "" if this is the first problem.
     """
 
     problem: Problem
-    draw: int
+    seed_number: int
     record: Record
     first_failure: str = ""
 
 
 @dataclass(frozen=True)
 class FailedSlot:
-    """A slot for which no draw passed its certificate; `first_failure` says why the first draw failed.
+    """A slot in which a problem failed with every seed; `first_failure` says why the first problem failed.
 
-    `student` is empty for a problem of a bank.
+    `student` is empty if the problem is for a bank.
     """
 
     student: str
@@ -61,12 +62,12 @@ class FailedSlot:
     def __str__(self) -> str:
         prefix = f"{self.student}: " if self.student else ""
         name = f"{prefix}{self.slot} ({self.family})"
-        return f"{name}: {MAX_DRAWS} attempts, but no valid problem. The first attempt: {self.first_failure}"
+        return f"{name}: {MAX_SEEDS} attempts, but no valid problem. The first attempt: {self.first_failure}"
 
 
 @dataclass(frozen=True)
 class Variant:
-    """A problem of a problem bank: its slot in the assignment, and its number within the slot, from 1."""
+    """A problem of a bank: its slot in the assignment, and its number within the slot, from 1."""
 
     slot: Slot
     number: int
@@ -79,7 +80,7 @@ class Variant:
 
 
 def raise_failures(problem: Problem, failures: Sequence[str]) -> None:
-    """Raise Uncertified if there are failures, or QdotError if every other draw would fail for the same reason."""
+    """Raise Uncertified if there are failures, or QdotError if the problem would fail with every seed."""
     if failures and failures[0].startswith(FULL_RANK):
         raise QdotError(
             f"the problem {problem.id} failed its certificate, so it can't be used: {failures[0]}; choose another task"
@@ -94,19 +95,19 @@ def certify_with(find_failures: FindFailures, problem: Problem) -> None:
 
 
 def require_certified(problem: Problem, find_failures: FindFailures) -> Problem:
-    """Return a problem for which no other draw is possible, if it passes its certificate. Raises QdotError if not."""
+    """Return a problem, which no other can replace, if it passes its certificate. Raises QdotError otherwise."""
     try:
-        raise_failures(problem, find_failures(problem))
+        certify_with(find_failures, problem)
     except Uncertified as error:
         raise QdotError(f"{problem.id}: the problem failed its certificate: {error}; please report it") from None
     return problem
 
 
-def try_draw(make: Callable[[], Problem], certify: Certify[Record]) -> tuple[Problem, Record] | str:
+def generate_and_certify(make: Callable[[], Problem], certify: Certify[Record]) -> tuple[Problem, Record] | str:
     """Generate and certify a problem; return it with its record, or return the reason why it can't be used.
 
-    An internal error of qdot is returned as a reason, so that it affects only this problem. Raises QdotError if all
-    other draws would fail, too. OSError and MemoryError are not caught.
+    An internal error of qdot is returned as a reason, so that it affects only this problem. Raises QdotError if the
+    problem would fail with every seed. OSError and MemoryError are not caught.
     """
     try:
         problem = make()
@@ -134,14 +135,14 @@ def describe_internal_error(error: Exception) -> str:
 def generate_certified(
     assignment: Assignment, slot: Slot, student: str, certify: Certify[Record]
 ) -> CertifiedProblem[Record] | FailedSlot:
-    """Return the first draw of a student's problem that passes, beginning with the student's current draw."""
-    current_draw, why = assignment.draw_of(slot, student), ""
-    for number in (current_draw, *(other_draw for other_draw in range(1, MAX_DRAWS + 1) if other_draw != current_draw)):
-        result = try_draw(partial(slot.problem, assignment.secret, student, number), certify)
+    """Return a student's first problem that passes its certificate; the recorded seed is tried before all others."""
+    recorded_number, first_failure = assignment.seed_number_of(slot, student), ""
+    for number in (recorded_number, *(n for n in range(1, MAX_SEEDS + 1) if n != recorded_number)):
+        result = generate_and_certify(partial(slot.generate_problem, assignment.secret, student, number), certify)
         if not isinstance(result, str):
-            return CertifiedProblem(result[0], number, result[1], why)
-        why = why or result
-    return FailedSlot(student, slot.name, slot.family.name, why)
+            return CertifiedProblem(result[0], number, result[1], first_failure)
+        first_failure = first_failure or result
+    return FailedSlot(student, slot.name, slot.family.name, first_failure)
 
 
 # --- a whole class ---
@@ -155,12 +156,13 @@ class StudentProblems(Generic[Record]):
     certified: dict[str, CertifiedProblem[Record]]
     failed_slots: tuple[FailedSlot, ...] = ()
 
-    def new_redraws(self, assignment: Assignment) -> dict[str, Redraw]:
-        """Return the draws that differ from the recorded ones."""
+    def find_new_replacements(self, assignment: Assignment) -> dict[str, Replacement]:
+        """Return the replaced problems, by slot, whose seed is not the recorded one."""
         return {
-            slot.name: Redraw(slot.family.name, certified.draw, certified.first_failure)
+            slot.name: Replacement(slot.family.name, certified.seed_number, certified.first_failure)
             for slot in assignment.slots
-            if (certified := self.certified.get(slot.name)) and certified.draw != assignment.draw_of(slot, self.student)
+            if (certified := self.certified.get(slot.name))
+            and certified.seed_number != assignment.seed_number_of(slot, self.student)
         }
 
 
@@ -168,55 +170,53 @@ def generate_student_problems(
     assignment: Assignment, student: str, certify: Certify[Record]
 ) -> StudentProblems[Record]:
     """Generate all problems of a student. If one fails, the others are still generated, so that all are reported."""
-    results = {slot.name: generate_certified(assignment, slot, student, certify) for slot in assignment.slots}
-    certified_problems = {name: result for name, result in results.items() if isinstance(result, CertifiedProblem)}
-    failed_slots = tuple(result for result in results.values() if isinstance(result, FailedSlot))
+    results = [(slot.name, generate_certified(assignment, slot, student, certify)) for slot in assignment.slots]
+    certified_problems = {name: result for name, result in results if isinstance(result, CertifiedProblem)}
+    failed_slots = tuple(result for _, result in results if isinstance(result, FailedSlot))
     return StudentProblems(student, certified_problems, failed_slots)
 
 
-def record_redraws(assignment: Assignment, student: str, redraws: Mapping[str, Redraw]) -> Assignment:
-    """Record a student's new draws in redrawn.csv, and return the assignment with them."""
-    redraws_of_class = {**assignment.redraws, **{(student, slot): redraw for slot, redraw in redraws.items()}}
-    write_redrawn(assignment.folder, redraws_of_class)
-    return replace(assignment, redraws=redraws_of_class)
-
-
-OnStudent = Callable[[], None]
+def record_replacements(assignment: Assignment, student: str, replacements: Mapping[str, Replacement]) -> Assignment:
+    """Record a student's replaced problems (by slot) in redrawn.csv, and return the assignment with them."""
+    new_replacements = {(student, slot): replacement for slot, replacement in replacements.items()}
+    all_replacements = {**assignment.replacements, **new_replacements}
+    write_replacements(assignment.folder, all_replacements)
+    return replace(assignment, replacements=all_replacements)
 
 
 def certify_class(
-    assignment: Assignment, students: Sequence[str], find_failures: FindFailures, jobs: int, on_student: OnStudent
+    assignment: Assignment, students: Sequence[str], find_failures: FindFailures, jobs: int, on_step: Callable[[], None]
 ) -> tuple[Assignment, list[FailedSlot]]:
-    """Find certified problems for some students; return the assignment with the new draws, and the slots that failed.
+    """Find certified problems for some students, and record the replaced ones.
 
-    `on_student` is called after every student. Raises QdotError.
+    Returns the assignment with the replaced problems, and the slots that failed. `on_step` is called after every
+    student. Raises QdotError.
     """
-    given_up: list[FailedSlot] = []
+    all_failed_slots: list[FailedSlot] = []
     state = assignment, partial(certify_with, find_failures)
     with closing(map_in_order(_certify_student, students, jobs, keep_state, (state,))) as results:
-        for student, (redraws, failed_slots) in zip(students, results, strict=True):
-            if redraws:
-                assignment = record_redraws(assignment, student, redraws)
-            given_up += failed_slots
-            on_student()
-    return assignment, given_up
+        for student, (replacements, failed_slots) in zip(students, results, strict=True):
+            if replacements:
+                assignment = record_replacements(assignment, student, replacements)
+            all_failed_slots += failed_slots
+            on_step()
+    return assignment, all_failed_slots
 
 
 def _certify_student(
     state: tuple[Assignment, Certify[None]], student: str
-) -> tuple[dict[str, Redraw], tuple[FailedSlot, ...]]:
+) -> tuple[dict[str, Replacement], tuple[FailedSlot, ...]]:
     student_problems = generate_student_problems(state[0], student, state[1])
-    return student_problems.new_redraws(state[0]), student_problems.failed_slots
+    return student_problems.find_new_replacements(state[0]), student_problems.failed_slots
 
 
-def describe_redraws(before: Assignment, after: Assignment) -> list[str]:
-    """Return a message to the staff about new draws, as a list of at most one line."""
-    new_count = sum(before.redraws.get(slot) != redraw for slot, redraw in after.redraws.items())
+def describe_replacements(before: Assignment, after: Assignment) -> list[str]:
+    """Return a message to the staff about newly replaced problems, as a list of at most one line."""
+    new_count = sum(before.replacements.get(slot) != replacement for slot, replacement in after.replacements.items())
     if not new_count:
         return []
     count = f"{count_noun(new_count, 'problem')} did"
-    path = after.folder / REDRAWN_FILE
-    advice = f"store {path} together with assignment.toml"
+    advice = f"store {after.folder / REPLACEMENTS_FILE} together with assignment.toml"
     return [f"{count} not pass the certificate at first and had to be regenerated; {advice}"]
 
 
