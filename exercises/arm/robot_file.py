@@ -468,9 +468,7 @@ def _parse_task(raw: object) -> tuple[str, ...]:
         raise QdotError('expected a list of the rows of the task, as in ["vx", "vy"]')
     for row in raw:
         if row not in TASK_ROWS:
-            guess = f"v{row.lower()}" if row.lower() in ("x", "y", "z") else row.lower()
-            matches = difflib.get_close_matches(guess, TASK_ROWS, n=1, cutoff=0.5)
-            raise make_name_error("row", row, TASK_ROWS, "".join(matches))
+            raise make_name_error("row", row, TASK_ROWS)
         if raw.count(row) > 1:
             raise QdotError(f"the row {row!r} is listed twice")
     return tuple(sorted(raw, key=TASK_ROWS.index))

@@ -178,7 +178,9 @@ def make_notebook(
 ) -> "NotebookNode":
     """Return the notebook to release, or the staff's notebook with solutions if the `released` notebook is given."""
     content = assignment.title, assignment.key, student, problems, assignment.hints
-    notebook = student_notebook(*content) if released is None else solution_notebook(*content, released=released)
+    notebook = (
+        make_student_notebook(*content) if released is None else make_solution_notebook(*content, released=released)
+    )
     notebook.metadata["qdot"].update(
         digest=assignment.problems_digest_of(student),
         edition=assignment.notebook_digest_of(student),

@@ -41,7 +41,9 @@ class ProblemSet:
     def points(self) -> float:
         """The total points of all questions in the set."""
         entries = tomllib.loads(self.text)["problem"]
-        return sum(sum(entry.get("points") or [ASKED[name].points for name in entry["questions"]]) for entry in entries)
+        return sum(
+            sum(entry.get("points") or [ALL_QUESTIONS[name].points for name in entry["questions"]]) for entry in entries
+        )
 
 
 SETS = {

@@ -53,10 +53,10 @@ class StoredProblems:
 
 def _make_pieces(slot: str, problem: Problem) -> dict[str, str]:
     statement = to_html(write_statement(problem, "", explains_typing=False))
-    pieces = {"figure": figure_svg(problem.chain, slot), "statement": statement}
+    pieces = {"figure": draw_figure_svg(problem.chain, slot), "statement": statement}
     for part in problem.parts:
         pieces[f"{part.name} prompt"] = to_html(write_prompt(problem, part))
-        pieces[f"{part.name} figure"] = part_svg(problem.chain, part, f"{slot}-{part.name}")
+        pieces[f"{part.name} figure"] = draw_part_svg(problem.chain, part, f"{slot}-{part.name}")
     return pieces
 
 

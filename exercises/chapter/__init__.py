@@ -79,7 +79,7 @@ def _solve(chain: Chain, name: str, language: str) -> str:
     """Return the worked solution of a question about an arm."""
     answer, details = QUESTIONS[name].ask(chain, Stream("docs"))
     part = Part(name, name, answer, details=details)
-    return worked_solution(Problem(ProblemId(chain.name, 0), chain, (part,)), part, language)
+    return write_solution(Problem(ProblemId(chain.name, 0), chain, (part,)), part, language)
 
 
 @dataclass(frozen=True)

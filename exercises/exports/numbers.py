@@ -102,7 +102,9 @@ def _take_numbers(problem: Problem, part: Part, is_direction: bool) -> NumericPa
     if is_derived(part):
         roles: Mapping[str, Any] = domain_of(problem.chain).roles
         domain, stream = Domain({**roles, **dict.fromkeys(part.symbols, "signed")}), f"{problem.id}/{part.name}/wrong"
-        working = compute_numeric_stages(problem.chain, sample_configurations(problem.chain, part, domain, 1, Stream(stream)))
+        working = compute_numeric_stages(
+            problem.chain, sample_configurations(problem.chain, part, domain, 1, Stream(stream))
+        )
         _check_agreement(problem, part, reference, compute_answer(working, part)[..., 0], is_direction)
         predictions = _list_wrong_answers(working, part)
         wrong_answers += [(name_chapter(wrong.sentence), wrong.answer[..., 0]) for wrong in predictions]

@@ -11,7 +11,6 @@ from functools import lru_cache, partial
 from typing import Any
 
 import numpy as np
-from qdot.exercises.short_questions.configurations import find_options_to_draw
 
 from qdot.exercises.answer_types import LETTERS
 from qdot.exercises.arm.chain import Chain

@@ -99,7 +99,7 @@ def _variant_without_factor(stage: str, chain: Chain, factor: sp.Expr, divisor: 
 
 
 def _divide_by(divisor: sp.Expr) -> Change:
-    return lambda w, value: value / w.arithmetic.drop_derivatives(w.arithmetic.table_entry(divisor))
+    return lambda w, value: value / w.arithmetic.drop_derivatives(w.arithmetic.convert_entry(divisor))
 
 
 def _take_reciprocals(w: StageResults, _: np.ndarray) -> np.ndarray:

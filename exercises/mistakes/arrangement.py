@@ -8,7 +8,6 @@ import numpy as np
 
 from qdot.exercises.arm.chain import TASK_ROWS, Chain
 from qdot.exercises.arm.conventions import convention_of
-from qdot.exercises.arm.derivation_graph import RESULT, Change, StageResults
 from qdot.exercises.arm.derivation_graph import RESULT, StageResults
 from qdot.exercises.mistakes.base import (
     AnswerShape,

@@ -135,7 +135,7 @@ def _make_problem_cells(
     statement_id = f"{slot}-statement"
     opening = released_texts.get(statement_id)
     if not opening:
-        figure = _embed_image(figure_svg(problem.chain, slot), alt_text(problem.chain))
+        figure = _embed_image(draw_figure_svg(problem.chain, slot), describe_figure(problem.chain))
         opening = write_statement(problem, f"{number} {problem.title}", figure)
     yield _make_cell("markdown", statement_id, opening)
     solutions = write_solutions(problem) if kind == "solution" else {}
@@ -150,7 +150,7 @@ def _make_problem_cells(
             yield _make_cell("markdown", f"{name}-solution", text)
         assignment = f"{name_answer_variable(slot, part.name)} = "
         used_columns, placeholder = len(assignment), part.answer.write_placeholder(len(assignment))
-        answer = placeholder if kind == "student" else answer_code(problem, part, used_columns)
+        answer = placeholder if kind == "student" else write_answer_code(problem, part, used_columns)
         yield _make_cell("code", name, assignment + answer, {"qdot": {"part": f"{slot}.{part.name}"}})
         if checks := write_check_cell(slot, problem, part.name):
             yield _make_cell("code", f"{name}-check", checks)

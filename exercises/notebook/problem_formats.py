@@ -15,12 +15,6 @@ from qdot.exercises.problem.record import Json, make_robot_json, make_symbol_jso
 from qdot.exercises.short_questions import ALL_QUESTIONS
 from qdot.exercises.writing import problem_texts
 from qdot.exercises.writing.markup import escape_latex, to_html, to_latex, to_text
-    write_answer_code,
-    write_hints,
-    write_prompt,
-    write_solution,
-    write_solutions,
-    write_statement,
 from qdot.exercises.writing.render import render
 
 Converter = Callable[[str], str]
@@ -57,19 +51,19 @@ def _describe_parts(
 
     `hint_lead` is the beginning of each hint, with {} for the hint's number.
     """
-    solutions = problem_texts.worked_solutions(problem) if solution else {}
+    solutions = problem_texts.write_solutions(problem) if solution else {}
     return [
         {
             "name": part.name,
             "title": ALL_QUESTIONS[part.kind].make_title(problem.chain),
             "points": notebook.write_points(part.points),
-            "prompt": convert(problem_texts.prompt(problem, part)),
+            "prompt": convert(problem_texts.write_prompt(problem, part)),
             "hints": [
                 convert(hint_lead.format(number) + hint)
-                for number, hint in enumerate(problem_texts.hints(problem, part) if with_hints else (), 1)
+                for number, hint in enumerate(problem_texts.write_hints(problem, part) if with_hints else (), 1)
             ],
             "solution": convert(solutions[part.name]) if solution else "",
-            "code": problem_texts.answer_code(problem, part) if solution else "",
+            "code": problem_texts.write_answer_code(problem, part) if solution else "",
             "figure": draw_part_svg(problem.chain, part, part.name) if with_figures else "",
             "solution_figure": notebook.draw_singular_configurations(problem, part, f"{part.name}-solution")
             if with_figures and solution
@@ -85,7 +79,10 @@ def _write_footer(problem: Problem) -> str:
 
 def _write_text(problem: Problem, solution: bool, with_hints: bool) -> str:
     parts = _describe_parts(problem, solution, with_hints, lambda text: to_text(text).rstrip(), HINT_LEAD)
-    texts = {"title": f"{problem.title} ({problem.id})", "statement": to_text(problem_texts.statement(problem, ""))}
+    texts = {
+        "title": f"{problem.title} ({problem.id})",
+        "statement": to_text(problem_texts.write_statement(problem, "")),
+    }
     figure = textwrap.fill(f"Figure: {describe_figure(problem.chain)}", 100)
     return render("notebook/problem.txt.j2", **texts, figure=figure, parts=parts, footer=_write_footer(problem))
 
@@ -93,7 +90,7 @@ def _write_text(problem: Problem, solution: bool, with_hints: bool) -> str:
 def _write_latex(problem: Problem, solution: bool, with_hints: bool) -> str:
     parts = _describe_parts(problem, solution, with_hints, lambda text: to_latex(text).rstrip(), HINT_LEAD)
     title, figure = escape_latex(problem.title), escape_latex(describe_figure(problem.chain))
-    latex_statement = to_latex(problem_texts.statement(problem, ""))
+    latex_statement = to_latex(problem_texts.write_statement(problem, ""))
     return render("notebook/problem.tex.j2", title=title, statement=latex_statement, figure=figure, parts=parts)
 
 
@@ -101,7 +98,7 @@ def _write_html(problem: Problem, solution: bool, with_hints: bool) -> str:
     parts = _describe_parts(problem, solution, with_hints, to_html, with_figures=True)
     texts = {
         "title": problem.title,
-        "statement": to_html(problem_texts.statement(problem, "")),
+        "statement": to_html(problem_texts.write_statement(problem, "")),
         "figure": draw_figure_svg(problem.chain),
     }
     return render("notebook/problem.html.j2", **texts, parts=parts, footer=_write_footer(problem))
@@ -129,7 +126,7 @@ def make_problem_json(problem: Problem, solution: bool, certificate: Mapping[str
         "variation": problem.id.variation, "engine": problem.id.engine, "title": problem.title,
         "robot": make_robot_json(problem.chain),
         "symbols": {name: make_symbol_json(info) for name, info in problem.symbols.items()},
-        "statement": problem_texts.statement(problem, ""),
+        "statement": problem_texts.write_statement(problem, ""),
         "parts": [_make_part_json(problem, part, solution) for part in problem.parts],
         **({} if certificate is None else {"certificate": dict(certificate)}),
     }  # fmt: skip
@@ -137,12 +134,16 @@ def make_problem_json(problem: Problem, solution: bool, certificate: Mapping[str
 
 def _make_part_json(problem: Problem, part: Part, solution: bool) -> Json:
     content: Json = {"name": part.name, "kind": part.kind, "type": part.type, "shape": part.shape and list(part.shape)}
-    content |= {"prompt": problem_texts.prompt(problem, part), "points": part.points, "needs": list(part.prerequisites)}
     content |= {
-        "hints": list(problem_texts.hints(problem, part)),
+        "prompt": problem_texts.write_prompt(problem, part),
+        "points": part.points,
+        "needs": list(part.prerequisites),
+    }
+    content |= {
+        "hints": list(problem_texts.write_hints(problem, part)),
         **part.answer.to_options_json(),
         **part.answer.to_tolerance_json(),
     }
     if solution:
-        content |= {"reference": part.answer.as_json(), "solution": problem_texts.worked_solution(problem, part)}
+        content |= {"reference": part.answer.as_json(), "solution": problem_texts.write_solution(problem, part)}
     return content

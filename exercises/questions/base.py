@@ -53,7 +53,7 @@ def find_determinant_objection(chain: Chain) -> str | None:
     """Return why a determinant of the task Jacobian can't be asked for; None if it can."""
     if len(chain.task) != chain.n:
         return f"its Jacobian is {len(chain.task)} x {chain.n} for the task {', '.join(chain.task)}, not square"
-    return "its determinant is zero everywhere" if derive(chain).generic_minors[0].is_zero else None
+    return "its determinant is zero everywhere" if derive(chain).symbolic_minors[0].is_zero else None
 
 
 def find_term_count_objection(term_count: int) -> str | None:

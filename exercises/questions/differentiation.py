@@ -98,7 +98,7 @@ def _choose_component(chain: Chain, rng: Stream) -> AxisDetails:
 
 
 def _find_task_objection(chain: Chain) -> str | None:
-    return None if chain.linear_rows else "its task has no linear velocity"
+    return None if chain.linear_axes else "its task has no linear velocity"
 
 
 def _substitute_position(position: np.ndarray) -> dict[str, Change]:
@@ -135,7 +135,7 @@ QUESTIONS = (
     Question(
         "velocity-component", "One velocity component", "6.2", prerequisites=("position",),
         formula=lambda stages, details: apply_matrix(stages["linear"][[details.row]], stages["joint rates"]),
-        reference=lambda chain, details: write_linear_velocity(chain)[chain.linear_rows.index(details.axis), :],
+        reference=lambda chain, details: write_linear_velocity(chain)[chain.linear_axes.index(details.axis), :],
         answer_type=Expression, make_details=_choose_component,
         entry_names=lambda chain, part: [f"v_{{{part.details_as(AxisDetails).axis}}}"],
         find_arm_objection=_find_task_objection, find_size_objection=base.limit_terms("linear"),
@@ -143,7 +143,7 @@ QUESTIONS = (
     Question(
         "jacobian", "Jacobian by differentiation", "6.3", prerequisites=("position",), points=2.0,
         choose_title=lambda chain: (
-            "Jacobian by differentiation" if chain.linear_rows else "Jacobian from the joint axes"
+            "Jacobian by differentiation" if chain.linear_axes else "Jacobian from the joint axes"
         ),
         stage="jacobian", make_details=lambda chain, _: TaskDetails(task=chain.task),
         row_and_column_labels=base.label_jacobian(lambda chain: chain.task),

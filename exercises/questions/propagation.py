@@ -119,7 +119,7 @@ def _choose_frame(chain: Chain, rng: Stream) -> RecursionDetails:
     substitute, frame = derive(chain).substitute_matrix, rng.choice(_find_frames(chain))
     steps = (
         RecursionStep(step.number, step.kind, *map(substitute, (step.rotation, step.origin, step.omega, step.v)))
-        for step in _derive_steps(structure(chain).chain)[:frame]
+        for step in _derive_steps(symbolic_arm_of(chain).chain)[:frame]
     )
     return RecursionDetails(frame=frame, steps=tuple(steps))
 
@@ -131,7 +131,7 @@ def _find_frames(chain: Chain) -> list[int]:
 
 @lru_cache(maxsize=4096)
 def _count_terms(chain: Chain, frame: int) -> int:
-    step = _derive_steps(structure(chain).chain)[frame - 1]
+    step = _derive_steps(symbolic_arm_of(chain).chain)[frame - 1]
     return count_terms(derive(chain).substitute_matrix(step.v.col_join(step.omega)))
 
 

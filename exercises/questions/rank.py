@@ -203,7 +203,7 @@ def find_lost_direction_formula(chain: Chain, values: Values) -> tuple[JacobianO
     """Return J and the lost direction at given joint values as formulas, or None if they are too long."""
     for branch in geometry.match_branches(chain) if values else ():
         if branch.component.solutions is not None and branch.component.value_combinations()[0] == values:
-            formula = lost_direction_formula(structure(chain).chain, branch.of_structure)
+            formula = lost_direction_formula(symbolic_arm_of(chain).chain, branch.of_structure)
             if formula is not None and formula.jacobian is not None:
                 return _substitute_numbers(chain, branch.component, formula)
     return None
@@ -236,7 +236,7 @@ def _find_lost_motions(chain: Chain) -> list[tuple[BranchConfigurations, Branch,
         (configurations, branch, motion)
         for branch in geometry.match_branches(chain)
         if (configurations := _describe_configurations(chain, branch)) is not None
-        and (motion := find_lost_motion(structure(chain).chain, branch.of_structure)) is not None
+        and (motion := find_lost_motion(symbolic_arm_of(chain).chain, branch.of_structure)) is not None
     ]
 
 

@@ -98,14 +98,14 @@ class MinorDetails(Details):
 
 
 def _make_minor_details(chain: Chain, rng: Stream) -> MinorDetails:
-    values, (_, quotients) = dict(structure(chain).values), _factor_out_shared(structure(chain).chain)
+    values, (_, quotients) = dict(symbolic_arm_of(chain).values), _factor_out_shared(symbolic_arm_of(chain).chain)
     squares = tuple(quotient.substitute(values) ** 2 for quotient in quotients)
     return MinorDetails(shared_factors=_find_shared_factors(chain), squares=squares)
 
 
 def _find_shared_factors(chain: Chain) -> sp.Expr:
     """Return the product of the factors that all maximal minors share, or 1 if there are none."""
-    return _factor_out_shared(structure(chain).chain)[0].substitute(dict(structure(chain).values))
+    return _factor_out_shared(symbolic_arm_of(chain).chain)[0].substitute(dict(symbolic_arm_of(chain).values))
 
 
 @lru_cache(maxsize=1024)
@@ -144,7 +144,7 @@ def _count_terms(product: Factored) -> int:
 
 
 def _find_gram_size_objection(chain: Chain) -> str | None:
-    if chain.n > MAX_JOINTS or _count_terms(_derive_gram_determinant(structure(chain).chain)) > MAX_TERMS:
+    if chain.n > MAX_JOINTS or _count_terms(_derive_gram_determinant(symbolic_arm_of(chain).chain)) > MAX_TERMS:
         return "det(J J^T) is too long to work out by hand"
     return None
 
@@ -231,7 +231,7 @@ def _ask_manipulability(chain: Chain, rng: Stream) -> AnswerAndDetails:
     situation = inversion.sample_situation(chain, rng)
     gram = precise.gram_matrix(inversion.evaluate_jacobian_precisely(chain, situation))
     value = precise.round_to_ten_digits(PRECISE_CONTEXT.sqrt(precise.determinant(gram)))
-    power = len(chain.linear_rows) - sum(joint.kind == "P" for joint in chain.joints)
+    power = len(chain.linear_axes) - sum(joint.kind == "P" for joint in chain.joints)
     details = _make_gram_details(chain, situation, _compute_singular_values(chain, situation), power)
     return Number(sp.Matrix([value]), (inversion.write_power_of_metres(power),), THREE_DIGIT_TOLERANCE, 1e-9), details
 
@@ -267,7 +267,7 @@ class SelfMotionFormulaDetails(Details):
 
 
 def _ask_self_motion(chain: Chain, rng: Stream) -> AnswerAndDetails:
-    quotients = _factor_out_shared(structure(chain).chain)[1] if chain.n <= MAX_JOINTS else ()
+    quotients = _factor_out_shared(symbolic_arm_of(chain).chain)[1] if chain.n <= MAX_JOINTS else ()
     if quotients and sum(map(_count_terms, quotients)) <= MAX_TERMS / 2:
         details = SelfMotionFormulaDetails(situation=None, shared_factors=_find_shared_factors(chain))
         return Direction(write_self_motion(chain)), details
@@ -297,9 +297,9 @@ def write_self_motion(chain: Chain) -> sp.Matrix:
 
     Factors that all minors share are omitted, so the vector is zero only where J loses rank for more than one reason.
     """
-    _, quotients = _factor_out_shared(structure(chain).chain)
+    _, quotients = _factor_out_shared(symbolic_arm_of(chain).chain)
     # The minors are in the order of the columns that they contain, so the first minor omits the last column.
-    minors = [minor.substitute(dict(structure(chain).values)) for minor in reversed(quotients)]
+    minors = [minor.substitute(dict(symbolic_arm_of(chain).values)) for minor in reversed(quotients)]
     return sp.Matrix([(-1) ** i * minor for i, minor in enumerate(minors)])
 
 
@@ -308,8 +308,8 @@ QUESTIONS = (
         "gram-determinant", "det(J Jᵀ) of a redundant arm", "6.8 for m < n", points=2.0, prerequisites=("jacobian",),
         stage="gram determinant", answer_type=Expression, make_details=_make_minor_details,
         textbook_formulas={
-            "gram determinant": lambda chain: _derive_gram_determinant(structure(chain).chain).substitute(
-                dict(structure(chain).values)
+            "gram determinant": lambda chain: _derive_gram_determinant(symbolic_arm_of(chain).chain).substitute(
+                dict(symbolic_arm_of(chain).values)
             ),
         },
         entry_names=lambda chain, _: [r"\det(J J^T)"], find_arm_objection=_find_minimum_norm_objection,

@@ -165,7 +165,9 @@ def list_moved_screws(chain: Chain) -> tuple[Screw, ...]:
 def derive_space_jacobian(chain: Chain) -> sp.Matrix:
     """Return J_s, 6 x n, for the twist (omega, v) of the last link in {s}; v is the velocity at the origin of {s}."""
     substitute = derive(chain).substitute_matrix
-    return sp.Matrix.hstack(*(substitute(screw.coordinates) for screw in _derive_moved_screws(symbolic_arm_of(chain).chain)))
+    return sp.Matrix.hstack(
+        *(substitute(screw.coordinates) for screw in _derive_moved_screws(symbolic_arm_of(chain).chain))
+    )
 
 
 # --- the body frame ---

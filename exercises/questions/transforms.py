@@ -119,7 +119,7 @@ QUESTIONS = (
         prerequisites=("transform", "geometric-jacobian"), stage="tool jacobian",
         textbook_formulas={
             "tool jacobian": lambda chain: derive(chain).substitute_matrix(
-                transforms.jacobian_in_tool_frame(structure(chain).chain)
+                transforms.jacobian_in_tool_frame(symbolic_arm_of(chain).chain)
             ),
         },
         make_details=_make_tool_details, row_and_column_labels=base.label_jacobian(lambda _: TASK_ROWS),

@@ -158,7 +158,7 @@ def _make_extra_column(chain: Chain, rng: Stream) -> OfferedOption | None:
 
 @lru_cache(maxsize=1024)
 def _has_short_distinct_columns(chain: Chain) -> bool:
-    return _has_short_columns(structure(chain).chain) and are_different_functions(chain, _split_columns(chain))
+    return _has_short_columns(symbolic_arm_of(chain).chain) and are_different_functions(chain, _split_columns(chain))
 
 
 @lru_cache(maxsize=1024)

@@ -39,7 +39,11 @@ class ShortQuestion(Question):
         if objection := QUESTIONS[self.base_question].find_objection(chain) or self.find_arm_objection(chain):
             return objection
         # An arm's structure does not determine its screws at home.
-        arms = (chain, structure(chain).chain) if self.required_feature == SCREWS else (structure(chain).chain,)
+        arms = (
+            (chain, symbolic_arm_of(chain).chain)
+            if self.required_feature == SCREWS
+            else (symbolic_arm_of(chain).chain,)
+        )
         is_found = all(_sample_from_fixed_stream(self, arm) is not None for arm in arms)
         return None if is_found else self.objection_if_nothing_found
 

@@ -86,7 +86,7 @@ VALUE_QUESTIONS = (
         "determinant-value", "Determinant in a configuration", "6.8", sample=_ask_determinant, form="number",
         base_question="determinant", objection_if_nothing_found="no regular configuration was found",
         find_arm_objection=lambda chain: (
-            None if len(chain.linear_rows) == len(chain.task) else "its Jacobian mixes metres and radians"
+            None if len(chain.linear_axes) == len(chain.task) else "its Jacobian mixes metres and radians"
         ),
         entry_names=lambda *_: [r"\det J"],
     ),

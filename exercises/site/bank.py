@@ -69,7 +69,7 @@ def _write_problem(state: _BankState, bank_problem: BankProblem) -> Json | Faile
     folder, find_failures, with_solutions = state
     path = folder / BANK_FOLDER / bank_problem.family / f"{bank_problem.key}.json"
     problem_id = bank_problem.problem and bank_problem.problem.id
-    source = f"{code_digest()}/{_compute_texts_digest()}/{replace(bank_problem, problem=None)}/{problem_id}"
+    source = f"{compute_package_digest()}/{_compute_texts_digest()}/{replace(bank_problem, problem=None)}/{problem_id}"
     source_digest = hashlib.sha256(source.encode()).hexdigest()  # the bank must not reveal seeds
     if not with_solutions:
         for ending in SOLUTION_ENDINGS:
@@ -157,9 +157,9 @@ def titles_text(language: str, titles: Sequence[tuple[str, str, str]]) -> str:
     """
     words = load_catalogue(language)
     library_names = {name for name, title, _ in titles if name in FAMILIES and FAMILIES[name].title == title}
-    families = {name: words.family(FAMILIES[name].title) for name in sorted(library_names)}
+    families = {name: words.translate_family(FAMILIES[name].title) for name in sorted(library_names)}
     return _json_text(
-        {"families": families, "questions": {q.name: words.question(q.title) for q in ALL_QUESTIONS.values()}}
+        {"families": families, "questions": {q.name: words.translate_question(q.title) for q in ALL_QUESTIONS.values()}}
     )
 
 

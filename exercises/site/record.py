@@ -128,7 +128,7 @@ def make_solutions_record(problem: Problem) -> Json:
     parts = []
     for part in problem.parts:
         solution, figure = (
-            worked_solution(problem, part),
+            write_solution(problem, part),
             draw_singular_configurations(problem, part, f"{part.name}-solution"),
         )
         record = {"name": part.name, "solution": html_with_latex(solution), "figure": figure}

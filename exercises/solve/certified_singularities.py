@@ -30,7 +30,7 @@ def certify_components(chain: Chain) -> tuple[SingularComponent, ...]:
 
 def certify_component(chain: Chain, component: Component) -> SingularComponent:
     """Return a component with certified kind and description, and with unchanged conditions."""
-    certified = _certify_component(chain, solution_steps(chain).classify_component(component))
+    certified = _certify_component(chain, get_solution_steps(chain).classify_component(component))
     return replace(certified, conditions=component.conditions)
 
 

@@ -529,7 +529,7 @@ def _describe_arm(robot: Robot) -> _ArmDescription | None:
 def _format_cells(convention: type[Convention], row: Joint | Axis) -> list[str]:
     """Return the cells, in LaTeX, of a row that describes a joint."""
     if isinstance(row, Axis):
-        point = "-" if row.is_prismatic else coordinates_with_unit(row.point)
+        point = "-" if row.is_prismatic else format_coordinates(row.point)
         return [f"({', '.join(map(tex, row.direction))})", point]
     return convention.order_entries(tex_angle(row.theta), tex_length(row.d), tex_length(row.a), tex_angle(row.alpha))
 

@@ -14,8 +14,7 @@ from itertools import pairwise
 import numpy as np
 import sympy as sp
 
-from qdot.exercises.arm.chain import REVOLUTE, TASK_ROWS, Chain
-from qdot.exercises.arm.chain import Chain
+from qdot.exercises.arm.chain import REVOLUTE, Chain
 from qdot.exercises.singularities.axes import Sample
 from qdot.exercises.singularities.classification import (
     Classification,
@@ -87,7 +86,9 @@ def check_side_of_lost_direction(
 def sample_component(chain: Chain, component: Component) -> list[Sample]:
     """Return configurations of the normalized arm on a component, other than those used to classify it."""
     return [
-        sample for piece in normalize_conditions(chain, component) for sample in _sample_piece(normalize_arm(chain), piece)
+        sample
+        for piece in normalize_conditions(chain, component)
+        for sample in _sample_piece(normalize_arm(chain), piece)
     ]
 
 

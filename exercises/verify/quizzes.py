@@ -10,8 +10,6 @@ from itertools import combinations
 
 import numpy as np
 import sympy as sp
-from qdot.exercises.short_questions.single_configuration import ConfigurationStatement, JointStatement, RateDetails
-from qdot.exercises.short_questions.wrong_formulas import OptionSubject
 
 from qdot.exercises.answer_types import Choice, ConditionSet, Expression, Matching, Matrix, Selection
 from qdot.exercises.arm.chain import TASK_ROWS

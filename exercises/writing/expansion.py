@@ -96,7 +96,7 @@ def shorten_by_joint_1(chain: Chain) -> sp.Matrix | None:
 @lru_cache(maxsize=1024)
 def expand_jacobian(chain: Chain) -> Expansion:
     """Return the steps that expand det J of a structure."""
-    jacobian_of_link = short_jacobian(chain)
+    jacobian_of_link = shorten_jacobian(chain)
     if jacobian_of_link != derive(chain).jacobian:
         step = ExpansionStep("link", sp.S.One, jacobian_of_link, number=chain.n // 2)
         return expand_determinant(jacobian_of_link, (step,))

@@ -169,7 +169,7 @@ class _ExpressionLayout:
         is_negative, size = bool(value.is_negative), abs(value)
         if size.is_Float:
             digits, _, power = f"{float(size):.10g}".partition("e")
-            return _SignedTerm(is_negative, layout.scientific(digits, int(power)) if power else number(digits))
+            return _SignedTerm(is_negative, layout.scientific_number(digits, int(power)) if power else number(digits))
         if not size.is_Rational:
             return _SignedTerm(False, self.lay_out_factor(value))
         if (decimal_digits := decimal_text(size)) is not None:

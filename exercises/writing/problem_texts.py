@@ -150,7 +150,11 @@ def get_solution_steps(chain: Chain) -> SolutionSteps:
 
 
 def _get_question_macros(part: Part, language: str) -> Any:
-    return make_environment(language).get_template(f"questions/{ASKED[part.kind].template or part.kind}.md.j2").module
+    return (
+        make_environment(language)
+        .get_template(f"questions/{ALL_QUESTIONS[part.kind].template or part.kind}.md.j2")
+        .module
+    )
 
 
 def _clean_whitespace(text: str) -> str:

@@ -50,10 +50,10 @@ class _AnswerFields(AnswerVisitor[dict[str, Any]]):
     def visit_singular(self, answer: answer_types.ConditionSet) -> dict[str, Any]:
         return {"components": answer.components}
 
-    def choice(self, answer: Choice) -> dict[str, Any]:
+    def visit_choice(self, answer: Choice) -> dict[str, Any]:
         details = self.part.details
         is_tall = isinstance(details, Options) and details.offered[answer.correct].is_tall
-        has_words = answer.options != TRUE_FALSE and not self.part.has_drawn_options and not is_tall
+        has_words = answer.options != TRUE_FALSE and not details.has_drawn_options and not is_tall
         words = write_option(self.problem, self.part, answer.correct) if has_words else ""
         return {"letters": answer.typed_text, "words": words}
 

@@ -265,5 +265,5 @@ def _typeset_number(node: Node) -> _Operand:
     digits = node_text(node)
     if node.kind == "decimal" and value and not Fraction(1, 10**5) <= abs(value) < 10**9:
         mantissa, _, power = f"{Decimal(digits):e}".partition("e")
-        return _Operand(layout.scientific(mantissa.rstrip("0").rstrip("."), int(power)), _PRODUCT)
+        return _Operand(layout.scientific_number(mantissa.rstrip("0").rstrip("."), int(power)), _PRODUCT)
     return _Operand(number(digits), _ATOM)

@@ -14,7 +14,6 @@ import typer
 from qdot.exercises.assignment.assignment import Assignment, Student, load_assignment
 from qdot.exercises.assignment.release import CORE_COUNT, init_assignment
 from qdot.exercises.common.console import note, say
-from qdot.exercises.assignment.certified_problems import FailedSlot, raise_failed_slots
 from qdot.exercises.common.errors import QdotError
 from qdot.exercises.common.extras import explain_missing
 from qdot.exercises.common.files import write_atomically

@@ -12,8 +12,7 @@ import typer
 from qdot.exercises.assignment.certified_problems import FailedSlot, describe_replacements, raise_failed_slots
 from qdot.exercises.assignment.release import CORE_COUNT
 from qdot.exercises.assignment.replacements import read_replacements
-from qdot.exercises.common.console import note, say, show_progress
-from qdot.exercises.common.console import BankVariationOption, check_choice, note, say, show_progress
+from qdot.exercises.common.console import check_choice, note, say, show_progress
 from qdot.exercises.common.errors import QdotError, count_noun, make_name_error
 from qdot.exercises.common.files import write_atomically
 from qdot.exercises.exports.export_format import PAPER_SIZES, SHEET_KINDS, ExportRequest
@@ -159,8 +158,8 @@ def _write_exports(request: ExportRequest, target_folders: Mapping[str, Path]) -
         if reason := EXPORT_FORMATS[name].explain_missing():
             failed_formats[name] = reason
             continue
-        redraws = read_redrawn(request.assignment.folder)  # the previous format may have added to them
-        request = replace(request, assignment=replace(request.assignment, redraws=redraws))
+        replacements = read_replacements(request.assignment.folder)  # the previous format may have added to them
+        request = replace(request, assignment=replace(request.assignment, replacements=replacements))
         try:
             say(f"{name}: {count_noun(_write_export(request, name, folder), 'file')} in {folder}")
         except QdotError as error:

@@ -20,11 +20,16 @@ from qdot.grader.grading.history import describe_mark_changes, read_previous_res
 from qdot.grader.grading.marking import format_points
 from qdot.grader.grading.overrides import OVERRIDES_FILE, describe_unused_groups, read_overrides
 from qdot.grader.grading.result import Result
-    find_student_files,
 from qdot.grader.reports.tables import UNMARKED_STATES, count_overridden, find_work_status, list_staff_notes
 from qdot.grader.sandbox.guarantees import check_sandbox
 from qdot.grader.sandbox.sandbox import Limits
-from qdot.grader.submissions.submission import OTHER_VERSION, SubmissionFolder, find_submissions, open_submissions
+from qdot.grader.submissions.submission import (
+    OTHER_VERSION,
+    SubmissionFolder,
+    find_student_files,
+    find_submissions,
+    open_submissions,
+)
 
 
 def grade(
@@ -180,7 +185,7 @@ def _grade_student(assignment: Assignment, path: Path | None, name: str, receive
     student = batch.find_student(assignment, name)
     time = batch.parse_time(received) if received else None
     if path is not None:
-        files = batch.find_student_files(assignment, path, time)
+        files = find_student_files(assignment, path, time)
     else:
         files = find_submissions(assignment, assignment.folder / "submitted").by_student.get(student.id)
         if files is not None and time is not None:

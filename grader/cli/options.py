@@ -54,7 +54,7 @@ def _make_twist_order_option(default: str) -> Any:
 def _variation_option(default: str) -> Any:
     steps, names = ", ".join(VARIATION_STEPS), (*VARIATION_STEPS, *VARIATION_AXES)
     text = f"How much arms differ from the chapter's: {steps}, or axes as in lengths+base; default: {default}."
-    return name_option(text, "--variation", names=names, metavar="TEXT", between="+")
+    return name_option(text, "--variation", names=names, metavar="TEXT", separator="+")
 
 
 DEFAULT_FROM_ID = "that of the problem's id, else "

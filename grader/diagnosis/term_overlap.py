@@ -13,7 +13,6 @@ from fractions import Fraction
 import numpy as np
 
 from qdot.exercises.common.stream import Stream
-from qdot.exercises.formula.algebra import apply_function, expand_terms, split_terms
 from qdot.exercises.formula import algebra
 from qdot.exercises.formula.program import compile_program, evaluate
 from qdot.exercises.formula.trees import ONE, Node, count_nodes, find_names
@@ -93,7 +92,7 @@ def _expand(node: Node) -> Node:
         return _expand_trig(str(node.value), algebra.split_terms(node.args[0]))
     args = tuple(map(_expand, node.args))
     if node.kind == "/":
-        return algebra.multiply_nodes(args[0], algebra.divide_nodes(algebra.ONE, args[1]))
+        return args[0] * (ONE / args[1])
     return Node(node.kind, args, node.value)
 
 
@@ -103,11 +102,10 @@ def _expand_trig(function: str, angles: Sequence[Node]) -> Node:
     is_negative = first_angle.kind == "neg"
     angle = first_angle.args[0] if is_negative else first_angle
     sine, cosine = algebra.apply_function("sin", angle), algebra.apply_function("cos", angle)
-    sine = algebra.negate(sine) if is_negative else sine
+    sine = -sine if is_negative else sine
     if not other_angles:
         return sine if function == "sin" else cosine
     inner_sine, inner_cosine = _expand_trig("sin", other_angles), _expand_trig("cos", other_angles)
-    product = algebra.multiply_nodes
     if function == "sin":
-        return algebra.add_nodes(product(sine, inner_cosine), product(cosine, inner_sine))
-    return algebra.subtract_nodes(product(cosine, inner_cosine), product(sine, inner_sine))
+        return sine * inner_cosine + cosine * inner_sine
+    return cosine * inner_cosine - sine * inner_sine

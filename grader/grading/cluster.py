@@ -229,7 +229,6 @@ def _prepare(brief: WorkerBrief) -> None:
     must_be_strict = brief.assignment.sandbox == "strict"
     warning = guarantees.check_sandbox(must_be_strict)
     grader = Grader(brief.assignment, Sandbox(brief.limits, strict=must_be_strict), ClassAnswers(brief.assignment))
-    warning = guarantees.describe_weakness(findings)
     _worker_state.update(content_digest=brief.content_digest, grader=grader, warning=warning)
     _start_timer()
 

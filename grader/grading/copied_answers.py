@@ -66,7 +66,9 @@ class ClassAnswers:
         for student in assignment.roster:
             with suppress(QdotError, RuntimeError):  # a student without this problem has no answer to copy
                 if slot.family.has_varied_structure:
-                    yield slot.generate_problem(assignment.secret, student.id, assignment.seed_number_of(slot, student.id)).chain
+                    yield slot.generate_problem(
+                        assignment.secret, student.id, assignment.seed_number_of(slot, student.id)
+                    ).chain
                 else:
                     yield sample_chain(assignment.make_problem_id(slot, student.id), slot.family)
 

@@ -110,7 +110,7 @@ def _parse_group(location: str, part: str, group: str, part_names: Sequence[str]
     """
     part_of_group, _, letters = group.rpartition("/")
     if not re.fullmatch(f"[{KEY_LETTERS}]{{{KEY_LENGTH}}}", letters.lower()) or not (part_of_group or part):
-        expected_form = f"a part and {KEY_LENGTH} letters, as in {group_key(part_names[0], 'kqvxwz')}"
+        expected_form = f"a part and {KEY_LENGTH} letters, as in {format_group_key(part_names[0], 'kqvxwz')}"
         raise QdotError(f"{location}: group = {group!r}: expected a key that `qdot report` shows, {expected_form}")
     if part_of_group and part_of_group not in part_names:
         raise _make_unknown_part_error(location, part_of_group, part_names)

@@ -164,7 +164,7 @@ def _list_options(problem: Problem, part: Part) -> Any:
     For a matching question, return the items, too.
     """
     answer = part.answer
-    texts = [write_line_html(option_text(problem, part, k)) for k in range(len(answer.offered_options))]
+    texts = [write_line_html(write_option(problem, part, k)) for k in range(len(answer.offered_options))]
     if answer.matched_items:
         pairs = zip(answer.matched_items, answer.correct_indices, strict=True)
         offered_options = [{"letter": LETTERS[k], "html": text} for k, text in enumerate(texts)]

@@ -42,7 +42,7 @@ def draw_example(problem: Problem, part: Part, example: Counterexample, answer: 
     if isinstance(example, SetDifference):
         candidates = ((MISSING_CAPTION, example.missing), (SURPLUS_CAPTION, example.surplus))
         arms = [_pose_arm(problem.chain, caption, at) for caption, at in candidates if at is not None]
-        return examples_svg([arm for arm in arms if arm], name) if arms and all(arms) else ""
+        return draw_examples_svg([arm for arm in arms if arm], name) if arms and all(arms) else ""
     if part.kind != "position" or answer is None or answer == FUNCTION_TEXT or len(answer) > MAX_ANSWER_LENGTH:
         return ""
     arm_with_answer = _mark_answer_point(problem, part, example.at, answer)

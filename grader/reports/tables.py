@@ -9,7 +9,6 @@ from qdot.exercises.common.console import escape_controls
 from qdot.exercises.common.input_file import csv_text
 from qdot.exercises.common.json_form import as_json
 from qdot.grader.grading.marking import format_points, sum_points
-from qdot.grader.grading.result import Override, Result
 from qdot.grader.grading.result import Result
 
 SUMMARY_COLUMNS = ("score", "max_score", "percent", "status", "late_penalty", "override", "note")

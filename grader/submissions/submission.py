@@ -501,7 +501,7 @@ def find_oddities(submission: Submission, assignment: "Assignment", student: str
         notes.append((f"the notebook was released to {claimed_student[:80]!r}", message))
     if claims.get("kind") == "solution":
         notes.append(("this is the staff's notebook with the solutions", ""))
-    if isinstance(digest, str) and digest not in map(assignment.digest_of, (student, str(claimed_student))):
+    if isinstance(digest, str) and digest not in map(assignment.problems_digest_of, (student, str(claimed_student))):
         message = "this notebook was made from another version of the assignment. Ask your instructor for the right one"
         notes.append((OTHER_VERSION, message))
     parts = {f"{slot.name}.{question}" for slot in assignment.slots for question in slot.questions}

@@ -44,7 +44,10 @@ def _puma() -> str:
 def _everything() -> str:
     left, problems = [*QUESTIONS, *SHORT_QUESTIONS], []
     for family in FAMILIES:
-        can = {*questions_of_family(family), *list_applicable_questions(sample_chain(ProblemId(family, 0)), SHORT_QUESTIONS)}
+        can = {
+            *questions_of_family(family),
+            *list_applicable_questions(sample_chain(ProblemId(family, 0)), SHORT_QUESTIONS),
+        }
         asked = [name for name in left if name in can]
         left = [name for name in left if name not in can]
         for few in ([name for name in asked if name in among] for among in (QUESTIONS, SHORT_QUESTIONS)):

@@ -56,9 +56,7 @@ def test_problems_and_figures_are_kept_and_the_same(made: Assignment) -> None:
             pieces = kept.pieces_of(slot)
             assert pieces["figure"] == draw_figure_svg(other.chain, slot)
             for part in other.parts:
-                assert pieces[f"{part.name} figure"] == draw_part_svg(
-                    other.chain, part, f"{slot}-{part.name}"
-                )
+                assert pieces[f"{part.name} figure"] == draw_part_svg(other.chain, part, f"{slot}-{part.name}")
 
 
 def test_nothing_is_derived_again(made: Assignment, monkeypatch: pytest.MonkeyPatch) -> None:
