@@ -242,7 +242,7 @@ def _find_wrong_sets(problem: Problem, part: Part) -> Iterator[KnownWrongAnswer]
             if conditions and conditions not in accepted_conditions:
                 accepted_conditions.append(conditions)
                 mistake_names.add(mistake.name)
-                feedback = name_chapter(mistake.sentence(mistaken.words))
+                feedback = name_chapter(mistake.format_message(mistaken.words))
                 yield KnownWrongAnswer(mistake.name, mistake.title, feedback, mistaken.answer.components)
 
 
