@@ -12,7 +12,8 @@ from functools import partial
 from typing import TYPE_CHECKING, Any
 
 from qdot.exercises.arm.conventions import convention_of
-from qdot.exercises.figure.arm_figure import describe_part_figure, draw_part_svg, draw_singular_svg
+from qdot.exercises.figure.arm_figure import describe_part_figure, draw_figure_svg, draw_part_svg, draw_singular_svg
+from qdot.exercises.figure.words import describe_figure
 from qdot.exercises.notebook.self_check import Problems, write_check_cell, write_function_cell
 from qdot.exercises.notebook.setup_cell import write_setup_cell
 from qdot.exercises.problem.problem import ENGINE, Part, Problem, name_answer_variable
