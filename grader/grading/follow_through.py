@@ -1,8 +1,8 @@
 """Judge a later part against what follows from the student's own wrong answer to an earlier part.
 
-The parts of a problem build on one another (`Part.prerequisites`). A wrong earlier answer replaces the correct answer in the
-derivation. The later answer is then judged against the result, in the same way as against the correct answer (the
-reference). An unanswered part between the two parts is derived by the same method.
+The parts of a problem build on one another (`Part.prerequisites`). A wrong earlier answer replaces the correct answer
+in the derivation. The later answer is then judged against the result, in the same way as against the correct answer
+(the reference). An unanswered part between the two parts is derived by the same method.
 
 Nothing follows from an earlier answer that would make the later part easier. These answers do:
 
