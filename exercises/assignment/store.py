@@ -118,7 +118,7 @@ def _power(base: sp.Expr, exponent: sp.Expr) -> sp.Expr:
 def _minors(problem: Problem) -> bytes:
     """Return the pickled minors of J if they were computed; they are loaded only for the diagnosis of mistakes."""
     derivation = derive(problem.chain)
-    return _pickle_content(derivation.generic_minors) if "generic_minors" in vars(derivation) else b""
+    return _pickle_content(derivation.symbolic_minors) if "symbolic_minors" in vars(derivation) else b""
 
 
 def _pickle_content(content: object) -> bytes:

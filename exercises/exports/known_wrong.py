@@ -15,7 +15,7 @@ from sympy.polys.polyerrors import BasePolynomialError
 
 from qdot.exercises.answer_types import ConditionSet, Number
 from qdot.exercises.arm.chain import Chain
-from qdot.exercises.arm.derivation import derive, structure
+from qdot.exercises.arm.derivation import derive, symbolic_arm_of
 from qdot.exercises.arm.derivation_graph import (
     RESULT,
     Change,
@@ -88,7 +88,7 @@ def find_known_wrong_answers(problem: Problem, part: Part, max_count: int) -> tu
     if not part.answer.is_symbolic:
         return ()
     alternative = part.details if isinstance(part.details, ResultChoiceDetails) else None
-    subject = _StructureQuestion(structure(problem.chain).chain, part.kind, alternative, part)
+    subject = _StructureQuestion(symbolic_arm_of(problem.chain).chain, part.kind, alternative, part)
     mistakes = (
         _apply_mistake(subject, index)
         for index in range(min(MISTAKES_PER_ANSWER * max_count, len(_find_numeric_wrong_answers(subject))))
