@@ -202,15 +202,19 @@ class Chain:
         """The joint variables, theta_i or d_i."""
         return tuple(sp.Symbol(f"{joint.variable_key}{i}") for i, joint in enumerate(self.joints, 1))
 
+    def joints_of_kind(self, kind: str) -> list[int]:
+        """Return the indices (from 0) of the joints of a kind, "R" or "P"."""
+        return [i for i, joint in enumerate(self.joints) if joint.kind == kind]
+
     @cached_property
     def revolute_joints(self) -> list[int]:
         """The indices (from 0) of the revolute joints."""
-        return [i for i, joint in enumerate(self.joints) if joint.is_revolute]
+        return self.joints_of_kind(REVOLUTE)
 
     @cached_property
     def prismatic_joints(self) -> list[int]:
         """The indices (from 0) of the prismatic joints."""
-        return [i for i, joint in enumerate(self.joints) if joint.is_prismatic]
+        return self.joints_of_kind(PRISMATIC)
 
     @cached_property
     def rates(self) -> tuple[sp.Symbol, ...]:
@@ -221,10 +225,6 @@ class Chain:
     def offsets(self) -> tuple[sp.Expr, ...]:
         """The joint offsets: the constants that are added to the joint variables in the table."""
         return tuple(sp.expand(joint.variable_entry - q) for joint, q in zip(self.joints, self.q, strict=True))
-
-    def joints_of_kind(self, kind: str) -> list[int]:
-        """Return the indices of the revolute ("R") or prismatic ("P") joints, from 0."""
-        return [i for i, joint in enumerate(self.joints) if joint.kind == kind]
 
     @property
     def linear_axes(self) -> tuple[str, ...]:

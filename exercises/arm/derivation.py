@@ -106,13 +106,13 @@ def _derive_geometry(chain: Chain) -> tuple[sp.Matrix, sp.Matrix, sp.Matrix]:
     linear = _derive_position(chain).jacobian(chain.q).applyfunc(textbook_form)
     angular = sp.Matrix(3, chain.n, lambda r, i: z[r, i] if chain.joints[i].is_revolute else sp.S.Zero)
     geometric = linear.col_join(angular)
-    working = compute_symbolic_stages(chain)
-    propagated = np.concatenate([propagate_linear_rows(working), working["angular"]])
+    stages = compute_symbolic_stages(chain)
+    propagated = np.concatenate([propagate_linear_rows(stages), stages["angular"]])
     axes_of_convention = sp.Matrix.hstack(*(frame.rotation[:, 2] for frame in frames_on_axes))
     for by_differentiation, by_propagation, quantity in (
-        (z.T, working["axes"][: chain.n], "z"),
-        (axes_of_convention.T, working["axes"][: chain.n], "z"),
-        (p_star.T, working["arms"][: chain.n], "p*"),
+        (z.T, stages["axes"][: chain.n], "z"),
+        (axes_of_convention.T, stages["axes"][: chain.n], "z"),
+        (p_star.T, stages["arms"][: chain.n], "p*"),
         (geometric, propagated, "Jacobian"),
     ):
         entries = zip(by_differentiation, to_sympy_matrix(by_propagation), strict=True)

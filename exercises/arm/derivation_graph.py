@@ -1,9 +1,9 @@
 """Compute a derivation as a student does it: in stages that build on one another, any of which may contain a mistake.
 
 A *stage* is one step of the derivation with one result, such as the rotations, the axes or the Jacobian (STAGES). A
-*working* is one student's derivation for one arm: the results of its stages. A mistake replaces the result of a stage,
-and later stages use the wrong result. Results are arrays. Rows and columns of vectors and matrices are the first array
-axes; the axes that belong to the arithmetic (`arithmetic`) are the last. Shapes below show the latter as "…".
+mistake replaces the result of a stage, and later stages use the wrong result. Results are arrays. Rows and columns of
+vectors and matrices are the first array axes; the axes that belong to the arithmetic (`arithmetic`) are the last.
+Shapes below show the latter as "…".
 """
 
 from collections.abc import Callable, Mapping
@@ -68,9 +68,9 @@ Change = Callable[["StageResults", Any], Any]
 
 @dataclass
 class StageResults:
-    """A derivation for one arm in one arithmetic; stages (STAGES) are computed on demand.
+    """The results of a derivation for one arm in one arithmetic; stages (STAGES) are computed on demand.
 
-    `changes` are the mistakes in the results, each with the name of its stage. If the results were made by adding
+    `changes` are the mistakes in the derivation, each with the name of its stage. If these results were made by adding
     mistakes (`new_changes`) to other results, `base_results` are those other results. Results that the new mistakes
     cannot affect are taken from `base_results`.
     """
@@ -119,7 +119,7 @@ class StageResults:
         return self._row_rotations[key][1]
 
     def for_first_joints(self, frame: int) -> "StageResults":
-        """Return the results, with the same mistakes, for the arm of the first `frame` joints.
+        """Return the stages, with the same mistakes, for the arm of the first `frame` joints.
 
         The point of interest of that arm is the origin of `frame`.
         """

@@ -95,12 +95,12 @@ def _describe_joint(chain: Chain, i: int) -> str:
     clauses = [f"it {_describe_motion(chain, i)} {axis}"]
     if is_proximal:
         clauses = _describe_modified_axis(row, i) + clauses
-    lengths = [f"{_format_in_words(row.d)} along {axis}"] if row.kind == "R" and row.d != 0 else []
+    lengths = [f"{_format_in_words(row.d)} along {axis}"] if row.is_revolute and row.d != 0 else []
     if row.a != 0 and not is_proximal:
         lengths.append(f"{_format_in_words(row.a)} along x{i}")
     if lengths:
         clauses.append(f"{f'O{i}' if is_proximal else f'link {i}'} is {' and '.join(lengths)}")
-    if row.kind == "P" and row.theta != 0:
+    if row.is_prismatic and row.theta != 0:
         clauses.append(_describe_rotation("x", i, row.theta, axis))
     if row.alpha != 0 and not is_proximal:
         clauses.append(_describe_rotation("z", i, row.alpha, f"x{i}"))

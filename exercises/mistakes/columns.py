@@ -97,7 +97,7 @@ def _flip_derivative(sign: int) -> VariantGenerator:
         kinds = w["kinds"]
         return np.stack([sign * _mirror_effects(w, i) if kinds[i] == REVOLUTE else effects[i] for i in range(w.n)])
 
-    return vary_if(lambda chain: chain.joints_of_kind("R"), {"effects": apply_change})
+    return vary_if(lambda chain: chain.revolute_joints, {"effects": apply_change})
 
 
 def _skip_differentiation(w: StageResults, effects: np.ndarray) -> np.ndarray:
@@ -189,11 +189,11 @@ def _rotate_prismatic_joints(joints: Sequence[int]) -> MistakeVariant:
 
 
 def _rotate_one_prismatic_joint(chain: Chain, _: AnswerShape) -> Iterator[MistakeVariant]:
-    return map(_rotate_prismatic_joints, ([i] for i in chain.joints_of_kind("P")))
+    return map(_rotate_prismatic_joints, ([i] for i in chain.prismatic_joints))
 
 
 def _rotate_all_prismatic_joints(chain: Chain, _: AnswerShape) -> Iterator[MistakeVariant]:
-    prismatic_joints = chain.joints_of_kind("P")
+    prismatic_joints = chain.prismatic_joints
     if len(prismatic_joints) > 1:
         yield _rotate_prismatic_joints(prismatic_joints)
 
@@ -203,7 +203,7 @@ def _drop_angular(joints: Sequence[int]) -> MistakeVariant:
 
 
 def _keep_one_angular(chain: Chain, _: AnswerShape) -> Iterator[MistakeVariant]:
-    revolute_joints = chain.joints_of_kind("R")
+    revolute_joints = chain.revolute_joints
     for i in revolute_joints if len(revolute_joints) > 2 else ():
         yield replace(_drop_angular([k for k in range(chain.n) if k != i]), words=make_joint_words([i]))
 
@@ -347,7 +347,7 @@ VARIANTS: dict[str, VariantGenerator] = {
     "prismatic-as-revolute": _treat_as("R", "P"),
     "revolute-as-prismatic": _treat_as("P", "R"),
     "slide-turns": _rotate_one_prismatic_joint,
-    "no-angular-part": lambda chain, _: vary_each_joint_and_all(chain.joints_of_kind("R"), _drop_angular),
+    "no-angular-part": lambda chain, _: vary_each_joint_and_all(chain.revolute_joints, _drop_angular),
     "slides-turn": _rotate_all_prismatic_joints,
     "angular-of-one-joint": _keep_one_angular,
     "angular-of-next-axis": _use_next_angular,

@@ -28,7 +28,7 @@ from qdot.exercises.questions.path import DistanceDetails
 
 def _use_degrees(chain: Chain, _: AnswerShape) -> Iterator[MistakeVariant]:
     """Yield variants with all angles of the table in degrees, only the joint variables, or only the base's angles."""
-    revolute_joints = chain.joints_of_kind("R")
+    revolute_joints = chain.revolute_joints
     if revolute_joints:
         yield MistakeVariant({"table": scale_angles(180 / sp.pi)})
     if any(chain.offsets[i] != 0 for i in revolute_joints):
@@ -48,7 +48,7 @@ def _scale_base(w: StageResults, table: Table) -> Table:
 
 def _scale_variables(w: StageResults, table: Table) -> Table:
     """Return the table with joint variables in degrees and constants in radians."""
-    for i in w.chain.joints_of_kind("R"):
+    for i in w.chain.revolute_joints:
         added_angle = w.arithmetic.convert_entry((180 / sp.pi - 1) * w.chain.q[i])
         table = table.with_row(i, theta=table.rows[i].theta + added_angle)
     return table

@@ -95,7 +95,7 @@ def _use_relative_angle(chain: Chain, shape: AnswerShape) -> Iterator[MistakeVar
 
 def _list_choices_for_constants(chain: Chain) -> tuple[bool, ...]:
     """Return the choices for keeping constants: False, and also True if the table adds a constant to an angle."""
-    return (False, True) if any(chain.offsets[i] != 0 for i in chain.joints_of_kind("R")) else (False,)
+    return (False, True) if any(chain.offsets[i] != 0 for i in chain.revolute_joints) else (False,)
 
 
 def _use_relative_angles(chain: Chain, _: AnswerShape) -> Iterator[MistakeVariant]:
@@ -120,7 +120,7 @@ def _use_relative_angles(chain: Chain, _: AnswerShape) -> Iterator[MistakeVarian
 
 def _list_earlier_joints_of_runs(chain: Chain, frame: int) -> list[int]:
     """Return the revolute joints before a frame that are not the last joint of their run."""
-    revolute_joints = [i for i in chain.joints_of_kind("R") if i < frame]
+    revolute_joints = [i for i in chain.revolute_joints if i < frame]
     return [i for i in revolute_joints if any(j > i and first_joint_of_run(chain, j) <= i for j in revolute_joints)]
 
 

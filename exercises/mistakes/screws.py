@@ -227,7 +227,7 @@ def _confuse_degrees(chain: Chain, _: AnswerShape) -> Iterator[MistakeVariant]:
                 table = table.with_row(i, theta=w.arithmetic.convert_entry(factor * q + offset))
         return table
 
-    for factor in (180 / sp.pi, sp.pi / 180) if chain.joints_of_kind("R") else ():
+    for factor in (180 / sp.pi, sp.pi / 180) if chain.revolute_joints else ():
         yield make_propagated_variant({"table": partial(scale, factor=factor)})
 
 

@@ -227,7 +227,7 @@ def _misuse_offsets(factor: int) -> AnswerGenerator:
     """
 
     def generate(chain: Chain, components: Components) -> Iterator[MistakenAnswer]:
-        prismatic_joints = {chain.q[i] for i in chain.joints_of_kind("P")}
+        prismatic_joints = {chain.q[i] for i in chain.prismatic_joints}
         for constants in (dict(zip(chain.q, chain.offsets, strict=True)), _find_constants(chain, components)):
             offsets = {  # a shift by half a turn is skipped because it usually gives the same set
                 q: factor * constant
@@ -325,7 +325,7 @@ def _flip_values(chain: Chain, components: Components) -> Iterator[MistakenAnswe
 
 def _call_all_singular(chain: Chain, components: Components) -> Iterator[MistakenAnswer]:
     """Yield the answer that the arm is singular if any of its revolute joints is at 0 or pi."""
-    revolute_joints = [chain.q[i] for i in chain.joints_of_kind("R")]
+    revolute_joints = [chain.q[i] for i in chain.revolute_joints]
     if len(revolute_joints) > 1:
         zeros = [Component((sp.sin(q),), ((q, (sp.S.Zero, sp.pi)),)) for q in revolute_joints]
         yield _make_answer(zeros, zero=write_zero_question(chain))

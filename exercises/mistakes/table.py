@@ -130,7 +130,7 @@ def _scale_offsets(
     """
 
     def generate(chain: Chain, _: AnswerShape) -> Iterator[MistakeVariant]:
-        offsets = {i: chain.offsets[i] for i in chain.joints_of_kind("R")}
+        offsets = {i: chain.offsets[i] for i in chain.revolute_joints}
         offsets = {i: offset for i, offset in offsets.items() if offset != 0 and is_affected(offset)}
         for factor in factors:
             yield from vary_each_joint_and_all(list(offsets), partial(_scale_constants, offsets, factor))
@@ -394,5 +394,5 @@ VARIANTS: dict[str, VariantGenerator] = {
     "joint-turns-other-way": _change_each_row(lambda row: row.is_revolute, lambda _, row: {"theta": -row.theta}),
     "quarter-turn": _add_to_variable(lambda chain, i: sp.pi / 2, "R"),
     "lengths-in-centimetres": _use_other_units,
-    "degrees": vary_if(lambda chain: chain.joints_of_kind("R"), {"table": scale_angles(sp.pi / 180)}),
+    "degrees": vary_if(lambda chain: chain.revolute_joints, {"table": scale_angles(sp.pi / 180)}),
 }

@@ -190,7 +190,7 @@ def make_load_symbols(chain: Chain) -> dict[str, SymbolInfo]:
 
 def _make_load_details(chain: Chain, rng: Stream) -> LoadDetails:
     symbols = make_load_symbols(chain)
-    units = tuple("N m" if joint.kind == "R" else "N" for joint in chain.joints)
+    units = tuple("N m" if joint.is_revolute else "N" for joint in chain.joints)
     return LoadDetails(symbols=symbols, force=sp.Matrix([sp.Symbol(name) for name in symbols]), units=units)
 
 

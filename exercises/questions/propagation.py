@@ -100,7 +100,7 @@ def _derive_steps(symbolic_chain: Chain) -> tuple[RecursionStep, ...]:
         rotation, origin = convention.rotation(row).T, convention.link_vector(row)
         v = _collect_rates(rotation * (v + omega.cross(origin)), symbolic_chain)
         omega = _collect_rates(rotation * omega, symbolic_chain)
-        v, omega = (v, omega + rate * Z) if row.kind == "R" else (v + rate * Z, omega)
+        v, omega = (v, omega + rate * Z) if row.is_revolute else (v + rate * Z, omega)
         steps.append(RecursionStep(number, row.kind, rotation, origin, omega, v))
     return tuple(steps)
 

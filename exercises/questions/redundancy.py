@@ -188,7 +188,7 @@ def _find_manipulability_objection(chain: Chain) -> str | None:
         return f"its task {rows} has linear and angular rows, in different units"
     if n > m and (objection := _find_mixed_joints_objection(chain)):
         return objection
-    if all(joint.kind == "P" for joint in chain.joints):
+    if not chain.revolute_joints:
         return "its Jacobian is the same in every configuration"
     return _find_rank_objection(chain)
 
@@ -231,7 +231,7 @@ def _ask_manipulability(chain: Chain, rng: Stream) -> AnswerAndDetails:
     situation = inversion.sample_situation(chain, rng)
     gram = precise.gram_matrix(inversion.evaluate_jacobian_precisely(chain, situation))
     value = precise.round_to_ten_digits(PRECISE_CONTEXT.sqrt(precise.determinant(gram)))
-    power = len(chain.linear_axes) - sum(joint.kind == "P" for joint in chain.joints)
+    power = len(chain.linear_axes) - len(chain.prismatic_joints)
     details = _make_gram_details(chain, situation, _compute_singular_values(chain, situation), power)
     return Number(sp.Matrix([value]), (inversion.write_power_of_metres(power),), THREE_DIGIT_TOLERANCE, 1e-9), details
 

@@ -18,7 +18,7 @@ import sympy as sp
 from qdot.exercises.answer_types import Number
 from qdot.exercises.arm.arithmetic import apply_matrix
 from qdot.exercises.arm.axes_to_dh import Axis, recognize_exact
-from qdot.exercises.arm.chain import Chain
+from qdot.exercises.arm.chain import REVOLUTE, Chain
 from qdot.exercises.arm.conventions import convention_of
 from qdot.exercises.arm.conventions.base import SCREWS
 from qdot.exercises.arm.derivation import derive, symbolic_arm_of
@@ -103,7 +103,7 @@ class BodyFrameDetails(Details):
 
 def _join_twist(kind: str, axis: sp.Matrix, velocity: sp.Matrix) -> sp.Matrix:
     """Return the twist (omega, v), 6 x 1, that a joint gives at unit rate; `velocity` is v if the joint is revolute."""
-    return axis.col_join(velocity) if kind == "R" else sp.zeros(3, 1).col_join(axis)
+    return axis.col_join(velocity) if kind == REVOLUTE else sp.zeros(3, 1).col_join(axis)
 
 
 def list_home_screws(chain: Chain) -> tuple[Screw, ...]:

@@ -48,7 +48,7 @@ def _ask_determinant(chain: Chain, rng: Stream) -> AnswerAndDetails | None:
         return None
     jacobian = geometry.evaluate_precisely(chain, configuration, derive(chain).jacobian)
     rows = [[evaluate_in_context(entry) for entry in row] for row in jacobian.tolist()]
-    unit = write_power_of_metres(sum(joint.kind == "R" for joint in chain.joints))
+    unit = write_power_of_metres(len(chain.revolute_joints))
     return _make_number(determinant(rows), unit), ConfigurationDetails(configuration=configuration)
 
 
