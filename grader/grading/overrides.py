@@ -91,7 +91,7 @@ def describe_unused_groups(assignment: Assignment, overrides: Overrides, class_g
         part, letters = group.split("/")
         part_groups = [key for key in class_groups if key.split("/")[0] == part]
         similar_letters = find_most_similar(letters, [key.split("/")[1] for key in part_groups])
-        hint = f" (did you mean {group_key(part, similar_letters)!r}?)" if similar_letters else ""
+        hint = f" (did you mean {format_group_key(part, similar_letters)!r}?)" if similar_letters else ""
         listing = f"groups of {part}: {list_some(part_groups, MAX_GROUPS_LISTED)}; `qdot report` shows all groups"
         known_groups = listing if part_groups else f"no answer to {part} is in a group"
         problem = f"the group {group!r}{hint} has no answers in this class, so its line has no effect yet"
@@ -110,7 +110,7 @@ def _parse_group(location: str, part: str, group: str, part_names: Sequence[str]
     """
     part_of_group, _, letters = group.rpartition("/")
     if not re.fullmatch(f"[{KEY_LETTERS}]{{{KEY_LENGTH}}}", letters.lower()) or not (part_of_group or part):
-        expected_form = f"a part and {KEY_LENGTH} letters, as in {group_key(part_names[0], 'kqvxwz')}"
+        expected_form = f"a part and {KEY_LENGTH} letters, as in {format_group_key(part_names[0], 'kqvxwz')}"
         raise QdotError(f"{location}: group = {group!r}: expected a key that `qdot report` shows, {expected_form}")
     if part_of_group and part_of_group not in part_names:
         raise _make_unknown_part_error(location, part_of_group, part_names)
