@@ -54,9 +54,8 @@ class _AnswerJudge(answer_types.AnswerVisitor[Judgement]):
 
     def visit_matrix(self, answer: answer_types.Matrix) -> Judgement:
         """Compare a matrix entry by entry."""
-        return judge_matrix(
-            self.parsed, answer.parse_trees(self.domain.roles), self.domain, self.seed, self.part.rounding
-        )
+        expected = answer.parse_trees(self.domain.roles)
+        return judge_matrix(self.parsed, expected, self.domain, self.seed, self.part.rounding)
 
     def visit_direction(self, answer: answer_types.Direction) -> Judgement:
         """Compare a vector up to a factor."""

@@ -61,12 +61,13 @@ class Cell:
 class Content:
     """The content of a submitted file: the cells, qdot's metadata of the notebook, and a note on the file's format.
 
-    The note is empty for a notebook.
+    The note is empty for a notebook. `unknown_metadata` lists the keys of cell metadata that qdot did not write.
     """
 
     cells: tuple[Cell, ...]
     qdot_metadata: Mapping[str, Any]
     note: str = ""
+    unknown_metadata: Sequence[str] = ()
 
 
 SCRIPT_ENDINGS, MARKDOWN_ENDINGS = (".py",), (".md", ".rmd", ".qmd", ".markdown")
@@ -206,9 +207,13 @@ def _parse_notebook(label: str, text: str) -> Content:
     if not isinstance(data.get("cells"), list):
         raise Unreadable(f"{label} is not a Jupyter notebook: it is JSON, but has no valid cells")
     raw_cells = [cell for cell in data["cells"] if isinstance(cell, dict)]
-    parts = [part if isinstance(part := find_qdot_metadata(cell).get("part"), str) else None for cell in raw_cells]
+    metadata = [find_qdot_metadata(cell) for cell in raw_cells]
+    parts = [part if isinstance(part := entry.get("part"), str) else None for entry in metadata]
     are_code = [cell.get("cell_type") == "code" for cell in raw_cells]
-    return Content(tuple(map(Cell, map(_get_cell_text, raw_cells), parts, are_code)), find_qdot_metadata(data))
+    cells = tuple(map(Cell, map(_get_cell_text, raw_cells), parts, are_code))
+    items = [item for entry in metadata for item in entry.items()]
+    unknown_keys = {make_printable(key) for key, value in items if key != "part" or not _is_part_name(value)}
+    return Content(cells, find_qdot_metadata(data), "", sorted(unknown_keys))
 
 
 def _drop_outputs(pairs: list[tuple[str, Any]]) -> dict[str, Any]:
@@ -220,6 +225,11 @@ def _get_cell_text(cell: dict[str, Any]) -> str:
     """Return a cell's text."""
     source = cell.get("source", "")
     return _use_unix_newlines("".join(map(str, source)) if isinstance(source, list) else str(source))
+
+
+def _is_part_name(value: Any) -> bool:
+    """Return whether a value is the name of a part, such as "p1.jacobian"."""
+    return isinstance(value, str) and re.fullmatch(r"[A-Za-z0-9]+\.[A-Za-z0-9-]+", value) is not None
 
 
 def find_qdot_metadata(item: dict[str, Any]) -> dict[str, Any]:

@@ -53,8 +53,9 @@ class Submission:
 
     `qdot_metadata` is the notebook's metadata about the assignment. `notes` say what was unusual when the file was
     parsed. `time_source` is the source of the time: a platform's name, or "file". `late` is whether the platform itself
-    flagged the submission as late; None if the platform doesn't report this. `modules` maps the names of the Python
-    files beside the notebook, which cells may import, to their texts.
+    flagged the submission as late; None if the platform doesn't report this. `unknown_metadata` lists the keys of cell
+    metadata that qdot did not write. `modules` maps the names of the Python files beside the notebook, which cells may
+    import, to their texts.
 
     If the file can't be read, `unreadable_reason` says why, and `over_limit` is whether a limit is the reason.
     """
@@ -65,6 +66,7 @@ class Submission:
     cells: tuple[Cell, ...] = ()
     qdot_metadata: Mapping[str, Any] = field(default_factory=dict)
     notes: tuple[str, ...] = ()
+    unknown_metadata: Sequence[str] = ()
     time_source: str = "file"
     late: bool | None = None
     modules: Mapping[str, str] = field(default_factory=dict)
@@ -427,7 +429,7 @@ def read_submission(path: Path, key: str = "", siblings: Sequence[Path] = ()) ->
     content = read_cells(name, data)
     if content.note:
         notes.append(f"{make_printable(name)} is not an .ipynb file: {content.note}")
-    description = content.cells, content.qdot_metadata, tuple(notes)
+    description = content.cells, content.qdot_metadata, tuple(notes), content.unknown_metadata
     return Submission(path, find_modification_time(path), digest, *description, modules=_read_modules(neighbours))
 
 
