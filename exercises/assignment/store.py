@@ -24,7 +24,7 @@ from qdot.exercises.arm.derivation import derive, store_minors
 from qdot.exercises.assignment.assignment import Assignment
 from qdot.exercises.common.errors import QdotError
 from qdot.exercises.common.files import write_atomically
-from qdot.exercises.figure.arm_figure import figure_svg, part_svg
+from qdot.exercises.figure.arm_figure import draw_figure_svg, draw_part_svg
 from qdot.exercises.formula.sympy_text import expression_text, store_texts
 from qdot.exercises.problem.problem import Problem
 from qdot.exercises.writing.markup import to_html
@@ -48,7 +48,7 @@ class StoredProblems:
 
     def figure(self, slot: str, problem: Problem) -> str:
         """Return the figure of a problem's arm."""
-        return self.figures[slot] if slot in self.figures else figure_svg(problem.chain, slot)
+        return self.figures[slot] if slot in self.figures else draw_figure_svg(problem.chain, slot)
 
     def statement(self, slot: str, problem: Problem) -> str:
         """Return the statement of a problem as HTML."""
@@ -64,7 +64,9 @@ class StoredProblems:
         name = f"{slot}-{part}"
         if slot in self.figures:  # parts without a figure are not stored
             return self.figures.get(name, "")
-        return part_svg(problem.chain, next(candidate for candidate in problem.parts if candidate.name == part), name)
+        return draw_part_svg(
+            problem.chain, next(candidate for candidate in problem.parts if candidate.name == part), name
+        )
 
 
 def statement_html(problem: Problem) -> str:
@@ -78,13 +80,13 @@ def store_problems(assignment: Assignment, student: str, problems: list[tuple[st
     for slot, problem in problems:
         wording[slot] = statement_html(problem)
         wording.update({f"{slot}-{part.name}": to_html(prompt(problem, part)) for part in problem.parts})
-        figures[slot] = figure_svg(problem.chain, slot)
+        figures[slot] = draw_figure_svg(problem.chain, slot)
         part_figures = {
-            f"{slot}-{part.name}": part_svg(problem.chain, part, f"{slot}-{part.name}") for part in problem.parts
+            f"{slot}-{part.name}": draw_part_svg(problem.chain, part, f"{slot}-{part.name}") for part in problem.parts
         }
         figures.update({name: svg for name, svg in part_figures.items() if svg})
     answers = [part.answer for _, problem in problems for part in problem.parts]
-    texts = [(entry, expression_text(entry)) for answer in answers for entry in answer.entries()]
+    texts = [(entry, expression_text(entry)) for answer in answers for entry in answer.list_entries()]
     minors = [_minors(problem) for _, problem in problems]
     payload = zlib.compress(_pickle_content((problems, figures, wording, texts, minors)), 1)
     text = f"{_signature(assignment, student, payload)}\n{base64.b64encode(payload).decode()}\n"
@@ -116,7 +118,7 @@ def _power(base: sp.Expr, exponent: sp.Expr) -> sp.Expr:
 def _minors(problem: Problem) -> bytes:
     """Return the pickled minors of J if they were computed; they are loaded only for the diagnosis of mistakes."""
     derivation = derive(problem.chain)
-    return _pickle_content(derivation.generic_minors) if "generic_minors" in vars(derivation) else b""
+    return _pickle_content(derivation.symbolic_minors) if "symbolic_minors" in vars(derivation) else b""
 
 
 def _pickle_content(content: object) -> bytes:

@@ -6,10 +6,11 @@ from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 from decimal import Decimal
 
-from qdot.exercises.figure.arm_figure import alt_text, figure_svg, part_alt, part_svg
+from qdot.exercises.figure.arm_figure import describe_part_figure, draw_figure_svg, draw_part_svg
+from qdot.exercises.figure.words import describe_figure
 from qdot.exercises.formula.latex import parse_latex
 from qdot.exercises.formula.layout import Layout
-from qdot.exercises.notebook.notebook import solution_figure
+from qdot.exercises.notebook.notebook import draw_singular_configurations
 from qdot.exercises.problem.problem import Part, Problem
 from qdot.exercises.writing.fit import fit_formula
 from qdot.exercises.writing.markup import HTML_WIDTH, to_html, to_html_for_mathjax
@@ -36,18 +37,18 @@ class Picture:
 
 def draw_arm(problem: Problem, name: str = "arm") -> Picture:
     """Return the drawing of a problem's arm."""
-    return Picture(name, figure_svg(problem.chain, name), alt_text(problem.chain))
+    return Picture(name, draw_figure_svg(problem.chain, name), describe_figure(problem.chain))
 
 
 def draw_prompt_figure(problem: Problem, part: Part, name: str) -> Picture | None:
     """Return the figure of a part's prompt; None if it has none."""
-    svg = part_svg(problem.chain, part, name)
-    return Picture(name, svg, part_alt(problem.chain, part)) if svg else None
+    svg = draw_part_svg(problem.chain, part, name)
+    return Picture(name, svg, describe_part_figure(problem.chain, part)) if svg else None
 
 
 def draw_solution_figure(problem: Problem, part: Part, name: str) -> Picture | None:
     """Return the figure of a part's worked solution; None if it has none."""
-    svg = solution_figure(problem, part, name)
+    svg = draw_singular_configurations(problem, part, name)
     return Picture(name, svg, "The arm in a regular and in its singular configurations") if svg else None
 
 

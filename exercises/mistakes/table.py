@@ -1,4 +1,8 @@
-"""Mistakes in reading the DH table, the base and the point of interest."""
+"""Mistakes in reading the DH table, the base and the point of interest.
+
+All derivations start from the standard table. If students see a modified table, a mistake in its row i is made in the
+standard rows that have the same entries: a and alpha of a modified row are in the previous standard row or in the base.
+"""
 
 from collections.abc import Callable, Iterator, Mapping, Sequence
 from dataclasses import replace
@@ -14,9 +18,9 @@ from qdot.exercises.arm.chain import Chain, Joint
 from qdot.exercises.arm.conventions import convention_of
 from qdot.exercises.arm.derivation_graph import (
     Change,
+    StageResults,
     Table,
     TableRow,
-    Working,
     propagate_linear_rows,
     rotation_x,
     rotation_z,
@@ -25,37 +29,38 @@ from qdot.exercises.mistakes.base import (
     AnswerShape,
     MistakeVariant,
     VariantGenerator,
-    joint_words,
-    joints_of_kind,
-    variants_if,
+    make_joint_words,
     vary_each_joint_and_all,
+    vary_if,
 )
 
 MAX_ROWS_FOR_ANY_PAIR = 4
-"""In tables with at most this many rows, any two rows may be confused; in longer ones, only adjacent rows."""
+"""In tables with at most this many rows, any two rows may be confused; in longer tables, only adjacent rows."""
 
 
-def _change_row(index: int, change: Callable[[Working, TableRow], dict[str, Any]], **words: object) -> MistakeVariant:
-    """Return a variant that changes entries of one table row. The row is given in the arm's convention."""
+def _change_row(
+    index: int, change: Callable[[StageResults, TableRow], dict[str, Any]], **words: object
+) -> MistakeVariant:
+    """Return a variant that changes entries of one row of the table that students see."""
 
-    def apply_change(w: Working, table: Table) -> Table:
-        return _with_convention_row(w, table, index, **change(w, _convention_row(w, table, index)))
+    def apply_change(w: StageResults, table: Table) -> Table:
+        return _with_convention_row(w, table, index, **change(w, _find_convention_row(w, table, index)))
 
     return MistakeVariant({"table": apply_change}, {"joint": index + 1, "link": index + 1, **words})
 
 
-def _convention_row(w: Working, table: Table, index: int) -> TableRow:
-    """Return a row in the arm's convention: modified rows contain a and alpha of the previous link or the base."""
-    row, link = table.rows[index], _standard_row_index(w, index)
+def _find_convention_row(w: StageResults, table: Table, index: int) -> TableRow:
+    """Return a row of the table that students see."""
+    row, link = table.rows[index], _find_standard_row(w, index)
     if link >= 0:
         return replace(row, a=table.rows[link].a, alpha=table.rows[link].alpha)
     position, _, tilt = table.base
     return replace(row, a=position[0] if convention_of(w.chain).base.is_world else position[0] * 0, alpha=tilt)
 
 
-def _with_convention_row(w: Working, table: Table, index: int, **new_entries: Any) -> Table:
-    """Return the table with entries of one row changed in the arm's convention."""
-    row, link = _convention_row(w, table, index), _standard_row_index(w, index)
+def _with_convention_row(w: StageResults, table: Table, index: int, **new_entries: Any) -> Table:
+    """Return the standard table with entries changed in one row of the table that students see."""
+    row, link = _find_convention_row(w, table, index), _find_standard_row(w, index)
     a, alpha = new_entries.pop("a", row.a), new_entries.pop("alpha", row.alpha)
     table = table.with_row(index, **new_entries)
     if link >= 0:
@@ -65,95 +70,98 @@ def _with_convention_row(w: Working, table: Table, index: int, **new_entries: An
     return replace(table, base=(position + (a - row.a) * base_x_axis, yaw, alpha))
 
 
-def _standard_row_index(w: Working, index: int) -> int:
-    """Return which standard row contains a and alpha of a row of the arm's own table, or -1 if it is the base."""
+def _find_standard_row(w: StageResults, index: int) -> int:
+    """Return the index of the standard row with the a and alpha of a row that students see; -1 stands for the base."""
     return index - convention_of(w.chain).frame_on_axis(1)
 
 
 def _change_each_row(
-    applies: Callable[[Joint], bool], change: Callable[[Working, TableRow], dict[str, Any]]
+    applies: Callable[[Joint], bool], change: Callable[[StageResults, TableRow], dict[str, Any]]
 ) -> VariantGenerator:
     """Return a function that yields one variant per row that `applies` accepts, with entries of this row changed."""
     return lambda chain, _: (_change_row(i, change) for i, row in enumerate(convention_of(chain).rows) if applies(row))
 
 
 def _drop_offsets(chain: Chain, _: AnswerShape) -> Iterator[MistakeVariant]:
+    """Yield variants without the offsets of one joint or of all joints."""
+
     def drop(joints: Sequence[int]) -> MistakeVariant:
-        def apply_change(w: Working, table: Table) -> Table:
+        def apply_change(w: StageResults, table: Table) -> Table:
             for i in joints:
-                table = table.with_row(i, **{_variable_entry(chain, i): w.arithmetic.table_entry(chain.q[i])})
+                table = table.with_row(i, **{_name_variable_entry(chain, i): w.arithmetic.convert_entry(chain.q[i])})
             return table
 
         variables = ", ".join(str(chain.q[i]) for i in joints)
-        return MistakeVariant({"table": apply_change}, {**joint_words(joints, ", "), "variable": variables})
+        return MistakeVariant({"table": apply_change}, {**make_joint_words(joints, ", "), "variable": variables})
 
     return vary_each_joint_and_all([i for i, offset in enumerate(chain.offsets) if offset != 0], drop)
 
 
-def _variable_entry(chain: Chain, joint: int) -> str:
+def _name_variable_entry(chain: Chain, joint: int) -> str:
     """Return the name of the table entry that contains the joint variable: "theta" or "d"."""
-    return "theta" if chain.joints[joint].kind == "R" else "d"
+    return chain.joints[joint].variable_key
 
 
 def _add_to_variable(term: Callable[[Chain, int], sp.Expr], kind: str) -> VariantGenerator:
-    """Return a function that yields one variant per joint of a kind, with `term` added to its variable.
+    """Return a function that yields one variant per joint of a kind, with a term added to the joint's variable.
 
-    Joints for which `term` is zero are skipped.
+    `term` returns the term for the arm and the joint. Joints for which it is zero are skipped.
     """
 
-    def variants(chain: Chain, _: AnswerShape) -> Iterator[MistakeVariant]:
-        for i in joints_of_kind(chain, kind):
+    def generate(chain: Chain, _: AnswerShape) -> Iterator[MistakeVariant]:
+        for i in chain.joints_of_kind(kind):
             if term(chain, i) != 0:
-                yield _add_to_row(i, _variable_entry(chain, i), term(chain, i))
+                yield _add_to_row(i, _name_variable_entry(chain, i), term(chain, i))
 
-    return variants
+    return generate
 
 
 def _add_to_row(index: int, entry: str, term: sp.Expr, /, **words: object) -> MistakeVariant:
-    return _change_row(index, lambda w, row: {entry: getattr(row, entry) + w.arithmetic.table_entry(term)}, **words)
+    return _change_row(index, lambda w, row: {entry: getattr(row, entry) + w.arithmetic.convert_entry(term)}, **words)
 
 
 def _scale_offsets(
     factors: Sequence[sp.Expr], is_affected: Callable[[sp.Expr], bool] = lambda offset: True
 ) -> VariantGenerator:
-    """Return a function that yields variants with the constants of revolute joints multiplied by a factor.
+    """Return a function that yields variants with the offsets of revolute joints multiplied by a factor.
 
-    For each factor, one constant is multiplied at a time, and then all of them.
+    For each factor, one offset is multiplied at a time, and then all offsets. Only offsets that `is_affected` accepts
+    are multiplied.
     """
 
-    def variants(chain: Chain, _: AnswerShape) -> Iterator[MistakeVariant]:
-        offsets = {i: chain.offsets[i] for i in joints_of_kind(chain, "R")}
+    def generate(chain: Chain, _: AnswerShape) -> Iterator[MistakeVariant]:
+        offsets = {i: chain.offsets[i] for i in chain.revolute_joints}
         offsets = {i: offset for i, offset in offsets.items() if offset != 0 and is_affected(offset)}
         for factor in factors:
             yield from vary_each_joint_and_all(list(offsets), partial(_scale_constants, offsets, factor))
 
-    return variants
+    return generate
 
 
 def _scale_constants(offsets: Mapping[int, sp.Expr], factor: sp.Expr, joints: Sequence[int]) -> MistakeVariant:
-    def apply_change(w: Working, table: Table) -> Table:
+    def apply_change(w: StageResults, table: Table) -> Table:
         for i in joints:
-            theta = table.rows[i].theta + w.arithmetic.table_entry((factor - 1) * offsets[i])
+            theta = table.rows[i].theta + w.arithmetic.convert_entry((factor - 1) * offsets[i])
             table = table.with_row(i, theta=theta)
         return table
 
-    constants = ", ".join(dict.fromkeys(_degree_text(offsets[i]) for i in joints))
-    return MistakeVariant({"table": apply_change}, {**joint_words(joints, ", "), "degrees": constants})
+    constants = ", ".join(dict.fromkeys(_format_degrees(offsets[i]) for i in joints))
+    return MistakeVariant({"table": apply_change}, {**make_joint_words(joints, ", "), "degrees": constants})
 
 
-def _degree_text(angle: sp.Expr) -> str:
+def _format_degrees(angle: sp.Expr) -> str:
     """Return an angle in degrees, as text."""
     return f"{sp.nsimplify(angle * 180 / sp.pi)}°"
 
 
 def _use_other_row(chain: Chain, _: AnswerShape) -> Iterator[MistakeVariant]:
-    """Yield variants in which a row has the length, distance, twist or constant of another row."""
+    """Yield variants in which a row has the length, distance, twist or offset of another row."""
     for (i, row), (j, other_row) in permutations(enumerate(convention_of(chain).rows), 2):
         if chain.n > MAX_ROWS_FOR_ANY_PAIR and abs(i - j) > 1:
             continue
         if chain.offsets[i] != chain.offsets[j] and row.kind == other_row.kind:
             difference, entry_words = chain.offsets[j] - chain.offsets[i], "constant of the joint variable"
-            yield _add_to_row(i, _variable_entry(chain, i), difference, entry=entry_words, other=j + 1)
+            yield _add_to_row(i, _name_variable_entry(chain, i), difference, entry=entry_words, other=j + 1)
         for entry in ("a", "d", "alpha"):
             value = getattr(other_row, entry)
             is_variable = entry == "d" and "P" in (row.kind, other_row.kind)
@@ -161,36 +169,37 @@ def _use_other_row(chain: Chain, _: AnswerShape) -> Iterator[MistakeVariant]:
                 yield _change_row(i, partial(_replace_entry, entry, value), entry=entry, other=j + 1)
 
 
-def _replace_entry(entry: str, value: sp.Expr, w: Working, row: TableRow) -> dict[str, Any]:
-    return {entry: w.arithmetic.table_entry(value)}
+def _replace_entry(entry: str, value: sp.Expr, w: StageResults, row: TableRow) -> dict[str, Any]:
+    return {entry: w.arithmetic.convert_entry(value)}
 
 
 def _exchange_lengths(chain: Chain, _: AnswerShape) -> Iterator[MistakeVariant]:
+    """Yield variants with the lengths a of two rows exchanged."""
+
+    def exchange(w: StageResults, table: Table, i: int, j: int) -> Table:
+        first, second = _find_convention_row(w, table, i).a, _find_convention_row(w, table, j).a
+        return _with_convention_row(w, _with_convention_row(w, table, i, a=second), j, a=first)
+
     rows = convention_of(chain).rows
     for i, j in combinations(range(chain.n), 2):
         if 0 != rows[i].a != rows[j].a != 0:
-
-            def apply_change(w: Working, table: Table, i: int = i, j: int = j) -> Table:
-                first, second = _convention_row(w, table, i).a, _convention_row(w, table, j).a
-                return _with_convention_row(w, _with_convention_row(w, table, i, a=second), j, a=first)
-
-            yield MistakeVariant({"table": apply_change}, {"joint": i + 1, "other": j + 1})
+            yield MistakeVariant({"table": partial(exchange, i=i, j=j)}, {"joint": i + 1, "other": j + 1})
 
 
 def _has_twist(joint: Joint) -> bool:
     return bool(sp.sin(joint.alpha) != 0)
 
 
-def _flip_all_twists(w: Working, table: Table) -> Table:
+def _flip_all_twists(w: StageResults, table: Table) -> Table:
     return replace(table, rows=tuple(replace(row, alpha=-row.alpha) for row in table.rows))
 
 
 def scale_angles(factor: sp.Expr) -> Change:
     """Return the change that multiplies the angle of each revolute row of the table by a factor."""
 
-    def scale(w: Working, table: Table) -> Table:
-        scale_factor = w.arithmetic.table_entry(factor)
-        rows = (replace(row, theta=row.theta * scale_factor) if row.kind == "R" else row for row in table.rows)
+    def scale(w: StageResults, table: Table) -> Table:
+        scale_factor = w.arithmetic.convert_entry(factor)
+        rows = (replace(row, theta=row.theta * scale_factor) if row.is_revolute else row for row in table.rows)
         return replace(table, rows=tuple(rows))
 
     return scale
@@ -201,26 +210,30 @@ def _has_moved_and_rotated_base(chain: Chain) -> bool:
     return any(base.position) and (base.yaw, base.tilt) != (0, 0)
 
 
-def _drop_base_rotation(w: Working, table: Table) -> Table:
-    position, yaw, tilt = table.base  # the tilt may come from the first row of a modified table
+def _drop_base_rotation(w: StageResults, table: Table) -> Table:
+    position, yaw, tilt = table.base  # the tilt may also come from the first row of a modified table
     return replace(table, base=(position, yaw * 0, tilt * 0 if convention_of(w.chain).base.tilt != 0 else tilt))
 
 
-def _drop_base(w: Working, table: Table) -> Table:
+def _drop_base(w: StageResults, table: Table) -> Table:
     position, yaw, tilt = _drop_base_rotation(w, table).base
-    at_origin = any(convention_of(w.chain).base.position)
-    return replace(table, base=(position * 0 if at_origin else position, yaw, tilt))
+    is_moved = any(convention_of(w.chain).base.position)
+    return replace(table, base=(position * 0 if is_moved else position, yaw, tilt))
 
 
-def _move_to_last_origin(w: Working, table: Table) -> Table:
-    """Return the table with P moved to the origin of its frame. In a modified table, also set that row's a to zero."""
-    if convention_of(w.chain).is_proximal and w.chain.point.frame:
-        table = table.with_row(w.chain.point.frame - 1, a=table.rows[w.chain.point.frame - 1].a * 0)
+def _move_to_last_origin(w: StageResults, table: Table) -> Table:
+    """Return the table with P moved to the origin of its frame.
+
+    In a modified table, the standard row of this frame has a coordinate of P as its a, which becomes zero, too.
+    """
+    last = w.chain.point.frame - 1
+    if convention_of(w.chain).is_proximal and last >= 0:
+        table = table.with_row(last, a=table.rows[last].a * 0)
     return replace(table, offset=table.offset * 0)
 
 
 def _use_other_origin(chain: Chain, _: AnswerShape) -> Iterator[MistakeVariant]:
-    """Yield the variant that uses the last frame's origin as P; if P is that origin, use the one before."""
+    """Yield the variant that uses the last frame's origin as P, or the origin before it if P is on the last frame."""
     if convention_of(chain).is_proximal:
         if chain.point.frame == chain.n > 1:
             yield MistakeVariant({"table": _move_to_earlier_origin}, {"frame": chain.n - 1})
@@ -228,7 +241,7 @@ def _use_other_origin(chain: Chain, _: AnswerShape) -> Iterator[MistakeVariant]:
 
     def variant_at(frame: int) -> MistakeVariant:
         return MistakeVariant(
-            {"point": lambda w, _: w["origins"][frame], "effects": _effects_up_to(frame)}, {"frame": frame}
+            {"point": lambda w, _: w["origins"][frame], "effects": _keep_effects_up_to(frame)}, {"frame": frame}
         )
 
     if chain.point.frame != chain.n:
@@ -237,15 +250,15 @@ def _use_other_origin(chain: Chain, _: AnswerShape) -> Iterator[MistakeVariant]:
         yield variant_at(chain.n - 1)
 
 
-def _move_to_earlier_origin(w: Working, table: Table) -> Table:
+def _move_to_earlier_origin(w: StageResults, table: Table) -> Table:
     """Return a modified table with P at the second-last origin, by setting the later lengths to zero."""
     last_row, second_last = table.rows[-1], table.rows[-2]
     table = table.with_row(w.n - 1, a=last_row.a * 0, d=last_row.d * 0).with_row(w.n - 2, a=second_last.a * 0)
     return replace(table, offset=table.offset * 0)
 
 
-def _effects_up_to(frame: int) -> Callable[[Working, np.ndarray], np.ndarray]:
-    def apply_change(w: Working, _: np.ndarray) -> np.ndarray:
+def _keep_effects_up_to(frame: int) -> Callable[[StageResults, np.ndarray], np.ndarray]:
+    def apply_change(w: StageResults, _: np.ndarray) -> np.ndarray:
         effects = np.stack([w.arithmetic.derivatives(link)[: w.n] for link in w["links"]], axis=1)
         effects[:, frame:] = effects[:, frame:] * 0
         return effects
@@ -256,11 +269,11 @@ def _effects_up_to(frame: int) -> Callable[[Working, np.ndarray], np.ndarray]:
 def _use_other_units(chain: Chain, _: AnswerShape) -> Iterator[MistakeVariant]:
     """Yield variants with all numeric lengths in centimetres or millimetres; symbols remain in metres."""
 
-    def scale(w: Working, table: Table, factor: int) -> Table:
+    def scale(w: StageResults, table: Table, factor: int) -> Table:
         scaled_rows = []
         for row, joint, offset, q in zip(table.rows, w.chain.joints, w.chain.offsets, w.chain.q, strict=True):
-            variable = w.arithmetic.table_entry(q if joint.kind == "P" else sp.S.Zero)
-            has_number = (offset if joint.kind == "P" else joint.d).is_number
+            variable = w.arithmetic.convert_entry(q if joint.is_prismatic else sp.S.Zero)
+            has_number = (offset if joint.is_prismatic else joint.d).is_number
             a = row.a * factor if joint.a.is_number else row.a
             scaled_rows.append(replace(row, a=a, d=(row.d - variable) * factor + variable if has_number else row.d))
         position, yaw, tilt = table.base
@@ -273,25 +286,25 @@ def _use_other_units(chain: Chain, _: AnswerShape) -> Iterator[MistakeVariant]:
 
 
 def _read_as_modified(chain: Chain, _: AnswerShape) -> Iterator[MistakeVariant]:
-    """Yield the variant that takes a standard table for a modified one, which is the convention of other books.
+    """Yield the variant that reads a standard table as a modified table, the convention of other books.
 
     The transform of a row is then Rx(alpha_{i-1}) Tx(a_{i-1}) Rz(theta_i) Tz(d_i).
     """
 
-    def rotations(w: Working, correct_rotations: list[np.ndarray]) -> list[np.ndarray]:
+    def change_rotations(w: StageResults, correct_rotations: list[np.ndarray]) -> list[np.ndarray]:
         rotations = [correct_rotations[0]]
         for row in w["table"].rows:
             twisted = matrix_product(rotations[-1], rotation_x(w, row.alpha))
             rotations.append(matrix_product(twisted, rotation_z(w, row.theta)))
         return rotations
 
-    def links(w: Working, correct_links: list[np.ndarray]) -> list[np.ndarray]:
+    def change_links(w: StageResults, correct_links: list[np.ndarray]) -> list[np.ndarray]:
         frames, rows = w["rotations"], w["table"].rows
         vectors = [row.a * frames[k][:, 0] + row.d * frames[k + 1][:, 2] for k, row in enumerate(rows)]
         return [*vectors, apply_matrix(frames[w.chain.point.frame], w["table"].offset)]
 
     if any(joint.alpha != 0 for joint in chain.joints):
-        yield MistakeVariant({"rotations": rotations, "links": links})
+        yield MistakeVariant({"rotations": change_rotations, "links": change_links})
 
 
 def _use_next_links(chain: Chain, _: AnswerShape) -> Iterator[MistakeVariant]:
@@ -300,11 +313,11 @@ def _use_next_links(chain: Chain, _: AnswerShape) -> Iterator[MistakeVariant]:
     The transform of a row is then Rx(alpha_i) Tx(a_i) Rz(theta_i) Tz(d_i).
     """
 
-    def shift_links(w: Working, table: Table) -> Table:
+    def shift_links(w: StageResults, table: Table) -> Table:
         point, link = convention_of(w.chain).point, w.chain.point.frame
-        offset = np.stack([w.arithmetic.table_entry(value) for value in point.offset])
+        offset = np.stack([w.arithmetic.convert_entry(value) for value in point.offset])
         for i, next_row in zip(range(w.n), [*rows[1:], empty_row], strict=False):
-            a, alpha = w.arithmetic.table_entry(next_row.a), w.arithmetic.table_entry(next_row.alpha)
+            a, alpha = w.arithmetic.convert_entry(next_row.a), w.arithmetic.convert_entry(next_row.alpha)
             table = _with_convention_row(w, table, i, a=a, alpha=alpha)
         if 0 < link < w.n:  # P keeps its coordinates, but they now refer to the previous frame
             row = table.rows[link - 1]
@@ -319,20 +332,20 @@ def _use_next_links(chain: Chain, _: AnswerShape) -> Iterator[MistakeVariant]:
 
 
 def _read_as_standard(chain: Chain, _: AnswerShape) -> Iterator[MistakeVariant]:
-    """Yield variants that read a modified table as a standard one.
+    """Yield variants that read a modified table as a standard table.
 
     The transform of a row is then Rz(theta_i) Tz(d_i) Tx(a_{i-1}) Rx(alpha_{i-1}).
     """
 
-    def shift_links(w: Working, table: Table) -> Table:
+    def shift_links(w: StageResults, table: Table) -> Table:
         first_row, *later_rows = convention_of(w.chain).rows
         base, point = convention_of(w.chain).base, convention_of(w.chain).point
-        link_entries = [(w.arithmetic.table_entry(first_row.a), w.arithmetic.table_entry(first_row.alpha))]
+        link_entries = [(w.arithmetic.convert_entry(first_row.a), w.arithmetic.convert_entry(first_row.alpha))]
         link_entries += [(row.a, row.alpha) for row in table.rows[: len(later_rows)]]
         rows = [replace(row, a=a, alpha=alpha) for row, (a, alpha) in zip(table.rows, link_entries, strict=True)]
-        base_position = np.stack([w.arithmetic.table_entry(value) for value in base.position])
-        base_angles = w.arithmetic.table_entry(base.yaw), w.arithmetic.table_entry(base.tilt)
-        offset = np.stack([w.arithmetic.table_entry(value) for value in point.offset])
+        base_position = np.stack([w.arithmetic.convert_entry(value) for value in base.position])
+        base_angles = w.arithmetic.convert_entry(base.yaw), w.arithmetic.convert_entry(base.tilt)
+        offset = np.stack([w.arithmetic.convert_entry(value) for value in point.offset])
         return Table(tuple(rows), (base_position, *base_angles), offset)
 
     if any((row.a, row.alpha) != (0, 0) for row in convention_of(chain).rows):
@@ -343,13 +356,13 @@ def _read_as_standard(chain: Chain, _: AnswerShape) -> Iterator[MistakeVariant]:
         }
         yield MistakeVariant(standard_changes)  # frame i-1 belongs to joint i, as in a standard table
 
-        def next_axes(w: Working, _: np.ndarray) -> np.ndarray:
+        def use_next_axes(w: StageResults, _: np.ndarray) -> np.ndarray:
             axes = [w.arithmetic.drop_derivatives(rotation[:, 2]) for rotation in w["rotations"][1:]]
             return np.stack([*axes, axes[-1]])
 
         next_origins: Change = lambda w, _: np.concatenate([w["origins"][1:], w["origins"][-1:]])  # noqa: E731
         yield MistakeVariant(
-            {**standard_changes, "axes": next_axes, "frames on axes": next_origins, "linear": propagate_linear_rows}
+            {**standard_changes, "axes": use_next_axes, "frames on axes": next_origins, "linear": propagate_linear_rows}
         )
 
 
@@ -360,28 +373,26 @@ VARIANTS: dict[str, VariantGenerator] = {
     "offset-in-degrees": _scale_offsets([180 / sp.pi]),
     "wrong-radians": _scale_offsets([sp.S(2), sp.S.Half]),
     "fixed-angle-forgotten": _change_each_row(
-        lambda row: row.kind == "P" and row.theta != 0, lambda _, row: {"theta": row.theta * 0}
+        lambda row: row.is_prismatic and row.theta != 0, lambda _, row: {"theta": row.theta * 0}
     ),
     "length-forgotten": _change_each_row(lambda row: row.a != 0, lambda _, row: {"a": row.a * 0}),
-    "distance-forgotten": _change_each_row(lambda row: row.kind == "R" and row.d != 0, lambda _, row: {"d": row.d * 0}),
+    "distance-forgotten": _change_each_row(lambda row: row.is_revolute and row.d != 0, lambda _, row: {"d": row.d * 0}),
     "variable-forgotten": _add_to_variable(lambda chain, i: -chain.q[i], "R"),
     "row-misread": _use_other_row,
     "lengths-exchanged": _exchange_lengths,
-    "point-forgotten": variants_if(
-        lambda chain: not convention_of(chain).point.is_origin, {"table": _move_to_last_origin}
-    ),
+    "point-forgotten": vary_if(lambda chain: not convention_of(chain).point.is_origin, {"table": _move_to_last_origin}),
     "other-point": _use_other_origin,
-    "base-forgotten": variants_if(lambda chain: not convention_of(chain).base.is_world, {"table": _drop_base}),
-    "base-not-rotated": variants_if(_has_moved_and_rotated_base, {"table": _drop_base_rotation}),
+    "base-forgotten": vary_if(lambda chain: not convention_of(chain).base.is_world, {"table": _drop_base}),
+    "base-not-rotated": vary_if(_has_moved_and_rotated_base, {"table": _drop_base_rotation}),
     "twist-sign": _change_each_row(_has_twist, lambda _, row: {"alpha": -row.alpha}),
-    "all-twists-sign": variants_if(lambda chain: sum(map(_has_twist, chain.joints)) > 1, {"table": _flip_all_twists}),
+    "all-twists-sign": vary_if(lambda chain: sum(map(_has_twist, chain.joints)) > 1, {"table": _flip_all_twists}),
     "twist-forgotten": _change_each_row(lambda row: row.alpha != 0, lambda _, row: {"alpha": row.alpha * 0}),
     "modified-dh": _read_as_modified,
     "link-behind": _use_next_links,
     "standard-dh": _read_as_standard,
     "a-and-d-exchanged": _change_each_row(lambda row: row.a != row.d, lambda _, row: {"a": row.d, "d": row.a}),
-    "joint-turns-other-way": _change_each_row(lambda row: row.kind == "R", lambda _, row: {"theta": -row.theta}),
+    "joint-turns-other-way": _change_each_row(lambda row: row.is_revolute, lambda _, row: {"theta": -row.theta}),
     "quarter-turn": _add_to_variable(lambda chain, i: sp.pi / 2, "R"),
     "lengths-in-centimetres": _use_other_units,
-    "degrees": variants_if(lambda chain: joints_of_kind(chain, "R"), {"table": scale_angles(sp.pi / 180)}),
+    "degrees": vary_if(lambda chain: chain.revolute_joints, {"table": scale_angles(sp.pi / 180)}),
 }

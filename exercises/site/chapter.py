@@ -5,8 +5,8 @@ from collections.abc import Callable, Iterator
 from functools import partial
 
 from qdot.exercises.arm.chain import Chain
-from qdot.exercises.chapter import Example, corrections, examples
-from qdot.exercises.figure.arm_figure import figure_svg, singular_svg
+from qdot.exercises.chapter import Example, read_errata, solve_examples
+from qdot.exercises.figure.arm_figure import draw_figure_svg, draw_singular_svg
 from qdot.exercises.problem.problem import Problem, ProblemId
 from qdot.exercises.problem.record import Json
 from qdot.exercises.site.page import Page
@@ -33,7 +33,7 @@ def example_path(number: str) -> str:
 def make_chapter_pages() -> Iterator[Page]:
     """Yield the overview of the chapter's examples, their pages, and the errata."""
     yield _make_translated_page(OVERVIEW, _write_overview, "wide")
-    for index, example in enumerate(examples()):
+    for index, example in enumerate(solve_examples()):
         yield _make_translated_page(example_path(example.number), partial(_write_example, index), "wide")
     yield _make_translated_page(ERRATA, _write_errata)
 
@@ -48,7 +48,7 @@ def _list_examples(language: str) -> list[dict[str, object]]:
     """Return the examples for a list; `is_translated` says whether the words in a figure are in the language."""
     return [
         {"number": e.number, "title": e.title, "address": example_path(e.number)} | _draw_card_figure(e, language)
-        for e in examples(language)
+        for e in solve_examples(language)
     ]
 
 
@@ -56,31 +56,31 @@ def _write_overview(language: str) -> tuple[str, str]:
     """Return the title and body of the overview of the examples."""
     template = environment(language).get_template("site/examples.html.j2")
     title = catalogue(language).gettext("Examples 6.1 to 6.4")
-    return title, template.render(examples=_list_examples(language), errata=len(corrections()), errata_at=ERRATA)
+    return title, template.render(examples=_list_examples(language), errata=len(read_errata()), errata_at=ERRATA)
 
 
 def _draw_card_figure(example: Example, language: str) -> dict[str, object]:
     name = f"card-{example.number.replace('.', '-')}"
     is_arm_shown = not example.shows_arm  # an earlier example shows the arm
     if is_arm_shown and example.shows_singularities:
-        return {"figure": singular_svg(example.arm, name, language), "is_translated": True}
-    return {"figure": figure_svg(example.arm, name), "is_translated": False}
+        return {"figure": draw_singular_svg(example.arm, name, language), "is_translated": True}
+    return {"figure": draw_figure_svg(example.arm, name), "is_translated": False}
 
 
 def _write_errata(language: str) -> tuple[str, str]:
     """Return the title and body of the page of errata."""
     template = environment(language).get_template("site/errata.md.j2")
-    text = template.render(errata=list(enumerate(corrections(language), 1)), places=_find_errata_pages(), level="##")
+    text = template.render(errata=list(enumerate(read_errata(language), 1)), places=_find_errata_pages(), level="##")
     return catalogue(language).gettext("Errata of the chapter"), to_html(text)
 
 
 def _write_example(index: int, language: str) -> tuple[str, str]:
     """Return the title and body of an example's page."""
     templates, all_examples = environment(language), _list_examples(language)
-    example = examples(language)[index]
+    example = solve_examples(language)[index]
     arm = example.arm
     numbers = [number for number, page in _find_errata_pages().items() if page == example_path(example.number)]
-    corrections_here = [(number, corrections(language)[number - 1]) for number in numbers]
+    corrections_here = [(number, read_errata(language)[number - 1]) for number in numbers]
     errata_template = templates.get_template("site/errata-list.md.j2")
     errata_list = errata_template.render(errata=corrections_here, places={}, level="###")
     intro = templates.get_template("site/example-given.md.j2").render(example=example)
@@ -88,9 +88,9 @@ def _write_example(index: int, language: str) -> tuple[str, str]:
     return title, templates.get_template("site/example.html.j2").render(
         example=example,
         given=to_html(intro),
-        figure=figure_svg(arm, f"{example.key}-arm"),
+        figure=draw_figure_svg(arm, f"{example.key}-arm"),
         steps=[(title, to_html(text, width_share=FORMULA_SHARE)) for title, text in example.steps],
-        singular=singular_svg(arm, f"{example.key}-singular", language) if example.shows_singularities else "",
+        singular=draw_singular_svg(arm, f"{example.key}-singular", language) if example.shows_singularities else "",
         errata=to_html(errata_list, width_share=FORMULA_SHARE) if corrections_here else "",
         arm=json.dumps(make_arm_data(arm), ensure_ascii=False),
         before=all_examples[index - 1] if index else None,
@@ -108,7 +108,7 @@ def _find_errata_pages() -> dict[int, str]:
     """Return the address of the example's page for each correction, by the correction's number."""
     return {
         number: example_path(example.number)
-        for number, erratum in enumerate(corrections(), 1)
-        for example in examples()
+        for number, erratum in enumerate(read_errata(), 1)
+        for example in solve_examples()
         if erratum.where.startswith(f"Example {example.number}")
     }

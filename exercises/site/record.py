@@ -12,15 +12,16 @@ import sympy as sp
 
 from qdot.exercises.arm.chain import Chain
 from qdot.exercises.arm.derivation import TooLong, derive
-from qdot.exercises.figure.arm_figure import alt_text, figure_pose, figure_svg, part_alt, part_svg
-from qdot.exercises.figure.pose import example_values
+from qdot.exercises.figure.arm_figure import describe_part_figure, draw_figure_svg, draw_part_svg, find_figure_pose
+from qdot.exercises.figure.pose import choose_example_values
+from qdot.exercises.figure.words import describe_figure
 from qdot.exercises.formula.printers.python import python_text
 from qdot.exercises.mistakes.catalogue import CATALOGUE
-from qdot.exercises.notebook.notebook import solution_figure
+from qdot.exercises.notebook.notebook import draw_singular_configurations
 from qdot.exercises.problem.problem import Part, Problem
-from qdot.exercises.problem.record import Json, robot_json
+from qdot.exercises.problem.record import Json, make_robot_json
 from qdot.exercises.questions.inversion import list_table_lengths
-from qdot.exercises.short_questions import ASKED
+from qdot.exercises.short_questions import ALL_QUESTIONS
 from qdot.exercises.singularities.difficulty import difficulty_band
 from qdot.exercises.site.keys import make_key
 from qdot.exercises.writing.languages import ENGLISH, Catalogue, catalogue
@@ -44,15 +45,15 @@ def make_site_record(problem: Problem) -> Json:
     chain, sentences = problem.chain, MistakeSentences()
     record: Json = {"id": str(problem.id), "family": problem.id.family, "title": problem.title}
     record |= {"difficulty": difficulty_band(chain), "statement": to_html(statement(problem, ""))}
-    record |= {"figure": figure_svg(chain), "alt": alt_text(chain), **make_arm_record(problem)}
+    record |= {"figure": draw_figure_svg(chain), "alt": describe_figure(chain), **make_arm_record(problem)}
     parts = [_make_part_record(problem, part, sentences) for part in problem.parts]
     return record | {"parts": parts, "said": sentences.rows}
 
 
 def make_arm_record(problem: Problem) -> Json:
     """Return the data of the interactive arm, as in `make_site_record`: {"robot", "symbols", "pose"}."""
-    robot = {**robot_json(problem.chain), "values": _choose_values(problem.chain)}
-    return {"robot": robot, "symbols": _list_symbols(problem), "pose": figure_pose(problem.chain)}
+    robot = {**make_robot_json(problem.chain), "values": _choose_values(problem.chain)}
+    return {"robot": robot, "symbols": _list_symbols(problem), "pose": find_figure_pose(problem.chain)}
 
 
 def list_determinant_factors(chain: Chain) -> list[list[str]]:
@@ -64,7 +65,7 @@ def list_determinant_factors(chain: Chain) -> list[list[str]]:
     if not derivation.is_square:
         return []
     try:
-        (minor,) = derivation.generic_minors
+        (minor,) = derivation.symbolic_minors
     except TooLong:
         return []
     factors: list[list[str]] = []
@@ -85,7 +86,7 @@ def translate_record(problem: Problem, record: Json, language: str) -> Json:
     parts = []
     for part in problem.parts:
         shown_hints = [html_with_latex(hint) for hint in hints(problem, part, language)]
-        texts: Json = {"name": part.name, "title": words.question(ASKED[part.kind].title)}
+        texts: Json = {"name": part.name, "title": words.question(ALL_QUESTIONS[part.kind].title)}
         texts |= {"prompt": to_html(prompt(problem, part, language)), "hints": shown_hints}
         parts.append(texts | {"options": _list_options(problem, part, language)})
     translated_sentences = [_translate_sentence(words, *row) for row in record["said"]]
@@ -117,7 +118,10 @@ def make_solutions_record(problem: Problem) -> Json:
     """
     parts = []
     for part in problem.parts:
-        solution, figure = worked_solution(problem, part), solution_figure(problem, part, f"{part.name}-solution")
+        solution, figure = (
+            worked_solution(problem, part),
+            draw_singular_configurations(problem, part, f"{part.name}-solution"),
+        )
         record = {"name": part.name, "solution": html_with_latex(solution), "figure": figure}
         parts.append(record | {"typed": answer_code(problem, part)})
     return {"id": str(problem.id), "factors": list_determinant_factors(problem.chain), "parts": parts}
@@ -134,9 +138,9 @@ def _latex_element(latex: str, block: bool) -> str:
 
 
 def _list_symbols(problem: Problem) -> Json:
-    prismatic = tuple(str(i) for i, joint in enumerate(problem.chain.joints, 1) if joint.kind == "P")
+    prismatic = tuple(str(i) for i, joint in enumerate(problem.chain.joints, 1) if joint.is_prismatic)
     symbols: Json = {}
-    for name, info in problem.symbols().items():
+    for name, info in problem.symbols.items():
         symbols[name] = {"role": info.role, "unit": info.unit, "latex": symbol_latex(name, prismatic)}
         if info.value is not None:
             symbols[name]["value"] = float(info.value)
@@ -145,7 +149,7 @@ def _list_symbols(problem: Problem) -> Json:
 
 def find_typed_names(problem: Problem, prompt_text: str) -> list[str]:
     """Return the names of rates, velocities and forces that a prompt mentions; the page has a button for each."""
-    names = (name for name, info in problem.symbols().items() if info.role in ("rate", "velocity", "force"))
+    names = (name for name, info in problem.symbols.items() if info.role in ("rate", "velocity", "force"))
     return [name for name in names if f"`{name}`" in prompt_text]
 
 
@@ -156,7 +160,7 @@ def _choose_values(chain: Chain) -> Json:
     """
     used_lengths = {float(abs(length)) for length in list_table_lengths(chain)}
     values: dict[str, float] = {}
-    for symbol, value in example_values(chain).items():
+    for symbol, value in choose_example_values(chain).items():
         number = float(value)
         while any(abs(number - length) < LENGTH_TOLERANCE for length in used_lengths):
             number = round(SHORTENING_FACTOR * number, 3)
@@ -178,8 +182,9 @@ class MistakeSentences:
 
     def shorten_key(self, key: Json) -> Json:
         """Return a key for the bank, in which each mistake is an index into `rows`."""
-        if "told" in key:
-            return key | {"told": [list(map(self._index_of, mistakes)) for mistakes in key["told"]]}
+        if "option_mistakes" in key:
+            indices = [list(map(self._index_of, mistakes)) for mistakes in key["option_mistakes"]]
+            return key | {"option_mistakes": indices}
         return key | {name: list(map(self._shorten_mistake, key[name])) for name in MISTAKE_LISTS if name in key}
 
     def _shorten_mistake(self, mistake: Json) -> list[Any]:
@@ -194,20 +199,20 @@ class MistakeSentences:
 
 
 def _make_part_record(problem: Problem, part: Part, sentences: MistakeSentences) -> Json:
-    chain, question, prompt_text = problem.chain, ASKED[part.kind], prompt(problem, part)
-    svg = part_svg(chain, part, part.name)
+    chain, question, prompt_text = problem.chain, ALL_QUESTIONS[part.kind], prompt(problem, part)
+    svg = draw_part_svg(chain, part, part.name)
     record: Json = {"name": part.name, "kind": part.kind, "title": question.title, "type": part.type}
     record |= {"shape": part.shape and list(part.shape), "points": part.points, "prompt": to_html(prompt_text)}
     record |= {"names": find_typed_names(problem, prompt_text), "labels": list(question.list_typed_names(chain, part))}
     record |= {"columns": list(question.column_names(chain)), "grid": _list_labels(chain, part), "figure": svg}
-    record |= {"alt": part_alt(chain, part) if svg else "", "pose": _find_given_pose(chain, part)}
+    record |= {"alt": describe_part_figure(chain, part) if svg else "", "pose": _find_given_pose(chain, part)}
     record |= {"hints": list(map(html_with_latex, hints(problem, part))), "options": _list_options(problem, part)}
     return record | {"key": sentences.shorten_key(make_key(problem, part))}
 
 
 def _list_labels(chain: Chain, part: Part) -> list[list[str]]:
     """Return the labels of an answer's rows and columns in LaTeX; empty if the prompt has no labels."""
-    question = ASKED[part.kind]
+    question = ALL_QUESTIONS[part.kind]
     rows, columns = question.row_and_column_labels(chain)
     if part.shape is not None and part.shape[1] == 1:
         names = question.entry_names(chain, part) or question.typed_names(chain)
@@ -225,8 +230,10 @@ LENGTH_TOLERANCE, SHORTENING_FACTOR = 1e-9, 0.85
 
 def _find_given_pose(chain: Chain, part: Part) -> dict[str, float] | None:
     """Return the configuration of the arm beside a question: the joint values and lengths that the question gives."""
-    shown_symbols = {symbol.name for symbol in (*chain.q, *example_values(chain))}
-    return {name: value for name, value in part.details.shown_values(chain).items() if name in shown_symbols} or None
+    shown_symbols = {symbol.name for symbol in (*chain.q, *choose_example_values(chain))}
+    return {
+        name: value for name, value in part.details.list_shown_values(chain).items() if name in shown_symbols
+    } or None
 
 
 def _list_options(problem: Problem, part: Part, language: str = ENGLISH) -> list[str] | None:

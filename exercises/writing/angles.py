@@ -110,7 +110,7 @@ def arm_angles(chain: Chain) -> Iterator[sp.Expr]:
     """Yield the angles in an arm's formulas: of its links, of its table's rows, and between its links."""
     runs = _angles_by_run(chain)
     yield from (angle for run in runs for angle in run)
-    yield from (_reduce_constant(joint.theta) for joint in chain.joints if joint.kind == "R")
+    yield from (_reduce_constant(joint.theta) for joint in chain.joints if joint.is_revolute)
     for run in runs:
         differences = (_reduce_constant(later - earlier) for earlier, later in combinations(run, 2))
         yield from map(_make_first_joint_positive, differences)

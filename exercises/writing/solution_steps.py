@@ -12,7 +12,7 @@ import sympy as sp
 
 from qdot.exercises.arm.chain import TASK_ROWS, Chain, Point
 from qdot.exercises.arm.conventions import convention_of
-from qdot.exercises.arm.derivation import Derivation, TooLong, derive, structure, task_velocity
+from qdot.exercises.arm.derivation import Derivation, TooLong, derive, symbolic_arm_of, task_velocity
 from qdot.exercises.arm.kinematics import frame_after, link_frames
 from qdot.exercises.arm.mpmath_kinematics import determinant, inverse, round_matrix, round_to_four_digits
 from qdot.exercises.arm.standard_table import axes_of
@@ -20,11 +20,11 @@ from qdot.exercises.arm.trigonometry import remove_brackets, substitute, textboo
 from qdot.exercises.problem.problem import Part
 from qdot.exercises.questions import rank, screws
 from qdot.exercises.questions.inversion import Configuration, ConfigurationAndVelocity, evaluate_jacobian_precisely
-from qdot.exercises.questions.rank import BranchConfigurations, LostDirectionAt, MeaningQuestion
+from qdot.exercises.questions.rank import JacobianOnBranch, MeaningDetails
 from qdot.exercises.questions.singular import ConfigurationsOfOneKind, find_components_with
-from qdot.exercises.questions.wrist import derive_block_determinants, derive_wrist_block, object_unless_block_triangular
+from qdot.exercises.questions.wrist import derive_block_determinants, derive_wrist_block, find_block_objection
 from qdot.exercises.singularities.classification import Classification, classify, is_one_sided, split_by_value
-from qdot.exercises.singularities.existence_conditions import ExistenceCondition, existence_condition
+from qdot.exercises.singularities.existence_conditions import ExistenceCondition, find_existence_condition
 from qdot.exercises.singularities.singularity import Component, Values, never_vanishes, singular_set
 from qdot.exercises.writing import expansion
 from qdot.exercises.writing.angles import AngleNames, arm_angles, link_angles, name_angles
@@ -85,7 +85,7 @@ class SolutionSteps:
     def __init__(self, chain: Chain) -> None:
         self.chain, self.convention = chain, convention_of(chain)
         self.derivation: Derivation = derive(chain)
-        generic = structure(chain)
+        generic = symbolic_arm_of(chain)
         self._structure, self._values = generic.chain, dict(generic.values)
         self.kinds = [joint.kind for joint in chain.joints]
         """R or P for every joint."""
@@ -108,9 +108,9 @@ class SolutionSteps:
         """Facts about the arm and parts of its results for hints."""
         return HintContext(self.chain)
 
-    def lost_direction_at(self, values: Values) -> tuple[LostDirectionAt, sp.Matrix] | None:
+    def lost_direction_at(self, values: Values) -> tuple[JacobianOnBranch, sp.Matrix] | None:
         """Return J and the lost direction at given joint values, or None if they have no short formula."""
-        return rank.find_lost_direction_formula(self.chain, BranchConfigurations(values))
+        return rank.find_lost_direction_formula(self.chain, values)
 
     @property
     def planar_link_angles(self) -> list[sp.Expr]:
@@ -270,7 +270,7 @@ class SolutionSteps:
 
     def link_columns(self, k: int) -> list[Column]:
         """Return the Jacobian's columns for O_k: p* goes from O_{i-1} to O_k, and only joints 1 ... k count."""
-        derivation = derive(self.convention.first_joints(k))
+        derivation = derive(self.convention.keep_first_joints(k))
         return [self._column(derivation, i) for i in range(k)]
 
     def rate_along_z(self, joint: int) -> sp.Matrix:
@@ -344,7 +344,7 @@ class SolutionSteps:
     @cached_property
     def blocks(self) -> sp.Matrix | None:
         """The determinants of J11 and J22 if the wrist's axes meet in P; None for other arms."""
-        return derive_block_determinants(self.chain) if object_unless_block_triangular(self.chain) is None else None
+        return derive_block_determinants(self.chain) if find_block_objection(self.chain) is None else None
 
     @cached_property
     def minors(self) -> list[tuple[str, sp.Expr]]:
@@ -354,7 +354,7 @@ class SolutionSteps:
         line_kind = "columns" if cols > rows else "rows"
         choices = combinations(map(str, range(1, count + 1)), size)
         labels = [f"{line_kind} {', '.join(numbers)}" for numbers in choices]
-        values = (minor.substitute(self._values) for minor in self.derivation.generic_minors)
+        values = (minor.substitute(self._values) for minor in self.derivation.symbolic_minors)
         return list(zip(labels, values, strict=True))
 
     def largest_minor(self, configuration: ConfigurationAndVelocity) -> tuple[str, sp.Expr]:
@@ -398,7 +398,7 @@ class SolutionSteps:
         """Return a component of the singular set with its geometric meaning and its kind."""
         conditions = self._shown_conditions(component)
         kind = classify(self.chain, component)
-        need = next(filter(None, (existence_condition(condition, self.chain) for condition in conditions)), None)
+        need = next(filter(None, (find_existence_condition(condition, self.chain) for condition in conditions)), None)
         return SingularComponent(conditions, component.solutions, kind, self._cases(component, kind), need)
 
     def shown_condition(self, condition: sp.Expr) -> sp.Expr:
@@ -419,7 +419,7 @@ class SolutionSteps:
         components = (component for _, component in find_components_with(self.chain, configuration))
         return [SingularComponent(self._shown_conditions(c), c.solutions, classify(self.chain, c)) for c in components]
 
-    def is_one_sided(self, singular_place: ConfigurationsOfOneKind | MeaningQuestion) -> bool:
+    def is_one_sided(self, singular_place: ConfigurationsOfOneKind | MeaningDetails) -> bool:
         """Return whether P can leave the singular configurations to one side only along the lost direction."""
         return is_one_sided(self.chain, singular_place.condition, singular_place.values)
 

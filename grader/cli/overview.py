@@ -28,12 +28,11 @@ def _find_kind(family: Family) -> str:
     chain = sample_chain(ProblemId(family.name, 0), family)
     if chain.n >= 5:
         return "Arms of five to seven joints"
-    if not chain.linear_rows:  # the task has no linear velocities
+    if not chain.linear_axes:  # the task has no linear velocities
         return "Wrists"
-    if len(chain.linear_rows) < 3:
+    if len(chain.linear_axes) < 3:
         return "Planar arms"
-    has_prismatic_joint = any(joint.kind == "P" for joint in chain.joints)
-    return "Spatial arms with prismatic joints" if has_prismatic_joint else "Spatial arms of revolute joints"
+    return "Spatial arms with prismatic joints" if chain.prismatic_joints else "Spatial arms of revolute joints"
 
 
 def describe_families() -> str:

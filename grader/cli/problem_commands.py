@@ -8,11 +8,11 @@ from typing import Annotated, Any
 import typer
 
 import qdot
-from qdot import ASKED, FAMILIES, ProblemId, QdotError
+from qdot import ALL_QUESTIONS, FAMILIES, ProblemId, QdotError
 from qdot import generate as make_problem
 from qdot import show as show_problem
 from qdot.exercises.arm.chain import CONVENTIONS
-from qdot.exercises.arm.library import FILE_EXTENSIONS, is_in_library, robot_path
+from qdot.exercises.arm.library import FILE_EXTENSIONS, find_robot_path, is_in_library
 from qdot.exercises.arm.library import robots as library
 from qdot.exercises.arm.robot_file import read_robot_file
 from qdot.exercises.arm.robot_text import robot_text
@@ -24,7 +24,7 @@ from qdot.exercises.families import Family
 from qdot.exercises.families.own import read_robot_family
 from qdot.exercises.generation import find_listing, look_up_family, select_quiz_questions
 from qdot.exercises.problem.problem import find_convention
-from qdot.exercises.short_questions import QUIZZES
+from qdot.exercises.short_questions import SHORT_QUESTIONS
 from qdot.grader.cli.options import ConventionOption, JsonOption, TwistOrderOption, name_argument, name_option
 from qdot.grader.cli.overview import describe_families, describe_family, describe_robots, list_refusals
 
@@ -115,7 +115,7 @@ def families(
 def _find_family(name: str) -> Family:
     """Return a registered family, or the family made from a robot or a robot file. Raises QdotError."""
     if name not in FAMILIES and (name.lower().endswith(FILE_EXTENSIONS) or Path(name).is_file() or is_in_library(name)):
-        path = robot_path(name)
+        path = find_robot_path(name)
         robot = read_robot_file(path)
         for message in robot.notes:
             note(message)
@@ -142,12 +142,15 @@ def questions(as_json: JsonOption = False) -> None:
           all questions, in the chapter's order
     """
     if as_json:
-        keys = ("name", "title", "source", "points", "needs", "form")
-        rows = [{key: getattr(question, key) for key in keys} for question in ASKED.values()]
+        rows = [
+            {"name": name, "title": question.title, "source": question.source, "points": question.points,
+             "needs": question.prerequisites, "form": question.form}
+            for name, question in ALL_QUESTIONS.items()
+        ]  # fmt: skip
         say(json.dumps(rows, ensure_ascii=False, indent=1))
         return
-    for name, question in ASKED.items():
-        if name == next(iter(QUIZZES)):
+    for name, question in ALL_QUESTIONS.items():
+        if name == next(iter(SHORT_QUESTIONS)):
             say('\nShort questions for quizzes; questions = "quiz" uses one of each form:\n')
         say(f"{name:<24} {question.title} ({question.source}{'; ' if question.form else ''}{question.form})")
 
@@ -162,7 +165,7 @@ def show(
     ] = "text",
     ask: Annotated[
         str | None,
-        name_option(QUESTIONS_HELP, "--questions", names=[*ASKED, "quiz"], metavar="NAMES", separator=","),
+        name_option(QUESTIONS_HELP, "--questions", names=[*ALL_QUESTIONS, "quiz"], metavar="NAMES", separator=","),
     ] = None,
     hints: Annotated[bool, typer.Option("--hints", help="Add three hints to every question.")] = False,
     variation: VariationOption = "",
@@ -259,7 +262,7 @@ def solve(
     from qdot.exercises.solve.time_limited import write_solution
 
     seconds = parse_seconds(time)
-    parsed_robot = read_robot_file(robot_path(robot), tip)
+    parsed_robot = read_robot_file(find_robot_path(robot), tip)
     for message in parsed_robot.notes:
         note(message)
     if convert:

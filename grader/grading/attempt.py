@@ -14,9 +14,9 @@ from pathlib import Path
 from qdot.exercises.assignment.assignment import Assignment
 from qdot.exercises.assignment.store import load_stored_problems
 from qdot.exercises.common.errors import QdotError, make_open_files_error
-from qdot.exercises.notebook.setup_cell import setup_cell
+from qdot.exercises.notebook.setup_cell import write_setup_cell
 from qdot.exercises.problem.problem import ENGINE, Problem
-from qdot.grader.diagnosis.groups import group_key
+from qdot.grader.diagnosis.groups import format_group_key
 from qdot.grader.grading.copied_answers import ClassAnswers
 from qdot.grader.grading.marking import MarkingRules, mark
 from qdot.grader.grading.result import MarkingVersions, NotebookMarks, PartResult, ProblemResult
@@ -181,8 +181,8 @@ def run_notebook(
     `seed` selects the configurations at which functions are called. Raises OverLimit.
     """
     parts = [f"{slot}.{part.name}" for slot, problem in problems for part in problem.parts]
-    calls = {slot: make_calls(problem, problem.domain(), seed) for slot, problem in problems}
-    setup = setup_cell(problems)
+    calls = {slot: make_calls(problem, problem.domain, seed) for slot, problem in problems}
+    setup = write_setup_cell(problems)
 
     def run(cells: Sequence[str | None], names: Sequence[str]) -> Run:
         return _run_with_retries(sandbox, partial(sandbox.run, cells, names, calls, setup, submission.modules))
@@ -219,7 +219,7 @@ def make_part_result(slot: str, verdict: Verdict) -> PartResult:
         mistake=None if diagnosis is None else diagnosis.names or None,
         advice=None if diagnosis is None else diagnosis.says, followed_from=verdict.followed_from,
         follows=verdict.follows, attempt=verdict.attempt, answer=verdict.answer, entries=judgement.entries,
-        group=None if verdict.group is None else group_key(f"{slot}.{verdict.part}", verdict.group),
+        group=None if verdict.group is None else format_group_key(f"{slot}.{verdict.part}", verdict.group),
     )  # fmt: skip
 
 

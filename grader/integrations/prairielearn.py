@@ -16,11 +16,11 @@ from qdot.exercises.common.errors import QdotError
 from qdot.exercises.exports.items import list_entry_labels, write_question_alone
 from qdot.exercises.exports.markup import write_line_html
 from qdot.exercises.exports.prairielearn import BANK_FILE, list_input_names
-from qdot.exercises.figure.arm_figure import figure_svg, part_svg
+from qdot.exercises.figure.arm_figure import draw_figure_svg, draw_part_svg
 from qdot.exercises.mistakes.base import name_chapter
-from qdot.exercises.notebook.notebook import solution_figure
+from qdot.exercises.notebook.notebook import draw_singular_configurations
 from qdot.exercises.problem.problem import ENGINE, Part, Problem
-from qdot.exercises.short_questions import ASKED
+from qdot.exercises.short_questions import ALL_QUESTIONS
 from qdot.exercises.writing.markup import to_html_for_mathjax
 from qdot.exercises.writing.problem_texts import hints, option_text, prompt, statement, worked_solution
 from qdot.exercises.writing.short_answer import plain_unit
@@ -45,7 +45,7 @@ def generate(data: PrairieLearnData, folder: str, slot: str) -> None:
     seeds = json.loads((_find_assignment_folder(data, folder) / BANK_FILE).read_text(encoding="utf-8"))["seeds"][slot]
     seed = seeds[int(data["variant_seed"]) % len(seeds)]
     problem = assignment_slot.problem_of_seed(int(seed))
-    figure = figure_svg(problem.chain, f"{folder}-{slot}".replace("/", "-"))
+    figure = draw_figure_svg(problem.chain, f"{folder}-{slot}".replace("/", "-"))
     shown_parts = {part.name: _show_part(problem, part, assignment_hints) for part in problem.parts}
     text = to_html_for_mathjax(statement(problem, ""))
     data["params"].update(seed=seed, engine=ENGINE, statement=text, figure=figure, shown=shown_parts)
@@ -134,7 +134,7 @@ def _show_part(problem: Problem, part: Part, has_hints: bool) -> PrairieLearnDat
     question = write_question_alone(problem, part) if part.answer.offered_options else prompt(problem, part)
     return {
         "prompt": to_html_for_mathjax(question),
-        "figure": part_svg(problem.chain, part, part.name),
+        "figure": draw_part_svg(problem.chain, part, part.name),
         "hints": [{"name": f"Hint {i}", "text": to_html_for_mathjax(hint)} for i, hint in enumerate(shown_hints, 1)],
         "fields": _list_input_fields(problem, part),
         "multiline": "false" if part.answer.is_one_line else "true",
@@ -173,12 +173,12 @@ def _make_placeholder(part: Part) -> str:
     """Return the text that an empty input field shows: the form of the answer, such as [[…, …]]."""
     if part.answer.typed_form:
         return part.answer.typed_form
-    shape = part.answer.placeholder().removeprefix("Matrix(").removesuffix(")")
+    shape = part.answer.write_placeholder().removeprefix("Matrix(").removesuffix(")")
     return "" if shape == "blank" else " ".join(shape.split()).replace("blank", "…")
 
 
 def _show_solution(problem: Problem, part: Part) -> PrairieLearnData:
-    figure = solution_figure(problem, part, f"{part.name}-solution")
+    figure = draw_singular_configurations(problem, part, f"{part.name}-solution")
     return {"solution": to_html_for_mathjax(worked_solution(problem, part)), "figure": figure}
 
 
@@ -238,7 +238,7 @@ def _describe_outcome(problem: Problem, verdict: Verdict) -> str:
     outcome, entries = verdict.judgement.outcome, verdict.judgement.entries
     sentence = _OUTCOME_SENTENCES[outcome]
     if verdict.followed_from is not None:
-        earlier_title = ASKED[problem[verdict.followed_from].kind].title
+        earlier_title = ALL_QUESTIONS[problem[verdict.followed_from].kind].title
         return f"This follows from your answer to “{earlier_title}”, which is not right."
     if outcome in (Outcome.WRONG, Outcome.PARTIAL) and entries is not None and sum(map(len, entries)) > 1:
         flags = {(i, j): is_correct for i, row in enumerate(entries, 1) for j, is_correct in enumerate(row, 1)}

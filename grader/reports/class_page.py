@@ -155,9 +155,9 @@ def _find_similar_answers(work_by_part: Mapping[str, Sequence[StudentWork]]) -> 
             is_explained = work.result.mistake is not None or work.result.followed_from is not None
             if is_explained or work.result.outcome not in WRONG_OR_PARTIAL or work.part.type not in COMPARED_TYPES:
                 continue
-            canonical_form = similar.canonical_form(read_answer(work.problem, work.part, work.answer))
+            canonical_form = similar.make_canonical_form(read_answer(work.problem, work.part, work.answer))
             if canonical_form is not None:
-                reference = work.part.answer.code()
+                reference = work.part.answer.write_code()
                 wrong_answers.append(similar.StudentAnswer(work.student, work.answer, canonical_form, reference))
         pairs += [(name, pair) for pair in similar.find_similar_pairs(wrong_answers, max_common_count=max_common_count)]
     return pairs

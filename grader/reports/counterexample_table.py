@@ -49,7 +49,7 @@ def make_counterexample_table(problem: Problem, part: Part, example: Counterexam
     """
     candidates = (example.missing, example.surplus) if isinstance(example, SetDifference) else (example.at,)
     configurations = [configuration for configuration in candidates if configuration is not None]
-    symbol_infos, prismatic_names = problem.symbols(), prismatic_joints(problem.chain)
+    symbol_infos, prismatic_names = problem.symbols, prismatic_joints(problem.chain)
     if any(set(configuration) - set(symbol_infos) for configuration in configurations):
         return None
     symbols = []
@@ -86,7 +86,8 @@ def _describe_entry(part: Part, example: EntryDifference) -> str:
 
 
 def _make_result_rows(part: Part, example: EntryDifference) -> tuple[ExampleRow, ...]:
-    unit = part.answer.unit(example.entry)
+    units = part.answer.expected_units
+    unit = units[example.entry] if units else ""
     if example.expected is None:
         return (ExampleRow("Your answer", (_format_value(example.yours, DIGITS, unit),)),)
     answer_text, correct_text = _format_distinctly(example.yours, example.expected, unit)

@@ -9,13 +9,13 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from qdot.exercises.arm.chain import Base, Chain, Joint, Point
-from qdot.exercises.arm.derivation_graph import propagate_linear_rows, symbolic_working, to_sympy_matrix
+from qdot.exercises.arm.derivation_graph import compute_symbolic_stages, propagate_linear_rows, to_sympy_matrix
 from qdot.exercises.arm.kinematics import NumericChain, frames_and_point
 from qdot.exercises.common.errors import QdotError
 from qdot.exercises.common.stream import Stream
 from qdot.exercises.formula.parser import parse_formula
 from qdot.exercises.formula.program import compile_program, evaluate
-from qdot.exercises.verify.numeric_reference import exponential_jacobian, random_configurations
+from qdot.exercises.verify.numeric_reference import choose_random_configurations, exponential_jacobian
 from tests.support.suites import several
 
 T1, T2, A1, A2 = sp.symbols("theta1 theta2 a1 a2")
@@ -69,7 +69,7 @@ def test_another_task_leaves_the_arm_as_it_is() -> None:
     arm = planar(FIRST, SECOND).with_task("vx", "wz")
     assert arm.task == ("vx", "wz")
     assert arm.joints == (FIRST, SECOND)
-    assert arm.linear_rows == ("x",)
+    assert arm.linear_axes == ("x",)
 
 
 RIGHT = st.sampled_from([sp.S.Zero, sp.pi / 2, sp.pi, -sp.pi / 2])
@@ -105,7 +105,7 @@ def test_all_routes_agree(chain: Chain, seed: int) -> None:
     arm = NumericChain(chain, {"h": 0.37})
     poses, jacobian = arm.frames(q), arm.jacobian(q)
     frames, point = frames_and_point(chain)
-    working = symbolic_working(chain)
+    working = compute_symbolic_stages(chain)
     for i, (frame, rotation) in enumerate(zip(frames, working["rotations"], strict=True)):
         np.testing.assert_allclose(values_of(frame.rotation, chain, q), poses[i, :3, :3], atol=1e-12)
         np.testing.assert_allclose(values_of(to_sympy_matrix(rotation), chain, q), poses[i, :3, :3], atol=1e-12)
@@ -135,5 +135,5 @@ def test_the_jacobian_is_the_slope_of_the_pose(chain: Chain, seed: int) -> None:
 @given(chains())
 def test_the_product_of_exponentials_is_the_same_jacobian(chain: Chain) -> None:
     numeric = NumericChain(chain, {symbol.name: 0.3 + 0.1 * i for i, symbol in enumerate(chain.parameters)})
-    poses = random_configurations(chain, Stream("exponentials"), 6)
+    poses = choose_random_configurations(chain, Stream("exponentials"), 6)
     assert np.allclose(exponential_jacobian(numeric, poses), numeric.jacobian(poses), atol=1e-12)

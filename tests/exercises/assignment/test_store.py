@@ -13,8 +13,8 @@ import sympy as sp
 from qdot.exercises.assignment import store
 from qdot.exercises.assignment.assignment import Assignment, Student, load_assignment
 from qdot.exercises.assignment.release import init_assignment, release_notebooks
-from qdot.exercises.figure.arm_figure import figure_svg, part_svg
-from qdot.exercises.problem.record import digests
+from qdot.exercises.figure.arm_figure import draw_figure_svg, draw_part_svg
+from qdot.exercises.problem.record import compute_digests
 from qdot.exercises.writing.render import TemplateCache
 from qdot.grader.grading.certify import CERTIFIER
 
@@ -51,11 +51,13 @@ def test_problems_and_figures_are_kept_and_the_same(made: Assignment) -> None:
         kept, anew = store.load_stored_problems(made, student.id), made.problems(student.id)
         assert kept.figures
         for (slot, problem), (_, other) in zip(kept.problems, anew, strict=True):
-            assert digests(problem) == digests(other)
+            assert compute_digests(problem) == compute_digests(other)
             assert problem == other
-            assert kept.figure(slot, problem) == figure_svg(other.chain, slot)
+            assert kept.figure(slot, problem) == draw_figure_svg(other.chain, slot)
             for part in other.parts:
-                assert kept.part_figure(slot, problem, part.name) == part_svg(other.chain, part, f"{slot}-{part.name}")
+                assert kept.part_figure(slot, problem, part.name) == draw_part_svg(
+                    other.chain, part, f"{slot}-{part.name}"
+                )
 
 
 def test_nothing_is_derived_again(made: Assignment, monkeypatch: pytest.MonkeyPatch) -> None:

@@ -10,7 +10,7 @@ import pytest
 import sympy as sp
 
 from qdot.exercises.answer_types import Choice
-from qdot.exercises.arm.axes_to_dh import Axis, point_by_rotations
+from qdot.exercises.arm.axes_to_dh import Axis, move_point_along_axes
 from qdot.exercises.arm.chain import Chain, Joint, Point
 from qdot.exercises.arm.robot_file import Robot, read_robot
 from qdot.exercises.arm.standard_table import axes_of
@@ -31,9 +31,9 @@ from qdot.exercises.questions.screws import (
     derive_body_rotation,
     derive_space_jacobian,
 )
-from qdot.exercises.short_questions import QUIZZES
+from qdot.exercises.short_questions import SHORT_QUESTIONS
 from qdot.exercises.short_questions.choice import FormulaOptions
-from qdot.exercises.solve.solver import ReadyResult, text_stages
+from qdot.exercises.solve.solver import ReadyResult, text_events
 from qdot.exercises.verify import certificate
 from qdot.exercises.verify.certificate import certify
 from qdot.exercises.writing.markup import to_text
@@ -80,7 +80,7 @@ def test_a_twist_in_numbers_is_one_that_the_arm_has() -> None:
         problem = generate(ProblemId("elbow-3r", seed, ("changed-twist",), variation="full", convention="screws"))
         (part,) = problem.parts
         told, arm = part.details_as(NumericTwistDetails), problem.chain
-        due = derive_space_jacobian(arm).xreplace(told.place.values) * sp.Matrix(list(told.rates.values()))
+        due = derive_space_jacobian(arm).xreplace(told.configuration.values) * sp.Matrix(list(told.rates.values()))
         assert max(abs(entry) for entry in (part.answer.as_matrix() - due).evalf()) < 2e-3
         assert all(value * 1000 == int(value * 1000) for value in told.twist)
 
@@ -128,14 +128,14 @@ def test_options_for_screws_are_those_of_the_arm_at_its_own_home(variation: str)
     for family in ("planar-2r", "planar-rrp", "elbow-3r"):
         arm = by_axes(family, variation)
         for name in ("screw-choice", "space-column-choice"):
-            if QUIZZES[name].find_obstacle(arm) is None:
+            if SHORT_QUESTIONS[name].find_obstacle(arm) is None:
                 problem = generate(ProblemId(family, 1, (name,), variation=variation, convention="screws"))
                 (part,) = problem.parts
                 assert certify(problem).passed
                 told, subject = part.details_as(FormulaOptions).offered, part.details_as(FormulaOptions).subject
                 whole = _reference(arm, subject.base)
-                assert (told[part.answer_as(Choice).correct].shown - whole[:, subject.column]).expand().is_zero_matrix
-                behind = {blame.mistake for option in told for blame in option.behind}
+                assert (told[part.answer_as(Choice).correct].content - whole[:, subject.column]).expand().is_zero_matrix
+                behind = {blame.mistake for option in told for blame in option.blames}
                 assert behind <= {mistake.name for mistake in SECTIONS["Screws and exponentials"]}
                 asked.add(name)
     assert "screw-choice" in asked
@@ -162,7 +162,7 @@ def test_no_text_speaks_of_frames_on_the_links_and_an_axis_that_others_have_move
         pytest.skip("its arms are of many structures")
     arm, each, turn = by_axes(family), several(72, 1), 0 if WHOLE else FEW.index(family)
     own = list_applicable_questions(arm)
-    names = [*own[turn::each], *list_applicable_questions(arm, QUIZZES)[turn::each]]
+    names = [*own[turn::each], *list_applicable_questions(arm, SHORT_QUESTIONS)[turn::each]]
     for problem in (generate(ProblemId(family, 1, (name,), variation="full", convention="screws")) for name in names):
         (part,) = problem.parts
         texts = [prompt(problem, part), *hints(problem, part), worked_solution(problem, part)]
@@ -179,11 +179,16 @@ def test_no_mistake_speaks_of_a_table_or_of_frames_on_the_links(family: str) -> 
         pytest.skip("its arms are of many structures")
     arm = by_axes(family)
     shapes = ((3, 1), (6, arm.n), (6, 1), (arm.n, arm.n), (1, 1))
-    said = {m.sentence(slip.words) for m in CATALOGUE.values() for shape in shapes for slip in m.variants(arm, shape)}
+    said = {
+        m.format_message(slip.words)
+        for m in CATALOGUE.values()
+        for shape in shapes
+        for slip in m.generate_variants(arm, shape)
+    }
     for part in generate(
         ProblemId(family, 1, tuple(list_applicable_questions(arm)), variation="full", convention="screws")
     ).parts:
-        said |= {mistake.sentence(take.words) for mistake, take in generate_mistaken_answers(arm, part)}
+        said |= {mistake.format_message(take.words) for mistake, take in generate_mistaken_answers(arm, part)}
     table = re.compile(
         r"\b(table|frames?|(?<!exchanged )rows?) (\d|i\b|of the table|below)|\btable\b|(base|last|own) frame|p\*|\bO\d"
     )
@@ -218,7 +223,7 @@ def test_an_own_arm_is_told_by_the_points_of_its_file_and_without_brackets(tmp_p
     joints = ("[0, 0, 1] at [0.1, 0.2, 0.5]", "[0, 1, 1]", "[1, 1, 0] at [0.1, 0.4, 0.1]")
     chain = read_robot(robot_of(tmp_path / "oblique.toml", '[0, "0.4 + a2", 0.1]', *joints))
     texts = {}
-    for stage in text_stages(Robot(chain)):
+    for stage in text_events(Robot(chain)):
         if isinstance(stage, ReadyResult):
             texts[stage.name] = to_text(stage.content)
             if stage.name == "body-jacobian":  # what follows holds no points
@@ -233,12 +238,12 @@ def test_an_own_arm_is_told_by_the_points_of_its_file_and_without_brackets(tmp_p
     values = lengths | dict(zip(chain.q, q, strict=True))
     for joint, place in solution_steps(chain).point_positions:
         moved = np.where(np.arange(1, 4) < joint, 0, q)
-        assert np.allclose(_floats(place, values), point_by_rotations(axes, home, moved, lengths))
+        assert np.allclose(_floats(place, values), move_point_along_axes(axes, home, moved, lengths))
     _, details = next(question for question in QUESTIONS if question.name == "space-jacobian").ask(chain, Stream("x"))
     assert isinstance(details, SpaceJacobianDetails)
-    for number, one in enumerate(details.carried):
+    for number, one in enumerate(details.moved_screws):
         if one.kind == "R":
-            there = point_by_rotations(axes[:number], sp.Matrix(chain.axis_points[number]), q[:number], lengths)
+            there = move_point_along_axes(axes[:number], sp.Matrix(chain.axis_points[number]), q[:number], lengths)
             assert np.allclose(_floats(one.point, values), there)
             assert np.allclose(_floats(one.moment + one.direction.cross(one.point), values), 0)
 
@@ -274,8 +279,8 @@ def test_the_body_jacobian_of_skew_axes_is_short_and_how_the_told_axes_move_the_
     values = lengths | dict(zip(chain.q, q, strict=True))
 
     def pose(at: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
-        place = point_by_rotations(axes, home, at, lengths)
-        turned = [point_by_rotations(axes, home + sp.eye(3)[:, k], at, lengths) - place for k in range(3)]
+        place = move_point_along_axes(axes, home, at, lengths)
+        turned = [move_point_along_axes(axes, home + sp.eye(3)[:, k], at, lengths) - place for k in range(3)]
         return np.array(turned).T, place
 
     turn, _ = pose(q)

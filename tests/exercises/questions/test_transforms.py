@@ -6,7 +6,7 @@ import sympy as sp
 from qdot.exercises.answer_types import Matrix
 from qdot.exercises.arm.chain import Chain, Joint
 from qdot.exercises.arm.conventions import convention_of
-from qdot.exercises.arm.derivation import derive, structure
+from qdot.exercises.arm.derivation import derive, symbolic_arm_of
 from qdot.exercises.arm.transforms import count_last_pose_terms
 from qdot.exercises.common.stream import Stream
 from qdot.exercises.families import FAMILIES
@@ -47,7 +47,7 @@ def test_each_partial_product_is_the_one_before_times_a_row_of_the_table(family:
 
 @pytest.mark.parametrize("family", ["planar-2r", "planar-3r", "elbow-3r", "scara", "scorbot-wrist"])
 def test_the_sum_of_angles_that_is_shown_is_an_identity_and_shorter(family: str) -> None:
-    found = drawn(family, 0)["transform"].details_as(TransformDetails).sum
+    found = drawn(family, 0)["transform"].details_as(TransformDetails).angle_sum
     assert isinstance(found, AngleSum)
     assert abs(numbers(sp.Matrix([found.product - found.result]))[0]) < 1e-12
     assert found.product.is_Add and not found.result.is_Add
@@ -55,7 +55,7 @@ def test_the_sum_of_angles_that_is_shown_is_an_identity_and_shorter(family: str)
 
 @pytest.mark.parametrize("family", ["wrist-zyz", "pan-tilt", "cartesian"])
 def test_no_sum_of_angles_is_claimed_where_no_axes_are_parallel(family: str) -> None:
-    assert drawn(family, 0)["transform"].details_as(TransformDetails).sum is None
+    assert drawn(family, 0)["transform"].details_as(TransformDetails).angle_sum is None
 
 
 def test_the_solution_multiplies_row_by_row_from_the_base_on() -> None:
@@ -92,4 +92,6 @@ def test_the_tool_jacobian_is_the_other_one_turned(family: str) -> None:
 
 @pytest.mark.parametrize(("family", "terms"), [("planar-2r", 8), ("cartesian", 4)])
 def test_zeros_and_ones_are_no_terms_by_which_a_transform_is_too_long(family: str, terms: int) -> None:
-    assert count_last_pose_terms(structure(sample_chain(ProblemId(family, 0, variation="chapter"))).chain) == terms
+    assert (
+        count_last_pose_terms(symbolic_arm_of(sample_chain(ProblemId(family, 0, variation="chapter"))).chain) == terms
+    )

@@ -22,9 +22,9 @@ from qdot.exercises.problem.problem import ProblemId
 from qdot.grader.diagnosis.similar import (
     CanonicalForm,
     StudentAnswer,
-    canonical_form,
     compute_similarity,
     find_similar_pairs,
+    make_canonical_form,
 )
 from qdot.grader.grading.result import AppliedOverride, Result
 from qdot.grader.judging.answer_parser import read_answer
@@ -132,7 +132,7 @@ def assignment(tmp_path_factory: pytest.TempPathFactory) -> Assignment:
 
 def form(assignment: Assignment, text: str) -> CanonicalForm:
     ((_, problem),) = assignment.problems("s0")
-    found = canonical_form(read_answer(problem, problem.parts[0], text))
+    found = make_canonical_form(read_answer(problem, problem.parts[0], text))
     assert found is not None
     return found
 
@@ -144,7 +144,7 @@ def test_the_order_of_terms_and_factors_is_no_difference(assignment: Assignment)
     assert compute_similarity(one, form(assignment, "a1 + a2")) < 0.3
     ((_, problem),) = assignment.problems("s0")
     for text in ("blank", "sin(", "sin(" * 700 + "a1" + ")" * 700):
-        assert canonical_form(read_answer(problem, problem.parts[0], text)) is None
+        assert make_canonical_form(read_answer(problem, problem.parts[0], text)) is None
 
 
 LONG = "a1*cos(theta1)*cos(theta2) + a2*sin(theta1 - theta2) + 7*a1"
@@ -172,7 +172,7 @@ def a_graded_class(assignment: Assignment) -> list[Result]:
     answers = {}
     for student in ("s0", "s1", "s2", "s3"):
         ((_, problem),) = assignment.problems(student)
-        answers[student] = [part.answer.code() for part in problem.parts]
+        answers[student] = [part.answer.write_code() for part in problem.parts]
     odd = "(sin(theta1)*cos(theta2)*a1 - a1*cos(theta1)*sin(theta2))*(theta1 - theta1 + 1)/1"
     first = result(assignment, "s0", ["correct", "correct", "correct"], [*answers["s0"][:2], odd])
     hostile = "<img src=x onerror=alert(1)>"
