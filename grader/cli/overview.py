@@ -32,8 +32,7 @@ def _find_kind(family: Family) -> str:
         return "Wrists"
     if len(chain.linear_axes) < 3:
         return "Planar arms"
-    has_prismatic_joint = any(joint.kind == "P" for joint in chain.joints)
-    return "Spatial arms with prismatic joints" if has_prismatic_joint else "Spatial arms of revolute joints"
+    return "Spatial arms with prismatic joints" if chain.prismatic_joints else "Spatial arms of revolute joints"
 
 
 def describe_families() -> str:

@@ -149,15 +149,11 @@ def questions(as_json: JsonOption = False) -> None:
           all questions, in the chapter's order
     """
     if as_json:
-        keys = {
-            "name": "name",
-            "title": "title",
-            "source": "source",
-            "points": "points",
-            "needs": "prerequisites",
-            "form": "form",
-        }
-        rows = [{key: getattr(question, name) for key, name in keys.items()} for question in ALL_QUESTIONS.values()]
+        rows = [
+            {"name": name, "title": question.title, "source": question.source, "points": question.points,
+             "needs": question.prerequisites, "form": question.form}
+            for name, question in ALL_QUESTIONS.items()
+        ]  # fmt: skip
         say(json.dumps(rows, ensure_ascii=False, indent=1))
         return
     for name, question in ALL_QUESTIONS.items():
