@@ -25,7 +25,7 @@ from qdot.exercises.common.errors import QdotError
 from qdot.exercises.common.files import clean_up_after, make_folder, sync_disks_after, write_atomically
 from qdot.exercises.common.parallel import keep_state, map_in_order
 from qdot.exercises.common.variation import DEFAULT_VARIATION
-from qdot.exercises.notebook.notebook import notebook_text, solution_notebook, student_notebook
+from qdot.exercises.notebook.notebook import make_solution_notebook, make_student_notebook, write_notebook
 from qdot.exercises.problem.problem import Problem
 from qdot.exercises.writing.render import render
 
@@ -140,7 +140,7 @@ def release_student(work: tuple[Assignment, Certifier], student: str) -> Release
 def _write(assignment: Assignment, student: str, notebooks: "Sequence[NotebookNode]", certificate: str) -> str:
     """Write the certificate and the notebooks, and return the outcome."""
     released_path, solution_path = (notebook_path(assignment, student, kind) for kind in NOTEBOOK_FOLDERS)
-    new_text, solution = map(notebook_text, notebooks)
+    new_text, solution = map(write_notebook, notebooks)
     existing_text = _read_if_present(released_path)
     # If only the solution is old, an earlier run was stopped after changing the notebook, before reporting it.
     is_new_version = _read_edition(solution_path) not in ("", assignment.edition_of(student))
@@ -172,7 +172,7 @@ def _make_notebooks(
 ) -> "tuple[NotebookNode, NotebookNode]":
     """Return the released and the staff's notebook, with the same prompts in both."""
     released_notebook = make_handout(assignment, student, problems)
-    make_solution = partial(solution_notebook, released=released_notebook)
+    make_solution = partial(make_solution_notebook, released=released_notebook)
     return released_notebook, _make_notebook(make_solution, assignment, student, problems)
 
 
@@ -205,12 +205,12 @@ def released_text(assignment: Assignment, student: str) -> str:
 
 def make_handout_text(assignment: Assignment, student: str) -> str:
     """Return a new notebook to release, from a student's certified problems (`draws.settle_problems`)."""
-    return notebook_text(make_handout(assignment, student, assignment.problems(student)))
+    return write_notebook(make_handout(assignment, student, assignment.problems(student)))
 
 
 def make_handout(assignment: Assignment, student: str, problems: Sequence[tuple[str, Problem]]) -> "NotebookNode":
     """Build the notebook to release from a student's problems."""
-    return _make_notebook(student_notebook, assignment, student, problems)
+    return _make_notebook(make_student_notebook, assignment, student, problems)
 
 
 def _read_if_present(path: Path) -> str | None:

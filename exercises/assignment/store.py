@@ -84,7 +84,7 @@ def store_problems(assignment: Assignment, student: str, problems: list[tuple[st
         }
         figures.update({name: svg for name, svg in part_figures.items() if svg})
     answers = [part.answer for _, problem in problems for part in problem.parts]
-    texts = [(entry, expression_text(entry)) for answer in answers for entry in answer.entries()]
+    texts = [(entry, expression_text(entry)) for answer in answers for entry in answer.list_entries()]
     minors = [_minors(problem) for _, problem in problems]
     payload = zlib.compress(_pickle_content((problems, figures, wording, texts, minors)), 1)
     text = f"{_signature(assignment, student, payload)}\n{base64.b64encode(payload).decode()}\n"

@@ -15,7 +15,7 @@ from qdot.exercises.common.parallel import keep_state, map_in_order
 from qdot.exercises.exports.export_format import ExportRequest
 from qdot.exercises.families.base import describe_variation
 from qdot.exercises.problem.problem import Problem
-from qdot.exercises.problem.record import digests
+from qdot.exercises.problem.record import compute_digests
 
 WorkResult = TypeVar("WorkResult")
 
@@ -130,7 +130,7 @@ def _generate_candidate(state: _WorkerState[WorkResult], number: int) -> _Candid
     if isinstance(attempt_result, str):
         return attempt_result
     problem = attempt_result[0]
-    fingerprint = repr(as_json(digests(problem)))
+    fingerprint = repr(as_json(compute_digests(problem)))
     if fingerprint in state.known_fingerprints:
         return None
     state.known_fingerprints.add(fingerprint)

@@ -22,9 +22,9 @@ from qdot.exercises.exports.boxes import (
 from qdot.exercises.exports.export_format import ExportRequest
 from qdot.exercises.exports.marking import MarkingInstructions, explain_marking
 from qdot.exercises.exports.markup import Picture, draw_arm, draw_prompt_figure, draw_solution_figure
-from qdot.exercises.notebook.notebook import points_text
+from qdot.exercises.notebook.notebook import write_points
 from qdot.exercises.problem.problem import Part, Problem
-from qdot.exercises.short_questions import ASKED
+from qdot.exercises.short_questions import ALL_QUESTIONS
 from qdot.exercises.writing.on_paper import remove_options, remove_typing_remarks
 from qdot.exercises.writing.problem_texts import hints, prompt, statement, worked_solutions
 from qdot.exercises.writing.short_answer import short_answer
@@ -218,18 +218,18 @@ def _make_sheet_part(order: ExportRequest, label: str, problem: Problem, part: P
     is_exam, name = order.sheet == "exam" and not solutions, f"p{label.replace('.', '-')}"
     text = remove_typing_remarks(prompt(problem, part), problem)
     figure = draw_prompt_figure(problem, part, name) if is_printed else None
-    width_share = WIDTH_BESIDE_FIGURE if figure and not part.has_drawn_options else 1.0
+    width_share = WIDTH_BESIDE_FIGURE if figure and not part.details.has_drawn_options else 1.0
     options = arrange_options(problem, part, width_share) if is_printed else None
     shown_hints = hints(problem, part) if order.sheet == "handout" and not solutions and order.assignment.hints else ()
     earned_share = order.earned_share if order.sheet == "marking" else None
     return SheetPart(
-        label, ASKED[part.kind].heading(problem.chain), points_text(part.points), part.points,
+        label, ALL_QUESTIONS[part.kind].make_title(problem.chain), write_points(part.points), part.points,
         prompt=text if options is None else remove_options(text),
         hints=tuple(remove_typing_remarks(hint, problem) for hint in shown_hints), figure=figure, options=options,
         box=make_box(problem, part, solution) if is_exam else None,
         solution=remove_typing_remarks(solution, problem) if solutions else "",
         solution_figure=draw_solution_figure(problem, part, f"{name}-solution") if solutions else None,
         answer=short_answer(problem, part) if order.sheet == "key" else "", has_score_space=is_exam,
-        has_wide_figure=part.has_drawn_options,
+        has_wide_figure=part.details.has_drawn_options,
         marking=explain_marking(problem, part, earned_share) if earned_share else None,
     )  # fmt: skip

@@ -20,7 +20,7 @@ from qdot.exercises.exports.moodle import MAX_ID_LENGTH, make_category_path, mak
 from qdot.exercises.exports.stack_parts import QuestionTest, StackPart, convert_part, remove_rounding
 from qdot.exercises.problem.problem import Part, Problem
 from qdot.exercises.questions.results import is_product
-from qdot.exercises.short_questions import ASKED
+from qdot.exercises.short_questions import ALL_QUESTIONS
 from qdot.exercises.writing.markup import to_html_for_mathjax
 from qdot.exercises.writing.problem_texts import hints, prompt, statement, worked_solution
 from qdot.exercises.writing.render import render
@@ -94,7 +94,7 @@ def _make_stack_parts(slot: Slot, problem: Problem, notes: dict[str, None]) -> I
 def _make_question(order: ExportRequest, slot: Slot, problem: Problem, stack_part: StackPart) -> StackQuestion:
     assignment, part = order.assignment, stack_part.part
     number = [problem_part.name for problem_part in problem.parts].index(part.name) + 1
-    title = ASKED[part.kind].title
+    title = ALL_QUESTIONS[part.kind].title
     category_names = assignment.title, slot.name, f"{number}. {title}"
     category = make_category_path(list(map(make_moodle_name, category_names)))
     html_statement, html_prompt = _write_html(statement(problem, "")), _write_html(_write_prompt(problem, part))
@@ -132,5 +132,5 @@ def _write_prompt(problem: Problem, part: Part) -> str:
 
 def _describe_arm(problem: Problem) -> str:
     """Return a line that identifies the arm: its title and given values."""
-    values = ", ".join(f"{name} = {info.value}" for name, info in problem.symbols().items() if info.value is not None)
+    values = ", ".join(f"{name} = {info.value}" for name, info in problem.symbols.items() if info.value is not None)
     return f"{problem.chain.title or 'arm'}{'; ' if values else ''}{values}"

@@ -39,7 +39,7 @@ argument `agree` says which entries are correct; `moving` are the indices of ent
 
 def write_definitions(problem: Problem, functions: tuple[str, ...], *constants: str) -> list[str]:
     """Return the lines that define a student's names for lengths, sines and cosines, then constants and functions."""
-    values = {name: info.value for name, info in problem.symbols().items() if info.value is not None}
+    values = {name: info.value for name, info in problem.symbols.items() if info.value is not None}
     given_equations = ", ".join(f"{name} = {maxima_text(value)}" for name, value in values.items())
     short_names = ", ".join(f"{name} = {meaning}" for name, meaning in list_short_names(problem).items())
     return [f"given: [{given_equations}];", f"short: [{short_names}];", *constants, *functions]
@@ -47,7 +47,7 @@ def write_definitions(problem: Problem, functions: tuple[str, ...], *constants: 
 
 def list_short_names(problem: Problem) -> dict[str, str]:
     """Return short names for sines and cosines of angles and of sums of neighbouring angles, with their meanings."""
-    symbols = problem.symbols()
+    symbols = problem.symbols
     angles = {i: q for i, q in enumerate(problem.chain.q, 1) if q.name.startswith("theta")}
     meanings = {}
     for first_joint in angles:

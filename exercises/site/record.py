@@ -16,11 +16,11 @@ from qdot.exercises.figure.arm_figure import alt_text, figure_pose, figure_svg, 
 from qdot.exercises.figure.pose import example_values
 from qdot.exercises.formula.printers.python import python_text
 from qdot.exercises.mistakes.catalogue import CATALOGUE
-from qdot.exercises.notebook.notebook import solution_figure
+from qdot.exercises.notebook.notebook import draw_singular_configurations
 from qdot.exercises.problem.problem import Part, Problem
-from qdot.exercises.problem.record import Json, robot_json
+from qdot.exercises.problem.record import Json, make_robot_json
 from qdot.exercises.questions.inversion import list_table_lengths
-from qdot.exercises.short_questions import ASKED
+from qdot.exercises.short_questions import ALL_QUESTIONS
 from qdot.exercises.singularities.difficulty import difficulty_band
 from qdot.exercises.site.keys import make_key
 from qdot.exercises.writing.languages import ENGLISH, Catalogue, catalogue
@@ -51,7 +51,7 @@ def make_site_record(problem: Problem) -> Json:
 
 def make_arm_record(problem: Problem) -> Json:
     """Return the data of the interactive arm, as in `make_site_record`: {"robot", "symbols", "pose"}."""
-    robot = {**robot_json(problem.chain), "values": _choose_values(problem.chain)}
+    robot = {**make_robot_json(problem.chain), "values": _choose_values(problem.chain)}
     return {"robot": robot, "symbols": _list_symbols(problem), "pose": figure_pose(problem.chain)}
 
 
@@ -85,7 +85,7 @@ def translate_record(problem: Problem, record: Json, language: str) -> Json:
     parts = []
     for part in problem.parts:
         shown_hints = [html_with_latex(hint) for hint in hints(problem, part, language)]
-        texts: Json = {"name": part.name, "title": words.question(ASKED[part.kind].title)}
+        texts: Json = {"name": part.name, "title": words.question(ALL_QUESTIONS[part.kind].title)}
         texts |= {"prompt": to_html(prompt(problem, part, language)), "hints": shown_hints}
         parts.append(texts | {"options": _list_options(problem, part, language)})
     translated_sentences = [_translate_sentence(words, *row) for row in record["said"]]
@@ -114,7 +114,10 @@ def make_solutions_record(problem: Problem) -> Json:
     """
     parts = []
     for part in problem.parts:
-        solution, figure = worked_solution(problem, part), solution_figure(problem, part, f"{part.name}-solution")
+        solution, figure = (
+            worked_solution(problem, part),
+            draw_singular_configurations(problem, part, f"{part.name}-solution"),
+        )
         record = {"name": part.name, "solution": html_with_latex(solution), "figure": figure}
         parts.append(record | {"typed": answer_code(problem, part)})
     return {"id": str(problem.id), "factors": list_determinant_factors(problem.chain), "parts": parts}
@@ -134,7 +137,7 @@ def _list_symbols(problem: Problem) -> Json:
     """Return the role, the unit, the LaTeX and, if it is known, the value of each symbol, by its name."""
     prismatic = tuple(str(i) for i, joint in enumerate(problem.chain.joints, 1) if joint.kind == "P")
     symbols: Json = {}
-    for name, info in problem.symbols().items():
+    for name, info in problem.symbols.items():
         symbols[name] = {"role": info.role, "unit": info.unit, "latex": symbol_latex(name, prismatic)}
         if info.value is not None:
             symbols[name]["value"] = float(info.value)
@@ -143,7 +146,7 @@ def _list_symbols(problem: Problem) -> Json:
 
 def find_typed_names(problem: Problem, prompt_text: str) -> list[str]:
     """Return the names of rates, velocities and forces that a prompt mentions; the page has a button for each."""
-    names = (name for name, info in problem.symbols().items() if info.role in ("rate", "velocity", "force"))
+    names = (name for name, info in problem.symbols.items() if info.role in ("rate", "velocity", "force"))
     return [name for name in names if f"`{name}`" in prompt_text]
 
 
@@ -179,8 +182,9 @@ class MistakeSentences:
 
     def shorten_key(self, key: Json) -> Json:
         """Return a key for the bank, in which each mistake is an index into `rows`."""
-        if "told" in key:
-            return key | {"told": [list(map(self._index_of, mistakes)) for mistakes in key["told"]]}
+        if "option_mistakes" in key:
+            indices = [list(map(self._index_of, mistakes)) for mistakes in key["option_mistakes"]]
+            return key | {"option_mistakes": indices}
         return key | {name: list(map(self._shorten_mistake, key[name])) for name in MISTAKE_LISTS if name in key}
 
     def _shorten_mistake(self, mistake: Json) -> list[Any]:
@@ -196,7 +200,7 @@ class MistakeSentences:
 
 def _make_part_record(problem: Problem, part: Part, sentences: MistakeSentences) -> Json:
     """Return the record of a part, as in `make_site_record`; its mistakes are added to `sentences`."""
-    chain, question, prompt_text = problem.chain, ASKED[part.kind], prompt(problem, part)
+    chain, question, prompt_text = problem.chain, ALL_QUESTIONS[part.kind], prompt(problem, part)
     svg = part_svg(chain, part, part.name)
     record: Json = {"name": part.name, "kind": part.kind, "title": question.title, "type": part.type}
     record |= {"shape": part.shape and list(part.shape), "points": part.points, "prompt": to_html(prompt_text)}
@@ -209,7 +213,7 @@ def _make_part_record(problem: Problem, part: Part, sentences: MistakeSentences)
 
 def _list_labels(chain: Chain, part: Part) -> list[list[str]]:
     """Return the labels of an answer's rows and columns in LaTeX; empty if the prompt has no labels."""
-    question = ASKED[part.kind]
+    question = ALL_QUESTIONS[part.kind]
     rows, columns = question.row_and_column_labels(chain)
     if part.shape is not None and part.shape[1] == 1:
         names = question.entry_names(chain, part) or question.typed_names(chain)
@@ -228,7 +232,9 @@ LENGTH_TOLERANCE, SHORTENING_FACTOR = 1e-9, 0.85
 def _find_given_pose(chain: Chain, part: Part) -> dict[str, float] | None:
     """Return the joint values and lengths that a question gives, for the arm beside it; None if there are none."""
     shown_symbols = {symbol.name for symbol in (*chain.q, *example_values(chain))}
-    return {name: value for name, value in part.details.shown_values(chain).items() if name in shown_symbols} or None
+    return {
+        name: value for name, value in part.details.list_shown_values(chain).items() if name in shown_symbols
+    } or None
 
 
 def _list_options(problem: Problem, part: Part, language: str = ENGLISH) -> list[str] | None:

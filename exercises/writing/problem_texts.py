@@ -12,7 +12,7 @@ from qdot.exercises.answer_types import LETTERS
 from qdot.exercises.arm.chain import Chain
 from qdot.exercises.arm.derivation import derive
 from qdot.exercises.problem.problem import Part, Problem
-from qdot.exercises.short_questions import ASKED
+from qdot.exercises.short_questions import ALL_QUESTIONS
 from qdot.exercises.short_questions.options import ConfigurationOptions, Options
 from qdot.exercises.writing.languages import ENGLISH, catalogue
 from qdot.exercises.writing.latex import tex_angle
@@ -54,7 +54,7 @@ def option_text(problem: Problem, part: Part, index: int, language: str = ENGLIS
         return messages.localize_formulas(text)
     if isinstance(details, ConfigurationOptions):
         option = macros.get_template("questions/rank.md.j2").module.option
-        return messages.localize_formulas(str(option(details, details.places[index], chain)))
+        return messages.localize_formulas(str(option(details, details.offered_configurations[index], chain)))
     option_line = re.search(rf"^- \*\*{LETTERS[index]}\.\*\* (.*)$", prompt(problem, part, language), re.MULTILINE)
     return option_line[1] if option_line is not None else messages.translate_phrase(part.answer.offered_options[index])
 
@@ -114,7 +114,7 @@ def _derivation(problem: Problem, part: Part, language: str, earlier: frozenset[
 
 def answer_code(problem: Problem, part: Part, used_columns: int = 0) -> str:
     """Return the answer as Python code with the angles of the worked solution, after `used_columns` columns."""
-    return part.answer.code(used_columns, solution_steps(problem.chain).angles.python_code)
+    return part.answer.write_code(used_columns, solution_steps(problem.chain).angles.python_code)
 
 
 def add_angle_legend(steps: SolutionSteps, text: str, language: str = ENGLISH) -> str:
@@ -149,7 +149,9 @@ def solution_steps(chain: Chain) -> SolutionSteps:
 
 
 def _question_macros(part: Part, language: str) -> Any:
-    return environment(language).get_template(f"questions/{ASKED[part.kind].template or part.kind}.md.j2").module
+    return (
+        environment(language).get_template(f"questions/{ALL_QUESTIONS[part.kind].template or part.kind}.md.j2").module
+    )
 
 
 def _clean_whitespace(text: str) -> str:
