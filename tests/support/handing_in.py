@@ -61,7 +61,7 @@ def one_process() -> Iterator[None]:
 
 def _done_here(
     work: Callable[[Any, Any], Any], setup: Callable[..., Any], arguments: tuple[Any, ...], items: Sequence[Any],
-    jobs: int, chunk: int,
+    jobs: int,
 ) -> Iterator[Any]:  # fmt: skip
     state = setup(*arguments)
     yield from (work(state, item) for item in items)
