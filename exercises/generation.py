@@ -15,7 +15,7 @@ from qdot.exercises.families import FAMILIES, Family
 from qdot.exercises.families.listing import FamilyListing, listing
 from qdot.exercises.problem.problem import ENGINE, Part, Problem, ProblemId
 from qdot.exercises.questions import QUESTIONS, Question
-from qdot.exercises.short_questions import ASKED, QUIZZES
+from qdot.exercises.short_questions import ALL_QUESTIONS, SHORT_QUESTIONS
 from qdot.exercises.singularities.difficulty import HARDEST_BAND, describe_band, difficulty, difficulty_band
 
 MAX_ATTEMPTS = 8
@@ -67,7 +67,7 @@ def sample_chain(identity: ProblemId, family: Family | None = None, attempt: int
     if family.sample_structure is not None:
         accepts = lambda chain: not _find_objection(in_convention(chain), identity.questions)  # noqa: E731
         return in_convention(family.sample_structure(stream, axes, identity.band, accepts))
-    quizzes = [name for name in identity.questions if name in QUIZZES]
+    quizzes = [name for name in identity.questions if name in SHORT_QUESTIONS]
     arms = map(in_convention, _sample_arms(family, stream, axes))
     low, high = identity.band or (0, HARDEST_BAND)
     steps_by_arm: dict[Chain, int] = {}
@@ -101,7 +101,7 @@ def _sample_arms(family: Family, stream: Stream, axes: tuple[str, ...]) -> Itera
 def _find_objection(chain: Chain, questions: Sequence[str]) -> str | None:
     """Return why one of the questions doesn't apply to an arm, or None; unknown questions are skipped."""
     for name in questions:
-        if name in ASKED and (objection := ASKED[name].find_obstacle(chain)) is not None:
+        if name in ALL_QUESTIONS and (objection := ALL_QUESTIONS[name].find_obstacle(chain)) is not None:
             return f"question {name!r} does not apply to {chain.name}: {objection}"
     return None
 
@@ -134,7 +134,7 @@ def select_quiz_questions(family: str | Family, convention: str = "") -> tuple[s
     arms = [sample_chain(identity, known_family) for identity in identities]
     chosen_by_form: dict[str, str] = {}
     for name in QUIZ_CANDIDATES:
-        question = QUIZZES[name]
+        question = SHORT_QUESTIONS[name]
         if question.form not in chosen_by_form and all(question.find_obstacle(arm) is None for arm in arms):
             chosen_by_form[question.form] = name
     return tuple(chosen_by_form.values())
@@ -211,7 +211,7 @@ def check_questions(
     _check_names(questions)
     if FAMILIES.get(known_family.name) is known_family:
         for name in questions:
-            if (reason := ASKED[name].find_convention_objection(convention or CONVENTIONS[0])) is not None:
+            if (reason := ALL_QUESTIONS[name].find_convention_objection(convention or CONVENTIONS[0])) is not None:
                 raise QdotError(f"question {name!r} does not apply to {known_family.name}: {reason}")
     entry = None if convention else _look_up_listing(known_family)
     if entry is not None:
@@ -228,11 +228,11 @@ def check_questions(
 
 def _check_names(questions: Sequence[str]) -> None:
     for name in questions:
-        if name not in ASKED:
-            raise make_name_error("question", name, list(ASKED))
+        if name not in ALL_QUESTIONS:
+            raise make_name_error("question", name, list(ALL_QUESTIONS))
         if list(questions).count(name) > 1:
             raise QdotError(f"question {name!r} is listed twice")
-        source = next((question for question in ASKED[name].shown_answers if question in questions), None)
+        source = next((question for question in ALL_QUESTIONS[name].shown_answers if question in questions), None)
         if source is not None:
             advice = "put them into separate [[problem]] tables, with different arms"
             raise QdotError(f"question {name!r} shows the answer to {source!r} among its options; {advice}")
@@ -266,7 +266,7 @@ def generate(
     identity = replace(identity, questions=tuple(questions)) if questions else identity
     _check_names(identity.questions)
     known_family = family or look_up_family(identity.family)
-    may_retry = known_family.has_varied_structure or any(name in QUIZZES for name in identity.questions)
+    may_retry = known_family.has_varied_structure or any(name in SHORT_QUESTIONS for name in identity.questions)
     for attempt in range(MAX_ATTEMPTS if may_retry else 1):
         chain = sample_chain(identity, family, attempt)
         _check_questions_apply(chain, identity.questions, known_family, identity.convention)
@@ -283,10 +283,10 @@ def _make_parts(identity: ProblemId, chain: Chain, points: Sequence[float] | Non
     names = identity.questions or applicable_questions(chain)
     parts = []
     for index, name in enumerate(names):
-        question = ASKED[name]
+        question = ALL_QUESTIONS[name]
         answer, details = question.ask(chain, Stream(f"qdot/{identity.engine}/{identity.family_and_seed}/{name}"))
         part_points = question.points if points is None else points[index]
-        needs = tuple(need for need in question.needs if need in names)
+        needs = tuple(need for need in question.prerequisites if need in names)
         parts.append(Part(name, name, answer, part_points, needs, details))
     return tuple(parts)
 

@@ -26,7 +26,7 @@ if TYPE_CHECKING:
     from qdot.exercises.generation import generate
     from qdot.exercises.notebook.problem_formats import show
     from qdot.exercises.problem.problem import ENGINE, Part, Problem, ProblemId
-    from qdot.exercises.short_questions import ASKED
+    from qdot.exercises.short_questions import ALL_QUESTIONS
     from qdot.exercises.solve.solver import Solution, solve
     from qdot.exercises.verify.certificate import ProblemCertificate, certify
     from qdot.grader.diagnosis.diagnosis import diagnose
@@ -44,7 +44,8 @@ _HOMES = {
     "exercises.common.errors": ("QdotError",), "exercises.families": ("FAMILIES",),
     "exercises.formula.equality": ("Certificate",), "exercises.generation": ("generate",),
     "exercises.notebook.problem_formats": ("show",),
-    "exercises.problem.problem": ("ENGINE", "Part", "Problem", "ProblemId"), "exercises.short_questions": ("ASKED",),
+    "exercises.problem.problem": ("ENGINE", "Part", "Problem", "ProblemId"),
+    "exercises.short_questions": ("ALL_QUESTIONS",),
     "exercises.solve.solver": ("Solution", "solve"), "exercises.verify.certificate": ("ProblemCertificate", "certify"),
     "grader.diagnosis.diagnosis": ("diagnose",), "grader.grading.attempt": ("grade_notebook",),
     "grader.grading.check": ("check_notebook",),
@@ -56,7 +57,7 @@ _HOMES = {
 """The modules that define the public names. They are imported on demand, because SymPy takes long to load."""
 
 __all__ = [
-    "ASKED", "ENGINE", "FAMILIES", "Answer", "Assignment", "Base", "Certificate", "Chain", "Diagnosis", "Joint",
+    "ALL_QUESTIONS", "ENGINE", "FAMILIES", "Answer", "Assignment", "Base", "Certificate", "Chain", "Diagnosis", "Joint",
     "Judgement", "MarkingRules", "Outcome", "ParsedAnswer", "Part", "Point", "Problem", "ProblemCertificate",
     "ProblemId", "QdotError", "Solution", "Verdict", "certify", "check_notebook", "diagnose", "generate",
     "grade_notebook", "judge", "load_assignment", "mark", "read_answer", "read_robot", "show", "solve",

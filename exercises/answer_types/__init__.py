@@ -1,9 +1,9 @@
-"""The types of answers: each is one class with everything that depends on its type.
+"""The types of answers: each type is one class with everything that depends on it.
 
 `TYPES` below lists all types. The modules:
 
-    base            the base class; `AnswerVisitor`, for code that distinguishes the forms of answers
-    formulas        formulas, numbers, directions, conditions
+    base            the base class of all types, and the base class of functions that depend on the type
+    formulas        formulas, numbers with units, directions, and sets of configurations
     options         letters of options
 """
 
@@ -12,9 +12,9 @@ from qdot.exercises.answer_types.formulas import ConditionSet, Direction, Expres
 from qdot.exercises.answer_types.options import LETTERS, TRUE_FALSE, Choice, Letters, Matching, Selection
 
 TYPES: dict[str, type[Answer]] = {
-    kind.type: kind
-    for kind in (Expression, Matrix, ConditionSet, Number, Direction, Choice, Selection, Matching)
-}  # fmt: skip
+    answer_type.type: answer_type
+    for answer_type in (Expression, Matrix, ConditionSet, Number, Direction, Choice, Selection, Matching)
+}
 """Every type of answer by its name."""
 
 __all__ = [

@@ -1,7 +1,7 @@
-"""The base class of all types of answers, and the visitor that distinguishes them.
+"""The base class of all types of answers, and the base class of functions that depend on the type of an answer.
 
-Each type is one class, listed in `answer_types.TYPES`. Code outside this folder that depends on the type of an answer
-subclasses `AnswerVisitor`.
+Each type is one class, listed in `answer_types.TYPES`. Code outside this folder that does something else for each type
+is a subclass of `AnswerVisitor`.
 """
 
 from abc import ABC, abstractmethod
@@ -19,54 +19,21 @@ T = TypeVar("T")
 
 
 class AnswerVisitor(Generic[T]):
-    """A visitor with a method for each type of answer; by default, each method calls a more general one.
+    """A function of an answer that has a method for each type of answer (the visitor pattern).
 
-    An answer calls the method for its type (`Answer.accept`). A subclass that treats several types alike overrides only
-    the more general method: `formulas`, `letters` or `default`.
+    A subclass defines some of these methods:
+
+    - `visit_expression`, `visit_matrix`, … : one for each name in `answer_types.TYPES`
+    - `visit_formulas` for expressions and matrices, and `visit_letters` for all letters of options
+    - `visit_any` for every answer
     """
 
-    def formula(self, answer: Any) -> T:
-        """Visit one formula."""
-        return self.formulas(answer)
-
-    def matrix(self, answer: Any) -> T:
-        """Visit a matrix of formulas, or a vector."""
-        return self.formulas(answer)
-
-    def formulas(self, answer: Any) -> T:
-        """Visit a single formula, or formulas in rows and columns."""
-        return self.default(answer)
-
-    def direction(self, answer: Any) -> T:
-        """Visit a vector that is defined up to a factor."""
-        return self.default(answer)
-
-    def numbers(self, answer: Any) -> T:
-        """Visit numbers with units."""
-        return self.default(answer)
-
-    def conditions(self, answer: Any) -> T:
-        """Visit conditions on the joints."""
-        return self.default(answer)
-
-    def choice(self, answer: Any) -> T:
-        """Visit the choice of a single option."""
-        return self.letters(answer)
-
-    def selection(self, answer: Any) -> T:
-        """Visit the choice of several options."""
-        return self.letters(answer)
-
-    def matching(self, answer: Any) -> T:
-        """Visit the choice of an option for each item."""
-        return self.letters(answer)
-
-    def letters(self, answer: Any) -> T:
-        """Visit letters of options of any type."""
-        return self.default(answer)
-
-    def default(self, answer: Any) -> T:
-        """Visit any answer whose form has no method of its own. Raises TypeError by default."""
+    def visit(self, answer: "Answer") -> T:
+        """Call the most specific method for an answer, and return its result. Raises TypeError if there is none."""
+        for name in (answer.type, answer.group, "any"):
+            if (method := getattr(self, f"visit_{name}", None)) is not None:
+                result: T = method(answer)
+                return result
         raise TypeError(f"{type(self).__name__} does not support answers of type {answer.type}")
 
 
@@ -74,33 +41,31 @@ class Answer(ABC):
     """The reference answer to a part, and everything that depends on its type. Each type is a frozen dataclass."""
 
     type: ClassVar[str]
-    """Its name in `qdot show --json` and in results."""
+    """The name of the type in `qdot show --json` and in results."""
+    group: ClassVar[str] = ""
+    """The group to which the type belongs: "formulas", "letters", or none."""
     takes_symbols: ClassVar[bool] = True
-    """Whether it may contain symbols of the problem."""
+    """Whether an answer may contain symbols of the problem."""
     counts_up_to_a_factor: ClassVar[bool] = False
     """Whether every nonzero multiple of a correct answer is correct, too."""
     is_exact: ClassVar[bool] = False
     """Whether decimals are taken as exact, unless the assignment allows rounding."""
     is_set: ClassVar[bool] = False
-    """Whether the answer is a set of configurations, as conditions on the joints."""
-
-    @abstractmethod
-    def accept(self, visitor: AnswerVisitor[T]) -> T:
-        """Call the visitor's method for this type of answer, and return its result."""
+    """Whether the answer is a set of configurations, given by conditions on the joints."""
+    is_symbolic: ClassVar[bool] = False
+    """Whether the answer consists of formulas that are compared entry by entry."""
+    typed_form: ClassVar[str] = ""
+    """The form in which an answer is typed, in words; "" if a placeholder shows the form."""
 
     @property
     def shape(self) -> tuple[int, int] | None:
-        """Rows and columns of an answer that has entries, else None."""
+        """The numbers of rows and columns of an answer that has entries; None for other answers."""
         return None
 
     @property
     def expected_units(self) -> tuple[str, ...]:
         """The unit of each expected number; empty for formulas."""
         return ()
-
-    def unit(self, entry: int) -> str:
-        """Return the unit of an entry, counted from 0; "" if it has none."""
-        return self.expected_units[entry] if self.expected_units else ""
 
     @property
     def offered_options(self) -> tuple[str, ...]:
@@ -109,12 +74,12 @@ class Answer(ABC):
 
     @property
     def correct_indices(self) -> tuple[int, ...]:
-        """The correct options, counted from 0."""
+        """The indices of the correct options, from 0; empty for answers without options."""
         return ()
 
     @property
     def matched_items(self) -> tuple[str, ...]:
-        """The items that options are matched to."""
+        """The items to which a student matches options; empty for other answers."""
         return ()
 
     @property
@@ -123,39 +88,29 @@ class Answer(ABC):
         return False
 
     @property
-    def typed_form(self) -> str:
-        """The form in which an answer is typed, in words, if a placeholder does not show it."""
-        return ""
-
-    @property
     def is_numeric(self) -> bool:
         """Whether the answer consists of numbers that are correct within a tolerance."""
-        return False
-
-    @property
-    def is_symbolic(self) -> bool:
-        """Whether the answer consists of formulas that are compared entry by entry."""
         return False
 
     def as_matrix(self) -> sp.Matrix:
         """Return the reference as a matrix (1 x 1 for an expression). Raises TypeError for other types."""
         raise TypeError(f"the answer is of type {self.type}, not a matrix")
 
-    def entries(self) -> list[sp.Expr]:
-        """Return the formulas that are compared symbolically."""
+    def list_entries(self) -> list[sp.Expr]:
+        """Return the formulas that are compared as functions, row by row; none for numbers, sets and letters."""
         return []
 
     @abstractmethod
-    def formulas(self) -> list[str]:
-        """Return the formulas of the reference as texts, which are parsed like a student's; empty for letters."""
+    def list_formulas(self) -> list[str]:
+        """Return the texts of the reference's formulas, which are parsed like a student's; none for letters."""
 
-    def trees(self, known: Iterable[str]) -> list[list[Node]]:
-        """Return the reference as trees, in rows and columns; conditions and single formulas are a column.
+    def parse_trees(self, symbol_names: Iterable[str]) -> list[list[Node]]:
+        """Return the reference's formulas as trees, in rows and columns; conditions are one column.
 
-        `known` are the names of the problem's symbols.
+        `symbol_names` are the names of the problem's symbols.
         """
-        names = frozenset(known)
-        trees = [parse_reference(text, names) for text in self.formulas()]
+        names = frozenset(symbol_names)
+        trees = [parse_reference(text, names) for text in self.list_formulas()]
         columns = (self.shape or (1, 1))[1]
         return [trees[i : i + columns] for i in range(0, len(trees), columns)]
 
@@ -163,12 +118,12 @@ class Answer(ABC):
     def as_json(self) -> str | list[Any]:
         """Return the reference as text, as a list (a vector, conditions, letters), or as a list of rows."""
 
-    def options_json(self) -> Json:
-        """Return the options, if there are any, and the items to which they are matched."""
+    def to_options_json(self) -> Json:
+        """Return the options, and the items to which they are matched; {} for answers without options."""
         return {}
 
-    def tolerance_json(self) -> Json:
-        """Return the units of expected numbers, and the errors allowed."""
+    def to_tolerance_json(self) -> Json:
+        """Return the units of expected numbers, and the errors allowed; {} for formulas and letters."""
         return {}
 
     @abstractmethod
@@ -176,13 +131,12 @@ class Answer(ABC):
         """Return the reference as a student would type it."""
 
     @abstractmethod
-    def code(self, used_columns: int = 0, format_formula: FormulaToCode = python_text) -> str:
+    def write_code(self, used_columns: int = 0, format_formula: FormulaToCode = python_text) -> str:
         """Return the reference as Python code; a long matrix is broken into lines.
 
-        `used_columns` is the number of columns of the first line that are already used. `format_formula` converts a
-        formula to code.
+        The code begins after `used_columns` columns of its first line. `format_formula` converts a formula to code.
         """
 
-    def placeholder(self, used_columns: int = 0) -> str:
+    def write_placeholder(self, used_columns: int = 0) -> str:
         """Return the Python code for an unanswered part: `blank`, in the expected shape."""
         return "blank"

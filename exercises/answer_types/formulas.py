@@ -7,39 +7,40 @@ from typing import Any
 
 import sympy as sp
 
-from qdot.exercises.answer_types.base import Answer, AnswerVisitor, Json, T
+from qdot.exercises.answer_types.base import Answer, Json, T
 from qdot.exercises.formula.equality import Rounding
 from qdot.exercises.formula.printers.python import FormulaToCode, bracket_long_text, list_code, matrix_code, python_text
 from qdot.exercises.formula.sympy_text import expression_text, matrix_json, matrix_rows_as_text
 from qdot.exercises.singularities.singularity import Component
 
 
+class _Formulas(Answer):
+    """An answer whose formulas are the entries of a matrix."""
+
+    def list_entries(self) -> list[sp.Expr]:
+        """Return the entries row by row."""
+        return list(self.as_matrix())
+
+    def list_formulas(self) -> list[str]:
+        """Return the text of each entry, row by row."""
+        return [expression_text(entry) for entry in self.as_matrix()]
+
+
 @dataclass(frozen=True)
-class Expression(Answer):
+class Expression(_Formulas):
     """One formula."""
 
     reference: sp.Expr
 
     type = "expression"
+    group = "formulas"
     is_exact = True
     is_one_line = True
     is_symbolic = True
 
-    def accept(self, visitor: AnswerVisitor[T]) -> T:
-        """Call the visitor's method for one formula."""
-        return visitor.formula(self)
-
     def as_matrix(self) -> sp.Matrix:
         """Return the formula as a 1 x 1 matrix."""
         return sp.Matrix([self.reference])
-
-    def entries(self) -> list[sp.Expr]:
-        """Return the formula."""
-        return [self.reference]
-
-    def formulas(self) -> list[str]:
-        """Return the formula's text."""
-        return [expression_text(self.reference)]
 
     def as_json(self) -> str:
         """Return the formula's text."""
@@ -47,32 +48,24 @@ class Expression(Answer):
 
     as_typed = as_json
 
-    def code(self, used_columns: int = 0, format_formula: FormulaToCode = python_text) -> str:
-        """Return the formula, on several lines in brackets if it is long."""
+    def write_code(self, used_columns: int = 0, format_formula: FormulaToCode = python_text) -> str:
+        """Return the formula; a long formula is put in brackets, on several lines."""
         return bracket_long_text(format_formula(self.reference), used_columns)
 
 
-class RowsAnswer(Answer):
+class RowsAnswer(_Formulas):
     """An answer in rows and columns."""
 
     reference: sp.Matrix
 
     @property
     def shape(self) -> tuple[int, int]:
-        """Rows and columns."""
+        """The numbers of rows and columns."""
         return (self.reference.rows, self.reference.cols)
 
     def as_matrix(self) -> sp.Matrix:
         """Return the matrix."""
         return sp.Matrix(self.reference)
-
-    def entries(self) -> list[sp.Expr]:
-        """Return the entries row by row."""
-        return list(self.reference)
-
-    def formulas(self) -> list[str]:
-        """Return the text of each entry, row by row."""
-        return [expression_text(entry) for entry in self.reference]
 
     def as_json(self) -> list[Any]:
         """Return a list of rows, or of the entries of a vector."""
@@ -80,40 +73,40 @@ class RowsAnswer(Answer):
 
     def as_typed(self) -> str:
         """Return the rows in brackets."""
-        return type_rows(matrix_rows_as_text(self.reference))
+        return bracket_rows(matrix_rows_as_text(self.reference))
 
-    def code(self, used_columns: int = 0, format_formula: FormulaToCode = python_text) -> str:
-        """Return `Matrix([[…], […]])`, one row per line if it is long."""
+    def write_code(self, used_columns: int = 0, format_formula: FormulaToCode = python_text) -> str:
+        """Return `Matrix([[…], […]])`; a long matrix has one row per line."""
         return matrix_code([[format_formula(entry) for entry in row] for row in self.reference.tolist()], used_columns)
 
-    def placeholder(self, used_columns: int = 0) -> str:
+    def write_placeholder(self, used_columns: int = 0) -> str:
         """Return the matrix with `blank` as each entry."""
         return matrix_code([["blank"] * self.reference.cols] * self.reference.rows, used_columns)
 
 
-def type_rows(rows: list[list[str]]) -> str:
-    """Return rows of text in the form in which a matrix is typed."""
+def bracket_rows(rows: list[list[str]]) -> str:
+    """Return rows of text in the form in which a matrix is typed: [[1, 0], [0, 1]]."""
     return "[" + ", ".join(f"[{', '.join(row)}]" for row in rows) + "]"
 
 
 @dataclass(frozen=True)
 class Matrix(RowsAnswer):
-    """A matrix or (one column) a vector, graded by entry."""
+    """A matrix, or a vector (a matrix with one column); each entry is graded."""
 
     reference: sp.Matrix
 
     type = "matrix"
+    group = "formulas"
     is_exact = True
     is_symbolic = True
-
-    def accept(self, visitor: AnswerVisitor[T]) -> T:
-        """Call the visitor's method for a matrix."""
-        return visitor.matrix(self)
 
 
 @dataclass(frozen=True)
 class Direction(RowsAnswer):
-    """A vector that is correct up to a nonzero factor; `tolerance` is relative, None for a symbolic vector."""
+    """A vector of which every nonzero multiple is correct.
+
+    `tolerance` is the relative error allowed for a vector of numbers; it is None for a vector of formulas.
+    """
 
     reference: sp.Matrix
     tolerance: float | None = None
@@ -121,19 +114,15 @@ class Direction(RowsAnswer):
     type = "direction"
     counts_up_to_a_factor = True
 
-    def accept(self, visitor: AnswerVisitor[T]) -> T:
-        """Call the visitor's method for a direction."""
-        return visitor.direction(self)
-
     def tolerance_with(self, rounding: Rounding | None) -> float | None:
-        """Return the tolerance for unit vectors under the assignment's rounding; None for a symbolic vector."""
+        """Return the error allowed for unit vectors under the assignment's rounding; None for a vector of formulas."""
         if self.tolerance is None or rounding is None:
             return self.tolerance
         return rounding.relative or rounding.absolute
 
     @property
     def is_numeric(self) -> bool:
-        """Whether the vector is numeric: asked for at one configuration."""
+        """Whether the vector consists of numbers, because the question asks for it at one configuration."""
         return self.tolerance is not None
 
 
@@ -149,10 +138,6 @@ class Number(RowsAnswer):
     type = "number"
     takes_symbols = False
     is_numeric = True
-
-    def accept(self, visitor: AnswerVisitor[T]) -> T:
-        """Call the visitor's method for numbers."""
-        return visitor.numbers(self)
 
     def tolerance_and_floor(self, rounding: Rounding | None) -> tuple[float, float]:
         """Return the relative and the absolute error allowed, under the assignment's rounding; the larger counts."""
@@ -176,30 +161,31 @@ class Number(RowsAnswer):
         """Whether the answer is a single number."""
         return len(self.reference) == 1
 
-    def entries(self) -> list[sp.Expr]:
-        """Return nothing: numbers are not compared as formulas."""
+    def list_entries(self) -> list[sp.Expr]:
+        """Return no entries: numbers are not compared as functions."""
         return []
 
     def as_json(self) -> list[str]:
         """Return each number with ten digits."""
         return [f"{float(value):.10g}" if value.is_number else str(value) for value in self.reference]
 
-    def tolerance_json(self) -> Json:
+    def to_tolerance_json(self) -> Json:
         """Return the units, and the relative and the absolute error allowed."""
         return {"units": list(self.units), "tolerance": self.tolerance, "floor": self.floor}
 
-    def code(self, used_columns: int = 0, format_formula: FormulaToCode = python_text) -> str:
+    def write_code(self, used_columns: int = 0, format_formula: FormulaToCode = python_text) -> str:
         """Return the number, or a column of numbers."""
-        return format_formula(self.reference[0]) if self.is_one_line else super().code(used_columns, format_formula)
+        write = super().write_code
+        return format_formula(self.reference[0]) if self.is_one_line else write(used_columns, format_formula)
 
-    def placeholder(self, used_columns: int = 0) -> str:
+    def write_placeholder(self, used_columns: int = 0) -> str:
         """Return `blank`, or a column of blanks."""
-        return "blank" if self.is_one_line else super().placeholder(used_columns)
+        return "blank" if self.is_one_line else super().write_placeholder(used_columns)
 
 
 @dataclass(frozen=True)
 class ConditionSet(Answer):
-    """A set of configurations, as conditions on the joints."""
+    """A set of configurations: those that satisfy the conditions of at least one component."""
 
     components: tuple[Component, ...]
 
@@ -208,18 +194,14 @@ class ConditionSet(Answer):
     is_set = True
     typed_form = "a list of conditions"
 
-    def accept(self, visitor: AnswerVisitor[T]) -> T:
-        """Call the visitor's method for conditions."""
-        return visitor.conditions(self)
-
     def pieces(self) -> list[str]:
         """Return every piece of the set as text: a value of a joint, or conditions that hold simultaneously."""
         return [piece for component in self.components for piece in component.pieces()]
 
-    formulas = as_json = pieces
+    list_formulas = as_json = pieces
 
     def group_by_condition(self, pieces: Sequence[T]) -> list[list[T]]:
-        """Group a sequence with an item for each piece of the set by the components to which the pieces belong."""
+        """Return the items of a sequence, one for each piece of the set, in groups: one group for each component."""
         remaining = iter(pieces)
         return [list(islice(remaining, len(component.pieces()))) for component in self.components]
 
@@ -227,18 +209,18 @@ class ConditionSet(Answer):
         """Return the pieces in brackets."""
         return f"[{', '.join(self.pieces())}]"
 
-    def code(self, used_columns: int = 0, format_formula: FormulaToCode = python_text) -> str:
+    def write_code(self, used_columns: int = 0, format_formula: FormulaToCode = python_text) -> str:
         """Return a list of `Eq` and `And`, one for each value or combination of values."""
         alternatives = (_list_alternatives(component, format_formula) for component in self.components)
         return list_code([text for texts in alternatives for text in texts], used_columns)
 
-    def placeholder(self, used_columns: int = 0) -> str:
+    def write_placeholder(self, used_columns: int = 0) -> str:
         """Return a list with one blank."""
         return "[blank]"
 
 
 def _list_alternatives(component: Component, format_formula: FormulaToCode) -> list[str]:
-    """Return the conditions of a component, one text for each value or combination of values."""
+    """Return the code of a component's conditions, one text for each value or combination of values."""
     if component.solutions is None:
         equations = [[f"Eq({format_formula(condition)}, 0)"] for condition in component.conditions]
     else:

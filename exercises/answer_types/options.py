@@ -1,15 +1,15 @@
-"""Define the answers that are letters of options: one correct option, several, or one for each item."""
+"""Answers that are letters of options: one correct option, several correct options, or one option for each item."""
 
 from dataclasses import dataclass
 
-from qdot.exercises.answer_types.base import Answer, AnswerVisitor, Json, T
+from qdot.exercises.answer_types.base import Answer, Json
 from qdot.exercises.formula.printers.python import FormulaToCode, python_text
 
 LETTERS = "ABCDEFGH"
 """The letters that label the options, in order."""
 
 TRUE_FALSE = ("true", "false")
-"""The options of a statement that is true or false."""
+"""The options of a question whether a statement is true."""
 
 
 class Letters(Answer):
@@ -17,6 +17,8 @@ class Letters(Answer):
 
     options: tuple[str, ...]
     correct: int | tuple[int, ...]
+
+    group = "letters"
     takes_symbols = False
     is_one_line = True
     typed_form = "letters, or true or false"
@@ -28,15 +30,15 @@ class Letters(Answer):
 
     @property
     def correct_indices(self) -> tuple[int, ...]:
-        """The correct options, counted from 0; in the order of the items if there are items."""
+        """The indices of the correct options, from 0; if there are items, one index for each item, in their order."""
         return self.correct if isinstance(self.correct, tuple) else (self.correct,)
 
     @property
     def letters(self) -> str:
-        """The letters of the correct options: in their order, as in "ACD", or in that of the items, as in "BAC"."""
+        """The letters of the correct options in their order, as in "ACD", or in the order of the items, as in "BAC"."""
         return "".join(LETTERS[index] for index in self.correct_indices)
 
-    def formulas(self) -> list[str]:
+    def list_formulas(self) -> list[str]:
         """Return no formulas, because the answer consists of letters."""
         return []
 
@@ -44,7 +46,7 @@ class Letters(Answer):
         """Return each letter."""
         return list(self.letters)
 
-    def options_json(self) -> Json:
+    def to_options_json(self) -> Json:
         """Return the options."""
         return {"options": list(self.options)}
 
@@ -52,43 +54,34 @@ class Letters(Answer):
         """Return the letters."""
         return self.letters
 
-    def code(self, used_columns: int = 0, format_formula: FormulaToCode = python_text) -> str:
+    def write_code(self, used_columns: int = 0, format_formula: FormulaToCode = python_text) -> str:
         """Return the letters in quotes."""
         return f'"{self.letters}"'
 
-    def placeholder(self, used_columns: int = 0) -> str:
-        """Return a string, because a string is expected."""
+    def write_placeholder(self, used_columns: int = 0) -> str:
+        """Return `blank` in quotes, because letters are typed in quotes."""
         return '"blank"'
 
 
 @dataclass(frozen=True)
 class Choice(Letters):
-    """One correct option out of several; the options are labelled A, B, C … in this order."""
+    """One correct option out of several."""
 
     options: tuple[str, ...]
     correct: int
 
     type = "choice"
 
-    def accept(self, visitor: AnswerVisitor[T]) -> T:
-        """Call the visitor's method for one correct option."""
-        return visitor.choice(self)
-
-    @property
-    def letter(self) -> str:
-        """The letter of the correct option."""
-        return LETTERS[self.correct]
-
     @property
     def typed_text(self) -> str:
         """The text to type for the correct option: its letter, or true or false."""
-        return self.options[self.correct] if self.options == TRUE_FALSE else self.letter
+        return self.options[self.correct] if self.options == TRUE_FALSE else self.letters
 
     def as_json(self) -> str:
         """Return the letter."""
-        return self.letter
+        return self.letters
 
-    def code(self, used_columns: int = 0, format_formula: FormulaToCode = python_text) -> str:
+    def write_code(self, used_columns: int = 0, format_formula: FormulaToCode = python_text) -> str:
         """Return the text to type, in quotes."""
         return f'"{self.typed_text}"'
 
@@ -102,10 +95,6 @@ class Selection(Letters):
 
     type = "selection"
 
-    def accept(self, visitor: AnswerVisitor[T]) -> T:
-        """Call the visitor's method for several correct options."""
-        return visitor.selection(self)
-
 
 @dataclass(frozen=True)
 class Matching(Letters):
@@ -117,15 +106,11 @@ class Matching(Letters):
 
     type = "matching"
 
-    def accept(self, visitor: AnswerVisitor[T]) -> T:
-        """Call the visitor's method for an option for each item."""
-        return visitor.matching(self)
-
     @property
     def matched_items(self) -> tuple[str, ...]:
         """The items."""
         return self.items
 
-    def options_json(self) -> Json:
+    def to_options_json(self) -> Json:
         """Return the options and the items."""
         return {"options": list(self.options), "items": list(self.items)}

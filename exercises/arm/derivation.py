@@ -16,7 +16,7 @@ from sympy.polys.matrices import DomainMatrix
 
 from qdot.exercises.arm.chain import ANGLE_PREFIXES, TASK_ROWS, Chain
 from qdot.exercises.arm.conventions import convention_of
-from qdot.exercises.arm.derivation_graph import propagate_linear_rows, symbolic_working, to_sympy_matrix
+from qdot.exercises.arm.derivation_graph import compute_symbolic_stages, propagate_linear_rows, to_sympy_matrix
 from qdot.exercises.arm.kinematics import frames_and_point, jacobian_seen_from, link_frames, task_matrix
 from qdot.exercises.arm.trigonometry import (
     Factored,
@@ -98,7 +98,7 @@ def _prove_geometry(chain: Chain) -> tuple[sp.Matrix, sp.Matrix, sp.Matrix]:
     linear = _generic_position(chain).jacobian(chain.q).applyfunc(textbook_form)
     angular = sp.Matrix(3, chain.n, lambda r, i: z[r, i] if chain.joints[i].kind == "R" else sp.S.Zero)
     geometric = linear.col_join(angular)
-    working = symbolic_working(chain)
+    working = compute_symbolic_stages(chain)
     propagated = np.concatenate([propagate_linear_rows(working), working["angular"]])
     axes_of_convention = sp.Matrix.hstack(*(frame.rotation[:, 2] for frame in on_axes))
     for differentiated, by_propagation, quantity in (

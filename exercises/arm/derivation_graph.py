@@ -61,25 +61,26 @@ class Table:
         return replace(self, rows=tuple(rows))
 
 
-Change = Callable[["Working", Any], Any]
-"""A function that returns the result of a stage with a mistake, given the working and the correct result."""
+Change = Callable[["StageResults", Any], Any]
+"""A function that returns the result of a stage with a mistake, given all stages and the correct result."""
 
 
 @dataclass
-class Working:
+class StageResults:
     """The stages of a derivation for one arm in one arithmetic; `changes` are the mistakes in it.
 
-    Stages (STAGES) are computed on demand. If the working was made from another one by adding mistakes (`new_changes`),
-    `base_working` is that other working. Stages that the new mistakes cannot affect are taken from it.
+    Stages (STAGES) are computed on demand. If mistakes (`new_changes`) were added to
+    other results, `base_results` are those other results. Stages that the new mistakes cannot affect are taken from
+    them.
     """
 
     chain: Chain
     arithmetic: Arithmetic
     changes: tuple[tuple[str, Change], ...] = ()
     new_changes: tuple[tuple[str, Change], ...] = ()
-    base_working: "Working | None" = None
+    base_results: "StageResults | None" = None
     _results: dict[str, Any] = field(default_factory=dict)
-    _first_joints: dict[int, "Working"] = field(default_factory=dict)
+    _first_joints: dict[int, "StageResults"] = field(default_factory=dict)
     _row_rotations: dict[tuple[int, int], tuple[TableRow, np.ndarray]] = field(default_factory=dict)
 
     def __getitem__(self, stage: str) -> Any:
@@ -90,24 +91,24 @@ class Working:
 
     def _compute(self, stage: str) -> Any:
         is_affected = any(name in prerequisites(stage) for name, _ in self.new_changes)
-        if self.base_working is None or is_affected:
+        if self.base_results is None or is_affected:
             result, changes = STAGES[stage][0](self), self.changes
         else:
-            result, changes = self.base_working[stage], self.new_changes
+            result, changes = self.base_results[stage], self.new_changes
         for name, change in changes:
             if name == stage:
                 result = change(self, result)
         return result
 
-    def with_mistakes(self, changes: Mapping[str, Change]) -> "Working":
-        """Return the same working with more mistakes in it."""
+    def with_mistakes(self, changes: Mapping[str, Change]) -> "StageResults":
+        """Return the stages of the same derivation with more mistakes in it."""
         fresh, rotations = tuple(changes.items()), self._row_rotations
-        return Working(self.chain, self.arithmetic, (*self.changes, *fresh), fresh, self, _row_rotations=rotations)
+        return StageResults(self.chain, self.arithmetic, (*self.changes, *fresh), fresh, self, _row_rotations=rotations)
 
-    def without_changes_of(self, stage: str) -> "Working":
-        """Return the same working without the changes of a stage."""
+    def without_changes_of(self, stage: str) -> "StageResults":
+        """Return the stages of the same derivation without the changes of a stage."""
         remaining_changes = tuple((name, change) for name, change in self.changes if name != stage)
-        return Working(self.chain, self.arithmetic, remaining_changes, _row_rotations=self._row_rotations)
+        return StageResults(self.chain, self.arithmetic, remaining_changes, _row_rotations=self._row_rotations)
 
     def row_rotation(self, row: TableRow) -> np.ndarray:
         """Return the rotation Rz(theta) Rx(alpha) of a row; it is cached for the same theta and alpha objects."""
@@ -116,13 +117,13 @@ class Working:
             self._row_rotations[key] = (row, matrix_product(rotation_z(self, row.theta), rotation_x(self, row.alpha)))
         return self._row_rotations[key][1]
 
-    def for_first_joints(self, frame: int) -> "Working":
-        """Return the working for the first joints only, with the same mistakes; its point is the origin of `frame`."""
+    def for_first_joints(self, frame: int) -> "StageResults":
+        """Return the stages for the first joints only, with the same mistakes; the point is the origin of `frame`."""
         if frame not in self._first_joints:
-            shorter_base = None if self.base_working is None else self.base_working.for_first_joints(frame)
+            shorter_base = None if self.base_results is None else self.base_results.for_first_joints(frame)
             shorter = shorter_base.chain if shorter_base else convention_of(self.chain).first_joints(frame)
             parts = shorter, self.arithmetic, self.changes, self.new_changes, shorter_base
-            self._first_joints[frame] = Working(*parts, _row_rotations=self._row_rotations)
+            self._first_joints[frame] = StageResults(*parts, _row_rotations=self._row_rotations)
         return self._first_joints[frame]
 
     def depends_on(self, stage: str) -> bool:
@@ -140,39 +141,39 @@ class Working:
         return np.stack([self.arithmetic.symbol_value(str(name)) for name in names])
 
 
-def numeric_working(chain: Chain, values: Mapping[str, np.ndarray]) -> Working:
-    """Return the correct working in numbers; `values` holds the values (N,) of each symbol at N configurations."""
-    return Working(chain, NumericArithmetic([q.name for q in chain.q], values))
+def compute_numeric_stages(chain: Chain, values: Mapping[str, np.ndarray]) -> StageResults:
+    """Return the correct stages in numbers; `values` holds the values (N,) of each symbol at N configurations."""
+    return StageResults(chain, NumericArithmetic([q.name for q in chain.q], values))
 
 
-def tree_working(chain: Chain) -> Working:
-    """Return the correct working in formula trees, the form in which students' answers are parsed."""
-    return Working(chain, TreeArithmetic([q.name for q in chain.q]))
+def compute_tree_stages(chain: Chain) -> StageResults:
+    """Return the correct stages in formula trees, the form in which students' answers are parsed."""
+    return StageResults(chain, TreeArithmetic([q.name for q in chain.q]))
 
 
-def symbolic_working(chain: Chain) -> Working:
-    """Return the correct working in SymPy expressions."""
-    return Working(chain, SympyArithmetic([q.name for q in chain.q]))
+def compute_symbolic_stages(chain: Chain) -> StageResults:
+    """Return the correct stages in SymPy expressions."""
+    return StageResults(chain, SympyArithmetic([q.name for q in chain.q]))
 
 
 # --- stages ---
 
 
-def _table(w: Working) -> Table:
+def _table(w: StageResults) -> Table:
     joints, base, to_stepped = w.chain.joints, w.chain.base, w.arithmetic.table_entry
     rows = tuple(TableRow(j.kind, *map(to_stepped, (j.theta, j.d, j.a, j.alpha))) for j in joints)
     position, offset = (np.stack([*map(to_stepped, vector)]) for vector in (base.position, w.chain.point.offset))
     return Table(rows, (position, to_stepped(base.yaw), to_stepped(base.tilt)), offset)
 
 
-def rotation_z(w: Working, angle: np.ndarray) -> np.ndarray:
+def rotation_z(w: StageResults, angle: np.ndarray) -> np.ndarray:
     """Return the rotation about z by an angle, (3, 3, …)."""
     c, s = w.arithmetic.cos(angle), w.arithmetic.sin(angle)
     zero, unit = angle * 0, angle * 0 + 1
     return _matrix(c, -s, zero, s, c, zero, zero, zero, unit)
 
 
-def rotation_x(w: Working, angle: np.ndarray) -> np.ndarray:
+def rotation_x(w: StageResults, angle: np.ndarray) -> np.ndarray:
     """Return the rotation about x by an angle, (3, 3, …)."""
     c, s = w.arithmetic.cos(angle), w.arithmetic.sin(angle)
     zero, unit = angle * 0, angle * 0 + 1
@@ -184,19 +185,19 @@ def _matrix(*entries: np.ndarray) -> np.ndarray:
     return np.array(entries).reshape(3, 3, *entries[0].shape)
 
 
-def _base_rotation(w: Working) -> np.ndarray:
+def _base_rotation(w: StageResults) -> np.ndarray:
     _, yaw, tilt = w["table"].base
     return matrix_product(rotation_z(w, yaw), rotation_x(w, tilt))
 
 
-def _rotations(w: Working) -> list[np.ndarray]:
+def _rotations(w: StageResults) -> list[np.ndarray]:
     rotations = [w["base rotation"]]
     for row in w["table"].rows:
         rotations.append(matrix_product(rotations[-1], w.row_rotation(row)))
     return rotations
 
 
-def _local_links(w: Working) -> list[np.ndarray]:
+def _local_links(w: StageResults) -> list[np.ndarray]:
     """Return the vectors r_i in frame i-1 (see below (6.13)), and the point in its own frame."""
     vectors = []
     for row in w["table"].rows:
@@ -205,7 +206,7 @@ def _local_links(w: Working) -> list[np.ndarray]:
     return [*vectors, w["table"].offset]
 
 
-def _links(w: Working) -> list[np.ndarray]:
+def _links(w: StageResults) -> list[np.ndarray]:
     rotations, local_vectors = w["rotations"], w["own links"]
     vectors = [apply_matrix(rotations[k], local_vectors[k]) for k in range(w.n)]
     return [*vectors, apply_matrix(rotations[w.chain.point.frame], local_vectors[w.n])]
@@ -216,21 +217,21 @@ def links_to_point(chain: Chain) -> list[int]:
     return [*range(chain.point.frame), chain.n]
 
 
-def _values_of_vectors(w: Working, vectors: list[np.ndarray]) -> np.ndarray:
+def _values_of_vectors(w: StageResults, vectors: list[np.ndarray]) -> np.ndarray:
     return np.stack([w.arithmetic.drop_derivatives(vector) for vector in vectors])
 
 
-def _origins(w: Working) -> np.ndarray:
+def _origins(w: StageResults) -> np.ndarray:
     steps = _values_of_vectors(w, [w["table"].base[0], *w["links"][:-1]])
     return np.cumsum(steps, axis=0)
 
 
-def _point(w: Working) -> np.ndarray:
+def _point(w: StageResults) -> np.ndarray:
     links = _values_of_vectors(w, w["links"])
     return np.asarray(w.arithmetic.drop_derivatives(w["table"].base[0]) + links[links_to_point(w.chain)].sum(axis=0))
 
 
-def _effects(w: Working) -> np.ndarray:
+def _effects(w: StageResults) -> np.ndarray:
     """Return the effect of each joint on each link's vector, (n, n + 1, 3, …): its derivative by the joint variable."""
     derivatives = [w.arithmetic.derivatives(link)[: w.n] for link in w["links"]]
     effects = np.stack(derivatives, axis=1)
@@ -239,7 +240,7 @@ def _effects(w: Working) -> np.ndarray:
     return effects
 
 
-def _origins_on_axes(w: Working) -> np.ndarray:
+def _origins_on_axes(w: StageResults) -> np.ndarray:
     """Return the origin of the frame on each joint axis, followed by the origin of the last frame, (n + 1, 3, …)."""
     if not convention_of(w.chain).is_proximal:
         return np.asarray(w["origins"])
@@ -248,7 +249,7 @@ def _origins_on_axes(w: Working) -> np.ndarray:
     return np.concatenate([origins, origins[-1:]])
 
 
-def convention_rotation(w: Working, frame: int) -> np.ndarray:
+def convention_rotation(w: StageResults, frame: int) -> np.ndarray:
     """Return the rotation of a frame (from 0) of the arm's convention, (3, 3, …)."""
     rotation = w["rotations"][frame]
     if convention_of(w.chain).is_proximal and frame:
@@ -256,7 +257,7 @@ def convention_rotation(w: Working, frame: int) -> np.ndarray:
     return np.asarray(w.arithmetic.drop_derivatives(rotation))
 
 
-def propagate_linear_rows(w: Working, _: Any = None) -> np.ndarray:
+def propagate_linear_rows(w: StageResults, _: Any = None) -> np.ndarray:
     """Return the linear rows by propagation, (3, n, …): z x p* for a revolute joint, z for a prismatic joint (6.12)."""
     columns = []
     for i, kind in enumerate(w["kinds"]):
@@ -265,17 +266,17 @@ def propagate_linear_rows(w: Working, _: Any = None) -> np.ndarray:
     return np.stack(columns, axis=1)
 
 
-def _angular(w: Working) -> np.ndarray:
+def _angular(w: StageResults) -> np.ndarray:
     axes = w["axes"]
     return np.stack([axes[i] if kind == "R" else axes[i] * 0 for i, kind in enumerate(w["kinds"])], axis=1)
 
 
-def _inverse(w: Working) -> np.ndarray:
+def _inverse(w: StageResults) -> np.ndarray:
     with np.errstate(all="ignore"):
         return np.asarray(w["adjugate"] / w["determinant"])
 
 
-def _pseudo_inverse(w: Working) -> np.ndarray:
+def _pseudo_inverse(w: StageResults) -> np.ndarray:
     """Return J^T (J J^T)^-1."""
     gram = w["gram matrix"]
     with np.errstate(all="ignore"):
@@ -283,7 +284,7 @@ def _pseudo_inverse(w: Working) -> np.ndarray:
     return matrix_product(w["transposed jacobian"], inverse)
 
 
-def _self_motion(w: Working) -> np.ndarray:
+def _self_motion(w: StageResults) -> np.ndarray:
     """Return the self-motion of n = m + 1 joints: for each column, the minor without it, with alternating signs."""
     jacobian = w["jacobian"]
     if jacobian.shape[1] != jacobian.shape[0] + 1:  # more than one self-motion, or none
@@ -292,19 +293,19 @@ def _self_motion(w: Working) -> np.ndarray:
     return np.stack([(-1) ** i * determinant(jacobian[:, other_columns[i]]) for i in range(w.n)])
 
 
-def singular_vectors(w: Working) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
+def singular_vectors(w: StageResults) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
     """Return U (m, m, N), sigma (min(m, n), N) and V^T (n, n, N) of the numeric task Jacobian."""
     u, sigma, v = np.linalg.svd(np.nan_to_num(np.moveaxis(w["jacobian"], -1, 0).astype(float)))
     return np.moveaxis(u, 0, -1), sigma.T, np.moveaxis(v, 0, -1)
 
 
-def _condition_number(w: Working) -> np.ndarray:
+def _condition_number(w: StageResults) -> np.ndarray:
     sigma = singular_vectors(w)[1]
     with np.errstate(all="ignore"):
         return np.asarray(sigma[0] / sigma[-1])
 
 
-def _wrist_block(w: Working) -> np.ndarray:
+def _wrist_block(w: StageResults) -> np.ndarray:
     """Return the axes of joints 4 to 6 in the frame on the first of them, (3, 3, …)."""
     rotation = convention_rotation(w, convention_of(w.chain).frame_on_axis(4)).swapaxes(0, 1)
     return np.stack([apply_matrix(rotation, w["axes"][i]) for i in (3, 4, 5)], axis=1)
@@ -315,7 +316,7 @@ def rotate_rows(rotation: np.ndarray, geometric: np.ndarray) -> np.ndarray:
     return np.concatenate([matrix_product(rotation, geometric[:3]), matrix_product(rotation, geometric[3:])])
 
 
-def _home_screws(w: Working) -> np.ndarray:
+def _home_screws(w: StageResults) -> np.ndarray:
     """Return the screws (omega, v) of the joints at home, (6, n, …)."""
     columns = []
     for axis in axes_of(w.chain)[0]:
@@ -325,12 +326,12 @@ def _home_screws(w: Working) -> np.ndarray:
     return np.stack(columns, axis=1)
 
 
-def constant_vector(w: Working, vector: sp.Matrix) -> np.ndarray:
+def constant_vector(w: StageResults, vector: sp.Matrix) -> np.ndarray:
     """Return a vector of formulas without joint variables, (3, …)."""
     return np.stack([w.arithmetic.drop_derivatives(w.arithmetic.table_entry(entry)) for entry in vector])
 
 
-def _space_jacobian(w: Working) -> np.ndarray:
+def _space_jacobian(w: StageResults) -> np.ndarray:
     """Return the space twists (omega, v) of the joints: v at the world's origin, (6, n, …)."""
     columns = []
     for i, kind in enumerate(w["kinds"]):
@@ -339,14 +340,14 @@ def _space_jacobian(w: Working) -> np.ndarray:
     return np.stack(columns, axis=1)
 
 
-def _body_rotation(w: Working) -> np.ndarray:
+def _body_rotation(w: StageResults) -> np.ndarray:
     """Return the rotation of the body frame, which moves with the last link and is the world's at home, (3, 3, …)."""
     home = frames_and_point(w.chain)[0][-1].rotation.xreplace(dict.fromkeys(w.chain.q, sp.S.Zero))
     home_transposed = np.stack([constant_vector(w, home[:, k]) for k in range(3)])  # its rows are the columns of `home`
     return matrix_product(w.arithmetic.drop_derivatives(w["rotations"][-1]), home_transposed)
 
 
-def _body_jacobian(w: Working) -> np.ndarray:
+def _body_jacobian(w: StageResults) -> np.ndarray:
     """Return the body Jacobian: the space twists in the body frame, about the point, [Ad T^-1] J_s, (6, n, …)."""
     angular, linear = w["space jacobian"][:3], w["space jacobian"][3:]
     at_point = np.concatenate([angular, linear + cross(angular, w["point"][:, None])])
@@ -359,7 +360,7 @@ def adjoint_matrix(rotation: np.ndarray, origin: np.ndarray) -> np.ndarray:
     return np.concatenate([np.concatenate(row, axis=1) for row in blocks])
 
 
-STAGES: dict[str, tuple[Callable[[Working], Any], tuple[str, ...]]] = {
+STAGES: dict[str, tuple[Callable[[StageResults], Any], tuple[str, ...]]] = {
     "table": (_table, ()),
     "base rotation": (_base_rotation, ("table",)),
     "rotations": (_rotations, ("table", "base rotation")),

@@ -34,7 +34,7 @@ from qdot.exercises.common.variation import DEFAULT_VARIATION, find_canonical_na
 from qdot.exercises.families import Family
 from qdot.exercises.families.own import read_robot_family
 from qdot.exercises.formula.equality import Rounding
-from qdot.exercises.problem.credit import Credit, read_credit
+from qdot.exercises.problem.credit import Credit, parse_credit_policy
 from qdot.exercises.problem.problem import (
     ENGINE,
     TWIST_ORDER_HINT,
@@ -43,7 +43,7 @@ from qdot.exercises.problem.problem import (
     find_convention,
     find_twist_order,
 )
-from qdot.exercises.short_questions import ASKED
+from qdot.exercises.short_questions import ALL_QUESTIONS
 from qdot.exercises.singularities.difficulty import HARDEST_BAND
 
 Parsed = TypeVar("Parsed")
@@ -161,7 +161,7 @@ class Slot:
     @property
     def max_points(self) -> tuple[float, ...]:
         """The points of each question, the same for every student."""
-        return self.points or tuple(ASKED[name].points for name in self.questions)
+        return self.points or tuple(ALL_QUESTIONS[name].points for name in self.questions)
 
     @property
     def points_by_question(self) -> dict[str, float]:
@@ -188,7 +188,7 @@ class Slot:
         """Return the problem of this slot with a given seed."""
         problem = generation.generate(self.make_id_from_seed(seed), points=self.points, family=self.family)
         roundings, credit = dict(self.decimals), dict(self.credit)
-        parts = (replace(p, rounding=roundings.get(p.name), credit=credit.get(p.name)) for p in problem.parts)
+        parts = (replace(p, rounding=roundings.get(p.name), credit=credit.get(p.name, Credit())) for p in problem.parts)
         return replace(problem, parts=tuple(parts))
 
 
@@ -403,7 +403,7 @@ def _read_slot(file: TomlFile, content: AssignmentFile, index: int, variation: s
     points = None if entry.points is None else tuple(entry.points)
     parse("points", _check_points, points, len(questions))
     decimals = parse("decimals", read_decimals, entry.decimals, questions)
-    credit = parse("credit", read_credit, entry.credit, questions)
+    credit = parse("credit", parse_credit_policy, entry.credit, questions)
     return Slot(
         f"p{index + 1}", family, questions, points, band, robot_digest, variation, convention, twist_order,
         decimals=decimals, credit=credit,

@@ -7,7 +7,7 @@ from math import isfinite, radians
 from qdot.exercises.assignment.expected_forms import EXPECTED_FORMS
 from qdot.exercises.common.errors import QdotError
 from qdot.exercises.formula.equality import Rounding
-from qdot.exercises.problem.credit import settings_by_question
+from qdot.exercises.problem.credit import list_settings_by_question
 
 UNITS = {
     **{"m": 1.0, "cm": 0.01, "mm": 0.001, "rad": 1.0, "deg": radians(1), "s": 1.0, "N": 1.0, "Nm": 1.0},
@@ -26,7 +26,7 @@ def read_decimals(
     >>> read_decimals({"jacobian": 4}, ["position", "jacobian"])
     (('jacobian', Rounding(relative=0.0005, absolute=0.0, words='to four significant digits')),)
     """
-    roundings = ((name, _parse_rounding(value)) for name, value in settings_by_question(setting, questions))
+    roundings = ((name, _parse_rounding(value)) for name, value in list_settings_by_question(setting, questions))
     return tuple((name, rounding) for name, rounding in roundings if rounding is not None)
 
 

@@ -24,7 +24,7 @@ from qdot.exercises.common.errors import QdotError
 from qdot.exercises.common.files import clean_up_after, make_folder, sync_disks_after, write_atomically
 from qdot.exercises.common.parallel import keep_state, map_in_order
 from qdot.exercises.common.variation import DEFAULT_VARIATION
-from qdot.exercises.notebook.notebook import notebook_text, solution_notebook, student_notebook
+from qdot.exercises.notebook.notebook import make_solution_notebook, make_student_notebook, write_notebook
 from qdot.exercises.problem.problem import Problem
 from qdot.exercises.writing.render import render
 
@@ -139,7 +139,7 @@ def release_student(work: tuple[Assignment, Certifier], student: str) -> Release
 def _write(assignment: Assignment, student: str, notebooks: "Sequence[NotebookNode]", certificate: str) -> str:
     """Write the certificate and the notebooks, and return the outcome."""
     released_path, solution_path = (notebook_path(assignment, student, kind) for kind in NOTEBOOK_FOLDERS)
-    new_text, solution = map(notebook_text, notebooks)
+    new_text, solution = map(write_notebook, notebooks)
     existing_text = read_if_present(released_path)
     # If only the solution is old, an earlier run changed the released notebook and was stopped before it reported this.
     is_new_version = _read_notebook_digest(solution_path) not in ("", assignment.notebook_digest_of(student))
@@ -178,7 +178,9 @@ def make_notebook(
 ) -> "NotebookNode":
     """Return the notebook to release, or the staff's notebook with solutions if the `released` notebook is given."""
     content = assignment.title, assignment.key, student, problems, assignment.hints
-    notebook = student_notebook(*content) if released is None else solution_notebook(*content, released=released)
+    notebook = (
+        make_student_notebook(*content) if released is None else make_solution_notebook(*content, released=released)
+    )
     notebook.metadata["qdot"].update(
         digest=assignment.problems_digest_of(student),
         edition=assignment.notebook_digest_of(student),

@@ -8,7 +8,7 @@ from dataclasses import dataclass
 from functools import cached_property
 
 from qdot.exercises.common.errors import make_name_error
-from qdot.exercises.short_questions import ASKED
+from qdot.exercises.short_questions import ALL_QUESTIONS
 from qdot.exercises.writing.render import find_template_folder
 
 
@@ -41,7 +41,9 @@ class ProblemSet:
     def points(self) -> float:
         """The total points of all questions in the set."""
         entries = tomllib.loads(self.text)["problem"]
-        return sum(sum(entry.get("points") or [ASKED[name].points for name in entry["questions"]]) for entry in entries)
+        return sum(
+            sum(entry.get("points") or [ALL_QUESTIONS[name].points for name in entry["questions"]]) for entry in entries
+        )
 
 
 SETS = {

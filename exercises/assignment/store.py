@@ -64,7 +64,7 @@ def store_problems(assignment: Assignment, student: str, problems: list[tuple[st
     """Store the problems of a student with their figures and texts; do nothing if the disk is full or read-only."""
     pieces = {slot: _make_pieces(slot, problem) for slot, problem in problems}
     answers = [part.answer for _, problem in problems for part in problem.parts]
-    entry_texts = [(entry, expression_text(entry)) for answer in answers for entry in answer.entries()]
+    entry_texts = [(entry, expression_text(entry)) for answer in answers for entry in answer.list_entries()]
     minors = [_pickle_minors(problem) for _, problem in problems]
     payload = zlib.compress(_pickle_content((problems, pieces, entry_texts, minors)), 1)
     text = f"{_compute_signature(assignment, student, payload)}\n{base64.b64encode(payload).decode()}\n"

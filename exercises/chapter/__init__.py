@@ -8,7 +8,6 @@ from typing import Any
 
 from qdot.exercises.arm.chain import Chain
 from qdot.exercises.common.stream import Stream
-from qdot.exercises.families import FAMILIES
 from qdot.exercises.generation import sample_chain
 from qdot.exercises.problem.problem import Part, Problem, ProblemId
 from qdot.exercises.questions import QUESTIONS
@@ -16,33 +15,33 @@ from qdot.exercises.writing.languages import ENGLISH, load_catalogue
 from qdot.exercises.writing.problem_texts import write_solution
 from qdot.exercises.writing.wording import Wording
 
-FILES = {"example": "examples.toml", "erratum": "errata.toml"}
-"""The file beside this module for each kind of entry."""
 
-
-def read_entries(kind: str) -> list[dict[str, Any]]:
-    """Return the entries of a kind ("example" or "erratum") from their file."""
-    text = Path(__file__).with_name(FILES[kind]).read_text(encoding="utf-8")
-    entries: list[dict[str, Any]] = tomllib.loads(text)[kind]
+def read_entries(name: str) -> list[dict[str, Any]]:
+    """Return the "examples" or the "errata" from the TOML file of that name beside this module."""
+    text = Path(__file__).with_name(f"{name}.toml").read_text(encoding="utf-8")
+    entries: list[dict[str, Any]] = tomllib.loads(text)[name]
     return entries
 
 
-def planar_2r() -> Chain:
+def make_planar_2r() -> Chain:
     """Return the arm of Examples 6.1, 6.2 and 6.4."""
     return sample_chain(ProblemId("planar-2r", 0, variation="chapter"))
 
 
-def scorbot_arm() -> Chain:
+def make_scorbot_arm() -> Chain:
     """Return the arm of Example 6.3: a Scorbot down to the wrist point P."""
     return replace(sample_chain(ProblemId("elbow-3r", 0, variation="chapter")), title="Scorbot, wrist point P")
 
 
 @dataclass(frozen=True)
 class Example:
-    """One example of the chapter: its arm, its drawings (docs/examples/KEY.svg), and the title and text of each step.
+    """An example of the chapter, with its solution.
 
-    `shows_arm` says whether the example shows the arm, and `shows_singularities` whether it shows the singular
-    configurations.
+    - `number` is the example's number in the chapter, such as "6.1".
+    - `key` names the arm and its drawings.
+    - `steps` are the steps of the solution: the title and the text of each.
+    - `shows_arm` says whether this is the first example with the arm, which therefore shows a drawing of the arm.
+    - `shows_singularities` says whether the example shows drawings of singular configurations.
     """
 
     number: str
@@ -54,38 +53,42 @@ class Example:
     shows_singularities: bool
 
     @property
-    def rows(self) -> list[list[str]]:
-        """The DH table as LaTeX."""
-        return Wording(self.arm).rows
-
-    @property
-    def task(self) -> list[str]:
-        """The rows of the task as LaTeX."""
-        return Wording(self.arm).task
+    def wording(self) -> Wording:
+        """The words and the LaTeX that describe the arm, such as its DH table."""
+        return Wording(self.arm)
 
 
 @cache
-def examples(language: str = ENGLISH) -> tuple[Example, ...]:
-    """Return the chapter's examples with their solutions."""
+def solve_examples(language: str = ENGLISH) -> tuple[Example, ...]:
+    """Return the chapter's examples with their solutions in a language."""
     words = load_catalogue(language)
-    arms = {"planar-2r": planar_2r(), "scorbot": scorbot_arm()}
+    arms = {"planar-2r": make_planar_2r(), "scorbot": make_scorbot_arm()}
     solved: list[Example] = []
-    for number, title, key, questions in (entry.values() for entry in read_entries("example")):
+    for number, title, key, questions in (entry.values() for entry in read_entries("examples")):
         steps = tuple(
             (words.translate_question(QUESTIONS[name].title), _solve(arms[key], name, language)) for name in questions
         )
-        is_first_use = all(earlier.key != key for earlier in solved)
+        is_first_use = all(example.key != key for example in solved)
         has_singularities = "singular-angles" in questions
         solved.append(Example(number, words.gettext(title), key, arms[key], steps, is_first_use, has_singularities))
     return tuple(solved)
 
 
+@cache
+def _solve(chain: Chain, name: str, language: str) -> str:
+    """Return the worked solution of a question about an arm."""
+    answer, details = QUESTIONS[name].ask(chain, Stream("docs"))
+    part = Part(name, name, answer, details=details)
+    return write_solution(Problem(ProblemId(chain.name, 0), chain, (part,)), part, language)
+
+
 @dataclass(frozen=True)
 class Erratum:
-    """A correction of the chapter: its place, the printed and the correct text, the reason, and numbers as evidence.
+    """An error in the printed chapter, with its correction.
 
-    `kind` is "wrong", "incomplete" or "lost in the layout". `values` are numbers with their descriptions, at the
-    configuration `at`.
+    - `where` is the place in the chapter, and `kind` is "wrong", "incomplete" or "lost in the layout".
+    - `printed` and `right` are the printed and the correct text, and `why` is the reason.
+    - `values` are numbers, with their descriptions, that show the error; `at` is the configuration for which they hold.
     """
 
     where: str
@@ -98,29 +101,16 @@ class Erratum:
 
 
 @cache
-def corrections(language: str = ENGLISH) -> tuple[Erratum, ...]:
-    """Return the errors in the printed chapter, with their corrections, from errata.toml."""
+def read_errata(language: str = ENGLISH) -> tuple[Erratum, ...]:
+    """Return the errors in the printed chapter, with their corrections in a language, from errata.toml."""
     words = load_catalogue(language)
 
     def translate(text: str) -> str:
         return words.localize_formulas(words.pgettext("erratum", text))
 
     errata = []
-    for entry in read_entries("erratum"):
+    for entry in read_entries("errata"):
         values = tuple((translate(name), words.localize_number(translate(value))) for name, value in entry["values"])
         texts = {name: translate(text) for name, text in entry.items() if name != "values"}
         errata.append(Erratum(**texts, values=values))
     return tuple(errata)
-
-
-@cache
-def _solve(chain: Chain, name: str, language: str) -> str:
-    answer, details = QUESTIONS[name].ask(chain, Stream("docs"))
-    part = Part(name, name, answer, details=details)
-    return write_solution(Problem(ProblemId(chain.name, 0), _with_family_title(chain), (part,)), part, language)
-
-
-def _with_family_title(chain: Chain) -> Chain:
-    """Return an arm with the title of its family."""
-    plain = FAMILIES[chain.name].textbook_arm
-    return chain if plain is None else replace(chain, title=plain.title)

@@ -57,6 +57,10 @@ class Stream:
         """Return an integer from `low` to `high`, both included."""
         return low + self.integer_below(high - low + 1)
 
+    def nonzero_integer(self, maximum: int) -> int:
+        """Return a nonzero integer from -maximum to maximum, all equally likely."""
+        return self.choice([k for k in range(-maximum, maximum + 1) if k])
+
     def permutation(self, items: Sequence[T]) -> list[T]:
         """Return the items in random order (Fisher-Yates)."""
         out = list(items)

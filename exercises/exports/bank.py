@@ -20,7 +20,7 @@ from qdot.exercises.common.parallel import keep_state, map_in_order
 from qdot.exercises.exports.export_format import ExportRequest
 from qdot.exercises.families.base import describe_variation
 from qdot.exercises.problem.problem import Problem
-from qdot.exercises.problem.record import digests
+from qdot.exercises.problem.record import compute_digests
 
 WorkResult = TypeVar("WorkResult")
 
@@ -121,7 +121,7 @@ def _generate_candidate(state: _WorkerState[WorkResult], number: int) -> _Candid
     if isinstance(result, str):
         return result
     problem, _ = result
-    fingerprint = repr(as_json(digests(problem)))
+    fingerprint = repr(as_json(compute_digests(problem)))
     if fingerprint in known_fingerprints:
         return None
     known_fingerprints.add(fingerprint)

@@ -9,7 +9,7 @@ from qdot.exercises.assignment.certified_problems import certify_class
 from qdot.exercises.assignment.release import is_released, make_notebook, notebook_path, read_if_present
 from qdot.exercises.exports.export_format import ExportRequest
 from qdot.exercises.exports.wheel import make_wheel
-from qdot.exercises.notebook.notebook import notebook_text
+from qdot.exercises.notebook.notebook import write_notebook
 
 
 @dataclass(frozen=True)
@@ -31,7 +31,7 @@ class Handouts:
                 yield student, read_if_present(notebook_path(self.assignment, student.id)) or ""
             else:
                 problems = self.assignment.generate_problems(student.id)
-                yield student, notebook_text(make_notebook(self.assignment, student.id, problems))
+                yield student, write_notebook(make_notebook(self.assignment, student.id, problems))
 
 
 def collect_handouts(request: ExportRequest) -> Handouts:

@@ -24,7 +24,7 @@ from qdot.exercises.exports.markup import Picture, draw_arm, draw_prompt_figure,
 from qdot.exercises.exports.numbers import NumericPart, ask_in_numbers
 from qdot.exercises.mistakes.base import name_chapter
 from qdot.exercises.problem.problem import Part, Problem
-from qdot.exercises.short_questions import ASKED
+from qdot.exercises.short_questions import ALL_QUESTIONS
 from qdot.exercises.short_questions.options import list_blames
 from qdot.exercises.writing.latex import tex
 from qdot.exercises.writing.problem_texts import (
@@ -229,7 +229,7 @@ def _make_item(request: ExportRequest, slot: Slot, problem: Problem, part: Part)
             return None
         form = _make_number_form(problem, part, numeric_part, tells_mistakes)
         question = _write_numeric_question(problem, part, numeric_part, form.fields, len(form.fields))
-    title, figure = ASKED[part.kind].title, draw_prompt_figure(problem, part, part.name)
+    title, figure = ALL_QUESTIONS[part.kind].title, draw_prompt_figure(problem, part, part.name)
     figures = () if figure is None else (figure,)
     body = (draw_arm(problem), write_statement(problem, "", explains_typing=False), *figures, question)
     category = request.assignment.title, f"{slot.name} {slot.family.name}", title
@@ -247,7 +247,7 @@ def _make_item(request: ExportRequest, slot: Slot, problem: Problem, part: Part)
 def _ask_short_question(problem: Problem, part: Part, request: ExportRequest) -> Problem | None:
     """Return the problem with one short question on singular configurations, or None if no such question applies."""
     for name in SINGULARITY_QUESTIONS:
-        question = ASKED[name]
+        question = ALL_QUESTIONS[name]
         if question.find_obstacle(problem.chain) is not None:
             continue
         try:
@@ -281,7 +281,7 @@ def write_question_alone(problem: Problem, part: Part) -> str:
 
 def list_entry_labels(problem: Problem, part: Part, shape: tuple[int, ...]) -> tuple[str, ...]:
     """Return the LaTeX labels of the entries of an answer with a given shape, row by row."""
-    chain, question, count = problem.chain, ASKED[part.kind], int(np.prod(shape))
+    chain, question, count = problem.chain, ALL_QUESTIONS[part.kind], int(np.prod(shape))
     typed_names = (tex(sp.Symbol(name), chain) for name in question.typed_names(chain))
     entry_names = tuple(question.entry_names(chain, part) or typed_names)
     if len(entry_names) == count:
@@ -303,8 +303,10 @@ def _make_option_form(problem: Problem, part: Part, explains_mistakes: bool) -> 
         is_right = index in answer.correct_indices
         blames = list_blames(part, index) if explains_mistakes and not is_right else ()
         feedback = name_chapter(" ".join(dict.fromkeys(blame.sentence for blame in blames)))
-        options.append(QuizOption(f"{LETTERS[index]}: {text}" if part.has_drawn_options else text, is_right, feedback))
-    has_fixed_order = part.has_drawn_options or answer.offered_options == TRUE_FALSE
+        options.append(
+            QuizOption(f"{LETTERS[index]}: {text}" if part.details.has_drawn_options else text, is_right, feedback)
+        )
+    has_fixed_order = part.details.has_drawn_options or answer.offered_options == TRUE_FALSE
     return ChoiceForm(tuple(options), isinstance(answer, Selection), has_fixed_order)
 
 
@@ -326,7 +328,7 @@ def _make_number_form(problem: Problem, part: Part, numeric_part: NumericPart, e
         for index, label in enumerate(list_entry_labels(problem, part, numeric_part.values.shape))
     ]
     rows = [tuple(fields[k : k + columns]) for k in range(0, len(fields), columns)]
-    if last_row := ASKED[part.kind].constant_last_row:
+    if last_row := ALL_QUESTIONS[part.kind].constant_last_row:
         rows[-1] = tuple(last_row)
     return NumberForm(tuple(rows))
 

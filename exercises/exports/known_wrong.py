@@ -16,7 +16,7 @@ from sympy.polys.polyerrors import BasePolynomialError
 from qdot.exercises.answer_types import ConditionSet, Number
 from qdot.exercises.arm.chain import Chain
 from qdot.exercises.arm.derivation import derive, structure
-from qdot.exercises.arm.derivation_graph import RESULT, numeric_working, symbolic_working, to_sympy_matrix
+from qdot.exercises.arm.derivation_graph import RESULT, compute_numeric_stages, compute_symbolic_stages, to_sympy_matrix
 from qdot.exercises.arm.standard_table import wrap_angle
 from qdot.exercises.common.stream import Stream
 from qdot.exercises.formula.equality import READABLE_POINTS, Domain, compare_entries
@@ -28,7 +28,7 @@ from qdot.exercises.mistakes.configurations import sample_configurations
 from qdot.exercises.problem.problem import Part, Problem, ResultChoiceDetails
 from qdot.exercises.questions import QUESTIONS
 from qdot.exercises.questions.results import compute_answer, is_derived
-from qdot.exercises.short_questions.wrong import (
+from qdot.exercises.short_questions.wrong_formulas import (
     MAX_JOINTS_FOR_MINORS,
     NOT_A_NUMBER,
     derive_simplified_formulas,
@@ -87,7 +87,7 @@ def find_known_wrong_answers(problem: Problem, part: Part, max_count: int) -> tu
 
 def make_domain(problem: Problem) -> Domain:
     """Return the domain of each symbol without a value; lengths with a value are numbers in reference answers."""
-    return Domain({name: role for name, role in problem.domain().roles.items() if isinstance(role, str)})
+    return Domain({name: role for name, role in problem.domain.roles.items() if isinstance(role, str)})
 
 
 def _select_distinct(correct: np.ndarray, candidates: Iterable[PredictedAnswer]) -> Iterator[PredictedAnswer]:
@@ -128,7 +128,7 @@ def _find_numeric_wrong_answers(question: _StructureQuestion) -> tuple[Predicted
     roles = classification.domain_of(chain).roles
     names = {*roles, *(rate.name for rate in chain.rates), *chain.task, *part.symbols}
     samples = Domain(roles).sample(names, READABLE_POINTS + SAMPLE_COUNT, Stream(f"known/{question.kind}"))
-    working = numeric_working(chain, {name: values[READABLE_POINTS:] for name, values in samples.items()})
+    working = compute_numeric_stages(chain, {name: values[READABLE_POINTS:] for name, values in samples.items()})
     return tuple(_select_distinct(compute_answer(working, part), predict_wrong_answers(working, part)))
 
 
@@ -161,7 +161,7 @@ def _find_wrong_formulas(problem: Problem, part: Part, mistake_count: int) -> It
         if all(stage == RESULT for stage, _ in changes):
             entries = np.array(reference.tolist(), dtype=object)[..., None]
             for _, change in changes:
-                entries = change(symbolic_working(problem.chain), entries)
+                entries = change(compute_symbolic_stages(problem.chain), entries)
             answer = to_sympy_matrix(entries)
         else:
             formulas = _derive_wrong_formulas(question, index)
@@ -190,7 +190,7 @@ def compare_entry_by_entry(problem: Problem, first: sp.Matrix, second: sp.Matrix
 def _find_wrong_numbers(problem: Problem, part: Part, max_count: int) -> Iterator[KnownWrongAnswer]:
     stream = Stream(f"known/{problem.id}/{part.name}")
     samples = sample_configurations(problem.chain, part, make_domain(problem), SAMPLE_COUNT, stream)
-    working = numeric_working(problem.chain, samples)
+    working = compute_numeric_stages(problem.chain, samples)
     wrong_answers = _select_distinct(compute_answer(working, part), predict_wrong_answers(working, part))
     expected_numbers = np.array([float(value) for value in part.answer.as_matrix()])
     tolerances = np.array(list_tolerances(part))

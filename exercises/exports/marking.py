@@ -112,7 +112,7 @@ def _replace_answer(correct: Answer, known_answer: KnownWrongAnswer) -> Answer:
 
 def _state_rule(problem: Problem, part: Part) -> str:
     """Return the rule for partial credit of all other answers; docs/partial-credit.md explains the rules."""
-    answer, credit = part.answer, part.effective_credit
+    answer, credit = part.answer, part.credit
     if credit.rule == "whole" or not credit.factor:
         return NO_CREDIT
     match answer:
@@ -138,12 +138,12 @@ def _state_rule(problem: Problem, part: Part) -> str:
 
 
 def _format_partial_points(part: Part, share: Fraction) -> str:
-    return _format_points(part, share * part.effective_credit.factor)
+    return _format_points(part, share * part.credit.factor)
 
 
 def _list_rules_for_entries(problem: Problem, part: Part) -> Iterator[str]:
     """Yield the rules for a formula, a matrix or numbers; no rule for a single constant, which is right or wrong."""
-    entries, credit = part.answer.as_matrix(), part.effective_credit
+    entries, credit = part.answer.as_matrix(), part.credit
     counted_entries = [entry for entry in entries if entry != 0] or list(entries)
     is_varying = [bool({symbol.name for symbol in entry.free_symbols} - problem.constants) for entry in counted_entries]
     has_varying_entries, is_single = any(is_varying), part.answer.is_one_line

@@ -9,7 +9,7 @@ from decimal import Decimal
 from qdot.exercises.figure.arm_figure import alt_text, figure_svg, part_alt, part_svg
 from qdot.exercises.formula.latex import parse_latex
 from qdot.exercises.formula.layout import Layout
-from qdot.exercises.notebook.notebook import solution_figure
+from qdot.exercises.notebook.notebook import draw_singular_configurations
 from qdot.exercises.problem.problem import Part, Problem
 from qdot.exercises.writing.fit import fit_formula
 from qdot.exercises.writing.markup import HTML_WIDTH, to_html, to_html_for_mathjax
@@ -47,7 +47,7 @@ def draw_prompt_figure(problem: Problem, part: Part, name: str) -> Picture | Non
 
 def draw_solution_figure(problem: Problem, part: Part, name: str) -> Picture | None:
     """Return the figure of a part's worked solution; None if it has none."""
-    svg = solution_figure(problem, part, name)
+    svg = draw_singular_configurations(problem, part, name)
     return Picture(name, svg, "The arm in a regular and in its singular configurations") if svg else None
 
 

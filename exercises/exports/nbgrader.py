@@ -18,9 +18,9 @@ from qdot.exercises.exports.export_format import ExportedFile, ExportRequest
 from qdot.exercises.exports.handouts import collect_handouts
 from qdot.exercises.exports.repositories import read_assignment_files
 from qdot.exercises.exports.wheel import make_wheel
-from qdot.exercises.notebook.notebook import KERNEL, notebook_text, points_text
-from qdot.exercises.problem.problem import answer_variable
-from qdot.exercises.short_questions import ASKED
+from qdot.exercises.notebook.notebook import KERNEL, write_notebook, write_points
+from qdot.exercises.problem.problem import name_answer_variable
+from qdot.exercises.short_questions import ALL_QUESTIONS
 from qdot.exercises.writing.render import render
 
 Cell = dict[str, Any]
@@ -45,7 +45,7 @@ def export_nbgrader(request: ExportRequest) -> Generator[ExportedFile, None, Non
     yield ExportedFile(*make_wheel())
     yield ExportedFile("students.csv", _write_roster(assignment.roster))
     source = _make_source_notebook(assignment.title, key, assignment.slots)
-    yield ExportedFile(f"source/{key}/{key}.ipynb", notebook_text(source))
+    yield ExportedFile(f"source/{key}/{key}.ipynb", write_notebook(source))
     for path, data in read_assignment_files(request):
         yield ExportedFile(f"qdot/{key}/{path}", data)
     yield ExportedFile(f"qdot/{key}/{SECRET_FILE}", f"{assignment.secret}\n", is_private=True)
@@ -59,7 +59,7 @@ def export_nbgrader(request: ExportRequest) -> Generator[ExportedFile, None, Non
             request.report(f"{student.id}: nbgrader does not accept identifiers with +")
         notebook = json.loads(text)
         notebook["cells"] = [new_cell for cell in notebook["cells"] for new_cell in _add_marks_cell(cell, points)]
-        yield ExportedFile(f"handout/{student.id}/{key}/{key}.ipynb", notebook_text(notebook))
+        yield ExportedFile(f"handout/{student.id}/{key}/{key}.ipynb", write_notebook(notebook))
 
 
 def _write_roster(roster: Sequence[Student]) -> str:
@@ -99,7 +99,7 @@ def make_marks_cell(part: str, points: float) -> Cell:
     """
     metadata = _make_metadata(make_grade_id(part), grade=True, locked=True)
     metadata["nbgrader"]["points"] = points
-    source = render("exports/nbgrader/marks.py.j2", sign=MARKS_COMMENT, part=part, points=points_text(points)).strip()
+    source = render("exports/nbgrader/marks.py.j2", sign=MARKS_COMMENT, part=part, points=write_points(points)).strip()
     cell = new_code_cell(source, id=f"{make_grade_id(part)}-marks", metadata={**metadata, "editable": False})
     cell["metadata"]["nbgrader"]["checksum"] = compute_checksum(cell)
     return cell
@@ -125,8 +125,8 @@ def _make_source_notebook(title: str, key: str, slots: tuple[Slot, ...]) -> dict
     for number, slot in enumerate(slots, 1):
         for index, (part, part_points) in enumerate(slot.points_by_question.items(), 1):
             name = f"{slot.name}.{part}"
-            heading = f"### {number}.{index} {ASKED[part].title} ({points_text(part_points)})"
-            answer, metadata = f"{answer_variable(slot.name, part)} = blank", make_answer_metadata(name)
+            heading = f"### {number}.{index} {ALL_QUESTIONS[part].title} ({write_points(part_points)})"
+            answer, metadata = f"{name_answer_variable(slot.name, part)} = blank", make_answer_metadata(name)
             cells.append(new_markdown_cell(heading, id=f"{make_grade_id(name)}-question"))
             cells.append(new_code_cell(answer, id=make_grade_id(name), metadata=metadata))
             cells.append(make_marks_cell(name, part_points))

@@ -14,7 +14,7 @@ import sympy as sp
 
 from qdot.exercises.answer_types import Number
 from qdot.exercises.arm.chain import Chain
-from qdot.exercises.arm.derivation_graph import Working, numeric_working
+from qdot.exercises.arm.derivation_graph import StageResults, compute_numeric_stages
 from qdot.exercises.arm.mpmath_kinematics import evaluate_in_context, round_to_ten_digits
 from qdot.exercises.common.errors import QdotError
 from qdot.exercises.common.stream import Stream
@@ -81,7 +81,7 @@ def ask_in_numbers(problem: Problem, part: Part) -> NumericPart | None:
         number_part = replace(part, answer=_make_number(part, answer.as_matrix())) if is_direction else part
         numeric_part: NumericPart | None = _take_numbers(problem, number_part, is_direction)
     else:
-        numeric_part = _evaluate_formulas(problem, part) if answer.entries() and is_derived(part) else None
+        numeric_part = _evaluate_formulas(problem, part) if answer.list_entries() and is_derived(part) else None
     return _scale_direction(numeric_part) if is_direction and numeric_part is not None else numeric_part
 
 
@@ -102,7 +102,9 @@ def _take_numbers(problem: Problem, part: Part, is_direction: bool) -> NumericPa
     if is_derived(part):
         roles: Mapping[str, Any] = domain_of(problem.chain).roles
         domain, stream = Domain({**roles, **dict.fromkeys(part.symbols, "signed")}), f"{problem.id}/{part.name}/wrong"
-        working = numeric_working(problem.chain, sample_configurations(problem.chain, part, domain, 1, Stream(stream)))
+        working = compute_numeric_stages(
+            problem.chain, sample_configurations(problem.chain, part, domain, 1, Stream(stream))
+        )
         _check_agreement(problem, part, reference, compute_answer(working, part)[..., 0], is_direction)
         predictions = _list_wrong_answers(working, part)
         wrong_answers += [(name_chapter(wrong.sentence), wrong.answer[..., 0]) for wrong in predictions]
@@ -126,7 +128,7 @@ def _check_agreement(
         raise QdotError(f"{problem.id}: {part.name}: its numbers do not agree; please report it")
 
 
-def _list_wrong_answers(working: Working, part: Part) -> list[catalogue.PredictedAnswer]:
+def _list_wrong_answers(working: StageResults, part: Part) -> list[catalogue.PredictedAnswer]:
     """Return the answers that mistakes lead to; if the derivation is long, only for a few likely mistakes."""
     if working.n > MAX_JOINTS_FOR_ALL_MISTAKES and is_made_of_jacobian(part):
         mistakes = [m for m in catalogue.list_likely_mistakes(part) if m.name in catalogue.MISTAKES_FOR_ONE_NUMBER]
@@ -144,7 +146,7 @@ def _evaluate_formulas(problem: Problem, part: Part) -> NumericPart | None:
     configurations = list(_sample_configurations(chain, part, stream))
     values = _collect_values(chain, part, configurations)
     as_number = replace(part, answer=_make_number(part, sp.ones(*reference.shape)))
-    working = numeric_working(chain, values)
+    working = compute_numeric_stages(chain, values)
     derived_answer = compute_answer(working, as_number)
     mistakes = [
         wrong for wrong in _list_wrong_answers(working, as_number) if wrong.answer.shape == derived_answer.shape

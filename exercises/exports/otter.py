@@ -19,9 +19,9 @@ from qdot.exercises.exports.handouts import collect_handouts
 from qdot.exercises.exports.nbgrader import make_grade_id
 from qdot.exercises.exports.repositories import read_assignment_files
 from qdot.exercises.exports.wheel import make_wheel
-from qdot.exercises.notebook.notebook import KERNEL, notebook_text, points_text
-from qdot.exercises.problem.problem import answer_variable
-from qdot.exercises.short_questions import ASKED
+from qdot.exercises.notebook.notebook import KERNEL, write_notebook, write_points
+from qdot.exercises.problem.problem import name_answer_variable
+from qdot.exercises.short_questions import ALL_QUESTIONS
 from qdot.exercises.writing.render import escape_markdown, render
 
 ASSIGNMENT_FOLDER = "qdot"
@@ -52,7 +52,7 @@ def export_otter(request: ExportRequest) -> Generator[ExportedFile, None, None]:
 def list_parts(assignment: Assignment) -> list[OtterPart]:
     """Return all parts of an assignment, in order."""
     return [
-        (f"{slot.name}.{kind}", make_grade_id(f"{slot.name}.{kind}"), points, ASKED[kind].title)
+        (f"{slot.name}.{kind}", make_grade_id(f"{slot.name}.{kind}"), points, ALL_QUESTIONS[kind].title)
         for slot in assignment.slots
         for kind, points in slot.points_by_question.items()
     ]
@@ -65,11 +65,11 @@ def _make_source_notebook(assignment: Assignment, config: str) -> str:
     title_cell = new_markdown_cell(f"# {escape_markdown(assignment.title)}", id="title")
     cells = [new_raw_cell(config.strip(), id="config"), title_cell]
     for part, name, points, title in list_parts(assignment):
-        answer = f"{answer_variable(*part.split('.', 1))} = ..."
+        answer = f"{name_answer_variable(*part.split('.', 1))} = ..."
         test = render("exports/otter/test.py.j2", part=part, function=name.replace("-", "_")).strip()
         cells += [
             new_raw_cell(f"# BEGIN QUESTION\nname: {name}\npoints: {points:g}", id=f"{name}-begin"),
-            new_markdown_cell(f"### {title} ({points_text(points)})", id=f"{name}-question"),
+            new_markdown_cell(f"### {title} ({write_points(points)})", id=f"{name}-question"),
             new_raw_cell("# BEGIN SOLUTION", id=f"{name}-solution"),
             new_code_cell(f"{answer} # SOLUTION", id=f"{name}-answer"),
             new_raw_cell("# END SOLUTION", id=f"{name}-solved"),
@@ -80,7 +80,7 @@ def _make_source_notebook(assignment: Assignment, config: str) -> str:
         ]
     notebook = new_notebook(metadata={"kernelspec": KERNEL, "language_info": {"name": "python"}}, cells=cells)
     nbformat.validate(notebook)
-    return notebook_text(notebook)
+    return write_notebook(notebook)
 
 
 # --- students' notebooks ---
@@ -94,13 +94,14 @@ def _add_tests(assignment: Assignment, text: str) -> str:
     for cell in notebook["cells"]:
         if "qdot" in cell["metadata"]:
             cell["metadata"]["tags"] = ["otter_answer_cell"]
-    return notebook_text(notebook)
+    return write_notebook(notebook)
 
 
 def _make_presence_test(part: str, name: str, points: float) -> dict[str, Any]:
     """Return a test that only checks whether an answer is given, for the `grader.check` that students call."""
     case = {
-        "code": f">>> 'blank' in str({answer_variable(*part.split('.', 1))})\nFalse", "hidden": False, "locked": False,
+        "code": f">>> 'blank' in str({name_answer_variable(*part.split('.', 1))})\nFalse",
+        "hidden": False, "locked": False,
         "success_message": "You have given an answer; it will be graded after you submit.",
         "failure_message": "You have not given an answer yet.",
     }  # fmt: skip

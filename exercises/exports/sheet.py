@@ -27,9 +27,9 @@ from qdot.exercises.exports.boxes import (
 from qdot.exercises.exports.export_format import ExportRequest
 from qdot.exercises.exports.marking import MarkingInstructions, explain_marking
 from qdot.exercises.exports.markup import Picture, draw_arm, draw_prompt_figure, draw_solution_figure
-from qdot.exercises.notebook.notebook import points_text
+from qdot.exercises.notebook.notebook import write_points
 from qdot.exercises.problem.problem import Part, Problem
-from qdot.exercises.short_questions import ASKED
+from qdot.exercises.short_questions import ALL_QUESTIONS
 from qdot.exercises.writing.on_paper import remove_options, remove_typing_remarks
 from qdot.exercises.writing.problem_texts import write_hints, write_prompt, write_solutions, write_statement
 from qdot.exercises.writing.short_answer import write_short_answer
@@ -218,11 +218,11 @@ def _make_sheet_part(request: ExportRequest, label: str, problem: Problem, part:
     gives_hints = request.sheet == "handout" and not shows_solutions and request.assignment.hints
     text = remove_typing_remarks(write_prompt(problem, part), problem)
     figure = draw_prompt_figure(problem, part, figure_name) if is_printed else None
-    width_share = WIDTH_BESIDE_FIGURE if figure and not part.has_drawn_options else 1.0
+    width_share = WIDTH_BESIDE_FIGURE if figure and not part.details.has_drawn_options else 1.0
     options = arrange_options(problem, part, width_share) if is_printed else None
     earned_share = request.earned_share if request.sheet == "marking" else None
     return SheetPart(
-        label, ASKED[part.kind].heading(problem.chain), points_text(part.points), part.points,
+        label, ALL_QUESTIONS[part.kind].make_title(problem.chain), write_points(part.points), part.points,
         prompt=text if options is None else remove_options(text),
         hints=tuple(remove_typing_remarks(h, problem) for h in (write_hints(problem, part) if gives_hints else ())),
         figure=figure, options=options,
@@ -230,6 +230,6 @@ def _make_sheet_part(request: ExportRequest, label: str, problem: Problem, part:
         solution=remove_typing_remarks(solution, problem) if shows_solutions else "",
         solution_figure=draw_solution_figure(problem, part, f"{figure_name}-solution") if shows_solutions else None,
         answer=write_short_answer(problem, part) if request.sheet == "key" else "", has_score_space=is_exam,
-        has_wide_figure=part.has_drawn_options,
+        has_wide_figure=part.details.has_drawn_options,
         marking=explain_marking(problem, part, earned_share) if earned_share else None,
     )  # fmt: skip

@@ -41,7 +41,7 @@ configuration.
 
 def write_definitions(problem: Problem, functions: tuple[str, ...], *constants: str) -> list[str]:
     """Return the lines that define `given` and `short`, followed by the constants and functions."""
-    values = {name: info.value for name, info in problem.symbols().items() if info.value is not None}
+    values = {name: info.value for name, info in problem.symbols.items() if info.value is not None}
     given_equations = ", ".join(f"{name} = {maxima_text(value)}" for name, value in values.items())
     short_names = ", ".join(f"{name} = {meaning}" for name, meaning in list_short_names(problem).items())
     return [f"given: [{given_equations}];", f"short: [{short_names}];", *constants, *functions]
@@ -49,7 +49,7 @@ def write_definitions(problem: Problem, functions: tuple[str, ...], *constants: 
 
 def list_short_names(problem: Problem) -> dict[str, str]:
     """Return short names such as c12 and their meanings: sines and cosines of angles and of sums of adjacent angles."""
-    symbols = problem.symbols()
+    symbols = problem.symbols
     angles = {i: q for i, q in enumerate(problem.chain.q, 1) if q.name.startswith("theta")}
     meanings = {}
     for first_joint in angles:

@@ -156,7 +156,7 @@ def compute_share(
     """
     if all(entries_equal):
         return 1.0
-    credit = part.effective_credit
+    credit = part.credit
     if credit.rule == "whole":
         return 0.0
     reference = part.answer.as_matrix()
@@ -180,7 +180,7 @@ def _compute_minimum_share(problem: Problem, part: Part, answer: sp.Matrix) -> F
     """Return the minimum share of the points for an answer that a single known mistake explains."""
     reference = part.answer.as_matrix()
     has_varying_entries = _find_varying_entries(problem, reference) and _find_varying_entries(problem, answer)
-    if not part.effective_credit.is_by_mistakes or not has_varying_entries:
+    if not part.credit.is_by_mistakes or not has_varying_entries:
         return Fraction(0)
     determinant = find_determinant_in_denominator(problem.chain, part, known_wrong.make_domain(problem).roles)
     if determinant is None:
@@ -254,7 +254,7 @@ def _convert_formulas(problem: Problem, part: Part) -> StackPart | str:
     marking = ["said: qdot_values(qdot_read(ans1));", "due: qdot_values(ta1);", "agree: qdot_agree(said, due);"]
     marking.append(f"same: if qdot_count(agree) = {len(reference)} then 1 else 0;")
     score, feedback = "0", ""
-    if part.effective_credit.rule != "whole":
+    if part.credit.rule != "whole":
         lines, feedback = _write_partial_credit_lines(problem, part, reference)
         marking += lines
         score = "share"
@@ -325,7 +325,7 @@ def _are_usable(program: Program, points: Sequence[dict[str, float]], pivot: int
 
 def _write_minimum_share_line(part: Part, minimum_share: Fraction, condition: str) -> str:
     """Return the line that raises the share to at least `minimum_share`, times the credit's factor, on a condition."""
-    return f"share: if {condition} then max(share, {minimum_share * part.effective_credit.factor}) else share;"
+    return f"share: if {condition} then max(share, {minimum_share * part.credit.factor}) else share;"
 
 
 def _write_partial_credit_lines(problem: Problem, part: Part, reference: sp.Matrix) -> tuple[list[str], str]:
@@ -333,7 +333,7 @@ def _write_partial_credit_lines(problem: Problem, part: Part, reference: sp.Matr
     lines, feedback = (["share: 0;"], "") if part.shape is None else _write_entry_lines(problem, part, reference)
     if _find_pivot(problem, reference) is None:
         return lines, feedback
-    credit_factor = part.effective_credit.factor
+    credit_factor = part.credit.factor
     varying_positions = [k + 1 for k in _find_varying_entries(problem, reference)]
     lines += [
         f"amiss: qdot_amiss(said, due, agree, {varying_positions});",
@@ -345,7 +345,7 @@ def _write_partial_credit_lines(problem: Problem, part: Part, reference: sp.Matr
 
 def _write_entry_lines(problem: Problem, part: Part, reference: sp.Matrix) -> tuple[list[str], str]:
     """Return the lines that compute the share of a partly correct matrix, and the feedback on the matrix."""
-    credit = part.effective_credit
+    credit = part.credit
     counted_entries, zeros = _split_zeros(reference)
 
     def write_agreeing_count(entries: Sequence[int]) -> str:
@@ -431,7 +431,7 @@ def _convert_numbers(problem: Problem, part: Part) -> StackPart:
     for number, wrong in enumerate(known_answers, 1):
         share, floats = _compute_share_of_numbers(part, wrong, is_zero), _write_floats(wrong.matrix, is_single)
         stack_part.add_mistake(number, wrong, floats, write_near_count(f"wrong{number}"), str(n), share)
-        if not is_single and part.effective_credit.is_by_mistakes:
+        if not is_single and part.credit.is_by_mistakes:
             lines.append(_write_minimum_share_line(part, MISTAKE_FACTOR, f"like{number} = {n}"))
     values_outside = exact_reference + 50 * sp.Matrix(tolerances)
     values_inside = exact_reference + sp.Matrix(tolerances) / 2
@@ -446,7 +446,7 @@ def _convert_numbers(problem: Problem, part: Part) -> StackPart:
 def _write_number_share_lines(part: Part, is_zero: Sequence[bool]) -> list[str]:
     """Return the lines that compute the share of numbers that are not all correct."""
     n = len(is_zero)
-    if n == 1 or part.effective_credit.rule == "whole":
+    if n == 1 or part.credit.rule == "whole":
         return ["share: 0;"]
     counted_positions = [i for i, zero in enumerate(is_zero, 1) if not zero] or list(range(1, n + 1))
     zero_positions = [i for i in range(1, n + 1) if i not in counted_positions]
@@ -457,13 +457,13 @@ def _write_number_share_lines(part: Part, is_zero: Sequence[bool]) -> list[str]:
         same_size = "qdot_near(abs(said[i, 1]), float(abs(ta1[i, 1])), room[i])"
         condition = f"qdot_count(makelist({same_size}, i, 1, {n})) = {n}"
         lines.append(f"share: if {condition} then max(share, {1 - SIGN_OR_FACTOR_COST}) else share;")
-    credit_factor = part.effective_credit.factor
+    credit_factor = part.credit.factor
     return lines if credit_factor == 1 else [*lines, f"share: share*{credit_factor};"]
 
 
 def _compute_share_of_numbers(part: Part, known_answer: known_wrong.KnownWrongAnswer, is_zero: Sequence[bool]) -> float:
     """Return the share of the points for the numbers that a known mistake leads to."""
-    credit = part.effective_credit
+    credit = part.credit
     if len(is_zero) == 1 or credit.rule == "whole":
         return 0.0
     share = max(share_of_entries(known_answer.entries_equal, is_zero), MISTAKE_FACTOR * credit.is_by_mistakes)
@@ -528,7 +528,7 @@ def _convert_set(problem: Problem, part: Part) -> StackPart | str:
         f"[qdot_covered(said, args({write_equations((component,))})), {len(joint_values)}]"
         for component, joint_values in zip(answer.components, values_by_condition, strict=True)
     )
-    factor = part.effective_credit.factor if part.effective_credit.rule != "whole" else 0
+    factor = part.credit.factor if part.credit.rule != "whole" else 0
     lines = [
         "said: qdot_read(if setp(ans1) or listp(ans1) then args(ans1) else [ans1]);",
         "right: qdot_covered(said, args(ta1));", "beyond: qdot_beyond(said, args(ta1));",

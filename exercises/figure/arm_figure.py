@@ -35,7 +35,7 @@ from qdot.exercises.figure.small import PANEL_SIZE, choose_grid, draw_in_pose, d
 from qdot.exercises.figure.view import Drawing, View
 from qdot.exercises.figure.words import alt_text, describe_panels, make_panels_title, make_title
 from qdot.exercises.problem.problem import Part
-from qdot.exercises.short_questions.places import find_options_to_draw
+from qdot.exercises.short_questions.configurations import find_options_to_draw
 from qdot.exercises.writing.languages import ENGLISH, load_catalogue
 from qdot.exercises.writing.render import render
 
@@ -174,7 +174,7 @@ def part_svg(chain: Chain, part: Part, name: str) -> str:
     options = find_options_to_draw(chain, part)
     if options is not None:
         return options_svg(*options, name)
-    return "" if part.pose is None else figure_svg(chain, name, part.pose)
+    return "" if part.details.pose is None else figure_svg(chain, name, part.details.pose)
 
 
 def thumbnail_svg(chain: Chain, name: str = "arm") -> str:

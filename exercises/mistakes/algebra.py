@@ -12,7 +12,7 @@ import sympy as sp
 from qdot.exercises.arm.arithmetic import apply_matrix, cofactor_signs, determinant, matrix_product
 from qdot.exercises.arm.chain import TASK_ROWS, Chain
 from qdot.exercises.arm.derivation import derive, structure
-from qdot.exercises.arm.derivation_graph import Change, Working, links_to_point, singular_vectors
+from qdot.exercises.arm.derivation_graph import Change, StageResults, links_to_point, singular_vectors
 from qdot.exercises.mistakes.base import (
     AnswerShape,
     MistakeVariant,
@@ -40,12 +40,12 @@ def _variants_if_square(stage: str, change: Change, min_joints: int = 2, max_joi
     return variants_if(partial(_is_square, min_joints=min_joints, max_joints=max_joints), {stage: change})
 
 
-def _expand_without_signs(w: Working, _: np.ndarray) -> np.ndarray:
+def _expand_without_signs(w: StageResults, _: np.ndarray) -> np.ndarray:
     """Return the determinant expanded along the first row, with correct 2 x 2 minors but without their signs."""
     return np.asarray((w["jacobian"][0] * w["minors"][0]).sum(axis=0))
 
 
-def _multiply_diagonal(w: Working, _: np.ndarray) -> np.ndarray:
+def _multiply_diagonal(w: StageResults, _: np.ndarray) -> np.ndarray:
     return np.asarray(reduce(mul, (w["jacobian"][k, k] for k in range(w.n))))
 
 
@@ -103,29 +103,29 @@ def _variant_without_factor(stage: str, chain: Chain, factor: sp.Expr, divisor: 
 
 
 def _divide_by(divisor: sp.Expr) -> Change:
-    def divide(w: Working, correct_value: np.ndarray) -> np.ndarray:
+    def divide(w: StageResults, correct_value: np.ndarray) -> np.ndarray:
         with np.errstate(all="ignore"):
             return np.asarray(correct_value / w.arithmetic.drop_derivatives(w.arithmetic.table_entry(divisor)))
 
     return divide
 
 
-def _take_reciprocals(w: Working, _: np.ndarray) -> np.ndarray:
+def _take_reciprocals(w: StageResults, _: np.ndarray) -> np.ndarray:
     jacobian = w["jacobian"]
     with np.errstate(all="ignore"):
         return np.asarray(np.where(jacobian == 0, jacobian, (jacobian * 0 + 1) / np.where(jacobian == 0, 1, jacobian)))
 
 
-def _divide_again(w: Working, correct_value: np.ndarray) -> np.ndarray:
+def _divide_again(w: StageResults, correct_value: np.ndarray) -> np.ndarray:
     with np.errstate(all="ignore"):
         return np.asarray(correct_value / w["determinant"])
 
 
-def _maximal_minor(w: Working, columns: Sequence[int]) -> np.ndarray:
+def _maximal_minor(w: StageResults, columns: Sequence[int]) -> np.ndarray:
     return np.asarray(determinant(w["jacobian"][:, list(columns)]))
 
 
-def _add_minors(w: Working, sign: int = 1) -> np.ndarray:
+def _add_minors(w: StageResults, sign: int = 1) -> np.ndarray:
     """Return the sum of the maximal minors of J, or their alternating sum if `sign` is -1."""
     column_sets = combinations(range(w.n), len(w.chain.task))
     return np.asarray(sum(sign**k * _maximal_minor(w, columns) for k, columns in enumerate(column_sets)))
@@ -137,7 +137,7 @@ def _miscount_minors(chain: Chain, _: AnswerShape) -> Iterator[MistakeVariant]:
     Only one square is used instead of the sum, or one square is omitted from it.
     """
 
-    def miscount(w: Working, gram_determinant: np.ndarray, columns: Sequence[int], is_omitted: bool) -> np.ndarray:
+    def miscount(w: StageResults, gram_determinant: np.ndarray, columns: Sequence[int], is_omitted: bool) -> np.ndarray:
         square = _maximal_minor(w, columns) * _maximal_minor(w, columns)
         return gram_determinant - square if is_omitted else square
 
@@ -152,7 +152,7 @@ def _flip_product_sign(chain: Chain, _: AnswerShape) -> Iterator[MistakeVariant]
     A term is an entry of J, or one link's contribution to that entry, times the cofactor of the entry.
     """
 
-    def flip(w: Working, correct_determinant: np.ndarray, i: int, j: int, link: int | None = None) -> np.ndarray:
+    def flip(w: StageResults, correct_determinant: np.ndarray, i: int, j: int, link: int | None = None) -> np.ndarray:
         entry = w["jacobian"][i, j] if link is None else w["effects"][j, link, task_rows[i]]
         return np.asarray(correct_determinant - 2 * entry * w["cofactors"][i, j])
 
@@ -163,11 +163,11 @@ def _flip_product_sign(chain: Chain, _: AnswerShape) -> Iterator[MistakeVariant]
             yield MistakeVariant({"determinant": partial(flip, i=i, j=j, link=link)})
 
 
-def _add_block_determinants(w: Working, _: np.ndarray) -> np.ndarray:
+def _add_block_determinants(w: StageResults, _: np.ndarray) -> np.ndarray:
     return np.asarray(determinant(w["arm block"]) + determinant(w["wrist block"]))
 
 
-def _flip_alternate_rates(w: Working, motion: np.ndarray) -> np.ndarray:
+def _flip_alternate_rates(w: StageResults, motion: np.ndarray) -> np.ndarray:
     return np.asarray(motion * cofactor_signs(w.n)[0][:, None])
 
 

@@ -7,7 +7,7 @@ import numpy as np
 
 from qdot.exercises.arm.chain import TASK_ROWS, Chain
 from qdot.exercises.arm.conventions import convention_of
-from qdot.exercises.arm.derivation_graph import RESULT, Change, Working
+from qdot.exercises.arm.derivation_graph import RESULT, Change, StageResults
 from qdot.exercises.mistakes.base import (
     AnswerShape,
     MistakeVariant,
@@ -40,18 +40,18 @@ def _negate_one(axis: int) -> VariantGenerator:
 
 
 def _change_result(
-    change: Callable[[Working, np.ndarray], np.ndarray], applies: Callable[[Chain, AnswerShape], bool]
+    change: Callable[[StageResults, np.ndarray], np.ndarray], applies: Callable[[Chain, AnswerShape], bool]
 ) -> VariantGenerator:
     """Return a function that yields the variant with the finished result changed, if `applies` accepts its shape."""
     return lambda chain, shape: iter([MistakeVariant({RESULT: change})] if applies(chain, shape) else [])
 
 
-def _multiply_by_rates(w: Working, values: np.ndarray) -> np.ndarray:
+def _multiply_by_rates(w: StageResults, values: np.ndarray) -> np.ndarray:
     return np.asarray(values * w.symbol_vector(w.chain.rates)[None])
 
 
 def _select_rows(row_indices: list[int], from_answer: bool) -> Change:
-    def apply_change(w: Working, values: np.ndarray) -> np.ndarray:
+    def apply_change(w: StageResults, values: np.ndarray) -> np.ndarray:
         return (values if from_answer else w["geometric"])[row_indices]
 
     return apply_change

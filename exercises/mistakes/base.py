@@ -11,7 +11,7 @@ import numpy as np
 from qdot.exercises.answer_types import Answer
 from qdot.exercises.arm.chain import Chain
 from qdot.exercises.arm.conventions import REGISTRY, convention_of
-from qdot.exercises.arm.derivation_graph import Change, Working, propagate_linear_rows
+from qdot.exercises.arm.derivation_graph import Change, StageResults, propagate_linear_rows
 from qdot.exercises.problem.problem import Part
 
 AnswerShape = tuple[int, int]
@@ -159,7 +159,7 @@ def joint_words(joints: Sequence[int], separator: str = " and ") -> dict[str, ob
 def scale_entries(entry_index: Any, factor: int) -> Change:
     """Return the change that multiplies the entries at an index of an array by a factor."""
 
-    def scale(w: Working, values: np.ndarray) -> np.ndarray:
+    def scale(w: StageResults, values: np.ndarray) -> np.ndarray:
         scaled = np.array(values)
         scaled[entry_index] = factor * scaled[entry_index]
         return scaled
@@ -170,7 +170,7 @@ def scale_entries(entry_index: Any, factor: int) -> Change:
 def exchange(i: int, j: int, axis: int = 0) -> Change:
     """Return the change that exchanges two rows (axis 0) or columns (axis 1) of an array."""
 
-    def apply_exchange(w: Working, values: np.ndarray) -> np.ndarray:
+    def apply_exchange(w: StageResults, values: np.ndarray) -> np.ndarray:
         order = list(range(values.shape[axis]))
         order[i], order[j] = j, i
         return values.take(order, axis)

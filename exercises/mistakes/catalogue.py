@@ -10,7 +10,7 @@ from typing import Any
 import numpy as np
 
 from qdot.exercises.arm.chain import Chain
-from qdot.exercises.arm.derivation_graph import Change, Working, propagate_linear_rows
+from qdot.exercises.arm.derivation_graph import Change, StageResults, propagate_linear_rows
 from qdot.exercises.mistakes import algebra, arrangement, choices, columns, numeric, position, screws, sets, table
 from qdot.exercises.mistakes.base import Mistake, MistakenAnswer, MistakeVariant
 from qdot.exercises.problem.problem import Part
@@ -66,7 +66,7 @@ class PredictedAnswer:
 
     mistake: Mistake
     variant: MistakeVariant
-    working: Working
+    working: StageResults
     answer: np.ndarray
 
     @property
@@ -100,7 +100,7 @@ def list_likely_mistakes(part: Part, is_precise: bool = False) -> list[Mistake]:
     ]
 
 
-def predict_wrong_answers(w: Working, part: Part, is_precise: bool = False) -> Iterator[PredictedAnswer]:
+def predict_wrong_answers(w: StageResults, part: Part, is_precise: bool = False) -> Iterator[PredictedAnswer]:
     """Yield the answers that mistakes in the derivation of a part give, including answers that remain correct."""
     if is_derived(part):
         reference = _compute_result(w, part)
@@ -109,7 +109,7 @@ def predict_wrong_answers(w: Working, part: Part, is_precise: bool = False) -> I
 
 
 def apply_mistake(
-    mistake: Mistake, w: Working, part: Part, correct_answer: np.ndarray | None = None
+    mistake: Mistake, w: StageResults, part: Part, correct_answer: np.ndarray | None = None
 ) -> Iterator[PredictedAnswer]:
     """Yield the answers to a part that the variants of one mistake give.
 
@@ -148,7 +148,7 @@ def _is_same_answer(answer: np.ndarray, correct_answer: np.ndarray) -> bool:
     return np.allclose(answer, correct_answer, rtol=1e-9, atol=1e-9, equal_nan=True)
 
 
-def _compute_result(working: Working, part: Part) -> np.ndarray | None:
+def _compute_result(working: StageResults, part: Part) -> np.ndarray | None:
     try:
         with np.errstate(all="ignore"):  # J may be rank-deficient
             return compute_answer(working, part)

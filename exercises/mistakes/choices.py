@@ -56,7 +56,7 @@ def _confuse_statements(is_same_meaning: bool) -> AnswerGenerator:
     """
 
     def is_chosen(part: Part, chosen_index: int, correct_index: int) -> bool:
-        offered = part.details_as(MeaningDetails).asked.offered
+        offered = part.details_as(MeaningDetails).offered
         return (offered[chosen_index][0] is offered[correct_index][0]) is is_same_meaning
 
     return _answers_with_option("singularity-meaning", is_chosen)

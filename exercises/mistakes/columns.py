@@ -14,8 +14,8 @@ from qdot.exercises.arm.conventions import convention_of
 from qdot.exercises.arm.derivation_graph import (
     RESULT,
     Change,
+    StageResults,
     Table,
-    Working,
     convention_rotation,
     links_to_point,
     rotate_rows,
@@ -54,7 +54,7 @@ def _scale_term(factor: int, min_terms: int) -> VariantGenerator:
     return variants
 
 
-def _keep_own_link(w: Working, effects: np.ndarray) -> np.ndarray:
+def _keep_own_link(w: StageResults, effects: np.ndarray) -> np.ndarray:
     other_links = ~np.eye(w.n, w.n + 1, dtype=bool)
     return np.asarray(scale_entries(other_links, 0)(w, effects))
 
@@ -65,7 +65,7 @@ def _keep_last_link(chain: Chain, _: AnswerShape) -> Iterator[MistakeVariant]:
         yield MistakeVariant({"effects": scale_entries((slice(None), links[:-1]), 0)})
 
 
-def _mirror_effects(w: Working, joint: int) -> np.ndarray:
+def _mirror_effects(w: StageResults, joint: int) -> np.ndarray:
     """Return the effects of a joint on the links, (n + 1, 3, …), with the angles of its run negated.
 
     The run consists of the consecutive parallel joints that the joint belongs to. An effect is the derivative of a
@@ -74,7 +74,7 @@ def _mirror_effects(w: Working, joint: int) -> np.ndarray:
     first = first_joint_of_run(w.chain, joint)
     run = [i for i in range(w.n) if first_joint_of_run(w.chain, i) == first and w["kinds"][i] == "R"]
 
-    def mirror(_: Working, table: Table) -> Table:
+    def mirror(_: StageResults, table: Table) -> Table:
         rows = (replace(row, theta=-row.theta) if i in run else row for i, row in enumerate(table.rows))
         return replace(table, rows=tuple(rows))
 
@@ -82,14 +82,14 @@ def _mirror_effects(w: Working, joint: int) -> np.ndarray:
 
 
 def _flip_derivative(sign: int) -> VariantGenerator:
-    def apply_change(w: Working, effects: np.ndarray) -> np.ndarray:
+    def apply_change(w: StageResults, effects: np.ndarray) -> np.ndarray:
         kinds = w["kinds"]
         return np.stack([sign * _mirror_effects(w, i) if kinds[i] == "R" else effects[i] for i in range(w.n)])
 
     return variants_if(lambda chain: joints_of_kind(chain, "R"), {"effects": apply_change})
 
 
-def _skip_differentiation(w: Working, effects: np.ndarray) -> np.ndarray:
+def _skip_differentiation(w: StageResults, effects: np.ndarray) -> np.ndarray:
     new_effects, links = np.array(effects), w.arithmetic.drop_derivatives(np.stack(w["links"]))
     for joint in range(w.n):
         if w["kinds"][joint] == "R":
@@ -119,15 +119,15 @@ def _axis_words(chain: Chain) -> dict[str, object]:
     return {"frame": convention.frame_index, "axis": convention.plain_axis}
 
 
-def _shift_to_next(w: Working, vectors: np.ndarray) -> np.ndarray:
+def _shift_to_next(w: StageResults, vectors: np.ndarray) -> np.ndarray:
     return np.concatenate([vectors[1:], vectors[-1:]])
 
 
-def _shift_to_previous(w: Working, vectors: np.ndarray) -> np.ndarray:
+def _shift_to_previous(w: StageResults, vectors: np.ndarray) -> np.ndarray:
     return np.concatenate([vectors[:1], vectors[:-1]])
 
 
-def _start_arms_one_frame_earlier(w: Working, arms: np.ndarray) -> np.ndarray:
+def _start_arms_one_frame_earlier(w: StageResults, arms: np.ndarray) -> np.ndarray:
     return np.concatenate([w["point"][None] - w["origins"][:1], arms[:-1]])
 
 
@@ -140,21 +140,21 @@ def _use_next_axis(chain: Chain, _: AnswerShape) -> Iterator[MistakeVariant]:
 def _start_at_other_origin(chain: Chain, _: AnswerShape) -> Iterator[MistakeVariant]:
     for i, j in permutations(range(chain.n), 2):
 
-        def apply_change(w: Working, arms: np.ndarray, i: int = i, j: int = j) -> np.ndarray:
+        def apply_change(w: StageResults, arms: np.ndarray, i: int = i, j: int = j) -> np.ndarray:
             return np.stack([arms[j] if k == i else arm for k, arm in enumerate(arms)])
 
         frame, other_frame = (convention_of(chain).frame_on_axis(joint + 1) for joint in (i, j))
         yield MistakeVariant({"arms": apply_change}, {"joint": i + 1, "frame": frame, "other": other_frame})
 
 
-def _stop_at_next_origin(w: Working, arms: np.ndarray) -> np.ndarray:
+def _stop_at_next_origin(w: StageResults, arms: np.ndarray) -> np.ndarray:
     links = w.arithmetic.drop_derivatives(np.stack(w["links"]))
     return np.stack([*links[: w.n], arms[-1]])
 
 
 def _treat_as(wrong_kind: str, correct_kind: str) -> VariantGenerator:
     def treat(treated_joints: Sequence[int]) -> MistakeVariant:
-        def apply_change(w: Working, correct_kinds: list[str]) -> list[str]:
+        def apply_change(w: StageResults, correct_kinds: list[str]) -> list[str]:
             return [wrong_kind if i in treated_joints else kind for i, kind in enumerate(correct_kinds)]
 
         return propagated_variant({"kinds": apply_change}, joint_words(treated_joints))
@@ -163,11 +163,11 @@ def _treat_as(wrong_kind: str, correct_kind: str) -> VariantGenerator:
 
 
 def _replace_angular(
-    new_column: Callable[[Working, int, np.ndarray], np.ndarray], words: Mapping[str, object]
+    new_column: Callable[[StageResults, int, np.ndarray], np.ndarray], words: Mapping[str, object]
 ) -> MistakeVariant:
     """Return the variant in which each joint's column of the angular rows is replaced."""
 
-    def apply_change(w: Working, angular: np.ndarray) -> np.ndarray:
+    def apply_change(w: StageResults, angular: np.ndarray) -> np.ndarray:
         return np.stack([new_column(w, i, angular[:, i]) for i in range(w.n)], axis=1)
 
     return MistakeVariant({"angular": apply_change}, words)
@@ -206,7 +206,7 @@ def _use_next_angular(chain: Chain, _: AnswerShape) -> Iterator[MistakeVariant]:
 
 
 def _use_tool_frame(chain: Chain, _: AnswerShape) -> Iterator[MistakeVariant]:
-    def rotate(w: Working, vectors: np.ndarray) -> np.ndarray:
+    def rotate(w: StageResults, vectors: np.ndarray) -> np.ndarray:
         rotation = w["last rotation"].swapaxes(0, 1)
         return np.stack([apply_matrix(rotation, vectors[:, i]) for i in range(vectors.shape[1])], axis=1)
 
@@ -216,13 +216,13 @@ def _use_tool_frame(chain: Chain, _: AnswerShape) -> Iterator[MistakeVariant]:
     yield MistakeVariant({"axes": axes, "tool jacobian": _leave_in_base(slice(3, 6))})
 
 
-def _use_local_axes(w: Working, axes: np.ndarray) -> np.ndarray:
+def _use_local_axes(w: StageResults, axes: np.ndarray) -> np.ndarray:
     """Return (0, 0, 1) for every joint axis: its coordinates in the frame on this axis."""
     local_axis = np.stack([w.arithmetic.constant(sp.Integer(value)) for value in (0, 0, 1)])
     return np.stack([local_axis] * len(axes))
 
 
-def _rotations_on_axes(w: Working) -> list[np.ndarray]:
+def _rotations_on_axes(w: StageResults) -> list[np.ndarray]:
     """Return the rotations of the frames on the joint axes, with the last repeated if there is no next frame."""
     frames = [convention_of(w.chain).frame_on_axis(joint) for joint in range(1, w.n + 2)]
     return [convention_rotation(w, min(frame, w.n)) for frame in frames]
@@ -239,7 +239,7 @@ def _use_x_or_y_axis_once(chain: Chain, _: AnswerShape) -> Iterator[MistakeVaria
 
 
 def _take_frame_axis(axis: str, joints: Sequence[int]) -> Change:
-    def apply_change(w: Working, axes: np.ndarray) -> np.ndarray:
+    def apply_change(w: StageResults, axes: np.ndarray) -> np.ndarray:
         columns = [rotation[:, "xy".index(axis)] for rotation in _rotations_on_axes(w)]
         return np.stack([column if i in joints else axes[i] for i, column in enumerate(columns)])
 
@@ -276,7 +276,7 @@ def _leave_vectors_in_base(chain: Chain, _: AnswerShape) -> Iterator[MistakeVari
 def _leave_in_base(rows: slice) -> Change:
     """Return the change that leaves the given rows of the Jacobian in base coordinates instead of tool coordinates."""
 
-    def apply_change(w: Working, rotated: np.ndarray) -> np.ndarray:
+    def apply_change(w: StageResults, rotated: np.ndarray) -> np.ndarray:
         unrotated = np.array(rotated)
         unrotated[rows] = w["geometric"][rows]
         return unrotated
@@ -285,7 +285,7 @@ def _leave_in_base(rows: slice) -> Change:
 
 
 def _use_earlier_frame(chain: Chain, shape: AnswerShape) -> Iterator[MistakeVariant]:
-    def rotate(w: Working, _: np.ndarray, frame: int) -> np.ndarray:
+    def rotate(w: StageResults, _: np.ndarray, frame: int) -> np.ndarray:
         return rotate_rows(convention_rotation(w, frame).swapaxes(0, 1), w["geometric"])
 
     for frame in range(1, chain.n):
@@ -295,7 +295,7 @@ def _use_earlier_frame(chain: Chain, shape: AnswerShape) -> Iterator[MistakeVari
 def _use_other_velocity(chain: Chain, shape: AnswerShape) -> Iterator[MistakeVariant]:
     """Yield variants with the velocity of another frame, or with the velocity of P due to the first joints only."""
 
-    def replace_by_frame_velocity(w: Working, velocity: np.ndarray, frame: int) -> np.ndarray:
+    def replace_by_frame_velocity(w: StageResults, velocity: np.ndarray, frame: int) -> np.ndarray:
         if not w.depends_on("joint rates"):
             return velocity
         try:
@@ -305,7 +305,7 @@ def _use_other_velocity(chain: Chain, shape: AnswerShape) -> Iterator[MistakeVar
         except IndexError:  # a joint is after the frame
             return velocity
 
-    def replace_by_partial_velocity(w: Working, velocity: np.ndarray, last_joint: int) -> np.ndarray:
+    def replace_by_partial_velocity(w: StageResults, velocity: np.ndarray, last_joint: int) -> np.ndarray:
         if not w.depends_on("joint rates"):
             return velocity
         return apply_matrix(w["geometric"][:, :last_joint], w["joint rates"][:last_joint])[:, None]

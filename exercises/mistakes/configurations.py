@@ -24,7 +24,7 @@ def sample_values(domain: Domain, count: int, stream: Stream) -> SymbolValues:
 def sample_configurations(chain: Chain, part: Part, domain: Domain, count: int, stream: Stream) -> SymbolValues:
     """Return N values of each symbol: at the configuration that a part gives (N = 1), or at `count` random ones."""
     sampled = sample_values(domain, count, stream)
-    fixed = part.details.given_values(chain)
+    fixed = part.details.list_given_values(chain)
     if not fixed:
         return fix_given_joints(part, sampled)
     single = {name: np.array([float(value[0])]) for name, value in sampled.items()}

@@ -11,7 +11,7 @@ import sympy as sp
 from qdot.exercises.answer_types import Number
 from qdot.exercises.arm.chain import Chain
 from qdot.exercises.arm.conventions import convention_of
-from qdot.exercises.arm.derivation_graph import RESULT, Table, Working
+from qdot.exercises.arm.derivation_graph import RESULT, StageResults, Table
 from qdot.exercises.arm.path import StraightPath
 from qdot.exercises.mistakes.base import (
     AnswerGenerator,
@@ -38,7 +38,7 @@ def _use_degrees(chain: Chain, _: AnswerShape) -> Iterator[MistakeVariant]:
         yield MistakeVariant({"table": _scale_base})
 
 
-def _scale_base(w: Working, table: Table) -> Table:
+def _scale_base(w: StageResults, table: Table) -> Table:
     """Return the table with the angles of the base in degrees."""
     position, yaw, tilt = table.base
     degrees_per_radian = w.arithmetic.table_entry(180 / sp.pi)
@@ -46,7 +46,7 @@ def _scale_base(w: Working, table: Table) -> Table:
     return replace(table, base=(position, yaw * degrees_per_radian, new_tilt))
 
 
-def _scale_variables(w: Working, table: Table) -> Table:
+def _scale_variables(w: StageResults, table: Table) -> Table:
     """Return the table with joint variables in degrees and constants in radians."""
     for i in joints_of_kind(w.chain, "R"):
         added_angle = w.arithmetic.table_entry((180 / sp.pi - 1) * w.chain.q[i])
@@ -57,7 +57,7 @@ def _scale_variables(w: Working, table: Table) -> Table:
 def _flip_value(chain: Chain, _: AnswerShape) -> Iterator[MistakeVariant]:
     """Yield variants with the value of one joint variable negated, without the constant that the table adds."""
 
-    def flip(w: Working, table: Table, i: int) -> Table:
+    def flip(w: StageResults, table: Table, i: int) -> Table:
         entry = "theta" if chain.joints[i].kind == "R" else "d"
         value = getattr(table.rows[i], entry) - w.arithmetic.table_entry(2 * chain.q[i])
         return table.with_row(i, **{entry: value})
@@ -111,32 +111,35 @@ def _compute_rates(line: StraightPath, distance: float, path_speed: float) -> np
 
 
 def _rates_at_start(chain: Chain, details: DistanceDetails) -> RatesWithWords:
-    yield _compute_rates(details.seam.make_line(chain), 0.0, float(details.seam.speed)), ""
+    yield _compute_rates(details.welding_line.make_line(chain), 0.0, float(details.welding_line.speed)), ""
 
 
 def _skip_normalization(chain: Chain, details: DistanceDetails) -> RatesWithWords:
     for line, joint in _lines_without_offsets(chain, details):
         extra_words = ", and to have left out the constant of a joint" if joint else ""
-        yield _compute_rates(line, float(details.distance), float(details.seam.speed) * float(line.length)), extra_words
+        yield (
+            _compute_rates(line, float(details.distance), float(details.welding_line.speed) * float(line.length)),
+            extra_words,
+        )
 
 
 def _drop_offset(chain: Chain, details: DistanceDetails) -> RatesWithWords:
     for line, joint in islice(_lines_without_offsets(chain, details), 1, None):
-        yield _compute_rates(line, float(details.distance), float(details.seam.speed)), str(joint)
+        yield _compute_rates(line, float(details.distance), float(details.welding_line.speed)), str(joint)
 
 
 def _lines_without_offsets(chain: Chain, details: DistanceDetails) -> Iterator[tuple[StraightPath, int]]:
     """Yield the line with 0, then for each joint the line of the arm without its offset, with the joint's number."""
-    yield details.seam.make_line(chain), 0
+    yield details.welding_line.make_line(chain), 0
     for i, (joint, offset, q) in enumerate(zip(chain.joints, chain.offsets, chain.q, strict=True)):
         if offset != 0:
             new_joint = replace(joint, theta=q) if joint.kind == "R" else replace(joint, d=q)
             new_arm = replace(chain, joints=(*chain.joints[:i], new_joint, *chain.joints[i + 1 :]))
-            yield details.seam.make_line(new_arm), i + 1
+            yield details.welding_line.make_line(new_arm), i + 1
 
 
 def _reverse_path(chain: Chain, details: DistanceDetails) -> RatesWithWords:
-    seam, distance, speed = details.seam, float(details.distance), float(details.seam.speed)
+    seam, distance, speed = details.welding_line, float(details.distance), float(details.welding_line.speed)
     line = seam.make_line(chain)
     target = [sp.Float(2 * a - float(b)) for a, b in zip(line.start_point, seam.target.values(), strict=True)]
     yield _compute_rates(StraightPath(chain, seam.lengths, seam.joints, target), distance, speed), ""

@@ -8,7 +8,7 @@ import sympy as sp
 
 from qdot.exercises.arm.arithmetic import apply_matrix, matrix_product
 from qdot.exercises.arm.chain import Chain
-from qdot.exercises.arm.derivation_graph import Change, Working, links_to_point, rotation_x, rotation_z
+from qdot.exercises.arm.derivation_graph import Change, StageResults, links_to_point, rotation_x, rotation_z
 from qdot.exercises.mistakes.base import AnswerShape, MistakeVariant, VariantGenerator, joints_of_kind, variants_if
 
 LinkVectors = list[np.ndarray]
@@ -27,7 +27,9 @@ def earlier_joints_in_run(chain: Chain, link: int) -> list[int]:
     return [i for i in range(first_joint_of_run(chain, link), min(link, chain.n)) if chain.joints[i].kind == "R"]
 
 
-def _rotate_without(w: Working, frame: int, omitted_joints: list[int], keeps_constants: bool = False) -> np.ndarray:
+def _rotate_without(
+    w: StageResults, frame: int, omitted_joints: list[int], keeps_constants: bool = False
+) -> np.ndarray:
     """Return the rotation of a frame without the angles of some joints; their offsets remain if `keeps_constants`."""
     rotation = w["base rotation"]
     for i, row in enumerate(w["table"].rows[:frame]):
@@ -37,7 +39,7 @@ def _rotate_without(w: Working, frame: int, omitted_joints: list[int], keeps_con
     return rotation
 
 
-def _relative_link(w: Working, link: int, keeps_constants: bool = False) -> np.ndarray:
+def _relative_link(w: StageResults, link: int, keeps_constants: bool = False) -> np.ndarray:
     frame = w.chain.point.frame if link == w.n else link
     return apply_matrix(
         _rotate_without(w, frame, earlier_joints_in_run(w.chain, link), keeps_constants), w["own links"][link]
@@ -56,7 +58,7 @@ def link_words(chain: Chain, link: int) -> dict[str, object]:
 
 
 def _change_links(
-    change: Callable[[Working, LinkVectors, int], np.ndarray],
+    change: Callable[[StageResults, LinkVectors, int], np.ndarray],
     applies: Callable[[Chain, int], bool] = lambda chain, link: True,
 ) -> VariantGenerator:
     """Return a function that yields one variant per link that `applies` accepts, with this link's vector changed."""
@@ -69,7 +71,7 @@ def _change_links(
     return variants
 
 
-def _change_link(link: int, change: Callable[[Working, LinkVectors, int], np.ndarray]) -> Change:
+def _change_link(link: int, change: Callable[[StageResults, LinkVectors, int], np.ndarray]) -> Change:
     return lambda w, links: [change(w, links, k) if k == link else vector for k, vector in enumerate(links)]
 
 
@@ -91,13 +93,13 @@ def _choices_for_constants(chain: Chain) -> tuple[bool, ...]:
 def _use_relative_angles(chain: Chain, _: AnswerShape) -> Iterator[MistakeVariant]:
     """Yield variants in which every frame ignores the earlier joints of its run of parallel joints."""
 
-    def rotations(w: Working, correct_rotations: LinkVectors, keeps_constants: bool) -> LinkVectors:
+    def rotations(w: StageResults, correct_rotations: LinkVectors, keeps_constants: bool) -> LinkVectors:
         return [
             _rotate_without(w, frame, _inner_joints(w.chain, frame), keeps_constants)
             for frame in range(len(correct_rotations))
         ]
 
-    def links(w: Working, correct_links: LinkVectors, keeps_constants: bool) -> LinkVectors:
+    def links(w: StageResults, correct_links: LinkVectors, keeps_constants: bool) -> LinkVectors:
         return [_relative_link(w, link, keeps_constants) for link in range(len(correct_links))]
 
     relative_links = sum(bool(earlier_joints_in_run(chain, link)) for link in range(chain.n))
@@ -115,7 +117,7 @@ def _inner_joints(chain: Chain, frame: int) -> list[int]:
     return [i for i in revolute_joints if any(j > i and first_joint_of_run(chain, j) <= i for j in revolute_joints)]
 
 
-def _swap_coordinates(w: Working, links: LinkVectors, link: int) -> np.ndarray:
+def _swap_coordinates(w: StageResults, links: LinkVectors, link: int) -> np.ndarray:
     """Return the vector of a link with sine and cosine of its absolute angle exchanged.
 
     Its x and y coordinates in the frame before its run of parallel joints are exchanged.
@@ -130,7 +132,7 @@ def _has_angle(chain: Chain, link: int) -> bool:
 
 
 def _swap_all_coordinates(chain: Chain, _: AnswerShape) -> Iterator[MistakeVariant]:
-    def swap(w: Working, links: LinkVectors) -> LinkVectors:
+    def swap(w: StageResults, links: LinkVectors) -> LinkVectors:
         return [_swap_coordinates(w, links, k) if k in rotated_links else vector for k, vector in enumerate(links)]
 
     rotated_links = [link for link in moving_links(chain) if _has_angle(chain, link)]
@@ -141,7 +143,7 @@ def _swap_all_coordinates(chain: Chain, _: AnswerShape) -> Iterator[MistakeVaria
 def _slide_along_axes_in_order(chain: Chain, _: AnswerShape) -> Iterator[MistakeVariant]:
     """Yield the variant in which the joints of a prismatic arm move along x, y and z of the world frame, in order."""
 
-    def apply_change(w: Working, links: LinkVectors) -> LinkVectors:
+    def apply_change(w: StageResults, links: LinkVectors) -> LinkVectors:
         rows = enumerate(w["table"].rows)
         slide_vectors = [np.stack([row.d if axis == k else 0 * row.d for axis in range(3)]) for k, row in rows]
         return [*slide_vectors, links[-1]]

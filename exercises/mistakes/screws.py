@@ -9,7 +9,14 @@ import sympy as sp
 from qdot.exercises.arm.arithmetic import apply_matrix, cross, matrix_product
 from qdot.exercises.arm.axes_to_dh import Axis
 from qdot.exercises.arm.chain import Chain
-from qdot.exercises.arm.derivation_graph import Change, Table, Working, adjoint_matrix, constant_vector, rotate_rows
+from qdot.exercises.arm.derivation_graph import (
+    Change,
+    StageResults,
+    Table,
+    adjoint_matrix,
+    constant_vector,
+    rotate_rows,
+)
 from qdot.exercises.arm.standard_table import axes_of
 from qdot.exercises.mistakes.base import (
     AnswerShape,
@@ -31,15 +38,15 @@ def _variants_in_each_stage(change: Change, *stages: str) -> VariantGenerator:
     return lambda chain, _: (MistakeVariant({stage: change}) for stage in stages)
 
 
-def _flip_linear_parts(w: Working, columns: np.ndarray) -> np.ndarray:
+def _flip_linear_parts(w: StageResults, columns: np.ndarray) -> np.ndarray:
     revolute_joints = [i for i, kind in enumerate(w["kinds"]) if kind == "R"]
     return np.asarray(scale_entries((slice(3, None), revolute_joints), -1)(w, columns))
 
 
-def _replace_linear_parts(linear_part: Callable[[Working, np.ndarray, int, Axis], np.ndarray]) -> Change:
+def _replace_linear_parts(linear_part: Callable[[StageResults, np.ndarray, int, Axis], np.ndarray]) -> Change:
     """Return the change that replaces the linear parts v of the screws of revolute joints."""
 
-    def replace_linear_parts(w: Working, columns: np.ndarray) -> np.ndarray:
+    def replace_linear_parts(w: StageResults, columns: np.ndarray) -> np.ndarray:
         new_columns = np.array(columns)
         for i, axis in enumerate(axes_of(w.chain)[0]):
             if axis.kind == "R":
@@ -49,12 +56,12 @@ def _replace_linear_parts(linear_part: Callable[[Working, np.ndarray, int, Axis]
     return replace_linear_parts
 
 
-def _exchange_halves(w: Working, columns: np.ndarray) -> np.ndarray:
+def _exchange_halves(w: StageResults, columns: np.ndarray) -> np.ndarray:
     return np.roll(columns, 3, axis=0)
 
 
 def _move_slide_to_angular_rows(chain: Chain, _: AnswerShape) -> Iterator[MistakeVariant]:
-    def apply_change(w: Working, columns: np.ndarray) -> np.ndarray:
+    def apply_change(w: StageResults, columns: np.ndarray) -> np.ndarray:
         new_columns, prismatic_joints = np.array(columns), [i for i, kind in enumerate(w["kinds"]) if kind == "P"]
         new_columns[:, prismatic_joints] = np.roll(columns[:, prismatic_joints], 3, axis=0)
         return new_columns
@@ -64,7 +71,7 @@ def _move_slide_to_angular_rows(chain: Chain, _: AnswerShape) -> Iterator[Mistak
 
 
 def _use_home_screws(chain: Chain, _: AnswerShape) -> Iterator[MistakeVariant]:
-    def move_to_point(w: Working, _: np.ndarray) -> np.ndarray:
+    def move_to_point(w: StageResults, _: np.ndarray) -> np.ndarray:
         point, home = _home_point(w), w["home screws"]
         linear = [home[3:, i] + cross(home[:3, i], point) for i in range(w.n)]
         return np.concatenate([home[:3], np.stack(linear, axis=1)])
@@ -81,7 +88,7 @@ def _use_other_frame(chain: Chain, _: AnswerShape) -> Iterator[MistakeVariant]:
     yield MistakeVariant({"body jacobian": lambda w, _: w["space jacobian"]}, {"wanted": "body", "taken": "space"})
 
 
-def _reorder_geometric_rows(w: Working) -> np.ndarray:
+def _reorder_geometric_rows(w: StageResults) -> np.ndarray:
     """Return the geometric Jacobian, whose linear velocities are those of P, with its rows in the order (omega, v)."""
     return np.roll(w["geometric"], 3, axis=0)
 
@@ -121,7 +128,7 @@ Motion = tuple[np.ndarray, np.ndarray]
 """The rotation (3, 3, …) and the translation (3, …) of a rigid motion."""
 
 
-def _exponential(w: Working, axis: Axis, q: sp.Symbol) -> Motion:
+def _exponential(w: StageResults, axis: Axis, q: sp.Symbol) -> Motion:
     """Return the exponential of a joint's screw, computed with Rodrigues' formula."""
     angle, u = w.arithmetic.table_entry(q), constant_vector(w, axis.direction)
     zeros, ones = 0 * u[0], 0 * u[0] + 1
@@ -135,7 +142,7 @@ def _exponential(w: Working, axis: Axis, q: sp.Symbol) -> Motion:
     return rotation, point - apply_matrix(rotation, point)
 
 
-def _exponentials(w: Working) -> list[Motion]:
+def _exponentials(w: StageResults) -> list[Motion]:
     return [_exponential(w, axis, q) for axis, q in zip(axes_of(w.chain)[0], w.chain.q, strict=True)]
 
 
@@ -144,7 +151,7 @@ def _compose(first: Motion, second: Motion) -> Motion:
     return matrix_product(first[0], second[0]), apply_matrix(first[0], second[1]) + first[1]
 
 
-def _move_screws(w: Working, motions: Sequence[Motion], is_reversed: bool = False) -> np.ndarray:
+def _move_screws(w: StageResults, motions: Sequence[Motion], is_reversed: bool = False) -> np.ndarray:
     """Return the home screws, each moved by the motions of the joints before it, (6, n, …)."""
     home = w["home screws"]
     moved_screws, motion = [home[:, 0]], motions[0]
@@ -155,13 +162,13 @@ def _move_screws(w: Working, motions: Sequence[Motion], is_reversed: bool = Fals
     return np.stack(moved_screws, axis=1)
 
 
-def _move_home_point(w: Working, motions: Sequence[Motion]) -> np.ndarray:
+def _move_home_point(w: StageResults, motions: Sequence[Motion]) -> np.ndarray:
     """Return the home position of P moved by the product of the motions, (3, …)."""
     rotation, shift = reduce(_compose, motions)
     return apply_matrix(rotation, _home_point(w)) + shift
 
 
-def _home_point(w: Working) -> np.ndarray:
+def _home_point(w: StageResults) -> np.ndarray:
     """Return the home position of P, (3, …)."""
     return constant_vector(w, axes_of(w.chain)[1])
 
@@ -183,14 +190,14 @@ def _drop_translation(chain: Chain, _: AnswerShape) -> Iterator[MistakeVariant]:
     These joints then rotate about the origin.
     """
 
-    def motions(w: Working, changed_joints: Sequence[int]) -> list[Motion]:
+    def motions(w: StageResults, changed_joints: Sequence[int]) -> list[Motion]:
         exponentials = enumerate(_exponentials(w))
         return [(rotation, 0 * shift if i in changed_joints else shift) for i, (rotation, shift) in exponentials]
 
-    def point(w: Working, _: np.ndarray, changed_joints: Sequence[int]) -> np.ndarray:
+    def point(w: StageResults, _: np.ndarray, changed_joints: Sequence[int]) -> np.ndarray:
         return _move_home_point(w, motions(w, changed_joints))
 
-    def columns(w: Working, _: np.ndarray, changed_joints: Sequence[int]) -> np.ndarray:
+    def columns(w: StageResults, _: np.ndarray, changed_joints: Sequence[int]) -> np.ndarray:
         return _move_screws(w, motions(w, changed_joints))
 
     shifting_joints = [  # the term is zero for an axis through the origin
@@ -207,7 +214,7 @@ def _drop_translation(chain: Chain, _: AnswerShape) -> Iterator[MistakeVariant]:
 def _confuse_degrees(chain: Chain, _: AnswerShape) -> Iterator[MistakeVariant]:
     """Yield variants with joint angles in degrees instead of radians, or converted to radians twice."""
 
-    def scale(w: Working, table: Table, factor: sp.Expr) -> Table:
+    def scale(w: StageResults, table: Table, factor: sp.Expr) -> Table:
         for i, (q, offset, row) in enumerate(zip(chain.q, chain.offsets, table.rows, strict=False)):
             if row.kind == "R":
                 table = table.with_row(i, theta=w.arithmetic.table_entry(factor * q + offset))

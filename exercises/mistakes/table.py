@@ -14,9 +14,9 @@ from qdot.exercises.arm.chain import Chain, Joint
 from qdot.exercises.arm.conventions import convention_of
 from qdot.exercises.arm.derivation_graph import (
     Change,
+    StageResults,
     Table,
     TableRow,
-    Working,
     propagate_linear_rows,
     rotation_x,
     rotation_z,
@@ -35,16 +35,18 @@ MAX_ROWS_FOR_ANY_PAIR = 4
 """In tables with at most this many rows, any two rows may be confused; in longer ones, only adjacent rows."""
 
 
-def _change_row(index: int, change: Callable[[Working, TableRow], dict[str, Any]], **words: object) -> MistakeVariant:
+def _change_row(
+    index: int, change: Callable[[StageResults, TableRow], dict[str, Any]], **words: object
+) -> MistakeVariant:
     """Return a variant that changes entries of one table row. The row is given in the arm's convention."""
 
-    def apply_change(w: Working, table: Table) -> Table:
+    def apply_change(w: StageResults, table: Table) -> Table:
         return _with_convention_row(w, table, index, **change(w, _convention_row(w, table, index)))
 
     return MistakeVariant({"table": apply_change}, {"joint": index + 1, "link": index + 1, **words})
 
 
-def _convention_row(w: Working, table: Table, index: int) -> TableRow:
+def _convention_row(w: StageResults, table: Table, index: int) -> TableRow:
     """Return a row in the arm's convention: modified rows contain a and alpha of the previous link or the base."""
     row, link = table.rows[index], _standard_row_index(w, index)
     if link >= 0:
@@ -53,7 +55,7 @@ def _convention_row(w: Working, table: Table, index: int) -> TableRow:
     return replace(row, a=position[0] if convention_of(w.chain).base.is_world else position[0] * 0, alpha=tilt)
 
 
-def _with_convention_row(w: Working, table: Table, index: int, **new_entries: Any) -> Table:
+def _with_convention_row(w: StageResults, table: Table, index: int, **new_entries: Any) -> Table:
     """Return the table with entries of one row changed in the arm's convention."""
     row, link = _convention_row(w, table, index), _standard_row_index(w, index)
     a, alpha = new_entries.pop("a", row.a), new_entries.pop("alpha", row.alpha)
@@ -65,13 +67,13 @@ def _with_convention_row(w: Working, table: Table, index: int, **new_entries: An
     return replace(table, base=(position + (a - row.a) * base_x_axis, yaw, alpha))
 
 
-def _standard_row_index(w: Working, index: int) -> int:
+def _standard_row_index(w: StageResults, index: int) -> int:
     """Return which standard row contains a and alpha of a row of the arm's own table, or -1 if it is the base."""
     return index - convention_of(w.chain).frame_on_axis(1)
 
 
 def _change_each_row(
-    applies: Callable[[Joint], bool], change: Callable[[Working, TableRow], dict[str, Any]]
+    applies: Callable[[Joint], bool], change: Callable[[StageResults, TableRow], dict[str, Any]]
 ) -> VariantGenerator:
     """Return a function that yields one variant per row that `applies` accepts, with entries of this row changed."""
     return lambda chain, _: (_change_row(i, change) for i, row in enumerate(convention_of(chain).rows) if applies(row))
@@ -79,7 +81,7 @@ def _change_each_row(
 
 def _drop_offsets(chain: Chain, _: AnswerShape) -> Iterator[MistakeVariant]:
     def drop(joints: Sequence[int]) -> MistakeVariant:
-        def apply_change(w: Working, table: Table) -> Table:
+        def apply_change(w: StageResults, table: Table) -> Table:
             for i in joints:
                 table = table.with_row(i, **{_variable_entry(chain, i): w.arithmetic.table_entry(chain.q[i])})
             return table
@@ -131,7 +133,7 @@ def _scale_offsets(
 
 
 def _scale_constants(offsets: Mapping[int, sp.Expr], factor: sp.Expr, joints: Sequence[int]) -> MistakeVariant:
-    def apply_change(w: Working, table: Table) -> Table:
+    def apply_change(w: StageResults, table: Table) -> Table:
         for i in joints:
             theta = table.rows[i].theta + w.arithmetic.table_entry((factor - 1) * offsets[i])
             table = table.with_row(i, theta=theta)
@@ -161,7 +163,7 @@ def _use_other_row(chain: Chain, _: AnswerShape) -> Iterator[MistakeVariant]:
                 yield _change_row(i, partial(_replace_entry, entry, value), entry=entry, other=j + 1)
 
 
-def _replace_entry(entry: str, value: sp.Expr, w: Working, row: TableRow) -> dict[str, Any]:
+def _replace_entry(entry: str, value: sp.Expr, w: StageResults, row: TableRow) -> dict[str, Any]:
     return {entry: w.arithmetic.table_entry(value)}
 
 
@@ -170,7 +172,7 @@ def _exchange_lengths(chain: Chain, _: AnswerShape) -> Iterator[MistakeVariant]:
     for i, j in combinations(range(chain.n), 2):
         if 0 != rows[i].a != rows[j].a != 0:
 
-            def apply_change(w: Working, table: Table, i: int = i, j: int = j) -> Table:
+            def apply_change(w: StageResults, table: Table, i: int = i, j: int = j) -> Table:
                 first, second = _convention_row(w, table, i).a, _convention_row(w, table, j).a
                 return _with_convention_row(w, _with_convention_row(w, table, i, a=second), j, a=first)
 
@@ -181,14 +183,14 @@ def _has_twist(joint: Joint) -> bool:
     return bool(sp.sin(joint.alpha) != 0)
 
 
-def _flip_all_twists(w: Working, table: Table) -> Table:
+def _flip_all_twists(w: StageResults, table: Table) -> Table:
     return replace(table, rows=tuple(replace(row, alpha=-row.alpha) for row in table.rows))
 
 
 def scale_angles(factor: sp.Expr) -> Change:
     """Return the change that multiplies the angle of each revolute row of the table by a factor."""
 
-    def scale(w: Working, table: Table) -> Table:
+    def scale(w: StageResults, table: Table) -> Table:
         scale_factor = w.arithmetic.table_entry(factor)
         rows = (replace(row, theta=row.theta * scale_factor) if row.kind == "R" else row for row in table.rows)
         return replace(table, rows=tuple(rows))
@@ -201,18 +203,18 @@ def _has_moved_and_rotated_base(chain: Chain) -> bool:
     return any(base.position) and (base.yaw, base.tilt) != (0, 0)
 
 
-def _drop_base_rotation(w: Working, table: Table) -> Table:
+def _drop_base_rotation(w: StageResults, table: Table) -> Table:
     position, yaw, tilt = table.base  # the tilt may come from the first row of a modified table
     return replace(table, base=(position, yaw * 0, tilt * 0 if convention_of(w.chain).base.tilt != 0 else tilt))
 
 
-def _drop_base(w: Working, table: Table) -> Table:
+def _drop_base(w: StageResults, table: Table) -> Table:
     position, yaw, tilt = _drop_base_rotation(w, table).base
     at_origin = any(convention_of(w.chain).base.position)
     return replace(table, base=(position * 0 if at_origin else position, yaw, tilt))
 
 
-def _move_to_last_origin(w: Working, table: Table) -> Table:
+def _move_to_last_origin(w: StageResults, table: Table) -> Table:
     """Return the table with P moved to the origin of its frame. In a modified table, also set that row's a to zero."""
     if convention_of(w.chain).is_proximal and w.chain.point.frame:
         table = table.with_row(w.chain.point.frame - 1, a=table.rows[w.chain.point.frame - 1].a * 0)
@@ -237,15 +239,15 @@ def _use_other_origin(chain: Chain, _: AnswerShape) -> Iterator[MistakeVariant]:
         yield variant_at(chain.n - 1)
 
 
-def _move_to_earlier_origin(w: Working, table: Table) -> Table:
+def _move_to_earlier_origin(w: StageResults, table: Table) -> Table:
     """Return a modified table with P at the second-last origin, by setting the later lengths to zero."""
     last_row, second_last = table.rows[-1], table.rows[-2]
     table = table.with_row(w.n - 1, a=last_row.a * 0, d=last_row.d * 0).with_row(w.n - 2, a=second_last.a * 0)
     return replace(table, offset=table.offset * 0)
 
 
-def _effects_up_to(frame: int) -> Callable[[Working, np.ndarray], np.ndarray]:
-    def apply_change(w: Working, _: np.ndarray) -> np.ndarray:
+def _effects_up_to(frame: int) -> Callable[[StageResults, np.ndarray], np.ndarray]:
+    def apply_change(w: StageResults, _: np.ndarray) -> np.ndarray:
         effects = np.stack([w.arithmetic.derivatives(link)[: w.n] for link in w["links"]], axis=1)
         effects[:, frame:] = effects[:, frame:] * 0
         return effects
@@ -256,7 +258,7 @@ def _effects_up_to(frame: int) -> Callable[[Working, np.ndarray], np.ndarray]:
 def _use_other_units(chain: Chain, _: AnswerShape) -> Iterator[MistakeVariant]:
     """Yield variants with all numeric lengths in centimetres or millimetres; symbols remain in metres."""
 
-    def scale(w: Working, table: Table, factor: int) -> Table:
+    def scale(w: StageResults, table: Table, factor: int) -> Table:
         scaled_rows = []
         for row, joint, offset, q in zip(table.rows, w.chain.joints, w.chain.offsets, w.chain.q, strict=True):
             variable = w.arithmetic.table_entry(q if joint.kind == "P" else sp.S.Zero)
@@ -278,14 +280,14 @@ def _read_as_modified(chain: Chain, _: AnswerShape) -> Iterator[MistakeVariant]:
     The transform of a row is then Rx(alpha_{i-1}) Tx(a_{i-1}) Rz(theta_i) Tz(d_i).
     """
 
-    def rotations(w: Working, correct_rotations: list[np.ndarray]) -> list[np.ndarray]:
+    def rotations(w: StageResults, correct_rotations: list[np.ndarray]) -> list[np.ndarray]:
         rotations = [correct_rotations[0]]
         for row in w["table"].rows:
             twisted = matrix_product(rotations[-1], rotation_x(w, row.alpha))
             rotations.append(matrix_product(twisted, rotation_z(w, row.theta)))
         return rotations
 
-    def links(w: Working, correct_links: list[np.ndarray]) -> list[np.ndarray]:
+    def links(w: StageResults, correct_links: list[np.ndarray]) -> list[np.ndarray]:
         frames, rows = w["rotations"], w["table"].rows
         vectors = [row.a * frames[k][:, 0] + row.d * frames[k + 1][:, 2] for k, row in enumerate(rows)]
         return [*vectors, apply_matrix(frames[w.chain.point.frame], w["table"].offset)]
@@ -300,7 +302,7 @@ def _use_next_links(chain: Chain, _: AnswerShape) -> Iterator[MistakeVariant]:
     The transform of a row is then Rx(alpha_i) Tx(a_i) Rz(theta_i) Tz(d_i).
     """
 
-    def shift_links(w: Working, table: Table) -> Table:
+    def shift_links(w: StageResults, table: Table) -> Table:
         point, link = convention_of(w.chain).point, w.chain.point.frame
         offset = np.stack([w.arithmetic.table_entry(value) for value in point.offset])
         for i, next_row in zip(range(w.n), [*rows[1:], empty_row], strict=False):
@@ -324,7 +326,7 @@ def _read_as_standard(chain: Chain, _: AnswerShape) -> Iterator[MistakeVariant]:
     The transform of a row is then Rz(theta_i) Tz(d_i) Tx(a_{i-1}) Rx(alpha_{i-1}).
     """
 
-    def shift_links(w: Working, table: Table) -> Table:
+    def shift_links(w: StageResults, table: Table) -> Table:
         first_row, *later_rows = convention_of(w.chain).rows
         base, point = convention_of(w.chain).base, convention_of(w.chain).point
         link_entries = [(w.arithmetic.table_entry(first_row.a), w.arithmetic.table_entry(first_row.alpha))]
@@ -343,7 +345,7 @@ def _read_as_standard(chain: Chain, _: AnswerShape) -> Iterator[MistakeVariant]:
         }
         yield MistakeVariant(standard_changes)  # frame i-1 belongs to joint i, as in a standard table
 
-        def next_axes(w: Working, _: np.ndarray) -> np.ndarray:
+        def next_axes(w: StageResults, _: np.ndarray) -> np.ndarray:
             axes = [w.arithmetic.drop_derivatives(rotation[:, 2]) for rotation in w["rotations"][1:]]
             return np.stack([*axes, axes[-1]])
 

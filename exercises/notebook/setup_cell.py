@@ -1,4 +1,4 @@
-"""Write the first cell of a notebook, which defines the symbols of all its problems; the grader runs it, too."""
+"""Write the first cell of a notebook, which defines the symbols of all its problems; the grader runs this cell, too."""
 
 from collections.abc import Sequence
 
@@ -8,29 +8,26 @@ from qdot.exercises.notebook.self_check import Problems
 from qdot.exercises.writing.render import render
 
 
-def setup_cell(problems: Problems) -> str:
-    """Return the first cell, which defines the symbols of all problems."""
-    names: dict[str, list[str]] = {}
+def write_setup_cell(problems: Problems) -> str:
+    """Return the first cell for some problems, with a list of symbols for each role (joints, rates, …)."""
+    names_by_role: dict[str, dict[str, None]] = {}
     for _, problem in problems:
-        for name, info in problem.symbols().items():
-            role_names = names.setdefault(info.role, [])
-            if name not in role_names:
-                role_names.append(name)
-    return setup_cell_for_names(*(sorted(role_names, key=natural_sort_key) for role_names in names.values()))
+        for name, info in problem.symbols.items():
+            names_by_role.setdefault(info.role, {})[name] = None
+    return write_setup_cell_for_names(*(sorted(names, key=natural_sort_key) for names in names_by_role.values()))
 
 
-def setup_cell_for_names(*names: Sequence[str]) -> str:
-    """Return a first cell that defines symbols with the given names, with one line of code for each list of names."""
-    return render(
-        "notebook/setup.py.j2", symbol_lines=[_symbols_line(line_names) for line_names in names if line_names]
-    )
+def write_setup_cell_for_names(*names: Sequence[str]) -> str:
+    """Return a first cell that defines symbols with these names; each list of names has its own line of code."""
+    return render("notebook/setup.py.j2", symbol_lines=list(map(_define_symbols, filter(None, names))))
 
 
-def _symbols_line(names: Sequence[str]) -> str:
+def _define_symbols(names: Sequence[str]) -> str:
+    """Return the code that defines symbols; if the line is too long, two lines with half of the names each."""
     if len(names) == 1:
         return f'{names[0]} = Symbol("{names[0]}")'
     line = f'{", ".join(names)} = symbols("{" ".join(names)}")'
     if len(line) <= MAX_CODE_WIDTH:
         return line
     half = (len(names) + 1) // 2
-    return "\n".join(map(_symbols_line, (names[:half], names[half:])))
+    return "\n".join(map(_define_symbols, (names[:half], names[half:])))

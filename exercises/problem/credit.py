@@ -1,8 +1,8 @@
-"""Compute the share of points for partly correct answers, and parse `credit`, an assignment's changes to the rules.
+"""Compute the share of the points that a partly correct answer earns, and parse the setting `credit` of an assignment.
 
-A rule depends on what is correct and what is wrong, never on the arm: equal mistakes earn equal shares. The grader and
-STACK questions determine what is wrong, and get the share from here. docs/partial-credit.md explains the rules with
-examples.
+The share depends on what is correct and what is wrong, never on the arm: equal mistakes earn equal shares. The grader
+and the STACK export find out what is wrong, and compute the share with these functions. docs/partial-credit.md explains
+the rules with examples.
 """
 
 from collections.abc import Collection, Hashable, Mapping, Sequence
@@ -14,31 +14,33 @@ from qdot.exercises.common.errors import QdotError
 
 Setting = TypeVar("Setting", bound=str | float)
 CREDIT_RULES = ("entries", "columns", "factors", "pieces", "whole")
+"""Partial credit by entries, columns, factors of a product or pieces of a set; "whole" means no partial credit."""
 
 CREDIT_FORM = (
     'expected a rule for partly correct answers: "columns" or "entries" of a matrix, "whole" for no partial '
     "credit, a factor from 0 to 1 for the usual partial credit, or a table of these by question, as in "
     'credit = {jacobian = "columns", determinant = 0.5}'
 )
+"""The error message for a value of `credit` that is not allowed."""
 
 
 @dataclass(frozen=True)
 class Credit:
-    """The rule for partly correct answers, "" for the question's default, and a factor of the share."""
+    """How partly correct answers earn points: the share by `rule` ("": the question's usual rule) times `factor`."""
 
     rule: str = ""
     factor: Fraction = Fraction(1)
 
     @property
     def is_by_mistakes(self) -> bool:
-        """Whether an answer also earns a share if a single mistake explains everything that is wrong."""
+        """Whether an answer also earns a share if one known mistake explains everything that is wrong."""
         return self.rule not in ("entries", "columns", "whole")
 
 
 # --- the rules ---
 
 SIGN_OR_FACTOR_COST = Fraction(1, 5)
-"""The share that is lost for wrong signs (however many), for a wrong common factor, and for rounded joint values."""
+"""The share that is lost for all wrong signs together, for a wrong common factor, and for rounded joint values."""
 INCOMPLETE_CONDITION_FACTOR = Fraction(2, 3)
 """Factor of the share for a condition of which only some joint values were found."""
 MISTAKE_FACTOR = Fraction(1, 2)
@@ -57,10 +59,10 @@ def share_up_to_sign_and_factor(is_sign_wrong: bool, is_factor_wrong: bool) -> F
 
 
 def share_of_product(expected: int, missing: int, extra: int) -> Fraction:
-    """Return the share of a product of `expected` factors if some are missing or extra; a wrong factor counts as both.
+    """Return the share of a product of `expected` factors if factors are missing or extra.
 
-    Each mistake halves the share. If more factors are wrong than correct, the share is 0, because the correct ones may
-    be a coincidence.
+    A wrong factor counts as one missing and one extra factor. Each mistake halves the share. If more factors are wrong
+    than correct, the share is 0, because the correct factors may be a coincidence.
 
     >>> share_of_product(2, missing=1, extra=0), share_of_product(2, missing=1, extra=1), share_of_product(4, 2, 0)
     (Fraction(1, 2), Fraction(1, 2), Fraction(1, 4))
@@ -74,10 +76,11 @@ def share_of_product(expected: int, missing: int, extra: int) -> Fraction:
 def share_of_entries(
     is_correct: Sequence[bool], is_zero: Sequence[bool], is_blank: Sequence[bool] | None = None
 ) -> Fraction:
-    """Return the share of a matrix or of numbers that are not all correct.
+    """Return the share of a matrix, or of several numbers, if at least one entry is wrong.
 
-    It is the number of correct nonzero entries, minus the number of zeros that were answered with something else,
-    divided by the number of nonzero entries. At least one entry counts as wrong.
+    The share is the number of correct nonzero entries, minus the number of zeros that were answered with something
+    else, divided by the number of nonzero entries. `is_zero` says which entries of the reference are zero, and
+    `is_blank` which entries the student left blank.
 
     >>> share_of_entries([True, False, True, True], is_zero=[False, False, True, False])
     Fraction(2, 3)
@@ -89,15 +92,17 @@ def share_of_entries(
 
 
 def count_spoiled_zeros(
-    is_correct: Sequence[bool], is_zero: Sequence[bool], blank_entries: Sequence[bool] | None = None
+    is_correct: Sequence[bool], is_zero: Sequence[bool], is_blank: Sequence[bool] | None = None
 ) -> int:
-    """Return how many zeros were answered with something else; 0 if all entries are zeros."""
-    entries = zip(is_correct, is_zero, blank_entries or [False] * len(is_correct), strict=True)
+    """Return how many zero entries were answered with something else; 0 if the reference has only zeros."""
+    entries = zip(is_correct, is_zero, is_blank or [False] * len(is_correct), strict=True)
     return 0 if all(is_zero) else sum(zero and not is_same and not blank for is_same, zero, blank in entries)
 
 
 def share_of_columns(is_correct: Sequence[bool]) -> Fraction:
-    """Return the share of a matrix graded by columns; `is_correct` has one value for each nonzero column.
+    """Return the share of a matrix that is graded by columns, if at least one column is wrong.
+
+    `is_correct` says for each nonzero column whether the column is correct.
 
     >>> share_of_columns([True, False, True])
     Fraction(2, 3)
@@ -108,12 +113,12 @@ def share_of_columns(is_correct: Sequence[bool]) -> Fraction:
 def share_of_set(
     found_and_expected: Sequence[tuple[int, int]], false_conditions: int, *, is_rounded: bool = False
 ) -> Fraction:
-    """Return the share of a set that is not entirely correct.
+    """Return the share of a set of singular configurations that is not entirely correct.
 
-    `found_and_expected` has the found and the expected number of joint values for each condition. `false_conditions` is
-    the number of claimed conditions that are false (`count_false_conditions`). If it exceeds the number of conditions
-    found at least in part, the answer counts as guessed and earns nothing. Rounded values count as found; together they
-    cost as much as wrong signs.
+    `found_and_expected` has, for each condition, the number of joint values that the student found and the number of
+    all its joint values. `false_conditions` is the number of the student's conditions that are false
+    (`count_false_conditions`). If that number exceeds the number of conditions found at least in part, the answer
+    counts as guessed and earns nothing. Rounded values count as found; together they cost as much as wrong signs.
 
     >>> share_of_set([(1, 2)], 0), share_of_set([(0, 2), (1, 1)], 0), share_of_set([(2, 2)], 1)
     (Fraction(2, 3), Fraction(1, 2), Fraction(1, 2))
@@ -126,13 +131,15 @@ def share_of_set(
     share = MISTAKE_FACTOR**false_conditions * (1 - SIGN_OR_FACTOR_COST * is_rounded)
     for found_count, expected_count in found_and_expected:
         share *= 1 if found_count == expected_count else INCOMPLETE_CONDITION_FACTOR if found_count else MISTAKE_FACTOR
-    return share if share < 1 else MISTAKE_FACTOR  # every condition was found, but one of the claims has no solution
+    return share if share < 1 else MISTAKE_FACTOR  # every condition was found, but one more has no solution
 
 
 def count_false_conditions(false_claims: Sequence[Hashable], true_claims: Collection[Hashable]) -> int:
-    """Return the number of false conditions, from the joints in the false claims and in the true claims.
+    """Return how many of a student's conditions count as false.
 
-    All false values of a joint count as one, unless true values are claimed as well: then each false value counts.
+    `false_claims` has the joint (or the joints) of each false condition, `true_claims` those of the true conditions.
+    All false values of a joint count as one condition. If true values of the joint were found as well, each false value
+    counts.
 
     >>> (count_false_conditions(["theta1", "theta1"], ["theta2"]),
     ... count_false_conditions(["theta2", "theta2"], ["theta2"]))
@@ -141,24 +148,36 @@ def count_false_conditions(false_claims: Sequence[Hashable], true_claims: Collec
     return len(set(false_claims) - set(true_claims)) + sum(joints in true_claims for joints in false_claims)
 
 
-# --- what an assignment says ---
+# --- the setting `credit` of an assignment ---
 
 
-def read_credit(
+def parse_credit_policy(
     policy: str | float | Mapping[str, str | float] | None, questions: Sequence[str]
 ) -> tuple[tuple[str, Credit], ...]:
-    """Return (question, rule) for each question with a rule for partial credit. Raises QdotError.
+    """Return (question, rule) for each question for which the setting has a rule. Raises QdotError for a wrong value.
 
-    >>> read_credit({"jacobian": "columns"}, ["position", "jacobian"])
+    >>> parse_credit_policy({"jacobian": "columns"}, ["position", "jacobian"])
     (('jacobian', Credit(rule='columns', factor=Fraction(1, 1))),)
     """
-    return tuple((name, _parse_credit(setting)) for name, setting in settings_by_question(policy, questions))
+
+    def parse(setting: str | float) -> Credit:
+        if isinstance(setting, str) and setting in CREDIT_RULES:
+            return Credit(setting)
+        if isinstance(setting, (str, bool)) or not 0 <= setting <= 1:
+            raise QdotError(CREDIT_FORM)
+        return Credit("", Fraction(str(setting)))
+
+    return tuple((name, parse(setting)) for name, setting in list_settings_by_question(policy, questions))
 
 
-def settings_by_question(
+def list_settings_by_question(
     policy: Setting | Mapping[str, Setting] | None, questions: Sequence[str]
 ) -> list[tuple[str, Setting]]:
-    """Return (question, setting) for the questions that have one: a policy has one for all, or a table by question."""
+    """Return (question, setting) for the questions that have a setting.
+
+    `policy` is one setting for all questions, a table of settings by question, or None. Raises QdotError if the table
+    has an unknown question.
+    """
     if policy is None:
         return []
     if not isinstance(policy, Mapping):
@@ -167,11 +186,3 @@ def settings_by_question(
     if unknown is not None:
         raise QdotError(f"{unknown!r} is not a question of this problem; its questions: {', '.join(questions)}")
     return [(name, policy[name]) for name in questions if name in policy]
-
-
-def _parse_credit(setting: str | float) -> Credit:
-    if isinstance(setting, str) and setting in CREDIT_RULES:
-        return Credit(setting)
-    if isinstance(setting, (str, bool)) or not 0 <= setting <= 1:
-        raise QdotError(CREDIT_FORM)
-    return Credit("", Fraction(str(setting)))

@@ -1,4 +1,4 @@
-"""A problem, its parts, and the identity that regenerates it."""
+"""Define a problem (an arm and questions about it), its parts, and the identity from which it can be regenerated."""
 
 import re
 from collections.abc import Mapping, Sequence
@@ -31,9 +31,14 @@ MAX_SEED = (1 << 63) - 1
 class ProblemId:
     """The identity of a problem, from which the same version of the generator always makes the same problem.
 
-    `engine` is this version. `band` is the minimum and the maximum difficulty of the arm, or None for any.
-    `convention` is the convention in which the arm is described, and `twist_order` is the order of its twists; both
-    are "" for the default of the family.
+    - `family` is a family of arms, such as planar-2r, and `seed` determines all random choices.
+    - `questions` are the names of the questions; if there are none, the family's usual questions are asked.
+    - `engine` is the version of the problem generator.
+    - `band` has the minimum and the maximum difficulty of the arm; None allows any difficulty.
+    - `variation` says how much the arm may differ from the arm of the textbook ("chapter" means not at all).
+    - `convention` is the convention in which the arm is described (a DH table or screw axes), and `twist_order` is the
+      order of the rows of its twists (omega-v or v-omega). Both are "" for the family's default.
+
     The text form is planar-2r/7, followed by everything that is not the default: planar-2r/7@chapter@screws@v-omega.
     """
 
@@ -47,76 +52,77 @@ class ProblemId:
     twist_order: str = ""
 
     def __str__(self) -> str:
-        marks = ("" if self.variation == DEFAULT_VARIATION else self.variation, self.convention, self.twist_order)
-        return "@".join((self.family_and_seed, *filter(None, marks)))
+        suffixes = ("" if self.variation == DEFAULT_VARIATION else self.variation, self.convention, self.twist_order)
+        return "@".join((self.family_and_seed, *filter(None, suffixes)))
 
     @property
     def family_and_seed(self) -> str:
-        """Family and seed, which determine all random choices: the lengths are the same in all variations."""
+        """FAMILY/SEED, which names the streams of random numbers: all variations have the same random lengths."""
         return f"{self.family}/{self.seed}"
 
     def with_variation(self, variation: str) -> "ProblemId":
-        """Return the identity with another variation, if one is given. Raises QdotError if it is unknown."""
+        """Return the identity with another variation; "" changes nothing. Raises QdotError for an unknown variation."""
         return replace(self, variation=find_canonical_name(variation)) if variation else self
 
     def with_convention(self, convention: str, twist_order: str = "") -> "ProblemId":
-        """Return the identity with another convention and another order of twists, if they are given.
+        """Return the identity with another convention and another order of twists; "" changes nothing.
 
-        Only an arm described by its axes has an order of twists. Raises QdotError for unknown names, and for an order
-        of twists if the arm is described by a table.
+        Only an arm described by its screw axes has an order of twists. Raises QdotError for unknown names, and for an
+        order of twists if the arm is described by a table.
         """
-        chosen = find_convention(convention) if convention else self.convention
-        order = find_twist_order(twist_order) if twist_order else self.twist_order
-        is_ordered = bool(REGISTRY[chosen].twist_orders) if chosen else not convention
-        if (twist_order or order) and not is_ordered:
-            table_words = f"is described by a table (convention = {convention or chosen!r})"
+        new_convention = find_convention(convention) if convention else self.convention
+        new_order = find_twist_order(twist_order) if twist_order else self.twist_order
+        has_twist_order = bool(REGISTRY[new_convention].twist_orders) if new_convention else not convention
+        if (twist_order or new_order) and not has_twist_order:
+            table_words = f"is described by a table (convention = {convention or new_convention!r})"
             raise QdotError(f"{self.family_and_seed} {table_words}; {TWIST_ORDER_HINT}")
-        return replace(self, convention=SCREW_CONVENTION if twist_order else chosen, twist_order=order)
+        return replace(self, convention=SCREW_CONVENTION if twist_order else new_convention, twist_order=new_order)
 
     @staticmethod
     def parse(text: str, hint: str = "") -> "ProblemId":
         """Parse FAMILY/SEED, followed by any of @VARIATION, @CONVENTION and @ORDER.
 
-        Raises QdotError; the message ends with `hint` if the text has another form.
+        Raises QdotError if the text has another form, with `hint` at the end of the message.
         """
         match = re.fullmatch(r"([a-z0-9-]+)/0*(\d+)((?:@[a-z0-9_+-]+)*)", text, re.IGNORECASE | re.ASCII)
         if match is None:
             raise QdotError(f"{text!r} is not a problem; write FAMILY/SEED, as in planar-2r/7{hint}")
-        family, seed, marks = match.groups()
+        family, seed, suffixes = match.groups()
         if text != text.lower():
             lower_case = str(ProblemId.parse(text.lower(), hint))
             raise QdotError(f"{text!r} has capital letters, but names are lower-case: write {lower_case!r}{hint}")
         if len(seed) > len(str(MAX_SEED)) or int(seed) > MAX_SEED:
             raise QdotError(f"{family}/{seed[:25]}{'…' * (len(seed) > 25)}: the largest seed is {MAX_SEED}")
-        sorted_marks = _sort_suffixes(text, marks.split("@")[1:])
-        problem = ProblemId(family, int(seed)).with_variation(sorted_marks["variation"])
-        return problem.with_convention(sorted_marks["convention"], sorted_marks["order of twists"])
+        suffix_of_kind = _sort_suffixes(text, suffixes.split("@")[1:])
+        problem = ProblemId(family, int(seed)).with_variation(suffix_of_kind["variation"])
+        return problem.with_convention(suffix_of_kind["convention"], suffix_of_kind["order of twists"])
 
 
 def _sort_suffixes(text: str, suffixes: Sequence[str]) -> dict[str, str]:
-    """Return the variation, the convention and the order of twists from the @ suffixes of an id; "" if not given.
+    """Return the variation, the convention and the order of twists among the @ suffixes of an id; "" for none.
 
-    Raises QdotError for two suffixes of the same kind, and for an unknown suffix.
+    Raises QdotError for two suffixes of the same kind, and for an unknown suffix. `text` is the id, for the message.
     """
-    sorted_marks = dict.fromkeys(_SUFFIXES, "")
-    for mark in suffixes:
-        kind = next((kind for kind, names in _SUFFIXES.items() if mark in names), "variation" if "+" in mark else "")
+    suffix_of_kind = dict.fromkeys(_SUFFIXES, "")
+    for suffix in suffixes:
+        default_kind = "variation" if "+" in suffix else ""
+        kind = next((kind for kind, names in _SUFFIXES.items() if suffix in names), default_kind)
         if not kind:
-            mark_name = mark.replace("_", "-")
-            known_suffixes = {name: kind for kind, names in _SUFFIXES.items() for name in names}
-            suggestion = ALIASES.get(mark_name) or find_most_similar(mark, list(known_suffixes))
-            hint = f" (did you mean the {known_suffixes[suggestion]} {suggestion!r}?)" if suggestion else ""
+            kinds = {name: kind for kind, names in _SUFFIXES.items() for name in names}
+            suggestion = ALIASES.get(suffix.replace("_", "-")) or find_most_similar(suffix, list(kinds))
+            hint = f" (did you mean the {kinds[suggestion]} {suggestion!r}?)" if suggestion else ""
             raise QdotError(
-                f"{text!r}: {mark!r} is neither a variation nor a convention nor an order of twists{hint}; "
+                f"{text!r}: {suffix!r} is neither a variation nor a convention nor an order of twists{hint}; "
                 f"variations: {', '.join(VARIATION_STEPS)}, or axes, as in lengths+base, out of "
                 f"{', '.join(VARIATION_AXES)}; "
                 f"conventions: {', '.join(CONVENTIONS)}; orders of twists: {', '.join(TWIST_ORDERS)}"
             )
-        if sorted_marks[kind]:
-            kinds = "orders of twists" if kind == "order of twists" else f"{kind}s"
-            raise QdotError(f"{text!r} names two {kinds}, {sorted_marks[kind]} and {mark}; it may have one of each")
-        sorted_marks[kind] = mark
-    return sorted_marks
+        if suffix_of_kind[kind]:
+            plural = "orders of twists" if kind == "order of twists" else f"{kind}s"
+            both = f"{suffix_of_kind[kind]} and {suffix}"
+            raise QdotError(f"{text!r} names two {plural}, {both}; it may have one of each")
+        suffix_of_kind[kind] = suffix
+    return suffix_of_kind
 
 
 SCREW_CONVENTION = Screws.name
@@ -124,17 +130,19 @@ TWIST_ORDER_HINT = (
     f'the order of twists applies only to arms described by screw axes (convention = "{SCREW_CONVENTION}")'
 )
 
-_VARIATIONS = (*VARIATION_STEPS, *VARIATION_AXES)
-_SUFFIXES = {"convention": CONVENTIONS, "order of twists": TWIST_ORDERS, "variation": _VARIATIONS}
+_SUFFIXES = {
+    "convention": CONVENTIONS, "order of twists": TWIST_ORDERS, "variation": (*VARIATION_STEPS, *VARIATION_AXES),
+}  # fmt: skip
+"""The names that may follow the seed of an id, each after an @, by their kind."""
 
 
 def find_twist_order(name: str) -> str:
-    """Return the order of twists for an identity, "" for the default one. Raises QdotError if it is unknown."""
+    """Return the name of an order of twists for an identity; "" for the default order. Raises QdotError if unknown."""
     return _find_name("order of twists", name, TWIST_ORDERS, {})
 
 
 def find_convention(name: str) -> str:
-    """Return the convention for an identity, "" for the default one. Raises QdotError if it is unknown."""
+    """Return the name of a convention for an identity; "" for the default convention. Raises QdotError if unknown."""
     return _find_name("convention", name, CONVENTIONS, ALIASES)
 
 
@@ -149,7 +157,10 @@ def _find_name(kind: str, name: str, known: tuple[str, ...], aliases: Mapping[st
 
 @dataclass(frozen=True)
 class SymbolInfo:
-    """The meaning of a symbol: its role (joint, rate, velocity, force, length, angle), unit, and given value."""
+    """The meaning of a symbol: its role (joint, rate, velocity, force, moment, length, angle), unit, and given value.
+
+    `value` is the number of a length or angle in the arm's table; it is None for a symbol without a given value.
+    """
 
     role: str
     unit: str
@@ -157,86 +168,101 @@ class SymbolInfo:
 
 
 def values_by_name(values: Mapping[sp.Symbol, sp.Expr]) -> dict[str, float]:
-    """Return the numeric values by name."""
+    """Return the values of symbols as floats, by the symbols' names; values that contain other symbols are left out."""
     return {symbol.name: float(value) for symbol, value in values.items() if not value.free_symbols}
+
+
+RECORDED_NAME = "recorded name"
+"""The key of a field's metadata under which `record` finds the field's name in problem digests."""
+
+
+def recorded_as(name: str) -> dict[str, str]:
+    """Return the metadata of a field whose name in problem digests is `name`, or GROUP.NAME for a name in a group.
+
+    Certificates contain the digests, so the names in them can't change.
+    """
+    return {RECORDED_NAME: name}
 
 
 @dataclass(frozen=True, kw_only=True)
 class Details:
-    """The data of a part besides its answer, used by its texts and tests; each kind of question has a subclass.
+    """What a part states or uses besides its answer: a configuration, options, steps to the answer.
 
-    `symbols` may be used in answers in addition to those of the arm. `units` are the units of formulas. `pose` is the
-    configuration shown in the figure under the prompt: the value of each joint by its name. `drawn` means that the
-    options are drawings. A field with its default value does not change the problem's digests.
+    Prompts, solutions, the grader and tests read the details. Each kind of question has a subclass.
+
+    - `symbols` are symbols that answers may use in addition to those of the arm, such as forces.
+    - `units` are the units of the entries of an answer in formulas.
+    - `pose` is the configuration that the figure under the prompt shows: the value of each joint by the joint's name.
+    - `has_drawn_options` means that the options are drawings.
+
+    A field that has its default value does not change the problem's digests.
     """
 
     symbols: Mapping[str, SymbolInfo] | None = None
     units: tuple[str, ...] | None = None
     pose: Mapping[str, float] | None = None
-    drawn: bool = False
+    has_drawn_options: bool = field(default=False, metadata=recorded_as("drawn"))
 
-    def given_values(self, chain: Chain) -> Mapping[str, float]:
-        """Return the given lengths, joint values and velocities; {} for a symbolic question."""
+    def list_given_values(self, chain: Chain) -> Mapping[str, float]:
+        """Return the lengths, joint values and velocities that the question gives, by name; {} if it gives none."""
         return {}
 
-    def shown_values(self, chain: Chain) -> Mapping[str, float]:
-        """Return the lengths and joint values of the arm that the question's figure and text show."""
-        return {**values_by_name(self.given_joints), **self.given_values(chain), **(self.pose or {})}
+    def list_shown_values(self, chain: Chain) -> Mapping[str, float]:
+        """Return the lengths and joint values of the arm that the question's figure and text show, by name."""
+        return {**values_by_name(self.given_joints), **self.list_given_values(chain), **(self.pose or {})}
 
     @property
     def given_joints(self) -> Mapping[sp.Symbol, sp.Expr]:
-        """The given joint values of a symbolic answer; they may contain lengths."""
+        """The joint values at which a formula is asked for; they may contain lengths. {} for any configuration."""
         return {}
 
 
 @dataclass(frozen=True, kw_only=True)
 class ResultChoiceDetails(Details):
-    """Details of a question that asks for one of several results; equal details mean the same result of an arm."""
+    """Details that say which of an arm's results a question asks for; equal details mean the same result."""
 
 
 @dataclass(frozen=True)
 class Part:
-    """One question of a problem: its kind, its answer, its points, and the names of the parts whose results it needs.
+    """One question of a problem.
 
-    `details` holds the question's other data, in a class specific to the question. `rounding` is the error that the
-    assignment allows for decimals; if it is None, formulas are exact and numbers have three digits. `credit` is the
-    assignment's rule for partly correct answers, None for the question's default.
+    - `name` is unique in the problem, and `kind` is the name of the question in the registry of all questions.
+    - `prerequisites` are the names of the problem's parts whose results help to find this answer.
+    - `details` has what the part states or uses besides its answer, in a class of its kind of question.
+    - `rounding` is the error that the assignment allows for decimals. If it is None, formulas are exact and numbers
+      have three digits.
+    - `credit` is the assignment's rule for partly correct answers.
     """
 
     name: str
     kind: str
     answer: Answer
     points: float = 1.0
-    needs: tuple[str, ...] = ()
+    prerequisites: tuple[str, ...] = ()
     details: Details = field(default_factory=Details)
     rounding: Rounding | None = None
-    credit: Credit | None = None
+    credit: Credit = field(default_factory=Credit)
 
     def __repr__(self) -> str:
         shape = "" if self.shape is None else f" {self.shape[0]} x {self.shape[1]}"
         return f"Part({self.name}: {self.type}{shape}, {self.points:g} points)"
 
     def answer_as(self, answer_type: type[AnswerType]) -> AnswerType:
-        """Return the answer, typed as `answer_type`. Raises TypeError if it is of another type."""
+        """Return the answer, with the static type `answer_type`. Raises TypeError if the answer is of another type."""
         if not isinstance(self.answer, answer_type):
             raise TypeError(f"the answer to {self.kind!r} is of type {self.type}, not {answer_type.type}")
         return self.answer
 
     def details_as(self, details_type: type[DetailsType]) -> DetailsType:
-        """Return the details, typed as `details_type`. Raises TypeError if they are of another class."""
+        """Return the details, with the static type `details_type`. Raises TypeError if they are of another class."""
         if not isinstance(self.details, details_type):
-            found = type(self.details).__name__
-            raise TypeError(f"the details of {self.kind!r} are {found}, not {details_type.__name__}")
+            class_name = type(self.details).__name__
+            raise TypeError(f"the details of {self.kind!r} are {class_name}, not {details_type.__name__}")
         return self.details
 
     @property
-    def effective_credit(self) -> Credit:
-        """The rule for partly correct answers: the assignment's, or else the question's default."""
-        return self.credit or Credit()
-
-    @property
     def precision(self) -> str:
-        """The expected precision of numbers, in words: the assignment's, or else three digits."""
+        """The precision to which numbers are expected, in words: that of the assignment, or else three digits."""
         return self.rounding.words if self.rounding is not None else "to three significant digits"
 
     @property
@@ -246,23 +272,13 @@ class Part:
 
     @property
     def shape(self) -> tuple[int, int] | None:
-        """Rows and columns of a matrix, of numbers or of a direction, else None."""
+        """The numbers of rows and columns of a matrix, of numbers or of a direction; None for other answers."""
         return self.answer.shape
 
     @property
     def symbols(self) -> Mapping[str, SymbolInfo]:
         """The symbols that only this part has, such as the forces of a statics question."""
         return self.details.symbols or {}
-
-    @property
-    def pose(self) -> Mapping[str, float] | None:
-        """The joint values of the figure under the prompt, or None."""
-        return self.details.pose
-
-    @property
-    def has_drawn_options(self) -> bool:
-        """Whether options are drawings of configurations, with the letters under them."""
-        return self.details.drawn
 
 
 @dataclass(frozen=True)
@@ -277,7 +293,7 @@ class Problem:
         return f"Problem({self.id}: {', '.join(part.name for part in self.parts)})"
 
     def __getitem__(self, name: str) -> Part:
-        """Return the part of that name. Raises KeyError."""
+        """Return the part with a name. Raises KeyError if the problem has no such part."""
         parts = {part.name: part for part in self.parts}
         if name not in parts:
             raise KeyError(f"{self.id} asks {', '.join(parts)}, not {name!r}")
@@ -285,12 +301,16 @@ class Problem:
 
     @property
     def title(self) -> str:
-        """The arm's name as a heading."""
+        """The arm's name with a capital letter, as a heading."""
         name = self.chain.title or "arm"
         return f"{name[:1].upper()}{name[1:]}"
 
+    @property
     def symbols(self) -> dict[str, SymbolInfo]:
-        """Return every symbol that an answer may use, including names such as a1 and d1 of numbers in the table."""
+        """The meaning of every symbol that an answer may use, by name.
+
+        A number in the arm's table has a name, too, such as a1 or d1, because students may type either.
+        """
         symbols: dict[str, SymbolInfo] = {}
         for joint, q, rate in zip(self.chain.joints, self.chain.q, self.chain.rates, strict=True):
             is_revolute = joint.kind == "R"
@@ -312,23 +332,20 @@ class Problem:
     @property
     def constants(self) -> frozenset[str]:
         """The names of the arm's constant lengths and angles."""
-        return frozenset(name for name, info in self.symbols().items() if info.role in ("length", "angle"))
-
-    def domain(self) -> Domain:
-        """Return the domain from which the symbols are sampled in comparisons, with the values of given lengths."""
-        return self._domain
+        return frozenset(name for name, info in self.symbols.items() if info.role in ("length", "angle"))
 
     @cached_property
-    def _domain(self) -> Domain:
+    def domain(self) -> Domain:
+        """The domain from which symbols are sampled when formulas are compared: a role or a given value of each."""
         roles: dict[str, str | float | Fraction] = {}
-        for name, info in self.symbols().items():
+        for name, info in self.symbols.items():
             if info.value is not None:
                 value = info.value
                 roles[name] = Fraction(int(value.p), int(value.q)) if value.is_Rational else float(value)
             elif info.role == "joint":
                 roles[name] = "angle" if info.unit == "rad" else "signed"
             else:
-                roles[name] = {"length": "length", "angle": "angle"}.get(info.role, "signed")
+                roles[name] = info.role if info.role in ("length", "angle") else "signed"
         return Domain(roles)
 
     @property
@@ -337,10 +354,10 @@ class Problem:
         return sum(part.points for part in self.parts)
 
 
-def answer_variable(slot: str, part: str) -> str:
-    """Return the name of the variable that holds the answer to a part.
+def name_answer_variable(slot: str, part: str) -> str:
+    """Return the name of the notebook's variable that holds the answer to a part of the problem in a slot.
 
-    >>> answer_variable("p1", "inverse-jacobian")
+    >>> name_answer_variable("p1", "inverse-jacobian")
     'p1_inverse_jacobian'
     """
     return f"{slot}_{part.replace('-', '_')}"

@@ -1,7 +1,8 @@
-"""Convert a problem to plain data, and compute the digests that identify the arm, each part and the whole problem.
+"""Convert a problem to plain data, and compute digests (SHA-256 hashes) of its arm, its parts and the whole problem.
 
-The data contains everything that determines the problem (table, task, references, given quantities), but no wording and
-no figures, so that a corrected sentence does not make it a different problem.
+Certificates contain the digests, by which the grader recognises the problem. The data contains everything that
+determines the problem: table, task, reference answers, given quantities. It contains no wording and no figures. So a
+corrected sentence does not change the digests.
 """
 
 import hashlib
@@ -15,16 +16,16 @@ import sympy as sp
 from qdot.exercises.arm.chain import CONVENTIONS, Chain
 from qdot.exercises.arm.conventions import convention_of
 from qdot.exercises.formula.sympy_text import expression_text
-from qdot.exercises.problem.problem import Details, Part, Problem, SymbolInfo
+from qdot.exercises.problem.problem import RECORDED_NAME, Details, Part, Problem, SymbolInfo
 
 Json = dict[str, Any]
 
 
-def robot_json(chain: Chain) -> Json:
-    """Return a chain as plain data: standard DH rows, base, tool point and task, with expressions as text.
+def make_robot_json(chain: Chain) -> Json:
+    """Return an arm as plain data: standard DH rows, base, tool point and task, with expressions as text.
 
-    It has a `convention` only if the arm is not described by this table, and a `twist_order` only if the order of its
-    twists is not the default.
+    The data has a `convention` only if the arm is not described by a standard DH table. It has a `twist_order` only if
+    the rows of the arm's twists are not in the default order.
     """
     base, point = chain.base, chain.point
     description = {} if chain.convention == CONVENTIONS[0] else {"convention": chain.convention}
@@ -45,8 +46,8 @@ def robot_json(chain: Chain) -> Json:
     }
 
 
-def symbol_json(info: SymbolInfo) -> Json:
-    """Return the meaning of a symbol as plain data, with a `value` for lengths and angles only."""
+def make_symbol_json(info: SymbolInfo) -> Json:
+    """Return the meaning of a symbol as plain data; only lengths and angles have a `value`."""
     content: Json = {"role": info.role, "unit": info.unit}
     if info.role in ("length", "angle"):
         content["value"] = None if info.value is None else str(info.value)
@@ -54,12 +55,20 @@ def symbol_json(info: SymbolInfo) -> Json:
 
 
 def to_plain_data(value: object) -> Any:
-    """Return the details of a part as data for JSON, with SymPy expressions as text."""
-    if isinstance(value, Details):
-        entries = ((field.name, getattr(value, field.name), field.default) for field in fields(value))
-        return to_plain_data({name: detail for name, detail, default in entries if detail is not default})
+    """Return the details of a part, or a value in them, as data for JSON; SymPy expressions become text.
+
+    Of `Details`, fields with their default value are left out. `recorded_as` gives a field its name in the data, as
+    "name", or as "group.name" for a field of a nested object. So renamed fields don't change digests.
+    """
     if is_dataclass(value) and not isinstance(value, type):
-        return {field.name: to_plain_data(getattr(value, field.name)) for field in fields(value)}
+        content: Json = {}
+        for field in fields(value):
+            detail = getattr(value, field.name)
+            if not (isinstance(value, Details) and detail is field.default):
+                *groups, name = field.metadata.get(RECORDED_NAME, field.name).split(".")
+                group = content.setdefault(groups[0], {}) if groups else content
+                group[name] = to_plain_data(detail)
+        return content
     if isinstance(value, Mapping):
         return {str(key): to_plain_data(item) for key, item in sorted(value.items(), key=lambda pair: str(pair[0]))}
     if isinstance(value, (tuple, list)):
@@ -71,23 +80,23 @@ def to_plain_data(value: object) -> Any:
 
 @dataclass(frozen=True)
 class Digests:
-    """The hexadecimal SHA-256 digests of the whole problem, of its arm, and of each part by name."""
+    """The digests, in hexadecimal, of the whole problem (`sha256`), of its arm, and of each part by its name."""
 
     sha256: str
     arm: str
     parts: Mapping[str, str]
 
 
-def digests(problem: Problem) -> Digests:
-    """Return the digests of a problem. They don't depend on the points, which may change later."""
-    arm = _digest(robot_json(problem.chain))
+def compute_digests(problem: Problem) -> Digests:
+    """Return the digests of a problem. They don't depend on the points, which instructors may change later."""
+    arm = _digest(make_robot_json(problem.chain))
     parts = {part.name: _digest(_part_json(part)) for part in problem.parts}
     return Digests(_digest([problem.id.engine, arm, parts]), arm, parts)
 
 
 def _part_json(part: Part) -> Json:
     content = {"kind": part.kind, "reference": part.answer.as_json(), "details": to_plain_data(part.details)}
-    return {"options": None, **content, **part.answer.options_json()}
+    return {"options": None, **content, **part.answer.to_options_json()}
 
 
 def _digest(content: Any) -> str:

@@ -1,12 +1,24 @@
-"""The kinds of questions, each of which asks for one result of an arm, in the order of the chapter.
+"""The kinds of questions of the chapter. Each asks for one result of an arm.
+
+    differentiation     position, velocity and Jacobian by differentiation, and the determinant
+    propagation         joint axes, position vectors, Jacobian and velocities by propagation
+    transforms          the transform of the last frame, and the Jacobian in the tool frame
+    screws              screws, exponentials, and Jacobians and twists in the space and body frames
+    wrist               the blocks of the Jacobian of an arm with a spherical wrist
+    inversion           the inverse, joint rates, and static joint torques
+    path                joint rates along a straight line
+    redundancy          J J^T and the null space of J
+    singular            singular configurations and their kind
+    rank                rank, lost direction and meaning of a singular configuration
+    concepts            the size of J, the effect of a joint, when J can be inverted, which velocities are impossible
 
 Beside the questions:
 
-    base            the definition of a question
-    reference       the stages of a derivation in textbook form, from which reference answers are derived
-    geometry        configurations for questions on singularities
-    lost_lines      the lines of an arm along which a motion is lost
-    results         answers computed by a derivation, correct or with mistakes in it
+    base                the definition of a question
+    reference           the derivation in textbook form, from which reference answers are derived
+    geometry            configurations for questions on singularities
+    lost_lines          the lines of an arm along which a motion is lost
+    results             answers computed from a derivation, correct or with mistakes in it
 """
 
 from qdot.exercises.questions import (
@@ -14,14 +26,11 @@ from qdot.exercises.questions import (
     differentiation,
     inversion,
     path,
-    performance,
     propagation,
     rank,
-    recursion,
     redundancy,
     screws,
     singular,
-    statics,
     transforms,
     wrist,
 )
@@ -39,16 +48,17 @@ _ORDER = (
     "singular-angles", "singularity-type", "singularity-meaning", "rank", "lost-direction", "lost-motion",
     "invertibility", "unreachable-velocity", "joint-torques", "manipulability", "condition-number",
 )  # fmt: skip
+"""The names of the questions in the order of the chapter."""
 
 _ALL = {
     question.name: question
     for module in (
-        differentiation, propagation, inversion, singular,
-        transforms, recursion, screws, wrist, redundancy, path, rank, concepts, statics, performance,
+        differentiation, propagation, inversion, singular, transforms, screws, wrist, redundancy, path, rank, concepts,
     )
     for question in module.QUESTIONS
 }  # fmt: skip
 
 QUESTIONS: dict[str, Question] = {name: _ALL[name] for name in sorted(_ALL, key=_ORDER.index)}
+"""All questions of the chapter by name, in the order of the chapter."""
 
 __all__ = ["QUESTIONS", "Question"]

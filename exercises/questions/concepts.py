@@ -1,8 +1,11 @@
-"""Questions on concepts: the size of J, the effect of a joint, when (6.7) applies, which velocities are impossible."""
+"""Questions on concepts: the size of J, the effect of a joint, when (6.7) applies, which velocities are impossible.
+
+The last three questions have options. The velocities in options are rounded to three decimals.
+"""
 
 import math
 from collections.abc import Iterable
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 from functools import lru_cache
 from itertools import combinations
 
@@ -12,32 +15,35 @@ import sympy as sp
 from qdot.exercises.answer_types import Number
 from qdot.exercises.arm.chain import TASK_ROWS, Chain
 from qdot.exercises.arm.derivation import derive
-from qdot.exercises.arm.derivation_graph import Working
+from qdot.exercises.arm.derivation_graph import StageResults
 from qdot.exercises.arm.mpmath_kinematics import determinant, evaluate_in_context, round_matrix, round_to_four_digits
 from qdot.exercises.common.stream import Stream
-from qdot.exercises.problem.problem import Details
+from qdot.exercises.problem.problem import Details, recorded_as
 from qdot.exercises.questions import geometry
 from qdot.exercises.questions.base import AnswerAndDetails, Question, shuffle_options
 from qdot.exercises.questions.differentiation import TaskDetails
 from qdot.exercises.questions.geometry import ConfigurationDetails, ExactConfiguration
 from qdot.exercises.questions.inversion import sample_joint_values
-from qdot.exercises.questions.singular import object_unless_direction_lost
+from qdot.exercises.questions.singular import find_lost_direction_objection
 from qdot.exercises.singularities.directions import lost_direction
 
 MIN_OPTION_DIFFERENCE = 0.2
-"""Minimum difference of two options, as a fraction of the larger one."""
+"""Minimum norm of the difference of two vectors offered as options, as a fraction of the larger norm."""
+
+RoundedVector = tuple[sp.Rational, ...]
+"""A vector whose entries are rounded to three decimals."""
 
 # --- size of J ---
 
 
 def _list_other_tasks(chain: Chain) -> list[tuple[str, ...]]:
-    """Return the tasks other than the arm's own whose rows of the Jacobian are not identically zero."""
-    rows = moving_rows(derive(chain).geometric)
+    """Return the tasks, except the arm's usual task, whose rows of the Jacobian are not identically zero."""
+    rows = find_moving_rows(derive(chain).geometric)
     tasks = [task for size in range(1, len(rows) + 1) for task in combinations(rows, size)]
     return [task for task in tasks if task != chain.task]
 
 
-def moving_rows(geometric: sp.Matrix) -> tuple[str, ...]:
+def find_moving_rows(geometric: sp.Matrix) -> tuple[str, ...]:
     """Return the names of the rows of a 6 x n Jacobian that are not identically zero."""
     return tuple(name for name, row in zip(TASK_ROWS, geometric.tolist(), strict=True) if any(e != 0 for e in row))
 
@@ -49,49 +55,34 @@ def _ask_jacobian_size(chain: Chain, rng: Stream) -> AnswerAndDetails:
     return Number(sp.Matrix([size, chain.n]), ("", ""), 1e-9, 1e-9), TaskDetails(task=task)
 
 
-def _object_to_task(chain: Chain) -> str | None:
-    return None if _list_other_tasks(chain) else "its velocity has only one component, which is also its task"
-
-
 # --- effect of one joint ---
-
-
-@dataclass(frozen=True)
-class JointEffect:
-    """The joint that moves alone, the configuration, and the components of velocity that are shown."""
-
-    joint: int
-    place: ExactConfiguration
-    rows: tuple[str, ...]
 
 
 @dataclass(frozen=True, kw_only=True)
 class JointEffectDetails(Details):
-    """Details of a question about the velocity that one joint causes."""
+    """Details of a question about the velocity that one joint causes at a configuration.
 
-    effect: JointEffect
+    `joint` is the number of the joint, and `rows` are the names of the components of velocity that the options show.
+    """
 
-    def given_values(self, chain: Chain) -> dict[str, float]:
-        """Return the numbers of the configuration."""
-        return self.effect.place.numbers
+    joint: int = field(metadata=recorded_as("effect.joint"))
+    configuration: ExactConfiguration = field(metadata=recorded_as("effect.place"))
+    rows: tuple[str, ...] = field(metadata=recorded_as("effect.rows"))
+
+    def list_given_values(self, chain: Chain) -> dict[str, float]:
+        """Return the numbers of the configuration, by name."""
+        return self.configuration.numbers
 
 
 def _choose_rows(chain: Chain) -> tuple[str, ...]:
-    """Return the velocity components in which a joint's effect is shown.
+    """Return the velocity components that options on a joint's effect show.
 
-    They are those of P, or of the last link if the task has no linear rows or P moves in one component only.
+    The components are those of the velocity of P. If the task has no linear rows, or if P moves in one component only,
+    they are those of the angular velocity of the last link.
     """
-    rows = moving_rows(derive(chain).geometric)
+    rows = find_moving_rows(derive(chain).geometric)
     is_linear = bool(chain.linear_rows) and sum(row[0] == "v" for row in rows) >= 2
     return tuple(row for row in rows if row[0] == ("v" if is_linear else "w"))
-
-
-def _object_to_effect(chain: Chain) -> str | None:
-    rows = _choose_rows(chain)
-    return None if len(rows) >= 2 else "its velocity has only one component, along a fixed line"
-
-
-RoundedVector = tuple[sp.Rational, ...]
 
 
 def _ask_effect(chain: Chain, rng: Stream) -> AnswerAndDetails | None:
@@ -112,23 +103,22 @@ def _ask_effect(chain: Chain, rng: Stream) -> AnswerAndDetails | None:
                 options.append(candidate)
         if len(options) >= 4:
             answer, _ = shuffle_options(options[:4], options[0], rng, write_vector)
-            effect = JointEffect(joint + 1, configuration, rows)
-            return answer, JointEffectDetails(effect=effect, pose=configuration.figure_values)
+            pose = configuration.figure_values
+            return answer, JointEffectDetails(joint=joint + 1, configuration=configuration, rows=rows, pose=pose)
     return None
 
 
-def _derive_effect(w: Working, details: Details) -> np.ndarray:
-    assert isinstance(details, JointEffectDetails)
-    effect = details.effect
-    return np.asarray(w["geometric"][[TASK_ROWS.index(row) for row in effect.rows], effect.joint - 1])
+def _derive_effect(stages: StageResults, details: JointEffectDetails) -> np.ndarray:
+    return np.asarray(stages["geometric"][[TASK_ROWS.index(row) for row in details.rows], details.joint - 1])
 
 
 def _make_wrong_columns(
     chain: Chain, configuration: ExactConfiguration, joint: int, jacobian: sp.Matrix, linear_rows: list[int]
 ) -> list[sp.Matrix]:
-    """Return wrong versions of a column.
+    """Return wrong versions of the column of a joint (an index) in some rows of the Jacobian.
 
-    They have the wrong sign, belong to another joint, are p* itself, use the p* of the next origin, or mix up the axes.
+    A wrong column has the wrong sign, belongs to another joint, is p* itself, is the cross product with the p* of the
+    next origin, or has x and y mixed up. `linear_rows` are the linear rows (0 to 2) of the column.
     """
     column = jacobian.col(joint)
     vectors = [-column, *(jacobian.col(i) for i in range(chain.n) if i != joint)]
@@ -146,12 +136,11 @@ def _make_wrong_columns(
 
 
 def _compute_norm(vector: Iterable[sp.Expr]) -> float:
-    """Return the norm of a vector. The sum is equal on every machine, because a norm may be exactly at a limit."""
+    """Return the norm of a vector. The exact sum (fsum) gives all machines the same norm, even exactly at a limit."""
     return math.sqrt(math.fsum(float(value) ** 2 for value in vector))
 
 
 def _round_vector(vector: sp.Matrix) -> RoundedVector:
-    """Return the entries of a vector, rounded to three decimals."""
     return tuple(_round_to(value, 3) for value in vector)
 
 
@@ -194,44 +183,50 @@ INVERTIBILITY_ANSWERS = {
 
 @dataclass(frozen=True, kw_only=True)
 class InvertibilityDetails(ConfigurationDetails):
-    """Details of a question whether (6.7) applies.
+    """Details of a question whether (6.7) applies to a task at a configuration.
 
-    They are the answer's key in INVERTIBILITY_ANSWERS, the numeric J, and det J if J is square.
+    `answer_key` is the key of the correct answer in INVERTIBILITY_ANSWERS. `numeric_jacobian` is J for the task, to
+    four digits, and `determinant` is det J if J is square.
     """
 
-    use: str
+    answer_key: str = field(metadata=recorded_as("use"))
     task: tuple[str, ...]
-    numbers: sp.Matrix
+    numeric_jacobian: sp.Matrix = field(metadata=recorded_as("numbers"))
     determinant: sp.Float | None = None
 
 
 def _ask_invertibility(chain: Chain, rng: Stream) -> AnswerAndDetails | None:
     """Choose the answer first, then a task and a configuration for which it is correct."""
-    for use in rng.permutation(tuple(INVERTIBILITY_ANSWERS)):
-        for task in rng.permutation(_list_tasks(chain, use))[:6]:
+    keys = tuple(INVERTIBILITY_ANSWERS)
+    for answer_key in rng.permutation(keys):
+        for task in rng.permutation(_list_tasks(chain, answer_key))[:6]:
             arm = chain.with_task(*task)
-            configuration = _sample_configuration_for(arm, use, rng)
+            if answer_key == "singular":
+                configuration = geometry.find_singular_configuration(arm, rng)
+            else:
+                configuration = geometry.sample_regular_configuration(arm, rng, 0.06, answer_key == "regular")
             if configuration is not None:
-                answer, _ = shuffle_options(tuple(INVERTIBILITY_ANSWERS), use, rng, INVERTIBILITY_ANSWERS.__getitem__)
-                return answer, _describe_invertibility(arm, use, configuration)
+                answer, _ = shuffle_options(keys, answer_key, rng, INVERTIBILITY_ANSWERS.__getitem__)
+                return answer, _make_invertibility_details(arm, answer_key, configuration)
     return None
 
 
-def _describe_invertibility(chain: Chain, answer_key: str, configuration: ExactConfiguration) -> InvertibilityDetails:
-    """Return the details for an arm with the given task, with numbers to four digits."""
-    jacobian = geometry.evaluate_precisely(chain, configuration, derive(chain).jacobian)
+def _make_invertibility_details(arm: Chain, answer_key: str, configuration: ExactConfiguration) -> InvertibilityDetails:
+    jacobian = geometry.evaluate_precisely(arm, configuration, derive(arm).jacobian)
     numbers = [[evaluate_in_context(value) for value in row] for row in jacobian.tolist()]
-    value = round_to_four_digits(determinant(numbers)) if jacobian.is_square else None
-    rounded = round_matrix(numbers)
     return InvertibilityDetails(
-        use=answer_key, task=chain.task, place=configuration, numbers=rounded, determinant=value
+        answer_key=answer_key,
+        task=arm.task,
+        configuration=configuration,
+        numeric_jacobian=round_matrix(numbers),
+        determinant=round_to_four_digits(determinant(numbers)) if jacobian.is_square else None,
     )
 
 
 @lru_cache(maxsize=1024)
 def _list_tasks(chain: Chain, answer_key: str) -> tuple[tuple[str, ...], ...]:
-    """Return the tasks for which J has the shape that an answer needs. For square J, prefer the arm's own task."""
-    rows = moving_rows(derive(chain).geometric)
+    """Return the tasks for which J has the shape that an answer needs. For a square J, prefer the arm's usual task."""
+    rows = find_moving_rows(derive(chain).geometric)
     if answer_key in ("regular", "singular"):
         if len(chain.task) == chain.n:
             return (chain.task,)
@@ -240,50 +235,37 @@ def _list_tasks(chain: Chain, answer_key: str) -> tuple[tuple[str, ...], ...]:
     return tuple(task for size in row_counts for task in combinations(rows, size))
 
 
-def _sample_configuration_for(chain: Chain, answer_key: str, rng: Stream) -> ExactConfiguration | None:
-    if answer_key == "singular":
-        return geometry.find_singular_configuration(chain, rng)
-    return geometry.sample_regular_configuration(chain, rng, 0.06, answer_key == "regular")
-
-
 # --- which velocities a singularity makes impossible ---
 
 MAX_ROWS = 4
 """Maximum number of velocity components of an option."""
 
 
-@dataclass(frozen=True)
-class VelocityLoss:
-    """The singular configuration, whether the correct option is a possible velocity, and the lost direction.
+@dataclass(frozen=True, kw_only=True)
+class VelocityLossDetails(Details):
+    """Details of a question about the velocities that are impossible at a singular configuration.
 
+    `is_possible` says whether the correct option is the only possible velocity, or the only impossible velocity.
     `products` are the scalar products of the lost direction with the options (by letter), to two decimals.
     """
 
-    place: ExactConfiguration
-    possible: bool
-    lost: tuple[sp.Rational, ...]
-    products: tuple[tuple[str, sp.Rational], ...]
+    configuration: ExactConfiguration = field(metadata=recorded_as("cost.place"))
+    is_possible: bool = field(metadata=recorded_as("cost.possible"))
+    lost_direction: RoundedVector = field(metadata=recorded_as("cost.lost"))
+    products: tuple[tuple[str, sp.Rational], ...] = field(metadata=recorded_as("cost.products"))
+
+    def list_shown_values(self, chain: Chain) -> dict[str, float]:
+        """Return the numbers of the singular configuration, by name."""
+        return {**self.configuration.numbers, **(self.pose or {})}
 
 
-@dataclass(frozen=True, kw_only=True)
-class VelocityLossDetails(Details):
-    """Details of a question about the velocities that are impossible at a singular configuration."""
-
-    cost: VelocityLoss
-
-    def shown_values(self, chain: Chain) -> dict[str, float]:
-        """Return the numbers of the singular configuration."""
-        return {**self.cost.place.numbers, **(self.pose or {})}
-
-
-def _object_to_velocity_loss(chain: Chain) -> str | None:
-    if objection := object_unless_direction_lost(chain):
+def _find_velocity_loss_objection(chain: Chain) -> str | None:
+    if objection := find_lost_direction_objection(chain):
         return objection
     if len(chain.task) > MAX_ROWS:
         return f"its task has {len(chain.task)} components of velocity"
-    if _loses_one_direction_somewhere(chain):
-        return None
-    return "it has no singular configuration that loses exactly one direction"
+    is_suitable = _loses_one_direction_somewhere(chain)
+    return None if is_suitable else "it has no singular configuration that loses exactly one direction"
 
 
 @lru_cache(maxsize=1024)
@@ -306,25 +288,28 @@ def _ask_unreachable_velocity(chain: Chain, rng: Stream) -> AnswerAndDetails | N
             answer, shuffled = shuffle_options(velocities, velocities[0], rng, write_vector)
             lost_entries = _round_vector(geometry.compute_lost_direction(chain, configuration))
             products = (sum(a * b for a, b in zip(vector, lost_entries, strict=True)) for vector in shuffled)
-            lettered_products = tuple(zip("ABCD", (_round_to(value, 2) for value in products), strict=True))
-            loss = VelocityLoss(configuration, is_possible, lost_entries, lettered_products)
-            return answer, VelocityLossDetails(cost=loss, pose=configuration.figure_values)
+            return answer, VelocityLossDetails(
+                configuration=configuration,
+                is_possible=is_possible,
+                lost_direction=lost_entries,
+                products=tuple(zip("ABCD", (_round_to(value, 2) for value in products), strict=True)),
+                pose=configuration.figure_values,
+            )
     return None
 
 
 def _sample_velocities(
-    jacobian: sp.Matrix, lost_unit_vector: np.ndarray, possible: bool, rng: Stream
+    jacobian: sp.Matrix, lost_unit_vector: np.ndarray, is_first_possible: bool, rng: Stream
 ) -> list[RoundedVector] | None:
-    """Return four velocities, the correct option first.
+    """Return four velocities, the correct option first; None if no suitable velocities are found.
 
-    If `possible`, the arm can produce only the first velocity, otherwise only the others. Returns None if no suitable
-    velocities are found.
+    If `is_first_possible`, the arm can produce only the first velocity, otherwise only the others.
     """
     velocities: list[RoundedVector] = []
     for _ in range(80):
-        rates = sp.Matrix([sp.Rational(rng.choice([k for k in range(-9, 10) if k]), 10) for _ in range(jacobian.cols)])
+        rates = sp.Matrix([sp.Rational(rng.nonzero_integer(9), 10) for _ in range(jacobian.cols)])
         exact_velocity = jacobian * rates
-        is_possible = possible == (not velocities)
+        is_possible = is_first_possible == (not velocities)
         if not is_possible:
             exact_velocity += _sample_velocity_along(lost_unit_vector, _compute_norm(exact_velocity), rng)
         velocity = _round_vector(exact_velocity)
@@ -338,7 +323,7 @@ def _sample_velocities(
 
 
 def _sample_velocity_along(direction: np.ndarray, length: float, rng: Stream) -> sp.Matrix:
-    """Return a velocity along the lost direction; its length is `length`, rounded to hundredths, but at least 0.2."""
+    """Return a velocity along the lost direction, in a random sense; its length is about `length`, but at least 0.2."""
     factor = rng.choice((1, -1)) * sp.Rational(round(100 * max(length, 0.2)), 100)
     first_entry = next(value for value in direction if abs(value) > 1e-3)
     oriented = direction if first_entry > 0 else -direction
@@ -346,10 +331,10 @@ def _sample_velocity_along(direction: np.ndarray, length: float, rng: Stream) ->
 
 
 def _is_clearly_as_intended(velocity: RoundedVector, lost_unit_vector: np.ndarray, is_possible: bool) -> bool:
-    """Return whether the arm can clearly produce a velocity if `is_possible`, and clearly can't otherwise.
+    """Return whether the arm clearly can produce a velocity (if `is_possible`), or clearly can't.
 
-    The arm can produce a velocity without a component along the lost direction. It clearly can't produce one with a
-    large component.
+    The arm can produce a velocity without a component along the lost direction. It clearly can't produce a velocity
+    with a large component along that direction.
     """
     numbers = np.array([float(value) for value in velocity])
     lost_share = abs(float(numbers @ lost_unit_vector)) / float(np.linalg.norm(numbers))
@@ -364,15 +349,20 @@ def _is_new(velocity: RoundedVector, chosen_velocities: list[RoundedVector]) -> 
 QUESTIONS = (
     Question(
         "jacobian-size", "Size of the Jacobian", "6.4", points=0.5, sample=_ask_jacobian_size,
-        objection=_object_to_task, entry_names=lambda chain, _: [r"\text{rows}", r"\text{columns}"],
+        find_arm_objection=lambda chain: None if _list_other_tasks(chain) else (
+            "its velocity has only one component, which is also its task"
+        ),
+        entry_names=lambda chain, _: [r"\text{rows}", r"\text{columns}"],
     ),
     Question(
-        "joint-effect", "Velocity caused by one joint", "6.12",
-        sample=_ask_effect, formula=_derive_effect, objection=_object_to_effect,
+        "joint-effect", "Velocity caused by one joint", "6.12", sample=_ask_effect, formula=_derive_effect,
+        find_arm_objection=lambda chain: None if len(_choose_rows(chain)) >= 2 else (
+            "its velocity has only one component, along a fixed line"
+        ),
     ),
     Question("invertibility", "When (6.7) applies", "6.7", sample=_ask_invertibility),
     Question(
         "unreachable-velocity", "Velocities lost at a singularity", "6.8", sample=_ask_unreachable_velocity,
-        objection=_object_to_velocity_loss,
+        find_arm_objection=_find_velocity_loss_objection,
     ),
 )  # fmt: skip

@@ -1,8 +1,9 @@
-"""Configurations for questions on singularities, and branches of the singular set.
+"""Sample configurations for questions on singularities, and find the branches of an arm's singular set.
 
-A configuration is exact: it has the joint values of a component, or a condition on several joints is solved for one
-joint. Problems show values rounded if they are not simple numbers. Reference answers are computed at the exact
-configuration, with 30 digits.
+The singular set consists of components. A component is given by values of some joints (its solutions), or by conditions
+on several joints. Sampled singular configurations are exact: they have the joint values of a component, or a condition
+is solved for one joint. Problems show values rounded if they are not simple numbers. Reference answers are computed at
+the exact configuration, with 30 digits.
 """
 
 from collections.abc import Callable, Sequence
@@ -20,73 +21,66 @@ from qdot.exercises.arm.kinematics import NumericChain
 from qdot.exercises.common.stream import Stream
 from qdot.exercises.formula.parser import parse_formula
 from qdot.exercises.formula.program import compile_program, evaluate
-from qdot.exercises.problem.problem import Details
-from qdot.exercises.questions.inversion import (
-    Configuration,
-    JointValues,
-    Lengths,
-    list_table_lengths,
-    sample_joint_values,
-)
+from qdot.exercises.problem.problem import Details, recorded_as, values_by_name
+from qdot.exercises.questions import inversion
+from qdot.exercises.questions.inversion import Configuration, JointValues, Lengths, sample_joint_values
 from qdot.exercises.singularities.axes import Sample
 from qdot.exercises.singularities.directions import NONZERO_THRESHOLD, clear_rank
 from qdot.exercises.singularities.singularity import Component, Values, singular_set
 
 DIGITS, WORKING_DIGITS = 30, 40
-MAX_TRIES = 12
-MAX_EXACT_TRIES = 24
+"""Number of digits of results, and of the intermediate results from which they are computed."""
+MAX_TRIES, MAX_EXACT_TRIES = 12, 24
+"""Maximum numbers of samples for a singular configuration, and for one without rounded joint values."""
 MAX_TIED_JOINTS = 4
 """Maximum number of joints in conditions whose exact zeros are found by a search on a grid."""
 MIN_BITS, MAX_BINARY_ROUNDED = 86, 1e6
-"""Precision (bits, about 25 digits) and size limit of numbers that are rounded in binary.
-
-They must also differ from half-integers by more than 1e-15.
-"""
-
+"""Minimum precision (in bits, about 25 digits) and maximum size of numbers that are rounded in binary."""
 
 Roots = Sequence[tuple[sp.Symbol, tuple[sp.Expr, ...]]]
-"""Joints, each with the values that solve a condition."""
+"""Joints, each with the values at which a condition holds."""
 
 
 @dataclass(frozen=True)
 class ExactConfiguration(Configuration):
-    """A configuration with exact joint values, and the rounded ones to show.
+    """A configuration with exact joint values, of which the problem may show some rounded.
 
-    `about` has the rounded values: degrees to two decimals for a revolute joint, metres to four for a prismatic one.
+    `rounded_values` has the rounded values of these joints: degrees with two decimals, or metres with four decimals.
     """
 
-    about: dict[sp.Symbol, sp.Rational] = field(default_factory=dict)
+    rounded_values: dict[sp.Symbol, sp.Rational] = field(default_factory=dict, metadata=recorded_as("about"))
 
     @property
     def figure_values(self) -> dict[str, float]:
-        """The joint values for a figure."""
+        """The joint values for a figure, by the names of the joint variables."""
         return {q.name: float(sp.Float(sp.N(value, DIGITS), 10)) for q, value in self.joints.items()}
 
 
 Sampler = Callable[..., ExactConfiguration | None]
+"""A function that returns a random configuration, or None if it finds no suitable one."""
 
 
 @dataclass(frozen=True, kw_only=True)
 class ConfigurationDetails(Details):
     """Details of a question about a given configuration, which the figure shows."""
 
-    place: ExactConfiguration
+    configuration: ExactConfiguration = field(metadata=recorded_as("place"))
 
     def __post_init__(self) -> None:
-        object.__setattr__(self, "pose", self.place.figure_values)
+        object.__setattr__(self, "pose", self.configuration.figure_values)
 
-    def given_values(self, chain: Chain) -> dict[str, float]:
-        """Return the numbers of the configuration."""
-        return self.place.numbers
+    def list_given_values(self, chain: Chain) -> dict[str, float]:
+        """Return the numbers of the configuration, by name."""
+        return self.configuration.numbers
 
 
 def make_exact_configuration(
     chain: Chain, lengths: Lengths, joints: JointValues, keeps_formulas: bool = False
 ) -> ExactConfiguration:
-    """Return the configuration with these joint values; values that are not simple have 40 digits and are rounded.
+    """Return the configuration with these joint values; values that are not simple are also rounded.
 
-    Simple values are multiples of 0.1 degrees and of 0.1 mm. With `keeps_formulas`, formulas such as arctan(3/4) are
-    kept.
+    Simple values are multiples of 0.1 degrees or 0.1 mm. A value that is not simple becomes a number with 40 digits,
+    unless it is a formula, such as arctan(3/4), and `keeps_formulas` is true.
     """
     exact_values, rounded_values = dict(joints), {}
     for q, joint in zip(chain.q, chain.joints, strict=True):
@@ -109,23 +103,21 @@ def make_exact_configuration(
 def nearest_integer(value: sp.Expr) -> int:
     """Return round(value), a hundred times as fast as SymPy, which rounds in decimal digits.
 
-    If the value may be half-way between two integers, SymPy rounds it.
+    Numbers that may be half-way between two integers are left to SymPy.
 
     >>> nearest_integer(sp.Float("-7.51", 30)), nearest_integer(sp.Float("2.5", 30)), nearest_integer(sp.S.Zero)
     (-8, 2, 0)
     """
     if isinstance(value, sp.Float) and value._prec >= MIN_BITS and abs(float(value)) < MAX_BINARY_ROUNDED:
-        sign, mantissa, exponent, _ = value._mpf_
-        unit = 1 << max(0, -int(exponent))
-        rounded, remainder = divmod(2 * (int(mantissa) << max(0, int(exponent))) + unit, 2 * unit)
-        if min(remainder, 2 * unit - remainder) * 10**15 > unit:
-            return -rounded if sign else rounded
+        nearest = mpmath.libmp.to_int(value._mpf_, mpmath.libmp.round_nearest)
+        if abs(abs(value - nearest) - sp.Rational(1, 2)) > sp.Float("1e-15"):
+            return int(nearest)
     return int(value.round())
 
 
 def convert_to_sample(chain: Chain, configuration: ExactConfiguration) -> Sample:
-    """Return a configuration in floating point, with its numeric arm."""
-    arm = NumericChain(chain, {symbol.name: float(value) for symbol, value in configuration.lengths.items()})
+    """Return the arm with the lengths of a configuration, and the joint values, in floating point."""
+    arm = NumericChain(chain, values_by_name(configuration.lengths))
     return Sample(arm, np.array([float(sp.N(configuration.joints[q])) for q in chain.q]))
 
 
@@ -141,12 +133,15 @@ def evaluate_jacobian(chain: Chain, configuration: ExactConfiguration) -> np.nda
 
 
 def compute_rank(chain: Chain, configuration: ExactConfiguration, min_ratio: float = NONZERO_THRESHOLD) -> int | None:
-    """Return the rank of the task Jacobian at a configuration, or None if it is not clear."""
+    """Return the rank of the task Jacobian at a configuration; None if a singular value is neither small nor large.
+
+    Singular values below `min_ratio` times the largest are not large.
+    """
     return clear_rank(evaluate_jacobian(chain, configuration), min_ratio)
 
 
 def evaluate_precisely(chain: Chain, configuration: ExactConfiguration, matrix: sp.Matrix) -> sp.Matrix:
-    """Return the values of a matrix of formulas at a configuration, to 30 digits, with tiny values set to zero."""
+    """Return a matrix of formulas evaluated at a configuration, to 30 digits; values below 1e-20 become zero."""
 
     def evaluate_entry(entry: sp.Expr) -> sp.Expr:
         value = sp.N(entry, DIGITS, maxn=60)
@@ -156,9 +151,9 @@ def evaluate_precisely(chain: Chain, configuration: ExactConfiguration, matrix: 
 
 
 def compute_lost_direction(chain: Chain, configuration: ExactConfiguration) -> sp.Matrix:
-    """Return the unit vector u with u^T J = 0 at a singular configuration, to 30 digits.
+    """Return the unit vector u (m x 1) with u^T J = 0 at a singular configuration, to 30 digits.
 
-    Its first entry above 1e-3 in absolute value is positive.
+    The first entry of u that is not small (1e-3) is positive.
     """
     jacobian = evaluate_precisely(chain, configuration, derive(chain).jacobian)
     with mpmath.workdps(DIGITS):
@@ -179,8 +174,9 @@ def sample_regular_configuration(
 ) -> ExactConfiguration | None:
     """Return a random configuration of full rank, or None if none is found.
 
-    With `prefers_misleading`, prefer one that seems singular after a mistake. With `needs_no_rounding`, no joint value
-    is shown rounded.
+    The ratio of the smallest to the largest singular value is at least `min_ratio`. If `prefers_misleading`, the first
+    samples are configurations that seem singular to students who make an error of sign or of 90 degrees. If
+    `needs_no_rounding`, no joint value is shown rounded.
     """
     components = singular_set(chain) or () if prefers_misleading else ()
     roots = [solution for component in components for solution in component.solutions or ()]
@@ -192,13 +188,13 @@ def sample_regular_configuration(
             continue
         configuration = make_exact_configuration(chain, lengths, wrap_angles(chain, joints))
         is_regular = compute_rank(chain, configuration, min_ratio) == compute_full_rank(chain)
-        if is_regular and not (needs_no_rounding and configuration.about):
+        if is_regular and not (needs_no_rounding and configuration.rounded_values):
             return configuration
     return None
 
 
 def sample_false_root(roots: Roots, lengths: Lengths, rng: Stream) -> JointValues:
-    """Return a random joint with one of its singular values, made wrong by a sign or by a right angle."""
+    """Return a value of a random joint: a root with an error of sign, of 90 degrees (revolute) or 0.1 m (prismatic)."""
     joint, values = rng.choice(roots)
     shift = rng.choice((sp.pi / 2, -sp.pi / 2)) if joint.name.startswith("theta") else sp.Rational(1, 10)
     value = rng.choice(values).xreplace(dict(lengths))
@@ -214,11 +210,11 @@ def sample_singular_configuration(
     needs_no_rounding: bool = False,
     keeps_formulas: bool = False,
 ) -> ExactConfiguration | None:
-    """Return a random configuration on all `components` at once where J clearly loses rank; None if none is found.
+    """Return a random configuration on all `components` at once at which J clearly loses rank; None if none is found.
 
-    If `lost_rank` is given, J loses exactly that much rank. With `has_wide_lengths`, symbolic lengths get numbers that
-    differ by up to a factor of 12. With `needs_no_rounding`, no joint value is shown rounded. With `needs_no_rounding`
-    and `keeps_formulas`, values may be formulas.
+    If `lost_rank` is given, J loses exactly that much rank. If `has_wide_lengths`, the numbers for symbolic lengths
+    differ by up to a factor of 12. If `needs_no_rounding`, no joint value is shown rounded; if also `keeps_formulas`,
+    joint values may be formulas.
     """
     for _ in range(MAX_EXACT_TRIES if needs_no_rounding else MAX_TRIES):
         lengths = _sample_wide_lengths(chain, rng) if has_wide_lengths else sample_unequal_lengths(chain, rng)
@@ -227,7 +223,7 @@ def sample_singular_configuration(
         if joints is None or not all(_is_real(value) for value in joints.values()):
             continue
         configuration = make_exact_configuration(chain, lengths, joints, keeps_formulas)
-        if needs_no_rounding and configuration.about:
+        if needs_no_rounding and configuration.rounded_values:
             continue
         threshold = NONZERO_THRESHOLD / 5 if has_wide_lengths else NONZERO_THRESHOLD
         full_rank, rank = compute_full_rank(chain), compute_rank(chain, configuration, threshold)
@@ -237,24 +233,24 @@ def sample_singular_configuration(
 
 
 def sample_displayable_configuration(
-    chain: Chain, branch: Sequence[Component], rng: Stream, lost_rank: int | None = None
+    chain: Chain, components: Sequence[Component], rng: Stream, lost_rank: int | None = None
 ) -> ExactConfiguration | None:
     """Return a random singular configuration, preferably without rounded joint values; None if none is found."""
-    sample = partial(sample_singular_configuration, chain, branch, rng, lost_rank)
+    sample = partial(sample_singular_configuration, chain, components, rng, lost_rank)
     return sample(needs_no_rounding=True) or sample()
 
 
 def find_singular_configuration(
     chain: Chain, rng: Stream, lost_rank: int | None = None, sample: Sampler = sample_displayable_configuration
 ) -> ExactConfiguration | None:
-    """Return a singular configuration: try the components in random order until one is found."""
+    """Return a random singular configuration, from the first component in random order that has one; None if none."""
     components = rng.permutation(singular_set(chain) or ())
     return next(filter(None, (sample(chain, (component,), rng, lost_rank) for component in components)), None)
 
 
 def sample_unequal_lengths(chain: Chain, rng: Stream) -> Lengths:
-    """Return random numbers for the symbolic lengths; no two lengths are equal, which would be a special case."""
-    table_lengths = list_table_lengths(chain)
+    """Return random numbers for the symbolic lengths. No two lengths are equal, because that is a special case."""
+    table_lengths = inversion.list_table_lengths(chain)
     shuffled = rng.permutation(range(6, max(17, 6 + len(chain.parameters) + len(table_lengths))))
     steps = [step for step in shuffled if sp.Rational(step, 20) not in table_lengths]
     return {symbol: sp.Rational(step, 20) for symbol, step in zip(chain.parameters, steps, strict=False)}
@@ -272,45 +268,46 @@ def sample_singular_configurations(chain: Chain, component: Component, count: in
     """Return up to `count` configurations on a component that lose one direction, with very different lengths."""
     stream = Stream(f"samples/{component.pieces()}")
     sample = partial(sample_singular_configuration, chain, (component,), stream, 1, has_wide_lengths=True)
-    return tuple(convert_to_sample(chain, found) for found in (sample() for _ in range(count)) if found is not None)
+    return tuple(convert_to_sample(chain, c) for c in (sample() for _ in range(count)) if c is not None)
 
 
 @dataclass(frozen=True)
 class Branch:
-    """A branch of the singular set: one combination of joint values, or a condition on several joints.
+    """A branch of an arm's singular set: one combination of joint values, or a condition on several joints.
 
-    `component` is the branch of the arm, `generic` the corresponding branch of its structure.
+    `component` is the branch of the arm, and `of_structure` is the same branch of the arm's structure, which is the arm
+    with symbols for all lengths and oblique angles and without joint offsets.
     """
 
     component: Component
-    generic: Component
+    of_structure: Component
 
 
 @lru_cache(maxsize=1024)
 def match_branches(chain: Chain) -> tuple[Branch, ...]:
-    """Return the branches of an arm's singular set, each with the corresponding branch of its structure."""
-    derivation = derive(chain)
-    generic_set = singular_set(structure(chain).chain) or ()
-    generic = {tuple(map(derivation.substitute_values, component.conditions)): component for component in generic_set}
-    matched_branches: list[Branch] = []
+    """Return the branches of an arm's singular set that are also branches of the arm's structure."""
+    substitute = derive(chain).substitute_values
+    structure_set = singular_set(structure(chain).chain) or ()
+    structure_components = {tuple(map(substitute, component.conditions)): component for component in structure_set}
+    branches: list[Branch] = []
     for component in singular_set(chain) or ():
-        generic_component = generic.get(component.conditions)
-        if generic_component is None or (component.solutions is None) != (generic_component.solutions is None):
+        of_structure = structure_components.get(component.conditions)
+        if of_structure is None or (component.solutions is None) != (of_structure.solutions is None):
             continue
         if component.solutions is None:
-            matched_branches.append(Branch(component, generic_component))
+            branches.append(Branch(component, of_structure))
         for values in component.value_combinations():
-            same_values = (v for v in generic_component.value_combinations() if _have_same_values(chain, values, v))
-            matched_branches += [Branch(component.at(values), generic_component.at(v)) for v in islice(same_values, 1)]
-    return tuple(matched_branches)
+            same_values = (v for v in of_structure.value_combinations() if _are_same_values(chain, values, v))
+            branches += [Branch(component.at(values), of_structure.at(v)) for v in islice(same_values, 1)]
+    return tuple(branches)
 
 
-def _have_same_values(chain: Chain, arm_values: Values, generic_values: Values) -> bool:
-    """Return whether joint values of a structure are those of the arm, up to its offsets and full rotations."""
+def _are_same_values(chain: Chain, arm_values: Values, structure_values: Values) -> bool:
+    """Return whether joint values of a structure are those of the arm, up to joint offsets and full rotations."""
     lengths = {symbol: sp.Rational(37 + 11 * i, 100) for i, symbol in enumerate(chain.parameters)}
-    for (q, value), (_, generic_value) in zip(arm_values, generic_values, strict=True):
+    for (q, value), (_, structure_value) in zip(arm_values, structure_values, strict=True):
         index = chain.q.index(q)
-        exact_difference = derive(chain).substitute_values(generic_value) - chain.offsets[index] - value
+        exact_difference = derive(chain).substitute_values(structure_value) - chain.offsets[index] - value
         difference = sp.N(exact_difference.xreplace(lengths), 15)
         if chain.joints[index].kind == "R":
             difference = sp.N(sp.exp(sp.I * difference) - 1, 15)
@@ -322,13 +319,13 @@ def _have_same_values(chain: Chain, arm_values: Values, generic_values: Values) 
 def _sample_joint_values_on(
     chain: Chain, components: Sequence[Component], lengths: Lengths, rng: Stream
 ) -> JointValues | None:
-    """Return random joint values on all components.
+    """Return random joint values that are on all components, or None if none are found.
 
-    Components with known joint values come first. Each other condition is then solved for one joint.
+    First, joints get the values that solve components. Then each other condition is solved for one joint.
     """
     fixed: JointValues = {}
-    for solved_component in (component for component in components if component.solutions is not None):
-        values = dict(rng.choice(solved_component.value_combinations()))
+    for component in (component for component in components if component.solutions is not None):
+        values = dict(rng.choice(component.value_combinations()))
         if any(fixed.get(q, value) != value for q, value in values.items()):
             return None
         fixed.update(wrap_angles(chain, {q: value.xreplace(dict(lengths)) for q, value in values.items()}))
@@ -356,10 +353,10 @@ def _sample_joint_values_on(
 def _sample_exact_joint_values_on(
     chain: Chain, components: Sequence[Component], lengths: Lengths, rng: Stream
 ) -> JointValues | None:
-    """Return random joint values on all components that need no rounding.
+    """Return random joint values that are on all components and need no rounding, or None if none are found.
 
-    In a condition on several joints, angles (with offset) are multiples of 30 degrees, and prismatic joints are
-    multiples of 5 cm.
+    In a condition on several joints, angles (with the joint offset) are multiples of 30 degrees, and the variables of
+    prismatic joints are multiples of 5 cm.
     """
     solved_components = [component for component in components if component.solutions is not None]
     fixed = _sample_joint_values_on(chain, solved_components, lengths, rng)
@@ -372,12 +369,12 @@ def _sample_exact_joint_values_on(
         return fixed
     if not 0 < len(tied_joints) <= MAX_TIED_JOINTS:
         return None
-    kinds, offsets = (dict(zip(chain.q, items, strict=True)) for items in (chain.joints, chain.offsets))
     steps = {
-        q: [wrap_angle(chain, q, k * sp.pi / 6 - offsets[q]) for k in range(12)]
-        if kinds[q].kind == "R"
+        q: [wrap_angle(chain, q, k * sp.pi / 6 - offset) for k in range(12)]
+        if joint.kind == "R"
         else [sp.Rational(k, 20) for k in range(2, 17)]
-        for q in tied_joints
+        for q, joint, offset in zip(chain.q, chain.joints, chain.offsets, strict=True)
+        if q in tied_joints
     }
     grid = np.meshgrid(*([float(value) for value in steps[q]] for q in tied_joints), indexing="ij")
     values = {symbol.name: np.full(grid[0].size, float(sp.N(value))) for symbol, value in {**lengths, **fixed}.items()}
@@ -394,9 +391,9 @@ def _sample_exact_joint_values_on(
 
 
 def _find_zeros(condition: sp.Expr, joint: sp.Symbol, is_revolute: bool) -> list[sp.Expr]:
-    """Return the zeros of a condition in a joint to 40 digits.
+    """Return the values of a joint at which a condition is zero, to 40 digits.
 
-    The condition must be a + b cos q + c sin q for a revolute joint, or a + b q for a prismatic one. For any other
+    The condition must be a + b cos q + c sin q for a revolute joint, or a + b q for a prismatic joint. For any other
     condition, the list is empty.
     """
     test_values = (sp.S.Zero, sp.pi / 2, sp.pi, sp.S.One) if is_revolute else (sp.S.Zero, sp.S.One, sp.S(2), sp.S(3))
@@ -424,12 +421,12 @@ def _is_real(value: sp.Expr) -> bool:
 
 
 def wrap_angles(chain: Chain, joints: JointValues) -> JointValues:
-    """Return the values of joints; numeric angles are wrapped to (-pi, pi]."""
+    """Return joint values with numeric angles wrapped to (-pi, pi]."""
     return {q: wrap_angle(chain, q, value) for q, value in joints.items()}
 
 
 def wrap_angle(chain: Chain, joint: sp.Symbol, value: sp.Expr) -> sp.Expr:
-    """Return the value of a joint; a numeric angle is wrapped to (-pi, pi]."""
+    """Return the value of a joint, wrapped to (-pi, pi] if it is a numeric angle."""
     if chain.joints[chain.q.index(joint)].kind == "P" or not value.is_number or not _is_real(value):
         return value
     rotation_count = sp.floor((sp.pi - sp.N(value, DIGITS)) / (2 * sp.pi))

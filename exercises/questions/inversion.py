@@ -1,4 +1,8 @@
-"""Inverse Jacobian and inverse velocity, symbolically and numerically (6.7; Example 6.2)."""
+"""Questions on the inverse of J and joint rates (6.7; Example 6.2), and on static joint torques, tau = J^T F.
+
+By the principle of virtual work, the torques are the dual of the velocity problem. Joint rates are asked for as
+formulas, or as numbers at a configuration.
+"""
 
 from collections.abc import Iterable
 from dataclasses import dataclass
@@ -9,12 +13,13 @@ import sympy as sp
 
 from qdot.exercises.answer_types import Number
 from qdot.exercises.arm import mpmath_kinematics as precise
+from qdot.exercises.arm.arithmetic import apply_matrix
 from qdot.exercises.arm.chain import Chain
 from qdot.exercises.arm.derivation import task_velocity
 from qdot.exercises.arm.kinematics import NumericChain
 from qdot.exercises.arm.mpmath_kinematics import PreciseArm, Vector
 from qdot.exercises.common.stream import Stream
-from qdot.exercises.problem.problem import Details, values_by_name
+from qdot.exercises.problem.problem import Details, SymbolInfo, values_by_name
 from qdot.exercises.questions import base
 from qdot.exercises.questions.base import AnswerAndDetails, Question
 
@@ -24,14 +29,15 @@ MAX_SAMPLES = 2000
 THREE_DIGIT_TOLERANCE = 0.005
 """Relative tolerance of numbers with three significant digits: rounding 1.004999 to 1.00 changes it by 0.5 %."""
 
-
 Lengths = dict[sp.Symbol, sp.Rational]
 JointValues = dict[sp.Symbol, sp.Expr]
+
+# --- configurations ---
 
 
 @dataclass(frozen=True)
 class Configuration:
-    """Numbers for an arm: one for each symbolic length, and one for each joint."""
+    """Numbers for an arm: one for each symbolic length (m), and one for each joint variable (rad or m)."""
 
     lengths: Lengths
     joints: JointValues
@@ -43,18 +49,18 @@ class Configuration:
 
     @property
     def numbers(self) -> dict[str, float]:
-        """All numbers by their names, in floating point."""
+        """All numbers as floats, by the names of their symbols."""
         return {str(symbol): float(sp.N(value.xreplace(self.lengths))) for symbol, value in self.values.items()}
 
     @property
     def figure_values(self) -> dict[str, float]:
-        """The joint values for a figure."""
+        """The joint values for a figure, by the names of the joint variables."""
         return {q.name: float(value) for q, value in self.joints.items()}
 
 
 @dataclass(frozen=True)
 class ConfigurationAndVelocity(Configuration):
-    """A configuration with simple numbers, and the task velocity there."""
+    """A configuration with simple numbers, and the task velocity there (m/s and rad/s)."""
 
     velocity: dict[sp.Symbol, sp.Rational]
 
@@ -66,11 +72,11 @@ class ConfigurationAndVelocity(Configuration):
 
 @dataclass(frozen=True, kw_only=True)
 class VelocityDetails(Details):
-    """Details of a question about a given configuration and task velocity."""
+    """Details of a question that gives a configuration and a task velocity (the `situation`)."""
 
     situation: ConfigurationAndVelocity
 
-    def given_values(self, chain: Chain) -> dict[str, float]:
+    def list_given_values(self, chain: Chain) -> dict[str, float]:
         """Return the numbers of the configuration and velocity."""
         return self.situation.numbers
 
@@ -85,7 +91,7 @@ def sample_joint_values(chain: Chain, rng: Stream) -> JointValues:
 
 
 def sample_lengths(chain: Chain, rng: Stream) -> Lengths:
-    """Return random numbers for the symbolic lengths; no two lengths are equal, as the problem text promises."""
+    """Return random numbers for the symbolic lengths. No two lengths are equal, because the problem text says so."""
     used_lengths = list_table_lengths(chain)
     lengths: Lengths = {}
     for symbol in chain.parameters:
@@ -97,12 +103,12 @@ def sample_lengths(chain: Chain, rng: Stream) -> Lengths:
 
 
 def list_table_lengths(chain: Chain) -> set[sp.Expr]:
-    """Return the absolute values of the numeric lengths in the table."""
+    """Return the absolute values of the numeric lengths in an arm's table."""
     return {abs(length) for joint in chain.joints for length in (joint.a, joint.d) if length.is_number}
 
 
 def compute_conditioning(chain: Chain, lengths: Lengths, joints: JointValues) -> float:
-    """Return the ratio of the smallest to the largest singular value of the task Jacobian at a configuration."""
+    """Return sigma_min/sigma_max of the task Jacobian at a configuration, which is zero if J loses rank."""
     arm = NumericChain(chain, values_by_name(lengths))
     jacobian = arm.jacobian(np.array([float(joints[q].xreplace(lengths)) for q in chain.q]))
     sigma = np.linalg.svd(jacobian[chain.task_rows], compute_uv=False)
@@ -113,30 +119,38 @@ def sample_situation(chain: Chain, rng: Stream) -> ConfigurationAndVelocity:
     """Return a random configuration far from singular ones, with a random task velocity."""
     for _ in range(MAX_SAMPLES):
         lengths, joints = sample_lengths(chain, rng), sample_joint_values(chain, rng)
-        velocity = {v: sp.Rational(rng.choice([k for k in range(-8, 9) if k]), 20) for v in task_velocity(chain)}
+        velocity = {v: sp.Rational(rng.nonzero_integer(8), 20) for v in task_velocity(chain)}
         if compute_conditioning(chain, lengths, joints) > min_conditioning(chain):
             return ConfigurationAndVelocity(lengths, joints, velocity)
     raise RuntimeError(f"no well-conditioned pose of {chain} was found; please report this")
 
 
 def evaluate_jacobian_precisely(chain: Chain, situation: ConfigurationAndVelocity) -> list[Vector]:
-    """Return the task Jacobian at a situation's configuration, as rows of high-precision numbers."""
+    """Return the task Jacobian at the configuration of a situation, as rows of high-precision numbers."""
     arm = PreciseArm(chain, situation.lengths)
     return arm.task_jacobian([arm.evaluate_number(situation.joints[q]) for q in chain.q])
 
 
 def min_conditioning(chain: Chain) -> float:
-    """Return the minimum sigma_min/sigma_max of a numeric configuration.
+    """Return the minimum sigma_min/sigma_max of a configuration at which a question asks for numbers.
 
-    It is smaller for many joints, because few configurations exceed it. It is also smaller for tasks in metres and
-    radians, because the ratio means less there.
+    The minimum is smaller for many joints, because few of their configurations have a large ratio. It is also smaller
+    for tasks in metres and radians, because the ratio means less if units are mixed.
     """
     kinds = {row[0] for row in chain.task}
     return 0.15 if chain.n <= base.MAX_JOINTS_FOR_INVERSE and len(kinds) == 1 else 0.04
 
 
+def write_power_of_metres(power: int) -> str:
+    """Return the unit m^power as text; "" for the power 0."""
+    return {0: "", 1: "m"}.get(power, f"m^{power}")
+
+
+# --- inverse and joint rates ---
+
+
 def make_joint_rates(chain: Chain, rates: Iterable[Any], max_rate: Any) -> Number:
-    """Return joint rates to three digits. The error allowed near zero is a thousandth of `max_rate`."""
+    """Return joint rates, to three digits, as an answer. The error allowed near zero is a thousandth of `max_rate`."""
     units = tuple("rad/s" if joint.kind == "R" else "m/s" for joint in chain.joints)
     rounded_rates = sp.Matrix(list(map(precise.round_to_ten_digits, rates)))
     return Number(rounded_rates, units, THREE_DIGIT_TOLERANCE, 0.001 * float(max_rate))
@@ -150,26 +164,65 @@ def _ask_joint_rates(chain: Chain, rng: Stream) -> AnswerAndDetails:
     return make_joint_rates(chain, rates, max_rate), VelocityDetails(situation=situation)
 
 
-INVERSE_SOURCES = (("jacobian",), ("jacobian", "determinant"))
-RATE_SOURCES = (("inverse-velocity",), ("inverse-jacobian",), *INVERSE_SOURCES)
-"""The sets of questions from whose answers the inverse can be derived, and from which numeric joint rates can."""
+INVERSE_PREREQUISITES = (("jacobian",), ("jacobian", "determinant"))
+"""The sets of questions from whose answers the inverse can be derived."""
+RATE_PREREQUISITES = (("inverse-velocity",), ("inverse-jacobian",), *INVERSE_PREREQUISITES)
+"""The sets of questions from whose answers numeric joint rates can be derived."""
+
+
+# --- static joint torques ---
+
+
+@dataclass(frozen=True, kw_only=True)
+class LoadDetails(Details):
+    """Details of a question about an arm that exerts a force or moment: one component for each row of the task."""
+
+    force: sp.Matrix
+
+
+def make_load_symbols(chain: Chain) -> dict[str, SymbolInfo]:
+    """Return the components of force and moment that correspond to the rows of the task: fx for vx, mx for wx."""
+    loads = {"v": ("f", SymbolInfo("force", "N")), "w": ("m", SymbolInfo("moment", "N m"))}
+    return {f"{loads[row[0]][0]}{row[1]}": loads[row[0]][1] for row in chain.task}
+
+
+def _make_load_details(chain: Chain, rng: Stream) -> LoadDetails:
+    symbols = make_load_symbols(chain)
+    units = tuple("N m" if joint.kind == "R" else "N" for joint in chain.joints)
+    return LoadDetails(symbols=symbols, force=sp.Matrix([sp.Symbol(name) for name in symbols]), units=units)
+
+
+def _choose_torque_title(chain: Chain) -> str:
+    kinds = "".join(sorted({joint.kind for joint in chain.joints}))
+    return {"R": "Static joint torques", "P": "Static joint forces", "PR": "Static joint torques and forces"}[kinds]
+
 
 QUESTIONS = (
     Question(
-        "inverse-jacobian", "Inverse Jacobian", "appendix", points=2.0, needs=("jacobian", "determinant"),
+        "inverse-jacobian", "Inverse Jacobian", "appendix", points=2.0, prerequisites=("jacobian", "determinant"),
         stage="inverse", row_and_column_labels=lambda chain: (base.name_joint_rates(chain), chain.task),
-        objection=base.object_unless_square, too_long=base.object_to_inverse,
-        is_made_of_jacobian=True, is_made_of_minors=True, source_questions=INVERSE_SOURCES,
+        find_arm_objection=base.find_determinant_objection, find_size_objection=base.find_inverse_size_objection,
+        is_made_of_jacobian=True, is_made_of_minors=True, alternative_prerequisites=INVERSE_PREREQUISITES,
     ),
     Question(
-        "inverse-velocity", "Inverse velocity", "6.7", points=2.0, needs=("jacobian", "inverse-jacobian"),
-        stage="rates", typed_names=base.name_joint_rates, objection=base.object_unless_square,
-        too_long=base.object_to_inverse, is_made_of_jacobian=True, is_made_of_minors=True,
-        source_questions=RATE_SOURCES[1:],
+        "inverse-velocity", "Inverse velocity", "6.7", points=2.0, prerequisites=("jacobian", "inverse-jacobian"),
+        stage="rates", typed_names=base.name_joint_rates, find_arm_objection=base.find_determinant_objection,
+        find_size_objection=base.find_inverse_size_objection, is_made_of_jacobian=True, is_made_of_minors=True,
+        alternative_prerequisites=RATE_PREREQUISITES[1:],
     ),
     Question(
-        "joint-rates", "Joint rates at a configuration", "6.7", needs=("inverse-velocity",),
-        stage="rates", sample=_ask_joint_rates, typed_names=base.name_joint_rates, objection=base.object_unless_square,
-        is_made_of_jacobian=True, source_questions=RATE_SOURCES,
+        "joint-rates", "Joint rates at a configuration", "6.7", prerequisites=("inverse-velocity",), stage="rates",
+        sample=_ask_joint_rates, typed_names=base.name_joint_rates, is_made_of_jacobian=True,
+        find_arm_objection=base.find_determinant_objection, alternative_prerequisites=RATE_PREREQUISITES,
+    ),
+    Question(
+        "joint-torques", "Static joint torques", "dual of 6.4", prerequisites=("jacobian",),
+        choose_title=_choose_torque_title,
+        formula=lambda stages, _: apply_matrix(
+            stages["transposed jacobian"], stages.symbol_vector(make_load_symbols(stages.chain))
+        ),
+        make_details=_make_load_details, is_made_of_jacobian=True,
+        entry_names=lambda chain, _: [rf"\tau_{{{joint}}}" for joint in range(1, chain.n + 1)],
+        find_size_objection=base.limit_terms("jacobian"),
     ),
 )  # fmt: skip

@@ -1,4 +1,7 @@
-"""The lines of an arm along which motion is lost on a branch of its singular set, found at sampled configurations."""
+"""Find the lines of an arm (joint axes, links, …) along which no motion is possible on a branch of its singular set.
+
+The directions of the lines are compared with the lost direction at sampled configurations.
+"""
 
 from dataclasses import dataclass
 from functools import lru_cache
@@ -8,13 +11,8 @@ import numpy as np
 
 from qdot.exercises.arm.chain import Chain
 from qdot.exercises.questions.geometry import sample_singular_configurations
-from qdot.exercises.singularities.directions import (
-    NONZERO_THRESHOLD,
-    ArmLine,
-    candidate_lines,
-    line_directions,
-    lost_direction,
-)
+from qdot.exercises.singularities import directions
+from qdot.exercises.singularities.directions import ArmLine
 from qdot.exercises.singularities.singularity import Component
 
 SAMPLE_COUNT = 8
@@ -23,15 +21,17 @@ SAMPLE_COUNT = 8
 MAX_WRONG_COSINE = float(np.cos(np.radians(13.7)))
 """Cosine of 13.7 degrees, the minimum angle between a wrong line and the lost direction.
 
-It is not 15 degrees, because joints are sampled in steps of 5 degrees, so that 15 degrees occur exactly. Then rounding
-would decide, which differs between machines."""
+The limit is not 15 degrees: joints are sampled in steps of 5 degrees, so 15 degrees would occur exactly. Then rounding
+would decide, and rounding differs between machines.
+"""
 
 
 @dataclass(frozen=True)
 class LostMotion:
-    """A lost translation of "P" or rotation of the last "link" (`moving_part`), with the correct and the wrong lines.
+    """A motion that an arm loses on a branch: a translation of "P" or a rotation of the last "link" (`moving_part`).
 
-    If `holds_other_motion` is true, the motion is lost only while the other one is zero.
+    `correct_lines` are parallel to the lost direction, and `wrong_lines` are clearly not. If `holds_other_motion`, the
+    motion is impossible only while the other motion (rotation or translation) is zero.
     """
 
     moving_part: str
@@ -41,39 +41,42 @@ class LostMotion:
 
 
 @lru_cache(maxsize=1024)
-def find_lost_motion(generic: Chain, component: Component) -> LostMotion | None:
-    """Return the motion that a structure loses on a branch, or None if no line of the arm describes it."""
-    samples, rows = sample_singular_configurations(generic, component, SAMPLE_COUNT), generic.task_rows
-    lost_directions = [lost_direction(sample.arm.jacobian(sample.q)[rows], NONZERO_THRESHOLD / 5) for sample in samples]
+def find_lost_motion(symbolic_chain: Chain, component: Component) -> LostMotion | None:
+    """Return the motion that a structure loses on a branch; None if no line of the arm has the lost direction."""
+    samples, rows = sample_singular_configurations(symbolic_chain, component, SAMPLE_COUNT), symbolic_chain.task_rows
+    threshold = directions.NONZERO_THRESHOLD / 5
+    jacobians = (sample.arm.jacobian(sample.q)[rows] for sample in samples)
+    lost_directions = [directions.lost_direction(jacobian, threshold) for jacobian in jacobians]
     if len(samples) < SAMPLE_COUNT // 2 or any(u is None for u in lost_directions):
         return None
     lost_twists = np.zeros((len(samples), 6))
     lost_twists[:, rows] = np.array(lost_directions)
     norms = {"P": np.linalg.norm(lost_twists[:, :3], axis=1), "link": np.linalg.norm(lost_twists[:, 3:], axis=1)}
-    lines = candidate_lines(generic)
-    vectors = line_directions(lines, samples)
-    for moving, held_part, first_row in (("P", "link", 0), ("link", "P", 3)):
-        if np.any(norms[moving] < 0.02):
+    lines = directions.candidate_lines(symbolic_chain)
+    vectors = directions.line_directions(lines, samples)
+    for moving_part, other_part, first_row in (("P", "link", 0), ("link", "P", 3)):
+        if np.any(norms[moving_part] < 0.02):
             continue
         other_axes = [axis for axis in range(3) if first_row + axis not in rows]
         in_task = np.abs(vectors[:, :, other_axes]).max(axis=(1, 2), initial=0.0) <= 1e-9  # False where undefined
-        cosine = np.abs(np.sum(vectors * (lost_twists[:, first_row : first_row + 3] / norms[moving][:, None]), axis=2))
+        unit_vectors = lost_twists[:, first_row : first_row + 3] / norms[moving_part][:, None]
+        cosine = np.abs(np.sum(vectors * unit_vectors, axis=2))
         is_correct = in_task & np.all(cosine > 1 - 1e-9, axis=1)
         is_oblique = (np.mean(cosine < MAX_WRONG_COSINE, axis=1) >= 0.75) & ~np.isnan(cosine).any(axis=1)
         is_wrong = in_task & ~is_correct & is_oblique
         if is_correct.any() and _count_directions(vectors[is_wrong]) >= 2:
-            is_held = bool(np.any(norms[held_part] > 1e-7))
-            return LostMotion(moving, is_held, tuple(compress(lines, is_correct)), tuple(compress(lines, is_wrong)))
+            correct_lines, wrong_lines = tuple(compress(lines, is_correct)), tuple(compress(lines, is_wrong))
+            return LostMotion(moving_part, bool(np.any(norms[other_part] > 1e-7)), correct_lines, wrong_lines)
     return None
 
 
-def _count_directions(line_directions: np.ndarray) -> int:
-    """Return the number of different directions among lines, (lines, samples, 3)."""
-    distinct_directions: list[np.ndarray] = []
-    for vectors in line_directions:
-        if not any(_are_parallel(vectors, known_vectors) for known_vectors in distinct_directions):
-            distinct_directions.append(vectors)
-    return len(distinct_directions)
+def _count_directions(line_vectors: np.ndarray) -> int:
+    """Return how many of the lines, given by unit vectors (lines, samples, 3), have different directions."""
+    distinct_vectors: list[np.ndarray] = []
+    for vectors in line_vectors:
+        if not any(_are_parallel(vectors, known_vectors) for known_vectors in distinct_vectors):
+            distinct_vectors.append(vectors)
+    return len(distinct_vectors)
 
 
 def _are_parallel(a: np.ndarray, b: np.ndarray) -> bool:
@@ -81,8 +84,9 @@ def _are_parallel(a: np.ndarray, b: np.ndarray) -> bool:
 
 
 @lru_cache(maxsize=1024)
-def find_parallel_lines(generic: Chain, component: Component) -> dict[tuple[ArmLine, ArmLine], bool]:
-    """Return for each pair of lines whether they are parallel everywhere on a branch."""
-    lines = candidate_lines(generic)
-    vectors = line_directions(lines, sample_singular_configurations(generic, component, SAMPLE_COUNT))
+def compare_lines(symbolic_chain: Chain, component: Component) -> dict[tuple[ArmLine, ArmLine], bool]:
+    """Return for each pair of a structure's lines whether the two lines are parallel at all samples of a branch."""
+    lines = directions.candidate_lines(symbolic_chain)
+    samples = sample_singular_configurations(symbolic_chain, component, SAMPLE_COUNT)
+    vectors = directions.line_directions(lines, samples)
     return {(a, b): _are_parallel(vectors[i], vectors[j]) for i, a in enumerate(lines) for j, b in enumerate(lines)}

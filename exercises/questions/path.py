@@ -1,12 +1,12 @@
 """Questions on a welding robot: joint rates along a straight line at a given speed, and where a rate exceeds its limit.
 
 A is the position of P in a given initial configuration. P moves on the line from A towards B (given in cm) at constant
-speed v. Its position is p(s) = A + s u with u = (B - A)/|B - A|. The joint rates are qd = J^-1 u v (6.7), at the
-configuration with P at p(s).
+speed v. At the distance s from A, the position of P is p(s) = A + s u with u = (B - A)/|B - A|. The joint rates are
+qd = J^-1 u v (6.7), at the configuration with P at p(s).
 """
 
 from collections.abc import Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 from functools import partial
 from typing import Any
 
@@ -19,20 +19,21 @@ from qdot.exercises.arm.mpmath_kinematics import FLOAT_CONTEXT, PRECISE_CONTEXT,
 from qdot.exercises.arm.path import PathSample, StraightPath
 from qdot.exercises.common.errors import count_noun
 from qdot.exercises.common.stream import Stream
-from qdot.exercises.problem.problem import Details, values_by_name
+from qdot.exercises.problem.problem import Details, recorded_as, values_by_name
 from qdot.exercises.questions import inversion
-from qdot.exercises.questions.base import AnswerAndDetails, Question, name_joint_rates, object_unless_square
-from qdot.exercises.questions.inversion import RATE_SOURCES, THREE_DIGIT_TOLERANCE, Configuration
-from qdot.exercises.questions.redundancy import object_to_symbolic_angles
+from qdot.exercises.questions.base import AnswerAndDetails, Question, find_determinant_objection, name_joint_rates
+from qdot.exercises.questions.inversion import THREE_DIGIT_TOLERANCE, Configuration, JointValues, Lengths
+from qdot.exercises.questions.redundancy import find_symbolic_angle_objection
 from qdot.exercises.singularities.singularity import singular_set
 
 SAMPLE_SPACING = 0.02
-"""Distance between the points at which a line is examined (m)."""
+"""Distance (m) between the points at which a line is examined."""
 
 REGULAR_CONDITIONING, LESS_REGULAR_CONDITIONING, SINGULAR_CONDITIONING = 0.15, 0.05, 0.03
-"""Minimum sigma_min/sigma_max along a line: a regular line, a less regular line, and a line to a singularity.
+"""Minimum sigma_min/sigma_max along a line: for a regular line, a less regular line, and a line to a singularity.
 
-An arm with links of very different lengths may have only less regular lines."""
+An arm with links of very different lengths may have only less regular lines.
+"""
 
 PREFERRED_TRIES = 1000
 """Number of lines to sample before a less regular one is accepted."""
@@ -46,7 +47,7 @@ class WeldingLine(Configuration):
     speed: sp.Rational
 
     def make_line(self, chain: Chain, context: Any = FLOAT_CONTEXT) -> StraightPath:
-        """Return the numeric line in an arithmetic, by default in floating point."""
+        """Return the line as a path of the arm, in the arithmetic of an mpmath context (by default, floats)."""
         return StraightPath(chain, self.lengths, self.joints, tuple(self.target.values()), context)
 
     def compute_joint_values(self, chain: Chain, s: sp.Expr) -> Vector:
@@ -80,27 +81,20 @@ class WeldingLine(Configuration):
         speed = line.arm.evaluate_number(self.speed)
         return [derivative * speed for derivative in line.joint_derivatives(q)]
 
-    def compute_start(self, chain: Chain) -> sp.Matrix:
-        """Return A, to four digits."""
-        return _round(self.make_line(chain, PRECISE_CONTEXT).start_point)
-
-    def compute_direction(self, chain: Chain) -> sp.Matrix:
-        """Return the unit vector from A to B, to four digits."""
-        return _round(self.make_line(chain, PRECISE_CONTEXT).direction)
-
-    def compute_length(self, chain: Chain) -> sp.Float:
-        """Return the distance from A to B, to four digits."""
-        return precise.round_to_four_digits(self.make_line(chain, PRECISE_CONTEXT).length)
+    def describe_line(self, chain: Chain) -> tuple[sp.Matrix, sp.Float, sp.Matrix]:
+        """Return A, the distance from A to B, and the unit vector from A to B, to four digits."""
+        line = self.make_line(chain, PRECISE_CONTEXT)
+        return _round(line.start_point), precise.round_to_four_digits(line.length), _round(line.direction)
 
     def tabulate_results(self, chain: Chain, end: sp.Expr) -> "list[ResultsAtPoint]":
-        """Return the intermediate results at five points between A and the distance `end`, denser towards the end."""
+        """Return the intermediate results at five points from A to the distance `end`, which are denser near `end`."""
         distances = [sp.Rational(int(share * end), 100) for share in (0, 40, 70, 90)]
         return [self.compute_results(chain, s) for s in (*distances, end)]
 
 
 @dataclass(frozen=True)
 class ResultsAtPoint:
-    """The results at one point of a seam, to four digits (s has five).
+    """The results at one point of a welding line, to four digits (s has five).
 
     `conditioning` is sigma_min/sigma_max of J.
     """
@@ -122,11 +116,11 @@ def _round(values: Vector) -> sp.Matrix:
 class PathDetails(Details):
     """Details of a question about a welding line."""
 
-    seam: WeldingLine
+    welding_line: WeldingLine = field(metadata=recorded_as("seam"))
 
-    def shown_values(self, chain: Chain) -> dict[str, float]:
-        """Return the lengths, and the joint values at the start of the line."""
-        return {**values_by_name(self.seam.lengths), **(self.pose or {})}
+    def list_shown_values(self, chain: Chain) -> dict[str, float]:
+        """Return the lengths, and the joint values at the start of the line, by name."""
+        return {**values_by_name(self.welding_line.lengths), **(self.pose or {})}
 
 
 # --- joint rates at a point of the line ---
@@ -134,25 +128,25 @@ class PathDetails(Details):
 
 @dataclass(frozen=True, kw_only=True)
 class DistanceDetails(PathDetails):
-    """Details of a question about a point of a welding line, at a distance from A (m)."""
+    """Details of a question about the point of a welding line at a `distance` (m) from A."""
 
     distance: sp.Rational
 
-    def given_values(self, chain: Chain) -> dict[str, float]:
-        """Return the lengths, the joint values at the distance, and the velocity along the line."""
-        seam, line = self.seam, self.seam.make_line(chain, PRECISE_CONTEXT)
-        joints = seam.compute_joint_values(chain, self.distance)
-        values = {symbol.name: float(value) for symbol, value in seam.lengths.items()}
-        values |= {q.name: float(value) for q, value in zip(chain.q, joints, strict=True)}
-        return values | {row: float(u) * float(seam.speed) for row, u in zip(chain.task, line.direction, strict=True)}
+    def list_given_values(self, chain: Chain) -> dict[str, float]:
+        """Return the lengths, the joint values at the distance, and the task velocity, by name."""
+        direction, speed = self.welding_line.make_line(chain, PRECISE_CONTEXT).direction, float(self.welding_line.speed)
+        joints = self.welding_line.compute_joint_values(chain, self.distance)
+        values = {q.name: float(value) for q, value in zip(chain.q, joints, strict=True)}
+        velocity = {row: float(u) * speed for row, u in zip(chain.task, direction, strict=True)}
+        return {**values_by_name(self.welding_line.lengths), **values, **velocity}
 
 
-def _object_to_path(chain: Chain) -> str | None:
+def _find_path_objection(chain: Chain) -> str | None:
     if len(chain.linear_rows) != len(chain.task):
         return f"its task is {', '.join(chain.task)}, but a path of the point gives only linear velocities"
     if not 2 <= chain.n <= 3:
         return f"it has {count_noun(chain.n, 'joint')}; a path needs two or three"
-    if objection := object_unless_square(chain) or object_to_symbolic_angles(chain):
+    if objection := find_determinant_objection(chain) or find_symbolic_angle_objection(chain):
         return objection
     if singular_set(chain) == () and all(joint.kind == "P" for joint in chain.joints):
         return "its Jacobian is constant, so the joint rates along a line are constant too"
@@ -164,21 +158,19 @@ def _ask_path_rates(chain: Chain, rng: Stream) -> AnswerAndDetails | None:
         is_preferred = attempt < PREFERRED_TRIES
         min_conditioning = REGULAR_CONDITIONING if is_preferred else LESS_REGULAR_CONDITIONING
         min_length, max_length = (25, 60) if is_preferred else (15, 40)
-        seam = _sample_line(chain, rng, min_length, max_length, 1.3 * min_conditioning)
-        if seam is None:
+        welding_line = _sample_line(chain, rng, min_length, max_length, 1.3 * min_conditioning)
+        if welding_line is None:
             continue
-        line = seam.make_line(chain)
+        line = welding_line.make_line(chain)
         samples = list(line.follow(SAMPLE_SPACING, min_conditioning))
         if samples[-1:] and samples[-1].s > float(line.length) - SAMPLE_SPACING:
             last_step = int(20 * float(line.length)) - 1  # in steps of 5 cm
-            return _ask_rates_at(chain, seam, sp.Rational(5 * rng.integer(min(3, last_step), last_step), 100))
+            s, pose = sp.Rational(rng.integer(min(3, last_step), last_step), 20), welding_line.figure_values
+            joints = welding_line.compute_joint_values(chain, s)
+            rates = welding_line.compute_rates(welding_line.make_line(chain, PRECISE_CONTEXT), joints)
+            answer = inversion.make_joint_rates(chain, rates, max(map(abs, rates)))
+            return answer, DistanceDetails(welding_line=welding_line, distance=s, pose=pose)
     return None
-
-
-def _ask_rates_at(chain: Chain, seam: WeldingLine, s: sp.Rational) -> AnswerAndDetails:
-    rates = seam.compute_rates(seam.make_line(chain, PRECISE_CONTEXT), seam.compute_joint_values(chain, s))
-    answer = inversion.make_joint_rates(chain, rates, max(map(abs, rates)))
-    return answer, DistanceDetails(seam=seam, distance=s, pose=seam.figure_values)
 
 
 def _sample_line(
@@ -194,13 +186,13 @@ def _sample_line(
     is_suitable = min_length**2 <= sum(k * k for k in displacement) <= max_length**2
     if not is_suitable or inversion.compute_conditioning(chain, lengths, joints) < min_conditioning:
         return None
-    return WeldingLine(lengths, joints, _place_target(chain, lengths, joints, displacement), speed)
+    return WeldingLine(lengths, joints, _choose_target(chain, lengths, joints, displacement), speed)
 
 
-def _place_target(
-    chain: Chain, lengths: dict[sp.Symbol, sp.Rational], joints: dict[sp.Symbol, sp.Expr], displacement: Sequence[int]
+def _choose_target(
+    chain: Chain, lengths: Lengths, joints: JointValues, displacement: Sequence[int]
 ) -> dict[str, sp.Rational]:
-    """Return the point that is displaced from P by `displacement` (cm), rounded to whole centimetres."""
+    """Return the point B at P plus a displacement in cm: its coordinates in m, rounded to centimetres, by axis."""
     arm = PreciseArm(chain, lengths)
     point = arm.point_and_jacobian([arm.evaluate_number(joints[q]) for q in chain.q])[0]
     start = [sp.Float(PRECISE_CONTEXT.nstr(point[row], 28), 28) for row in arm.task_rows]
@@ -209,7 +201,7 @@ def _place_target(
 
 
 def _round_half_up(value: sp.Expr) -> int:
-    """Return the nearest integer; halves are rounded up."""
+    """Return the nearest integer; halves are rounded up, even if they are too small by a rounding error."""
     return int(sp.floor(value + sp.Rational(500_000_001, 10**9)))
 
 
@@ -218,7 +210,7 @@ def _round_half_up(value: sp.Expr) -> int:
 
 @dataclass(frozen=True, kw_only=True)
 class RateLimitDetails(PathDetails):
-    """Details about the distance on a welding line at which the rate of a joint (from 1) exceeds its limit."""
+    """Details about the distance on a welding line at which the rate of joint `joint` exceeds its limit."""
 
     joint: int
     limit: sp.Rational
@@ -226,7 +218,7 @@ class RateLimitDetails(PathDetails):
 
 @dataclass(frozen=True)
 class LimitCrossing:
-    """The index of a joint, its rate limit, and the samples between which its rate first exceeds the limit."""
+    """The index of a joint (from 0), its rate limit, and the two samples between which its rate exceeds the limit."""
 
     joint: int
     limit: sp.Rational
@@ -234,8 +226,8 @@ class LimitCrossing:
     after: PathSample
 
 
-def _object_to_limit(chain: Chain) -> str | None:
-    if objection := _object_to_path(chain):
+def _find_limit_objection(chain: Chain) -> str | None:
+    if objection := _find_path_objection(chain):
         return objection
     return None if singular_set(chain) else "it has no singular configuration for a path to approach"
 
@@ -243,16 +235,15 @@ def _object_to_limit(chain: Chain) -> str | None:
 def _ask_path_limit(chain: Chain, rng: Stream) -> AnswerAndDetails | None:
     for attempt in range(2 * PREFERRED_TRIES):
         min_conditioning = REGULAR_CONDITIONING if attempt < PREFERRED_TRIES else LESS_REGULAR_CONDITIONING
-        seam = _sample_line_to_singularity(chain, rng, min_conditioning)
-        if seam is None:
+        welding_line = _sample_line_to_singularity(chain, rng, min_conditioning)
+        if welding_line is None:
             continue
-        samples = list(seam.make_line(chain).follow(SAMPLE_SPACING, SINGULAR_CONDITIONING))
-        crossings = list(_find_crossings(samples, float(seam.speed)))
-        if crossings:
-            crossing = rng.choice(crossings)
-            s = precise.round_to_ten_digits(_locate_crossing(chain, seam, crossing))
-            joint, pose = crossing.joint + 1, seam.figure_values
-            details = RateLimitDetails(seam=seam, joint=joint, limit=crossing.limit, pose=pose)
+        samples = list(welding_line.make_line(chain).follow(SAMPLE_SPACING, SINGULAR_CONDITIONING))
+        if crossings := _find_crossings(samples, float(welding_line.speed)):
+            crossing, pose = rng.choice(crossings), welding_line.figure_values
+            s = precise.round_to_ten_digits(_locate_crossing(chain, welding_line, crossing))
+            joint, limit = crossing.joint + 1, crossing.limit
+            details = RateLimitDetails(welding_line=welding_line, joint=joint, limit=limit, pose=pose)
             return Number(sp.Matrix([s]), ("m",), THREE_DIGIT_TOLERANCE, 1e-6), details
     return None
 
@@ -279,56 +270,56 @@ def _sample_line_to_singularity(chain: Chain, rng: Stream, min_conditioning: flo
     if inversion.compute_conditioning(chain, lengths, joints) < min_conditioning:
         return None
     displacement = [rng.choice((-1, 1)) * rng.integer(1, 6) for _ in chain.task]
-    target = _place_target(chain, lengths, singular_joints, displacement)
+    target = _choose_target(chain, lengths, singular_joints, displacement)
     return WeldingLine(lengths, joints, target, sp.Rational(rng.integer(2, 8), 40))
 
 
 def _find_crossings(samples: Sequence[PathSample], speed: float) -> list[LimitCrossing]:
-    """Return the places at which a joint rate that grows towards a singularity first exceeds a round limit clearly."""
+    """Return where joint rates that grow towards a singularity clearly exceed a limit, which is a multiple of 0.1."""
     crossings = []
     for joint in range(len(samples[0].slopes) if samples else 0):
-        speeds = [abs(sample.slopes[joint]) * speed for sample in samples]
+        abs_rates = [abs(sample.slopes[joint]) * speed for sample in samples]
         for tenths in range(3, 31):
-            k = next((i for i, value in enumerate(speeds) if value > tenths / 10), len(speeds))
-            if _is_clear_crossing(samples, speeds, k, tenths / 10):
+            k = next((i for i, value in enumerate(abs_rates) if value > tenths / 10), len(abs_rates))
+            if _is_clear_crossing(samples, abs_rates, k, tenths / 10):
                 crossings.append(LimitCrossing(joint, sp.Rational(tenths, 10), samples[k - 1], samples[k]))
     return crossings
 
 
-def _is_clear_crossing(samples: Sequence[PathSample], speeds: Sequence[float], index: int, limit: float) -> bool:
-    """Return whether the limit is clearly exceeded between samples k - 1 and k.
+def _is_clear_crossing(samples: Sequence[PathSample], abs_rates: Sequence[float], index: int, limit: float) -> bool:
+    """Return whether a joint rate clearly exceeds its limit between the sample before `index` and that at `index`.
 
-    The rate starts below half of the limit, keeps growing, and stays well below the limit until shortly before sample
-    k. It grows so fast that three digits of the rate give three digits of s. J is closer to losing rank than at A.
+    The rate starts below half of the limit, grows at the limit, and stays well below the limit until shortly before.
+    It grows so fast that three digits of the rate give three digits of s. J is closer to losing rank than at A.
     """
-    if not 5 <= index < len(speeds) - 1 or limit < 2.5 * speeds[0]:
+    if not 5 <= index < len(abs_rates) - 1 or limit < 2.5 * abs_rates[0]:
         return False
     s = samples[index].s
-    is_growing = speeds[index - 2] < speeds[index - 1] < speeds[index] < speeds[index + 1]
-    is_steep = s * (speeds[index] - speeds[index - 1]) > 2.0 * SAMPLE_SPACING * limit
-    max_speed_before = max(value for sample, value in zip(samples, speeds, strict=True) if sample.s <= 0.9 * s)
+    is_growing = abs_rates[index - 2] < abs_rates[index - 1] < abs_rates[index] < abs_rates[index + 1]
+    is_steep = s * (abs_rates[index] - abs_rates[index - 1]) > 2.0 * SAMPLE_SPACING * limit
+    max_rate_before = max(value for sample, value in zip(samples, abs_rates, strict=True) if sample.s <= 0.9 * s)
     is_nearer_to_singularity = samples[index].conditioning < 0.5 * samples[0].conditioning
-    return is_growing and is_steep and max_speed_before < 0.95 * limit and is_nearer_to_singularity
+    return is_growing and is_steep and max_rate_before < 0.95 * limit and is_nearer_to_singularity
 
 
-def _locate_crossing(chain: Chain, seam: WeldingLine, crossing: LimitCrossing) -> Any:
+def _locate_crossing(chain: Chain, welding_line: WeldingLine, crossing: LimitCrossing) -> Any:
     """Return the distance at which the joint rate equals its limit, to 30 digits.
 
-    First it is solved in floating point, then refined. Both use the secant method.
+    The secant method finds the distance in floating point first, and then with 30 digits.
     """
     q: Vector = list(crossing.before.joints)
     start_values: tuple[Any, Any] = (crossing.before.s, crossing.after.s)
 
-    def exceed_limit(line: StraightPath, s: Any) -> Any:
-        """Return by how much the rate at s exceeds its limit, and update the joint values."""
+    def compute_excess(line: StraightPath, s: Any) -> Any:
+        """Return by how much the rate at s exceeds its limit, and update the joint values q."""
         joints = line.joints_at(s, q)
         assert joints is not None
         q[:] = joints
-        return abs(seam.compute_rates(line, q)[crossing.joint]) - line.arm.evaluate_number(crossing.limit)
+        return abs(welding_line.compute_rates(line, q)[crossing.joint]) - line.arm.evaluate_number(crossing.limit)
 
     for context in (FLOAT_CONTEXT, PRECISE_CONTEXT):
         q[:] = map(context.mpf, q)
-        excess = partial(exceed_limit, seam.make_line(chain, context))
+        excess = partial(compute_excess, welding_line.make_line(chain, context))
         s = context.findroot(excess, list(map(context.mpf, start_values)))
         start_values = (s - 1e-9, s + 1e-9)
     return s
@@ -336,13 +327,14 @@ def _locate_crossing(chain: Chain, seam: WeldingLine, crossing: LimitCrossing) -
 
 QUESTIONS = (
     Question(
-        "path-rates", "Joint rates along a path", "6.7 on a welding path", points=2.0, needs=("inverse-velocity",),
-        stage="rates", sample=_ask_path_rates, typed_names=name_joint_rates, objection=_object_to_path,
-        is_made_of_jacobian=True, source_questions=RATE_SOURCES,
+        "path-rates", "Joint rates along a path", "6.7 on a welding path", points=2.0,
+        prerequisites=("inverse-velocity",), stage="rates", sample=_ask_path_rates, typed_names=name_joint_rates,
+        find_arm_objection=_find_path_objection, is_made_of_jacobian=True,
+        alternative_prerequisites=inversion.RATE_PREREQUISITES,
     ),
     Question(
         "path-limit", "Where a joint rate exceeds its limit", "6.7 near a singularity", points=2.0,
-        needs=("path-rates",), sample=_ask_path_limit, entry_names=lambda chain, _: ["s"], objection=_object_to_limit,
-        source_questions=(),
+        prerequisites=("path-rates",), sample=_ask_path_limit, entry_names=lambda chain, _: ["s"],
+        find_arm_objection=_find_limit_objection, alternative_prerequisites=(),
     ),
 )  # fmt: skip

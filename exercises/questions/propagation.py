@@ -1,95 +1,189 @@
 """Questions on joint axes, position vectors, J and twists by velocity propagation (6.9 to 6.13; Example 6.4).
 
-Linear rows come first, as in (6.6). If an arm is described by its axes, rows have the order of its twists.
+The linear rows of J and of a twist come first, as in (6.6). If an arm is described by screw axes, the rows have the
+order of the arm's twists.
+
+Arms with a modified DH table (Craig) also have a question on velocities in the coordinates of each frame. With
+R = R_{i-1,i}^T, with the origin P_i of frame i in frame i-1, and with each vector in the frame of its prefix:
+
+    i_omega_i = R i-1_omega_i-1 + qd_i z,   i_v_i = R (i-1_v_i-1 + i-1_omega_i-1 x P_i)           revolute
+    i_omega_i = R i-1_omega_i-1,            i_v_i = R (i-1_v_i-1 + i-1_omega_i-1 x P_i) + qd_i z   prismatic
 """
 
 from dataclasses import dataclass
+from functools import lru_cache, partial
+from typing import Any
 
 import numpy as np
+import sympy as sp
 
 from qdot.exercises.arm.arithmetic import apply_matrix
 from qdot.exercises.arm.chain import TASK_ROWS, Chain
 from qdot.exercises.arm.conventions import convention_of
-from qdot.exercises.arm.conventions.base import FRAMES
-from qdot.exercises.arm.derivation_graph import Working, propagate_linear_rows
+from qdot.exercises.arm.conventions.base import FRAMES, FRAMES_OF_JOINTS
+from qdot.exercises.arm.derivation import derive, structure
+from qdot.exercises.arm.derivation_graph import StageResults, propagate_linear_rows
+from qdot.exercises.arm.kinematics import Z
+from qdot.exercises.arm.trigonometry import count_terms, textbook_form
 from qdot.exercises.common.stream import Stream
 from qdot.exercises.problem.problem import Details, ResultChoiceDetails
 from qdot.exercises.questions import base
 from qdot.exercises.questions.base import Question
 
+AXIS_NAMES = ("x", "y", "z")
+"""The axes of a frame, which label the rows of vectors."""
+
+LAST_FRAME = 3
+"""The last frame whose velocity is asked for; the velocities of later frames are too much work by hand."""
+
 
 @dataclass(frozen=True, kw_only=True)
 class FrameDetails(ResultChoiceDetails):
-    """Details of a question about the frame of a link, by its number."""
+    """Details of a question about the frame of a link: the number of the frame."""
 
     frame: int
 
 
 def _choose_link(chain: Chain, rng: Stream) -> FrameDetails:
-    # Too many arms have the same motion of frame 1, and frames beyond the third are too much work.
-    return FrameDetails(frame=rng.integer(min(2, chain.n - 1), min(chain.n - 1, 3)))
+    # Frame 1 is excluded if possible, because its motion is the same for too many arms.
+    return FrameDetails(frame=rng.integer(min(2, chain.n - 1), min(chain.n - 1, LAST_FRAME)))
 
 
-def _derive_link_velocity(w: Working, details: Details) -> np.ndarray:
-    assert isinstance(details, FrameDetails)
-    return apply_matrix(w.for_first_joints(details.frame)["geometric"], w["joint rates"][: details.frame])
+def _derive_frame_velocity(stages: StageResults, details: Any, jacobian_stage: str) -> np.ndarray:
+    """Return the twist of a frame, whose number is in the details: the Jacobian up to the frame times its rates."""
+    return apply_matrix(stages.for_first_joints(details.frame)[jacobian_stage], stages["joint rates"][: details.frame])
 
 
-AXIS_NAMES = ("x", "y", "z")
-"""The axes of a frame, which label the rows of vectors."""
-
-
-def _number(chain: Chain) -> range:
-    """Return the numbers of the joints."""
+def _list_joint_numbers(chain: Chain) -> range:
     return range(1, chain.n + 1)
 
 
-def _name_axes(chain: Chain) -> tuple[str, ...]:
-    """Return the names that a student may type for the joint axes in the arm's convention."""
-    return tuple(map(convention_of(chain).typed_axis, _number(chain)))
-
-
-def _order_rows(chain: Chain) -> list[int]:
-    """Return the indices, among six rows with the linear ones first, of the rows in the order asked for."""
+def _list_row_indices(chain: Chain) -> list[int]:
+    """Return the indices of the rows in the order asked for, among six rows with the linear rows first."""
     return [TASK_ROWS.index(row) for row in convention_of(chain).velocity_names]
 
 
-def _find_linear_rows(chain: Chain) -> list[tuple[int, int]]:
-    return [(row, axis) for row, axis in enumerate(_order_rows(chain)) if axis < 3]
+# --- velocities in the coordinates of each frame ---
+
+
+@dataclass(frozen=True)
+class RecursionStep:
+    """A step of the recursion to a frame: the frame's number, and the kind of the joint that moves the frame.
+
+    `rotation` is R = R_{i-1,i}^T, and `origin` is P_i. `omega` and `v` are the velocities of the frame, in the
+    coordinates of the frame.
+    """
+
+    number: int
+    kind: str
+    rotation: sp.Matrix
+    origin: sp.Matrix
+    omega: sp.Matrix
+    v: sp.Matrix
+
+
+@dataclass(frozen=True, kw_only=True)
+class RecursionDetails(Details):
+    """Details of a question about the velocity of a frame: its number, and the steps of the recursion to the frame."""
+
+    frame: int
+    steps: tuple[RecursionStep, ...]
+
+
+@lru_cache(maxsize=1024)
+def _derive_steps(symbolic_chain: Chain) -> tuple[RecursionStep, ...]:
+    """Return the steps of the recursion for all frames of a structure."""
+    omega = v = sp.zeros(3, 1)
+    steps = []
+    convention = convention_of(symbolic_chain)
+    for number, (row, rate) in enumerate(zip(convention.rows, symbolic_chain.rates, strict=True), 1):
+        rotation, origin = convention.rotation(row).T, convention.link_vector(row)
+        v = _collect_rates(rotation * (v + omega.cross(origin)), symbolic_chain)
+        omega = _collect_rates(rotation * omega, symbolic_chain)
+        v, omega = (v, omega + rate * Z) if row.kind == "R" else (v + rate * Z, omega)
+        steps.append(RecursionStep(number, row.kind, rotation, origin, omega, v))
+    return tuple(steps)
+
+
+def _collect_rates(vector: sp.Matrix, symbolic_chain: Chain) -> sp.Matrix:
+    """Return a vector with each entry as a sum over the joint rates, whose coefficients are in textbook form."""
+
+    def collect(entry: sp.Expr) -> sp.Expr:
+        coefficients = ((sp.expand(entry).coeff(rate), rate) for rate in symbolic_chain.rates)
+        return sp.Add(*(textbook_form(coefficient) * rate for coefficient, rate in coefficients if coefficient != 0))
+
+    return vector.applyfunc(collect)
+
+
+def _choose_frame(chain: Chain, rng: Stream) -> RecursionDetails:
+    substitute, frame = derive(chain).substitute_matrix, rng.choice(_find_frames(chain))
+    steps = (
+        RecursionStep(step.number, step.kind, *map(substitute, (step.rotation, step.origin, step.omega, step.v)))
+        for step in _derive_steps(structure(chain).chain)[:frame]
+    )
+    return RecursionDetails(frame=frame, steps=tuple(steps))
+
+
+def _find_frames(chain: Chain) -> list[int]:
+    """Return the frames whose velocity depends on more than one joint and can be worked out by hand."""
+    return [frame for frame in range(2, min(chain.n, LAST_FRAME) + 1) if _count_terms(chain, frame) <= base.MAX_TERMS]
+
+
+@lru_cache(maxsize=4096)
+def _count_terms(chain: Chain, frame: int) -> int:
+    step = _derive_steps(structure(chain).chain)[frame - 1]
+    return count_terms(derive(chain).substitute_matrix(step.v.col_join(step.omega)))
 
 
 QUESTIONS = (
     Question(
-        "joint-axes", "Joint axes", "below 6.10", formula=lambda w, _: w["axes"][: w.n].swapaxes(0, 1),
-        substitution=base.make_column_substitution("axes", linear=propagate_linear_rows), column_names=_name_axes,
-        row_and_column_labels=lambda chain: (AXIS_NAMES, list(map(convention_of(chain).axis_name, _number(chain)))),
-        too_long=base.make_length_objection("z"),
+        "joint-axes", "Joint axes", "below 6.10", formula=lambda stages, _: stages["axes"][: stages.n].swapaxes(0, 1),
+        substitution=base.make_column_substitution("axes", linear=propagate_linear_rows),
+        column_names=lambda chain: tuple(map(convention_of(chain).typed_axis, _list_joint_numbers(chain))),
+        row_and_column_labels=lambda chain: (
+            AXIS_NAMES, list(map(convention_of(chain).axis_name, _list_joint_numbers(chain)))
+        ),
+        find_size_objection=base.limit_terms("z"),
     ),
     Question(
         "position-vectors", "Position vectors p*", "6.13", points=2.0, required_feature=FRAMES,
-        formula=lambda w, _: w["arms"][: w.n].swapaxes(0, 1),
+        formula=lambda stages, _: stages["arms"][: stages.n].swapaxes(0, 1),
         substitution=base.make_column_substitution("arms", linear=propagate_linear_rows),
-        row_and_column_labels=lambda chain: (AXIS_NAMES, list(map(convention_of(chain).vector_name, _number(chain)))),
-        objection=base.object_to_point_before_last_link, too_long=base.make_length_objection("p_star"),
+        row_and_column_labels=lambda chain: (
+            AXIS_NAMES, list(map(convention_of(chain).vector_name, _list_joint_numbers(chain)))
+        ),
+        find_arm_objection=base.find_tool_point_objection, find_size_objection=base.limit_terms("p_star"),
     ),
     Question(
         "geometric-jacobian", "Geometric Jacobian by propagation", "6.12", points=2.0,
-        needs=("joint-axes", "position-vectors"), stage="geometric", row_order=_order_rows,
-        row_and_column_labels=base.make_jacobian_labels(lambda chain: convention_of(chain).velocity_names),
-        too_long=base.make_length_objection("geometric"), link_sums="columns of links", link_sum_rows=_find_linear_rows,
+        prerequisites=("joint-axes", "position-vectors"), stage="geometric", row_order=_list_row_indices,
+        row_and_column_labels=base.label_jacobian(lambda chain: convention_of(chain).velocity_names),
+        find_size_objection=base.limit_terms("geometric"), link_sums="columns of links",
+        link_sum_rows=lambda chain: [(row, axis) for row, axis in enumerate(_list_row_indices(chain)) if axis < 3],
     ),
     Question(
-        "twist", "Twist of the end effector", "6.9 and 6.10", needs=("geometric-jacobian",),
-        formula=base.make_rate_product_formula("geometric", _order_rows),
-        too_long=base.make_length_objection("geometric"),
+        "twist", "Twist of the end effector", "6.9 and 6.10", prerequisites=("geometric-jacobian",),
+        formula=base.make_rate_product_formula("geometric", _list_row_indices),
+        find_size_objection=base.limit_terms("geometric"),
         entry_names=lambda chain, _: base.name_velocity_components(convention_of(chain).velocity_names),
     ),
     Question(
         "link-velocity", "Velocity of a link frame", "6.9 and 6.10", required_feature=FRAMES,
-        formula=_derive_link_velocity, make_details=_choose_link,
+        formula=partial(_derive_frame_velocity, jacobian_stage="geometric"), make_details=_choose_link,
         entry_names=lambda chain, _: base.name_velocity_components(TASK_ROWS),
-        objection=lambda chain: None if chain.n > 1 else (
+        find_arm_objection=lambda chain: None if chain.n > 1 else (
             "it has only one joint, so there is no frame between base and end"
+        ),
+    ),
+    Question(
+        "own-frame-velocity", "Velocity of a frame in its own coordinates", "6.9 and 6.10", points=2.0,
+        required_feature=FRAMES_OF_JOINTS, make_details=_choose_frame,
+        formula=partial(_derive_frame_velocity, jacobian_stage="tool jacobian"),
+        reference=lambda _, details: details.steps[-1].v.col_join(details.steps[-1].omega),
+        entry_names=lambda chain, _: base.name_velocity_components(TASK_ROWS),
+        find_arm_objection=lambda chain: None if chain.n > 1 else "it has one joint",
+        find_size_objection=lambda chain: None if _find_frames(chain) else (
+            "the velocities of its frames are too long to work out by hand"
         ),
     ),
 )  # fmt: skip

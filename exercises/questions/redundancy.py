@@ -1,27 +1,33 @@
-"""Questions on redundant arms (n > m): det(J J^T), minimum-norm joint rates by the pseudo-inverse, and self-motion.
+"""Questions on J J^T, for redundant and other arms, and on the null space of J; J is m x n.
 
-J is m x n. By the Cauchy-Binet formula, det(J J^T) is the sum of the squares of the maximal minors. The pseudo-inverse
-J^T (J J^T)^-1 gives the minimum-norm joint rates. For n = m + 1, the minors with alternating signs span the null space.
+- det(J J^T) is, by the Cauchy-Binet formula, the sum of the squares of the maximal minors of J.
+- The pseudo-inverse J^T (J J^T)^-1 gives the minimum-norm joint rates.
+- The manipulability w = sqrt(det(J J^T)) is the product of the singular values of J, and |det J| if J is square.
+- The condition number kappa is the largest singular value divided by the smallest.
+- For n = m + 1, the maximal minors with alternating signs span the null space of J, the self-motion.
+
+Manipulability and condition number combine all entries of J, so these questions apply only if the units allow that.
 """
 
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 from functools import lru_cache
 
 import numpy as np
 import sympy as sp
 
-from qdot.exercises.answer_types import Direction, Expression
+from qdot.exercises.answer_types import Direction, Expression, Number
 from qdot.exercises.arm import mpmath_kinematics as precise
 from qdot.exercises.arm.arithmetic import apply_matrix
 from qdot.exercises.arm.chain import Chain
 from qdot.exercises.arm.derivation import derive, structure
-from qdot.exercises.arm.mpmath_kinematics import FLOAT_CONTEXT, PreciseArm, Vector
+from qdot.exercises.arm.mpmath_kinematics import FLOAT_CONTEXT, PRECISE_CONTEXT, PreciseArm, Vector
 from qdot.exercises.arm.trigonometry import Factored, factor_trig
+from qdot.exercises.common.errors import count_noun
 from qdot.exercises.common.stream import Stream
-from qdot.exercises.problem.problem import Details
+from qdot.exercises.problem.problem import Details, recorded_as
 from qdot.exercises.questions import inversion
 from qdot.exercises.questions.base import AnswerAndDetails, Question, name_joint_rates
-from qdot.exercises.questions.inversion import THREE_DIGIT_TOLERANCE, VelocityDetails
+from qdot.exercises.questions.inversion import THREE_DIGIT_TOLERANCE, ConfigurationAndVelocity, VelocityDetails
 
 MAX_TERMS = 12
 """Maximum number of terms of det(J J^T) to work out by hand. A self-motion may have half as many."""
@@ -32,87 +38,80 @@ ZERO_TOLERANCE = 1e-9
 MAX_JOINTS = 4
 """Maximum number of joints for which minors are worked out as formulas by hand."""
 
-
-def object_unless_redundant(chain: Chain) -> str | None:
-    """Return the objection to an arm that is not redundant, loses rank everywhere, or has a joint without effect."""
-    m, n = len(chain.task), chain.n
-    if n <= m:
-        task = ", ".join(chain.task)
-        return f"its Jacobian is {m} x {n} for the task {task}; the question needs more joints than rows"
-    if objection := object_to_rank_loss_everywhere(chain):
-        return objection
-    has_effect = np.abs(evaluate_jacobian_at_generic_configuration(chain)).max(axis=0) >= ZERO_TOLERANCE
-    return None if has_effect.all() else f"joint {has_effect.argmin() + 1} does not move the task at all"
+# --- objections to arms ---
 
 
-def evaluate_jacobian_at_generic_configuration(chain: Chain) -> np.ndarray:
-    """Return the task Jacobian (m x n) at a generic configuration, for tests of its rank."""
+def _evaluate_generic_jacobian(chain: Chain) -> np.ndarray:
+    """Return the task Jacobian (m x n) at a configuration without special features, for tests of the rank."""
     values = {symbol: sp.Rational(3 * i + 5, 10) for i, symbol in enumerate(chain.parameters)}
     return np.array(PreciseArm(chain, values, FLOAT_CONTEXT).task_jacobian([0.3 + 0.7 * i for i in range(chain.n)]))
 
 
-def object_to_symbolic_angles(chain: Chain) -> str | None:
-    """Return the objection to an arm with a symbolic angle in its table, because only lengths are sampled."""
+def find_symbolic_angle_objection(chain: Chain) -> str | None:
+    """Return an objection to an arm with a symbolic angle in its table, because only lengths are sampled."""
     angles = [symbol.name for symbol in chain.parameters if symbol.name.startswith(("alpha", "beta"))]
     return f"its angle {angles[0]} is symbolic" if angles else None
 
 
-def object_to_rank_loss_everywhere(chain: Chain) -> str | None:
-    """Return the objection to an arm that has no numeric configuration of full rank."""
-    if objection := object_to_symbolic_angles(chain):
+def _find_rank_objection(chain: Chain) -> str | None:
+    """Return an objection to an arm that has no numeric configuration of full rank."""
+    if objection := find_symbolic_angle_objection(chain):
         return objection
-    sigma = np.linalg.svd(evaluate_jacobian_at_generic_configuration(chain), compute_uv=False)
+    sigma = np.linalg.svd(_evaluate_generic_jacobian(chain), compute_uv=False)
     return "its Jacobian has less than full rank everywhere" if sigma[-1] <= ZERO_TOLERANCE * sigma[0] else None
 
 
-def object_to_mixed_joints(chain: Chain) -> str | None:
-    """Return the objection to an arm with revolute and prismatic joints: their rates have no common unit."""
-    if len({joint.kind for joint in chain.joints}) > 1:
-        return "it has revolute and prismatic joints, whose rates have different units"
-    return None
+def _find_redundancy_objection(chain: Chain) -> str | None:
+    """Return an objection to an arm that is not redundant, loses rank everywhere, or has a joint without effect."""
+    m, n = len(chain.task), chain.n
+    if n <= m:
+        task = ", ".join(chain.task)
+        return f"its Jacobian is {m} x {n} for the task {task}; the question needs more joints than rows"
+    if objection := _find_rank_objection(chain):
+        return objection
+    has_effect = np.abs(_evaluate_generic_jacobian(chain)).max(axis=0) >= ZERO_TOLERANCE
+    return None if has_effect.all() else f"joint {has_effect.argmin() + 1} does not move the task at all"
 
 
-def _object_to_minimum_norm(chain: Chain) -> str | None:
-    return object_unless_redundant(chain) or object_to_mixed_joints(chain)
+def _find_mixed_joints_objection(chain: Chain) -> str | None:
+    """Return an objection to an arm with revolute and prismatic joints: their rates have no common unit."""
+    is_mixed = len({joint.kind for joint in chain.joints}) > 1
+    return "it has revolute and prismatic joints, whose rates have different units" if is_mixed else None
+
+
+def _find_minimum_norm_objection(chain: Chain) -> str | None:
+    return _find_redundancy_objection(chain) or _find_mixed_joints_objection(chain)
 
 
 # --- det(J J^T) ---
 
 
-def _object_to_length(chain: Chain) -> str | None:
-    if chain.n > MAX_JOINTS or _count_terms(_derive_gram(structure(chain).chain)) > MAX_TERMS:
-        return "det(J J^T) is too long to work out by hand"
-    return None
-
-
 @dataclass(frozen=True, kw_only=True)
 class MinorDetails(Details):
-    """Details about the maximal minors: the factors that all of them share, and the squares of the quotients."""
+    """Details about the maximal minors: the product of the factors that all of them share, and the other factors.
 
-    shared: sp.Expr
+    `squares` are the squares of the minors, each divided by the shared factors.
+    """
+
+    shared_factors: sp.Expr = field(metadata=recorded_as("shared"))
     squares: tuple[sp.Expr, ...]
 
 
-def _write_gram_determinant(chain: Chain) -> sp.Expr:
-    return _derive_gram(structure(chain).chain).substitute(dict(structure(chain).values))
-
-
-def _describe_gram(chain: Chain, rng: Stream) -> MinorDetails:
-    values = dict(structure(chain).values)
-    squares = tuple(minor.substitute(values) ** 2 for minor in factor_out_common_factors(structure(chain).chain)[1])
-    return MinorDetails(shared=_find_shared_factors(chain), squares=squares)
+def _make_minor_details(chain: Chain, rng: Stream) -> MinorDetails:
+    values, (_, quotients) = dict(structure(chain).values), _factor_out_shared(structure(chain).chain)
+    squares = tuple(quotient.substitute(values) ** 2 for quotient in quotients)
+    return MinorDetails(shared_factors=_find_shared_factors(chain), squares=squares)
 
 
 def _find_shared_factors(chain: Chain) -> sp.Expr:
     """Return the product of the factors that all maximal minors share, or 1 if there are none."""
-    arm_structure = structure(chain)
-    return factor_out_common_factors(arm_structure.chain)[0].substitute(dict(arm_structure.values))
+    return _factor_out_shared(structure(chain).chain)[0].substitute(dict(structure(chain).values))
 
 
 @lru_cache(maxsize=1024)
-def _derive_gram(chain: Chain) -> Factored:
+def _derive_gram_determinant(symbolic_chain: Chain) -> Factored:
     """Return det(J J^T) of a structure: the squared shared factors of all minors, times a sum of squares."""
-    shared_factors, quotients = factor_out_common_factors(chain)
+    shared_factors, quotients = _factor_out_shared(symbolic_chain)
     squares = sp.Add(*(Factored(abs(minor.coefficient), minor.factors).expression() ** 2 for minor in quotients))
     factored = factor_trig(sp.expand(squares)).expression() if len(quotients) > 1 else squares
     shortest_form = min((squares, factored), key=lambda form: len(sp.Add.make_args(form)) + sp.count_ops(form))
@@ -121,27 +120,33 @@ def _derive_gram(chain: Chain) -> Factored:
 
 
 @lru_cache(maxsize=1024)
-def factor_out_common_factors(chain: Chain) -> tuple[Factored, tuple[Factored, ...]]:
+def _factor_out_shared(symbolic_chain: Chain) -> tuple[Factored, tuple[Factored, ...]]:
     """Return the factors that all maximal minors of a structure share, and the quotient of each minor by them."""
-    minors = derive(chain).generic_minors
+    minors = derive(symbolic_chain).generic_minors
     nonzero_minors = [minor for minor in minors if not minor.is_zero]
     powers = [dict(minor.factors) for minor in nonzero_minors]
-    common_powers = {f: min(p.get(f, 0) for p in powers) for f in powers[0]} if powers else {}
+    shared_powers = {f: min(p.get(f, 0) for p in powers) for f in powers[0]} if powers else {}
     coefficient = sp.gcd([minor.coefficient for minor in nonzero_minors])
-    shared_factors = Factored(coefficient, tuple((f, power) for f, power in common_powers.items() if power))
+    shared_factors = Factored(coefficient, tuple((f, power) for f, power in shared_powers.items() if power))
     return shared_factors, tuple(minor if minor.is_zero else minor.over(shared_factors) for minor in minors)
 
 
 def _count_terms(product: Factored) -> int:
     """Return the number of terms in the sums of a product, including those of nested sums."""
+
+    def count(expression: sp.Expr) -> int:
+        if expression.is_Add:
+            return sum(map(count, expression.args))
+        return max(1, sum(count(factor) for factor in expression.args if factor.has(sp.Add)))
+
     expression = product.expression()
-    return _count_leaves(expression.xreplace({trig: sp.Dummy() for trig in expression.atoms(sp.sin, sp.cos)}))
+    return count(expression.xreplace({trig: sp.Dummy() for trig in expression.atoms(sp.sin, sp.cos)}))
 
 
-def _count_leaves(expression: sp.Expr) -> int:
-    if expression.is_Add:
-        return sum(map(_count_leaves, expression.args))
-    return max(1, sum(_count_leaves(factor) for factor in expression.args if factor.has(sp.Add)))
+def _find_gram_size_objection(chain: Chain) -> str | None:
+    if chain.n > MAX_JOINTS or _count_terms(_derive_gram_determinant(structure(chain).chain)) > MAX_TERMS:
+        return "det(J J^T) is too long to work out by hand"
+    return None
 
 
 # --- minimum-norm joint rates ---
@@ -170,11 +175,80 @@ def _ask_minimum_norm_rates(chain: Chain, rng: Stream) -> AnswerAndDetails:
     )
 
 
+# --- manipulability and condition number ---
+
+
+def _find_manipulability_objection(chain: Chain) -> str | None:
+    """Return an objection to an arm whose w is always zero, is constant, or mixes units."""
+    m, n = len(chain.task), chain.n
+    rows = ", ".join(chain.task)
+    if n < m:
+        return f"it has {count_noun(n, 'joint')} for the {m} rows {rows}, so J J^T is singular everywhere"
+    if len({row[0] for row in chain.task}) > 1:
+        return f"its task {rows} has linear and angular rows, in different units"
+    if n > m and (objection := _find_mixed_joints_objection(chain)):
+        return objection
+    if all(joint.kind == "P" for joint in chain.joints):
+        return "its Jacobian is the same in every configuration"
+    return _find_rank_objection(chain)
+
+
+def _find_condition_number_objection(chain: Chain) -> str | None:
+    if len(chain.task) == 1:
+        return "its Jacobian has only one row, so only one singular value"
+    return _find_mixed_joints_objection(chain) or _find_manipulability_objection(chain)
+
+
+@dataclass(frozen=True, kw_only=True)
+class GramDetails(VelocityDetails):
+    """Details about J J^T at a configuration: its eigenvalues, the largest first, and k if the unit of w is m^k."""
+
+    gram: sp.Matrix
+    eigenvalues: tuple[sp.Float, ...]
+    power: int | None = None
+
+
+def _make_gram_details(
+    chain: Chain, situation: ConfigurationAndVelocity, singular_values: Vector, power: int | None = None
+) -> GramDetails:
+    squares = sorted((value**2 for value in singular_values), reverse=True)
+    return GramDetails(
+        situation=situation,
+        gram=precise.round_matrix(precise.gram_matrix(inversion.evaluate_jacobian_precisely(chain, situation))),
+        eigenvalues=tuple(map(precise.round_to_four_digits, squares)),
+        power=power,
+        pose=situation.figure_values,
+    )
+
+
+def _compute_singular_values(chain: Chain, situation: ConfigurationAndVelocity) -> Vector:
+    """Return the singular values of the task Jacobian at the configuration of a situation, to 30 digits."""
+    jacobian = PRECISE_CONTEXT.matrix(inversion.evaluate_jacobian_precisely(chain, situation))
+    return list(PRECISE_CONTEXT.svd_r(jacobian, compute_uv=False))
+
+
+def _ask_manipulability(chain: Chain, rng: Stream) -> AnswerAndDetails:
+    situation = inversion.sample_situation(chain, rng)
+    gram = precise.gram_matrix(inversion.evaluate_jacobian_precisely(chain, situation))
+    value = precise.round_to_ten_digits(PRECISE_CONTEXT.sqrt(precise.determinant(gram)))
+    power = len(chain.linear_rows) - sum(joint.kind == "P" for joint in chain.joints)
+    details = _make_gram_details(chain, situation, _compute_singular_values(chain, situation), power)
+    return Number(sp.Matrix([value]), (inversion.write_power_of_metres(power),), THREE_DIGIT_TOLERANCE, 1e-9), details
+
+
+def _ask_condition_number(chain: Chain, rng: Stream) -> AnswerAndDetails:
+    situation = inversion.sample_situation(chain, rng)
+    sigma = _compute_singular_values(chain, situation)
+    value = precise.round_to_ten_digits(max(sigma) / min(sigma))
+    details = _make_gram_details(chain, situation, sigma)
+    return Number(sp.Matrix([value]), ("",), THREE_DIGIT_TOLERANCE, 1e-9), details
+
+
 # --- self-motion ---
 
 
-def _object_to_motion(chain: Chain) -> str | None:
-    if objection := object_unless_redundant(chain):
+def _find_self_motion_objection(chain: Chain) -> str | None:
+    if objection := _find_redundancy_objection(chain):
         return objection
     m, n = len(chain.task), chain.n
     if n != m + 1:
@@ -189,13 +263,13 @@ class SelfMotionFormulaDetails(Details):
     """Details about a self-motion as formulas, without a configuration: the factors that all maximal minors share."""
 
     situation: None
-    shared: sp.Expr
+    shared_factors: sp.Expr = field(metadata=recorded_as("shared"))
 
 
 def _ask_self_motion(chain: Chain, rng: Stream) -> AnswerAndDetails:
-    generic = structure(chain).chain
-    if chain.n <= MAX_JOINTS and sum(map(_count_terms, factor_out_common_factors(generic)[1])) <= MAX_TERMS / 2:
-        details = SelfMotionFormulaDetails(situation=None, shared=_find_shared_factors(chain))
+    quotients = _factor_out_shared(structure(chain).chain)[1] if chain.n <= MAX_JOINTS else ()
+    if quotients and sum(map(_count_terms, quotients)) <= MAX_TERMS / 2:
+        details = SelfMotionFormulaDetails(situation=None, shared_factors=_find_shared_factors(chain))
         return Direction(write_self_motion(chain)), details
     situation = inversion.sample_situation(chain, rng)
     jacobian = inversion.evaluate_jacobian_precisely(chain, situation)
@@ -206,7 +280,7 @@ def _ask_self_motion(chain: Chain, rng: Stream) -> AnswerAndDetails:
 def compute_null_vector(jacobian: list[Vector]) -> Vector:
     """Return the unit vector (up to its sign) in the null space of an m x (m + 1) matrix of full rank.
 
-    To project a unit vector e_k on the null space, subtract its part J^T (J J^T)^-1 J e_k in the row space.
+    The projection of a unit vector e_k on the null space is e_k - J^T (J J^T)^-1 J e_k.
     """
     n = len(jacobian[0])
     for k in range(n):
@@ -223,27 +297,43 @@ def write_self_motion(chain: Chain) -> sp.Matrix:
 
     Factors that all minors share are omitted, so the vector is zero only where J loses rank for more than one reason.
     """
-    arm_structure = structure(chain)
-    _, quotients = factor_out_common_factors(arm_structure.chain)
-    # The minors are in the order of the columns that they contain, so the first one omits the last column.
-    minors = [minor.substitute(dict(arm_structure.values)) for minor in reversed(quotients)]
+    _, quotients = _factor_out_shared(structure(chain).chain)
+    # The minors are in the order of the columns that they contain, so the first minor omits the last column.
+    minors = [minor.substitute(dict(structure(chain).values)) for minor in reversed(quotients)]
     return sp.Matrix([(-1) ** i * minor for i, minor in enumerate(minors)])
 
 
 QUESTIONS = (
     Question(
-        "gram-determinant", "det(J Jᵀ) of a redundant arm", "6.8 for m < n", points=2.0, needs=("jacobian",),
-        stage="gram determinant", textbook_stages={"gram determinant": _write_gram_determinant}, answer_type=Expression,
-        make_details=_describe_gram, entry_names=lambda chain, _: [r"\det(J J^T)"],
-        objection=_object_to_minimum_norm, too_long=_object_to_length, is_made_of_jacobian=True, is_made_of_minors=True,
+        "gram-determinant", "det(J Jᵀ) of a redundant arm", "6.8 for m < n", points=2.0, prerequisites=("jacobian",),
+        stage="gram determinant", answer_type=Expression, make_details=_make_minor_details,
+        textbook_formulas={
+            "gram determinant": lambda chain: _derive_gram_determinant(structure(chain).chain).substitute(
+                dict(structure(chain).values)
+            ),
+        },
+        entry_names=lambda chain, _: [r"\det(J J^T)"], find_arm_objection=_find_minimum_norm_objection,
+        find_size_objection=_find_gram_size_objection, is_made_of_jacobian=True, is_made_of_minors=True,
     ),
     Question(
-        "least-norm-rates", "Minimum-norm joint rates", "6.7 for m < n", needs=("jacobian",),
-        formula=lambda w, _: apply_matrix(w["pseudo-inverse"], w["wanted velocity"]), sample=_ask_minimum_norm_rates,
-        typed_names=name_joint_rates, objection=_object_to_minimum_norm, is_made_of_jacobian=True,
+        "least-norm-rates", "Minimum-norm joint rates", "6.7 for m < n", prerequisites=("jacobian",),
+        formula=lambda stages, _: apply_matrix(stages["pseudo-inverse"], stages["wanted velocity"]),
+        sample=_ask_minimum_norm_rates, typed_names=name_joint_rates, is_made_of_jacobian=True,
+        find_arm_objection=_find_minimum_norm_objection,
     ),
     Question(
-        "self-motion", "Self-motion of a redundant arm", "6.4 for m < n", needs=("jacobian",), stage="self-motion",
-        sample=_ask_self_motion, typed_names=name_joint_rates, objection=_object_to_motion, is_made_of_jacobian=True,
+        "self-motion", "Self-motion of a redundant arm", "6.4 for m < n", prerequisites=("jacobian",),
+        stage="self-motion", sample=_ask_self_motion, typed_names=name_joint_rates,
+        find_arm_objection=_find_self_motion_objection, is_made_of_jacobian=True,
+    ),
+    Question(
+        "manipulability", "Manipulability at a configuration", "below 6.8", prerequisites=("jacobian",),
+        stage="manipulability", sample=_ask_manipulability, entry_names=lambda chain, _: ["w"],
+        find_arm_objection=_find_manipulability_objection,
+    ),
+    Question(
+        "condition-number", "Condition number at a configuration", "below 6.8", prerequisites=("jacobian",),
+        stage="condition number", sample=_ask_condition_number, entry_names=lambda chain, _: [r"\kappa"],
+        find_arm_objection=_find_condition_number_objection,
     ),
 )  # fmt: skip

@@ -1,4 +1,8 @@
-"""Reference answers: the stages of a derivation in textbook form, from which answers are derived."""
+"""Reference answers: the derivation of an arm in which some stages have formulas in textbook form.
+
+The other stages, and the answers, are computed from these. A formula is in textbook form if a textbook would print it
+like this: sums of angles are combined, and common factors are taken out.
+"""
 
 from collections.abc import Callable, Mapping
 from dataclasses import dataclass, field
@@ -11,12 +15,12 @@ from qdot.exercises.arm.arithmetic import SympyArithmetic
 from qdot.exercises.arm.chain import Chain
 from qdot.exercises.arm.conventions import convention_of
 from qdot.exercises.arm.derivation import derive
-from qdot.exercises.arm.derivation_graph import Working
+from qdot.exercises.arm.derivation_graph import StageResults
 
-TextbookStages = Mapping[str, Callable[[Chain], sp.Matrix | sp.Expr]]
-"""Formulas of stages in textbook form, by name: derived for the arm's structure, then filled with its numbers."""
+TextbookFormulas = Mapping[str, Callable[[Chain], sp.Matrix | sp.Expr]]
+"""For each stage, a function that returns the stage's formula for an arm, in textbook form."""
 
-TEXTBOOK_STAGES: TextbookStages = {
+TEXTBOOK_FORMULAS: TextbookFormulas = {
     "point": lambda chain: derive(chain).position,
     "axes": lambda chain: derive(chain).z.T,
     "arms": lambda chain: derive(chain).p_star.T,
@@ -29,31 +33,31 @@ TEXTBOOK_STAGES: TextbookStages = {
 }
 
 VECTOR_STAGES = frozenset({"point", "last origin", "rates"})
-"""Stages that are vectors; their formulas are matrices with one column."""
+"""The stages that are vectors, although their formulas are matrices with one column."""
 
 
 @dataclass
-class ReferenceDerivation(Working):
-    """A derivation that takes the stages in `textbook_stages` in textbook form and computes the others from them."""
+class ReferenceDerivation(StageResults):
+    """A derivation that takes the formulas of some stages from `textbook_formulas`, and computes the other stages."""
 
-    textbook_stages: TextbookStages = field(default_factory=dict)
+    textbook_formulas: TextbookFormulas = field(default_factory=dict)
 
     def _compute(self, stage: str) -> Any:
-        if stage not in self.textbook_stages:
+        if stage not in self.textbook_formulas:
             return super()._compute(stage)
-        formula = self.textbook_stages[stage](self.chain)
+        formula = self.textbook_formulas[stage](self.chain)
         if isinstance(formula, sp.Expr):
             return self.arithmetic.constant(formula)
         rows = np.array(formula.tolist(), dtype=object)
         return rows if stage in VECTOR_STAGES else rows[..., None]
 
-    def for_first_joints(self, frame: int) -> Working:
-        """Return the derivation for the first joints of the arm, up to a frame."""
-        return derive_reference(convention_of(self.chain).first_joints(frame), self.textbook_stages)
+    def for_first_joints(self, frame: int) -> StageResults:
+        """Return the derivation for the first joints of the arm; its point is the origin of `frame`."""
+        return derive_reference(convention_of(self.chain).first_joints(frame), self.textbook_formulas)
 
 
-def derive_reference(chain: Chain, textbook_stages: TextbookStages) -> ReferenceDerivation:
-    """Return the derivation of an arm with TEXTBOOK_STAGES and the stages that a question adds, `textbook_stages`."""
+def derive_reference(chain: Chain, textbook_formulas: TextbookFormulas) -> ReferenceDerivation:
+    """Return the derivation of an arm with TEXTBOOK_FORMULAS and a question's own `textbook_formulas`."""
     return ReferenceDerivation(
-        chain, SympyArithmetic([q.name for q in chain.q]), textbook_stages={**TEXTBOOK_STAGES, **textbook_stages}
+        chain, SympyArithmetic([q.name for q in chain.q]), textbook_formulas={**TEXTBOOK_FORMULAS, **textbook_formulas}
     )

@@ -1,4 +1,4 @@
-"""Answers computed by a derivation, correct or with mistakes in it."""
+"""Compute the answer to a part from the stages of a derivation, correct or with mistakes in it."""
 
 from collections.abc import Iterable
 
@@ -8,14 +8,14 @@ from qdot.exercises.answer_types import Matrix
 from qdot.exercises.arm.arithmetic import TreeArithmetic, determinant
 from qdot.exercises.arm.chain import Chain
 from qdot.exercises.arm.derivation import derive
-from qdot.exercises.arm.derivation_graph import RESULT, Working
+from qdot.exercises.arm.derivation_graph import RESULT, StageResults
 from qdot.exercises.formula.trees import Node
 from qdot.exercises.problem.problem import Part
 from qdot.exercises.questions import QUESTIONS
 
 
 def is_derived(part: Part) -> bool:
-    """Return whether the answer to a part is computed by a derivation."""
+    """Return whether the answer to a part is computed from the stages of a derivation."""
     return part.kind in QUESTIONS and QUESTIONS[part.kind].formula is not None
 
 
@@ -24,34 +24,37 @@ def is_made_of_jacobian(part: Part) -> bool:
     return part.kind in QUESTIONS and QUESTIONS[part.kind].is_made_of_jacobian
 
 
+def _is_made_of_minors(part: Part) -> bool:
+    return part.kind in QUESTIONS and QUESTIONS[part.kind].is_made_of_minors
+
+
 def is_product(part: Part) -> bool:
     """Return whether the answer to a part is a product whose factors are compared, such as a determinant."""
-    return part.kind in QUESTIONS and QUESTIONS[part.kind].is_made_of_minors and part.shape is None
+    return _is_made_of_minors(part) and part.shape is None
 
 
 def find_determinant_in_denominator(chain: Chain, part: Part, symbol_names: Iterable[str]) -> Node | None:
-    """Return det J if the answer to a part, such as the inverse, has several entries with that denominator; else None.
+    """Return det J as a formula tree if the entries of an answer, such as the inverse, are divided by it; else None.
 
     `symbol_names` are the names of the problem's symbols.
     """
-    is_made_of_minors = part.kind in QUESTIONS and QUESTIONS[part.kind].is_made_of_minors
-    if not is_made_of_minors or part.shape is None or len(chain.task) != chain.n:
+    if not _is_made_of_minors(part) or part.shape is None or len(chain.task) != chain.n:
         return None
-    jacobian = Matrix(derive(chain).jacobian).trees(symbol_names)
+    jacobian = Matrix(derive(chain).jacobian).parse_trees(symbol_names)
     return TreeArithmetic.rows(determinant(TreeArithmetic.matrix(jacobian)))[0][0]
 
 
-def compute_answer(derivation: Working, part: Part) -> np.ndarray:
-    """Return the answer that a derivation gives to a part, (rows, columns, …), with its changes of the final result.
+def compute_answer(stages: StageResults, part: Part) -> np.ndarray:
+    """Return the answer to a part that follows from a derivation, (rows, columns, …), with its mistakes.
 
-    Raises TypeError if the answer to the part is not computed by a derivation.
+    Mistakes in the final result (RESULT) are applied last. Raises TypeError if the answer to the part is not computed
+    from the stages of a derivation.
     """
     formula = QUESTIONS[part.kind].formula
     if formula is None:
         raise TypeError(f"the answer to {part.kind!r} is not computed by a derivation")
-    answer = formula(derivation, part.details)
+    answer = formula(stages, part.details)
     answer = answer[:, None] if answer.ndim == 2 else answer
-    for name, change in derivation.changes:
-        if name == RESULT:
-            answer = change(derivation, answer)
+    for name, change in stages.changes:
+        answer = change(stages, answer) if name == RESULT else answer
     return answer

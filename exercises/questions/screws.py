@@ -1,15 +1,16 @@
 """Questions on arms described by their axes: screws, pose by exponentials, Jacobians and twists in {s} and {b}.
 
-The notation is that of Lynch and Park. Twists are computed as (omega, v), and asked for in the order that the arm sets.
-The home screw of joint i is S_i = (omega_i, -omega_i x q_i) for a revolute joint, (0, v_i) for a prismatic one. The
+The notation is that of Lynch and Park. Twists are computed as (omega, v), and asked for in the twist order of the arm.
+The home screw of joint i is S_i = (omega_i, -omega_i x q_i) for a revolute joint, (0, v_i) for a prismatic joint. The
 space frame {s} is the world frame. The body frame {b} moves with the last link, has its origin at the task point P, and
-is parallel to {s} at home. Column i of the space Jacobian is S_i, moved by the joints before it. The body Jacobian
-describes the same motion in the coordinates of {b}: J_b = [Ad_{T_bs}] J_s.
+is parallel to {s} at home. Column i of the space Jacobian J_s is S_i, moved by the joints before joint i. The body
+Jacobian describes the same motion in the coordinates of {b}: J_b = [Ad_{T_bs}] J_s.
 """
 
 from collections.abc import Callable, Mapping, Sequence
-from dataclasses import dataclass, replace
+from dataclasses import dataclass, field, replace
 from functools import lru_cache, partial
+from typing import NamedTuple
 
 import numpy as np
 import sympy as sp
@@ -21,20 +22,21 @@ from qdot.exercises.arm.chain import Chain
 from qdot.exercises.arm.conventions import convention_of
 from qdot.exercises.arm.conventions.base import SCREWS
 from qdot.exercises.arm.derivation import derive, structure
-from qdot.exercises.arm.derivation_graph import Working
+from qdot.exercises.arm.derivation_graph import StageResults
 from qdot.exercises.arm.kinematics import frames_and_point
 from qdot.exercises.arm.mpmath_kinematics import evaluate_in_context, round_to_ten_digits
 from qdot.exercises.arm.standard_table import axes_of
 from qdot.exercises.arm.trigonometry import count_terms, remove_brackets, textbook_matrix
 from qdot.exercises.common.stream import Stream
-from qdot.exercises.problem.problem import Details, Part
+from qdot.exercises.problem.problem import Details, Part, recorded_as
 from qdot.exercises.questions import base, inversion
-from qdot.exercises.questions.base import AnswerAndDetails, Question
-from qdot.exercises.questions.inversion import MAX_SAMPLES, THREE_DIGIT_TOLERANCE, Configuration
-from qdot.exercises.questions.reference import TextbookStages
+from qdot.exercises.questions.base import AnswerAndDetails, ObjectionFinder, Question
+from qdot.exercises.questions.inversion import Configuration
+from qdot.exercises.questions.reference import TextbookFormulas
 from qdot.exercises.questions.transforms import assemble_transform
 
 SCREWS_SOURCE = "product of exponentials"
+"""The `source` of questions on screws, which the chapter does not cover."""
 DECIMALS = 3
 """Number of decimals of a numeric twist."""
 MAX_JOINTS = 4
@@ -43,18 +45,18 @@ MAX_JOINTS = 4
 
 @dataclass(frozen=True)
 class Screw:
-    """A joint's kind, the direction of its axis, a point on the axis (3 x 1 each; m), and its screw (6 x 1)."""
+    """The screw of a joint: the direction of the axis, a point on the axis (3 x 1 each; m), and (omega, v), 6 x 1."""
 
     number: int
     kind: str
     direction: sp.Matrix
     point: sp.Matrix
-    screw: sp.Matrix
+    coordinates: sp.Matrix = field(metadata=recorded_as("screw"))
 
     @property
     def moment(self) -> sp.Matrix:
-        """The lower half of the screw, v (3 x 1)."""
-        return self.screw[3:, :]
+        """The lower half of the coordinates, v (3 x 1)."""
+        return self.coordinates[3:, :]
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -66,9 +68,9 @@ class HomeScrewDetails(Details):
 
 @dataclass(frozen=True, kw_only=True)
 class SpaceJacobianDetails(Details):
-    """Details of a question about the space Jacobian: the screws, moved by the joints before them."""
+    """Details of a question about the space Jacobian: the screws, each moved by the joints before it."""
 
-    carried: tuple[Screw, ...]
+    moved_screws: tuple[Screw, ...] = field(metadata=recorded_as("carried"))
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -78,13 +80,13 @@ class NumericTwistDetails(Details):
     The twist is rounded to three decimals, and the answer is computed from the rounded twist.
     """
 
-    place: Configuration
+    configuration: Configuration = field(metadata=recorded_as("place"))
     rates: Mapping[sp.Symbol, sp.Rational]
     twist: sp.Matrix
 
-    def given_values(self, chain: Chain) -> dict[str, float]:
-        """Return the numbers of the configuration."""
-        return self.place.numbers
+    def list_given_values(self, chain: Chain) -> dict[str, float]:
+        """Return the numbers of the configuration, by name."""
+        return self.configuration.numbers
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -92,19 +94,24 @@ class BodyFrameDetails(Details):
     """Details about the body frame: its rotation R_sb, its origin P in {s}, and the space Jacobian if it is needed."""
 
     rotation: sp.Matrix
-    place: sp.Matrix
-    space: sp.Matrix | None = None
+    origin: sp.Matrix = field(metadata=recorded_as("place"))
+    space_jacobian: sp.Matrix | None = field(default=None, metadata=recorded_as("space"))
+
+
+# --- screws and exponentials ---
+
+
+def _join_twist(kind: str, axis: sp.Matrix, velocity: sp.Matrix) -> sp.Matrix:
+    """Return the twist (omega, v), 6 x 1, that a joint gives at unit rate; `velocity` is v if the joint is revolute."""
+    return axis.col_join(velocity) if kind == "R" else sp.zeros(3, 1).col_join(axis)
 
 
 def list_home_screws(chain: Chain) -> tuple[Screw, ...]:
     """Return the home screws of an arm in the world frame."""
     screws = []
     for number, axis in enumerate(axes_of(chain)[0], 1):
-        if axis.kind == "R":
-            screw = axis.direction.col_join(-axis.direction.cross(axis.point))
-        else:
-            screw = sp.zeros(3, 1).col_join(axis.direction)
-        screws.append(Screw(number, axis.kind, axis.direction, axis.point, screw))
+        coordinates = _join_twist(axis.kind, axis.direction, -axis.direction.cross(axis.point))
+        screws.append(Screw(number, axis.kind, axis.direction, axis.point, coordinates))
     return tuple(screws)
 
 
@@ -137,8 +144,8 @@ def _derive_moved_screws(symbolic_chain: Chain) -> tuple[Screw, ...]:
     frames, moved_screws = frames_and_point(symbolic_chain)[0], []
     for number, (joint, frame) in enumerate(zip(symbolic_chain.joints, frames, strict=False), 1):
         z, origin = textbook_matrix(frame.rotation[:, 2]), textbook_matrix(frame.origin)
-        column = z.col_join(textbook_matrix(-z.cross(origin))) if joint.kind == "R" else sp.zeros(3, 1).col_join(z)
-        moved_screws.append(Screw(number, joint.kind, z, origin, column))
+        coordinates = _join_twist(joint.kind, z, textbook_matrix(-z.cross(origin)))
+        moved_screws.append(Screw(number, joint.kind, z, origin, coordinates))
     return tuple(moved_screws)
 
 
@@ -146,25 +153,33 @@ def list_moved_screws(chain: Chain) -> tuple[Screw, ...]:
     """Return the screws of an arm in the space frame, each moved by the joints before it."""
     substitute, home = derive(chain).substitute_matrix, dict.fromkeys(chain.q, sp.S.Zero)
     moved_screws = []
-    for joint, axis in zip(_derive_moved_screws(structure(chain).chain), axes_of(chain)[0], strict=True):
-        direction, point, screw = map(substitute, (joint.direction, joint.point, joint.screw))
-        if chain.axis_points:  # shift the points along their axes to the given points
+    for screw, axis in zip(_derive_moved_screws(structure(chain).chain), axes_of(chain)[0], strict=True):
+        direction, point, coordinates = map(substitute, (screw.direction, screw.point, screw.coordinates))
+        if chain.axis_points:  # move each point along its axis to the point that the arm's description gives
             distance = recognize_exact(axis.direction.dot(axis.point - point.xreplace(home)))
             point = (point + distance * direction).applyfunc(remove_brackets)
-        moved_screws.append(Screw(joint.number, joint.kind, direction, point, screw))
+        moved_screws.append(Screw(screw.number, screw.kind, direction, point, coordinates))
     return tuple(moved_screws)
 
 
 def derive_space_jacobian(chain: Chain) -> sp.Matrix:
-    """Return J_s, 6 x n, for the twist (omega, v) in {s}.
-
-    v is the velocity of the point of the last link (extended) that is at the origin of {s}.
-    """
+    """Return J_s, 6 x n, for the twist (omega, v) of the last link in {s}; v is the velocity at the origin of {s}."""
     substitute = derive(chain).substitute_matrix
-    return sp.Matrix.hstack(*(substitute(screw.screw) for screw in _derive_moved_screws(structure(chain).chain)))
+    return sp.Matrix.hstack(*(substitute(screw.coordinates) for screw in _derive_moved_screws(structure(chain).chain)))
 
 
 # --- the body frame ---
+
+
+class BodyKinematics(NamedTuple):
+    """R_sb (3 x 3), J_b (6 x n) for the twist (omega, v) in {b}, and [P] R_sb (3 x 3).
+
+    R_sb is the identity at home. v is the velocity of P.
+    """
+
+    rotation: sp.Matrix
+    jacobian: sp.Matrix
+    position_cross_rotation: sp.Matrix
 
 
 def _find_home_offsets(chain: Chain) -> dict[sp.Symbol, sp.Expr]:
@@ -180,8 +195,8 @@ def _find_home_offsets(chain: Chain) -> dict[sp.Symbol, sp.Expr]:
 
 
 @lru_cache(maxsize=1024)
-def _derive_body_matrices(symbolic_chain: Chain, home: tuple[tuple[sp.Symbol, sp.Expr], ...]) -> tuple[sp.Matrix, ...]:
-    """Return R_sb, the body Jacobian and [P] R_sb of a structure; `home` has the joint values at home."""
+def _derive_structure_kinematics(symbolic_chain: Chain, home: tuple[tuple[sp.Symbol, sp.Expr], ...]) -> BodyKinematics:
+    """Return the body kinematics of a structure; `home` has the value of each joint variable at home."""
     frames, point = frames_and_point(symbolic_chain)
     last_rotation, home_rotation = frames[-1].rotation, frames[-1].rotation.xreplace(dict(home))
     rotation = textbook_matrix(last_rotation * home_rotation.T)
@@ -190,16 +205,15 @@ def _derive_body_matrices(symbolic_chain: Chain, home: tuple[tuple[sp.Symbol, sp
         # Simplify in the coordinates of the last frame, then change to those of {b}.
         z = home_rotation * textbook_matrix(last_rotation.T * frame.rotation[:, 2])
         lever = home_rotation * textbook_matrix(last_rotation.T * (point - frame.origin))
-        linear, angular = (z.cross(lever), z) if joint.kind == "R" else (z, sp.zeros(3, 1))
-        columns.append(angular.col_join(linear))
+        columns.append(_join_twist(joint.kind, z, z.cross(lever)))
     position_cross_rotation = textbook_matrix(make_cross_product_matrix(point) * rotation)
-    return rotation, textbook_matrix(sp.Matrix.hstack(*columns)), position_cross_rotation
+    return BodyKinematics(rotation, textbook_matrix(sp.Matrix.hstack(*columns)), position_cross_rotation)
 
 
 def _has_oblique_angles(chain: Chain) -> bool:
-    """Return whether the arm has oblique angles.
+    """Return whether the arm has oblique angles, for which the results of its structure can't be used.
 
-    These are link twists that are symbols in its structure, and joint offsets that are not rational multiples of pi.
+    These are link twists that are symbols in the structure, and joint offsets that are not rational multiples of pi.
     With a symbol for each such angle, short numeric results would become thousands of terms.
     """
     has_oblique_twist = any(joint.alpha.free_symbols for joint in structure(chain).chain.joints[:-1])
@@ -207,7 +221,7 @@ def _has_oblique_angles(chain: Chain) -> bool:
     return has_oblique_twist or any(not (offset / sp.pi).is_Rational for offset in revolute_offsets)
 
 
-def rotate_back(axis: Axis, angle: sp.Expr, vectors: sp.Matrix) -> sp.Matrix:
+def _rotate_back(axis: Axis, angle: sp.Expr, vectors: sp.Matrix) -> sp.Matrix:
     """Return vectors, 3 x k, rotated by the negative angle about an axis direction, with products expanded."""
     cross = make_cross_product_matrix(axis.direction)
     rotation = sp.eye(3) - sp.sin(angle) * cross + (1 - sp.cos(angle)) * cross**2
@@ -215,10 +229,10 @@ def rotate_back(axis: Axis, angle: sp.Expr, vectors: sp.Matrix) -> sp.Matrix:
 
 
 def _derive_body_column(chain: Chain, index: int) -> sp.Matrix:
-    """Return a column of the body Jacobian, 6 x 1: its home screw about P, moved back by the joints after it.
+    """Return the column of a joint (from 0) in J_b, 6 x 1: its home screw about P, moved back by the joints after it.
 
-    A revolute joint only rotates omega and the velocity of a point on its own axis. Therefore the sine and cosine of a
-    joint occur at most once in each product.
+    A revolute joint only rotates omega and the velocity of a point on its axis. So the sine and cosine of a joint occur
+    at most once in each product.
     """
     axes, home_point = axes_of(chain)
     joint_axis = axes[index]
@@ -230,31 +244,28 @@ def _derive_body_column(chain: Chain, index: int) -> sp.Matrix:
             v = (v + omega.cross(q * axis.direction)).applyfunc(sp.expand)
             continue
         lever = axis.point - home_point
-        rotated = rotate_back(axis, q, omega.row_join(v + omega.cross(lever)))
+        rotated = _rotate_back(axis, q, omega.row_join(v + omega.cross(lever)))
         omega = rotated[:, 0]
         v = (rotated[:, 1] - omega.cross(lever)).applyfunc(sp.expand)
     return omega.col_join(v)
 
 
 @lru_cache(maxsize=256)
-def _derive_body_by_exponentials(chain: Chain) -> tuple[sp.Matrix, ...]:
-    """Return R_sb, the body Jacobian and [P] R_sb by exponentials of the axes, with the arm's own numbers."""
+def _derive_oblique_kinematics(chain: Chain) -> BodyKinematics:
+    """Return the body kinematics by exponentials of the axes, with the arm's own numbers."""
     inverse_rotation = sp.eye(3)
     for axis, q in zip(axes_of(chain)[0], chain.q, strict=True):
-        inverse_rotation = rotate_back(axis, q, inverse_rotation) if axis.kind == "R" else inverse_rotation
-    jacobian = sp.Matrix.hstack(*(_derive_body_column(chain, number) for number in range(chain.n)))
+        inverse_rotation = _rotate_back(axis, q, inverse_rotation) if axis.kind == "R" else inverse_rotation
+    jacobian = sp.Matrix.hstack(*(_derive_body_column(chain, index) for index in range(chain.n)))
     rotation = inverse_rotation.T.applyfunc(remove_brackets)
     position_cross_rotation = (make_cross_product_matrix(derive(chain).position) * rotation).applyfunc(sp.expand)
-    return rotation, jacobian.applyfunc(remove_brackets), position_cross_rotation
+    return BodyKinematics(rotation, jacobian.applyfunc(remove_brackets), position_cross_rotation)
 
 
-def _derive_body_kinematics(chain: Chain) -> tuple[sp.Matrix, ...]:
-    """Return R_sb (3 x 3), the body Jacobian (6 x n) and [P] R_sb (3 x 3)."""
-    return _derive_body_by_exponentials(chain) if _has_oblique_angles(chain) else _derive_body_from_structure(chain)
-
-
-def _derive_body_from_structure(chain: Chain) -> tuple[sp.Matrix, ...]:
-    """Return R_sb, the body Jacobian and [P] R_sb, computed from those of the arm's structure."""
+def _derive_body_kinematics(chain: Chain) -> BodyKinematics:
+    """Return the body kinematics of an arm, if possible from those of the arm's structure."""
+    if _has_oblique_angles(chain):
+        return _derive_oblique_kinematics(chain)
     symbolic_chain, home = structure(chain).chain, _find_home_offsets(chain)
     home_values = {home[q]: offset for q, offset in zip(chain.q, chain.offsets, strict=True) if home[q].is_Symbol}
     substitute = derive(chain).substitute_values
@@ -262,19 +273,18 @@ def _derive_body_from_structure(chain: Chain) -> tuple[sp.Matrix, ...]:
     def substitute_entry(entry: sp.Expr) -> sp.Expr:
         return remove_brackets(substitute(entry).xreplace(home_values))
 
-    return tuple(
-        matrix.applyfunc(substitute_entry) for matrix in _derive_body_matrices(symbolic_chain, tuple(home.items()))
-    )
+    matrices = _derive_structure_kinematics(symbolic_chain, tuple(home.items()))
+    return BodyKinematics(*(matrix.applyfunc(substitute_entry) for matrix in matrices))
 
 
 def derive_body_rotation(chain: Chain) -> sp.Matrix:
     """Return R_sb, 3 x 3, which is the identity at home."""
-    return _derive_body_kinematics(chain)[0]
+    return _derive_body_kinematics(chain).rotation
 
 
 def derive_body_jacobian(chain: Chain) -> sp.Matrix:
-    """Return J_b, 6 x n, for the twist (omega, v) of the last link in {b}: v is the velocity of P."""
-    return _derive_body_kinematics(chain)[1]
+    """Return J_b, 6 x n, for the twist (omega, v) of the last link in {b}; v is the velocity of P."""
+    return _derive_body_kinematics(chain).jacobian
 
 
 def derive_body_pose(chain: Chain) -> sp.Matrix:
@@ -293,22 +303,22 @@ def derive_body_adjoint(chain: Chain) -> sp.Matrix:
 
 
 def _make_body_details(chain: Chain, rng: Stream) -> BodyFrameDetails:
-    return BodyFrameDetails(rotation=derive_body_rotation(chain), place=derive(chain).position)
+    return BodyFrameDetails(rotation=derive_body_rotation(chain), origin=derive(chain).position)
 
 
 def _make_body_and_space_details(chain: Chain, rng: Stream) -> BodyFrameDetails:
-    return replace(_make_body_details(chain, rng), space=derive_space_jacobian(chain))
+    return replace(_make_body_details(chain, rng), space_jacobian=derive_space_jacobian(chain))
 
 
 def _make_space_details(chain: Chain, rng: Stream) -> SpaceJacobianDetails:
-    return SpaceJacobianDetails(carried=list_moved_screws(chain))
+    return SpaceJacobianDetails(moved_screws=list_moved_screws(chain))
 
 
-def _sample_changed_twist(chain: Chain, rng: Stream) -> AnswerAndDetails | None:
+def _ask_changed_twist(chain: Chain, rng: Stream) -> AnswerAndDetails | None:
     """Return a twist in {s}, and details with the same twist in {b}, which is not zero; None if no sample has one."""
-    for _ in range(MAX_SAMPLES):
+    for _ in range(inversion.MAX_SAMPLES):
         configuration = Configuration(inversion.sample_lengths(chain, rng), inversion.sample_joint_values(chain, rng))
-        rates = {rate: sp.Rational(rng.choice([k for k in range(-8, 9) if k]), 10) for rate in chain.rates}
+        rates = {rate: sp.Rational(rng.nonzero_integer(8), 10) for rate in chain.rates}
         exact_twist = derive_body_jacobian(chain).xreplace(configuration.values) * sp.Matrix(list(rates.values()))
         twist = exact_twist.applyfunc(lambda value: sp.Rational(str(sp.N(value, 30).round(DECIMALS))))
         if any(twist):
@@ -317,15 +327,14 @@ def _sample_changed_twist(chain: Chain, rng: Stream) -> AnswerAndDetails | None:
             numbers = space_twist.applyfunc(lambda value: round_to_ten_digits(evaluate_in_context(value)))
             absolute_tolerance = 0.001 * max(abs(float(value)) for value in numbers)
             units = tuple("m/s" if row[0] == "v" else "rad/s" for row in _list_row_names(chain))
-            details = NumericTwistDetails(place=configuration, rates=rates, twist=twist)
-            return Number(sp.Matrix(numbers), units, THREE_DIGIT_TOLERANCE, absolute_tolerance), details
+            details = NumericTwistDetails(configuration=configuration, rates=rates, twist=twist)
+            return Number(sp.Matrix(numbers), units, inversion.THREE_DIGIT_TOLERANCE, absolute_tolerance), details
     return None
 
 
-def _derive_changed_twist(w: Working, details: Details) -> np.ndarray:
-    assert isinstance(details, NumericTwistDetails)
-    twist = np.stack([w.arithmetic.constant(value) for value in details.twist])
-    return np.asarray(apply_matrix(w["body adjoint"], twist)[_get_twist_row_order(w.chain)])
+def _derive_changed_twist(stages: StageResults, details: NumericTwistDetails) -> np.ndarray:
+    twist = np.stack([stages.arithmetic.constant(value) for value in details.twist])
+    return np.asarray(apply_matrix(stages["body adjoint"], twist)[_get_twist_row_order(stages.chain)])
 
 
 def _get_twist_row_order(chain: Chain) -> Sequence[int]:
@@ -333,7 +342,7 @@ def _get_twist_row_order(chain: Chain) -> Sequence[int]:
 
 
 def _order_adjoint(chain: Chain, adjoint: np.ndarray) -> np.ndarray:
-    """Return an adjoint, (6, 6, …), reordered from (omega, v) to the arm's order of twists, or back."""
+    """Return an adjoint, (6, 6, …), with rows and columns reordered from (omega, v) to the twist order, or back."""
     return np.asarray(adjoint[_get_twist_row_order(chain)][:, _get_twist_row_order(chain)])
 
 
@@ -347,18 +356,16 @@ def _count_terms(chain: Chain, derive_result: Callable[[Chain], sp.Matrix]) -> i
     return count_terms(derive_result(chain), trivial=(0, 1))
 
 
-def _make_size_objection(
-    description: str, derive_result: Callable[[Chain], sp.Matrix]
-) -> Callable[[Chain], str | None]:
-    return base.make_size_objection(description, MAX_JOINTS, lambda chain: _count_terms(chain, derive_result))
+def _limit_size(description: str, derive_result: Callable[[Chain], sp.Matrix]) -> ObjectionFinder:
+    return base.limit_size(description, MAX_JOINTS, lambda chain: _count_terms(chain, derive_result))
 
 
-_find_pose_size_objection = _make_size_objection("the product of the exponentials of {n} joints", derive_body_pose)
-_find_body_jacobian_size_objection = _make_size_objection("the body Jacobian of {n} joints", derive_body_jacobian)
+_find_pose_size_objection = _limit_size("the product of the exponentials of {n} joints", derive_body_pose)
+_find_body_jacobian_size_objection = _limit_size("the body Jacobian of {n} joints", derive_body_jacobian)
 
 
 def _find_space_size_objection(chain: Chain) -> str | None:
-    return base.object_to_term_count(_count_terms(chain, derive_space_jacobian))
+    return base.find_term_count_objection(_count_terms(chain, derive_space_jacobian))
 
 
 def _name_twist(chain: Chain, _: Part) -> Sequence[str]:
@@ -369,16 +376,18 @@ def _list_row_names(chain: Chain) -> Sequence[str]:
     return convention_of(chain).velocity_names
 
 
-_SCREW_STAGES: TextbookStages = {
-    "home screws": lambda chain: sp.Matrix.hstack(*(screw.screw for screw in list_home_screws(chain))),
+_SCREW_FORMULAS: TextbookFormulas = {
+    "home screws": lambda chain: sp.Matrix.hstack(*(screw.coordinates for screw in list_home_screws(chain))),
     "space jacobian": derive_space_jacobian,
     "body rotation": derive_body_rotation,
     "body jacobian": derive_body_jacobian,
     "body adjoint": derive_body_adjoint,
 }
 
-_make_screw_question = partial(Question, source=SCREWS_SOURCE, required_feature=SCREWS, textbook_stages=_SCREW_STAGES)
-_make_body_question = partial(_make_screw_question, objection=_find_body_objection)
+_make_screw_question = partial(
+    Question, source=SCREWS_SOURCE, required_feature=SCREWS, textbook_formulas=_SCREW_FORMULAS
+)
+_make_body_question = partial(_make_screw_question, find_arm_objection=_find_body_objection)
 
 QUESTIONS = (
     _make_screw_question(
@@ -388,43 +397,44 @@ QUESTIONS = (
     ),
     _make_body_question(
         "body-pose", "Pose of the body frame by exponentials", points=2.0,
-        formula=lambda w, _: assemble_transform(w["body rotation"], w["point"]),
+        formula=lambda stages, _: assemble_transform(stages["body rotation"], stages["point"]),
         substitution=lambda rows: {"body rotation": lambda *_: rows[:3, :3], "point": lambda *_: rows[:3, 3]},
-        make_details=_make_body_details, too_long=_find_pose_size_objection, constant_last_row=("0", "0", "0", "1"),
+        make_details=_make_body_details, find_size_objection=_find_pose_size_objection,
+        constant_last_row=("0", "0", "0", "1"),
     ),
     _make_body_question(
-        "body-adjoint", "Adjoint of the body frame", points=2.0, needs=("body-pose",),
-        formula=lambda w, _: _order_adjoint(w.chain, w["body adjoint"]),
-        substitution=lambda rows: {"body adjoint": lambda w, _: _order_adjoint(w.chain, rows)},
+        "body-adjoint", "Adjoint of the body frame", points=2.0, prerequisites=("body-pose",),
+        formula=lambda stages, _: _order_adjoint(stages.chain, stages["body adjoint"]),
+        substitution=lambda rows: {"body adjoint": lambda stages, _: _order_adjoint(stages.chain, rows)},
         make_details=_make_body_details,
         row_and_column_labels=lambda chain: (_list_row_names(chain), _list_row_names(chain)),
-        too_long=_make_size_objection("the adjoint of the pose of {n} joints", derive_body_adjoint),
+        find_size_objection=_limit_size("the adjoint of the pose of {n} joints", derive_body_adjoint),
     ),
     _make_body_question(
-        "changed-twist", "Body twist in space-frame coordinates", needs=("body-adjoint",),
-        sample=_sample_changed_twist, formula=_derive_changed_twist, entry_names=_name_twist,
-        too_long=_find_pose_size_objection,
-        source_questions=(("body-adjoint",), ("body-pose",)),
+        "changed-twist", "Body twist in space-frame coordinates", prerequisites=("body-adjoint",),
+        sample=_ask_changed_twist, formula=_derive_changed_twist, entry_names=_name_twist,
+        find_size_objection=_find_pose_size_objection, alternative_prerequisites=(("body-adjoint",), ("body-pose",)),
     ),
     _make_screw_question(
         "space-jacobian", "Space Jacobian", points=2.0, stage="space jacobian", row_order=_get_twist_row_order,
-        make_details=_make_space_details, too_long=_find_space_size_objection,
-        row_and_column_labels=base.make_jacobian_labels(_list_row_names),
+        make_details=_make_space_details, find_size_objection=_find_space_size_objection,
+        row_and_column_labels=base.label_jacobian(_list_row_names),
     ),
     _make_body_question(
-        "body-jacobian", "Body Jacobian", points=2.0, needs=("body-pose", "space-jacobian"),
+        "body-jacobian", "Body Jacobian", points=2.0, prerequisites=("body-pose", "space-jacobian"),
         stage="body jacobian", row_order=_get_twist_row_order, make_details=_make_body_and_space_details,
-        row_and_column_labels=base.make_jacobian_labels(_list_row_names), too_long=_find_body_jacobian_size_objection,
+        row_and_column_labels=base.label_jacobian(_list_row_names),
+        find_size_objection=_find_body_jacobian_size_objection,
     ),
     _make_screw_question(
-        "space-twist", "Twist in the space frame", needs=("space-jacobian",),
+        "space-twist", "Twist in the space frame", prerequisites=("space-jacobian",),
         formula=base.make_rate_product_formula("space jacobian", _get_twist_row_order),
-        make_details=_make_space_details, entry_names=_name_twist, too_long=_find_space_size_objection,
+        make_details=_make_space_details, entry_names=_name_twist, find_size_objection=_find_space_size_objection,
     ),
     _make_body_question(
-        "body-twist", "Twist in the body frame", needs=("body-jacobian",),
+        "body-twist", "Twist in the body frame", prerequisites=("body-jacobian",),
         formula=base.make_rate_product_formula("body jacobian", _get_twist_row_order),
         make_details=_make_body_and_space_details, entry_names=_name_twist,
-        too_long=_find_body_jacobian_size_objection,
+        find_size_objection=_find_body_jacobian_size_objection,
     ),
 )  # fmt: skip

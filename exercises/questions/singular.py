@@ -1,7 +1,11 @@
-"""Questions on singular configurations and their type (6.8; Examples 6.2 and 6.3, with the shoulder omitted there)."""
+"""Questions on singular configurations and their kind (6.8; Examples 6.2 and 6.3).
+
+Unlike Example 6.3, the answers include the shoulder singularity. The singular set of an arm consists of components. A
+component is given by values of some joints (its solutions), or by a condition on several joints.
+"""
 
 from collections.abc import Iterator
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 from functools import lru_cache
 
 import numpy as np
@@ -14,10 +18,11 @@ from qdot.exercises.arm.derivation import derive
 from qdot.exercises.arm.kinematics import NumericChain
 from qdot.exercises.common.errors import count_noun
 from qdot.exercises.common.stream import Stream
-from qdot.exercises.problem.problem import Details, values_by_name
+from qdot.exercises.problem.problem import Details, recorded_as, values_by_name
 from qdot.exercises.questions import inversion
 from qdot.exercises.questions.base import AnswerAndDetails, Question, make_stage_formula, shuffle_options
 from qdot.exercises.questions.geometry import sample_false_root
+from qdot.exercises.questions.inversion import JointValues, Lengths
 from qdot.exercises.singularities.axes import Sample
 from qdot.exercises.singularities.classification import classify
 from qdot.exercises.singularities.normalized_arm import first_joint_moves_all, normalize_arm, normalized_values
@@ -29,44 +34,41 @@ KIND_OPTIONS = {
     "internal": "an internal singularity",
     "regular": "no singularity: the Jacobian has full rank there",
 }
+"""The options of a question on the kind of a configuration, by the kind."""
 
 
-def _ask_conditions(chain: Chain, rng: Stream) -> AnswerAndDetails:
-    return ConditionSet(singular_set(chain) or ()), Details()
-
-
-def object_unless_singular(chain: Chain) -> str | None:
-    """Return the objection to an arm without singular configurations, or without regular ones."""
+def find_singularity_objection(chain: Chain) -> str | None:
+    """Return an objection to an arm without singular configurations, or without regular ones; None for other arms."""
     components = singular_set(chain)
     if components is None:
         return "its Jacobian has less than full rank everywhere"
     return None if components else "it has no singular configuration"
 
 
-def object_unless_direction_lost(chain: Chain) -> str | None:
-    """Return the objection to an arm that can't lose exactly one of several directions of motion."""
+def find_lost_direction_objection(chain: Chain) -> str | None:
+    """Return an objection to an arm that can't lose exactly one of several directions of motion."""
     m = len(chain.task)
-    if objection := object_unless_singular(chain):
+    if objection := find_singularity_objection(chain):
         return objection
     if m > chain.n:
         return f"its task has {m} components, but its {count_noun(chain.n, 'joint')} can never produce all of them"
     return "its task has only one component of velocity" if m < 2 else None
 
 
-def _object_to_kinds(chain: Chain) -> str | None:
+def _find_kind_objection(chain: Chain) -> str | None:
     if not can_establish_kind(chain):
         return "qdot can't decide between boundary and internal singularities for its task"
-    return object_unless_singular(chain)
+    return find_singularity_objection(chain)
 
 
 @dataclass(frozen=True)
 class ConfigurationsOfOneKind:
-    """The configurations that a question is about: given joint values, or all that satisfy a condition.
+    """The configurations whose kind is asked for: one with given joint values, or all that satisfy a condition.
 
-    The prompt shows the joint values or `words`, never the condition, which is the answer to another question.
+    The prompt shows the joint values or `words`. It never shows the condition, which is the answer to another question.
     """
 
-    joints: dict[sp.Symbol, sp.Expr]
+    joints: JointValues
     condition: sp.Expr | None = None
     words: str = ""
 
@@ -77,48 +79,48 @@ class ConfigurationsOfOneKind:
 
 
 def find_components_with(chain: Chain, configurations: ConfigurationsOfOneKind) -> list[tuple[Component, Component]]:
-    """Return the components that contain the configurations, each also restricted to the given joint values."""
+    """Return the components of the singular set that contain the configurations.
+
+    Each component is paired with the same component at the given joint values only.
+    """
     components = []
     for component in singular_set(chain) or ():
         if configurations.condition is not None:
             if configurations.condition in component.conditions:
                 components.append((component, component))
         elif component.solutions is not None:
-            given = tuple((q, configurations.joints[q]) for q, _ in component.solutions)
-            if given in component.value_combinations():
-                components.append((component, component.at(given)))
+            values = tuple((q, configurations.joints[q]) for q, _ in component.solutions)
+            if values in component.value_combinations():
+                components.append((component, component.at(values)))
     return components
 
 
 @dataclass(frozen=True, kw_only=True)
 class KindDetails(Details):
-    """Details of a question about the kind of a configuration: "boundary", "internal" or "regular"."""
+    """Details of a question about the kind of configurations: "boundary", "internal" or "regular"."""
 
-    place: ConfigurationsOfOneKind
-    type: str
+    configurations: ConfigurationsOfOneKind = field(metadata=recorded_as("place"))
+    singularity_kind: str = field(metadata=recorded_as("type"))
 
-    def shown_values(self, chain: Chain) -> dict[str, float]:
-        """Return the given joint values."""
-        return values_by_name(self.place.joints)
+    def list_shown_values(self, chain: Chain) -> dict[str, float]:
+        """Return the given joint values, by the names of the joint variables."""
+        return values_by_name(self.configurations.joints)
 
 
-def _ask_type(chain: Chain, rng: Stream) -> AnswerAndDetails | None:
+def _ask_kind(chain: Chain, rng: Stream) -> AnswerAndDetails | None:
     """Choose the correct answer first, then configurations of that kind; the kind is computed."""
-    components = singular_set(chain) or ()
     for kind in rng.permutation(tuple(KIND_OPTIONS)):
-        configurations = _sample_configurations_of_kind(chain, components, kind, rng)
+        configurations = _sample_configurations_of_kind(chain, kind, rng)
         if configurations is not None:
             answer, _ = shuffle_options(tuple(KIND_OPTIONS), kind, rng, KIND_OPTIONS.__getitem__)
-            return answer, KindDetails(place=configurations, type=kind)
+            return answer, KindDetails(configurations=configurations, singularity_kind=kind)
     return None
 
 
-def _sample_configurations_of_kind(
-    chain: Chain, components: tuple[Component, ...], kind: str, rng: Stream
-) -> ConfigurationsOfOneKind | None:
+def _sample_configurations_of_kind(chain: Chain, kind: str, rng: Stream) -> ConfigurationsOfOneKind | None:
     if kind == "regular":
-        return _sample_regular_configuration(chain, components, rng)
-    for component in rng.permutation(components):
+        return _sample_regular_configuration(chain, rng)
+    for component in rng.permutation(singular_set(chain) or ()):
         if component.solutions is None:
             classification = classify(chain, component)
             words = classification.meaning.split(",")[0]
@@ -133,19 +135,17 @@ def _sample_configurations_of_kind(
     return None
 
 
-def _sample_regular_configuration(
-    chain: Chain, components: tuple[Component, ...], rng: Stream
-) -> ConfigurationsOfOneKind:
-    """Return a random regular configuration that seems singular after a mistake of a sign or a right angle."""
+def _sample_regular_configuration(chain: Chain, rng: Stream) -> ConfigurationsOfOneKind:
+    """Return a random regular configuration; if possible, one that seems singular after an error of sign or angle."""
     roots = [
         (q, values)
-        for component in components
+        for component in singular_set(chain) or ()
         for q, values in component.solutions or ()
         if not any(value.has(sp.acos, sp.asin, sp.atan) and value.free_symbols for value in values)
     ]
     for attempt in range(200):
         joints = inversion.sample_joint_values(chain, rng)
-        if roots and attempt < 150:  # later, accept any: perhaps no mistake leads far enough from a root
+        if roots and attempt < 150:  # later, accept any joint values: perhaps every mistake leads too close to a root
             joints |= sample_false_root(roots, {}, rng)
         is_clearly_regular = _is_well_conditioned(chain, joints, rng) and not _may_become_singular(chain, joints)
         if is_clearly_regular and _find_kinds_over_lengths(chain, joints) == {"regular"}:
@@ -153,8 +153,8 @@ def _sample_regular_configuration(
     raise RuntimeError(f"no regular configuration of {chain} was found; please report this")
 
 
-def _may_become_singular(chain: Chain, joints: dict[sp.Symbol, sp.Expr]) -> bool:
-    """Return whether det J may be zero for some lengths, because one of its factors has terms of both signs."""
+def _may_become_singular(chain: Chain, joints: JointValues) -> bool:
+    """Return whether det J may be zero at the joint values for some lengths: a factor has terms of both signs."""
     if len(chain.task) != chain.n or not chain.parameters:
         return False
     for factor in sp.Mul.make_args(derive(chain).determinant.xreplace(joints)):
@@ -165,25 +165,27 @@ def _may_become_singular(chain: Chain, joints: dict[sp.Symbol, sp.Expr]) -> bool
     return False
 
 
-def _is_well_conditioned(chain: Chain, joints: dict[sp.Symbol, sp.Expr], rng: Stream) -> bool:
+def _is_well_conditioned(chain: Chain, joints: JointValues, rng: Stream) -> bool:
+    """Return whether sigma_min/sigma_max of J is large enough for four random sets of lengths."""
     minimum = 0.8 * inversion.min_conditioning(chain)
     all_lengths = (inversion.sample_lengths(chain, rng) for _ in range(4))
     return all(inversion.compute_conditioning(chain, lengths, joints) > minimum for lengths in all_lengths)
 
 
-def _sample_joint_values_on(chain: Chain, component: Component, rng: Stream) -> Iterator[dict[sp.Symbol, sp.Expr]]:
-    """Yield configurations of a component: its joint values, with new random values of the other joints each time."""
+def _sample_joint_values_on(chain: Chain, component: Component, rng: Stream) -> Iterator[JointValues]:
+    """Yield configurations of a component: its joint values, each time with new random values of the other joints."""
     for values in rng.permutation(component.value_combinations() * 2):
         yield {**inversion.sample_joint_values(chain, rng), **dict(values)}
 
 
 _TEST_LENGTHS = (sp.Rational(1, 20), sp.Rational(3, 10), sp.Rational(7, 10), sp.S(2), sp.S(6))
+"""Values of symbolic lengths (m) for which the kind of a configuration is found; the kind must be the same for all."""
 _RANDOM_LENGTH_COUNT = 20
-"""Test values of symbolic lengths, and the number of random ones. A kind must hold for very different lengths."""
+"""The number of random lengths, for each of up to two symbolic lengths, for which the kind is found as well."""
 
 
-def _iterate_test_lengths(chain: Chain) -> Iterator[dict[sp.Symbol, sp.Rational]]:
-    """Yield values of the symbolic lengths: the tried values in turn, then random values between 0.05 and 6."""
+def _list_test_lengths(chain: Chain) -> Iterator[Lengths]:
+    """Yield values of the symbolic lengths: first the test values in turn, then random values between 0.05 and 6."""
     count = len(_TEST_LENGTHS) if chain.parameters else 1
     for start in range(count):
         yield {s: _TEST_LENGTHS[(start + 2 * i) % count] for i, s in enumerate(chain.parameters)}
@@ -192,10 +194,11 @@ def _iterate_test_lengths(chain: Chain) -> Iterator[dict[sp.Symbol, sp.Rational]
         yield {s: sp.Rational(round(100 * 0.05 * 120 ** stream.uniform(0, 1)), 100) for s in chain.parameters}
 
 
-def _find_kinds_over_lengths(chain: Chain, joints: dict[sp.Symbol, sp.Expr]) -> frozenset[str | None]:
+def _find_kinds_over_lengths(chain: Chain, joints: JointValues) -> frozenset[str | None]:
     """Return the kinds that a configuration has for the test values of the symbolic lengths.
 
-    The arm is normalized first. If joint 1 moves the arm as a whole, its value does not matter and is set to zero.
+    If joint 1 moves the arm as a whole, the value of joint 1 does not matter and is set to zero. The arm is normalized,
+    so that arms that differ only in their base or joint offsets share the cached result.
     """
     values = normalized_values(chain, joints)
     if first_joint_moves_all(chain):
@@ -206,9 +209,9 @@ def _find_kinds_over_lengths(chain: Chain, joints: dict[sp.Symbol, sp.Expr]) -> 
 @lru_cache(maxsize=4096)
 def _find_kinds(chain: Chain, values: tuple[sp.Expr, ...]) -> frozenset[str | None]:
     samples = []
-    for lengths in _iterate_test_lengths(chain):
+    for lengths in _list_test_lengths(chain):
         joints = [sp.N(value.xreplace(lengths)) for value in values]
-        if not all(joint_value.is_real for joint_value in joints):  # no such configuration with these lengths
+        if not all(joint_value.is_real for joint_value in joints):  # the arm has no such configuration
             return frozenset({None})
         arm = NumericChain(chain, values_by_name(lengths))
         samples.append(Sample(arm, np.array([float(joint_value) for joint_value in joints])))
@@ -217,9 +220,13 @@ def _find_kinds(chain: Chain, values: tuple[sp.Expr, ...]) -> frozenset[str | No
 
 QUESTIONS = (
     Question(
-        "singular-angles", "Singular configurations", "6.8", points=2.0, needs=("determinant", "jacobian"),
-        sample=_ask_conditions, objection=object_unless_singular, source_questions=(("determinant",), ("jacobian",)),
-        zero_formula=make_stage_formula("determinant"),
+        "singular-angles", "Singular configurations", "6.8", points=2.0, prerequisites=("determinant", "jacobian"),
+        sample=lambda chain, _: (ConditionSet(singular_set(chain) or ()), Details()),
+        find_arm_objection=find_singularity_objection, zero_formula=make_stage_formula("determinant"),
+        alternative_prerequisites=(("determinant",), ("jacobian",)),
     ),
-    Question("singularity-type", "Type of singularity", "below 6.7", sample=_ask_type, objection=_object_to_kinds),
+    Question(
+        "singularity-type", "Type of singularity", "below 6.7", sample=_ask_kind,
+        find_arm_objection=_find_kind_objection,
+    ),
 )  # fmt: skip

@@ -1,6 +1,6 @@
-"""Questions on the full transform of the last frame (Example 6.1), and on the Jacobian in the tool frame."""
+"""Questions on the transform of the last frame (Example 6.1), and on the Jacobian in the tool frame (6.12)."""
 
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 
 import numpy as np
 import sympy as sp
@@ -11,7 +11,7 @@ from qdot.exercises.arm.conventions import convention_of
 from qdot.exercises.arm.conventions.base import FRAMES
 from qdot.exercises.arm.derivation import derive, structure
 from qdot.exercises.common.stream import Stream
-from qdot.exercises.problem.problem import Details
+from qdot.exercises.problem.problem import Details, recorded_as
 from qdot.exercises.questions import base
 from qdot.exercises.questions.base import Question
 
@@ -21,7 +21,10 @@ MAX_JOINTS = 5
 
 @dataclass(frozen=True)
 class AngleSum:
-    """An entry of T_{w,i}, before and after an angle-sum identity combines the angles of parallel joints."""
+    """An entry (row, column) of T_{w,i} that an angle-sum identity shortens; `number` is i.
+
+    `product` is the entry before the identity is used, and `result` is the entry afterwards.
+    """
 
     number: int
     entry: tuple[int, int]
@@ -31,7 +34,7 @@ class AngleSum:
 
 @dataclass(frozen=True)
 class ToolColumn:
-    """The axis of joint `number`, its vector p* (m) and z x p*, each 3 x 1, in the coordinates of the last frame."""
+    """The axis z of joint `number`, its vector p* (m) and z x p*, each 3 x 1, in the coordinates of the last frame."""
 
     number: int
     kind: str
@@ -45,7 +48,7 @@ class TransformDetails(Details):
     """Details about T_{w,n}: the transforms T_{w,0} ... T_{w,n}, and the first entry with a sum of angles, if any."""
 
     poses: tuple[sp.Matrix, ...]
-    sum: AngleSum | None
+    angle_sum: AngleSum | None = field(metadata=recorded_as("sum"))
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -56,9 +59,9 @@ class ToolJacobianDetails(Details):
 
 
 def find_first_angle_sum(chain: Chain, poses: tuple[sp.Matrix, ...]) -> AngleSum | None:
-    """Return the first entry with a sum of angles of parallel joints, or None; `frame_poses` are T_{w,0} ... T_{w,n}.
+    """Return the first entry with a sum of angles of parallel joints, or None; `poses` are T_{w,0} ... T_{w,n}.
 
-    Only the columns x_i are searched: a row of T_{w,i-1} times the first column of T_{i-1,i}.
+    Only the columns x_i are searched. An entry of x_i is a row of T_{w,i-1} times the first column of T_{i-1,i}.
     """
     convention = convention_of(chain)
     for i, joint in enumerate(convention.rows[1:], 2):
@@ -72,54 +75,56 @@ def find_first_angle_sum(chain: Chain, poses: tuple[sp.Matrix, ...]) -> AngleSum
 
 
 def _list_poses(chain: Chain) -> tuple[sp.Matrix, ...]:
-    """Return the transforms T_{w,0} ... T_{w,n} of an arm, filled with its numbers."""
+    """Return the transforms T_{w,0} ... T_{w,n} of an arm, with the arm's numbers."""
     return tuple(map(derive(chain).substitute_matrix, transforms.frame_poses(structure(chain).chain)))
 
 
-def _describe_transforms(chain: Chain, rng: Stream) -> TransformDetails:
-    arm_poses = _list_poses(chain)
-    return TransformDetails(poses=arm_poses, sum=find_first_angle_sum(chain, arm_poses))
+def _make_transform_details(chain: Chain, rng: Stream) -> TransformDetails:
+    poses = _list_poses(chain)
+    return TransformDetails(poses=poses, angle_sum=find_first_angle_sum(chain, poses))
 
 
-def _describe_columns(chain: Chain, rng: Stream) -> ToolJacobianDetails:
-    fill, generic = derive(chain).substitute_matrix, structure(chain).chain
-    numbered = enumerate(zip(generic.joints, transforms.joint_vectors_in_tool_frame(generic), strict=True), 1)
-    columns = (ToolColumn(number, joint.kind, *map(fill, vectors)) for number, (joint, vectors) in numbered)
+def _make_tool_details(chain: Chain, rng: Stream) -> ToolJacobianDetails:
+    substitute, symbolic_chain = derive(chain).substitute_matrix, structure(chain).chain
+    vectors_of_joints = transforms.joint_vectors_in_tool_frame(symbolic_chain)
+    joints_and_vectors = enumerate(zip(symbolic_chain.joints, vectors_of_joints, strict=True), 1)
+    columns = (ToolColumn(i, joint.kind, *map(substitute, vectors)) for i, (joint, vectors) in joints_and_vectors)
     return ToolJacobianDetails(columns=tuple(columns))
 
 
-def _derive_tool_jacobian(chain: Chain) -> sp.Matrix:
-    return derive(chain).substitute_matrix(transforms.jacobian_in_tool_frame(structure(chain).chain))
-
-
 def assemble_transform(rotation: np.ndarray, origin: np.ndarray) -> np.ndarray:
-    """Return the transform, (4, 4, …), with a given rotation (3, 3, …) and origin (3, …)."""
-    last_row = np.stack([0 * origin[0], 0 * origin[0], 0 * origin[0], 0 * origin[0] + 1])
+    """Return the transform, (4, 4, …), with a rotation (3, 3, …) and an origin (3, …)."""
+    zero = 0 * origin[0]
+    last_row = np.stack([zero, zero, zero, zero + 1])
     return np.concatenate([np.concatenate([rotation, origin[:, None]], axis=1), last_row[None]])
 
 
 QUESTIONS = (
     Question(
         "transform", "Transform of the last frame", "Example 6.1", points=2.0, required_feature=FRAMES,
-        formula=lambda w, _: assemble_transform(w["last rotation"], w["last origin"]),
+        formula=lambda stages, _: assemble_transform(stages["last rotation"], stages["last origin"]),
         substitution=lambda rows: {"last rotation": lambda *_: rows[:3, :3]},
-        textbook_stages={
+        textbook_formulas={
             "last rotation": lambda chain: _list_poses(chain)[-1][:3, :3],
             "last origin": lambda chain: _list_poses(chain)[-1][:3, 3],
         },
-        make_details=_describe_transforms, constant_last_row=("0", "0", "0", "1"),
-        too_long=base.make_size_objection(
+        make_details=_make_transform_details, constant_last_row=("0", "0", "0", "1"),
+        find_size_objection=base.limit_size(
             "the product of the transforms of {n} joints", MAX_JOINTS,
             lambda chain: transforms.count_last_pose_terms(structure(chain).chain),
         ),
     ),
     Question(
         "tool-jacobian", "Jacobian in the tool frame", "6.12", points=2.0, required_feature=FRAMES,
-        needs=("transform", "geometric-jacobian"), stage="tool jacobian",
-        textbook_stages={"tool jacobian": _derive_tool_jacobian},
-        make_details=_describe_columns, row_and_column_labels=base.make_jacobian_labels(lambda _: TASK_ROWS),
-        objection=base.object_to_point_before_last_link,
-        too_long=base.make_size_objection(
+        prerequisites=("transform", "geometric-jacobian"), stage="tool jacobian",
+        textbook_formulas={
+            "tool jacobian": lambda chain: derive(chain).substitute_matrix(
+                transforms.jacobian_in_tool_frame(structure(chain).chain)
+            ),
+        },
+        make_details=_make_tool_details, row_and_column_labels=base.label_jacobian(lambda _: TASK_ROWS),
+        find_arm_objection=base.find_tool_point_objection,
+        find_size_objection=base.limit_size(
             "the Jacobian of {n} joints in the tool frame", MAX_JOINTS,
             lambda chain: transforms.count_tool_jacobian_terms(structure(chain).chain),
         ),

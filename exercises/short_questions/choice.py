@@ -1,47 +1,53 @@
-"""Multiple-choice questions with four options: which is the position, the Jacobian, one of its columns, …?"""
+"""Questions with formulas as options: which is the position, the Jacobian or one of its columns, whose column is it?"""
 
 from collections.abc import Callable
 from dataclasses import dataclass
-from functools import partial
+from functools import lru_cache, partial
 
+import sympy as sp
+
+from qdot.exercises.answer_types import Matching
 from qdot.exercises.arm.chain import Chain
 from qdot.exercises.arm.conventions.base import SCREWS
+from qdot.exercises.arm.derivation import derive, structure
 from qdot.exercises.common.stream import Stream
 from qdot.exercises.questions import QUESTIONS
 from qdot.exercises.questions.base import AnswerAndDetails
+from qdot.exercises.questions.inversion import make_load_symbols
 from qdot.exercises.questions.screws import SCREWS_SOURCE
-from qdot.exercises.questions.statics import make_load_symbols
-from qdot.exercises.short_questions.asking import ShortQuestion
-from qdot.exercises.short_questions.options import Options, offer_choice
-from qdot.exercises.short_questions.wrong import OptionSubject, make_four_options
+from qdot.exercises.short_questions.options import OfferedOption, Options, offer_choice
+from qdot.exercises.short_questions.short_question import ShortQuestion
+from qdot.exercises.short_questions.wrong_formulas import OptionSubject, are_different_functions, make_four_options
 from qdot.exercises.short_questions.wrong_sets import make_four_sets
 
 
 @dataclass(frozen=True, kw_only=True)
 class FormulaOptions(Options):
-    """The formulas offered as options, and the result that they show."""
+    """The formulas offered as options, and the result that they show (their `subject`)."""
 
     subject: OptionSubject
 
 
-SubjectFinder = Callable[[Chain, str], list[OptionSubject]]
-"""A function that returns the subjects (whole answer, column or entry) that options can be about.
+# --- one of four formulas or sets ---
 
-Its arguments are the arm and the name of the question whose answer the options are variants of.
+SubjectFinder = Callable[[Chain, str], list[OptionSubject]]
+"""A function of an arm and a question: it returns the results that options can show.
+
+Such a result is the whole answer to the question, a column of the answer, or an entry.
 """
 
 
-def _list_whole_answer(_: Chain, question: str) -> list[OptionSubject]:
+def _get_whole_answer(_: Chain, question: str) -> list[OptionSubject]:
     return [OptionSubject(question)]
 
 
-def _list_whole_answer_and_entries(chain: Chain, question: str) -> list[OptionSubject]:
+def _list_position_subjects(chain: Chain, question: str) -> list[OptionSubject]:
     """Return the whole position, and each coordinate in case the whole position is too long for an option."""
     return [OptionSubject(question), *(OptionSubject(question, None, row) for row in range(len(chain.linear_rows)))]
 
 
 def _find_varying_columns(chain: Chain, question: str) -> list[OptionSubject]:
-    """Return the columns that depend on the configuration. The constant ones are obvious without a calculation."""
+    """Return the columns that depend on the configuration. The constant columns are obvious without a calculation."""
     matrix = QUESTIONS[question].ask(chain, Stream("quiz"))[0].as_matrix()
     return [OptionSubject(question, i) for i in range(matrix.cols) if matrix.col(i).has(*chain.q)]
 
@@ -52,13 +58,8 @@ def _find_varying_entries(chain: Chain, question: str) -> list[OptionSubject]:
     return [OptionSubject(question, None, row) for row in range(vector.rows) if vector[row].has(*chain.q)]
 
 
-def _list_columns(chain: Chain, question: str) -> list[OptionSubject]:
-    return [OptionSubject(question, column) for column in range(chain.n)]
-
-
-def _list_columns_except_first(chain: Chain, question: str) -> list[OptionSubject]:
-    """Return all columns except the first, which does not have three plausible wrong answers."""
-    return _list_columns(chain, question)[1:]
+def _list_columns(chain: Chain, question: str, first: int = 0) -> list[OptionSubject]:
+    return [OptionSubject(question, column) for column in range(first, chain.n)]
 
 
 def _ask_formula(chain: Chain, rng: Stream, find_subjects: SubjectFinder, question: str) -> AnswerAndDetails | None:
@@ -95,14 +96,14 @@ def _make_formula_question(
 
 
 CHOICE_QUESTIONS = (
-    _make_formula_question("position-choice", "Which position?", "6.1", "position", _list_whole_answer_and_entries),
-    _make_formula_question("jacobian-choice", "Which Jacobian?", "6.4", "jacobian", _list_whole_answer),
+    _make_formula_question("position-choice", "Which position?", "6.1", "position", _list_position_subjects),
+    _make_formula_question("jacobian-choice", "Which Jacobian?", "6.4", "jacobian", _get_whole_answer),
     _make_formula_question("column-choice", "Which column?", "6.4", "jacobian", _find_varying_columns),
     _make_formula_question("axis-choice", "Which joint axis?", "6.12", "joint-axes", _find_varying_columns),
     _make_formula_question("vector-choice", "Which vector?", "6.13", "position-vectors", _find_varying_columns),
-    _make_formula_question("determinant-choice", "Which determinant?", "6.8", "determinant", _list_whole_answer),
+    _make_formula_question("determinant-choice", "Which determinant?", "6.8", "determinant", _get_whole_answer),
     _make_formula_question(
-        "inverse-jacobian-choice", "Which inverse?", "appendix", "inverse-jacobian", _list_whole_answer,
+        "inverse-jacobian-choice", "Which inverse?", "appendix", "inverse-jacobian", _get_whole_answer,
     ),
     _make_formula_question(
         "torque-choice", "Which joint torque?", "dual of 6.4", "joint-torques", _find_varying_entries,
@@ -110,10 +111,64 @@ CHOICE_QUESTIONS = (
     _make_formula_question("screw-choice", "Which screw?", SCREWS_SOURCE, "home-screws", _list_columns),
     _make_formula_question(
         "space-column-choice", "Which column of the space Jacobian?", SCREWS_SOURCE, "space-jacobian",
-        _list_columns_except_first,
+        partial(_list_columns, first=1),  # for the first column, there are no three plausible wrong options
     ),
     ShortQuestion(
         "singular-angles-choice", "Where is it singular?", "6.8", sample=_ask_sets, form="choice",
         base_question="singular-angles", objection_if_nothing_found=NO_FOUR_OPTIONS, shown_answers=("singular-angles",),
     ),
+)  # fmt: skip
+
+
+# --- which column belongs to which joint? ---
+
+MAX_CHARACTERS, MAX_COLUMNS = 260, 6
+"""Maximum number of characters of a column, and maximum number of columns."""
+
+
+def _ask_columns(chain: Chain, rng: Stream) -> AnswerAndDetails | None:
+    """Offer the columns in random order, and a wrong column unless there are already as many columns as allowed."""
+    if not 2 <= chain.n <= MAX_COLUMNS or not _has_short_distinct_columns(chain):
+        return None
+    correct_options = list(map(OfferedOption, _split_columns(chain)))
+    wrong_option = _make_extra_column(chain, rng) if chain.n < MAX_COLUMNS else None
+    shuffled = tuple(rng.permutation([*correct_options, *filter(None, [wrong_option])]))
+    answer = Matching(
+        tuple(f"joint {number}" for number in range(1, chain.n + 1)),
+        tuple(option.text for option in shuffled),
+        tuple(shuffled.index(option) for option in correct_options),
+    )
+    return answer, Options(offered=shuffled)
+
+
+def _split_columns(chain: Chain) -> list[sp.Matrix]:
+    jacobian = derive(chain).jacobian
+    return [jacobian.col(column) for column in range(chain.n)]
+
+
+def _make_extra_column(chain: Chain, rng: Stream) -> OfferedOption | None:
+    """Return a wrong column that differs from all correct columns, or None if none is found."""
+    for number in rng.permutation(range(chain.n)):
+        for option in (make_four_options(chain, OptionSubject("jacobian", number), rng) or ())[1:]:
+            is_different = are_different_functions(chain, [*_split_columns(chain), option.content])
+            if is_different and len(option.text) <= MAX_CHARACTERS:
+                return option
+    return None
+
+
+@lru_cache(maxsize=1024)
+def _has_short_distinct_columns(chain: Chain) -> bool:
+    return _has_short_columns(structure(chain).chain) and are_different_functions(chain, _split_columns(chain))
+
+
+@lru_cache(maxsize=1024)
+def _has_short_columns(symbolic_chain: Chain) -> bool:
+    """Return whether the columns of a structure are short; the question applies to all of its arms or to none."""
+    return all(len(OfferedOption(column).text) <= MAX_CHARACTERS for column in _split_columns(symbolic_chain))
+
+
+MATCH_COLUMNS = ShortQuestion(
+    "match-columns", "Which column belongs to which joint?", "6.12", points=1.0, sample=_ask_columns, form="matching",
+    base_question="jacobian", shown_answers=("jacobian",),
+    objection_if_nothing_found="its Jacobian has too many columns, or columns that are too long or equal",
 )  # fmt: skip

@@ -1,7 +1,8 @@
-"""Why an option is wrong: the mistakes behind the options of all questions with lettered options.
+"""Find out why an option is wrong: the mistakes that lead to the options of all questions with lettered options.
 
-Some mistakes are stored with the options that they produced. Others are found by comparison: an option may name
-another meaning, or equal the result of a derivation with a mistake. Otherwise the option itself shows the mistake.
+Some mistakes are stored with the options that they produced. Others are found by comparison: the option may be the
+answer that a known mistake gives, or the result of a derivation with a mistake. Otherwise the choice of the option
+itself shows the mistake.
 """
 
 from collections.abc import Mapping
@@ -10,7 +11,7 @@ from dataclasses import replace
 import numpy as np
 
 from qdot.exercises.answer_types import TRUE_FALSE, Letters
-from qdot.exercises.arm.derivation_graph import Working, numeric_working
+from qdot.exercises.arm.derivation_graph import StageResults, compute_numeric_stages
 from qdot.exercises.common.stream import Stream
 from qdot.exercises.mistakes import catalogue
 from qdot.exercises.mistakes.catalogue import CATALOGUE
@@ -18,9 +19,9 @@ from qdot.exercises.mistakes.configurations import sample_configurations
 from qdot.exercises.problem.problem import Part, Problem
 from qdot.exercises.questions.concepts import JointEffectDetails, parse_vector
 from qdot.exercises.questions.results import compute_answer, is_derived
-from qdot.exercises.short_questions.drawings import PoseStatement
 from qdot.exercises.short_questions.options import Blame, ConfigurationOptions, list_blames
 from qdot.exercises.short_questions.selections import QuantityDetails
+from qdot.exercises.short_questions.single_configuration import ConfigurationStatement
 
 Blames = tuple[Blame, ...]
 ROUNDING_TOLERANCE = 6e-4
@@ -28,9 +29,10 @@ ROUNDING_TOLERANCE = 6e-4
 
 
 def explain_options(problem: Problem, part: Part, stream: Stream) -> list[Blames]:
-    """Return the mistakes behind each wrong option; in a matching question, those behind a wrong assignment.
+    """Return the mistakes that lead to each option (none for a correct option).
 
-    `stream` samples the configuration at which numeric options are evaluated if the question has none.
+    In a matching question, these are the mistakes that lead to a wrong assignment of the option. If a question gives no
+    configuration, `stream` samples the configuration at which numeric options are evaluated.
     """
     answer = part.answer
     blames = {**_blame_by_derivation(problem, part, stream), **_blame_by_mistaken_answers(problem, part)}
@@ -56,8 +58,9 @@ def _blame_by_derivation(problem: Problem, part: Part, stream: Stream) -> Mappin
     """Return the most likely mistake behind each numeric option that equals the result of a wrong derivation."""
     if not is_derived(part):
         return {}
-    w = numeric_working(problem.chain, sample_configurations(problem.chain, part, problem.domain(), 1, stream))
-    all_wrong_answers = list(catalogue.predict_wrong_answers(w, part))
+    configurations = sample_configurations(problem.chain, part, problem.domain, 1, stream)
+    stages = compute_numeric_stages(problem.chain, configurations)
+    all_wrong_answers = list(catalogue.predict_wrong_answers(stages, part))
     blames: dict[int, Blames] = {}
     for index, option in enumerate(part.answer.offered_options):
         expected = np.array(parse_vector(option))[:, None, None]
@@ -65,17 +68,17 @@ def _blame_by_derivation(problem: Problem, part: Part, stream: Stream) -> Mappin
         if equal_answers:
             likeliest = max(equal_answers, key=catalogue.variant_frequency)
             blames[index] = (Blame.from_mistake(likeliest.mistake, likeliest.variant.words.items()),)
-        elif isinstance(part.details, JointEffectDetails) and _is_effect_of_other_joint(w, part, expected):
+        elif isinstance(part.details, JointEffectDetails) and _is_effect_of_other_joint(stages, part, expected):
             blames[index] = (Blame.from_mistake(CATALOGUE["column-of-other-joint"], ()),)
     return blames
 
 
-def _is_effect_of_other_joint(w: Working, part: Part, expected: np.ndarray) -> bool:
-    """Return whether the values are the effect of another joint."""
-    effect = part.details_as(JointEffectDetails).effect
-    other_effects = (replace(effect, joint=joint) for joint in range(1, w.n + 1) if joint != effect.joint)
-    other_parts = (replace(part, details=JointEffectDetails(effect=other)) for other in other_effects)
-    return any(_is_near(compute_answer(w, other_part), expected) for other_part in other_parts)
+def _is_effect_of_other_joint(stages: StageResults, part: Part, expected: np.ndarray) -> bool:
+    """Return whether another joint causes the expected velocity."""
+    details = part.details_as(JointEffectDetails)
+    other_details = (replace(details, joint=joint) for joint in range(1, stages.n + 1) if joint != details.joint)
+    other_parts = (replace(part, details=other) for other in other_details)
+    return any(_is_near(compute_answer(stages, other_part), expected) for other_part in other_parts)
 
 
 def _is_near(values: np.ndarray, expected: np.ndarray) -> bool:
@@ -84,7 +87,7 @@ def _is_near(values: np.ndarray, expected: np.ndarray) -> bool:
 
 
 def _blame_by_question_kind(problem: Problem, part: Part, index: int) -> Blames:
-    """Return the mistake that is obvious from the choice of an option."""
+    """Return the mistake that the choice of an option shows by itself, depending on the kind of question."""
     answer, details = part.answer, part.details
     if answer.matched_items:
         return (Blame("column-of-other-joint", ()),)
@@ -92,8 +95,8 @@ def _blame_by_question_kind(problem: Problem, part: Part, index: int) -> Blames:
         return (Blame("regular-taken-for-singular", ()),)
     if isinstance(details, QuantityDetails):
         return (Blame("joint-without-effect", (("joint", str(problem.chain.q[index])),)),)
-    if isinstance(details, PoseStatement):
+    if isinstance(details, ConfigurationStatement):
         is_true = answer.offered_options[answer.correct_indices[0]] == TRUE_FALSE[0]
         confusion = "singular-taken-for-regular" if is_true else "regular-taken-for-singular"
-        return (Blame(confusion if details.said == "singular" else "motion-turned-round", ()),)
+        return (Blame(confusion if details.statement_kind == "singular" else "motion-turned-round", ()),)
     return ()

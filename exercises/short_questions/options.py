@@ -1,7 +1,7 @@
-"""The options of a question: formulas, sets or configurations, and the mistakes behind the wrong ones."""
+"""The options of a question: formulas, sets or configurations, and the mistakes that lead to the wrong options."""
 
 from collections.abc import Iterable, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 from typing import Any, TypeAlias
 
 import sympy as sp
@@ -11,18 +11,18 @@ from qdot.exercises.arm.chain import Chain
 from qdot.exercises.common.stream import Stream
 from qdot.exercises.mistakes.base import Mistake
 from qdot.exercises.mistakes.catalogue import CATALOGUE
-from qdot.exercises.problem.problem import Details, Part, values_by_name
+from qdot.exercises.problem.problem import Details, Part, recorded_as, values_by_name
 from qdot.exercises.questions.base import shuffle_options
 from qdot.exercises.questions.geometry import ExactConfiguration
 
 Formula: TypeAlias = Any
-"""A matrix, an expression, or the components of a singular set."""
+"""A SymPy matrix, a SymPy expression, or the components of a singular set."""
 
 PREFERRED_LENGTH_RATIO, MAX_LENGTH_RATIO = 1.35, 2.0
-"""Maximum length ratio of the longest option to the shortest: the preferred limit, and the limit if none meets it."""
+"""Maximum ratio of the longest option's length to the shortest: the preferred limit, and the limit otherwise."""
 
 SELF_EVIDENT_MISTAKES = frozenset({"rates-left-in", "angles-in-degrees"})
-"""Mistakes that are visible without a calculation: they produce symbols or values that can't occur."""
+"""Mistakes that are visible without a calculation, because they produce symbols or values that can't occur."""
 
 
 def is_plausible(mistake: Mistake) -> bool:
@@ -32,14 +32,17 @@ def is_plausible(mistake: Mistake) -> bool:
 
 @dataclass(frozen=True)
 class Blame:
-    """The name of a mistake, and the words that describe this instance of it in the mistake's sentence."""
+    """An instance of a known mistake, which explains a wrong option.
+
+    `mistake` is the name of the mistake. `words` are the words that describe this instance in the mistake's sentence.
+    """
 
     mistake: str
     words: tuple[tuple[str, str], ...]
 
     @staticmethod
     def from_mistake(mistake: Mistake, words: Iterable[tuple[str, object]]) -> "Blame":
-        """Return the blame on a mistake, with its words as plain text."""
+        """Return an instance of a mistake, with its words as plain text."""
         return Blame(mistake.name, tuple((name, str(word)) for name, word in sorted(words, key=lambda pair: pair[0])))
 
     @property
@@ -55,88 +58,98 @@ class Blame:
 
 @dataclass(frozen=True)
 class OfferedOption:
-    """One option: what it shows, and the mistakes that lead to it (none if it is correct)."""
+    """One option: what the option shows, and the mistakes that lead to it (none for a correct option)."""
 
-    shown: Formula
-    behind: tuple[Blame, ...] = ()
+    content: Formula = field(metadata=recorded_as("shown"))
+    blames: tuple[Blame, ...] = field(default=(), metadata=recorded_as("behind"))
 
     @property
     def is_set(self) -> bool:
         """Whether the option shows a set of configurations."""
-        return isinstance(self.shown, tuple)
+        return isinstance(self.content, tuple)
 
     @property
     def is_tall(self) -> bool:
         """Whether the option is displayed in several lines."""
-        return isinstance(self.shown, sp.MatrixBase) and self.shown.rows > 1
+        return isinstance(self.content, sp.MatrixBase) and self.content.rows > 1
 
     @property
     def formula(self) -> Formula:
-        """What the option shows; a single number has no matrix brackets."""
-        return self.shown[0] if isinstance(self.shown, sp.MatrixBase) and self.shown.shape == (1, 1) else self.shown
+        """What the option shows, without the matrix brackets of a single entry."""
+        return (
+            self.content[0]
+            if isinstance(self.content, sp.MatrixBase) and self.content.shape == (1, 1)
+            else self.content
+        )
 
     @property
     def text(self) -> str:
         """What the option shows, as plain text in the syntax of an answer: [[1, a1]] for a matrix."""
-        if isinstance(self.shown, tuple):
-            return " or ".join(piece for component in self.shown for piece in component.pieces())
-        if isinstance(self.shown, sp.Expr):
-            return str(self.shown)
-        is_matrix = self.shown.cols > 1
-        rows = [f"[{', '.join(map(str, row))}]" if is_matrix else str(row[0]) for row in self.shown.tolist()]
+        if isinstance(self.content, tuple):
+            return " or ".join(piece for component in self.content for piece in component.pieces())
+        if isinstance(self.content, sp.Expr):
+            return str(self.content)
+        is_matrix = self.content.cols > 1
+        rows = [f"[{', '.join(map(str, row))}]" if is_matrix else str(row[0]) for row in self.content.tolist()]
         return f"[{', '.join(rows)}]"
 
 
 @dataclass(frozen=True, kw_only=True)
 class Options(Details):
-    """The formulas or sets offered as options."""
+    """Details of a question with formulas or sets as options."""
 
     offered: tuple[OfferedOption, ...]
 
 
 @dataclass(frozen=True, kw_only=True)
 class ConfigurationOptions(Details):
-    """The configurations offered, the lengths of the arm, and the mistake that makes each one seem singular, if any."""
+    """Details of a question with configurations as options: the configurations, and the lengths of the arm.
 
-    places: tuple[ExactConfiguration, ...]
+    `blames` has for each configuration the mistake that makes the configuration seem singular, or None.
+    """
+
+    offered_configurations: tuple[ExactConfiguration, ...] = field(metadata=recorded_as("places"))
     lengths: dict[sp.Symbol, sp.Rational]
     blames: tuple[Blame | None, ...]
 
-    def shown_values(self, chain: Chain) -> dict[str, float]:
-        """Return the lengths only: the arm is not shown in any of the configurations."""
+    def list_shown_values(self, chain: Chain) -> dict[str, float]:
+        """Return the lengths only, because the arm's figure shows none of the configurations."""
         return values_by_name(self.lengths)
 
     @property
     def rounded_joints(self) -> tuple[sp.Symbol, ...]:
         """The joints whose value is shown rounded in at least one configuration."""
-        return tuple(q for q in self.places[0].joints if any(q in configuration.about for configuration in self.places))
+        configurations = self.offered_configurations
+        return tuple(q for q in configurations[0].joints if any(q in c.rounded_values for c in configurations))
 
     def format_rounded_joint(self, configuration: ExactConfiguration, q: sp.Symbol) -> str:
-        """Return the text of a rounded joint's value, in degrees or metres, with the same decimals in all options."""
+        """Return a joint's value in degrees or metres as text, with the same number of decimals in all options."""
         decimals = 2 if q.name.startswith("theta") else 4
-        return f"{float(exact_or_rounded_value(configuration, q)) + 0.0:.{decimals}f}"
+        return f"{float(find_shown_value(configuration, q)) + 0.0:.{decimals}f}"
 
 
-def exact_or_rounded_value(configuration: ExactConfiguration, q: sp.Symbol) -> sp.Expr:
-    """Return the value of a joint in degrees or metres, rounded if it is not a simple number."""
+def find_shown_value(configuration: ExactConfiguration, q: sp.Symbol) -> sp.Expr:
+    """Return the value of a joint variable in degrees or metres, rounded if it is not a simple number."""
     unit = 180 / sp.pi if q.name.startswith("theta") else sp.S.One
-    return configuration.about.get(q, configuration.joints[q] * unit)
+    return configuration.rounded_values.get(q, configuration.joints[q] * unit)
 
 
 LengthMismatch = tuple[bool, int, float]
-"""How badly options match, by three values.
+"""How badly the lengths of options match, by three values; smaller is better.
 
-They are: whether the lengths of the options differ much, how far the correct option is from its intended rank by
-length, and the length ratio of the longest option to the shortest."""
+- whether the lengths of the options differ much
+- how far the rank of the correct option by length is from the intended rank
+- the ratio of the longest option's length to the shortest
+"""
 
 BEST_MISMATCH = (False, 0)
-"""The first two components of the best possible mismatch."""
+"""The first two values of the best possible mismatch."""
 
 
 def rate_lengths(lengths: Sequence[int], intended_rank: int, tolerance: float = 1.0) -> LengthMismatch | None:
-    """Return how badly options of these lengths match, or None if they differ too much; the first option is correct.
+    """Return how badly options of these lengths match, or None if the lengths differ too much.
 
-    The maximum ratios are multiplied by `tolerance`.
+    The first option is correct. The maximum ratios are multiplied by `tolerance`.
     """
     ratio, rank = max(lengths) / min(lengths), sum(length < lengths[0] for length in lengths[1:])
     if ratio > tolerance * MAX_LENGTH_RATIO:
@@ -145,14 +158,14 @@ def rate_lengths(lengths: Sequence[int], intended_rank: int, tolerance: float = 
 
 
 def offer_choice(offered: Sequence[OfferedOption], rng: Stream) -> tuple[Choice, tuple[OfferedOption, ...]]:
-    """Return a choice between options in random order, the first of which is correct, and the shuffled options."""
-    answer, order = shuffle_options(offered, offered[0], rng, lambda option: option.text)
-    return answer, tuple(order)
+    """Return a choice between options, of which the first is correct, and the options in random order."""
+    answer, shuffled = shuffle_options(offered, offered[0], rng, lambda option: option.text)
+    return answer, tuple(shuffled)
 
 
 def list_blames(part: Part, index: int) -> tuple[Blame, ...]:
-    """Return the known mistakes behind an option of a part (none if it is correct)."""
+    """Return the mistakes stored with an option of a part; none for a correct option, or if none are known."""
     if isinstance(part.details, Options):
-        return part.details.offered[index].behind
+        return part.details.offered[index].blames
     blame = part.details.blames[index] if isinstance(part.details, ConfigurationOptions) else None
     return () if blame is None else (blame,)

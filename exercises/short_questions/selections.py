@@ -1,4 +1,4 @@
-"""Questions that ask for all correct options: singular configurations, equal forms, joints that change a result."""
+"""Questions that ask for all correct options: joints that change a result, and equal forms of a formula."""
 
 from dataclasses import dataclass
 
@@ -9,36 +9,22 @@ from qdot.exercises.arm.chain import Chain
 from qdot.exercises.arm.derivation import derive, structure
 from qdot.exercises.common.stream import Stream
 from qdot.exercises.problem.problem import Details
-from qdot.exercises.questions.base import AnswerAndDetails, object_unless_square
-from qdot.exercises.short_questions import places, wrong
-from qdot.exercises.short_questions.asking import ShortQuestion
+from qdot.exercises.questions.base import AnswerAndDetails, find_determinant_objection
+from qdot.exercises.short_questions import wrong_formulas
 from qdot.exercises.short_questions.options import OfferedOption, Options
-from qdot.exercises.short_questions.wrong import MAX_CHARACTERS_PER_ENTRY, OptionSubject
+from qdot.exercises.short_questions.short_question import ShortQuestion
 
 OPTION_COUNT = 5
-
-# --- which of these configurations are singular? ---
-
-
-def _ask_configurations(chain: Chain, rng: Stream) -> AnswerAndDetails | None:
-    for _ in range(4):
-        arm, lengths = places.assign_random_lengths(chain, rng)
-        singular_count = rng.choice((2, 3))
-        singular = places.take_distinct(places.iterate_singular_configurations(arm, rng), singular_count)
-        regular_count = OPTION_COUNT - len(singular)
-        regular = places.take_distinct(places.iterate_regular_configurations(arm, rng), regular_count, singular)
-        if len(singular) == singular_count and len(singular) + len(regular) == OPTION_COUNT:
-            details, texts, correct = places.offer_configurations(singular, regular, lengths, rng)
-            return Selection(texts, correct), details
-    return None
-
-
-# --- on which joints does it depend? ---
+MAX_CHARACTERS = wrong_formulas.MAX_CHARACTERS_PER_ENTRY
+"""Maximum number of characters of a result whose forms are asked for; each form may have twice as many."""
 
 
 @dataclass(frozen=True)
 class Quantity:
-    """A result of the derivation: det J, a row of the position, a column or an entry of the task Jacobian."""
+    """A result of the derivation: the determinant, a coordinate of the position, a column or an entry of J.
+
+    `name` is "determinant", "position" or "column". `row` is the row of a coordinate (0 to 2) or of an entry.
+    """
 
     name: str
     row: int | None = None
@@ -55,6 +41,13 @@ class Quantity:
         return column if self.row is None else sp.Matrix([column[self.row]])
 
 
+def _list_determinant_if_square(chain: Chain) -> list[Quantity]:
+    return [] if find_determinant_objection(chain) else [Quantity("determinant")]
+
+
+# --- on which joints does it depend? ---
+
+
 @dataclass(frozen=True, kw_only=True)
 class QuantityDetails(Details):
     """Details of a question about a result of the derivation."""
@@ -62,57 +55,48 @@ class QuantityDetails(Details):
     quantity: Quantity
 
 
-@dataclass(frozen=True, kw_only=True)
-class EqualForms(Options):
-    """Correct and wrong forms of a result of the derivation."""
-
-    quantity: Quantity
-
-
-def _list_determinant_if_square(chain: Chain) -> list[Quantity]:
-    return [] if object_unless_square(chain) else [Quantity("determinant")]
-
-
-def list_quantities(chain: Chain) -> list[Quantity]:
-    """Return the results of an arm's derivation that can be asked about."""
+def _ask_dependence(chain: Chain, rng: Stream) -> AnswerAndDetails | None:
     coordinates = [Quantity("position", "xyz".index(axis)) for axis in chain.linear_rows]
     columns = [Quantity("column", None, column) for column in range(chain.n)]
-    return [*_list_determinant_if_square(chain), *coordinates, *columns]
-
-
-def find_joints_with_influence(chain: Chain, quantity: Quantity) -> tuple[int, ...]:
-    """Return the indices (from 0) of the joints on whose variables a quantity depends."""
-    symbols = quantity.derive_formulas(chain).free_symbols
-    return tuple(index for index, q in enumerate(chain.q) if q in symbols)
-
-
-def _ask_dependence(chain: Chain, rng: Stream) -> AnswerAndDetails | None:
-    influences = [(quantity, find_joints_with_influence(chain, quantity)) for quantity in list_quantities(chain)]
-    partial_influences = [influence for influence in influences if 0 < len(influence[1]) < chain.n]
-    if not partial_influences:
+    candidates = []
+    for quantity in (*_list_determinant_if_square(chain), *coordinates, *columns):
+        symbols = quantity.derive_formulas(chain).free_symbols
+        joints = tuple(index for index, q in enumerate(chain.q) if q in symbols)
+        if 0 < len(joints) < chain.n:
+            candidates.append((quantity, joints))
+    if not candidates:
         return None
-    quantity, joints = rng.choice(partial_influences)
+    quantity, joints = rng.choice(candidates)
     return Selection(tuple(q.name for q in chain.q), joints), QuantityDetails(quantity=quantity)
 
 
 # --- which of these forms are equal? ---
 
 
+@dataclass(frozen=True, kw_only=True)
+class EqualForms(Options):
+    """Correct and wrong forms of a result of the derivation, offered as options."""
+
+    quantity: Quantity
+
+
 def _ask_forms(chain: Chain, rng: Stream) -> AnswerAndDetails | None:
     for quantity in rng.permutation(_find_short_quantities(chain)):
-        offered = _make_five_options(chain, quantity, rng)
-        if offered is not None:
-            shuffled = tuple(rng.permutation(offered))
-            correct = tuple(index for index, option in enumerate(shuffled) if not option.behind)
+        options = _make_five_options(chain, quantity, rng)
+        if options is not None:
+            shuffled = tuple(rng.permutation(options))
+            correct = tuple(index for index, option in enumerate(shuffled) if not option.blames)
             answer = Selection(tuple(option.text for option in shuffled), correct)
             return answer, EqualForms(offered=shuffled, quantity=quantity)
     return None
 
 
 def _find_short_quantities(chain: Chain) -> list[Quantity]:
+    """Return the results with one short formula that contains a sine or cosine."""
+
     def is_short(quantity: Quantity) -> bool:
         formula = quantity.derive_formulas(chain)[0]
-        return bool(formula.has(sp.sin, sp.cos)) and len(str(formula)) <= MAX_CHARACTERS_PER_ENTRY
+        return bool(formula.has(sp.sin, sp.cos)) and len(str(formula)) <= MAX_CHARACTERS
 
     entries = [Quantity("column", row, column) for row in range(len(chain.task)) for column in range(chain.n)]
     return [*filter(is_short, [*_list_determinant_if_square(chain), *entries])]
@@ -120,47 +104,42 @@ def _find_short_quantities(chain: Chain) -> list[Quantity]:
 
 def _make_five_options(chain: Chain, quantity: Quantity, rng: Stream) -> list[OfferedOption] | None:
     """Return five options: two or three correct forms of a result, and wrong ones; None if there are too few."""
-    generic = structure(chain).chain
-    correct_forms = _list_equal_forms(generic, quantity.derive_formulas(generic)[0], quantity)
+    symbolic_chain, substitute = structure(chain).chain, derive(chain).substitute_values
+    correct_forms = _list_equal_forms(symbolic_chain, quantity.derive_formulas(symbolic_chain)[0], quantity)
     base = "determinant" if quantity.name == "determinant" else "jacobian"
-    subject = OptionSubject(base, quantity.column, quantity.row)
-    wrong_formulas = wrong.list_wrong_forms(generic, subject)
-    wrong_forms = [(form, blame) for formula, blame in wrong_formulas for form in _list_equal_forms(generic, formula)]
+    subject = wrong_formulas.OptionSubject(base, quantity.column, quantity.row)
+    wrong_forms = [
+        (form, blame)
+        for formula, blame in wrong_formulas.find_wrong_forms(symbolic_chain, subject)
+        for form in _list_equal_forms(symbolic_chain, formula)
+    ]
     if len(correct_forms) < 2 or len(wrong_forms) < 3:
         return None
-    fill = derive(chain).substitute_values
     correct_count = min(rng.choice((2, 3)), len(correct_forms))
     for _ in range(8):
-        correct_options = [OfferedOption(fill(form)) for form in rng.permutation(correct_forms)[:correct_count]]
+        correct_options = [OfferedOption(substitute(form)) for form in rng.permutation(correct_forms)[:correct_count]]
         chosen_wrong_forms = rng.permutation(wrong_forms)[: OPTION_COUNT - correct_count]
-        wrong_options = [OfferedOption(fill(form), (blame,)) for form, blame in chosen_wrong_forms]
-        texts = {option.text for option in (*correct_options, *wrong_options)}
-        correct, *wrongs = (sp.Matrix([option.shown]) for option in (correct_options[0], *wrong_options))
-        are_wrong = (wrong.are_different_functions(chain, [correct, wrong_matrix]) for wrong_matrix in wrongs)
-        if len(texts) == OPTION_COUNT and all(are_wrong):
-            return [*correct_options, *wrong_options]
+        options = correct_options + [OfferedOption(substitute(form), (blame,)) for form, blame in chosen_wrong_forms]
+        correct, *wrong = (sp.Matrix([option.content]) for option in (options[0], *options[correct_count:]))
+        are_wrong = (wrong_formulas.are_different_functions(chain, [correct, formula]) for formula in wrong)
+        if len({option.text for option in options}) == OPTION_COUNT and all(are_wrong):
+            return options
     return None
 
 
-def _list_equal_forms(generic: Chain, formula: sp.Expr, quantity: Quantity | None = None) -> list[sp.Expr]:
+def _list_equal_forms(symbolic_chain: Chain, formula: sp.Expr, quantity: Quantity | None = None) -> list[sp.Expr]:
     """Return equal forms of a formula: unchanged, with products expanded, and with sums of angles expanded, too.
 
     A 2 x 2 determinant is also returned as products of entries. Forms that are too long are left out.
     """
-    expanded = sp.expand(sp.expand_trig(formula))
-    forms = [formula, expanded, sp.expand(formula)]
-    if quantity is not None and quantity.name == "determinant" and generic.n == 2:
-        (a, b), (c, d) = derive(generic).jacobian.tolist()
+    forms = [formula, sp.expand(sp.expand_trig(formula)), sp.expand(formula)]
+    if quantity is not None and quantity.name == "determinant" and symbolic_chain.n == 2:
+        (a, b), (c, d) = derive(symbolic_chain).jacobian.tolist()
         forms.append(sp.expand(a * d) - sp.expand(b * c))
-    return [form for form in dict.fromkeys(forms) if len(str(form)) <= 2 * MAX_CHARACTERS_PER_ENTRY]
+    return [form for form in dict.fromkeys(forms) if len(str(form)) <= 2 * MAX_CHARACTERS]
 
 
 SELECTION_QUESTIONS = (
-    ShortQuestion(
-        "singular-configurations", "Which of these are singular?", "6.8", points=1.0, sample=_ask_configurations,
-        form="selection", base_question="singular-angles",
-        objection_if_nothing_found="it does not have five suitable configurations", shown_answers=("singular-angles",),
-    ),
     ShortQuestion(
         "dependence", "On which joints does it depend?", "6.4", sample=_ask_dependence, form="selection",
         base_question="jacobian", objection_if_nothing_found="each suitable result depends on all joints, or on none",

@@ -1,4 +1,4 @@
-"""Generate wrong sets of singular configurations: one by a mistake, one by another mistake, and one by both."""
+"""Generate wrong sets of singular configurations as options: by a mistake, by another mistake, and by both mistakes."""
 
 from collections.abc import Iterator
 from functools import lru_cache
@@ -13,80 +13,73 @@ from qdot.exercises.formula.parser import parse_formula
 from qdot.exercises.formula.set_parser import Piece, parse_pieces
 from qdot.exercises.mistakes.catalogue import generate_mistaken_answers
 from qdot.exercises.problem.problem import Part
-from qdot.exercises.short_questions.options import (
-    BEST_MISMATCH,
-    Blame,
-    LengthMismatch,
-    OfferedOption,
-    is_plausible,
-    rate_lengths,
-)
+from qdot.exercises.short_questions import options
+from qdot.exercises.short_questions.options import Blame, OfferedOption
 from qdot.exercises.singularities.classification import domain_of
 from qdot.exercises.singularities.singularity import Component, singular_set
 
 ComponentSet = tuple[Component, ...]
 
 MAX_SETS_OF_FOUR = 60
+"""Maximum number of sets of four options that are compared."""
 MAX_PIECES = 6
 """Maximum number of pieces of a set in a short question."""
 
 
 def make_four_sets(chain: Chain, rng: Stream) -> list[OfferedOption] | None:
-    """Return the singular set and three wrong ones, or None if the mistakes of the catalogue don't give three."""
+    """Return the singular set and three wrong sets as options, or None if known mistakes don't lead to three."""
     correct_set = singular_set(chain)
     if not correct_set:
         return None
-    intended_rank, scored_options = rng.integer_below(4), list[tuple[LengthMismatch, list[OfferedOption]]]()
-    for options in islice(_make_sets_of_four(chain, correct_set, rng), MAX_SETS_OF_FOUR):
-        score = _rate_options(options, intended_rank)
-        if score is not None and score[:2] != BEST_MISMATCH:
-            scored_options.append((score, options))
-        elif score is not None and are_different_sets(chain, options):
-            return options
-    scored_options.sort(key=itemgetter(0))
-    return next((options for _, options in scored_options if are_different_sets(chain, options)), None)
+    intended_rank, candidates = rng.integer_below(4), list[tuple[options.LengthMismatch, list[OfferedOption]]]()
+    for four_options in islice(_make_sets_of_four(chain, correct_set, rng), MAX_SETS_OF_FOUR):
+        mismatch = _rate_options(four_options, intended_rank)
+        if mismatch is not None and mismatch[:2] != options.BEST_MISMATCH:
+            candidates.append((mismatch, four_options))
+        elif mismatch is not None and are_different_sets(chain, four_options):
+            return four_options
+    candidates.sort(key=itemgetter(0))
+    return next((four_options for _, four_options in candidates if are_different_sets(chain, four_options)), None)
 
 
-def _rate_options(options: list[OfferedOption], intended_rank: int) -> LengthMismatch | None:
-    """Return how badly options match, or None if they are unsuitable. This is much faster than `are_different_sets`."""
-    texts = [option.text for option in options]
+def _rate_options(four_options: list[OfferedOption], intended_rank: int) -> options.LengthMismatch | None:
+    """Return how far the lengths of the options' texts differ from what is intended; None for unsuitable options.
+
+    This check is much faster than `are_different_sets`.
+    """
+    texts = [option.text for option in four_options]
     if len(set(texts)) < 4 or any(text.count(" or ") >= MAX_PIECES for text in texts):
         return None
-    return rate_lengths(list(map(len, texts)), intended_rank, tolerance=2)
+    return options.rate_lengths(list(map(len, texts)), intended_rank, tolerance=2)
 
 
 def _make_sets_of_four(chain: Chain, correct_set: ComponentSet, rng: Stream) -> Iterator[list[OfferedOption]]:
-    single_mistake_sets = make_wrong_sets(chain, correct_set)
-    pairs = rng.permutation(list(combinations(single_mistake_sets, 2)))
-    for wrong_set, second_set in pairs:
-        for set_with_both in make_wrong_sets(chain, _get_components(wrong_set)):
-            if set_with_both.behind == second_set.behind:
-                blames = (*wrong_set.behind, *second_set.behind)
-                yield [OfferedOption(correct_set), wrong_set, second_set, OfferedOption(set_with_both.shown, blames)]
-    for wrong_options in rng.permutation(list(islice(combinations(single_mistake_sets, 3), MAX_SETS_OF_FOUR))):
-        yield [OfferedOption(correct_set), *wrong_options]
-
-
-def _get_components(option: OfferedOption) -> ComponentSet:
-    assert isinstance(option.shown, tuple)
-    return option.shown
+    """Yield four options with the sets that two mistakes give, alone and together; then with any three mistakes."""
+    wrong_sets = make_wrong_sets(chain, correct_set)
+    for first_set, second_set in rng.permutation(list(combinations(wrong_sets, 2))):
+        for set_with_both in make_wrong_sets(chain, first_set.content):
+            if set_with_both.blames == second_set.blames:
+                blames = (*first_set.blames, *second_set.blames)
+                yield [OfferedOption(correct_set), first_set, second_set, OfferedOption(set_with_both.content, blames)]
+    for three_sets in rng.permutation(list(islice(combinations(wrong_sets, 3), MAX_SETS_OF_FOUR))):
+        yield [OfferedOption(correct_set), *three_sets]
 
 
 @lru_cache(maxsize=4096)
 def make_wrong_sets(chain: Chain, components: ComponentSet) -> tuple[OfferedOption, ...]:
-    """Return the wrong sets that single mistakes give, each with its mistake."""
+    """Return the wrong sets that known mistakes give instead of `components`, each with its mistake."""
     part = Part("singular-angles", "singular-angles", ConditionSet(components))
     return tuple(
         OfferedOption(variant.answer.components, (Blame.from_mistake(mistake, variant.words.items()),))
         for mistake, variant in generate_mistaken_answers(chain, part)
-        if is_plausible(mistake) and isinstance(variant.answer, ConditionSet)
+        if options.is_plausible(mistake) and isinstance(variant.answer, ConditionSet)
     )
 
 
-def are_different_sets(chain: Chain, options: list[OfferedOption]) -> bool:
-    """Return whether the sets contain different configurations, and none is empty."""
-    texts = [tuple(ConditionSet(_get_components(option)).pieces()) for option in options]
-    return all(not _are_equal_sets(chain, a, b) for a, b in combinations(texts, 2))
+def are_different_sets(chain: Chain, four_options: list[OfferedOption]) -> bool:
+    """Return whether the sets contain different configurations, and whether none of the sets is empty."""
+    pieces = [tuple(ConditionSet(option.content).pieces()) for option in four_options]
+    return all(not _are_equal_sets(chain, a, b) for a, b in combinations(pieces, 2))
 
 
 @lru_cache(maxsize=20_000)

@@ -23,7 +23,7 @@ from qdot.exercises.families import FAMILIES
 from qdot.exercises.figure.plane import is_drawn_flat
 from qdot.exercises.problem.problem import Problem
 from qdot.exercises.problem.record import Json
-from qdot.exercises.short_questions import ASKED
+from qdot.exercises.short_questions import ALL_QUESTIONS
 from qdot.exercises.singularities.difficulty import difficulty_band
 from qdot.exercises.site.record import make_site_record, make_solutions_record, translate_record, translate_solutions
 from qdot.exercises.site.supply import BankProblem
@@ -148,7 +148,7 @@ def index_text(entries: Sequence[Json], titles: Sequence[tuple[str, str, str]], 
     ]
     questions = [
         {"name": question.name, "title": question.title, "source": question.source, "form": question.form}
-        for question in ASKED.values()
+        for question in ALL_QUESTIONS.values()
         if question.name in asked_names
     ]
     return _json_text({"format": 1, "feedback": feedback, "families": families, "questions": questions})
@@ -163,7 +163,7 @@ def titles_text(language: str, titles: Sequence[tuple[str, str, str]]) -> str:
     library_names = {name for name, title, _ in titles if name in FAMILIES and FAMILIES[name].title == title}
     families = {name: words.translate_family(FAMILIES[name].title) for name in sorted(library_names)}
     return _json_text(
-        {"families": families, "questions": {q.name: words.translate_question(q.title) for q in ASKED.values()}}
+        {"families": families, "questions": {q.name: words.translate_question(q.title) for q in ALL_QUESTIONS.values()}}
     )
 
 

@@ -5,7 +5,7 @@ from collections.abc import Callable, Iterator
 from functools import partial
 
 from qdot.exercises.arm.chain import Chain
-from qdot.exercises.chapter import Example, corrections, examples
+from qdot.exercises.chapter import Example, read_errata, solve_examples
 from qdot.exercises.figure.arm_figure import figure_svg, singular_svg
 from qdot.exercises.problem.problem import Problem, ProblemId
 from qdot.exercises.problem.record import Json
@@ -33,7 +33,7 @@ def example_path(number: str) -> str:
 def make_chapter_pages() -> Iterator[Page]:
     """Yield the overview of the chapter's examples, their pages, and the errata."""
     yield _make_translated_page(OVERVIEW, _write_overview, "wide")
-    for index, example in enumerate(examples()):
+    for index, example in enumerate(solve_examples()):
         yield _make_translated_page(example_path(example.number), partial(_write_example, index), "wide")
     yield _make_translated_page(ERRATA, _write_errata)
 
@@ -48,7 +48,7 @@ def _list_examples(language: str) -> list[dict[str, object]]:
     """Return the examples for a list; `is_translated` says whether the words in a figure are in the language."""
     return [
         {"number": e.number, "title": e.title, "address": example_path(e.number)} | _draw_card_figure(e, language)
-        for e in examples(language)
+        for e in solve_examples(language)
     ]
 
 
@@ -56,7 +56,7 @@ def _write_overview(language: str) -> tuple[str, str]:
     """Return the title and body of the overview of the examples."""
     template = make_environment(language).get_template("site/examples.html.j2")
     title = load_catalogue(language).gettext("Examples 6.1 to 6.4")
-    return title, template.render(examples=_list_examples(language), errata=len(corrections()), errata_at=ERRATA)
+    return title, template.render(examples=_list_examples(language), errata=len(read_errata()), errata_at=ERRATA)
 
 
 def _draw_card_figure(example: Example, language: str) -> dict[str, object]:
@@ -70,17 +70,17 @@ def _draw_card_figure(example: Example, language: str) -> dict[str, object]:
 def _write_errata(language: str) -> tuple[str, str]:
     """Return the title and body of the page of errata."""
     template = make_environment(language).get_template("site/errata.md.j2")
-    text = template.render(errata=list(enumerate(corrections(language), 1)), places=_find_errata_pages(), level="##")
+    text = template.render(errata=list(enumerate(read_errata(language), 1)), places=_find_errata_pages(), level="##")
     return load_catalogue(language).gettext("Errata of the chapter"), to_html(text)
 
 
 def _write_example(index: int, language: str) -> tuple[str, str]:
     """Return the title and body of an example's page."""
     templates, all_examples = make_environment(language), _list_examples(language)
-    example = examples(language)[index]
+    example = solve_examples(language)[index]
     arm = example.arm
     numbers = [number for number, page in _find_errata_pages().items() if page == example_path(example.number)]
-    corrections_here = [(number, corrections(language)[number - 1]) for number in numbers]
+    corrections_here = [(number, read_errata(language)[number - 1]) for number in numbers]
     errata_template = templates.get_template("site/errata-list.md.j2")
     errata_list = errata_template.render(errata=corrections_here, places={}, level="###")
     intro = templates.get_template("site/example-given.md.j2").render(example=example)
@@ -108,7 +108,7 @@ def _find_errata_pages() -> dict[int, str]:
     """Return the address of the example's page for each correction, by the correction's number."""
     return {
         number: example_path(example.number)
-        for number, erratum in enumerate(corrections(), 1)
-        for example in examples()
+        for number, erratum in enumerate(read_errata(), 1)
+        for example in solve_examples()
         if erratum.where.startswith(f"Example {example.number}")
     }

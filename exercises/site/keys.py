@@ -32,7 +32,7 @@ import mpmath
 import numpy as np
 
 from qdot.exercises.answer_types import Answer, AnswerVisitor, ConditionSet, Direction, Letters, Number
-from qdot.exercises.arm.derivation_graph import Working, numeric_working
+from qdot.exercises.arm.derivation_graph import StageResults, compute_numeric_stages
 from qdot.exercises.common.stream import Stream
 from qdot.exercises.formula.conditions import ConfigurationSpace
 from qdot.exercises.formula.equality import Domain
@@ -48,7 +48,7 @@ from qdot.exercises.problem.problem import Part, Problem
 from qdot.exercises.problem.record import Json
 from qdot.exercises.questions.results import compute_answer, is_derived
 from qdot.exercises.short_questions.option_mistakes import explain_options
-from qdot.exercises.short_questions.values import RateDetails
+from qdot.exercises.short_questions.single_configuration import RateDetails
 from qdot.exercises.writing.problem_texts import write_answer_code
 
 POINT_COUNT, SAMPLED_POINT_COUNT = 16, 24
@@ -91,7 +91,7 @@ def weight(index: int) -> float:
 
 def make_key(problem: Problem, part: Part, with_mistakes: bool = True) -> Json:
     """Return the key of a part; if `with_mistakes`, also find the known mistakes, which takes most of the time."""
-    return part.answer.accept(_KeyMaker(problem, part, with_mistakes))
+    return _KeyMaker(problem, part, with_mistakes).visit(part.answer)
 
 
 @dataclass(frozen=True)
@@ -102,7 +102,7 @@ class _KeyMaker(AnswerVisitor[Json]):
     part: Part
     with_mistakes: bool
 
-    def formulas(self, answer: Answer) -> Json:
+    def visit_formulas(self, answer: Answer) -> Json:
         key, points = _make_formula_key(self.problem, self.part)
         if not self.with_mistakes:
             return key
@@ -114,8 +114,8 @@ class _KeyMaker(AnswerVisitor[Json]):
                 key["throughout"] = mistakes_throughout
         return key
 
-    def direction(self, answer: Direction) -> Json:
-        key = self.formulas(answer) if answer.tolerance is None else self._direction_in_numbers()
+    def visit_direction(self, answer: Direction) -> Json:
+        key = self.visit_formulas(answer) if answer.tolerance is None else self._direction_in_numbers()
         return key | {"type": "direction", "tolerance": answer.tolerance}
 
     def _direction_in_numbers(self) -> Json:
@@ -125,7 +125,7 @@ class _KeyMaker(AnswerVisitor[Json]):
         mistakes = _select_likeliest_mistakes(unit_vectors, reference / np.linalg.norm(reference))
         return key | {"mistakes": self._mistakes(mistakes)}
 
-    def numbers(self, answer: Number) -> Json:
+    def visit_number(self, answer: Number) -> Json:
         mistakes = self._mistakes(_find_mistakes_in_numbers(self.problem, self.part, answer))
         key = _make_numbers_key(answer) | {"mistakes": mistakes}
         if answer.shape == (1, 1):  # many other mistakes give the same number if the number has few digits
@@ -134,10 +134,10 @@ class _KeyMaker(AnswerVisitor[Json]):
             key["precise"] = [mistake for mistake in precise_mistakes if tuple(mistake["values"]) not in known_values]
         return key
 
-    def conditions(self, answer: ConditionSet) -> Json:
+    def visit_singular(self, answer: ConditionSet) -> Json:
         return _make_set_key(self.problem, self.part, answer)
 
-    def letters(self, answer: Letters) -> Json:
+    def visit_letters(self, answer: Letters) -> Json:
         explanations = self._explain_options() if self.with_mistakes else [[] for _ in answer.options]
         return {
             "type": answer.type, "options": len(answer.options), "items": len(answer.matched_items),
@@ -157,10 +157,11 @@ class _KeyMaker(AnswerVisitor[Json]):
 
 def _make_formula_key(problem: Problem, part: Part) -> tuple[Json, SymbolValues]:
     """Return the key of a part without its mistakes, and its configurations."""
-    key = make_values_key(part.answer.formulas(), part.shape or (1, 1), problem.domain(), _make_stream(problem, part))
+    texts, shape = part.answer.list_formulas(), part.shape or (1, 1)
+    key = make_values_key(texts, shape, problem.domain, _make_stream(problem, part))
     reference = part.answer.as_matrix()
     symbols_by_entry = [{symbol.name for symbol in entry.free_symbols} for entry in reference]
-    without_number = {name for name, role in problem.domain().roles.items() if isinstance(role, str)}
+    without_number = {name for name, role in problem.domain.roles.items() if isinstance(role, str)}
     key["constants"] = sorted(problem.constants & {*key["symbols"]} & without_number)
     key["moving"] = [index for index, symbols in enumerate(symbols_by_entry) if symbols - problem.constants]
     columns = zip(*key["points"], strict=True)
@@ -169,11 +170,11 @@ def _make_formula_key(problem: Problem, part: Part) -> tuple[Json, SymbolValues]
 
 def _find_linear_coefficients(problem: Problem, part: Part, points: SymbolValues) -> Json:
     """Return the coefficient of each rate, velocity or force in each entry, if the entries are linear in it."""
-    nodes = [parse_formula(text, problem.domain().roles) for text in part.answer.formulas()]
+    nodes = [parse_formula(text, problem.domain.roles) for text in part.answer.list_formulas()]
     program, used_names = compile_program(nodes), set().union(*map(find_names, nodes))
     first_points = {name: column[:FINGERPRINT_POINT_COUNT] for name, column in points.items() if name in used_names}
     factors = {}
-    for name, symbol in problem.symbols().items():
+    for name, symbol in problem.symbols.items():
         if name in used_names and symbol.role in ("rate", "velocity", "force"):
             samples = (first_points | {name: first_points[name] * 0 + k} for k in range(3))
             values = [np.real(evaluate(program, sample, FINGERPRINT_POINT_COUNT)[0]) for sample in samples]
@@ -220,9 +221,10 @@ def _find_mistakes_in_formulas(problem: Problem, part: Part, points: SymbolValue
         return
     first_points = {name: column[:FINGERPRINT_POINT_COUNT] for name, column in points.items()}
     is_direction = part.answer.counts_up_to_a_factor
-    working = numeric_working(problem.chain, fix_given_joints(part, first_points) if is_direction else first_points)
-    known_fingerprints = {_compute_fingerprint(compute_answer(working, part), is_direction)}
-    for wrong in _predict_wrong_answers(working, part, known_fingerprints):
+    values = fix_given_joints(part, first_points) if is_direction else first_points
+    stages = compute_numeric_stages(problem.chain, values)
+    known_fingerprints = {_compute_fingerprint(compute_answer(stages, part), is_direction)}
+    for wrong in _predict_wrong_answers(stages, part, known_fingerprints):
         if wrong.answer.shape[:2] != (part.shape or (1, 1)) or not _is_finite_and_nonzero(wrong.answer):
             continue
         fingerprint = _compute_fingerprint(wrong.answer, is_direction)
@@ -235,7 +237,7 @@ def _find_mistakes_in_formulas(problem: Problem, part: Part, points: SymbolValue
 def _find_mistakes_throughout(problem: Problem, part: Part, points: SymbolValues, key: Json) -> Iterator[Json]:
     """Yield the answers with the same mistake everywhere in the finished formulas, the likely ones first."""
     first_points = {name: column[:FINGERPRINT_POINT_COUNT] for name, column in points.items()}
-    rows = as_matrix(parse_formula(write_answer_code(problem, part), problem.domain().roles))
+    rows = as_matrix(parse_formula(write_answer_code(problem, part), problem.domain.roles))
     reference_names = set().union(*(find_names(entry) for row in rows for entry in row))
     edits = [edit for edit in edit_throughout(rows) if edit[0] in THROUGHOUT_MISTAKES]
     edits.sort(key=lambda edit: THROUGHOUT_MISTAKES.index(edit[0]))
@@ -253,9 +255,9 @@ def _find_mistakes_throughout(problem: Problem, part: Part, points: SymbolValues
         yield {**mistake, "print": [float(text) for text in fingerprint]}
 
 
-def _predict_wrong_answers(working: Working, part: Part, seen: Collection[object]) -> Iterator[PredictedAnswer]:
+def _predict_wrong_answers(stages: StageResults, part: Part, seen: Collection[object]) -> Iterator[PredictedAnswer]:
     """Yield wrong answers of known mistakes until there are enough, and then of mistakes that are always included."""
-    for wrong in catalogue.predict_wrong_answers(working, part):
+    for wrong in catalogue.predict_wrong_answers(stages, part):
         if len(seen) > MAX_MISTAKES:
             break
         yield wrong
@@ -263,7 +265,7 @@ def _predict_wrong_answers(working: Working, part: Part, seen: Collection[object
         return
     for mistake in catalogue.list_likely_mistakes(part):
         if mistake.name in ALWAYS_INCLUDED:
-            yield from catalogue.apply_mistake(mistake, working, part)
+            yield from catalogue.apply_mistake(mistake, stages, part)
 
 
 NumericMistakes = Iterator[tuple[float, Json, list[float]]]
@@ -364,11 +366,11 @@ def _list_speed_mistakes(problem: Problem, part: Part) -> NumericMistakes:
         yield 1.0, _record_mistake(name, catalogue.CATALOGUE[name].sentence({})), [float(value)]
 
 
-def _evaluate_derivation(problem: Problem, part: Part) -> Working:
+def _evaluate_derivation(problem: Problem, part: Part) -> StageResults:
     rates = part.details.rates if isinstance(part.details, RateDetails) else {}
     rate_values = {rate.name: np.array([float(value)]) for rate, value in rates.items()}
-    values = sample_configurations(problem.chain, part, problem.domain(), 1, _make_stream(problem, part)) | rate_values
-    return numeric_working(problem.chain, values)
+    values = sample_configurations(problem.chain, part, problem.domain, 1, _make_stream(problem, part)) | rate_values
+    return compute_numeric_stages(problem.chain, values)
 
 
 def _flatten(answer: np.ndarray) -> np.ndarray:
@@ -413,20 +415,20 @@ def _make_set_key(problem: Problem, part: Part, answer: ConditionSet) -> Json:
 def _list_variables(problem: Problem) -> tuple[list[str], list[str]]:
     """Return the names of the joint variables, and of all symbols with values in the key: joints and lengths."""
     joints = [q.name for q in problem.chain.q]
-    lengths = {name for name, role in problem.domain().roles.items() if role == "length" or not isinstance(role, str)}
+    lengths = {name for name, role in problem.domain.roles.items() if role == "length" or not isinstance(role, str)}
     return joints, sorted({*joints, *lengths})
 
 
 def _count_pieces(problem: Problem, answer: ConditionSet) -> list[int]:
     """Return the number of pieces of each component of the singular set."""
-    roles, joints = problem.domain().roles, [q.name for q in problem.chain.q]
+    roles, joints = problem.domain.roles, [q.name for q in problem.chain.q]
     groups = answer.group_by_condition(answer.pieces())
     return [sum(len(parse_pieces(parse_formula(text, roles), joints)) for text in group) for group in groups]
 
 
 def _sample_pieces(problem: Problem, part: Part, answer: ConditionSet) -> list[Any]:
     """Return configurations on each piece of the singular set, each a row with the values of all symbols."""
-    (joints, symbols), domain, stream = _list_variables(problem), problem.domain(), _make_stream(problem, part)
+    (joints, symbols), domain, stream = _list_variables(problem), problem.domain, _make_stream(problem, part)
     space, keys = ConfigurationSpace(joints, domain), []
     for text in answer.pieces():
         for piece in parse_pieces(parse_formula(text, domain.roles), joints):

@@ -11,7 +11,7 @@ from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
 
-from qdot.exercises.chapter import planar_2r, scorbot_arm
+from qdot.exercises.chapter import make_planar_2r, make_scorbot_arm
 from qdot.exercises.common.errors import QdotError
 from qdot.exercises.figure.arm_figure import figure_svg
 from qdot.exercises.site.arms import make_gallery_page
@@ -135,13 +135,13 @@ def _list_styles(manifest: Mapping[str, Mapping[str, Sequence[str]]], source: st
 def make_pages(context: PageContext) -> Iterator[Page]:
     """Yield every page."""
     has_docs = context.docs is not None
-    robot = planar_2r()
+    robot = make_planar_2r()
     arm = json.dumps(make_arm_data(robot) | {"pose": HOME_CONFIGURATION}, ensure_ascii=False)
     figure = figure_svg(robot, pose=HOME_CONFIGURATION)
     home = render("site/index.html.j2", course=context.course, has_docs=has_docs, arm=arm, figure=figure)
     yield Page("index.html", context.course or "qdot", home, section="home", kind="home")
     practice = render("site/practice.html.j2", has_docs=has_docs)
-    arms = {"plain": make_arm_data(robot) | {"pose": LESSON_CONFIGURATION}, "elbow": make_arm_data(scorbot_arm())}
+    arms = {"plain": make_arm_data(robot) | {"pose": LESSON_CONFIGURATION}, "elbow": make_arm_data(make_scorbot_arm())}
     learn = render("site/learn.html.j2", arms=json.dumps(arms, ensure_ascii=False))
     yield Page("learn.html", "Learn", learn, "learn", "learn", "practice")
     yield Page("practice.html", "Practise", practice, "practice", "practice", "practice")

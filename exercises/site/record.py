@@ -16,11 +16,11 @@ from qdot.exercises.figure.arm_figure import alt_text, figure_pose, figure_svg, 
 from qdot.exercises.figure.pose import example_values
 from qdot.exercises.formula.printers.python import python_text
 from qdot.exercises.mistakes.catalogue import CATALOGUE
-from qdot.exercises.notebook.notebook import solution_figure
+from qdot.exercises.notebook.notebook import draw_singular_configurations
 from qdot.exercises.problem.problem import Part, Problem
-from qdot.exercises.problem.record import Json, robot_json
+from qdot.exercises.problem.record import Json, make_robot_json
 from qdot.exercises.questions.inversion import list_table_lengths
-from qdot.exercises.short_questions import ASKED
+from qdot.exercises.short_questions import ALL_QUESTIONS
 from qdot.exercises.singularities.difficulty import difficulty_band
 from qdot.exercises.site.keys import make_key
 from qdot.exercises.writing.languages import ENGLISH, Catalogue, load_catalogue
@@ -58,7 +58,7 @@ def make_site_record(problem: Problem) -> Json:
 
 def make_arm_record(problem: Problem) -> Json:
     """Return the data of the interactive arm, as in `make_site_record`: {"robot", "symbols", "pose"}."""
-    robot = {**robot_json(problem.chain), "values": _choose_values(problem.chain)}
+    robot = {**make_robot_json(problem.chain), "values": _choose_values(problem.chain)}
     return {"robot": robot, "symbols": _list_symbols(problem), "pose": figure_pose(problem.chain)}
 
 
@@ -92,7 +92,7 @@ def translate_record(problem: Problem, record: Json, language: str) -> Json:
     parts = []
     for part in problem.parts:
         shown_hints = [html_with_latex(hint) for hint in write_hints(problem, part, language)]
-        texts: Json = {"name": part.name, "title": words.translate_question(ASKED[part.kind].title)}
+        texts: Json = {"name": part.name, "title": words.translate_question(ALL_QUESTIONS[part.kind].title)}
         texts |= {"prompt": to_html(write_prompt(problem, part, language)), "hints": shown_hints}
         parts.append(texts | {"options": _list_options(problem, part, language)})
     translated_sentences = [_translate_sentence(words, *row) for row in record["said"]]
@@ -129,7 +129,10 @@ def make_solutions_record(problem: Problem) -> Json:
     """
     parts = []
     for part in problem.parts:
-        solution, figure = write_solution(problem, part), solution_figure(problem, part, f"{part.name}-solution")
+        solution, figure = (
+            write_solution(problem, part),
+            draw_singular_configurations(problem, part, f"{part.name}-solution"),
+        )
         record = {"name": part.name, "solution": html_with_latex(solution), "figure": figure}
         parts.append(record | {"typed": write_answer_code(problem, part)})
     return {"id": str(problem.id), "factors": list_determinant_factors(problem.chain), "parts": parts}
@@ -148,7 +151,7 @@ def _latex_element(latex: str, block: bool) -> str:
 def _list_symbols(problem: Problem) -> Json:
     prismatic = tuple(str(i) for i, joint in enumerate(problem.chain.joints, 1) if joint.kind == "P")
     symbols: Json = {}
-    for name, info in problem.symbols().items():
+    for name, info in problem.symbols.items():
         symbols[name] = {"role": info.role, "unit": info.unit, "latex": write_symbol(name, prismatic)}
         if info.value is not None:
             symbols[name]["value"] = float(info.value)
@@ -157,7 +160,7 @@ def _list_symbols(problem: Problem) -> Json:
 
 def find_typed_names(problem: Problem, prompt_text: str) -> list[str]:
     """Return the names of rates, velocities and forces that a prompt mentions; the page has a button for each."""
-    names = (name for name, info in problem.symbols().items() if info.role in ("rate", "velocity", "force"))
+    names = (name for name, info in problem.symbols.items() if info.role in ("rate", "velocity", "force"))
     return [name for name in names if f"`{name}`" in prompt_text]
 
 
@@ -206,7 +209,7 @@ class MistakeSentences:
 
 
 def _make_part_record(problem: Problem, part: Part, sentences: MistakeSentences) -> Json:
-    chain, question, prompt_text = problem.chain, ASKED[part.kind], write_prompt(problem, part)
+    chain, question, prompt_text = problem.chain, ALL_QUESTIONS[part.kind], write_prompt(problem, part)
     svg = part_svg(chain, part, part.name)
     record: Json = {"name": part.name, "kind": part.kind, "title": question.title, "type": part.type}
     record |= {"shape": part.shape and list(part.shape), "points": part.points, "prompt": to_html(prompt_text)}
@@ -219,7 +222,7 @@ def _make_part_record(problem: Problem, part: Part, sentences: MistakeSentences)
 
 def _list_labels(chain: Chain, part: Part) -> list[list[str]]:
     """Return the labels of an answer's rows and columns in LaTeX; empty if the prompt has no labels."""
-    question = ASKED[part.kind]
+    question = ALL_QUESTIONS[part.kind]
     rows, columns = question.row_and_column_labels(chain)
     if part.shape is not None and part.shape[1] == 1:
         names = question.entry_names(chain, part) or question.typed_names(chain)
@@ -238,7 +241,9 @@ LENGTH_TOLERANCE, SHORTENING_FACTOR = 1e-9, 0.85
 def _find_given_pose(chain: Chain, part: Part) -> dict[str, float] | None:
     """Return the configuration of the arm beside a question: the joint values and lengths that the question gives."""
     shown_symbols = {symbol.name for symbol in (*chain.q, *example_values(chain))}
-    return {name: value for name, value in part.details.shown_values(chain).items() if name in shown_symbols} or None
+    return {
+        name: value for name, value in part.details.list_shown_values(chain).items() if name in shown_symbols
+    } or None
 
 
 def _list_options(problem: Problem, part: Part, language: str = ENGLISH) -> list[str] | None:

@@ -314,7 +314,7 @@ def twist_jacobian_names(chain: Chain) -> tuple[str, ...]:
 def _twist_json(chain: Chain, name: str, derive_twists: Callable[[Chain], sp.Matrix]) -> dict[str, Any]:
     """Return one of TWISTS as plain data; there is no body frame if P is not fixed to the last link."""
     convention = convention_of(chain)
-    exists = name == TWISTS[0] or QUESTIONS["body-jacobian"].objection(chain) is None
+    exists = name == TWISTS[0] or QUESTIONS["body-jacobian"].find_arm_objection(chain) is None
     rows = _text_rows(convention.reorder_twists(derive_twists(chain))) if exists else None
     return {"twist_rows": list(convention.velocity_names), name: rows}
 
@@ -452,7 +452,7 @@ def _render_section(chain: Chain, name: str, parts: list[Part], explained: set[s
     answer, details = question.ask(chain, Stream("solve"))
     parts.append(Part(name, name, answer, details=details))
     text = write_next_solution(Problem(ProblemId("own", 0), chain, tuple(parts)), explained)
-    return f"## {len(parts) + 2}. {question.heading(chain)}\n\n{text}"
+    return f"## {len(parts) + 2}. {question.make_title(chain)}\n\n{text}"
 
 
 def _render_redundant(chain: Chain, redundant: RedundantSingularities, number: int | None = None) -> str:

@@ -15,7 +15,7 @@ from qdot.exercises.arm.standard_table import axes_of
 from qdot.exercises.common.json_form import as_json
 from qdot.exercises.formula.trees import ParseError, find_names
 from qdot.exercises.problem.problem import Part, Problem, ProblemId
-from qdot.exercises.problem.record import Digests, digests
+from qdot.exercises.problem.record import Digests, compute_digests
 from qdot.exercises.verify import concepts, formulas, numbers, path, quizzes, rank, screws, singular
 from qdot.exercises.verify.formulas import PartCheck
 from qdot.exercises.verify.numeric_reference import Check, Checks, NumericReference
@@ -66,7 +66,7 @@ def certify(problem: Problem) -> ProblemCertificate:
         if checks[-1].passed:
             check = CHECKS.get(part.kind) or _failing_check("CHECKS", "kind of question")
             checks += [Check(f"{part.name}: {name}", passed, detail) for name, passed, detail in check(numeric, part)]
-    return ProblemCertificate(problem.id, problem.id.engine, tuple(checks), digests(problem))
+    return ProblemCertificate(problem.id, problem.id.engine, tuple(checks), compute_digests(problem))
 
 
 def _failing_check(table: str, subject: str) -> Callable[..., Checks]:
@@ -151,7 +151,7 @@ def _check_parsable(numeric: NumericReference, part: Part) -> Check:
     if part.answer.is_set:  # the formulas of a set contain only joint variables and lengths
         usable = {symbol.name for symbol in (*numeric.chain.q, *numeric.chain.parameters)}
     try:
-        unknown = set[str]().union(*(find_names(numeric.parse(text)) for text in part.answer.formulas())) - usable
+        unknown = set[str]().union(*(find_names(numeric.parse(text)) for text in part.answer.list_formulas())) - usable
     except ParseError as error:
         return Check(name, False, str(error))
     if unknown:

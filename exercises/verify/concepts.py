@@ -46,8 +46,8 @@ def _parse_numbers(text: str) -> np.ndarray:
 
 def _check_effect(numeric: NumericReference, part: Part) -> Checks:
     """Check the velocity that one joint causes, by finite differences."""
-    answer, effect = part.answer_as(Choice), part.details_as(JointEffectDetails).effect
-    sample, joint = numeric_sample(numeric, effect.place), effect.joint - 1
+    answer, effect = part.answer_as(Choice), part.details_as(JointEffectDetails)
+    sample, joint = numeric_sample(numeric, effect.configuration), effect.joint - 1
     angular = velocities_by_differences(sample.arm.frames, sample.q[None])[0, joint, -1, 3:]
     velocity = np.array([*differences(sample.arm.point, sample.q[None])[0, joint], *angular])
     expected = velocity[[TASK_ROWS.index(row) for row in effect.rows]]
@@ -61,21 +61,21 @@ def _check_effect(numeric: NumericReference, part: Part) -> Checks:
 def _check_invertibility(numeric: NumericReference, part: Part) -> Checks:
     """Check the answer on whether J is regular, singular, redundant or has too few columns, by its size and rank."""
     answer, details = part.answer_as(Choice), part.details_as(InvertibilityDetails)
-    jacobian = exponential_jacobian_at(numeric, details.place)[[TASK_ROWS.index(row) for row in details.task]]
+    jacobian = exponential_jacobian_at(numeric, details.configuration)[[TASK_ROWS.index(row) for row in details.task]]
     rank, is_clear = find_rank(jacobian)
     m, n = jacobian.shape
     expected_use = ("regular" if rank == n else "singular") if m == n else "redundant" if m < n else "few"
     yield Check("clear", is_clear and (m == n or rank == min(m, n)), f"{m} x {n}, rank {rank}")
     options = answer.options
-    is_stated = options[answer.correct] == INVERTIBILITY_ANSWERS[expected_use] and details.use == expected_use
+    is_stated = options[answer.correct] == INVERTIBILITY_ANSWERS[expected_use] and details.answer_key == expected_use
     are_all_offered = sorted(options) == sorted(INVERTIBILITY_ANSWERS.values())
-    yield Check("use", is_stated and are_all_offered, f"{answer.letter} is {options[answer.correct]}")
+    yield Check("use", is_stated and are_all_offered, f"{answer.letters} is {options[answer.correct]}")
 
 
 def _check_possible_velocities(numeric: NumericReference, part: Part) -> Checks:
     """Check which options are possible velocities, by the residuals of J qd = v solved by least squares."""
-    answer, cost = part.answer_as(Choice), part.details_as(VelocityLossDetails).cost
-    jacobian = exponential_jacobian_at(numeric, cost.place)[numeric.task]
+    answer, loss = part.answer_as(Choice), part.details_as(VelocityLossDetails)
+    jacobian = exponential_jacobian_at(numeric, loss.configuration)[numeric.task]
     rank, is_clear = find_rank(jacobian)
     yield Check("one direction lost", is_clear and rank == len(numeric.task) - 1, f"rank {rank}")
     residual_shares = []
@@ -84,7 +84,7 @@ def _check_possible_velocities(numeric: NumericReference, part: Part) -> Checks:
         rates = np.linalg.pinv(jacobian, rcond=1e-8) @ velocity
         residual_shares.append(float(np.linalg.norm(velocity - jacobian @ rates) / np.linalg.norm(velocity)))
     is_possible = [share < 0.02 for share in residual_shares]
-    expected_possible = [(index == answer.correct) == cost.possible for index in range(len(residual_shares))]
+    expected_possible = [(index == answer.correct) == loss.is_possible for index in range(len(residual_shares))]
     detail = f"left of the velocities: {', '.join(f'{share:.3f}' for share in residual_shares)}"
     are_clear = all(share < 0.02 or share > 0.4 for share in residual_shares)
     yield Check("least squares", is_possible == expected_possible and are_clear, detail)

@@ -8,8 +8,7 @@ from qdot.exercises.arm.chain import TASK_ROWS
 from qdot.exercises.arm.conventions import convention_of
 from qdot.exercises.problem.problem import Part
 from qdot.exercises.questions.differentiation import AxisDetails, list_linear_task_rows
-from qdot.exercises.questions.propagation import FrameDetails
-from qdot.exercises.questions.recursion import RecursionDetails
+from qdot.exercises.questions.propagation import FrameDetails, RecursionDetails
 from qdot.exercises.verify.numeric_reference import Check, Checks, NumericReference
 
 EXACT_TOLERANCE, DIFFERENCE_TOLERANCE = 1e-9, 1e-7

@@ -7,7 +7,7 @@ import sympy as sp
 
 from qdot.exercises.answer_types import Direction, Number
 from qdot.exercises.problem.problem import Part
-from qdot.exercises.questions.inversion import VelocityDetails, min_conditioning
+from qdot.exercises.questions.inversion import VelocityDetails, min_conditioning, write_power_of_metres
 from qdot.exercises.verify.formulas import EXACT_TOLERANCE, PartCheck, check_agreement
 from qdot.exercises.verify.numeric_reference import (
     Check,
@@ -103,7 +103,7 @@ def _check_unit(numeric: NumericReference, part: Part, jacobian: np.ndarray) -> 
     columns = np.array([1.0 if joint.kind == "R" else 0.5 for joint in numeric.chain.joints])
     growth = _volume(jacobian * scale * columns) / _volume(jacobian)
     power = round(float(np.log2(growth)))
-    unit = {0: "", 1: "m"}.get(power, f"m^{power}")
+    unit = write_power_of_metres(power)
     is_power_of_two = abs(growth - 2.0**power) < EXACT_TOLERANCE * growth
     is_stated = part.answer_as(Number).units == (unit,)
     return Check("unit", bool(is_power_of_two and is_stated), f"{unit or 'a plain number'}")

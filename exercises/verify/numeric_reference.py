@@ -66,7 +66,7 @@ class NumericReference:
         self.problem, self.chain = problem, problem.chain
         self.rng = Stream(f"verify/{problem.id.engine}/{problem.id}")
         self.task = [TASK_ROWS.index(row) for row in self.chain.task]
-        self.symbol_names, self._trees = frozenset(problem.symbols()), dict[str, Node]()
+        self.symbol_names, self._trees = frozenset(problem.symbols), dict[str, Node]()
         self.lengths = [random_lengths(self.chain, self.rng) for _ in range(ARM_COUNT)]
         self.arms = [NumericChain(self.chain, lengths) for lengths in self.lengths]
         samples = [random_configurations(self.chain, self.rng, CONFIGURATIONS_PER_ARM) for _ in self.arms]

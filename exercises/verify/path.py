@@ -87,7 +87,7 @@ class LineFollower:
 def _check_path_rates(numeric: NumericReference, part: Part) -> Checks:
     """Check the joint rates at the distance in the question, by following the line to it."""
     details = part.details_as(DistanceDetails)
-    line, s = LineFollower(numeric, details.seam), float(details.distance)
+    line, s = LineFollower(numeric, details.welding_line), float(details.distance)
     joints = line.follow(np.linspace(0, s, STATION_COUNT))
     expected = line.rates(joints[-1])
     yield check_agreement("linear solve", reference_numbers(part), expected[None, :, None], NUMBER_TOLERANCE)
@@ -114,7 +114,7 @@ def _check_one_branch(line: LineFollower, joints: np.ndarray, s: float, min_rati
 def _check_path_limit(numeric: NumericReference, part: Part) -> Checks:
     """Check that the joint speed equals the limit at the claimed distance, is lower before it, and higher after it."""
     answer, details = part.answer_as(Number), part.details_as(RateLimitDetails)
-    line, claimed = LineFollower(numeric, details.seam), reference_numbers(part)
+    line, claimed = LineFollower(numeric, details.welding_line), reference_numbers(part)
     if claimed.shape != (1, 1, 1) or not 0 < float(claimed[0, 0, 0]) < line.length:
         yield Check("on the line", False, f"{claimed.ravel()} is no distance on {line.length:.3f} m")
         return

@@ -20,11 +20,10 @@ from qdot.exercises.problem.problem import Part
 from qdot.exercises.questions import QUESTIONS
 from qdot.exercises.questions.geometry import ConfigurationDetails
 from qdot.exercises.short_questions.choice import CHOICE_QUESTIONS, FormulaOptions
-from qdot.exercises.short_questions.drawings import JointStatement, PoseStatement
 from qdot.exercises.short_questions.options import ConfigurationOptions, OfferedOption, Options
 from qdot.exercises.short_questions.selections import EqualForms, Quantity, QuantityDetails
-from qdot.exercises.short_questions.values import RateDetails
-from qdot.exercises.short_questions.wrong import OptionSubject
+from qdot.exercises.short_questions.single_configuration import ConfigurationStatement, JointStatement, RateDetails
+from qdot.exercises.short_questions.wrong_formulas import OptionSubject
 from qdot.exercises.verify.formulas import CHECKS as FORMULAS
 from qdot.exercises.verify.formulas import EXACT_TOLERANCE, PartCheck, check_agreement
 from qdot.exercises.verify.numbers import NUMBER_TOLERANCE, check_three_digits, reference_numbers
@@ -64,10 +63,10 @@ def _check_formula_choice(numeric: NumericReference, part: Part) -> Checks:
     subject = part.details_as(FormulaOptions).subject
     check = BASE_CHECKS[subject.base]
     offered = _offered_options(part)
-    parts = [_insert_option(numeric, subject, option.shown) for option in offered]
+    parts = [_insert_option(numeric, subject, option.content) for option in offered]
     passed = [all(result.passed for result in check(numeric, claimed_part)) for claimed_part in parts]
     yield _check_one_correct(part, passed)
-    yield _check_different(numeric, [sp.Matrix(option.shown) for option in offered])
+    yield _check_different(numeric, [sp.Matrix(option.content) for option in offered])
 
 
 def _offered_options(part: Part) -> tuple[OfferedOption, ...]:
@@ -95,7 +94,7 @@ def _check_set_choice(numeric: NumericReference, part: Part) -> Checks:
     """Check that exactly the correct singular set passes the checks of singular sets."""
     passed = []
     for option in _offered_options(part):
-        claimed_part = Part("singular-angles", "singular-angles", ConditionSet(option.shown))
+        claimed_part = Part("singular-angles", "singular-angles", ConditionSet(option.content))
         passed.append(all(check.passed for check in SETS["singular-angles"](numeric, claimed_part)))
     yield _check_one_correct(part, passed)
     texts = [option.text for option in _offered_options(part)]
@@ -108,7 +107,9 @@ def _check_set_choice(numeric: NumericReference, part: Part) -> Checks:
 def _ranks(numeric: NumericReference, part: Part) -> list[tuple[int, bool]]:
     """Return the rank of J at each offered configuration, and whether every singular value is clearly zero or not."""
     details = part.details_as(ConfigurationOptions)
-    configurations = [replace(place, lengths={**details.lengths, **place.lengths}) for place in details.places]
+    configurations = [
+        replace(place, lengths={**details.lengths, **place.lengths}) for place in details.offered_configurations
+    ]
     return [find_rank(exponential_jacobian_at(numeric, place)[numeric.task]) for place in configurations]
 
 
@@ -148,7 +149,7 @@ def _check_equal_forms(numeric: NumericReference, part: Part) -> Checks:
     answer, expected = part.answer_as(Selection), _quantity_values(numeric, part.details_as(EqualForms).quantity)
     equal_indices = []
     for index, option in enumerate(_offered_options(part)):
-        values = numeric.evaluate_printed_formulas(sp.Matrix([option.shown]))
+        values = numeric.evaluate_printed_formulas(sp.Matrix([option.content]))
         if check_agreement("", values, expected[:, :, None], EXACT_TOLERANCE).passed:
             equal_indices.append(index)
         elif np.abs(values[:, :, 0] - expected).max() <= MIN_DIFFERENCE * np.abs(expected).max():
@@ -174,14 +175,14 @@ def _check_columns(numeric: NumericReference, part: Part) -> Checks:
     answer = part.answer_as(Matching)
     offered = _offered_options(part)
     jacobian = numeric.exponential_jacobian[:, numeric.task]
-    option_values = [numeric.evaluate_printed_formulas(sp.Matrix(option.shown)) for option in offered]
+    option_values = [numeric.evaluate_printed_formulas(sp.Matrix(option.content)) for option in offered]
     matched = []
     for joint in range(numeric.chain.n):
         column = jacobian[:, :, [joint]]
         is_equal = [check_agreement("", value, column, EXACT_TOLERANCE).passed for value in option_values]
         matched.append(is_equal.index(True) if sum(is_equal) == 1 else -1)
     yield Check("columns", tuple(matched) == answer.correct, f"options of the joints, from 0: {matched}")
-    yield _check_different(numeric, [sp.Matrix(option.shown) for option in offered])
+    yield _check_different(numeric, [sp.Matrix(option.content) for option in offered])
 
 
 # --- numbers and statements ---
@@ -193,21 +194,21 @@ def _check_value(part: Part, expected: float) -> Checks:
 
 
 def _check_determinant_value(numeric: NumericReference, part: Part) -> Checks:
-    jacobian = exponential_jacobian_at(numeric, part.details_as(ConfigurationDetails).place)[numeric.task]
+    jacobian = exponential_jacobian_at(numeric, part.details_as(ConfigurationDetails).configuration)[numeric.task]
     yield from _check_value(part, float(np.linalg.det(jacobian)))
 
 
 def _check_speed(numeric: NumericReference, part: Part) -> Checks:
     details = part.details_as(RateDetails)
     rates = np.array([float(rate) for rate in details.rates.values()])
-    velocity = exponential_jacobian_at(numeric, details.place)[:3] @ rates
+    velocity = exponential_jacobian_at(numeric, details.configuration)[:3] @ rates
     yield from _check_value(part, float(np.linalg.norm(velocity)))
 
 
 def _check_statement(numeric: NumericReference, part: Part) -> Checks:
     """Check whether a statement is clearly true or clearly false, as the answer says."""
-    answer, statement = part.answer_as(Choice), part.details_as(PoseStatement)
-    jacobian = exponential_jacobian_at(numeric, statement.place)
+    answer, statement = part.answer_as(Choice), part.details_as(ConfigurationStatement)
+    jacobian = exponential_jacobian_at(numeric, statement.configuration)
     if isinstance(statement, JointStatement):
         component = float(jacobian[TASK_ROWS.index(statement.row), statement.joint - 1])
         is_true, is_clear = (component > 0) == statement.positive, abs(component) > 0.01

@@ -13,7 +13,7 @@ from qdot.exercises.answer_types import Choice, Direction, Number
 from qdot.exercises.arm.kinematics import NumericChain
 from qdot.exercises.problem.problem import Part
 from qdot.exercises.questions.geometry import ConfigurationDetails
-from qdot.exercises.questions.rank import LostDirectionAt, LostDirectionDetails, LostMotionDetails, MeaningDetails
+from qdot.exercises.questions.rank import JacobianOnBranch, LostDirectionDetails, LostMotionDetails, MeaningDetails
 from qdot.exercises.singularities.axes import Sample
 from qdot.exercises.singularities.directions import line_directions
 from qdot.exercises.singularities.meanings import Meaning
@@ -55,7 +55,7 @@ def find_rank(jacobian: np.ndarray) -> tuple[int, bool]:
 def _check_rank(numeric: NumericReference, part: Part) -> Checks:
     """Check a rank by the singular values of J; each must be either clearly zero or clearly not zero."""
     part.answer_as(Number)
-    configuration = part.details_as(ConfigurationDetails).place
+    configuration = part.details_as(ConfigurationDetails).configuration
     rank, is_clear = find_rank(exponential_jacobian_at(numeric, configuration)[numeric.task])
     yield check_agreement("rank", reference_numbers(part), np.array([[[float(rank)]]]), EXACT_TOLERANCE)
     yield Check("clear", is_clear, "every singular value is clearly zero or clearly not")
@@ -73,9 +73,9 @@ def _check_direction(numeric: NumericReference, part: Part) -> Checks:
         return
     yield _check_written_form(part)
     if isinstance(part.details, LostDirectionDetails):
-        yield from _check_formula(numeric, part, part.details.lost)
+        yield from _check_formula(numeric, part, part.details.jacobian_on_branch)
         return
-    jacobian = exponential_jacobian_at(numeric, part.details_as(ConfigurationDetails).place)[numeric.task]
+    jacobian = exponential_jacobian_at(numeric, part.details_as(ConfigurationDetails).configuration)[numeric.task]
     claimed = reference_numbers(part)
     yield Check("unit length", bool(abs(np.linalg.norm(claimed) - 1) < 1e-8), f"length {np.linalg.norm(claimed):.10f}")
     yield _check_perpendicular(claimed, jacobian[None])
@@ -92,14 +92,14 @@ def _check_written_form(part: Part) -> Check:
     return Check("short", is_short, f"{len(entries)} entries, {len(terms)} terms")
 
 
-def _check_formula(numeric: NumericReference, part: Part, rank_loss: LostDirectionAt) -> Checks:
+def _check_formula(numeric: NumericReference, part: Part, branch: JacobianOnBranch) -> Checks:
     """Check that a formula for the lost direction u satisfies u^T J = 0 at random singular configurations."""
-    fixed = {q for q, _ in rank_loss.values}
+    fixed = {q for q, _ in branch.values}
     remaining = part.answer.as_matrix().free_symbols & fixed
     detail = f"{', '.join(sorted(map(str, remaining)))} occurs" if remaining else "no other"
     yield Check("free joints only", not remaining, detail)
     q = numeric.configurations.copy()
-    for symbol, value in rank_loss.values:
+    for symbol, value in branch.values:
         q[:, numeric.chain.q.index(symbol)] = numeric.evaluate_constants(sp.Matrix([value]))[:, 0]
     jacobians = numeric.for_each_arm(exponential_jacobian, q)[:, numeric.task]
     yield _check_perpendicular(numeric.evaluate_printed_formulas(part.answer.as_matrix()), jacobians)
@@ -165,14 +165,16 @@ def _check_motion(numeric: NumericReference, part: Part) -> Checks:
 
     Along each of the other lines, some possible velocity must have a component.
     """
-    answer, motion = part.answer_as(Choice), part.details_as(LostMotionDetails).asked
+    answer, motion = part.answer_as(Choice), part.details_as(LostMotionDetails)
     texts = tuple(line.description for line in motion.lines)
     yield Check("options", texts == answer.options and len(set(texts)) == len(texts), f"{len(texts)} options")
-    samples = samples_at_values(numeric, motion.where.values, motion.where.condition)
+    samples = samples_at_values(numeric, motion.configurations.values, motion.configurations.condition)
     yield Check("configurations", bool(samples), f"{len(samples)} at which the direction is lost")
     if not samples:
         return
-    velocities = [_possible_velocities(sample, numeric.task, motion.moving, motion.held) for sample in samples]
+    velocities = [
+        _possible_velocities(sample, numeric.task, motion.moving_part, motion.holds_other_motion) for sample in samples
+    ]
     scale = np.maximum([float(np.abs(v).max()) for v in velocities], 1e-12)
     for index, (text, vectors) in enumerate(zip(texts, line_directions(motion.lines, samples), strict=True)):
         share = np.array([float(np.abs(d @ v).max()) for d, v in zip(vectors, velocities, strict=True)]) / scale
@@ -203,7 +205,7 @@ def _possible_velocities(sample: Sample, task: Sequence[int], body: str, others_
 
 def _check_geometric_cause(numeric: NumericReference, part: Part) -> Checks:
     """Check that, of the offered statements on the geometric cause of a singularity, only the correct one is true."""
-    answer, choice = part.answer_as(Choice), part.details_as(MeaningDetails).asked
+    answer, choice = part.answer_as(Choice), part.details_as(MeaningDetails)
     samples = samples_at_values(numeric, choice.values, choice.condition)
     correct = answer.correct
     matches = [all(text.startswith(m.words) for text, (m, _) in zip(answer.options, choice.offered, strict=True))]

@@ -128,7 +128,7 @@ def _check_changed_twist(numeric: NumericReference, part: Part) -> Checks:
     The pose T comes from the last frame at the configuration and at home.
     """
     details, chain = part.details_as(NumericTwistDetails), numeric.chain
-    sample = numeric_sample(numeric, details.place)
+    sample = numeric_sample(numeric, details.configuration)
     arm, q = sample.arm, sample.q
     frames, home = arm.frames(q), arm.frames(0 * q)
     pose = np.eye(4)

@@ -186,10 +186,10 @@ def find_singular_configurations(arm: NumericChain, starts: np.ndarray, task: Se
 def _check_kind(numeric: NumericReference, part: Part) -> Checks:
     """Check the kind of a singularity by determining it again, for lengths that the question did not use."""
     answer, details = part.answer_as(Choice), part.details_as(KindDetails)
-    kind, configuration = details.type, details.place
+    kind, configuration = details.singularity_kind, details.configurations
     options = answer.options
     is_correct_option = len(set(options)) == len(options) and options[answer.correct] == KIND_OPTIONS[kind]
-    yield Check("option", is_correct_option, f"{answer.letter} is {options[answer.correct]}")
+    yield Check("option", is_correct_option, f"{answer.letters} is {options[answer.correct]}")
     samples = _configuration_samples(numeric, configuration)
     kinds = set(map(str, classify_samples(numeric.chain, samples)))
     detail = f"{', '.join(sorted(kinds))} at {len(samples)} configurations"

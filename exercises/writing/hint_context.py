@@ -15,7 +15,7 @@ from qdot.exercises.arm.chain import Chain
 from qdot.exercises.arm.conventions import convention_of
 from qdot.exercises.arm.derivation import Derivation, derive
 from qdot.exercises.formula.order import natural_sort_key
-from qdot.exercises.questions.wrist import derive_blocks, object_unless_block_triangular
+from qdot.exercises.questions.wrist import derive_blocks, find_block_objection
 from qdot.exercises.singularities.singularity import singular_set
 from qdot.exercises.writing.latex import tex
 from qdot.exercises.writing.wording import join
@@ -124,10 +124,10 @@ class HintContext:
 
         Also None if the block equals J11, and if the arm is described by its axes, because there is no frame 1 then.
         """
-        if object_unless_block_triangular(self.chain) is not None or not convention_of(self.chain).frame_numbers:
+        if find_block_objection(self.chain) is not None or not convention_of(self.chain).frame_numbers:
             return None
         partition = derive_blocks(self.chain)
-        return None if partition.arm_seen == partition.arm else partition.arm_seen
+        return None if partition.arm_block_in_frame_1 == partition.arm_block else partition.arm_block_in_frame_1
 
     @property
     def conditions(self) -> list[tuple[int, list[str]]]:

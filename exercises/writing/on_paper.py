@@ -29,7 +29,7 @@ def remove_typing_remarks(text: str, problem: Problem) -> str:
         text = re.sub(pattern, replacement, text, flags=re.DOTALL)
     symbols = problem.chain.q + problem.chain.rates + problem.chain.parameters
     formulas = {symbol.name: tex(symbol, problem.chain) for symbol in symbols}
-    formulas |= {row: write_symbol(row) for row in problem.symbols() if row not in formulas}
+    formulas |= {row: write_symbol(row) for row in problem.symbols if row not in formulas}
 
     def write_code(match: re.Match[str]) -> str:
         code = match[1].strip('"')

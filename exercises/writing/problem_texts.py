@@ -12,7 +12,7 @@ from qdot.exercises.answer_types import LETTERS
 from qdot.exercises.arm.chain import Chain
 from qdot.exercises.arm.derivation import derive
 from qdot.exercises.problem.problem import Part, Problem
-from qdot.exercises.short_questions import ASKED
+from qdot.exercises.short_questions import ALL_QUESTIONS
 from qdot.exercises.short_questions.options import ConfigurationOptions, Options
 from qdot.exercises.writing.languages import ENGLISH, load_catalogue
 from qdot.exercises.writing.latex import tex_angle
@@ -54,7 +54,7 @@ def write_option(problem: Problem, part: Part, index: int, language: str = ENGLI
         return messages.localize_formulas(text)
     if isinstance(details, ConfigurationOptions):
         option = templates.get_template("questions/rank.md.j2").module.option
-        return messages.localize_formulas(str(option(details, details.places[index], chain)))
+        return messages.localize_formulas(str(option(details, details.offered_configurations[index], chain)))
     text = write_prompt(problem, part, language)
     option_line = re.search(rf"^- \*\*{LETTERS[index]}\.\*\* (.*)$", text, re.MULTILINE)
     return option_line[1] if option_line is not None else messages.translate_phrase(part.answer.offered_options[index])
@@ -115,7 +115,7 @@ def write_answer_code(problem: Problem, part: Part, used_columns: int = 0) -> st
 
     The code is broken into lines as if `used_columns` columns before its first line were taken.
     """
-    return part.answer.code(used_columns, get_solution_steps(problem.chain).angles.python_code)
+    return part.answer.write_code(used_columns, get_solution_steps(problem.chain).angles.python_code)
 
 
 def add_angle_legend(steps: SolutionSteps, text: str, language: str = ENGLISH) -> str:
@@ -150,7 +150,11 @@ def get_solution_steps(chain: Chain) -> SolutionSteps:
 
 
 def _get_question_macros(part: Part, language: str) -> Any:
-    return make_environment(language).get_template(f"questions/{ASKED[part.kind].template or part.kind}.md.j2").module
+    return (
+        make_environment(language)
+        .get_template(f"questions/{ALL_QUESTIONS[part.kind].template or part.kind}.md.j2")
+        .module
+    )
 
 
 def _clean_whitespace(text: str) -> str:

@@ -18,7 +18,7 @@ _TEXT_FIELDS = ("letters", "words", "remark")
 def write_short_answer(problem: Problem, part: Part) -> str:
     """Return the reference answer: a displayed formula, numbers with units, conditions, or letters."""
     fields: dict[str, Any] = {"components": None, "formula": None, "values": []} | dict.fromkeys(_TEXT_FIELDS, "")
-    answer_fields: dict[str, Any] = part.answer.accept(_AnswerFields(problem, part))
+    answer_fields: dict[str, Any] = _AnswerFields(problem, part).visit(part.answer)
     fields |= answer_fields
     steps = get_solution_steps(problem.chain)
     text = render("writing/short-answer.md.j2", chain=problem.chain, angles=steps.angles, **fields)
@@ -32,32 +32,32 @@ class _AnswerFields(AnswerVisitor[dict[str, Any]]):
     problem: Problem
     part: Part
 
-    def formula(self, answer: Expression | Matrix) -> dict[str, Any]:
+    def visit_expression(self, answer: Expression | Matrix) -> dict[str, Any]:
         return {"formula": answer.reference}
 
-    matrix = formula
+    visit_matrix = visit_expression
 
-    def direction(self, answer: Direction) -> dict[str, Any]:
+    def visit_direction(self, answer: Direction) -> dict[str, Any]:
         remark = {"remark": "Any multiple other than zero is as good."}
         if answer.is_numeric:
             return {"values": [format_three_digits(value) for value in answer.reference], **remark}
         return {"formula": answer.reference, **remark}
 
-    def numbers(self, answer: Number) -> dict[str, Any]:
+    def visit_number(self, answer: Number) -> dict[str, Any]:
         values = zip(answer.reference, answer.units, strict=True)
         return {"values": [_format_number(value, answer.tolerance) + _write_unit(unit) for value, unit in values]}
 
-    def conditions(self, answer: answer_types.ConditionSet) -> dict[str, Any]:
+    def visit_singular(self, answer: answer_types.ConditionSet) -> dict[str, Any]:
         return {"components": answer.components}
 
-    def choice(self, answer: Choice) -> dict[str, Any]:
+    def visit_choice(self, answer: Choice) -> dict[str, Any]:
         details = self.part.details
         is_tall = isinstance(details, Options) and details.offered[answer.correct].is_tall
-        has_words = answer.options != TRUE_FALSE and not self.part.has_drawn_options and not is_tall
+        has_words = answer.options != TRUE_FALSE and not details.has_drawn_options and not is_tall
         words = write_option(self.problem, self.part, answer.correct) if has_words else ""
         return {"letters": answer.typed_text, "words": words}
 
-    def letters(self, answer: answer_types.Letters) -> dict[str, Any]:
+    def visit_letters(self, answer: answer_types.Letters) -> dict[str, Any]:
         return {"letters": answer.letters}
 
 

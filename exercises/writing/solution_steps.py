@@ -21,9 +21,9 @@ from qdot.exercises.arm.trigonometry import remove_brackets, substitute, textboo
 from qdot.exercises.problem.problem import Part
 from qdot.exercises.questions import rank, screws
 from qdot.exercises.questions.inversion import Configuration, ConfigurationAndVelocity, evaluate_jacobian_precisely
-from qdot.exercises.questions.rank import BranchConfigurations, LostDirectionAt, MeaningQuestion
+from qdot.exercises.questions.rank import JacobianOnBranch, MeaningDetails
 from qdot.exercises.questions.singular import ConfigurationsOfOneKind, find_components_with
-from qdot.exercises.questions.wrist import derive_block_determinants, derive_wrist_block, object_unless_block_triangular
+from qdot.exercises.questions.wrist import derive_block_determinants, derive_wrist_block, find_block_objection
 from qdot.exercises.singularities.classification import Classification, classify, is_one_sided, split_by_value
 from qdot.exercises.singularities.existence_conditions import ExistenceCondition, existence_condition
 from qdot.exercises.singularities.singularity import Component, Values, never_vanishes, singular_set
@@ -111,9 +111,9 @@ class SolutionSteps:
         """What hints show of the arm and its results."""
         return HintContext(self.chain)
 
-    def find_lost_direction(self, values: Values) -> tuple[LostDirectionAt, sp.Matrix] | None:
+    def find_lost_direction(self, values: Values) -> tuple[JacobianOnBranch, sp.Matrix] | None:
         """Return J and the lost direction at given joint values, or None if there is no short formula for both."""
-        return rank.find_lost_direction_formula(self.chain, BranchConfigurations(values))
+        return rank.find_lost_direction_formula(self.chain, values)
 
     @property
     def planar_link_angles(self) -> list[sp.Expr]:
@@ -324,7 +324,7 @@ class SolutionSteps:
     @cached_property
     def blocks(self) -> sp.Matrix | None:
         """The determinants of J11 and J22 (2 x 1) if the wrist's axes meet in P; None for other arms."""
-        return derive_block_determinants(self.chain) if object_unless_block_triangular(self.chain) is None else None
+        return derive_block_determinants(self.chain) if find_block_objection(self.chain) is None else None
 
     @cached_property
     def minors(self) -> list[tuple[str, sp.Expr]]:
@@ -396,7 +396,7 @@ class SolutionSteps:
         components = (component for _, component in find_components_with(self.chain, configuration))
         return [SingularComponent(self._shown_conditions(c), c.solutions, classify(self.chain, c)) for c in components]
 
-    def is_one_sided(self, configurations: ConfigurationsOfOneKind | MeaningQuestion) -> bool:
+    def is_one_sided(self, configurations: ConfigurationsOfOneKind | MeaningDetails) -> bool:
         """Return whether P can leave the singular configurations only to one side along the lost direction."""
         return is_one_sided(self.chain, configurations.condition, configurations.values)
 

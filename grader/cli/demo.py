@@ -39,7 +39,7 @@ Edit = Callable[[str, Part], str]
 
 
 def _is_symbolic(part: Part) -> bool:
-    return bool(part.answer.entries())
+    return bool(part.answer.list_entries())
 
 
 def _expand(code: str, part: Part) -> str:
@@ -206,5 +206,5 @@ def fill_in_answers(text: str, problems: Sequence[tuple[str, Problem]], edit: Ed
         name = cell.metadata.get("qdot", {}).get("part")
         if name in parts:
             variable = cell.source.split("=", 1)[0]
-            cell.source = f"{variable}= {edit(parts[name].answer.code(), parts[name])}"
+            cell.source = f"{variable}= {edit(parts[name].answer.write_code(), parts[name])}"
     return json.dumps(notebook, indent=1, sort_keys=True, ensure_ascii=False) + "\n"

@@ -7,7 +7,7 @@ from typing import Annotated, Any
 
 import typer
 
-from qdot import ASKED, FAMILIES, ProblemId, QdotError
+from qdot import ALL_QUESTIONS, FAMILIES, ProblemId, QdotError
 from qdot import generate as make_problem
 from qdot import show as show_problem
 from qdot.exercises.arm.chain import CONVENTIONS
@@ -24,7 +24,7 @@ from qdot.exercises.families.own import read_robot_family
 from qdot.exercises.generation import find_listing, look_up_family, sample_chain, select_quiz_questions
 from qdot.exercises.problem.problem import find_convention
 from qdot.exercises.questions import QUESTIONS
-from qdot.exercises.short_questions import QUIZZES
+from qdot.exercises.short_questions import SHORT_QUESTIONS
 from qdot.grader.cli.options import ConventionOption, JsonOption, TwistOrderOption, name_argument, name_option
 from qdot.grader.cli.overview import describe_families, describe_family, describe_robots, list_refusals
 
@@ -157,12 +157,19 @@ def questions(as_json: JsonOption = False) -> None:
           all questions, in the chapter's order
     """
     if as_json:
-        keys = ("name", "title", "source", "points", "needs", "form")
-        rows = [{key: getattr(question, key) for key in keys} for question in ASKED.values()]
+        keys = {
+            "name": "name",
+            "title": "title",
+            "source": "source",
+            "points": "points",
+            "needs": "prerequisites",
+            "form": "form",
+        }
+        rows = [{key: getattr(question, name) for key, name in keys.items()} for question in ALL_QUESTIONS.values()]
         say(json.dumps(rows, ensure_ascii=False, indent=1))
         return
-    for name, question in ASKED.items():
-        if name == next(iter(QUIZZES)):
+    for name, question in ALL_QUESTIONS.items():
+        if name == next(iter(SHORT_QUESTIONS)):
             say('\nShort questions for quizzes; questions = "quiz" uses one of each form:\n')
         say(f"{name:<24} {question.title} ({question.source}{'; ' if question.form else ''}{question.form})")
 
@@ -179,7 +186,7 @@ def show(
     ] = "text",
     ask: Annotated[
         str | None,
-        name_option(QUESTIONS_HELP, "--questions", names=[*ASKED, "quiz"], metavar="NAMES", between=","),
+        name_option(QUESTIONS_HELP, "--questions", names=[*ALL_QUESTIONS, "quiz"], metavar="NAMES", between=","),
     ] = None,
     hints: Annotated[bool, typer.Option("--hints", help="Add three hints to every question.")] = False,
     variation: VariationOption = "",

@@ -12,7 +12,7 @@ from itertools import chain, islice, product
 import numpy as np
 
 from qdot.exercises.arm.chain import Chain
-from qdot.exercises.arm.derivation_graph import numeric_working
+from qdot.exercises.arm.derivation_graph import compute_numeric_stages
 from qdot.exercises.common.stream import Stream
 from qdot.exercises.formula.conditions import ConfigurationSpace, compare_sets
 from qdot.exercises.formula.program import Program, compile_program, evaluate
@@ -70,7 +70,7 @@ def _advise_on_numbers(part: Part, parsed_answer: ParsedAnswer) -> str | None:
 
 
 def _advise_on_formulas(problem: Problem, part: Part, parsed_answer: ParsedAnswer, seed: str) -> str | None:
-    values = sample_configurations(problem.chain, part, problem.domain(), SAMPLE_COUNT, Stream(f"{seed}/advice"))
+    values = sample_configurations(problem.chain, part, problem.domain, SAMPLE_COUNT, Stream(f"{seed}/advice"))
     if parsed_answer.symbols - set(values):
         return None
     pair = _AnswerAndReference(problem.chain, part, compile_program(parsed_answer.entries))
@@ -101,7 +101,7 @@ class _AnswerAndReference:
         """Return the values of the answer and of the reference, (entries, N) each, comparable for directions, too."""
         with np.errstate(all="ignore"):
             answer = np.asarray(evaluate(self.program, values, len(next(iter(values.values()))))[0])
-            expected_values = compute_answer(numeric_working(self.chain, values), self.part)
+            expected_values = compute_answer(compute_numeric_stages(self.chain, values), self.part)
             return self._without_factor(answer), self._without_factor(
                 expected_values.reshape(-1, expected_values.shape[-1])
             )
@@ -120,7 +120,7 @@ class _AnswerAndReference:
     def has_fixed_joints(self) -> bool:
         """Whether the question gives values of joints."""
         details = self.part.details
-        return bool(details.given_values(self.chain) or details.given_joints)
+        return bool(details.list_given_values(self.chain) or details.given_joints)
 
 
 def _find_factor(answer: np.ndarray, expected: np.ndarray, tolerance: float) -> Iterator[str]:
@@ -151,7 +151,7 @@ def _find_factor(answer: np.ndarray, expected: np.ndarray, tolerance: float) -> 
 def _compare_joints(pair: _AnswerAndReference, values: SymbolValues) -> Iterator[str]:
     """Yield a remark on the first joint on which the answer depends and the reference doesn't, or vice versa."""
     values_before = pair.evaluate(values)
-    for i, q in enumerate(() if pair.part.details.given_values(pair.chain) else pair.chain.q, 1):
+    for i, q in enumerate(() if pair.part.details.list_given_values(pair.chain) else pair.chain.q, 1):
         if q in pair.part.details.given_joints:
             return
         values_after = pair.evaluate({**values, q.name: values[q.name] + 0.37})
@@ -225,10 +225,10 @@ def _advise_on_claims(problem: Problem, part: Part, tree: Node, seed: str, has_j
 
     `has_joint_conditions` is whether some of the expected conditions have to hold simultaneously.
     """
-    joints, domain = [q.name for q in problem.chain.q], problem.domain()
+    joints, domain = [q.name for q in problem.chain.q], problem.domain
     try:
         claimed_pieces = parse_typed_set(assign_values_to_joint(tree, joints), joints)
-        conditions = [condition for (condition,) in part.answer.trees(domain.roles)]
+        conditions = [condition for (condition,) in part.answer.parse_trees(domain.roles)]
         expected_pieces = [piece for condition in conditions for piece in parse_pieces(condition, joints)]
         space = ConfigurationSpace(joints, domain, part.rounding)
         comparison = compare_sets(claimed_pieces, expected_pieces, space, seed)

@@ -264,10 +264,10 @@ def _shape(rows: Rows) -> tuple[int, int]:
 
 def _reference_forms(problem: Problem, part: Part) -> Iterator[Rows]:
     """Yield the entries of the reference, as written in the worked solution, and then as used for comparison."""
-    if not part.answer.is_numeric and part.answer.entries() and part.type != "number":
-        roles = problem.domain().roles
+    if not part.answer.is_numeric and part.answer.list_entries() and part.type != "number":
+        roles = problem.domain.roles
         worked_form = as_matrix(parse_formula(write_answer_code(problem, part), roles))
-        compared_form = part.answer.trees(roles)
+        compared_form = part.answer.parse_trees(roles)
         if worked_form is not None:
             yield worked_form
         if compared_form != worked_form:

@@ -75,15 +75,17 @@ def _identify(
         return "options", _option_texts(part, parsed_answer.chosen), _option_texts(part, part.answer.correct_indices)
     try:
         if part.answer.is_numeric and parsed_answer.rows is not None:
-            return "numbers", part.answer.code(), _round_numbers(parsed_answer.entries)
+            return "numbers", part.answer.write_code(), _round_numbers(parsed_answer.entries)
         general_form, is_direction = _GeneralForm(problem.chain), part.answer.counts_up_to_a_factor
         if parsed_answer.tree is not None and part.answer.is_set:
             joints = [q.name for q in problem.chain.q]
-            reference = Node("list", tuple(tree for row in part.answer.trees(problem.domain().roles) for tree in row))
+            reference = Node(
+                "list", tuple(tree for row in part.answer.parse_trees(problem.domain.roles) for tree in row)
+            )
             trees = (parsed_answer.tree, reference)
             return "set", *(general_form.fingerprint_conditions(tree, joints, secret) for tree in trees)
         if parsed_answer.rows is not None:
-            answer_and_reference = (parsed_answer.rows, part.answer.trees(problem.domain().roles))
+            answer_and_reference = (parsed_answer.rows, part.answer.parse_trees(problem.domain.roles))
             shapes = [(len(rows), len(rows[0])) for rows in answer_and_reference]
             entries = [[entry for row in rows for entry in row] for rows in answer_and_reference]
             return (

@@ -9,7 +9,7 @@ from itertools import combinations
 
 import numpy as np
 
-from qdot.exercises.arm.derivation_graph import Working, links_to_point
+from qdot.exercises.arm.derivation_graph import StageResults, links_to_point
 from qdot.exercises.questions import QUESTIONS
 from qdot.grader.diagnosis.wrong_answer import WrongAnswer
 from qdot.grader.judging.verdict import Diagnosis
@@ -51,7 +51,7 @@ def explain_missing_links(answer: WrongAnswer) -> Diagnosis | None:
     return Diagnosis(("chain-rule",), message, signature=(f"chain-rule {missing_by_column}",))
 
 
-def _explain_position(w: Working, links: np.ndarray, residual: np.ndarray) -> Diagnosis | None:
+def _explain_position(w: StageResults, links: np.ndarray, residual: np.ndarray) -> Diagnosis | None:
     missing_links = _find_links_with_sum(w, links, residual, float(np.abs(links).max()))
     if missing_links is None:
         return None
@@ -62,7 +62,7 @@ def _explain_position(w: Working, links: np.ndarray, residual: np.ndarray) -> Di
 
 
 def _find_links_with_sum(
-    w: Working, contributions: np.ndarray, residual: np.ndarray, scale: float
+    w: StageResults, contributions: np.ndarray, residual: np.ndarray, scale: float
 ) -> tuple[int, ...] | None:
     """Return the smallest set of links, but not all of them, whose contributions add up to a residual, or None."""
     tolerance = RELATIVE_TOLERANCE * scale
@@ -73,7 +73,7 @@ def _find_links_with_sum(
     return next((s for s in subsets if np.abs(residual - contributions[list(s)].sum(axis=0)).max() <= tolerance), None)
 
 
-def _describe_links(w: Working, links: Sequence[int]) -> str:
+def _describe_links(w: StageResults, links: Sequence[int]) -> str:
     """Return the contributions of links in words; index n stands for the vector from the last frame's origin to P."""
     link_names = ["the offset of P" if k == w.n else f"link {k + 1}" for k in links]
     link_words = link_names[0] if len(link_names) == 1 else f"{', '.join(link_names[:-1])} and {link_names[-1]}"

@@ -150,10 +150,10 @@ class _SetExplanation:
 
     def __init__(self, problem: Problem, part: Part, claimed: Sequence[Piece], seed: str) -> None:
         assert isinstance(part.answer, ConditionSet)
-        joints, roles = [q.name for q in problem.chain.q], problem.domain().roles
-        trees = part.answer.group_by_condition([tree for (tree,) in part.answer.trees(roles)])
+        joints, roles = [q.name for q in problem.chain.q], problem.domain.roles
+        trees = part.answer.group_by_condition([tree for (tree,) in part.answer.parse_trees(roles)])
         self.chain, self.components, self.claimed, self.seed = problem.chain, part.answer.components, claimed, seed
-        self.space = ConfigurationSpace(joints, problem.domain(), part.rounding)
+        self.space = ConfigurationSpace(joints, problem.domain, part.rounding)
         self.expected = [[piece for tree in group for piece in parse_pieces(tree, joints)] for group in trees]
         self.comparison = self._compare(claimed, [piece for group in self.expected for piece in group])
 
@@ -211,7 +211,7 @@ class _Fingerprinter:
     """Identifies the pieces of sets by numeric values, computed for random values of all symbols."""
 
     def __init__(self, problem: Problem, seed: str) -> None:
-        self.values = sample_values(problem.domain(), SAMPLE_COUNT, Stream(f"{seed}/sets"))
+        self.values = sample_values(problem.domain, SAMPLE_COUNT, Stream(f"{seed}/sets"))
         self.joints = {q.name: joint.kind for q, joint in zip(problem.chain.q, problem.chain.joints, strict=True)}
 
     def is_plain(self, piece: Piece) -> bool:

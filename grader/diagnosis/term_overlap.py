@@ -50,10 +50,10 @@ def compute_term_share(problem: Problem, part: Part, parsed_answer: ParsedAnswer
 
     If the answer has more terms than the solution, return the share of the answer's terms that are in the solution.
     """
-    domain, rows = problem.domain(), parsed_answer.rows
+    domain, rows = problem.domain, parsed_answer.rows
     if not part.answer.is_symbolic or parsed_answer.refusal is not None or rows is None:
         return Fraction(0)
-    reference = part.answer.trees(domain.roles)
+    reference = part.answer.parse_trees(domain.roles)
     if list(map(len, rows)) != list(map(len, reference)) or sum(map(count_nodes, parsed_answer.entries)) > MAX_NODES:
         return Fraction(0)
     if any(parsed_answer.blanks) or parsed_answer.symbols - set(domain.roles):

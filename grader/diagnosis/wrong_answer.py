@@ -6,7 +6,7 @@ from functools import cached_property
 
 import numpy as np
 
-from qdot.exercises.arm.derivation_graph import Working, numeric_working
+from qdot.exercises.arm.derivation_graph import StageResults, compute_numeric_stages
 from qdot.exercises.common.stream import Stream
 from qdot.exercises.formula.algebra import Matrix as Rows
 from qdot.exercises.formula.program import compile_program, evaluate
@@ -33,9 +33,9 @@ class WrongAnswer:
     rows: Rows | None = None
 
     @cached_property
-    def correct_working(self) -> Working:
+    def correct_working(self) -> StageResults:
         """The correct derivation, evaluated at the configurations."""
-        return numeric_working(self.problem.chain, self.values)
+        return compute_numeric_stages(self.problem.chain, self.values)
 
     @cached_property
     def correct_values(self) -> np.ndarray:
@@ -80,7 +80,7 @@ def evaluate_answer(problem: Problem, part: Part, parsed_answer: ParsedAnswer, s
         return None
     if parsed_answer.table is not None:
         return _evaluate_function(problem, part, parsed_answer.table)
-    values = sample_configurations(problem.chain, part, problem.domain(), SAMPLE_COUNT, Stream(f"{seed}/diagnosis"))
+    values = sample_configurations(problem.chain, part, problem.domain, SAMPLE_COUNT, Stream(f"{seed}/diagnosis"))
     try:
         is_choice = bool(part.answer.offered_options)
         in_numbers = _parse_option(part, parsed_answer) if is_choice else _evaluate_entries(part, parsed_answer, values)

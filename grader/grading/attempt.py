@@ -14,7 +14,7 @@ from pathlib import Path
 from qdot.exercises.assignment.assignment import Assignment
 from qdot.exercises.assignment.store import load_stored_problems
 from qdot.exercises.common.errors import QdotError, make_open_files_error
-from qdot.exercises.notebook.setup_cell import setup_cell
+from qdot.exercises.notebook.setup_cell import write_setup_cell
 from qdot.exercises.problem.problem import ENGINE, Problem
 from qdot.grader.diagnosis.groups import group_key
 from qdot.grader.grading.copied_answers import ClassAnswers
@@ -181,8 +181,8 @@ def run_notebook(
     `seed` selects the configurations at which functions are called. Raises OverLimit.
     """
     parts = [f"{slot}.{part.name}" for slot, problem in problems for part in problem.parts]
-    calls = {slot: make_calls(problem, problem.domain(), seed) for slot, problem in problems}
-    setup = setup_cell(problems)
+    calls = {slot: make_calls(problem, problem.domain, seed) for slot, problem in problems}
+    setup = write_setup_cell(problems)
 
     def run(cells: Sequence[str | None], names: Sequence[str]) -> Run:
         return _run_with_retries(sandbox, partial(sandbox.run, cells, names, calls, setup, submission.modules))

@@ -20,7 +20,7 @@ from qdot.exercises.common.parallel import keep_state, map_in_order
 from qdot.exercises.families import Family
 from qdot.exercises.generation import generate
 from qdot.exercises.problem.problem import ENGINE, Problem, ProblemId
-from qdot.exercises.problem.record import digests
+from qdot.exercises.problem.record import compute_digests
 from qdot.exercises.singularities.difficulty import difficulty
 from qdot.exercises.verify.certificate import ProblemCertificate, certify
 from qdot.grader.grading import certificates
@@ -157,7 +157,7 @@ def _read_certificate(assignment: Assignment, student: str) -> tuple[StudentCert
 
 def _find_changes(task: VerificationTask, problem: Problem, record: ProblemRecord) -> list[Failure]:
     """Return a failure for each difference between a problem and its record."""
-    current_digests = digests(problem)
+    current_digests = compute_digests(problem)
     if record.problem != str(problem.id):
         message = f"{record.problem} was released instead, because the assignment or the secret has changed"
         return [task.make_failure(FailureKind.CHANGED, message)]

@@ -14,9 +14,9 @@ from qdot.exercises.answer_types import TRUE_FALSE, Answer, ConditionSet, Direct
 from qdot.exercises.common.errors import QdotError, shorten
 from qdot.exercises.formula.equality import Domain
 from qdot.exercises.formula.trees import has_blank
-from qdot.exercises.notebook.setup_cell import setup_cell_for_names
-from qdot.exercises.problem.problem import answer_variable
-from qdot.exercises.short_questions import ASKED
+from qdot.exercises.notebook.setup_cell import write_setup_cell_for_names
+from qdot.exercises.problem.problem import name_answer_variable
+from qdot.exercises.short_questions import ALL_QUESTIONS
 from qdot.grader.judging.answer import OR_HINT, ParsedAnswer, combine_with_and, read_any
 from qdot.grader.judging.answer_parser import ExpectedForm, read_in_form
 from qdot.grader.judging.formulas import describe_unknown_symbols
@@ -62,11 +62,11 @@ def check_notebook(path: Path) -> CheckedNotebook:
         submission = read_submission(path, siblings=find_python_files(path))
     except Unreadable as error:
         raise QdotError(str(error)) from None
-    parts = guess_parts(submission.cells, tuple(ASKED))
+    parts = guess_parts(submission.cells, tuple(ALL_QUESTIONS))
     if not parts:
         raise QdotError(f"{path} has no answer cells; check that it is a notebook that qdot generated")
     with Sandbox(warm_up=False) as sandbox:
-        setup = setup_cell_for_names(_claimed_symbols(submission))
+        setup = write_setup_cell_for_names(_claimed_symbols(submission))
         run = partial(sandbox.run, setup=setup, modules=submission.modules)
         try:
             answers = find_answers(submission.cells, parts, run)
@@ -75,7 +75,7 @@ def check_notebook(path: Path) -> CheckedNotebook:
     rows = []
     for part in parts:
         slot, kind = part.split(".", 1)
-        name = answer_variable(slot, kind)
+        name = name_answer_variable(slot, kind)
         if name in answers.run.answers:
             form = claimed_form(submission.qdot_metadata, slot, kind)
             rows.append(_check_answer(part, answers.run.answers[name], form))

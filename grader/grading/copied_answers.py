@@ -7,7 +7,7 @@ from contextlib import suppress
 import numpy as np
 
 from qdot.exercises.arm.chain import Chain
-from qdot.exercises.arm.derivation_graph import numeric_working
+from qdot.exercises.arm.derivation_graph import compute_numeric_stages
 from qdot.exercises.assignment.assignment import Assignment, Slot
 from qdot.exercises.common.errors import QdotError
 from qdot.exercises.common.stream import Stream
@@ -45,7 +45,7 @@ class ClassAnswers:
             self._fingerprints[key] = {self._fingerprint_of(chain, part) for chain in self._chains(slot)}
         entries = [entry for row in rows for entry in row]
         names = set().union(*map(find_names, entries)) | {q.name for q in problem.chain.q}
-        numbers = {name: float(info.value) for name, info in problem.symbols().items() if info.value is not None}
+        numbers = {name: float(info.value) for name, info in problem.symbols.items() if info.value is not None}
         program = compile_program(entries)
         # A length that is a number here may be symbolic in the other problem, so both are tried.
         candidates = (self._shared_values(names, known_values) for known_values in (numbers, {}))
@@ -65,7 +65,7 @@ class ClassAnswers:
 
     def _fingerprint_of(self, chain: Chain, part: Part) -> bytes:
         symbols = [*chain.q, *chain.rates, *chain.parameters, *part.symbols, *chain.task]
-        values = compute_answer(numeric_working(chain, self._shared_values(map(str, symbols), {})), part)
+        values = compute_answer(compute_numeric_stages(chain, self._shared_values(map(str, symbols), {})), part)
         return _digest_values(values.reshape(-1, SAMPLE_COUNT))
 
     def _shared_values(self, symbol_names: Iterable[str], given_values: Mapping[str, float]) -> dict[str, np.ndarray]:

@@ -1,6 +1,6 @@
 """Judge a later part against what follows from the student's own wrong answer to an earlier part.
 
-The parts of a problem build on one another (`Part.needs`). A wrong earlier answer replaces the reference in the
+The parts of a problem build on one another (`Part.prerequisites`). A wrong earlier answer replaces the reference in the
 derivation, and the later answer is judged against the result, as formulas, in the same way as against a reference. An
 unanswered part between them is derived by the same method.
 
@@ -26,7 +26,7 @@ import numpy as np
 
 from qdot.exercises.answer_types import Direction, Number
 from qdot.exercises.arm.arithmetic import TreeArithmetic, determinant
-from qdot.exercises.arm.derivation_graph import Change, Working, numeric_working, tree_working
+from qdot.exercises.arm.derivation_graph import Change, StageResults, compute_numeric_stages, compute_tree_stages
 from qdot.exercises.common.stream import Stream
 from qdot.exercises.formula.algebra import ZERO, split_factors
 from qdot.exercises.formula.algebra import Matrix as Rows
@@ -109,7 +109,7 @@ class _Context:
     @cached_property
     def domain(self) -> Domain:
         """The domain of the problem's symbols."""
-        return self.problem.domain()
+        return self.problem.domain
 
     @cached_property
     def parts(self) -> dict[str, Part]:
@@ -123,7 +123,7 @@ class _Context:
 
     def find_sources(self, part: Part) -> Iterator[tuple[RowsByPart, list[str]]]:
         """Yield sets of rows from which an answer may be derived, each with the wrong parts that they come from."""
-        for sources in QUESTIONS[part.kind].derivation_sources:
+        for sources in QUESTIONS[part.kind].prerequisite_sets:
             usable_rows = {name: rows for name in sources if (rows := self.find_rows(name)) is not None}
             wrong_names = list(dict.fromkeys(name for _, names_before in usable_rows.values() for name in names_before))
             if wrong_names and len(usable_rows) == len({*sources}):
@@ -161,13 +161,13 @@ class _Context:
             if question.find_obstacle(self.problem.chain) is not None:
                 return None
             answer, details = question.ask(self.problem.chain, Stream(f"{self.seed}/{name}"))
-            self.parts[name] = Part(name, name, answer, question.points, question.needs, details)
+            self.parts[name] = Part(name, name, answer, question.points, question.prerequisites, details)
         return self.parts[name]
 
     def reference_rows(self, part: Part) -> Rows | None:
         """Return the rows of a part's reference; None if the reference is not made of formulas."""
-        is_in_formulas = part.answer.entries() and not part.answer.is_numeric
-        return part.answer.trees(self.domain.roles) if is_in_formulas else None
+        is_in_formulas = part.answer.list_entries() and not part.answer.is_numeric
+        return part.answer.parse_trees(self.domain.roles) if is_in_formulas else None
 
     # --- answers from which nothing follows ---
 
@@ -245,10 +245,10 @@ class _Context:
             if part.answer.is_numeric:
                 values = sample_configurations(self.problem.chain, part, self.domain, 1, Stream(self.seed))
                 numeric_rows = {name: _evaluate_at(rows, values) for name, rows in source_rows.items()}
-                working = _substitute(numeric_working(self.problem.chain, values), numeric_rows)
+                working = _substitute(compute_numeric_stages(self.problem.chain, values), numeric_rows)
                 return compute_rows(working, part.details)[..., 0].ravel().astype(float)
             tree_rows = {name: TreeArithmetic.matrix(rows) for name, rows in source_rows.items()}
-            working = _substitute(tree_working(self.problem.chain), tree_rows)
+            working = _substitute(compute_tree_stages(self.problem.chain), tree_rows)
             rows = TreeArithmetic.rows(compute_rows(working, part.details))
             return rows if sum(count_nodes(entry) for row in rows for entry in row) <= 20 * MAX_NODES else None
         except ParseError:
@@ -291,7 +291,7 @@ class _Context:
         return judge_numbers(answer, values.tolist(), number.units, tolerance, 0.001 * largest_value)
 
 
-def _substitute(w: Working, numeric_rows: Mapping[str, np.ndarray]) -> Working:
+def _substitute(w: StageResults, numeric_rows: Mapping[str, np.ndarray]) -> StageResults:
     """Return a working that uses the given answers to earlier parts, (rows, columns, …) each."""
     changes: dict[str, Change] = {}
     for name, rows in numeric_rows.items():

@@ -12,7 +12,7 @@ from qdot.exercises.assignment.assignment import Assignment
 from qdot.exercises.common.time_limit import OutOfTime
 from qdot.exercises.problem.credit import MISTAKE_FACTOR
 from qdot.exercises.problem.problem import Part, Problem
-from qdot.exercises.short_questions import ASKED
+from qdot.exercises.short_questions import ALL_QUESTIONS
 from qdot.grader.diagnosis.advice import advise
 from qdot.grader.diagnosis.diagnosis import Cause, diagnose
 from qdot.grader.diagnosis.groups import find_group
@@ -175,7 +175,7 @@ class _ProblemMarking:
         mistake = _search(budget, diagnose, *answer, causes)
         diagnosis = None if follows_from_attempt else mistake or _search(budget, advise, *answer)
         if diagnosis is not None and diagnosis.cause is not None:
-            self.causes.append(Cause(*diagnosis.cause, part.name, ASKED[part.kind].title))
+            self.causes.append(Cause(*diagnosis.cause, part.name, ALL_QUESTIONS[part.kind].title))
         attempt = None
         if part.answer.is_symbolic:
             attempt = (

@@ -57,7 +57,7 @@ class AnswerToCredit:
     @cached_property
     def domain(self) -> Domain:
         """The symbols of the problem."""
-        return self.problem.domain()
+        return self.problem.domain
 
     @cached_property
     def varying(self) -> set[str]:
@@ -90,7 +90,7 @@ def give_partial_credit(answer: AnswerToCredit, judgement: Judgement, is_copied:
     """
     if judgement.outcome not in (Outcome.WRONG, Outcome.PARTIAL) or answer.parsed.refusal is not None:
         return judgement
-    part, rules = answer.part, answer.part.effective_credit
+    part, rules = answer.part, answer.part.credit
     if rules.rule == "whole" or part.answer.counts_up_to_a_factor:
         return _with_share(judgement, Fraction(0))
     share, reason, credit = Fraction(judgement.share).limit_denominator(1000), judgement.reason, None
@@ -130,7 +130,7 @@ def _count_entries(answer: AnswerToCredit, judgement: Judgement, share: Fraction
     reference = answer.part.answer.as_matrix()
     varying_flags = _entries_that_vary(answer)
     columns = list(zip(*entries, strict=True))
-    if answer.part.effective_credit.rule == "columns" and len(columns) > 1:
+    if answer.part.credit.rule == "columns" and len(columns) > 1:
         are_correct = [all(column) for k, column in enumerate(columns) if any(reference.col(k))]
         share = share_of_columns(are_correct)
         reason = f"{sum(are_correct)} of {len(are_correct)} columns are right; {judgement.reason}"
@@ -158,7 +158,7 @@ def _credit_except_factor(answer: AnswerToCredit, judgement: Judgement) -> Share
     earns nothing.
     """
     part, parsed, domain, varying_names = answer.part, answer.parsed, answer.domain, answer.varying
-    expected_entries = [entry for row in part.answer.trees(domain.roles) for entry in row]
+    expected_entries = [entry for row in part.answer.parse_trees(domain.roles) for entry in row]
     is_numeric = not set().union(*map(find_names, expected_entries)) & varying_names
     if any(parsed.blanks) or (is_numeric and sum(entry != ZERO for entry in expected_entries) == 1):
         return None
@@ -173,7 +173,7 @@ def _credit_except_factor(answer: AnswerToCredit, judgement: Judgement) -> Share
     else:
         entries, seed = [parsed.entries[k] for k in wrong_indices], f"{answer.seed}/factor"
         factor = find_constant_factor(entries, expected_entries, domain, varying_names, seed, part.rounding)
-        may_lack_divisor = factor is None and part.effective_credit.is_by_mistakes
+        may_lack_divisor = factor is None and part.credit.is_by_mistakes
         det = find_determinant_in_denominator(answer.problem.chain, part, domain.roles) if may_lack_divisor else None
         if det is not None:
             expected_entries = [multiply_nodes(entry, det) for entry in expected_entries]
@@ -207,7 +207,7 @@ def _find_factor_of_values(
     ratios = np.where(sign_differs[:, None], -ratios, ratios)
     if not np.all(np.isfinite(ratios)) or not _are_equal(ratios, ratios[0]):
         return None
-    is_negative, roles = bool(sign_differs.any()), problem.domain().roles
+    is_negative, roles = bool(sign_differs.any()), problem.domain.roles
     lengths = sorted(name for name in problem.constants & set(table.arguments) if isinstance(roles.get(name), str))
     for powers in product((0, 1, -1), repeat=min(len(lengths), MAX_LENGTHS)):
         quotient = ratios[0]
@@ -232,11 +232,11 @@ def _credit_factors(answer: AnswerToCredit) -> ShareAndReason | None:
     constant factor is ignored, because its numbers and lengths may belong to a wrong factor.
     """
     part, names = answer.part, frozenset(answer.domain.roles)
-    if not is_product(part) or part.effective_credit.rule not in ("", "factors"):
+    if not is_product(part) or part.credit.rule not in ("", "factors"):
         return None
     if answer.parsed.tree is None or answer.parsed.table is not None or answer.has_unknown_symbols:
         return None
-    (reference,) = part.answer.entries()
+    (reference,) = part.answer.list_entries()
     all_factors = [parse_reference(expression_text(factor), names) for factor in _list_factors(reference)]
     expected_factors = [factor for factor in all_factors if find_names(factor) & answer.varying]
     (entry,) = answer.parsed.entries

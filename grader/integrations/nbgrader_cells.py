@@ -10,7 +10,7 @@ from typing import Any
 from qdot.exercises.common.errors import QdotError
 from qdot.exercises.exports import nbgrader
 from qdot.exercises.exports.nbgrader import ANSWER_SUFFIX, Cell, make_grade_id
-from qdot.exercises.notebook.self_check import Problems, self_check_cells
+from qdot.exercises.notebook.self_check import Problems, write_self_check_cells
 from qdot.grader.grading.marking import format_points
 from qdot.grader.judging.verdict import Outcome
 from qdot.grader.reports.answers import make_visible
@@ -57,7 +57,7 @@ def remove_self_checks(cells: Sequence[Cell], problems: Problems) -> list[Cell]:
     The staff read each student's notebook on nbgrader's pages, which can't fold cells, and the code of the checks is
     longer than all the answers.
     """
-    function, checks = self_check_cells(problems)
+    function, checks = write_self_check_cells(problems)
     check_sources = {function, *checks} - {""}
     return [cell for cell in cells if cell["source"].strip() not in check_sources]
 

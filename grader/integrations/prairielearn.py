@@ -20,9 +20,9 @@ from qdot.exercises.exports.markup import write_line_html
 from qdot.exercises.exports.prairielearn import BANK_FILE, list_input_names
 from qdot.exercises.figure.arm_figure import figure_svg, part_svg
 from qdot.exercises.mistakes.base import name_chapter
-from qdot.exercises.notebook.notebook import solution_figure
+from qdot.exercises.notebook.notebook import draw_singular_configurations
 from qdot.exercises.problem.problem import ENGINE, Part, Problem
-from qdot.exercises.short_questions import ASKED
+from qdot.exercises.short_questions import ALL_QUESTIONS
 from qdot.exercises.writing.markup import to_html_for_mathjax
 from qdot.exercises.writing.problem_texts import (
     write_hints,
@@ -55,7 +55,7 @@ def generate(data: PrairieLearnData, folder: str, slot: str) -> None:
     text = to_html_for_mathjax(write_statement(problem, ""))
     data["params"].update(seed=seed, engine=ENGINE, statement=text, figure=figure, shown=shown_parts)
     choices = [part for part in problem.parts if part.answer.offered_options]
-    options = {part.name: part.answer.accept(_OptionsVisitor(problem, part)) for part in choices}
+    options = {part.name: _OptionsVisitor(problem, part).visit(part.answer) for part in choices}
     solutions = {part.name: _show_solution(problem, part) for part in problem.parts}
     data["correct_answers"].update(options=options, solutions=solutions)
 
@@ -70,7 +70,7 @@ def parse(data: PrairieLearnData, folder: str, slot: str) -> None:
     for part in problem.parts:
         names = list_input_names(part)
         if not {part.name, *names} & set(errors):
-            text = part.answer.accept(_TypedAnswerVisitor(data, part))
+            text = _TypedAnswerVisitor(data, part).visit(part.answer)
             is_blank = is_blank and not text
             if error := _describe_incomplete(data, part) or _explain_unreadable(problem, part, text):
                 errors[names[0]] = error
@@ -84,7 +84,7 @@ def grade(data: PrairieLearnData, folder: str, slot: str) -> None:
     If qdot itself fails, the submission is invalid and costs no attempt.
     """
     problem, assignment = _load_problem(data, folder, slot), load_assignment(_assignment_folder(data, folder))
-    texts = {part.name: part.answer.accept(_TypedAnswerVisitor(data, part)) for part in problem.parts}
+    texts = {part.name: _TypedAnswerVisitor(data, part).visit(part.answer) for part in problem.parts}
     answers = {name: text for name, text in texts.items() if text}
     verdicts = mark(problem, answers, secret=assignment.secret, rules=MarkingRules(assignment.follow_through))
     shows_mistakes = shows_at_least(assignment.feedback, "mistake")
@@ -169,12 +169,12 @@ class _OptionsVisitor(AnswerVisitor[Any]):
     problem: Problem
     part: Part
 
-    def matching(self, answer: answer_types.Matching) -> PrairieLearnData:
+    def visit_matching(self, answer: answer_types.Matching) -> PrairieLearnData:
         pairs = zip(answer.items, answer.correct_indices, strict=True)
         offered_options = [{"letter": LETTERS[k], "html": self._html(k)} for k in range(len(answer.options))]
         return {"items": [{"html": item, "letter": LETTERS[k]} for item, k in pairs], "offered": offered_options}
 
-    def letters(self, answer: answer_types.Letters) -> list[PrairieLearnData]:
+    def visit_letters(self, answer: answer_types.Letters) -> list[PrairieLearnData]:
         options, has_letters = [], answer.options != TRUE_FALSE
         for k in range(len(answer.options)):
             html = f"<strong>{LETTERS[k]}.</strong> {self._html(k)}" if has_letters else self._html(k)
@@ -189,12 +189,12 @@ def _placeholder(part: Part) -> str:
     """Return the placeholder of an input field, which shows the form of the answer."""
     if part.answer.typed_form:
         return part.answer.typed_form
-    shape = part.answer.placeholder().removeprefix("Matrix(").removesuffix(")")
+    shape = part.answer.write_placeholder().removeprefix("Matrix(").removesuffix(")")
     return "" if shape == "blank" else " ".join(shape.split()).replace("blank", "…")
 
 
 def _show_solution(problem: Problem, part: Part) -> PrairieLearnData:
-    figure = solution_figure(problem, part, f"{part.name}-solution")
+    figure = draw_singular_configurations(problem, part, f"{part.name}-solution")
     return {"solution": to_html_for_mathjax(write_solution(problem, part)), "figure": figure}
 
 
@@ -208,7 +208,7 @@ class _TypedAnswerVisitor(AnswerVisitor[str]):
     data: PrairieLearnData
     part: Part
 
-    def choice(self, answer: answer_types.Choice) -> str:
+    def visit_choice(self, answer: answer_types.Choice) -> str:
         chosen_letters = self._chosen()
         return (
             chosen_letters
@@ -216,20 +216,20 @@ class _TypedAnswerVisitor(AnswerVisitor[str]):
             else TRUE_FALSE[LETTERS.index(chosen_letters)]
         )
 
-    def selection(self, answer: answer_types.Selection) -> str:
+    def visit_selection(self, answer: answer_types.Selection) -> str:
         return self._chosen()
 
-    def matching(self, answer: answer_types.Matching) -> str:
+    def visit_matching(self, answer: answer_types.Matching) -> str:
         texts = _typed_texts(self.data, self.part)
         return "".join(LETTERS[int(text)] for text in texts if text in _MATCHING_OPTION_NAMES)
 
-    def numbers(self, answer: answer_types.Number) -> str:
+    def visit_number(self, answer: answer_types.Number) -> str:
         texts = _typed_texts(self.data, self.part)
         if not any(texts):
             return ""
         return f"[{', '.join(texts)}]" if len(texts) > 1 else texts[0]
 
-    def default(self, answer: answer_types.Answer) -> str:
+    def visit_any(self, answer: answer_types.Answer) -> str:
         (text,) = _typed_texts(self.data, self.part)
         return text
 
@@ -278,7 +278,7 @@ def _describe_outcome(problem: Problem, verdict: Verdict) -> str:
     outcome, entries = verdict.judgement.outcome, verdict.judgement.entries
     sentence = _OUTCOME_SENTENCES[outcome]
     if verdict.followed_from is not None:
-        earlier_title = ASKED[problem[verdict.followed_from].kind].title
+        earlier_title = ALL_QUESTIONS[problem[verdict.followed_from].kind].title
         return f"This follows from your answer to “{earlier_title}”, which is not right."
     if outcome in (Outcome.WRONG, Outcome.PARTIAL) and entries is not None and sum(map(len, entries)) > 1:
         wrong_entries = [

@@ -7,7 +7,7 @@ from qdot.exercises import answer_types
 from qdot.exercises.formula.equality import Domain
 from qdot.exercises.problem.problem import Part, Problem
 from qdot.exercises.questions.differentiation import find_power_of_metres
-from qdot.exercises.short_questions import ASKED
+from qdot.exercises.short_questions import ALL_QUESTIONS
 from qdot.grader.judging.answer import (
     ParsedAnswer,
     read_conditions,
@@ -39,9 +39,9 @@ class ExpectedForm:
 
 def expected_form(problem: Problem, part: Part) -> ExpectedForm:
     """Return the form in which a part's answer is expected."""
-    question, joints = ASKED[part.kind], tuple(q.name for q in problem.chain.q)
+    question, joints = ALL_QUESTIONS[part.kind], tuple(q.name for q in problem.chain.q)
     labels, columns = question.list_typed_names(problem.chain, part), question.column_names(problem.chain)
-    return ExpectedForm(part.answer, problem.domain(), joints, labels, columns, find_power_of_metres(part))
+    return ExpectedForm(part.answer, problem.domain, joints, labels, columns, find_power_of_metres(part))
 
 
 def read_answer(problem: Problem, part: Part, text: str, points_seed: str = "") -> ParsedAnswer:
@@ -66,11 +66,11 @@ def read_in_form(expected: ExpectedForm, text: str, points_seed: str = "") -> Pa
         return refuse(
             text, f"the unit m^3 does not fit: the result is in m^{expected.metre_power}; write only the formula"
         )
-    parsed = expected.answer.accept(_AnswerReader(text, expected))
+    parsed = _AnswerReader(text, expected).visit(expected.answer)
     is_formula = isinstance(expected.answer, answer_types.Expression | answer_types.Matrix)
     if parsed.refusal is not None and is_formula and (with_point := replace_decimal_commas(text)) != text:
         # Pages in many languages print decimal commas.
-        parsed_with_point = expected.answer.accept(_AnswerReader(with_point, expected))
+        parsed_with_point = _AnswerReader(with_point, expected).visit(expected.answer)
         return parsed if parsed_with_point.refusal is not None else replace(parsed_with_point, text=text)
     return parsed
 
@@ -87,34 +87,34 @@ class _AnswerReader(answer_types.AnswerVisitor[ParsedAnswer]):
     text: str
     expected: ExpectedForm
 
-    def formula(self, answer: answer_types.Expression) -> ParsedAnswer:
+    def visit_expression(self, answer: answer_types.Expression) -> ParsedAnswer:
         """Parse a formula."""
         return read_formula(self.text, self.expected.domain, self.expected.labels)
 
-    def matrix(self, answer: answer_types.Matrix) -> ParsedAnswer:
+    def visit_matrix(self, answer: answer_types.Matrix) -> ParsedAnswer:
         """Parse rows of formulas."""
         return read_matrix(self.text, answer.shape, self.expected.domain, self.expected.labels, self.expected.columns)
 
-    def direction(self, answer: answer_types.Direction) -> ParsedAnswer:
+    def visit_direction(self, answer: answer_types.Direction) -> ParsedAnswer:
         """Parse a vector."""
         return read_matrix(self.text, answer.shape, self.expected.domain, self.expected.labels)
 
-    def numbers(self, answer: answer_types.Number) -> ParsedAnswer:
+    def visit_number(self, answer: answer_types.Number) -> ParsedAnswer:
         """Parse numbers."""
         return read_numbers(self.text, len(answer.reference), self.expected.labels, answer.units)
 
-    def conditions(self, answer: answer_types.ConditionSet) -> ParsedAnswer:
+    def visit_singular(self, answer: answer_types.ConditionSet) -> ParsedAnswer:
         """Parse conditions."""
         return read_conditions(self.text, self.expected.domain, self.expected.joints)
 
-    def choice(self, answer: answer_types.Choice) -> ParsedAnswer:
+    def visit_choice(self, answer: answer_types.Choice) -> ParsedAnswer:
         """Parse an option."""
         return read_choice(self.text, answer.options)
 
-    def selection(self, answer: answer_types.Selection) -> ParsedAnswer:
+    def visit_selection(self, answer: answer_types.Selection) -> ParsedAnswer:
         """Parse letters."""
         return read_selection(self.text, len(answer.options))
 
-    def matching(self, answer: answer_types.Matching) -> ParsedAnswer:
+    def visit_matching(self, answer: answer_types.Matching) -> ParsedAnswer:
         """Parse a letter for each item."""
         return read_matching(self.text, answer.items, len(answer.options))

@@ -84,9 +84,9 @@ def judge_function(
     part: Part, function_values: FunctionValues, joints: Sequence[str], symbol_names: Iterable[str]
 ) -> Judgement:
     """Judge the values of a function of the `joints`. A malformed table was typed by the student, and is wrong."""
-    if not part.answer.entries():
+    if not part.answer.list_entries():
         return wrong_judgement("your answer is a function, but the question does not ask for a formula")
-    reference = part.answer.trees(symbol_names)
+    reference = part.answer.parse_trees(symbol_names)
     nodes, expected_shape = [entry for row in reference for entry in row], (len(reference), len(reference[0]))
     shape, values = function_values.shape, function_values.values
     if shape is None or len(values) != SAMPLE_COUNT:

@@ -32,8 +32,8 @@ def judge(problem: Problem, part: Part, answer: str, seed: str | None = None, po
 def judge_parsed(problem: Problem, part: Part, parsed: ParsedAnswer, seed: str) -> Judgement:
     """Judge a parsed answer to a part; `seed` determines the points at which it is compared."""
     if parsed.table is not None:
-        return judge_function(part, parsed.table, [q.name for q in problem.chain.q], problem.domain().roles)
-    return part.answer.accept(_AnswerJudge(problem, part, parsed, problem.domain(), seed))
+        return judge_function(part, parsed.table, [q.name for q in problem.chain.q], problem.domain.roles)
+    return _AnswerJudge(problem, part, parsed, problem.domain, seed).visit(part.answer)
 
 
 @dataclass(frozen=True)
@@ -46,39 +46,41 @@ class _AnswerJudge(answer_types.AnswerVisitor[Judgement]):
     domain: Domain
     seed: str
 
-    def formula(self, answer: answer_types.Expression) -> Judgement:
+    def visit_expression(self, answer: answer_types.Expression) -> Judgement:
         """Compare a formula."""
-        ((expected,),) = answer.trees(self.domain.roles)
+        ((expected,),) = answer.parse_trees(self.domain.roles)
         return judge_expression(self.parsed, expected, self.domain, self.seed, self.part.rounding)
 
-    def matrix(self, answer: answer_types.Matrix) -> Judgement:
+    def visit_matrix(self, answer: answer_types.Matrix) -> Judgement:
         """Compare entry by entry."""
-        return judge_matrix(self.parsed, answer.trees(self.domain.roles), self.domain, self.seed, self.part.rounding)
+        return judge_matrix(
+            self.parsed, answer.parse_trees(self.domain.roles), self.domain, self.seed, self.part.rounding
+        )
 
-    def direction(self, answer: answer_types.Direction) -> Judgement:
+    def visit_direction(self, answer: answer_types.Direction) -> Judgement:
         """Compare vectors up to a factor."""
-        expected = [entry for row in answer.trees(self.domain.roles) for entry in row]
+        expected = [entry for row in answer.parse_trees(self.domain.roles) for entry in row]
         return judge_direction(self.parsed, expected, self.domain, self.seed, answer.tolerance_with(self.part.rounding))
 
-    def numbers(self, answer: answer_types.Number) -> Judgement:
+    def visit_number(self, answer: answer_types.Number) -> Judgement:
         """Compare numbers within their tolerances."""
         expected = [float(value) for value in answer.reference]
         return judge_numbers(self.parsed, expected, answer.units, *answer.tolerance_and_floor(self.part.rounding))
 
-    def conditions(self, answer: answer_types.ConditionSet) -> Judgement:
+    def visit_singular(self, answer: answer_types.ConditionSet) -> Judgement:
         """Compare sets of configurations."""
         joints = [q.name for q in self.problem.chain.q]
-        expected = answer.group_by_condition([piece for (piece,) in answer.trees(self.domain.roles)])
+        expected = answer.group_by_condition([piece for (piece,) in answer.parse_trees(self.domain.roles)])
         return judge_singular(self.parsed, expected, joints, self.domain, self.seed, self.part.rounding)
 
-    def choice(self, answer: answer_types.Choice) -> Judgement:
+    def visit_choice(self, answer: answer_types.Choice) -> Judgement:
         """Judge the choice of one option."""
         return judge_choice(self.parsed, answer.options, answer.correct)
 
-    def selection(self, answer: answer_types.Selection) -> Judgement:
+    def visit_selection(self, answer: answer_types.Selection) -> Judgement:
         """Count the correct options."""
         return judge_selection(self.parsed, len(answer.options), answer.correct)
 
-    def matching(self, answer: answer_types.Matching) -> Judgement:
+    def visit_matching(self, answer: answer_types.Matching) -> Judgement:
         """Count the correct pairs."""
         return judge_matching(self.parsed, answer.items, answer.correct)

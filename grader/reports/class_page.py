@@ -170,7 +170,7 @@ def _find_unusual_forms(work_by_part: Mapping[str, Sequence[StudentWork]]) -> li
         for work in works:
             if work.result.outcome is not Outcome.CORRECT or work.part.type not in COMPARED_TYPES:
                 continue
-            answer, reference = work.parse(work.answer), work.parse(work.part.answer.code())
+            answer, reference = work.parse(work.answer), work.parse(work.part.answer.write_code())
             if answer is None or reference is None:
                 continue
             similarity = similar.compute_similarity(answer, reference)
@@ -193,7 +193,7 @@ def _find_similar_answers(work_by_part: Mapping[str, Sequence[StudentWork]]) -> 
             if result.outcome in WRONG_OR_PARTIAL and work.part.type in COMPARED_TYPES and is_unexplained:
                 answer = work.parse(work.answer)
             if answer is not None:
-                reference = work.part.answer.code()
+                reference = work.part.answer.write_code()
                 wrong_answers.append(similar.StudentAnswer(work.student, work.answer, answer, reference))
         pairs += [(name, pair) for pair in similar.find_similar_pairs(wrong_answers, max_common_count=max_common_count)]
     return pairs

@@ -8,7 +8,7 @@ from dataclasses import dataclass
 from qdot.exercises.assignment.assignment import Assignment, Student
 from qdot.exercises.assignment.lateness import describe_duration
 from qdot.exercises.mistakes.catalogue import CATALOGUE
-from qdot.exercises.short_questions import ASKED
+from qdot.exercises.short_questions import ALL_QUESTIONS
 from qdot.grader.grading.marking import map_max_points
 from qdot.grader.grading.result import AppliedOverride, PartResult, Result
 from qdot.grader.judging.verdict import Outcome
@@ -140,7 +140,7 @@ def summarize_parts(assignment: Assignment, results: Sequence[Result]) -> list[P
     for index, (name, max_points) in enumerate(map_max_points(assignment).items()):
         answers = [parts[name] for parts in student_parts]
         shares = [part.points / max_points for part in answers if part.points is not None]
-        count, title = Counter(part.outcome for part in answers), ASKED[name.split(".", 1)[1]].title
+        count, title = Counter(part.outcome for part in answers), ALL_QUESTIONS[name.split(".", 1)[1]].title
         counts = {outcome: count[outcome] for outcome in Outcome}
         mean_share = statistics.fmean(shares) if shares else None
         interval = discrimination(rows, index) if rows else None

@@ -46,7 +46,7 @@ def make_counterexample_table(problem: Problem, part: Part, example: Counterexam
     """
     candidates = (example.missing, example.surplus) if isinstance(example, SetDifference) else (example.at,)
     configurations = [configuration for configuration in candidates if configuration is not None]
-    symbol_infos, prismatic = problem.symbols(), list_prismatic_joints(problem.chain)
+    symbol_infos, prismatic = problem.symbols, list_prismatic_joints(problem.chain)
     if any(set(configuration) - set(symbol_infos) for configuration in configurations):
         return None
     names = [name for name in symbol_infos if any(name in configuration for configuration in configurations)]
@@ -82,7 +82,8 @@ def _entry_in_words(part: Part, example: EntryDifference) -> str:
 
 
 def _result_rows(part: Part, example: EntryDifference) -> tuple[ExampleRow, ...]:
-    unit = part.answer.unit(example.entry)
+    units = part.answer.expected_units
+    unit = units[example.entry] if units else ""
     if example.expected is None:
         return (ExampleRow("Your answer", (_value_text(example.yours, DIGITS, unit),)),)
     answer_text, correct_text = _format_distinctly(example.yours, example.expected, unit)

@@ -7,7 +7,7 @@ from qdot.exercises.assignment.assignment import FEEDBACK
 from qdot.exercises.assignment.lateness import describe_duration
 from qdot.exercises.common.errors import QdotError, shorten
 from qdot.exercises.mistakes.base import name_chapter
-from qdot.exercises.short_questions import ASKED
+from qdot.exercises.short_questions import ALL_QUESTIONS
 from qdot.grader.grading.marking import format_points
 from qdot.grader.grading.result import AppliedOverride, PartResult, Result
 from qdot.grader.reports.feedback_levels import limit_feedback
@@ -47,7 +47,7 @@ def make_rows(result: Result, feedback: str = FEEDBACK[-1]) -> list[PartRow]:
     rows = []
     for name, part in result.parts.items():
         message = _message(limit_feedback(part, feedback))
-        rows.append(PartRow(name, ASKED[part.name].title, part.outcome, part.points, part.max_points, message))
+        rows.append(PartRow(name, ALL_QUESTIONS[part.name].title, part.outcome, part.points, part.max_points, message))
     return rows
 
 

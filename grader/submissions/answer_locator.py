@@ -12,7 +12,7 @@ import re
 from collections.abc import Callable, Iterator, Mapping, Sequence
 from dataclasses import dataclass, field
 
-from qdot.exercises.problem.problem import Problem, answer_variable
+from qdot.exercises.problem.problem import Problem, name_answer_variable
 from qdot.grader.sandbox.contained.ipython import translate_to_python
 from qdot.grader.sandbox.sandbox import Run
 from qdot.grader.submissions.cells import Cell, OverLimit, first_syntax_error, parse_python, printable_name
@@ -44,12 +44,12 @@ class Answers:
 
     def texts_by_part(self, slot: str, problem: Problem) -> dict[str, str]:
         """Return the texts of the answers to a problem, by the name of the part."""
-        names = {part.name: answer_variable(slot, part.name) for part in problem.parts}
+        names = {part.name: name_answer_variable(slot, part.name) for part in problem.parts}
         return {part: self.run.answers[name] for part, name in names.items() if name in self.run.answers}
 
     def reason_missing(self, slot: str, part: str) -> str:
         """Return why there is no answer to a part; empty if there is one."""
-        return self.reasons.get(answer_variable(slot, part), "")
+        return self.reasons.get(name_answer_variable(slot, part), "")
 
 
 def find_answers(cells: Sequence[Cell], parts: Sequence[str], run_cells: RunCells) -> Answers:
@@ -57,7 +57,7 @@ def find_answers(cells: Sequence[Cell], parts: Sequence[str], run_cells: RunCell
 
     Raises OverLimit if the search would take too long.
     """
-    names = {part: answer_variable(*part.split(".", 1)) for part in parts}
+    names = {part: name_answer_variable(*part.split(".", 1)) for part in parts}
     notebook = _Notebook(cells, names)
     for part in parts:
         notebook.locate(part)

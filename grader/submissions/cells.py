@@ -366,9 +366,9 @@ def empty_self_checks(cells: Sequence[Cell], problems: "Problems") -> Sequence[C
 
     Self-checks only print results, but take half of the time of all cells together.
     """
-    from qdot.exercises.notebook.self_check import SELF_CHECK, self_check_cells
+    from qdot.exercises.notebook.self_check import SELF_CHECK, write_self_check_cells
 
-    function, checks = self_check_cells(problems)
+    function, checks = write_self_check_cells(problems)
     generated = {function, *checks} - {""}
     if any(SELF_CHECK in cell.source for cell in cells if cell.is_code and cell.source.strip() not in generated):
         return cells

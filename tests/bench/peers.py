@@ -14,7 +14,7 @@ from qdot.exercises.answer_types import Expression, Matrix
 from qdot.exercises.assignment.assignment import Assignment, Student, load_assignment
 from qdot.exercises.assignment.release import init_assignment, release_notebooks
 from qdot.exercises.assignment.store import load_stored_problems
-from qdot.exercises.problem.problem import answer_variable
+from qdot.exercises.problem.problem import name_answer_variable
 from qdot.grader.cli.demo import fill_in_answers
 from qdot.grader.grading.certify import CERTIFIER
 
@@ -60,7 +60,7 @@ def checks(assignment: Assignment) -> dict[str, str]:
     ((slot, problem),) = assignment.generate_problems("s00")
     found = {}
     for part in problem.parts:
-        name = answer_variable(slot, part.name)
+        name = name_answer_variable(slot, part.name)
         if isinstance(part.answer, (Expression, Matrix)):
             found[part.name] = " ".join(f"assert same({name}, {part.answer.reference!r})".split())
         else:

@@ -9,7 +9,7 @@ from qdot.exercises.exports.export_format import ExportRequest
 from qdot.exercises.generation import applicable_questions, questions_of_family, sample_chain
 from qdot.exercises.problem.problem import ProblemId
 from qdot.exercises.questions import QUESTIONS
-from qdot.exercises.short_questions import QUIZZES
+from qdot.exercises.short_questions import SHORT_QUESTIONS
 from qdot.grader.grading.certify import find_failures
 
 PUMA_560 = "puma-560"
@@ -42,12 +42,12 @@ def _puma() -> str:
 
 
 def _everything() -> str:
-    left, problems = [*QUESTIONS, *QUIZZES], []
+    left, problems = [*QUESTIONS, *SHORT_QUESTIONS], []
     for family in FAMILIES:
-        can = {*questions_of_family(family), *applicable_questions(sample_chain(ProblemId(family, 0)), QUIZZES)}
+        can = {*questions_of_family(family), *applicable_questions(sample_chain(ProblemId(family, 0)), SHORT_QUESTIONS)}
         asked = [name for name in left if name in can]
         left = [name for name in left if name not in can]
-        for few in ([name for name in asked if name in among] for among in (QUESTIONS, QUIZZES)):
+        for few in ([name for name in asked if name in among] for among in (QUESTIONS, SHORT_QUESTIONS)):
             problems += [_problem(family, few)] * bool(few)
     return "".join(problems)
 

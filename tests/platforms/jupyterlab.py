@@ -11,7 +11,7 @@ from collections.abc import Iterator, Sequence
 from pathlib import Path
 from typing import Any
 
-from qdot.exercises.short_questions import ASKED
+from qdot.exercises.short_questions import ALL_QUESTIONS
 from tests.platforms.jupyter import TOKEN, jupyter, variables
 from tests.platforms.notebooks import BLANK, KEY, MISTAKEN, RIGHT, WRONG, Ours, a_class, answered
 from tests.platforms.records import Counts, Record, today
@@ -72,7 +72,7 @@ def hold(ours: Ours, shown: list[Any], counts: Counts) -> None:
     cells = json.loads(ours.notebook.read_text(encoding="utf-8"))["cells"]
     counts.add("imported", len(shown) == len(cells), f"{ours.student}: {len(shown)} of {len(cells)} cells")
     titles = {
-        f"{slot}-{part.name}-question": ASKED[part.kind].title
+        f"{slot}-{part.name}-question": ALL_QUESTIONS[part.kind].title
         for slot, problem in ours.assignment.generate_problems(ours.student)
         for part in problem.parts
     } | {"title": ours.assignment.title}

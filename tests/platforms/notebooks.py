@@ -17,8 +17,8 @@ from qdot.exercises.assignment.sets import DEFAULT_SET, SETS
 from qdot.exercises.exports.export_format import ExportRequest
 from qdot.exercises.exports.known_wrong import find_known_wrong_answers
 from qdot.exercises.exports.registry import EXPORT_FORMATS
-from qdot.exercises.notebook.notebook import notebook_text, solution_notebook
-from qdot.exercises.problem.problem import Part, Problem, answer_variable
+from qdot.exercises.notebook.notebook import make_solution_notebook, write_notebook
+from qdot.exercises.problem.problem import Part, Problem, name_answer_variable
 from qdot.grader.grading.batch import find_student, find_student_files, grade_one, make_limits
 from qdot.grader.grading.certify import find_failures
 from qdot.grader.sandbox.sandbox import Limits
@@ -78,7 +78,7 @@ def part_of(cell: Mapping[str, Any]) -> str:
 def _right(assignment: Assignment, student: str) -> dict[str, str]:
     problems = assignment.generate_problems(student)
     solved = json.loads(
-        notebook_text(solution_notebook(assignment.title, assignment.key, student, problems, assignment.hints))
+        write_notebook(make_solution_notebook(assignment.title, assignment.key, student, problems, assignment.hints))
     )
     return {part: cell["source"] for cell in solved["cells"] if (part := part_of(cell))}
 
@@ -93,7 +93,7 @@ def _mistaken(assignment: Assignment, student: str) -> dict[str, str]:
 
 def _each(assignment: Assignment, student: str, code: Callable[[Problem, Part], str]) -> dict[str, str]:
     return {
-        f"{slot}.{part.name}": f"{answer_variable(slot, part.name)} = {code(problem, part)}"
+        f"{slot}.{part.name}": f"{name_answer_variable(slot, part.name)} = {code(problem, part)}"
         for slot, problem in assignment.generate_problems(student)
         for part in problem.parts
     }
@@ -106,7 +106,7 @@ def _mistake(problem: Problem, part: Part) -> str:
         return "0"
     if isinstance(part.answer, ConditionSet):
         assert isinstance(known.answer, tuple)
-        return replace(part.answer, components=known.answer).code()
+        return replace(part.answer, components=known.answer).write_code()
     value = sp.Matrix(known.answer)
     return str(value if len(value) > 1 else value[0])
 

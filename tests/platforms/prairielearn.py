@@ -28,7 +28,7 @@ from urllib.request import HTTPCookieProcessor, OpenerDirector, build_opener
 import sympy as sp
 
 from qdot.exercises.answer_types import LETTERS, Answer, ConditionSet, Letters, Matching, Number
-from qdot.exercises.answer_types.formulas import type_rows
+from qdot.exercises.answer_types.formulas import bracket_rows
 from qdot.exercises.assignment.certified_problems import Variant
 from qdot.exercises.exports.bank import iterate_bank
 from qdot.exercises.exports.export_format import ExportRequest
@@ -37,7 +37,7 @@ from qdot.exercises.exports.prairielearn import COURSE_INSTANCE, EXACT_TOLERANCE
 from qdot.exercises.exports.registry import EXPORT_FORMATS
 from qdot.exercises.formula.sympy_text import matrix_rows_as_text
 from qdot.exercises.problem.problem import Part, Problem
-from qdot.exercises.short_questions import ASKED
+from qdot.exercises.short_questions import ALL_QUESTIONS
 from qdot.exercises.singularities.singularity import Component
 from qdot.grader.grading.marking import MarkingRules, mark
 from tests.platforms.given import EVERYTHING, order
@@ -273,7 +273,7 @@ def _right(part: Part) -> list[str]:
             return [_listed(str(round(value)) for value in values)]
         return [_listed(f"{value:{form}}" for value in values) for form in (".6g", ".4f", ".5e")]
     typed = answer.as_typed()
-    return [typed, answer.code(), typed.replace("**", "^").replace("*", " ")]
+    return [typed, answer.write_code(), typed.replace("**", "^").replace("*", " ")]
 
 
 def _wrong(problem: Problem, part: Part) -> list[str]:
@@ -286,7 +286,7 @@ def _wrong(problem: Problem, part: Part) -> list[str]:
         return [letter for letter in LETTERS[: len(answer.options)] if letter not in answer.letters][:MOST_WRONG]
     known = [_typed(answer, one.answer) for one in find_known_wrong_answers(problem, part, MOST_WRONG)]
     rows, columns = answer.shape or (1, 1)
-    sevens = type_rows([["7"] * columns] * rows) if answer.shape else "7"
+    sevens = bracket_rows([["7"] * columns] * rows) if answer.shape else "7"
     return known or [_listed(["7"] * rows) if isinstance(answer, Number) else sevens]
 
 
@@ -296,7 +296,7 @@ def _typed(answer: Answer, wrong: sp.Matrix | tuple[Component, ...]) -> str:
     if isinstance(answer, Number):
         return _listed(f"{float(value):.6g}" for value in sp.Matrix(wrong))
     rows = matrix_rows_as_text(sp.Matrix(wrong))
-    return type_rows(rows) if answer.shape else rows[0][0]
+    return bracket_rows(rows) if answer.shape else rows[0][0]
 
 
 def _listed(numbers: Iterable[str]) -> str:
@@ -425,7 +425,7 @@ def _show(name: str, page: str, variant: Data, problem: Problem, counts: Counts)
         counts.add("imported", part.name in variant["params"]["shown"], f"{name}.{part.name}")
         fields = all(f'name="{box}"' in page for box in list_input_names(part))
         solution = words(variant["true_answer"]["solutions"][part.name]["solution"])
-        shown = fields and ASKED[part.kind].title in read and solution not in read
+        shown = fields and ALL_QUESTIONS[part.kind].title in read and solution not in read
         counts.add("shown", shown, f"{name}.{part.name}")
     _see_clean(page, name, counts)
 

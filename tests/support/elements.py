@@ -11,7 +11,7 @@ Data = dict[str, Any]
 
 def filled(part: Part, text: str, params: Data) -> Data:
     """Return a form for an answer that would be typed as `text` elsewhere; letters stand for options."""
-    return part.answer.accept(_Filled(part, text, params))
+    return _Filled(part, text, params).visit(part.answer)
 
 
 def left_blank(part: Part) -> Data:
@@ -25,23 +25,23 @@ class _Filled(AnswerVisitor[Data]):
     def __init__(self, part: Part, text: str, params: Data) -> None:
         self.part, self.text, self.params = part, text, params
 
-    def choice(self, answer: Letters) -> Data:
+    def visit_choice(self, answer: Letters) -> Data:
         if self.text in TRUE_FALSE:
             self.text = LETTERS[TRUE_FALSE.index(self.text)]
         return {self.part.name: self._keys()[0]}
 
-    def selection(self, answer: Selection) -> Data:
+    def visit_selection(self, answer: Selection) -> Data:
         keys = self._keys()
         return {self.part.name: keys if len(keys) > 1 else keys[0]}
 
-    def matching(self, answer: Matching) -> Data:
+    def visit_matching(self, answer: Matching) -> Data:
         return dict(zip(list_input_names(self.part), (str(LETTERS.index(letter)) for letter in self.text), strict=True))
 
-    def numbers(self, answer: Number) -> Data:
+    def visit_number(self, answer: Number) -> Data:
         numbers = self.text.replace("[", "").replace("]", "").split(", ")
         return dict(zip(list_input_names(self.part), numbers, strict=True))
 
-    def default(self, answer: Answer) -> Data:
+    def visit_any(self, answer: Answer) -> Data:
         return {self.part.name: self.text}
 
     def _keys(self) -> list[str]:

@@ -11,8 +11,8 @@ from unittest.mock import patch
 
 from qdot.exercises.assignment.assignment import Assignment, Student, load_assignment
 from qdot.exercises.assignment.release import Certifier, init_assignment
-from qdot.exercises.notebook.notebook import notebook_claims
-from qdot.exercises.problem.problem import Problem, answer_variable
+from qdot.exercises.notebook.notebook import make_notebook_metadata
+from qdot.exercises.problem.problem import Problem, name_answer_variable
 from qdot.grader.grading.batch import grade_class
 from qdot.grader.grading.result import Result
 from qdot.grader.sandbox.sandbox import Limits, Sandbox
@@ -86,18 +86,21 @@ def text(source: str, kind: str = "markdown") -> dict[str, Any]:
 def right_cells(assignment: Assignment, student: str) -> Cells:
     """Return cells 1 to 5: a heading, the set-up, and the three answers."""
     ((slot, problem),) = assignment.generate_problems(student)
-    names = list(problem.symbols())
+    names = list(problem.symbols)
     cells = [
         text("# T"),
         code(f"from sympy import *\n{', '.join(names)} = symbols({' '.join(names)!r})\nblank = Symbol('blank')"),
     ]
-    cells += [code(f"{answer_variable(slot, p.name)} = {p.answer.code()}", f"{slot}.{p.name}") for p in problem.parts]
+    cells += [
+        code(f"{name_answer_variable(slot, p.name)} = {p.answer.write_code()}", f"{slot}.{p.name}")
+        for p in problem.parts
+    ]
     return cells
 
 
 def notebook(assignment: Assignment, student: str, cells: Cells, **others: Any) -> str:
     """Return a notebook's text, with the metadata that qdot writes."""
-    said = notebook_claims("student", assignment.key, student, assignment.generate_problems(student))
+    said = make_notebook_metadata("student", assignment.key, student, assignment.generate_problems(student))
     return json.dumps({"cells": cells, "metadata": {"qdot": said}, "nbformat": 4, "nbformat_minor": 5, **others})
 
 

@@ -86,4 +86,4 @@ def earned(problem: Problem, part: Part, text: str, seed: str) -> Judgement:
 def list_earlier_parts(part: Part) -> list[str]:
     """Return the names of the parts on which a part may build."""
     question = QUESTIONS.get(part.kind)
-    return [] if question is None else [name for sources in question.derivation_sources for name in sources]
+    return [] if question is None else [name for sources in question.prerequisite_sets for name in sources]

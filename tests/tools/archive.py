@@ -32,7 +32,7 @@ from qdot.exercises.common.variation import VARIATION_AXES, VARIATION_STEPS
 from qdot.exercises.exports.registry import EXPORT_FORMATS
 from qdot.exercises.families import FAMILIES
 from qdot.exercises.problem.problem import ENGINE
-from qdot.exercises.short_questions import ASKED
+from qdot.exercises.short_questions import ALL_QUESTIONS
 from qdot.grader.grading.attempt import GRADER_VERSION
 from qdot.grader.grading.batch import grade_class
 from qdot.grader.grading.certify import CERTIFIER
@@ -128,7 +128,8 @@ def interface() -> dict[str, Any]:
         "ROBOT.toml": {"": sorted(TOP_KEYS), **of_joints},
         "library": sorted(qdot.__all__),
         "conventions": sorted(CONVENTIONS), "variation": sorted((*VARIATION_STEPS, *VARIATION_AXES)),
-        "sets": sorted(SETS), "families": sorted(FAMILIES), "questions": sorted(ASKED), "robots": sorted(robots()),
+        "sets": sorted(SETS), "families": sorted(FAMILIES), "questions": sorted(ALL_QUESTIONS),
+        "robots": sorted(robots()),
         "export_formats": sorted(EXPORT_FORMATS), "reports": sorted(FORMATS),
     }  # fmt: skip
 

@@ -21,7 +21,7 @@ from qdot.exercises.chapter import read_entries
 from qdot.exercises.common.files import write_atomically
 from qdot.exercises.families import FAMILIES
 from qdot.exercises.mistakes.catalogue import CATALOGUE
-from qdot.exercises.short_questions import ASKED
+from qdot.exercises.short_questions import ALL_QUESTIONS
 from qdot.exercises.site.guide import GROUPS
 from qdot.exercises.writing.languages import (
     ARM_HEADING,
@@ -77,7 +77,7 @@ def _find_messages() -> Iterator[FoundMessage]:
         yield "exercises/writing/translatable_phrases.py", phrase, PHRASE
     for family in FAMILIES.values():
         yield "exercises/families", family.title, FAMILY
-    for question in ASKED.values():
+    for question in ALL_QUESTIONS.values():
         yield f"exercises/{'questions' if question.form == 'chapter' else 'quizzes'}", question.title, QUESTION
     for mistake in CATALOGUE.values():
         yield "exercises/mistakes", mistake.title, name_mistake_context(mistake.name)
@@ -98,7 +98,7 @@ def _find_messages() -> Iterator[FoundMessage]:
 def _messages_in_toml_files() -> Iterator[FoundMessage]:
     for text in _errata_texts():
         yield "exercises/chapter/errata.toml", text, "erratum"
-    for example in read_entries("example"):
+    for example in read_entries("examples"):
         yield "exercises/chapter/examples.toml", example["title"], None
     for group, pages in GROUPS.items():
         for text in (group, *chain.from_iterable(pages.values())):
@@ -107,7 +107,7 @@ def _messages_in_toml_files() -> Iterator[FoundMessage]:
 
 def _errata_texts() -> Iterator[str]:
     """Yield the texts of the chapter's errata that have words outside of formulas."""
-    for entry in read_entries("erratum"):
+    for entry in read_entries("errata"):
         *texts, values = entry.values()
         for text in (*texts, *(text for pair in values for text in pair)):
             if re.search("[a-z]{2}", re.sub(r"\$[^$]*\$", "", text)):

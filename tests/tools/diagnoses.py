@@ -19,7 +19,13 @@ import sympy as sp
 
 from qdot.exercises.answer_types import Choice, ConditionSet, Direction, Expression, Matching, Number, Selection
 from qdot.exercises.arm.arithmetic import determinant
-from qdot.exercises.arm.derivation_graph import RESULT, Working, numeric_working, symbolic_working, to_sympy_matrix
+from qdot.exercises.arm.derivation_graph import (
+    RESULT,
+    StageResults,
+    compute_numeric_stages,
+    compute_symbolic_stages,
+    to_sympy_matrix,
+)
 from qdot.exercises.arm.trigonometry import textbook_form
 from qdot.exercises.common.stream import Stream
 from qdot.exercises.families import FAMILIES
@@ -72,8 +78,8 @@ def answers_with(
         if mistake.name in only
     ]
     if is_derived(part) and (part.kind != "lost-direction" or _is_numeric(part)):  # which is worked out in numbers
-        values = sample_configurations(problem.chain, part, problem.domain(), 3, Stream("answers"))
-        rough = numeric_working(problem.chain, values)
+        values = sample_configurations(problem.chain, part, problem.domain, 3, Stream("answers"))
+        rough = compute_numeric_stages(problem.chain, values)
         right, is_direction = compute_answer(rough, part), isinstance(part.answer, Direction)
         variants = [
             (mistake, key)
@@ -82,7 +88,7 @@ def answers_with(
             for key, wrong in _numbered(apply_mistake(mistake, rough, part))
             if _applies(wrong.answer, right, is_direction)
         ]
-        w = rough if _is_numeric(part) else symbolic_working(problem.chain)
+        w = rough if _is_numeric(part) else compute_symbolic_stages(problem.chain)
         for mistake, key in _drawn(variants, few, f"{problem.id}/{part.name}"):
             wrong = dict(_numbered(apply_mistake(mistake, w, part))).get(key)
             text = None if wrong is None else _written(part, wrong, w)
@@ -137,14 +143,14 @@ def _told(part: Part) -> str:
     """Return an answer as text."""
     answer = part.answer
     if isinstance(answer, Choice):
-        return answer.letter
+        return answer.letters
     if isinstance(answer, ConditionSet):
         return f"[{', '.join(answer.pieces())}]"
     assert isinstance(answer, Number)
     return str([float(value) for value in answer.reference])
 
 
-def _written(part: Part, wrong: PredictedAnswer, w: Working) -> str | None:
+def _written(part: Part, wrong: PredictedAnswer, w: StageResults) -> str | None:
     """Return a wrong answer as a student writes it; None where it would be too long, or is none of the options."""
     if isinstance(part.answer, Choice):
         return _option(part, wrong.answer)

@@ -19,7 +19,7 @@ from qdot.exercises.arm.conventions import REGISTRY
 from qdot.exercises.arm.library import robots
 from qdot.exercises.assignment.assignment import AssignmentFile, ProblemEntry
 from qdot.exercises.assignment.expected_forms import ATTEMPT_FORMS, EXPECTED_FORMS, LATE_FORMS
-from qdot.exercises.chapter import corrections
+from qdot.exercises.chapter import read_errata
 from qdot.exercises.common.console import say
 from qdot.exercises.common.files import write_atomically
 from qdot.exercises.common.variation import DEFAULT_VARIATION, VARIATION_STEPS
@@ -30,7 +30,7 @@ from qdot.exercises.generation import compute_listing, sample_chain
 from qdot.exercises.mistakes.catalogue import SECTIONS
 from qdot.exercises.problem.problem import ProblemId
 from qdot.exercises.questions import QUESTIONS
-from qdot.exercises.short_questions import QUIZZES
+from qdot.exercises.short_questions import SHORT_QUESTIONS
 from qdot.exercises.writing.render import render
 from qdot.exercises.writing.wording import Wording
 from tests.support import ROOT
@@ -48,7 +48,7 @@ def documents() -> Mapping[str, str]:
     pages = {
         "families.md": families_page(),
         "questions.md": questions_page(),
-        "errata.md": render("docs/errata.md.j2", errata=corrections()),
+        "errata.md": render("docs/errata.md.j2", errata=read_errata()),
         "assignment.md": assignment_page(),
         "mistakes.md": mistakes_page(),
         "variation.md": variation_page(),
@@ -92,7 +92,7 @@ def questions_page() -> str:
     return render(
         "docs/questions.md.j2",
         questions=QUESTIONS.values(),
-        quizzes=QUIZZES.values(),
+        quizzes=SHORT_QUESTIONS.values(),
         asked=asked,
         families=len(FAMILIES),
     )

@@ -283,7 +283,7 @@ def references(seeds: Iterator[int]) -> Iterator[tuple[str, Node, Domain]]:
             else:
                 asked = tuple(question for question in questions_of_family(family) if question in ASKED)
             problem = generate(ProblemId(family, seed, asked))
-            domain = problem.domain()
+            domain = problem.domain
             for part in problem.parts:
                 answer = part.answer
                 entries = list(answer.reference) if isinstance(answer, Matrix) else []

@@ -28,7 +28,7 @@ from qdot.exercises.formula.trees import Node, ParseError
 from qdot.exercises.formula.vocabulary import VOCABULARY
 from qdot.exercises.problem.credit import Credit
 from qdot.exercises.problem.problem import Part, Problem
-from qdot.exercises.short_questions import ASKED
+from qdot.exercises.short_questions import ALL_QUESTIONS
 from qdot.exercises.site.keys import make_key
 from qdot.exercises.site.record import make_arm_record
 from tests.exercises.formula import test_reading as writings
@@ -93,7 +93,7 @@ def problems_json() -> list[dict[str, Any]]:
 
 def part_json(problem: Problem, part: Part) -> dict[str, Any]:
     """Return a part as the site's bank has it, as far as answers are judged by it."""
-    question, key = ASKED[part.kind], make_key(problem, part, with_mistakes=False)
+    question, key = ALL_QUESTIONS[part.kind], make_key(problem, part, with_mistakes=False)
     labels, columns = list(question.list_typed_names(problem.chain, part)), list(question.column_names(problem.chain))
     return {"name": part.name, "kind": part.kind, "labels": labels, "columns": columns, "key": key}
 
@@ -383,7 +383,7 @@ def _replaced_at(text: str, old: str, new: str, rng: Stream) -> str:
 def right_answers(problem: int, name: str) -> Sequence[str]:
     """Return the right answer to a part as it is typed in Python, and in LaTeX."""
     part = part_of(problem, name)
-    found = [part.answer.code(), part.answer.as_typed()]
+    found = [part.answer.write_code(), part.answer.as_typed()]
     if isinstance(part.answer, ConditionSet):
         return [*found, ", ".join(part.answer.pieces()), *part.answer.pieces()]
     if part.answer.is_symbolic:

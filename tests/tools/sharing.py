@@ -17,7 +17,7 @@ import sympy as sp
 
 from qdot.exercises.arm.chain import Chain
 from qdot.exercises.arm.derivation import structure
-from qdot.exercises.arm.derivation_graph import Working, numeric_working
+from qdot.exercises.arm.derivation_graph import StageResults, compute_numeric_stages
 from qdot.exercises.common.console import say
 from qdot.exercises.common.files import write_atomically
 from qdot.exercises.common.stream import Stream
@@ -25,7 +25,7 @@ from qdot.exercises.common.variation import DEFAULT_VARIATION, VARIATION_STEPS
 from qdot.exercises.families import FAMILIES
 from qdot.exercises.generation import questions_of_family, sample_chain
 from qdot.exercises.problem.problem import Part, Problem, ProblemId
-from qdot.exercises.problem.record import digests
+from qdot.exercises.problem.record import compute_digests
 from qdot.exercises.questions import QUESTIONS
 
 MEASURED = Path(__file__).with_name("sharing.json")
@@ -47,7 +47,7 @@ POSES = 3
 """Where formulas are evaluated: they are the same where these many digits are, in so many configurations."""
 
 Key = tuple[Hashable, ...]
-Read = Callable[[Working], np.ndarray]
+Read = Callable[[StageResults], np.ndarray]
 
 GROUPS: dict[str, tuple[str, ...]] = {
     "position": ("position",),
@@ -76,7 +76,7 @@ READ: dict[str, Read] = {
 """The stage from which a group's answers follow."""
 
 
-def _determinant(w: Working) -> np.ndarray:
+def _determinant(w: StageResults) -> np.ndarray:
     return np.asarray(w["determinant"] if len(w.chain.task) == w.n else w["gram determinant"])
 
 
@@ -103,7 +103,7 @@ def keys_in_formulas(arms: Sequence[Chain], groups: Sequence[str]) -> dict[str, 
     return keys
 
 
-def _evaluate(generic: Chain, stand_for: Sequence[dict[sp.Symbol, sp.Expr]]) -> Working:
+def _evaluate(generic: Chain, stand_for: Sequence[dict[sp.Symbol, sp.Expr]]) -> StageResults:
     """Return the working for arms of one structure, each in the same configurations."""
     values = {
         symbol.name: np.array(
@@ -111,7 +111,7 @@ def _evaluate(generic: Chain, stand_for: Sequence[dict[sp.Symbol, sp.Expr]]) -> 
         )
         for symbol in (*generic.q, *generic.parameters)
     }
-    return numeric_working(generic, values)
+    return compute_numeric_stages(generic, values)
 
 
 @cache
@@ -179,7 +179,7 @@ def digest_of_asked(identity: ProblemId, arm: Chain, name: str) -> str:
     """Return the digest of a part for a given arm."""
     answer, details = QUESTIONS[name].ask(arm, Stream(f"qdot/{identity.engine}/{identity.family_and_seed}/{name}"))
     problem = Problem(identity, arm, (Part(name, name, answer, details=details),))
-    return digests(problem).parts[name]
+    return compute_digests(problem).parts[name]
 
 
 def questions_beyond_arm(family: str) -> list[str]:

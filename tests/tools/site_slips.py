@@ -14,7 +14,7 @@ from typing import Any
 import numpy as np
 
 from qdot.exercises.answer_types import Number
-from qdot.exercises.arm.derivation_graph import numeric_working
+from qdot.exercises.arm.derivation_graph import compute_numeric_stages
 from qdot.exercises.common.stream import Stream
 from qdot.exercises.formula.algebra import add_nodes, split_terms
 from qdot.exercises.formula.parser import parse_formula
@@ -219,8 +219,8 @@ def in_rates(problem: Problem, part: Part) -> Iterator[tuple[str, list[float]]]:
     for k in range(len(right)):
         yield "sign of a rate", [*np.where(np.arange(len(right)) == k, -right, right)]
     yield "rates in reverse order", [*right[::-1]]
-    values = sample_configurations(problem.chain, part, problem.domain(), 1, Stream("slips"))
-    J = numeric_working(problem.chain, values)["jacobian"][..., 0].real
+    values = sample_configurations(problem.chain, part, problem.domain, 1, Stream("slips"))
+    J = compute_numeric_stages(problem.chain, values)["jacobian"][..., 0].real
     wanted = J @ right
     yield "transposed J for its inverse", [*(J.T @ wanted)]
     if J.shape[0] == J.shape[1]:
@@ -228,7 +228,7 @@ def in_rates(problem: Problem, part: Part) -> Iterator[tuple[str, list[float]]]:
     angles = {name: np.radians(v) if name.startswith("theta") else v for name, v in values.items()}
     degrees = {name: np.degrees(v) if name.startswith("theta") else v for name, v in values.items()}
     for name, given in (("degrees put in for radians", degrees), ("radians taken for degrees", angles)):
-        other = numeric_working(problem.chain, given)["jacobian"][..., 0].real
+        other = compute_numeric_stages(problem.chain, given)["jacobian"][..., 0].real
         if other.shape[0] == other.shape[1] and abs(np.linalg.det(other)) > 1e-6:
             yield name, [*np.linalg.solve(other, wanted)]
 
@@ -291,7 +291,7 @@ def slips(problem: Problem, part: Part, in_pairs: bool = False) -> list[tuple[st
 
 def _in_formulas(problem: Problem, part: Part, text: str) -> tuple[Rows, Iterator[tuple[str, Rows]]]:
     """Return the entries of an answer, and the slips in them."""
-    rows = as_matrix(parse_formula(text, problem.domain().roles))
+    rows = as_matrix(parse_formula(text, problem.domain.roles))
     kinds = "".join(joint.kind for joint in problem.chain.joints)
     lengths = sorted(str(symbol) for symbol in problem.chain.parameters)
     return rows, in_formulas(part, rows, kinds, lengths)

@@ -13,7 +13,7 @@ from qdot.grader.judging.judge import judge
 from qdot.grader.judging.verdict import Outcome
 from tests.support.problems import drawn
 
-FORMS = ("formula", "matrix", "direction", "numbers", "conditions", "choice", "selection", "matching")
+FORMS = tuple(f"visit_{name}" for name in TYPES)
 
 
 class Named(AnswerVisitor[str]):
@@ -26,11 +26,11 @@ class Named(AnswerVisitor[str]):
 class OfLettersOnly(AnswerVisitor[str]):
     """Knows letters, and a way for formulas."""
 
-    def letters(self, answer: Any) -> str:
+    def visit_letters(self, answer: Any) -> str:
         return str(answer.letters)
 
-    def formulas(self, answer: Any) -> str:
-        return str(len(answer.entries()))
+    def visit_formulas(self, answer: Any) -> str:
+        return str(len(answer.list_entries()))
 
 
 def parts() -> dict[str, tuple[Problem, Part]]:
@@ -46,35 +46,35 @@ def parts() -> dict[str, tuple[Problem, Part]]:
 def test_every_type_is_asked_for_and_is_of_one_form() -> None:
     found = parts()
     assert found.keys() == TYPES.keys()
-    forms = {name: part.answer.accept(Named()) for name, (_, part) in found.items()}
-    assert sorted(forms.values()) == sorted(FORMS)
+    forms = {name: Named().visit(part.answer) for name, (_, part) in found.items()}
+    assert forms == {name: f"visit_{name}" for name in TYPES}
 
 
 def test_what_is_typed_is_read_and_right(problem: Problem) -> None:
-    known = problem.symbols()
+    known = problem.symbols
     for part in problem.parts:
         answer = part.answer
         assert judge(problem, part, answer.as_typed(), "typed").outcome is Outcome.CORRECT, part.name
-        assert all(parse_formula(text, known) for text in answer.formulas())
-        assert bool(answer.formulas()) == (not answer.offered_options)
-        assert all(text in answer.as_typed() for text in answer.formulas())
+        assert all(parse_formula(text, known) for text in answer.list_formulas())
+        assert bool(answer.list_formulas()) == (not answer.offered_options)
+        assert all(text in answer.as_typed() for text in answer.list_formulas())
         if answer.shape is not None:
             assert answer.as_matrix().shape == answer.shape
-            assert len(answer.formulas()) == answer.shape[0] * answer.shape[1]
+            assert len(answer.list_formulas()) == answer.shape[0] * answer.shape[1]
 
 
 def test_a_placeholder_is_missing_and_not_wrong(problem: Problem) -> None:
     for part in problem.parts:
-        blank = part.answer.placeholder().strip('"').removeprefix("Matrix(").removesuffix(")")
+        blank = part.answer.write_placeholder().strip('"').removeprefix("Matrix(").removesuffix(")")
         assert judge(problem, part, blank, "blank").outcome is Outcome.MISSING, part.name
 
 
 def test_a_way_that_is_not_written_is_that_of_a_wider_form() -> None:
     choice, formula = Choice(("yes", "no"), 1), Expression(sp.Symbol("a1"))
-    assert choice.accept(OfLettersOnly()) == "B"
-    assert formula.accept(OfLettersOnly()) == "1"
+    assert OfLettersOnly().visit(choice) == "B"
+    assert OfLettersOnly().visit(formula) == "1"
     with pytest.raises(TypeError, match="OfLettersOnly does not support answers of type number"):
-        Number(sp.Matrix([1]), ("m",), 0.01, 0.0).accept(OfLettersOnly())
+        OfLettersOnly().visit(Number(sp.Matrix([1]), ("m",), 0.01, 0.0))
 
 
 def test_an_answer_of_another_type_than_its_question_has_is_told() -> None:

@@ -9,7 +9,7 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from qdot.exercises.arm.chain import Base, Chain, Joint, Point
-from qdot.exercises.arm.derivation_graph import propagate_linear_rows, symbolic_working, to_sympy_matrix
+from qdot.exercises.arm.derivation_graph import compute_symbolic_stages, propagate_linear_rows, to_sympy_matrix
 from qdot.exercises.arm.kinematics import NumericChain, frames_and_point
 from qdot.exercises.common.errors import QdotError
 from qdot.exercises.common.stream import Stream
@@ -105,7 +105,7 @@ def test_all_routes_agree(chain: Chain, seed: int) -> None:
     arm = NumericChain(chain, {"h": 0.37})
     poses, jacobian = arm.frames(q), arm.jacobian(q)
     frames, point = frames_and_point(chain)
-    working = symbolic_working(chain)
+    working = compute_symbolic_stages(chain)
     for i, (frame, rotation) in enumerate(zip(frames, working["rotations"], strict=True)):
         np.testing.assert_allclose(values_of(frame.rotation, chain, q), poses[i, :3, :3], atol=1e-12)
         np.testing.assert_allclose(values_of(to_sympy_matrix(rotation), chain, q), poses[i, :3, :3], atol=1e-12)

@@ -14,7 +14,7 @@ from qdot.exercises.assignment import store
 from qdot.exercises.assignment.assignment import Assignment, Student, load_assignment
 from qdot.exercises.assignment.release import init_assignment, release_notebooks
 from qdot.exercises.figure.arm_figure import figure_svg, part_svg
-from qdot.exercises.problem.record import digests
+from qdot.exercises.problem.record import compute_digests
 from qdot.exercises.writing.render import TemplateCache
 from qdot.grader.grading.certify import CERTIFIER
 
@@ -51,7 +51,7 @@ def test_problems_and_figures_are_kept_and_the_same(made: Assignment) -> None:
         kept, anew = store.load_stored_problems(made, student.id), made.generate_problems(student.id)
         assert kept.pieces_by_slot
         for (slot, problem), (_, other) in zip(kept.problems, anew, strict=True):
-            assert digests(problem) == digests(other)
+            assert compute_digests(problem) == compute_digests(other)
             assert problem == other
             pieces = kept.pieces_of(slot)
             assert pieces["figure"] == figure_svg(other.chain, slot)

@@ -12,13 +12,13 @@ from pathlib import Path
 import pytest
 
 from qdot.exercises.arm.chain import CONVENTIONS
-from qdot.exercises.chapter import examples
+from qdot.exercises.chapter import solve_examples
 from qdot.exercises.common.variation import VARIATION_STEPS
 from qdot.exercises.families import FAMILIES
 from qdot.exercises.families.listing import LISTING_FILE, listing
 from qdot.exercises.generation import compute_listing, questions_of_family
 from qdot.exercises.questions import QUESTIONS
-from qdot.exercises.short_questions import ASKED
+from qdot.exercises.short_questions import ALL_QUESTIONS
 from tests.support import ROOT
 from tests.support.suites import families_for
 from tests.tools import docs_pages
@@ -84,7 +84,7 @@ def test_every_family_has_its_place_with_thumbnail_and_questions() -> None:
 @together
 def test_pages_have_every_question_good_links_whole_drawings_and_the_chapters_results() -> None:
     rows = re.findall(r"^\| `([a-z-]+)` \|", documents()["questions.md"], re.MULTILINE)
-    assert rows == list(ASKED) and list(listing()) == list(FAMILIES)
+    assert rows == list(ALL_QUESTIONS) and list(listing()) == list(FAMILIES)
     for page in ("families.md", "errata.md", "questions.md"):
         for target in re.findall(r"\]\(([^)#]+)\)|src=\"([^\"]+)\"", documents()[page]):
             assert "".join(target) in documents() or (DOCS / "".join(target)).is_file()
@@ -93,7 +93,7 @@ def test_pages_have_every_question_good_links_whole_drawings_and_the_chapters_re
             assert ET.fromstring(text).get("role") == "img"
     drawn = {name for name in documents() if name.startswith("families/")}
     assert {f"families/{path.name}" for path in (DOCS / "families").iterdir()} == drawn
-    solutions = "".join(text for example in examples() for _, text in example.steps)
+    solutions = "".join(text for example in solve_examples() for _, text in example.steps)
     for formula in (
         r"\det J = a_{1} a_{2} s_{2}",
         r"-a_{1} s_{1} - a_{2} s_{12} & -a_{2} s_{12}",

@@ -10,7 +10,7 @@ import sympy as sp
 from qdot.exercises.arm.chain import Chain
 from qdot.exercises.arm.derivation import derive
 from qdot.exercises.arm.kinematics import NumericChain
-from qdot.exercises.chapter import corrections, planar_2r, scorbot_arm
+from qdot.exercises.chapter import make_planar_2r, make_scorbot_arm, read_errata
 from qdot.exercises.singularities.classification import classify_conditions
 
 A1, A2, A3, T1, T2, T3, QD1, QD2 = sp.symbols("a1 a2 a3 theta1 theta2 theta3 qd1 qd2")
@@ -27,7 +27,7 @@ ELBOW = {A1: sp.Rational(1, 10), A2: HALF, A3: TWO_FIFTHS, T1: degrees(30), T2: 
 
 
 def numbers_of(where: str) -> list[float]:
-    (erratum,) = [erratum for erratum in corrections() if where in erratum.where]
+    (erratum,) = [erratum for erratum in read_errata() if where in erratum.where]
     return [float(value.removesuffix(" m/s").replace("−", "-")) for _, value in erratum.values]
 
 
@@ -43,7 +43,7 @@ def inverse_solutions(a1: float, a2: float, distance: float) -> int:
 
 
 def folded_kind(second: sp.Expr) -> str:
-    planar = planar_2r()
+    planar = make_planar_2r()
     joints = tuple(replace(joint, a=a) for joint, a in zip(planar.joints, (HALF, second), strict=True))
     return classify_conditions(replace(planar, joints=joints), ("theta2 = pi",)).kind
 
@@ -54,7 +54,7 @@ def is_same(*computed: object) -> object:
 
 
 def test_numbers_of_the_planar_arm() -> None:
-    planar = derive(planar_2r())
+    planar = derive(make_planar_2r())
     rotation, jacobian = planar.rotations[2].xreplace(TWO_R), planar.jacobian.xreplace(TWO_R).evalf()
     cosine = sp.cos(T1 + T2).xreplace(TWO_R)
     assert numbers_of("of $T$") == is_same(sp.sqrt(rotation[0, 0] ** 2 + cosine**2 + rotation[2, 0] ** 2), 1)
@@ -69,25 +69,25 @@ def test_numbers_of_the_planar_arm() -> None:
     assert numbers_of("$J^{-1}$") == is_same(*(jacobian * wrong_inverse * sp.Matrix([0, sp.Rational(1, 5)])), 0)
 
     stretched, folded = ({**TWO_R, T2: angle} for angle in (sp.S.Zero, sp.pi))
-    assert numbers_of("aligned") == [rank(planar_2r(), TWO_R), rank(planar_2r(), stretched)] == [2, 1]
+    assert numbers_of("aligned") == [rank(make_planar_2r(), TWO_R), rank(make_planar_2r(), stretched)] == [2, 1]
     at_stop, at_stretch, at_fold = (planar.determinant.xreplace(where) for where in (TWO_R, stretched, folded))
     assert numbers_of("boundary singularities") == is_same(at_stop, at_stretch)
     assert numbers_of("not invertible") == is_same(at_stretch, at_fold)
 
 
 def test_solutions_and_kinds_of_the_planar_arm() -> None:
-    point = NumericChain(planar_2r(), {"a1": 0.5, "a2": 0.4}).point(np.array([0.0, np.pi / 3]))
+    point = NumericChain(make_planar_2r(), {"a1": 0.5, "a2": 0.4}).point(np.array([0.0, np.pi / 3]))
     distance = float(np.linalg.norm(point))
-    (erratum,) = [erratum for erratum in corrections() if "inverse solutions" in erratum.where]
+    (erratum,) = [erratum for erratum in read_errata() if "inverse solutions" in erratum.where]
     assert f"at {distance:.3f} m" in erratum.values[1][0]
     solutions = [inverse_solutions(0.5, 0.4, 0.9), inverse_solutions(0.5, 0.4, distance)]
     assert numbers_of("inverse solutions") == solutions == [1, 2]
-    (erratum,) = [erratum for erratum in corrections() if "$s_2 = 0$" in erratum.where]
+    (erratum,) = [erratum for erratum in read_errata() if "$s_2 = 0$" in erratum.where]
     assert [kind for _, kind in erratum.values] == [folded_kind(HALF), folded_kind(TWO_FIFTHS)]
 
 
 def test_numbers_of_the_scorbot() -> None:
-    scorbot, arm = derive(scorbot_arm()), scorbot_arm()
+    scorbot, arm = derive(make_scorbot_arm()), make_scorbot_arm()
     printed = -sp.sin(T1) * (A2 * sp.sin(T2) + A3 * sp.cos(T2 + T3))
     step = sp.Rational(1, 10**5)
     ahead, behind = (scorbot.position[1].xreplace({**ELBOW, T2: ELBOW[T2] + side * step}) for side in (1, -1))
@@ -105,5 +105,5 @@ def test_numbers_of_the_scorbot() -> None:
     found = rank(arm, straight), product.xreplace(straight), rank(arm, shoulder), product.xreplace(shoulder)
     assert numbers_of("Example 6.3, singular") == is_same(*found)
     assert found[0] == 3 and found[2] == 2
-    (erratum,) = [erratum for erratum in corrections() if "Example 6.3, singular" in erratum.where]
+    (erratum,) = [erratum for erratum in read_errata() if "Example 6.3, singular" in erratum.where]
     assert rf"\theta_2 = {float(sp.deg(shoulder[T2])):.2f}^\circ" in erratum.at

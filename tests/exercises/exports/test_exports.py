@@ -16,7 +16,7 @@ from qdot.exercises.exports.export_format import ExportRequest, list_robot_files
 from qdot.exercises.exports.registry import EXPORT_FORMATS
 from qdot.exercises.families import FAMILIES
 from qdot.exercises.problem.problem import Problem
-from qdot.exercises.problem.record import digests
+from qdot.exercises.problem.record import compute_digests
 from qdot.exercises.verify.certificate import certify
 from qdot.grader.cli.reference_pages import export_formats_page
 from qdot.grader.grading.certify import find_failures
@@ -42,7 +42,7 @@ def test_a_bank_is_of_certified_problems_that_differ_and_begins_like_a_longer_on
     short = list(iterate_bank(replace(order, on_step=lambda: told.append(None))))
     assert [variant.key for variant in short] == ["p1-001", "p1-002", "p1-003", "p1-004"]
     assert len(told) == 4 == EXPORT_FORMATS["html"].count_steps(order) * 4
-    assert len({digests(variant.problem).sha256 for variant in short}) == 4
+    assert len({compute_digests(variant.problem).sha256 for variant in short}) == 4
     assert not [failed for variant in short for failed in certify(variant.problem).failures]
     longer = list(iterate_bank(replace(order, variant_count=6, jobs=2)))
     assert [str(variant.problem.id) for variant in longer[:4]] == [str(variant.problem.id) for variant in short]

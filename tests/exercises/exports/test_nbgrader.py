@@ -19,7 +19,7 @@ from qdot.exercises.assignment.assignment import Assignment, Student, load_assig
 from qdot.exercises.common.errors import QdotError
 from qdot.exercises.exports.export_format import ExportRequest
 from qdot.exercises.exports.nbgrader import MARKS_COMMENT, compute_checksum, export_nbgrader
-from qdot.exercises.problem.problem import answer_variable
+from qdot.exercises.problem.problem import name_answer_variable
 from qdot.grader.integrations.nbgrader_cells import MAX_LINE_LENGTH, fill_in_marks, make_outputs, restore_cells
 from qdot.grader.reports.rows import PartRow
 from tests.support.command import run
@@ -79,7 +79,7 @@ def answered(of: Assignment, student: str, change: Callable[[list[Any], Cells], 
     cells = {cell["id"]: cell for cell in notebook["cells"]}
     ((slot, problem),) = of.generate_problems(student)
     for part in problem.parts:
-        cells[f"{slot}-{part.name}"]["source"] = f"{answer_variable(slot, part.name)} = {part.answer.code()}"
+        cells[f"{slot}-{part.name}"]["source"] = f"{name_answer_variable(slot, part.name)} = {part.answer.write_code()}"
     if change:
         change(notebook["cells"], cells)
     return json.dumps(notebook)

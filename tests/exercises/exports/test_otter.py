@@ -17,7 +17,7 @@ from qdot.exercises.assignment.assignment import Assignment, Student, load_assig
 from qdot.exercises.common.errors import QdotError
 from qdot.exercises.common.json_form import as_json
 from qdot.exercises.exports.otter import PLUGIN_PATH, list_parts
-from qdot.exercises.problem.problem import answer_variable
+from qdot.exercises.problem.problem import name_answer_variable
 from qdot.grader.integrations.otter_marks import grade_for_otter, list_marks, require_full_points, write_marks_code
 from tests.support.command import run
 from tests.support.handing_in import TOML, a_class
@@ -43,13 +43,13 @@ def handed_in(of: Assignment, folder: Path, change: Callable[[Answers], Any] | N
     """Return a notebook with right answers that were changed, or, without a change, as it was handed out."""
     notebook = json.loads((exported(of) / "students/ada/hw.ipynb").read_text())
     ((slot, problem),) = of.generate_problems("ada")
-    answers = {f"{slot}.{part.name}": part.answer.code() for part in problem.parts}
+    answers = {f"{slot}.{part.name}": part.answer.write_code() for part in problem.parts}
     if change:
         change(answers)
         for cell in notebook["cells"]:
             part = cell["metadata"].get("qdot", {}).get("part")
             if part:
-                cell["source"] = f"{answer_variable(*part.split('.'))} = {answers[part]}"
+                cell["source"] = f"{name_answer_variable(*part.split('.'))} = {answers[part]}"
     path = folder / "hw.ipynb"
     path.write_text(json.dumps(notebook))
     return path

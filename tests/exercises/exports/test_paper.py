@@ -33,7 +33,7 @@ from qdot.exercises.formula.latex import parse_latex
 from qdot.exercises.formula.printers.speech import speak
 from qdot.exercises.formula.printers.typst import typst_string
 from qdot.exercises.generation import generate
-from qdot.exercises.notebook.notebook import solution_figure
+from qdot.exercises.notebook.notebook import draw_singular_configurations
 from qdot.exercises.problem.credit import Credit
 from qdot.exercises.problem.problem import Problem, ProblemId
 from qdot.exercises.writing.markup import parse_markdown, to_latex
@@ -144,7 +144,7 @@ def test_nothing_is_typed_on_paper_where_every_answer_has_a_box_and_a_short_form
 def test_figures_are_drawn_by_latex_as_in_svg(problem: Problem) -> None:
     drawn = [figure_svg(problem.chain)]
     for part in problem.parts[-several(3, 6) :]:
-        drawn += [part_svg(problem.chain, part, "p"), solution_figure(problem, part, "s")]
+        drawn += [part_svg(problem.chain, part, "p"), draw_singular_configurations(problem, part, "s")]
     for svg in filter(None, drawn):
         picture = convert_to_tikz(svg)
         strokes = len(re.findall(r"<(?:rect|polyline|polygon|circle)\b", svg))

@@ -329,7 +329,7 @@ def test_known_wrong_answers_are_wrong_for_the_grader_and_blamed_on_their_mistak
 def test_shares_are_those_of_the_grader_whatever_the_policy(order: ExportRequest) -> None:
     variant = next(iter(iterate_bank(replace(order, variant_count=1))))
     part = variant.problem.parts[1]
-    assert part.credit is not None and part.credit.rule == "columns"
+    assert part.credit.rule == "columns"
     for wrong in find_known_wrong_answers(variant.problem, part, 6):
         assert isinstance(wrong.answer, sp.MatrixBase)
         text = str(wrong.answer.tolist())

@@ -535,9 +535,9 @@ def test_a_given_pose_can_be_read_and_names_all_joints_axes_and_the_point(family
     problem = problems.drawn(family, 0)
     chain = problem.chain
     for part in problem.parts:
-        if part.pose is None:
+        if part.details.pose is None:
             continue
-        figure = arm_figure(chain, part.pose)
+        figure = arm_figure(chain, part.details.pose)
         assert not faults(figure), part.kind
         names = {name for word in words(figure) for name in word.replace(" = ", ", ").split(", ")}
         assert {"P", *(f"O{i}" for i in range(chain.n + 1))} <= names

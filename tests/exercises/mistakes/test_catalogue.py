@@ -4,7 +4,7 @@ from functools import cache
 
 import pytest
 
-from qdot.exercises.chapter import planar_2r
+from qdot.exercises.chapter import make_planar_2r
 from qdot.exercises.mistakes.catalogue import ANSWERS, CATALOGUE, SECTIONS, VARIANTS
 from tests.support.judging import diagnose
 from tests.support.problems import asked, drawn
@@ -82,6 +82,6 @@ def test_every_function_makes_a_mistake_of_the_catalogue() -> None:
 )
 def test_the_mistakes_about_a_direction_are_named(answer: str, mistake: str) -> None:
     """Of the planar arm, stretched out, the tip can't move along the arm."""
-    problem = asked("lost-direction", planar_2r())
+    problem = asked("lost-direction", make_planar_2r())
     found = diagnose(problem, problem.parts[0], answer, "catalogue")
     assert found is not None and mistake in found.mistakes

@@ -10,7 +10,7 @@ import sympy as sp
 
 from qdot.exercises.arm.chain import Base, Chain, Joint
 from qdot.exercises.arm.conventions import convention_of
-from qdot.exercises.arm.derivation_graph import numeric_working
+from qdot.exercises.arm.derivation_graph import compute_numeric_stages
 from qdot.exercises.arm.standard_table import axes_of
 from qdot.exercises.common.stream import Stream
 from qdot.exercises.families import FAMILIES
@@ -31,7 +31,7 @@ Values = dict[str, np.ndarray]
 def _asked(arm: str, question: str) -> tuple[Problem, Part, Values]:
     problem = generate(arm, [question])
     part = problem.parts[0]
-    return problem, part, sample_configurations(problem.chain, part, problem.domain(), 4, Stream("mistakes"))
+    return problem, part, sample_configurations(problem.chain, part, problem.domain, 4, Stream("mistakes"))
 
 
 def _given(values: Values, k: int) -> Callable[[object], float]:
@@ -52,7 +52,9 @@ def _motions(problem: Problem, values: Values, k: int) -> tuple[list[np.ndarray]
 @pytest.mark.parametrize("arm", few_of(ARMS, 1))
 def test_an_exponential_about_the_origin_gives_the_pose_of_the_product_without_its_column(arm: str) -> None:
     problem, part, values = _asked(arm, "body-pose")
-    first = next(apply_mistake(CATALOGUE["exponential-about-origin"], numeric_working(problem.chain, values), part))
+    first = next(
+        apply_mistake(CATALOGUE["exponential-about-origin"], compute_numeric_stages(problem.chain, values), part)
+    )
     for k in range(4):
         motions, home = _motions(problem, values, k)
         assert np.allclose(first.answer[..., k], np.linalg.multi_dot([*motions, home]))
@@ -61,7 +63,7 @@ def test_an_exponential_about_the_origin_gives_the_pose_of_the_product_without_i
 @pytest.mark.parametrize("arm", ARMS[:2])
 def test_the_same_carries_screws_to_where_it_says(arm: str) -> None:
     problem, part, values = _asked(arm, "space-jacobian")
-    w = numeric_working(problem.chain, values)
+    w = compute_numeric_stages(problem.chain, values)
     ways = list(apply_mistake(CATALOGUE["exponential-about-origin"], w, part))
     wrong = next(way for way in ways if "space jacobian" in way.variant.changes)
     for k in range(4):
@@ -78,7 +80,7 @@ def test_the_same_carries_screws_to_where_it_says(arm: str) -> None:
 def test_rows_with_the_link_behind_give_the_product_of_these_rows(arm: str) -> None:
     """Rx(alpha_i) Tx(a_i) Rz(theta_i) Tz(d_i), with nothing behind the last row, and P where it is told."""
     problem, part, values = _asked(arm, "transform")
-    wrong = next(apply_mistake(CATALOGUE["link-behind"], numeric_working(problem.chain, values), part))
+    wrong = next(apply_mistake(CATALOGUE["link-behind"], compute_numeric_stages(problem.chain, values), part))
     rows, base = convention_of(problem.chain).rows, convention_of(problem.chain).base
     for k in range(4):
         number = _given(values, k)
@@ -98,8 +100,8 @@ def test_the_next_one_is_taken_and_at_the_last_joint_its_own(mistake: str, stage
     """Three joints, so that it is told apart from taking the second one twice, or the first."""
     problem = drawn("elbow-3r", 0)
     part = next(part for part in problem.parts if part.kind == "geometric-jacobian")
-    values = sample_configurations(problem.chain, part, problem.domain(), 3, Stream("propagation"))
-    right = numeric_working(problem.chain, values)
+    values = sample_configurations(problem.chain, part, problem.domain, 3, Stream("propagation"))
+    right = compute_numeric_stages(problem.chain, values)
     count, columns = right.n, []
     for i in range(count):
         k = min(i + 1, len(right[stage]) - 1)
@@ -153,7 +155,7 @@ def checked(arm: Chain) -> list[str]:
     """Check every slip of the mistakes in rows on an arm, and return the names of those that there were."""
     stream, found = Stream(f"rows/{arm.name}"), []
     known = {symbol: stream.uniform(0.3, 1.7) for symbol in (*arm.parameters, *arm.q)}
-    working = numeric_working(arm, {symbol.name: np.array([value]) for symbol, value in known.items()})
+    working = compute_numeric_stages(arm, {symbol.name: np.array([value]) for symbol, value in known.items()})
     for name in (*ENTRIES, "lengths-exchanged", "row-misread", "a-and-d-exchanged"):
         for slip in CATALOGUE[name].variants(arm, (3, 1)):
             if slip.words.get("entry") == "constant of the joint variable":

@@ -22,9 +22,9 @@ from qdot.exercises.arm.chain import CONVENTIONS, TWIST_ORDERS, Chain, Joint, Po
 from qdot.exercises.arm.conventions import convention_of
 from qdot.exercises.families import FAMILIES
 from qdot.exercises.generation import generate
-from qdot.exercises.notebook.notebook import notebook_text, solution_notebook, student_notebook
-from qdot.exercises.notebook.self_check import RELATIONS, check_cell, function_cell
-from qdot.exercises.problem.problem import Part, Problem, answer_variable
+from qdot.exercises.notebook.notebook import make_solution_notebook, make_student_notebook, write_notebook
+from qdot.exercises.notebook.self_check import RELATIONS, write_check_cell, write_function_cell
+from qdot.exercises.problem.problem import Part, Problem, name_answer_variable
 from qdot.exercises.writing.problem_texts import write_answer_code, write_statement
 from tests.support.problems import drawn, parts_in_turn
 from tests.support.suites import FEW, few_families, several
@@ -55,12 +55,12 @@ def problems(family: str) -> Slotted:
 
 @cache
 def _student(family: str) -> Any:
-    return student_notebook(TITLE, "hw1", "s001", _problems(family))
+    return make_student_notebook(TITLE, "hw1", "s001", _problems(family))
 
 
 @cache
 def _staff(family: str) -> Any:
-    return solution_notebook(TITLE, "hw1", "s001", _problems(family))
+    return make_solution_notebook(TITLE, "hw1", "s001", _problems(family))
 
 
 @pytest.fixture
@@ -97,10 +97,10 @@ def staffs_run(family: str) -> tuple[dict[str, Any], str]:
     return _staffs_run(family)
 
 
-@pytest.mark.parametrize("make", [student_notebook, solution_notebook])
+@pytest.mark.parametrize("make", [make_student_notebook, make_solution_notebook])
 def test_same_problems_same_bytes(make: Any, family: str) -> None:
-    before = (_student if make is student_notebook else _staff)(family)
-    first, second = notebook_text(before), notebook_text(make(TITLE, "hw1", "s001", _problems(family)))
+    before = (_student if make is make_student_notebook else _staff)(family)
+    first, second = write_notebook(before), write_notebook(make(TITLE, "hw1", "s001", _problems(family)))
     assert first == second and first.endswith("}\n")
     nbformat.validate(json.loads(first))
     assert json.loads(first)["nbformat_minor"] >= 5
@@ -109,21 +109,21 @@ def test_same_problems_same_bytes(make: Any, family: str) -> None:
 
 
 def test_students_notebook_says_what_it_is_and_holds_no_answer_and_no_seed(student: Any, problems: Slotted) -> None:
-    own, text = student.metadata["qdot"], notebook_text(student)
+    own, text = student.metadata["qdot"], write_notebook(student)
     assert own["kind"] == "student" and own["joints"] == {slot: [q.name for q in p.chain.q] for slot, p in problems}
     assert "seed" not in text and not any(str(problem.id) in text for _, problem in problems)
     sources = "\n".join(cell.source for cell in student.cells)
     given = dict(problems)
     for slot, part in _parts(problems):
-        start = f"{answer_variable(slot, part.name)} = "
+        start = f"{name_answer_variable(slot, part.name)} = "
         answers = (
-            part.answer.code(),
+            part.answer.write_code(),
             write_answer_code(given[slot], part),
             write_answer_code(given[slot], part, len(start)),
         )
         if min(map(len, answers)) > 8:  # a determinant of -1 is no telling text
             assert not any(answer in sources for answer in answers), start
-        assert start + part.answer.placeholder(len(start)) in sources
+        assert start + part.answer.write_placeholder(len(start)) in sources
     for slot, _ in problems:
         cell = next(cell for cell in student.cells if cell.id == f"{slot}-statement")
         assert re.search(r'<img alt="[^"]{80,}" src="data:image/svg\+xml;base64,', cell.source)
@@ -133,16 +133,16 @@ def test_untouched_notebook_runs_and_self_check_waits(student: Any, problems: Sl
     space, printed = _run(student)
     assert set(re.findall(r"\? (.+)", printed)) == {"Not yet: an answer is still blank."}
     for slot, part in _parts(problems):
-        value = space[answer_variable(slot, part.name)]
+        value = space[name_answer_variable(slot, part.name)]
         if part.shape is not None:
             assert sp.Matrix([value]).shape == part.shape
 
 
 def test_staffs_answers_are_the_references(staffs_run: tuple[dict[str, Any], str], problems: Slotted) -> None:
     for slot, part in _parts(problems):
-        name = answer_variable(slot, part.name)
+        name = name_answer_variable(slot, part.name)
         assert _is_the_reference(staffs_run[0][name], part), name
-    checks = "".join(check_cell(slot, problem, part.name) for slot, problem in problems for part in problem.parts)
+    checks = "".join(write_check_cell(slot, problem, part.name) for slot, problem in problems for part in problem.parts)
     assert staffs_run[1].count("? Yes.") == checks.count("?") == len(staffs_run[1].splitlines()) > 0
 
 
@@ -158,7 +158,7 @@ def _is_the_reference(value: Any, part: Part) -> bool:
         numbers = zip(sp.Matrix([value]), answer.reference, strict=True)
         return all(abs(a - b) < 1e-9 for a, b in numbers)
     if isinstance(answer, Choice):
-        return bool(value == answer.letter)
+        return bool(value == answer.letters)
     assert isinstance(answer, ConditionSet)
     conditions = [sp.sympify(condition) for condition in value]
     return len(conditions) == len(answer.pieces()) and not any(condition in (True, False) for condition in conditions)
@@ -179,18 +179,18 @@ def test_long_answers_are_broken_before_signs() -> None:
     a1, angle = sp.Symbol("a1"), sp.Add(*sp.symbols("theta1:4"), sp.pi / 6)
     entry = a1 * sp.cos(angle) + sp.Rational(47, 100) * sp.sin(angle) + sp.Rational(3, 500)
     column = Matrix(sp.Matrix([entry, 0]))
-    lines = column.code(20).split("\n")
+    lines = column.write_code(20).split("\n")
     assert len(lines) == 5 and lines[2].lstrip().startswith("+ ") and max(map(len, lines)) <= 88
-    assert column.placeholder() == "Matrix([blank, blank])"
+    assert column.write_placeholder() == "Matrix([blank, blank])"
     square = Matrix(sp.Matrix([[a1, 0], [1, 2]]))
-    assert square.code() == "Matrix([[a1, 0], [1, 2]])"
-    assert square.placeholder() == "Matrix([[blank, blank], [blank, blank]])"
+    assert square.write_code() == "Matrix([[a1, 0], [1, 2]])"
+    assert square.write_placeholder() == "Matrix([[blank, blank], [blank, blank]])"
 
 
 @pytest.mark.integration
 def test_notebook_runs_in_jupyter() -> None:
     nbclient = pytest.importorskip("nbclient")
-    one = solution_notebook("t", "k", "s", _problems("planar-2r")[:1])
+    one = make_solution_notebook("t", "k", "s", _problems("planar-2r")[:1])
     done = nbclient.NotebookClient(one, timeout=100, kernel_name="python3").execute()
     outputs = [out.get("text", "") for cell in done.cells if cell.cell_type == "code" for out in cell.outputs]
     assert any("Is your Jacobian the derivative of your position? Yes" in text for text in outputs)
@@ -199,10 +199,10 @@ def test_notebook_runs_in_jupyter() -> None:
 def test_an_arm_told_by_its_axes_has_no_names_of_a_table() -> None:
     """Neither in the words, nor among what an answer may hold: a2 of the table that is worked with is told nowhere."""
     told = {name: generate(f"planar-2r/1@{name}", ["position"]) for name in CONVENTIONS}
-    assert [name for name, problem in told.items() if "a2" in problem.symbols()] == ["dh", "modified-dh"]
+    assert [name for name, problem in told.items() if "a2" in problem.symbols] == ["dh", "modified-dh"]
     for names in (("screws",), ("screws", "dh"), ("dh", "modified-dh")):
         slotted = [(f"p{number}", told[name]) for number, name in enumerate(names, 1)]
-        opening = student_notebook("T", "hw", "s1", slotted).cells[0].source
+        opening = make_student_notebook("T", "hw", "s1", slotted).cells[0].source
         assert ("usual name (`a1`, `d1`, …)" in opening) == (names != ("screws",))
     assert "the table" not in write_statement(told["screws"], "").partition("**Joint variables:**")[2]
 
@@ -210,18 +210,20 @@ def test_an_arm_told_by_its_axes_has_no_names_of_a_table() -> None:
 def test_staff_reads_what_students_read_whether_it_is_written_anew_or_not() -> None:
     ((_, problem), _), of = _problems("planar-2r"), (TITLE, "hw1", "s001")
     short = [("p1", replace(problem, parts=(problem["position"], problem["jacobian"])))]
-    handed_out = student_notebook(*of, short, True)
-    assert notebook_text(solution_notebook(*of, short, True, released=handed_out)) == notebook_text(
-        solution_notebook(*of, short, True)
+    handed_out = make_student_notebook(*of, short, True)
+    assert write_notebook(make_solution_notebook(*of, short, True, released=handed_out)) == write_notebook(
+        make_solution_notebook(*of, short, True)
     )
     asked = next(cell for cell in handed_out.cells if cell.id.endswith("-question"))
     asked.source = "written once"
-    assert "written once" in [cell.source for cell in solution_notebook(*of, short, True, released=handed_out).cells]
+    assert "written once" in [
+        cell.source for cell in make_solution_notebook(*of, short, True, released=handed_out).cells
+    ]
 
 
 @pytest.mark.parametrize("title", ["Arms & <signs>", "a_1 * [b] $c$ `d` \\e &amp; _f_ *g* 6.1"])
 def test_a_title_is_shown_as_it_is(title: str) -> None:
-    cell = student_notebook(title, "hw1", "s001", _problems("planar-2r")).cells[0]
+    cell = make_student_notebook(title, "hw1", "s001", _problems("planar-2r")).cells[0]
     heading = MarkdownIt().parse(cell.source)[1]
     assert "".join(token.content for token in heading.children or ()) == title
     assert {token.type for token in heading.children or ()} <= {"text", "text_special"}
@@ -243,7 +245,7 @@ def _plain() -> Problem:
 
 def _space(problem: Problem) -> dict[str, Any]:
     space: dict[str, Any] = {}
-    notebook = student_notebook("t", "k", "s", [("p1", problem)])
+    notebook = make_student_notebook("t", "k", "s", [("p1", problem)])
     for cell in notebook.cells:
         if cell.id in ("setup", "self-check"):
             exec(cell.source, space)
@@ -259,11 +261,11 @@ def _told(
     """
     space = _space(problem) if space is None else space
     for part in problem.parts:
-        space[answer_variable("p1", part.name)] = answers.get(part.name, getattr(part.answer, "reference", None))
+        space[name_answer_variable("p1", part.name)] = answers.get(part.name, getattr(part.answer, "reference", None))
     printed = io.StringIO()
     with contextlib.redirect_stdout(printed):
         for part in problem.parts:
-            if (cell := check_cell("p1", problem, part.name)) and about in cell:
+            if (cell := write_check_cell("p1", problem, part.name)) and about in cell:
                 exec(cell, space)
     told: dict[str, str] = {}
     for line in printed.getvalue().splitlines():
@@ -279,29 +281,31 @@ def _told(
 def test_every_relation_is_checked_for_some_family() -> None:
     asked = [drawn(name, 0, step) for name in ("planar-2r", "planar-3r") for step in ("chapter", "full")]
     asked += [drawn("planar-2r", 0, "chapter", convention="screws")]
-    cells = "".join(check_cell("p1", problem, part.name) for problem in asked for part in problem.parts)
-    assert [relation.question for relation in RELATIONS if relation.question not in cells] == []
+    cells = "".join(write_check_cell("p1", problem, part.name) for problem in asked for part in problem.parts)
+    assert [relation.printed_question for relation in RELATIONS if relation.printed_question not in cells] == []
 
 
 def _sabotaged(problem: Problem) -> Iterator[tuple[str, str, Any]]:
     """Yield each relation's question with one of its answers gone wrong in one entry."""
     for relation in RELATIONS:
-        cells = "".join(check_cell("p1", problem, part.name) for part in problem.parts)
-        if relation.question not in cells or relation.is_singular_set:
+        cells = "".join(write_check_cell("p1", problem, part.name) for part in problem.parts)
+        if relation.printed_question not in cells or relation.is_singular_set:
             continue
-        name = relation.needs[-1]
+        name = relation.questions[-1]
         answer = next(part.answer for part in problem.parts if part.name == name)
         assert isinstance(answer, (Expression, Matrix))
         wrong = sp.Matrix([answer.reference])
-        compared = [at for at in np.ndindex(*wrong.shape) if at[1] == 0 or "first column of" not in relation.question]
-        if "linear rows" in relation.question and not convention_of(problem.chain).frame_numbers:
+        compared = [
+            at for at in np.ndindex(*wrong.shape) if at[1] == 0 or "first column of" not in relation.printed_question
+        ]
+        if "linear rows" in relation.printed_question and not convention_of(problem.chain).frame_numbers:
             compared = [at for at in compared if at[0] > 2]
         row, column = next(at for at in compared if wrong[at] != 0)
-        if "angular" in relation.question:
+        if "angular" in relation.printed_question:
             wrong[0 if convention_of(problem.chain).is_omega_first else 3, 0] += sp.Rational(1, 10)
         else:
             wrong[row, column] *= sp.Rational(-9, 10)
-        yield relation.question, name, wrong
+        yield relation.printed_question, name, wrong
 
 
 @pytest.mark.parametrize(
@@ -402,8 +406,8 @@ def test_singular_configurations_are_put_into_the_own_jacobian() -> None:
 def test_a_problem_of_short_questions_has_no_function_for_checks() -> None:
     problem = drawn("planar-2r", 0)
     quiz = Problem(problem.id, problem.chain, tuple(p for p in problem.parts if p.name == "rank"))
-    assert function_cell([("p1", quiz)]) == ""
-    assert not any(cell.id == "self-check" for cell in student_notebook("t", "k", "s", [("p1", quiz)]).cells)
+    assert write_function_cell([("p1", quiz)]) == ""
+    assert not any(cell.id == "self-check" for cell in make_student_notebook("t", "k", "s", [("p1", quiz)]).cells)
 
 
 def test_the_transform_is_held_against_the_position_where_the_point_is_the_last_origin() -> None:
@@ -413,6 +417,6 @@ def test_the_transform_is_held_against_the_position_where_the_point_is_the_last_
     def asked(frame: int) -> set[str]:
         joints = tuple(Joint("R", sp.Symbol(f"theta{i}"), 0, sp.Symbol(f"a{i}"), 0) for i in (1, 2, 3))
         chain = Chain("planar", joints, ("vx", "vy"), tool=Point(frame))
-        return {one.question for one in RELATIONS if one.question == held and one.applies(chain, {})}
+        return {one.printed_question for one in RELATIONS if one.printed_question == held and one.applies_to(chain, {})}
 
     assert held in asked(3) and held not in asked(2)

@@ -15,7 +15,7 @@ from qdot.exercises.generation import generate
 from qdot.exercises.mistakes.catalogue import generate_mistaken_answers
 from qdot.exercises.problem.problem import Details, Part, Problem, ProblemId
 from qdot.exercises.questions.results import is_derived
-from qdot.exercises.short_questions import ASKED
+from qdot.exercises.short_questions import ALL_QUESTIONS
 from qdot.exercises.short_questions.options import list_blames
 from qdot.exercises.writing.problem_texts import write_hints, write_prompt, write_solution
 from tests.support.judging import list_earlier_parts
@@ -37,7 +37,7 @@ NOT_FOLLOWED = {
 NOT_ON_PLATFORMS = {"singular-angles": "conditions are asked as a choice of configurations there"}
 NOT_IN_STACK = {
     name: "STACK has no input for several letters"
-    for name, question in ASKED.items()
+    for name, question in ALL_QUESTIONS.items()
     if question.form in ("selection", "matching")
 }
 LACKS = {
@@ -52,7 +52,7 @@ LACKS = {
 @cache
 def problem_with(name: str) -> Problem:
     """Return a problem of the first family that has an arm for a question, told in its own convention."""
-    convention = told_in(ASKED[name])
+    convention = told_in(ALL_QUESTIONS[name])
     for family in FAMILIES:
         try:
             return generate(ProblemId(family, 1, (name,), variation="chapter", convention=convention))
@@ -68,7 +68,7 @@ def works(problem: Problem, part: Part) -> dict[str, bool]:
         "diagnosis": is_derived(part)
         or behind_options
         or next(generate_mistaken_answers(problem.chain, part), None) is not None,
-        "follow-through": not ASKED[part.kind].needs or any(list_earlier_parts(part)),
+        "follow-through": not ALL_QUESTIONS[part.kind].prerequisites or any(list_earlier_parts(part)),
         "platforms": bool(part.answer.offered_options) or ask_in_numbers(problem, part) is not None,
         "STACK": not isinstance(asked_by_stack(problem, remove_rounding(part)), str),
     }
@@ -79,7 +79,7 @@ def below(kind: type[Details]) -> Iterator[type[Details]]:
         yield from (other, *below(other))
 
 
-@pytest.mark.parametrize("name", ASKED)
+@pytest.mark.parametrize("name", ALL_QUESTIONS)
 def test_the_details_of_a_question_are_frozen_and_of_one_class(name: str) -> None:
     (part,) = problem_with(name).parts
     own = type(part.details)
@@ -95,7 +95,7 @@ def test_the_details_of_a_question_are_frozen_and_of_one_class(name: str) -> Non
                 part.details_as(other)
 
 
-@pytest.mark.parametrize("name", ASKED)
+@pytest.mark.parametrize("name", ALL_QUESTIONS)
 def test_a_question_does_each_duty_or_says_why_not_and_is_asked_hinted_at_and_solved(name: str) -> None:
     problem = problem_with(name)
     part = problem.parts[-1]
@@ -103,6 +103,6 @@ def test_a_question_does_each_duty_or_says_why_not_and_is_asked_hinted_at_and_so
     assert len(write_prompt(problem, part)) > 40
     assert len(set(write_hints(problem, part))) == 3
     assert write_solution(problem, part)
-    named, shape = ASKED[name].entry_names(problem.chain, part), part.shape or (1, 1)
+    named, shape = ALL_QUESTIONS[name].entry_names(problem.chain, part), part.shape or (1, 1)
     assert len(named) in (0, shape[0] * shape[1])
-    assert len(ASKED[part.kind].typed_names(problem.chain)) in (0, shape[0])
+    assert len(ALL_QUESTIONS[part.kind].typed_names(problem.chain)) in (0, shape[0])

@@ -23,7 +23,7 @@ def numbers(problem: Problem) -> list[float]:
 
 
 def seam_of(problem: Problem) -> WeldingLine:
-    return problem.parts[0].details_as(PathDetails).seam
+    return problem.parts[0].details_as(PathDetails).welding_line
 
 
 class Planar2R:
@@ -61,7 +61,7 @@ def test_limit_of_the_chapters_arm_by_the_law_of_cosines(textbook_arms: dict[str
     for seed in seeds:
         problem = asked("path-limit", textbook_arms["planar_2R"].chain, seed)
         details, (s,) = problem.parts[0].details_as(RateLimitDetails), numbers(problem)
-        arm, joint, limit = Planar2R(details.seam), details.joint - 1, float(details.limit)
+        arm, joint, limit = Planar2R(details.welding_line), details.joint - 1, float(details.limit)
         assert abs(arm.rates(s)[joint]) == pytest.approx(limit, rel=1e-7)
         assert all(abs(arm.rates(s * k / 100)[joint]) < limit for k in range(100))
         assert abs(arm.rates(1.005 * s)[joint]) > 1.005 * limit
@@ -94,7 +94,7 @@ def test_a_line_ends_where_the_arm_does(textbook_arms: dict[str, Any]) -> None:
 def test_given_numbers_are_such_as_a_person_works_with_and_the_result_is_in_the_solution_only(family: str) -> None:
     problem = drawn(family, 0)
     for part in (part for part in problem.parts if part.name in ("path-rates", "path-limit")):
-        seam, number = part.details_as(PathDetails).seam, part.answer_as(Number).reference[0]
+        seam, number = part.details_as(PathDetails).welding_line, part.answer_as(Number).reference[0]
         assert all((100 * value).is_Integer for value in seam.target.values())
         assert all((20 * value).is_Integer for value in seam.lengths.values())
         for q, value in seam.joints.items():
@@ -107,7 +107,7 @@ def test_given_numbers_are_such_as_a_person_works_with_and_the_result_is_in_the_
 def test_solutions_tell_angles_in_degrees_as_questions_do() -> None:
     problem = generate("planar-2r/1", ["path-rates"])
     (part,) = problem.parts
-    seam = part.details_as(PathDetails).seam
+    seam = part.details_as(PathDetails).welding_line
     told = seam.compute_results(problem.chain, sp.S.Zero).joints
     assert all(abs(angle - seam.joints[q] * 180 / sp.pi) < 1e-2 for q, angle in zip(problem.chain.q, told, strict=True))
     assert "rad," not in write_solution(problem, part).replace("rad/s", "")

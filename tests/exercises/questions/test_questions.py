@@ -41,7 +41,7 @@ def answer_of(part: Part) -> Any:
     if isinstance(answer, ConditionSet):
         return answer.pieces()
     if isinstance(answer, Choice):
-        return {"options": list(answer.options), "correct": answer.letter}
+        return {"options": list(answer.options), "correct": answer.letters}
     if isinstance(answer, Expression):
         return str(answer.reference)
     assert isinstance(answer, (Matrix, Number, Direction))
@@ -101,7 +101,7 @@ def test_there_is_no_snapshot_of_what_is_no_family() -> None:
 def test_questions_are_registered_under_their_names() -> None:
     for name, question in QUESTIONS.items():
         assert question.name == name and question.title and question.source and question.points > 0, name
-        assert all(need in QUESTIONS for need in question.needs), name
+        assert all(need in QUESTIONS for need in question.prerequisites), name
 
 
 @pytest.mark.parametrize("name", few_of(QUESTIONS, 6))
@@ -126,7 +126,7 @@ def test_arms_of_the_books_pass_certificate_and_grader(name: str, textbook_arms:
 def test_answers_are_well_formed(family: str, drawn: Draw) -> None:
     problem = drawn(family, several(0, 1))
     for part in problem.parts:
-        _is_well_formed(part, set(problem.symbols()))
+        _is_well_formed(part, set(problem.symbols))
 
 
 def _is_well_formed(part: Part, known: set[str]) -> None:

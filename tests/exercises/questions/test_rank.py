@@ -113,7 +113,7 @@ def test_values_of_arm_and_structure_belong_together() -> None:
         offset = chain.offsets[1]
         for branch in match_branches(chain):
             ((_, own),) = branch.component.value_combinations()[0]
-            ((_, theirs),) = branch.generic.value_combinations()[0]
+            ((_, theirs),) = branch.of_structure.value_combinations()[0]
             numbers = dict(structure(chain).values)
             apart = sp.N((own + offset - theirs.xreplace(numbers)) / (2 * sp.pi))
             assert abs(apart - round(apart)) < 1e-9
@@ -124,7 +124,7 @@ def test_the_stretched_elbow_can_not_move_along_itself(textbook_arms: dict[str, 
     right = set()
     for seed in range(12):
         (part,) = asked("lost-motion", chain, seed).parts
-        where = part.details_as(LostMotionDetails).asked.where
+        where = part.details_as(LostMotionDetails).configurations
         words = part.answer_as(Choice).options[part.answer_as(Choice).correct]
         if where.condition is not None:
             assert re.match(r"along \$z_[123]\$(,|$)", words)
@@ -183,8 +183,8 @@ def test_a_rank_is_asked_at_a_pose_that_is_told_exactly(family: str) -> None:
     chain, ranks = drawn(family, 0).chain, set()
     for seed in range(9):
         (part,) = asked("rank", chain, seed).parts
-        place, rank = part.details_as(RankDetails).place, int(part.answer_as(Number).reference[0])
-        assert not place.about
+        place, rank = part.details_as(RankDetails).configuration, int(part.answer_as(Number).reference[0])
+        assert not place.rounded_values
         told = {q: sp.N(value, 14) for q, value in place.joints.items()}
         assert np.linalg.matrix_rank(evaluate_jacobian(chain, replace(place, joints=told)), 1e-10) == rank
         ranks.add(rank)

@@ -70,7 +70,7 @@ def test_gram_determinant_of_the_planar_arm(planar: Chain) -> None:
 def test_what_all_minors_share_stands_before_the_sum() -> None:
     (part,) = asked("gram-determinant", ARM_4R).parts
     reach = A2 * sp.cos(T2) + A3 * sp.cos(T2 + T3) + A4 * sp.cos(T2 + T3 + T4)
-    assert part.details_as(MinorDetails).shared == reach
+    assert part.details_as(MinorDetails).shared_factors == reach
     assert part.answer_as(Expression).reference.is_Mul
     assert reach**2 in part.answer_as(Expression).reference.args
 

@@ -31,7 +31,7 @@ from qdot.exercises.questions.screws import (
     derive_body_rotation,
     derive_space_jacobian,
 )
-from qdot.exercises.short_questions import QUIZZES
+from qdot.exercises.short_questions import SHORT_QUESTIONS
 from qdot.exercises.short_questions.choice import FormulaOptions
 from qdot.exercises.solve.solver import ReadyResult, text_stages
 from qdot.exercises.verify import certificate
@@ -86,7 +86,7 @@ def test_a_twist_in_numbers_is_one_that_the_arm_has() -> None:
         problem = generate(ProblemId("elbow-3r", seed, ("changed-twist",), variation="full", convention="screws"))
         (part,) = problem.parts
         told, arm = part.details_as(NumericTwistDetails), problem.chain
-        due = derive_space_jacobian(arm).xreplace(told.place.values) * sp.Matrix(list(told.rates.values()))
+        due = derive_space_jacobian(arm).xreplace(told.configuration.values) * sp.Matrix(list(told.rates.values()))
         assert max(abs(entry) for entry in (part.answer.as_matrix() - due).evalf()) < 2e-3
         assert all(value * 1000 == int(value * 1000) for value in told.twist)
 
@@ -134,14 +134,14 @@ def test_options_for_screws_are_those_of_the_arm_at_its_own_home(variation: str)
     for family in ("planar-2r", "planar-rrp", "elbow-3r"):
         arm = by_axes(family, variation)
         for name in ("screw-choice", "space-column-choice"):
-            if QUIZZES[name].find_obstacle(arm) is None:
+            if SHORT_QUESTIONS[name].find_obstacle(arm) is None:
                 problem = generate(ProblemId(family, 1, (name,), variation=variation, convention="screws"))
                 (part,) = problem.parts
                 assert certify(problem).passed
                 told, subject = part.details_as(FormulaOptions).offered, part.details_as(FormulaOptions).subject
                 whole = _reference(arm, subject.base)
-                assert (told[part.answer_as(Choice).correct].shown - whole[:, subject.column]).expand().is_zero_matrix
-                behind = {blame.mistake for option in told for blame in option.behind}
+                assert (told[part.answer_as(Choice).correct].content - whole[:, subject.column]).expand().is_zero_matrix
+                behind = {blame.mistake for option in told for blame in option.blames}
                 assert behind <= {mistake.name for mistake in SECTIONS["Screws and exponentials"]}
                 asked.add(name)
     assert "screw-choice" in asked
@@ -168,7 +168,7 @@ def test_no_text_speaks_of_frames_on_the_links_and_an_axis_that_others_have_move
         pytest.skip("its arms are of many structures")
     arm, each, turn = by_axes(family), several(72, 1), 0 if WHOLE else FEW.index(family)
     own = applicable_questions(arm)
-    names = [*own[turn::each], *applicable_questions(arm, QUIZZES)[turn::each]]
+    names = [*own[turn::each], *applicable_questions(arm, SHORT_QUESTIONS)[turn::each]]
     for problem in (generate(ProblemId(family, 1, (name,), variation="full", convention="screws")) for name in names):
         (part,) = problem.parts
         texts = [write_prompt(problem, part), *write_hints(problem, part), write_solution(problem, part)]
@@ -242,7 +242,7 @@ def test_an_own_arm_is_told_by_the_points_of_its_file_and_without_brackets(tmp_p
         assert np.allclose(_floats(place, values), point_by_rotations(axes, home, moved, lengths))
     _, details = next(question for question in QUESTIONS if question.name == "space-jacobian").ask(chain, Stream("x"))
     assert isinstance(details, SpaceJacobianDetails)
-    for number, one in enumerate(details.carried):
+    for number, one in enumerate(details.moved_screws):
         if one.kind == "R":
             there = point_by_rotations(axes[:number], sp.Matrix(chain.axis_points[number]), q[:number], lengths)
             assert np.allclose(_floats(one.point, values), there)

@@ -58,7 +58,7 @@ def test_the_prompt_names_every_unit_and_load(family: str) -> None:
         assert f"$\\tau_{{{i}}}$ in {'N m' if joint.kind == 'R' else 'N'}" in text
     assert all(f"`{name}`" in text for name in part.symbols)
     units = {"f": "N", "m": "N m"}
-    assert all(problem.symbols()[name].unit == units[name[0]] for name in part.symbols)
+    assert all(problem.symbols[name].unit == units[name[0]] for name in part.symbols)
     load, has = text.split("**")[0], {name[0] for name in part.symbols}
     assert (re.search(r"\bin N\b(?! m)", load) is not None, "in N m" in load) == ("f" in has, "m" in has)
 

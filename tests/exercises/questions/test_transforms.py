@@ -47,7 +47,7 @@ def test_each_partial_product_is_the_one_before_times_a_row_of_the_table(family:
 
 @pytest.mark.parametrize("family", ["planar-2r", "planar-3r", "elbow-3r", "scara", "scorbot-wrist"])
 def test_the_sum_of_angles_that_is_shown_is_an_identity_and_shorter(family: str) -> None:
-    found = drawn(family, 0)["transform"].details_as(TransformDetails).sum
+    found = drawn(family, 0)["transform"].details_as(TransformDetails).angle_sum
     assert isinstance(found, AngleSum)
     assert abs(numbers(sp.Matrix([found.product - found.result]))[0]) < 1e-12
     assert found.product.is_Add and not found.result.is_Add
@@ -55,7 +55,7 @@ def test_the_sum_of_angles_that_is_shown_is_an_identity_and_shorter(family: str)
 
 @pytest.mark.parametrize("family", ["wrist-zyz", "pan-tilt", "cartesian"])
 def test_no_sum_of_angles_is_claimed_where_no_axes_are_parallel(family: str) -> None:
-    assert drawn(family, 0)["transform"].details_as(TransformDetails).sum is None
+    assert drawn(family, 0)["transform"].details_as(TransformDetails).angle_sum is None
 
 
 def test_the_solution_multiplies_row_by_row_from_the_base_on() -> None:

@@ -12,7 +12,7 @@ import pytest
 import sympy as sp
 
 from qdot.exercises.arm.chain import TWIST_ORDERS, Chain, Joint
-from qdot.exercises.arm.derivation_graph import numeric_working
+from qdot.exercises.arm.derivation_graph import compute_numeric_stages
 from qdot.exercises.arm.robot_file import Robot, read_robot, read_robot_file
 from qdot.exercises.arm.robot_text import robot_text
 from qdot.exercises.assignment.assignment import load_assignment
@@ -22,7 +22,7 @@ from qdot.exercises.common.stream import Stream
 from qdot.exercises.generation import generate, sample_chain
 from qdot.exercises.mistakes.configurations import sample_configurations
 from qdot.exercises.problem.problem import Part, Problem, ProblemId
-from qdot.exercises.problem.record import digests, robot_json
+from qdot.exercises.problem.record import compute_digests, make_robot_json
 from qdot.exercises.questions import QUESTIONS
 from qdot.exercises.verify.certificate import certify
 from qdot.exercises.writing.markup import to_text
@@ -104,8 +104,8 @@ def test_what_is_put_in_the_place_of_a_stage_comes_out_as_it_was(order: str) -> 
     problem = _asked("scara-rrrp", 2, "full", order)
     for name in ("home-screws", "space-jacobian", "body-jacobian", "body-adjoint", "geometric-jacobian"):
         part, question = problem[name], QUESTIONS[name]
-        w = numeric_working(
-            problem.chain, sample_configurations(problem.chain, part, problem.domain(), 3, Stream("put"))
+        w = compute_numeric_stages(
+            problem.chain, sample_configurations(problem.chain, part, problem.domain, 3, Stream("put"))
         )
         assert question.formula is not None and question.substitution is not None
         answer = question.formula(w, part.details)
@@ -179,10 +179,12 @@ def test_an_id_says_the_order() -> None:
 
 def test_the_order_changes_the_digest_and_the_usual_one_changes_nothing() -> None:
     first, second = both("planar-2r", 1, "chapter")
-    assert "twist_order" not in robot_json(first.chain) and robot_json(second.chain)["twist_order"] == "v-omega"
-    assert digests(first).arm != digests(second).arm
+    assert (
+        "twist_order" not in make_robot_json(first.chain) and make_robot_json(second.chain)["twist_order"] == "v-omega"
+    )
+    assert compute_digests(first).arm != compute_digests(second).arm
     told = replace(second.chain, convention="dh")
-    assert "twist_order" not in robot_json(told)
+    assert "twist_order" not in make_robot_json(told)
 
 
 ARM = """name = "arm"

@@ -96,20 +96,22 @@ def test_the_solution_names_the_places_where_each_block_is_singular(family: str)
     split = derive_blocks(problem.chain)
     arm, wrist = part.answer_as(Matrix).reference
     theta5 = problem.chain.q[4]
-    assert len(set(split.straight)) == len(split.arm_zeros) == 2 and split.in_line
-    for value in split.straight:
+    assert len(set(split.wrist_zeros)) == len(split.arm_factors) == 2 and split.has_collinear_axes
+    for value in split.wrist_zeros:
         assert wrist.xreplace({theta5: value}) == 0
-        axes = split.wrist.xreplace({theta5: value, problem.chain.q[3]: sp.Rational(3, 10)})
+        axes = split.wrist_block.xreplace({theta5: value, problem.chain.q[3]: sp.Rational(3, 10)})
         assert max(abs(sp.N(entry)) for entry in axes[:, 0].cross(axes[:, 2])) < 1e-12  # axes 4 and 6 in line
     values = {s: sp.Float(0.3 + 0.37 * i) for i, s in enumerate(sorted(arm.free_symbols, key=str))}
-    assert float(split.arm_seen.xreplace(values).det()) == pytest.approx(float(arm.xreplace(values)), abs=1e-12)
+    assert float(split.arm_block_in_frame_1.xreplace(values).det()) == pytest.approx(
+        float(arm.xreplace(values)), abs=1e-12
+    )
     assert "the axes of joints 4 and 6 are collinear" in write_solution(problem, part)
 
 
 def test_a_wrist_with_odd_twists_is_singular_where_its_axes_are_in_one_plane() -> None:
     chain = stanford(sp.Symbol("d6"), Point(4), (sp.pi / 3, -RIGHT))
     found = derive_blocks(chain)
-    assert not found.in_line
+    assert not found.has_collinear_axes
     problem = problem_of(chain)
     assert find_failures(problem) == []
     assert "axes of joints 4, 5 and 6 lie in one plane" in write_solution(problem, problem.parts[2])

@@ -30,7 +30,7 @@ def test_letters_are_balanced_and_options_distinct(family: str, name: str) -> No
     draws = several(12, 30) if name in questions_of_family(family) else 0
     answers = [generate(ProblemId(family, 1000 + seed, (name,))).parts[0].answer_as(Choice) for seed in range(draws)]
     assert all(len(set(answer.options)) == len(answer.options) >= 3 for answer in answers)
-    letters = Counter(answer.letter for answer in answers)
+    letters = Counter(answer.letters for answer in answers)
     assert not draws or (len(letters) >= 3 and max(letters.values()) <= 0.7 * draws)
 
 
@@ -55,7 +55,7 @@ def test_every_use_occurs_where_it_can(textbook_arms: dict[str, Any]) -> None:
     }
     for name, uses in islice(possible.items(), several(3, None)):
         problems = [asked("invertibility", textbook_arms[name].chain, seed) for seed in range(24)]
-        found = Counter(problem.parts[0].details_as(InvertibilityDetails).use for problem in problems)
+        found = Counter(problem.parts[0].details_as(InvertibilityDetails).answer_key for problem in problems)
         assert set(found) == uses, name
         assert max(found.values()) < 20
 
@@ -66,22 +66,20 @@ def test_velocities_at_the_stretched_arm(textbook_arms: dict[str, Any]) -> None:
     seen = set()
     for seed in range(10):
         (part,) = asked("unreachable-velocity", chain, seed).parts
-        cost, answer = part.details_as(VelocityLossDetails).cost, part.answer_as(Choice)
-        turn = float(cost.place.joints[sp.Symbol("theta1")])
+        cost, answer = part.details_as(VelocityLossDetails), part.answer_as(Choice)
+        turn = float(cost.configuration.joints[sp.Symbol("theta1")])
         along = np.array([np.cos(turn), np.sin(turn)])
         velocities = [np.array([float(x) for x in option.strip("()").split(",")]) for option in answer.options]
         lost = [abs(v @ along) / np.linalg.norm(v) > 0.3 for v in velocities]
-        assert lost.count(True) == (3 if cost.possible else 1)
-        assert lost[answer.correct] == (not cost.possible)
-        seen.add(cost.possible)
+        assert lost.count(True) == (3 if cost.is_possible else 1)
+        assert lost[answer.correct] == (not cost.is_possible)
+        seen.add(cost.is_possible)
     assert seen == {True, False}
 
 
 def test_a_joint_that_does_not_move_the_point_is_not_asked_about(textbook_arms: dict[str, Any]) -> None:
     chain = textbook_arms["PUMA560"].chain
-    joints = {
-        asked("joint-effect", chain, seed).parts[0].details_as(JointEffectDetails).effect.joint for seed in range(10)
-    }
+    joints = {asked("joint-effect", chain, seed).parts[0].details_as(JointEffectDetails).joint for seed in range(10)}
     assert joints <= {1, 2, 3}
     wrist = asked("joint-effect", textbook_arms["ZYZ_wrist"].chain, 0).parts[0]
-    assert wrist.details_as(JointEffectDetails).effect.rows == ("wx", "wy", "wz")
+    assert wrist.details_as(JointEffectDetails).rows == ("wx", "wy", "wz")

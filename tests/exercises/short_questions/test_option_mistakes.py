@@ -6,13 +6,13 @@ from qdot.exercises.answer_types import Letters
 from qdot.exercises.common.stream import Stream
 from qdot.exercises.mistakes.catalogue import CATALOGUE
 from qdot.exercises.problem.problem import Problem
-from qdot.exercises.short_questions import QUIZZES
+from qdot.exercises.short_questions import SHORT_QUESTIONS
 from qdot.exercises.short_questions.option_mistakes import explain_options
 from tests.exercises.short_questions.test_quizzes import of_small, small
 from tests.support.problems import drawn
 from tests.support.suites import few_of
 
-WITH_LETTERS = [name for name, quiz in QUIZZES.items() if quiz.form != "number"]
+WITH_LETTERS = [name for name, quiz in SHORT_QUESTIONS.items() if quiz.form != "number"]
 BY_OPTIONS_ALONE = {"motion-turned-round", "joint-without-effect", "column-of-other-joint"}
 
 

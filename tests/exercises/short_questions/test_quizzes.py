@@ -21,10 +21,10 @@ from qdot.exercises.common.errors import QdotError
 from qdot.exercises.families import FAMILIES
 from qdot.exercises.figure.arm_figure import part_alt, part_svg
 from qdot.exercises.generation import applicable_questions, generate, sample_chain, select_quiz_questions
-from qdot.exercises.notebook.notebook import solution_notebook, student_notebook
+from qdot.exercises.notebook.notebook import make_solution_notebook, make_student_notebook
 from qdot.exercises.problem.problem import Part, Problem, ProblemId
-from qdot.exercises.problem.record import digests
-from qdot.exercises.short_questions import ASKED, QUIZZES
+from qdot.exercises.problem.record import compute_digests
+from qdot.exercises.short_questions import ALL_QUESTIONS, SHORT_QUESTIONS
 from qdot.exercises.short_questions.options import ConfigurationOptions, list_blames
 from qdot.exercises.verify.certificate import certify
 from qdot.exercises.writing.problem_texts import write_hints, write_option, write_prompt, write_solution
@@ -41,7 +41,7 @@ from tests.support.suites import few_families, few_of, several
 QUIZ_SNAPSHOTS = SNAPSHOTS / "quizzes"
 UPDATED = os.environ.get("QDOT_UPDATE_SNAPSHOTS") == "1"
 SNAPPED = ("planar-2r", "elbow", "wrist-zyz", "scara")
-NAMES, FAMILY_NAMES = list(QUIZZES), list(FAMILIES)
+NAMES, FAMILY_NAMES = list(SHORT_QUESTIONS), list(FAMILIES)
 EACH = several(1, 4)
 """Short questions that each family is asked; in `make whole` every one of them has its turn over all families."""
 SMALL = ("polar-rp", "planar-pr", "elbow")
@@ -53,12 +53,12 @@ small = pytest.mark.xdist_group("quizzes")  # the problems of these tests are ma
 def asked_in_turn(family: str) -> list[str]:
     first = 4 * FAMILY_NAMES.index(family)
     names = (NAMES[(first + 7 * k) % len(NAMES)] for k in range(len(NAMES)))
-    can = (name for name in names if QUIZZES[name].find_obstacle(sample_chain(_id(family, 0, name))) is None)
+    can = (name for name in names if SHORT_QUESTIONS[name].find_obstacle(sample_chain(_id(family, 0, name))) is None)
     return list(islice(can, EACH if family not in LONG else 1))
 
 
 def _id(family: str, seed: int, name: str) -> ProblemId:
-    return ProblemId(family, seed, (name,), convention=told_in(QUIZZES[name]))
+    return ProblemId(family, seed, (name,), convention=told_in(SHORT_QUESTIONS[name]))
 
 
 @cache
@@ -68,7 +68,9 @@ def problem_of(family: str, seed: int, name: str) -> Problem:
 
 def of_small(name: str, seed: int = 1) -> Problem:
     """Return a problem of one short question, of the first of SMALL that can be asked it."""
-    can = (family for family in SMALL if QUIZZES[name].find_obstacle(sample_chain(_id(family, 1, name))) is None)
+    can = (
+        family for family in SMALL if SHORT_QUESTIONS[name].find_obstacle(sample_chain(_id(family, 1, name))) is None
+    )
     return problem_of(next(can), seed, name)
 
 
@@ -240,27 +242,29 @@ def test_true_is_read_in_any_form() -> None:
 @small
 def test_forms_of_questions_are_the_ones_that_platforms_have() -> None:
     types = {"choice": Choice, "selection": Selection, "matching": Matching, "number": Number, "true or false": Choice}
-    assert {question.form for question in QUIZZES.values()} == set(types)
-    for name, question in QUIZZES.items():
+    assert {question.form for question in SHORT_QUESTIONS.values()} == set(types)
+    for name, question in SHORT_QUESTIONS.items():
         assert isinstance(of_small(name).parts[0].answer, types[question.form])
 
 
 def test_a_quiz_asks_each_form_once() -> None:
     for family in several(("planar-2r", "wrist-zyz"), ("planar-2r", "scara", "wrist-zyz")):
         names = select_quiz_questions(family)
-        assert 4 <= len(names) == len({QUIZZES[name].form for name in names})
+        assert 4 <= len(names) == len({SHORT_QUESTIONS[name].form for name in names})
         assert [part.name for part in generate(ProblemId(family, 3, names)).parts] == list(names)
 
 
 def test_short_questions_are_not_among_all_that_apply() -> None:
     arm = sample_chain(ProblemId("planar-2r", 1))
-    assert not set(applicable_questions(arm)) & set(QUIZZES)
-    assert applicable_questions(arm, QUIZZES)
+    assert not set(applicable_questions(arm)) & set(SHORT_QUESTIONS)
+    assert applicable_questions(arm, SHORT_QUESTIONS)
 
 
 def test_an_answer_is_not_shown_beside_the_question() -> None:
-    for name, shown in ((name, shown) for name, question in QUIZZES.items() for shown in question.shown_answers):
-        assert shown in ASKED
+    for name, shown in (
+        (name, shown) for name, question in SHORT_QUESTIONS.items() for shown in question.shown_answers
+    ):
+        assert shown in ALL_QUESTIONS
         with pytest.raises(QdotError, match=rf"'{name}' .*'{shown}'"):
             generate(ProblemId("planar-2r", 1, (name, shown)))
 
@@ -270,12 +274,12 @@ def test_an_answer_is_not_shown_beside_the_question() -> None:
 def test_what_an_id_is_asked_has_not_changed(family: str) -> None:
     """In `make test`, of every fourth question of the families behind the first."""
     path = QUIZ_SNAPSHOTS / f"{family}.json"
-    names = list(applicable_questions(sample_chain(ProblemId(family, 1)), QUIZZES))
+    names = list(applicable_questions(sample_chain(ProblemId(family, 1)), SHORT_QUESTIONS))
     if not UPDATED:
         stored = json.loads(path.read_text(encoding="utf-8"))
         assert set(stored) == {f"1/{name}" for name in names}
         names = names if family == SNAPPED[0] else sorted(names)[:: several(4, 1)]
-    found = {f"1/{name}": digests(problem_of(family, 1, name)).parts[name][:16] for name in names}
+    found = {f"1/{name}": compute_digests(problem_of(family, 1, name)).parts[name][:16] for name in names}
     if UPDATED:
         QUIZ_SNAPSHOTS.mkdir(exist_ok=True)
         path.write_text(json.dumps(found, indent=1) + "\n", encoding="utf-8")
@@ -285,7 +289,7 @@ def test_what_an_id_is_asked_has_not_changed(family: str) -> None:
 
 def test_notebooks_hold_drawings_to_choose_from() -> None:
     problem = generate(ProblemId("elbow", 2, ("singular-drawing", "true-or-false", "singular-configurations")))
-    for made in (student_notebook, solution_notebook):
+    for made in (make_student_notebook, make_solution_notebook):
         cells = made("Quiz", "quiz", "ada", [("p1", problem)]).cells
         (drawing,) = [cell.source for cell in cells if "data:image/svg+xml" in cell.source and "A: " in cell.source]
         assert "theta1 = " in drawing
@@ -333,7 +337,8 @@ def test_another_word_than_quiz_is_refused(quiz: Path) -> None:
 def test_columns_are_asked_of_every_arm_of_which_they_are_asked_at_all() -> None:
     """With numbers and offsets columns are longer texts; how long they may be is looked at without."""
     assert (
-        ASKED["match-columns"].find_objection(sample_chain(ProblemId("orthogonal-3r", 0, variation="chapter"))) is None
+        ALL_QUESTIONS["match-columns"].find_objection(sample_chain(ProblemId("orthogonal-3r", 0, variation="chapter")))
+        is None
     )
     answer = problem_of("orthogonal-3r", 0, "match-columns").parts[0].answer
     assert isinstance(answer, Matching) and len(answer.items) == 3

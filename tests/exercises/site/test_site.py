@@ -17,7 +17,7 @@ from typing import Any
 import pytest
 
 from qdot.exercises.assignment.assignment import Student
-from qdot.exercises.chapter import corrections
+from qdot.exercises.chapter import read_errata
 from qdot.exercises.common.errors import QdotError
 from qdot.exercises.problem.problem import Problem
 from qdot.exercises.site import pages as site_pages
@@ -84,7 +84,7 @@ def loaded(site: Path, name: str) -> Any:
 @pytest.mark.whole
 def test_the_chapters_pages_tell_where_the_book_differs() -> None:
     found = {page.path: page.body for page in make_chapter_pages()}
-    assert len(re.findall("<h2>", found["examples/errata.html"])) == len(corrections())
+    assert len(re.findall("<h2>", found["examples/errata.html"])) == len(read_errata())
     for number, count in {"6-1": 2, "6-2": 2, "6-3": 3, "6-4": 0}.items():
         page = found[f"examples/{number}.html"]
         assert page.count("<strong>Printed:</strong>") == count, number
@@ -98,7 +98,7 @@ def test_the_errata_are_told_in_german_with_the_same_numbers() -> None:
         assert body.count("<strong>Gedruckt:</strong>") == page.body.count("<strong>Printed:</strong>"), page.path
         assert "Printed" not in body
         assert page.path != ERRATA or title == "Errata des Kapitels"
-    for english, german in zip(corrections(), corrections("de"), strict=True):
+    for english, german in zip(read_errata(), read_errata("de"), strict=True):
         assert german.why != english.why
         told = [value.replace(",", ".") for _, value in german.values]
         kinds = {"boundary": "am Rand", "internal": "im Inneren"}

@@ -12,7 +12,7 @@ import sympy as sp
 
 from qdot.exercises.answer_types import Choice, Matching, Number, Selection
 from qdot.exercises.arm.derivation import derive
-from qdot.exercises.arm.derivation_graph import numeric_working
+from qdot.exercises.arm.derivation_graph import compute_numeric_stages
 from qdot.exercises.arm.kinematics import NumericChain
 from qdot.exercises.common.variation import VARIATION_STEPS
 from qdot.exercises.generation import find_listing, generate, select_quiz_questions
@@ -59,7 +59,7 @@ def test_a_prompt_says_in_which_rates_an_answer_is_and_what_rows_and_columns_bel
 ) -> None:
     """A page offers signs of those alone."""
     problem = drawn(family, 0)
-    spoken = {name for name, info in problem.symbols().items() if info.role in ("rate", "velocity", "force")}
+    spoken = {name for name, info in problem.symbols.items() if info.role in ("rate", "velocity", "force")}
     for part in problem.parts:
         if not isinstance(part.answer, (Choice, Selection, Matching)):
             used = set(re.findall(r"\w+", json.dumps(part.answer.as_json()))) & spoken
@@ -77,7 +77,7 @@ def test_a_prompt_says_in_which_rates_an_answer_is_and_what_rows_and_columns_bel
 
 def _values_are_right(problem: Problem, part: Part, key: dict[str, Any]) -> None:
     values = {name: np.array(column) for name, column in zip(key["symbols"], np.array(key["points"]).T, strict=True)}
-    found = compute_answer(numeric_working(problem.chain, values), part).reshape(len(key["right"]), -1)
+    found = compute_answer(compute_numeric_stages(problem.chain, values), part).reshape(len(key["right"]), -1)
     right = np.array(key["right"], dtype=float)
     scale = np.abs(right).max(axis=0)
     assert (np.abs(found - right) <= 1e-9 * (np.abs(right) + scale)).all(), part.name

@@ -111,7 +111,7 @@ def test_a_false_sentence_or_kind_fails_the_certificate(
     identity: str, question: str, said: Classification, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     problem = generate(replace(ProblemId.parse(identity), questions=(question,)))
-    assert question == "singular-angles" or problem.parts[0].details_as(KindDetails).type != "regular"
+    assert question == "singular-angles" or problem.parts[0].details_as(KindDetails).singularity_kind != "regular"
     assert certify(problem).passed
 
     def falsely(chain: Chain, component: Component) -> Classification:

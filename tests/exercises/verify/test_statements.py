@@ -6,7 +6,7 @@ from qdot.exercises.answer_types import Choice
 from qdot.exercises.generation import generate
 from qdot.exercises.problem.problem import ProblemId
 from qdot.exercises.questions.singular import KindDetails
-from qdot.exercises.short_questions.drawings import PoseStatement
+from qdot.exercises.short_questions.single_configuration import ConfigurationStatement
 from qdot.exercises.verify.certificate import certify
 from qdot.exercises.writing.problem_texts import write_solution
 
@@ -17,7 +17,7 @@ def test_that_a_pose_is_singular_is_true_or_false_as_its_rank_says(family: str) 
     for seed in range(40):
         problem = generate(ProblemId(family, seed, ("true-or-false",)))
         (part,) = problem.parts
-        if part.details_as(PoseStatement).said == "singular":
+        if part.details_as(ConfigurationStatement).statement_kind == "singular":
             assert isinstance(part.answer, Choice)
             assert certify(problem).passed
             answers.add(part.answer.options[part.answer.correct])
@@ -40,7 +40,7 @@ def test_one_side_of_a_boundary_is_named_only_if_the_lost_direction_has_one(
     asked = generate(problem, ["singularity-type"])
     (part,) = asked.parts
     solution = write_solution(asked, part)
-    assert part.details_as(KindDetails).type == "boundary"
+    assert part.details_as(KindDetails).singularity_kind == "boundary"
     assert (ONE_SIDE in solution) == one_side and certify(asked).passed
     assert solution.partition("the Jacobian loses rank")[0].count("= 0") == conditions
     monkeypatch.setattr("qdot.exercises.verify.appearance.is_one_sided", lambda *_: True)

@@ -15,7 +15,7 @@ from qdot.exercises.generation import generate, questions_of_family
 from qdot.exercises.problem.problem import Problem, ProblemId
 from qdot.exercises.questions import QUESTIONS
 from qdot.exercises.questions.singular import KindDetails
-from qdot.exercises.short_questions import ASKED as EVERY_QUESTION
+from qdot.exercises.short_questions import ALL_QUESTIONS as EVERY_QUESTION
 from qdot.exercises.singularities.singularity import Component
 from qdot.exercises.verify.certificate import CHECKS, certify
 from tests.support.problems import LONG_ARMS, parts_in_turn, with_answer
@@ -220,8 +220,10 @@ def test_a_wrong_kind_is_found() -> None:
             other = part.answer.options[number]
             kind = "regular" if other.startswith("no ") else other.split()[1]
             details = part.details_as(KindDetails)
-            if kind != details.type:
-                wrong = replace(part, answer=Choice(part.answer.options, number), details=replace(details, type=kind))
+            if kind != details.singularity_kind:
+                wrong = replace(
+                    part, answer=Choice(part.answer.options, number), details=replace(details, singularity_kind=kind)
+                )
                 assert not certify(replace(problem, parts=(wrong,))).passed
 
 

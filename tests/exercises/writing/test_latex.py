@@ -346,7 +346,7 @@ def test_what_is_set_reads_as_the_same(problem: Problem) -> None:
         if isinstance(part.answer, (Expression, Matrix)):
             text = str(part.answer.as_json()).replace("'", "")
             prismatic = tuple(q.name[1:] for q in problem.chain.q if q.name.startswith("d"))
-            shown = typeset(parse_formula(text, problem.symbols()), prismatic)
+            shown = typeset(parse_formula(text, problem.symbols), prismatic)
             ET.fromstring(mathml_text(shown, True))
             reference = part.answer.reference if isinstance(part.answer, Expression) else part.answer.as_matrix()
             for printed in (latex_text(shown), tex(reference, problem.chain)):
@@ -354,4 +354,4 @@ def test_what_is_set_reads_as_the_same(problem: Problem) -> None:
                     assert judge(problem, part, printed, "s").outcome is Outcome.CORRECT, (part.name, printed)
         elif isinstance(part.answer, ConditionSet):
             text = f"[{', '.join(part.answer.pieces())}]"
-            ET.fromstring(mathml_text(typeset(parse_formula(text, problem.symbols()), (), are_alternatives=True), True))
+            ET.fromstring(mathml_text(typeset(parse_formula(text, problem.symbols), (), are_alternatives=True), True))

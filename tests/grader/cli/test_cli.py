@@ -18,7 +18,7 @@ import pytest
 from qdot.exercises.answer_types import Matrix
 from qdot.exercises.common.parallel import _defer_stop
 from qdot.exercises.families import FAMILIES
-from qdot.exercises.short_questions import ASKED
+from qdot.exercises.short_questions import ALL_QUESTIONS
 from qdot.grader.cli.main import COMMANDS, LIST_COMMANDS, app, make_program
 from tests.support.command import fails, run, runner
 from tests.support.handing_in import TOML
@@ -49,7 +49,7 @@ def test_help_lists_every_command_and_each_explains_itself() -> None:
 def test_families_and_questions() -> None:
     families = json.loads(run("families", "--json"))
     assert [family["name"] for family in families] == list(FAMILIES)
-    assert [question["name"] for question in json.loads(run("questions", "--json"))] == list(ASKED)
+    assert [question["name"] for question in json.loads(run("questions", "--json"))] == list(ALL_QUESTIONS)
     assert "planar-2r" in run("families") and "difficulty" in run("families")
     assert "inverse-velocity" in run("questions")
     hard = {family["name"]: family["difficulty"] for family in families}

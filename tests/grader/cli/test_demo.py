@@ -35,8 +35,8 @@ def demonstration(tmp_path_factory: pytest.TempPathFactory) -> Assignment:
 
 def answers(sandbox: Sandbox, problem: Problem, kind: str) -> dict[str, str]:
     """Return what a student of a kind answers, as it leaves the notebook."""
-    edit, names = dict(EDITS)[kind], sorted({*problem.symbols(), "theta1", "theta2", "theta3", "qd2"})
-    codes = {part.name.replace("-", "_"): edit(part.answer.code(), part) for part in problem.parts}
+    edit, names = dict(EDITS)[kind], sorted({*problem.symbols, "theta1", "theta2", "theta3", "qd2"})
+    codes = {part.name.replace("-", "_"): edit(part.answer.write_code(), part) for part in problem.parts}
     setup = f"from sympy import *\n{', '.join(names)} = symbols('{' '.join(names)}')"
     run = sandbox.run([setup, *(f"{name} = {code}" for name, code in codes.items())], list(codes))
     assert not run.cell_errors, run.cell_errors

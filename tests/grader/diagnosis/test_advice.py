@@ -3,7 +3,7 @@
 import pytest
 
 from qdot import generate
-from qdot.exercises.chapter import planar_2r
+from qdot.exercises.chapter import make_planar_2r
 from qdot.grader.diagnosis.advice import advise
 from qdot.grader.grading.marking import mark
 from qdot.grader.judging.answer_parser import read_answer
@@ -34,7 +34,7 @@ TWO_R = (
     ],
 )
 def test_what_is_said_is_what_the_answer_fails_simplest_first(question: str, answer: str, begins: str) -> None:
-    problem = asked(question, planar_2r())
+    problem = asked(question, make_planar_2r())
     found = advise(problem, problem.parts[0], read_answer(problem, problem.parts[0], answer), "advice")
     assert found is not None and found.mistakes == ()
     assert found.says.startswith(begins)

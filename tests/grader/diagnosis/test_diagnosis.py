@@ -9,8 +9,8 @@ import pytest
 
 from qdot.exercises.answer_types import Expression, Matrix
 from qdot.exercises.arm.chain import Chain
-from qdot.exercises.arm.derivation_graph import numeric_working, symbolic_working, to_sympy_matrix
-from qdot.exercises.chapter import planar_2r, scorbot_arm
+from qdot.exercises.arm.derivation_graph import compute_numeric_stages, compute_symbolic_stages, to_sympy_matrix
+from qdot.exercises.chapter import make_planar_2r, make_scorbot_arm
 from qdot.exercises.common.stream import Stream
 from qdot.exercises.families import FAMILIES
 from qdot.exercises.formula.parser import parse_formula
@@ -59,7 +59,7 @@ def test_mistakes_are_named_and_random_answers_blamed_on_none(family: str) -> No
 
 # --- the chapter's arms ---
 
-PLANAR, SCORBOT = planar_2r(), scorbot_arm()
+PLANAR, SCORBOT = make_planar_2r(), make_scorbot_arm()
 C1, S1, C12, S12 = "cos(theta1)", "sin(theta1)", "cos(theta1 + theta2)", "sin(theta1 + theta2)"
 
 
@@ -250,7 +250,7 @@ def test_of_example_6_3(answer: str, mistake: str) -> None:
 
 
 def test_a_mistake_in_one_column_only_is_found_and_two_in_two_columns_are() -> None:
-    right = to_sympy_matrix(compute_answer(symbolic_working(SCORBOT), asked("jacobian", SCORBOT).parts[0]))
+    right = to_sympy_matrix(compute_answer(compute_symbolic_stages(SCORBOT), asked("jacobian", SCORBOT).parts[0]))
     one = right.copy()
     one[:, 1] = -one[:, 1]
     assert said("jacobian", str(one.tolist()), SCORBOT)[0] == "column-sign"
@@ -294,15 +294,15 @@ def test_the_right_answer_comes_out_of_every_working(family: str) -> None:
     """Numbers and formulas of `mistakes` are a third derivation: they must give the references."""
     for problem, part in problems(family, 0, tuple(name for name, question in QUESTIONS.items() if question.formula)):
         if isinstance(part.answer, (Expression, Matrix)):
-            values = sample_configurations(problem.chain, part, problem.domain(), 3, Stream("right"))
-            found = compute_answer(numeric_working(problem.chain, values), part)
+            values = sample_configurations(problem.chain, part, problem.domain, 3, Stream("right"))
+            found = compute_answer(compute_numeric_stages(problem.chain, values), part)
             due = evaluated(part, values)
             assert abs(found - due.reshape(found.shape)).max() < 1e-9 * max(1.0, abs(due).max()), part.name
 
 
 def test_a_function_that_needs_numbers_is_diagnosed_by_its_values() -> None:
     problem = asked("position", PLANAR)
-    called = make_calls(problem, problem.domain(), "points")
+    called = make_calls(problem, problem.domain, "points")
     at = dict(zip(called.symbols, np.array(called.points).T, strict=True))
     rows = [at["a1"] * trig(at["theta1"]) + at["a2"] * trig(at["theta2"]) for trig in (np.cos, np.sin)]
     values = [[[value, 0.0] for value in row] for row in np.array(rows).T.tolist()]

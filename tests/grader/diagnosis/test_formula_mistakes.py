@@ -6,8 +6,8 @@ from fractions import Fraction
 import numpy as np
 import pytest
 
-from qdot.exercises.arm.derivation_graph import symbolic_working, to_sympy_matrix
-from qdot.exercises.chapter import planar_2r
+from qdot.exercises.arm.derivation_graph import compute_symbolic_stages, to_sympy_matrix
+from qdot.exercises.chapter import make_planar_2r
 from qdot.exercises.common.stream import Stream
 from qdot.exercises.formula.parser import parse_formula
 from qdot.exercises.formula.program import compile_program, evaluate
@@ -23,7 +23,7 @@ from tests.support.judging import diagnose
 from tests.support.problems import asked, drawn
 from tests.support.suites import few_families
 
-PLANAR = planar_2r()
+PLANAR = make_planar_2r()
 C1, S1, C12, S12 = "cos(theta1)", "sin(theta1)", "cos(theta1 + theta2)", "sin(theta1 + theta2)"
 
 
@@ -114,8 +114,8 @@ def test_every_slip_in_a_formula_of_any_arm_is_named(family: str) -> None:
     for part in problem.parts:
         if part.name not in ("position", "jacobian", "determinant"):
             continue
-        rows = [list(row) for row in part.answer.trees(problem.domain().roles)]
-        at = sample_configurations(problem.chain, part, problem.domain(), 4, Stream("finished"))
+        rows = [list(row) for row in part.answer.parse_trees(problem.domain.roles)]
+        at = sample_configurations(problem.chain, part, problem.domain, 4, Stream("finished"))
         right, tried = values_of(rows, at), set()
         i, j = max(
             ((i, j) for i, row in enumerate(rows) for j in range(len(row))), key=lambda w: count_nodes(rows[w[0]][w[1]])
@@ -139,8 +139,8 @@ def test_every_slip_in_a_formula_of_any_arm_is_named(family: str) -> None:
 def test_a_slip_throughout_is_named_on_any_arm(family: str) -> None:
     problem = drawn(family, 0)
     part = next(part for part in problem.parts if part.name in ("jacobian", "joint-axes", "link-velocity"))
-    rows = [list(row) for row in part.answer.trees(problem.domain().roles)]
-    at = sample_configurations(problem.chain, part, problem.domain(), 4, Stream("finished"))
+    rows = [list(row) for row in part.answer.parse_trees(problem.domain.roles)]
+    at = sample_configurations(problem.chain, part, problem.domain, 4, Stream("finished"))
     right, tried = values_of(rows, at), set()
     for name, changed in edit_throughout(rows):
         found = values_of(changed, at)
@@ -156,7 +156,7 @@ def test_a_mistake_that_later_parts_inherit_is_named_once() -> None:
     problem = drawn("elbow-3r", 0)
     names = ("joint-axes", "jacobian", "velocity")
     parts = {part.name: part for part in problem.parts if part.name in names}
-    right = symbolic_working(problem.chain)
+    right = compute_symbolic_stages(problem.chain)
     slip = next(wrong.variant for wrong in apply_mistake(CATALOGUE["twist-sign"], right, parts["joint-axes"]))
     wrong = right.with_mistakes(slip.changes)
     answers = {}

@@ -86,7 +86,7 @@ def test_a_key_is_letters_that_are_the_same_for_good() -> None:
     (verdict,) = mark(made, {"determinant": "a1 + 1"}, secret=SECRET)
     assert make_part_result("p1", verdict).group == f"p1.{verdict.part}/{letters}"
     assert mark(made, {"determinant": "a1 + 1"})[0].group is None
-    assert mark(made, {"determinant": part.answer.code()}, secret=SECRET)[0].group is None
+    assert mark(made, {"determinant": part.answer.write_code()}, secret=SECRET)[0].group is None
     assert mark(made, {}, secret=SECRET)[0].group is None
 
 
@@ -173,7 +173,7 @@ def test_the_same_mistake_is_one_group_also_where_it_was_found_before_or_followe
     """Relative for absolute angles in the position, then in J: found in J itself, or earned by follow-through."""
     made = generate(ProblemId("planar-2r", 3, ("position", "jacobian"), variation="chapter"))
     wrong = {name: text.format(a2="a2") for name, text in RELATIVE.items()}
-    answers = ({"position": made["position"].answer.code(), "jacobian": wrong["jacobian"]}, wrong)
+    answers = ({"position": made["position"].answer.write_code(), "jacobian": wrong["jacobian"]}, wrong)
     by_itself, followed = (mark(made, each, secret=SECRET)[1] for each in answers)
     assert by_itself.diagnosis is not None and by_itself.diagnosis.mistakes and by_itself.followed_from is None
     assert followed.followed_from == "position"
@@ -210,7 +210,7 @@ def assignment(tmp_path: Path) -> Assignment:
     made = a_class(tmp_path / "hw", [Student(name) for name in NAMES])
     for name in NAMES:
         ((_, own),) = made.generate_problems(name)
-        reference = own["determinant"].answer.code()
+        reference = own["determinant"].answer.write_code()
         source = f"p1_determinant = theta2**2*({reference})" if name == "di" else WRONG.format(reference)
         hand_in(made, f"{name}/hw.ipynb", right(made, name, lambda cells, s=source: cells[-1].update(source=s)))  # type: ignore[misc]
     return made

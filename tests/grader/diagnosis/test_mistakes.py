@@ -24,7 +24,7 @@ import pytest
 import sympy as sp
 
 from qdot.exercises.answer_types import Matrix
-from qdot.exercises.arm.derivation_graph import links_to_point, symbolic_working
+from qdot.exercises.arm.derivation_graph import compute_symbolic_stages, links_to_point
 from qdot.exercises.generation import generate, sample_chain
 from qdot.exercises.problem.problem import Part, Problem, ProblemId
 from qdot.grader.diagnosis.advice import advise
@@ -130,7 +130,7 @@ def test_what_is_said_behind_some_of_them() -> None:
 
 def answer_without(problem: Problem, part: Part, left_out: dict[int, tuple[int, ...]]) -> str:
     """Return the Jacobian with the parts of some links left out of some columns."""
-    w = symbolic_working(problem.chain)
+    w = compute_symbolic_stages(problem.chain)
     assert isinstance(part.answer, Matrix)
     found = part.answer.reference.as_mutable()
     for column, links in left_out.items():
@@ -145,7 +145,7 @@ def answer_without(problem: Problem, part: Part, left_out: dict[int, tuple[int, 
 def test_links_left_out_of_several_columns_are_named(family: str) -> None:
     problem = generate(ProblemId(family, 1, ("jacobian",)))
     (part,) = problem.parts
-    w = symbolic_working(problem.chain)
+    w = compute_symbolic_stages(problem.chain)
     rows = ["xyz".index(name[1]) for name in problem.chain.task if name.startswith("v")]
     moved = [
         [k for k in links_to_point(problem.chain) if any(w["effects"][column][k][row][0] != 0 for row in rows)]
@@ -163,7 +163,7 @@ def test_links_left_out_of_several_columns_are_named(family: str) -> None:
 
 def test_links_left_out_of_the_position_are_named() -> None:
     problem = generate(ProblemId("planar-3r", 1, ("position",)))
-    links = symbolic_working(problem.chain)["links"]
+    links = compute_symbolic_stages(problem.chain)["links"]
     lost = sp.Matrix([sum(links[k][row][0] for k in (0, 2)) for row in range(2)])
     found = judging.diagnose(
         problem, problem.parts[0], str((problem.parts[0].answer.as_matrix() - lost).tolist()), "seed"

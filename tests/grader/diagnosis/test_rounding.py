@@ -95,13 +95,13 @@ def test_a_function_that_returns_rounded_values_made_no_mistake(
     family: str, seed: int, convention: str, digits: int
 ) -> None:
     problem = drawn(family, seed, convention=convention)
-    calls = make_calls(problem, problem.domain(), "points")
+    calls = make_calls(problem, problem.domain, "points")
     points = np.array(calls.points).T
     at, named, said = dict(zip(calls.symbols, points, strict=True)), {}, set()
     for part in problem.parts:
         if not part.answer.is_symbolic or part.answer.counts_up_to_a_factor:
             continue
-        rows = part.answer.trees(problem.domain().roles)
+        rows = part.answer.parse_trees(problem.domain.roles)
         values = evaluate(compile_program([entry for row in rows for entry in row]), at, points.shape[1])[0].T.real
         with np.errstate(all="ignore"):
             step = 10.0 ** (np.floor(np.log10(np.abs(values))) + 1 - digits)

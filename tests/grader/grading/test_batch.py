@@ -170,7 +170,9 @@ def test_what_a_dead_worker_or_grader_had_begun_is_gone_when_the_run_is_over(ass
 def test_nothing_follows_from_answers_that_are_right_for_somebody_else(assignment: Assignment) -> None:
     """s02 writes the answers of s01 into the own notebook; s03 makes one mistake and goes on from there."""
     others = {
-        part.name: part.answer.code() for _, problem in assignment.generate_problems("s01") for part in problem.parts
+        part.name: part.answer.write_code()
+        for _, problem in assignment.generate_problems("s01")
+        for part in problem.parts
     }
     hand_in(assignment, "s02/hw.ipynb", right(assignment, "s02", lambda _, part: others[part.name]))
     forgotten = {

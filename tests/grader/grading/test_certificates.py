@@ -23,7 +23,7 @@ from qdot.exercises.assignment.release import (
 from qdot.exercises.common.errors import QdotError
 from qdot.exercises.generation import generate
 from qdot.exercises.problem.problem import ENGINE, Problem, ProblemId
-from qdot.exercises.problem.record import digests
+from qdot.exercises.problem.record import compute_digests
 from qdot.grader.cli.main import make_program
 from qdot.grader.grading import certify as certifying
 from qdot.grader.grading.certificates import ProblemRecord
@@ -240,7 +240,7 @@ def test_a_certificate_says_what_was_made_by_what_and_what_it_passed(released: P
     assert {"jacobian: product of exponentials", "singular-angles: complete"} <= set(own["checks"])
     assert set(own["parts"]) == {"jacobian", "determinant", "singular-angles"}
     (_, problem), _ = assignment.generate_problems("s001")
-    assert own["sha256"] == digests(problem).sha256
+    assert own["sha256"] == compute_digests(problem).sha256
 
 
 def test_students_draw_different_lengths_of_an_own_robot(released: Path) -> None:
@@ -328,9 +328,9 @@ def test_an_own_robot_that_is_singular_everywhere_is_not_handed_out(folder: Path
 def test_a_record_is_the_same_each_time_whatever_the_points() -> None:
     problem = generate(ProblemId("elbow-3r", 4, ("jacobian", "singular-angles")))
     assert make_record(problem) == make_record(generate(problem.id))
-    assert digests(problem) == digests(generate(problem.id, points=(5, 6)))
-    other = digests(generate(ProblemId("elbow-3r", 5, problem.id.questions)))
-    assert digests(problem).arm != other.arm
+    assert compute_digests(problem) == compute_digests(generate(problem.id, points=(5, 6)))
+    other = compute_digests(generate(ProblemId("elbow-3r", 5, problem.id.questions)))
+    assert compute_digests(problem).arm != other.arm
 
 
 def test_an_unknown_band_fails_loudly() -> None:

@@ -19,10 +19,10 @@ from qdot.exercises.assignment.release import init_assignment
 from qdot.exercises.assignment.replacements import MAX_SEEDS, read_replacements
 from qdot.exercises.assignment.store import load_stored_problems
 from qdot.exercises.common.stream import Stream
-from qdot.exercises.notebook.notebook import student_notebook
+from qdot.exercises.notebook.notebook import make_student_notebook
 from qdot.exercises.notebook.self_check import Problems
 from qdot.exercises.problem.problem import Details, Part
-from qdot.exercises.short_questions import ASKED
+from qdot.exercises.short_questions import ALL_QUESTIONS
 from qdot.exercises.verify.certificate import CHECKS
 from qdot.exercises.verify.numeric_reference import Check, NumericReference
 from qdot.grader.cli.demo import fill_in_answers
@@ -192,14 +192,14 @@ def test_an_old_notebook_of_who_is_left_out_is_told_of(folder: Path, monkeypatch
 def test_a_draw_that_finds_nothing_to_ask_or_fails_is_drawn_anew(
     folder: Path, monkeypatch: pytest.MonkeyPatch, error: Exception
 ) -> None:
-    question = ASKED["determinant"]
+    question = ALL_QUESTIONS["determinant"]
 
     def ask(chain: Chain, rng: Stream) -> tuple[Answer, Details]:
         if rng.integer_below(2):
             raise error
         return question.ask(chain, rng)
 
-    monkeypatch.setitem(ASKED, "determinant", replace(question, sample=ask))
+    monkeypatch.setitem(ALL_QUESTIONS, "determinant", replace(question, sample=ask))
     generate(folder)
     (why,) = {replacement.first_failure for replacement in read_replacements(folder).values()}
     assert str(error) in why and ("qdot itself failed" in why) == isinstance(error, ZeroDivisionError)
@@ -210,14 +210,14 @@ def test_who_was_left_out_does_not_keep_the_others_from_being_graded(
     folder: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     monkeypatch.setattr("threading.active_count", lambda: 1)  # s3 is graded again in a fork, with the fault
-    lost, question = {str(seed) for seed in seeds(load_assignment(folder), "s3")}, ASKED["determinant"]
+    lost, question = {str(seed) for seed in seeds(load_assignment(folder), "s3")}, ALL_QUESTIONS["determinant"]
 
     def ask(chain: Chain, rng: Stream) -> tuple[Answer, Details]:
         if set(rng._seed.decode().split("/")) & lost:
             raise RuntimeError("no such pose")
         return question.ask(chain, rng)
 
-    monkeypatch.setitem(ASKED, "determinant", replace(question, sample=ask))
+    monkeypatch.setitem(ALL_QUESTIONS, "determinant", replace(question, sample=ask))
     left_out(folder, "generate")
     assignment = load_assignment(folder)
     for student, text in notebooks(folder).items():
@@ -236,9 +236,9 @@ def test_a_notebook_that_cannot_be_written_is_one_students(folder: Path, monkeyp
     def make(title: str, key: str, student: str, problems: Problems, hinted: bool) -> NotebookNode:
         if student == "s2" and any(slot == "p2" for slot, _ in problems):
             raise KeyError("theta9")
-        return student_notebook(title, key, student, problems, hinted)
+        return make_student_notebook(title, key, student, problems, hinted)
 
-    monkeypatch.setattr(release, "student_notebook", make)
+    monkeypatch.setattr(release, "make_student_notebook", make)
     stderr = left_out(folder, "generate")
     assert "s2: p2 (planar-2r): " in stderr and "KeyError" in stderr
     assert set(notebooks(folder)) == set(STUDENTS) - {"s2"}

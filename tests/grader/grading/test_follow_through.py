@@ -9,8 +9,8 @@ import sympy as sp
 
 from qdot.exercises.answer_types import Expression
 from qdot.exercises.arm.chain import Chain
-from qdot.exercises.arm.derivation_graph import Working, symbolic_working, to_sympy_matrix
-from qdot.exercises.chapter import planar_2r, scorbot_arm
+from qdot.exercises.arm.derivation_graph import StageResults, compute_symbolic_stages, to_sympy_matrix
+from qdot.exercises.chapter import make_planar_2r, make_scorbot_arm
 from qdot.exercises.common.stream import Stream
 from qdot.exercises.formula.sympy_text import expression_text
 from qdot.exercises.generation import generate
@@ -26,7 +26,7 @@ from tests.support.suites import few_families, few_of, several
 
 Draw = Callable[[str, int], Problem]
 
-PLANAR, SCORBOT = planar_2r(), scorbot_arm()
+PLANAR, SCORBOT = make_planar_2r(), make_scorbot_arm()
 ASKED = ("position", "jacobian", "determinant", "inverse-jacobian", "inverse-velocity", "singular-angles")
 
 
@@ -35,7 +35,7 @@ def problem_of(chain: Chain, names: tuple[str, ...] = ASKED) -> Problem:
     for name in names:
         question = QUESTIONS[name]
         answer, details = question.ask(chain, Stream(f"follow/{name}"))
-        parts.append(Part(name, name, answer, question.points, question.needs, details))
+        parts.append(Part(name, name, answer, question.points, question.prerequisites, details))
     return Problem(ProblemId("textbook", 1, names), chain, tuple(parts))
 
 
@@ -43,7 +43,7 @@ def marked(problem: Problem, answers: dict[str, str], credit: Fraction = Fractio
     return {verdict.part: verdict for verdict in mark(problem, answers, secret="secret", rules=MarkingRules(credit))}
 
 
-def written(part: Part, w: Working) -> str:
+def written(part: Part, w: StageResults) -> str:
     matrix = to_sympy_matrix(compute_answer(w, part))
     return expression_text(matrix[0]) if isinstance(part.answer, Expression) else str(matrix.tolist())
 
@@ -81,7 +81,7 @@ def test_the_assignment_sets_the_credit_and_may_give_none() -> None:
 
 
 def test_a_part_is_never_worth_more_and_a_right_one_stays_right() -> None:
-    jacobian = written(problem_of(PLANAR)["jacobian"], symbolic_working(PLANAR))
+    jacobian = written(problem_of(PLANAR)["jacobian"], compute_symbolic_stages(PLANAR))
     verdicts = marked(problem_of(PLANAR), {**RELATIVE, "jacobian": jacobian})
     assert verdicts["jacobian"].points == verdicts["jacobian"].max_points
     assert verdicts["determinant"].followed_from is None  # what was handed in before is right
@@ -265,7 +265,7 @@ def test_what_follows_from_a_mistake_is_followed_on_every_family(family: str, dr
     later = [part for part in problem.parts if any(list_earlier_parts(part)) and is_derived(part) and _is_formula(part)]
     if problem.chain.n > 3 or not later:
         return
-    w = symbolic_working(problem.chain)
+    w = compute_symbolic_stages(problem.chain)
     tried = followed = 0
     for mistake in EARLY:
         for wrong in list(apply_mistake(CATALOGUE[mistake], w, later[0]))[: several(1, 2)]:
@@ -320,7 +320,7 @@ def test_numbers_are_marked_on_the_students_own_jacobian(name: str, family: str)
     jacobian, part = problem.parts
     wrong = jacobian.answer.as_matrix().as_mutable()
     wrong[0, 0] = 2 * wrong[0, 0]
-    values = sample_configurations(problem.chain, part, problem.domain(), 1, Stream("test"))
+    values = sample_configurations(problem.chain, part, problem.domain, 1, Stream("test"))
     numbers = {symbol: float(values[symbol][0]) for symbol in values}
     there = np.array(sp.Matrix(wrong).subs(numbers).evalf().tolist(), dtype=float)
     rates = OWN[name](there, np.array([numbers[row] for row in problem.chain.task]))

@@ -10,7 +10,7 @@ from dataclasses import replace
 import pytest
 
 from qdot.exercises.answer_types import ConditionSet, Direction, Expression, Matrix, Number
-from qdot.exercises.problem.problem import Part, Problem, answer_variable
+from qdot.exercises.problem.problem import Part, Problem, name_answer_variable
 from qdot.exercises.writing.problem_texts import write_answer_code
 from qdot.grader.grading.marking import mark
 from qdot.grader.judging.verdict import Outcome
@@ -26,7 +26,7 @@ CHUNK = 3
 
 def values(sandbox: Sandbox, problem: Problem, codes: dict[str, str]) -> dict[str, str]:
     """Return what a student's notebook with `codes` gives, by name."""
-    names = list(problem.symbols())
+    names = list(problem.symbols)
     setup = f"from sympy import *\n{', '.join(names)} = symbols('{' '.join(names)}')"
     run = sandbox.run([setup, *(f"{name} = {code}" for name, code in codes.items())], list(codes))
     assert not run.cell_errors, run.cell_errors
@@ -37,9 +37,9 @@ def values(sandbox: Sandbox, problem: Problem, codes: dict[str, str]) -> dict[st
 def test_the_solution_earns_full_marks(family: str, start: int, sandbox: Sandbox, drawn: Draw) -> None:
     for seed in range(start, min(start + CHUNK, SEEDS)):
         problem = drawn(family, seed)
-        codes = {answer_variable("p1", part.name): write_answer_code(problem, part) for part in problem.parts}
+        codes = {name_answer_variable("p1", part.name): write_answer_code(problem, part) for part in problem.parts}
         answers = values(sandbox, problem, codes)
-        own = {part.name: answers[answer_variable("p1", part.name)] for part in problem.parts}
+        own = {part.name: answers[name_answer_variable("p1", part.name)] for part in problem.parts}
         for verdict in mark(problem, own, secret="secret"):
             assert verdict.judgement.outcome is Outcome.CORRECT, (problem.id, verdict.part, verdict.judgement.reason)
             assert verdict.points == verdict.max_points
@@ -76,7 +76,7 @@ def mistakes(part: Part, right: str) -> dict[str, str]:
         columns = reference.cols
         found["dropped column"] = f"{right}*diag(*[0]*1, *[1]*{columns - 1})" if columns > 1 else f"{right}*0"
         found["number for a matrix"] = "1"
-    code = changed = part.answer.code()
+    code = changed = part.answer.write_code()
     for absolute, wrong in relative.items():
         changed = changed.replace(absolute, wrong)
     if changed != code:
@@ -90,7 +90,7 @@ def test_the_usual_mistakes_fail(problem: Problem, sandbox: Sandbox, monkeypatch
     """Which mistake it is isn't looked for: it changes no mark, takes most of the time, and has test_diagnosis.py."""
     monkeypatch.setattr("qdot.grader.grading.marking.diagnose", lambda *_: None)
     parts = few_of(some_parts(problem), 8)
-    right = {f"right{i}": part.answer.code() for i, part in enumerate(parts)}
+    right = {f"right{i}": part.answer.write_code() for i, part in enumerate(parts)}
     tried = [(part, *item) for part, name in zip(parts, right, strict=True) for item in mistakes(part, name).items()]
     answers = values(sandbox, problem, right | {f"tried{i}": code for i, (_, _, code) in enumerate(tried)})
     for i, (part, mistake, code) in enumerate(tried):

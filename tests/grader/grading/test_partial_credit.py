@@ -12,11 +12,11 @@ from qdot.exercises.answer_types import ConditionSet, Expression
 from qdot.exercises.arm.chain import Chain
 from qdot.exercises.assignment.assignment import load_assignment
 from qdot.exercises.assignment.release import init_assignment
-from qdot.exercises.chapter import planar_2r, scorbot_arm
+from qdot.exercises.chapter import make_planar_2r, make_scorbot_arm
 from qdot.exercises.common.errors import QdotError
 from qdot.exercises.formula.sympy_text import expression_text
 from qdot.exercises.generation import generate
-from qdot.exercises.problem.credit import CREDIT_RULES, Credit, read_credit
+from qdot.exercises.problem.credit import CREDIT_RULES, Credit, parse_credit_policy
 from qdot.exercises.problem.problem import Part, Problem, ProblemId
 from qdot.grader.judging.verdict import Judgement, Outcome
 from tests.support import ROOT
@@ -24,7 +24,7 @@ from tests.support.judging import earned as share_earned
 from tests.support.problems import asked
 from tests.support.suites import few_families
 
-PLANAR, SCORBOT = planar_2r(), scorbot_arm()
+PLANAR, SCORBOT = make_planar_2r(), make_scorbot_arm()
 DETERMINANT = "a2*a3*(a1 + a2*cos(theta2) + a3*cos(theta2 + theta3))*sin(theta3)"
 RIGHT = (
     "[[-a1*sin(theta1) - a2*sin(theta1 + theta2), -a2*sin(theta1 + theta2)],"
@@ -42,7 +42,7 @@ def elbow() -> Problem:
 
 def earned(question: str, answer: str, credit: Credit | None = None, chain: Chain = PLANAR) -> Judgement:
     problem = asked(question, chain)
-    part = replace(problem.parts[0], credit=credit)
+    part = replace(problem.parts[0], credit=credit or Credit())
     return share_earned(problem, part, answer, "credit")
 
 
@@ -329,5 +329,5 @@ def test_numbers_are_marked_as_a_vector() -> None:
 
 
 def test_nothing_said_is_each_questions_own_way() -> None:
-    assert read_credit(None, ["jacobian"]) == ()
-    assert read_credit("whole", ["jacobian"]) == (("jacobian", Credit("whole")),)
+    assert parse_credit_policy(None, ["jacobian"]) == ()
+    assert parse_credit_policy("whole", ["jacobian"]) == (("jacobian", Credit("whole")),)

@@ -17,9 +17,9 @@ from qdot.exercises.formula.parser import parse_formula
 from qdot.exercises.formula.program import compile_program, evaluate
 from qdot.exercises.formula.trees import Node
 from qdot.exercises.generation import generate
-from qdot.exercises.notebook.notebook import notebook_claims, notebook_text, student_notebook
+from qdot.exercises.notebook.notebook import make_notebook_metadata, make_student_notebook, write_notebook
 from qdot.exercises.problem.problem import Problem, ProblemId
-from qdot.exercises.short_questions import ASKED
+from qdot.exercises.short_questions import ALL_QUESTIONS
 from qdot.grader.grading import check
 from qdot.grader.grading.check import check_notebook, claimed_form
 from qdot.grader.grading.marking import mark
@@ -42,7 +42,7 @@ def kept_open(sandbox: Sandbox, monkeypatch: pytest.MonkeyPatch) -> None:
 
 
 def test_a_reference_as_it_is_typed_is_read_as_the_tree_that_it_is(problem: Problem) -> None:
-    known = problem.domain().roles
+    known = problem.domain.roles
     for part in problem.parts:
         given = read_answer(problem, part, part.answer.as_typed())
         assert given.refusal is None, (part.name, given.refusal)
@@ -52,7 +52,7 @@ def test_a_reference_as_it_is_typed_is_read_as_the_tree_that_it_is(problem: Prob
             shape = part.shape or (1, 1)
             assert given.rows is not None and (len(given.rows), len(given.rows[0])) == shape
             if not part.answer.is_numeric:
-                assert [list(row) for row in given.rows] == part.answer.trees(known), part.name
+                assert [list(row) for row in given.rows] == part.answer.parse_trees(known), part.name
 
 
 @pytest.mark.families(SMALL)
@@ -192,15 +192,15 @@ MEANT = {"vx": "vx", "v_y": "vy", "vz": "vz", "ẏ": "vy", "z_dot": "vz"}
 def test_check_knows_which_component_of_a_velocity_the_student_is_asked(tmp_path: Path, seed: int) -> None:
     problem = generate(ProblemId("elbow-3r", seed, ("velocity-component",)))
     part = problem["velocity-component"]
-    (asked,) = ASKED[part.kind].list_typed_names(problem.chain, part)
+    (asked,) = ALL_QUESTIONS[part.kind].list_typed_names(problem.chain, part)
     file = tmp_path / "hw.ipynb"
     for name, meant in MEANT.items():
         answer = f"{name} = a1 qd1"
         given = read_answer(problem, part, answer)
-        notebook = student_notebook("T", "hw", "ada", [("p1", problem)])
+        notebook = make_student_notebook("T", "hw", "ada", [("p1", problem)])
         (cell,) = (cell for cell in notebook.cells if "qdot" in cell.metadata)
         cell.source = f"p1_velocity_component = {answer!r}"
-        file.write_text(notebook_text(notebook), encoding="utf-8")
+        file.write_text(write_notebook(notebook), encoding="utf-8")
         (row,) = check_notebook(file).rows
         assert row.is_readable == (given.refusal is None) == (meant == asked)
         assert given.refusal is None or (asked in row.message and row.message == given.refusal.reason)
@@ -218,7 +218,7 @@ def test_it_says_so_in_every_convention(told: str) -> None:
 
 def says_its_forms(problem: Problem) -> None:
     """Of arms that are drawn with their structure and of own ones, too: nothing is known but what the notebook says."""
-    said = json.loads(json.dumps(notebook_claims("student", "hw", "ada", [("p1", problem)])))
+    said = json.loads(json.dumps(make_notebook_metadata("student", "hw", "ada", [("p1", problem)])))
     for part in problem.parts:
         due, claimed = expected_form(problem, part), claimed_form(said, "p1", part.name)
         if part.answer.offered_options:

@@ -14,7 +14,7 @@ import pytest
 import sympy as sp
 
 from qdot.exercises.answer_types import LETTERS, Choice, Number
-from qdot.exercises.notebook.notebook import notebook_claims
+from qdot.exercises.notebook.notebook import make_notebook_metadata
 from qdot.exercises.problem.problem import Part, Problem
 from qdot.grader.grading.check import claimed_form, is_readable
 from qdot.grader.judging.answer import ParsedAnswer
@@ -85,7 +85,7 @@ def typed(sandbox: Sandbox) -> list[Typed]:
 def _run(sandbox: Sandbox, forms: list[dict[str, Any]]) -> list[Typed]:
     slots = [f"p{k}" for k in range(len(forms))]
     names = [f"{slot}_form" for slot in slots]
-    calls = dict.fromkeys(slots, make_calls(problem(), problem().domain(), SEED))
+    calls = dict.fromkeys(slots, make_calls(problem(), problem().domain, SEED))
     cells = [SETUP, *(f"{name} = {form['typed']}" for name, form in zip(names, forms, strict=True))]
     run = sandbox.run(cells, names, calls)
     assert run.end == "done"
@@ -112,12 +112,12 @@ def test_every_form_gets_what_is_due(typed: list[Typed]) -> None:
 
 def test_check_says_of_every_form_whether_the_grader_can_read_it(typed: list[Typed]) -> None:
     """Options to choose from are in no notebook; what `qdot check` can't know is known to the grader alone."""
-    said = notebook_claims("student", "hw", "ada", [("p1", problem())])
+    said = make_notebook_metadata("student", "hw", "ada", [("p1", problem())])
     for one in typed:
         if one.text is not None:
             part = part_of(one.form)
             due = expected_form(problem(), part) if part.answer.offered_options else claimed_form(said, "p1", part.name)
-            strange = not part.answer.is_set and one.given.symbols - set(problem().domain().roles)
+            strange = not part.answer.is_set and one.given.symbols - set(problem().domain.roles)
             readable_there = one.given.refusal is None and not strange
             assert due is not None and is_readable(one.text, due) == readable_there, one.form
 

@@ -9,7 +9,7 @@ import sympy as sp
 
 from qdot.exercises.answer_types import Expression, Matrix
 from qdot.exercises.formula.program import compile_program, evaluate
-from qdot.exercises.problem.problem import Part, Problem, answer_variable
+from qdot.exercises.problem.problem import Part, Problem, name_answer_variable
 from qdot.grader.grading.marking import mark
 from qdot.grader.judging.functions import SAMPLE_COUNT, judge_function, make_calls, read_table
 from qdot.grader.judging.verdict import Outcome
@@ -110,7 +110,7 @@ def test_an_endless_function_costs_one_answer(sandbox: Sandbox) -> None:
 
 def test_a_wrong_function_is_shown_a_configuration_of_what_counts(sandbox: Sandbox, drawn: Draw) -> None:
     problem = drawn("planar-2r", 3)
-    calls = {"p1": make_calls(problem, problem.domain(), "points")}
+    calls = {"p1": make_calls(problem, problem.domain, "points")}
     run = sandbox.run(["p1_position = lambda theta1, theta2: [0.5 * float(theta1), 1]"], ["p1_position"], calls)
     answers = Answers(run).texts_by_part("p1", problem)
     (found,) = (v for v in mark(problem, answers, secret="secret", points_seed="points") if v.part == "position")
@@ -139,7 +139,7 @@ def test_functions_of_every_question_get_what_their_formulas_would(
     """Which mistake is behind a wrong one isn't looked for: it changes no mark, and has test_diagnosis.py."""
     monkeypatch.setattr("qdot.grader.grading.marking.diagnose", lambda *_: None)
     parts = formulas(problem)
-    calls = {"p1": make_calls(problem, problem.domain(), "points")}
+    calls = {"p1": make_calls(problem, problem.domain, "points")}
     names = calls["p1"].symbols
     first = next((name.removeprefix("theta") for name in names if name.startswith("theta")), None)
     for way, (body, due) in WAYS.items():
@@ -149,10 +149,10 @@ def test_functions_of_every_question_get_what_their_formulas_would(
         for part in parts:
             said = body.format(names=", ".join(names), first=first)
             cells.append(
-                f"f = lambdify([{', '.join(names)}], {part.answer.code()}, 'numpy')\n"
-                f"def {answer_variable('p1', part.name)}({', '.join(names)}, f=f):\n    {said}"
+                f"f = lambdify([{', '.join(names)}], {part.answer.write_code()}, 'numpy')\n"
+                f"def {name_answer_variable('p1', part.name)}({', '.join(names)}, f=f):\n    {said}"
             )
-        wanted = [answer_variable("p1", part.name) for part in parts]
+        wanted = [name_answer_variable("p1", part.name) for part in parts]
         run = sandbox.run(cells, wanted, calls)
         assert not run.unreadable_reasons, run.unreadable_reasons
         for verdict in mark(problem, Answers(run).texts_by_part("p1", problem), secret="secret", points_seed="points"):
@@ -168,7 +168,7 @@ def is_zero(part: Part) -> bool:
 
 def test_a_table_that_a_student_typed_is_no_answer(problem: Problem) -> None:
     for part in formulas(problem)[:1]:
-        domain, joints = problem.domain(), [q.name for q in problem.chain.q]
+        domain, joints = problem.domain, [q.name for q in problem.chain.q]
         pairs = ['{"shape": [1], "values": [[["x", 0]]]}', '{"shape": [-1], "values": [[[1, 0]]]}']
         for text in (*pairs, "", "[]", "{}", '{"shape": [1], "values": []}', '{"shape": [1e400]}', "[" * 10000):
             judged = judge_function(part, read_table(TABLE_PREFIX + text, domain, "points"), joints, domain.roles)
@@ -177,9 +177,9 @@ def test_a_table_that_a_student_typed_is_no_answer(problem: Problem) -> None:
 
 def test_values_that_are_nearly_right_are_shown_with_the_digits_in_which_they_differ() -> None:
     problem = drawn("planar-2r", 0, variation="chapter")
-    part, domain, joints = problem["position"], problem.domain(), [q.name for q in problem.chain.q]
+    part, domain, joints = problem["position"], problem.domain, [q.name for q in problem.chain.q]
     empty = read_table(f'{TABLE_PREFIX}{{"shape": [2], "values": []}}', domain, "points")
-    rows = part.answer.trees(domain.roles)
+    rows = part.answer.parse_trees(domain.roles)
     right = evaluate(compile_program([row[0] for row in rows]), empty.arguments, SAMPLE_COUNT)[0].T
     example = judge_function(part, replace(empty, shape=(2,), values=right * (1 + 1e-8)), joints, domain.roles)
     assert re.search(r"yours (\S+), expected (?!\1$)", example.reason), example.reason

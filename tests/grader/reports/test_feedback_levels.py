@@ -86,7 +86,7 @@ def no_numbers_are_told_below_counterexamples(part: PartResult) -> None:
 def test_what_could_not_be_read_and_what_is_right_is_told_at_every_level(level: str) -> None:
     problem = drawn("planar-2r", 0)
     problem = replace(problem, parts=(problem["position"], problem["jacobian"]))
-    verdicts = mark(problem, {"position": "a1 +", "jacobian": problem["jacobian"].answer.code()}, secret="s")
+    verdicts = mark(problem, {"position": "a1 +", "jacobian": problem["jacobian"].answer.write_code()}, secret="s")
     for verdict in verdicts:
         assert limit_feedback(make_part_result("p1", verdict), level) == make_part_result("p1", verdict)
     assert "couldn't parse" in limit_feedback(make_part_result("p1", verdicts[0]), level).reason

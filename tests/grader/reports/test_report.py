@@ -172,7 +172,7 @@ def a_graded_class(assignment: Assignment) -> list[Result]:
     answers = {}
     for student in ("s0", "s1", "s2", "s3"):
         ((_, problem),) = assignment.generate_problems(student)
-        answers[student] = [part.answer.code() for part in problem.parts]
+        answers[student] = [part.answer.write_code() for part in problem.parts]
     odd = "(sin(theta1)*cos(theta2)*a1 - a1*cos(theta1)*sin(theta2))*(theta1 - theta1 + 1)/1"
     first = result(assignment, "s0", ["correct", "correct", "correct"], [*answers["s0"][:2], odd])
     hostile = "<img src=x onerror=alert(1)>"

@@ -13,7 +13,7 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from qdot.exercises.assignment.assignment import Assignment, Student
-from qdot.exercises.problem.problem import answer_variable
+from qdot.exercises.problem.problem import name_answer_variable
 from qdot.grader.grading.check import check_notebook
 from qdot.grader.grading.result import Result
 from qdot.grader.sandbox.sandbox import Limits, Run, Sandbox
@@ -293,7 +293,7 @@ def test_no_edit_loses_an_answer_silently(assignment: Assignment, sandbox: Sandb
     edited = notebook(assignment, "s00", cells)
     found = find_answers(read_cells("hw.ipynb", edited.encode()).cells, PARTS, sandbox.run)
     for part in due:
-        name = answer_variable(*part.split("."))
+        name = name_answer_variable(*part.split("."))
         told = any(name in note for note in found.notes) or found.reasons.get(name)
         assert found.run.answers.get(name) == untouched.run.answers[name] or told, (cells, found.notes)
 

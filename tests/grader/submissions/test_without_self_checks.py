@@ -7,7 +7,7 @@ import pytest
 from nbformat import NotebookNode
 
 from qdot.exercises.generation import generate
-from qdot.exercises.notebook.notebook import notebook_text, solution_notebook, student_notebook
+from qdot.exercises.notebook.notebook import make_solution_notebook, make_student_notebook, write_notebook
 from qdot.exercises.notebook.self_check import SELF_CHECK, Problems
 from qdot.grader.sandbox.sandbox import Sandbox
 from qdot.grader.submissions.cells import Cell, empty_self_checks, read_cells
@@ -22,8 +22,8 @@ def slotted(family: str) -> Problems:
     return [("p1", own), ("p2", generate("planar-2r/0", ["position", "jacobian", "determinant"]))]
 
 
-def cells_of(problems: Problems, made: Callable[..., NotebookNode] = solution_notebook) -> list[Cell]:
-    text = notebook_text(made("Title", "hw", "s1", problems))
+def cells_of(problems: Problems, made: Callable[..., NotebookNode] = make_solution_notebook) -> list[Cell]:
+    text = write_notebook(made("Title", "hw", "s1", problems))
     return list(read_cells("hw.ipynb", text.encode()).cells)
 
 
@@ -32,7 +32,7 @@ def code(cells: Sequence[Cell]) -> list[str]:
 
 
 @few_families
-@pytest.mark.parametrize("made", [student_notebook, solution_notebook])
+@pytest.mark.parametrize("made", [make_student_notebook, make_solution_notebook])
 def test_only_checks_are_left_out(family: str, made: Callable[..., NotebookNode]) -> None:
     """Of the students' notebook, whose text explains them, too."""
     problems = slotted(family)

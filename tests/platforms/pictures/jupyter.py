@@ -6,7 +6,7 @@ from pathlib import Path
 from playwright.sync_api import Page  # type: ignore[import-not-found, unused-ignore]
 
 from qdot.exercises.assignment.assignment import Assignment
-from qdot.exercises.notebook.notebook import notebook_text, solution_notebook
+from qdot.exercises.notebook.notebook import make_solution_notebook, write_notebook
 from tests.platforms.jupyter import TOKEN, jupyter
 from tests.platforms.jupyterlab_page import DONE, IDLE, SETTLED, TO_THE_TOP
 from tests.platforms.notebooks import part_of
@@ -43,8 +43,8 @@ def notebook(software: Path, work: Path) -> None:
 
 def answered(made: Assignment, student: str, text: str) -> str:
     """Return the notebook that was handed out to a student with right answers."""
-    solved = solution_notebook(made.title, made.key, student, made.generate_problems(student), made.hints)
-    answers = {part_of(cell): cell["source"] for cell in json.loads(notebook_text(solved))["cells"]}
+    solved = make_solution_notebook(made.title, made.key, student, made.generate_problems(student), made.hints)
+    answers = {part_of(cell): cell["source"] for cell in json.loads(write_notebook(solved))["cells"]}
     asked = json.loads(text)
     for cell in asked["cells"]:
         part = part_of(cell)

@@ -10,7 +10,7 @@ from pathlib import Path
 
 from qdot.exercises.assignment.assignment import Student, load_assignment
 from qdot.exercises.assignment.release import init_assignment
-from qdot.exercises.problem.problem import answer_variable
+from qdot.exercises.problem.problem import name_answer_variable
 from qdot.grader.grading.batch import grade_class
 from qdot.grader.reports.write import write_page
 from qdot.grader.sandbox.sandbox import Limits
@@ -50,12 +50,12 @@ def _feedback(folder: Path) -> Path:
     (folder / "assignment.toml").write_text(TOML, encoding="utf-8")
     assignment = load_assignment(folder)
     ((slot, problem),) = assignment.generate_problems("s001")
-    names = list(problem.symbols())
+    names = list(problem.symbols)
     cells = [code(f"from sympy import *\n{', '.join(names)} = symbols({' '.join(names)!r})")]
     for part in problem.parts:
-        right = part.answer.code()
+        right = part.answer.write_code()
         wrong = right.replace("theta1 + theta2", "theta2") if part.name == "jacobian" else right
-        cells.append(code(f"{answer_variable(slot, part.name)} = {wrong}", f"{slot}.{part.name}"))
+        cells.append(code(f"{name_answer_variable(slot, part.name)} = {wrong}", f"{slot}.{part.name}"))
     handed_in = folder / "submitted" / "s001" / "velocity.ipynb"
     handed_in.parent.mkdir(parents=True)
     content = json.loads(notebook(assignment, "s001", cells))

@@ -1,4 +1,4 @@
-"""The definition of a short question. It applies to an arm if a sensible question about the arm can be sampled."""
+"""The definition of a short question. It applies to an arm if a suitable question about the arm can be sampled."""
 
 from dataclasses import dataclass
 from functools import lru_cache
@@ -15,10 +15,9 @@ from qdot.exercises.questions.base import AnswerAndDetails, Question
 class ShortQuestion(Question):
     """A short question about the result that another question, `base_question`, asks for.
 
-    It applies to an arm only if that question does.
-
-    `objection_if_nothing_found` is the objection if sampling finds nothing to ask. This is determined once for all arms
-    of a structure. If nothing can be asked about an arm's own numbers, `generate` samples another arm.
+    A short question applies to an arm only if its base question does. `objection_if_nothing_found` is the objection to
+    an arm if sampling finds nothing to ask. The objection depends only on the arm's structure, for which the sample is
+    taken. If nothing can be asked about an arm's own numbers, `generate` samples another arm.
     """
 
     base_question: str = ""
@@ -26,7 +25,7 @@ class ShortQuestion(Question):
     points: float = 0.5
 
     def ask(self, chain: Chain, rng: Stream) -> AnswerAndDetails:
-        """Return an answer and details sampled from `rng`. If that finds nothing to ask, sample from a fixed stream."""
+        """Return an answer and details sampled from `rng`, or else from a fixed stream. Raises RuntimeError."""
         try:
             return super().ask(chain, rng)
         except RuntimeError:
@@ -37,15 +36,12 @@ class ShortQuestion(Question):
 
     def find_applicability_objection(self, chain: Chain) -> str | None:
         """Return why the question can't be asked about an arm; None if it can."""
-        if objection := QUESTIONS[self.base_question].find_objection(chain) or self.objection(chain):
+        if objection := QUESTIONS[self.base_question].find_objection(chain) or self.find_arm_objection(chain):
             return objection
         # An arm's structure does not determine its screws at home.
         arms = (chain, structure(chain).chain) if self.required_feature == SCREWS else (structure(chain).chain,)
-        return (
-            self.objection_if_nothing_found
-            if any(_sample_from_fixed_stream(self, arm) is None for arm in arms)
-            else None
-        )
+        is_found = all(_sample_from_fixed_stream(self, arm) is not None for arm in arms)
+        return None if is_found else self.objection_if_nothing_found
 
 
 @lru_cache(maxsize=20_000)

@@ -4,7 +4,7 @@ import pytest
 import sympy as sp
 
 from qdot.exercises.arm.chain import Chain, Joint
-from qdot.exercises.short_questions.places import make_regular_configuration
+from qdot.exercises.short_questions.configurations import make_regular_configuration
 
 LONG = Chain("3R", tuple(Joint("R", sp.Symbol(f"theta{i}"), 0, 1, 0) for i in (1, 2, 3)), ("vx", "vy"))
 SQUARE = Chain("2R", LONG.joints[:2], ("vx", "vy"))

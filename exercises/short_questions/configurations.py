@@ -1,0 +1,197 @@
+"""Questions with configurations as options: which of them are singular?
+
+The arm has numeric lengths. Some of its regular configurations seem singular to students who make a known mistake.
+"""
+
+from collections.abc import Iterator, Sequence
+from dataclasses import replace
+from functools import lru_cache
+
+import numpy as np
+import sympy as sp
+
+from qdot.exercises.answer_types import Choice, Selection
+from qdot.exercises.arm.chain import Chain
+from qdot.exercises.arm.kinematics import NumericChain
+from qdot.exercises.arm.lengths import substitute_arm_lengths
+from qdot.exercises.common.stream import Stream
+from qdot.exercises.problem.problem import Part
+from qdot.exercises.questions import geometry
+from qdot.exercises.questions.base import AnswerAndDetails
+from qdot.exercises.questions.geometry import ExactConfiguration
+from qdot.exercises.questions.inversion import JointValues, Lengths, sample_joint_values
+from qdot.exercises.short_questions.options import Blame, ConfigurationOptions, find_shown_value
+from qdot.exercises.short_questions.short_question import ShortQuestion
+from qdot.exercises.short_questions.wrong_sets import make_wrong_sets
+from qdot.exercises.singularities.singularity import Component, singular_set
+
+CLEARLY_REGULAR_RATIO = 0.12
+"""Ratio of the smallest to the largest singular value at which a configuration is visibly regular."""
+MAX_TRIES = 40
+"""Maximum number of samples of a singular configuration on each component, and of a regular configuration."""
+_SAMPLE_COUNT = 200
+"""Number of random configurations of an arm for which the median ratio of singular values is computed."""
+OPTION_COUNT = 5
+"""Number of configurations offered if several of them are singular."""
+
+ConfigurationAndBlame = tuple[ExactConfiguration, Blame | None]
+"""A configuration, and the mistake (if any) that makes it seem singular."""
+
+
+def _assign_random_lengths(chain: Chain, rng: Stream) -> tuple[Chain, Lengths]:
+    """Return the arm with a random number for each symbolic length of its table, and these numbers."""
+    lengths = geometry.sample_unequal_lengths(chain, rng)
+    return substitute_arm_lengths(chain, lengths), lengths
+
+
+@lru_cache(maxsize=256)
+def _find_clearly_regular_ratio(chain: Chain) -> float:
+    """Return the ratio of smallest to largest singular value at which a configuration of an arm is clearly regular.
+
+    Some arms, such as a SCARA with short links, hardly ever reach CLEARLY_REGULAR_RATIO. For these arms, the median of
+    the ratio is returned.
+    """
+    rng, arm = Stream("clearness"), NumericChain(chain, {})
+    q = np.array([[float(value) for value in sample_joint_values(chain, rng).values()] for _ in range(_SAMPLE_COUNT)])
+    sigma = np.linalg.svd(arm.jacobian(q)[:, chain.task_rows], compute_uv=False)
+    return min(CLEARLY_REGULAR_RATIO, round(float(np.median(sigma[:, -1] / np.maximum(sigma[:, 0], 1e-12))), 3))
+
+
+def _sample_singular_configurations(chain: Chain, rng: Stream) -> Iterator[ConfigurationAndBlame]:
+    """Yield singular configurations of an arm, from all components of its singular set in turn."""
+    for _ in range(MAX_TRIES):
+        for component in rng.permutation(singular_set(chain) or ()):
+            configuration = geometry.sample_displayable_configuration(chain, (component,), rng)
+            if configuration is not None:
+                yield configuration, None
+
+
+def _sample_regular_configurations(chain: Chain, rng: Stream) -> Iterator[ConfigurationAndBlame]:
+    """Yield regular configurations: first those that seem singular after a known mistake, then random ones."""
+    for component, blame in rng.permutation(_find_falsely_singular_components(chain)):
+        configuration = _sample_regular_configuration_on(chain, component, rng)
+        if configuration is not None:
+            yield configuration, blame
+    for _ in range(MAX_TRIES):
+        configuration = geometry.sample_regular_configuration(chain, rng, _find_clearly_regular_ratio(chain))
+        if configuration is not None:
+            yield configuration, None
+
+
+def _find_falsely_singular_components(chain: Chain) -> list[tuple[Component, Blame]]:
+    """Return the components that seem to be part of the singular set after a known mistake, each with the mistake."""
+    correct_set = singular_set(chain) or ()
+    return [
+        (component, option.blames[0])
+        for option in make_wrong_sets(chain, correct_set)
+        for component in option.content
+        if component not in correct_set and component.solutions is not None
+    ]
+
+
+def _sample_regular_configuration_on(chain: Chain, component: Component, rng: Stream) -> ExactConfiguration | None:
+    """Return a regular configuration with the joint values of a component, which is not part of the singular set."""
+    assert component.solutions is not None
+    for _ in range(6):
+        configuration = geometry.sample_regular_configuration(chain, rng, _find_clearly_regular_ratio(chain), False)
+        if configuration is None:
+            return None
+        values = {q: rng.choice(values) for q, values in component.solutions}
+        if (regular := make_regular_configuration(chain, {**configuration.joints, **values})) is not None:
+            return regular
+    return None
+
+
+def make_regular_configuration(chain: Chain, joints: JointValues) -> ExactConfiguration | None:
+    """Return the configuration with these joint values if it is clearly regular, else None."""
+    if any(value.free_symbols or not sp.N(value).is_real for value in joints.values()):
+        return None
+    configuration = geometry.make_exact_configuration(chain, {}, geometry.wrap_angles(chain, joints))
+    rank = geometry.compute_rank(chain, configuration, _find_clearly_regular_ratio(chain))
+    return configuration if rank == geometry.compute_full_rank(chain) else None
+
+
+def _select_distinct(
+    candidates: Iterator[ConfigurationAndBlame], count: int, excluded: Sequence[ConfigurationAndBlame] = ()
+) -> list[ConfigurationAndBlame]:
+    """Return up to `count` candidates whose texts differ from each other and from the texts of `excluded`."""
+    texts = {_write_configuration(configuration) for configuration, _ in excluded}
+    distinct: list[ConfigurationAndBlame] = []
+    for configuration, blame in candidates:
+        if len(distinct) == count:
+            break
+        if _write_configuration(configuration) not in texts:
+            texts.add(_write_configuration(configuration))
+            distinct.append((configuration, blame))
+    return distinct
+
+
+def _offer_configurations(
+    singular: Sequence[ConfigurationAndBlame], regular: Sequence[ConfigurationAndBlame], lengths: Lengths, rng: Stream
+) -> tuple[ConfigurationOptions, tuple[str, ...], tuple[int, ...]]:
+    """Return configurations in random order as options, their texts, and the indices of the singular options."""
+    shuffled = rng.permutation([*singular, *regular])
+    configurations, blames = (tuple(column) for column in zip(*shuffled, strict=True))
+    correct = tuple(index for index, option in enumerate(shuffled) if option in singular)
+    details = ConfigurationOptions(offered_configurations=configurations, lengths=lengths, blames=blames)
+    return details, tuple(map(_write_configuration, configurations)), correct
+
+
+def _write_configuration(configuration: ExactConfiguration) -> str:
+    """Return joint values as plain text, such as "theta1 = 30 deg, d2 = 0.4 m"."""
+
+    def write_value(q: sp.Symbol) -> str:
+        value = find_shown_value(configuration, q)
+        number = str(value) if value.is_Integer else f"{float(value):.10g}"
+        return f"{number} {'deg' if q.name.startswith('theta') else 'm'}"
+
+    return ", ".join(f"{q} = {write_value(q)}" for q in configuration.joints)
+
+
+def _ask_which_are_singular(chain: Chain, rng: Stream) -> AnswerAndDetails | None:
+    for _ in range(4):
+        arm, lengths = _assign_random_lengths(chain, rng)
+        singular_count = rng.choice((2, 3))
+        singular = _select_distinct(_sample_singular_configurations(arm, rng), singular_count)
+        regular_count = OPTION_COUNT - len(singular)
+        regular = _select_distinct(_sample_regular_configurations(arm, rng), regular_count, singular)
+        if len(singular) == singular_count and len(singular) + len(regular) == OPTION_COUNT:
+            details, texts, correct = _offer_configurations(singular, regular, lengths, rng)
+            return Selection(texts, correct), details
+    return None
+
+
+def _ask_which_drawing(chain: Chain, rng: Stream) -> AnswerAndDetails | None:
+    for _ in range(4):
+        arm, lengths = _assign_random_lengths(chain, rng)
+        singular = _select_distinct(_sample_singular_configurations(arm, rng), 1)
+        regular = _select_distinct(_sample_regular_configurations(arm, rng), 3, singular)
+        if singular and len(regular) == 3:
+            details, texts, (correct,) = _offer_configurations(singular, regular, lengths, rng)
+            return Choice(texts, correct), replace(details, has_drawn_options=True)
+    return None
+
+
+def find_options_to_draw(chain: Chain, part: Part) -> tuple[Chain, list[dict[str, float]]] | None:
+    """Return the numeric arm and the configurations to draw if the options of a part are drawings, else None.
+
+    A configuration is returned as the joint values by the names of the joint variables.
+    """
+    if not part.details.has_drawn_options:
+        return None
+    details = part.details_as(ConfigurationOptions)
+    poses = [configuration.figure_values for configuration in details.offered_configurations]
+    return substitute_arm_lengths(chain, details.lengths), poses
+
+
+SINGULAR_CONFIGURATIONS = ShortQuestion(
+    "singular-configurations", "Which of these are singular?", "6.8", points=1.0, sample=_ask_which_are_singular,
+    form="selection", base_question="singular-angles", shown_answers=("singular-angles",),
+    objection_if_nothing_found="it does not have five suitable configurations",
+)  # fmt: skip
+
+SINGULAR_DRAWING = ShortQuestion(
+    "singular-drawing", "Which drawing shows a singular configuration?", "6.8", sample=_ask_which_drawing,
+    form="choice", base_question="singular-angles", shown_answers=("singular-angles",),
+    objection_if_nothing_found="it does not have four suitable configurations",
+)  # fmt: skip

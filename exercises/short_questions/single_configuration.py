@@ -1,0 +1,168 @@
+"""Questions about an arm at one configuration: the determinant, the speed of P, and whether a statement is true."""
+
+from collections.abc import Iterator
+from dataclasses import dataclass, field
+from typing import Any
+
+import mpmath
+import numpy as np
+import sympy as sp
+
+from qdot.exercises.answer_types import TRUE_FALSE, Choice, Number
+from qdot.exercises.arm.chain import TASK_ROWS, Chain
+from qdot.exercises.arm.derivation import derive
+from qdot.exercises.arm.mpmath_kinematics import determinant, evaluate_in_context, round_to_ten_digits
+from qdot.exercises.common.stream import Stream
+from qdot.exercises.problem.problem import recorded_as
+from qdot.exercises.questions import geometry
+from qdot.exercises.questions.base import AnswerAndDetails
+from qdot.exercises.questions.concepts import find_moving_rows
+from qdot.exercises.questions.geometry import ConfigurationDetails, ExactConfiguration
+from qdot.exercises.questions.inversion import THREE_DIGIT_TOLERANCE, write_power_of_metres
+from qdot.exercises.short_questions.short_question import ShortQuestion
+from qdot.exercises.singularities.singularity import singular_set
+
+MIN_SPEED = 0.05
+"""Minimum speed that is asked for, in m/s."""
+
+MIN_VISIBLE_VELOCITY = 0.08
+"""Minimum velocity component (m/s for a unit joint rate) whose sign is asked for; readers can see it in a drawing."""
+
+
+def _sample_regular(chain: Chain, rng: Stream) -> ExactConfiguration | None:
+    return geometry.sample_regular_configuration(chain, rng, 0.05, prefers_misleading=False)
+
+
+# --- numbers ---
+
+
+def _make_number(value: Any, unit: str) -> Number:
+    rounded_value = round_to_ten_digits(value)
+    absolute_tolerance = THREE_DIGIT_TOLERANCE * abs(float(rounded_value)) / 5
+    return Number(sp.Matrix([rounded_value]), (unit,), THREE_DIGIT_TOLERANCE, absolute_tolerance)
+
+
+def _ask_determinant(chain: Chain, rng: Stream) -> AnswerAndDetails | None:
+    configuration = _sample_regular(chain, rng)
+    if configuration is None:
+        return None
+    jacobian = geometry.evaluate_precisely(chain, configuration, derive(chain).jacobian)
+    rows = [[evaluate_in_context(entry) for entry in row] for row in jacobian.tolist()]
+    unit = write_power_of_metres(sum(joint.kind == "R" for joint in chain.joints))
+    return _make_number(determinant(rows), unit), ConfigurationDetails(configuration=configuration)
+
+
+@dataclass(frozen=True, kw_only=True)
+class RateDetails(ConfigurationDetails):
+    """Details of a question about a configuration at which the joints move at given rates."""
+
+    rates: dict[sp.Symbol, sp.Rational]
+
+
+def _ask_speed(chain: Chain, rng: Stream) -> AnswerAndDetails | None:
+    """Sample rates of all joints; the answer is the norm of the linear velocity."""
+    for _ in range(40):
+        configuration = _sample_regular(chain, rng)
+        if configuration is None:
+            continue
+        rates = {rate: sp.Rational(rng.nonzero_integer(9), 10) for rate in chain.rates}
+        linear = geometry.evaluate_precisely(chain, configuration, derive(chain).linear)
+        velocity = linear * sp.Matrix(list(rates.values()))
+        with mpmath.workdps(geometry.DIGITS):
+            squares = (mpmath.mpf(str(sp.N(entry, geometry.DIGITS))) ** 2 for entry in velocity)
+            speed = mpmath.sqrt(mpmath.fsum(squares))
+        if speed > MIN_SPEED:
+            return _make_number(speed, "m/s"), RateDetails(configuration=configuration, rates=rates)
+    return None
+
+
+def _find_line_objection(chain: Chain) -> str | None:
+    linear_rows = [row for row in find_moving_rows(derive(chain).geometric) if row[0] == "v"]
+    return None if len(linear_rows) >= 2 else "its point moves along a line or not at all"
+
+
+VALUE_QUESTIONS = (
+    ShortQuestion(
+        "determinant-value", "Determinant in a configuration", "6.8", sample=_ask_determinant, form="number",
+        base_question="determinant", objection_if_nothing_found="no regular configuration was found",
+        find_arm_objection=lambda chain: (
+            None if len(chain.linear_rows) == len(chain.task) else "its Jacobian mixes metres and radians"
+        ),
+        entry_names=lambda *_: [r"\det J"],
+    ),
+    ShortQuestion(
+        "speed", "Speed of the point", "6.4", sample=_ask_speed, form="number", base_question="jacobian",
+        objection_if_nothing_found="no configuration was found in which its point moves",
+        find_arm_objection=_find_line_objection, entry_names=lambda *_: ["|v_P|"],
+    ),
+)  # fmt: skip
+
+
+# --- true or false ---
+
+
+@dataclass(frozen=True, kw_only=True)
+class ConfigurationStatement(ConfigurationDetails):
+    """A statement about a configuration.
+
+    `statement_kind` is "singular" (the configuration is singular), or "moves" (a joint moves the tool point in some
+    direction).
+    """
+
+    statement_kind: str = field(metadata=recorded_as("said"))
+
+
+@dataclass(frozen=True, kw_only=True)
+class JointStatement(ConfigurationStatement):
+    """The statement that a joint gives a velocity component of the tool point a certain sign at a positive rate.
+
+    `joint` is the number of the joint, and `row` is the name of the component, such as "vx". `positive` says whether
+    the component is stated to be positive.
+    """
+
+    joint: int
+    row: str
+    positive: bool
+
+
+def _ask_true_or_false(chain: Chain, rng: Stream) -> AnswerAndDetails | None:
+    """Choose first whether the statement is true, then the statement."""
+    is_true = rng.choice((True, False))
+    for _ in range(30):
+        for statement in _sample_statements(chain, is_true, rng):
+            return Choice(TRUE_FALSE, TRUE_FALSE.index("true" if is_true else "false")), statement
+    return None
+
+
+def _sample_statements(chain: Chain, is_true: bool, rng: Stream) -> Iterator[ConfigurationStatement]:
+    for statement_kind in rng.permutation(("singular", "moves")):
+        if statement_kind == "singular" and (components := singular_set(chain)):
+            if is_true:
+                configuration = geometry.sample_displayable_configuration(chain, (rng.choice(components),), rng)
+            else:
+                configuration = geometry.sample_regular_configuration(chain, rng, 0.12)
+            if configuration is not None:
+                yield ConfigurationStatement(statement_kind="singular", configuration=configuration)
+        if statement_kind == "moves":
+            yield from _sample_joint_statements(chain, is_true, rng)
+
+
+def _sample_joint_statements(chain: Chain, is_true: bool, rng: Stream) -> Iterator[ConfigurationStatement]:
+    """Yield a statement about the sign of a velocity component due to one joint. A false one has the wrong sign."""
+    configuration = _sample_regular(chain, rng)
+    if configuration is None:
+        return
+    linear = geometry.evaluate_precisely(chain, configuration, derive(chain).linear)
+    visible_entries = np.argwhere(np.abs(np.array(linear.tolist(), dtype=float)) > MIN_VISIBLE_VELOCITY).tolist()
+    if visible_entries:
+        row, joint = rng.choice(visible_entries)
+        yield JointStatement(
+            statement_kind="moves", configuration=configuration, joint=joint + 1, row=TASK_ROWS[row],
+            positive=bool(linear[row, joint] > 0) == is_true,
+        )  # fmt: skip
+
+
+TRUE_OR_FALSE = ShortQuestion(
+    "true-or-false", "True or false?", "6.12", sample=_ask_true_or_false, form="true or false",
+    base_question="jacobian", objection_if_nothing_found="there is no statement about its configurations to judge",
+)  # fmt: skip

@@ -1,0 +1,297 @@
+"""Generate wrong formulas as options, which look as plausible as the correct formula, by known mistakes.
+
+Two mistakes give three wrong options: with the first mistake, with the second, and with both. In such a set of four
+options, every feature occurs twice. So the correct option is not the option that is most similar to the others. The
+rank of the correct option by length is random.
+
+Formulas are derived once for the structure of an arm (the arm with symbols for all lengths and oblique angles), and
+then get the arm's numbers. Only formulas that depend on the home position are derived for the arm itself. In this
+module, `symbolic_chain` is the chain for which the formulas are derived.
+"""
+
+from collections.abc import Iterator, Mapping, Sequence
+from dataclasses import dataclass
+from functools import lru_cache
+from itertools import combinations, islice
+
+import numpy as np
+import sympy as sp
+from sympy.polys.polyerrors import BasePolynomialError
+
+from qdot.exercises.arm.chain import Chain
+from qdot.exercises.arm.conventions.base import SCREWS
+from qdot.exercises.arm.derivation import derive, structure
+from qdot.exercises.arm.derivation_graph import (
+    Change,
+    StageResults,
+    compute_numeric_stages,
+    compute_symbolic_stages,
+    to_sympy_matrix,
+)
+from qdot.exercises.arm.trigonometry import factor_trig, textbook_form
+from qdot.exercises.common.stream import Stream
+from qdot.exercises.formula.equality import READABLE_POINTS, Domain
+from qdot.exercises.formula.parser import parse_formula
+from qdot.exercises.formula.program import compile_program, evaluate
+from qdot.exercises.mistakes import screws
+from qdot.exercises.mistakes.catalogue import predict_wrong_answers
+from qdot.exercises.problem.problem import Part
+from qdot.exercises.questions import QUESTIONS
+from qdot.exercises.questions.results import compute_answer
+from qdot.exercises.short_questions import options
+from qdot.exercises.short_questions.options import Blame, OfferedOption
+from qdot.exercises.singularities.classification import domain_of
+
+SAMPLE_COUNT = 5
+"""Number of random configurations at which formulas are compared."""
+MIN_RELATIVE_DIFFERENCE = 1e-6
+"""Minimum relative difference of two different answers at some configuration."""
+MAX_PAIRS, MAX_WRITTEN_TRIPLES = 300, 12
+"""Maximum number of pairs of mistakes that are tried with numbers, and of triples of options that are written."""
+SCREW_MISTAKES = frozenset(screws.VARIANTS)
+"""The names of the mistakes that concern screws. A wrong order or a wrong sign of the entries is not among them."""
+NOT_A_NUMBER = (sp.nan, sp.zoo, sp.oo)
+MAX_CHARACTERS_PER_ENTRY, GUARANTEED_CHARACTERS = 110, 260
+"""Maximum number of characters of an option: per entry (for up to four entries), and the number always allowed."""
+MAX_JOINTS_FOR_MINORS = 4
+"""Maximum number of joints for which determinants are derived as formulas, which takes minutes for more joints."""
+
+
+@dataclass(frozen=True)
+class OptionSubject:
+    """The result that options show: the answer to the question `base`, a column of that answer, or an entry."""
+
+    base: str
+    column: int | None = None
+    row: int | None = None
+
+    @property
+    def depends_on_home_position(self) -> bool:
+        """Whether the result depends on the arm's home position, which the arm's structure does not determine."""
+        return QUESTIONS[self.base].required_feature == SCREWS
+
+    @property
+    def has_denominator(self) -> bool:
+        """Whether the correct answer has a denominator."""
+        return "inverse" in self.base
+
+    def extract_from(self, whole_answer: np.ndarray) -> np.ndarray:
+        """Return the part of a whole answer, (rows, columns, …), that the options show."""
+        rows = slice(None) if self.row is None else slice(self.row, self.row + 1)
+        return whole_answer[rows, slice(None) if self.column is None else slice(self.column, self.column + 1)]
+
+
+@dataclass(frozen=True)
+class _Variant:
+    """A variant of a mistake: the blame on it, the numeric values that it gives, and its changes of stages."""
+
+    blame: Blame
+    values: np.ndarray
+    changes: tuple[tuple[str, Change], ...]
+
+
+@lru_cache(maxsize=512)
+def _ask_question(symbolic_chain: Chain, question: str) -> Part:
+    answer, details = QUESTIONS[question].ask(symbolic_chain, Stream("quiz"))
+    return Part(question, question, answer, details=details)
+
+
+@lru_cache(maxsize=512)
+def _sample_values(symbolic_chain: Chain, question: str) -> Mapping[str, np.ndarray]:
+    symbols = _ask_question(symbolic_chain, question).symbols
+    names = {
+        *domain_of(symbolic_chain).roles,
+        *(rate.name for rate in symbolic_chain.rates),
+        *symbolic_chain.task,
+        *symbols,
+    }
+    sampled = Domain(domain_of(symbolic_chain).roles).sample(
+        names, READABLE_POINTS + SAMPLE_COUNT, Stream(f"quiz/{question}")
+    )
+    return {name: values[READABLE_POINTS:] for name, values in sampled.items()}
+
+
+@lru_cache(maxsize=512)
+def _evaluate_correct_answer(symbolic_chain: Chain, subject: OptionSubject) -> tuple[StageResults, np.ndarray]:
+    stages = compute_numeric_stages(symbolic_chain, _sample_values(symbolic_chain, subject.base))
+    return stages, subject.extract_from(compute_answer(stages, _ask_question(symbolic_chain, subject.base)))
+
+
+@lru_cache(maxsize=512)
+def _find_variants(symbolic_chain: Chain, subject: OptionSubject) -> tuple[_Variant, ...]:
+    """Return the variants of mistakes that change the subject: one variant for each different result."""
+    stages, correct = _evaluate_correct_answer(symbolic_chain, subject)
+    variants: list[_Variant] = []
+    for wrong in predict_wrong_answers(stages, _ask_question(symbolic_chain, subject.base)):
+        values = subject.extract_from(wrong.answer)
+        mistake, known_values = wrong.mistake, (correct, *(variant.values for variant in variants))
+        is_suitable = mistake.name in SCREW_MISTAKES or not subject.depends_on_home_position
+        if is_suitable and options.is_plausible(mistake) and _is_new_answer(values, known_values):
+            blame = Blame.from_mistake(mistake, wrong.variant.words.items())
+            variants.append(_Variant(blame, values, wrong.working.changes))
+    return tuple(variants)
+
+
+def _is_new_answer(values: np.ndarray, known_answers: Sequence[np.ndarray]) -> bool:
+    """Return whether an answer is finite, has the shape of the known answers, and differs from each of them."""
+    if values.shape != known_answers[0].shape or not np.isfinite(values).all():
+        return False
+    return all(have_different_values(values, known_values) for known_values in known_answers)
+
+
+def have_different_values(a: np.ndarray, b: np.ndarray) -> bool:
+    """Return whether two answers have clearly different values at some configuration."""
+    return bool(np.abs(a - b).max() > MIN_RELATIVE_DIFFERENCE * max(np.abs(a).max(), np.abs(b).max(), 1e-12))
+
+
+def _differ_pairwise(symbolic_chain: Chain, subject: OptionSubject, first: _Variant, second: _Variant) -> bool:
+    """Return whether both mistakes together give a wrong answer that neither mistake alone gives."""
+    stages, correct = _evaluate_correct_answer(symbolic_chain, subject)
+    both_mistakes = stages.with_mistakes(dict(first.changes)).with_mistakes(dict(second.changes))
+    with np.errstate(all="ignore"):
+        values = subject.extract_from(compute_answer(both_mistakes, _ask_question(symbolic_chain, subject.base)))
+    return _is_new_answer(values, (correct, first.values, second.values))
+
+
+# --- as formulas ---
+
+
+@lru_cache(maxsize=512)
+def derive_simplified_formulas(symbolic_chain: Chain) -> StageResults:
+    """Return the correct derivation in formulas, with simplified intermediate results."""
+    return compute_symbolic_stages(symbolic_chain).with_mistakes({"rotations": _shorten, "links": _shorten})
+
+
+def _shorten(_: StageResults, matrices: list[np.ndarray]) -> list[np.ndarray]:
+    simplify = np.frompyfunc(lambda entry: textbook_form(sp.expand(entry)), 1, 1)
+    return [np.asarray(simplify(matrix)) for matrix in matrices]
+
+
+@lru_cache(maxsize=20_000)
+def _write_answer(symbolic_chain: Chain, subject: OptionSubject, mistakes: tuple[int, ...]) -> sp.Matrix | None:
+    """Return the answer with the mistakes that have these indices, or None if it can't be written briefly."""
+    if not _has_short_answer(symbolic_chain, subject):
+        return None
+    derive_stages = compute_symbolic_stages if subject.depends_on_home_position else derive_simplified_formulas
+    stages = derive_stages(symbolic_chain)
+    for index in mistakes:
+        stages = stages.with_mistakes(dict(_find_variants(symbolic_chain, subject)[index].changes))
+    answer = compute_answer(stages, _ask_question(symbolic_chain, subject.base))
+    entries = to_sympy_matrix(subject.extract_from(answer))
+    if entries.has(*NOT_A_NUMBER):
+        return None
+    try:
+        simplified = entries.applyfunc(_expand_numbers if subject.depends_on_home_position else tidy_entry)
+    except (ValueError, BasePolynomialError):  # not a trigonometric polynomial
+        return None
+    if not subject.has_denominator and any(sp.fraction(entry)[1].free_symbols for entry in simplified):
+        return None  # a student would not divide if the correct answer does not
+    return simplified if _is_short_enough(simplified) else None
+
+
+def _is_short_enough(option: sp.Matrix) -> bool:
+    return len(str(option.tolist())) <= max(MAX_CHARACTERS_PER_ENTRY * min(len(option), 4), GUARANTEED_CHARACTERS)
+
+
+@lru_cache(maxsize=2048)
+def _has_short_answer(symbolic_chain: Chain, subject: OptionSubject) -> bool:
+    """Return whether the correct answer is short. This takes less time than deriving the formulas would."""
+    if symbolic_chain.n > MAX_JOINTS_FOR_MINORS and QUESTIONS[subject.base].is_made_of_minors:
+        return False
+    answer = _ask_question(symbolic_chain, subject.base).answer.as_matrix()
+    return _is_short_enough(sp.Matrix(subject.extract_from(np.array(answer.tolist(), dtype=object))))
+
+
+def _expand_numbers(entry: sp.Expr) -> sp.Expr:
+    """Return an entry with products of the arm's numbers multiplied out.
+
+    Raises ValueError for a formula with roots, or with constant angles of the arm, such as theta1 + 30 degrees.
+    """
+    if not entry.has(sp.sin, sp.cos):
+        return sp.expand(entry)
+    if any(power.is_number and not power.is_Rational for power in entry.atoms(sp.Pow)):
+        raise ValueError(f"{entry} has roots")
+    return tidy_entry(entry)
+
+
+def tidy_entry(entry: sp.Expr) -> sp.Expr:
+    """Return an entry in textbook form, with common factors of a quotient cancelled. Raises ValueError for x / 0."""
+    if any(power.exp.is_negative for power in entry.atoms(sp.Pow)):
+        numerator, denominator = (sp.expand(side) for side in sp.fraction(sp.together(entry)))
+        factored_denominator = factor_trig(denominator) if not denominator.has(*NOT_A_NUMBER) else None
+        if factored_denominator is None or factored_denominator.is_zero or numerator.has(*NOT_A_NUMBER):
+            raise ValueError(f"{entry} divides by zero")
+        return factor_trig(numerator).over(factored_denominator).expression()
+    return textbook_form(sp.expand(entry))
+
+
+# --- four options ---
+
+
+def make_four_options(chain: Chain, subject: OptionSubject, rng: Stream) -> list[OfferedOption] | None:
+    """Return the correct option and three wrong options, or None if there are not three of similar length."""
+    symbolic_chain = chain if subject.depends_on_home_position else structure(chain).chain
+    if _write_answer(symbolic_chain, subject, ()) is None:
+        return None
+    intended_rank = rng.integer_below(4)
+    candidates = list[tuple[options.LengthMismatch, tuple[tuple[int, ...], ...]]]()
+    for triple in islice(_make_wrong_triples(symbolic_chain, subject, rng), MAX_WRITTEN_TRIPLES):
+        lengths = [_measure_length(symbolic_chain, subject, mistakes) for mistakes in ((), *triple)]
+        mismatch = options.rate_lengths(lengths, intended_rank) if all(lengths) else None
+        if mismatch is not None:
+            candidates.append((mismatch, triple))
+            if mismatch[:2] == options.BEST_MISMATCH:
+                break
+    substitute = sp.Matrix if symbolic_chain is chain else derive(chain).substitute_matrix
+    variants = _find_variants(symbolic_chain, subject)
+    for _, triple in sorted(candidates):
+        formulas = [substitute(_write_answer(symbolic_chain, subject, mistakes)) for mistakes in ((), *triple)]
+        if are_different_functions(chain, formulas):
+            blames = (tuple(variants[index].blame for index in mistakes) for mistakes in ((), *triple))
+            return [OfferedOption(*formula_and_blames) for formula_and_blames in zip(formulas, blames, strict=True)]
+    return None
+
+
+@lru_cache(maxsize=20_000)
+def _measure_length(symbolic_chain: Chain, subject: OptionSubject, mistakes: tuple[int, ...]) -> int:
+    """Return the number of characters of an option, or 0 if it can't be written briefly."""
+    answer = _write_answer(symbolic_chain, subject, mistakes)
+    return 0 if answer is None else len(str(answer.tolist()))
+
+
+def _make_wrong_triples(
+    symbolic_chain: Chain, subject: OptionSubject, rng: Stream
+) -> Iterator[tuple[tuple[int, ...], ...]]:
+    """Yield triples of wrong options, each given by the indices of its mistakes.
+
+    The first triples have a mistake, another mistake, and both mistakes. The later triples have three single mistakes.
+    """
+    variants = _find_variants(symbolic_chain, subject)
+    pairs = rng.permutation(list(combinations(range(len(variants)), 2)))
+    for first, second in pairs[:MAX_PAIRS]:
+        if variants[first].blame.mistake == variants[second].blame.mistake and len(variants) > 8:
+            continue
+        if _differ_pairwise(symbolic_chain, subject, variants[first], variants[second]):
+            yield (first,), (second,), (first, second)
+    for a, b, c in rng.permutation(list(islice(combinations(range(len(variants)), 3), MAX_PAIRS))):
+        yield (a,), (b,), (c,)
+
+
+def are_different_functions(chain: Chain, formulas: list[sp.Matrix]) -> bool:
+    """Return whether formulas are different functions for an arm, of which some numeric lengths may be equal."""
+    programs = compile_program([parse_formula(str(entry)) for formula in formulas for entry in formula])
+    names = {symbol.name for formula in formulas for symbol in formula.free_symbols}
+    count = READABLE_POINTS + SAMPLE_COUNT
+    sampled = Domain(domain_of(chain).roles).sample(names, count, Stream("quiz"))
+    outcomes = evaluate(programs, sampled or {"any": np.ones(count)}, count)[0]
+    values = outcomes.reshape(len(formulas), -1, count)[:, :, READABLE_POINTS:]
+    return bool(np.isfinite(values).all()) and all(have_different_values(a, b) for a, b in combinations(values, 2))
+
+
+def find_wrong_forms(symbolic_chain: Chain, subject: OptionSubject) -> list[tuple[sp.Expr, Blame]]:
+    """Return the wrong forms of an entry that single mistakes give, each with its mistake."""
+    return [
+        (answer[0], variant.blame)
+        for index, variant in enumerate(_find_variants(symbolic_chain, subject))
+        if (answer := _write_answer(symbolic_chain, subject, (index,))) is not None
+    ]
