@@ -15,7 +15,7 @@ on every machine.
     {"type": "configurations", "joints": [name], "symbols": [name], "pieces": [[configuration]],
      "conditions": [number of pieces of each], "mistakes": []}
     {"type": "choice" | "selection" | "matching", "options": count, "items": count, "right": [index],
-     "told": [[{"name", "title", "says"} of a mistake that leads to a wrong option]]}
+     "option_mistakes": [[{"name", "title", "says"} of a mistake that leads to a wrong option]]}
 
 "print" is a fingerprint, one number for a whole answer at a configuration: the sum of its entries, row by row, each
 times `weight(index)`. For a direction, it is the absolute value of this sum for its unit vector. A numeric direction
@@ -141,7 +141,7 @@ class _KeyMaker(AnswerVisitor[Json]):
         explanations = self._explain_options() if self.with_mistakes else [[] for _ in answer.options]
         return {
             "type": answer.type, "options": len(answer.options), "items": len(answer.matched_items),
-            "right": list(answer.correct_indices), "told": explanations,
+            "right": list(answer.correct_indices), "option_mistakes": explanations,
         }  # fmt: skip
 
     def _explain_options(self) -> list[list[Json]]:

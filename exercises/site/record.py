@@ -193,8 +193,9 @@ class MistakeSentences:
 
     def shorten_key(self, key: Json) -> Json:
         """Return a key for the bank, in which each mistake is an index into `rows`."""
-        if "told" in key:
-            return key | {"told": [list(map(self._index_of, mistakes)) for mistakes in key["told"]]}
+        if "option_mistakes" in key:
+            indices = [list(map(self._index_of, mistakes)) for mistakes in key["option_mistakes"]]
+            return key | {"option_mistakes": indices}
         return key | {name: list(map(self._shorten_mistake, key[name])) for name in MISTAKE_LISTS if name in key}
 
     def _shorten_mistake(self, mistake: Json) -> list[Any]:

@@ -212,7 +212,7 @@ test("a package without a platform says so, practises, and is kept in the browse
 });
 
 /** A page of a course at another address, with a round in a frame; what it is sent stays in `told`. */
-async function framed(search) {
+async function withFraming(search) {
   const { page, context } = await openedAnew({ ...there, server: course }, "page.html");
   await page.evaluate((address) => {
     window.told = [];
@@ -225,7 +225,7 @@ async function framed(search) {
 test("a round in a frame has no header, and tells the page around it that its link names", async () => {
   const origin = encodeURIComponent(course.root);
   const search = `embed=1&arm=planar-2r&question=determinant&n=1&seed=a&name=Week+3&origin=${origin}`;
-  const { page, frame, context } = await framed(search);
+  const { page, frame, context } = await withFraming(search);
   await frame.getByText(`Your score is sent to ${course.root}`).waitFor();
   assert.equal(await frame.locator("header.top").isVisible(), false);
   await frame.locator("form .answer").waitFor();
@@ -272,7 +272,7 @@ for (const [width, height] of [
 
 test("another page around it is told nothing", async () => {
   for (const search of ["embed=1&n=1&seed=a", "embed=1&n=1&seed=a&origin=https%3A%2F%2Felsewhere.example"]) {
-    const { page, frame, context } = await framed(search);
+    const { page, frame, context } = await withFraming(search);
     await frame.locator("form .answer").waitFor();
     await drawn(page);
     assert.deepEqual(await page.evaluate(() => window.told), []);

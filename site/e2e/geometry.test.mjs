@@ -22,7 +22,7 @@ const SCREENS = [
     [3840, 2160],
   ],
 ];
-const MORE = ["practice.html?today=1", "own.html#robot=panda", "course.html", "404.html", "licences.html"];
+const MORE = ["own.html#robot=panda", "course.html", "404.html", "licences.html"];
 const ROUND = "practice.html?embed=1&arm=planar-2r&n=3&seed=a";
 /** A question of each kind of answer: a vector, conditions, numbers, a direction, letters of three kinds. */
 const QUESTIONS = [

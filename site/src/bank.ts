@@ -1,11 +1,11 @@
-// The bank of problems as Python writes it (exercises/site/record.py, keys.py and build.py), and how it is loaded.
+// The bank of problems as Python writes it (exercises/site/record.py, keys.py and build.py).
 
 import type { Level } from "./grade/levels.js";
 
-/** index.json: what there is to choose from. `problems` are the keys of records under bank/FAMILY/. */
+/** index.json: the contents of the bank. `problems` are the keys of records under bank/FAMILY/. */
 export interface Index {
   readonly format: 1;
-  /** How much is told of a wrong answer; the bank has solutions at the last level only. */
+  /** How much a wrong answer reveals; the bank has solutions only at the last level. */
   readonly feedback: Level;
   readonly families: readonly Family[];
   readonly questions: readonly Question[];
@@ -14,20 +14,20 @@ export interface Index {
 export interface Family {
   readonly name: string;
   readonly title: string;
-  /** Of the title, where it is not English. */
+  /** Language of the title, if it is not English. */
   readonly lang?: string;
   readonly source: string;
   readonly problems: readonly Listed[];
 }
 
-/** A problem of a family: its file's name, its difficulty (0 to 4), how far its arm varies, and what is asked. */
+/** A problem of a family: its file's name, difficulty (0 to 4), variation of its arm, and questions. */
 export interface Listed {
   readonly key: string;
   readonly title: string;
   readonly difficulty: number;
-  /** A step of exercises/common/variation.py, from "chapter" to "full", or axes of an instructor's own. */
+  /** A step of exercises/common/variation.py, from "chapter" to "full", or an instructor's own axes. */
   readonly variation: string;
-  /** Of an arm that never leaves a plane. */
+  /** Whether the arm is planar. */
   readonly flat?: true;
   readonly questions: readonly string[];
 }
@@ -41,7 +41,7 @@ export interface Question {
 }
 
 export interface Problem {
-  /** Of its texts, where they are not English. */
+  /** Language of the texts, if it is not English. */
   readonly lang?: string;
   readonly id: string;
   readonly family: string;
@@ -54,13 +54,14 @@ export interface Problem {
   readonly symbols: Readonly<Record<string, SymbolInfo>>;
   readonly pose: NamedPose;
   readonly parts: readonly Part[];
+  /** The texts of known mistakes, to which keys refer by index. */
   readonly said: readonly (readonly [name: string, title: string, sentence: string, missing?: string])[];
 }
 
-/** Values of joint variables by name (rad, m), and of letters of the table if they differ from the robot's. */
+/** Values of joint variables by name (rad, m), and of symbols of the table if they differ from the robot's. */
 export type NamedPose = Readonly<Record<string, number>>;
 
-/** A factor of det J that a pose changes: as HTML, and as it can be typed. */
+/** A factor of det J that depends on the pose: as HTML, and as it can be typed. */
 export type Factor = readonly [html: string, typed: string];
 
 export interface SymbolInfo {
@@ -70,7 +71,7 @@ export interface SymbolInfo {
   readonly value?: number;
 }
 
-/** A standard (distal) DH table; entries are text with the letters of `values` and the joint variables in it. */
+/** A standard (distal) DH table; its entries are texts with the symbols of `values` and the joint variables. */
 export interface Robot {
   readonly name: string;
   readonly title: string;
@@ -79,9 +80,9 @@ export interface Robot {
   readonly point: { readonly frame: number; readonly offset: readonly [string, string, string] };
   readonly task: readonly TaskRow[];
   readonly values: Readonly<Record<string, number>>;
-  /** How the arm is told to people, where that is not by this standard table. */
+  /** The convention by which the problem describes the arm, if it is not this standard table. */
   readonly convention?: "modified-dh" | "screws";
-  /** The order of its twists, where it is told by its axes and that is not (omega, v). */
+  /** The order of twists if the arm is described by screws, unless it is (omega, v). */
   readonly twist_order?: "v-omega";
 }
 
@@ -103,17 +104,17 @@ export interface Part {
   readonly shape: readonly [number, number] | null;
   readonly points: number;
   readonly prompt: string;
-  /** Rates, velocities and forces of which the prompt speaks. */
+  /** Rates, velocities and forces that the prompt mentions. */
   readonly names: readonly string[];
-  /** Under which the entries of a vector may be given, as in {qd1: …, qd2: …}. */
+  /** Names of a vector's entries in an answer, as in {qd1: …, qd2: …}. */
   readonly labels: readonly string[];
-  /** Under which the columns of a matrix may be given, as in z0 = …, z1 = …. */
+  /** Names of a matrix's columns in an answer, as in z0 = …, z1 = …. */
   readonly columns: readonly string[];
-  /** LaTeX of what its rows and its columns belong to; none where nothing is told of them. */
+  /** LaTeX of the labels of rows and columns; empty if they have none. */
   readonly grid: readonly [rows: readonly string[], columns: readonly string[]];
   readonly figure: string;
   readonly alt: string;
-  /** The joint values and lengths that it gives; its figure has a pose of its own if all joints are among them. */
+  /** Joint values and lengths given by the question; its figure has its own pose if all joints are among them. */
   readonly pose: NamedPose | null;
   readonly hints: readonly string[];
   readonly options: readonly string[] | null;
@@ -122,7 +123,7 @@ export interface Part {
 
 export type Key = ValuesKey | NumbersKey | ConfigurationsKey | LettersKey;
 
-/** Right values of each entry at the points; null where it is not defined there. */
+/** Correct values of each entry at the points; null if an entry is undefined there. */
 export interface ValuesKey {
   readonly type: "values" | "direction";
   readonly symbols: readonly string[];
@@ -130,16 +131,16 @@ export interface ValuesKey {
   readonly rows: number;
   readonly columns: number;
   readonly right: readonly (readonly (number | null)[])[];
-  /** Symbols that no motion changes, and the entries that depend on others, counted from 0. */
+  /** Symbols that no motion changes, and the entries (from 0) that depend on other symbols. */
   readonly constants?: readonly string[];
   readonly moving?: readonly number[];
-  /** What rates, velocities and forces are multiplied by in each entry, at the first points. */
+  /** The factor of each rate, velocity or force in each entry, at the first points. */
   readonly linear?: Readonly<Record<string, readonly (readonly number[])[]>>;
   readonly mistakes: readonly (readonly number[])[];
-  /** The same slip everywhere in the finished formulas, as mistakes are told. */
+  /** The same mistake everywhere in the finished formulas, written like `mistakes`. */
   readonly throughout?: readonly (readonly number[])[];
   readonly tolerance?: number | null;
-  /** Rates, velocities and forces of which the question speaks. */
+  /** Rates, velocities and forces that the question mentions. */
   readonly spoken?: readonly string[];
 }
 
@@ -150,11 +151,11 @@ export interface NumbersKey {
   readonly floor: number;
   readonly right: readonly number[];
   readonly mistakes: readonly (readonly number[])[];
-  /** What else is looked for behind a single number of many digits. */
+  /** Mistakes considered only for a single number with many digits. */
   readonly precise?: readonly (readonly number[])[];
 }
 
-/** Poses on each piece of a singular set: values of `symbols`, the joints among them. */
+/** Configurations on each piece of a singular set: values of `symbols`, which include the joints. */
 export interface ConfigurationsKey {
   readonly type: "configurations";
   readonly joints: readonly string[];
@@ -171,16 +172,16 @@ export interface LettersKey {
   readonly items: number;
   readonly right: readonly number[];
   /** The mistakes behind each wrong option, or behind each letter at a wrong item: indices into `said`. */
-  readonly told: readonly (readonly number[])[];
+  readonly option_mistakes: readonly (readonly number[])[];
 }
 
-/** index.LANGUAGE.json: titles of families and questions by name; a family of an instructor's own has none. */
+/** index.LANGUAGE.json: titles of families and questions by name; an instructor's own family has none. */
 export interface Titles {
   readonly families: Readonly<Record<string, string>>;
   readonly questions: Readonly<Record<string, string>>;
 }
 
-/** FAMILY/KEY.LANGUAGE.json: what a problem says, in another language; parts and `said` in the problem's order. */
+/** FAMILY/KEY.LANGUAGE.json: a problem's texts in another language; parts and `said` in the problem's order. */
 export interface Texts {
   readonly title: string;
   readonly statement: string;
@@ -191,12 +192,12 @@ export interface Texts {
 /** FAMILY/KEY.solutions.LANGUAGE.json. */
 export type SolvedTexts = { readonly parts: readonly Pick<Solutions["parts"][number], "name" | "solution">[] };
 
-/** FAMILY/KEY.solutions.json, loaded when a solution is asked for. */
+/** FAMILY/KEY.solutions.json, loaded when a solution is requested. */
 export interface Solutions {
-  /** Of the solutions, where they are not English. */
+  /** Language of the solutions, if it is not English. */
   readonly lang?: string;
   readonly id: string;
-  /** Of det J; empty where J is not square. */
+  /** The factors of det J; empty if J is not square. */
   readonly factors: readonly Factor[];
   readonly parts: readonly {
     readonly name: string;

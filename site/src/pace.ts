@@ -1,46 +1,51 @@
-// Redraw the numbers beside a moving arm in turns: the arm is drawn in every frame, but only one of its tables in every
-// other frame, because each makes the browser lay out the page. At rest, and after keys, everything is up to date.
+// Redraw the numbers beside a moving arm by turns: the arm is drawn in every frame, but only one table in every other
+// frame, because each makes the browser lay out the page. At rest, and after keys, everything is up to date.
 
 import { Component, type ComponentType, type FunctionComponent, h, type JSX } from "preact";
 
-/** When a part shows what has changed. */
-export type When = "at once" | "in turn";
-
 const waiting = new Set<{ forceUpdate: () => void }>();
 
-let isHeld = false; // something, by a finger or the mouse
-let running = 0;
+let isPointerDown = false;
+let animations = 0;
 if (typeof addEventListener === "function") {
-  const on = { capture: true, passive: true };
-  addEventListener("pointerdown", () => void (isHeld = true), on);
-  for (const end of ["pointerup", "pointercancel", "blur"]) addEventListener(end, letGo, on);
+  const options = { capture: true, passive: true };
+  addEventListener("pointerdown", () => void (isPointerDown = true), options);
+  for (const end of ["pointerup", "pointercancel", "blur"]) addEventListener(end, endDrag, options);
 }
 
-function letGo(): void {
-  isHeld = false;
+function endDrag(): void {
+  isPointerDown = false;
   for (const part of waiting) part.forceUpdate();
   waiting.clear();
 }
 
-/** Say that the arm moves by itself, until what is returned is called. */
-export function moving(): () => void {
-  running += 1;
-  return () => void (running -= 1);
+/** Report that the arm moves by itself, until the returned function is called. */
+export function startAnimation(): () => void {
+  animations += 1;
+  return () => void (animations -= 1);
 }
 
-/** A part that is drawn at once if an "at once" property changes, and waits for its turn if only others change. */
-export function paced<P extends object>(
-  part: FunctionComponent<P>,
-  when: Readonly<Record<keyof P, When>>,
-): ComponentType<P> {
-  const names = Object.keys(when) as (keyof P)[];
+/** The properties whose changes a component shows at once, and those for which it waits for its turn. */
+type Pace<P> = Readonly<Record<"atOnce" | "inTurn", readonly (keyof P)[]>>;
+
+/**
+ * Return a component that is drawn again only if a property changed. Preact's own memo needs its React layer, in which
+ * every onChange of an input fires at each key, for example after a minus sign alone.
+ */
+export const memo = <P extends object>(part: FunctionComponent<P>): ComponentType<P> => withPace(part, null);
+
+/** Return a component with a pace; other properties are ignored. Without a pace, all changes are shown at once. */
+export function withPace<P extends object>(part: FunctionComponent<P>, pace: Pace<P> | null): ComponentType<P> {
   return class extends Component<P> {
     override shouldComponentUpdate(next: Readonly<P>): boolean {
-      const others = names.filter((name) => !Object.is((this.props as P)[name], next[name]));
-      if (others.length === 0) return false;
-      const isMoving = (isHeld || running > 0) && !document.hidden;
-      if (!isMoving || others.some((name) => when[name] === "at once")) return true;
-      if (waiting.size === 0) requestAnimationFrame(nextTurn);
+      const hasChanged = (names: readonly (keyof P)[]): boolean =>
+        names.some((name) => !Object.is((this.props as P)[name], next[name]));
+      if (!pace) return hasChanged(Object.keys({ ...this.props, ...next }) as (keyof P)[]);
+      if (hasChanged(pace.atOnce)) return true;
+      if (!hasChanged(pace.inTurn)) return false;
+      const isMoving = (isPointerDown || animations > 0) && !document.hidden;
+      if (!isMoving) return true;
+      if (waiting.size === 0) requestAnimationFrame(drawNext);
       waiting.add(this);
       return false;
     }
@@ -59,10 +64,10 @@ export function paced<P extends object>(
   };
 }
 
-function nextTurn(): void {
+function drawNext(): void {
   const [first] = waiting;
   if (!first) return;
   waiting.delete(first);
-  if (waiting.size > 0) requestAnimationFrame(() => requestAnimationFrame(nextTurn));
+  if (waiting.size > 0) requestAnimationFrame(() => requestAnimationFrame(drawNext));
   first.forceUpdate();
 }

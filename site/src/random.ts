@@ -1,6 +1,6 @@
-// Random numbers that are the same each time, wherever they are drawn.
+// Random numbers that are the same on every machine.
 
-/** Numbers from 0 to 1 that a seed decides (mulberry32). */
+/** Return a generator of numbers from 0 to 1 that a seed determines (mulberry32). */
 export function randomNumbers(seed: number): () => number {
   let state = seed;
   return () => {
@@ -10,3 +10,12 @@ export function randomNumbers(seed: number): () => number {
     return ((t ^ (t >>> 14)) >>> 0) / 4294967296;
   };
 }
+
+/** Return poses with random joint variables between -pi and pi (rad or m). */
+export function randomPoses(count: number, joints: number, seed: number): number[][] {
+  const next = randomNumbers(seed);
+  return Array.from({ length: count }, () => Array.from({ length: joints }, () => (2 * next() - 1) * Math.PI));
+}
+
+/** Return a new seed as a short text. */
+export const newSeed = (): string => crypto.getRandomValues(new Uint32Array(1))[0]!.toString(36);

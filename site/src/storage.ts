@@ -1,15 +1,15 @@
-// What the browser keeps of what one has done; a browser that is full, or keeps nothing, hinders nobody.
+// What the browser stores of the student's work. A browser that stores nothing, or is full, prevents nothing.
 
 export const storage: Storage | null = (() => {
   try {
     return window.localStorage;
   } catch {
-    return null; // a browser that keeps nothing
+    return null; // the browser stores nothing
   }
 })();
 
-/** The text that is kept under a key; null where there is none. */
-export function keptText(storage: Storage | null, key: string): string | null {
+/** Return the text stored under a key; null if there is none. */
+export function storedText(storage: Storage | null, key: string): string | null {
   try {
     return storage?.getItem(key) ?? null;
   } catch {
@@ -17,19 +17,19 @@ export function keptText(storage: Storage | null, key: string): string | null {
   }
 }
 
-export function keepText(storage: Storage | null, key: string, text: string): void {
+export function storeText(storage: Storage | null, key: string, text: string): void {
   try {
     storage?.setItem(key, text);
   } catch {
-    // it goes on all the same
+    // the page works without storage
   }
 }
 
-/** What is kept under a key as JSON, as far as `checked` takes it; what it makes of null where there is none. */
-export function keptJson<T>(storage: Storage | null, key: string, checked: (content: unknown) => T): T {
+/** Return what is stored under a key as JSON, checked by `check`; without valid content, `check(null)`. */
+export function storedJson<T>(storage: Storage | null, key: string, check: (content: unknown) => T): T {
   try {
-    return checked(JSON.parse(keptText(storage, key) ?? "null"));
+    return check(JSON.parse(storedText(storage, key) ?? "null"));
   } catch {
-    return checked(null);
+    return check(null);
   }
 }

@@ -1,8 +1,8 @@
 // Typeset formulas as MathML by Temml, a few at a time, so that the page stays responsive.
 
-import { afterPaint, breath } from "./later.js";
+import { afterPaint, yieldToBrowser } from "./scheduling.js";
 
-/** Milliseconds of typesetting after which the browser may do something else. */
+/** Milliseconds of typesetting after which the browser may handle other work. */
 const SLICE = 8;
 
 type Waiting = { readonly latex: string; readonly block: boolean };
@@ -10,33 +10,33 @@ type Waiting = { readonly latex: string; readonly block: boolean };
 const waiting = new Map<HTMLElement, Waiting>();
 let running: Promise<void> | null = null;
 
-/** Typeset every formula in an element: LaTeX in elements of class "tex" is replaced. Most are MathML already. */
+/** Typeset every formula in an element: LaTeX in elements of class "tex" is replaced. Most formulas are MathML already. */
 export function typeset(root: HTMLElement): Promise<void> {
-  afterPaint(() => reachable(root));
+  afterPaint(() => makeReachable(root));
   for (const element of root.querySelectorAll<HTMLElement>(".tex:not([data-set])")) {
     waiting.set(element, { latex: element.textContent ?? "", block: element.tagName === "DIV" });
   }
-  return begun();
+  return runQueue();
 }
 
-/** Typeset one formula into an element, in place of what is there or was wanted there before. */
+/** Typeset a formula into an element; earlier content, also waiting one, is replaced. */
 export function typesetInto(element: HTMLElement, latex: string, block: boolean): Promise<void> {
   waiting.set(element, { latex, block });
-  return begun();
+  return runQueue();
 }
 
-function begun(): Promise<void> {
+function runQueue(): Promise<void> {
   if (waiting.size === 0) return running ?? Promise.resolve();
-  running ??= worked().finally(() => {
+  running ??= typesetWaiting().finally(() => {
     running = null;
   });
-  return running.then(begun); // what came when all else was done
+  return running.then(runQueue); // formulas may have been added meanwhile
 }
 
-async function worked(): Promise<void> {
+async function typesetWaiting(): Promise<void> {
   const temml = await import("temml").then(
     (loaded) => loaded.default,
-    () => null, // there is no connection: what is wanted stays as it was written
+    () => null, // without a connection, the LaTeX stays visible
   );
   if (!temml) return waiting.clear();
   const done: HTMLElement[] = [];
@@ -48,14 +48,14 @@ async function worked(): Promise<void> {
     element.dataset["set"] = "";
     done.push(element);
     if (performance.now() - start < SLICE) continue;
-    await breath();
+    await yieldToBrowser();
     start = performance.now();
   }
-  for (const element of done) reachable(element);
+  for (const element of done) makeReachable(element);
 }
 
-/** Let wide formulas in an element be scrolled by keyboard: those that don't fit can be tabbed to. */
-export function reachable(root: HTMLElement): void {
+/** Make formulas that are too wide scrollable by the keyboard: they become Tab stops. */
+export function makeReachable(root: HTMLElement): void {
   const formulas = [...root.querySelectorAll<HTMLElement>('math[display="block"]')];
   if (root.matches("div.tex")) formulas.push(root);
   for (const formula of formulas) {

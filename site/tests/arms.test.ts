@@ -3,7 +3,7 @@ import { describe, expect, test } from "vitest";
 
 import { armOf, measuresOf, stateAt } from "../src/arm/model.js";
 import { tomlOf } from "../src/own/file.js";
-import { asFragment, fromFragment, type Told } from "../src/own/link.js";
+import { asFragment, fromFragment, type Fragment } from "../src/own/link.js";
 import { robotOf } from "../src/own/standard.js";
 import {
   type Faults,
@@ -158,10 +158,10 @@ describe("a link", () => {
   });
 
   test("with a pose or a task that is none keeps the table", () => {
-    const found = fromFragment("#dh=R_q1_0_1_0&at=1_x&task=foo_vx_vx&angles=turns&__proto__=1") as Told;
+    const found = fromFragment("#dh=R_q1_0_1_0&at=1_x&task=foo_vx_vx&angles=turns&__proto__=1") as Fragment;
     expect(found.at).toBeNull();
     expect(found.table!.task).toEqual(["vx"]);
     expect(found.table!.angles).toBe("radians");
-    expect((fromFragment("#dh=R_q1_0_1_0&at=1_2_3") as Told).at).toBeNull();
+    expect((fromFragment("#dh=R_q1_0_1_0&at=1_2_3") as Fragment).at).toBeNull();
   });
 });

@@ -6,22 +6,28 @@ import {
   ANYTHING,
   faultOf,
   asLink,
-  attempted,
+  progressAfter,
   fromLink,
-  inOrder,
+  itemsOfSet,
   type Item,
   items,
   nameOf,
-  next,
+  chooseNext,
   placeIn,
   variations,
   WAITS,
 } from "../src/practice/choice.js";
 import { entriesOf, isUnfinished, matrixText } from "../src/practice/entries.js";
-import { type AllKept, asFile, fromFile, keepAll, merged, NOTHING_KEPT } from "../src/practice/all-kept.js";
-import { kept } from "../src/practice/progress.js";
-import { keptSkills } from "../src/practice/skills.js";
-import { keptDay } from "../src/practice/today.js";
+import {
+  type StoredState,
+  asFile,
+  fromFile,
+  storeAll,
+  mergeStates,
+  EMPTY_STATE,
+} from "../src/practice/stored-state.js";
+import { storedProgress } from "../src/practice/progress.js";
+import { storedSkills } from "../src/practice/skills.js";
 
 const INDEX: Index = {
   format: 1,
@@ -54,25 +60,25 @@ test("a wish narrows down what is practised", () => {
   ]);
   expect(items(INDEX, { ...ANYTHING, variation: "full" }).map(nameOf)).toEqual(["planar-2r/002/position"]);
   expect(variations(INDEX)).toEqual(["chapter", "full", "lengths+base"]);
-  expect(next(INDEX, { ...ANYTHING, question: "twist" }, {}, 0, Math.random)).toBeNull();
+  expect(chooseNext(INDEX, { ...ANYTHING, question: "twist" }, {}, 0, Math.random)).toBeNull();
 });
 
 test("what went wrong comes again after a while, before anything new; what went right, later and later", () => {
   const [item] = items(INDEX, ANYTHING);
   if (!item) throw new Error("no item");
-  let progress = attempted({}, item, false, 1000);
-  const at = (now: number) => next(INDEX, ANYTHING, progress, now, () => 0);
+  let progress = progressAfter({}, item, false, 1000);
+  const at = (now: number) => chooseNext(INDEX, ANYTHING, progress, now, () => 0);
   expect(nameOf(at(1000) ?? item)).not.toBe(nameOf(item));
   expect(nameOf(at(1000 + (WAITS[0] ?? 0)) ?? item)).toBe(nameOf(item));
-  progress = attempted(progress, item, true, 0);
+  progress = progressAfter(progress, item, true, 0);
   expect(progress[nameOf(item)]).toEqual({ right: true, missed: true, box: 1, due: WAITS[1] });
-  progress = attempted(attempted(progress, item, true, 0), item, false, 0);
+  progress = progressAfter(progressAfter(progress, item, true, 0), item, false, 0);
   expect(progress[nameOf(item)]?.box).toBe(0);
 });
 
 test("who begins has plain questions about the easiest arm first, also of what is wished; then any", () => {
   const drawn = (wish = ANYTHING, progress = {}) =>
-    new Set([0, 0.3, 0.6, 0.999].map((luck) => nameOf(next(INDEX, wish, progress, 0, () => luck)!)));
+    new Set([0, 0.3, 0.6, 0.999].map((luck) => nameOf(chooseNext(INDEX, wish, progress, 0, () => luck)!)));
   expect(drawn()).toEqual(new Set(["planar-2r/001/position"]));
   expect(drawn({ ...ANYTHING, question: "position" })).toEqual(new Set(["planar-2r/001/position"]));
   expect(drawn({ ...ANYTHING, family: "scara" })).toEqual(new Set(["scara/001/determinant"]));
@@ -82,9 +88,9 @@ test("who begins has plain questions about the easiest arm first, also of what i
 
 test("a set is the same order for all, and another for another name", () => {
   const wish = { ...ANYTHING, set: "week-3" };
-  expect(inOrder(INDEX, wish)).toEqual(inOrder(INDEX, wish));
+  expect(itemsOfSet(INDEX, wish)).toEqual(itemsOfSet(INDEX, wish));
   const orders = ["a", "b", "c", "d", "e"].map((set) =>
-    inOrder(INDEX, { ...ANYTHING, set })
+    itemsOfSet(INDEX, { ...ANYTHING, set })
       .map(nameOf)
       .join(),
   );
@@ -102,8 +108,8 @@ test("a link leads back to the same wish, and nonsense in it to any", () => {
 
 test("a set has as many problems as it says, ten where it does not say", () => {
   const many = { ...INDEX, families: Array.from({ length: 5 }, () => INDEX.families).flat() };
-  expect(inOrder(many, { ...ANYTHING, set: "a" })).toHaveLength(10);
-  expect(inOrder(many, { ...ANYTHING, set: "a", count: 3 })).toHaveLength(3);
+  expect(itemsOfSet(many, { ...ANYTHING, set: "a" })).toHaveLength(10);
+  expect(itemsOfSet(many, { ...ANYTHING, set: "a", count: 3 })).toHaveLength(3);
 });
 
 test("a link that asks for what is not here is told what is", () => {
@@ -118,32 +124,29 @@ test("a link that asks for what is not here is told what is", () => {
   expect(fault("?arm=scara&question=position")).toBe("practice.never-asked");
 });
 
-const ALL: AllKept = {
+const ALL: StoredState = {
   progress: { "scara/001/determinant": { right: true, box: 2, due: 5 } },
   lessons: { columns: { goals: [0, 2], row: ["scara/001"], learned: 7, beyond: { space: { row: ["elbow-3r/001"] } } } },
-  today: { day: "2026-11-25", item: "scara/001/rank", tries: [false, true], helped: false, row: 3, last: "2026-11-25" },
 };
 
-test("all that is kept survives a file: problems, lessons and today's arm; a file of something else is refused", () => {
+test("a file holds all stored progress: problems and lessons; a file of something else is refused", () => {
   expect(fromFile(asFile(ALL))).toEqual(ALL);
   expect(fromFile("{}")).toBeNull();
   expect(fromFile("no JSON")).toBeNull();
-  expect(fromFile('{"qdot": "progress", "progress": {"a": {"right": 1}}, "lessons": {"b": 1}, "today": 2}')).toEqual(
-    NOTHING_KEPT,
-  );
+  const wrong = '{"qdot": "progress", "progress": {"a": {"right": 1}}, "lessons": {"b": 1}}';
+  expect(fromFile(wrong)).toEqual(EMPTY_STATE);
 });
 
 test("a file of before holds progress, and takes nothing of the lessons away", () => {
   const old = fromFile(JSON.stringify({ qdot: "progress", version: 1, progress: ALL.progress }))!;
-  expect(old).toEqual({ ...NOTHING_KEPT, progress: ALL.progress });
-  expect(merged({ ...ALL, progress: {} }, old)).toEqual(ALL);
+  expect(old).toEqual({ ...EMPTY_STATE, progress: ALL.progress });
+  expect(mergeStates({ ...ALL, progress: {} }, old)).toEqual(ALL);
 });
 
 test("of what is kept and what is loaded the further stays", () => {
-  const less: AllKept = {
+  const less: StoredState = {
     progress: { "scara/001/determinant": { right: false, box: 0, due: 1 } },
     lessons: { columns: { goals: [1], row: [], beyond: { any: { row: ["a", "b"] } } } },
-    today: { ...ALL.today!, tries: [false, false, false] },
   };
   const both = {
     ...ALL,
@@ -155,9 +158,8 @@ test("of what is kept and what is loaded the further stays", () => {
       },
     },
   };
-  expect(merged(ALL, less)).toEqual(both);
-  expect(merged(less, ALL).lessons["columns"]).toMatchObject({ row: ["scara/001"], learned: 7 });
-  expect(merged(less, ALL).today).toEqual(ALL.today);
+  expect(mergeStates(ALL, less)).toEqual(both);
+  expect(mergeStates(less, ALL).lessons["columns"]).toMatchObject({ row: ["scara/001"], learned: 7 });
 });
 
 test("what is restored is where the practice page and the lessons look for it", () => {
@@ -166,30 +168,32 @@ test("what is restored is where the practice page and the lessons look for it", 
     getItem: (key: string) => store.get(key) ?? null,
     setItem: (key: string, text: string) => void store.set(key, text),
   } as unknown as Storage;
-  keepAll(storage, ALL);
-  expect([kept(storage), keptSkills(storage), keptDay(storage)]).toEqual([ALL.progress, ALL.lessons, ALL.today]);
-  keepAll(storage, NOTHING_KEPT);
-  expect([kept(storage), keptSkills(storage), keptDay(storage)]).toEqual([{}, {}, null]);
-  expect(kept(null)).toEqual({});
+  storeAll(storage, ALL);
+  expect([storedProgress(storage), storedSkills(storage)]).toEqual([ALL.progress, ALL.lessons]);
+  storeAll(storage, EMPTY_STATE);
+  expect([storedProgress(storage), storedSkills(storage)]).toEqual([{}, {}]);
+  expect(storedProgress(null)).toEqual({});
 });
 
 test("what went wrong once comes before anything new when it is due, though it went right since; other things do not", () => {
   const [first, second] = items(INDEX, ANYTHING) as [Item, Item, ...Item[]];
   const DAY = WAITS[1] as number;
-  const once = attempted(attempted({}, first, false, 0), first, true, 0);
-  expect(nameOf(next(INDEX, ANYTHING, once, DAY, () => 0) as Item)).toBe(nameOf(first));
-  expect(nameOf(next(INDEX, ANYTHING, attempted({}, first, true, 0), DAY, () => 0) as Item)).toBe(nameOf(second));
-  const back = fromFile(asFile({ ...NOTHING_KEPT, progress: once }))!.progress;
-  expect(nameOf(next(INDEX, ANYTHING, back, DAY, () => 0) as Item)).toBe(nameOf(first));
+  const once = progressAfter(progressAfter({}, first, false, 0), first, true, 0);
+  expect(nameOf(chooseNext(INDEX, ANYTHING, once, DAY, () => 0) as Item)).toBe(nameOf(first));
+  expect(nameOf(chooseNext(INDEX, ANYTHING, progressAfter({}, first, true, 0), DAY, () => 0) as Item)).toBe(
+    nameOf(second),
+  );
+  const back = fromFile(asFile({ ...EMPTY_STATE, progress: once }))!.progress;
+  expect(nameOf(chooseNext(INDEX, ANYTHING, back, DAY, () => 0) as Item)).toBe(nameOf(first));
   const wrong = '{"qdot":"progress","progress":{"a/1/b":{"right":true,"box":99,"due":0}}}';
-  expect(fromFile(wrong)).toEqual(NOTHING_KEPT);
+  expect(fromFile(wrong)).toEqual(EMPTY_STATE);
 });
 
 test("a set goes on where it was left", () => {
-  const order = inOrder(INDEX, { ...ANYTHING, set: "x" });
+  const order = itemsOfSet(INDEX, { ...ANYTHING, set: "x" });
   expect(placeIn(order, {})).toBe(0);
-  expect(placeIn(order, attempted({}, order[0] as Item, false, 0))).toBe(1);
-  expect(placeIn(order, Object.assign({}, ...order.map((item) => attempted({}, item, true, 0))))).toBe(0);
+  expect(placeIn(order, progressAfter({}, order[0] as Item, false, 0))).toBe(1);
+  expect(placeIn(order, Object.assign({}, ...order.map((item) => progressAfter({}, item, true, 0))))).toBe(0);
 });
 
 test("entries become a text, and the text entries again", () => {

@@ -4,7 +4,7 @@ import { describe, expect, test } from "vitest";
 import type { Index, Listed } from "../src/bank.js";
 import { classesOf, currentClass, rowOf, withRow } from "../src/practice/classes.js";
 import { LESSONS } from "../src/learn/lessons.js";
-import { answered, NEW, type Skill } from "../src/practice/skills.js";
+import { rowAfter, NEW, type Skill } from "../src/practice/skills.js";
 import { STEPS } from "../src/practice/choice.js";
 
 const DAY = 24 * 3600 * 1000;
@@ -64,7 +64,7 @@ test("rows of the classes are counted by themselves: a wrong answer for an arm i
   const how = { helped: false, again: false, now: 2 * DAY, most: 2 };
   const right = (skill: Skill, at: number, key: string, isRight = true): Skill => {
     const item = { family: "elbow-3r", key, question: "jacobian" };
-    return withRow(skill, CLASSES, at, answered(rowOf(skill, CLASSES, at), item, { ...how, right: isRight }));
+    return withRow(skill, CLASSES, at, rowAfter(rowOf(skill, CLASSES, at), item, { ...how, right: isRight }));
   };
   const begun = right(plain, 1, "chapter");
   expect(rowOf(begun, CLASSES, 1).row).toEqual(["elbow-3r/chapter"]);

@@ -4,7 +4,7 @@ import { describe, expect, test } from "vitest";
 import type { ValuesKey } from "../src/bank.js";
 import { judgeValues } from "../src/grade/values.js";
 import { evaluate } from "../src/read/evaluate.js";
-import { read } from "../src/read/reader.js";
+import { parse } from "../src/read/reader.js";
 import corpus from "./corpus.json" with { type: "json" };
 
 interface Case {
@@ -47,6 +47,6 @@ describe("the corpus", () => {
     ["th1", 0.3],
   ])("short names are read as the angles that they stand for: %s", (typed, value) => {
     const values = { theta1: 0.3, theta2: 0.8 };
-    expect(evaluate(read(typed, new Set(Object.keys(values))), values).re).toBeCloseTo(value, 12);
+    expect(evaluate(parse(typed, new Set(Object.keys(values))), values).re).toBeCloseTo(value, 12);
   });
 });

@@ -3,7 +3,14 @@ import { describe, expect, test } from "vitest";
 
 import type { Index, Listed } from "../src/bank.js";
 import { STEPS } from "../src/practice/choice.js";
-import { classInWords, counted, drawnFrom, dueClasses, outcomesInWords, sortingOf } from "../src/practice/counting.js";
+import {
+  classInWords,
+  countAnswer,
+  chooseFrom,
+  dueClasses,
+  outcomesInWords,
+  classFinderOf,
+} from "../src/practice/lesson-credit.js";
 import { NEW, type Skills } from "../src/practice/skills.js";
 
 const DAY = 24 * 3600 * 1000;
@@ -23,7 +30,7 @@ const INDEX: Index = {
   questions: [],
   families: [arms("planar-2r", true), arms("elbow-3r", false), arms("puma-560", false)],
 };
-const sorting = sortingOf(INDEX);
+const sorting = classFinderOf(INDEX);
 const right = { right: true, helped: false, again: false, now: 7 };
 const item = (arm: string, question = "jacobian") => {
   const [family, key] = arm.split("/") as [string, string];
@@ -31,7 +38,7 @@ const item = (arm: string, question = "jacobian") => {
 };
 /** The skills after answers to questions about some arms. */
 const after = (skills: Skills, how: Partial<typeof right>, ...all: string[]): Skills =>
-  all.reduce((now, arm) => counted(now, item(arm), { ...right, ...how }, sorting).skills, skills);
+  all.reduce((now, arm) => countAnswer(now, item(arm), { ...right, ...how }, sorting).skills, skills);
 
 describe("an answer in free practice", () => {
   test("counts for the class of its arm, and for no other", () => {
@@ -53,7 +60,7 @@ describe("an answer in free practice", () => {
 
   test("to a question of two lessons counts for both, and to one of none for nothing", () => {
     const of = (question: string) =>
-      Object.keys(counted({}, item("planar-2r/chapter", question), right, sorting).skills);
+      Object.keys(countAnswer({}, item("planar-2r/chapter", question), right, sorting).skills);
     expect(of("joint-effect")).toEqual(["rates", "columns"]);
     expect(of("joint-torques")).toEqual([]);
   });
@@ -71,9 +78,9 @@ describe("an answer in free practice", () => {
   });
 
   test("is told with lesson and class", () => {
-    const { outcomes } = counted({}, item("elbow-3r/chapter"), right, sorting);
+    const { outcomes } = countAnswer({}, item("elbow-3r/chapter"), right, sorting);
     expect(outcomesInWords(outcomes)).toEqual(["By differentiation, spatial arms: 1 of 2 right in a row"]);
-    const again = counted({}, item("elbow-3r/chapter"), { ...right, again: true }, sorting).outcomes;
+    const again = countAnswer({}, item("elbow-3r/chapter"), { ...right, again: true }, sorting).outcomes;
     expect(outcomesInWords(again)).toEqual([
       "By differentiation, spatial arms: Correct this time. Only first tries count towards your three in a row.",
     ]);
@@ -96,7 +103,7 @@ describe("what is due", () => {
     expect(dueClasses(skills, DAY, sorting)).toEqual([]);
     const due = dueClasses(skills, DAY + 5, sorting);
     expect(due.map(classInWords)).toEqual(["By differentiation, spatial arms"]);
-    const asked = drawnFrom(due[0]!, skills, [], () => 0)!;
+    const asked = chooseFrom(due[0]!, skills, [], () => 0)!;
     expect(asked.family).toBe("elbow-3r");
     expect(["chapter", "lengths"]).toContain(asked.key);
     const now = DAY + 5;

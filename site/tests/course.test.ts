@@ -3,33 +3,33 @@ import { expect, test } from "vitest";
 
 import type { Index, Part } from "../src/bank.js";
 import {
-  askedBy,
+  candidatesOf,
   asksForRound,
   EMPTY,
   isOrigin,
   type Link,
-  type Practised,
+  type LinkedLesson,
   readLink,
   roundOf,
   writeLink,
 } from "../src/course/link.js";
-import { parentPage, type Told } from "../src/course/parent.js";
-import { type PackageSet, roundOf as roundOfPlaces } from "../src/course/places.js";
-import { inBrowser, type News } from "../src/course/recipient.js";
+import { parentPage, type ResultMessage } from "../src/course/parent.js";
+import { type PackageSet, roundOf as roundOfPlaces } from "../src/course/package-set.js";
+import { storedInBrowser, type News } from "../src/course/recipient.js";
 import {
-  answered,
+  afterAnswer,
   asText,
-  begun,
+  newStanding,
   fromText,
   isDone,
   isLastTry,
   nextPlace,
   type Round,
   scoreOf,
-  shownIn,
+  afterSolution,
   type Standing,
 } from "../src/course/round.js";
-import { type Above, type Api, clock, decimal, found, platform, type Version } from "../src/course/scorm.js";
+import { type Above, type Api, clock, connect, decimal, findApi, type Version } from "../src/course/scorm.js";
 import { LESSONS } from "../src/learn/lessons.js";
 import { graded } from "../src/grade/verdict.js";
 import { message } from "../src/text/text.js";
@@ -57,7 +57,7 @@ const INDEX: Index = {
     form: "",
   })),
 };
-const lessons: readonly Practised[] = [
+const lessons: readonly LinkedLesson[] = [
   { id: "columns", questions: ["jacobian"], families: ["planar-2r"] },
   { id: "singular", questions: ["singular-angles"], families: ["planar-2r"] },
 ];
@@ -131,7 +131,7 @@ test("the same seed asks the same questions, another one others, and a lesson it
   expect(namesIn(roundBy("?seed=a&n=6"))).not.toEqual(namesIn(roundBy("?seed=b&n=6")));
   expect(new Set(namesIn(roundBy("?seed=a&n=15"))).size).toBe(15);
   expect(namesIn(roundBy("?seed=a&n=6")).slice(0, 3)).toEqual(namesIn(roundBy("?seed=a&n=3")));
-  const ofLesson = askedBy({ ...EMPTY, lesson: "columns" }, INDEX, lessons);
+  const ofLesson = candidatesOf({ ...EMPTY, lesson: "columns" }, INDEX, lessons);
   expect(ofLesson).toHaveLength(3);
   expect(LESSONS.map(({ id }) => id)).toContain("columns"); // by which name links ask for it
 });
@@ -156,7 +156,7 @@ const roundWith = (count: number, tries = 0, pass: number | null = null): Round 
   })),
 });
 const after = (round: Round, ...given: readonly (readonly [place: number, share: number])[]): Standing =>
-  given.reduce((standing, [place, share]) => answered(round, standing, place, share), begun(round));
+  given.reduce((standing, [place, share]) => afterAnswer(round, standing, place, share), newStanding(round));
 
 test("the best of all tries counts, as many as there are, until it is right or its solution is seen", () => {
   const round = roundWith(3, 2);
@@ -168,7 +168,7 @@ test("the best of all tries counts, as many as there are, until it is right or i
   ]);
   expect(standing.map((tried) => isDone(round, tried))).toEqual([true, true, false]);
   expect(scoreOf(round, standing)).toEqual({ points: 2.5, max: 6, share: 2.5 / 6, answered: 2, done: 2, count: 3 });
-  const seen = answered(round, shownIn(standing, 2), 2, 1);
+  const seen = afterAnswer(round, afterSolution(standing, 2), 2, 1);
   expect(seen[2]).toEqual({ tries: 0, share: 0, shown: true });
   expect(scoreOf(round, seen).answered).toBe(3);
   expect([nextPlace(round, standing, 0), nextPlace(round, standing, 2), nextPlace(round, seen, 0)]).toEqual([
@@ -195,7 +195,7 @@ test("a thousand questions are kept in what SCORM 1.2 has room for, and come bac
   const worst = round.asked.map(() => ({ tries: 63, share: 1, shown: true }));
   expect(asText(round, worst).length).toBeLessThan(4096);
   expect(fromText(round, asText(round, worst))).toEqual(worst);
-  expect(asText(round, begun(round)).length).toBeLessThan(20);
+  expect(asText(round, newStanding(round)).length).toBeLessThan(20);
 });
 
 test("what is no such text, or of other questions, begins anew", () => {
@@ -214,8 +214,8 @@ test("what is no such text, or of other questions, begins anew", () => {
     `${text}.x`,
   ];
   for (const each of [...wrong, `q1.${print}.${"AAB".repeat(4)}`])
-    expect(fromText(round, each), each).toEqual(begun(round));
-  expect(fromText(roundWith(4), text)).toEqual(begun(roundWith(4)));
+    expect(fromText(round, each), each).toEqual(newStanding(round));
+  expect(fromText(roundWith(4), text)).toEqual(newStanding(roundWith(4)));
 });
 
 // --- each student's own ---
@@ -282,16 +282,16 @@ class Kept {
 
 test("the page around is sent scores at its origin, and nobody is where the page stands alone", () => {
   const round = roundWith(2);
-  const sent: [Told, string][] = [];
-  const post = (told: Told, origin: string) => void sent.push([told, origin]);
+  const sent: [ResultMessage, string][] = [];
+  const post = (told: ResultMessage, origin: string) => void sent.push([told, origin]);
   const storage = new Kept() as unknown as Storage;
   const named = { named: "https://lms.example", own: "https://qdot.example" };
   const parent = parentPage({ isFramed: true, post }, named, storage, "k");
   expect(parent.says).toEqual(message("round.sent-to", { origin: "https://lms.example" }));
-  parent.tell(newsOf(round, begun(round)));
+  parent.tell(newsOf(round, newStanding(round)));
   const standing = after(round, [0, 0.5]);
   parent.tell(newsOf(round, standing, 0, "x".repeat(9000)));
-  parent.tell(newsOf(round, shownIn(standing, 1))); // the last question is given up for its solution
+  parent.tell(newsOf(round, afterSolution(standing, 1))); // the last question is given up for its solution
   parent.tell(newsOf(round, after(round, [0, 0.5], [1, 0]), 1));
   expect(sent.map(([{ event }, origin]) => [event, origin])).toEqual([
     ["opened", "https://lms.example"],
@@ -329,9 +329,9 @@ test("a browser that keeps nothing, or is full, keeps nobody from going on", () 
     },
   } as unknown as Storage;
   for (const storage of [null, refusing]) {
-    const nobody = inBrowser(storage, "k", message("round.not-sent"));
+    const nobody = storedInBrowser(storage, "k", message("round.not-sent"));
     expect(nobody.kept).toBe("");
-    expect(nobody.tell(newsOf(roundWith(1), begun(roundWith(1))))).toBe(true);
+    expect(nobody.tell(newsOf(roundWith(1), newStanding(roundWith(1))))).toBe(true);
   }
 });
 
@@ -369,9 +369,9 @@ function keeping(version: Version, fails: Record<string, "false" | "throws"> = {
 
 test.each(["1.2", "2004"] as const)("SCORM %s is told scores, status, time and what is kept", (version) => {
   const { values, calls, windows } = keeping(version);
-  const there = platform(version, windows)!;
+  const there = connect(version, windows)!;
   const round = roundWith(2, 3, 0.6);
-  there.tell(newsOf(round, begun(round)));
+  there.tell(newsOf(round, newStanding(round)));
   const told = (name12: string, name2004: string) => values.get(version === "1.2" ? name12 : name2004);
   expect(told("cmi.core.lesson_status", "cmi.completion_status")).toBe("incomplete");
   expect(told("cmi.core.score.raw", "cmi.score.scaled")).toBe("0");
@@ -394,7 +394,7 @@ test.each(["1.2", "2004"] as const)("SCORM %s is told scores, status, time and w
   there.leave(newsOf(round, standing));
   there.leave(newsOf(round, standing)); // a page is left once
   expect(calls.filter((name) => ["Finish", "Terminate"].includes(name))).toHaveLength(1);
-  const resumed = platform(version, keeping(version, {}, Object.fromEntries(values)).windows)!;
+  const resumed = connect(version, keeping(version, {}, Object.fromEntries(values)).windows)!;
   expect(fromText(round, resumed.kept)).toEqual(standing);
 });
 
@@ -407,7 +407,7 @@ test("without a pass mark nothing is said of passing, and below it a complete ro
   ] as const) {
     const { values, windows } = keeping(version);
     const round = roundWith(1, 1, pass);
-    platform(version, windows)!.tell(newsOf(round, after(round, [0, 0.5]), 0));
+    connect(version, windows)!.tell(newsOf(round, after(round, [0, 0.5]), 0));
     expect(values.get(version === "1.2" ? "cmi.core.lesson_status" : "cmi.success_status")).toBe(said);
   }
 });
@@ -416,7 +416,7 @@ test("answers are recorded by kind, where the platform records, and no more than
   const record = (version: Version, part: Part, answer: string, count: string) => {
     const { values, windows } = keeping(version, {}, { "cmi.interactions._count": count });
     const round = roundWith(1);
-    platform(version, windows)!.tell({
+    connect(version, windows)!.tell({
       ...newsOf(round, after(round, [0, 0.5])),
       given: { place: 0, part, answer, verdict: graded(0.5, []) },
     });
@@ -445,13 +445,13 @@ test("a platform that fails at anything keeps nobody from going on, and is told 
   const news = newsOf(round, after(round, [0, 1]), 0);
   for (const version of ["1.2", "2004"] as const) {
     for (const how of ["false", "throws"] as const) {
-      expect(platform(version, keeping(version, { Initialize: how }).windows)).toBeNull();
-      expect(platform(version, keeping(version, { Commit: how }).windows)!.tell(news)).toBe(false);
-      expect(platform(version, keeping(version, { SetValue: how }).windows)!.tell(news)).toBe(false);
-      const unread = platform(version, keeping(version, { GetValue: how }).windows)!;
+      expect(connect(version, keeping(version, { Initialize: how }).windows)).toBeNull();
+      expect(connect(version, keeping(version, { Commit: how }).windows)!.tell(news)).toBe(false);
+      expect(connect(version, keeping(version, { SetValue: how }).windows)!.tell(news)).toBe(false);
+      const unread = connect(version, keeping(version, { GetValue: how }).windows)!;
       expect(unread.tell(news)).toBe(true);
       const ending = keeping(version, { Finish: how, Terminate: how });
-      const there = platform(version, ending.windows)!;
+      const there = connect(version, ending.windows)!;
       there.leave(news);
       expect(ending.calls.at(-1)).toBe(version === "1.2" ? "Finish" : "Terminate");
       expect(ending.values.get("cmi.suspend_data")).toBe(asText(round, news.standing));
@@ -463,10 +463,10 @@ test("for review nothing is sent", () => {
   const mode = { "1.2": "cmi.core.lesson_mode", "2004": "cmi.mode" } as const;
   for (const version of ["1.2", "2004"] as const) {
     const { calls, windows } = keeping(version, {}, { [mode[version]]: "review" });
-    const there = platform(version, windows)!;
+    const there = connect(version, windows)!;
     expect(there.takes).toBe(false);
-    there.tell(newsOf(roundWith(1), begun(roundWith(1)), 0));
-    there.leave(newsOf(roundWith(1), begun(roundWith(1))));
+    there.tell(newsOf(roundWith(1), newStanding(roundWith(1)), 0));
+    there.leave(newsOf(roundWith(1), newStanding(roundWith(1))));
     expect(calls.filter((name) => ["SetValue", "Commit"].includes(name))).toEqual([]);
   }
 });
@@ -481,18 +481,18 @@ test("a platform is looked for above, then where the window was opened, past win
   });
   const top = { API: api } as unknown as Above & { parent: Above };
   top.parent = top;
-  expect(found("API", { parent: refusing })).toBe(api);
-  expect(found("API_1484_11", { parent: refusing })).toBeNull();
+  expect(findApi("API", { parent: refusing })).toBe(api);
+  expect(findApi("API_1484_11", { parent: refusing })).toBeNull();
   const alone = { opener: refusing } as unknown as Above & { parent: Above };
   alone.parent = alone;
-  expect(found("API", alone)).toBe(api);
+  expect(findApi("API", alone)).toBe(api);
   const endless = (): Above => ({
     get parent() {
       return endless();
     },
   });
-  expect(found("API", endless())).toBeNull();
-  expect(found("API", { parent: null })).toBeNull();
+  expect(findApi("API", endless())).toBeNull();
+  expect(findApi("API", { parent: null })).toBeNull();
 });
 
 test("numbers and times are written as the data models read them", () => {

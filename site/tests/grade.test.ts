@@ -2,15 +2,15 @@
 import { expect, test } from "vitest";
 
 import type { ConfigurationsKey, LettersKey, NumbersKey, Part, Problem, ValuesKey } from "../src/bank.js";
-import { readDue } from "../src/grade/forms.js";
+import { parseAnswer } from "../src/grade/forms.js";
 import { judge } from "../src/grade/judge.js";
-import { chosenLetters, judgeLetters } from "../src/grade/letters.js";
+import { parseLetters, judgeLetters } from "../src/grade/letters.js";
 import { judgeDirection, judgeNumbers } from "../src/grade/numbers.js";
 import { judgeSet } from "../src/grade/sets.js";
 import { atText, judgeValues, weight } from "../src/grade/values.js";
-import { isRead } from "../src/grade/verdict.js";
+import { isParsed } from "../src/grade/verdict.js";
 import { withPoints } from "../src/read/points.js";
-import { message, said } from "../src/text/text.js";
+import { message, textOf } from "../src/text/text.js";
 import { canonical } from "./readings.js";
 
 const PLAIN_KEY: ValuesKey = {
@@ -22,7 +22,7 @@ const PLAIN_KEY: ValuesKey = {
   right: [[Math.sin(0.5), Math.sin(1.5)]],
   mistakes: [],
 };
-const CHOICE: LettersKey = { type: "choice", options: 4, items: 0, right: [2], told: [[0], [1, 2], [], []] };
+const CHOICE: LettersKey = { type: "choice", options: 4, items: 0, right: [2], option_mistakes: [[0], [1, 2], [], []] };
 
 test.each([
   ["C", "correct"],
@@ -43,7 +43,7 @@ test.each([
   ["AB", 1 / 2 - 1 / 3],
   ["ABCDE", 0],
 ])("several letters: %s earns %d", (typed, share) => {
-  const key: LettersKey = { type: "selection", options: 5, items: 0, right: [0, 2], told: [] };
+  const key: LettersKey = { type: "selection", options: 5, items: 0, right: [0, 2], option_mistakes: [] };
   expect(judgeLetters(typed, key).share).toBeCloseTo(share);
 });
 
@@ -54,7 +54,7 @@ test.each([
   ["ABC", 1 / 3],
   ["BA", 0],
 ])("letters for items: %s earns %d", (typed, share) => {
-  const key: LettersKey = { type: "matching", options: 4, items: 3, right: [1, 0, 2], told: [] };
+  const key: LettersKey = { type: "matching", options: 4, items: 3, right: [1, 0, 2], option_mistakes: [] };
   expect(judgeLetters(typed, key).share).toBeCloseTo(share);
 });
 
@@ -66,21 +66,21 @@ test("of a wrong option it is told what is behind it, of several mistakes each",
 });
 
 test("of several letters it is told of each wrong one, with the option if it is one", () => {
-  const key: LettersKey = { type: "selection", options: 4, items: 0, right: [0], told: [[], [5], [6], [6]] };
+  const key: LettersKey = { type: "selection", options: 4, items: 0, right: [0], option_mistakes: [[], [5], [6], [6]] };
   expect(judgeLetters("AB", key).slips).toEqual([{ mistake: 5, where: message("slip.option", { letter: "B" }) }]);
   expect(judgeLetters("CD", key).slips).toEqual([{ mistake: 6 }]);
   expect(judgeLetters("A", { ...key, right: [0, 1] }).slips).toBeUndefined();
 });
 
 test("of items it is told what is behind letters that belong to none or another, not of one that is given twice", () => {
-  const key: LettersKey = { type: "matching", options: 3, items: 2, right: [1, 0], told: [[4], [4], [7]] };
+  const key: LettersKey = { type: "matching", options: 3, items: 2, right: [1, 0], option_mistakes: [[4], [4], [7]] };
   const item = (item: number) => message("slip.item", { item });
   expect(judgeLetters("BC", key).slips).toEqual([{ mistake: 7, where: item(2) }]);
   expect(judgeLetters("AB", key).slips).toEqual([{ mistake: 4 }]);
   expect(judgeLetters("BB", key).slips).toEqual([{ mistake: 4, where: item(2) }]);
 });
 
-test("letters in words are found", () => expect(chosenLetters("{1: 'B', 2: 'A'}", 4)).toEqual([1, 0]));
+test("letters in words are found", () => expect(parseLetters("{1: 'B', 2: 'A'}", 4)).toEqual([1, 0]));
 
 const NUMBERS: NumbersKey = {
   type: "numbers",
@@ -286,7 +286,7 @@ test("where commas say too much, it is told that and would not", () => {
 });
 
 test("what is no number is told as undefined, and a direction of numbers without a place", () => {
-  const values = (typed: string) => said(judgeValues(typed, PLAIN_KEY, []).reasons[0]!);
+  const values = (typed: string) => textOf(judgeValues(typed, PLAIN_KEY, []).reasons[0]!);
   expect(values("1/0")).toContain("undefined");
   const numbers: ValuesKey = { ...ALONG, symbols: [], points: [[]], rows: 2, right: [[0.6], [0.8]], tolerance: 0.01 };
   expect(judgeDirection("[1, 2]", numbers).reasons.map(({ key }) => key)).toEqual(["verdict.other-direction"]);
@@ -309,10 +309,10 @@ test("a difference is told with the rates of which the question speaks, though t
 });
 
 test("a rounded angle is told that it is rounded, and one that is far off is not", () => {
-  const said = (typed: string) => judgeSet(typed, SET, ANGLES, stretched).reasons[0]?.key;
-  expect(said("theta2 = 0, theta2 = 3.14159")).toBe("verdict.rounded");
-  expect(said("theta2 = 0, theta2 = 179.9 deg")).toBe("verdict.rounded");
-  expect(said("theta2 = 0, theta2 = 3")).toBe("verdict.unsound");
+  const reasonKey = (typed: string) => judgeSet(typed, SET, ANGLES, stretched).reasons[0]?.key;
+  expect(reasonKey("theta2 = 0, theta2 = 3.14159")).toBe("verdict.rounded");
+  expect(reasonKey("theta2 = 0, theta2 = 179.9 deg")).toBe("verdict.rounded");
+  expect(reasonKey("theta2 = 0, theta2 = 3")).toBe("verdict.unsound");
 });
 
 test("a pose is told as the sliders have it: angles in degrees within a turn, lengths in metres", () => {
@@ -407,9 +407,9 @@ test("of whole numbers it is not said to what percentage they are right", () => 
 });
 
 test("what can't be read is no answer", () => {
-  expect(isRead(judgeNumbers("[0.5, a1", NUMBERS))).toBe(false);
-  expect(isRead(judgeNumbers("", NUMBERS))).toBe(false);
-  expect(isRead(judgeNumbers("[0.5, 7]", NUMBERS))).toBe(true);
+  expect(isParsed(judgeNumbers("[0.5, a1", NUMBERS))).toBe(false);
+  expect(isParsed(judgeNumbers("", NUMBERS))).toBe(false);
+  expect(isParsed(judgeNumbers("[0.5, 7]", NUMBERS))).toBe(true);
 });
 
 test("terms that hide an entry leave the browser unsure", () => {
@@ -465,7 +465,7 @@ test.each(["[-1,09 , 1,35]", "-1,09, 1,35", "[-1,09; 1,35]", "-1,09\n1,35"])(
 
 test("where nothing tells the commas apart, what does is said", () => {
   const { reasons } = judge({} as Problem, RATES, "[-1,09,1,35]", () => false);
-  expect(reasons.map((reason) => said(reason))).toEqual([
+  expect(reasons.map((reason) => textOf(reason))).toEqual([
     "Your answer has 4 × 1 entries (rows × columns); expected 2 × 1. If 0,5 is a number, separate the entries by " +
       "semicolons, or by a comma and a space, as in [0,5; 1,25].",
   ]);
@@ -475,8 +475,8 @@ test("what is shown of an answer is what is judged, also of a table", () => {
   const known = new Set(["a", "b", "c", "d"]);
   const part = { shape: [2, 2], key: { type: "values" } } as unknown as Part;
   for (const typed of ["a b\nc d", "a, b\nc, d", "[a b; c d]", "[[a, b], [c, d]]"])
-    expect(canonical(readDue(typed, known, part))).toBe("(list (list a b) (list c d))");
-  expect(canonical(readDue("[-1,09 , 1,35]", new Set(), RATES))).toBe("(list (neg #109e-2) #135e-2)");
+    expect(canonical(parseAnswer(typed, known, part))).toBe("(list (list a b) (list c d))");
+  expect(canonical(parseAnswer("[-1,09 , 1,35]", new Set(), RATES))).toBe("(list (neg #109e-2) #135e-2)");
 });
 
 test.each([
@@ -489,7 +489,7 @@ test.each([
     judgeValues("l1*theta1", key),
     judgeDirection("[l1, 1]", { ...key, type: "direction", rows: 2, right: [[1], [2]] }),
   ])
-    expect(verdict.reasons.map((reason) => said(reason))).toContain(
+    expect(verdict.reasons.map((reason) => textOf(reason))).toContain(
       `This problem doesn't contain l1. Its symbols are ${known}.`,
     );
 });

@@ -6,14 +6,14 @@ import type { Robot } from "../src/bank.js";
 import { armOf, measuresOf, reachOf, stateAt } from "../src/arm/model.js";
 import type { Stage } from "../src/arm/stage.js";
 import { firstWeld, journeyOf, type Weld } from "../src/arm/weld.js";
-import { LESSONS, type Seen } from "../src/learn/lessons.js";
+import { LESSONS, type GoalState } from "../src/learn/lessons.js";
 import {
-  answered,
+  rowAfter,
   armsIn,
   isDue,
   itemsOf,
-  keepSkills,
-  keptSkills,
+  storeSkills,
+  storedSkills,
   NEW,
   nextIn,
   outcomeOf,
@@ -25,7 +25,7 @@ import en from "../src/text/en.json" with { type: "json" };
 
 const item = (key: string, question = "jacobian"): Item => ({ family: "planar-2r", key, question });
 const right = (skill: Skill, key: string, now = 0, helped = false, most = 9, again = false) =>
-  answered(skill, item(key), { right: true, helped, again, now, most });
+  rowAfter(skill, item(key), { right: true, helped, again, now, most });
 const DAY = 24 * 3600 * 1000;
 
 test("three arms in a row without help are learned, one more after a day is mastered", () => {
@@ -45,7 +45,7 @@ test("three arms in a row without help are learned, one more after a day is mast
 
 test("a wrong answer begins the row anew, and a bank of two arms asks for no third", () => {
   const row = right(right(NEW, "001"), "002");
-  expect(answered(row, item("003"), { right: false, helped: false, again: false, now: 0, most: 9 }).row).toEqual([]);
+  expect(rowAfter(row, item("003"), { right: false, helped: false, again: false, now: 0, most: 9 }).row).toEqual([]);
   expect(right(right(NEW, "001", 0, false, 2), "002", 5, false, 2).learned).toBe(5);
 });
 
@@ -78,19 +78,19 @@ test("what was wrong first counts neither for the row nor as mastered, and it is
   expect(right(row, "002", 0, false, 9, true)).toEqual(row);
   const learned: Skill = { ...NEW, row: ["a", "b", "c"], learned: 0 };
   expect(right(learned, "004", 2 * DAY, false, 9, true).mastered).toBeUndefined();
-  const said = (before: Skill, after: Skill, was: ReturnType<typeof how>) =>
+  const outcomeKey = (before: Skill, after: Skill, was: ReturnType<typeof how>) =>
     outcomeOf(before, after, { ...was, most: 9 })?.key;
-  expect(said(NEW, row, how(true))).toBe("lesson.state-row");
-  expect(said(row, NEW, how(false))).toBe("lesson.row-broken");
-  expect(said(NEW, NEW, how(false))).toBeUndefined();
-  expect(said(NEW, NEW, how(true, true))).toBe("lesson.counts-not-helped");
-  expect(said(learned, learned, how(true, false, true))).toBe("lesson.counts-not-again");
+  expect(outcomeKey(NEW, row, how(true))).toBe("lesson.state-row");
+  expect(outcomeKey(row, NEW, how(false))).toBe("lesson.row-broken");
+  expect(outcomeKey(NEW, NEW, how(false))).toBeUndefined();
+  expect(outcomeKey(NEW, NEW, how(true, true))).toBe("lesson.counts-not-helped");
+  expect(outcomeKey(learned, learned, how(true, false, true))).toBe("lesson.counts-not-again");
   const one: Skill = { goals: [], row: ["planar-2r/001"] };
   const tried = { right: false, helped: false, again: true, now: 0, most: 9 };
-  expect(answered(one, item("001"), tried)).toEqual(one); // the first answer was right
-  expect(said(one, one, tried)).toBe(undefined);
-  expect(said(row, learned, how(true))).toBe("lesson.learned");
-  expect(said(learned, { ...learned, mastered: 9 }, how(true))).toBe("lesson.mastered");
+  expect(rowAfter(one, item("001"), tried)).toEqual(one); // the first answer was right
+  expect(outcomeKey(one, one, tried)).toBe(undefined);
+  expect(outcomeKey(row, learned, how(true))).toBe("lesson.learned");
+  expect(outcomeKey(learned, { ...learned, mastered: 9 }, how(true))).toBe("lesson.mastered");
 });
 
 test("the difficulty climbs with the row, from the plainest arms of the chapter", () => {
@@ -164,15 +164,15 @@ test("what a browser keeps is read back, and nonsense is nothing", () => {
     rates: { row: ["a/1"], goals: [0], learned: 3 },
     columns: { row: [], goals: [], beyond: { space: { row: ["b/1"], learned: 4 } } },
   };
-  keepSkills(storage, skills);
-  expect(keptSkills(storage)).toEqual(skills);
+  storeSkills(storage, skills);
+  expect(storedSkills(storage)).toEqual(skills);
   kept.set(
     [...kept.keys()][0]!,
     '{"rates": {"row": 3}, "path": 7, "kinds": {"row": [], "goals": [], "beyond": {"space": 1}}}',
   );
-  expect(keptSkills(storage)).toEqual({});
+  expect(storedSkills(storage)).toEqual({});
   kept.set([...kept.keys()][0]!, "no JSON");
-  expect(keptSkills(storage)).toEqual({});
+  expect(storedSkills(storage)).toEqual({});
 });
 
 const row = (a: string, alpha: string, d: string, i: number) =>
@@ -198,7 +198,11 @@ const ELBOW = armOf(
 const degrees = (...angles: number[]) => angles.map((angle) => (angle * Math.PI) / 180);
 
 /** What is seen of an arm in a pose. */
-function seen(arm: typeof PLAIN, pose: number[], more: { rates?: number[]; weld?: Weld; place?: number } = {}): Seen {
+function seen(
+  arm: typeof PLAIN,
+  pose: number[],
+  more: { rates?: number[]; weld?: Weld; place?: number } = {},
+): GoalState {
   const state = stateAt(arm, pose);
   const rates = more.rates ?? [];
   const welding = more.weld ? { weld: more.weld, journey: journeyOf(arm, more.weld), place: more.place ?? 0 } : null;
@@ -212,7 +216,7 @@ const FIRST = degrees(60, 100);
 const weld = { ...firstWeld(PLAIN, FIRST, reachOf(PLAIN)), turns: 20 };
 const short: Weld = { ...weld, target: stateAt(PLAIN, degrees(62, 98)).point, speed: 0.02 };
 /** Of each goal: a way to reach it. */
-const WAYS: Readonly<Record<string, readonly Seen[]>> = {
+const WAYS: Readonly<Record<string, readonly GoalState[]>> = {
   rates: [
     seen(PLAIN, FIRST, { rates: [0, 0.5] }),
     seen(PLAIN, degrees(0, 90), { rates: [0.5, -0.5] }),

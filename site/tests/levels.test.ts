@@ -2,11 +2,11 @@
 import { expect, test } from "vitest";
 
 import type { NumbersKey, ValuesKey } from "../src/bank.js";
-import { type Level, LEVELS, lower, told } from "../src/grade/levels.js";
+import { type Level, LEVELS, lower, limitTo } from "../src/grade/levels.js";
 import { judgeNumbers } from "../src/grade/numbers.js";
 import { judgeValues } from "../src/grade/values.js";
 import { graded, type Verdict, wrong } from "../src/grade/verdict.js";
-import { message, said } from "../src/text/text.js";
+import { message, textOf } from "../src/text/text.js";
 
 const NUMBERS: NumbersKey = {
   type: "numbers",
@@ -34,7 +34,7 @@ const WRONG: readonly (readonly [string, Verdict, RegExp])[] = [
     /0[.]123/,
   ],
 ];
-const text = (verdict: Verdict): string => verdict.reasons.map((reason) => said(reason)).join(" ");
+const text = (verdict: Verdict): string => verdict.reasons.map((reason) => textOf(reason)).join(" ");
 
 test("of two levels the one that tells less", () => {
   expect(lower("solutions", "counterexample")).toBe("counterexample");
@@ -42,7 +42,7 @@ test("of two levels the one that tells less", () => {
 });
 
 test.each(WRONG)("%s: each level tells more", (_, verdict, right) => {
-  const at = (level: Level): Verdict => told(verdict, level);
+  const at = (level: Level): Verdict => limitTo(verdict, level);
   expect(text(at("values"))).toMatch(right);
   expect(at("solutions")).toEqual(verdict);
   for (const level of ["outcome", "mistake", "counterexample"] as const) {
@@ -58,7 +58,11 @@ test.each(WRONG)("%s: each level tells more", (_, verdict, right) => {
 });
 
 test("a counterexample is the answer's own, and no configuration that is missing", () => {
-  const [, formula, set] = WRONG.map(([, verdict]) => told(verdict, "counterexample")) as [Verdict, Verdict, Verdict];
+  const [, formula, set] = WRONG.map(([, verdict]) => limitTo(verdict, "counterexample")) as [
+    Verdict,
+    Verdict,
+    Verdict,
+  ];
   expect(text(formula)).toContain("yours is 0.877");
   expect(formula.at).toBeDefined();
   expect(set.at).toBeUndefined();
@@ -66,7 +70,7 @@ test("a counterexample is the answer's own, and no configuration that is missing
 
 test("all is told of a right answer, and of one that can't be read", () => {
   for (const level of LEVELS) {
-    expect(told(judgeNumbers("[1.25, 7.75]", NUMBERS), level).reasons).not.toEqual([]);
-    expect(text(told(wrong("read.unreadable", { why: message("read.missing") }), level))).not.toBe("");
+    expect(limitTo(judgeNumbers("[1.25, 7.75]", NUMBERS), level).reasons).not.toEqual([]);
+    expect(text(limitTo(wrong("read.unreadable", { why: message("read.missing") }), level))).not.toBe("");
   }
 });

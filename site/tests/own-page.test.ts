@@ -5,13 +5,13 @@ import { h, render } from "preact";
 import { act } from "preact/test-utils";
 import { afterEach, expect, test, vi } from "vitest";
 
-import type { Known } from "../src/own/known.js";
+import type { Known } from "../src/own/known-arms.js";
 import { OwnArm } from "../src/own/own.js";
 import { newRow, ZEROS } from "../src/own/table.js";
 
 // All at once: what is shown is tested here, not when.
-vi.mock("../src/later.js", async (real) => ({
-  ...(await real<typeof import("../src/later.js")>()),
+vi.mock("../src/scheduling.js", async (real) => ({
+  ...(await real<typeof import("../src/scheduling.js")>()),
   useSteps: (last: number) => last,
 }));
 

@@ -3,7 +3,7 @@ import { expect, test } from "vitest";
 
 import { armOf, stateAt } from "../src/arm/model.js";
 import type { Part, Problem } from "../src/bank.js";
-import { ownColumns } from "../src/grade/own.js";
+import { ownColumns } from "../src/grade/typed-jacobian.js";
 import { PLAIN } from "./arm/robots.js";
 
 const role = (name: string) => ({ role: name.startsWith("theta") ? "joint" : "length", unit: "", latex: name });

@@ -2,7 +2,7 @@
 import { afterEach, expect, test, vi } from "vitest";
 
 import type { Index, Problem, Solutions, Texts } from "../src/bank.js";
-import { solvedIn, titledIn, toldIn } from "../src/text/problems.js";
+import { translateSolutions, translateIndex, translateProblem } from "../src/text/problems.js";
 import { ENGLISH, speak } from "../src/text/text.js";
 import de from "../src/text/de.json" with { type: "json" };
 
@@ -45,7 +45,7 @@ afterEach(() => {
 });
 
 test("a problem takes its texts from the translation, and everything else from the bank", () => {
-  const told = toldIn("de", PROBLEM, TEXTS);
+  const told = translateProblem("de", PROBLEM, TEXTS);
   expect([told.lang, told.title, told.robot.title, told.said[0]?.[1]]).toEqual([
     "de",
     "SCARA-Arm",
@@ -56,7 +56,7 @@ test("a problem takes its texts from the translation, and everything else from t
 });
 
 test("without a translation, or with another problem's, it stays English", () => {
-  expect(toldIn("de", PROBLEM, null)).toBe(PROBLEM);
+  expect(translateProblem("de", PROBLEM, null)).toBe(PROBLEM);
   const [texts] = TEXTS.parts as [Texts["parts"][number]];
   for (const other of [
     { ...TEXTS, parts: [{ ...texts, name: "speed" }] },
@@ -65,17 +65,17 @@ test("without a translation, or with another problem's, it stays English", () =>
     { ...TEXTS, parts: [{ ...texts, options: null }] },
     { ...TEXTS, said: [] },
   ])
-    expect(toldIn("de", PROBLEM, other)).toBe(PROBLEM);
+    expect(translateProblem("de", PROBLEM, other)).toBe(PROBLEM);
 });
 
 test("titles are translated where there is a translation", () => {
-  const titled = titledIn("de", INDEX, { families: { scara: "SCARA-Arm" }, questions: { rank: "Rang" } });
+  const titled = translateIndex("de", INDEX, { families: { scara: "SCARA-Arm" }, questions: { rank: "Rang" } });
   expect(titled.families.map(({ title, lang }) => [title, lang])).toEqual([
     ["SCARA-Arm", "de"],
     ["Our own arm", undefined],
   ]);
   expect(titled.questions[0]?.title).toBe("Rang");
-  expect(titledIn("de", INDEX, null)).toBe(INDEX);
+  expect(translateIndex("de", INDEX, null)).toBe(INDEX);
 });
 
 test("solutions are translated part by part, or stay English", () => {
@@ -84,10 +84,10 @@ test("solutions are translated part by part, or stay English", () => {
     factors: [],
     parts: [{ name: "rank", solution: "<p>It is 2.</p>", figure: "<svg/>", typed: "2" }],
   };
-  const told = solvedIn("de", solutions, { parts: [{ name: "rank", solution: "<p>Es ist 2.</p>" }] });
+  const told = translateSolutions("de", solutions, { parts: [{ name: "rank", solution: "<p>Es ist 2.</p>" }] });
   expect([told.lang, told.parts[0]?.solution, told.parts[0]?.typed]).toEqual(["de", "<p>Es ist 2.</p>", "2"]);
-  expect(solvedIn("de", solutions, null)).toBe(solutions);
-  expect(solvedIn("de", solutions, { parts: [{ name: "speed", solution: "" }] })).toBe(solutions);
+  expect(translateSolutions("de", solutions, null)).toBe(solutions);
+  expect(translateSolutions("de", solutions, { parts: [{ name: "speed", solution: "" }] })).toBe(solutions);
 });
 
 test("an English page loads no translation; a German one does, and goes on in English where there is none", async () => {

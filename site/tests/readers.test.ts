@@ -3,8 +3,8 @@ import { readFileSync } from "node:fs";
 
 import { describe, expect, test } from "vitest";
 
-import { read } from "../src/read/reader.js";
-import { ReadError } from "../src/read/tree.js";
+import { parse } from "../src/read/reader.js";
+import { ParseError } from "../src/read/tree.js";
 import { LIMITS, VOCABULARY } from "../src/read/vocabulary.js";
 import { type Answered, answered, type Asked, treeText } from "./readings.js";
 import forms from "./forms.json" with { type: "json" };
@@ -98,7 +98,7 @@ describe("the vocabulary", () => {
 test("what nobody sees is written out where an error shows the place", () => {
   const refusals = ["2*\u202e\u0007theta1 @", "2*\ud835\udf03 @ 1"].map((text) => {
     try {
-      return read(text, new Set(["theta1"])).text;
+      return parse(text, new Set(["theta1"])).text;
     } catch (error) {
       return String(error);
     }
@@ -124,9 +124,9 @@ test("signs in any order are read or refused", () => {
   for (let k = 0; k < 5000; k += 1) {
     const text = Array.from({ length: drawn(10) }, () => SIGNS[drawn(SIGNS.length)]!).join(" ");
     try {
-      read(text, known);
+      parse(text, known);
     } catch (error) {
-      if (!(error instanceof ReadError)) expect.fail(`${JSON.stringify(text)}: ${String(error)}`);
+      if (!(error instanceof ParseError)) expect.fail(`${JSON.stringify(text)}: ${String(error)}`);
     }
   }
 });

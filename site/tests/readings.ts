@@ -1,11 +1,11 @@
 // What the site's reader and its grader say of many texts: held against what Python's say of them.
 //
 // tests/tools/readers.py in the checkout writes the question and the same answers in the same forms.
-import { singularIn } from "../src/arm/singular.js";
+import { singularIn } from "../src/arm/is-singular.js";
 import type { Part, Problem } from "../src/bank.js";
 import { judge } from "../src/grade/judge.js";
-import { read } from "../src/read/reader.js";
-import { type Node, ReadError } from "../src/read/tree.js";
+import { parse } from "../src/read/reader.js";
+import { type Node, ParseError } from "../src/read/tree.js";
 
 /** Texts to be read, each with the index of its symbols, and answers to be judged, with a problem's index and a part's name. */
 export interface Asked {
@@ -39,9 +39,9 @@ export function answered({ symbols, readings, problems, answers }: Asked): Answe
 
 export function treeText(text: string, known: ReadonlySet<string>): string | null {
   try {
-    return canonical(read(text, known));
+    return canonical(parse(text, known));
   } catch (error) {
-    if (error instanceof ReadError) return null;
+    if (error instanceof ParseError) return null;
     throw error;
   }
 }

@@ -3,14 +3,14 @@ import { readFileSync } from "node:fs";
 import { expect, test } from "vitest";
 
 import type { ConfigurationsKey, ValuesKey } from "../src/bank.js";
-import { told } from "../src/grade/levels.js";
+import { limitTo } from "../src/grade/levels.js";
 import { judgeSet } from "../src/grade/sets.js";
 import { judgeValues, weight } from "../src/grade/values.js";
 import type { Verdict } from "../src/grade/verdict.js";
 import { missingIn } from "../src/practice/feedback.js";
 import { evaluate } from "../src/read/evaluate.js";
-import { read } from "../src/read/reader.js";
-import { message, said, type TextKey } from "../src/text/text.js";
+import { parse } from "../src/read/reader.js";
+import { message, textOf, type TextKey } from "../src/text/text.js";
 import { type Slipped, toldOf } from "./slips.js";
 
 const PROBLEMS = JSON.parse(readFileSync(new URL("./slips.json", import.meta.url), "utf-8")) as readonly Slipped[];
@@ -87,7 +87,7 @@ const POINTS = [
 /** A key of these formulas, row by row. */
 function keyOf(rows: readonly (readonly string[])[]): ValuesKey {
   const at = (k: number) => Object.fromEntries(SYMBOLS.map((symbol, i) => [symbol, POINTS[k]![i]!]));
-  const worth = (text: string) => POINTS.map((_, k) => evaluate(read(text, new Set(SYMBOLS)), at(k)).re);
+  const worth = (text: string) => POINTS.map((_, k) => evaluate(parse(text, new Set(SYMBOLS)), at(k)).re);
   const right = rows.flat().map(worth);
   const [columns, mistakes] = [rows[0]!.length, []];
   return { type: "values", symbols: SYMBOLS, points: POINTS, rows: rows.length, columns, right, mistakes };
@@ -100,7 +100,7 @@ const JACOBIAN = keyOf([
 
 /** What is said of slips, each in a sentence. */
 const toldBy = ({ slips = [] }: Verdict): string[] =>
-  slips.map((slip) => ("mistake" in slip ? `mistake ${slip.mistake}` : said(slip)));
+  slips.map((slip) => ("mistake" in slip ? `mistake ${slip.mistake}` : textOf(slip)));
 
 test.each([
   ["[[-a1*s1 - a2*s12, -a2*s2], [a1*c1 + a2*c12, a2*c2]]", "Column 2: one angle leaves out"],
@@ -197,7 +197,7 @@ test("the transpose of a matrix that is not square is told from one that is wron
   const other = judgeValues("[[-a1*s1 - a2*s12, a1*c1 + a2*c12], [a2*s12, a2*c12], [0, 1]]", WIDE);
   expect(other.slips).toEqual([message("slip.turned")]);
   expect(judgeValues("[[1, 2], [3, 4]]", WIDE).slips).toBeUndefined();
-  expect(told(turned, "outcome").slips).toBeUndefined();
+  expect(limitTo(turned, "outcome").slips).toBeUndefined();
 });
 
 test("of an entry that should be zero it is not said that an angle is wrong or a term missing", () => {
@@ -284,9 +284,9 @@ test("the same slip everywhere in the formulas is named where slips in places ex
 });
 
 test("of what is missing it is told what is in it, and what is lost with a factor that joints change", () => {
-  expect(said(missingIn("a1", true))).toBe("The missing part contains a1.");
-  expect(said(missingIn("theta2, theta3", false))).toBe("The missing part contains θ2, θ3.");
-  expect(said(missingIn("theta2", true))).toContain("contains θ2. Without it, you lose all configurations");
+  expect(textOf(missingIn("a1", true))).toBe("The missing part contains a1.");
+  expect(textOf(missingIn("theta2, theta3", false))).toBe("The missing part contains θ2, θ3.");
+  expect(textOf(missingIn("theta2", true))).toContain("contains θ2. Without it, you lose all configurations");
 });
 
 test.each([
@@ -422,6 +422,6 @@ test.each([
 test("a level that names no mistakes keeps slips back", () => {
   const verdict = judgeValues("a1*s2", keyOf([["a1*a2*s2"]]));
   expect(verdict.slips).toHaveLength(1);
-  expect(told(verdict, "outcome").slips).toBeUndefined();
-  expect(told(verdict, "mistake").slips).toEqual(verdict.slips);
+  expect(limitTo(verdict, "outcome").slips).toBeUndefined();
+  expect(limitTo(verdict, "mistake").slips).toEqual(verdict.slips);
 });

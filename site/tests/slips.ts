@@ -1,5 +1,5 @@
 // What the site says of slips that are made in right answers, as ../../tests/tools/site_slips.py writes them.
-import { singularIn } from "../src/arm/singular.js";
+import { singularIn } from "../src/arm/is-singular.js";
 import type { Part, Problem } from "../src/bank.js";
 import { judge } from "../src/grade/judge.js";
 import type { Slip, Verdict } from "../src/grade/verdict.js";

@@ -2,9 +2,9 @@
 import { describe, expect, test } from "vitest";
 
 import { judgeValues } from "../src/grade/values.js";
-import { read } from "../src/read/reader.js";
-import { asMatrix, ReadError } from "../src/read/tree.js";
-import { ENGLISH, inDigits, message, said, type TextKey } from "../src/text/text.js";
+import { parse } from "../src/read/reader.js";
+import { asMatrix, ParseError } from "../src/read/tree.js";
+import { ENGLISH, inDigits, message, textOf, type TextKey } from "../src/text/text.js";
 import de from "../src/text/de.json" with { type: "json" };
 import en from "../src/text/en.json" with { type: "json" };
 
@@ -18,8 +18,8 @@ describe("the catalogue", () => {
 
   test("numbers have the language's decimal sign, texts inside of texts the language's words", () => {
     const inside = message("read.at", { what: message("read.the-end"), at: 1.5, near: "x" });
-    expect(said(inside)).toBe("the end (at character 1.5, near 'x')");
-    expect(said(inside, GERMAN)).toBe("das Ende (bei Zeichen 1,5, nahe „x“)");
+    expect(textOf(inside)).toBe("the end (at character 1.5, near 'x')");
+    expect(textOf(inside, GERMAN)).toBe("das Ende (bei Zeichen 1,5, nahe „x“)");
   });
 
   test.each([ENGLISH, GERMAN])(
@@ -35,11 +35,11 @@ describe("the catalogue", () => {
 });
 
 describe("what can't be read", () => {
-  const why = (text: string): ReadError => {
+  const why = (text: string): ParseError => {
     try {
-      read(text, new Set(["theta1"]));
+      parse(text, new Set(["theta1"]));
     } catch (error) {
-      if (error instanceof ReadError) return error;
+      if (error instanceof ParseError) return error;
     }
     throw new Error(`${text} was read`);
   };
@@ -55,7 +55,7 @@ describe("what can't be read", () => {
     ["f(2)", "the function 'f' is unknown", "die Funktion „f“ ist unbekannt"],
   ])("%s is told in English and in German", (text, english, german) => {
     expect(why(text).message).toContain(english);
-    expect(said(why(text).why, GERMAN)).toContain(german);
+    expect(textOf(why(text).why, GERMAN)).toContain(german);
   });
 
   test("a verdict tells it in the page's language", () => {
@@ -69,12 +69,12 @@ describe("what can't be read", () => {
       mistakes: [],
     } as const;
     const { reasons } = judgeValues("2*", key);
-    expect(said(reasons[0]!, GERMAN)).toMatch(/^qdot kann deine Antwort nicht lesen: erwartet wird eine Zahl/);
+    expect(textOf(reasons[0]!, GERMAN)).toMatch(/^qdot kann deine Antwort nicht lesen: erwartet wird eine Zahl/);
   });
 });
 
 test("a matrix has the rows that were typed, one is enough, and an empty list is told as such", () => {
-  const shape = (text: string): number[] => asMatrix(read(text, new Set())).map((row) => row.length);
+  const shape = (text: string): number[] => asMatrix(parse(text, new Set())).map((row) => row.length);
   expect(shape("[[1, 2]]")).toEqual([2]);
   expect(shape("[5]")).toEqual([1]);
   expect(shape("[1, 2]")).toEqual([1, 1]);

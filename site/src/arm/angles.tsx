@@ -4,10 +4,10 @@ import type { JSX } from "preact";
 
 import { type Arm, entries, type State } from "./model.js";
 import { dot } from "./vector.js";
-import { drawn, pixel, type Pixel, type View } from "./view.js";
+import { vectorInPixels, pixel, type Pixel, type View } from "./view.js";
 import { jointClass } from "./letters.js";
 
-/** An arc in pixels: its path with its head, where its letter stands, and away from the joint. */
+/** The arc of a joint angle in pixels: its path, arrowhead, dashed zero line, and where its letter is placed. */
 export interface Arc {
   readonly path: string;
   readonly head: string;
@@ -18,7 +18,7 @@ export interface Arc {
 
 const RADIUS = 34;
 
-/** The arc of a joint that turns in the page; null for another, and for an angle that is all but zero. */
+/** Return the arc of joint i (from 0); null for a prismatic or hidden joint angle, and for an angle near zero. */
 export function arcOf(arm: Arm, state: State, view: View, i: number): Arc | null {
   const joint = arm.joints[i]!;
   if (joint.kind !== "R") return null;
@@ -27,10 +27,10 @@ export function arcOf(arm: Arm, state: State, view: View, i: number): Arc | null
   const turn = Math.atan2(Math.sin(angle), Math.cos(angle));
   if (Math.abs(turn) < 0.06) return null;
   const [x, y] = pixel(view, before.o);
-  const [sx, sy] = drawn(view, before.x);
+  const [sx, sy] = vectorInPixels(view, before.x);
   const toward = dot(before.z, view.toward);
   const start = Math.atan2(-sy, sx);
-  const spin = toward > 0 ? turn : -turn; // counterclockwise on the page
+  const spin = toward > 0 ? turn : -turn; // positive counterclockwise on the page
   const at = (share: number, radius: number): Pixel => [
     x + radius * Math.cos(start + share * spin),
     y - radius * Math.sin(start + share * spin),
@@ -38,15 +38,15 @@ export function arcOf(arm: Arm, state: State, view: View, i: number): Arc | null
   const [p, q] = [at(0, RADIUS), at(1, RADIUS)];
   const back = Math.max(0, 1 - 7 / (RADIUS * Math.abs(spin)));
   const [left, right] = [at(back, RADIUS - 3), at(back, RADIUS + 3)];
-  const far = at(0, RADIUS + 12);
-  const between = at(0.5, RADIUS + 2);
+  const dashEnd = at(0, RADIUS + 12);
+  const middle = at(0.5, RADIUS + 2);
   const large = Math.abs(spin) > Math.PI ? 1 : 0;
   return {
     path: `M${p[0]} ${p[1]}A${RADIUS} ${RADIUS} 0 ${large} ${spin > 0 ? 0 : 1} ${q[0]} ${q[1]}`,
     head: `M${q[0]} ${q[1]}L${left[0]} ${left[1]}L${right[0]} ${right[1]}Z`,
-    dashed: `M${x} ${y}L${far[0]} ${far[1]}`,
-    middle: between,
-    outward: [between[0] - x, between[1] - y],
+    dashed: `M${x} ${y}L${dashEnd[0]} ${dashEnd[1]}`,
+    middle,
+    outward: [middle[0] - x, middle[1] - y],
   };
 }
 

@@ -1,55 +1,55 @@
-// Link the page's formulas to the arm: pointing at a term lights its link, angle or column and shows its value;
-// pointing at a link lights its letters. Keys reach the same terms (formula-keys.ts).
+// Link the page's formulas to the arm: pointing at a term highlights its link, angle or column and shows its value;
+// pointing at a link highlights its letters. The keyboard reaches the same terms (formula-keys.ts).
 
 import type { JSX } from "preact";
 import { useEffect, useId, useRef, useState } from "preact/hooks";
 
-import { read } from "../read/reader.js";
+import { parse } from "../read/reader.js";
 import { realValue } from "../read/real.js";
 import { inDigits, say } from "../text/text.js";
-import { stepped, useFormulaStops } from "./formula-keys.js";
+import { termAfterKey, useFormulaStops } from "./formula-keys.js";
 import { namedPose, type State } from "./model.js";
 import { stationOn } from "./path.js";
-import { angleIn, digits } from "./speech.js";
+import { angleIn, digits } from "./number-format.js";
 import type { Stage } from "./stage.js";
 import { jointOf, SYMBOL, symbolsIn, symbolsOf, termAt, typed } from "./terms.js";
 import { jointClass } from "./letters.js";
 
-/** A term that is pointed at, whether it stays when pointer and focus leave, and whether keys led to it. */
+/** The term pointed at; `stays`: it is pinned; `byKey`: the keyboard selected it. */
 type Term = { readonly parts: readonly Element[]; readonly stays: boolean; readonly byKey?: boolean };
 
-/** How far the middle of a number keeps from the page's sides (pixels). */
+/** Minimum distance in pixels of a shown number from the sides of the window. */
 const EDGE = 64;
 
-/** What an event is about: a term of a formula that is no part of an arm, with the symbol under the pointer. */
+/** Return the term under the pointer, outside the arm's panel, and the symbol in it; null if there is none. */
 function pointedAt({ target }: Event): { parts: readonly Element[]; symbol: Element | null } | null {
   if (!(target instanceof Element) || !target.closest("main math") || target.closest(".arm")) return null;
   const parts = target.localName === "math" ? [] : termAt(target);
   return parts.length > 0 ? { parts, symbol: target.closest(SYMBOL) ?? onlySymbol(parts) } : null;
 }
 
-/** The only symbol with an index in a term, if there is one alone. */
+/** Return the symbol with an index in a term if there is exactly one, else null. */
 function onlySymbol(parts: readonly Element[]): Element | null {
-  const found = symbolsIn(parts);
-  return found.length === 1 ? found[0]! : null;
+  const symbols = symbolsIn(parts);
+  return symbols.length === 1 ? symbols[0]! : null;
 }
 
-/** The number beside a term, and the letters that are lit, while the arm of this stage is on the page. */
+/** Show the number of the highlighted term, and highlight the letters of the joint that is pointed at. */
 export function Answering({ stage, radians, rates }: Omit<ValueProps, "parts">): JSX.Element {
   const help = useId();
   const [term, setTerm] = useState<Term | null>(null);
   const [, setScrolled] = useState(0);
   const { arm, point, lit } = stage;
-  const isOurs = useRef(false); // whether the joint that is lit is lit by a formula
-  const isResting = useRef(false); // the pointer, since keys lead
-  const now = useRef(term);
-  now.current = term;
+  const isOurs = useRef(false); // whether a formula, not the drawing, highlighted the joint
+  const isResting = useRef(false); // whether the pointer rests while the keyboard is used
+  const current = useRef(term);
+  current.current = term;
   useFormulaStops(arm, help);
 
   useEffect(() => {
-    const over = new AbortController();
+    const listening = new AbortController();
     const listen = (name: string, listener: (event: Event) => void): void =>
-      document.addEventListener(name, listener, { signal: over.signal, passive: true });
+      document.addEventListener(name, listener, { signal: listening.signal, passive: true });
     const light = (next: Term | null, symbol: Element | null | undefined): void => {
       setTerm(next);
       const joint = symbol ? jointOf(symbol, arm) : null;
@@ -57,15 +57,15 @@ export function Answering({ stage, radians, rates }: Omit<ValueProps, "parts">):
       isOurs.current = joint !== null;
     };
     const show = (event: Event, stays: boolean): void => {
-      const found = pointedAt(event);
-      light(found && { parts: found.parts, stays }, found?.symbol);
+      const pointed = pointedAt(event);
+      light(pointed && { parts: pointed.parts, stays }, pointed?.symbol);
     };
-    /** Keys go on from the term that is lit in this formula, and from the first where there is none. */
+    /** Move from the highlighted term of this formula, or from its first term; return whether the key was used. */
     const step = (math: Element, key: string): boolean => {
-      const from = now.current && math.contains(now.current.parts[0]!) ? now.current.parts : null;
-      const parts = key === "Enter" ? from : stepped(math, from, key);
+      const from = current.current && math.contains(current.current.parts[0]!) ? current.current.parts : null;
+      const parts = key === "Enter" ? from : termAfterKey(math, from, key);
       if (!parts) return false;
-      const stays = key === "Enter" && !now.current?.stays;
+      const stays = key === "Enter" && !current.current?.stays;
       light(
         { parts, stays, byKey: true },
         symbolsIn(parts).find((symbol) => jointOf(symbol, arm) !== null),
@@ -77,27 +77,28 @@ export function Answering({ stage, radians, rates }: Omit<ValueProps, "parts">):
       if (movementX !== 0 || movementY !== 0) isResting.current = false;
     });
     listen("pointerover", (event) => {
-      const isPagesMove = isResting.current && now.current?.byKey; // which a key has scrolled below the pointer
-      if (!now.current?.stays && !isPagesMove) show(event, false);
+      const hasPageScrolled = isResting.current && current.current?.byKey; // the page moved under a resting pointer
+      if (!current.current?.stays && !hasPageScrolled) show(event, false);
     });
     listen("click", (event) => {
-      const found = pointedAt(event);
-      if (found || (now.current && !(event.target as Element).closest(".arm"))) show(event, found !== null);
+      const pointed = pointedAt(event);
+      if (pointed || (current.current && !(event.target as Element).closest(".arm"))) show(event, pointed !== null);
     });
     listen("focusin", ({ target }) => {
       if (isFormula(target) && target.matches(":focus-visible")) step(target, "Home");
     });
     listen("focusout", ({ target }) => {
-      if (isFormula(target) && now.current?.byKey && !now.current.stays) light(null, null);
+      if (isFormula(target) && current.current?.byKey && !current.current.stays) light(null, null);
     });
-    const pressed = (event: KeyboardEvent): void => {
+    const pressKey = (event: KeyboardEvent): void => {
       const { key, target, ctrlKey, metaKey, altKey } = event;
-      if (key === "Escape" && now.current) light(null, null);
+      if (key === "Escape" && current.current) light(null, null);
       else if (isFormula(target) && !ctrlKey && !metaKey && !altKey && step(target, key)) event.preventDefault();
     };
-    document.addEventListener("keydown", pressed, { signal: over.signal });
-    addEventListener("scroll", () => now.current && setScrolled(scrollY), { signal: over.signal, passive: true });
-    return () => over.abort();
+    document.addEventListener("keydown", pressKey, { signal: listening.signal });
+    const scrolling = { signal: listening.signal, passive: true };
+    addEventListener("scroll", () => current.current && setScrolled(scrollY), scrolling);
+    return () => listening.abort();
   }, [arm, point]);
 
   useEffect(() => {
@@ -130,7 +131,7 @@ export function Answering({ stage, radians, rates }: Omit<ValueProps, "parts">):
   );
 }
 
-/** A formula that keys have got to. */
+/** Return whether an element is a formula that Tab reaches. */
 function isFormula(target: EventTarget | null): target is Element {
   return target instanceof Element && target.localName === "math" && target.hasAttribute("tabindex");
 }
@@ -139,26 +140,26 @@ interface ValueProps {
   readonly parts: readonly Element[];
   readonly stage: Stage;
   readonly radians: boolean;
-  /** Rates of the joints in a pose, where the page knows them. */
+  /** The joint rates at a state of the arm, if the page sets them. */
   readonly rates?: ((state: State) => readonly number[]) | undefined;
 }
 
-/** A term by its letters and its number, for who does not see which is lit. */
+/** A term by its letters and its number, for a screen reader. */
 function Spelled(props: ValueProps): JSX.Element {
-  const name = spelled(typed(props.parts) ?? props.parts.map(({ textContent }) => textContent).join(" "));
-  const value = useShown(props);
+  const name = spellOut(typed(props.parts) ?? props.parts.map(({ textContent }) => textContent).join(" "));
+  const value = formatValue(props);
   return <>{value === null ? name : say("arm.term.spelled", { name, value })}</>;
 }
 
-/** What is typed of a term as it is said: a1 sin θ1, with the rate of a joint by its letter. */
-const spelled = (text: string): string =>
+/** Return a typed term as it is read aloud: a1 sin θ1; a joint rate has its dot. */
+const spellOut = (text: string): string =>
   text
     .replaceAll("*", " ")
     .replaceAll("theta", "θ")
     .replace(/\bqd(\d+)/g, "q̇$1");
 
-/** The number of a term at the pose, as it is shown; null where it can't be told. */
-function useShown({ parts, stage, radians, rates }: ValueProps): string | null {
+/** Return the value of a term at the current pose as text; null if it has none. */
+function formatValue({ parts, stage, radians, rates }: ValueProps): string | null {
   const text = typed(parts);
   const value = text === null ? null : valueOf(text, stage, rates);
   if (value === null || !parts[0]!.isConnected) return null;
@@ -166,9 +167,9 @@ function useShown({ parts, stage, radians, rates }: ValueProps): string | null {
   return isAngle ? `${inDigits(angleIn(radians, value))}${radians ? "" : "°"}` : inDigits(digits(value));
 }
 
-/** What a term is at the pose, below it; nothing where it can't be told. */
+/** The value of a term, shown below it; nothing if it has none. */
 function Value(props: ValueProps): JSX.Element | null {
-  const value = useShown(props);
+  const value = formatValue(props);
   if (value === null) return null;
   const boxes = props.parts.map((part) => part.getBoundingClientRect());
   const bottom = Math.max(...boxes.map((box) => box.bottom));
@@ -181,7 +182,7 @@ function Value(props: ValueProps): JSX.Element | null {
   );
 }
 
-/** The value of a term at the stage's pose, on its path if it has one; null without a letter that is known. */
+/** Return the value of a typed term at the stage's pose, with the rates on its path; null if a letter is unknown. */
 function valueOf(text: string, stage: Stage, ratesIn: ValueProps["rates"]): number | null {
   const { arm, robot, pose } = stage;
   const rates = ratesIn?.(stage.state) ?? ratesOnPath(stage);
@@ -192,14 +193,14 @@ function valueOf(text: string, stage: Stage, ratesIn: ValueProps["rates"]): numb
   };
   if (!/[a-z]/.test(text)) return null;
   try {
-    const value = realValue(read(text, new Set(Object.keys(values))), values);
+    const value = realValue(parse(text, new Set(Object.keys(values))), values);
     return Number.isFinite(value) ? value : null;
   } catch {
-    return null; // a letter of something else
+    return null; // the term has a letter of something else
   }
 }
 
-/** The rates of the joints where the arm stands on a path; none where there is no path. */
+/** Return the joint rates at the arm's place on the welding path; an empty list without a path. */
 function ratesOnPath({ welding }: Stage): readonly number[] {
   if (!welding) return [];
   const { journey, place, weld } = welding;

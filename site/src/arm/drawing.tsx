@@ -1,49 +1,59 @@
-// The drawing that is taken hold of: links and point are dragged, a spatial arm is turned, all of it by keys as well.
+// The interactive drawing: links and the point P are dragged, a spatial arm is rotated; keys do the same.
 
 import type { ComponentChildren, JSX } from "preact";
-import { memo } from "../memo.js";
+import { memo } from "../pace.js";
 import { useCallback, useEffect, useLayoutEffect, useMemo, useRef, useState } from "preact/hooks";
 
 import { say } from "../text/text.js";
-import { Body, inPixels } from "./flat.js";
+import { Body, polylineText } from "./flat.js";
 import type { Covered } from "./labels.js";
 import { jointClass, plainLetters } from "./letters.js";
-import { shownLost } from "./lost.js";
+import { drawnLostDirection } from "./lost-direction.js";
 import { drawnColumns, Marks } from "./marks.js";
 import { measuresOf, stateAt } from "./model.js";
-import { edgesOf, framed, framingOf, isSame, isSeen, readableFrom } from "./framing.js";
-import { linkDragged, pointMoved } from "./moves.js";
+import { edgesOf, withFraming, framingOf, isSame, isSeen, readableFrom } from "./framing.js";
+import { dragLink, movePoint } from "./moves.js";
 import { extentOf, within } from "./ranges.js";
 import { atShare, linkOf, nearestShare } from "./shape.js";
 import type { Stage } from "./stage.js";
 import { Space } from "./space.js";
-import { add, along, dot, subtract, type Vec3 } from "./vector.js";
-import { ARROWS, FIRST_ORBIT, flatPlane, lifted, type Orbit, pixel, type Pixel, type View, viewOf } from "./view.js";
+import { add, addScaled, dot, subtract, type Vec3 } from "./vector.js";
+import {
+  ARROWS,
+  FIRST_ORBIT,
+  flatPlane,
+  vectorFromPixels,
+  type Orbit,
+  pixel,
+  type Pixel,
+  type View,
+  viewOf,
+} from "./view.js";
 import { useSize } from "./size.js";
-import { nearness } from "./words.js";
+import { nearness } from "./descriptions.js";
 
 interface DrawingProps extends Stage {
   readonly label: string;
   readonly describedBy: string;
   /** The size of the drawing in pixels if it is known beforehand: then it is drawn only once. */
   readonly room?: readonly [number, number] | undefined;
-  /** Whether it is looked at from nearer, as long as it is where it stands before it is moved. */
+  /** Whether the first pose is drawn larger until the arm moves out of sight. */
   readonly near?: boolean;
-  /** Places that are to be in sight of there, besides the arm. */
+  /** Places that must be visible in the enlarged view, besides the arm. */
   readonly besides?: readonly Vec3[];
-  /** What is told in a corner of the drawing. */
+  /** Text in a corner of the drawing. */
   readonly readout?: ComponentChildren;
-  /** The ends A and B of a path, the second of which can be dragged besides the arm, with what is drawn of the path. */
+  /** The ends A and B of a path; B can be dragged. */
   readonly target?: { readonly from: Vec3; readonly at: Vec3; readonly move: (to: Vec3) => void } | undefined;
   readonly overlay?: ((view: View) => ComponentChildren) | undefined;
 }
 
-/** What is held: a link at a share of its way, the point, the path's end, or the view. */
+/** What the pointer drags: a link at a share of its length, the point, the path's end, or the view. */
 type Held =
   { readonly link: number; readonly share: number } | "point" | "target" | { readonly from: Orbit; readonly at: Pixel };
 
 const TURN = Math.PI / 180;
-/** What is held is by so much nearer to the pointer after each of its moves, once the view has changed meanwhile. */
+/** After the view has changed, each move reduces the offset from the pointer to this fraction. */
 const CAUGHT_UP = 0.85;
 
 export function Drawing(props: DrawingProps): JSX.Element {
@@ -52,22 +62,30 @@ export function Drawing(props: DrawingProps): JSX.Element {
   const [width, height] = useSize(box, props.room ?? [560, 420]);
   const [orbit, setOrbit, begun] = useOrbit(props);
   const [held, setHeld] = useState<Held | null>(null);
-  const [known, setKnown] = useState(false); // how it is moved
+  const [hasDragged, setDragged] = useState(false); // whether the reader has dragged something
   const [solid, setSolid] = useState(false);
   const extent = useMemo(() => extentOf(arm), [arm]);
   const flat = useMemo(() => flatPlane(arm) !== null, [arm]);
-  const whole = useMemo(() => viewOf(arm, extent, width, height, orbit), [arm, extent, width, height, orbit]);
-  const view = useNear(props, whole, begun, flat);
+  const fullView = useMemo(() => viewOf(arm, extent, width, height, orbit), [arm, extent, width, height, orbit]);
+  const view = useNearView(props, fullView, begun, flat);
   const columns = useMemo(
     () => (layers.ellipse ? drawnColumns(arm, state, reach) : null),
     [arm, state, reach, layers.ellipse],
   );
   const links = arm.joints.map((_, i) => linkOf(arm, state, i + 1));
-  const [focused, setFocused] = useState(false); // then it says what keys do
-  const isLost = shownLost(arm, state, props.measures, props.concealed) !== null;
-  const how = nearness(arm, props.measures) === "singular" ? "lost" : "slow";
-  const told = [known, focused, chosen, Boolean(props.readout), isLost && how];
-  const covered = useCovered(box, [width, height, flat, ...told]);
+  const [hasFocus, setFocus] = useState(false); // the hint on keys is shown while the drawing has the focus
+  const isLost = drawnLostDirection(arm, state, props.measures, props.isConcealed) !== null;
+  const messageKind = nearness(arm, props.measures) === "singular" ? "lost" : "slow";
+  const covered = useCovered(box, [
+    width,
+    height,
+    flat,
+    hasDragged,
+    hasFocus,
+    chosen,
+    Boolean(props.readout),
+    isLost && messageKind,
+  ]);
 
   const placeOf = (event: PointerEvent): Pixel => {
     const corner = box.current!.getBoundingClientRect();
@@ -81,17 +99,17 @@ export function Drawing(props: DrawingProps): JSX.Element {
     pointer.current = placeOf(event);
     slipped.current = [0, 0];
     setHeld(what(placeOf(event)));
-    setKnown(true);
+    setDragged(true);
   };
   const pointer = useRef<Pixel>([0, 0]);
-  const slipped = useRef<Pixel>([0, 0]); // how far what is held is from the pointer since the view has changed
-  const holding = held === "point" ? state.point : held === "target" ? target?.at : heldOn(held, links);
+  const slipped = useRef<Pixel>([0, 0]); // offset of the dragged thing from the pointer after the view has changed
+  const holding = held === "point" ? state.point : held === "target" ? target?.at : draggedPoint(held, links);
   useLayoutEffect(() => {
     if (!holding) return;
     const [x, y] = pixel(view, holding);
     slipped.current = [pointer.current[0] - x, pointer.current[1] - y];
   }, [view.scale, view.centre]);
-  const moved = (event: PointerEvent): void => {
+  const drag = (event: PointerEvent): void => {
     if (held === null) return;
     pointer.current = placeOf(event);
     slipped.current = [CAUGHT_UP * slipped.current[0], CAUGHT_UP * slipped.current[1]];
@@ -100,24 +118,24 @@ export function Drawing(props: DrawingProps): JSX.Element {
       const [px, py] = pixel(view, place);
       return [x - px, y - py];
     };
-    if (held === "point") move(pointMoved(arm, state.pose, lifted(view, from(state.point)), view));
+    if (held === "point") move(movePoint(arm, state.pose, vectorFromPixels(view, from(state.point)), view));
     else if (held === "target") {
-      if (target) target.move(add(target.at, lifted(view, from(target.at))));
+      if (target) target.move(add(target.at, vectorFromPixels(view, from(target.at))));
     } else if ("link" in held) {
       const place = atShare(links[held.link]!, held.share);
-      move(linkDragged(arm, state, view, held.link, place, from(place)));
-    } else setOrbit(turned(held.from, (held.at[0] - x) / 160, (y - held.at[1]) / 160, 1));
+      move(dragLink(arm, state, view, held.link, place, from(place)));
+    } else setOrbit(rotateOrbit(held.from, (held.at[0] - x) / 160, (y - held.at[1]) / 160, 1));
   };
-  useEffect(() => keptFromScrolling(box.current!), []);
-  /** The view after a key that turns it, or that brings the first one back. */
+  useEffect(() => preventScrolling(box.current!), []);
+  /** Change the view by a key: rotate it, or return to the first view. */
   const looked = useCallback(
     (key: string): void => {
       const turn = TURNS[key];
-      setOrbit((now) => (turn ? turned(now, ...turn) : begun));
+      setOrbit((now) => (turn ? rotateOrbit(now, ...turn) : begun));
     },
     [begun],
   );
-  const pressed = (event: KeyboardEvent): void => {
+  const pressKey = (event: KeyboardEvent): void => {
     if (event.ctrlKey || event.metaKey || event.altKey) return;
     const size = event.shiftKey ? 10 : 2;
     const step = ARROWS[event.key];
@@ -127,7 +145,7 @@ export function Drawing(props: DrawingProps): JSX.Element {
     else if (event.key === "0" || (!flat && TURNS[event.key])) looked(event.key);
     else if (step && chosen < 0) {
       const metres = size * 0.005 * view.scale;
-      move(pointMoved(arm, state.pose, lifted(view, [step[0] * metres, step[1] * metres])));
+      move(movePoint(arm, state.pose, vectorFromPixels(view, [step[0] * metres, step[1] * metres])));
     } else if (step && step[0] === 0) choose((chosen + step[1] + arm.joints.length) % arm.joints.length);
     else if (step) {
       const by = step[0] * size * (arm.joints[chosen]!.kind === "R" ? TURN : 0.005);
@@ -146,11 +164,11 @@ export function Drawing(props: DrawingProps): JSX.Element {
         aria-label={props.label}
         aria-describedby={props.describedBy}
         tabIndex={0}
-        onKeyDown={pressed}
-        onFocus={() => setFocused(true)}
-        onBlur={() => setFocused(false)}
+        onKeyDown={pressKey}
+        onFocus={() => setFocus(true)}
+        onBlur={() => setFocus(false)}
         onPointerDown={(event) => !flat && hold(event, (at) => ({ from: orbit, at }))}
-        onPointerMove={moved}
+        onPointerMove={drag}
         onPointerUp={() => setHeld(null)}
         onPointerCancel={() => setHeld(null)}
       >
@@ -164,7 +182,7 @@ export function Drawing(props: DrawingProps): JSX.Element {
             <polyline
               key={i}
               class={`arm-grip${i === chosen ? " arm-chosen" : ""}${i === lit ? " arm-lit" : ""} ${jointClass(i)}`}
-              points={inPixels(view, line)}
+              points={polylineText(view, line)}
               onPointerEnter={() => held === null && point(i)}
               onPointerLeave={() => point(null)}
               onPointerDown={(event) => {
@@ -188,8 +206,8 @@ export function Drawing(props: DrawingProps): JSX.Element {
       </div>
       {props.readout}
       <div class="arm-said">
-        {isLost && <p class="arm-lost-words">{say(`arm.drawing.${how}`)}</p>}
-        <p class={`arm-hint${known ? " arm-known" : ""}`}>
+        {isLost && <p class="arm-lost-words">{say(`arm.drawing.${messageKind}`)}</p>}
+        <p class={`arm-hint${hasDragged ? " arm-known" : ""}`}>
           <span>{say(flat ? "arm.hint.drag" : "arm.hint.drag-space")}</span>{" "}
           <span class="arm-keys">
             {chosen < 0
@@ -203,66 +221,79 @@ export function Drawing(props: DrawingProps): JSX.Element {
   );
 }
 
-/** The place on a link that is held. */
-function heldOn(held: Held | null, links: readonly (readonly Vec3[])[]): Vec3 | null {
+/** Return the point of a link that is dragged, null if no link is. */
+function draggedPoint(held: Held | null, links: readonly (readonly Vec3[])[]): Vec3 | null {
   return held !== null && typeof held === "object" && "link" in held ? atShare(links[held.link]!, held.share) : null;
 }
 
 /**
- * The view, how it is changed, and the first view: that of the figure, unless the arm was sent to a pose that would
- * be seen end-on. A view that the reader has turned stays, unless the arm is seen end-on in it.
+ * Return the view's orbit, its setter, and the first orbit. The first orbit is that of the figure, unless the arm was
+ * sent to a pose that it would show end-on. An orbit that the reader has changed is kept, unless it is end-on.
  */
 function useOrbit({ arm, home, isSent }: DrawingProps): [Orbit, StateUpdater, Orbit] {
-  const begun = useMemo(
+  const firstOrbit = useMemo(
     () => (isSent && !flatPlane(arm) ? readableFrom(arm, stateAt(arm, home), FIRST_ORBIT) : FIRST_ORBIT),
     [arm, home, isSent],
   );
-  const [orbit, setOrbit] = useState<Orbit>(begun);
-  const before = useRef(begun);
+  const [orbit, setOrbit] = useState<Orbit>(firstOrbit);
+  const before = useRef(firstOrbit);
   useLayoutEffect(() => {
     const isEndOn = (now: Orbit): boolean => isSent && readableFrom(arm, stateAt(arm, home), now) !== now;
-    setOrbit((now) => (now === before.current || isEndOn(now) ? begun : now));
-    before.current = begun;
-  }, [begun, home]);
-  return [orbit, setOrbit, begun];
+    setOrbit((now) => (now === before.current || isEndOn(now) ? firstOrbit : now));
+    before.current = firstOrbit;
+  }, [firstOrbit, home]);
+  return [orbit, setOrbit, firstOrbit];
 }
 
 type StateUpdater = (next: Orbit | ((now: Orbit) => Orbit)) => void;
 
 const NO_PLACES: readonly Vec3[] = [];
 
-/** The view of all, or a nearer one of the pose in which the arm stands first, as long as the arm is in it. */
-function useNear(props: DrawingProps, whole: View, begun: Orbit, flat: boolean): View {
-  const { arm, state, home, reach, layers, concealed, near, target, besides = NO_PLACES } = props;
-  const aims = target ? [target.at] : []; // where it is put first: the view stays while it is dragged
-  const [left, setLeft] = useState(false);
-  const { width, height } = whole;
+/** Return the view of the whole reach, or an enlarged view of the first pose as long as the arm stays in sight. */
+function useNearView(props: DrawingProps, fullView: View, firstOrbit: Orbit, flat: boolean): View {
+  const { arm, state, home, reach, layers, isConcealed, near, target, besides = NO_PLACES } = props;
+  const pathEnds = target ? [target.at] : []; // the view must not follow B while B is dragged
+  const [hasLeft, setLeft] = useState(false);
+  const { width, height } = fullView;
   const framing = useMemo(() => {
     if (!near) return null;
     const first = stateAt(arm, home);
-    const page = viewOf(arm, extentOf(arm), width, height, begun);
+    const page = viewOf(arm, extentOf(arm), width, height, firstOrbit);
     const arrows = layers.columns || layers.ellipse ? drawnColumns(arm, first, reach) : [];
-    const around = [...(layers.columns ? arrows : []), ...(layers.ellipse ? edgesOf(arrows, page) : [])];
-    const heads = around.map((arrow) => add(first.point, arrow));
-    const isLost = shownLost(arm, first, measuresOf(first), concealed) !== null;
-    return framingOf(arm, first, [...heads, ...aims, ...besides], page, { flat, lines: isLost ? 2 : 1 });
-  }, [near, arm, home, width, height, begun, layers.columns, layers.ellipse, aims.length, besides, concealed]);
-  const nearer = useMemo(() => (framing ? framed(whole, framing) : whole), [framing, whole]);
-  const isBack = isSame(state.pose, home) && isSeen(arm, state, nearer, aims);
-  const isOut = !isBack && (left || !isSeen(arm, state, nearer, aims));
+    const shownArrows = [...(layers.columns ? arrows : []), ...(layers.ellipse ? edgesOf(arrows, page) : [])];
+    const heads = shownArrows.map((arrow) => add(first.point, arrow));
+    const isLost = drawnLostDirection(arm, first, measuresOf(first), isConcealed) !== null;
+    const visible = [...heads, ...pathEnds, ...besides];
+    return framingOf(arm, first, visible, page, { flat, lines: isLost ? 2 : 1 });
+  }, [
+    near,
+    arm,
+    home,
+    width,
+    height,
+    firstOrbit,
+    layers.columns,
+    layers.ellipse,
+    pathEnds.length,
+    besides,
+    isConcealed,
+  ]);
+  const nearer = useMemo(() => (framing ? withFraming(fullView, framing) : fullView), [framing, fullView]);
+  const isBack = isSame(state.pose, home) && isSeen(arm, state, nearer, pathEnds);
+  const isOut = !isBack && (hasLeft || !isSeen(arm, state, nearer, pathEnds));
   useEffect(() => setLeft(isOut), [arm, isOut]);
-  return isOut ? whole : nearer;
+  return isOut ? fullView : nearer;
 }
 
-/** The boxes (pixels) of words and buttons, which labels avoid. Measured when these change, not when the arm moves. */
+/** Return the boxes (pixels) of texts and buttons, which labels avoid; measured again only if `changes` differ. */
 function useCovered(box: { readonly current: HTMLElement | null }, changes: readonly unknown[]): Covered {
   const [covered, setCovered] = useState<Covered>(NOTHING);
   useLayoutEffect(() => {
-    const around = box.current?.parentElement;
-    if (!box.current || !around) return;
+    const parent = box.current?.parentElement;
+    if (!box.current || !parent) return;
     const { left, top } = box.current.getBoundingClientRect();
     const { clientLeft, clientTop } = box.current;
-    const found = [...around.querySelectorAll(OVER)]
+    const boxes = [...parent.querySelectorAll(OVER)]
       .map((element) => element.getBoundingClientRect())
       .filter(({ width, height }) => width > 0 && height > 0)
       .map((rect) => ({
@@ -271,30 +302,30 @@ function useCovered(box: { readonly current: HTMLElement | null }, changes: read
         top: rect.top - top - clientTop,
         bottom: rect.bottom - top - clientTop,
       }));
-    setCovered((before) => (JSON.stringify(before) === JSON.stringify(found) ? before : found));
+    setCovered((before) => (JSON.stringify(before) === JSON.stringify(boxes) ? before : boxes));
   }, changes);
   return covered;
 }
 
 const NOTHING: Covered = [];
 const NO_ENDS = {};
-/** Words and buttons over a drawing; of the hint its words, which are as long as they are. */
+/** Texts and buttons over a drawing. The hint's box is as wide as the page, so its words are measured. */
 const OVER = ".arm-readout, .arm-lost-words, .arm-hint > span, .arm-view";
 
-/** What a finger takes hold of. */
+/** What a finger can drag. */
 const GRIPS = ".arm-grip, .arm-point, .arm-target";
 
-/** Let a finger on the arm move it without scrolling the page: browsers ignore `touch-action` inside of an SVG. */
-function keptFromScrolling(box: HTMLElement): () => void {
-  const touched = (event: TouchEvent): void => {
+/** Drag by a finger without scrolling the page: browsers ignore `touch-action` inside an SVG. */
+function preventScrolling(box: HTMLElement): () => void {
+  const startTouch = (event: TouchEvent): void => {
     const isHeld = event.target instanceof Element && event.target.closest(GRIPS) !== null;
     if (isHeld && event.cancelable && event.touches.length < 2) event.preventDefault();
   };
-  box.addEventListener("touchstart", touched, { passive: false });
-  return () => box.removeEventListener("touchstart", touched);
+  box.addEventListener("touchstart", startTouch, { passive: false });
+  return () => box.removeEventListener("touchstart", startTouch);
 }
 
-/** Keys that turn the view: about the vertical, up or down, nearer or further. */
+/** Keys that rotate the view about the vertical, up or down, or zoom it: [azimuth, elevation, zoom factor]. */
 const TURNS: Readonly<Record<string, readonly [number, number, number]>> = {
   a: [-0.12, 0, 1],
   d: [0.12, 0, 1],
@@ -304,7 +335,7 @@ const TURNS: Readonly<Record<string, readonly [number, number, number]>> = {
   "-": [0, 0, 1 / 1.12],
 };
 
-function turned(orbit: Orbit, about: number, up: number, nearer: number): Orbit {
+function rotateOrbit(orbit: Orbit, about: number, up: number, nearer: number): Orbit {
   return {
     azimuth: orbit.azimuth + about,
     elevation: Math.max(-1.5, Math.min(1.5, orbit.elevation + up)),
@@ -312,7 +343,7 @@ function turned(orbit: Orbit, about: number, up: number, nearer: number): Orbit 
   };
 }
 
-/** Looking from elsewhere without keys: what fingers can't do by dragging, since a page is scrolled that way. */
+/** Buttons that change the view: fingers scroll the page and can't rotate the arm by dragging. */
 const ViewButtons = memo(({ onKey }: { readonly onKey: (key: string) => void }): JSX.Element => (
   <div
     class="arm-view"
@@ -357,12 +388,12 @@ function Target({ at: [x, y], onDown }: Grip): JSX.Element {
   );
 }
 
-/** The line from the point down to the plane of the base, by which its depth can be seen. */
+/** The line from the point down to the plane of the base, which shows the point's height. */
 function Foot({ arm, state, view }: Pick<DrawingProps, "arm" | "state"> & { readonly view: View }): JSX.Element {
   const { o, z } = arm.base;
   const height = dot(subtract(state.point, o), z);
   const [px, py] = pixel(view, state.point);
-  const [fx, fy] = pixel(view, along(state.point, z, -height));
+  const [fx, fy] = pixel(view, addScaled(state.point, z, -height));
   return (
     <g class="arm-foot">
       <polyline points={`${px},${py} ${fx},${fy}`} />

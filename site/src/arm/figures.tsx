@@ -2,33 +2,32 @@
 
 import type { JSX } from "preact";
 
-import { paced } from "../pace.js";
-import { inDigits, say } from "../text/text.js";
+import { withPace } from "../pace.js";
+import { inDigits, numberSeparator, say } from "../text/text.js";
 import { Determinant } from "./jacobian.js";
-import { decimals } from "./speech.js";
+import { decimals } from "./number-format.js";
 import type { Stage } from "./stage.js";
-import { kindHere, nearness } from "./words.js";
+import { kindHere, nearness } from "./descriptions.js";
 
-interface FiguresProps extends Pick<Stage, "arm" | "state" | "measures" | "rested" | "sizes" | "concealed"> {
-  /** Whether the pane beside says so already. */
-  readonly isToldAside?: boolean;
+interface FiguresProps extends Pick<Stage, "arm" | "state" | "measures" | "rested" | "sizes" | "isConcealed"> {
+  /** Whether the pane beside already says that J is concealed. */
+  readonly isExplainedBeside?: boolean;
 }
 
-export const Figures = paced(
+export const Figures = withPace(
   (props: FiguresProps): JSX.Element => {
-    const { arm, state, measures, rested, sizes, concealed, isToldAside } = props;
+    const { arm, state, measures, rested, sizes, isConcealed, isExplainedBeside } = props;
     const near = nearness(arm, measures);
     const kind = near === "singular" && rested === state ? kindHere(arm, state) : null;
-    const between = inDigits(0.5).includes(",") ? "; " : ", ";
     const point = (
       <>
-        <i>P</i> = ({state.point.map((value) => inDigits(decimals(value, 3))).join(between)}) m.
+        <i>P</i> = ({state.point.map((value) => inDigits(decimals(value, 3))).join(numberSeparator())}) m.
       </>
     );
-    if (concealed)
+    if (isConcealed)
       return (
         <div class="arm-figures">
-          {isToldAside ? null : <p class="arm-concealed">{say("arm.concealed")}</p>}
+          {isExplainedBeside ? null : <p class="arm-concealed">{say("arm.concealed")}</p>}
           <p class="arm-nearness">{point}</p>
         </div>
       );
@@ -42,13 +41,5 @@ export const Figures = paced(
       </div>
     );
   },
-  {
-    arm: "at once",
-    state: "in turn",
-    measures: "in turn",
-    rested: "in turn",
-    sizes: "at once",
-    concealed: "at once",
-    isToldAside: "at once",
-  },
+  { atOnce: ["arm", "sizes", "isConcealed", "isExplainedBeside"], inTurn: ["state", "measures", "rested"] },
 );

@@ -1,13 +1,12 @@
-// Draw the arm's body as lines: planar arms as in the textbook, spatial ones until three.js has loaded or without
-// WebGL.
+// Draw the arm's body as lines: a planar arm as in the textbook; a spatial arm until three.js is loaded or without WebGL.
 
 import type { JSX } from "preact";
 
-import type { Wanted } from "./labels.js";
+import type { WantedLabel } from "./labels.js";
 import type { Arm, State } from "./model.js";
 import { linkOf, placesOf } from "./shape.js";
-import { add, dot, scaled, type Vec3 } from "./vector.js";
-import { drawn, pixel, type Pixel, type View } from "./view.js";
+import { add, dot, scaleVector, type Vec3 } from "./vector.js";
+import { vectorInPixels, pixel, type Pixel, pointsText, type View } from "./view.js";
 import { jointClass } from "./letters.js";
 
 export type BodyProps = { readonly arm: Arm; readonly state: State; readonly view: View; readonly reach: number };
@@ -18,7 +17,7 @@ export function Body({ arm, state, view, reach }: BodyProps): JSX.Element {
     <g class="arm-body">
       <Ground state={state} view={view} />
       {arm.joints.map((joint, i) => {
-        const line = inPixels(view, linkOf(arm, state, i + 1));
+        const line = polylineText(view, linkOf(arm, state, i + 1));
         return (
           <g key={joint.name}>
             <polyline class="arm-link" points={line} />
@@ -29,9 +28,9 @@ export function Body({ arm, state, view, reach }: BodyProps): JSX.Element {
       {arm.joints.map((joint, i) => {
         const { z } = state.frames[i]!;
         return joint.kind === "R" ? (
-          <Turning key={joint.name} i={i} at={pixel(view, places[i]!)} z={z} view={view} />
+          <RevoluteGlyph key={joint.name} i={i} at={pixel(view, places[i]!)} z={z} view={view} />
         ) : (
-          <Sliding key={joint.name} i={i} at={pixel(view, places[i]!)} z={z} view={view} />
+          <PrismaticGlyph key={joint.name} i={i} at={pixel(view, places[i]!)} z={z} view={view} />
         );
       })}
     </g>
@@ -41,7 +40,7 @@ export function Body({ arm, state, view, reach }: BodyProps): JSX.Element {
 type GlyphProps = { readonly i: number; readonly at: Pixel; readonly z: Vec3; readonly view: View };
 
 /** A revolute joint: a dot where its axis comes out of the page, a cross where it goes in. */
-function Turning({ i, at: [x, y], z, view }: GlyphProps): JSX.Element {
+function RevoluteGlyph({ i, at: [x, y], z, view }: GlyphProps): JSX.Element {
   const toward = dot(z, view.toward);
   const r = 5.6;
   return (
@@ -56,17 +55,17 @@ function Turning({ i, at: [x, y], z, view }: GlyphProps): JSX.Element {
 }
 
 /** A prismatic joint: a sleeve along its axis. */
-function Sliding({ i, at: [x, y], z, view }: GlyphProps): JSX.Element {
-  const [dx, dy] = drawn(view, z);
-  const turn = (Math.atan2(dy, dx) * 180) / Math.PI;
+function PrismaticGlyph({ i, at: [x, y], z, view }: GlyphProps): JSX.Element {
+  const [dx, dy] = vectorInPixels(view, z);
+  const angle = (Math.atan2(dy, dx) * 180) / Math.PI;
   return (
-    <g class={`arm-joint ${jointClass(i)}`} transform={`translate(${x} ${y}) rotate(${turn})`}>
+    <g class={`arm-joint ${jointClass(i)}`} transform={`translate(${x} ${y}) rotate(${angle})`}>
       <rect class="arm-joint-face" x={-17} y={-9} width={34} height={18} rx={2} />
     </g>
   );
 }
 
-/** What carries the base: a hatched line below O_0. */
+/** The ground that carries the base: a hatched line below O_0. */
 function Ground({ state, view }: Pick<BodyProps, "state" | "view">): JSX.Element {
   const [x, y] = pixel(view, state.frames[0]!.o);
   const ticks = [-24, -15, -6, 3, 12, 21, 30].map((k) => `M${x + k} ${y + 24}l-8 8`).join("");
@@ -78,35 +77,28 @@ function Ground({ state, view }: Pick<BodyProps, "state" | "view">): JSX.Element
   );
 }
 
-export function inPixels(view: View, points: readonly Vec3[]): string {
-  const shown = points.length === 1 ? [points[0]!, points[0]!] : points;
-  return shown
-    .map((point) =>
-      pixel(view, point)
-        .map((value) => value.toFixed(1))
-        .join(","),
-    )
-    .join(" ");
-}
+/** Return a line in space as the points of an SVG polyline. */
+export const polylineText = (view: View, points: readonly Vec3[]): string =>
+  pointsText((points.length === 1 ? [points[0]!, points[0]!] : points).map((point) => pixel(view, point)));
 
-/** From where in space an arrow runs, and along what. */
-type Way = Pick<NamedArrow, "from" | "vector">;
+/** An arrow in space: its start and its vector. */
+type Span = Pick<NamedArrow, "from" | "vector">;
 
-/** An arrow with the name that stands at its head. */
+/** An arrow with the name at its head. */
 export type NamedArrow = { readonly name: string; readonly style: string; readonly from: Vec3; readonly vector: Vec3 };
 
-/** The label at the head of an arrow. */
-export function headLabel(view: View, { name, style, from, vector }: NamedArrow): Wanted {
-  return { name, style, at: pixel(view, add(from, vector)), toward: drawn(view, vector) };
+/** Return the label at the head of an arrow. */
+export function headLabel(view: View, { name, style, from, vector }: NamedArrow): WantedLabel {
+  return { name, style, at: pixel(view, add(from, vector)), toward: vectorInPixels(view, vector) };
 }
 
-/** The length of an arrow on the page (pixels). */
-export const lengthOf = (view: View, { vector }: NamedArrow): number => Math.hypot(...drawn(view, vector));
+/** Return the length of an arrow on the page (pixels). */
+export const lengthOf = (view: View, { vector }: NamedArrow): number => Math.hypot(...vectorInPixels(view, vector));
 
-/** A straight arrow: its shaft and its head, with a second head for angular velocities; null if it has no length. */
-function arrowOf(view: View, { from, vector }: Way, twin = false): [shaft: Pixel[], heads: Pixel[][]] | null {
+/** Return an arrow's shaft and heads in pixels; `twin` adds a second head (angular velocities). Null if too short. */
+function arrowOf(view: View, { from, vector }: Span, hasTwinHead = false): [shaft: Pixel[], heads: Pixel[][]] | null {
   const [x, y] = pixel(view, from);
-  const [dx, dy] = drawn(view, vector);
+  const [dx, dy] = vectorInPixels(view, vector);
   const length = Math.hypot(dx, dy);
   if (length < 3) return null;
   const size = Math.min(11, 0.6 * length);
@@ -125,40 +117,38 @@ function arrowOf(view: View, { from, vector }: Way, twin = false): [shaft: Pixel
     [x, y],
     [x + dx - 0.7 * size * ux, y + dy - 0.7 * size * uy],
   ];
-  return [shaft, twin ? [head(0), head(7)] : [head(0)]];
+  return [shaft, hasTwinHead ? [head(0), head(7)] : [head(0)]];
 }
 
-const written = (places: readonly Pixel[], between: string): string =>
-  places.map((place) => place.map((value) => value.toFixed(2)).join(",")).join(between);
-
 type Drawn = { readonly view: View; readonly style: string };
-type ArrowProps = Drawn & Way & { readonly twin?: boolean };
+type ArrowProps = Drawn & Span & { readonly hasTwinHead?: boolean };
 
-/** A thin arrow with a small head. Browsers redraw points faster than the `d` of a path, which is a style. */
-export function Arrow({ view, from, vector, style, twin = false }: ArrowProps): JSX.Element | null {
-  const arrow = arrowOf(view, { from, vector }, twin);
+/** A thin arrow. It uses points, because browsers redraw them faster than the `d` of a path. */
+export function Arrow({ view, from, vector, style, hasTwinHead = false }: ArrowProps): JSX.Element | null {
+  const arrow = arrowOf(view, { from, vector }, hasTwinHead);
   if (!arrow) return null;
   const [shaft, heads] = arrow;
   return (
     <g class={`arm-arrow ${style}`}>
-      <polyline class="arm-shaft" points={written(shaft, " ")} />
+      <polyline class="arm-shaft" points={pointsText(shaft)} />
       {heads.map((head, i) => (
-        <polygon key={i} class="arm-head" points={written(head, " ")} />
+        <polygon key={i} class="arm-head" points={pointsText(head)} />
       ))}
     </g>
   );
 }
 
-/** Arrows of one style, which are drawn in one. */
-export function Arrows({ view, style, ways }: Drawn & { readonly ways: readonly Way[] }): JSX.Element {
-  const arrows = ways.map((way) => arrowOf(view, way)).filter((arrow) => arrow !== null);
+/** Arrows of one style, drawn by one path. */
+export function Arrows({ view, style, spans }: Drawn & { readonly spans: readonly Span[] }): JSX.Element {
+  const arrows = spans.map((span) => arrowOf(view, span)).filter((arrow) => arrow !== null);
   return (
     <g class={`arm-arrow ${style}`}>
-      <path class="arm-shaft" d={arrows.map(([shaft]) => `M${written(shaft, "L")}`).join("")} />
-      <path class="arm-head" d={arrows.map(([, [head]]) => `M${written(head!, "L")}Z`).join("")} />
+      <path class="arm-shaft" d={arrows.map(([shaft]) => `M${pointsText(shaft, "L")}`).join("")} />
+      <path class="arm-head" d={arrows.map(([, [head]]) => `M${pointsText(head!, "L")}Z`).join("")} />
     </g>
   );
 }
 
-/** A vector of a length in pixels, however the drawing is scaled. */
-export const ofPixels = (view: View, direction: Vec3, pixels: number): Vec3 => scaled(direction, pixels / view.scale);
+/** Return a vector along `direction` that is vectorInPixels with a given length in pixels. */
+export const ofPixels = (view: View, direction: Vec3, pixels: number): Vec3 =>
+  scaleVector(direction, pixels / view.scale);

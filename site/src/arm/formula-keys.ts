@@ -1,12 +1,12 @@
-// Reach the terms of formulas by keys: Tab stops at each formula, left and right move between terms, down and up to and
-// from a term's letters, Enter pins a term, Escape leaves it.
+// Reach the terms of formulas by the keyboard: Tab stops at each formula, left and right move between terms, down and
+// up between a term and its letters, Enter pins a term, Escape leaves it.
 
 import { useEffect } from "preact/hooks";
 
 import type { Arm } from "./model.js";
 import { isSame, jointOf, SYMBOL, symbolsIn, termsOf } from "./terms.js";
 
-/** Formulas of a page that are no part of an arm, and have letters of it. */
+/** Return the formulas of the page, outside the arm's panel, that contain letters of the arm. */
 function formulasOf(arm: Arm): Element[] {
   return [...document.querySelectorAll("main math")].filter(
     (math) =>
@@ -14,7 +14,7 @@ function formulasOf(arm: Arm): Element[] {
   );
 }
 
-/** Makes each of them a stop of Tab, those that come later, too, as long as the arm is there. */
+/** Make each such formula a Tab stop while the arm is shown, also formulas that are added later. */
 export function useFormulaStops(arm: Arm, describedBy: string): void {
   useEffect(() => {
     let wait: ReturnType<typeof setTimeout> | undefined;
@@ -43,14 +43,14 @@ export function useFormulaStops(arm: Arm, describedBy: string): void {
   }, [arm, describedBy]);
 }
 
-/** Milliseconds until formulas that have come are stops, too: a page is written in many steps. */
+/** Milliseconds after which added formulas become Tab stops: a page is written in many steps. */
 const SOON = 100;
 
-/** The term to which a key leads in a formula from what is pointed at there, or from none; null for any other key. */
-export function stepped(math: Element, from: readonly Element[] | null, key: string): readonly Element[] | null {
+/** Return the term to which a key leads from the highlighted parts (or from none); null for any other key. */
+export function termAfterKey(math: Element, from: readonly Element[] | null, key: string): readonly Element[] | null {
   const terms = termsOf(math);
-  const around = terms.filter((term) => from?.every((part) => term.some((one) => one.contains(part))));
-  const term = terms.find((one) => from && isSame(one, from)) ?? around.at(-1);
+  const enclosing = terms.filter((term) => from?.every((part) => term.some((termPart) => termPart.contains(part))));
+  const term = terms.find((candidate) => from && isSame(candidate, from)) ?? enclosing.at(-1);
   const at = term ? terms.indexOf(term) : -1;
   if (key === "ArrowRight") return terms[Math.min(at + 1, terms.length - 1)] ?? null;
   if (key === "ArrowLeft") return terms[Math.max(at - 1, 0)] ?? null;
@@ -60,7 +60,7 @@ export function stepped(math: Element, from: readonly Element[] | null, key: str
   return letterFrom(term, from, key === "ArrowDown" ? 1 : -1);
 }
 
-/** The letter of a term below or above the one that is pointed at; above the first is the term. */
+/** Return the letter of a term after or before the highlighted one; before the first letter comes the term itself. */
 function letterFrom(term: readonly Element[], from: readonly Element[], way: 1 | -1): readonly Element[] {
   const letters = symbolsIn(term);
   if (letters.length < 2) return term;

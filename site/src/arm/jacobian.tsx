@@ -2,30 +2,30 @@
 
 import type { JSX } from "preact";
 
-import { paced } from "../pace.js";
-import { inDigits, say } from "../text/text.js";
+import { withPace } from "../pace.js";
+import { decimalSign, inDigits, say } from "../text/text.js";
 import { jointClass, Letters } from "./letters.js";
 import { type Arm, ROWS, type State } from "./model.js";
-import { decimals, digits } from "./speech.js";
+import { decimals, digits } from "./number-format.js";
 import type { Stage } from "./stage.js";
-import { nearness, sizeName } from "./words.js";
+import { nearness, sizeName } from "./descriptions.js";
 
 interface TableProps {
   readonly arm: Arm;
   readonly state: State;
-  /** An entry as it is shown. */
-  readonly written: (value: number) => string;
+  /** Format an entry. */
+  readonly format: (value: number) => string;
   readonly style?: string;
   readonly columnStyle?: (column: number) => string;
-  /** Told of the column that is pointed at. */
+  /** Called with the column under the pointer. */
   readonly onColumn?: (column: number | null) => void;
 }
 
-/** The rows of J that count, with the names of rows and columns. */
+/** The rows of J that the task counts, with the names of rows and columns. */
 export function JacobianTable(props: TableProps): JSX.Element {
-  const { arm, state, written, style, columnStyle, onColumn } = props;
-  /** The column that is pointed at, the first of a row being its name. */
-  const pointed = ({ target }: PointerEvent): void => {
+  const { arm, state, format, style, columnStyle, onColumn } = props;
+  /** Report the column under the pointer; the first cell of a row is its name. */
+  const reportColumn = ({ target }: PointerEvent): void => {
     const index = (target as Element).closest<HTMLTableCellElement>("td, th")?.cellIndex ?? 0;
     onColumn?.(index > 0 ? index - 1 : null);
   };
@@ -34,7 +34,7 @@ export function JacobianTable(props: TableProps): JSX.Element {
       class={style}
       data-rows={arm.task.length}
       data-columns={arm.joints.length}
-      onPointerOver={pointed}
+      onPointerOver={reportColumn}
       onPointerLeave={() => onColumn?.(null)}
     >
       <caption class="arm-unseen">{say("arm.jacobian.title")}</caption>
@@ -58,7 +58,7 @@ export function JacobianTable(props: TableProps): JSX.Element {
             </th>
             {state.counted[k]!.map((value, i) => (
               <td key={i} class={columnStyle?.(i)}>
-                {written(value)}
+                {format(value)}
               </td>
             ))}
           </tr>
@@ -68,34 +68,34 @@ export function JacobianTable(props: TableProps): JSX.Element {
   );
 }
 
-export const Jacobian = paced(
+export const Jacobian = withPace(
   ({ arm, state, lit, point }: Pick<Stage, "arm" | "state" | "lit" | "point">): JSX.Element => (
     <JacobianTable
       arm={arm}
       state={state}
-      written={fixed}
+      format={toThreeDecimals}
       style="arm-jacobian"
       columnStyle={(i) => `${jointClass(i)}${lit === i ? " arm-lit" : ""}`}
       onColumn={point}
     />
   ),
-  { arm: "at once", state: "in turn", lit: "at once", point: "at once" },
+  { atOnce: ["arm", "lit", "point"], inTurn: ["state"] },
 );
 
-/** v_x as a name that `Letters` sets. */
+/** Return the name of a row of J as `Letters` takes it: v_x, ω_z. */
 export function rowName(row: number): string {
   const [letter, axis] = ROWS[row]!;
   return `${letter === "w" ? "ω" : "v"}_${axis}`;
 }
 
-/** Three decimals throughout, so that nothing jumps as it changes, and no minus before a zero. */
-const fixed = (value: number): string =>
-  decimals(value, 3).toFixed(3).replace("-", "−").replace(".", say("number.point"));
+/** Format with three decimals always, so that nothing jumps while the arm moves, and without "−0". */
+const toThreeDecimals = (value: number): string =>
+  decimals(value, 3).toFixed(3).replace("-", "−").replace(".", decimalSign());
 
-/** Below this share of the most that it gets, a factor is seen to go to zero. */
+/** Below this share of its maximum, a factor is marked as vanishing. */
 const LOW = 0.06;
 
-/** det J, or what stands for it, and its factors where they are told. */
+/** det J, or the product of singular values, and the factors of det J if they may be shown. */
 export function Determinant(props: Pick<Stage, "arm" | "state" | "measures" | "sizes">): JSX.Element {
   const { arm, state, measures, sizes } = props;
   const near = nearness(arm, measures);

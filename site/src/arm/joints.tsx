@@ -1,8 +1,7 @@
-// A slider and a number for each joint: native inputs, in degrees or radians and in metres.
+// A slider and a number for each joint: native inputs, in degrees or radians, or in metres.
 
 import type { JSX } from "preact";
-import { memo } from "../memo.js";
-import { paced } from "../pace.js";
+import { memo, withPace } from "../pace.js";
 import { useCallback, useContext, useRef } from "preact/hooks";
 
 import { say } from "../text/text.js";
@@ -10,11 +9,11 @@ import { jointClass, Letters, plainLetters } from "./letters.js";
 import type { Arm } from "./model.js";
 import type { Stage } from "./stage.js";
 import { rangeOf, within } from "./ranges.js";
-import { angleIn, decimals, InRadians } from "./speech.js";
+import { angleIn, decimals, InRadians } from "./number-format.js";
 
 type JointsProps = Pick<Stage, "arm" | "pose" | "chosen" | "choose" | "move">;
 
-export const Joints = paced(
+export const Joints = withPace(
   (props: JointsProps): JSX.Element => {
     const { arm, pose, chosen, choose } = props;
     const now = useRef(props);
@@ -32,7 +31,7 @@ export const Joints = paced(
       </fieldset>
     );
   },
-  { arm: "at once", pose: "in turn", chosen: "at once", choose: "at once", move: "at once" },
+  { atOnce: ["arm", "chosen", "choose", "move"], inTurn: ["pose"] },
 );
 
 interface RowProps {
@@ -44,14 +43,14 @@ interface RowProps {
   readonly onValue: (joint: number, value: number) => void;
 }
 
-// `memo` leaves the joints alone that do not move: a browser takes its time over an input.
+// Only joints that move are drawn again: updating an input takes a browser long.
 const Row = memo(({ arm, index, value, chosen, onChoose, onValue }: RowProps): JSX.Element => {
   const joint = arm.joints[index]!;
-  const turns = joint.kind === "R";
-  const radians = useContext(InRadians) && turns;
-  const unit = turns && !radians ? Math.PI / 180 : 1;
+  const isRevolute = joint.kind === "R";
+  const radians = useContext(InRadians) && isRevolute;
+  const unit = isRevolute && !radians ? Math.PI / 180 : 1;
   const { low, high } = rangeOf(arm, index);
-  const shown = turns ? angleIn(radians, value) : decimals(value, 3);
+  const shown = isRevolute ? angleIn(radians, value) : decimals(value, 3);
   const name = plainLetters(joint.name);
   const set = (text: string): void => {
     const typed = Number(text);
@@ -65,29 +64,29 @@ const Row = memo(({ arm, index, value, chosen, onChoose, onValue }: RowProps): J
       </span>
       <input
         type="range"
-        step={radians ? 0.01 : turns ? 0.5 : 0.005}
+        step={radians ? 0.01 : isRevolute ? 0.5 : 0.005}
         {...common}
-        aria-label={say(turns ? "arm.joint.turn" : "arm.joint.slide", { joint: name })}
-        aria-valuetext={say(radians ? "arm.value.radians" : turns ? "arm.value.degrees" : "arm.value.metres", {
+        aria-label={say(isRevolute ? "arm.joint.turn" : "arm.joint.slide", { joint: name })}
+        aria-valuetext={say(radians ? "arm.value.radians" : isRevolute ? "arm.value.degrees" : "arm.value.metres", {
           value: shown,
         })}
         onInput={(event) => set(event.currentTarget.value)}
       />
       <input
         type="number"
-        step={turns && !radians ? 1 : 0.01}
+        step={isRevolute && !radians ? 1 : 0.01}
         {...common}
-        aria-label={say(radians ? "arm.joint.radians" : turns ? "arm.joint.degrees" : "arm.joint.metres", {
+        aria-label={say(radians ? "arm.joint.radians" : isRevolute ? "arm.joint.degrees" : "arm.joint.metres", {
           joint: name,
         })}
         onChange={({ currentTarget: field }) => {
           const text = field.value;
-          field.value = String(shown); // what it is, should this be none, or the same in another turn
+          field.value = String(shown); // shown again if nothing valid was typed, or the same angle
           set(text);
         }}
       />
       <span class="arm-unit" aria-hidden="true">
-        {radians ? "rad" : turns ? "°" : "m"}
+        {radians ? "rad" : isRevolute ? "°" : "m"}
       </span>
     </div>
   );

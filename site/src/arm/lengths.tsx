@@ -1,4 +1,4 @@
-// The lengths and angles with which an arm is drawn, for the letters that its problem leaves open or gives.
+// The lengths and angles with which an arm is drawn: those that its problem leaves symbolic, and given numbers.
 
 import type { JSX } from "preact";
 import { useContext } from "preact/hooks";
@@ -6,7 +6,7 @@ import { useContext } from "preact/hooks";
 import type { Robot, SymbolInfo } from "../bank.js";
 import { inDigits, say } from "../text/text.js";
 import { Letters } from "./letters.js";
-import { angleIn, decimals, InRadians } from "./speech.js";
+import { angleIn, decimals, InRadians } from "./number-format.js";
 
 export type LengthsProps = { readonly robot: Robot; readonly symbols: Readonly<Record<string, SymbolInfo>> };
 
@@ -14,12 +14,12 @@ type Length = readonly [name: string, role: string, value: number];
 
 export function Lengths({ robot, symbols }: LengthsProps): JSX.Element | null {
   const radians = useContext(InRadians);
-  const given = Object.entries(symbols).flatMap(([name, { role, value }]): Length[] =>
+  const numeric = Object.entries(symbols).flatMap(([name, { role, value }]): Length[] =>
     (role === "length" || role === "angle") && value !== undefined ? [[name, role, value]] : [],
   );
   const roleOf = (name: string): string => symbols[name]?.role ?? "length";
-  const open = Object.entries(robot.values).map(([name, value]): Length => [name, roleOf(name), value]);
-  const all = [...open, ...given].sort(([a], [b]) => (a < b ? -1 : 1));
+  const symbolic = Object.entries(robot.values).map(([name, value]): Length => [name, roleOf(name), value]);
+  const all = [...symbolic, ...numeric].sort(([a], [b]) => (a < b ? -1 : 1));
   if (all.length === 0) return null;
   return (
     <p class="arm-lengths">

@@ -1,29 +1,29 @@
-// Symbols as they are set: an italic letter, its index lowered, the star of p* raised.
+// Symbols as they are typeset: an italic letter, a lowered index, a raised star as in p*.
 
 import { Fragment, type JSX } from "preact";
-import { memo } from "../memo.js";
+import { memo } from "../pace.js";
 
 const GREEK: Readonly<Record<string, string>> = { theta: "θ", sigma: "σ" };
 
-/** The letter, star and index of a name such as "theta1", "d3", "z0", "p*1" or "P". */
+/** Return the letter, star and index of a name such as "theta1", "d3", "z0", "p*1" or "P". */
 export function partsOf(name: string): readonly [letter: string, star: string, index: string] {
   const [, letter = name, star = "", word, index = ""] =
     /^([A-Za-zθω\u0307]+?)(\*?)(?:_(min|[wxyz])|_?(\d*))$/.exec(name) ?? [];
   return [GREEK[letter] ?? letter, star, word ?? index];
 }
 
-/** A name as plain text, for labels that are read aloud: "theta1" is "θ1", and "P=O2" is "P = O2". */
+/** Return a name as plain text, for screen readers: "theta1" is "θ1", and "P=O2" is "P = O2". */
 export function plainLetters(name: string): string {
   return name
     .split("=")
-    .map((one) => partsOf(one).join(""))
+    .map((part) => partsOf(part).join(""))
     .join(" = ");
 }
 
-/** The class that gives a joint (from 0) its colour. */
+/** Return the CSS class that gives joint `joint` (from 0) its colour. */
 export const jointClass = (joint: number): string => `arm-j${(joint % 7) + 1}`;
 
-/** A letter with the dot of a rate, which is drawn: many fonts have none, or let it sink into a θ. */
+/** A letter with the dot of a rate. CSS draws the dot: many fonts lack it or let it touch a θ. */
 export const Dotted = ({ letter }: { letter: string }): JSX.Element => (
   <i class="dotted">
     {letter}
@@ -42,7 +42,7 @@ export const Letters = memo(({ name, dot = false }: { name: string; dot?: boolea
   );
 });
 
-/** The same inside a drawing, as pieces of a text element; names of one thing have "=" between them. */
+/** The same inside an SVG text element; equal points have "=" between their names. */
 export const DrawnLetters = memo(({ name }: { name: string }): JSX.Element => {
   const names = name.split("=").map(partsOf);
   return (

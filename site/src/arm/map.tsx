@@ -1,25 +1,24 @@
-// The map of det J over two joints, on which one walks: the arm follows, and the singular set is its zero line.
+// The map of det J over two joints. Dragging on the map moves the arm; the singular set appears as its zero lines.
 
 import type { JSX } from "preact";
-import { memo } from "../memo.js";
-import { paced } from "../pace.js";
+import { memo, withPace } from "../pace.js";
 import { useCallback, useContext, useEffect, useMemo, useRef, useState } from "preact/hooks";
 
 import { inDigits, say } from "../text/text.js";
 import { plainLetters } from "./letters.js";
 import type { Arm } from "./model.js";
-import type { Stage } from "./stage.js";
 import { rangeOf, within } from "./ranges.js";
-import { useRested } from "../later.js";
+import { useRested } from "../scheduling.js";
 import { useSize } from "./size.js";
 import { onSchemeChange } from "./space.js";
-import { degrees, decimals, digits, InRadians } from "./speech.js";
-import { type Pair, poseAtSpot, type Shown, telling } from "./terrain.js";
+import { degrees, decimals, digits, InRadians } from "./number-format.js";
+import type { Stage } from "./stage.js";
+import { mostTellingPair, type Pair, poseAtSpot, type Shown } from "./terrain.js";
 import { shade } from "./shade.js";
-import { sizeName } from "./words.js";
-import { useMap } from "./worked.js";
+import { sizeName } from "./descriptions.js";
+import { useMap } from "./use-map.js";
 import type { Spot, Stretch } from "./zeros.js";
-import { ARROWS } from "./view.js";
+import { ARROWS, pointsText } from "./view.js";
 
 const [LEFT, BOTTOM, EDGE] = [44, 34, 18];
 const NONE: readonly Stretch[] = [];
@@ -27,22 +26,22 @@ const NONE: readonly Stretch[] = [];
 export function SingularMap(props: Pick<Stage, "arm" | "pose" | "measures" | "move">): JSX.Element {
   const { arm, pose, measures, move } = props;
   const radians = useContext(InRadians);
-  const [pair, setPair] = useState<Pair>(() => telling(arm));
+  const [pair, setPair] = useState<Pair>(() => mostTellingPair(arm));
   const [shown, setShown] = useState<Shown>("det");
   const frame = useRef<HTMLDivElement>(null);
   const canvas = useRef<HTMLCanvasElement>(null);
   const [held, setHeld] = useState(false);
   const [width, height] = useSize(frame, [420, 380]);
 
-  useEffect(() => setPair(telling(arm)), [arm]);
-  const pickAcross = useCallback((joint: number) => setPair((now) => withoutTwins([joint, now[1]], now)), []);
-  const pickUp = useCallback((joint: number) => setPair((now) => withoutTwins([now[0], joint], now)), []);
+  useEffect(() => setPair(mostTellingPair(arm)), [arm]);
+  const pickAcross = useCallback((joint: number) => setPair((now) => withDistinctJoints([joint, now[1]], now)), []);
+  const pickUp = useCallback((joint: number) => setPair((now) => withDistinctJoints([now[0], joint], now)), []);
 
-  // Only the joints that are not on the map change it.
-  const rest = pose.map((value, i) => (pair.includes(i) ? 0 : value));
-  const key = rest.map((value) => value.toFixed(4)).join(" ");
-  const settled = useRested(key, 120);
-  const worked = useMap(arm, rest, pair, shown, settled);
+  // Only the joints that are not on the map change the map.
+  const otherJoints = pose.map((value, i) => (pair.includes(i) ? 0 : value));
+  const key = otherJoints.map((value) => value.toFixed(4)).join(" ");
+  const settledKey = useRested(key, 120);
+  const worked = useMap(arm, otherJoints, pair, shown, settledKey);
   const terrain = worked?.terrain ?? null;
   const kinds = worked?.kinds ?? NONE;
 
@@ -54,7 +53,7 @@ export function SingularMap(props: Pick<Stage, "arm" | "pose" | "measures" | "mo
   ];
   const here: Spot = [pose[pair[0]]!, pose[pair[1]]!];
   const go = ([u, v]: Spot): void => move(poseAtSpot(pose, pair, [within(arm, pair[0], u), within(arm, pair[1], v)]));
-  const pointed = (event: PointerEvent): void => {
+  const dragTo = (event: PointerEvent): void => {
     const corner = frame.current!.getBoundingClientRect();
     const [x, y] = [event.clientX - corner.left, event.clientY - corner.top];
     const share = (value: number): number => Math.max(0, Math.min(1, value));
@@ -62,9 +61,9 @@ export function SingularMap(props: Pick<Stage, "arm" | "pose" | "measures" | "mo
       across.low + share((x - LEFT) / w) * (across.high - across.low),
       up.low + share((EDGE + h - y) / h) * (up.high - up.low),
     ];
-    go(caught(there, kinds, [w / (across.high - across.low), h / (up.high - up.low)]) ?? there);
+    go(snapToLine(there, kinds, [w / (across.high - across.low), h / (up.high - up.low)]) ?? there);
   };
-  const pressed = (event: KeyboardEvent): void => {
+  const pressKey = (event: KeyboardEvent): void => {
     const step = ARROWS[event.key];
     if (!step || event.ctrlKey || event.metaKey || event.altKey) return;
     const by = event.shiftKey ? 10 : 2;
@@ -80,7 +79,7 @@ export function SingularMap(props: Pick<Stage, "arm" | "pose" | "measures" | "mo
     return onSchemeChange(paint);
   }, [terrain]);
 
-  // What stays while one walks is not put together anew with every step: a line has hundreds of spots.
+  // Lines and ticks are built only when they change: a line has hundreds of spots.
   const place = [across.low, across.high, up.low, up.high, w, h];
   const lines = useMemo(() => <Lines kinds={kinds} px={px} corner={[LEFT, EDGE]} size={[w, h]} />, [kinds, ...place]);
   const ticks = useMemo(
@@ -130,14 +129,14 @@ export function SingularMap(props: Pick<Stage, "arm" | "pose" | "measures" | "mo
         aria-roledescription={say("arm.map.role")}
         aria-label={say("arm.map.label", { value: name, across: joints[0]!, up: joints[1]! })}
         tabIndex={0}
-        onKeyDown={pressed}
+        onKeyDown={pressKey}
         onPointerDown={(event) => {
           if (event.button !== 0) return;
           event.currentTarget.setPointerCapture(event.pointerId);
           setHeld(true);
-          pointed(event);
+          dragTo(event);
         }}
-        onPointerMove={(event) => held && pointed(event)}
+        onPointerMove={(event) => held && dragTo(event)}
         onPointerUp={() => setHeld(false)}
         onPointerCancel={() => setHeld(false)}
       >
@@ -163,21 +162,21 @@ export function SingularMap(props: Pick<Stage, "arm" | "pose" | "measures" | "mo
   );
 }
 
-/** What is shown, in numbers, of the place where one is. */
-const Here = paced(
+/** The value that the map shows, at the current pose. */
+const Here = withPace(
   (here: { value: string; number: number }): JSX.Element => (
     <p class="arm-hint">
       {say("arm.map.here", here)} <span class="arm-how">{say("arm.map.hint")}</span>
     </p>
   ),
-  { value: "at once", number: "in turn" },
+  { atOnce: ["value"], inTurn: ["number"] },
 );
 
 type LinesProps = { kinds: readonly Stretch[]; px: (spot: Spot) => Spot; corner: Spot; size: Spot };
 
-/** The singular set: lines, and spots where it is no more than that. */
+/** The singular set: lines, and isolated spots. */
 function Lines({ kinds, px, corner, size }: LinesProps): JSX.Element {
-  const crowded = kinds.length > 16; // spots that make up a line
+  const crowded = kinds.length > 16; // so many spots form a line
   return (
     <svg
       class="arm-map-inner"
@@ -189,17 +188,7 @@ function Lines({ kinds, px, corner, size }: LinesProps): JSX.Element {
     >
       {kinds.map(({ kind, spots }, i) =>
         spots.length > 1 ? (
-          <polyline
-            key={i}
-            class={`arm-zero arm-${kind}`}
-            points={spots
-              .map((spot) =>
-                px(spot)
-                  .map((value) => value.toFixed(1))
-                  .join(","),
-              )
-              .join(" ")}
-          />
+          <polyline key={i} class={`arm-zero arm-${kind}`} points={pointsText(spots.map(px))} />
         ) : (
           <circle
             key={i}
@@ -214,11 +203,11 @@ function Lines({ kinds, px, corner, size }: LinesProps): JSX.Element {
   );
 }
 
-/** Pixels within which a line holds who walks near it: a hand could not stop on it otherwise. */
+/** Distance (pixels) within which a line attracts the pointer: a hand could not stop exactly on the line. */
 const CATCH = 4;
 
-/** The place on a line or spot of the map next to where one is; null where none is near. */
-function caught([u, v]: Spot, kinds: readonly Stretch[], [du, dv]: Spot): Spot | null {
+/** Return the nearest place on a line or spot of the map; null if none is near. `scale`: pixels per joint unit. */
+function snapToLine([u, v]: Spot, kinds: readonly Stretch[], [du, dv]: Spot): Spot | null {
   let best: Spot | null = null;
   let least = CATCH;
   for (const { spots } of kinds) {
@@ -226,15 +215,15 @@ function caught([u, v]: Spot, kinds: readonly Stretch[], [du, dv]: Spot): Spot |
       const b = spots[k + 1] ?? a;
       const [x, y, px, py] = [(b[0] - a[0]) * du, (b[1] - a[1]) * dv, (u - a[0]) * du, (v - a[1]) * dv];
       const t = Math.max(0, Math.min(1, (px * x + py * y) / (x * x + y * y || 1)));
-      const away = Math.hypot(px - t * x, py - t * y);
-      if (away < least) [best, least] = [[a[0] + t * (b[0] - a[0]), a[1] + t * (b[1] - a[1])], away];
+      const distance = Math.hypot(px - t * x, py - t * y);
+      if (distance < least) [best, least] = [[a[0] + t * (b[0] - a[0]), a[1] + t * (b[1] - a[1])], distance];
     });
   }
   return best;
 }
 
-/** Both axes with the same joint make no map: the other axis then takes the joint that was given up. */
-const withoutTwins = (next: Pair, before: Pair): Pair => (next[0] === next[1] ? [before[1], before[0]] : next);
+/** Return the pair with two different joints: if both axes have the same joint, the axes are exchanged. */
+const withDistinctJoints = (next: Pair, before: Pair): Pair => (next[0] === next[1] ? [before[1], before[0]] : next);
 
 interface AxisProps {
   readonly arm: Arm;
@@ -256,33 +245,35 @@ const Axis = memo(({ arm, label, value, onPick }: AxisProps): JSX.Element => (
   </label>
 ));
 
-/** Where an axis is marked: every quarter turn, or five places along a slide. */
+/** Return the ticks of an axis: every quarter turn of a revolute joint, or five places along a prismatic one. */
 function ticksOf(arm: Arm, joint: number, radians: boolean): (readonly [number, string])[] {
   const { low, high } = rangeOf(arm, joint);
-  const turns = arm.joints[joint]!.kind === "R";
+  const isRevolute = arm.joints[joint]!.kind === "R";
   return [0, 1, 2, 3, 4].map((k) => {
     const value = low + (k * (high - low)) / 4;
-    if (turns && radians) return [value, inParts(value)];
-    const number = turns ? degrees(value) : decimals(value, 2);
-    return [value, `${inDigits(number)}${turns ? "°" : ""}`];
+    if (isRevolute && radians) return [value, asMultipleOfPi(value)];
+    const number = isRevolute ? degrees(value) : decimals(value, 2);
+    return [value, `${inDigits(number)}${isRevolute ? "°" : ""}`];
   });
 }
 
-/** An angle as a half or whole multiple of π where it is one. */
-function inParts(angle: number): string {
+/** Return an angle as text: as a multiple of π/2 if it is one, else as a decimal. */
+function asMultipleOfPi(angle: number): string {
   const halves = (2 * angle) / Math.PI;
   if (Math.abs(halves - Math.round(halves)) > 1e-9) return inDigits(decimals(angle, 2));
   return ["−π", "−π/2", "0", "π/2", "π"][Math.round(halves) + 2] ?? inDigits(decimals(angle, 2));
 }
 
 function Legend({ kinds, lost }: { kinds: readonly Stretch[]; lost: boolean }): JSX.Element {
-  const found = (["boundary", "internal", "unknown"] as const).filter((kind) => kinds.some((one) => one.kind === kind));
+  const present = (["boundary", "internal", "unknown"] as const).filter((kind) =>
+    kinds.some((stretch) => stretch.kind === kind),
+  );
   return (
     <ul class="arm-legend">
-      {found.map((kind) => (
+      {present.map((kind) => (
         <li key={kind}>
           <svg viewBox="0 0 34 12" width={34} height={12} aria-hidden="true">
-            {kinds.some((one) => one.kind === kind && one.spots.length > 1) ? (
+            {kinds.some((stretch) => stretch.kind === kind && stretch.spots.length > 1) ? (
               <path class={`arm-zero arm-${kind}`} d="M1 6h32" />
             ) : (
               <circle class={`arm-zero-spot arm-${kind}`} cx={17} cy={6} r={4.5} />

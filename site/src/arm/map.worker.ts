@@ -1,20 +1,19 @@
 // Compute one map of det J in a worker: first its values and lines, then the kinds of the lines.
 
 import type { Arm, Pose } from "./model.js";
-import { type Pair, type Shown, sorted, type Terrain, terrainOf } from "./terrain.js";
+import { type Pair, type Shown, type Terrain, terrainOf, withKinds } from "./terrain.js";
 import type { Stretch } from "./zeros.js";
 
-/** What is wanted: a map of an arm over two joints, the others as in a pose. */
-export type Wanted = { readonly arm: Arm; readonly pose: Pose; readonly pair: Pair; readonly shown: Shown };
+/** A request: a map of an arm over two joints, the others as in a pose. */
+export type MapRequest = { readonly arm: Arm; readonly pose: Pose; readonly pair: Pair; readonly shown: Shown };
 
-/** What comes back: the map, then its lines by kind. */
-export type Answer = { readonly terrain: Terrain } | { readonly kinds: readonly Stretch[] };
+/** A response: the map, or its lines by kind. */
+export type MapResponse = { readonly terrain: Terrain } | { readonly kinds: readonly Stretch[] };
 
-const tell = (answer: Answer): void => globalThis.postMessage(answer);
+const respond = (response: MapResponse): void => globalThis.postMessage(response);
 
-globalThis.addEventListener("message", ({ data }: MessageEvent<Wanted>) => {
-  const { arm, pose, pair, shown } = data;
+globalThis.addEventListener("message", ({ data: { arm, pose, pair, shown } }: MessageEvent<MapRequest>) => {
   const terrain = terrainOf(arm, pose, pair, shown);
-  tell({ terrain });
-  tell({ kinds: sorted(arm, pose, pair, terrain) });
+  respond({ terrain });
+  respond({ kinds: withKinds(arm, pose, pair, terrain) });
 });

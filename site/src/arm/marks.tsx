@@ -1,94 +1,87 @@
-// Draw what lies over the arm: frames, vectors p*, columns of J, the velocity ellipse, and their labels.
+// Draw the layers over the arm: frames, vectors p*, columns of J, the velocity ellipse, and their labels.
 
 import type { JSX } from "preact";
 
 import { inDigits } from "../text/text.js";
 import { Arrow, Arrows, type BodyProps, headLabel, lengthOf, type NamedArrow, ofPixels } from "./flat.js";
 import { Angles, arcOf } from "./angles.js";
-import { type Covered, placed, type Wanted } from "./labels.js";
+import { type Covered, placeLabels, type WantedLabel } from "./labels.js";
 import { DrawnLetters, jointClass } from "./letters.js";
-import { shownLost } from "./lost.js";
+import { drawnLostDirection } from "./lost-direction.js";
 import { type Arm, arrowsOf, type Measures, pStar, type State } from "./model.js";
 import { extentOf, thicknessOf } from "./ranges.js";
 import { linkOf, placesOf, wayToPoint } from "./shape.js";
-import { add, along, scaled, type Vec3, ZERO } from "./vector.js";
-import { drawn, lifted, outline, pixel, type Pixel, type View } from "./view.js";
+import { add, addScaled, scaleVector, type Vec3, ZERO } from "./vector.js";
+import { vectorInPixels, vectorFromPixels, outline, pixel, type Pixel, type View } from "./view.js";
 import { wayToBase, World, worldLabels } from "./world.js";
 
-export interface Layers {
-  readonly frames: boolean;
-  readonly lengths: boolean;
-  readonly vectors: boolean;
-  readonly columns: boolean;
-  readonly ellipse: boolean;
-}
-
 export const LAYERS = ["frames", "lengths", "vectors", "columns", "ellipse"] as const;
+export type Layers = Readonly<Record<(typeof LAYERS)[number], boolean>>;
 
-/** Metres on the drawing for one m/s, less for a small arm. */
+/** Length (m) at which a velocity of 1 m/s is drawn; smaller for a small arm. */
 const BY_SPEED = 0.4;
-/** Length of the axes of a frame in pixels; in space they come out of the bodies of joints. */
+/** Return the length of a frame's axes in pixels; in space they must reach out of the bodies of joints. */
 function axisOf({ width, height }: View, flat: boolean): number {
   return Math.min(flat ? 44 : 58, (flat ? 0.12 : 0.16) * Math.min(width, height));
 }
 
-/** Half of a joint's sign in a flat drawing (pixels), which letters are to leave free. */
+/** Half the size of a joint's symbol in a flat drawing (pixels), which letters leave free. */
 const FACE = 8;
-/** A length that is drawn shorter (pixels) has no label. */
+/** A link that is drawn shorter (pixels) gets no length label. */
 const SHORT = 24;
-/** A lower or narrower drawing (pixels) has no room for the names of axes and origins beside those of joints. */
+/** A drawing that is lower or narrower (pixels) has no room for the names of axes and origins. */
 const ROOMY = 300;
 
-/** Metres on the drawing for one m/s of P. */
+/** Return the drawn length (m) of a velocity of 1 m/s of P. */
 export function speedScale(arm: Arm): number {
   const { around, above } = extentOf(arm);
   return BY_SPEED * Math.min(1, Math.max(around, above));
 }
 
-/** The columns of J as they are drawn at P (m). */
+/** Return the columns of J as they are drawn at P (m). */
 export function drawnColumns(arm: Arm, state: State, reach: number): readonly Vec3[] {
   const { turning, columns } = arrowsOf(arm, state);
-  const by = turning ? 0.35 * reach : speedScale(arm);
-  return columns.map((column) => scaled(column, by));
+  const scale = turning ? 0.35 * reach : speedScale(arm);
+  return columns.map((column) => scaleVector(column, scale));
 }
 
-/** Half of the disc of P (pixels), and the length of an arrow that comes out of it far enough to be seen. */
+/** Half the disc of P, and the length from which an arrow begins at P itself (pixels). */
 const [DISC, CLEAR] = [9, 26];
-/** An arrow that is shorter (pixels) is none. */
+/** An arrow that is shorter (pixels) is not drawn. */
 const LEAST = 3;
 
-/** Where the arrow of a column begins: at P, or, as it gets short, further out, up to the rim of the disc of P. */
+/** Return where the arrow of a column begins: at P or, if the arrow is short, at most at the rim of P's disc. */
 export function tailOf(view: View, point: Vec3, column: Vec3): Vec3 {
-  const [x, y] = drawn(view, column);
+  const [x, y] = vectorInPixels(view, column);
   const length = Math.hypot(x, y);
   if (length < LEAST || length > CLEAR) return point;
   const out = Math.min(DISC, CLEAR - length) / length;
-  return add(point, lifted(view, [out * x, out * y]));
+  return add(point, vectorFromPixels(view, [out * x, out * y]));
 }
 
 export interface MarksProps extends BodyProps {
   readonly layers: Layers;
   readonly flat: boolean;
   readonly measures: Measures;
-  /** Whether the line that P can't leave would tell what is asked. */
-  readonly concealed: boolean;
-  /** The joint that is pointed at, whose column stands out. */
+  /** Whether the line along which P can't move would reveal the answer to the question. */
+  readonly isConcealed: boolean;
+  /** The joint that is pointed at, whose column is highlighted; null if none is. */
   readonly lit: number | null;
-  /** The ends of a path by their names. */
+  /** The ends of a path by name. */
   readonly ends: Readonly<Record<string, Vec3>>;
-  /** What lies over the drawing: letters stand beside it. */
+  /** Boxes over the drawing, which labels avoid. */
   readonly covered: Covered;
 }
 
 export function Marks(props: MarksProps): JSX.Element {
-  const { arm, state, view, reach, layers, flat, measures, concealed, lit } = props;
+  const { arm, state, view, reach, layers, flat, measures, isConcealed, lit } = props;
   const columns = drawnColumns(arm, state, reach);
   const arrows = namedArrows(props, columns);
   const { turning } = arrowsOf(arm, state);
   const P = pixel(view, state.point);
   const ellipse = outline(view, columns);
-  const lost = shownLost(arm, state, measures, concealed);
-  const [dx, dy] = drawn(view, ofPixels(view, lost ?? ZERO, 90));
+  const lost = drawnLostDirection(arm, state, measures, isConcealed);
+  const [dx, dy] = vectorInPixels(view, ofPixels(view, lost ?? ZERO, 90));
   return (
     <g class="arm-marks">
       <World arm={arm} view={view} flat={flat} />
@@ -102,26 +95,26 @@ export function Marks(props: MarksProps): JSX.Element {
         />
       )}
       {lost && <path class="arm-lost" d={`M${P[0] - dx} ${P[1] - dy}L${P[0] + dx} ${P[1] + dy}`} />}
-      {arrows.vectors.map(({ name, style, ...way }) => (
-        <Arrow key={name} view={view} {...way} style={`arm-pstar ${style}`} />
+      {arrows.vectors.map(({ name, style, ...span }) => (
+        <Arrow key={name} view={view} {...span} style={`arm-pstar ${style}`} />
       ))}
-      <Arrows view={view} ways={arrows.axes.filter(({ style }) => style === GREY)} style={GREY} />
+      <Arrows view={view} spans={arrows.axes.filter(({ style }) => style === GREY)} style={GREY} />
       {arrows.axes
         .filter(({ style }) => style !== GREY)
-        .map(({ name, style, ...way }) => (
-          <Arrow key={name} view={view} {...way} style={`arm-z ${style}`} />
+        .map(({ name, style, ...span }) => (
+          <Arrow key={name} view={view} {...span} style={`arm-z ${style}`} />
         ))}
-      {arrows.columns.map(({ name, style, ...way }, i) => (
+      {arrows.columns.map(({ name, style, ...span }, i) => (
         <Arrow
           key={name}
           view={view}
-          {...way}
+          {...span}
           style={`arm-column ${style}${lit === i ? " arm-lit" : ""}`}
-          twin={turning}
+          hasTwinHead={turning}
         />
       ))}
       <g class="arm-letter-layer">
-        {placed(
+        {placeLabels(
           wantedLabels(props, arrows),
           [
             ...arm.joints.map((_, i) => linkOf(arm, state, i + 1).map((point) => pixel(view, point))),
@@ -147,7 +140,7 @@ export function Marks(props: MarksProps): JSX.Element {
   );
 }
 
-/** The style of axes that no joint rotates about: they are alike. */
+/** The style of axes about which no joint rotates. */
 const GREY = "arm-x";
 
 /** The arrows of the layers that are shown, with their names. */
@@ -177,7 +170,7 @@ function namedArrows(props: MarksProps, columns: readonly Vec3[]): NamedArrows {
   };
 }
 
-/** The ground below a base in a flat drawing, as a line that letters leave free. */
+/** Return the ground below the base in a flat drawing, as a line that labels avoid. */
 function groundAt([x, y]: Pixel): Pixel[] {
   return [
     [x, y],
@@ -187,18 +180,19 @@ function groundAt([x, y]: Pixel): Pixel[] {
   ];
 }
 
-function wantedLabels({ arm, state, view, reach, layers, flat, ends }: MarksProps, arrows: NamedArrows): Wanted[] {
+function wantedLabels({ arm, state, view, reach, layers, flat, ends }: MarksProps, arrows: NamedArrows): WantedLabel[] {
   const { point, frames } = state;
-  const wanted: Wanted[] = [];
-  const names = layers.frames && Math.min(view.width, view.height) >= ROOMY;
+  const wanted: WantedLabel[] = [];
+  const areNamed = layers.frames && Math.min(view.width, view.height) >= ROOMY;
   const origins: [name: string, at: Pixel][] = [["P", pixel(view, point)]];
-  if (names)
-    frames.forEach(({ o }, i) => {
-      const at = pixel(view, o);
-      const same = origins.find(([, other]) => Math.hypot(other[0] - at[0], other[1] - at[1]) < 1);
-      if (same) same[0] += `=O${i}`;
-      else origins.push([`O${i}`, at]);
-    });
+  if (areNamed)
+    if (areNamed)
+      frames.forEach(({ o }, i) => {
+        const at = pixel(view, o);
+        const same = origins.find(([, other]) => Math.hypot(other[0] - at[0], other[1] - at[1]) < 1);
+        if (same) same[0] += `=O${i}`;
+        else origins.push([`O${i}`, at]);
+      });
   origins.forEach(([name, at], k) =>
     wanted.push({ name, style: "arm-label-p", at, toward: [0.7, k === 0 ? -0.7 : 0.7], gap: flat ? FACE : 4 }),
   );
@@ -207,79 +201,76 @@ function wantedLabels({ arm, state, view, reach, layers, flat, ends }: MarksProp
   wanted.push(...worldLabels(arm, view, flat));
   if (layers.lengths) wanted.push(...lengthLabels(arm, state, view));
   for (const column of arrows.columns) if (lengthOf(view, column) > LEAST) wanted.push(headLabel(view, column));
-  for (const axis of names ? arrows.axes : [])
+  for (const axis of areNamed ? arrows.axes : [])
     if (lengthOf(view, axis) > 14 && (flat || axis.style !== GREY))
-      wanted.push({ ...headLabel(view, axis), beside: true });
+      wanted.push({ ...headLabel(view, axis), isClose: true });
   const places = placesOf(arm, state, reach);
   places.forEach((place, i) => {
+    const label = { name: arm.joints[i]!.name, style: jointClass(i) };
     const arc = flat && layers.frames ? arcOf(arm, state, view, i) : null;
-    if (arc) {
-      wanted.push({ name: arm.joints[i]!.name, style: jointClass(i), at: arc.middle, toward: arc.outward });
-      return;
-    }
+    const toward = flat ? sideOf(arm, state, view, i) : besideAxis(state, view, i);
+    const gap = flat ? FACE : thicknessOf(arm) * view.scale;
     wanted.push({
-      name: arm.joints[i]!.name,
-      style: jointClass(i),
-      at: pixel(view, place),
-      toward: flat ? sideOf(arm, state, view, i) : besideAxis(state, view, i),
-      gap: flat ? FACE : thicknessOf(arm) * view.scale,
+      ...label,
+      ...(arc ? { at: arc.middle, toward: arc.outward } : { at: pixel(view, place), toward, gap }),
     });
   });
   for (const { from, vector, ...named } of arrows.vectors) {
-    const [x, y] = drawn(view, vector);
-    if (Math.hypot(x, y) > 40) wanted.push({ ...named, at: pixel(view, along(from, vector, 0.55)), toward: [-y, x] });
+    const [x, y] = vectorInPixels(view, vector);
+    if (Math.hypot(x, y) > 40)
+      wanted.push({ ...named, at: pixel(view, addScaled(from, vector, 0.55)), toward: [-y, x] });
   }
   return wanted;
 }
 
-/** A length of the arm: what it is called, how long it is (m), and from where to where it is drawn. */
-type Length = readonly [called: string, value: number, from: Vec3, to: Vec3];
+/** A length of the arm: its label in the table, its value (m), and the points between which it is drawn. */
+type Length = readonly [label: string, value: number, from: Vec3, to: Vec3];
 
-/** The lengths of the table, of the way to the point, and of the base's place in the world. */
+/** Return the lengths of the table, of the way to P, and of the base's position in the world. */
 function lengthsOf(arm: Arm, state: State): Length[] {
-  const carrier = state.frames[arm.point.frame]!;
-  const of = (called: readonly string[], values: Vec3, places: readonly Vec3[]): Length[] =>
-    values.map((value, k): Length => [called[k]!, value, places[k]!, places[k + 1]!]);
+  const lastFrame = state.frames[arm.point.frame]!;
+  const labelled = (labels: readonly string[], values: Vec3, places: readonly Vec3[]): Length[] =>
+    values.map((value, k): Length => [labels[k]!, value, places[k]!, places[k + 1]!]);
   return [
     ...arm.joints.flatMap(({ a, called, other }, i): Length[] => [
       [called.a, a, state.corners[i]!, state.frames[i + 1]!.o],
       ...(called.d ? [[called.d, other, state.frames[i]!.o, state.corners[i]!] as const] : []),
     ]),
-    ...of(arm.called?.offset ?? [], arm.point.offset, [carrier.o, ...wayToPoint(carrier, arm.point.offset)]),
-    ...of(arm.called?.base ?? [], arm.base.o, wayToBase(arm)),
-  ].filter(([called]) => called);
+    ...labelled(arm.called?.offset ?? [], arm.point.offset, [lastFrame.o, ...wayToPoint(lastFrame, arm.point.offset)]),
+    ...labelled(arm.called?.base ?? [], arm.base.o, wayToBase(arm)),
+  ].filter(([label]) => label);
 }
 
-/** Labels of lengths beside their middles; letters as they are, numbers as the page writes them. */
-function lengthLabels(arm: Arm, state: State, view: View): Wanted[] {
-  return lengthsOf(arm, state).flatMap(([called, value, from, to]): Wanted[] => {
+/** Return labels beside the middles of lengths: a symbol as in the table, a number as the page writes it. */
+function lengthLabels(arm: Arm, state: State, view: View): WantedLabel[] {
+  return lengthsOf(arm, state).flatMap(([label, value, from, to]): WantedLabel[] => {
     const [p, q] = [pixel(view, from), pixel(view, to)];
     const [x, y] = [q[0] - p[0], q[1] - p[1]];
     if (Math.hypot(x, y) < SHORT) return [];
     const size = inDigits(Math.abs(Number(value.toFixed(3))));
-    const name = /^-?[a-z]\d*$/i.test(called) ? called.replace("-", "") : size;
+    const name = /^-?[a-z]\d*$/i.test(label) ? label.replace("-", "") : size;
     return [{ name, style: "arm-length", at: [(p[0] + q[0]) / 2, (p[1] + q[1]) / 2], toward: [y, -x] }];
   });
 }
 
-/** The side of a joint of space on which its body ends: square to its axis, to the left. */
+/** Return the direction beside a spatial joint's axis, perpendicular to it, to the left on the page. */
 function besideAxis(state: State, view: View, i: number): Pixel {
-  const [x, y] = drawn(view, state.frames[i]!.z);
+  const [x, y] = vectorInPixels(view, state.frames[i]!.z);
   const side: Pixel = [-y, x];
   return side[0] > 0 ? [y, -x] : side;
 }
 
-/** The side of a joint on which no link runs. */
+/** Return the direction away from the links of a joint. */
 function sideOf(arm: Arm, state: State, view: View, i: number): Pixel {
-  const here = pixel(view, state.frames[i]!.o);
-  const others = [linkOf(arm, state, i + 1)[1], i > 0 ? linkOf(arm, state, i).at(-2) : undefined];
+  const joint = pixel(view, state.frames[i]!.o);
+  const neighbours = [linkOf(arm, state, i + 1)[1], i > 0 ? linkOf(arm, state, i).at(-2) : undefined];
   let [x, y] = [0, 0];
-  for (const other of others) {
+  for (const other of neighbours) {
     if (!other) continue;
     const [ox, oy] = pixel(view, other);
-    const size = Math.hypot(ox - here[0], oy - here[1]) || 1;
-    x -= (ox - here[0]) / size;
-    y -= (oy - here[1]) / size;
+    const size = Math.hypot(ox - joint[0], oy - joint[1]) || 1;
+    x -= (ox - joint[0]) / size;
+    y -= (oy - joint[1]) / size;
   }
   return Math.hypot(x, y) > 0.1 ? [x, y] : [-0.7, -0.7];
 }

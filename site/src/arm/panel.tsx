@@ -1,14 +1,13 @@
-// The stage: the arm with its layers, numbers, map of det J and welding path. Its height is --stage if the page sets
-// it.
+// The stage of the page: the arm with its layers, numbers, map of det J and welding path. CSS sets its height by --stage.
 
 import "./arm.css";
 
 import type { ComponentChildren, JSX } from "preact";
-import { useSteps } from "../later.js";
-import { memo } from "../memo.js";
+import { useSteps } from "../scheduling.js";
+import { memo } from "../pace.js";
 import { useId, useLayoutEffect, useMemo, useRef, useState } from "preact/hooks";
 
-import type { NamedPose, SymbolInfo } from "../bank.js";
+import type { SymbolInfo } from "../bank.js";
 import type { State } from "./model.js";
 import { inDigits, say, type TextKey } from "../text/text.js";
 import { Answering } from "./answering.js";
@@ -22,36 +21,33 @@ import { LAYERS, type Layers } from "./marks.js";
 import { obstacle, pointOn } from "./path.js";
 import { onPull } from "./pull.js";
 import { useSize } from "./size.js";
-import { digits, InRadians } from "./speech.js";
+import { digits, InRadians } from "./number-format.js";
 import { type Pane, type Stage, type StageWish, useStage } from "./stage.js";
 import type { View } from "./view.js";
 import { Route, Welding } from "./weld.js";
-import { inWords, nearness, poseAndPoint, sizeName } from "./words.js";
-
-export type { NamedPose };
+import { inWords, nearness, poseAndPoint, sizeName } from "./descriptions.js";
 
 export interface ArmProps extends StageWish {
   readonly symbols: Readonly<Record<string, SymbolInfo>>;
-  /** Whether angles are in radians: of sliders and map, and where the pose is spoken. */
+  /** Whether sliders, map and the spoken pose use radians. */
   readonly radians?: boolean | undefined;
-  /** The pane that is open first, where that is not as everywhere. */
+  /** The pane that is open first, by default the map. */
   readonly pane?: Pane | null | undefined;
-  /** The rates of the joints in a pose, where the page has them. */
+  /** The joint rates at a state of the arm, if the page sets them. */
   readonly rates?: ((state: State) => readonly number[]) | undefined;
-  /** Told of the stage whenever something of it has changed. */
+  /** Called with the stage after each change. */
   readonly onStage?: ((stage: Stage) => void) | undefined;
-  /** What is drawn besides. */
-  readonly over?: ((stage: Stage, view: View) => ComponentChildren) | undefined;
+  /** Draw something over the arm. */
+  readonly overlay?: ((stage: Stage, view: View) => ComponentChildren) | undefined;
 }
 
-/** The stage; what is around it may be told of every move, and shows the same arm on. */
 export const Arm = memo((props: ArmProps): JSX.Element => (
   <InRadians.Provider value={props.radians ?? false}>
     <Panel {...props} />
   </InRadians.Provider>
 ));
 
-/** From so many pixels on, numbers and sliders are beside the map or the path; below, one pane is open at a time. */
+/** From this width (pixels) on, numbers and sliders stand beside the map or path; else one pane is open at a time. */
 const WIDE = 600;
 
 const TITLES: Readonly<Record<Pane, TextKey>> = {
@@ -66,45 +62,43 @@ function Panel(props: ArmProps): JSX.Element {
   const { radians = false, symbols } = props;
   const box = useRef<HTMLElement>(null);
   const [width] = useSize(box, [720, 600]);
-  const scene = useRef<HTMLDivElement>(null); // the place of the drawing, which is measured before it is there
+  const scene = useRef<HTMLDivElement>(null); // an empty element, measured before the drawing is in it
   const [room, setRoom] = useState<readonly [number, number]>();
   useLayoutEffect(() => {
     const { clientWidth = 0, clientHeight = 0 } = scene.current ?? {};
     if (clientWidth > 0 && clientHeight > 0) setRoom([clientWidth, clientHeight]);
   }, []);
-  const wide = width >= WIDE;
-  const [first] = useState(() => (isNarrowPage() ? null : (props.pane ?? "map")));
-  const stage = useStage(props, first);
-  const { onStage, over } = props;
+  const isWide = width >= WIDE;
+  const [firstPane] = useState(() => (isNarrowPage() ? null : (props.pane ?? "map")));
+  const stage = useStage(props, firstPane);
+  const { onStage, overlay } = props;
   // In the same frame as the drawing.
   useLayoutEffect(() => onStage?.(stage), [stage.state, stage.rested, stage.welding?.place, stage.welding?.weld]);
-  const { arm, robot, rested, welding, concealed } = stage;
-  const shown = { layers: stage.layers, concealed, toggle: stage.toggle, reset: stage.reset };
-  const [folded, setFolded] = useState(false);
+  const { arm, robot, rested, welding, isConcealed } = stage;
+  const layerProps = { layers: stage.layers, isConcealed, toggle: stage.toggle, reset: stage.reset };
+  const [isFolded, setFolded] = useState(false);
   const pull = onPull((way) => setFolded(way === "up"));
   const words = useMemo(() => {
-    return concealed ? poseAndPoint(arm, rested, radians) : inWords(arm, rested, radians);
-  }, [arm, rested, radians, concealed]);
+    return isConcealed ? poseAndPoint(arm, rested, radians) : inWords(arm, rested, radians);
+  }, [arm, rested, radians, isConcealed]);
   const ids = useId();
-  const panes: Pane[] = wide ? ["map", "weld"] : ["joints", "jacobian", "map", "weld", "layers"];
-  const open = wide && !panes.includes(stage.pane!) ? null : stage.pane; // sliders and J are there anyway
+  const panes: Pane[] = isWide ? ["map", "weld"] : ["joints", "jacobian", "map", "weld", "layers"];
+  const open = isWide && !panes.includes(stage.pane!) ? null : stage.pane; // sliders and J are always shown
   const sliders = (
     <>
       <Joints {...stage} />
-      <Figures {...stage} isToldAside={wide && open === "map"} />
+      <Figures {...stage} isExplainedBeside={isWide && open === "map"} />
       <Lengths robot={robot} symbols={symbols} />
     </>
   );
-  const step = useSteps(1); // what the arm is, and its room; then all that is shown of it
+  const step = useSteps(1); // first the arm's title and room, then everything else
   if (step === 0)
     return (
-      <>
-        <section ref={box} class="arm" aria-busy="true">
-          <div class="arm-panel">
-            <div ref={scene} class="arm-scene" />
-          </div>
-        </section>
-      </>
+      <section ref={box} class="arm" aria-busy="true">
+        <div class="arm-panel">
+          <div ref={scene} class="arm-scene" />
+        </div>
+      </section>
     );
   return (
     <>
@@ -113,17 +107,17 @@ function Panel(props: ArmProps): JSX.Element {
         class="arm"
         aria-label={say("arm.title", { robot: robot.title })}
         data-pane={open ?? ""}
-        data-wide={wide ? "" : undefined}
-        data-folded={folded ? "" : undefined}
+        data-wide={isWide ? "" : undefined}
+        data-folded={isFolded ? "" : undefined}
       >
         <div class="arm-panel">
-          {wide ? <Shown {...shown} /> : null}
+          {isWide ? <LayerControls {...layerProps} /> : null}
           <div class="arm-scene">
             <Drawing
               {...stage}
               room={room}
               near
-              readout={wide || concealed ? null : <Readout {...stage} />}
+              readout={isWide || isConcealed ? null : <Readout {...stage} />}
               label={say("arm.drawing.label", { robot: robot.title })}
               describedBy={`${ids}words`}
               target={
@@ -138,20 +132,20 @@ function Panel(props: ArmProps): JSX.Element {
               overlay={(view) => (
                 <>
                   {welding ? <Route journey={welding.journey} view={view} place={welding.place} /> : null}
-                  {over?.(stage, view)}
+                  {overlay?.(stage, view)}
                 </>
               )}
             />
           </div>
           <div class="arm-strip">
-            {wide ? (
+            {isWide ? (
               <div class="arm-side">
-                {concealed ? null : <Jacobian {...stage} />}
+                {isConcealed ? null : <Jacobian {...stage} />}
                 {sliders}
               </div>
             ) : null}
             <div class="arm-sheets">
-              <div class="arm-tabs" onPointerDown={wide ? undefined : pull}>
+              <div class="arm-tabs" onPointerDown={isWide ? undefined : pull}>
                 {panes.map((name) => (
                   <button
                     key={name}
@@ -163,9 +157,9 @@ function Panel(props: ArmProps): JSX.Element {
                     {say(TITLES[name])}
                   </button>
                 ))}
-                {wide ? null : (
-                  <button type="button" class="arm-fold" aria-expanded={!folded} onClick={() => setFolded(!folded)}>
-                    {folded ? (
+                {isWide ? null : (
+                  <button type="button" class="arm-fold" aria-expanded={!isFolded} onClick={() => setFolded(!isFolded)}>
+                    {isFolded ? (
                       say("arm.unfold")
                     ) : (
                       <>
@@ -181,7 +175,7 @@ function Panel(props: ArmProps): JSX.Element {
                 {open === "jacobian" ? <Numbers stage={stage} /> : null}
                 {open === "map" ? <Map stage={stage} /> : null}
                 {open === "weld" ? <Path stage={stage} /> : null}
-                {open === "layers" ? <Shown {...shown} /> : null}
+                {open === "layers" ? <LayerControls {...layerProps} /> : null}
               </div>
             </div>
           </div>
@@ -195,15 +189,15 @@ function Panel(props: ArmProps): JSX.Element {
   );
 }
 
-/** Whether arm and words are one above the other, where a pane would take the room of the words. */
+/** Return whether the arm is above the text, so that an open pane would cover the text. */
 const isNarrowPage = (): boolean => typeof matchMedia === "function" && matchMedia("(max-width: 56.24rem)").matches;
 
-/** What is shown in the drawing, and the way back to the first pose. */
-const Shown = memo((props: Pick<Stage, "layers" | "concealed" | "toggle" | "reset">): JSX.Element => {
-  const { layers, concealed, toggle, reset } = props;
+/** The layers of the drawing, and a button that returns to the first pose. */
+const LayerControls = memo((props: Pick<Stage, "layers" | "isConcealed" | "toggle" | "reset">): JSX.Element => {
+  const { layers, isConcealed, toggle, reset } = props;
   return (
     <div class="arm-layers" role="group" aria-label={say("arm.layers")}>
-      {LAYERS.filter((layer) => !concealed || !OF_J.has(layer)).map((layer) => (
+      {LAYERS.filter((layer) => !isConcealed || !OF_J.has(layer)).map((layer) => (
         <label key={layer}>
           <input type="checkbox" checked={layers[layer]} onChange={() => toggle(layer)} />
           {say(`arm.layer.${layer}`)}
@@ -216,10 +210,10 @@ const Shown = memo((props: Pick<Stage, "layers" | "concealed" | "toggle" | "rese
   );
 });
 
-/** What is drawn of J. */
+/** Layers that show J. */
 const OF_J: ReadonlySet<keyof Layers> = new Set(["columns", "ellipse"]);
 
-/** det J in a line over the drawing, where its pane may be closed. */
+/** det J in a line over the drawing, because its pane may be closed. */
 function Readout({ arm, measures }: Stage): JSX.Element {
   const value = inDigits(digits(measures.det ?? measures.volume));
   return (
@@ -232,14 +226,14 @@ function Readout({ arm, measures }: Stage): JSX.Element {
 function Numbers({ stage }: { stage: Stage }): JSX.Element {
   return (
     <div class="arm-numbers">
-      {stage.concealed ? null : <Jacobian {...stage} />}
+      {stage.isConcealed ? null : <Jacobian {...stage} />}
       <Figures {...stage} />
     </div>
   );
 }
 
 function Map({ stage }: { stage: Stage }): JSX.Element {
-  if (stage.concealed) return <p class="arm-concealed">{say("arm.concealed")}</p>;
+  if (stage.isConcealed) return <p class="arm-concealed">{say("arm.concealed")}</p>;
   if (stage.arm.joints.length < 2) return <p>{say("arm.map.one")}</p>;
   return <SingularMap {...stage} />;
 }

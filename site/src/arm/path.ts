@@ -1,15 +1,15 @@
-// A straight path of the point at a given speed: p(s) = A + s u, the joints that belong to it, and the joint rates.
+// A straight path of P at constant speed: p(s) = A + s u, with the joint values and joint rates along it.
 //
-// The joints are found by Newton's method from those of the place before, so that the arm stays on the branch on which
-// it began; the rates are qd = J^-1 u speed (6.7), of least norm where the arm has joints to spare. Rows of the task
-// that are angular are kept at zero. As ../../../exercises/arm/path.py, for more tasks.
+// Newton's method finds the joint values from those of the place before, so the arm stays on its first branch. The rates
+// are qd = J^-1 u speed (6.7), of least norm if the arm has redundant joints. Angular rows of the task stay zero. Follows
+// ../../../exercises/arm/path.py, for more tasks.
 
-import { taskError } from "./beyond.js";
+import { taskError } from "./reach.js";
 import { type Arm, measuresOf, type Pose, type State, stateAt } from "./model.js";
-import { damped, leastSquares } from "./svd.js";
-import { along, norm, subtract, unit, type Vec3 } from "./vector.js";
+import { solveDamped, leastSquares } from "./svd.js";
+import { addScaled, norm, subtract, unit, type Vec3 } from "./vector.js";
 
-/** A place on a path: distance s (m), the pose, its change by metre dq/ds, and sigma_min/sigma_max of J. */
+/** A place on a path: distance s (m), pose, derivative dq/ds, and the ratio sigma_min/sigma_max of J. */
 export interface Station {
   readonly s: number;
   readonly pose: Pose;
@@ -17,25 +17,25 @@ export interface Station {
   readonly ratio: number;
 }
 
-/** From A, where the point is at the first pose, along the unit vector u for `length` metres. */
+/** A path from A, where P is at the first pose, along the unit vector `unit` for `length` metres. */
 export type Path = { readonly start: Vec3; readonly unit: Vec3; readonly length: number };
 
-/** The stations as far as the arm can go, and whether that is the end of the path. */
+/** A path with the stations that the arm can reach, and whether it reaches the end. */
 export type Journey = { readonly path: Path; readonly stations: readonly Station[]; readonly arrives: boolean };
 
 const FLOOR = 2e-3;
 const STRIDES = 160;
-const ROUGH = 16; // strides of a path that is only looked at
+const ROUGH = 16; // strides of a path that is only being scored
 const JUMP = 0.15;
 const FINEST = 1 / 64;
 
-/** Why no path can be followed: the task counts no velocity of the point, or has more rows than there are joints. */
+/** Return why no path can be followed: the task counts no velocity of P, or has more rows than joints; else null. */
 export function obstacle(arm: Arm): "turns" | "rows" | null {
   if (arm.task.every((row) => row > 2)) return "turns";
   return arm.task.length > arm.joints.length ? "rows" : null;
 }
 
-/** The path to a target; coordinates that the task does not count stay where they are. */
+/** Return the path to a target; coordinates that the task does not count stay constant. */
 export function pathTo(arm: Arm, pose: Pose, target: Vec3): Path {
   const start = stateAt(arm, pose).point;
   const way = subtract(target, start).map((value, row) => (arm.task.includes(row) ? value : 0)) as unknown as Vec3;
@@ -43,9 +43,9 @@ export function pathTo(arm: Arm, pose: Pose, target: Vec3): Path {
   return { start, unit: unit(way), length };
 }
 
-export const pointOn = (path: Path, s: number): Vec3 => along(path.start, path.unit, s);
+export const pointOn = (path: Path, s: number): Vec3 => addScaled(path.start, path.unit, s);
 
-/** dq/ds, the joint rates at unit speed. */
+/** Return dq/ds, the joint rates at unit speed. */
 export function slopesAt(arm: Arm, path: Path, state: State): number[] {
   return leastSquares(
     state.counted,
@@ -53,19 +53,19 @@ export function slopesAt(arm: Arm, path: Path, state: State): number[] {
   );
 }
 
-/** The pose at s that Newton's method reaches from one near it, or null. */
+/** Return the pose at distance s that Newton's method finds from a nearby pose, or null. */
 function poseAt(arm: Arm, path: Path, s: number, near: Pose, first: State): Pose | null {
   const goal = { point: pointOn(path, s), frames: first.frames };
   let pose = near;
-  for (let k = 0; k < 12; k += 1) {
+  for (let k = 0; k <= 12; k += 1) {
     const state = stateAt(arm, pose);
     const error = taskError(arm, goal, state);
-    if (Math.max(...error.map(Math.abs)) < 1e-12) return pose;
-    const change = damped(state.counted, error, 0);
+    const largest = Math.max(...error.map(Math.abs));
+    if (largest < 1e-12 || k === 12) return largest < 1e-9 ? pose : null;
+    const change = solveDamped(state.counted, error, 0);
     pose = pose.map((value, i) => value + change[i]!);
   }
-  const error = taskError(arm, goal, stateAt(arm, pose));
-  return Math.max(...error.map(Math.abs)) < 1e-9 ? pose : null;
+  return null;
 }
 
 function stationAt(arm: Arm, path: Path, s: number, pose: Pose): Station {
@@ -73,7 +73,7 @@ function stationAt(arm: Arm, path: Path, s: number, pose: Pose): Station {
   return { s, pose, slopes: slopesAt(arm, path, state), ratio: measuresOf(state).ratio };
 }
 
-/** Follow a path from a pose: strides become shorter where the joints hurry, and end where J is all but singular. */
+/** Follow a path from a pose. Strides get shorter if the joints move fast, and end if J is nearly singular. */
 export function follow(arm: Arm, pose: Pose, path: Path, strides = STRIDES): Journey {
   const first = stateAt(arm, pose);
   const stations = [stationAt(arm, path, 0, pose)];
@@ -83,9 +83,9 @@ export function follow(arm: Arm, pose: Pose, path: Path, strides = STRIDES): Jou
   for (let now = stations[0]!; now.ratio >= FLOOR && path.length - now.s > 1e-12 && share >= FINEST;) {
     const s = Math.min(path.length, now.s + share * stride);
     const ahead = now.pose.map((value, i) => value + (s - now.s) * now.slopes[i]!);
-    const found = poseAt(arm, path, s, ahead, first);
-    const jumped = found === null || found.some((value, i) => Math.abs(value - ahead[i]!) > JUMP);
-    const next = jumped ? null : stationAt(arm, path, s, found);
+    const reached = poseAt(arm, path, s, ahead, first);
+    const hasJumped = reached === null || reached.some((value, i) => Math.abs(value - ahead[i]!) > JUMP);
+    const next = hasJumped ? null : stationAt(arm, path, s, reached);
     if (next === null || next.ratio < FLOOR) {
       share /= 2;
       continue;
@@ -97,7 +97,7 @@ export function follow(arm: Arm, pose: Pose, path: Path, strides = STRIDES): Jou
   return { path, stations, arrives: path.length - stations.at(-1)!.s <= 1e-9 };
 }
 
-/** The place at a distance, between the stations on both sides of it. */
+/** Return the station at a distance, interpolated between its neighbours. */
 export function stationOn({ stations }: Journey, s: number): Station {
   const after = stations.findIndex((station) => station.s >= s);
   if (after <= 0) return after === 0 ? stations[0]! : stations.at(-1)!;
@@ -113,42 +113,42 @@ export function stationOn({ stations }: Journey, s: number): Station {
   };
 }
 
-/** Where each joint's speed first exceeds its limit (m from A), or null. */
+/** Return where each joint's speed first exceeds its limit (m from A), or null. */
 export function crossings(journey: Journey, speed: number, limits: readonly number[]): (number | null)[] {
   return limits.map((limit, i) => {
-    const over = journey.stations.findIndex(({ slopes }) => Math.abs(slopes[i]!) * speed > limit);
-    if (over < 0) return null;
-    if (over === 0) return 0;
-    const [a, b] = [journey.stations[over - 1]!, journey.stations[over]!];
+    const first = journey.stations.findIndex(({ slopes }) => Math.abs(slopes[i]!) * speed > limit);
+    if (first < 0) return null;
+    if (first === 0) return 0;
+    const [a, b] = [journey.stations[first - 1]!, journey.stations[first]!];
     const [low, high] = [Math.abs(a.slopes[i]!) * speed, Math.abs(b.slopes[i]!) * speed];
     return a.s + ((limit - low) / (high - low)) * (b.s - a.s);
   });
 }
 
-/** The target of a path that is regular all along, or one that leads to a singularity: the best of a fixed choice. */
-export function suggested(arm: Arm, pose: Pose, reach: number, regular: boolean): Vec3 {
+/** Return the best target among fixed candidates: of a regular path, or of one that leads to a singularity. */
+export function suggestTarget(arm: Arm, pose: Pose, reach: number, regular: boolean): Vec3 {
   const { point } = stateAt(arm, pose);
   let best: Vec3 = point;
   let most = -Infinity;
-  for (const direction of waysOf(arm)) {
+  for (const direction of directionsOf(arm)) {
     for (const share of regular ? [0.5, 0.35] : [0.9, 0.6, 0.4]) {
-      const target = along(point, direction, share * reach);
+      const target = addScaled(point, direction, share * reach);
       const { stations, arrives, path } = follow(arm, pose, pathTo(arm, pose, target), ROUGH);
       const least = Math.min(...stations.map(({ ratio }) => ratio));
-      const gone = stations.at(-1)!.s / path.length;
+      const covered = stations.at(-1)!.s / path.length;
       const score = regular
         ? (arrives ? 1 : 0) + Math.min(least, 0.25)
-        : (arrives ? 0.4 : Math.min(gone, 0.8)) - Math.min(1, 4 * least) + (gone < 0.35 ? -1 : 0);
+        : (arrives ? 0.4 : Math.min(covered, 0.8)) - Math.min(1, 4 * least) + (covered < 0.35 ? -1 : 0);
       if (score > most + 1e-9) [best, most] = [target, score];
     }
   }
   return best.map((value) => Math.round(value * 100) / 100) as unknown as Vec3;
 }
 
-/** Directions in the coordinates that the task counts. */
-function waysOf({ task }: Arm): Vec3[] {
+/** Return directions in the coordinates that the task counts. */
+function directionsOf({ task }: Arm): Vec3[] {
   const steps = task.filter((row) => row < 3).length === 2 ? [-1, -0.5, 0, 0.5, 1] : [-1, 0, 1];
   const [xs, ys, zs] = [0, 1, 2].map((row) => (task.includes(row) ? steps : [0]));
   const all = xs!.flatMap((x) => ys!.flatMap((y) => zs!.map((z): Vec3 => [x, y, z])));
-  return all.filter((way) => norm(way) > 0.9).map(unit);
+  return all.filter((direction) => norm(direction) > 0.9).map(unit);
 }

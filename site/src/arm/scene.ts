@@ -1,12 +1,12 @@
-// The spatial arm as a solid body, by three.js: loaded only where a spatial arm is shown, drawn only when it changes.
+// The spatial arm as a solid body, by three.js; loaded only for a spatial arm, drawn only when it changes.
 
 import * as THREE from "three";
 
 import { type Arm, reachOf, type State } from "./model.js";
 import { extentOf, thicknessOf } from "./ranges.js";
 import { bodyOf, linkOf, placesOf } from "./shape.js";
-import { right } from "./svd.js";
-import { along, norm, scaled, subtract, unit, type Vec3 } from "./vector.js";
+import { decompose } from "./svd.js";
+import { addScaled, norm, scaleVector, subtract, unit, type Vec3 } from "./vector.js";
 import type { View } from "./view.js";
 
 /** Colours as CSS writes them. */
@@ -17,7 +17,7 @@ export interface Palette {
   readonly joints: readonly string[];
 }
 
-/** What the page holds of a scene. */
+/** A scene as the page uses it. */
 export interface Stage {
   draw(arm: Arm, state: State, view: View, columns: readonly Vec3[] | null, palette: Palette): void;
   dispose(): void;
@@ -25,16 +25,16 @@ export interface Stage {
 
 const UP = new THREE.Vector3(0, 1, 0);
 const SIDES = 40;
-/** More solids of one kind than the links and joints of any arm take. */
+/** More solids of one kind than any arm needs. */
 const MOST_PIECES = 100;
 
-/** Unit solids, each of which stands in the arm many times. */
+/** Unit solids, of which the arm has many copies. */
 type Solid = "bar" | "ball" | "box";
 
-/** A solid where it stands, how large and in which colour. */
+/** A copy of a solid: its position and size as a matrix, and its colour. */
 type Piece = { readonly solid: Solid; readonly place: THREE.Matrix4; readonly color: string };
 
-/** A stage on a canvas. Throws where the browser has no WebGL. */
+/** Return a scene on a canvas. Throws if the browser has no WebGL. */
 export function stageOn(canvas: HTMLCanvasElement): Stage {
   const renderer = new THREE.WebGLRenderer({ canvas, antialias: true, alpha: true });
   const scene = new THREE.Scene();
@@ -50,13 +50,13 @@ export function stageOn(canvas: HTMLCanvasElement): Stage {
   const glass = new THREE.MeshStandardMaterial({ transparent: true, opacity: 0.22, depthWrite: false });
   const ellipsoid = new THREE.Mesh(ball, glass);
   ellipsoid.matrixAutoUpdate = false;
-  ellipsoid.frustumCulled = false; // its place is in its matrix alone
+  ellipsoid.frustumCulled = false; // its position is only in its matrix
   scene.add(ellipsoid);
   const lines = new THREE.LineBasicMaterial();
   let grid: { readonly arm: Arm; readonly lines: THREE.PolarGridHelper } | null = null;
   let size = "";
 
-  /** The grid under an arm, made anew for another arm only. */
+  /** Put the grid under an arm; a new grid is made only for another arm. */
   function ground(arm: Arm): void {
     if (grid?.arm === arm) return;
     if (grid) scene.remove(grid.lines);
@@ -65,12 +65,12 @@ export function stageOn(canvas: HTMLCanvasElement): Stage {
     scene.add(grid.lines);
   }
 
-  /** Room for the pixels of a view: what is drawn is lost where it is asked for, so that it is asked for once. */
+  /** Fit the renderer to the pixels of a view. Resizing clears the canvas, so it happens only if the size changed. */
   function fit({ width, height }: View): void {
     const ratio = Math.min(2, globalThis.devicePixelRatio || 1);
-    const wanted = `${width} ${height} ${ratio}`;
-    if (size === wanted) return;
-    size = wanted;
+    const key = `${width} ${height} ${ratio}`;
+    if (size === key) return;
+    size = key;
     renderer.setPixelRatio(ratio);
     renderer.setSize(width, height, false);
   }
@@ -79,7 +79,7 @@ export function stageOn(canvas: HTMLCanvasElement): Stage {
     draw(arm, state, view, columns, palette) {
       const pieces = piecesOf(arm, state, palette);
       for (const [solid, copies] of Object.entries(solids))
-        lay(
+        placeCopies(
           copies,
           pieces.filter((piece) => piece.solid === solid),
         );
@@ -91,12 +91,12 @@ export function stageOn(canvas: HTMLCanvasElement): Stage {
       fit(view);
       const [w, h, far] = [view.width / view.scale / 2, view.height / view.scale / 2, 20 * reachOf(arm)];
       Object.assign(camera, { left: -w, right: w, top: h, bottom: -h, near: 0, far: 2 * far });
-      camera.position.set(...along(view.centre, view.toward, far));
+      camera.position.set(...addScaled(view.centre, view.toward, far));
       camera.up.set(...view.up);
       camera.lookAt(...view.centre);
       camera.updateProjectionMatrix();
-      const light = along(along(view.toward, view.up, 1.1), view.right, -0.6);
-      sun.position.set(...along(view.centre, light, far));
+      const light = addScaled(addScaled(view.toward, view.up, 1.1), view.right, -0.6);
+      sun.position.set(...addScaled(view.centre, light, far));
       sun.target.position.set(...view.centre);
       renderer.render(scene, camera);
     },
@@ -106,17 +106,17 @@ export function stageOn(canvas: HTMLCanvasElement): Stage {
   };
 }
 
-/** A solid that is drawn in many places at once. */
+/** Return an instanced mesh of a solid, added to the scene. */
 function copiesIn(scene: THREE.Scene, solid: THREE.BufferGeometry): THREE.InstancedMesh {
   const matt = new THREE.MeshStandardMaterial({ roughness: 0.75, metalness: 0 });
   const copies = new THREE.InstancedMesh(solid, matt, MOST_PIECES);
-  copies.frustumCulled = false; // all of the arm is in view, and where it is changes
+  copies.frustumCulled = false; // the whole arm is always in view
   scene.add(copies);
   return copies;
 }
 
 /** Put the copies of a solid where its pieces are. */
-function lay(copies: THREE.InstancedMesh, pieces: readonly Piece[]): void {
+function placeCopies(copies: THREE.InstancedMesh, pieces: readonly Piece[]): void {
   const paint = new THREE.Color();
   copies.count = pieces.length;
   pieces.forEach(({ place, color }, i) => {
@@ -127,7 +127,7 @@ function lay(copies: THREE.InstancedMesh, pieces: readonly Piece[]): void {
   if (copies.instanceColor) copies.instanceColor.needsUpdate = true;
 }
 
-/** The arm as solids: bars with round ends for its links, a body for each joint, a ball for the point. */
+/** Return the arm as solids: bars with round ends for its links, a body for each joint, a ball for P. */
 function piecesOf(arm: Arm, state: State, palette: Palette): Piece[] {
   const joint = thicknessOf(arm);
   const thin = 0.48 * joint;
@@ -135,49 +135,53 @@ function piecesOf(arm: Arm, state: State, palette: Palette): Piece[] {
   return [
     ...arm.joints.flatMap((_, i) =>
       linkOf(arm, state, i + 1).flatMap((corner, k, line) => [
-        round(corner, thin, palette.link),
-        ...(k > 0 ? between("bar", line[k - 1]!, corner, thin, palette.link) : []),
+        ballAt(corner, thin, palette.link),
+        ...(k > 0 ? solidBetween("bar", line[k - 1]!, corner, thin, palette.link) : []),
       ]),
     ),
     ...arm.joints.flatMap(({ kind }, i) => {
       const [low, high] = bodyOf(arm, state, i, places[i]!);
       const color = palette.joints[i % palette.joints.length]!;
-      return kind === "R" ? between("bar", low, high, joint, color) : between("box", low, high, 1.7 * joint, color);
+      return kind === "R"
+        ? solidBetween("bar", low, high, joint, color)
+        : solidBetween("box", low, high, 1.7 * joint, color);
     }),
-    round(state.point, 0.6 * joint, palette.link),
+    ballAt(state.point, 0.6 * joint, palette.link),
   ];
 }
 
-/** A unit solid that stands between two points, of a radius; nothing where they are one. */
-function between(solid: "bar" | "box", a: Vec3, b: Vec3, radius: number, color: string): Piece[] {
+/** Return a bar or box between two points, of a radius; an empty list if the points coincide. */
+function solidBetween(solid: "bar" | "box", a: Vec3, b: Vec3, radius: number, color: string): Piece[] {
   const way = subtract(b, a);
   const length = norm(way);
   if (length < 1e-9) return [];
   const turn = new THREE.Quaternion().setFromUnitVectors(UP, new THREE.Vector3(...unit(way)));
   const size = new THREE.Vector3(radius, length, radius);
-  return [{ solid, place: new THREE.Matrix4().compose(new THREE.Vector3(...along(a, way, 0.5)), turn, size), color }];
+  return [
+    { solid, place: new THREE.Matrix4().compose(new THREE.Vector3(...addScaled(a, way, 0.5)), turn, size), color },
+  ];
 }
 
-function round([x, y, z]: Vec3, radius: number, color: string): Piece {
+function ballAt([x, y, z]: Vec3, radius: number, color: string): Piece {
   return { solid: "ball", place: new THREE.Matrix4().makeScale(radius, radius, radius).setPosition(x, y, z), color };
 }
 
-/** The unit ball as the ellipsoid {J q : |q| = 1} at the point. */
+/** Return the matrix that maps the unit ball to the ellipsoid {J q : |q| = 1} at P. */
 function ellipsoidAt(state: State, columns: readonly Vec3[]): THREE.Matrix4 {
-  const { sigma, v } = right(columns);
+  const { sigma, v } = decompose(columns);
   const [a, b, c] = v.map((axis, k) =>
     new THREE.Vector3(...axis).multiplyScalar(Math.max(sigma[k]!, 1e-3 * sigma[0]!)),
   );
   return new THREE.Matrix4().makeBasis(a!, b!, c!).setPosition(...state.point);
 }
 
-/** Rings and rays on the plane of the base, which show where in space the arm stands. */
+/** Return rings and rays in the plane of the base, which show where the arm stands in space. */
 function gridUnder(arm: Arm, paint: THREE.LineBasicMaterial): THREE.PolarGridHelper {
   const { o, x, y, z } = arm.base;
   const grid = new THREE.PolarGridHelper(extentOf(arm).around, 12, 4, 96);
   grid.material = paint;
   grid.matrixAutoUpdate = false;
-  const [across, up, toward] = [x, z, scaled(y, -1)].map((axis) => new THREE.Vector3(...axis));
+  const [across, up, toward] = [x, z, scaleVector(y, -1)].map((axis) => new THREE.Vector3(...axis));
   grid.matrix.makeBasis(across!, up!, toward!).setPosition(...o);
   return grid;
 }

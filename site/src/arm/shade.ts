@@ -1,10 +1,10 @@
-// The colours of the map: one hue above zero, another below, the paper's own colour at zero.
+// The colours of the map: one hue for positive values, another for negative ones, the paper's colour at zero.
 
 import type { Terrain } from "./terrain.js";
 
 type Rgb = readonly [number, number, number];
 
-/** Paint a terrain on a canvas, one pixel for each inner point of the grid; the page smooths it. */
+/** Paint a terrain on a canvas, one pixel per inner grid point; the page smooths the image. */
 export function shade(canvas: HTMLCanvasElement | null, { grid, most }: Terrain, signed: boolean): void {
   const context = canvas?.getContext("2d");
   if (!canvas || !context) return;
@@ -26,13 +26,13 @@ export function shade(canvas: HTMLCanvasElement | null, { grid, most }: Terrain,
   context.putImageData(image, 0, 0);
 }
 
-/** The colour that a custom property stands for in an element, light or dark, as "rgb(r, g, b)". */
+/** Return the colour of a CSS custom property in an element, in the current light or dark scheme: "rgb(r, g, b)". */
 export function colorOf(element: HTMLElement, name: string): string {
   const before = element.style.color;
   element.style.color = `var(${name})`;
-  const found = getComputedStyle(element).color;
+  const color = getComputedStyle(element).color;
   element.style.color = before;
-  return found;
+  return color;
 }
 
 function rgbOf(text: string): Rgb {

@@ -1,8 +1,8 @@
-// What of the arm is drawn where: the links as lines in space, and where the glyphs of the joints stand.
+// Where parts of the arm are drawn: the links as polylines in space, and the places of the joints' symbols.
 
 import { type Arm, type Frame, fromFrame, type State } from "./model.js";
 import { thicknessOf } from "./ranges.js";
-import { add, along, norm, scaled, subtract, type Vec3 } from "./vector.js";
+import { add, addScaled, norm, scaleVector, subtract, type Vec3 } from "./vector.js";
 
 /** The corners of link i (from 1): O_{i-1}, O_{i-1} + d_i z_{i-1}, O_i, and P if the link carries it. */
 export function linkOf(arm: Arm, state: State, i: number): readonly Vec3[] {
@@ -11,7 +11,7 @@ export function linkOf(arm: Arm, state: State, i: number): readonly Vec3[] {
   return points.filter((point, k) => k === 0 || norm(subtract(point, points[k - 1]!)) > 1e-9);
 }
 
-/** The corners of the way from a frame's origin to the point, along its axes one after the other. */
+/** Return the corners of the way from a frame's origin to P, along the frame's axes one after the other. */
 export function wayToPoint(frame: Frame, [u, v, w]: Vec3): Vec3[] {
   const steps: Vec3[] = [
     [u, 0, 0],
@@ -21,34 +21,34 @@ export function wayToPoint(frame: Frame, [u, v, w]: Vec3): Vec3[] {
   return steps.map((step) => add(frame.o, fromFrame(frame, step)));
 }
 
-/** Where the glyph of each joint stands: at O_{i-1}, further along its axis where another joint stands there always. */
+/** Return the place of each joint's symbol: O_{i-1}, or shifted along its axis if another joint is always there too. */
 export function placesOf(arm: Arm, state: State, reach: number): readonly Vec3[] {
   let crowd = 0;
   return arm.joints.map((joint, i) => {
     const { o, z } = state.frames[i]!;
-    const before = arm.joints[i - 1];
-    const shared = before !== undefined && before.a === 0 && before.kind === "R" && before.other === 0;
-    crowd = shared ? crowd + 1 : 0;
-    if (!shared && joint.kind === "R") return o;
+    const previous = arm.joints[i - 1];
+    const isShared = previous !== undefined && previous.a === 0 && previous.kind === "R" && previous.other === 0;
+    crowd = isShared ? crowd + 1 : 0;
+    if (!isShared && joint.kind === "R") return o;
     if (joint.kind === "P") {
       const way = subtract(state.corners[i]!, o);
-      return add(o, scaled(way, 0.45));
+      return add(o, scaleVector(way, 0.45));
     }
-    if (joint.other !== 0) return along(o, z, 0.45 * joint.other);
-    return along(o, z, 0.13 * reach * (crowd % 2 === 1 ? 1 : -1));
+    if (joint.other !== 0) return addScaled(o, z, 0.45 * joint.other);
+    return addScaled(o, z, 0.13 * reach * (crowd % 2 === 1 ? 1 : -1));
   });
 }
 
-/** Where the body of a joint (from 0) begins and ends along its axis, in space. */
+/** Return both ends of a joint's body along its axis in space; `joint` counts from 0. */
 export function bodyOf(arm: Arm, state: State, joint: number, place: Vec3): readonly [low: Vec3, high: Vec3] {
   const { z } = state.frames[joint]!;
   const half = (arm.joints[joint]!.kind === "R" ? 1.25 : 1.9) * thicknessOf(arm);
-  return [along(place, z, -half), along(place, z, half)];
+  return [addScaled(place, z, -half), addScaled(place, z, half)];
 }
 
 type Place = readonly [x: number, y: number];
 
-/** The point on a link nearest to a place on the page, as a share of the way along its corners. */
+/** Return the point on a link nearest to a place on the page, as a share of the way along its corners. */
 export function nearestShare(corners: readonly Place[], [x, y]: Place): number {
   let best = 0;
   let least = Infinity;
@@ -62,9 +62,9 @@ export function nearestShare(corners: readonly Place[], [x, y]: Place): number {
   return best;
 }
 
-/** The point at such a share of the way. */
+/** Return the point at a share of the way along the corners. */
 export function atShare(corners: readonly Vec3[], share: number): Vec3 {
   const k = Math.min(Math.floor(share), corners.length - 2);
   const [a, b] = [corners[Math.max(0, k)]!, corners[Math.max(0, k) + 1] ?? corners[Math.max(0, k)]!];
-  return along(a, subtract(b, a), share - k);
+  return addScaled(a, subtract(b, a), share - k);
 }

@@ -1,4 +1,4 @@
-// The size of an element in pixels, kept up to date, and whether the system asks for no motion.
+// The size of an element in pixels, kept up to date, and whether the system asks for reduced motion.
 
 import { useEffect, useLayoutEffect, useState } from "preact/hooks";
 
@@ -6,18 +6,18 @@ type Size = readonly [width: number, height: number];
 
 export function useSize(element: { readonly current: Element | null }, first: Size): Size {
   const [size, setSize] = useState(first);
-  const found = (width: number, height: number): void => {
+  const update = (width: number, height: number): void => {
     if (width > 0 && height > 0)
       setSize((before) => (before[0] === width && before[1] === height ? before : [width, height]));
   };
   useLayoutEffect(() => {
-    if (element.current) found(element.current.clientWidth, element.current.clientHeight); // before it is seen
+    if (element.current) update(element.current.clientWidth, element.current.clientHeight); // before it is seen
   }, []);
   useEffect(() => {
     if (!element.current) return;
     const watched = new ResizeObserver(([entry]) => {
       const { width, height } = entry!.contentRect;
-      found(Math.round(width), Math.round(height));
+      update(Math.round(width), Math.round(height));
     });
     watched.observe(element.current);
     return () => watched.disconnect();
@@ -25,15 +25,15 @@ export function useSize(element: { readonly current: Element | null }, first: Si
   return size;
 }
 
-/** Whether the system asks for no motion. */
+/** Return whether the system asks for reduced motion. */
 export function useStillness(): boolean {
   const [still, setStill] = useState(false);
   useEffect(() => {
-    const asked = matchMedia("(prefers-reduced-motion: reduce)");
-    const update = (): void => setStill(asked.matches);
+    const query = matchMedia("(prefers-reduced-motion: reduce)");
+    const update = (): void => setStill(query.matches);
     update();
-    asked.addEventListener("change", update);
-    return () => asked.removeEventListener("change", update);
+    query.addEventListener("change", update);
+    return () => query.removeEventListener("change", update);
   }, []);
   return still;
 }

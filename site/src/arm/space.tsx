@@ -1,4 +1,4 @@
-// The solid body of a spatial arm below the drawing's lines; until three.js has come, and without WebGL, it is absent.
+// The solid body of a spatial arm, below the drawing's lines. It is absent until three.js is loaded, and without WebGL.
 
 import type { JSX } from "preact";
 import { useEffect, useLayoutEffect, useMemo, useRef, useState } from "preact/hooks";
@@ -23,19 +23,19 @@ export function Space({ arm, state, view, columns, onReady }: SpaceProps): JSX.E
   const [paints, setPaints] = useState(0);
 
   useEffect(() => {
-    let gone = false;
-    let opened: Stage | null = null;
+    let isUnmounted = false;
+    let ownStage: Stage | null = null;
     void import("./scene.js")
       .then(({ stageOn }) => {
-        if (gone || !canvas.current) return;
-        opened = stageOn(canvas.current);
-        setStage(opened);
+        if (isUnmounted || !canvas.current) return;
+        ownStage = stageOn(canvas.current);
+        setStage(ownStage);
         onReady(true);
       })
       .catch(() => onReady(false));
     return () => {
-      gone = true;
-      opened?.dispose();
+      isUnmounted = true;
+      ownStage?.dispose();
     };
   }, []);
 
@@ -43,7 +43,7 @@ export function Space({ arm, state, view, columns, onReady }: SpaceProps): JSX.E
 
   const palette = useMemo(() => canvas.current && paletteOf(canvas.current), [stage, paints]);
 
-  // With the lines over it, in one frame.
+  // In the same frame as the lines over it.
   useLayoutEffect(() => {
     if (stage && palette) stage.draw(arm, state, view, columns, palette);
   }, [stage, palette, arm, state, view, columns]);
@@ -51,15 +51,15 @@ export function Space({ arm, state, view, columns, onReady }: SpaceProps): JSX.E
   return <canvas ref={canvas} class="arm-canvas" aria-hidden="true" />;
 }
 
-/** Call back when the page becomes light or dark, by the system's wish or by a theme set on the root. */
+/** Call back when the page becomes light or dark, by the system's setting or by a theme set on the root element. */
 export function onSchemeChange(changed: () => void): () => void {
-  const dark = matchMedia("(prefers-color-scheme: dark)");
-  const themed = new MutationObserver(changed);
-  dark.addEventListener("change", changed);
-  themed.observe(document.documentElement, { attributes: true, attributeFilter: ["data-theme", "class"] });
+  const systemDark = matchMedia("(prefers-color-scheme: systemDark)");
+  const themeObserver = new MutationObserver(changed);
+  systemDark.addEventListener("change", changed);
+  themeObserver.observe(document.documentElement, { attributes: true, attributeFilter: ["data-theme", "class"] });
   return () => {
-    dark.removeEventListener("change", changed);
-    themed.disconnect();
+    systemDark.removeEventListener("change", changed);
+    themeObserver.disconnect();
   };
 }
 

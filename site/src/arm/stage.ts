@@ -1,4 +1,4 @@
-// The state of a stage in one place: the arm, its pose, what is pointed at, what is shown of it, and what is beside it.
+// The state of a stage, the page's panel with the arm: the arm and its pose, what is pointed at, the layers and panes.
 
 import { useCallback, useEffect, useMemo, useState } from "preact/hooks";
 
@@ -18,23 +18,24 @@ import {
 } from "./model.js";
 import { obstacle, stationOn } from "./path.js";
 import { firstPose, poseWithin, withRoom } from "./ranges.js";
-import { useRested } from "../later.js";
+import { useRested } from "../scheduling.js";
 import { firstWeld, journeyOf, type Weld } from "./weld.js";
 
-/** What is beside the drawing: sliders, J in numbers, the map of det J, the welding path, what the drawing shows. */
+/** What is shown beside the drawing: sliders, J in numbers, the map of det J, the welding path, or the layers. */
 export type Pane = "joints" | "jacobian" | "map" | "weld" | "layers";
 
+/** What a page passes to its stage. */
 export interface StageWish {
   readonly robot: Robot;
-  /** The first pose and lengths of the arm, as its figure or its question has them; chosen by us if there are none. */
+  /** Values of joints and lengths at first, as in the figure or the question; by default the stage chooses a pose. */
   readonly first?: NamedPose | undefined;
-  /** A pose to go to, such as a counterexample: when another is given, the arm goes there. */
+  /** A pose to go to, such as a counterexample. Whenever another pose is passed, the arm goes there. */
   readonly pose?: NamedPose | undefined;
   readonly onPose?: ((pose: NamedPose) => void) | undefined;
   readonly factors?: readonly Factor[] | undefined;
-  /** Whether J in numbers, and what is drawn of it, would tell what is asked. */
-  readonly concealed?: boolean | undefined;
-  /** What is shown first, where that is not as everywhere. */
+  /** Whether J in numbers, and layers that show J, would reveal the answer to the question. */
+  readonly isConcealed?: boolean | undefined;
+  /** The layers at first, if they differ from the default. */
   readonly layers?: Partial<Layers> | undefined;
 }
 
@@ -43,23 +44,24 @@ export interface Stage {
   readonly arm: Arm;
   readonly reach: number;
   readonly pose: Pose;
-  /** Where the arm stands before it is moved: as its figure or its question has it, or at the pose to go to. */
+  /** The pose before the arm is moved: that of the figure or question, or the pose to go to. */
   readonly home: Pose;
-  /** Whether that is a pose that it was told to go to. */
+  /** Whether `home` is a pose to go to. */
   readonly isSent: boolean;
   readonly state: State;
   readonly measures: Measures;
+  /** The state after the arm has stopped moving: what is slow to compute, or spoken, follows this state. */
   readonly rested: State;
   readonly sizes: () => Sizes;
   readonly move: (pose: Pose) => void;
   readonly reset: () => void;
-  /** The joint that keys move, -1 for the point. */
+  /** The joint that keys move, or -1 for the point P. */
   readonly chosen: number;
   readonly choose: (joint: number) => void;
-  /** The joint that is pointed at: its link, its arrow and its column stand out. */
+  /** The joint that is pointed at: its link, arrow and column are highlighted. */
   readonly lit: number | null;
   readonly point: (joint: number | null) => void;
-  readonly concealed: boolean;
+  readonly isConcealed: boolean;
   readonly layers: Layers;
   readonly toggle: (layer: keyof Layers) => void;
   readonly pane: Pane | null;
@@ -67,6 +69,7 @@ export interface Stage {
   readonly welding: Welding | null;
 }
 
+/** The welding path, the arm's place on it (distance in m), and how to change both. */
 export interface Welding {
   readonly weld: Weld;
   readonly journey: ReturnType<typeof journeyOf>;
@@ -78,51 +81,51 @@ export interface Welding {
 export const FIRST_LAYERS: Layers = { frames: true, lengths: true, vectors: false, columns: true, ellipse: true };
 
 export function useStage(wish: StageWish, pane: Pane | null): Stage {
-  const { robot: told, first: printed, pose: given, onPose, factors, concealed = false, layers: wished } = wish;
-  const asked = JSON.stringify(given ?? null);
-  const [left, setLeft] = useState(""); // what was asked for when the first pose, with its lengths, was gone back to
-  const isBack = left === asked;
-  const numbers = { ...printed, ...(isBack ? {} : given) };
-  const letters = JSON.stringify(Object.keys(told.values).map((name) => numbers[name]));
-  const robot = useMemo(() => withLetters(told, numbers), [told, letters]);
+  const { robot: described, first: printed, pose: requested, onPose, factors, isConcealed = false } = wish;
+  const requestKey = JSON.stringify(requested ?? null);
+  const [dismissed, setDismissed] = useState(""); // the request at the time of the last return to the first pose
+  const isBack = dismissed === requestKey;
+  const numbers = { ...printed, ...(isBack ? {} : requested) };
+  const lengths = JSON.stringify(Object.keys(described.values).map((name) => numbers[name]));
+  const robot = useMemo(() => withLengths(described, numbers), [described, lengths]);
   const arm = useMemo(() => {
     const arm = armOf(robot);
-    return withRoom(arm, [toldIn(arm, printed), toldIn(arm, given)]);
-  }, [robot, printed, asked]);
+    return withRoom(arm, [posesToShow(arm, printed), posesToShow(arm, requested)]);
+  }, [robot, printed, requestKey]);
   const reach = useMemo(() => reachOf(arm), [arm]);
-  const first = useMemo(() => (printed ? posed(arm, printed) : firstPose(arm)), [arm, printed]);
+  const first = useMemo(() => (printed ? poseFrom(arm, printed) : firstPose(arm)), [arm, printed]);
   const sizes = useMemo(() => sizesOf(arm, robot, factors ?? []), [arm, factors]);
-  const home = useMemo(() => (isBack ? first : posed(arm, given, first)), [arm, first, asked, isBack]);
-  const isSent = !isBack && given !== undefined;
+  const home = useMemo(() => (isBack ? first : poseFrom(arm, requested, first)), [arm, first, requestKey, isBack]);
+  const isSent = !isBack && requested !== undefined;
   const [pose, setPose] = useState<Pose>(home);
   const [chosen, choose] = useState(0);
   const [lit, point] = useState<number | null>(null);
-  const [chosenLayers, setLayers] = useState<Layers>({ ...FIRST_LAYERS, ...wished });
+  const [chosenLayers, setLayers] = useState<Layers>({ ...FIRST_LAYERS, ...wish.layers });
   const layers = useMemo(
-    () => (concealed ? { ...chosenLayers, columns: false, ellipse: false } : chosenLayers),
-    [chosenLayers, concealed],
+    () => (isConcealed ? { ...chosenLayers, columns: false, ellipse: false } : chosenLayers),
+    [chosenLayers, isConcealed],
   );
   const [opened, setOpened] = useState<Pane | null>(pane);
   const [weld, setWeld] = useState<Weld | null>(null);
   const [place, setPlace] = useState(0);
 
   useEffect(() => {
-    if (!isBack) setLeft("");
-  }, [asked]);
+    if (!isBack) setDismissed("");
+  }, [requestKey]);
   useEffect(() => {
     const isSame = pose.length === arm.joints.length;
-    const next = isBack && isSame ? pose : posed(arm, given, isSame && given ? pose : first);
+    const next = isBack && isSame ? pose : poseFrom(arm, requested, isSame && requested ? pose : first);
     if (next.every((value, i) => Math.abs(value - (pose[i] ?? Infinity)) < 1e-9)) return;
     setWeld(null);
     setPose(next);
-  }, [arm, asked]);
+  }, [arm, requestKey]);
 
   const state = useMemo(() => stateAt(arm, pose), [arm, pose]);
   const measures = useMemo(() => measuresOf(state), [state]);
   const rested = useRested(state, 700);
   const journey = useMemo(() => (weld ? journeyOf(arm, weld) : null), [arm, weld?.from, weld?.target]);
 
-  // What stays the same function is no reason to show anew what it is given to.
+  // These functions stay the same between renderings, so that what receives them is not drawn again.
   const move = useCallback(
     (next: Pose): void => {
       setPose(next);
@@ -131,9 +134,9 @@ export function useStage(wish: StageWish, pane: Pane | null): Stage {
     [arm, onPose],
   );
   const reset = useCallback(() => {
-    setLeft(asked);
+    setDismissed(requestKey);
     move(first);
-  }, [move, first, asked]);
+  }, [move, first, requestKey]);
   const toggle = useCallback(
     (layer: keyof Layers): void => setLayers((before) => ({ ...before, [layer]: !before[layer] })),
     [],
@@ -159,25 +162,27 @@ export function useStage(wish: StageWish, pane: Pane | null): Stage {
   }, []);
   return {
     ...{ robot, arm, reach, pose, home, isSent, state, measures, rested, sizes, move, reset },
-    ...{ chosen, choose, lit, point, concealed, layers, toggle },
+    ...{ chosen, choose, lit, point, isConcealed, layers, toggle },
     pane: opened,
     open,
     welding: opened === "weld" && weld && journey ? { weld, journey, place, change, goTo } : null,
   };
 }
 
-/** The robot with the lengths and angles that a question or a counterexample tells for the letters of its table. */
-function withLetters(robot: Robot, given: NamedPose): Robot {
-  const values = Object.entries(robot.values).map(([name, value]) => [name, given[name] ?? value] as const);
+/** Return the robot with the lengths and angles that a question or counterexample gives for symbols of its table. */
+function withLengths(robot: Robot, numbers: NamedPose): Robot {
+  const values = Object.entries(robot.values).map(([name, value]) => [name, numbers[name] ?? value] as const);
   return { ...robot, values: Object.fromEntries(values) };
 }
 
-/** What is told of the joints; of the others, where their tables begin. */
-const toldIn = (arm: Arm, given: NamedPose | undefined): Pose =>
-  arm.joints.map(({ name, kind, offset }) => given?.[name] ?? (kind === "P" ? -offset : 0));
+/** Return a pose with the given joint values; other joints are where their table begins. */
+const posesToShow = (arm: Arm, values: NamedPose | undefined): Pose =>
+  arm.joints.map(({ name, kind, offset }) => values?.[name] ?? (kind === "P" ? -offset : 0));
 
-/** A named pose; joints that it leaves out are as in another pose, or 0. */
-function posed(arm: Arm, given: NamedPose | undefined, other: Pose = []): Pose {
-  const pose = arm.joints.map(({ name }, i) => given?.[name] ?? other[i] ?? 0);
-  return poseWithin(arm, pose);
+/** Return a named pose within the joints' ranges; other joints are as in `fallback`, or 0. */
+function poseFrom(arm: Arm, values: NamedPose | undefined, fallback: Pose = []): Pose {
+  return poseWithin(
+    arm,
+    arm.joints.map(({ name }, i) => values?.[name] ?? fallback[i] ?? 0),
+  );
 }

@@ -1,10 +1,10 @@
-// Find the terms of MathML formulas: where a term begins and ends, its joint, and how it would be typed.
+// Find the terms of MathML formulas: where a term begins and ends, its joint, and how a reader would type it.
 
 import type { Arm } from "./model.js";
 
 const GREEK: Readonly<Record<string, string>> = { θ: "theta" };
 
-/** The letter of a symbol with an index, and the index; null for what is none. */
+/** Return the letter and the index of an indexed symbol; null for other elements. */
 function partsOf(symbol: Element): readonly [letter: string, index: string] | null {
   if (!/^msub(sup)?$/.test(symbol.localName)) return null;
   const [base, index] = symbol.children;
@@ -13,27 +13,27 @@ function partsOf(symbol: Element): readonly [letter: string, index: string] | nu
 }
 
 /**
- * The joint (from 0) that a symbol is about: whose angle or slide it is, whose link has the length, whose column is
- * J_i.
+ * Return the joint (from 0) to which a symbol belongs: its angle or displacement, the length of its link, or the
+ * column J_i. Null if there is none.
  *
- * Sums of angles, as in c_12, are the direction of the last joint's link. Axes and vectors to P are counted from the
- * frame before: z_0 is the axis of joint 1.
+ * A sum of angles, as in c_12, belongs to its last joint. Axes and vectors to P have the index of the frame before:
+ * z_0 is the axis of joint 1.
  */
 export function jointOf(symbol: Element, arm: Arm): number | null {
   const parts = partsOf(symbol);
   if (!parts) return null;
   const [letter, index] = parts;
   const count = arm.joints.length;
-  const own = Number(index) - 1;
-  if (/^[θcs]$/.test(letter) && index.length > 1 && own >= count) return inRange(Number(index.at(-1)) - 1, count);
-  if (/^([θcsadαJ]|[θdq]˙)$/.test(letter)) return inRange(own, count);
-  if (/^[zp]\*?$/.test(letter)) return inRange(own + 1, count);
+  const joint = Number(index) - 1;
+  if (/^[θcs]$/.test(letter) && index.length > 1 && joint >= count) return inRange(Number(index.at(-1)) - 1, count);
+  if (/^([θcsadαJ]|[θdq]˙)$/.test(letter)) return inRange(joint, count);
+  if (/^[zp]\*?$/.test(letter)) return inRange(joint + 1, count);
   return null;
 }
 
 const inRange = (joint: number, count: number): number | null => (joint >= 0 && joint < count ? joint : null);
 
-/** All symbols in an element that are about a joint. */
+/** Return all symbols in an element that belong to a joint. */
 export function symbolsOf(root: ParentNode, joint: number, arm: Arm): Element[] {
   return [...root.querySelectorAll("math :is(msub, msubsup)")].filter(
     (symbol) => !symbol.closest(".arm") && jointOf(symbol, arm) === joint,
@@ -47,27 +47,27 @@ const ROWS = new Set(["math", "mrow", "mstyle", "mpadded", "mtd", "semantics"]);
 
 const isSign = (part: Element): boolean => part.localName === "mo" && BETWEEN.has(part.textContent!.trim());
 
-/** The term in which something of a formula stands: what lies between two signs, on one level, in order. */
+/** Return the term that contains an element: the elements between two signs on one level, in order. */
 export function termAt(target: Element): Element[] {
   if (isSign(target)) return [];
   let part = target;
   for (let row = part.parentElement; row && part.localName !== "math"; part = row, row = part.parentElement) {
     if (!ROWS.has(row.localName)) continue;
-    const all = [...row.children];
-    const at = all.indexOf(part);
-    const [first, last] = [reach(all, at, -1), reach(all, at, 1)];
-    const found = all.slice(first, last + 1);
-    const isPart = found.length < all.length || row.localName === "math" || row.localName === "mtd";
-    if (isPart && found.some(({ localName }) => !["mo", "mspace"].includes(localName))) return found;
+    const siblings = [...row.children];
+    const at = siblings.indexOf(part);
+    const [first, last] = [endOfTerm(siblings, at, -1), endOfTerm(siblings, at, 1)];
+    const term = siblings.slice(first, last + 1);
+    const isPart = term.length < siblings.length || row.localName === "math" || row.localName === "mtd";
+    if (isPart && term.some(({ localName }) => !["mo", "mspace"].includes(localName))) return term;
   }
   return [];
 }
 
-/** How far a term goes in one direction from a place in it. */
-function reach(all: readonly Element[], at: number, step: 1 | -1): number {
+/** Return the index at which a term ends in one direction from an element of the term. */
+function endOfTerm(all: readonly Element[], at: number, step: 1 | -1): number {
   const [into, out] = step > 0 ? [OPEN, CLOSED] : [CLOSED, OPEN];
   const signAt = (i: number): string => (all[i]!.localName === "mo" ? all[i]!.textContent!.trim() : "");
-  let depth = into.has(signAt(at)) ? 1 : 0; // a bracket that is pointed at has what is in it
+  let depth = into.has(signAt(at)) ? 1 : 0; // a bracket under the pointer stands for its contents
   let end = at;
   for (let i = at + step; i >= 0 && i < all.length; i += step) {
     const sign = signAt(i);
@@ -79,64 +79,64 @@ function reach(all: readonly Element[], at: number, step: 1 | -1): number {
   return end;
 }
 
-/** A letter with an index. */
+/** Selector of a letter with an index. */
 export const SYMBOL = "msub, msubsup";
 
-/** The letters with an index in a term. */
+/** Return the letters with an index in a term. */
 export const symbolsIn = (term: readonly Element[]): Element[] =>
   term.flatMap((part) => [...(part.matches(SYMBOL) ? [part] : []), ...part.querySelectorAll(SYMBOL)]);
 
-/** All terms of a formula, in order; one with a bracket comes before those in it. */
+/** Return all terms of a formula in order; a term with a bracket comes before the terms in it. */
 export function termsOf(math: Element): Element[][] {
-  const found: Element[][] = [];
+  const terms: Element[][] = [];
   for (const leaf of math.querySelectorAll("mi, mn, mo")) {
     const term = termAt(leaf);
-    if (term.length > 0 && !found.some((other) => isSame(other, term))) found.push(term);
+    if (term.length > 0 && !terms.some((other) => isSame(other, term))) terms.push(term);
   }
-  return found;
+  return terms;
 }
 
-/** Whether two terms are the same. */
+/** Return whether two terms are the same. */
 export const isSame = (one: readonly Element[], other: readonly Element[]): boolean =>
   one[0] === other[0] && one.length === other.length;
 
 const FUNCTIONS = new Set(["sin", "cos", "tan"]);
 const SIGNS: Readonly<Record<string, string>> = { "−": "-", "⋅": "*", "·": "*", "×": "*", "\u2062": "*", "\u2061": "" };
 
-/** Whether a row is the name of a function with what sets it apart, as Temml has it. */
+/** Return whether a row is the name of a function with its spacing, as Temml writes it. */
 const isFunction = (part: Element): boolean =>
   part.localName === "mrow" && FUNCTIONS.has(part.textContent!.replace(/[\u2061\s]/g, ""));
 
-/** Parts of a formula as they would be typed; null where that can't be done. */
+/** Return parts of a formula as they would be typed; null if that is impossible. */
 export function typed(parts: readonly Element[]): string | null {
   let text = "";
-  let called = false; // whether what comes is what a sine is of
+  let isArgument = false; // whether the next part is the argument of a function
   for (const part of parts.flatMap((part) => (isFunction(part) ? [...part.children] : [part]))) {
     if (part.localName === "mspace") continue;
     if (part.localName === "mo") {
       const raw = part.textContent!.trim();
       const sign = SIGNS[raw] ?? raw;
       if (!/^[-+*()]?$/.test(sign)) return null;
-      if (sign === "(" && !called && /[\w)]$/.test(text)) text += "*";
-      if (sign === "(") called = false;
+      if (sign === "(" && !isArgument && /[\w)]$/.test(text)) text += "*";
+      if (sign === "(") isArgument = false;
       text += sign;
       continue;
     }
     if (part.localName === "mi" && FUNCTIONS.has(part.textContent!)) {
       text += `${/[\w)]$/.test(text) ? "*" : ""}${part.textContent}`;
-      called = true;
+      isArgument = true;
       continue;
     }
-    const one = typedPart(part);
-    if (one === null) return null;
-    if (one === "") continue;
-    text += called ? `(${one})` : `${/[\w)]$/.test(text) ? "*" : ""}${one}`;
-    called = false;
+    const partText = typedPart(part);
+    if (partText === null) return null;
+    if (partText === "") continue;
+    text += isArgument ? `(${partText})` : `${/[\w)]$/.test(text) ? "*" : ""}${partText}`;
+    isArgument = false;
   }
-  return called ? null : text;
+  return isArgument ? null : text;
 }
 
-/** A letter with an index by its name, the rate of a joint as qd1. */
+/** Return the typed name of an indexed letter; a joint rate is qd1. */
 function typedSymbol(part: Element): string | null {
   const [letter = "", index = ""] = partsOf(part) ?? [];
   if (/^[θdq]˙$/.test(letter)) return `qd${index}`;

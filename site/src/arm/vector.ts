@@ -1,4 +1,4 @@
-// Vectors of space and small dense matrices (rows of numbers) for the arm's numbers.
+// Vectors in space and small dense matrices (lists of rows).
 
 export type Vec3 = readonly [number, number, number];
 export type Matrix = readonly (readonly number[])[];
@@ -9,16 +9,16 @@ export const add = (a: Vec3, b: Vec3): Vec3 => [a[0] + b[0], a[1] + b[1], a[2] +
 
 export const subtract = (a: Vec3, b: Vec3): Vec3 => [a[0] - b[0], a[1] - b[1], a[2] - b[2]];
 
-export const scaled = (a: Vec3, by: number): Vec3 => [a[0] * by, a[1] * by, a[2] * by];
+export const scaleVector = (a: Vec3, by: number): Vec3 => [a[0] * by, a[1] * by, a[2] * by];
 
-/** a + by b. */
-export const along = (a: Vec3, b: Vec3, by: number): Vec3 => [a[0] + by * b[0], a[1] + by * b[1], a[2] + by * b[2]];
+/** Return a + by b. */
+export const addScaled = (a: Vec3, b: Vec3, by: number): Vec3 => [a[0] + by * b[0], a[1] + by * b[1], a[2] + by * b[2]];
 
 export function cross(a: Vec3, b: Vec3): Vec3 {
   return [a[1] * b[2] - a[2] * b[1], a[2] * b[0] - a[0] * b[2], a[0] * b[1] - a[1] * b[0]];
 }
 
-/** The inner product of two vectors of any one length. */
+/** Return the inner product of two vectors of equal length. */
 export function dot(a: readonly number[], b: readonly number[]): number {
   let sum = 0;
   for (let i = 0; i < a.length; i += 1) sum += (a[i] as number) * (b[i] as number);
@@ -27,20 +27,20 @@ export function dot(a: readonly number[], b: readonly number[]): number {
 
 export const norm = (a: readonly number[]): number => Math.sqrt(dot(a, a));
 
-/** The unit vector along a vector of space; zero stays zero. */
+/** Return the unit vector along a vector; zero stays zero. */
 export function unit(a: Vec3): Vec3 {
   const size = norm(a);
-  return size > 0 ? scaled(a, 1 / size) : ZERO;
+  return size > 0 ? scaleVector(a, 1 / size) : ZERO;
 }
 
-/** A v. */
-export const times = (matrix: Matrix, v: readonly number[]): number[] => matrix.map((row) => dot(row, v));
+/** Return the product of a matrix and a vector. */
+export const multiply = (matrix: Matrix, v: readonly number[]): number[] => matrix.map((row) => dot(row, v));
 
-export function transposed(matrix: Matrix): number[][] {
+export function transpose(matrix: Matrix): number[][] {
   return (matrix[0] ?? []).map((_, j) => matrix.map((row) => row[j] as number));
 }
 
-/** The determinant of a square matrix, by elimination with the largest pivot. */
+/** Return the determinant of a square matrix, by elimination with the largest pivot. */
 export function determinant(matrix: Matrix): number {
   const rows = matrix.map((row) => [...row]);
   let product = 1;

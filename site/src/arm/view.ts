@@ -1,8 +1,8 @@
-// From metres in the world to pixels on the page: flat for planar arms, a parallel projection that can be turned else.
+// From metres in the world to pixels on the page: flat for planar arms, else a parallel projection that can be rotated.
 
 import { type Arm, stateAt } from "./model.js";
 import type { Extent } from "./ranges.js";
-import { along, dot, scaled, subtract, type Vec3 } from "./vector.js";
+import { addScaled, dot, scaleVector, subtract, type Vec3 } from "./vector.js";
 
 /** Directions right, up and towards the reader; `centre` (m) is drawn in the middle of width x height pixels. */
 export interface View {
@@ -17,7 +17,7 @@ export interface View {
 
 export type Pixel = readonly [x: number, y: number];
 
-/** Where keys lead on the page. */
+/** Directions of the arrow keys on the page. */
 export const ARROWS: Readonly<Record<string, Pixel>> = {
   ArrowLeft: [-1, 0],
   ArrowRight: [1, 0],
@@ -25,7 +25,7 @@ export const ARROWS: Readonly<Record<string, Pixel>> = {
   ArrowDown: [0, 1],
 };
 
-/** Which way a spatial arm is looked at: two angles (rad) and a magnification. */
+/** The direction from which a spatial arm is looked at: two angles (rad) and a magnification. */
 export type Orbit = { readonly azimuth: number; readonly elevation: number; readonly zoom: number };
 
 export const FIRST_ORBIT: Orbit = { azimuth: (36 * Math.PI) / 180, elevation: (24 * Math.PI) / 180, zoom: 1 };
@@ -43,13 +43,13 @@ export function axonometric({ azimuth, elevation }: Orbit): Axes {
   return { right: [-sa, ca, 0], up: [-se * ca, -se * sa, ce], toward: [ce * ca, ce * sa, se] };
 }
 
-/** The axis of the world square to all motion of the arm, or null; as ../../../exercises/figure/plane.py has it. */
+/** Return the world axis perpendicular to all motion of the arm, or null. Follows ../../../exercises/figure/plane.py. */
 export function flatPlane(arm: Arm): "x" | "y" | "z" | null {
-  const known = PLANES.get(arm);
-  if (known !== undefined) return known;
-  const found = planeOf(arm);
-  PLANES.set(arm, found);
-  return found;
+  const cached = PLANES.get(arm);
+  if (cached !== undefined) return cached;
+  const plane = planeOf(arm);
+  PLANES.set(arm, plane);
+  return plane;
 }
 
 const AXIS = { x: 0, y: 1, z: 2 } as const;
@@ -61,23 +61,23 @@ function planeOf(arm: Arm): "x" | "y" | "z" | null {
   if (!arm.joints.some((joint) => joint.kind === "R")) return null;
   for (const name of ["z", "y", "x"] as const) {
     const axis = AXIS[name];
-    const square = states.every((state) => {
-      const level = arm.base.o[axis];
-      const still = [...state.frames.map(({ o }) => o), state.point].every((p) => Math.abs(p[axis] - level) < 1e-9);
-      const turns = arm.joints.every(
+    const isPerpendicular = states.every((state) => {
+      const height = arm.base.o[axis];
+      const isPlanar = [...state.frames.map(({ o }) => o), state.point].every((p) => Math.abs(p[axis] - height) < 1e-9);
+      const areAxesAligned = arm.joints.every(
         (joint, i) => Math.abs(Math.abs(state.frames[i]!.z[axis]) - (joint.kind === "R" ? 1 : 0)) < 1e-9,
       );
-      return still && turns && (name === "z" || Math.abs(level) < 1e-9);
+      return isPlanar && areAxesAligned && (name === "z" || Math.abs(height) < 1e-9);
     });
-    if (square) return name;
+    if (isPerpendicular) return name;
   }
   return null;
 }
 
-/** Pixels at the sides that buttons take. */
+/** Width of the buttons at the side of the drawing (pixels). */
 const BUTTONS = 60;
 
-/** The view of an arm in a box of pixels: what it reaches is seen. */
+/** Return the view of an arm in a box of pixels, in which its whole reach is visible. */
 export function viewOf(arm: Arm, extent: Extent, width: number, height: number, orbit: Orbit): View {
   const plane = flatPlane(arm);
   const { around, above, below, up, down, aside } = extent;
@@ -88,24 +88,24 @@ export function viewOf(arm: Arm, extent: Extent, width: number, height: number, 
     const across = spanWith(radius, radius, -dot(o, axes.right), 0.12 * radius);
     const high = spanWith(radius, radius, -dot(o, axes.up), 0.12 * radius);
     const scale = 0.9 * Math.min(width / (across.high - across.low), height / (high.high - high.low));
-    const centre = along(along(o, axes.right, middle(across)), axes.up, middle(high));
+    const centre = addScaled(addScaled(o, axes.right, middle(across)), axes.up, middle(high));
     return { ...axes, scale, centre, width, height };
   }
   const page = axonometric(FIRST_ORBIT);
   const across = spanWith(aside, aside, -dot(o, page.right), 0.2 * aside);
   const high = spanWith(down, up, -dot(o, page.up), 0.2 * aside);
-  const room = 1.02; // for arrows and letters
+  const room = 1.02; // margin for arrows and letters
   const scale =
     Math.min((width - BUTTONS) / (room * (across.high - across.low)), height / (room * (high.high - high.low))) *
     orbit.zoom;
-  const upright = along(o, [0, 0, 1], middle(high) / Math.cos(FIRST_ORBIT.elevation));
+  const upright = addScaled(o, [0, 0, 1], middle(high) / Math.cos(FIRST_ORBIT.elevation));
   const axes = axonometric(orbit);
-  const shown = (arm.task.every((row) => row > 2) ? 0.7 : 1) * scale;
-  const beside = BUTTONS / 2 / shown; // the arm is in the middle of what the buttons leave
+  const taskScale = (arm.task.every((row) => row > 2) ? 0.7 : 1) * scale;
+  const beside = BUTTONS / 2 / taskScale; // centres the arm in the space beside the buttons
   return {
     ...axes,
-    scale: shown,
-    centre: along(along(upright, page.right, middle(across)), axes.right, beside),
+    scale: taskScale,
+    centre: addScaled(addScaled(upright, page.right, middle(across)), axes.right, beside),
     width,
     height,
   };
@@ -113,32 +113,35 @@ export function viewOf(arm: Arm, extent: Extent, width: number, height: number, 
 
 type Span = { readonly low: number; readonly high: number };
 
-/** From so far below to so far above the base (m on the page), and as far as the world's origin with its axes. */
-function spanWith(below: number, above: number, origin: number, axis: number): Span {
+/** Return the span from `below` to `above` the base (m on the page), extended to the world's origin and its axes. */
+function spanWith(below: number, above: number, origin: number, axisLength: number): Span {
   if (Math.abs(origin) < 1e-9) return { low: -below, high: above };
-  return { low: Math.min(-below, origin - axis), high: Math.max(above, origin + axis) };
+  return { low: Math.min(-below, origin - axisLength), high: Math.max(above, origin + axisLength) };
 }
 
 const middle = ({ low, high }: Span): number => (low + high) / 2;
 
 export function pixel(view: View, p: Vec3): Pixel {
-  const [x, y] = drawn(view, subtract(p, view.centre));
+  const [x, y] = vectorInPixels(view, subtract(p, view.centre));
   return [view.width / 2 + x, view.height / 2 + y];
 }
 
-/** How a vector (m) is drawn, in pixels with y down. */
-export const drawn = (view: View, v: Vec3): Pixel => [view.scale * dot(view.right, v), -view.scale * dot(view.up, v)];
+/** Return a vector (m) as it is drawn, in pixels with y down. */
+export const vectorInPixels = (view: View, v: Vec3): Pixel => [
+  view.scale * dot(view.right, v),
+  -view.scale * dot(view.up, v),
+];
 
-/** The vector (m) in the plane of the drawing that is drawn as a step in pixels. */
-export function lifted(view: View, [dx, dy]: Pixel): Vec3 {
-  return along(scaled(view.right, dx / view.scale), view.up, -dy / view.scale);
+/** Return the vector (m) in the plane of the drawing that is drawn as a step in pixels. */
+export function vectorFromPixels(view: View, [dx, dy]: Pixel): Vec3 {
+  return addScaled(scaleVector(view.right, dx / view.scale), view.up, -dy / view.scale);
 }
 
-/** The outline of the ellipsoid {J q : |q| = 1} as drawn: centre, half axes (pixels) and turn (degrees, y down). */
+/** Return the half axes (pixels) and rotation (degrees, y down) of the drawn ellipsoid {J q : |q| = 1}. */
 export function outline(view: View, columns: readonly Vec3[]): Readonly<Record<"major" | "minor" | "turn", number>> {
   let [xx, xy, yy] = [0, 0, 0];
   for (const column of columns) {
-    const [x, y] = drawn(view, column);
+    const [x, y] = vectorInPixels(view, column);
     xx += x * x;
     xy += x * y;
     yy += y * y;
@@ -151,3 +154,7 @@ export function outline(view: View, columns: readonly Vec3[]): Readonly<Record<"
     turn: (Math.atan2(xy, (xx - yy) / 2) * 90) / Math.PI,
   };
 }
+
+/** Return places on the page as the text of SVG points. */
+export const pointsText = (places: readonly Pixel[], separator = " "): string =>
+  places.map((place) => place.map((value) => value.toFixed(2)).join(",")).join(separator);

@@ -1,21 +1,21 @@
-// The chapter's welding task: the point goes along a straight line at a steady speed, and the joints have to keep up.
+// The chapter's welding task: P follows a straight line at constant speed, and the joints must keep their limits.
 
 import type { ComponentChildren, JSX } from "preact";
-import { moving } from "../pace.js";
+import { startAnimation } from "../pace.js";
 import { useLayoutEffect, useMemo, useRef, useState } from "preact/hooks";
 
 import { say } from "../text/text.js";
 import { Chart } from "./chart.js";
 import { Dotted, jointClass, Letters, plainLetters } from "./letters.js";
 import { type Arm, type Pose } from "./model.js";
-import { crossings, follow, type Journey, pathTo, pointOn, stationOn, suggested } from "./path.js";
+import { crossings, follow, type Journey, pathTo, pointOn, stationOn, suggestTarget } from "./path.js";
 import { useStillness } from "./size.js";
-import { decimals, digits } from "./speech.js";
+import { decimals, digits } from "./number-format.js";
 import type { Stage, Welding as Welded } from "./stage.js";
 import type { Vec3 } from "./vector.js";
 import { pixel, type Pixel, type View } from "./view.js";
 
-/** A weld from the pose at A to B, at a speed (m/s), with limits for revolute (rad/s) and prismatic joints (m/s). */
+/** A weld from the pose at A to point B, its speed (m/s), and the limits of revolute (rad/s) and prismatic (m/s) joints. */
 export interface Weld {
   readonly from: Pose;
   readonly target: Vec3;
@@ -25,7 +25,7 @@ export interface Weld {
 }
 
 export function firstWeld(arm: Arm, pose: Pose, reach: number): Weld {
-  return { from: pose, target: suggested(arm, pose, reach, false), speed: 0.1, turns: 0.6, slides: 0.3 };
+  return { from: pose, target: suggestTarget(arm, pose, reach, false), speed: 0.1, turns: 0.6, slides: 0.3 };
 }
 
 export function limitsOf(arm: Arm, { turns, slides }: Weld): number[] {
@@ -35,17 +35,17 @@ export function limitsOf(arm: Arm, { turns, slides }: Weld): number[] {
 type WeldProps = Pick<Stage, "arm" | "pose" | "reach"> & NonNullable<Stage["welding"]>;
 
 const STEPS = 20;
-/** What is beside the path's slider, one at a time, so that it is in view with the arm. */
+/** What is shown below the path's slider, one at a time, so that it stays in view with the arm. */
 const PARTS = ["chart", "rates", "setup"] as const;
 
-/** The size of a rate. */
+/** The absolute value of a rate. */
 const Rate = ({ of }: { of: string }): JSX.Element => (
   <>
     |<Dotted letter={of} />|
   </>
 );
 
-/** What is set by numbers besides the place of B. */
+/** The numeric fields besides the coordinates of B. */
 const FIELDS = [
   { name: "speed", text: "arm.weld.speed", label: "v", unit: "m/s", step: 0.01, least: 0.01, most: 2 },
   { name: "turns", text: "arm.weld.turns", label: <Rate of="θ" />, unit: "rad/s", step: 0.1, least: 0.1, most: 20 },
@@ -54,9 +54,9 @@ const FIELDS = [
 
 export function Welding(props: WeldProps): JSX.Element {
   const { arm, weld, journey, place, change, goTo } = props;
-  const still = useStillness();
+  const prefersStill = useStillness();
   const end = journey.stations.at(-1)!.s;
-  const [playing, setPlaying] = useClock(place, end, weld.speed, goTo);
+  const [isPlaying, setPlaying] = useClock(place, end, weld.speed, goTo);
   const limits = limitsOf(arm, weld);
   const station = useMemo(() => stationOn(journey, place), [journey, place]);
   const rates = station.slopes.map((slope) => slope * weld.speed);
@@ -69,13 +69,13 @@ export function Welding(props: WeldProps): JSX.Element {
   const step = (): void => goTo(place >= end - 1e-9 ? 0 : Math.min(end, place + journey.path.length / STEPS));
   const play = (): void => {
     if (place >= end - 1e-9) goTo(0);
-    setPlaying(!playing);
+    setPlaying(!isPlaying);
   };
   return (
     <section class="arm-weld" data-part={part} aria-label={say("arm.weld.title")}>
       <div class="arm-play">
-        <button type="button" class="arm-main" disabled={end <= 0} onClick={still ? step : play}>
-          {say(still ? "arm.weld.step" : playing ? "arm.weld.pause" : "arm.weld.play")}
+        <button type="button" class="arm-main" disabled={end <= 0} onClick={prefersStill ? step : play}>
+          {say(prefersStill ? "arm.weld.step" : isPlaying ? "arm.weld.pause" : "arm.weld.play")}
         </button>
         <input
           type="range"
@@ -113,7 +113,7 @@ export function Welding(props: WeldProps): JSX.Element {
   );
 }
 
-/** The rates of the joints at the place that is shown, and which of them exceed their limits. */
+/** The joint rates at the arm's place on the path, and which of them exceed their limits. */
 function Rates(props: Pick<WeldProps, "arm"> & Readonly<Record<"rates" | "limits", readonly number[]>>): JSX.Element {
   const { arm, rates, limits } = props;
   return (
@@ -122,15 +122,15 @@ function Rates(props: Pick<WeldProps, "arm"> & Readonly<Record<"rates" | "limits
       <tbody>
         {arm.joints.map(({ kind, name }, i) => {
           const rate = rates[i]!;
-          const over = Math.abs(rate) > limits[i]!;
+          const exceeds = Math.abs(rate) > limits[i]!;
           return (
-            <tr key={name} class={over ? "arm-over" : ""}>
+            <tr key={name} class={exceeds ? "arm-exceeds" : ""}>
               <th scope="row" class={jointClass(i)}>
                 <Letters name={name} dot />
               </th>
               <td>{say(kind === "R" ? "arm.weld.rate-turn" : "arm.weld.rate-slide", { rate: digits(rate) })}</td>
               <td>
-                {say(over ? "arm.weld.over" : "arm.weld.within", {
+                {say(exceeds ? "arm.weld.over" : "arm.weld.within", {
                   percent: Math.round((100 * Math.abs(rate)) / limits[i]!),
                 })}
               </td>
@@ -142,10 +142,11 @@ function Rates(props: Pick<WeldProps, "arm"> & Readonly<Record<"rates" | "limits
   );
 }
 
-/** Where the path begins and ends, how fast P goes on it, and the limits of the joints. */
+/** Where the path begins and ends, the speed of P, and the limits of the joints. */
 function SetUp(props: WeldProps & { readonly onSet: (part: Partial<Weld>) => void }): JSX.Element {
   const { arm, pose, reach, weld, onSet } = props;
-  const suggest = (regular: boolean) => (): void => onSet({ from: pose, target: suggested(arm, pose, reach, regular) });
+  const suggest = (regular: boolean) => (): void =>
+    onSet({ from: pose, target: suggestTarget(arm, pose, reach, regular) });
   const starts = [
     ["arm.weld.here", () => onSet({ from: pose })],
     ["arm.weld.regular", suggest(true)],
@@ -196,7 +197,7 @@ interface FieldProps {
   readonly onSet: (value: number) => void;
 }
 
-/** A number with its letter and unit, typed or stepped. */
+/** A numeric field with its letter and unit. */
 function Field({ label, say, unit, value, step, least = -20, most = 20, onSet }: FieldProps): JSX.Element {
   return (
     <label class="arm-field">
@@ -223,7 +224,7 @@ function Field({ label, say, unit, value, step, least = -20, most = 20, onSet }:
   );
 }
 
-/** How a path that is set up goes: it stops short, a joint exceeds its limit, or all keep theirs; null without one. */
+/** Return how a path ends: it stops short, a joint exceeds its limit, or all joints keep theirs; null without a path. */
 export function verdictOf(
   arm: Arm,
   welding: Pick<Welded, "weld" | "journey"> | null,
@@ -234,14 +235,14 @@ export function verdictOf(
   return journey.arrives ? "keeps" : "stops";
 }
 
-/** So many joints that exceed their limits are told one by one; of more, the first. */
+/** Up to this many joints that exceed their limits are listed; of more, only the first. */
 const FEW = 2;
 
-/** How the journey goes, in words: whether it arrives, and which joints exceed their limits from where on. */
+/** Return how the journey goes, in sentences: whether it arrives, and which joints exceed their limits from where. */
 export function verdict(arm: Arm, journey: Journey, weld: Weld): string {
   const limits = limitsOf(arm, weld);
   const end = journey.stations.at(-1)!.s;
-  const said = [
+  const sentences = [
     journey.path.length === 0
       ? say("arm.weld.no-way")
       : journey.arrives
@@ -254,26 +255,26 @@ export function verdict(arm: Arm, journey: Journey, weld: Weld): string {
   const joint = (i: number): string => plainLetters(arm.joints[i]!.name);
   if (exceeding.length > FEW) {
     const { s, i } = exceeding[0]!;
-    said.push(say("arm.weld.exceed", { count: exceeding.length, joint: joint(i), s: decimals(s, 3) }));
+    sentences.push(say("arm.weld.exceed", { count: exceeding.length, joint: joint(i), s: decimals(s, 3) }));
   } else
     for (const { s, i } of exceeding) {
       const values = { joint: joint(i), s: decimals(s, 3), limit: limits[i]! };
-      said.push(say(arm.joints[i]!.kind === "R" ? "arm.weld.exceeds-turn" : "arm.weld.exceeds-slide", values));
+      sentences.push(say(arm.joints[i]!.kind === "R" ? "arm.weld.exceeds-turn" : "arm.weld.exceeds-slide", values));
     }
-  if (said.length === 1 && journey.path.length > 0) said.push(say("arm.weld.keeps"));
-  return said.join(" ");
+  if (sentences.length === 1 && journey.path.length > 0) sentences.push(say("arm.weld.keeps"));
+  return sentences.join(" ");
 }
 
-type Clock = [playing: boolean, setPlaying: (on: boolean) => void];
+type Clock = [isPlaying: boolean, setPlaying: (on: boolean) => void];
 
-/** Time running along the path, a frame at a time, until its end. */
+/** Run a clock along the path, frame by frame, until its end; return whether it runs, and a setter. */
 function useClock(place: number, end: number, speed: number, onPlace: (s: number) => void): Clock {
-  const [playing, setPlaying] = useState(false);
+  const [isPlaying, setPlaying] = useState(false);
   const now = useRef(place);
   now.current = place;
-  // Before the next frame, so that the path stands still as soon as it is paused.
+  // Before the next frame, so that the motion stops at once when it is paused.
   useLayoutEffect(() => {
-    if (!playing) return;
+    if (!isPlaying) return;
     let last = performance.now();
     let request = requestAnimationFrame(function tick(time) {
       const s = Math.min(end, now.current + (Math.max(0, time - last) / 1000) * speed);
@@ -282,18 +283,18 @@ function useClock(place: number, end: number, speed: number, onPlace: (s: number
       if (s >= end) setPlaying(false);
       else request = requestAnimationFrame(tick);
     });
-    const stopped = moving();
+    const stopped = startAnimation();
     return () => {
       cancelAnimationFrame(request);
       stopped();
     };
-  }, [playing, end, speed]);
-  return [playing, setPlaying];
+  }, [isPlaying, end, speed]);
+  return [isPlaying, setPlaying];
 }
 
 export const journeyOf = (arm: Arm, weld: Weld): Journey => follow(arm, weld.from, pathTo(arm, weld.from, weld.target));
 
-/** The path over the arm: the part that the arm can follow, and the rest. */
+/** The path in the drawing: the part that the arm can follow, and the rest. */
 export function Route({ journey, view, place }: { journey: Journey; view: View; place: number }): JSX.Element {
   const { path, stations } = journey;
   const ends = [0, stations.at(-1)!.s, path.length].map((s) => pixel(view, pointOn(path, s)));

@@ -1,9 +1,9 @@
-// The world frame in a drawing, with the base's place in it as dashed legs along its axes; nothing where they agree.
+// The world frame in a drawing, and the base's position in it as dashed lines; nothing if base and world frame coincide.
 
 import type { JSX } from "preact";
 
 import { Arrow, headLabel, lengthOf, type NamedArrow, ofPixels } from "./flat.js";
-import type { Wanted } from "./labels.js";
+import type { WantedLabel } from "./labels.js";
 import type { Arm } from "./model.js";
 import { norm, subtract, type Vec3, ZERO } from "./vector.js";
 import { pixel, type View } from "./view.js";
@@ -15,15 +15,15 @@ const AXES: readonly Vec3[] = [
 ];
 const LENGTH = 40;
 
-/** Whether the base stands elsewhere than the world frame, or is turned in it. */
+/** Return whether the base frame differs from the world frame. */
 function isApart({ base }: Arm): boolean {
   return norm(base.o) > 1e-9 || norm(subtract(base.x, AXES[0]!)) > 1e-9 || norm(subtract(base.z, AXES[2]!)) > 1e-9;
 }
 
-/** The corners of the way from the world's origin to the base, along its axes one after the other. */
+/** Return the corners of the way from the world's origin to the base, along the world's axes one after the other. */
 export const wayToBase = ({ base: { o } }: Arm): readonly Vec3[] => [ZERO, [o[0], 0, 0], [o[0], o[1], 0], o];
 
-/** The axes of the world frame that are seen. */
+/** Return the axes of the world frame that are visible. */
 function worldAxes(view: View, flat: boolean): NamedArrow[] {
   return AXES.map((axis, k) => ({
     name: `${"xyz"[k]}_w`,
@@ -48,8 +48,8 @@ export function World({ arm, view, flat }: WorldProps): JSX.Element | null {
   );
 }
 
-/** The letters of the world frame: its axes, and its origin where the base stands elsewhere. */
-export function worldLabels(arm: Arm, view: View, flat: boolean): Wanted[] {
+/** Return the labels of the world frame: its axes, and its origin if the base is elsewhere. */
+export function worldLabels(arm: Arm, view: View, flat: boolean): WantedLabel[] {
   if (!isApart(arm)) return [];
   const wanted = worldAxes(view, flat).map((axis) => headLabel(view, axis));
   if (norm(arm.base.o) > 1e-9) wanted.push({ name: "O_w", style: "arm-w", at: pixel(view, ZERO), toward: [-0.7, 0.7] });

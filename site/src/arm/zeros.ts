@@ -1,10 +1,10 @@
-// Where J loses rank on a map over two joints: lines by marching squares, and places where the value touches zero.
+// Where J loses rank on a map over two joints: lines by marching squares, and spots at which the value touches zero.
 
 import type { Kind } from "./classify.js";
 
 export type Spot = readonly [u: number, v: number];
 
-/** Values at cell centres (u_i, v_j), `values[j][i]`, with a row more around: lines at range ends run between them. */
+/** Values at cell centres (u_i, v_j), `values[j][i]`, with one more row around, so that lines reach the range's ends. */
 export interface Grid {
   readonly us: readonly number[];
   readonly vs: readonly number[];
@@ -14,30 +14,30 @@ export interface Grid {
 export type Stretch = { readonly kind: Kind | "unknown"; readonly spots: readonly Spot[] };
 
 export function gridOf([u0, u1]: Spot, [v0, v1]: Spot, count: number, value: Value): Grid {
-  const even = (low: number, high: number): number[] =>
+  const spaced = (low: number, high: number): number[] =>
     Array.from({ length: count + 2 }, (_, i) => low + ((high - low) * (i - 0.5)) / count);
-  const [us, vs] = [even(u0, u1), even(v0, v1)];
+  const [us, vs] = [spaced(u0, u1), spaced(v0, v1)];
   return { us, vs, values: vs.map((v) => us.map((u) => value(u, v))) };
 }
 
 type Value = (u: number, v: number) => number;
 
-/** Where an edge of the grid, from one place to another, is crossed by a line; null where it is not. */
+/** Return where a line crosses the edge of the grid at (i, j), across or up; null if none does. */
 type Crossing = (i: number, j: number, across: boolean) => Spot | null;
 
-/** Steps of the fine grid in one of the coarse grid; the fine grid separates lines that run close to each other. */
+/** Steps of the fine grid in a step of the coarse grid. The fine grid separates lines that are close to each other. */
 const FINER = 4;
 
-/** The lines on which a value changes its sign, as runs of spots, each refined with the function itself. */
+/** Return the lines on which a value changes sign, each as a list of spots refined by the function itself. */
 export function zeroLines(grid: Grid, value: Value): Spot[][] {
   const fine = { us: finer(grid.us), vs: finer(grid.vs) };
   const known = new Map<number, number>();
   const at = (i: number, j: number): number => {
     if (i % FINER === 0 && j % FINER === 0) return grid.values[j / FINER]![i / FINER]!;
     const key = j * fine.us.length + i;
-    const found = known.get(key) ?? value(fine.us[i]!, fine.vs[j]!);
-    known.set(key, found);
-    return found;
+    const here = known.get(key) ?? value(fine.us[i]!, fine.vs[j]!);
+    known.set(key, here);
+    return here;
   };
   const crossing: Crossing = (i, j, across) => {
     const [k, l] = across ? [i + 1, j] : [i, j + 1];
@@ -56,12 +56,12 @@ export function zeroLines(grid: Grid, value: Value): Spot[][] {
   });
 }
 
-/** The lines on which a value that keeps its sign comes down to zero: none of them is where it changes its sign. */
+/** Return the lines on which a value that keeps its sign touches zero. */
 export function valleys({ us, vs, values }: Grid, value: Value, zero: number): Spot[][] {
   const crossing: Crossing = (i, j, across) => {
-    const level = (step: number): number =>
+    const valueAt = (step: number): number =>
       Math.abs((across ? values[j]?.[i + step] : values[j + step]?.[i]) ?? Infinity);
-    if (level(-1) <= level(0) || level(2) <= level(1)) return null;
+    if (valueAt(-1) <= valueAt(0) || valueAt(2) <= valueAt(1)) return null;
     const [k, l] = across ? [i + 1, j] : [i, j + 1];
     if (values[j]![i]! >= 0 !== values[l]![k]! >= 0) return null;
     const spot = lowest(value, [us[i]!, vs[j]!], [us[k]!, vs[l]!]);
@@ -82,22 +82,22 @@ function finer(places: readonly number[]): number[] {
   );
 }
 
-/** Cells through which a line of zeros may run, by how the values around them differ. */
+/** Return the cells through which a line of zeros may run, judged by the values around them. */
 function cellsNearZero({ us, vs, values }: Grid): Spot[] {
-  const found: Spot[] = [];
+  const cells: Spot[] = [];
   for (let j = 0; j + 1 < vs.length; j += 1) {
     for (let i = 0; i + 1 < us.length; i += 1) {
       const around = values.slice(Math.max(0, j - 1), j + 3).flatMap((row) => row.slice(Math.max(0, i - 1), i + 3));
       const corners = [values[j]![i]!, values[j]![i + 1]!, values[j + 1]![i]!, values[j + 1]![i + 1]!];
       const differ = Math.max(...around) - Math.min(...around);
       const signs = corners.filter((corner) => corner >= 0).length % 4 !== 0;
-      if (signs || Math.min(...corners.map(Math.abs)) < differ / 4) found.push([i, j]);
+      if (signs || Math.min(...corners.map(Math.abs)) < differ / 4) cells.push([i, j]);
     }
   }
-  return found;
+  return cells;
 }
 
-/** Runs of crossings, linked through cells; `apart` tells of a cell with four which of them belong together. */
+/** Return crossings linked to lines through cells; `apart` decides how to pair the four crossings of a cell. */
 function linesThrough(
   cells: readonly Spot[],
   crossing: Crossing,
@@ -115,21 +115,21 @@ function linesThrough(
     links.set(b, [...(links.get(b) ?? []), a]);
   };
   for (const [i, j] of cells) {
-    const met = [edge(i, j, true), edge(i + 1, j, false), edge(i, j + 1, true), edge(i, j, false)];
-    const [low, right, high, left] = met;
-    const found = met.filter((key) => key !== null);
-    if (found.length === 2) link(found[0]!, found[1]!);
-    if (found.length === 4) {
+    const edges = [edge(i, j, true), edge(i + 1, j, false), edge(i, j + 1, true), edge(i, j, false)];
+    const [low, right, high, left] = edges;
+    const crossed = edges.filter((key) => key !== null);
+    if (crossed.length === 2) link(crossed[0]!, crossed[1]!);
+    if (crossed.length === 4) {
       const pairs =
         apart === null ? [low, high, left, right] : apart(i, j) ? [low, right, high, left] : [low, left, high, right];
       link(pairs[0]!, pairs[1]!);
       link(pairs[2]!, pairs[3]!);
     }
   }
-  return runs(spots as ReadonlyMap<string, Spot>, links);
+  return chains(spots as ReadonlyMap<string, Spot>, links);
 }
 
-/** The lowest place between two, of a value that has one there (golden section). */
+/** Return the lowest spot between two, of a value with a minimum there (golden section). */
 function lowest(value: Value, a: Spot, b: Spot): Spot {
   const at = between(a, b);
   const level = (t: number): number => Math.abs(value(...at(t)));
@@ -160,28 +160,29 @@ function bisected(value: Value, a: Spot, b: Spot): Spot {
   return at((low + high) / 2);
 }
 
-function runs(spots: ReadonlyMap<string, Spot>, links: ReadonlyMap<string, readonly string[]>): Spot[][] {
-  const left = new Set(links.keys());
-  const ends = [...left].filter((key) => links.get(key)!.length === 1);
-  const found: Spot[][] = [];
-  for (const start of [...ends, ...left]) {
-    if (!left.has(start)) continue;
+/** Return linked crossings as lines; a closed line ends at its start. */
+function chains(spots: ReadonlyMap<string, Spot>, links: ReadonlyMap<string, readonly string[]>): Spot[][] {
+  const open = new Set(links.keys());
+  const ends = [...open].filter((key) => links.get(key)!.length === 1);
+  const lines: Spot[][] = [];
+  for (const start of [...ends, ...open]) {
+    if (!open.has(start)) continue;
     const run: string[] = [];
     for (let key: string | undefined = start; key !== undefined;) {
-      left.delete(key);
+      open.delete(key);
       run.push(key);
-      key = links.get(key)!.find((next) => left.has(next));
+      key = links.get(key)!.find((next) => open.has(next));
     }
     const closed = run.length > 2 && links.get(run.at(-1)!)!.includes(start);
-    found.push((closed ? [...run, start] : run).map((key) => spots.get(key)!));
+    lines.push((closed ? [...run, start] : run).map((key) => spots.get(key)!));
   }
-  return found;
+  return lines;
 }
 
-/** Places where a value that is never negative is zero: minima on the grid, refined by smaller steps. */
-export function touches(grid: Grid, value: Value, zero: number): Spot[] {
+/** Return the spots at which a value that is never negative is zero: minima on the grid, refined by smaller steps. */
+export function minima(grid: Grid, value: Value, zero: number): Spot[] {
   const { us, vs, values } = grid;
-  const found: Spot[] = [];
+  const spots: Spot[] = [];
   const [du, dv] = [us[1]! - us[0]!, vs[1]! - vs[0]!];
   const most = Math.max(...values.flat());
   for (let j = 0; j < vs.length; j += 1) {
@@ -190,15 +191,15 @@ export function touches(grid: Grid, value: Value, zero: number): Spot[] {
       if (here > 0.25 * most) continue;
       const around = [-1, 0, 1].flatMap((b) => [-1, 0, 1].map((a) => values[j + b]?.[i + a] ?? Infinity));
       if (around.some((other) => other < here)) continue;
-      const spot = descended(value, [us[i]!, vs[j]!], du, dv);
-      const isNew = found.every(([u, v]) => Math.abs(u - spot[0]) + Math.abs(v - spot[1]) > 0.2 * (du + dv));
-      if (value(...spot) < zero && isNew) found.push(spot);
+      const spot = descend(value, [us[i]!, vs[j]!], du, dv);
+      const isNew = spots.every(([u, v]) => Math.abs(u - spot[0]) + Math.abs(v - spot[1]) > 0.2 * (du + dv));
+      if (value(...spot) < zero && isNew) spots.push(spot);
     }
   }
-  return found;
+  return spots;
 }
 
-function descended(value: Value, start: Spot, du: number, dv: number): Spot {
+function descend(value: Value, start: Spot, du: number, dv: number): Spot {
   let spot = start;
   let least = value(...spot);
   for (let step = 1; step > 1e-7;) {
@@ -223,14 +224,13 @@ function descended(value: Value, start: Spot, du: number, dv: number): Spot {
   return spot;
 }
 
-/** A line cut where its kind changes; the kind is asked at every few spots and between two that differ. */
-export function stretches(line: readonly Spot[], every: number, kind: (spot: Spot) => Kind | "unknown"): Stretch[] {
+/** Return a line cut where its kind changes. The kind is asked at every few spots, and between two that differ. */
+export function cutByKind(line: readonly Spot[], every: number, kind: (spot: Spot) => Kind | "unknown"): Stretch[] {
   const known = new Map<number, Kind | "unknown">();
   const at = (index: number): Kind | "unknown" => {
-    const before = known.get(index);
-    const found = before ?? kind(line[index]!);
-    known.set(index, found);
-    return found;
+    const kindHere = known.get(index) ?? kind(line[index]!);
+    known.set(index, kindHere);
+    return kindHere;
   };
   const kinds: (Kind | "unknown")[] = [];
   const fill = (from: number, to: number): void => {
@@ -245,12 +245,12 @@ export function stretches(line: readonly Spot[], every: number, kind: (spot: Spo
   const last = line.length - 1;
   for (let k = 0; k < last; k += every) fill(k, Math.min(k + every, last));
   kinds[last] = at(last);
-  const found: Stretch[] = [];
+  const pieces: Stretch[] = [];
   let start = 0;
   for (let k = 1; k <= last + 1; k += 1) {
     if (k <= last && kinds[k] === kinds[start]) continue;
-    found.push({ kind: kinds[start]!, spots: line.slice(start, Math.min(k, last) + 1) });
+    pieces.push({ kind: kinds[start]!, spots: line.slice(start, Math.min(k, last) + 1) });
     start = k;
   }
-  return found.filter(({ spots }) => spots.length > 1);
+  return pieces.filter(({ spots }) => spots.length > 1);
 }

@@ -1,12 +1,12 @@
-// Links to a round of practice, as an instructor makes them: read, explained where they are wrong, and written.
+// Links to a round of practice, as an instructor makes them: parsed, explained if they are wrong, and written.
 
 import type { Index } from "../bank.js";
-import { ANYTHING, faultOf as faultOfWish, type Item, items, shuffled, type Wish } from "../practice/choice.js";
+import { ANYTHING, faultOf as faultOfWish, type Item, items, shuffle, type Wish } from "../practice/choice.js";
 import type { Topic } from "../practice/topics.js";
 import { message, type Message } from "../text/text.js";
 import type { Round } from "./round.js";
 
-/** What a link asks for; empty where it says nothing. */
+/** What a link asks for; a field is empty if the link does not contain it. */
 export interface Link {
   readonly embed: boolean;
   readonly lesson: string;
@@ -14,13 +14,13 @@ export interface Link {
   readonly name: string;
   readonly seed: string;
   readonly tries: number;
-  /** The origin of the page that is told the results. */
+  /** The origin of the page that receives the results. */
   readonly origin: string;
   readonly language: string;
 }
 
-/** A lesson as a link asks for it: its name, and which questions about which arms are practised in it. */
-export type Practised = Omit<Topic, "title">;
+/** A lesson as a link names it, with its questions and families. */
+export type LinkedLesson = Omit<Topic, "title">;
 
 export const COUNT = 5;
 export const MOST = 100;
@@ -30,8 +30,8 @@ const KNOWN = [
   ...["embed", "lesson", "arm", "question", "difficulty", "variation", "n", "seed", "name", "tries"],
   ...["origin", "lang"],
 ];
-/** Other names of a parameter. */
-const ALSO: Readonly<Record<string, string>> = { family: "arm" };
+/** Alternative names of a parameter. */
+const SYNONYMS: Readonly<Record<string, string>> = { family: "arm" };
 
 export const EMPTY: Link = {
   embed: false,
@@ -44,61 +44,61 @@ export const EMPTY: Link = {
   language: "",
 };
 
-/** Whether an address asks for a round, and not for practice as one likes. */
+/** Return whether an address asks for a round rather than free practice. */
 export function asksForRound(search: string): boolean {
-  const found = new URLSearchParams(search);
-  return found.has("embed") || found.has("seed");
+  const parameters = new URLSearchParams(search);
+  return parameters.has("embed") || parameters.has("seed");
 }
 
-/** What a link asks for, or what is wrong with it by itself. */
+/** Return what a link asks for, or what is wrong with the link itself. */
 export function readLink(search: string, languages: readonly string[]): Link | Message {
-  const found = new Map<string, string>();
-  for (const [given, value] of new URLSearchParams(search)) {
-    const name = ALSO[given] ?? given;
-    if (!KNOWN.includes(name)) return message("link.unknown", { name: short(given), known: KNOWN.join(", ") });
-    if (found.has(name)) return message("link.twice", { name: given });
-    if (value.length > LONGEST) return message("link.long", { name: given, most: LONGEST });
-    found.set(name, value);
+  const values = new Map<string, string>();
+  for (const [typedName, value] of new URLSearchParams(search)) {
+    const name = SYNONYMS[typedName] ?? typedName;
+    if (!KNOWN.includes(name)) return message("link.unknown", { name: short(typedName), known: KNOWN.join(", ") });
+    if (values.has(name)) return message("link.twice", { name: typedName });
+    if (value.length > LONGEST) return message("link.long", { name: typedName, most: LONGEST });
+    values.set(name, value);
   }
-  const told = (name: string): string => found.get(name) ?? "";
-  const count = whole(told("n"), COUNT);
-  const tries = whole(told("tries"), 0);
-  const difficulty = whole(told("difficulty"), -1);
+  const valueOf = (name: string): string => values.get(name) ?? "";
+  const count = parseCount(valueOf("n"), COUNT);
+  const tries = parseCount(valueOf("tries"), 0);
+  const difficulty = parseCount(valueOf("difficulty"), -1);
   const fault =
     [
-      !["", "0", "1"].includes(told("embed")) && message("link.embed", { value: told("embed") }),
-      !(count >= 1 && count <= MOST) && message("link.count", { value: told("n"), most: MOST }),
-      !(tries >= 0 && tries <= MOST_TRIES) && message("link.tries", { value: told("tries"), most: MOST_TRIES }),
-      !(difficulty <= 4) && message("practice.unknown-difficulty", { name: told("difficulty") }),
-      found.has("origin") && !isOrigin(told("origin")) && message("link.origin", { value: told("origin") }),
-      told("lang") !== "" &&
-        !languages.includes(told("lang")) &&
-        message("link.language", { value: told("lang"), known: languages.join(", ") }),
-    ].find((each) => each) || null;
+      !["", "0", "1"].includes(valueOf("embed")) && message("link.embed", { value: valueOf("embed") }),
+      !(count >= 1 && count <= MOST) && message("link.count", { value: valueOf("n"), most: MOST }),
+      !(tries >= 0 && tries <= MOST_TRIES) && message("link.tries", { value: valueOf("tries"), most: MOST_TRIES }),
+      !(difficulty <= 4) && message("practice.unknown-difficulty", { name: valueOf("difficulty") }),
+      values.has("origin") && !isOrigin(valueOf("origin")) && message("link.origin", { value: valueOf("origin") }),
+      valueOf("lang") !== "" &&
+        !languages.includes(valueOf("lang")) &&
+        message("link.language", { value: valueOf("lang"), known: languages.join(", ") }),
+    ].find((message) => message) || null;
   if (fault) return fault;
   return {
-    embed: told("embed") === "1",
-    lesson: told("lesson"),
+    embed: valueOf("embed") === "1",
+    lesson: valueOf("lesson"),
     wish: {
-      family: told("arm"),
-      question: told("question"),
+      family: valueOf("arm"),
+      question: valueOf("question"),
       difficulty: difficulty < 0 ? null : difficulty,
-      variation: told("variation"),
-      set: told("seed"),
+      variation: valueOf("variation"),
+      set: valueOf("seed"),
       count,
     },
-    name: told("name").trim(),
-    seed: told("seed"),
+    name: valueOf("name").trim(),
+    seed: valueOf("seed"),
     tries,
-    origin: told("origin"),
-    language: told("lang"),
+    origin: valueOf("origin"),
+    language: valueOf("lang"),
   };
 }
 
-/** A link as the end of an address; what is as it is anyhow is left out. */
+/** Write a link as the end of an address, without its default values. */
 export function writeLink(link: Link): string {
   const { wish } = link;
-  const all: readonly (readonly [string, string])[] = [
+  const parameters: readonly (readonly [string, string])[] = [
     ["embed", link.embed ? "1" : ""],
     ["lesson", link.lesson],
     ["arm", wish.family],
@@ -112,43 +112,43 @@ export function writeLink(link: Link): string {
     ["origin", link.origin],
     ["lang", link.language],
   ];
-  return `?${new URLSearchParams(all.filter(([, value]) => value !== "").map((each) => [...each]))}`;
+  return `?${new URLSearchParams(parameters.filter(([, value]) => value !== "").map((parameter) => [...parameter]))}`;
 }
 
-/** Every question that a link may ask; or why there is none. */
-export function askedBy(link: Link, index: Index, lessons: readonly Practised[]): readonly Item[] | Message {
+/** Return every question that a link may ask, or why there is none. */
+export function candidatesOf(link: Link, index: Index, lessons: readonly LinkedLesson[]): readonly Item[] | Message {
   const lesson = lessons.find(({ id }) => id === link.lesson);
   if (link.lesson && !lesson)
     return message("link.lesson", { name: link.lesson, known: lessons.map(({ id }) => id).join(", ") });
   const fault = faultOfWish(index, link.wish, "");
   if (fault) return fault;
-  const wished = items(index, link.wish);
-  if (!lesson) return wished;
-  const inLesson = wished.filter(({ question }) => lesson.questions.includes(question));
+  const matching = items(index, link.wish);
+  if (!lesson) return matching;
+  const inLesson = matching.filter(({ question }) => lesson.questions.includes(question));
   const ofLesson = inLesson.filter(({ family }) => lesson.families.includes(family));
-  const found = link.wish.family || ofLesson.length === 0 ? inLesson : ofLesson; // the named arm or the lesson's
-  return found.length > 0 ? found : message("link.not-in-lesson", { name: lesson.id });
+  const candidates = link.wish.family || ofLesson.length === 0 ? inLesson : ofLesson; // all arms if the link names one, else the lesson's
+  return candidates.length > 0 ? candidates : message("link.not-in-lesson", { name: lesson.id });
 }
 
-/** The round of a link: the same for the same seed, on every machine; or what is wrong with it. */
-export function roundOf(link: Link, index: Index, lessons: readonly Practised[]): Round | Message {
-  const all = askedBy(link, index, lessons);
-  if (!("length" in all)) return all;
+/** Return the round of a link, the same for the same seed on every machine; or what is wrong with the link. */
+export function roundOf(link: Link, index: Index, lessons: readonly LinkedLesson[]): Round | Message {
+  const candidates = candidatesOf(link, index, lessons);
+  if (!("length" in candidates)) return candidates;
   const { count } = link.wish;
-  if (count > all.length) return message("link.too-many", { count, there: all.length });
-  const asked = shuffled(all, link.seed)
+  if (count > candidates.length) return message("link.too-many", { count, there: candidates.length });
+  const asked = shuffle(candidates, link.seed)
     .slice(0, count)
     .map((item) => ({ item, points: 1, credit: 1 }));
   return { name: link.name, seed: link.seed, tries: link.tries, pass: null, asked };
 }
 
-/** A whole number as a link has it; NaN for what is none. */
-function whole(value: string, otherwise: number): number {
-  if (value === "") return otherwise;
+/** Parse a whole number of a link; NaN if it is none, `fallback` if the text is empty. */
+function parseCount(value: string, fallback: number): number {
+  if (value === "") return fallback;
   return /^\d{1,6}$/.test(value) ? Number(value) : NaN;
 }
 
-/** Whether a text is the origin of a web page: https, a host, and a port where it has one of its own. */
+/** Return whether a text is the origin of a web page: https or http, a host, and possibly a port. */
 export function isOrigin(value: string): boolean {
   try {
     const { origin, protocol } = new URL(value);

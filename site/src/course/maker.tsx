@@ -1,49 +1,49 @@
-// Where an instructor makes a link to a round, or a frame for a page of one's own, by choosing; with a preview.
+// The page on which an instructor makes a link to a round, or a frame for a course page, with a preview.
 
 import type { JSX } from "preact";
 import { useEffect, useRef, useState } from "preact/hooks";
 
 import type { Index } from "../bank.js";
-import { useRested } from "../later.js";
+import { useRested } from "../scheduling.js";
 import { LESSONS } from "../learn/lessons.js";
 import { Copied } from "../pages/copied.js";
 import { Choice, WishChoices } from "../practice/wish-choices.js";
 import { LANGUAGES } from "../text/languages.js";
-import { said, say, type TextKey } from "../text/text.js";
-import { newSeed } from "./embedded.js";
-import { askedBy, EMPTY, isOrigin, type Link, MOST, MOST_TRIES, writeLink } from "./link.js";
+import { textOf, say, type TextKey } from "../text/text.js";
+import { newSeed } from "../random.js";
+import { candidatesOf, EMPTY, isOrigin, type Link, MOST, MOST_TRIES, writeLink } from "./link.js";
 
-/** Pixels of the frame: enough for arm and question one above the other. */
+/** Height of the frame (pixels): enough for arm and question one above the other. */
 const HEIGHT = 900;
 
 export function Maker({ index }: { index: Index }): JSX.Element {
   const [link, setLink] = useState<Link>(() => ({ ...EMPTY, seed: newSeed() }));
-  const asked = askedBy(link, index, LESSONS);
-  const most = "length" in asked ? Math.min(asked.length, MOST) : 0;
+  const candidates = candidatesOf(link, index, LESSONS);
+  const most = "length" in candidates ? Math.min(candidates.length, MOST) : 0;
   const count = Math.min(link.wish.count, most);
-  const isWrong = link.origin !== "" && !isOrigin(link.origin);
-  const made = { ...link, wish: { ...link.wish, count }, origin: isWrong ? "" : link.origin };
+  const hasWrongOrigin = link.origin !== "" && !isOrigin(link.origin);
+  const made = { ...link, wish: { ...link.wish, count }, origin: hasWrongOrigin ? "" : link.origin };
   const page = new URL("practice.html", window.location.href).href;
   return (
     <div class="maker">
-      <Choices index={index} link={link} most={most} isWrong={isWrong} onLink={setLink} />
-      {"length" in asked ? (
+      <Choices index={index} link={link} most={most} hasWrongOrigin={hasWrongOrigin} onLink={setLink} />
+      {"length" in candidates ? (
         <>
           <p class="muted" role="status">
-            {say("maker.there", { count: asked.length })}
+            {say("maker.there", { count: candidates.length })}
           </p>
-          <Made label="maker.link" text={page + writeLink(made)} />
-          <Made label="maker.frame" text={frameOf(page + writeLink({ ...made, embed: true }), link.name)} />
+          <CopyableText label="maker.link" text={page + writeLink(made)} />
+          <CopyableText label="maker.frame" text={frameOf(page + writeLink({ ...made, embed: true }), link.name)} />
           <Preview link={made} />
         </>
       ) : (
-        <p role="alert">{said(asked)}</p>
+        <p role="alert">{textOf(candidates)}</p>
       )}
     </div>
   );
 }
 
-/** A frame for the page of a course. */
+/** Return the HTML of a frame for the page of a course. */
 function frameOf(address: string, name: string): string {
   const title = name || say("round.title");
   return `<iframe src="${escaped(address)}" title="${escaped(title)}" width="100%" height="${HEIGHT}"></iframe>`;
@@ -52,17 +52,15 @@ function frameOf(address: string, name: string): string {
 const escaped = (text: string): string =>
   text.replaceAll("&", "&amp;").replaceAll('"', "&quot;").replaceAll("<", "&lt;");
 
-// --- what is chosen ---
-
 interface ChoicesProps {
   readonly index: Index;
   readonly link: Link;
   readonly most: number;
-  readonly isWrong: boolean;
+  readonly hasWrongOrigin: boolean;
   readonly onLink: (link: Link) => void;
 }
 
-function Choices({ index, link, most, isWrong, onLink }: ChoicesProps): JSX.Element {
+function Choices({ index, link, most, hasWrongOrigin, onLink }: ChoicesProps): JSX.Element {
   const { wish } = link;
   const lesson = LESSONS.find(({ id }) => id === link.lesson);
   const change = (changed: Partial<Link>): void => onLink({ ...link, ...changed });
@@ -101,7 +99,7 @@ function Choices({ index, link, most, isWrong, onLink }: ChoicesProps): JSX.Elem
         label="maker.origin"
         value={link.origin}
         hint="https://moodle.example.org"
-        wrong={isWrong ? "link.origin" : null}
+        wrong={hasWrongOrigin ? "link.origin" : null}
         onValue={(origin) => change({ origin: origin.trim() })}
       />
       <Choice
@@ -139,10 +137,10 @@ function Count({ label, value, least, most, onValue }: CountProps): JSX.Element 
         step={1}
         value={Math.min(value, Math.max(most, least))}
         onChange={(event) => {
-          const wanted = Math.round(Number(event.currentTarget.value));
-          const kept = Math.min(Math.max(Number.isFinite(wanted) ? wanted : least, least), Math.max(most, least));
-          event.currentTarget.value = String(kept); // what was typed may be more than there is
-          onValue(kept);
+          const typed = Math.round(Number(event.currentTarget.value));
+          const count = Math.min(Math.max(Number.isFinite(typed) ? typed : least, least), Math.max(most, least));
+          event.currentTarget.value = String(count); // the typed number may be out of range
+          onValue(count);
         }}
       />
     </label>
@@ -176,10 +174,8 @@ function Words({ label, value, hint = "", wrong = null, onValue }: WordsProps): 
   );
 }
 
-// --- what comes of it ---
-
-/** A text to be copied: by the button, or by a key where a script may not. */
-const Made = ({ label, text }: { label: TextKey; text: string }): JSX.Element => (
+/** A text to be copied: by the button, or by hand if a script may not copy. */
+const CopyableText = ({ label, text }: { label: TextKey; text: string }): JSX.Element => (
   <div class="made">
     <label>
       {say(label)}
@@ -195,19 +191,19 @@ const Made = ({ label, text }: { label: TextKey; text: string }): JSX.Element =>
   </div>
 );
 
-/** Milliseconds without a change after which the preview follows. */
+/** Milliseconds without a change after which the preview is loaded again. */
 const REST = 400;
 
-/** The frame as students see it, and the messages that the page around it is sent. */
+/** The frame as students see it, and the last message that the surrounding page receives. */
 function Preview({ link }: { link: Link }): JSX.Element {
   const address = `practice.html${writeLink({ ...link, embed: true, origin: window.location.origin })}`;
   const shown = useRested(address, REST);
-  const [told, setTold] = useState("");
+  const [lastMessage, setLastMessage] = useState("");
   const frame = useRef<HTMLIFrameElement>(null);
   useEffect(() => {
     const listen = ({ origin, source, data }: MessageEvent) => {
       if (origin === window.location.origin && source === frame.current?.contentWindow)
-        setTold(JSON.stringify(data, null, 1));
+        setLastMessage(JSON.stringify(data, null, 1));
     };
     window.addEventListener("message", listen);
     return () => window.removeEventListener("message", listen);
@@ -219,7 +215,7 @@ function Preview({ link }: { link: Link }): JSX.Element {
       <details>
         <summary>{say("maker.told")}</summary>
         <pre tabIndex={0}>
-          <code>{told || say("maker.nothing-told")}</code>
+          <code>{lastMessage || say("maker.nothing-told")}</code>
         </pre>
       </details>
     </section>

@@ -1,4 +1,4 @@
-// The script of a package for learning platforms: a round with the student's own arms, told to the platform by SCORM.
+// The script of a package for learning platforms: a round with the student's own arms, reported to the platform by SCORM.
 import "../site.css";
 
 import { type JSX, render } from "preact";
@@ -8,21 +8,25 @@ import { WithIndex } from "../practice/with-index.js";
 import { storage } from "../storage.js";
 import { chosenLanguage, loadLanguage } from "../text/languages.js";
 import { ENGLISH, message, speak } from "../text/text.js";
-import { type PackageSet, roundOf } from "./places.js";
-import { inBrowser } from "./recipient.js";
-import { type Above, platform, type Version } from "./scorm.js";
+import { type PackageSet, roundOf } from "./package-set.js";
+import { storedInBrowser } from "./recipient.js";
+import { type Above, connect, type Version } from "./scorm.js";
 import { RoundView } from "./view.js";
 
-/** The set of a package, and how its platform is spoken to. */
-type Packed = PackageSet & { readonly scorm: Version };
+/** The set of a package, and the version of SCORM for its platform. */
+type ScormSet = PackageSet & { readonly scorm: Version };
 
-function Package({ set }: { set: Packed }): JSX.Element {
-  const [there] = useState(() => platform(set.scorm, window as unknown as Above));
-  const nobody = inBrowser(storage, `qdot-package ${set.key}`, message("round.no-platform"));
+function Package({ set }: { set: ScormSet }): JSX.Element {
+  const [platform] = useState(() => connect(set.scorm, window as unknown as Above));
+  const browserOnly = storedInBrowser(storage, `qdot-package ${set.key}`, message("round.no-platform"));
   return (
     <WithIndex>
       {(index) => (
-        <RoundView index={index} round={roundOf(set, index, there?.learner ?? "")} recipient={there ?? nobody} />
+        <RoundView
+          index={index}
+          round={roundOf(set, index, platform?.learner ?? "")}
+          recipient={platform ?? browserOnly}
+        />
       )}
     </WithIndex>
   );
@@ -30,7 +34,7 @@ function Package({ set }: { set: Packed }): JSX.Element {
 
 speak(await loadLanguage().catch(() => ENGLISH));
 const place = document.getElementById("package")!;
-const set = JSON.parse(place.dataset["set"]!) as Packed;
+const set = JSON.parse(place.dataset["set"]!) as ScormSet;
 place.textContent = "";
 document.documentElement.lang = chosenLanguage();
 render(<Package set={set} />, place);

@@ -1,51 +1,51 @@
-// A round: questions in a fixed order, each worth points, the standing in them, and both as a short text.
+// A round: questions in a fixed order, each worth points; its standing; and both as a short text.
 
-import { type Item, numbers } from "../practice/choice.js";
+import { type Item, randomFrom } from "../practice/choice.js";
 
-/** A question of a round: what it is worth, and by what an answer is multiplied that is right in part. */
+/** A question of a round, its points, and the factor of partial credit. */
 export type Asked = { readonly item: Item; readonly points: number; readonly credit: number };
 
 export interface Round {
   readonly name: string;
   readonly seed: string;
-  /** How often a question may be answered; 0 is as often as one likes. */
+  /** How often a question may be answered; 0 means any number of times. */
   readonly tries: number;
-  /** From what share of the points on it is passed; null where nothing is said of that. */
+  /** The share of all points from which the round is passed; null if there is none. */
   readonly pass: number | null;
   readonly asked: readonly Asked[];
 }
 
-/** The state of a question: answers so far, the best share of its points, and whether its solution was seen. */
+/** The state of a question: answers so far, the best share of its points, and whether the solution was shown. */
 export type Tried = { readonly tries: number; readonly share: number; readonly shown: boolean };
 
-/** How one stands in each question of a round, in its order. */
+/** The states of a round's questions, in its order. */
 export type Standing = readonly Tried[];
 
 export interface Score {
   readonly points: number;
   readonly max: number;
-  /** Of all points, from 0 to 1. */
+  /** Share of all points, from 0 to 1. */
   readonly share: number;
-  /** How many questions were answered, or given up for their solution. */
+  /** How many questions were answered, or given up for the solution. */
   readonly answered: number;
-  /** How many have nothing left to gain. */
+  /** How many questions have no points left to gain. */
   readonly done: number;
   readonly count: number;
 }
 
 const FRESH: Tried = { tries: 0, share: 0, shown: false };
 
-export const begun = (round: Round): Standing => round.asked.map(() => FRESH);
+export const newStanding = (round: Round): Standing => round.asked.map(() => FRESH);
 
-/** Whether there is nothing left to gain in a question. */
+/** Return whether a question has no points left to gain. */
 export const isDone = ({ tries }: Round, tried: Tried): boolean =>
   tried.share === 1 || tried.shown || (tries > 0 && tried.tries >= tries);
 
-/** Whether an answer to a question ends it, whatever becomes of it. */
+/** Return whether the next answer to a question is the last one allowed. */
 export const isLastTry = ({ tries }: Round, tried: Tried): boolean => tries > 0 && tried.tries + 1 >= tries;
 
-/** How one stands after an answer to a question; where nothing was left to gain, as before. */
-export function answered(round: Round, standing: Standing, place: number, share: number): Standing {
+/** Return the standing after an answer; unchanged if the question had no points left to gain. */
+export function afterAnswer(round: Round, standing: Standing, place: number, share: number): Standing {
   const tried = standing[place];
   const asked = round.asked[place];
   if (!tried || !asked || isDone(round, tried)) return standing;
@@ -57,8 +57,8 @@ export function answered(round: Round, standing: Standing, place: number, share:
   });
 }
 
-/** How one stands after the solution of a question was seen: it earns what it has by then. */
-export function shownIn(standing: Standing, place: number): Standing {
+/** Return the standing after the solution was shown; the question keeps the points earned before. */
+export function afterSolution(standing: Standing, place: number): Standing {
   const tried = standing[place];
   return tried ? standing.with(place, { ...tried, shown: true }) : standing;
 }
@@ -76,11 +76,11 @@ export function scoreOf(round: Round, standing: Standing): Score {
   };
 }
 
-/** A sum without the dust of binary fractions. */
+/** Return a sum without rounding errors of binary fractions. */
 const total = (values: readonly number[]): number =>
   Math.round(values.reduce((sum, value) => sum + value, 0) * 1e6) / 1e6;
 
-/** The next question that is not done, starting over after the last; null if all are done. */
+/** Return the next question that is not done, starting over after the last; null if all are done. */
 export function nextPlace(round: Round, standing: Standing, after: number): number | null {
   const count = round.asked.length;
   for (let step = 1; step <= count; step += 1) {
@@ -90,45 +90,43 @@ export function nextPlace(round: Round, standing: Standing, after: number): numb
   return null;
 }
 
-// --- what is kept ---
-
-/** Shares are kept in thousandths. */
+/** Shares are stored in thousandths. */
 const MILLE = 1000;
 const MOST_TRIES = 63;
-const SIGNS = "ABCDEFGHIJKLMNOPQRSTUVWXYZabcdefghijklmnopqrstuvwxyz0123456789-_";
-/** Signs of a question: 64³ is more than the 1001 shares times 64 tries times whether its solution was seen. */
+const DIGITS = "ABCDEFGHIJKLMNOPQRSTUVWXYZabcdefghijklmnopqrstuvwxyz0123456789-_";
+/** Digits of a question: 64³ exceeds 1001 shares times 64 numbers of tries times 2 (solution shown or not). */
 const EACH = 3;
 const FORMAT = "q1";
 
 /**
- * How one stands, as text: "q1." with what says which questions they are, a point, and three signs for each question.
- * It has letters, digits, "-", "_" and "." only, and of 1,000 questions less than the 4,096 signs that SCORM 1.2
- * keeps.
+ * Return the standing as text: "q1.", a fingerprint of the questions, a point, and three characters for each question.
+ * It contains only letters, digits, "-", "_" and "."; for 1,000 questions it is shorter than the 4,096 characters that
+ * SCORM 1.2 stores.
  */
 export function asText(round: Round, standing: Standing): string {
-  const each = standing.map(({ tries, share, shown }) => {
+  const codes = standing.map(({ tries, share, shown }) => {
     const number = (Math.round(share * MILLE) * (MOST_TRIES + 1) + tries) * 2 + Number(shown);
-    return [number >> 12, (number >> 6) & 63, number & 63].map((k) => SIGNS[k]).join("");
+    return [number >> 12, (number >> 6) & 63, number & 63].map((k) => DIGITS[k]).join("");
   });
-  return `${FORMAT}.${printOf(round)}.${each.join("").replace(/(?:AAA)+$/, "")}`;
+  return `${FORMAT}.${fingerprintOf(round)}.${codes.join("").replace(/(?:AAA)+$/, "")}`;
 }
 
-/** How one stands by such a text; as at the beginning, where it is none, or of other questions. */
+/** Return the standing that a text describes; a fresh one if the text is invalid or describes other questions. */
 export function fromText(round: Round, text: string): Standing {
-  const [format, print, each = "", ...more] = text.split(".");
+  const [format, print, codes = "", ...more] = text.split(".");
   const fits =
     format === FORMAT &&
-    print === printOf(round) &&
+    print === fingerprintOf(round) &&
     more.length === 0 &&
-    each.length % EACH === 0 &&
-    each.length <= EACH * round.asked.length;
-  const found = fits ? round.asked.map((_, i) => triedFrom(each.slice(i * EACH, (i + 1) * EACH))) : [];
-  return fits && found.every((tried) => tried !== null) ? found : begun(round);
+    codes.length % EACH === 0 &&
+    codes.length <= EACH * round.asked.length;
+  const states = fits ? round.asked.map((_, i) => triedFrom(codes.slice(i * EACH, (i + 1) * EACH))) : [];
+  return fits && states.every((tried) => tried !== null) ? states : newStanding(round);
 }
 
 function triedFrom(signs: string): Tried | null {
   if (!signs) return FRESH;
-  const digits = [...signs].map((sign) => SIGNS.indexOf(sign));
+  const digits = [...signs].map((sign) => DIGITS.indexOf(sign));
   if (digits.some((digit) => digit < 0)) return null;
   const number = digits.reduce((sum, digit) => sum * 64 + digit, 0);
   const tries = (number >> 1) & MOST_TRIES;
@@ -136,8 +134,8 @@ function triedFrom(signs: string): Tried | null {
   return share <= 1 ? { tries, share, shown: (number & 1) === 1 } : null;
 }
 
-/** What says which questions a round has, in which order: another set keeps nothing of this one. */
-function printOf({ asked }: Round): string {
-  const random = numbers(asked.map(({ item }) => `${item.family}/${item.key}/${item.question}`).join(" "));
+/** Return a hash of a round's questions and their order. */
+function fingerprintOf({ asked }: Round): string {
+  const random = randomFrom(asked.map(({ item }) => `${item.family}/${item.key}/${item.question}`).join(" "));
   return Math.floor(random() * 2 ** 32).toString(36);
 }

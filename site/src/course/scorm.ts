@@ -1,7 +1,7 @@
-// A learning platform that speaks SCORM 1.2 or SCORM 2004: how it is found, and what it is told.
+// A learning platform that supports SCORM 1.2 or SCORM 2004: how it is found, and what is reported to it.
 //
-// Everything that matters is set and committed with each answer: as a page is left, browsers let go of what it still
-// asks for. A platform that fails keeps nobody from going on.
+// Everything that matters is set and committed with each answer, because browsers drop requests of a page that is being
+// left. A platform that fails does not stop the student.
 
 import type { Part } from "../bank.js";
 import { message } from "../text/text.js";
@@ -10,10 +10,10 @@ import { asText, type Round, type Score } from "./round.js";
 
 export type Version = "1.2" | "2004";
 
-/** What a platform puts into a window above the package's: its functions by name. */
+/** The functions that a platform offers in a window above the package, by name. */
 export type Api = Readonly<Record<string, (...values: string[]) => unknown>>;
 
-/** Elements of the data model: what a platform is to keep, in the order in which it is told. */
+/** Elements of the data model with their values, in the order in which they are set. */
 export type Elements = readonly (readonly [name: string, value: string])[];
 
 interface Model {
@@ -29,9 +29,7 @@ interface Model {
   moment(now: Date): readonly [name: string, value: string];
 }
 
-// --- what is told ---
-
-/** As many answers are recorded as every platform has room for. */
+/** How many answers are recorded: every platform has room for this number. */
 const MOST_RECORDED = 250;
 
 const SCORM12: Model = {
@@ -42,12 +40,12 @@ const SCORM12: Model = {
   mode: "cmi.core.lesson_mode",
   results(round, score) {
     const passed = isPassed(round, score);
-    const over = passed === null ? "completed" : passed ? "passed" : "failed";
+    const status = passed === null ? "completed" : passed ? "passed" : "failed";
     return [
-      ["cmi.core.score.min", "0"], // this version has percent only
+      ["cmi.core.score.min", "0"], // in percent, the only unit of this version
       ["cmi.core.score.max", "100"],
       ["cmi.core.score.raw", decimal(score.share * 100, 2)],
-      ["cmi.core.lesson_status", isComplete(score) ? over : "incomplete"],
+      ["cmi.core.lesson_status", isComplete(score) ? status : "incomplete"],
     ];
   },
   time: (seconds) => [
@@ -68,7 +66,7 @@ const SCORM2004: Model = {
     const passed = isComplete(score) ? isPassed(round, score) : null;
     return [
       ["cmi.score.min", "0"],
-      ["cmi.score.max", "100"], // percent here, too: platforms take raw for their grade
+      ["cmi.score.max", "100"], // also in percent: platforms take "raw" as their grade
       ["cmi.score.raw", decimal(score.share * 100, 2)],
       ["cmi.score.scaled", decimal(score.share, 6)],
       ["cmi.progress_measure", decimal(score.answered / Math.max(score.count, 1), 6)],
@@ -89,19 +87,13 @@ const SCORM2004: Model = {
 
 export const MODELS: Readonly<Record<Version, Model>> = { "1.2": SCORM12, "2004": SCORM2004 };
 
-/** How a data model has answers: what typed ones are called, and how long they may be. */
-interface AnswerModel {
-  readonly type: string;
-  readonly most: number;
-  /** What stands between letters, and between the two of a pair. */
-  readonly between: string;
-  readonly pair: string;
-  /** The element of the answer, and what is said of one that is wrong. */
-  readonly name: string;
-  readonly wrong: string;
-}
+/**
+ * How a data model records answers: `type` and maximum length (`most`) of typed answers; the separators `between` letters
+ * and inside a `pair` of letters; the `name` of the element; and the result of a `wrong` answer.
+ */
+type AnswerModel = Readonly<Record<"type" | "between" | "pair" | "name" | "wrong", string>> & { readonly most: number };
 
-/** An answer, as the n-th of the platform's record. */
+/** Return the elements that record an answer as the n-th interaction. */
 function interaction(model: Model, n: number, { place, part, answer, verdict }: Given, round: Round): Elements {
   const { item, points } = round.asked[place]!;
   const [type, response] = responseOf(part, answer, model.answer);
@@ -116,107 +108,93 @@ function interaction(model: Model, n: number, { place, part, answer, verdict }: 
   return elements.map(([name, value]) => [`cmi.interactions.${n}.${name}`, value]);
 }
 
-/** The type of an answer and the answer as the data model writes them: letters in lower case, formulas as typed. */
-function responseOf({ key }: Part, answer: string, as: AnswerModel): [type: string, response: string] {
+/** Return an answer's type and text for the data model: letters in lower case, formulas as typed. */
+function responseOf({ key }: Part, answer: string, model: AnswerModel): [type: string, response: string] {
   const letters = [...answer.trim().toLowerCase()];
   if (/^[A-H]+$/i.test(answer.trim())) {
-    if (key.type === "choice" || key.type === "selection") return ["choice", [...new Set(letters)].join(as.between)];
+    if (key.type === "choice" || key.type === "selection") return ["choice", [...new Set(letters)].join(model.between)];
     if (key.type === "matching")
-      return ["matching", letters.map((letter, i) => `${i + 1}${as.pair}${letter}`).join(as.between)];
+      return ["matching", letters.map((letter, i) => `${i + 1}${model.pair}${letter}`).join(model.between)];
   }
-  return [as.type, answer.replace(/\s+/g, " ").trim().slice(0, as.most)];
+  return [model.type, answer.replace(/\s+/g, " ").trim().slice(0, model.most)];
 }
 
-/** A number as both data models read it: digits and a point. */
+/** Format a number for both data models: digits and a point. */
 export const decimal = (value: number, places: number): string => value.toFixed(places).replace(/\.?0+$/, "");
 
-/** Hours, minutes and seconds as SCORM 1.2 writes them. */
+/** Format hours, minutes and seconds for SCORM 1.2. */
 export function clock(seconds: number): string {
   const hundredths = Math.min(Math.round(seconds * 100), 3_599_999_999); // 9999:59:59.99
   const two = (value: number): string => String(value).padStart(2, "0");
-  const whole = Math.floor(hundredths / 100);
-  const hours = String(Math.floor(whole / 3600)).padStart(2, "0");
-  return `${hours}:${two(Math.floor(whole / 60) % 60)}:${two(whole % 60)}.${two(hundredths % 100)}`;
+  const total = Math.floor(hundredths / 100);
+  const hours = String(Math.floor(total / 3600)).padStart(2, "0");
+  return `${hours}:${two(Math.floor(total / 60) % 60)}:${two(total % 60)}.${two(hundredths % 100)}`;
 }
 
-// --- how it is found ---
-
-/** Windows above one another are searched so far. */
+/** How many windows above one another are searched. */
 const MOST_ABOVE = 50;
 
-/** A window as far as it is searched; those of other origins refuse what is asked of them. */
+/** A window in the search; windows of other origins refuse access. */
 export type Above = { readonly parent: Above | null; readonly opener?: Above | null };
 
-/** The API of a platform in a window above: around this one first, then around the one that opened it. */
-export function found(name: string, from: Above): Api | null {
-  return (
-    foundAbove(name, from) ??
-    openers(from)
-      .map((each) => foundAbove(name, each))
-      .find(Boolean) ??
-    null
-  );
+/** Return the API of a platform: in the windows around this one, else around the windows that opened them; or null. */
+export function findApi(name: string, from: Above): Api | null {
+  const outermost = tryAccess(() => (from as Above & { top?: Above | null }).top);
+  const openers = [from, outermost].flatMap((window) => tryAccess(() => window?.opener) ?? []);
+  return [from, ...openers].map((window) => findAbove(name, window)).find(Boolean) ?? null;
 }
 
-function foundAbove(name: string, from: Above): Api | null {
+function findAbove(name: string, from: Above): Api | null {
   let window: Above | null = from;
   for (let i = 0; window && i < MOST_ABOVE; i += 1) {
-    const api = allowed(() => (window as unknown as Record<string, unknown>)[name]);
+    const api = tryAccess(() => (window as unknown as Record<string, unknown>)[name]);
     if (api !== null && (typeof api === "object" || typeof api === "function")) return api as Api;
-    const above: Above | null = allowed(() => window!.parent) ?? null;
+    const above: Above | null = tryAccess(() => window!.parent) ?? null;
     window = above === window ? null : above;
   }
   return null;
 }
 
-/** The windows that opened this one, or the outermost around it. */
-function openers(from: Above): Above[] {
-  const outermost = allowed(() => (from as Above & { top?: Above | null }).top);
-  return [from, outermost].flatMap((window) => allowed(() => window?.opener) ?? []);
-}
-
-/** What a window of another origin may refuse to tell. */
-function allowed<T>(asked: () => T): T | null {
+/** Return what a window allows to be read; null if it refuses, because it has another origin. */
+function tryAccess<T>(access: () => T): T | null {
   try {
-    return asked() ?? null;
+    return access() ?? null;
   } catch {
     return null;
   }
 }
 
-// --- what is done ---
-
-/** A platform that was found and has begun, with whom it has there. */
+/** A platform with a started session, and the student's identifier. */
 export type Platform = Recipient & { readonly learner: string };
 
-/** The platform above a window; null where there is none, or it does not begin. */
-export function platform(version: Version, from: Above): Platform | null {
+/** Start a session with the platform above a window; null if there is none, or it refuses. */
+export function connect(version: Version, from: Above): Platform | null {
   const model = MODELS[version];
-  const api = found(model.api, from);
+  const api = findApi(model.api, from);
   if (!api) return null;
-  const call = (name: string, ...values: string[]): unknown => called(api, model.prefix + name, values);
+  const call = (name: string, ...values: string[]): unknown => callApi(api, model.prefix + name, values);
   const get = (name: string): string => {
     const value = call("GetValue", name);
     return typeof value === "string" || typeof value === "number" ? String(value) : "";
   };
   const set = (name: string, value: string): boolean => isTrue(call("SetValue", name, value));
   if (!isTrue(call("Initialize", ""))) return null;
-  const began = Date.now();
+  const startTime = Date.now();
   const takes = !["review", "browse"].includes(get(model.mode));
-  let over = false;
+  let hasEnded = false;
 
-  /** The record of answers is the platform's to keep or not: what it does not take is no failure. */
+  /** Record an answer. A platform need not store it, so failures are ignored. */
   const record = (given: Given, round: Round): void => {
     const count = Number(get("cmi.interactions._count") || NaN);
     if (count < MOST_RECORDED) for (const [name, value] of interaction(model, count, given, round)) set(name, value);
   };
-  const tell = (news: News): boolean => {
-    if (!takes || over) return true;
+  const report = (news: News): boolean => {
+    if (!takes || hasEnded) return true;
     const { round, score, standing, given } = news;
     const all: Elements = [
       ...model.results(round, score),
       ["cmi.suspend_data", asText(round, standing)],
-      ...model.time((Date.now() - began) / 1000),
+      ...model.time((Date.now() - startTime) / 1000),
     ];
     const areSet = all.map(([name, value]) => set(name, value)).every(Boolean);
     if (given) record(given, round);
@@ -227,18 +205,18 @@ export function platform(version: Version, from: Above): Platform | null {
     kept: get("cmi.suspend_data"),
     takes,
     says: message(takes ? "round.sent" : "round.review"),
-    tell,
+    tell: report,
     leave(news) {
-      if (over) return;
-      tell({ ...news, given: null });
-      over = true;
-      call(model.finish, ""); // where that fails, all of it was told before
+      if (hasEnded) return;
+      report({ ...news, given: null });
+      hasEnded = true;
+      call(model.finish, ""); // if this fails, everything was reported before
     },
   };
 }
 
-/** What a function of the platform returns; null where it throws, or is not there. */
-function called(api: Api, name: string, values: readonly string[]): unknown {
+/** Return what a function of the platform returns; null if it throws or does not exist. */
+function callApi(api: Api, name: string, values: readonly string[]): unknown {
   try {
     return api[name]!(...values);
   } catch {
@@ -246,5 +224,5 @@ function called(api: Api, name: string, values: readonly string[]): unknown {
   }
 }
 
-/** Platforms answer "true", and some of them true. */
+/** Platforms answer "true"; some answer true. */
 const isTrue = (answer: unknown): boolean => String(answer) === "true";

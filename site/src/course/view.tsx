@@ -1,4 +1,4 @@
-// A round on the page: what is asked, how one stands, and what is sent of it.
+// A round on the page: its questions, the score so far, and what is sent.
 
 import type { JSX } from "preact";
 import { useEffect, useRef, useState } from "preact/hooks";
@@ -6,10 +6,11 @@ import { useEffect, useRef, useState } from "preact/hooks";
 import { Button } from "../button.js";
 import type { Index } from "../bank.js";
 import { Current } from "../practice/current.js";
-import { inDigits, message, type Message, said, say } from "../text/text.js";
+import { inDigits, message, type Message, textOf, say } from "../text/text.js";
 import { type Given, isComplete, isPassed, type News, type Recipient } from "./recipient.js";
 import {
-  answered,
+  afterAnswer,
+  afterSolution,
   fromText,
   isDone,
   isLastTry,
@@ -17,7 +18,6 @@ import {
   type Round,
   type Score,
   scoreOf,
-  shownIn,
   type Standing,
   type Tried,
 } from "./round.js";
@@ -29,21 +29,18 @@ export function RoundView({ index, round, recipient }: RoundViewProps): JSX.Elem
   const [{ place, visits }, setPlace] = useState({ place: nextPlace(round, standing, -1) ?? 0, visits: 0 });
   const [isSent, setSent] = useState(true);
   const latest = useRef<Standing>(standing);
-  const newsOf = (now: Standing, given: Given | null): News => ({
-    round,
-    standing: now,
-    score: scoreOf(round, now),
-    given,
-  });
-  const tell = (now: Standing, given: Given | null): void => {
+  const newsOf = (now: Standing, given: Given | null): News => {
+    return { round, standing: now, score: scoreOf(round, now), given };
+  };
+  const report = (now: Standing, given: Given | null): void => {
     latest.current = now;
     setStanding(now);
     setSent(recipient.tell(newsOf(now, given)));
   };
   useEffect(() => {
-    tell(standing, null);
+    report(standing, null);
     const leave = () => recipient.leave(newsOf(latest.current, null));
-    const back = ({ persisted }: PageTransitionEvent) => persisted && window.location.reload(); // it was left for good
+    const back = ({ persisted }: PageTransitionEvent) => persisted && window.location.reload(); // the session has ended
     window.addEventListener("pagehide", leave);
     window.addEventListener("pageshow", back);
     return () => {
@@ -61,23 +58,23 @@ export function RoundView({ index, round, recipient }: RoundViewProps): JSX.Elem
         standing={standing}
         place={place}
         onPlace={go}
-        sending={isSent ? recipient.says : message("round.failed")}
-        onAgain={isSent ? null : () => tell(latest.current, null)}
+        destination={isSent ? recipient.says : message("round.failed")}
+        onAgain={isSent ? null : () => report(latest.current, null)}
       />
       <Current
         key={`${place} ${visits}`}
         item={asked.item}
         level={index.feedback}
         judgedAt={isLastTry(round, tried) ? "solutions" : "counterexample"}
-        arrived={visits > 0}
-        closed={isDone(round, tried)}
-        factored={false} // another question may ask for them
+        hasArrived={visits > 0}
+        isClosed={isDone(round, tried)}
+        mayShowFactors={false} // another question may ask for the factors
         onVerdict={(_, __, judged) => {
-          const now = answered(round, latest.current, place, judged.verdict.share);
-          if (now !== latest.current) tell(now, { place, ...judged });
+          const now = afterAnswer(round, latest.current, place, judged.verdict.share);
+          if (now !== latest.current) report(now, { place, ...judged });
         }}
         onSolution={() => {
-          if (!isDone(round, latest.current[place]!)) tell(shownIn(latest.current, place), null);
+          if (!isDone(round, latest.current[place]!)) report(afterSolution(latest.current, place), null);
         }}
         onNext={() => go(nextPlace(round, latest.current, place) ?? (place + 1) % round.asked.length)}
       />
@@ -89,13 +86,13 @@ interface HeadProps {
   readonly round: Round;
   readonly standing: Standing;
   readonly place: number;
-  readonly sending: Message;
+  readonly destination: Message;
   readonly onPlace: (place: number) => void;
   readonly onAgain: (() => void) | null;
 }
 
-/** What the round is called, how one stands, its questions to go to, and what is sent. */
-function Head({ round, standing, place, sending, onPlace, onAgain }: HeadProps): JSX.Element {
+/** The round's name, the score so far, links to its questions, and where results go. */
+function Head({ round, standing, place, destination, onPlace, onAgain }: HeadProps): JSX.Element {
   const score = scoreOf(round, standing);
   return (
     <section class="choosing round" aria-label={round.name || say("round.title")}>
@@ -122,8 +119,9 @@ function Head({ round, standing, place, sending, onPlace, onAgain }: HeadProps):
       <p class="muted">
         <span class="round-tries">{triesLeft(round, standing[place]!)}</span>{" "}
         <span role="status">
-          {isComplete(score) ? <strong>{said(over(round, score))} </strong> : null}
-          {said(sending)} {onAgain ? <Button style="quiet small" text={say("round.again")} onClick={onAgain} /> : null}
+          {isComplete(score) ? <strong>{textOf(finalMessage(round, score))} </strong> : null}
+          {textOf(destination)}{" "}
+          {onAgain ? <Button style="quiet small" text={say("round.again")} onClick={onAgain} /> : null}
         </span>
       </p>
     </section>
@@ -137,15 +135,15 @@ const STATES = {
   wrong: "practice.wrong",
 } as const;
 
-/** How a question stands, as it is marked: never by its colour alone. */
+/** Return how a question is marked: by a text as well as a colour. */
 function markOf(round: Round, tried: Tried): keyof typeof STATES {
   if (tried.share === 1) return "right";
   if (tried.share > 0) return "partial";
   return tried.tries > 0 || isDone(round, tried) ? "wrong" : "open";
 }
 
-/** What is said when all were answered. */
-function over(round: Round, score: Score): Message {
+/** Return the sentence after all questions were answered. */
+function finalMessage(round: Round, score: Score): Message {
   const passed = isPassed(round, score);
   if (passed === null) return message("round.over");
   return message(passed ? "round.passed" : "round.not-passed", { percent: rounded(100 * round.pass!) });

@@ -1,4 +1,4 @@
-// Sines and cosines of a formula, and the angles that may be due in place of those in them.
+// Sines and cosines of a formula, and the angles that may be correct instead of those in them.
 
 import { evaluate } from "../read/evaluate.js";
 import { anyNode, decimal, namesIn, type Node, node } from "../read/tree.js";
@@ -6,18 +6,20 @@ import { anyNode, decimal, namesIn, type Node, node } from "../read/tree.js";
 const JOINT = /^theta\d+$/;
 const TURN = 2 * Math.PI;
 
+/** Whether a node is a sine or cosine ("wave", here and below). */
 export const isWave = ({ kind, text }: Node): boolean => kind === "call" && (text === "sin" || text === "cos");
 export const otherWave = (tree: Node): Node => ({ ...tree, text: tree.text === "sin" ? "cos" : "sin" });
 
+/** Return a tree in which each sine and cosine is changed. */
 export function everyWave(tree: Node, change: (wave: Node) => Node): Node {
   if (isWave(tree)) return change(tree);
   return tree.args.length === 0 ? tree : { ...tree, args: tree.args.map((arg) => everyWave(arg, change)) };
 }
 
-/** An angle as a sum: how often each joint is counted, and a constant (rad). */
+/** An angle as a sum: the coefficient of each joint angle, and a constant (rad). */
 type Sum = { readonly joints: ReadonlyMap<string, number>; readonly constant: number };
 
-/** Null where there is anything else in an angle. */
+/** Return an angle as a sum; null if it contains anything else. */
 function sumIn(angle: Node): Sum | null {
   const joints = new Map<string, number>();
   let constant = 0;
@@ -37,48 +39,49 @@ function sumIn(angle: Node): Sum | null {
   return { joints, constant };
 }
 
-/** The same for angles that are the same sum; nothing for what is none. */
+/** Return a text that is equal for equal sums of angles; "" if the angle is no such sum. */
 export function angleText(angle: Node): string {
   const sum = sumIn(angle);
   if (!sum || sum.joints.size === 0) return "";
   const joints = [...sum.joints].sort().map(([joint, count]) => `${count} ${joint}`);
-  const turned = ((sum.constant % TURN) + TURN) % TURN;
-  return [...joints, (turned > TURN - 1e-9 ? 0 : turned).toFixed(9)].join();
+  const constant = ((sum.constant % TURN) + TURN) % TURN;
+  return [...joints, (constant > TURN - 1e-9 ? 0 : constant).toFixed(9)].join();
 }
 
-/** The angles of sines and cosines in some entries, each once. */
+/** Return the angles of sines and cosines in some entries, each once. */
 export function anglesIn(entries: readonly Node[]): Node[] {
-  const found = new Map<string, Node>();
+  const angles = new Map<string, Node>();
   for (const entry of entries)
-    anyNode(entry, (each) => {
-      const [angle] = each.args;
-      if (isWave(each) && angle && angleText(angle)) found.set(angleText(angle), angle);
+    anyNode(entry, (node) => {
+      const [angle] = node.args;
+      if (isWave(node) && angle && angleText(angle)) angles.set(angleText(angle), angle);
       return false;
     });
-  return [...found.values()];
+  return [...angles.values()];
 }
 
+/** Return a sine or cosine with a new angle if its angle equals `old`; else unchanged. */
 export function withAngle(wave: Node, old: Node, angle: Node): Node {
   return angleText(wave.args[0] as Node) === angleText(old) ? { ...wave, args: [angle] } : wave;
 }
 
-/** The angles that may be due: sums of successive joints, and this angle with a joint added, removed or reversed. */
+/** Return angles that may be correct: sums of successive joints, and the angle with a joint added, removed or negated. */
 export function otherAngles(angle: Node, angles: readonly Node[]): Node[] {
   const joints = angles.filter(({ kind }) => kind === "name");
   const sum = sumIn(angle);
-  const turned = joints.flatMap((joint) => {
+  const negated = joints.flatMap((joint) => {
     const count = sum?.joints.get(joint.text) ?? 0;
     if (count === 0) return [];
     const twice = node("*", decimal(2 * Math.abs(count)), joint);
     return [node(count > 0 ? "-" : "+", angle, twice)];
   });
-  const more = joints.flatMap((joint) => [node("+", angle, joint), node("-", angle, joint)]);
-  const all = [...angles, ...withConstant(sum?.constant ?? 0, angles), ...more, ...turned];
-  return all.filter(turns);
+  const changed = joints.flatMap((joint) => [node("+", angle, joint), node("-", angle, joint)]);
+  const all = [...angles, ...withConstant(sum?.constant ?? 0, angles), ...changed, ...negated];
+  return all.filter(dependsOnJoint);
 }
 
-/** Whether an angle depends on a joint: theta1 - theta1 does not. */
-function turns(angle: Node): boolean {
+/** Return whether an angle depends on a joint: theta1 - theta1 does not. */
+function dependsOnJoint(angle: Node): boolean {
   const sum = sumIn(angle);
   return sum === null || [...sum.joints.values()].some((count) => count !== 0);
 }
@@ -87,10 +90,10 @@ function withConstant(constant: number, angles: readonly Node[]): Node[] {
   return constant === 0 ? [] : angles.map((angle) => node("+", angle, decimal(constant)));
 }
 
-/** A twelfth of half a turn: constants of angles are so many of these. */
+/** A twelfth of half a turn (15°): constants in angles are multiples of this step. */
 const STEP = Math.PI / 12;
 
-/** The angle of a sine or cosine, worth `here`, with the constant that gives it a value; never a quarter turn. */
+/** Return angles of a sine or cosine, now `here`, with a constant that gives it a value; never a quarter turn. */
 export function otherConstants(wave: Node, here: number, value: number): Node[] {
   if (!(Math.abs(value) <= 1)) return [];
   const first = wave.text === "sin" ? Math.asin(value) : Math.acos(value);
@@ -101,24 +104,24 @@ export function otherConstants(wave: Node, here: number, value: number): Node[] 
   });
 }
 
-/** The sine or cosine of the sum from joint `first` up to the last joint of this angle; null if there is none. */
+/** Return the sine or cosine of the sum from joint `first` to the last joint of this angle; null if there is none. */
 export function countedFrom(first: Node, wave: Node, angles: readonly Node[]): Node | null {
   const [angle] = wave.args as [Node];
-  const mine = sumIn(angle);
-  const whole = angles.find((each) => {
-    const joints = [...(sumIn(each)?.joints.keys() ?? [])];
-    return joints[0] === first.text && mine && [...mine.joints.keys()].sort().at(-1) === joints.at(-1);
+  const typed = sumIn(angle);
+  const absolute = angles.find((candidate) => {
+    const joints = [...(sumIn(candidate)?.joints.keys() ?? [])];
+    return joints[0] === first.text && typed && [...typed.joints.keys()].sort().at(-1) === joints.at(-1);
   });
-  if (!whole || !mine) return null;
-  const [due] = mine.constant === 0 ? [whole] : withConstant(mine.constant, [whole]);
-  return due && isRelative(angle, due) ? { ...wave, args: [due] } : null;
+  if (!absolute || !typed) return null;
+  const [expected] = typed.constant === 0 ? [absolute] : withConstant(typed.constant, [absolute]);
+  return expected && isRelative(angle, expected) ? { ...wave, args: [expected] } : null;
 }
 
-/** Whether joints before it are missing in an angle that ends with the same joint, and nothing else. */
-export function isRelative(typed: Node, due: Node): boolean {
-  const [mine, theirs] = [sumIn(typed), sumIn(due)];
-  if (!mine || !theirs || Math.abs(mine.constant - theirs.constant) > 1e-9) return false;
-  const isIn = [...mine.joints].every(([joint, count]) => count === 1 && theirs.joints.get(joint) === 1);
-  const lasts = [mine, theirs].map(({ joints }) => [...joints.keys()].sort().at(-1));
-  return isIn && theirs.joints.size > mine.joints.size && lasts[0] === lasts[1];
+/** Return whether an angle lacks only joints before its first one: theta2 instead of theta1 + theta2. */
+export function isRelative(typed: Node, expected: Node): boolean {
+  const [sum, absolute] = [sumIn(typed), sumIn(expected)];
+  if (!sum || !absolute || Math.abs(sum.constant - absolute.constant) > 1e-9) return false;
+  const isIn = [...sum.joints].every(([joint, count]) => count === 1 && absolute.joints.get(joint) === 1);
+  const lasts = [sum, absolute].map(({ joints }) => [...joints.keys()].sort().at(-1));
+  return isIn && absolute.joints.size > sum.joints.size && lasts[0] === lasts[1];
 }

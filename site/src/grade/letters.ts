@@ -1,4 +1,4 @@
-// Letters of options: one, several, one for each item; true or false. The rules of ../../../grader/choices.py.
+// Answers by letters of options: one, several, or one per item; true or false. The rules of ../../../grader/choices.py.
 
 import type { LettersKey } from "../bank.js";
 import { message, type Message } from "../text/text.js";
@@ -8,13 +8,13 @@ const LETTERS = "ABCDEFGH";
 const NOTHING = new Set(["", "blank", "ellipsis", "none"]);
 
 export function judgeLetters(answer: string, key: LettersKey): Verdict {
-  const shown = plain(answer.slice(0, 1000))
+  const text = normalize(answer.slice(0, 1000))
     .trim()
     .replace(/^["'()[\]{}. ]+|["'()[\]{}. ]+$/g, "");
-  if (NOTHING.has(shown)) return missing();
-  const chosen = chosenLetters(answer, key.options);
-  const due = key.type === "choice" ? 1 : key.type === "matching" ? key.items : null;
-  if (!chosen || (due !== null && chosen.length !== due)) {
+  if (NOTHING.has(text)) return missing();
+  const chosen = parseLetters(answer, key.options);
+  const expectedCount = key.type === "choice" ? 1 : key.type === "matching" ? key.items : null;
+  if (!chosen || (expectedCount !== null && chosen.length !== expectedCount)) {
     return wrong("verdict.no-letter", {
       said: answer.slice(0, 40),
       letters: [...LETTERS.slice(0, key.options)].join(", "),
@@ -24,9 +24,9 @@ export function judgeLetters(answer: string, key: LettersKey): Verdict {
   return key.type === "choice" ? single(chosen[0] as number, key) : selected(chosen, key);
 }
 
-function single(chosen: number, { right, told }: LettersKey): Verdict {
+function single(chosen: number, { right, option_mistakes }: LettersKey): Verdict {
   if (right.includes(chosen)) return correct();
-  const [first, ...more] = told[chosen] ?? [];
+  const [first, ...more] = option_mistakes[chosen] ?? [];
   return {
     ...wrong("verdict.letter", { letter: LETTERS[chosen] ?? "" }),
     ...(first === undefined || more.length > 0 ? {} : { mistake: first }),
@@ -34,21 +34,21 @@ function single(chosen: number, { right, told }: LettersKey): Verdict {
   };
 }
 
-/** What is behind wrong letters, each said once, and where if it is in one place; nothing where nothing is known. */
-function behind(
+/** Return the mistakes behind wrong letters, each once, and where if it is in one place only. */
+function slipsBehind(
   letters: readonly (readonly [letter: number, where: Message])[],
-  { told }: LettersKey,
+  { option_mistakes }: LettersKey,
 ): { slips?: readonly Slip[] } {
   const places = new Map<number, Message[]>();
   for (const [letter, where] of letters)
-    for (const mistake of told[letter] ?? []) places.set(mistake, [...(places.get(mistake) ?? []), where]);
+    for (const mistake of option_mistakes[letter] ?? []) places.set(mistake, [...(places.get(mistake) ?? []), where]);
   const slips = [...places].map(([mistake, [where, ...more]]) =>
     where && more.length === 0 ? { mistake, where } : { mistake },
   );
   return slips.length > 0 ? { slips } : {};
 }
 
-/** Each right letter counts, each wrong one as much against it, none below zero. */
+/** Each right letter counts, each wrong letter subtracts as much; the share is at least 0. */
 function selected(chosen: readonly number[], key: LettersKey): Verdict {
   const all = new Set(chosen);
   const hits = [...all].filter((index) => key.right.includes(index)).length;
@@ -57,31 +57,34 @@ function selected(chosen: readonly number[], key: LettersKey): Verdict {
   const wrongOnes = [...all].filter((index) => !key.right.includes(index));
   const places = wrongOnes.map((index) => [index, message("slip.option", { letter: LETTERS[index] ?? "" })] as const);
   const share = hits / key.right.length - misses / Math.max(key.options - key.right.length, 1);
-  return graded(Math.max(share, 0), [message("verdict.letters", { hits, misses })], behind(places, key));
+  return graded(Math.max(share, 0), [message("verdict.letters", { hits, misses })], slipsBehind(places, key));
 }
 
-/** Each right pair counts; a letter that is given twice is no choice. */
+/** Each right pair counts; a letter given twice does not count. */
 function matched(chosen: readonly number[], key: LettersKey): Verdict {
   const { right } = key;
-  const isOnce = (letter: number) => chosen.filter((each) => each === letter).length === 1;
-  const off = right.flatMap((due, i) => (chosen[i] === due && isOnce(due) ? [] : [i + 1]));
-  if (off.length === 0) return correct();
-  const others = off.filter((item) => chosen[item - 1] !== right[item - 1]);
-  const places = others.map((item) => [chosen[item - 1] as number, message("slip.item", { item })] as const);
-  const reasons = [message("verdict.matching", { items: off.join(", ") })];
-  return graded((right.length - off.length) / right.length, reasons, behind(places, key));
+  const isOnce = (letter: number) => chosen.filter((chosenLetter) => chosenLetter === letter).length === 1;
+  const wrongItems = right.flatMap((expected, i) => (chosen[i] === expected && isOnce(expected) ? [] : [i + 1]));
+  if (wrongItems.length === 0) return correct();
+  const differing = wrongItems.filter((item) => chosen[item - 1] !== right[item - 1]);
+  const places = differing.map((item) => [chosen[item - 1] as number, message("slip.item", { item })] as const);
+  const reasons = [message("verdict.matching", { items: wrongItems.join(", ") })];
+  return graded((right.length - wrongItems.length) / right.length, reasons, slipsBehind(places, key));
 }
 
-/** The options that are meant by letters in a row or with commas between; null where it is something else. */
-export function chosenLetters(answer: string, options: number): number[] | null {
-  const said = plain(answer.slice(0, 200)).replace(/\b(and|joints?)\b|\d+\s*(is\b|[:=.-]>?)|["'()[\]{}.,;&+\s]/g, "");
+/** Return the indices of the letters in an answer, with or without separators; null if it has anything else. */
+export function parseLetters(answer: string, options: number): number[] | null {
+  const text = normalize(answer.slice(0, 200)).replace(
+    /\b(and|joints?)\b|\d+\s*(is\b|[:=.-]>?)|["'()[\]{}.,;&+\s]/g,
+    "",
+  );
   const letters = LETTERS.slice(0, options).toLowerCase();
-  const found = [...said].map((letter) => letters.indexOf(letter));
-  return found.length > 0 && !found.includes(-1) ? found : null;
+  const indices = [...text].map((letter) => letters.indexOf(letter));
+  return indices.length > 0 && !indices.includes(-1) ? indices : null;
 }
 
-/** A text in small letters, wide ones as plain ones, without marks that nobody sees. */
-function plain(text: string): string {
+/** Return a text in lower case, with compatible letters in their plain form and without invisible characters. */
+function normalize(text: string): string {
   return text
     .replace(/\p{Cf}/gu, "")
     .normalize("NFKC")

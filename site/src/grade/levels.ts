@@ -1,13 +1,13 @@
-// How much is told of a wrong answer, by the `feedback` of an assignment: the levels of ../../../grader/levels.py.
+// How much feedback a wrong answer gets, by the `feedback` of an assignment: the levels of ../../../grader/levels.py.
 
 import { message, type Message, type TextKey } from "../text/text.js";
 import type { Verdict } from "./verdict.js";
 
-/** From little to all; each tells what those before it do. */
+/** From least to most; each level includes those before. */
 export const LEVELS = ["outcome", "mistake", "counterexample", "values", "solutions"] as const;
 export type Level = (typeof LEVELS)[number];
 
-/** What tells a value that is right, with what is said in its place: the answer's own value there. */
+/** Messages that reveal a correct value, and the message that replaces each: it shows the answer's own value. */
 const WITHOUT_VALUES: Partial<Record<TextKey, TextKey>> = {
   "verdict.entry": "verdict.own-entry",
   "verdict.differs": "verdict.own-value",
@@ -15,7 +15,7 @@ const WITHOUT_VALUES: Partial<Record<TextKey, TextKey>> = {
   "verdict.uncovered": "verdict.some-uncovered",
 };
 
-/** What tells of a counterexample, with what is said in its place. */
+/** Messages that reveal a counterexample, and the message that replaces each. */
 const WITHOUT_NUMBERS: Partial<Record<TextKey, TextKey>> = {
   "verdict.own-entry": "verdict.that-entry",
   "verdict.own-value": "verdict.not-equal",
@@ -26,30 +26,26 @@ const WITHOUT_NUMBERS: Partial<Record<TextKey, TextKey>> = {
 
 export const atLeast = (level: Level, wanted: Level): boolean => LEVELS.indexOf(level) >= LEVELS.indexOf(wanted);
 
-/** The level that tells less. */
+/** Return the level that reveals less. */
 export const lower = (one: Level, other: Level): Level => (atLeast(one, other) ? other : one);
 
-/** A verdict without what the level keeps back; of a right answer, and of one that can't be parsed, all is told. */
-export function told(verdict: Verdict, level: Level): Verdict {
-  const { outcome, share, sure, reasons, at, entries, mistake, slips } = verdict;
+/** Return a verdict without what the level hides; a right answer, or one that can't be parsed, keeps everything. */
+export function limitTo(verdict: Verdict, level: Level): Verdict {
+  const { outcome, share, sure, reasons } = verdict;
   if (outcome === "correct" || outcome === "missing" || atLeast(level, "values")) return verdict;
-  const isOfTheSet = reasons.some(({ key }) => key === "verdict.uncovered"); // a pose that belongs to the answer
   if (!atLeast(level, "mistake")) return { outcome, share, sure, reasons: reasons.filter(isOfReading) };
-  const withoutValues = reasons.map((reason) => instead(reason, WITHOUT_VALUES));
-  const shown = atLeast(level, "counterexample");
+  const withoutValues = reasons.map((reason) => replaceKey(reason, WITHOUT_VALUES));
+  const isShown = atLeast(level, "counterexample");
+  const revealsPose = reasons.some(({ key }) => key === "verdict.uncovered"); // a pose that belongs to the answer
+  const { at, ...others } = verdict;
   return {
-    outcome,
-    share,
-    sure,
-    reasons: shown ? withoutValues : withoutValues.map((reason) => instead(reason, WITHOUT_NUMBERS)),
-    ...(shown && at && !isOfTheSet ? { at } : {}),
-    ...(entries ? { entries } : {}),
-    ...(mistake === undefined ? {} : { mistake }),
-    ...(slips ? { slips } : {}),
+    ...others,
+    reasons: isShown ? withoutValues : withoutValues.map((reason) => replaceKey(reason, WITHOUT_NUMBERS)),
+    ...(isShown && at && !revealsPose ? { at } : {}),
   };
 }
 
-function instead({ key, values }: Message, keys: Partial<Record<TextKey, TextKey>>): Message {
+function replaceKey({ key, values }: Message, keys: Partial<Record<TextKey, TextKey>>): Message {
   return message(keys[key] ?? key, values);
 }
 

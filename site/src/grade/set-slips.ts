@@ -1,83 +1,85 @@
-// Find what went wrong in a set of singular configurations: a condition that one change makes right, that claims too
-// much or too little, and missing conditions.
+// Find what went wrong in a set of singular configurations: conditions that are right after one change, conditions that
+// are too wide or too narrow, and missing conditions.
 
 import { evaluate } from "../read/evaluate.js";
 import { decimal, name, namesIn, type Node, node } from "../read/tree.js";
 import { message, type Message } from "../text/text.js";
-import { changes, type Kind, KINDS, meansOf } from "./changes.js";
-import type { Atom, Piece } from "./pieces.js";
-import { seen } from "./values.js";
+import { type Kind, KINDS, meansOf, singleChanges } from "./single-changes.js";
+import type { Atom, Piece } from "./claims.js";
+import { displayName } from "./values.js";
 import type { At } from "./verdict.js";
 
 const HALF_TURN = Math.PI;
 const DEGREE = Math.PI / 180;
-/** An angle from here on is none in radians, and one below this is hardly one in degrees. */
+/** Angles from the first limit on are hardly radians; angles below the second are hardly degrees. */
 const DEGREES_FROM = 10;
 const RADIANS_TO = 0.12;
-/** So many slips are told of a set. */
+/** At most this many slips are reported. */
 const MOST_TOLD = 3;
-/** So many claims that say too much are looked at: whole numbers make hundreds. */
+/** At most this many wrong claims are examined: whole numbers make hundreds. */
 const MOST_CLAIMS = 24;
-/** What vanishes in a pose whose values are told with nine decimals, of the size of its terms. */
+/** Relative tolerance for zero at a configuration whose values have nine decimals. */
 const VANISHES = 1e-7;
 /** A symbol that nobody types. */
 const ONE = " one";
 
+/** The claims (pieces) of an answer, and what is needed to examine them. */
 export interface Claims {
   readonly claims: readonly Piece[];
-  /** Those of which some pose is not singular, and pieces of the right set that no claim covers. */
+  /** Claims that contain regular configurations. */
   readonly bad: readonly Piece[];
+  /** Pieces of the right set that no claim covers. */
   readonly open: readonly (readonly At[])[];
-  /** All pieces of the right set. */
+  /** All pieces of the right set, each by some configurations. */
   readonly poses: readonly (readonly At[])[];
   readonly joints: readonly string[];
   readonly angles: ReadonlySet<string>;
-  /** What the table adds to variables of joints, where it adds something (rad). */
+  /** Nonzero constants that the table adds to joint variables (rad). */
   readonly offsets: ReadonlyMap<string, number>;
   readonly symbols: readonly string[];
   readonly holds: (claim: Piece, at: At) => boolean;
-  /** Whether all poses on a claim are singular where each is another one than it says. */
+  /** Return whether all configurations on a claim are singular after a substitution of joint values. */
   readonly isSound: (claim: Piece, instead: (at: At) => At) => boolean;
 }
 
-/** A slip, and what it is about: a claim of the answer, or a piece of the right set that no claim covers. */
+/** A slip, with the claim of the answer, or the piece of the right set, to which it belongs. */
 export type SetSlip = { readonly slip: Message; readonly claim?: Piece; readonly piece?: readonly At[] };
 
-/** What went wrong in a set that is not right, the conditions that say too much first. */
+/** Return what went wrong in a set that is not right; too wide conditions first. */
 export function slipsInSet(set: Claims): SetSlip[] {
-  const named = new Map<string, SetSlip>();
-  const add = (found: SetSlip): void => {
-    const known = JSON.stringify(found.slip);
-    if (!named.has(known)) named.set(known, found);
+  const slips = new Map<string, SetSlip>();
+  const add = (setSlip: SetSlip): void => {
+    const key = JSON.stringify(setSlip.slip);
+    if (!slips.has(key)) slips.set(key, setSlip);
   };
   for (const claim of set.bad.slice(0, MOST_CLAIMS)) {
-    if (named.size === MOST_TOLD) break;
+    if (slips.size === MOST_TOLD) break;
     const slip = slipInClaim(set, claim);
     if (slip) add({ slip, claim });
   }
-  if (set.bad.length === 0) missing(set).forEach(add);
-  return [...named.values()].slice(0, MOST_TOLD);
+  if (set.bad.length === 0) findMissing(set).forEach(add);
+  return [...slips.values()].slice(0, MOST_TOLD);
 }
 
-/** Why a claim says too much: the change by which it says what no claim says rightly, or what it lacks. */
+/** Return why a claim is too wide: the change that makes it right, or what it lacks. */
 function slipInClaim(set: Claims, claim: Piece): Message | null {
   return (
-    inAngles(set, claim) ??
-    inTie(set, claim) ??
-    inValues(set, claim) ??
-    besides(set, claim) ??
-    calledSingular(set, claim)
+    findUnitSlip(set, claim) ??
+    findFormulaSlip(set, claim) ??
+    findValueSlip(set, claim) ??
+    findMissingCondition(set, claim) ??
+    findFreeJoint(set, claim)
   );
 }
 
-const same = (at: At): At => at;
+const unchanged = (at: At): At => at;
 
-/** Whether a claim, read as another one, holds wherever it says, and covers a piece that none covers. */
-function fits({ open, holds, isSound }: Claims, claim: Piece, meant = same, said = same): boolean {
-  return open.some((poses) => poses.every((at) => holds(claim, said(at)))) && isSound(claim, meant);
+/** Return whether a claim with substitutions is sound, and covers a piece that no claim covers. */
+function fits({ open, holds, isSound }: Claims, claim: Piece, meant = unchanged, typed = unchanged): boolean {
+  return open.some((poses) => poses.every((at) => holds(claim, typed(at)))) && isSound(claim, meant);
 }
 
-const turned =
+const rotated =
   (joint: string, by: number) =>
   (at: At): At => ({ ...at, [joint]: (at[joint] ?? NaN) + by });
 
@@ -89,12 +91,10 @@ const mirrored =
   (joint: string) =>
   (at: At): At => ({ ...at, [joint]: -(at[joint] ?? NaN) });
 
-// --- values ---
-
-/** Values in degrees, or in the wrong radians. */
-function inAngles(set: Claims, claim: Piece): Message | null {
-  const scaled = (factor: number, isOne: (size: number) => boolean) => {
-    const other = claim.map((atom) => times(atom, set.angles, factor, isOne));
+/** Report values in degrees, or in radians that were converted twice. */
+function findUnitSlip(set: Claims, claim: Piece): Message | null {
+  const scaled = (factor: number, isInRange: (size: number) => boolean) => {
+    const other = claim.map((atom) => scaleAngle(atom, set.angles, factor, isInRange));
     return other.some((atom, i) => atom !== claim[i]) && fits(set, other);
   };
   if (scaled(DEGREE, (size) => size >= DEGREES_FROM)) return message("slip.degrees");
@@ -102,130 +102,133 @@ function inAngles(set: Claims, claim: Piece): Message | null {
   return null;
 }
 
-/** A value of an angle times a factor, if its size is such a one; everything else as it is. */
-function times(atom: Atom, angles: ReadonlySet<string>, factor: number, isOne: (size: number) => boolean): Atom {
+/** Return an angle's value times a factor if its size is in range; return other atoms unchanged. */
+function scaleAngle(
+  atom: Atom,
+  angles: ReadonlySet<string>,
+  factor: number,
+  isInRange: (size: number) => boolean,
+): Atom {
   const { joint, zero } = atom;
   if (joint === null || !angles.has(joint) || namesIn(zero).size > 0) return atom;
   const value = evaluate(zero, {}).re;
-  if (!isOne(Math.abs(value))) return atom;
+  if (!isInRange(Math.abs(value))) return atom;
   return { joint, zero: decimal(value * factor) };
 }
 
-/** A joint's values that are those of another angle, or of another joint. */
-function inValues(set: Claims, claim: Piece): Message | null {
+/** Report a joint's values that belong to another angle, or to another joint. */
+function findValueSlip(set: Claims, claim: Piece): Message | null {
   const { angles, offsets, joints } = set;
-  const said = new Set(claim.flatMap(({ joint, zero }) => (joint === null ? [...namesIn(zero)] : [joint])));
-  const isTurned = (joint: string, by: number) => fits(set, claim, turned(joint, by), turned(joint, -by));
-  for (const joint of [...said].filter((each) => angles.has(each))) {
-    if ([HALF_TURN / 2, -HALF_TURN / 2].some((turn) => isTurned(joint, turn)))
-      return message("slip.quarter-turn", { joint: seen(joint) });
+  const claimed = new Set(claim.flatMap(({ joint, zero }) => (joint === null ? [...namesIn(zero)] : [joint])));
+  const isRotated = (joint: string, angle: number) => fits(set, claim, rotated(joint, angle), rotated(joint, -angle));
+  for (const joint of [...claimed].filter((joint) => angles.has(joint))) {
+    if ([HALF_TURN / 2, -HALF_TURN / 2].some((turn) => isRotated(joint, turn)))
+      return message("slip.quarter-turn", { joint: displayName(joint) });
     const offset = offsets.get(joint) ?? 0;
-    if (offset !== 0 && isTurned(joint, -offset)) return message("slip.offset", { joint: seen(joint) });
-    if (offset !== 0 && isTurned(joint, -2 * offset)) return message("slip.offset-sign", { joint: seen(joint) });
-    if (isOfValues(claim, joint) && fits(set, claim, mirrored(joint), mirrored(joint)))
-      return message("slip.value-sign", { joint: seen(joint) });
+    if (offset !== 0 && isRotated(joint, -offset)) return message("slip.offset", { joint: displayName(joint) });
+    if (offset !== 0 && isRotated(joint, -2 * offset))
+      return message("slip.offset-sign", { joint: displayName(joint) });
+    const hasValue = claim.some((atom) => atom.joint === joint);
+    if (hasValue && fits(set, claim, mirrored(joint), mirrored(joint)))
+      return message("slip.value-sign", { joint: displayName(joint) });
   }
-  for (const joint of said)
+  for (const joint of claimed)
     for (const other of joints)
       if (other !== joint && angles.has(joint) === angles.has(other)) {
         const swap = exchanged(joint, other);
-        if (fits(set, claim, swap, swap)) return message("slip.other-joint", { joint: seen(joint) });
+        if (fits(set, claim, swap, swap)) return message("slip.other-joint", { joint: displayName(joint) });
       }
   for (const factor of [0.5, 2]) {
-    const other = claim.map((atom) => times(atom, angles, factor, (size) => size > 0));
+    const other = claim.map((atom) => scaleAngle(atom, angles, factor, (size) => size > 0));
     const [joint] = claim.flatMap((atom, i) => (atom !== other[i] && atom.joint ? [atom.joint] : []));
-    if (joint !== undefined && fits(set, other)) return message("slip.half-radians", { joint: seen(joint) });
+    if (joint !== undefined && fits(set, other)) return message("slip.half-radians", { joint: displayName(joint) });
   }
   return null;
 }
 
-const isOfValues = (claim: Piece, joint: string): boolean => claim.some((atom) => atom.joint === joint);
-
-/** A joint that is called singular at some value, and is so at none. */
-function calledSingular({ poses, angles }: Claims, claim: Piece): Message | null {
+/** Report a joint that is claimed to be singular at some value, but is singular at none. */
+function findFreeJoint({ poses, angles }: Claims, claim: Piece): Message | null {
   const [atom, ...more] = claim;
   if (!atom || atom.joint === null || more.length > 0 || namesIn(atom.zero).size > 0) return null;
   const { joint } = atom;
   const isFree = poses.every((piece) => !isFixed(piece, joint, angles));
-  return isFree ? message("slip.called-singular", { joint: seen(joint) }) : null;
+  return isFree ? message("slip.called-singular", { joint: displayName(joint) }) : null;
 }
 
-/** Whether a joint has one value in all poses of a piece. */
+/** Return whether a joint has the same value in all poses of a piece. */
 function isFixed(piece: readonly At[], joint: string, angles: ReadonlySet<string>): boolean {
-  const apart = (at: At) => {
-    const difference = (at[joint] ?? NaN) - (piece[0]?.[joint] ?? NaN);
-    return angles.has(joint) ? Math.sin(difference / 2) : difference;
+  const difference = (at: At) => {
+    const change = (at[joint] ?? NaN) - (piece[0]?.[joint] ?? NaN);
+    return angles.has(joint) ? Math.sin(change / 2) : change;
   };
-  return piece.every((at) => Math.abs(apart(at)) < 1e-6);
+  return piece.every((at) => Math.abs(difference(at)) < 1e-6);
 }
 
-// --- conditions that tie several joints ---
-
-/** The slip in a formula that should vanish: once undone, it vanishes on a piece that no claim covers. */
-function inTie({ open, symbols, joints }: Claims, claim: Piece): Message | null {
+/** Report the slip in a formula that should vanish: with the slip undone, it vanishes on a piece that no claim covers. */
+function findFormulaSlip({ open, symbols, joints }: Claims, claim: Piece): Message | null {
   const [atom, ...more] = claim;
   if (!atom || atom.joint !== null || more.length > 0) return null;
-  // one more than what should be zero: shares of it can be compared
+  // one is added to what should be zero, so that relative tolerances apply
   const entry = node("+", atom.zero, name(ONE));
-  const found = new Map<Kind, string>();
+  const slips = new Map<Kind, string>();
   for (const poses of open) {
     const means = meansOf([atom.zero], { ...poses[0], [ONE]: 1 }, { symbols });
-    for (const { kind, what = "", entry: changed } of changes(entry, 1, means))
-      if (!found.has(kind) && poses.every((at) => vanishes(changed, at) && !vanishes(changed, elsewhere(at, joints))))
-        found.set(kind, what);
+    for (const { kind, what = "", entry: changed } of singleChanges(entry, 1, means))
+      if (!slips.has(kind) && poses.every((at) => vanishes(changed, at) && !vanishes(changed, elsewhere(at, joints))))
+        slips.set(kind, what);
   }
-  const kind = IN_TIES.find((each) => found.has(each));
+  const kind = KINDS_IN_FORMULAS.find((kind) => slips.has(kind));
   if (kind === undefined) return null;
-  const what = found.get(kind);
+  const what = slips.get(kind);
   return message(kind, { where: message("slip.tie"), ...(what ? { what } : {}) });
 }
 
-/** Those that a condition may have, in their order; a sine that it is multiplied by may vanish itself. */
-const IN_TIES = KINDS.filter(
+/** The kinds of slips in a condition, in their order; a sine as a factor may itself vanish. */
+const KINDS_IN_FORMULAS = KINDS.filter(
   (kind) => !["slip.whole-sign", "slip.factor-missing", "slip.constant", "slip.number", "slip.zero"].includes(kind),
 );
 
-/** A pose in which all joints are elsewhere: there nothing vanishes that does not vanish everywhere. */
+/** Return a pose in which all joints have other values: there only identities vanish. */
 const elsewhere = (at: At, joints: readonly string[]): At => ({
   ...at,
   ...Object.fromEntries(joints.map((joint, i) => [joint, (at[joint] ?? NaN) + 0.37 + 0.21 * i])),
 });
 
-/** Whether a formula is `ONE` more than nothing in a pose, whatever that is worth. */
+/** Return whether an expression exceeds zero by `ONE` in a pose, for several values of `ONE`. */
 function vanishes(tree: Node, at: At): boolean {
-  return [1, 1.7].every((one) => {
-    const { re, size } = evaluate(tree, { ...at, [ONE]: one });
-    return Math.abs(re - one) <= VANISHES * Math.max(1, size);
+  return [1, 1.7].every((value) => {
+    const { re, size } = evaluate(tree, { ...at, [ONE]: value });
+    return Math.abs(re - value) <= VANISHES * Math.max(1, size);
   });
 }
 
-// --- what is too little ---
-
-/** A claim that holds on a piece of the right set, and elsewhere, too: something has to hold with it. */
-function besides({ poses, holds }: Claims, claim: Piece): Message | null {
-  const isPart = poses.some((piece) => piece.every((at) => holds(claim, at)));
+/** Report a claim that covers a piece of the right set, and regular poses too: it needs another condition. */
+function findMissingCondition({ poses, holds }: Claims, claim: Piece): Message | null {
+  const coversPiece = poses.some((piece) => piece.every((at) => holds(claim, at)));
   const joints = [...new Set(claim.flatMap(({ joint }) => joint ?? []))];
-  return isPart && joints.length > 0 ? message("slip.and-missing", { joint: seen(joints.join(", ")) }) : null;
+  return coversPiece && joints.length > 0
+    ? message("slip.and-missing", { joint: displayName(joints.join(", ")) })
+    : null;
 }
 
-/** The joints of which a condition speaks. */
-const spokenOf = ({ joint, zero }: Atom, joints: readonly string[]): string =>
-  joint ?? joints.filter((each) => namesIn(zero).has(each)).join(", ");
+/** Return the joints in a condition. */
+const jointsOf = ({ joint, zero }: Atom, joints: readonly string[]): string =>
+  joint ?? joints.filter((joint) => namesIn(zero).has(joint)).join(", ");
 
-/** What is missing where all that is claimed is singular. */
-function missing({ claims, open, angles, joints, holds, isSound }: Claims): SetSlip[] {
+/** Report what is missing if all claims are singular. */
+function findMissing({ claims, open, angles, joints, holds, isSound }: Claims): SetSlip[] {
   for (const claim of claims.filter(({ length }) => length > 1))
     for (const atom of claim) {
-      const rest = claim.filter((each) => each !== atom);
-      const piece = open.find((poses) => poses.every((at) => holds(rest, at)));
-      if (piece && isSound(rest, same))
-        return [{ slip: message("slip.too-narrow", { joint: seen(spokenOf(atom, joints)) }), piece }];
+      const others = claim.filter((condition) => condition !== atom);
+      const piece = open.find((poses) => poses.every((at) => holds(others, at)));
+      if (piece && isSound(others, unchanged))
+        return [{ slip: message("slip.too-narrow", { joint: displayName(jointsOf(atom, joints)) }), piece }];
     }
   for (const joint of angles) {
     const piece = open.find((poses) =>
-      poses.every((at) => claims.some((claim) => holds(claim, turned(joint, HALF_TURN)(at)))),
+      poses.every((at) => claims.some((claim) => holds(claim, rotated(joint, HALF_TURN)(at)))),
     );
-    if (piece) return [{ slip: message("slip.half-turn", { joint: seen(joint) }), piece }];
+    if (piece) return [{ slip: message("slip.half-turn", { joint: displayName(joint) }), piece }];
   }
   const isOfJoints = (piece: readonly At[]) => joints.some((joint) => isFixed(piece, joint, angles));
   const [values, tie] = [open.find(isOfJoints), open.find((piece) => !isOfJoints(piece))];

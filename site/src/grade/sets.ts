@@ -1,15 +1,15 @@
-// Sets of configurations: is every pose of the reference covered, and is every pose that is claimed singular?
+// Judge sets of configurations: every pose of the reference must be covered, and every claimed pose must be singular.
 //
-// Gauss-Newton steps from random starts find poses on what is claimed; the arm tells whether they are singular. As in
-// ../../../grader/formulas.py, only true claims earn anything: a claim that always holds covers everything.
+// Gauss-Newton steps from random starts find poses on a claim, and the arm decides whether they are singular. As in
+// ../../../grader/formulas.py, only true claims earn points: a claim that always holds would cover everything.
 
-import { damped } from "../arm/svd.js";
+import { solveDamped } from "../arm/svd.js";
 import type { ConfigurationsKey } from "../bank.js";
 import { randomNumbers } from "../random.js";
 import { evaluate } from "../read/evaluate.js";
 import { withPointsOfLengths } from "../read/notation.js";
 import { withPoints } from "../read/points.js";
-import { read } from "../read/reader.js";
+import { parse } from "../read/reader.js";
 import { sizeOf } from "../read/products.js";
 import {
   anyNode,
@@ -21,45 +21,45 @@ import {
   namesIn,
   type Node,
   node,
-  ReadError,
-  replaced,
+  ParseError,
+  replaceName,
 } from "../read/tree.js";
 import { LIMITS, VOCABULARY } from "../read/vocabulary.js";
 import { message, type Message } from "../text/text.js";
-import { type Atom, claimedPieces, type Piece } from "./pieces.js";
+import { type Atom, parseClaims, type Piece } from "./claims.js";
 import { falseConditions, shareOfSet } from "./credit.js";
 import { slipsInSet } from "./set-slips.js";
-import { type At, correct, graded, ifRead, missing, type Verdict, wrong } from "./verdict.js";
+import { type At, correct, graded, parseOrVerdict, missing, type Verdict, wrong } from "./verdict.js";
 import { isBlank } from "./forms.js";
 import { anyNumber, atText } from "./values.js";
 
-/** How near a pose must be to a condition, in radians or metres; to a value, of which keys tell nine decimals. */
+/** Tolerance of a condition (rad or m), and of a value, which keys state with nine decimals. */
 const NEAR = 1e-6;
 const STATED = 1e-9;
-/** How near a value must be that was typed, of its size; one that is so near is the one that is expected, rounded. */
+/** Relative tolerance of a typed value, and the distance (rad or m) up to which it counts as rounded. */
 const TYPED = 1e-12;
 const ROUNDED = 5e-3;
 const STARTS = 12;
 const STEPS = 40;
 const NUDGE = 1e-6;
-/** What keeps steps short where conditions depend on each other. */
+/** Damping, which keeps steps short if conditions depend on each other. */
 const DAMPING = 1e-7;
 const TURN = 2 * Math.PI;
-/** What is smaller, of the size of its terms, is rounding. */
+/** A smaller value, relative to its terms, is a rounding error. */
 const ROUNDING = 4e-16;
-/** Where no pose is found, so many are looked at; none may come so near to zero, relative to its terms. */
-const LOOKED_AT = 2000;
+/** If no pose is found, this many random poses are checked; below the second limit, a condition almost holds. */
+const CHECKED = 2000;
 const NEAR_MISS = 1e-3;
 
-/** Tells whether the arm is singular in a pose. */
+/** Return whether the arm is singular in a pose. */
 export type IsSingular = (at: At) => boolean;
 
 type Space = { readonly joints: readonly string[]; readonly angles: ReadonlySet<string> };
 
-/** What else it takes to say what went wrong: all symbols, and what the table adds to variables of joints. */
+/** What the search for slips needs, too: all symbols, and the constants that the table adds to joint variables. */
 type Table = Space & { readonly symbols: readonly string[]; readonly offsets: ReadonlyMap<string, number> };
 
-/** Judge conditions; for joints in `angles` whole turns don't count, and the table adds `offsets` to them. */
+/** Judge conditions. Values of joints in `angles` count modulo full turns; the table adds `offsets` to them. */
 export function judgeSet(
   typed: string,
   key: ConfigurationsKey,
@@ -70,25 +70,25 @@ export function judgeSet(
   if (!typed.trim()) return missing();
   const answer = withPointsOfLengths(typed);
   const space = { joints: key.joints, angles, offsets, symbols: key.symbols };
-  return ifRead(() => {
-    const tree = read(answer, new Set(key.symbols));
+  return parseOrVerdict(() => {
+    const tree = parse(answer, new Set(key.symbols));
     if (isBlank(tree)) return missing();
-    const said = withoutBlanks(counted(tree));
-    const refused = unclear(answer, said, key);
+    const conditions = withoutBlanks(substituteIntegers(tree));
+    const refused = ambiguityIn(answer, conditions, key);
     if (refused) return refused;
-    const claims = claimedPieces(assigned(said, space), new Set(key.joints));
-    return compared(claims, posesOf(key, said), space, isSingular);
+    const claims = parseClaims(assignJoint(conditions, space), new Set(key.joints));
+    return compare(claims, posesOf(key, conditions), space, isSingular);
   });
 }
 
-/** For each condition the poses on each of its pieces. */
+/** For each condition, the poses on each of its pieces. */
 type Conditions = readonly (readonly At[])[][];
 
-/** The poses on each piece of each condition that has any; a name that the problem does not have is any number. */
+/** Return the poses of each nonempty piece; names that the problem does not have get arbitrary numbers. */
 function posesOf(key: ConfigurationsKey, tree: Node): Conditions {
-  const unknown = [...namesIn(tree)].filter((each) => !key.symbols.includes(each));
+  const unknown = [...namesIn(tree)].filter((symbol) => !key.symbols.includes(symbol));
   const poseOf = (values: readonly number[], k: number): At => ({
-    ...Object.fromEntries(unknown.map((each) => [each, anyNumber(each, k)])),
+    ...Object.fromEntries(unknown.map((symbol) => [symbol, anyNumber(symbol, k)])),
     ...Object.fromEntries(key.symbols.map((symbol, i) => [symbol, values[i] as number])),
   });
   let start = 0;
@@ -98,105 +98,111 @@ function posesOf(key: ConfigurationsKey, tree: Node): Conditions {
   return ofConditions.filter((pieces) => pieces.length > 0).map((pieces) => pieces.map((piece) => piece.map(poseOf)));
 }
 
-/** Put the listed values of an integer in, as in theta2 = k*pi, k = 0, 1. With dots after them it is any integer. */
-function counted(tree: Node): Node {
+/** Substitute the listed values of an integer, as in theta2 = k*pi, k = 0, 1. With dots after them, it is any integer. */
+function substituteIntegers(tree: Node): Node {
   const at = tree.kind === "list" ? tree.args.findIndex(isWholeNumber) : 0;
-  const behind = tree.args.slice(at + 1);
-  const isMore = ({ kind }: Node): boolean => ["eq", "in", "and", "or", "dict", "list"].includes(kind);
-  if (at <= 0 || behind.some(isMore)) return tree;
-  const [whole, listed] = (tree.args[at] as Node).args as readonly [Node, Node];
-  const values = [...(listed.kind === "list" || listed.kind === "set" ? listed.args : [listed]), ...behind];
-  const rest = node("list", ...tree.args.slice(0, at));
-  if (values.some(hasBlank)) return rest;
+  const later = tree.args.slice(at + 1);
+  const isStatement = ({ kind }: Node): boolean => ["eq", "in", "and", "or", "dict", "list"].includes(kind);
+  if (at <= 0 || later.some(isStatement)) return tree;
+  const [integerName, listed] = (tree.args[at] as Node).args as readonly [Node, Node];
+  const values = [...(listed.kind === "list" || listed.kind === "set" ? listed.args : [listed]), ...later];
+  const conditions = node("list", ...tree.args.slice(0, at));
+  if (values.some(hasBlank)) return conditions;
   const flat = values.flatMap((value) => (value.kind === "set" ? value.args : [value]));
-  if (sizeOf(rest, Infinity) * flat.length > LIMITS.worked_out) throw new ReadError("read.many-cases");
-  return node("list", ...flat.flatMap((value) => replaced(rest, whole.text, value).args));
+  if (sizeOf(conditions, Infinity) * flat.length > LIMITS.worked_out) throw new ParseError("read.many-cases");
+  return node("list", ...flat.flatMap((value) => replaceName(conditions, integerName.text, value).args));
 }
 
-/** Whether the values of a whole number are listed, as in k = 0, 1 or k in {0, 1}. */
+/** Return whether the values of an integer are listed, as in k = 0, 1 or k in {0, 1}. */
 function isWholeNumber({ kind, args: [left, right] }: Node): boolean {
   return (
     (kind === "eq" || kind === "in") && VOCABULARY.whole_numbers.includes(left?.text ?? "") && right?.kind !== "name"
   );
 }
 
-/** Conditions without what says nothing: blanks, dots behind 0, pi, 2*pi, …, det J = 0, k in Z. */
+/** Return conditions without parts that state nothing: blanks, dots behind 0, pi, 2*pi, …, det J = 0, k in Z. */
 function withoutBlanks(tree: Node): Node {
   const [left, right] = tree.args;
   const isList = ({ kind }: Node) => kind === "list" || kind === "set";
   if (["eq", "in", "pair"].includes(tree.kind) && left && right && isList(right))
     return node(tree.kind, left, withoutBlanks(right));
   if (!["and", "or", "list", "set"].includes(tree.kind)) return tree;
-  const saying = tree.args.filter((arg) => !saysNothing(arg));
-  const kept = saying.length > 0 ? saying : tree.args;
-  if (!isList(tree) && kept.length === 1) return withoutBlanks(kept[0] as Node);
-  return { ...tree, args: tree.kind === "and" ? kept : kept.map(withoutBlanks) };
+  const statements = tree.args.filter((arg) => !isEmptyStatement(arg));
+  const relevant = statements.length > 0 ? statements : tree.args;
+  if (!isList(tree) && relevant.length === 1) return withoutBlanks(relevant[0] as Node);
+  return { ...tree, args: tree.kind === "and" ? relevant : relevant.map(withoutBlanks) };
 }
 
-/** Whether an entry was left blank, or only says that k is a whole number, or that det J is asked or zero. */
-function saysNothing(tree: Node): boolean {
+/** Return whether an entry is blank, or only states that k is an integer, or that det J is zero. */
+function isEmptyStatement(tree: Node): boolean {
   const [left, right] = tree.args;
-  const called = tree.kind === "eq" && left ? [...namesIn(left)] : [];
-  if (called.length > 0 && called.every((each) => VOCABULARY.determinant.includes(each))) return true;
+  const names = tree.kind === "eq" && left ? [...namesIn(left)] : [];
+  if (names.length > 0 && names.every((symbol) => VOCABULARY.determinant.includes(symbol))) return true;
   if (tree.kind === "in" && VOCABULARY.number_sets.includes(right?.text ?? "")) return true;
   if (tree.kind === "in" && VOCABULARY.whole_numbers.includes(left?.text ?? ""))
     return VOCABULARY.whole_number_sets.includes(right?.text ?? "");
-  const isSeveral = ["eq", "in", "pair"].includes(tree.kind) && (right?.kind === "list" || right?.kind === "set");
-  return hasBlank(tree) && !isSeveral;
+  const hasSeveralValues =
+    ["eq", "in", "pair"].includes(tree.kind) && (right?.kind === "list" || right?.kind === "set");
+  return hasBlank(tree) && !hasSeveralValues;
 }
 
-/** The verdict on conditions that may mean two things, or of which one is no condition; null where there are none. */
-function unclear(answer: string, tree: Node, key: ConfigurationsKey): Verdict | null {
+/** Return the verdict on conditions that are ambiguous or no conditions; null if there are none. */
+function ambiguityIn(answer: string, tree: Node, key: ConfigurationsKey): Verdict | null {
   const joint = key.joints.at(-1) ?? "";
   const used = [...namesIn(tree)];
   const unknown = used.filter(
-    (each) => !key.symbols.includes(each) && !key.joints.includes(each) && !VOCABULARY.whole_numbers.includes(each),
+    (symbol) =>
+      !key.symbols.includes(symbol) && !key.joints.includes(symbol) && !VOCABULARY.whole_numbers.includes(symbol),
   );
   if (unknown.length > 0)
     return wrong("read.unknown", { names: unknown.sort().slice(0, 5).join(", "), known: key.symbols.join(", ") });
   if (withPoints(answer) !== answer) return wrong("read.comma");
   if (hasProductInChain(tree, key.joints)) return wrong("read.chain");
-  const several = ["list", "set", "or"].includes(tree.kind) ? tree.args : [tree];
-  const isBare = (each: Node) =>
-    ["+", "-", "*", "/", "^", "neg", "call"].includes(each.kind) && key.joints.some((one) => namesIn(each).has(one));
-  return several.some(isBare) ? wrong("read.bare-condition", { joint }) : null;
+  const conditions = ["list", "set", "or"].includes(tree.kind) ? tree.args : [tree];
+  const isBare = (condition: Node) =>
+    ["+", "-", "*", "/", "^", "neg", "call"].includes(condition.kind) &&
+    key.joints.some((joint) => namesIn(condition).has(joint));
+  return conditions.some(isBare) ? wrong("read.bare-condition", { joint }) : null;
 }
 
-/** Whether a product with a joint stands between two signs of equality: the joint may begin a condition of its own. */
+/** Return whether a product with a joint is between two equals signs: the joint might begin another condition. */
 function hasProductInChain(tree: Node, joints: readonly string[]): boolean {
   const isOpen = ({ kind, args: [, last] }: Node): boolean =>
     kind === "*" && last?.kind === "name" && joints.includes(last.text);
-  return anyNode(tree, (each) => each.kind === "and" && each.text === CHAIN && chainOf(each).slice(1, -1).some(isOpen));
+  return anyNode(
+    tree,
+    (statement) => statement.kind === "and" && statement.text === CHAIN && chainOf(statement).slice(1, -1).some(isOpen),
+  );
 }
 
-/** Bare values, as in {0, pi}, given to the joint that they must mean. Throws ReadError where that is not clear. */
-function assigned(tree: Node, { joints }: Space): Node {
+/** Assign bare values, as in {0, pi}, to the only joint. Throws ParseError if there are several joints. */
+function assignJoint(tree: Node, { joints }: Space): Node {
   const values = tree.kind === "list" || tree.kind === "set" ? tree.args : [tree];
-  const saysMore = (arg: Node) =>
+  const isStatement = (arg: Node) =>
     ["eq", "in", "dict", "and", "or", "list", "set"].includes(arg.kind) ||
     joints.some((joint) => namesIn(arg).has(joint));
-  if (values.length === 0 || values.some(saysMore)) return tree;
+  if (values.length === 0 || values.some(isStatement)) return tree;
   const [joint] = joints;
-  if (joint === undefined || joints.length > 1) throw new ReadError("read.no-joint"); // which of them, nobody said
+  if (joint === undefined || joints.length > 1) throw new ParseError("read.no-joint"); // it is unclear which one
   return node("in", name(joint), node("set", ...values));
 }
 
-function compared(typed: readonly Piece[], conditions: Conditions, space: Table, isSingular: IsSingular): Verdict {
+function compare(typed: readonly Piece[], conditions: Conditions, space: Table, isSingular: IsSingular): Verdict {
   const poses = conditions.flat();
-  const claims = typed.map((claim) => exactly(claim, poses, space));
-  const found = claims.map((claim, i) => counterexample(claim, space, isSingular, i, poses.flat()));
-  const rounded = typed.find((claim, i) => claim !== claims[i] && found[i] === null);
-  const sound = claims.filter((_, i) => found[i] === null);
-  const bad = claims.filter((_, i) => found[i] !== null && found[i] !== "nowhere");
+  const claims = typed.map((claim) => withExactValues(claim, poses, space));
+  const counterexamples = claims.map((claim, i) => counterexample(claim, space, isSingular, i, poses.flat()));
+  const rounded = typed.find((claim, i) => claim !== claims[i] && counterexamples[i] === null);
+  const sound = claims.filter((_, i) => counterexamples[i] === null);
+  const bad = claims.filter((_, i) => counterexamples[i] !== null && counterexamples[i] !== "nowhere");
   const missedBy = (by: readonly Piece[], piece: readonly At[]) =>
-    piece.find((at) => !by.some((claim) => holds(claim, at, space)));
+    piece.find((at) => !by.some((claim) => holdsAt(claim, at, space)));
   const uncovered = poses.flatMap((piece): At[] => {
     const at = missedBy([...sound, ...bad], piece);
     return at ? [at] : [];
   });
   if (claims.length > 0 && uncovered.length === 0 && bad.length === 0 && !rounded)
     return correct(message("verdict.set"), false);
-  // What is claimed beyond the truth must not earn what it happens to cover.
+  // A claim beyond the right set must not earn points for what it happens to cover.
   const isCovered = (piece: readonly At[]) => missedBy(sound, piece) === undefined;
   const share = shareOfSet(
     conditions.map((pieces) => [pieces.filter(isCovered).length, pieces.length]),
@@ -212,7 +218,7 @@ function compared(typed: readonly Piece[], conditions: Conditions, space: Table,
     poses,
     open: poses.filter((piece) => missedBy(claims, piece) !== undefined),
     ...space,
-    holds: (claim, at) => holds(claim, at, space),
+    holds: (claim, at) => holdsAt(claim, at, space),
     isSound: (claim, instead) =>
       counterexample(claim, space, (at) => isSingular(instead(at)), 0, poses.flat()) === null,
   });
@@ -220,40 +226,40 @@ function compared(typed: readonly Piece[], conditions: Conditions, space: Table,
   const verdict = (reasons: readonly Message[], at?: At) =>
     graded(share, [...(rounded ? [message("verdict.rounded")] : []), ...reasons], {
       ...(at ? { at } : {}),
-      ...(slip ? { slips: slips.map((each) => each.slip) } : {}),
+      ...(slip ? { slips: slips.map((setSlip) => setSlip.slip) } : {}),
     });
-  // the pose that is told is one of what the first slip is about
-  const ofSlip = slip?.claim && found[claims.indexOf(slip.claim)];
-  const off = [ofSlip, ...found].find((each) => typeof each === "object" && each !== null);
-  if (off) return verdict([message("verdict.unsound", { at: atText(shown(off, space)) })], off);
+  // show the pose to which the first slip refers
+  const ofSlip = slip?.claim && counterexamples[claims.indexOf(slip.claim)];
+  const regularPose = [ofSlip, ...counterexamples].find((result) => typeof result === "object" && result !== null);
+  if (regularPose)
+    return verdict([message("verdict.unsound", { at: atText(jointValues(regularPose, space)) })], regularPose);
   const missed = (slip?.piece && missedBy(claims, slip.piece)) ?? uncovered[0];
-  if (missed) return verdict([message("verdict.uncovered", { at: atText(shown(missed, space)) })], missed);
+  if (missed) return verdict([message("verdict.uncovered", { at: atText(jointValues(missed, space)) })], missed);
   if (rounded) {
     const values = rounded.map(({ joint, zero }) => [joint, evaluate(zero, {}).re]);
     return verdict([], { ...poses[0]?.[0], ...Object.fromEntries(values) });
   }
-  const nowhere = found.findIndex((each) => each === "nowhere" || each === "close") + 1;
+  const nowhere = counterexamples.findIndex((result) => result === "nowhere" || result === "close") + 1;
   return verdict([message("verdict.nowhere", { text: String(nowhere) })]);
 }
 
-/** The joints of which a piece says something. */
+/** Return the joints in a piece. */
 function jointsOf(piece: Piece, { joints }: Space): string {
   const named = new Set(piece.flatMap(({ joint, zero }) => [joint, ...namesIn(zero)]));
   return joints.filter((joint) => named.has(joint)).join(" ");
 }
 
-function shown(at: At, { joints }: Space): At {
+function jointValues(at: At, { joints }: Space): At {
   return Object.fromEntries(joints.map((joint) => [joint, at[joint] as number]));
 }
 
-// --- is a pose on a piece? ---
-
-function holds(piece: Piece, at: At, space: Space): boolean {
+/** Return whether a piece holds in a pose, within tolerances. */
+function holdsAt(piece: Piece, at: At, space: Space): boolean {
   return piece.every((atom) => {
     const { re, im, size } = evaluate(atom.zero, at);
     if (atom.joint !== null) {
-      const near = namesIn(atom.zero).size === 0 ? STATED : NEAR;
-      return Math.abs(im) < near && distance(atom.joint, at[atom.joint] as number, re, space) < near;
+      const tolerance = namesIn(atom.zero).size === 0 ? STATED : NEAR;
+      return Math.abs(im) < tolerance && distance(atom.joint, at[atom.joint] as number, re, space) < tolerance;
     }
     if (!Number.isFinite(re)) return false;
     const slope = Math.hypot(...space.joints.map((joint) => slopeOf(atom.zero, at, joint)));
@@ -262,10 +268,10 @@ function holds(piece: Piece, at: At, space: Space): boolean {
 }
 
 function distance(joint: string, a: number, b: number, { angles }: Space): number {
-  const apart = Math.abs(a - b);
-  if (!angles.has(joint)) return apart;
-  const turned = apart % TURN;
-  return Math.min(turned, TURN - turned);
+  const difference = Math.abs(a - b);
+  if (!angles.has(joint)) return difference;
+  const remainder = difference % TURN;
+  return Math.min(remainder, TURN - remainder);
 }
 
 function slopeOf(zero: Piece[number]["zero"], at: At, joint: string): number {
@@ -274,9 +280,7 @@ function slopeOf(zero: Piece[number]["zero"], at: At, joint: string): number {
   return (above - below) / (2 * NUDGE);
 }
 
-// --- poses on what is claimed ---
-
-/** A regular pose on a piece; null if all are singular, "nowhere" if there is no pose, "close" if one is near. */
+/** Return a regular pose on a piece; null if all found poses are singular; "nowhere" or "close" if no pose is found. */
 function counterexample(
   piece: Piece,
   space: Space,
@@ -285,24 +289,24 @@ function counterexample(
   lengths: readonly At[],
 ): At | "nowhere" | "close" | null {
   const random = randomNumbers((seed + 1) * 0x9e3779b9);
-  const given = (k: number): At => lengths[k % Math.max(lengths.length, 1)] ?? {};
+  const fixedValues = (k: number): At => lengths[k % Math.max(lengths.length, 1)] ?? {};
   const zeros = zerosOf(piece);
   const free = space.joints.filter((joint) => zeros.some((zero) => namesIn(zero).has(joint)));
-  let found = 0;
+  let foundCount = 0;
   for (let start = 0; start < STARTS; start += 1) {
-    const at = solved(piece, zeros, free, randomPose(given(start), space, random));
-    if (!at || !holds(piece, at, space)) continue;
-    found += 1;
+    const at = solve(piece, zeros, free, randomPose(fixedValues(start), space, random));
+    if (!at || !holdsAt(piece, at, space)) continue;
+    foundCount += 1;
     if (!isSingular(at)) return at;
   }
-  if (found > 0) return null;
+  if (foundCount > 0) return null;
   const nearest = Math.min(
-    ...Array.from({ length: LOOKED_AT }, (_, k) => missOf(zeros, randomPose(given(k), space, random))),
+    ...Array.from({ length: CHECKED }, (_, k) => missOf(zeros, randomPose(fixedValues(k), space, random))),
   );
   return nearest < NEAR_MISS ? "close" : "nowhere";
 }
 
-/** How far from zero the conditions are in a pose, of the size of their terms. */
+/** Return how far the conditions are from zero in a pose, relative to their terms. */
 function missOf(zeros: readonly Node[], at: At): number {
   const misses = zeros.map((zero) => {
     const { re, im, size } = evaluate(zero, at);
@@ -311,43 +315,43 @@ function missOf(zeros: readonly Node[], at: At): number {
   return misses.some(Number.isNaN) ? Infinity : Math.max(...misses);
 }
 
-/** A claim on values alone, with the right values put for those that are rounded: pi for 3.14, also for 355/113. */
-function exactly(claim: Piece, poses: readonly (readonly At[])[], space: Space): Piece {
+/** Return a claim on values with rounded values replaced by exact ones: pi for 3.14 or 355/113. */
+function withExactValues(claim: Piece, poses: readonly (readonly At[])[], space: Space): Piece {
   if (claim.some(({ joint }) => joint === null)) return claim;
   const atoms = claim.map((atom) => {
-    const due = roundedFrom(atom, poses, space);
-    return due === null ? atom : { ...atom, zero: integer(due) };
+    const exact = exactValueOf(atom, poses, space);
+    return exact === null ? atom : { ...atom, zero: integer(exact) };
   });
   return atoms.every((atom, i) => atom === claim[i]) ? claim : atoms;
 }
 
-/** The value of a joint on some piece of which a typed value is a rounded one; null if there is none. */
-function roundedFrom({ joint, zero }: Atom, poses: readonly (readonly At[])[], space: Space): number | null {
+/** Return the value of a joint on some piece of which the typed value is a rounded one; null if there is none. */
+function exactValueOf({ joint, zero }: Atom, poses: readonly (readonly At[])[], space: Space): number | null {
   if (joint === null || namesIn(zero).size > 0) return null;
   const value = evaluate(zero, {}).re;
-  const found = poses
+  const nearest = poses
     .map((others) => others.map((other) => other[joint] as number))
-    .filter((dues) => dues.every((due) => distance(joint, due, dues[0] as number, space) < STATED))
-    .map(([due]) => ({ due: due as number, off: distance(joint, value, due as number, space) }))
+    .filter((values) => values.every((exact) => distance(joint, exact, values[0] as number, space) < STATED))
+    .map(([exact]) => ({ exact: exact as number, off: distance(joint, value, exact as number, space) }))
     .filter(({ off }) => off < ROUNDED)
     .sort((a, b) => a.off - b.off)[0];
-  if (!found) return null;
-  // what a search found is told with nine decimals
-  const isFound = found.due !== 0 && Math.round(found.due * 1e9) / 1e9 === found.due;
-  return found.off >= (isFound ? STATED : TYPED * Math.max(1, Math.abs(found.due))) ? found.due : null;
+  if (!nearest) return null;
+  // values found by a search are stored with nine decimals
+  const isNumeric = nearest.exact !== 0 && Math.round(nearest.exact * 1e9) / 1e9 === nearest.exact;
+  return nearest.off >= (isNumeric ? STATED : TYPED * Math.max(1, Math.abs(nearest.exact))) ? nearest.exact : null;
 }
 
-function randomPose(given: At, { joints, angles }: Space, random: () => number): At {
+function randomPose(fixedValues: At, { joints, angles }: Space, random: () => number): At {
   const values = joints.map((joint) => [joint, angles.has(joint) ? TURN * (random() - 0.5) : 0.2 + random()]);
-  return { ...given, ...Object.fromEntries(values) };
+  return { ...fixedValues, ...Object.fromEntries(values) };
 }
 
-/** What has to vanish where conditions hold. */
+/** Return the expressions that vanish if the conditions of a piece hold. */
 const zerosOf = (piece: Piece): Node[] =>
   piece.map(({ joint, zero }) => (joint === null ? zero : node("-", name(joint), zero)));
 
-/** The pose with the values of a piece, moved towards where its conditions hold by Gauss-Newton steps of least norm. */
-function solved(piece: Piece, zeros: readonly Node[], free: readonly string[], start: At): At | null {
+/** Return the pose moved by Gauss-Newton steps of least norm to where a piece holds; null if the steps fail. */
+function solve(piece: Piece, zeros: readonly Node[], free: readonly string[], start: At): At | null {
   let at = start;
   for (const { joint, zero } of piece) if (joint !== null) at = { ...at, [joint]: evaluate(zero, at).re };
   for (let step = 0; step < STEPS; step += 1) {
@@ -356,25 +360,28 @@ function solved(piece: Piece, zeros: readonly Node[], free: readonly string[], s
       const { re, size } = evaluate(zero, here);
       return Number.isFinite(size) && Math.abs(re) <= ROUNDING * size ? 0 : re;
     });
-    if (off.every((each) => each === 0)) break;
+    if (off.every((value) => value === 0)) break;
     const moves = leastNorm(
       zeros.map((zero) => free.map((joint) => slopeOf(zero, here, joint))),
       off,
     );
     if (!moves.every(Number.isFinite)) return null;
-    const moved = free.map((joint, i) => [joint, here[joint]! - Math.max(-1, Math.min(1, moves[i]!))]);
-    at = { ...here, ...Object.fromEntries(moved) };
+    const changes = free.map((joint, i) => [joint, here[joint]! - Math.max(-1, Math.min(1, moves[i]!))]);
+    at = { ...here, ...Object.fromEntries(changes) };
     if (Math.max(0, ...moves.map(Math.abs)) < 1e-12) break;
   }
   return at;
 }
 
-/** The shortest x with A x = b. Rows are normalised, because slopes vanish at a double zero, as of sin² or cos = 1. */
+/** Return the shortest x with A x = b. Rows are normalised because slopes vanish at a double zero, as of sin². */
 function leastNorm(a: readonly (readonly number[])[], b: readonly number[]): number[] {
-  const open = a.flatMap((row, i) => {
+  const equations = a.flatMap((row, i) => {
     const length = Math.hypot(...row);
-    return b[i] === 0 ? [] : [{ row: row.map((x) => x / length), due: (b[i] as number) / length }];
+    return b[i] === 0 ? [] : [{ row: row.map((x) => x / length), value: (b[i] as number) / length }];
   });
-  const [rows, right] = [open.map(({ row }) => row), open.map(({ due }) => due)];
-  return damped(rows, right, DAMPING);
+  return solveDamped(
+    equations.map(({ row }) => row),
+    equations.map(({ value }) => value),
+    DAMPING,
+  );
 }

@@ -1,15 +1,15 @@
-// What is said of an answer.
+// The verdict on an answer.
 
-import { ReadError } from "../read/tree.js";
+import { catchParseError } from "../read/tree.js";
 import { message, type Message, type Values, type TextKey } from "../text/text.js";
 
-/** Symbols' values at a configuration, by name. */
+/** Values of symbols at a configuration, by name. */
 export type At = Readonly<Record<string, number>>;
 
 /**
- * `share` of the points, from 0 to 1; `sure` where the exact method would say the same but for a chance that is none;
- * `at` the configuration at which it differs; `entries` which entries of a matrix are right; `mistake` an index into
- * what the problem says of mistakes, `slips` what else seems to have gone wrong, each in a part of the answer.
+ * `share` of the points, from 0 to 1; `sure`: the exact method would agree except with negligible probability; `at`: a
+ * configuration at which the answer differs; `entries`: which entries of a matrix are right; `mistake`: an index into the
+ * problem's texts on mistakes; `slips`: other mistakes, each in a part of the answer.
  */
 export interface Verdict {
   readonly outcome: "correct" | "partial" | "wrong" | "missing";
@@ -22,7 +22,7 @@ export interface Verdict {
   readonly slips?: readonly Slip[];
 }
 
-/** A text, or an index into what the problem says of mistakes and where that was made, if only there. */
+/** A message; or an index into the problem's texts on mistakes, and the place if it was made only there. */
 export type Slip = Message | { readonly mistake: number; readonly where?: Message };
 
 export function correct(reason?: Message, sure = true): Verdict {
@@ -37,20 +37,14 @@ export function wrong(key: TextKey, values: Values = {}): Verdict {
   return { outcome: "wrong", share: 0, reasons: [message(key, values)], sure: true };
 }
 
-/** Whether an answer could be read at all; what could not is told so, and is no try. */
-export const isRead = ({ reasons }: Verdict): boolean => !reasons.some(({ key }) => key.startsWith("read."));
+/** Return whether an answer could be parsed; one that could not does not count as a try. */
+export const isParsed = ({ reasons }: Verdict): boolean => !reasons.some(({ key }) => key.startsWith("read."));
 
-/** What comes of an answer, or the verdict that it can't be parsed. */
-export function ifRead<T>(work: () => T): T | Verdict {
-  try {
-    return work();
-  } catch (error) {
-    if (error instanceof ReadError) return wrong("read.unreadable", { why: error.why });
-    throw error;
-  }
-}
+/** Return what `parse` returns, or the verdict that an answer can't be parsed. */
+export const parseOrVerdict = <T>(parse: () => T): T | Verdict =>
+  catchParseError(parse, ({ why }) => wrong("read.unreadable", { why }));
 
-/** An answer that is right in part, or not at all. */
+/** Return the verdict on an answer that is partly right or wrong. */
 export function graded(share: number, reasons: readonly Message[], more: Partial<Verdict> = {}): Verdict {
   return { outcome: share > 0 ? "partial" : "wrong", share, reasons, sure: true, ...more };
 }

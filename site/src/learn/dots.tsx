@@ -3,10 +3,10 @@
 import type { JSX } from "preact";
 
 import { say } from "../text/text.js";
-import { currentClass, rowOf, type Stretch } from "../practice/classes.js";
+import { currentClass, rowOf, type ClassItems } from "../practice/classes.js";
 import { NEEDED, type Row, type Skill } from "../practice/skills.js";
 
-type DotsProps = { readonly skill: Skill; readonly classes: readonly Stretch[] };
+type DotsProps = { readonly skill: Skill; readonly classes: readonly ClassItems[] };
 
 export function Dots({ skill, classes }: DotsProps): JSX.Element | null {
   if (classes.length === 0) return null;
@@ -24,8 +24,8 @@ export function Dots({ skill, classes }: DotsProps): JSX.Element | null {
 
 const filled = ({ row, learned }: Row): number => (learned !== undefined ? NEEDED : Math.min(row.length, NEEDED));
 
-/** How a class stands, with its name. */
-export const inClass = ({ name }: Stretch, row: Row): string => `${say(`classes.${name}`)}: ${rowInWords(row)}`;
+/** Return the state of a class of arms in words, with its name. */
+export const inClass = ({ name }: ClassItems, row: Row): string => `${say(`classes.${name}`)}: ${rowInWords(row)}`;
 
 function rowInWords(row: Row): string {
   if (row.mastered !== undefined) return say("lesson.state-mastered");

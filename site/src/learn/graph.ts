@@ -1,14 +1,14 @@
-// The graph of lessons: what each builds on, and how the student stands in it and in its questions.
+// The graph of lessons: what each lesson builds on, and the student's progress in the lesson and in its questions.
 
 import type { Index } from "../bank.js";
 import { ANYTHING, items, nameOf, type Progress } from "../practice/choice.js";
 import { type Lesson, LESSONS } from "./lessons.js";
-import { classesOf, rowOf, type Stretch } from "../practice/classes.js";
+import { classesOf, rowOf, type ClassItems } from "../practice/classes.js";
 import { isDue, NEEDED, NEW, type Row, type Skill, type Skills } from "../practice/skills.js";
 
 export type Standing = "new" | "begun" | "learned" | "due" | "mastered";
 
-/** A question of a lesson: for how many of the needed arms the last answer was right, and whether one was wrong. */
+/** A question of a lesson: on how many of the needed arms the last answer was right, and whether one was wrong. */
 export interface Asked {
   readonly name: string;
   readonly title: string;
@@ -21,16 +21,16 @@ export interface Asked {
 export interface Place {
   readonly lesson: Lesson;
   readonly standing: Standing;
-  /** Whether all that it builds on is learned, and it is not yet. */
+  /** Whether everything the lesson builds on is learned, but not the lesson itself. */
   readonly next: boolean;
-  /** What it builds on that is not learned yet. */
+  /** Lessons it builds on that are not learned yet. */
   readonly missing: readonly Lesson[];
-  /** How the classes of its arms stand, each by itself. */
-  readonly classes: readonly (readonly [Stretch, Row])[];
+  /** The classes of its arms, with the progress in each. */
+  readonly classes: readonly (readonly [ClassItems, Row])[];
   readonly asked: readonly Asked[];
 }
 
-/** The state of a lesson. It is mastered if all classes of arms are; `rows` are the classes after the first. */
+/** Return the state of a lesson, which is mastered if all classes are; `rows` are the classes after the first. */
 export function standingOf(skill: Skill, now: number, rows: readonly Row[] = []): Standing {
   if ([skill, ...rows].some((row) => isDue(row, now))) return "due";
   if ([skill, ...rows].every(({ mastered }) => mastered !== undefined)) return "mastered";
@@ -38,7 +38,7 @@ export function standingOf(skill: Skill, now: number, rows: readonly Row[] = [])
   return [skill, ...rows].some(({ row }) => row.length > 0) || skill.goals.length > 0 ? "begun" : "new";
 }
 
-/** The graph of all lessons. */
+/** Return the graph of all lessons. */
 export function placesOf(index: Index, skills: Skills, progress: Progress, now: number): Place[] {
   const isLearned = (id: string): boolean => skills[id]?.learned !== undefined;
   return LESSONS.map((lesson) => {
@@ -47,7 +47,7 @@ export function placesOf(index: Index, skills: Skills, progress: Progress, now: 
       .map((need) => LESSONS.find(({ id }) => id === need)!);
     const skill = skills[lesson.id] ?? NEW;
     const all = classesOf(index, lesson);
-    const classes = all.map((each, at) => [each, rowOf(skill, all, at)] as const);
+    const classes = all.map((armClass, at) => [armClass, rowOf(skill, all, at)] as const);
     const beyond = classes.slice(1).map(([, row]) => row);
     return {
       lesson,
@@ -60,9 +60,9 @@ export function placesOf(index: Index, skills: Skills, progress: Progress, now: 
   });
 }
 
-/** How a question stands; nothing where the bank does not ask it. */
+/** Return the progress in a question; an empty list if the bank does not ask it. */
 function askedOf(index: Index, name: string, progress: Progress): Asked[] {
-  const question = index.questions.find((each) => each.name === name);
+  const question = index.questions.find((listed) => listed.name === name);
   const all = items(index, { ...ANYTHING, question: name });
   if (!question || all.length === 0) return [];
   const tried = all.map((item) => progress[nameOf(item)]).filter((attempt) => attempt !== undefined);

@@ -1,4 +1,4 @@
-// A lesson: an idea to try on the arm with goals to reach, then practice until it is learned.
+// A lesson: an idea to try on the arm, with goals to reach; then practice until the lesson is learned.
 
 import type { JSX } from "preact";
 import { useEffect, useMemo, useRef, useState } from "preact/hooks";
@@ -10,44 +10,44 @@ import type { Stage } from "../arm/stage.js";
 import { ZERO } from "../arm/vector.js";
 import type { View } from "../arm/view.js";
 import type { Index } from "../bank.js";
-import type { Told } from "../pages/live.js";
-import { attempted, type Item, nameOf } from "../practice/choice.js";
+import type { ArmRecord } from "../pages/live.js";
+import { progressAfter, type Item, nameOf } from "../practice/choice.js";
 import { Current } from "../practice/current.js";
 import { Rich } from "../practice/math.js";
-import { keep, kept } from "../practice/progress.js";
+import { storeProgress, storedProgress } from "../practice/progress.js";
 import { storage } from "../storage.js";
 import { Offline } from "../offline/offline.js";
-import { type Message, said, say } from "../text/text.js";
-import { classesOf, currentClass, rowOf, type Stretch, withRow } from "../practice/classes.js";
+import { type Message, textOf, say } from "../text/text.js";
+import { classesOf, currentClass, rowOf, type ClassItems, withRow } from "../practice/classes.js";
 import { Dots } from "./dots.js";
 import { type Lesson, LESSONS } from "./lessons.js";
-import { answered, armsIn, isDue, NEEDED, NEW, nextIn, outcomeOf, type Skill } from "../practice/skills.js";
+import { rowAfter, armsIn, isDue, NEEDED, NEW, nextIn, outcomeOf, type Skill } from "../practice/skills.js";
 import { DialBoard, FIRST_DIALS, ratesOf, Shares, velocityOf } from "./tools.js";
 
 export interface LessonProps {
   readonly lesson: Lesson;
-  readonly told: Told;
+  readonly record: ArmRecord;
   readonly index: Index;
   readonly skill: Skill;
-  readonly practising: boolean;
+  readonly isPractising: boolean;
   readonly onSkill: (skill: Skill) => void;
 }
 
 export function LessonView(props: LessonProps): JSX.Element {
   const { lesson, index } = props;
-  const [practising, setPractising] = useState(props.practising);
+  const [isPractising, setPractising] = useState(props.isPractising);
   const classes = useMemo(() => classesOf(index, lesson), [index, lesson]);
   const items = useMemo(() => classes.flatMap(({ items }) => items), [classes]);
-  return practising && items.length > 0 ? (
-    <Practice {...props} classes={classes} arrived={!props.practising} onIdea={() => setPractising(false)} />
+  return isPractising && items.length > 0 ? (
+    <Practice {...props} classes={classes} hasArrived={!props.isPractising} onIdea={() => setPractising(false)} />
   ) : (
     <Idea {...props} classes={classes} items={items} onPractise={() => setPractising(true)} />
   );
 }
 
-type Classes = { readonly classes: readonly Stretch[] };
+type Classes = { readonly classes: readonly ClassItems[] };
 
-/** Which lesson this is, and the way to the others. */
+/** The number of the lesson, and a link to the list of lessons. */
 function Head({ lesson, skill, classes }: Pick<LessonProps, "lesson" | "skill"> & Classes): JSX.Element {
   const number = LESSONS.indexOf(lesson) + 1;
   return (
@@ -60,7 +60,7 @@ function Head({ lesson, skill, classes }: Pick<LessonProps, "lesson" | "skill"> 
 }
 
 function Idea(props: LessonProps & Classes & { items: readonly Item[]; onPractise: () => void }): JSX.Element {
-  const { lesson, told, skill, classes, items, onSkill, onPractise } = props;
+  const { lesson, record, skill, classes, items, onSkill, onPractise } = props;
   const [stage, setStage] = useState<Stage | null>(null);
   const problems = useMemo(() => items.map(({ family, key }) => `${family}/${key}`), [items]);
   const [dials, setDials] = useState(FIRST_DIALS);
@@ -68,20 +68,20 @@ function Idea(props: LessonProps & Classes & { items: readonly Item[]; onPractis
   const rates = stage ? ratesOf(tool, dials, stage.state) : [];
   const velocity = stage ? velocityOf(stage.arm, stage.state, rates) : ZERO;
   const reached = stage ? goals.flatMap(({ reached }, i) => (reached({ stage, rates, velocity }) ? [i] : [])) : [];
-  const moved = useRef(false); // the arm as it stands first reaches nothing
-  const first = useRef("");
-  const hasPath = useRef(false); // nor does the path as it is laid first
+  const moved = useRef(false); // the arm's first pose reaches no goal
+  const initial = useRef("");
+  const hasPath = useRef(false); // nor does the first path
   useEffect(() => {
     if (!stage) return;
-    const now = JSON.stringify([stage.pose, dials, stage.welding?.place, stage.welding?.weld]);
+    const current = JSON.stringify([stage.pose, dials, stage.welding?.place, stage.welding?.weld]);
     const isLaid = stage.welding !== null && !hasPath.current;
-    if (!first.current || isLaid) [first.current, moved.current] = [now, false];
+    if (!initial.current || isLaid) [initial.current, moved.current] = [current, false];
     if (isLaid) hasPath.current = true;
-    if (now !== first.current) moved.current = true;
-    const fresh = reached.filter((i) => !skill.goals.includes(i));
-    if (moved.current && fresh.length > 0) onSkill({ ...skill, goals: [...skill.goals, ...fresh] });
+    if (current !== initial.current) moved.current = true;
+    const newGoals = reached.filter((i) => !skill.goals.includes(i));
+    if (moved.current && newGoals.length > 0) onSkill({ ...skill, goals: [...skill.goals, ...newGoals] });
   });
-  const over = useMemo(
+  const overlay = useMemo(
     () =>
       tool
         ? (now: Stage, view: View) => <Shares stage={now} view={view} rates={ratesOf(tool, dials, now.state)} />
@@ -135,15 +135,14 @@ function Idea(props: LessonProps & Classes & { items: readonly Item[]; onPractis
       <section class="stage" aria-label={say("practice.move")}>
         <Arm
           key={lesson.id}
-          robot={told.robot}
-          symbols={told.symbols}
-          first={told.pose}
-          factors={told.factors}
-
+          robot={record.robot}
+          symbols={record.symbols}
+          first={record.pose}
+          factors={record.factors}
           layers={lesson.layers}
           pane={lesson.pane}
           onStage={setStage}
-          over={over}
+          overlay={overlay}
           rates={ratesIn}
         />
       </section>
@@ -151,7 +150,7 @@ function Idea(props: LessonProps & Classes & { items: readonly Item[]; onPractis
   );
 }
 
-/** The way to the next lesson. */
+/** A link to the next lesson. */
 function Onward({ lesson, quiet }: { lesson: Lesson; quiet: boolean }): JSX.Element | null {
   const next = LESSONS[LESSONS.indexOf(lesson) + 1];
   return next ? (
@@ -161,17 +160,17 @@ function Onward({ lesson, quiet }: { lesson: Lesson; quiet: boolean }): JSX.Elem
   ) : null;
 }
 
-function Practice(props: LessonProps & Classes & { arrived: boolean; onIdea: () => void }): JSX.Element {
-  const { lesson, index, skill, classes, arrived, onSkill, onIdea } = props;
-  /** The question that is asked next, and the class whose arm it is about. */
-  const drawn = (): { at: number; item: Item | null } => {
+function Practice(props: LessonProps & Classes & { hasArrived: boolean; onIdea: () => void }): JSX.Element {
+  const { lesson, index, skill, classes, hasArrived, onSkill, onIdea } = props;
+  /** Choose the next question, and the class of arms to which it belongs. */
+  const chooseNext = (): { at: number; item: Item | null } => {
     const at = currentClass(skill, classes, Date.now());
     const item = nextIn(classes[at]!.items, rowOf(skill, classes, at), asked.current, Math.random);
     if (item) asked.current.push(nameOf(item));
     return { at, item };
   };
   const asked = useRef<string[]>([]);
-  const [{ at, item }, setCurrent] = useState(drawn);
+  const [{ at, item }, setCurrent] = useState(chooseNext);
   const [count, setCount] = useState(0);
   const [note, setNote] = useState<Message | null>(null);
   const again = useRef(false); // whether this question was answered before
@@ -207,21 +206,21 @@ function Practice(props: LessonProps & Classes & { arrived: boolean; onIdea: () 
           key={`${nameOf(item)} ${count}`}
           item={item}
           level={index.feedback}
-          arrived={arrived || count > 0}
-          notes={note ? [said(note)] : []}
+          hasArrived={hasArrived || count > 0}
+          notes={note ? [textOf(note)] : []}
           onVerdict={(right, helped) => {
             const now = Date.now();
             const how = { right, helped, again: again.current, most };
-            const after = answered(row, item, { ...how, now });
+            const after = rowAfter(row, item, { ...how, now });
             again.current = true;
             setNote(outcomeOf(row, after, how));
             onSkill(withRow(skill, classes, at, after));
-            keep(storage, attempted(kept(storage), item, right, now)); // what is wrong comes again where one practises
+            storeProgress(storage, progressAfter(storedProgress(storage), item, right, now)); // a wrong answer is asked again on the practice page
           }}
           onNext={() => {
             again.current = false;
             setNote(null);
-            setCurrent(drawn());
+            setCurrent(chooseNext());
             setCount(count + 1);
           }}
         />

@@ -1,7 +1,7 @@
-// The eight lessons: ideas to try on the arm, and goals that the page recognises. Lengths in metres, rates in rad/s.
-// What each lesson practises is in practice/topics.ts.
+// The eight lessons: ideas to try on the arm, and goals that the page recognises. Lengths in metres, rates in rad/s. The
+// questions that each lesson practises are in practice/topics.ts.
 
-import { kindHere } from "../arm/words.js";
+import { kindHere } from "../arm/descriptions.js";
 import { pStar } from "../arm/model.js";
 import { verdictOf } from "../arm/weld.js";
 import type { Layers } from "../arm/marks.js";
@@ -11,15 +11,15 @@ import { type Topic, topicOf } from "../practice/topics.js";
 import type { TextKey } from "../text/text.js";
 import type { Tool } from "./tools.js";
 
-/** What a goal is judged by: the stage, the rates of the joints (where a tool sets them), and the velocity of P. */
-export type Seen = { readonly stage: Stage; readonly rates: readonly number[]; readonly velocity: Vec3 };
+/** What a goal is checked against: the stage, the joint rates (if a tool sets them), and the velocity of P. */
+export type GoalState = { readonly stage: Stage; readonly rates: readonly number[]; readonly velocity: Vec3 };
 
-export type Goal = { readonly text: TextKey; readonly reached: (seen: Seen) => boolean };
+export type Goal = { readonly text: TextKey; readonly reached: (state: GoalState) => boolean };
 
 export interface Lesson extends Topic {
-  /** The lessons that it builds on, all of which come before it. */
+  /** The lessons it builds on; all of them come before it. */
   readonly needs: readonly string[];
-  /** Its place on the map of lessons: the layer, and how far from its middle, so that no lines cross. */
+  /** Its place on the map of lessons: the layer, and the distance from the layer's middle, so that no lines cross. */
   readonly at: readonly [layer: number, across: number];
   readonly idea: readonly TextKey[];
   readonly arm: "plain" | "elbow";
@@ -29,24 +29,24 @@ export interface Lesson extends Topic {
   readonly goals: readonly Goal[];
 }
 
-/** A lesson as written below: its id names its texts; by default the arm is plain and there is no tool. */
-type Written = Pick<Lesson, "needs" | "at" | "layers" | "pane"> &
+/** A lesson as it is written below: its id names its texts; by default the arm is plain and there is no tool. */
+type LessonData = Pick<Lesson, "needs" | "at" | "layers" | "pane"> &
   Partial<Pick<Lesson, "arm" | "tool">> & {
     readonly id: "rates" | "columns" | "differentiation" | "propagation" | "inverse" | "singular" | "kinds" | "path";
     readonly goals: readonly Goal["reached"][];
   };
 
-/** An entry of J: its row and column, counted from 1. */
+/** Return an entry of J; rows and columns count from 1. */
 const entry = ({ state }: Stage, row: number, column: number): number => state.counted[row - 1]![column - 1]!;
 const column = (stage: Stage, k: number): Vec3 =>
   [0, 1, 2].map((row) => stage.state.jacobian[row]![k - 1]!) as unknown as Vec3;
-/** The cosine of the angle between two vectors; 0 where one of them vanishes. */
+/** Return the cosine of the angle between two vectors; 0 if one of them vanishes. */
 const cosine = (a: Vec3, b: Vec3): number => dot(a, b) / (norm(a) * norm(b) || Infinity);
 const UP: Vec3 = [0, 1, 0];
 const theta2 = ({ pose }: Stage): number => Math.abs(pose[1]!);
 const DEGREE = Math.PI / 180;
 
-const WRITTEN: readonly Written[] = [
+const WRITTEN: readonly LessonData[] = [
   {
     id: "rates",
     needs: [],
@@ -91,8 +91,8 @@ const WRITTEN: readonly Written[] = [
     layers: { ellipse: false, vectors: true },
     pane: "jacobian",
     goals: [
-      ({ stage }) => Math.abs(cosine(...twoArms(stage))) < 0.03,
-      ({ stage }) => cosine(...twoArms(stage)) > 0.9995,
+      ({ stage }) => Math.abs(cosine(...firstMomentArms(stage))) < 0.03,
+      ({ stage }) => cosine(...firstMomentArms(stage)) > 0.9995,
     ],
   },
   {
@@ -138,7 +138,8 @@ const WRITTEN: readonly Written[] = [
     layers: { frames: false },
     pane: "weld",
     goals: [
-      ({ stage }) => (stage.welding?.place ?? 0) > 0.95 * endOf(stage),
+      ({ stage: { welding } }) =>
+        welding !== null && welding.place > 0.95 * (welding.journey.stations.at(-1)!.s || Infinity),
       ({ stage }) => verdictOf(stage.arm, stage.welding) === "exceeds",
       ({ stage }) => verdictOf(stage.arm, stage.welding) === "keeps",
     ],
@@ -154,11 +155,8 @@ export const LESSONS: readonly Lesson[] = WRITTEN.map(({ id, goals, ...lesson })
   goals: goals.map((reached, i) => ({ text: `lesson.${id}.goal-${i + 1}` as TextKey, reached })),
 }));
 
-/** p*_0 and p*_1. */
-function twoArms({ arm, state }: Stage): [Vec3, Vec3] {
+/** Return p*_0 and p*_1. */
+function firstMomentArms({ arm, state }: Stage): [Vec3, Vec3] {
   const [first, second] = pStar(arm, state);
   return [first!, second!];
 }
-
-/** How far the path goes that is played (m); no number where none is. */
-const endOf = ({ welding }: Stage): number => welding?.journey.stations.at(-1)?.s || Infinity;

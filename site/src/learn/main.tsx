@@ -1,14 +1,14 @@
-// The script of the page of lessons: all of them with how far one is, or one of them, by ?lesson= in the address.
+// The script of the page of lessons: all of them with the progress, or one of them, by ?lesson= in the address.
 import "../site.css";
 
 import type { JSX } from "preact";
 import { useMemo, useState } from "preact/hooks";
 
 import type { Index } from "../bank.js";
-import type { Told } from "../pages/live.js";
+import type { ArmRecord } from "../pages/live.js";
 import { showPart } from "../pages/part.js";
 import { Rich } from "../practice/math.js";
-import { kept } from "../practice/progress.js";
+import { storedProgress } from "../practice/progress.js";
 import { WithIndex } from "../practice/with-index.js";
 import { storage } from "../storage.js";
 import { say } from "../text/text.js";
@@ -18,42 +18,42 @@ import { placesOf } from "./graph.js";
 import { SkillMap } from "./skill-map.js";
 import { LessonView, NEW } from "./lesson.js";
 import { type Lesson, LESSONS } from "./lessons.js";
-import { keepSkills, keptSkills, type Skill, type Skills } from "../practice/skills.js";
+import { storeSkills, storedSkills, type Skill, type Skills } from "../practice/skills.js";
 
 /** The arms of the ideas, as Python wrote them. */
-type Arms = Readonly<Record<"plain" | "elbow", Told>>;
+type Arms = Readonly<Record<"plain" | "elbow", ArmRecord>>;
 
 function Learn({ arms, index }: { arms: Arms; index: Index }): JSX.Element {
-  const [skills, setSkills] = useState<Skills>(() => keptSkills(storage));
-  const asked = new URLSearchParams(window.location.search);
-  const lesson = lessonIn(asked);
+  const [skills, setSkills] = useState<Skills>(() => storedSkills(storage));
+  const parameters = new URLSearchParams(window.location.search);
+  const lesson = lessonIn(parameters);
   const note = (id: string, skill: Skill): void => {
     const next = { ...skills, [id]: skill };
     setSkills(next);
-    keepSkills(storage, next);
+    storeSkills(storage, next);
   };
   if (lesson)
     return (
       <LessonView
         lesson={lesson}
-        told={arms[lesson.arm]}
+        record={arms[lesson.arm]}
         index={index}
         skill={skills[lesson.id] ?? NEW}
-        practising={asked.has("practise")}
+        isPractising={parameters.has("practise")}
         onSkill={(skill) => note(lesson.id, skill)}
       />
     );
-  return <List skills={skills} wrong={asked.get("lesson")} index={index} />;
+  return <List skills={skills} wrong={parameters.get("lesson")} index={index} />;
 }
 
-/** All lessons; the one that comes next stands out, and so does one that is due. */
+/** All lessons; the next one is highlighted, and so are lessons that are due for review. */
 function List({ skills, wrong, index }: { skills: Skills; wrong: string | null; index: Index }): JSX.Element {
   const problems = useMemo(
     () => index.families.flatMap(({ name, problems }) => problems.map(({ key }) => `${name}/${key}`)),
     [index],
   );
   const now = Date.now();
-  const places = placesOf(index, skills, kept(storage), now);
+  const places = placesOf(index, skills, storedProgress(storage), now);
   const next =
     LESSONS.find(({ id }) => skills[id]?.learned === undefined) ??
     places.find(({ classes }) => classes.some(([, { learned }]) => learned === undefined))?.lesson;
@@ -77,7 +77,7 @@ function List({ skills, wrong, index }: { skills: Skills; wrong: string | null; 
                 <Rich text={say(idea[0]!)} />
               </p>
               <p class="muted">
-                <Dots skill={skill} classes={classes.map(([each]) => each)} />{" "}
+                <Dots skill={skill} classes={classes.map(([armClass]) => armClass)} />{" "}
                 {due ? say("lesson.due") : say("lesson.goals", { count: skill.goals.length, all: goals.length })}
               </p>
             </li>
@@ -89,9 +89,10 @@ function List({ skills, wrong, index }: { skills: Skills; wrong: string | null; 
   );
 }
 
-const lessonIn = (asked: URLSearchParams): Lesson | undefined => LESSONS.find(({ id }) => id === asked.get("lesson"));
+const lessonIn = (parameters: URLSearchParams): Lesson | undefined =>
+  LESSONS.find(({ id }) => id === parameters.get("lesson"));
 
-/** The room that a lesson takes, before it is there. */
+/** The space of a lesson before it is loaded. */
 const Loading = (): JSX.Element => (
   <div class="workspace">
     <p role="status" class="task">

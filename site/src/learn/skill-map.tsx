@@ -1,4 +1,4 @@
-// The map of lessons: a list of links in an order in which each follows what it needs. Its lines repeat what words say.
+// The map of lessons: links in an order in which each lesson follows what it needs. Its lines repeat what words say.
 
 import type { JSX } from "preact";
 
@@ -32,10 +32,10 @@ export function SkillMap({ places }: { places: readonly Place[] }): JSX.Element 
   );
 }
 
-/** Lines from each lesson to what it builds on: once from left to right, once downwards; a page shows one of both. */
+/** Lines from each lesson to what it builds on: once from left to right, once downwards. A page shows one of both. */
 function Lines({ places, layers, most }: { places: readonly Place[]; layers: number; most: number }): JSX.Element {
   const middle = ({ lesson: { at } }: Place): [number, number] => [at[0] + 0.5, most / 2 + at[1]];
-  const ways = places.flatMap((place) =>
+  const lines = places.flatMap((place) =>
     place.lesson.needs.map((need) => {
       const from = places.find(({ lesson }) => lesson.id === need)!;
       const isLearned = from.standing !== "new" && from.standing !== "begun";
@@ -44,16 +44,16 @@ function Lines({ places, layers, most }: { places: readonly Place[]; layers: num
   );
   return (
     <>
-      {(["across", "down"] as const).map((way) => (
+      {(["across", "down"] as const).map((direction) => (
         <svg
-          key={way}
-          class={`skill-lines ${way}`}
-          viewBox={way === "across" ? `0 0 ${layers} ${most}` : `0 0 ${most} ${layers}`}
+          key={direction}
+          class={`skill-lines ${direction}`}
+          viewBox={direction === "across" ? `0 0 ${layers} ${most}` : `0 0 ${most} ${layers}`}
           preserveAspectRatio="none"
           aria-hidden="true"
         >
-          {ways.map(({ key, from, to, isLearned }) => {
-            const [[a, b], [c, d]] = way === "across" ? [from, to] : [flipped(from), flipped(to)];
+          {lines.map(({ key, from, to, isLearned }) => {
+            const [[a, b], [c, d]] = direction === "across" ? [from, to] : [flipped(from), flipped(to)];
             return <path key={key} class={isLearned ? "known" : ""} d={`M${a} ${b}L${c} ${d}`} />;
           })}
         </svg>
@@ -64,6 +64,7 @@ function Lines({ places, layers, most }: { places: readonly Place[]; layers: num
 
 const flipped = ([x, y]: readonly [number, number]): [number, number] => [y, x];
 
+/** Return the state of a class of arms. */
 const rowStanding = ({ row, learned, mastered }: Row): keyof typeof SIGNS =>
   mastered !== undefined ? "mastered" : learned !== undefined ? "learned" : row.length > 0 ? "begun" : "new";
 
@@ -81,12 +82,12 @@ function Skill({ place }: { place: Place }): JSX.Element {
       </span>
       {classes.length > 1 && standing !== "new" && standing !== "begun" ? (
         <ul class="skill-classes" aria-label={say("classes.title")}>
-          {classes.map(([each, row]) => (
-            <li key={each.name} class={`is-${rowStanding(row)}`} title={inClass(each, row)}>
+          {classes.map(([armClass, row]) => (
+            <li key={armClass.name} class={`is-${rowStanding(row)}`} title={inClass(armClass, row)}>
               <span aria-hidden="true">
-                {SIGNS[rowStanding(row)]} {say(`classes.${each.name}`)}
+                {SIGNS[rowStanding(row)]} {say(`classes.${armClass.name}`)}
               </span>
-              <span class="visually-hidden">{inClass(each, row)}</span>
+              <span class="visually-hidden">{inClass(armClass, row)}</span>
             </li>
           ))}
         </ul>
@@ -96,9 +97,9 @@ function Skill({ place }: { place: Place }): JSX.Element {
       ) : null}
       {asked.length > 0 ? (
         <ul class="skill-asked" aria-label={say("skills.asked")}>
-          {asked.map((each) => (
-            <li key={each.name}>
-              <AskedLink {...each} />
+          {asked.map((question) => (
+            <li key={question.name}>
+              <AskedLink {...question} />
             </li>
           ))}
         </ul>
@@ -107,7 +108,7 @@ function Skill({ place }: { place: Place }): JSX.Element {
   );
 }
 
-/** A question, with a part filled for each arm of which it was answered rightly. */
+/** A link to a question, with a segment for each needed arm, filled for each right answer. */
 function AskedLink({ name, title, lang, right, needed, missed }: Asked): JSX.Element {
   const state = say(missed ? "skills.of-missed" : "skills.of", { right, needed });
   return (

@@ -6,24 +6,25 @@ import { Arrow } from "../arm/flat.js";
 import { jointClass, Letters, plainLetters } from "../arm/letters.js";
 import { speedScale } from "../arm/marks.js";
 import { type Arm, arrowsOf, type State } from "../arm/model.js";
-import { decimals } from "../arm/speech.js";
+import { decimals } from "../arm/number-format.js";
 import type { Stage } from "../arm/stage.js";
 import { leastSquares } from "../arm/svd.js";
-import { add, scaled, type Vec3, ZERO } from "../arm/vector.js";
+import { add, scaleVector, type Vec3, ZERO } from "../arm/vector.js";
 import type { View } from "../arm/view.js";
 import { inDigits, say } from "../text/text.js";
 
+/** Which sliders a lesson has: for joint rates, or for the wanted direction of P. */
 export type Tool = "rates" | "wanted";
 
-/** What the dials say: rates of the joints (rad/s), and a direction on the page (degrees). */
+/** The values of the sliders: joint rates (rad/s), and a direction on the page (degrees). */
 export type Dials = { readonly rates: readonly number[]; readonly direction: number };
 
 export const FIRST_DIALS: Dials = { rates: [0.5, 0.5], direction: 0 };
 
-/** How fast P is to go (m/s). */
+/** The wanted speed of P (m/s). */
 const WANTED = 0.5;
 
-/** The rates that a tool leads to in a pose: those of the dials, or those by which P goes as it is wanted. */
+/** Return the joint rates that a tool sets: those of the sliders, or those that give P the wanted velocity. */
 export function ratesOf(tool: Tool | null, dials: Dials, { counted }: State): readonly number[] {
   if (tool === "rates") return dials.rates;
   if (tool !== "wanted") return [];
@@ -31,21 +32,21 @@ export function ratesOf(tool: Tool | null, dials: Dials, { counted }: State): re
   return leastSquares(counted, [WANTED * Math.cos(angle), WANTED * Math.sin(angle)], 1e-6);
 }
 
-/** The velocity of P with rates of the joints (m/s). */
+/** Return the velocity of P (m/s) at given joint rates. */
 export function velocityOf(arm: Arm, state: State, rates: readonly number[]): Vec3 {
-  return arrowsOf(arm, state).columns.reduce((sum, column, i) => add(sum, scaled(column, rates[i] ?? 0)), ZERO);
+  return arrowsOf(arm, state).columns.reduce((sum, column, i) => add(sum, scaleVector(column, rates[i] ?? 0)), ZERO);
 }
 
 const MOST = 1e3;
-/** Arrows of velocities are drawn longer than columns of J: rates are small. */
+/** Velocities are drawn longer than columns of J by this factor, because the rates are small. */
 const SEEN = 2;
 
-/** The share of each joint in the velocity of P, one behind the other, and their sum. */
+/** The contribution of each joint to the velocity of P, head to tail, and their sum. */
 export function Shares({ stage, view, rates }: { stage: Stage; view: View; rates: readonly number[] }): JSX.Element {
   const { arm, state } = stage;
-  const by = SEEN * speedScale(arm);
+  const scale = SEEN * speedScale(arm);
   const shares = arrowsOf(arm, state).columns.map((column, i) =>
-    scaled(column, by * Math.max(-MOST, Math.min(MOST, rates[i] ?? 0))),
+    scaleVector(column, scale * Math.max(-MOST, Math.min(MOST, rates[i] ?? 0))),
   );
   let from = state.point;
   return (
@@ -55,7 +56,12 @@ export function Shares({ stage, view, rates }: { stage: Stage; view: View; rates
         from = add(from, share);
         return <Arrow key={i} view={view} from={start} vector={share} style={`arm-share ${jointClass(i)}`} />;
       })}
-      <Arrow view={view} from={state.point} vector={scaled(velocityOf(arm, state, rates), by)} style="arm-sum" />
+      <Arrow
+        view={view}
+        from={state.point}
+        vector={scaleVector(velocityOf(arm, state, rates), scale)}
+        style="arm-sum"
+      />
     </g>
   );
 }
@@ -72,7 +78,7 @@ interface DialsProps {
   readonly onDials: (dials: Dials) => void;
 }
 
-/** The dials of a tool, and what comes of them in numbers. */
+/** The sliders of a tool, and the resulting numbers. */
 export function DialBoard({ tool, arm, dials, rates, velocity, onDials }: DialsProps): JSX.Element {
   const [vx, vy] = velocity.map((value) => signed(value)) as [string, string, string];
   return (

@@ -2,66 +2,68 @@
 
 import { ROOT } from "../load.js";
 
-/** bank/sizes.json: by "FAMILY/KEY", the endings of the problem's files with their sizes in bytes. */
+/** bank/sizes.json: for each "FAMILY/KEY", the endings of the problem's files and their sizes in bytes. */
 export type Sizes = { readonly format: 1; readonly files: Readonly<Record<string, Readonly<Record<string, number>>>> };
 
-export interface Wanted {
-  /** The problem that it belongs to, as "FAMILY/KEY". */
+export interface BankFile {
+  /** The problem to which the file belongs, as "FAMILY/KEY". */
   readonly problem: string;
   readonly path: string;
   readonly bytes: number;
 }
 
-/** The files of some problems, in English and in the language of the page. */
-export function filesOf({ files }: Sizes, problems: Iterable<string>, language: string): Wanted[] {
-  const spoken = (ending: string): boolean =>
+/** Return the files of some problems, in English and in the page's language. */
+export function filesOf({ files }: Sizes, problems: Iterable<string>, language: string): BankFile[] {
+  const isNeeded = (ending: string): boolean =>
     /^(\.solutions)?\.json$/.test(ending) || ending.endsWith(`.${language}.json`);
   return [...new Set(problems)].flatMap((problem) =>
     Object.entries(files[problem] ?? {})
-      .filter(([ending]) => spoken(ending))
+      .filter(([ending]) => isNeeded(ending))
       .map(([ending, bytes]) => ({ problem, path: `bank/${problem}${ending}`, bytes })),
   );
 }
 
-export const addressOf = ({ path }: Wanted): string => new URL(`${ROOT}${path}`, window.location.href).href;
+export const addressOf = ({ path }: BankFile): string => new URL(`${ROOT}${path}`, window.location.href).href;
 
-/** The cache from which the service worker answers; null where the browser has none, or keeps nothing. */
+/** Return the cache of the service worker; null if the browser has none, or stores nothing. */
 export async function cacheOf(): Promise<Cache | null> {
   if (!("serviceWorker" in navigator) || typeof caches === "undefined") return null;
   try {
     const { scope } = await navigator.serviceWorker.ready;
-    const name = (await caches.keys()).find((each) => each.startsWith("qdot-") && each.endsWith(` ${scope}`));
+    const name = (await caches.keys()).find(
+      (cacheName) => cacheName.startsWith("qdot-") && cacheName.endsWith(` ${scope}`),
+    );
     return name === undefined ? null : await caches.open(name);
   } catch {
     return null;
   }
 }
 
-/** What of some files is not kept yet. */
-export async function missingOf(cache: Cache, files: readonly Wanted[]): Promise<Wanted[]> {
-  const kept = new Set((await cache.keys()).map(({ url }) => url));
-  return files.filter((file) => !kept.has(addressOf(file)));
+/** Return the files that are not stored yet. */
+export async function missingOf(cache: Cache, files: readonly BankFile[]): Promise<BankFile[]> {
+  const stored = new Set((await cache.keys()).map(({ url }) => url));
+  return files.filter((file) => !stored.has(addressOf(file)));
 }
 
-/** So many files are on the way at a time. */
+/** How many files are loaded at a time. */
 const AT_ONCE = 4;
 
-/** Fetch files into the cache until stopped, and call `each` for every file. Return how many failed. */
+/** Load files into the cache until stopped, and call `onStored` for every file. Return how many failed. */
 export async function fetchAll(
   cache: Cache,
-  files: readonly Wanted[],
-  each: (file: Wanted) => void,
+  files: readonly BankFile[],
+  onStored: (file: BankFile) => void,
   stopped: AbortSignal,
 ): Promise<number> {
-  const left = [...files];
+  const queue = [...files];
   let failed = 0;
   const work = async (): Promise<void> => {
-    for (let file = left.shift(); file && !stopped.aborted; file = left.shift()) {
+    for (let file = queue.shift(); file && !stopped.aborted; file = queue.shift()) {
       try {
         const answer = await fetch(addressOf(file), { signal: stopped });
         if (!answer.ok) throw new Error(String(answer.status));
         await cache.put(addressOf(file), answer);
-        each(file);
+        onStored(file);
       } catch {
         if (!stopped.aborted) failed += 1;
       }
@@ -71,12 +73,12 @@ export async function fetchAll(
   return failed;
 }
 
-/** Megabytes, as they are told. */
+/** Return megabytes, rounded for display. */
 export const megabytes = (bytes: number): number => {
   const size = bytes / 1e6;
   return Number(size < 10 ? size.toFixed(1) : size.toFixed(0));
 };
 
-export const sum = (files: readonly Wanted[]): number => files.reduce((total, { bytes }) => total + bytes, 0);
+export const sum = (files: readonly BankFile[]): number => files.reduce((total, { bytes }) => total + bytes, 0);
 
-export const problemsIn = (files: readonly Wanted[]): number => new Set(files.map(({ problem }) => problem)).size;
+export const problemsIn = (files: readonly BankFile[]): number => new Set(files.map(({ problem }) => problem)).size;

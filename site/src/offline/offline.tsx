@@ -1,16 +1,18 @@
-// Show how many problems are stored for offline use, and store the rest with a progress bar.
+// Show how many problems are stored for offline use, and store the others with a progress bar.
 
 import type { JSX } from "preact";
 import { useEffect, useRef, useState } from "preact/hooks";
 
 import { Button } from "../button.js";
 import { loadSizes } from "../load.js";
-import { language, message, type Message, said, say } from "../text/text.js";
-import { cacheOf, fetchAll, filesOf, megabytes, missingOf, problemsIn, sum, type Wanted } from "./keep.js";
+import { language, message, type Message, textOf, say } from "../text/text.js";
+import { cacheOf, fetchAll, filesOf, megabytes, missingOf, problemsIn, sum, type BankFile } from "./keep.js";
 
-/** What is known: nothing yet, that nothing can be kept, or the cache with all files and those that are missing. */
-type Known =
-  null | "impossible" | { readonly cache: Cache; readonly all: readonly Wanted[]; readonly missing: readonly Wanted[] };
+/** Null at first; "impossible" if the browser stores nothing; else the cache, all files, and those that are missing. */
+type StorageState =
+  | null
+  | "impossible"
+  | { readonly cache: Cache; readonly all: readonly BankFile[]; readonly missing: readonly BankFile[] };
 
 interface OfflineProps {
   readonly title: string;
@@ -23,39 +25,39 @@ export function Offline({ title, problems }: OfflineProps): JSX.Element | null {
   return (
     <details class="offline" onToggle={(event) => setOpen(event.currentTarget.open)}>
       <summary>{title}</summary>
-      {isOpen ? <Keeping problems={problems} /> : null}
+      {isOpen ? <Storing problems={problems} /> : null}
     </details>
   );
 }
 
-function Keeping({ problems }: { problems: readonly string[] }): JSX.Element {
-  const [known, setKnown] = useState<Known>(null);
-  const [told, setTold] = useState<Message | null>(null);
-  const [going, setGoing] = useState<AbortController | null>(null);
-  const left = useRef(new Set<Wanted>());
-  const look = async (): Promise<void> => {
+function Storing({ problems }: { problems: readonly string[] }): JSX.Element {
+  const [known, setKnown] = useState<StorageState>(null);
+  const [note, setNote] = useState<Message | null>(null);
+  const [controller, setController] = useState<AbortController | null>(null);
+  const left = useRef(new Set<BankFile>());
+  const refresh = async (): Promise<void> => {
     const cache = await cacheOf();
     if (!cache) return setKnown("impossible");
     const all = filesOf(await loadSizes(), problems, language().code);
     setKnown({ cache, all, missing: await missingOf(cache, all) });
   };
   useEffect(() => {
-    look().catch(() => setTold(message("offline.failed")));
-    return () => going?.abort();
+    refresh().catch(() => setNote(message("offline.failed")));
+    return () => controller?.abort();
   }, [problems]);
 
   if (known === "impossible") return <p>{say("offline.impossible")}</p>;
-  if (known === null) return <p role="status">{said(told ?? message("practice.loading"))}</p>;
+  if (known === null) return <p role="status">{textOf(note ?? message("practice.loading"))}</p>;
   const { cache, all, missing } = known;
   const start = async (): Promise<void> => {
     const room = await roomLeft();
     if (room !== null && room < sum(missing))
-      return setTold(message("offline.no-room", { room: megabytes(room), size: megabytes(sum(missing)) }));
-    setTold(null);
+      return setNote(message("offline.no-room", { room: megabytes(room), size: megabytes(sum(missing)) }));
+    setNote(null);
     const control = new AbortController();
-    setGoing(control);
+    setController(control);
     left.current = new Set(missing);
-    void navigator.storage?.persist?.().catch(() => false); // that it stays when room gets scarce
+    void navigator.storage?.persist?.().catch(() => false); // so that the browser keeps the files when space gets scarce
     const failed = await fetchAll(
       cache,
       missing,
@@ -65,8 +67,8 @@ function Keeping({ problems }: { problems: readonly string[] }): JSX.Element {
       },
       control.signal,
     );
-    setGoing(null);
-    if (failed > 0) setTold(message("offline.some-failed", { count: failed }));
+    setController(null);
+    if (failed > 0) setNote(message("offline.some-failed", { count: failed }));
   };
   const here = all.filter((file) => !missing.includes(file));
   const count = problemsIn(all) - problemsIn(missing);
@@ -81,15 +83,15 @@ function Keeping({ problems }: { problems: readonly string[] }): JSX.Element {
               kept: megabytes(sum(here)),
               size: megabytes(sum(all)),
             })}{" "}
-        {told ? said(told) : ""}
+        {note ? textOf(note) : ""}
       </p>
-      {going || (here.length > 0 && missing.length > 0) ? (
+      {controller || (here.length > 0 && missing.length > 0) ? (
         <progress max={sum(all)} value={sum(here)} aria-label={say("offline.progress")} />
       ) : null}
       {missing.length > 0 ? (
         <p class="actions">
-          {going ? (
-            <Button style="quiet small" text={say("offline.stop")} onClick={() => going.abort()} />
+          {controller ? (
+            <Button style="quiet small" text={say("offline.stop")} onClick={() => controller.abort()} />
           ) : (
             <Button
               style="quiet small"
@@ -104,7 +106,7 @@ function Keeping({ problems }: { problems: readonly string[] }): JSX.Element {
   );
 }
 
-/** The room that the browser still gives, in bytes; null where it does not tell. */
+/** Return the space that the browser offers, in bytes; null if unknown. */
 async function roomLeft(): Promise<number | null> {
   try {
     const { quota, usage } = await navigator.storage.estimate();

@@ -2,13 +2,13 @@
 
 import type { JSX } from "preact";
 import { Button } from "../button.js";
-import { memo } from "../memo.js";
+import { memo } from "../pace.js";
 import { useId } from "preact/hooks";
 
 import { rowName } from "../arm/jacobian.js";
 import { ROWS } from "../arm/model.js";
 import { jointClass, Letters } from "../arm/letters.js";
-import { said, say } from "../text/text.js";
+import { textOf, say } from "../text/text.js";
 import { inAngles } from "./angles.js";
 import {
   ANGLES,
@@ -30,12 +30,12 @@ import {
 interface EditorProps {
   readonly table: Table;
   readonly faults: Faults;
-  /** The rows that count where none are chosen. */
-  readonly usual: readonly string[];
+  /** The task rows if the table chooses none. */
+  readonly defaultTask: readonly string[];
   readonly onTable: (table: Table) => void;
 }
 
-export const Editor = memo(({ table, faults, usual, onTable }: EditorProps): JSX.Element => {
+export const Editor = memo(({ table, faults, defaultTask, onTable }: EditorProps): JSX.Element => {
   const { rows } = table;
   const setRow = (index: number, row: TypedRow): void => onTable({ ...table, rows: rows.with(index, row) });
   return (
@@ -45,14 +45,14 @@ export const Editor = memo(({ table, faults, usual, onTable }: EditorProps): JSX
           legend={say("own.convention")}
           all={CONVENTIONS}
           chosen={table.convention}
-          text={(each) => say(`own.convention-${each}`)}
+          text={(convention) => say(`own.convention-${convention}`)}
           onChoose={(convention) => onTable({ ...table, convention })}
         />
         <Choice
           legend={say("own.angles")}
           all={ANGLES}
           chosen={table.angles}
-          text={(each) => say(`own.angles-${each}`)}
+          text={(unit) => say(`own.angles-${unit}`)}
           onChoose={(angles) => onTable(inAngles(table, angles))}
         />
       </div>
@@ -60,7 +60,7 @@ export const Editor = memo(({ table, faults, usual, onTable }: EditorProps): JSX
         <span />
         <span />
         {ENTRIES.map((entry) => (
-          <Heading key={entry} entry={entry} before={table.convention === "modified-dh"} />
+          <Heading key={entry} entry={entry} isModified={table.convention === "modified-dh"} />
         ))}
         <span />
       </p>
@@ -70,7 +70,7 @@ export const Editor = memo(({ table, faults, usual, onTable }: EditorProps): JSX
           index={i}
           row={row}
           faults={faults}
-          alone={rows.length === 1}
+          isOnly={rows.length === 1}
           onRow={(next) => setRow(i, next)}
           onRemove={() => onTable({ ...table, rows: withoutRow(rows, i) })}
         />
@@ -86,27 +86,27 @@ export const Editor = memo(({ table, faults, usual, onTable }: EditorProps): JSX
           />
         ))}
       </p>
-      <More table={table} faults={faults} usual={usual} onTable={onTable} />
+      <More table={table} faults={faults} defaultTask={defaultTask} onTable={onTable} />
     </div>
   );
 });
 
-/** One of a few, as radio buttons in a line. */
+/** A choice among a few options, as radio buttons in a line. */
 function Choice<T extends string>(props: {
   legend: string;
   all: readonly T[];
   chosen: T;
-  text: (each: T) => string;
-  onChoose: (each: T) => void;
+  text: (option: T) => string;
+  onChoose: (option: T) => void;
 }): JSX.Element {
   const name = useId();
   return (
     <fieldset class="own-choice">
       <legend>{props.legend}</legend>
-      {props.all.map((each) => (
-        <label key={each}>
-          <input type="radio" name={name} checked={each === props.chosen} onChange={() => props.onChoose(each)} />
-          {props.text(each)}
+      {props.all.map((option) => (
+        <label key={option}>
+          <input type="radio" name={name} checked={option === props.chosen} onChange={() => props.onChoose(option)} />
+          {props.text(option)}
         </label>
       ))}
     </fieldset>
@@ -115,9 +115,9 @@ function Choice<T extends string>(props: {
 
 const SIGNS: Readonly<Record<Entry, string>> = { theta: "θ", d: "d", a: "a", alpha: "α" };
 
-/** θᵢ, dᵢ, aᵢ, αᵢ; of a modified table a and α have the index before. */
-function Heading({ entry, before }: { entry: Entry; before: boolean }): JSX.Element {
-  const earlier = before && (entry === "a" || entry === "alpha");
+/** The heading of a column: θᵢ, dᵢ, aᵢ, αᵢ; in a modified table, a and α have the index i−1. */
+function Heading({ entry, isModified }: { entry: Entry; isModified: boolean }): JSX.Element {
+  const earlier = isModified && (entry === "a" || entry === "alpha");
   return (
     <span>
       <i>{SIGNS[entry]}</i>
@@ -133,12 +133,12 @@ interface RowProps {
   readonly index: number;
   readonly row: TypedRow;
   readonly faults: Faults;
-  readonly alone: boolean;
+  readonly isOnly: boolean;
   readonly onRow: (row: TypedRow) => void;
   readonly onRemove: () => void;
 }
 
-function RowFields({ index, row, faults, alone, onRow, onRemove }: RowProps): JSX.Element {
+function RowFields({ index, row, faults, isOnly, onRow, onRemove }: RowProps): JSX.Element {
   const number = index + 1;
   return (
     <fieldset class={`own-row ${jointClass(index)}`}>
@@ -171,7 +171,7 @@ function RowFields({ index, row, faults, alone, onRow, onRemove }: RowProps): JS
       <button
         type="button"
         class="own-remove"
-        disabled={alone}
+        disabled={isOnly}
         aria-label={say("own.remove", { number })}
         title={say("own.remove", { number })}
         onClick={onRemove}
@@ -223,7 +223,7 @@ const faultId = (cell: Cell): string => `wrong-${cell.replaceAll("/", "-")}`;
 
 type Named = readonly [cell: Cell, name: string];
 
-/** What is wrong in some cells. */
+/** The errors in some cells. */
 function Wrong({ faults, cells }: { faults: Faults; cells: readonly Named[] }): JSX.Element | null {
   const wrong = cells.filter(([cell]) => faults.has(cell));
   if (wrong.length === 0) return null;
@@ -231,7 +231,7 @@ function Wrong({ faults, cells }: { faults: Faults; cells: readonly Named[] }): 
     <ul class="own-wrong">
       {wrong.map(([cell, name]) => (
         <li key={cell} id={faultId(cell)}>
-          <strong>{name}</strong>: {said(faults.get(cell)!)}
+          <strong>{name}</strong>: {textOf(faults.get(cell)!)}
         </li>
       ))}
     </ul>
@@ -244,10 +244,10 @@ const PLACES = [
   ["turn", ["roll", "pitch", "yaw"]],
 ] as const;
 
-/** The point, the base and the rows that count. */
-function More({ table, faults, usual, onTable }: EditorProps): JSX.Element {
+/** The point, the base, and the task rows. */
+function More({ table, faults, defaultTask, onTable }: EditorProps): JSX.Element {
   const isOpen = PLACES.some(
-    ([place]) => [0, 1, 2].some((axis) => faults.has(placeCell(place, axis))), // else it is not seen
+    ([place]) => [0, 1, 2].some((axis) => faults.has(placeCell(place, axis))), // else the error is not visible
   );
   return (
     <details class="own-more" open={isOpen || undefined}>
@@ -271,17 +271,17 @@ function More({ table, faults, usual, onTable }: EditorProps): JSX.Element {
           <Wrong faults={faults} cells={axes.map((axis, k) => [placeCell(place, k), axis] as const)} />
         </fieldset>
       ))}
-      <Task table={table} usual={usual} onTable={onTable} />
+      <Task table={table} defaultTask={defaultTask} onTable={onTable} />
     </details>
   );
 }
 
-/** The rows of J that count; by themselves those in which the arm moves. */
-function Task({ table, usual, onTable }: Pick<EditorProps, "table" | "usual" | "onTable">): JSX.Element {
-  const chosen: readonly string[] = table.task ?? usual;
+/** The rows of J that the task counts; by default those in which the arm moves. */
+function Task({ table, defaultTask, onTable }: Pick<EditorProps, "table" | "defaultTask" | "onTable">): JSX.Element {
+  const chosen: readonly string[] = table.task ?? defaultTask;
   const toggled = (row: (typeof ROWS)[number]): void => {
-    const next = ROWS.filter((each) => (each === row ? !chosen.includes(each) : chosen.includes(each)));
-    if (next.length > 0) onTable({ ...table, task: next.join() === usual.join() ? null : next });
+    const next = ROWS.filter((name) => (name === row ? !chosen.includes(name) : chosen.includes(name)));
+    if (next.length > 0) onTable({ ...table, task: next.join() === defaultTask.join() ? null : next });
   };
   return (
     <fieldset class="own-task">

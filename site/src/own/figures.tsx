@@ -1,4 +1,4 @@
-// J, its determinant and its singular values in numbers, as precise as is worth reading, and to be copied as they are.
+// J, its determinant and its singular values in numbers, with a button that copies all digits.
 
 import type { JSX } from "preact";
 
@@ -6,13 +6,13 @@ import { JacobianTable } from "../arm/jacobian.js";
 import { Letters } from "../arm/letters.js";
 import { ROWS } from "../arm/model.js";
 import type { Stage } from "../arm/stage.js";
-import { sizeName } from "../arm/words.js";
+import { sizeName } from "../arm/descriptions.js";
 import { Copied } from "../pages/copied.js";
-import { inDigits, say } from "../text/text.js";
+import { inDigits, numberSeparator, say } from "../text/text.js";
 
-/** Six significant digits, a true minus sign, and no rounding errors beside what is in the matrix. */
-function shown(value: number, most: number): string {
-  return inDigits(Math.abs(value) < 1e-12 * Math.max(1, most) ? 0 : value);
+/** Format with six significant digits, a true minus sign, and 0 for rounding errors relative to `most`. */
+function format(value: number, largest: number): string {
+  return inDigits(Math.abs(value) < 1e-12 * Math.max(1, largest) ? 0 : value);
 }
 
 export function Figures({ stage }: { stage: Stage }): JSX.Element {
@@ -20,23 +20,22 @@ export function Figures({ stage }: { stage: Stage }): JSX.Element {
   const most = Math.max(...state.jacobian.flat().map(Math.abs));
   const { det, volume, sigma, least } = measures;
   const [largest] = sigma;
-  const between = say("number.point") === "," ? "; " : ", ";
   return (
     <section class="own-figures" aria-label={say("own.figures")}>
       <h3>{say("own.figures")}</h3>
-      <JacobianTable arm={arm} state={state} written={(value) => shown(value, most)} />
+      <JacobianTable arm={arm} state={state} format={(value) => format(value, most)} />
       <dl>
         <dt>{say(sizeName(arm))}</dt>
-        <dd>{shown(det ?? volume, largest ?? 1)}</dd>
+        <dd>{format(det ?? volume, largest ?? 1)}</dd>
         <dt>
           <Letters name="sigma" />
         </dt>
-        <dd>{sigma.map((value) => shown(value, largest ?? 1)).join(between)}</dd>
+        <dd>{sigma.map((value) => format(value, largest ?? 1)).join(numberSeparator())}</dd>
         <dt>
           <Letters name="sigma_min" />
         </dt>
         <dd>
-          {shown(least, largest ?? 1)}
+          {format(least, largest ?? 1)}
           {least > 1e-12 * (largest ?? 1)
             ? ` (${say("own.condition", { value: Number((largest! / least).toPrecision(4)) })})`
             : ""}
@@ -47,7 +46,7 @@ export function Figures({ stage }: { stage: Stage }): JSX.Element {
   );
 }
 
-/** All digits, as Python and NumPy take them. */
+/** Return all digits as Python code. */
 function asPython({ arm, pose, state, measures }: Stage): string {
   const rows = state.counted.map((row) => `    [${row.join(", ")}],`);
   const task = arm.task.map((row) => ROWS[row]).join(", ");

@@ -1,4 +1,4 @@
-// The ROBOT.toml of a table, which `qdot solve` takes: the same arm, derived in formulas.
+// Write the ROBOT.toml of a table for `qdot solve`, which derives formulas for the same arm.
 
 import { ENTRIES, movingEntry, type Table, type Triple, variableOf } from "./table.js";
 
@@ -21,20 +21,22 @@ export function tomlOf(table: Table): string {
     const moving = movingEntry(row.kind);
     lines.push("", "[[joint]]", `kind = "${row.kind}"`);
     for (const entry of ENTRIES)
-      lines.push(`${entry} = ${quoted(entry === moving ? withOwn(row[entry], row.kind, i) : plain(row[entry]))}`);
+      lines.push(
+        `${entry} = ${quoted(entry === moving ? withVariableName(row[entry], row.kind, i) : plain(row[entry]))}`,
+      );
   });
   return `${lines.join("\n")}\n`;
 }
 
-/** What moves, with its variable; a number alone is what is added to it. */
-function withOwn(text: string, kind: "R" | "P", index: number): string {
-  const written = plain(text);
-  const own = new RegExp(`\\b(q|${kind === "R" ? "theta" : "d"})${index + 1}\\b`, "u");
-  if (own.test(written)) return written;
-  return written === "0" ? variableOf(index) : `${variableOf(index)} + (${written})`;
+/** Return the entry with the joint variable; a number alone is added to the variable. */
+function withVariableName(text: string, kind: "R" | "P", index: number): string {
+  const typed = plain(text);
+  const variable = new RegExp(`\\b(q|${kind === "R" ? "theta" : "d"})${index + 1}\\b`, "u");
+  if (variable.test(typed)) return typed;
+  return typed === "0" ? variableOf(index) : `${variableOf(index)} + (${typed})`;
 }
 
-/** A cell as ROBOT.toml has it: signs of a keyboard, a point before decimals, nothing is zero. */
+/** Return a cell as ROBOT.toml takes it: ASCII signs, a decimal point, and "0" if it is empty. */
 function plain(text: string): string {
   const typed = text.replace(/[−–]/gu, "-").replace(/π/gu, "pi").replace(/θ_?/gu, "theta");
   return typed.replace(/^(\s*[-+]?\d*),(\d+\s*)$/u, "$1.$2").trim() || "0";
@@ -42,5 +44,5 @@ function plain(text: string): string {
 
 const list = (three: Triple<string>): string => `[${three.map((text) => quoted(plain(text))).join(", ")}]`;
 
-/** A text as TOML quotes it. */
+/** Quote a text for TOML. */
 const quoted = (text: string): string => JSON.stringify(text).replace(/\x7f/g, "\\u007f");

@@ -1,4 +1,4 @@
-// The script of the page of one's own arm.
+// The script of the page of the student's own arm.
 import "../site.css";
 
 import { loadKnownArms } from "../load.js";

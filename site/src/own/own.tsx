@@ -1,9 +1,9 @@
 // The page of the student's own arm: a typed table or a known robot, the moving arm and its numbers. The address is
-// always a link to what is shown.
+// always a link to the arm shown.
 
 import type { JSX } from "preact";
 import { Button } from "../button.js";
-import { memo } from "../memo.js";
+import { memo } from "../pace.js";
 import { useCallback, useEffect, useMemo, useRef, useState } from "preact/hooks";
 
 import { Arm } from "../arm/panel.js";
@@ -11,27 +11,27 @@ import { armOf, namedPose } from "../arm/model.js";
 import type { Stage } from "../arm/stage.js";
 import type { NamedPose, Robot } from "../bank.js";
 import { Copied, saveFile } from "../pages/copied.js";
-import { language, said, say } from "../text/text.js";
+import { language, textOf, say } from "../text/text.js";
 import { inAngles } from "./angles.js";
 import { Editor } from "./editor.js";
 import { Figures } from "./figures.js";
 import { tomlOf } from "./file.js";
-import { type Known, type KnownArms, tableOf } from "./known.js";
+import { type Known, type KnownArms, tableOf } from "./known-arms.js";
 import { asFragment, fromFragment } from "./link.js";
 import { robotOf } from "./standard.js";
 import { type Faults, newRow, noteOn, numbersOf, type Table, ZEROS } from "./table.js";
 
-/** What is told: a table, the known arm that it is, and a pose to begin with (degrees, metres). */
+/** The arm on the page: a table, the known arm that it is, and a pose to begin with (degrees, metres). */
 interface Own {
   readonly table: Table;
   readonly robot: string | null;
   readonly at: readonly number[] | null;
-  /** What was wrong with the link by which one came. */
+  /** The error in the link that led to the page. */
   readonly fault: "own.no-table" | "own.no-robot" | null;
 }
 
-/** What a table of one's own begins with. */
-const PLAINEST: Table = {
+/** A new table. */
+const NEW_TABLE: Table = {
   ...{ name: "", convention: "dh", angles: "degrees", task: null },
   rows: [0, 1].map((row) => ({ ...newRow("R", row), a: "0.5" })),
   ...{ tool: ZEROS, place: ZEROS, turn: ZEROS },
@@ -40,101 +40,100 @@ const NOTHING_WRONG: Faults = new Map();
 
 export function OwnArm({ known }: { known: KnownArms }): JSX.Element {
   const all = useMemo(() => [...known.plain, ...known.robots], [known]);
-  const [own, setOwn] = useState<Own>(() => fromAddress(all));
+  const [state, setOwn] = useState<Own>(() => fromAddress(all));
   const [stage, setStage] = useState<Stage | null>(null);
-  const numbers = useMemo(() => numbersOf(own.table), [own.table]);
+  const numbers = useMemo(() => numbersOf(state.table), [state.table]);
   const faults = numbers instanceof Map ? (numbers as Faults) : NOTHING_WRONG;
-  const last = useRef<Robot | null>(null); // while a cell is wrong, the arm stays as it was
+  const last = useRef<Robot | null>(null); // while a cell is invalid, the last arm is shown
   const robot = useMemo(() => {
     if (!("rows" in numbers)) return last.current;
-    return (last.current = robotOf(own.table, numbers));
-  }, [own.table, numbers]);
-  const usual = useMemo(
-    () => ("rows" in numbers ? robotOf({ ...own.table, task: null }, numbers).task : []),
-    [own.table, numbers],
+    return (last.current = robotOf(state.table, numbers));
+  }, [state.table, numbers]);
+  const defaultTask = useMemo(
+    () => ("rows" in numbers ? robotOf({ ...state.table, task: null }, numbers).task : []),
+    [state.table, numbers],
   );
   const pose = useRef<NamedPose | undefined>(undefined);
-  const shape = own.table.rows.map(({ kind }) => kind).join("");
-  const first = useMemo(() => poseOf(own) ?? kept(robot, pose.current), [robot]);
+  const shape = state.table.rows.map(({ kind }) => kind).join("");
+  const first = useMemo(() => poseOf(state) ?? poseIfFits(robot, pose.current), [robot]);
 
   useEffect(() => {
-    const go = (): void => {
-      if (!window.location.hash.includes("=") || window.location.hash === written.current) return;
+    const followLink = (): void => {
+      if (!window.location.hash.includes("=") || window.location.hash === writtenFragment.current) return;
       pose.current = undefined;
       setOwn(fromAddress(all));
     };
-    window.addEventListener("hashchange", go);
-    return () => window.removeEventListener("hashchange", go);
+    window.addEventListener("hashchange", followLink);
+    return () => window.removeEventListener("hashchange", followLink);
   }, [all]);
 
   const at = stage?.rested.pose;
   const fragment = asFragment(
-    own.table,
-    own.robot,
-    at?.length === own.table.rows.length
-      ? at.map((value, i) => (own.table.rows[i]!.kind === "R" ? (value * 180) / Math.PI : value))
-      : own.at,
+    state.table,
+    state.robot,
+    at?.length === state.table.rows.length
+      ? at.map((value, i) => (state.table.rows[i]!.kind === "R" ? (value * 180) / Math.PI : value))
+      : state.at,
   );
-  const written = useRef("");
+  const writtenFragment = useRef("");
   useEffect(() => {
-    if (own.fault) return; // until something is typed, the link that was wrong stays to be looked at
+    if (state.fault) return; // an invalid link stays in the address until something is typed
     const { hash } = window.location;
-    const isOther = written.current !== "" && hash !== written.current && hash.includes("=");
-    if (isOther) return; // another link was followed, of which the page is told in a moment
-    written.current = fragment;
-    if (window.location.hash !== fragment) window.history.replaceState(null, "", fragment);
-  }, [fragment, own.fault]);
+    const isOther = writtenFragment.current !== "" && hash !== writtenFragment.current && hash.includes("=");
+    if (isOther) return; // another link was followed; its hashchange event comes next
+    writtenFragment.current = fragment;
+    if (hash !== fragment) window.history.replaceState(null, "", fragment);
+  }, [fragment, state.fault]);
 
-  const typed = useCallback(
+  const changeTable = useCallback(
     (table: Table): void => {
-      pose.current ??= first ?? (stage ? namedPose(stage.arm, stage.pose) : undefined); // until it is moved
+      pose.current ??= first ?? (stage ? namedPose(stage.arm, stage.pose) : undefined); // the pose until the arm is moved
       setOwn({ table, robot: null, at: null, fault: null });
     },
     [first, stage?.pose],
   );
-  const begin = useCallback(
+  const beginWith = useCallback(
     (key: string): void => {
-      const found = all.find((each) => each.key === key);
-      if (key && !found) return;
+      const start = all.find((arm) => arm.key === key);
+      if (key && !start) return;
       pose.current = undefined;
-      const begun = found ? tableOf(found, language().code) : PLAINEST;
-      const table = inAngles(begun, own.table.angles); // as was chosen
-      setOwn({ table, robot: found ? key : null, at: null, fault: null });
+      const table = inAngles(start ? tableOf(start, language().code) : NEW_TABLE, state.table.angles);
+      setOwn({ table, robot: start ? key : null, at: null, fault: null });
     },
-    [all, own.table.angles],
+    [all, state.table.angles],
   );
-  const posed = useCallback((now: NamedPose) => void (pose.current = now), []);
-  const source = all.find(({ key }) => key === own.robot)?.source;
+  const rememberPose = useCallback((next: NamedPose) => void (pose.current = next), []);
+  const source = all.find(({ key }) => key === state.robot)?.source;
   const note = "rows" in numbers ? noteOn(numbers) : null;
   return (
     <div class="workspace">
       <article class="task own">
         <h2>{say("own.title")}</h2>
         <p>{say("own.lead")}</p>
-        {own.fault ? (
+        {state.fault ? (
           <p role="alert" class="own-alert">
-            {say(own.fault)}
+            {say(state.fault)}
           </p>
         ) : null}
         <div class="own-begin">
-          <Begin known={known} chosen={own.robot} onBegin={begin} />
+          <Begin known={known} chosen={state.robot} onBegin={beginWith} />
           <label>
             {say("own.name")}
             <input
               type="text"
-              value={own.table.name}
+              value={state.table.name}
               maxLength={80}
-              onInput={(event) => typed({ ...own.table, name: event.currentTarget.value })}
+              onInput={(event) => changeTable({ ...state.table, name: event.currentTarget.value })}
             />
           </label>
         </div>
         {source ? <p class="muted own-source">{say("own.source", { source })}</p> : null}
-        <Editor table={own.table} faults={faults} usual={usual} onTable={typed} />
+        <Editor table={state.table} faults={faults} defaultTask={defaultTask} onTable={changeTable} />
         <p role="status" class={faults.size > 0 ? "own-alert" : "muted"}>
-          {faults.size > 0 ? say("own.wrong", { count: faults.size }) : note ? said(note) : ""}
+          {faults.size > 0 ? say("own.wrong", { count: faults.size }) : note ? textOf(note) : ""}
         </p>
         {stage ? <Figures stage={stage} /> : null}
-        <Onward table={own.table} link={`${window.location.href.split("#")[0]}${fragment}`} />
+        <Onward table={state.table} link={`${window.location.href.split("#")[0]}${fragment}`} />
       </article>
       <section class="stage" aria-label={say("practice.move")}>
         {robot ? (
@@ -144,9 +143,9 @@ export function OwnArm({ known }: { known: KnownArms }): JSX.Element {
             symbols={{}}
             pose={first}
             pane="map"
-            radians={own.table.angles === "radians"}
+            radians={state.table.angles === "radians"}
             onStage={setStage}
-            onPose={posed}
+            onPose={rememberPose}
           />
         ) : (
           <p class="muted own-none">{say("own.no-arm")}</p>
@@ -156,13 +155,13 @@ export function OwnArm({ known }: { known: KnownArms }): JSX.Element {
   );
 }
 
-/** Where the arm was, as far as it has the same joints. */
-function kept(robot: Robot | null, pose: NamedPose | undefined): NamedPose | undefined {
+/** Return the last pose if it fits the robot's joints. */
+function poseIfFits(robot: Robot | null, pose: NamedPose | undefined): NamedPose | undefined {
   if (!robot || !pose) return undefined;
   return armOf(robot).joints.every(({ name }) => name in pose) ? pose : undefined;
 }
 
-/** The pose of a link by the names of the joints (rad, m). */
+/** Return the pose of a link by the names of the joints (rad, m). */
 function poseOf({ at, table }: Own): NamedPose | undefined {
   if (at?.length !== table.rows.length) return undefined;
   return Object.fromEntries(
@@ -172,17 +171,17 @@ function poseOf({ at, table }: Own): NamedPose | undefined {
   );
 }
 
-/** What the address tells; the first known arm where it tells nothing. */
+/** Return the arm that the address describes; the first known arm if it describes none. */
 function fromAddress(all: readonly Known[]): Own {
-  const known = (arm: Known): Table => inAngles(tableOf(arm, language().code), PLAINEST.angles);
+  const known = (arm: Known): Table => inAngles(tableOf(arm, language().code), NEW_TABLE.angles);
   const first = { table: known(all[0]!), robot: all[0]!.key, at: null };
-  const told = fromFragment(window.location.hash);
-  if (told === null) return { ...first, fault: null };
-  if (told === "unreadable") return { ...first, fault: "own.no-table" };
-  if (told.table) return { table: told.table, robot: null, at: told.at, fault: null };
-  const robot = all.find(({ key }) => key === told.robot);
+  const content = fromFragment(window.location.hash);
+  if (content === null) return { ...first, fault: null };
+  if (content === "unreadable") return { ...first, fault: "own.no-table" };
+  if (content.table) return { table: content.table, robot: null, at: content.at, fault: null };
+  const robot = all.find(({ key }) => key === content.robot);
   if (!robot) return { ...first, fault: "own.no-robot" };
-  return { table: known(robot), robot: robot.key, at: told.at, fault: null };
+  return { table: known(robot), robot: robot.key, at: content.at, fault: null };
 }
 
 interface BeginProps {
@@ -191,7 +190,7 @@ interface BeginProps {
   readonly onBegin: (key: string) => void;
 }
 
-// What is typed stays as it is while the arm moves: `memo` leaves it alone.
+// `memo`: the menu is not drawn again while the arm moves.
 const Begin = memo((props: BeginProps): JSX.Element => {
   const { code } = language();
   const options = (all: readonly Known[]): JSX.Element[] =>

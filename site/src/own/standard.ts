@@ -1,30 +1,34 @@
-// The standard (distal) table of an arm that is told by a standard or a modified one, in numbers.
+// Convert a standard or modified table to the standard (distal) table of the same arm, in numbers.
 //
-// The rules of ../../../exercises/arm/standard_table.py: Rx and Tx of a modified row join the row before it; a joint
-// that counts the other way is one about an axis the other way up, Rz(-q) = Rx(pi) Rz(q) Rx(-pi).
+// The rules of ../../../exercises/arm/standard_table.py: Rx and Tx of a modified row join the row before. A joint that
+// counts in the other direction is a joint about the reversed axis, Rz(-q) = Rx(pi) Rz(q) Rx(-pi).
 
 import type { Robot, TaskRow } from "../bank.js";
+import { randomPoses } from "../random.js";
 import { type Arm, armOf, ROWS, stateAt } from "../arm/model.js";
-import { randomPoses } from "../arm/random.js";
-import { add, type Matrix, times, type Vec3 } from "../arm/vector.js";
+import { add, type Matrix, multiply, type Vec3 } from "../arm/vector.js";
 import type { Numbers, Row, Table, Triple } from "./table.js";
 
 type Base = { readonly position: Vec3; readonly rotation: Matrix };
 
-/** The arm that a table tells, as a record of the bank tells one. */
+/** Return the arm of a table as a record like those of the bank. */
 export function robotOf(table: Table, numbers: Numbers): Robot {
-  const home: Base = { position: numbers.place, rotation: turned(numbers.turn) };
+  const [roll, pitch, yawOfBase] = numbers.turn; // about fixed axes
+  const rotation = product(product(about(2, yawOfBase), about(1, pitch)), about(0, roll));
+  const home: Base = { position: numbers.place, rotation };
   const isModified = table.convention === "modified-dh";
-  const [base, rows] = upright(...(isModified ? shifted(home, numbers.rows) : ([home, numbers.rows] as const)));
+  const [base, rows] = withoutReversed(
+    ...(isModified ? shiftRows(home, numbers.rows) : ([home, numbers.rows] as const)),
+  );
   const [yaw, tilt, rest] = anglesOf(base.rotation);
   const joints = rows.map((row, i): Robot["joints"][number] => {
     const theta = row.theta + (i === 0 ? rest : 0);
-    const own = `${row.kind === "R" ? "theta" : "d"}${i + 1}`;
-    const moving = (value: number): string => (value === 0 ? own : `${own} + (${value})`);
+    const variable = `${row.kind === "R" ? "theta" : "d"}${i + 1}`;
+    const sumWith = (value: number): string => (value === 0 ? variable : `${variable} + (${value})`);
     return {
       kind: row.kind,
-      theta: row.kind === "R" ? moving(theta) : String(theta),
-      d: row.kind === "P" ? moving(row.d) : String(row.d),
+      theta: row.kind === "R" ? sumWith(theta) : String(theta),
+      d: row.kind === "P" ? sumWith(row.d) : String(row.d),
       a: String(row.a),
       alpha: String(row.alpha),
     };
@@ -38,17 +42,12 @@ export function robotOf(table: Table, numbers: Numbers): Robot {
     task: ROWS.filter((row) => table.task?.includes(row) ?? true),
     values: {},
   };
-  return table.task ? robot : { ...robot, task: usualTask(armOf(robot)) };
+  return table.task ? robot : { ...robot, task: defaultTask(armOf(robot)) };
 }
 
 const texts = ([x, y, z]: Triple<number>): [string, string, string] => [String(x), String(y), String(z)];
 
-/** Rz(yaw) Ry(pitch) Rx(roll), all about the outer axes. */
-function turned([roll, pitch, yaw]: Triple<number>): Matrix {
-  return product(product(about(2, yaw), about(1, pitch)), about(0, roll));
-}
-
-/** The rotation about axis x, y or z (0, 1, 2). */
+/** Return the rotation about axis x, y or z (0, 1, 2). */
 function about(axis: 0 | 1 | 2, angle: number): Matrix {
   const [c, s] = [Math.cos(angle), Math.sin(angle)];
   if (axis === 0) return [[1, 0, 0], [0, c, -s], [0, s, c]]; // prettier-ignore
@@ -60,35 +59,35 @@ function product(left: Matrix, right: Matrix): Matrix {
   return left.map((row) => right[0]!.map((_, j) => row.reduce((sum, value, k) => sum + value * right[k]![j]!, 0)));
 }
 
-/** The rows of a modified table as those of the standard one: their a and alpha stand before their joint. */
-function shifted({ position, rotation }: Base, rows: readonly Row[]): readonly [Base, Row[]] {
+/** Return the rows of a modified table as those of a standard one: a and alpha move to the row before. */
+function shiftRows({ position, rotation }: Base, rows: readonly Row[]): readonly [Base, Row[]] {
   const [first] = rows;
   const base: Base = {
-    position: add(position, times(rotation, [first!.a, 0, 0]) as unknown as Vec3),
+    position: add(position, multiply(rotation, [first!.a, 0, 0]) as unknown as Vec3),
     rotation: product(rotation, about(0, first!.alpha)),
   };
   return [base, rows.map((row, i) => ({ ...row, a: rows[i + 1]?.a ?? 0, alpha: rows[i + 1]?.alpha ?? 0 }))];
 }
 
-/** The table without joints that count the other way. */
-function upright(home: Base, told: readonly Row[]): readonly [Base, readonly Row[]] {
+/** Return a table without joints that count in the other direction. */
+function withoutReversed(home: Base, reversible: readonly Row[]): readonly [Base, readonly Row[]] {
   let base = home;
-  const rows = [...told];
-  told.forEach(({ reversed }, i) => {
+  const rows = [...reversible];
+  reversible.forEach(({ reversed }, i) => {
     if (!reversed) return;
     const row = rows[i]!;
     rows[i] = { ...row, theta: -row.theta, d: -row.d, alpha: row.alpha - Math.PI, reversed: false };
-    const before = rows[i - 1];
-    if (before) rows[i - 1] = { ...before, alpha: before.alpha + Math.PI };
+    const previous = rows[i - 1];
+    if (previous) rows[i - 1] = { ...previous, alpha: previous.alpha + Math.PI };
     else base = { ...base, rotation: product(base.rotation, about(0, Math.PI)) };
   });
   return [base, rows];
 }
 
-/** Below this sine an axis counts as upright. */
+/** If the sine of the tilt is below this limit, the axis counts as upright. */
 const UPRIGHT = 1e-12;
 
-/** Angles of Rz(yaw) Rx(tilt) Rz(rest); the last turn joins the first row. */
+/** Return the angles of Rz(yaw) Rx(tilt) Rz(rest); the last rotation joins the first row. */
 function anglesOf(rotation: Matrix): readonly [yaw: number, tilt: number, rest: number] {
   const [[xx], [yx, , yz], [zx, zy, zz]] = rotation as unknown as Triple<Vec3>;
   const xz = rotation[0]![2]!;
@@ -97,18 +96,18 @@ function anglesOf(rotation: Matrix): readonly [yaw: number, tilt: number, rest: 
   return [Math.atan2(xz, -yz), Math.atan2(sine, zz), Math.atan2(zx, zy)];
 }
 
-/** What is no rounding error in an entry of J. */
-const CLEARLY = 1e-6;
+/** Larger entries of J are no rounding errors. */
+const NONZERO = 1e-6;
 
-/** The rows that count where none are named, as `default_task` of exercises/arm/robot_file.py has them. */
-function usualTask(arm: Arm): TaskRow[] {
+/** Return the task rows if none are chosen, by the rule of `default_task` in exercises/arm/robot_file.py. */
+function defaultTask(arm: Arm): TaskRow[] {
   const most = ROWS.map(() => 0);
   for (const pose of randomPoses(3, arm.joints.length, 5)) {
     stateAt(arm, pose).jacobian.forEach((row, k) => {
       most[k] = Math.max(most[k]!, ...row.map(Math.abs));
     });
   }
-  const moving = ROWS.filter((_, k) => most[k]! > CLEARLY);
+  const moving = ROWS.filter((_, k) => most[k]! > NONZERO);
   const count = arm.joints.length;
   if (count >= 6 && moving.length === ROWS.length) return moving;
   if (count === 4 && moving.length === 4) return moving;

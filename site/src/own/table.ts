@@ -4,9 +4,9 @@
 
 import type { TaskRow } from "../bank.js";
 import { ROWS } from "../arm/model.js";
-import { read } from "../read/reader.js";
+import { parse } from "../read/reader.js";
 import { realValue } from "../read/real.js";
-import { anyNode, namesIn, type Node, ReadError } from "../read/tree.js";
+import { anyNode, catchParseError, namesIn, type Node, ParseError } from "../read/tree.js";
 import { type Message, message } from "../text/text.js";
 
 export const CONVENTIONS = ["dh", "modified-dh"] as const;
@@ -17,7 +17,7 @@ export const ENTRIES = ["theta", "d", "a", "alpha"] as const;
 export type Entry = (typeof ENTRIES)[number];
 export type Kind = "R" | "P";
 
-/** A row as it is typed; theta of a revolute joint, and d of a prismatic one, is its variable with what is added. */
+/** A typed row. Theta of a revolute joint, or d of a prismatic one, is the joint variable plus a constant. */
 export type TypedRow = { readonly kind: Kind } & Readonly<Record<Entry, string>>;
 
 export type Triple<T> = readonly [T, T, T];
@@ -27,16 +27,16 @@ export interface Table {
   readonly convention: Convention;
   readonly angles: Angles;
   readonly rows: readonly TypedRow[];
-  /** The point of interest in the last frame (m). */
+  /** The point P in the last frame (m). */
   readonly tool: Triple<string>;
-  /** Where the base frame is in the world (m), and how it is turned: roll, pitch, yaw about the world's axes. */
+  /** Position of the base frame in the world (m), and its roll, pitch and yaw about the world's axes. */
   readonly place: Triple<string>;
   readonly turn: Triple<string>;
-  /** The rows of J that count; null for those in which the arm moves. */
+  /** The rows of J that the task counts; null for those in which the arm moves. */
   readonly task: readonly TaskRow[] | null;
 }
 
-/** A row in numbers (rad, m): what is added to the variable, and whether that counts the other way. */
+/** A row in numbers (rad, m): constants, and whether the joint counts in the other direction. */
 export interface Row {
   readonly kind: Kind;
   readonly theta: number;
@@ -53,7 +53,7 @@ export interface Numbers {
   readonly turn: Triple<number>;
 }
 
-/** The cell of a row, or of a place of three: "rows/0/theta", "tool/2". */
+/** The cell of a row, or of a vector: "rows/0/theta", "tool/2". */
 export type Cell = string;
 
 export const rowCell = (row: number, entry: Entry): Cell => `rows/${row}/${entry}`;
@@ -61,142 +61,134 @@ export const placeCell = (place: "tool" | "place" | "turn", axis: number): Cell 
 
 export type Faults = ReadonlyMap<Cell, Message>;
 
-/** As many joints as `qdot solve` takes. */
+/** As many joints as `qdot solve` accepts. */
 export const MOST_JOINTS = 10;
-/** No cell is longer. */
+/** Maximum length of a cell. */
 export const LONGEST = 100;
-/** Metres: longer than any arm. */
-const FAR = 1e6;
-/** Radians above which an angle is meant in degrees. */
+/** A length (m) beyond that of any arm. */
+const MAX_LENGTH = 1e6;
+/** A larger angle in radians is probably meant in degrees. */
 const MANY_TURNS = 7;
-/** Metres above which a length is probably meant in millimetres. */
+/** A larger length in metres is probably meant in millimetres. */
 const LONG = 20;
 
 export const ZEROS: Triple<string> = ["0", "0", "0"];
 
-/** The name of a joint's variable, as it is typed. */
+/** Return the name of a joint variable as it is typed. */
 export const variableOf = (row: number): string => `q${row + 1}`;
 
-/** What moves of a row. */
+/** Return the entry of a row that the joint variable changes. */
 export const movingEntry = (kind: Kind): Entry => (kind === "R" ? "theta" : "d");
 
-/** A row of a new joint. */
+/** Return the row of a new joint. */
 export function newRow(kind: Kind, row: number): TypedRow {
-  const still = { theta: "0", d: "0", a: "0", alpha: "0" };
-  return { kind, ...still, [movingEntry(kind)]: variableOf(row) };
+  const constants = { theta: "0", d: "0", a: "0", alpha: "0" };
+  return { kind, ...constants, [movingEntry(kind)]: variableOf(row) };
 }
 
-/** The row of another kind: what moved stands still, and the other way round. */
+/** Return the row with the other kind of joint: the former variable becomes 0. */
 export function withKind(row: TypedRow, kind: Kind, index: number): TypedRow {
   if (row.kind === kind) return row;
   return { ...row, kind, [movingEntry(row.kind)]: "0", [movingEntry(kind)]: variableOf(index) };
 }
 
-/** The rows without one of them; variables of those behind it are called by their new numbers. */
+/** Return the rows without one of them; variables of later rows get their new numbers. */
 export function withoutRow(rows: readonly TypedRow[], index: number): TypedRow[] {
-  return rows.filter((_, i) => i !== index).map((row, i) => (i < index ? row : renumbered(row, i + 1, i)));
+  return rows.filter((_, i) => i !== index).map((row, i) => (i < index ? row : renumber(row, i + 1, i)));
 }
 
-function renumbered(row: TypedRow, from: number, to: number): TypedRow {
+function renumber(row: TypedRow, from: number, to: number): TypedRow {
   const moving = movingEntry(row.kind);
-  const own = new RegExp(`\\b(q|theta|θ|d)_?${from + 1}\\b`, "gu");
-  return { ...row, [moving]: row[moving].replace(own, `$1${to + 1}`) };
+  const variable = new RegExp(`\\b(q|theta|θ|d)_?${from + 1}\\b`, "gu");
+  return { ...row, [moving]: row[moving].replace(variable, `$1${to + 1}`) };
 }
 
-/** What a table says in numbers, or else what is wrong with it, cell by cell. */
+/** Return the numbers of a table, or its errors cell by cell. */
 export function numbersOf(table: Table): Numbers | Faults {
   const faults = new Map<Cell, Message>();
-  const kept = <T>(cell: Cell, work: () => T, otherwise: T): T => {
-    try {
-      return work();
-    } catch (error) {
-      if (!(error instanceof ReadError)) throw error;
-      faults.set(cell, error.why);
-      return otherwise;
-    }
-  };
-  const rows = table.rows.map((row, i) => numbersOfRow(row, i, table.angles, kept));
-  const three = (place: "tool" | "place" | "turn"): Triple<number> => {
+  const orFault = <T>(cell: Cell, parse: () => T, fallback: T): T =>
+    catchParseError(parse, ({ why }) => {
+      faults.set(cell, why);
+      return fallback;
+    });
+  const rows = table.rows.map((row, i) => numbersOfRow(row, i, table.angles, orFault));
+  const tripleOf = (place: "tool" | "place" | "turn"): Triple<number> => {
     const [x, y, z] = table[place].map((text, axis) =>
-      kept(placeCell(place, axis), () => constant(text, place === "turn" ? table.angles : null), 0),
+      orFault(placeCell(place, axis), () => constant(text, place === "turn" ? table.angles : null), 0),
     );
     return [x!, y!, z!];
   };
-  const numbers = { rows, tool: three("tool"), place: three("place"), turn: three("turn") };
+  const numbers = { rows, tool: tripleOf("tool"), place: tripleOf("place"), turn: tripleOf("turn") };
   return faults.size > 0 ? faults : numbers;
 }
 
-type Kept = <T>(cell: Cell, work: () => T, otherwise: T) => T;
+type OrFault = <T>(cell: Cell, parse: () => T, fallback: T) => T;
 
-function numbersOfRow(row: TypedRow, index: number, angles: Angles, kept: Kept): Row {
+function numbersOfRow(row: TypedRow, index: number, angles: Angles, orFault: OrFault): Row {
   const moving = movingEntry(row.kind);
-  const found = { kind: row.kind, theta: 0, d: 0, a: 0, alpha: 0, reversed: false };
+  const numbers = { kind: row.kind, theta: 0, d: 0, a: 0, alpha: 0, reversed: false };
   for (const entry of ENTRIES) {
     const unit = entry === "theta" || entry === "alpha" ? angles : null;
     const cell = rowCell(index, entry);
-    if (entry !== moving) found[entry] = kept(cell, () => constant(row[entry], unit), 0);
+    if (entry !== moving) numbers[entry] = orFault(cell, () => constant(row[entry], unit), 0);
     else {
-      const [rest, reversed] = kept(cell, () => withVariable(row[entry], row.kind, index, unit), [0, false]);
-      found[entry] = rest;
-      found.reversed = reversed;
+      const [constantPart, reversed] = orFault(cell, () => withVariable(row[entry], row.kind, index, unit), [0, false]);
+      numbers[entry] = constantPart;
+      numbers.reversed = reversed;
     }
   }
-  return found;
+  return numbers;
 }
 
-/** A decimal number as it is written where a comma stands before the decimals. */
+/** A decimal number with a comma. */
 const WITH_COMMA = /^\s*[-+−]?\d*,\d+\s*$/u;
 
-/** The tree of a cell; nothing is zero. Throws ReadError. */
-function treeOf(text: string, known: ReadonlySet<string>): Node {
-  if (text.length > LONGEST) throw new ReadError("read.long", { length: text.length, most: LONGEST });
-  return read(WITH_COMMA.test(text) ? text.replace(",", ".") : text.trim() || "0", known);
+/** Parse a cell; an empty cell is zero. Throws ParseError. */
+function parseCell(text: string, known: ReadonlySet<string>): Node {
+  if (text.length > LONGEST) throw new ParseError("read.long", { length: text.length, most: LONGEST });
+  return parse(WITH_COMMA.test(text) ? text.replace(",", ".") : text.trim() || "0", known);
 }
 
-/** A cell's number (rad where it is an angle, else m); `angles` is null for a length. Throws ReadError. */
+/** Return a cell's number (rad or m); `angles` is null for a length. Throws ParseError. */
 export function constant(text: string, angles: Angles | null): number {
-  const tree = treeOf(text, new Set());
+  const tree = parseCell(text, new Set());
   refuseLetters(tree, new Set());
   return inUnit(tree, {}, angles);
 }
 
 type Variable = readonly [rest: number, reversed: boolean];
 
-/** What a cell adds to its joint's own variable, and whether that has a minus before it. Throws ReadError. */
+/** Return the constant that a cell adds to its joint variable, and whether the variable is negative. Throws ParseError. */
 export function withVariable(text: string, kind: Kind, index: number, angles: Angles | null): Variable {
-  const own = variablesOf(kind, index);
-  const tree = treeOf(text, new Set(own));
-  refuseLetters(tree, new Set(own));
-  const used = [...namesIn(tree)].filter((name) => own.includes(name));
+  const names = [variableOf(index), `${kind === "R" ? "theta" : "d"}${index + 1}`];
+  const tree = parseCell(text, new Set(names));
+  refuseLetters(tree, new Set(names));
+  const used = [...namesIn(tree)].filter((name) => names.includes(name));
   if (used.length === 0) return [inUnit(tree, {}, angles), false];
   const at = (value: number): number => {
-    const values = Object.fromEntries(own.map((name) => [name, value]));
+    const values = Object.fromEntries(names.map((name) => [name, value]));
     return realValue(tree, values);
   };
-  const [rest, one, two, far] = [at(0), at(1), at(2), at(-7.5)];
-  const slope = one - rest;
-  const isStraight = [two - rest - 2 * slope, far - rest + 7.5 * slope].every(
-    (bend) => Math.abs(bend) < 1e-9 * (1 + Math.abs(rest)),
+  const [constantPart, atOne, atTwo, distant] = [at(0), at(1), at(2), at(-7.5)];
+  const slope = atOne - constantPart;
+  const isStraight = [atTwo - constantPart - 2 * slope, distant - constantPart + 7.5 * slope].every(
+    (bend) => Math.abs(bend) < 1e-9 * (1 + Math.abs(constantPart)),
   );
   if (!isStraight || Math.abs(Math.abs(slope) - 1) > 1e-9)
-    throw new ReadError("own.moves", { own: own[0]!, offset: offsetFor(angles) });
-  refuseTurns(rest, angles, tree);
-  return [inRadians(finite(rest), angles), slope < 0];
+    throw new ParseError("own.moves", { own: variableOf(index), offset: EXAMPLES[angles ?? "length"] });
+  refuseTurns(constantPart, angles, tree);
+  return [inRadians(finite(constantPart), angles), slope < 0];
 }
 
-const offsetFor = (angles: Angles | null): string => (angles === null ? "0.2" : angles === "degrees" ? "90" : "pi/2");
-
-/** What a joint's own variable may be called. */
-function variablesOf(kind: Kind, index: number): readonly string[] {
-  return [variableOf(index), `${kind === "R" ? "theta" : "d"}${index + 1}`];
-}
+/** Examples of a constant that may be added to a joint variable. */
+const EXAMPLES = { length: "0.2", degrees: "90", radians: "pi/2" } as const;
 
 function refuseLetters(tree: Node, known: ReadonlySet<string>): void {
   const others = [...namesIn(tree)].filter((name) => !known.has(name));
-  if (others.length > 0) throw new ReadError("own.letters", { names: others.join(", ") });
+  if (others.length > 0) throw new ParseError("own.letters", { names: others.join(", ") });
 }
 
-/** Functions of angles and those whose values are angles, which would be in radians. */
+/** Functions that take or return angles, which would be in radians. */
 const OF_ANGLES = /^(a?(sin|cos|tan)|atan2)$/;
 
 function inUnit(tree: Node, values: Readonly<Record<string, number>>, angles: Angles | null): number {
@@ -210,23 +202,21 @@ function inRadians(value: number, angles: Angles | null): number {
 }
 
 function finite(value: number): number {
-  if (!Number.isFinite(value)) throw new ReadError("own.not-real");
-  if (Math.abs(value) > FAR) throw new ReadError("own.out-of-range");
+  if (!Number.isFinite(value)) throw new ParseError("own.not-real");
+  if (Math.abs(value) > MAX_LENGTH) throw new ParseError("own.out-of-range");
   return value;
 }
 
-/** Refuse degrees where radians are expected, and the other way round. */
+/** Refuse degrees where radians are expected, and vice versa. */
 function refuseTurns(value: number, angles: Angles | null, tree: Node): void {
-  if (angles === "degrees" && (hasPi(tree) || hasAngles(tree))) throw new ReadError("own.in-degrees");
-  if (angles === "radians" && Math.abs(value) > MANY_TURNS && !hasPi(tree))
-    throw new ReadError("own.in-radians", { value });
-  if (angles === null && hasPi(tree)) throw new ReadError("own.pi");
+  const hasPi = anyNode(tree, ({ kind, text }) => kind === "name" && text === "pi");
+  const hasAngles = anyNode(tree, ({ kind, text }) => kind === "call" && OF_ANGLES.test(text));
+  if (angles === "degrees" && (hasPi || hasAngles)) throw new ParseError("own.in-degrees");
+  if (angles === "radians" && Math.abs(value) > MANY_TURNS && !hasPi) throw new ParseError("own.in-radians", { value });
+  if (angles === null && hasPi) throw new ParseError("own.pi");
 }
 
-const hasPi = (tree: Node): boolean => anyNode(tree, ({ kind, text }) => kind === "name" && text === "pi");
-const hasAngles = (tree: Node): boolean => anyNode(tree, ({ kind, text }) => kind === "call" && OF_ANGLES.test(text));
-
-/** What may be right, but is probably meant otherwise; null where nothing is. */
+/** Return a warning on numbers that are probably in another unit; null if there are none. */
 export function noteOn({ rows, tool }: Numbers): Message | null {
   const lengths = [...rows.flatMap(({ a, d }) => [a, d]), ...tool].map(Math.abs);
   const most = Math.max(...lengths);

@@ -1,4 +1,4 @@
-// Texts that are taken along: a button that copies one, and says so, and a file.
+// A button that copies a text and confirms it, and the download of a text as a file.
 
 import type { JSX } from "preact";
 import { useEffect, useState } from "preact/hooks";
@@ -6,34 +6,34 @@ import { useEffect, useState } from "preact/hooks";
 import { Button } from "../button.js";
 import { say } from "../text/text.js";
 
-/** How long it is said that a text was copied, in milliseconds. */
+/** How long the confirmation is shown (milliseconds). */
 const SHOWN = 3000;
 
 export function Copied({ text, label }: { text: string; label: string }): JSX.Element {
-  const [told, setTold] = useState<"" | "page.copied" | "page.not-copied">("");
+  const [confirmation, setConfirmation] = useState<"" | "page.copied" | "page.not-copied">("");
   useEffect(() => {
-    if (!told) return;
-    const timer = setTimeout(() => setTold(""), SHOWN);
+    if (!confirmation) return;
+    const timer = setTimeout(() => setConfirmation(""), SHOWN);
     return () => clearTimeout(timer);
-  }, [told]);
+  }, [confirmation]);
   const copy = (): void => {
     const done = navigator.clipboard?.writeText(text) ?? Promise.reject(new Error("no clipboard"));
     done.then(
-      () => setTold("page.copied"),
-      () => setTold("page.not-copied"),
+      () => setConfirmation("page.copied"),
+      () => setConfirmation("page.not-copied"),
     );
   };
   return (
     <span class="copied">
       <Button style="quiet small" text={label} onClick={copy} />{" "}
       <span role="status" class="muted">
-        {told ? say(told) : ""}
+        {confirmation ? say(confirmation) : ""}
       </span>
     </span>
   );
 }
 
-/** Give the reader a text as a file. */
+/** Download a text as a file. */
 export function saveFile(name: string, type: string, text: string): void {
   const address = URL.createObjectURL(new Blob([text], { type }));
   Object.assign(document.createElement("a"), { href: address, download: name }).click();

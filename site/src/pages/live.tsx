@@ -1,4 +1,4 @@
-// The live arm in a page that is read: what is drawn comes with the element, as Python wrote it.
+// The live arm in a page of text; its data comes with the element, as Python wrote it.
 
 import { type JSX, render } from "preact";
 
@@ -7,18 +7,18 @@ import type { Factor, NamedPose, Robot, SymbolInfo } from "../bank.js";
 import { chosenLanguage } from "../text/languages.js";
 import { Hero } from "./hero.js";
 
-/** An arm as `arm_record` of exercises/site/record.py tells it. */
-export interface Told {
+/** The data of an arm, as `arm_record` of exercises/site/record.py writes it. */
+export interface ArmRecord {
   readonly robot: Robot;
   readonly symbols: Readonly<Record<string, SymbolInfo>>;
   readonly pose: NamedPose;
   readonly factors?: readonly Factor[];
 }
 
-/** Show the arm that an element describes: `data-arm` with all of the stage, `data-hero` as drawing and numbers. */
+/** Show the arm that an element describes: `data-arm` with the whole stage, `data-hero` with drawing and numbers. */
 export function showArm(element: HTMLElement): void {
   const { arm, hero } = element.dataset;
-  const { robot, symbols, pose, factors } = JSON.parse(arm ?? hero!) as Told;
+  const { robot, symbols, pose, factors } = JSON.parse(arm ?? hero!) as ArmRecord;
   const wish = { robot, first: pose, factors };
   const shown: JSX.Element = arm ? <Arm {...wish} symbols={symbols} pane="joints" /> : <Hero {...wish} />;
   element.textContent = "";

@@ -1,13 +1,13 @@
-// The script of the pages that are read. What draws an arm is loaded where there is one, after the page is shown.
+// The script of pages of text. Code that draws an arm is loaded only if the page has one, after the page is shown.
 import "../site.css";
 
 import { startPage } from "./page.js";
 
 await startPage();
-reachWide();
-window.addEventListener("resize", reachWide);
+makeWideReachable();
+window.addEventListener("resize", makeWideReachable);
 
-/** Arms are loaded when they come near to the screen: a phone that shows the text first has no work with them. */
+/** Arms are loaded when they come near the screen, so that a phone can first show the text. */
 const near = new IntersectionObserver(
   (entries) => {
     for (const { isIntersecting, target } of entries) {
@@ -15,7 +15,7 @@ const near = new IntersectionObserver(
       near.unobserve(target);
       void import("./live.js").then(
         ({ showArm }) => showArm(target as HTMLElement),
-        () => undefined, // the connection is lost, or the page is being left: the text is there all the same
+        () => undefined, // without a connection, the page shows its text only
       );
     }
   },
@@ -23,8 +23,8 @@ const near = new IntersectionObserver(
 );
 for (const element of document.querySelectorAll("[data-arm], [data-hero]")) near.observe(element);
 
-/** Formulas, tables and listings that are wider than their place are scrolled by keys, in every browser. */
-function reachWide(): void {
+/** Let wide formulas, tables and listings be scrolled by keys, in every browser. */
+function makeWideReachable(): void {
   for (const element of document.querySelectorAll("main math[display=block], main table, main pre")) {
     if (element.scrollWidth > element.clientWidth + 1) element.setAttribute("tabindex", "0");
     else element.removeAttribute("tabindex");

@@ -1,4 +1,4 @@
-// What every page does: it speaks the language of the reader, and is kept for when there is no connection.
+// What every page does: it shows texts in the reader's language, and is stored for offline use.
 
 import { ROOT } from "../load.js";
 import { chooseLanguage, chosenLanguage, LANGUAGES, loadLanguage } from "../text/languages.js";
@@ -8,11 +8,11 @@ export async function startPage(): Promise<void> {
   if ("serviceWorker" in navigator && window.isSecureContext) {
     window.addEventListener("load", () => void navigator.serviceWorker.register(`${ROOT}sw.js`).catch(() => undefined));
   }
-  if (document.body.dataset["anywhere"] !== undefined) leadFromAnywhere();
+  if (document.body.dataset["anywhere"] !== undefined) resolveLinks();
   speak(await loadLanguage().catch(() => ENGLISH));
-  await tellInLanguage().catch(() => undefined); // in English, then
+  await translatePage().catch(() => undefined); // without a translation, the page stays English
   document.querySelector("main")!.lang ||= "en";
-  document.documentElement.lang = chosenLanguage(); // which a screen reader takes for all that names none
+  document.documentElement.lang = chosenLanguage(); // for texts without a language of their own
   for (const element of document.querySelectorAll<HTMLElement>("[data-told]")) {
     const text = (JSON.parse(element.dataset["told"]!) as Record<string, string>)[chosenLanguage()];
     if (text === undefined) continue;
@@ -25,11 +25,11 @@ export async function startPage(): Promise<void> {
     if (chosenLanguage() !== "en") element.lang = chosenLanguage();
   }
   document.querySelector("header.top nav")?.setAttribute("aria-label", say("page.main"));
-  document.querySelector("header.top .language")?.replaceWith(languageChoice()); // its room is there already
+  document.querySelector("header.top .language")?.replaceWith(languageChoice()); // an element of the same size
 }
 
-/** Puts what a page says in the language of the reader in the place of the English, where there is a file with it. */
-async function tellInLanguage(): Promise<void> {
+/** Replace the page's English text by that in the reader's language, if there is a file with it. */
+async function translatePage(): Promise<void> {
   const code = chosenLanguage();
   const main = document.querySelector("main");
   if (!main || !document.body.dataset["toldIn"]?.split(" ").includes(code)) return;
@@ -42,14 +42,14 @@ async function tellInLanguage(): Promise<void> {
   document.title = document.title.replace(/^.*?(?= · |$)/, () => title);
 }
 
-/** Links of a page that is shown at any address lead where they would from the site's root. */
-function leadFromAnywhere(): void {
+/** Make links relative to the site's root, on a page that is shown at any address. */
+function resolveLinks(): void {
   for (const link of document.querySelectorAll<HTMLAnchorElement>("a[href]:not([href^='#'])")) {
     link.href = new URL(link.getAttribute("href")!, ROOT).href;
   }
 }
 
-/** The choice of a language; the texts of problems and of the documentation are English. */
+/** Return the menu of languages. */
 function languageChoice(): HTMLElement {
   const label = document.createElement("label");
   label.className = "language";

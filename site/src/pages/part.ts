@@ -1,4 +1,4 @@
-// The part of a page that a script shows, in the place of what the page has in English until then.
+// Show the part of a page that a script draws, in place of the page's English text.
 
 import { type JSX, render } from "preact";
 
@@ -6,7 +6,7 @@ import { chosenLanguage } from "../text/languages.js";
 import { say, type TextKey } from "../text/text.js";
 import { startPage } from "./page.js";
 
-/** Start a page, say its title in the language of the reader, and show its part in the element of that id. */
+/** Start a page, translate its title, and draw its part into the element with this id. */
 export async function showPart(
   id: string,
   [english, title]: readonly [english: string, title: TextKey],

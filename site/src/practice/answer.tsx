@@ -1,4 +1,4 @@
-// Where an answer is given: a field, a grid of entries, numbers with units, letters.
+// The fields for an answer: a formula, a grid of entries, numbers with units, or letters.
 
 import type { ComponentChildren, JSX } from "preact";
 import { useMemo, useRef, useState } from "preact/hooks";
@@ -6,15 +6,15 @@ import { useMemo, useRef, useState } from "preact/hooks";
 import { Button } from "../button.js";
 import type { Part, Problem } from "../bank.js";
 import { withPoints } from "../read/points.js";
-import { readDue } from "../grade/forms.js";
-import { read } from "../read/reader.js";
-import { ReadError } from "../read/tree.js";
+import { parseAnswer } from "../grade/forms.js";
+import { parse } from "../read/reader.js";
+import { catchParseError } from "../read/tree.js";
 import { typesetTree } from "../read/typeset.js";
-import { useRested } from "../later.js";
-import { said, say } from "../text/text.js";
+import { useRested } from "../scheduling.js";
+import { textOf, say } from "../text/text.js";
 import { Html, Tex } from "./math.js";
 import { entriesOf, isUnfinished, matrixText } from "./entries.js";
-import { called, Letter } from "./letter.js";
+import { buttonName, Letter } from "./letter.js";
 import { MathField, putInto } from "./mathfield.js";
 
 const LETTERS = "ABCDEFGH";
@@ -26,10 +26,10 @@ export interface Field {
   readonly onCheck: () => void;
 }
 
-/** The place for an answer to a part; `onAnswer` is told of it as it is typed. */
+/** The fields for an answer to a part; `onAnswer` is called while it is typed. */
 export function Answer(field: Field): JSX.Element {
   const { part } = field;
-  if ("told" in part.key) return <Letters {...field} />;
+  if ("option_mistakes" in part.key) return <Letters {...field} />;
   const [rows, columns] = part.shape ?? [1, 1];
   return rows * columns > 1 && rows * columns <= 42 ? (
     <Entries {...field} rows={rows} columns={columns} />
@@ -38,11 +38,9 @@ export function Answer(field: Field): JSX.Element {
   );
 }
 
-// --- formulas ---
-
 interface SingleProps extends Field {
   readonly first?: string;
-  /** The shape of a matrix that is typed as text. */
+  /** The shape of a matrix that is typed as text; undefined for other answers. */
   readonly shape?: readonly [rows: number, columns: number];
 }
 
@@ -56,7 +54,7 @@ function Single({ problem, part, onAnswer, onCheck, first = "", shape }: SingleP
     onAnswer(value);
   };
   const toggle = () => {
-    if (!math) change(latexOf(text, problem)); // a field for mathematics shows what it can read
+    if (!math) change(latexOf(text, problem)); // the field for mathematics shows only what can be parsed
     setMath(!math);
   };
   return (
@@ -67,7 +65,7 @@ function Single({ problem, part, onAnswer, onCheck, first = "", shape }: SingleP
         onValue={change}
         onEnter={onCheck}
         math={math}
-        wide
+        isWide
         goesOn={set ? () => false : shape && ((typed) => isUnfinished(typed, ...shape))}
       />
       {unit ? <span class="unit">{unit}</span> : null}
@@ -93,14 +91,14 @@ function Entries({ problem, part, onAnswer, onCheck, rows, columns }: Field & { 
       fill(entriesOf(typed.current, rows, columns) ?? entries);
       setAsText(false);
     };
-    const told = (text: string) => {
+    const changeText = (text: string) => {
       typed.current = text;
       onAnswer(text);
     };
-    const first = matrixText(entries, columns) || typed.current; // a text that is no grid is not lost
+    const initial = matrixText(entries, columns) || typed.current; // a text that is no grid is kept
     return (
       <>
-        <Single {...{ problem, part, onCheck, first }} onAnswer={told} shape={[rows, columns]} />
+        <Single {...{ problem, part, onCheck }} first={initial} onAnswer={changeText} shape={[rows, columns]} />
         <Button text={say("answer.as-entries")} onClick={back} />
       </>
     );
@@ -117,10 +115,10 @@ function Entries({ problem, part, onAnswer, onCheck, rows, columns }: Field & { 
     setMath(!math);
   };
   const paste = (event: ClipboardEvent) => {
-    const whole = entriesOf(event.clipboardData?.getData("text") ?? "", rows, columns);
-    if (!whole || math) return;
+    const pasted = entriesOf(event.clipboardData?.getData("text") ?? "", rows, columns);
+    if (!pasted || math) return;
     event.preventDefault(); // a matrix that is pasted into an entry fills them all
-    fill(whole);
+    fill(pasted);
   };
   const label = (i: number) =>
     columns === 1
@@ -128,9 +126,9 @@ function Entries({ problem, part, onAnswer, onCheck, rows, columns }: Field & { 
       : say("answer.entry", { row: Math.floor(i / columns) + 1, column: (i % columns) + 1 });
   return (
     <Fields problem={problem} part={part} hasSymbols={part.key.type !== "numbers"}>
-      <Grid rows={rows} columns={columns} of={part.grid} onPaste={paste}>
+      <Grid rows={rows} columns={columns} labels={part.grid} onPaste={paste}>
         {entries.map((entry, i) => (
-          <span class="cell" key={i} onFocusIn={inSight}>
+          <span class="cell" key={i} onFocusIn={scrollToCell}>
             <FormulaField
               label={label(i)}
               value={entry}
@@ -151,14 +149,14 @@ function Entries({ problem, part, onAnswer, onCheck, rows, columns }: Field & { 
 interface GridProps {
   readonly rows: number;
   readonly columns: number;
-  /** LaTeX of what rows and columns belong to; the prompt tells it to those who don't see it. */
-  readonly of: Part["grid"];
+  /** LaTeX of the labels of rows and columns; for screen readers, the prompt says the same. */
+  readonly labels: Part["grid"];
   readonly onPaste: (event: ClipboardEvent) => void;
   readonly children: readonly JSX.Element[];
 }
 
 /** Entries as a matrix. */
-function Grid({ rows, columns, of: [beside, above], onPaste, children }: GridProps): JSX.Element {
+function Grid({ rows, columns, labels: [beside, above], onPaste, children }: GridProps): JSX.Element {
   return (
     <div
       class="grid"
@@ -172,53 +170,53 @@ function Grid({ rows, columns, of: [beside, above], onPaste, children }: GridPro
     >
       <span class="bracket" aria-hidden="true" />
       {above.map((latex, column) => (
-        <Belonging key={`above ${column}`} latex={latex} />
+        <GridLabel key={`above ${column}`} latex={latex} />
       ))}
       {children.flatMap((cell, i) =>
         beside.length > 0 && i % columns === 0
-          ? [<Belonging key={`beside ${i}`} latex={beside[i / columns]!} isRow />, cell]
+          ? [<GridLabel key={`beside ${i}`} latex={beside[i / columns]!} isRow />, cell]
           : [cell],
       )}
     </div>
   );
 }
 
-const Belonging = ({ latex, isRow = false }: { latex: string; isRow?: boolean }): JSX.Element => (
+const GridLabel = ({ latex, isRow = false }: { latex: string; isRow?: boolean }): JSX.Element => (
   <span class={isRow ? "belonging of-row" : "belonging"} aria-hidden="true">
     <Letter latex={latex} />
   </span>
 );
 
-/** Where the grid is scrolled by itself, the entry that is typed is in it with all its room. */
-function inSight({ currentTarget }: { readonly currentTarget: HTMLElement }): void {
+/** If the grid is scrolled, scroll the entry with the focus into it completely. */
+function scrollToCell({ currentTarget }: { readonly currentTarget: HTMLElement }): void {
   const grid = currentTarget.parentElement;
   if (!grid || grid.scrollWidth <= grid.clientWidth) return;
   const [cell, box] = [currentTarget.getBoundingClientRect(), grid.getBoundingClientRect()];
-  const named = grid.querySelector(".of-row")?.clientWidth ?? 0; // it stays while the entries go below it
-  const [before, behind] = [cell.left - box.left - named - EDGE, cell.right - box.right + EDGE];
+  const labelWidth = grid.querySelector(".of-row")?.clientWidth ?? 0; // the row labels cover the entries
+  const [before, behind] = [cell.left - box.left - labelWidth - EDGE, cell.right - box.right + EDGE];
   if (before < 0) grid.scrollLeft += before;
   else if (behind > 0) grid.scrollLeft += Math.min(behind, before);
 }
 
-/** Pixels that stay free at the side of a grid. */
+/** Margin (pixels) between an entry and the side of its grid. */
 const EDGE = 12;
 
 interface FormulaFieldProps {
   readonly label: string;
   readonly value: string;
-  readonly wide?: boolean;
+  readonly isWide?: boolean;
   readonly math: boolean;
-  /** Of a text in lines: whether Enter begins another line instead of checking; Shift and Enter always does. */
+  /** For a multi-line text: whether Enter begins another line instead of checking. Shift+Enter always does. */
   readonly goesOn?: ((text: string) => boolean) | undefined;
   readonly onValue: (text: string) => void;
   readonly onEnter: () => void;
 }
 
-/** A field for a formula, as text or as mathematics. */
-function FormulaField({ label, value, onValue, onEnter, math, wide = false, goesOn }: FormulaFieldProps) {
+/** A field for a formula, as text or as typeset mathematics. */
+function FormulaField({ label, value, onValue, onEnter, math, isWide = false, goesOn }: FormulaFieldProps) {
   if (math) return <MathField label={label} value={value} onValue={onValue} onEnter={onEnter} />;
   const common = {
-    class: wide ? "formula-field wide" : "formula-field",
+    class: isWide ? "formula-field wide" : "formula-field",
     "aria-label": label,
     value,
     spellcheck: false,
@@ -251,7 +249,7 @@ function FormulaField({ label, value, onValue, onEnter, math, wide = false, goes
   );
 }
 
-/** So many lines of a text are in sight at once. */
+/** Maximum number of visible lines. */
 const MOST_LINES = 8;
 
 interface FieldsProps extends Pick<Field, "problem" | "part"> {
@@ -259,7 +257,7 @@ interface FieldsProps extends Pick<Field, "problem" | "part"> {
   readonly children: ComponentChildren;
 }
 
-/** The fields of an answer, and buttons that put symbols where the cursor was last. */
+/** The fields of an answer, and buttons that insert symbols at the cursor of the last used field. */
 function Fields({ problem, part, hasSymbols, children }: FieldsProps) {
   const place = useRef<HTMLDivElement>(null);
   const last = useRef<Element | null>(null);
@@ -267,14 +265,19 @@ function Fields({ problem, part, hasSymbols, children }: FieldsProps) {
     if (target instanceof Element && target.matches(FIELDS)) last.current = target;
   };
   const put = (text: string, latex: string) => {
-    const held = last.current?.isConnected ? last.current : place.current?.querySelector(FIELDS);
-    if (held instanceof HTMLInputElement || held instanceof HTMLTextAreaElement) {
-      held.setRangeText(text, held.selectionStart ?? held.value.length, held.selectionEnd ?? held.value.length, "end");
-      held.dispatchEvent(new Event("input", { bubbles: true }));
-      held.focus();
-    } else if (held) putInto(held, latex);
+    const field = last.current?.isConnected ? last.current : place.current?.querySelector(FIELDS);
+    if (field instanceof HTMLInputElement || field instanceof HTMLTextAreaElement) {
+      field.setRangeText(
+        text,
+        field.selectionStart ?? field.value.length,
+        field.selectionEnd ?? field.value.length,
+        "end",
+      );
+      field.dispatchEvent(new Event("input", { bubbles: true }));
+      field.focus();
+    } else if (field) putInto(field, latex);
   };
-  // Joints and lengths always; rates, velocities and forces where the question speaks of them.
+  // Joints and lengths always; rates, velocities and forces only if the question mentions them.
   const names = Object.entries(problem.symbols).filter(
     ([name, { role, value }]) =>
       value === undefined && (["joint", "length", "angle"].includes(role) || part.names.includes(name)),
@@ -289,7 +292,7 @@ function Fields({ problem, part, hasSymbols, children }: FieldsProps) {
               type="button"
               key={name}
               title={name}
-              aria-label={called(name, latex)}
+              aria-label={buttonName(name, latex)}
               onClick={() => put(name, latex)}
             >
               <Letter latex={latex} />
@@ -314,59 +317,53 @@ const FUNCTIONS = [
   ["pi", "pi", "\\pi"],
 ] as const;
 
-/** So long a formula can still be looked at; one that some program wrote is only judged. */
+/** A longer formula is judged, but not typeset. */
 const SHOWN = 5000;
 
-/** The answer as it is read, typeset as one types; below Check, which would else jump away while it is pressed. */
+/** The parsed answer, typeset; below Check, so that the button does not move while it is pressed. */
 export function Preview(props: Pick<Field, "problem" | "part"> & { answer: string }): JSX.Element | null {
   const { answer, problem, part } = props;
   const { type } = part.key;
   const text = type === "configurations" ? answer : withPoints(answer);
-  const shown = useRested(text, 150);
-  const found = useMemo(() => previewOf(shown, problem, part), [shown, problem, part]);
-  if ("told" in part.key) return null;
+  const settledText = useRested(text, 150);
+  const preview = useMemo(() => previewOf(settledText, problem, part), [settledText, problem, part]);
+  if ("option_mistakes" in part.key) return null;
   return (
     <p class="preview" aria-live="polite">
-      {found === null ? null : "latex" in found ? (
+      {preview === null ? null : "latex" in preview ? (
         <>
-          <span class="muted">{say("answer.read-as")}</span> <Tex latex={found.latex} block />
+          <span class="muted">{say("answer.read-as")}</span> <Tex latex={preview.latex} block />
         </>
       ) : (
-        <span class="muted">{found.why}</span>
+        <span class="muted">{preview.why}</span>
       )}
     </p>
   );
 }
 
-/** A formula that was typed as LaTeX; nothing where it can't be read, which the field could not show. */
+/** Return a typed formula as LaTeX; "" if it can't be parsed, because the field could not show it. */
 function latexOf(text: string, problem: Problem): string {
-  const found = previewOf(withPoints(text), problem);
-  return found && "latex" in found ? found.latex.replaceAll("{,}", ".") : "";
+  const preview = previewOf(withPoints(text), problem);
+  return preview && "latex" in preview ? preview.latex.replaceAll("{,}", ".") : "";
 }
 
-function previewOf(
-  text: string,
-  problem: Problem,
-  part: Part | null = null,
-): { latex: string } | { why: string } | null {
+type Previewed = { readonly latex: string } | { readonly why: string };
+
+function previewOf(text: string, problem: Problem, part: Part | null = null): Previewed | null {
   if (!text.trim() || text.length > SHOWN) return null;
   const known = new Set(Object.keys(problem.symbols));
-  try {
-    return { latex: typesetTree(part ? readDue(text, known, part) : read(text, known), problem.symbols) };
-  } catch (error) {
-    if (error instanceof ReadError) return { why: said(error.why) };
-    throw error;
-  }
+  return catchParseError<Previewed, Previewed>(
+    () => ({ latex: typesetTree(part ? parseAnswer(text, known, part) : parse(text, known), problem.symbols) }),
+    (error) => ({ why: textOf(error.why) }),
+  );
 }
-
-// --- letters ---
 
 function Letters({ problem: { lang }, part, onAnswer }: Field) {
   const options = part.options ?? [];
   const [chosen, setChosen] = useState<readonly (number | null)[]>([]);
   const choose = (now: readonly (number | null)[]) => {
     setChosen(now);
-    onAnswer(now.every((each) => each !== null) ? now.map((each) => LETTERS[each as number]).join("") : "");
+    onAnswer(now.every((option) => option !== null) ? now.map((option) => LETTERS[option as number]).join("") : "");
   };
   if (part.key.type === "matching") {
     const items = part.key.items;
@@ -381,11 +378,11 @@ function Letters({ problem: { lang }, part, onAnswer }: Field) {
             </li>
           ))}
         </ul>
-        {now.map((each, i) => (
+        {now.map((option, i) => (
           <label class="match" key={i}>
             {say("answer.match", { index: i + 1 })}
             <select
-              value={each ?? ""}
+              value={option ?? ""}
               onChange={(event) => {
                 const value = event.currentTarget.value;
                 choose(now.with(i, value === "" ? null : Number(value)));
@@ -417,8 +414,8 @@ function Letters({ problem: { lang }, part, onAnswer }: Field) {
             name="option"
             checked={chosen.includes(i)}
             onChange={() => {
-              const kept = chosen.filter((each) => each !== i);
-              choose(single ? [i] : kept.length === chosen.length ? [...chosen, i] : kept);
+              const others = chosen.filter((option) => option !== i);
+              choose(single ? [i] : others.length === chosen.length ? [...chosen, i] : others);
             }}
           />
           <strong>{LETTERS[i]}</strong> <Html html={option} class="option-text" lang={lang} />

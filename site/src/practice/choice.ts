@@ -1,19 +1,19 @@
-// Choose the next question. One answered wrongly returns after two others, then after a day, three days, a week
-// (Leitner's boxes).
+// Choose the next question. One answered wrongly returns after two others, then after a day, three days and a week, as in
+// Leitner's boxes.
 
 import type { Index, Listed } from "../bank.js";
 import { randomNumbers } from "../random.js";
 import { message, type Message } from "../text/text.js";
 
-/** What the student wants to practise; empty means any. */
+/** What the student wants to practise; an empty field means anything. */
 export interface Wish {
   readonly family: string;
   readonly question: string;
   readonly difficulty: number | null;
   readonly variation: string;
-  /** The seed of a set that an instructor gave out: all who have it practise the same problems in the same order. */
+  /** The seed of a set from an instructor: everyone with it practises the same problems in the same order. */
   readonly set: string;
-  /** How many problems a set has at most. */
+  /** Maximum number of problems in a set. */
   readonly count: number;
 }
 
@@ -25,7 +25,7 @@ export const ANYTHING: Wish = { family: "", question: "", difficulty: null, vari
 /** A question about an arm of the bank. */
 export type Item = { readonly family: string; readonly key: string; readonly question: string };
 
-/** How an item stands: whether the last attempt was right, its box, when it is due, and whether it ever went wrong. */
+/** The state of an item: the last result, its box, when it is due, and whether it was ever answered wrongly. */
 export interface Attempted {
   readonly right: boolean;
   readonly missed?: boolean;
@@ -33,22 +33,22 @@ export interface Attempted {
   readonly due: number;
 }
 
-/** Attempts by item's name. */
+/** The states of items by name. */
 export type Progress = Readonly<Record<string, Attempted>>;
 
 const DAY = 24 * 3600 * 1000;
-/** How long until an item of a box comes again. */
+/** Waiting time until an item of a box is due. */
 export const WAITS: readonly number[] = [2 * 60 * 1000, DAY, 3 * DAY, 7 * DAY, 30 * DAY];
 
 export const nameOf = ({ family, key, question }: Item): string => `${family}/${key}/${question}`;
 
-/** How far arms of the bank vary: the steps in their order, then what an instructor named. */
+/** Return the variations of the bank's arms: the standard steps in their order, then an instructor's own. */
 export function variations(index: Index): string[] {
-  const found = new Set(index.families.flatMap(({ problems }) => problems.map((problem) => problem.variation)));
-  return [...STEPS.filter((step) => found.delete(step)), ...found];
+  const names = new Set(index.families.flatMap(({ problems }) => problems.map((problem) => problem.variation)));
+  return [...STEPS.filter((step) => names.delete(step)), ...names];
 }
 
-/** Every item that a wish allows, in the bank's order. */
+/** Return every item that a wish allows, in the bank's order. */
 export function items(index: Index, wish: Wish): Item[] {
   return index.families
     .filter((family) => !wish.family || family.name === wish.family)
@@ -64,7 +64,7 @@ export function items(index: Index, wish: Wish): Item[] {
     );
 }
 
-/** What the bank says of the problem of an item. */
+/** Return a function that finds the problem of an item in the index. */
 export function problemsIn(index: Index): (item: Item) => Listed {
   const listed = new Map(
     index.families.flatMap(({ name, problems }) =>
@@ -74,11 +74,11 @@ export function problemsIn(index: Index): (item: Item) => Listed {
   return ({ family, key }) => listed.get(`${family}/${key}`)!;
 }
 
-/** How many steps the arm of a problem is from the chapter's. */
+/** Return by how many steps the arm of a problem varies from the chapter's. */
 export const stepOf = ({ variation }: Listed): number => Math.max(0, (STEPS as readonly string[]).indexOf(variation));
 
-/** The item to ask next: one that went wrong and is due, else a new one by the luck of `random`; null without any. */
-export function next(
+/** Return the next item: a wrong one that is due, else a random new one; null if there is none. */
+export function chooseNext(
   index: Index,
   wish: Wish,
   progress: Progress,
@@ -86,33 +86,33 @@ export function next(
   random: () => number,
   last = "",
 ): Item | null {
-  const all = items(index, wish);
-  const others = all.filter((item) => nameOf(item) !== last);
+  const allowed = items(index, wish);
+  const others = allowed.filter((item) => nameOf(item) !== last);
   const due = others.filter((item) => (progress[nameOf(item)]?.due ?? Infinity) <= now);
   const wrong = due.filter((item) => isMissed(progress[nameOf(item)]));
   const fresh = others.filter((item) => !progress[nameOf(item)]);
-  const easy = Object.keys(progress).length < BEGINNING ? easiest(index, fresh) : [];
-  const pool = [wrong, easy, fresh, due, others, all].find((each) => each.length > 0);
+  const easy = Object.keys(progress).length < EASY_START ? easiest(index, fresh) : [];
+  const pool = [wrong, easy, fresh, due, others, allowed].find((candidates) => candidates.length > 0);
   return pool?.[Math.floor(random() * pool.length)] ?? null;
 }
 
-/** So many questions of a beginner are easy ones. */
-const BEGINNING = 3;
-/** What can be seen on the arm, or worked out of a picture with two lengths and two angles. */
+/** How many questions a beginner gets from the easy ones. */
+const EASY_START = 3;
+/** Questions answered by looking at the arm, or from a picture with two lengths and two angles. */
 const PLAIN = ["joint-effect", "position", "speed", "velocity-component", "jacobian-size"];
 
-/** Of some items those about the easiest arms of the first family that has them, plain questions if there are any. */
+/** Return the items on the easiest arms of the first family that has them; plain questions if there are any. */
 function easiest(index: Index, some: readonly Item[]): Item[] {
   const problemOf = problemsIn(index);
-  const of = (item: Item): number => 5 * stepOf(problemOf(item)) + Math.max(1, problemOf(item).difficulty);
-  const least = Math.min(...some.map(of));
-  const easy = some.filter((item) => of(item) === least);
+  const hardness = (item: Item): number => 5 * stepOf(problemOf(item)) + Math.max(1, problemOf(item).difficulty);
+  const least = Math.min(...some.map(hardness));
+  const easy = some.filter((item) => hardness(item) === least);
   const first = easy.filter(({ family }) => family === easy[0]!.family);
   const plain = first.filter(({ question }) => PLAIN.includes(question));
   return plain.length > 0 ? plain : first;
 }
 
-/** What went wrong before and is due again, of what the bank has, the longest due first. */
+/** Return the items that were answered wrongly and are due again, longest due first. */
 export function dueItems(index: Index, progress: Progress, now: number): Item[] {
   const due = (item: Item): number => progress[nameOf(item)]?.due ?? Infinity;
   return items(index, ANYTHING)
@@ -120,7 +120,7 @@ export function dueItems(index: Index, progress: Progress, now: number): Item[] 
     .sort((a, b) => due(a) - due(b));
 }
 
-/** Where to go on in a set: at its first item that was not tried yet, or at its beginning. */
+/** Return the place of a set at which to continue: its first new item, or its beginning. */
 export function placeIn(order: readonly Item[], progress: Progress): number {
   return Math.max(
     0,
@@ -128,14 +128,14 @@ export function placeIn(order: readonly Item[], progress: Progress): number {
   );
 }
 
-/** The items of a set in its order. */
-export function inOrder(index: Index, wish: Wish): Item[] {
-  return shuffled(items(index, wish), wish.set).slice(0, wish.count);
+/** Return the items of a set in its order. */
+export function itemsOfSet(index: Index, wish: Wish): Item[] {
+  return shuffle(items(index, wish), wish.set).slice(0, wish.count);
 }
 
-/** Items in the order that a seed decides. */
-export function shuffled(items: readonly Item[], seed: string): Item[] {
-  const random = numbers(seed);
+/** Return items in an order that a seed determines. */
+export function shuffle(items: readonly Item[], seed: string): Item[] {
+  const random = randomFrom(seed);
   const all = [...items];
   for (let i = all.length - 1; i > 0; i -= 1) {
     const j = Math.floor(random() * (i + 1));
@@ -144,50 +144,48 @@ export function shuffled(items: readonly Item[], seed: string): Item[] {
   return all;
 }
 
-/** Progress after an attempt: a right one goes a box up, a wrong one back to the first. */
-export function attempted(progress: Progress, item: Item, right: boolean, now: number): Progress {
+/** Return the progress after an attempt: a right item moves one box up, a wrong one back to the first. */
+export function progressAfter(progress: Progress, item: Item, right: boolean, now: number): Progress {
   const before = progress[nameOf(item)];
   const box = right ? Math.min((before?.box ?? 0) + 1, WAITS.length - 1) : 0;
   const missed = isMissed(before) || !right ? { missed: true } : {};
   return { ...progress, [nameOf(item)]: { right, ...missed, box, due: now + (WAITS[box] as number) } };
 }
 
-/** Whether an item went wrong once, and has to come again. */
+/** Return whether an item was ever answered wrongly, and has to be repeated. */
 export const isMissed = (attempt: Attempted | undefined): boolean =>
   attempt !== undefined && (!attempt.right || attempt.missed === true);
 
-/** Random numbers from 0 to 1 that a text decides. */
-export const numbers = (seed: string): (() => number) =>
+/** Return a generator of random numbers from 0 to 1, seeded by a text. */
+export const randomFrom = (seed: string): (() => number) =>
   randomNumbers([...seed].reduce((hash, sign) => Math.imul(hash ^ (sign.codePointAt(0) ?? 0), 0x01000193), 0x811c9dc5));
 
-/** A wish as the end of an address, to be handed on; and back. */
-export function asLink(wish: Wish): string {
-  const found = new URLSearchParams();
-  if (wish.family) found.set("arm", wish.family);
-  if (wish.question) found.set("question", wish.question);
-  if (wish.difficulty !== null) found.set("difficulty", String(wish.difficulty));
-  if (wish.variation) found.set("variation", wish.variation);
-  if (wish.set) found.set("set", wish.set);
-  if (wish.set && wish.count !== ANYTHING.count) found.set("n", String(wish.count));
-  return found.size > 0 ? `?${found}` : "";
+/** Write a wish as the end of an address. */
+export function asLink({ family, question, difficulty, variation, set, count }: Wish): string {
+  const parameters = Object.entries({
+    ...{ arm: family, question, difficulty: String(difficulty ?? ""), variation, set },
+    n: set && count !== ANYTHING.count ? String(count) : "",
+  }).filter(([, value]) => value);
+  return parameters.length > 0 ? `?${new URLSearchParams(parameters)}` : "";
 }
 
+/** Parse a wish from the end of an address; invalid values are ignored. */
 export function fromLink(search: string): Wish {
-  const found = new URLSearchParams(search);
-  const difficulty = found.get("difficulty");
+  const parameters = new URLSearchParams(search);
+  const difficulty = parameters.get("difficulty");
   const step = difficulty === null ? NaN : Number(difficulty);
-  const count = Number(found.get("n") ?? NaN);
+  const count = Number(parameters.get("n") ?? NaN);
   return {
-    family: found.get("arm") ?? "",
-    question: found.get("question") ?? "",
+    family: parameters.get("arm") ?? "",
+    question: parameters.get("question") ?? "",
     difficulty: Number.isInteger(step) && step >= 0 && step <= 4 ? step : null,
-    variation: found.get("variation") ?? "",
-    set: found.get("set") ?? "",
+    variation: parameters.get("variation") ?? "",
+    set: parameters.get("set") ?? "",
     count: Number.isInteger(count) && count > 0 ? count : ANYTHING.count,
   };
 }
 
-/** What is wrong with a wish that allows no problem, or with a link that names what is not here; else null. */
+/** Return what is wrong with a wish that allows no problem, or with a link to something unknown; else null. */
 export function faultOf(index: Index, wish: Wish, search: string): Message | null {
   const arm = index.families.find(({ name }) => name === wish.family);
   const question = index.questions.find(({ name }) => name === wish.question);

@@ -8,21 +8,21 @@ import type { Topic } from "./topics.js";
 export const CLASSES = ["plain", "space", "any"] as const;
 export type ArmClass = (typeof CLASSES)[number];
 
-/** A class that a lesson has, with the questions about its arms, the easiest first. */
-export type Stretch = { readonly name: ArmClass; readonly items: readonly Item[] };
+/** A class of arms in a lesson, with the questions about its arms, easiest first. */
+export type ClassItems = { readonly name: ArmClass; readonly items: readonly Item[] };
 
-/** Families of which every arm may be anything: asked once a lesson's own are known. */
+/** Families with arms of all kinds, which are asked after a lesson's own arms are known. */
 const FURTHER = ["cylindrical", "spherical", "orthogonal-3r", "random-2", "random-3"];
-/** The steps of variation that leave an arm as the chapter has it, but for its lengths. */
+/** The steps of variation that change only lengths of the chapter's arm. */
 const PLAIN_STEPS: readonly string[] = STEPS.slice(0, 2);
 
-/** The classes of a lesson of which the bank has arms, in their order. */
-export function classesOf(index: Index, { questions, families }: Topic): readonly Stretch[] {
-  const own = itemsOf(index, questions, families);
-  const known = new Set(own.map(({ family }) => family));
-  const further = FURTHER.filter((name) => !known.has(name));
-  const more = index.families.some(({ name }) => further.includes(name))
-    ? itemsOf(index, questions, further).filter(({ family }) => further.includes(family))
+/** Return the classes of a lesson for which the bank has arms, in their order. */
+export function classesOf(index: Index, { questions, families }: Topic): readonly ClassItems[] {
+  const lessonItems = itemsOf(index, questions, families);
+  const known = new Set(lessonItems.map(({ family }) => family));
+  const additional = FURTHER.filter((name) => !known.has(name));
+  const more = index.families.some(({ name }) => additional.includes(name))
+    ? itemsOf(index, questions, additional).filter(({ family }) => additional.includes(family))
     : [];
   const problemOf = problemsIn(index);
   const classOf = (item: Item): ArmClass => {
@@ -31,22 +31,22 @@ export function classesOf(index: Index, { questions, families }: Topic): readonl
   };
   return CLASSES.map((name) => ({
     name,
-    items: [...own.filter((item) => classOf(item) === name), ...(name === "any" ? more : [])],
+    items: [...lessonItems.filter((item) => classOf(item) === name), ...(name === "any" ? more : [])],
   })).filter(({ items }) => items.length > 0);
 }
 
-/** How a class stands: that of the first one there is, is the skill's own, as it was kept before there were classes. */
-export function rowOf(skill: Skill, classes: readonly Stretch[], at: number): Row {
+/** Return the progress in a class; that of the first class is stored in the skill itself, for older progress files. */
+export function rowOf(skill: Skill, classes: readonly ClassItems[], at: number): Row {
   return at === 0 ? skill : (skill.beyond?.[classes[at]!.name] ?? NEW_ROW);
 }
 
-/** The skill with a row of a class. */
-export function withRow(skill: Skill, classes: readonly Stretch[], at: number, row: Row): Skill {
+/** Return the skill with the progress in a class. */
+export function withRow(skill: Skill, classes: readonly ClassItems[], at: number, row: Row): Skill {
   return at === 0 ? { ...skill, ...row } : { ...skill, beyond: { ...skill.beyond, [classes[at]!.name]: row } };
 }
 
-/** Which class is asked next: one that is due, else the first that is not learned yet, else the last. */
-export function currentClass(skill: Skill, classes: readonly Stretch[], now: number): number {
+/** Return the class to ask next: one that is due, else the first that is not learned, else the last. */
+export function currentClass(skill: Skill, classes: readonly ClassItems[], now: number): number {
   const rows = classes.map((_, at) => rowOf(skill, classes, at));
   const due = rows.findIndex((row) => isDue(row, now));
   if (due >= 0) return due;

@@ -1,16 +1,16 @@
-// One problem, from when it is loaded until the next is asked for.
+// One problem, from loading until the next problem is requested.
 
 import type { JSX } from "preact";
 
 import { Button } from "../button.js";
-import { useLoaded } from "../later.js";
+import { useLoaded } from "../scheduling.js";
 import { loadProblem } from "../load.js";
 import { say } from "../text/text.js";
 import { type Judged, Task, type TaskProps } from "./task.js";
 
 export type { Judged };
 
-/** One problem; `arrived` at from the one before, it is gone to at once, for keyboards and screen readers, too. */
+/** One problem. If it follows another one (`arrived`), the page moves to it, also for keyboards and screen readers. */
 export function Current(props: Omit<TaskProps, "problem" | "part">): JSX.Element {
   const { item } = props;
   const { found: problem, failed, again } = useLoaded(() => loadProblem(item.family, item.key), [item]);

@@ -1,10 +1,10 @@
-// The entries of a vector or matrix in its grid, and the same as one text in any form in which matrices are typed.
+// The entries of a vector or matrix in its grid, and the same as a text in any form in which matrices are typed.
 
 import { withPoints } from "../read/points.js";
 import { tableText } from "../read/tables.js";
 import { inRows } from "../read/tree.js";
 
-/** Entries as the text of a matrix; an entry that is empty is a blank, 0,5 in one of them a number. */
+/** Return entries as the text of a matrix; an empty entry is a blank, and 0,5 in an entry is one number. */
 export function matrixText(entries: readonly string[], columns: number): string {
   if (entries.every((entry) => !entry.trim())) return "";
   const filled = entries.map((entry) => withPoints(entry).trim() || "blank");
@@ -13,7 +13,7 @@ export function matrixText(entries: readonly string[], columns: number): string 
     .join(", ")}]`;
 }
 
-/** The entries of such a text, or of rows in lines or between semicolons; null if it doesn't have this shape. */
+/** Return the entries of such a text, or of rows separated by lines or semicolons; null for another shape. */
 export function entriesOf(text: string, rows: number, columns: number): string[] | null {
   return listedEntries(text, rows, columns) ?? listedEntries(tableText(text, rows, columns) ?? "", rows, columns);
 }
@@ -21,32 +21,32 @@ export function entriesOf(text: string, rows: number, columns: number): string[]
 function listedEntries(text: string, rows: number, columns: number): string[] | null {
   const inner = /^\s*(?:Matrix\(\s*)?\[([\s\S]*)\](?:\s*\))?\s*$/.exec(text)?.[1];
   if (inner === undefined) return null;
-  const byRow = pieces(inner, ";");
+  const byRow = splitOutside(inner, ";");
   const lines =
     byRow.length > 1
-      ? byRow.map((row) => pieces(row, ","))
-      : pieces(inner, ",").map((row) => {
+      ? byRow.map((row) => splitOutside(row, ","))
+      : splitOutside(inner, ",").map((row) => {
           const entries = /^\[([\s\S]*)\]$/.exec(row)?.[1];
-          return entries === undefined ? [row] : pieces(entries, ",");
+          return entries === undefined ? [row] : splitOutside(entries, ",");
         });
   const fits = lines.length === rows && lines.every((row) => row.length === columns);
   return fits ? lines.flat().map((entry) => (entry === "blank" ? "" : entry)) : null;
 }
 
-/** What stands between signs that are in no brackets; a sign at the end has nothing behind it. */
-function pieces(text: string, between: string): string[] {
-  const found = [""];
+/** Return the pieces between separators outside of brackets; a separator at the end is ignored. */
+function splitOutside(text: string, separator: string): string[] {
+  const parts = [""];
   let depth = 0;
   for (const sign of text) {
     depth += Number("([{".includes(sign)) - Number(")]}".includes(sign));
-    if (sign === between && depth === 0) found.push("");
-    else found[found.length - 1] += sign;
+    if (sign === separator && depth === 0) parts.push("");
+    else parts[parts.length - 1] += sign;
   }
-  const trimmed = found.map((piece) => piece.trim());
+  const trimmed = parts.map((piece) => piece.trim());
   return trimmed.at(-1) === "" ? trimmed.slice(0, -1) : trimmed;
 }
 
-/** Whether rows that are typed in lines are not all there, so that another line is due. */
+/** Return whether a matrix typed in lines lacks rows, so that another line is expected. */
 export function isUnfinished(text: string, rows: number, columns: number): boolean {
   const isBracketed = /^\s*(?:\w+\s*:?[=:])?\s*(?:[[({]|\w+\()/.test(text);
   const lines = text.split("\n").filter((line) => line.trim() !== "");

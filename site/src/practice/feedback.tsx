@@ -1,9 +1,9 @@
-// What is said of an answer: the verdict, where it differs, the mistake, the pose.
+// The feedback on an answer: the verdict, where the answer differs, the mistakes behind it, and a pose to look at.
 
 import type { JSX } from "preact";
 import type { Problem, Row } from "../bank.js";
-import { type At, isRead, type Slip, type Verdict } from "../grade/verdict.js";
-import { type Message, message, said, say } from "../text/text.js";
+import { type At, isParsed, type Slip, type Verdict } from "../grade/verdict.js";
+import { type Message, message, textOf, say } from "../text/text.js";
 
 const TITLES = {
   correct: "practice.right",
@@ -17,35 +17,35 @@ interface FeedbackProps {
   readonly verdict: Verdict;
   /** Whether the columns of the answer are drawn beside the true ones. */
   readonly isDrawn: boolean;
-  /** What comes of it where it was practised. */
+  /** Sentences on what the answer changes in the student's progress. */
   readonly notes?: readonly string[] | undefined;
 }
 
 export function Feedback({ problem, verdict, isDrawn, notes = [] }: FeedbackProps): JSX.Element {
-  const behind: Slip[] = [...(verdict.slips ?? [])];
-  if (verdict.mistake !== undefined) behind.unshift({ mistake: verdict.mistake });
-  const told = behind.map((slip, i) => <Behind key={i} problem={problem} slip={slip} />);
+  const slips: Slip[] = [...(verdict.slips ?? [])];
+  if (verdict.mistake !== undefined) slips.unshift({ mistake: verdict.mistake });
+  const slipTexts = slips.map((slip, i) => <SlipText key={i} problem={problem} slip={slip} />);
   const pose = poseOf(problem, verdict);
-  const isTried = isRead(verdict);
+  const isTried = isParsed(verdict);
   const reasons = isTried ? verdict.reasons : verdict.reasons.filter(({ key }) => key.startsWith("read."));
   const title = isTried || verdict.outcome === "missing" ? TITLES[verdict.outcome] : "practice.unread";
   return (
     <section class={`verdict ${isTried ? verdict.outcome : "missing"}`}>
       <h3>{say(title)}</h3>
       {reasons.map((reason) => (
-        <p key={reason.key}>{said(reason)}</p>
+        <p key={reason.key}>{textOf(reason)}</p>
       ))}
-      {behind.length === 1 ? (
+      {slips.length === 1 ? (
         <p class="mistake">
-          <strong>{say("practice.mistake")}</strong> {told[0]}
+          <strong>{say("practice.mistake")}</strong> {slipTexts[0]}
         </p>
       ) : null}
-      {behind.length > 1 ? (
+      {slips.length > 1 ? (
         <div class="mistake">
           <strong>{say("practice.mistakes")}</strong>
           <ul>
-            {told.map((each, i) => (
-              <li key={i}>{each}</li>
+            {slipTexts.map((text, i) => (
+              <li key={i}>{text}</li>
             ))}
           </ul>
         </div>
@@ -70,29 +70,29 @@ export function Feedback({ problem, verdict, isDrawn, notes = [] }: FeedbackProp
   );
 }
 
-/** What is said of the symbols in a missing factor; if joints change that factor of det J, singularities are lost. */
+/** Return the message on the symbols of a missing factor; if joints change a lost factor of det J, it loses singularities. */
 export function missingIn(symbols: string, ofDeterminant: boolean): Message {
   const what = symbols.replaceAll("theta", "θ");
   const isMoving = ofDeterminant && /theta|d\d/.test(symbols);
   return message(isMoving ? "practice.lost-with-factor" : "practice.missing-in", { what });
 }
 
-/** What went wrong; of a mistake what the problem says, in the language of the problem. */
-function Behind({ problem, slip }: { problem: Problem; slip: Slip }) {
-  if (!("mistake" in slip)) return <>{said(slip)}</>;
+/** What went wrong; the text of a known mistake is in the problem's language. */
+function SlipText({ problem, slip }: { problem: Problem; slip: Slip }) {
+  if (!("mistake" in slip)) return <>{textOf(slip)}</>;
   const [name, title, sentence, missing] = problem.said[slip.mistake] ?? [];
   return (
     <>
-      {slip.where ? `${said(slip.where)}: ` : null}
+      {slip.where ? `${textOf(slip.where)}: ` : null}
       <span lang={problem.lang ?? "en"}>
         <strong>{title}</strong> {sentence}
-        {missing ? ` ${said(missingIn(missing, name === "factor-lost"))}` : null}
+        {missing ? ` ${textOf(missingIn(missing, name === "factor-lost"))}` : null}
       </span>
     </>
   );
 }
 
-/** Which entries are right, in the shape of the answer. */
+/** Which entries are right, as a table in the shape of the answer. */
 function Marks({ entries }: { entries: readonly (readonly boolean[])[] }) {
   return (
     <table class="marks">
@@ -112,13 +112,13 @@ function Marks({ entries }: { entries: readonly (readonly boolean[])[] }) {
   );
 }
 
-/** What the variable of a joint is called. */
+/** Return the name of a joint variable. */
 export const nameOfJoint = ({ kind }: Row, index: number): string => `${kind === "R" ? "theta" : "d"}${index + 1}`;
 
-/** The joint values at which an answer differs, where all joints are told, and it could be read. */
+/** Return the pose at which an answer differs, if the verdict states all joints and the answer could be parsed. */
 export function poseOf(problem: Problem, verdict: Verdict): At | undefined {
   const { at } = verdict;
-  if (!isRead(verdict)) return undefined;
+  if (!isParsed(verdict)) return undefined;
   const joints = problem.robot.joints.map(nameOfJoint);
   return at && joints.every((joint) => at[joint] !== undefined) ? at : undefined;
 }

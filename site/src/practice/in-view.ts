@@ -1,32 +1,29 @@
-// What has just come is brought into view, as far as that takes, and at once for who wants no motion.
+// Scroll new content into view, as far as needed, and without animation if the system asks for reduced motion.
 
-/** How long what is above may still grow, as an answer that is being typeset (ms). */
+/** How long content above may still grow, such as an answer that is being typeset (ms). */
 const SETTLING = 700;
-/** What a reader does who looks elsewhere. */
-const ELSEWHERE = ["wheel", "touchstart", "pointerdown", "keydown"] as const;
+/** Events by which a reader turns to something else. */
+const READER_EVENTS = ["wheel", "touchstart", "pointerdown", "keydown"] as const;
 
-/** Scroll an element, or the top of a tall one, into view; again after all has settled, unless the reader acts. */
+/** Scroll an element (the top of a tall one) into view, and again after the page has settled, unless the reader acts. */
 export function bringIntoView(element: Element): void {
-  scrolledTo(element);
+  scrollTo(element);
   const wait = setTimeout(() => {
     stop();
-    scrolledTo(element);
+    scrollTo(element);
   }, SETTLING);
   const stop = (): void => {
     clearTimeout(wait);
-    for (const name of ELSEWHERE) window.removeEventListener(name, stop);
+    for (const name of READER_EVENTS) window.removeEventListener(name, stop);
   };
-  for (const name of ELSEWHERE) window.addEventListener(name, stop, { passive: true });
+  for (const name of READER_EVENTS) window.addEventListener(name, stop, { passive: true });
 }
 
-function scrolledTo(element: Element): void {
+function scrollTo(element: Element): void {
   const { top, bottom } = element.getBoundingClientRect();
-  const above = coveredAbove();
+  const above = parseFloat(getComputedStyle(document.documentElement).scrollPaddingTop) || 0; // covered by the stage
   const isTall = bottom - top > window.innerHeight - above;
   if (top >= above - 1 && (isTall ? top <= above + 1 : bottom <= window.innerHeight + 1)) return;
   const isStill = window.matchMedia?.("(prefers-reduced-motion: reduce)").matches ?? true;
   element.scrollIntoView({ block: isTall ? "start" : "nearest", behavior: isStill ? "auto" : "smooth" });
 }
-
-/** So many pixels lie under the stage on a phone, as the style of the page says. */
-const coveredAbove = (): number => parseFloat(getComputedStyle(document.documentElement).scrollPaddingTop) || 0;

@@ -1,4 +1,4 @@
-// A symbol with simple LaTeX, shown without typesetting: an italic letter, a dot for a rate, an index.
+// Show a symbol with simple LaTeX without typesetting: an italic letter, a dot for a rate, an index.
 
 import type { JSX } from "preact";
 
@@ -7,10 +7,10 @@ import { Tex } from "./math.js";
 
 const GREEK: Readonly<Record<string, string>> = { theta: "θ", alpha: "α", beta: "β", omega: "ω", tau: "τ" };
 
-/** A letter, whether it has the dot of a rate, its star or prime, and its index. */
+/** A letter; whether it has the dot of a rate; its star or prime; and its index. */
 type Parts = { readonly letter: string; readonly dotted: boolean; readonly mark: string; readonly index: string };
 
-/** What a symbol such as \dot{\theta}_{1} or p^*_{0} is made of; null where it is more than that. */
+/** Return the parts of a symbol such as \dot{\theta}_{1} or p^*_{0}; null for other LaTeX. */
 export function partsOf(latex: string): Parts | null {
   const [, dotted, plain, star = "", index = "", prime = ""] =
     /^(?:\\dot\{([^{}]+)\}|(\\?[A-Za-z]+))(\^\*)?(?:_\{?(\w+)\}?)?('?)$/.exec(latex) ?? [];
@@ -19,8 +19,8 @@ export function partsOf(latex: string): Parts | null {
   return letter === undefined ? null : { letter, dotted: dotted !== undefined, mark: star ? "*" : prime && "′", index };
 }
 
-/** The name of a symbol's button: as it is seen, for voice control, and as it is typed, which tells rates apart. */
-export function called(name: string, latex: string): string {
+/** Return the accessible name of a symbol's button: as it is displayed, for voice control, and as it is typed. */
+export function buttonName(name: string, latex: string): string {
   const seen = latex
     .replace(/\\dot\{([^}]*)\}/g, "$1")
     .replace(/\\([a-z]+)/g, (_, letter: string) => GREEK[letter] ?? letter)
@@ -28,11 +28,11 @@ export function called(name: string, latex: string): string {
   return seen === name ? name : `${seen}, ${name}`;
 }
 
-/** A symbol; what is more than a letter with its index is typeset. */
+/** A symbol; anything more than a letter with its index is typeset. */
 export function Letter({ latex }: { latex: string }): JSX.Element {
-  const found = partsOf(latex);
-  if (!found) return <Tex latex={latex} />;
-  const { letter, dotted, mark, index } = found;
+  const parts = partsOf(latex);
+  if (!parts) return <Tex latex={latex} />;
+  const { letter, dotted, mark, index } = parts;
   return (
     <span class="letter">
       {dotted ? <Dotted letter={letter} /> : <i>{letter}</i>}

@@ -1,16 +1,16 @@
-// The practice page's script.
+// The script of the practice page.
 import "../site.css";
 
 import { h } from "preact";
 
 import { asksForRound } from "../course/link.js";
-import { breath } from "../later.js";
+import { yieldToBrowser } from "../scheduling.js";
 import { showPart } from "../pages/part.js";
 import { Practice } from "./practice.js";
 
 const { search } = window.location;
 if (new URLSearchParams(search).has("embed")) document.body.classList.add("embedded");
 await showPart("practice", ["Practise", "page.practise"], async () => {
-  await breath();
+  await yieldToBrowser();
   return h(asksForRound(search) ? (await import("../course/embedded.js")).Embedded : Practice, {});
 });

@@ -1,4 +1,4 @@
-// Formulas and texts of the bank in Preact: HTML that Python wrote, typeset once it is there.
+// Formulas and texts of the bank as components: HTML that Python wrote, typeset once it is on the page.
 
 import type { JSX } from "preact";
 import { useEffect, useRef } from "preact/hooks";
@@ -7,7 +7,7 @@ import { typeset, typesetInto } from "../tex.js";
 
 type HtmlProps = { html: string; class?: string; lang?: string | undefined };
 
-/** HTML of the bank, in English by default. It comes from this site's own files, and holds no one else's text. */
+/** HTML of the bank, by default in English. It comes from the site's own files, so it is safe to insert. */
 export function Html({ html, class: name = "", lang = "en" }: HtmlProps) {
   const place = useRef<HTMLDivElement>(null);
   useEffect(() => {
@@ -25,7 +25,7 @@ export function Tex({ latex, block = false }: { latex: string; block?: boolean }
   return <span ref={place} class="formula" />;
 }
 
-/** A text with LaTeX between dollar signs. Braces contain a space, c_{1 2}, because {12} would be a placeholder. */
+/** A text with LaTeX between dollar signs. Braces contain a space, as in c_{1 2}, because {12} would be a placeholder. */
 export function Rich({ text }: { text: string }): JSX.Element {
   return (
     <>

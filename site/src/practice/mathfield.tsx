@@ -1,28 +1,28 @@
-// A field in which formulas are typed as they look: MathLive, loaded when it is asked for. Its LaTeX is the answer.
+// A field in which formulas are typed as they look: MathLive, loaded when needed. Its LaTeX is the answer.
 
 import type { MathfieldElement } from "mathlive";
 import type { JSX } from "preact";
 import { useEffect, useRef, useState } from "preact/hooks";
 
-import { inDigits, language, say } from "../text/text.js";
+import { decimalSign, language, say } from "../text/text.js";
 
-/** The formula in a field, its decimal comma as a point. */
+/** Return the formula in a field, with a decimal point for a comma. */
 const textOf = (field: MathfieldElement | null): string => (field?.getValue("latex") ?? "").replaceAll("{,}", ".");
 
-/** In Firefox, keys are lost as long as the page's selection is not where MathLive listens (its issue 2300). */
-function hearKeys({ currentTarget }: Event): void {
-  const listens = (currentTarget as Element).shadowRoot?.querySelector('[part="keyboard-sink"]');
+/** In Firefox, MathLive loses keys unless the page's selection is inside its hidden input (MathLive issue 2300). */
+function fixFirefoxKeys({ currentTarget }: Event): void {
+  const input = (currentTarget as Element).shadowRoot?.querySelector('[part="keyboard-sink"]');
   const selection = getSelection();
-  if (!listens || !CSS.supports("-moz-appearance", "none")) return;
-  if (!listens.contains(selection?.anchorNode ?? null)) selection?.selectAllChildren(listens);
+  if (!input || !CSS.supports("-moz-appearance", "none")) return;
+  if (!input.contains(selection?.anchorNode ?? null)) selection?.selectAllChildren(input);
 }
 
-/** Put a formula where the cursor of a field is, and go on there. */
+/** Insert a formula at the cursor of a field, and put the focus there. */
 export function putInto(place: Element, latex: string): void {
   const field = place as MathfieldElement;
   const cursor = field.position;
   field.focus();
-  field.position = cursor; // a field that is entered selects all that it holds
+  field.position = cursor; // a field that gets the focus selects its whole content
   field.insert(latex, { format: "latex" });
 }
 
@@ -38,20 +38,20 @@ export function MathField({ label, value, onValue, onEnter }: MathFieldProps): J
   const [failed, setFailed] = useState("");
   useEffect(() => {
     let field: MathfieldElement | null = null;
-    let current = true;
+    let isMounted = true;
     void import("mathlive").then(
       ({ MathfieldElement: Field }) => {
-        if (!current || !place.current) return;
-        Field.fontsDirectory = null; // the page's own fonts will do
+        if (!isMounted || !place.current) return;
+        Field.fontsDirectory = null; // the page's own fonts are sufficient
         Field.soundsDirectory = null;
         Field.locale = language().code;
-        Field.decimalSeparator = inDigits(0.5).includes(",") ? "," : ".";
+        Field.decimalSeparator = decimalSign() === "," ? "," : ".";
         field = new Field();
         field.value = value.replaceAll(".", Field.decimalSeparator === "," ? "{,}" : ".");
         field.setAttribute("aria-label", label);
         field.mathVirtualKeyboardPolicy = "auto";
         field.addEventListener("input", () => onValue(textOf(field)));
-        for (const event of ["focusin", "keydown"]) field.addEventListener(event, hearKeys, { capture: true });
+        for (const event of ["focusin", "keydown"]) field.addEventListener(event, fixFirefoxKeys, { capture: true });
         field.addEventListener("keydown", (event) => {
           if (event.key === "Enter") onEnter();
         });
@@ -60,7 +60,7 @@ export function MathField({ label, value, onValue, onEnter }: MathFieldProps): J
       (error: unknown) => setFailed(String(error)),
     );
     return () => {
-      current = false;
+      isMounted = false;
       field?.remove();
     };
   }, []);

@@ -1,45 +1,43 @@
-// The practice page: what to practise, one problem after the other, and how it went.
+// The practice page: settings, one problem after the other, and the progress.
 
 import type { JSX } from "preact";
 import { useMemo, useRef, useState } from "preact/hooks";
 
 import { Button } from "../button.js";
 import type { Index } from "../bank.js";
-import { message, said, say, type TextKey } from "../text/text.js";
+import { message, textOf, say, type TextKey } from "../text/text.js";
 import {
   ANYTHING,
   asLink,
   dueItems,
-  attempted,
+  progressAfter,
   faultOf,
   fromLink,
-  inOrder,
+  itemsOfSet,
   items,
   type Item,
   nameOf,
   placeIn,
-  next,
+  chooseNext,
   type Progress,
   type Wish,
 } from "./choice.js";
 import {
   type ClassOfTopic,
   classInWords,
-  counted,
-  drawnFrom,
+  countAnswer,
+  chooseFrom,
   dueClasses,
   outcomesInWords,
-  sortingOf,
-} from "./counting.js";
-import { keep, kept } from "./progress.js";
+  classFinderOf,
+} from "./lesson-credit.js";
+import { storeProgress, storedProgress } from "./progress.js";
 import { Current } from "./current.js";
-import { type AllKept, keepAll } from "./all-kept.js";
+import { type StoredState, storeAll } from "./stored-state.js";
 import { Settings } from "./settings.js";
 import { Sheet, sheetFrom } from "./sheet.js";
-import { keepSkills, keptSkills, type Skills } from "./skills.js";
+import { storeSkills, storedSkills, type Skills } from "./skills.js";
 import { storage } from "../storage.js";
-import { keptDay } from "./today.js";
-import { isToday, TodayDoor, TodaysArm } from "./todays-arm.js";
 import { WithIndex } from "./with-index.js";
 
 export function Practice(): JSX.Element {
@@ -47,30 +45,26 @@ export function Practice(): JSX.Element {
   const sheet = sheetFrom(search);
   return (
     <WithIndex>
-      {(index) => {
-        if (sheet) return <Sheet index={index} wish={fromLink(search)} first={sheet} />;
-        return isToday(search) ? <TodaysArm index={index} /> : <Session index={index} />;
-      }}
+      {(index) => (sheet ? <Sheet index={index} wish={fromLink(search)} first={sheet} /> : <Session index={index} />)}
     </WithIndex>
   );
 }
 
 function Session({ index }: { index: Index }) {
   const [wish, setWish] = useState<Wish>(() => fromLink(window.location.search));
-  const [progress, setProgress] = useState<Progress>(() => kept(storage));
+  const [progress, setProgress] = useState<Progress>(() => storedProgress(storage));
   const [{ place, item }, setChosen] = useState(() => chosenBy(index, wish, progress, null, ""));
-  const [skills, setSkills] = useState<Skills>(() => keptSkills(storage));
+  const [skills, setSkills] = useState<Skills>(() => storedSkills(storage));
   const [moves, setMoves] = useState(0);
-  const [restores, setRestores] = useState(0);
-  const [queued, setQueued] = useState(false); // whether what is due is being answered
-  const [aim, setAim] = useState<ClassOfTopic | null>(null); // the class of which the queue asks now
+  const [isAnsweringDue, setAnsweringDue] = useState(false); // whether due questions are being answered
+  const [aim, setAim] = useState<ClassOfTopic | null>(null); // the class of the current question, if it is due for review
   const [notes, setNotes] = useState<readonly string[]>([]);
   const again = useRef(false); // whether this question was answered before
-  const asked = useRef<string[]>([]); // of the classes that are due
-  const sorting = useMemo(() => sortingOf(index), [index]);
+  const asked = useRef<string[]>([]); // names of questions asked from due classes
+  const findClasses = useMemo(() => classFinderOf(index), [index]);
   const due = dueItems(index, progress, Date.now());
-  const dueAgain = dueClasses(skills, Date.now(), sorting);
-  const order = useMemo(() => (wish.set ? inOrder(index, wish) : null), [index, wish]);
+  const dueForReview = dueClasses(skills, Date.now(), findClasses);
+  const order = useMemo(() => (wish.set ? itemsOfSet(index, wish) : null), [index, wish]);
 
   const show = (chosen: Chosen, of: ClassOfTopic | null = null): void => {
     again.current = false;
@@ -80,66 +74,58 @@ function Session({ index }: { index: Index }) {
   };
   const choose = (wanted: Wish, from: number | null): void =>
     show(chosenBy(index, wanted, progress, from, item ? nameOf(item) : ""));
-  /** What is due next: what went wrong, then a class to review; when there is none left, what was wished. */
-  const fromQueue = (isFirst: boolean): void => {
-    const [first] = due.filter((each) => isFirst || !item || nameOf(each) !== nameOf(item));
+  /** Show the next due question: one answered wrongly, then one of a class to review; if none is left, one as wished. */
+  const showDue = (isFirst: boolean): void => {
+    const [first] = due.filter((dueItem) => isFirst || !item || nameOf(dueItem) !== nameOf(item));
     if (first) return show({ place, item: first });
     const isLast = ({ topic, at }: ClassOfTopic): boolean => topic === aim?.topic && at === aim.at;
-    const of = dueAgain.find((each) => !isLast(each)) ?? dueAgain[0];
-    const drawn = of && drawnFrom(of, skills, asked.current, Math.random);
-    if (drawn) {
-      asked.current.push(nameOf(drawn));
-      return show({ place, item: drawn }, of);
+    const of = dueForReview.find((dueClass) => !isLast(dueClass)) ?? dueForReview[0];
+    const review = of && chooseFrom(of, skills, asked.current, Math.random);
+    if (review) {
+      asked.current.push(nameOf(review));
+      return show({ place, item: review }, of);
     }
-    setQueued(false);
+    setAnsweringDue(false);
     choose(wish, place);
   };
-  const answered = (item: Item, right: boolean, helped: boolean): void => {
+  const countVerdict = (item: Item, right: boolean, helped: boolean): void => {
     const now = Date.now();
-    noted(attempted(progress, item, right, now));
-    const found = counted(skills, item, { right, helped, again: again.current, now }, sorting);
+    changeProgress(progressAfter(progress, item, right, now));
+    const result = countAnswer(skills, item, { right, helped, again: again.current, now }, findClasses);
     again.current = true;
-    setNotes(outcomesInWords(found.outcomes));
-    setSkills(found.skills);
-    keepSkills(storage, found.skills);
+    setNotes(outcomesInWords(result.outcomes));
+    setSkills(result.skills);
+    storeSkills(storage, result.skills);
   };
   const fault = useMemo(() => faultOf(index, wish, window.location.search), [index, wish]);
 
-  const wished = (wanted: Wish) => {
+  const changeWish = (wanted: Wish) => {
     setWish(wanted);
     window.history.replaceState(null, "", asLink(wanted) || window.location.pathname);
     choose(wanted, null);
   };
-  const noted = (now: Progress) => {
+  const changeProgress = (now: Progress) => {
     setProgress(now);
-    keep(storage, now);
+    storeProgress(storage, now);
   };
-  const restored = (all: AllKept) => {
+  const restore = (all: StoredState) => {
     setProgress(all.progress);
     setSkills(all.lessons);
-    keepAll(storage, all);
-    setRestores(restores + 1);
+    storeAll(storage, all);
   };
   return (
     <div class="workspace">
       <div class="choosing">
         <Due
-          count={due.length + dueAgain.length}
-          going={queued}
-          of={aim && queued ? classInWords(aim) : null}
+          count={due.length + dueForReview.length}
+          isAnswering={isAnsweringDue}
+          of={aim && isAnsweringDue ? classInWords(aim) : null}
           onStart={() => {
-            setQueued(true);
-            fromQueue(true);
+            setAnsweringDue(true);
+            showDue(true);
           }}
         />
-        {wish.set ? null : <TodayDoor key={restores} index={index} />}
-        <Settings
-          index={index}
-          wish={wish}
-          kept={{ progress, lessons: skills, today: keptDay(storage) }}
-          onWish={wished}
-          onKept={restored}
-        />
+        <Settings index={index} wish={wish} kept={{ progress, lessons: skills }} onWish={changeWish} onKept={restore} />
         {order && order.length > 0 ? (
           <p class="muted set-place">
             {say("practice.set-place", { number: (place % order.length) + 1, count: order.length, set: wish.set })}
@@ -151,21 +137,21 @@ function Session({ index }: { index: Index }) {
           key={`${nameOf(item)} ${moves}`}
           item={item}
           level={index.feedback}
-          arrived={moves > 0}
+          hasArrived={moves > 0}
           notes={notes}
-          onVerdict={(right, helped) => answered(item, right, helped)}
+          onVerdict={(right, helped) => countVerdict(item, right, helped)}
           onNext={() => {
             setMoves(moves + 1);
-            if (queued) fromQueue(false);
+            if (isAnsweringDue) showDue(false);
             else choose(wish, place + 1);
           }}
         />
       ) : (
         <div class="task" role="alert">
-          <p>{said(fault ?? message("practice.none"))}</p>
+          <p>{textOf(fault ?? message("practice.none"))}</p>
           <p class="ways">
             {waysOn(index, wish).map(([key, to]) => (
-              <Button key={key} style="button" text={say(key)} onClick={() => wished(to)} />
+              <Button key={key} style="button" text={say(key)} onClick={() => changeWish(to)} />
             ))}
           </p>
         </div>
@@ -174,7 +160,7 @@ function Session({ index }: { index: Index }) {
   );
 }
 
-/** Where one may go on from a wish that nothing fits: what is known of it by itself, or anything. */
+/** Return wishes to suggest if nothing fits a wish: its arm alone, its question alone, or anything. */
 function waysOn(index: Index, wish: Wish): [TextKey, Wish][] {
   const ways: [TextKey, Wish][] = [
     ["practice.this-arm", { ...ANYTHING, family: wish.family }],
@@ -184,36 +170,37 @@ function waysOn(index: Index, wish: Wish): [TextKey, Wish][] {
   return ways.filter(([, to], i) => (i === 2 || asLink(to) !== asLink(ANYTHING)) && items(index, to).length > 0);
 }
 
+/** A question, and its place in a set. */
 type Chosen = { readonly place: number; readonly item: Item | null };
 
-/** What is asked, and its place in a set: the one `from` which one goes on, else the first that was not tried yet. */
+/** Choose a question: at the place `from` of a set, else the set's first new one; without a set, the next one. */
 function chosenBy(index: Index, wish: Wish, progress: Progress, from: number | null, last: string): Chosen {
-  if (!wish.set) return { place: 0, item: next(index, wish, progress, Date.now(), Math.random, last) };
-  const order = inOrder(index, wish);
+  if (!wish.set) return { place: 0, item: chooseNext(index, wish, progress, Date.now(), Math.random, last) };
+  const order = itemsOfSet(index, wish);
   const place = from ?? placeIn(order, progress);
   return { place, item: order[place % order.length] ?? null };
 }
 
-/** Minutes that a question takes, as a rule. */
+/** Typical number of minutes for a question. */
 const EACH = 1.5;
 
 interface DueProps {
   readonly count: number;
-  /** Whether what is due is being answered. */
-  readonly going: boolean;
-  /** The lesson, and the class of its arms, of which is asked now, in words; null for what went wrong. */
+  /** Whether due questions are being answered. */
+  readonly isAnswering: boolean;
+  /** The lesson and class of the current review question, in words; null for other questions. */
   readonly of: string | null;
   readonly onStart: () => void;
 }
 
-/** What is due for review, and a button to start with it. */
-function Due({ count, going, of, onStart }: DueProps): JSX.Element | null {
-  if (count === 0 && !going) return null;
+/** The number of questions due for review, and a button that starts with them. */
+function Due({ count, isAnswering, of, onStart }: DueProps): JSX.Element | null {
+  if (count === 0 && !isAnswering) return null;
   return (
     <p class="due" role="status">
-      {going ? (
+      {isAnswering ? (
         <span>
-          {said(count > 0 ? message("practice.due-left", { count }) : message("practice.due-done"))}
+          {textOf(count > 0 ? message("practice.due-left", { count }) : message("practice.due-done"))}
           {of && count > 0 ? <span class="muted"> · {of}</span> : null}
         </span>
       ) : (

@@ -1,28 +1,28 @@
-// Which problems were answered, and when they come again, kept in this browser.
+// Which problems were answered, and when they are due again, stored in this browser.
 
-import { keepText, keptJson } from "../storage.js";
+import { storeText, storedJson } from "../storage.js";
 import { type Attempted, type Progress, WAITS } from "./choice.js";
 
 const KEY = "qdot-progress";
 
-/** What is kept; nothing where the browser keeps nothing, or something else stands there. */
-export const kept = (storage: Storage | null): Progress => keptJson(storage, KEY, checkedProgress);
+/** Return the stored progress; empty if the browser stores nothing, or something invalid. */
+export const storedProgress = (storage: Storage | null): Progress => storedJson(storage, KEY, checkProgress);
 
-export const keep = (storage: Storage | null, progress: Progress): void =>
-  keepText(storage, KEY, JSON.stringify(progress));
+export const storeProgress = (storage: Storage | null, progress: Progress): void =>
+  storeText(storage, KEY, JSON.stringify(progress));
 
-/** Both together; of an item in both, the attempt of the higher box. */
-export function mergedProgress(mine: Progress, other: Progress): Progress {
-  const found: Record<string, Attempted> = { ...mine };
+/** Merge two progresses; of an item in both, the one in the higher box is kept. */
+export function mergeProgress(mine: Progress, other: Progress): Progress {
+  const merged: Record<string, Attempted> = { ...mine };
   for (const [name, attempt] of Object.entries(other)) {
-    const own = found[name];
-    if (!own || attempt.box > own.box) found[name] = attempt;
+    const progressAfter = merged[name];
+    if (!progressAfter || attempt.box > progressAfter.box) merged[name] = attempt;
   }
-  return found;
+  return merged;
 }
 
-/** What of it is progress. */
-export function checkedProgress(content: unknown): Progress {
+/** Return the valid entries of a progress file. */
+export function checkProgress(content: unknown): Progress {
   const found: Record<string, Attempted> = {};
   for (const [name, entry] of Object.entries(content ?? {})) {
     if (isAttempted(entry)) {

@@ -1,13 +1,14 @@
-// What to practise, and the progress so far.
+// The settings of the practice page, and the progress so far.
 
 import type { JSX } from "preact";
 import { useRef, useState } from "preact/hooks";
 
 import { Button } from "../button.js";
 import type { Index } from "../bank.js";
+import { newSeed } from "../random.js";
 import { say } from "../text/text.js";
 import { asLink, isMissed, WAITS, type Wish } from "./choice.js";
-import { type AllKept, asFile, fromFile, merged, NOTHING_KEPT } from "./all-kept.js";
+import { type StoredState, asFile, fromFile, mergeStates, EMPTY_STATE } from "./stored-state.js";
 import { sheetLink } from "./sheet.js";
 import { variationName, WishChoices } from "./wish-choices.js";
 import { saveFile } from "../pages/copied.js";
@@ -15,9 +16,9 @@ import { saveFile } from "../pages/copied.js";
 interface SettingsProps {
   readonly index: Index;
   readonly wish: Wish;
-  readonly kept: AllKept;
+  readonly kept: StoredState;
   readonly onWish: (wish: Wish) => void;
-  readonly onKept: (all: AllKept) => void;
+  readonly onKept: (all: StoredState) => void;
 }
 
 export function Settings(props: SettingsProps): JSX.Element {
@@ -39,7 +40,7 @@ export function Settings(props: SettingsProps): JSX.Element {
   );
 }
 
-/** A wish in a line: what arm, what question, how difficult. */
+/** Return a wish in one line: arm, question, difficulty, variation. */
 function inShort({ families, questions }: Index, wish: Wish): string {
   const arm = families.find(({ name }) => name === wish.family)?.title ?? say("practice.any-arm");
   const question = questions.find(({ name }) => name === wish.question)?.title ?? say("practice.any-question");
@@ -51,15 +52,15 @@ function inShort({ families, questions }: Index, wish: Wish): string {
 }
 
 function More({ wish, kept, onWish, onKept }: SettingsProps) {
-  const [told, setTold] = useState("");
-  const [fresh] = useState(newSet);
+  const [error, setError] = useState("");
+  const [newSetSeed] = useState(newSeed);
   const file = useRef<HTMLInputElement>(null);
   const tried = Object.values(kept.progress);
-  const due = tried.filter((each) => isMissed(each) && each.box < WAITS.length - 1).length;
+  const due = tried.filter((attempt) => isMissed(attempt) && attempt.box < WAITS.length - 1).length;
   const load = async () => {
-    const found = fromFile((await file.current?.files?.[0]?.text()) ?? "");
-    setTold(found ? "" : say("practice.not-progress"));
-    if (found) onKept(merged(kept, found));
+    const restored = fromFile((await file.current?.files?.[0]?.text()) ?? "");
+    setError(restored ? "" : say("practice.not-progress"));
+    if (restored) onKept(mergeStates(kept, restored));
     if (file.current) file.current.value = ""; // so that the same file may be chosen again
   };
   const link = `${window.location.origin}${window.location.pathname}${asLink(wish)}`;
@@ -67,7 +68,7 @@ function More({ wish, kept, onWish, onKept }: SettingsProps) {
     <details class="more">
       <summary>{say("practice.progress")}</summary>
       <p>
-        {say("practice.count", { right: tried.filter((each) => each.right).length, tried: tried.length })};{" "}
+        {say("practice.count", { right: tried.filter((attempt) => attempt.right).length, tried: tried.length })};{" "}
         {say("practice.due", { count: due })}. {say("practice.kept")}
       </p>
       <p class="actions">
@@ -79,10 +80,10 @@ function More({ wish, kept, onWish, onKept }: SettingsProps) {
         <Button
           text={say("practice.forget")}
           onClick={() => {
-            if (window.confirm(say("practice.forget-sure"))) onKept(NOTHING_KEPT);
+            if (window.confirm(say("practice.forget-sure"))) onKept(EMPTY_STATE);
           }}
         />
-        <a class="button quiet" href={sheetLink({ ...wish, set: wish.set || fresh }, { count: 4, key: false })}>
+        <a class="button quiet" href={sheetLink({ ...wish, set: wish.set || newSetSeed }, { count: 4, key: false })}>
           {say("sheet.make")}
         </a>
       </p>
@@ -95,16 +96,14 @@ function More({ wish, kept, onWish, onKept }: SettingsProps) {
         tabIndex={-1}
         onChange={() => void load()}
       />
-      {told ? <p role="alert">{told}</p> : null}
+      {error ? <p role="alert">{error}</p> : null}
       {wish.set ? (
         <p>
           {say("practice.set-help")} <a href={link}>{link}</a>
         </p>
       ) : (
-        <Button text={say("practice.make-set")} onClick={() => onWish({ ...wish, set: fresh })} />
+        <Button text={say("practice.make-set")} onClick={() => onWish({ ...wish, set: newSetSeed })} />
       )}
     </details>
   );
 }
-
-const newSet = (): string => crypto.getRandomValues(new Uint32Array(1))[0]!.toString(36);

@@ -1,4 +1,4 @@
-// A sheet to print: the first problems of a set with figure, table and room for answers, and a key on its own page.
+// A printable sheet: the first problems of a set with figure, table and room for answers, and a key on its own page.
 
 import type { JSX } from "preact";
 import { useState } from "preact/hooks";
@@ -6,26 +6,26 @@ import { useState } from "preact/hooks";
 import { Button } from "../button.js";
 import type { Index, Part, Problem } from "../bank.js";
 import { atLeast } from "../grade/levels.js";
-import { useLoaded } from "../later.js";
+import { useLoaded } from "../scheduling.js";
 import { loadProblem, loadSolutions } from "../load.js";
-import { read } from "../read/reader.js";
-import { ReadError } from "../read/tree.js";
+import { parse } from "../read/reader.js";
+import { catchParseError } from "../read/tree.js";
 import { typesetTree } from "../read/typeset.js";
 import { inDigits, say } from "../text/text.js";
-import { asLink, inOrder, type Item, nameOf, type Wish } from "./choice.js";
+import { asLink, itemsOfSet, type Item, nameOf, type Wish } from "./choice.js";
 import { Html, Tex } from "./math.js";
 import { promptOnPaper } from "./prompt.js";
 
-/** How many questions a sheet has, and whether a key is printed behind them. */
+/** The number of questions on a sheet, and whether a key is printed after them. */
 export type SheetWish = { readonly count: number; readonly key: boolean };
 
 const MOST = 20;
 
-/** The sheet that an address asks for; null where it asks for none. */
+/** Return the sheet that an address asks for; null if it asks for none. */
 export function sheetFrom(search: string): SheetWish | null {
-  const found = new URLSearchParams(search);
-  const count = Number(found.get("sheet") ?? NaN);
-  return Number.isInteger(count) && count >= 1 ? { count: Math.min(count, MOST), key: found.has("key") } : null;
+  const parameters = new URLSearchParams(search);
+  const count = Number(parameters.get("sheet") ?? NaN);
+  return Number.isInteger(count) && count >= 1 ? { count: Math.min(count, MOST), key: parameters.has("key") } : null;
 }
 
 export function sheetLink(wish: Wish, { count, key }: SheetWish): string {
@@ -33,17 +33,17 @@ export function sheetLink(wish: Wish, { count, key }: SheetWish): string {
   return `${link}${link ? "&" : "?"}sheet=${count}${key ? "&key=1" : ""}`;
 }
 
-/** A question of a sheet, with what its answer is typed as. */
+/** A question of a sheet, and the correct answer as it is typed. */
 type Asked = { readonly item: Item; readonly part: Part; readonly typed: string };
 
-/** An arm of a sheet, and what is asked of it. */
+/** An arm of a sheet, and the questions about it. */
 type Group = { readonly problem: Problem; readonly asked: readonly Asked[] };
 
 export function Sheet({ index, wish, first }: { index: Index; wish: Wish; first: SheetWish }): JSX.Element {
-  const solvable = atLeast(index.feedback, "solutions"); // else there are no answers in the bank
-  const [sheet, setSheet] = useState({ ...first, key: first.key && solvable });
-  const asked = (): readonly Item[] => inOrder(index, { ...wish, count: sheet.count });
-  const { found: groups, failed } = useLoaded(() => gathered(asked(), solvable), [sheet.count]);
+  const hasSolutions = atLeast(index.feedback, "solutions"); // else there are no answers in the bank
+  const [sheet, setSheet] = useState({ ...first, key: first.key && hasSolutions });
+  const asked = (): readonly Item[] => itemsOfSet(index, { ...wish, count: sheet.count });
+  const { found: groups, failed } = useLoaded(() => loadGroups(asked(), hasSolutions), [sheet.count]);
   const change = (wanted: SheetWish) => {
     setSheet(wanted);
     window.history.replaceState(null, "", sheetLink(wish, wanted));
@@ -64,7 +64,7 @@ export function Sheet({ index, wish, first }: { index: Index; wish: Wish; first:
             ))}
           </select>
         </label>
-        {solvable ? (
+        {hasSolutions ? (
           <label class="sheet-check">
             <input type="checkbox" checked={sheet.key} onChange={() => change({ ...sheet, key: !sheet.key })} />
             {say("sheet.with-key")}
@@ -80,8 +80,8 @@ export function Sheet({ index, wish, first }: { index: Index; wish: Wish; first:
   );
 }
 
-/** The questions in their order, those of one arm together. */
-async function gathered(items: readonly Item[], solvable: boolean): Promise<readonly Group[]> {
+/** Load the problems of questions, and group the questions by arm in their order. */
+async function loadGroups(items: readonly Item[], hasSolutions: boolean): Promise<readonly Group[]> {
   const arms = new Map<string, Item[]>();
   for (const item of items) {
     const arm = `${item.family}/${item.key}`;
@@ -92,7 +92,7 @@ async function gathered(items: readonly Item[], solvable: boolean): Promise<read
       const { family, key } = asked[0] as Item;
       const [problem, parts] = await Promise.all([
         loadProblem(family, key),
-        solvable ? loadSolutions(family, key).then((solutions) => solutions.parts) : [],
+        hasSolutions ? loadSolutions(family, key).then((solutions) => solutions.parts) : [],
       ]);
       return {
         problem,
@@ -109,7 +109,7 @@ function Paper({ groups, set, withKey }: { groups: readonly Group[]; set: string
   let number = 0;
   const numbered = groups.map(({ problem, asked }) => ({
     problem,
-    asked: asked.map((one) => ({ ...one, number: (number += 1) })),
+    asked: asked.map((question) => ({ ...question, number: (number += 1) })),
   }));
   return (
     <div class="sheet">
@@ -142,7 +142,7 @@ function Paper({ groups, set, withKey }: { groups: readonly Group[]; set: string
             {numbered.flatMap(({ problem, asked }) =>
               asked.map(({ item, part, typed }) => (
                 <li key={nameOf(item)}>
-                  <Typed text={typed} part={part} problem={problem} />
+                  <CorrectAnswer text={typed} part={part} problem={problem} />
                 </li>
               )),
             )}
@@ -153,7 +153,7 @@ function Paper({ groups, set, withKey }: { groups: readonly Group[]; set: string
   );
 }
 
-/** Room for an answer by hand: blank lines for numbers and letters, a space to work in for formulas. */
+/** Room for an answer by hand: blank lines for numbers and letters, empty space for formulas. */
 function Room({ part }: { part: Part }) {
   const { key } = part;
   if (key.type === "numbers") {
@@ -167,7 +167,7 @@ function Room({ part }: { part: Part }) {
       </p>
     );
   }
-  if ("told" in key) {
+  if ("option_mistakes" in key) {
     return (
       <p class="sheet-lines">
         {Array.from({ length: key.type === "matching" ? key.items : 1 }, (_, i) => (
@@ -182,8 +182,8 @@ function Room({ part }: { part: Part }) {
   return <div class="sheet-room" style={{ "--rows": String((part.shape?.[0] ?? 1) + 2) }} />;
 }
 
-/** A right answer: numbers rounded, letters without quotes, a formula set as one. */
-function Typed({ text, part, problem }: { text: string; part: Part; problem: Problem }) {
+/** A correct answer: rounded numbers, letters without quotes, or a typeset formula. */
+function CorrectAnswer({ text, part, problem }: { text: string; part: Part; problem: Problem }) {
   const { key } = part;
   if (key.type === "numbers") {
     const numbers = key.right.map((value, i) => `${inDigits(Number(value.toPrecision(4)))} ${key.units[i]}`);
@@ -191,11 +191,9 @@ function Typed({ text, part, problem }: { text: string; part: Part; problem: Pro
   }
   const letters = /^\W*([A-H]+)\W*$/.exec(text)?.[1];
   if (letters) return <span>{letters}</span>;
-  try {
-    const tree = read(text, new Set(Object.keys(problem.symbols)));
-    return <Tex latex={typesetTree(tree, problem.symbols)} block />;
-  } catch (error) {
-    if (!(error instanceof ReadError)) throw error;
-    return <code>{text}</code>;
-  }
+  const known = new Set(Object.keys(problem.symbols));
+  return catchParseError(
+    () => <Tex latex={typesetTree(parse(text, known), problem.symbols)} block />,
+    () => <code>{text}</code>,
+  );
 }

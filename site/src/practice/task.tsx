@@ -1,45 +1,45 @@
-// One problem: the arm, the question, the answer, what is said of it, hints and the solution.
+// One problem: the arm, the question, the answer, the feedback, hints and the solution.
 
 import type { JSX } from "preact";
 import { useEffect, useMemo, useRef, useState } from "preact/hooks";
 
 import { Button } from "../button.js";
 import type * as Panel from "../arm/panel.js";
-import { singularIn } from "../arm/singular.js";
+import { singularIn } from "../arm/is-singular.js";
 import type { Stage } from "../arm/stage.js";
 import type { View } from "../arm/view.js";
 import type { Factor, Part, Problem, Solutions } from "../bank.js";
-import { atLeast, lower, type Level, told } from "../grade/levels.js";
-import type { OwnColumns } from "../grade/own.js";
-import { type At, isRead, type Verdict } from "../grade/verdict.js";
+import { atLeast, lower, type Level, limitTo } from "../grade/levels.js";
+import type { OwnColumns } from "../grade/typed-jacobian.js";
+import { type At, isParsed, type Verdict } from "../grade/verdict.js";
 import { loadSolutions } from "../load.js";
 import { language, say } from "../text/text.js";
-import { afterPaint, useSteps } from "../later.js";
+import { afterPaint, useSteps } from "../scheduling.js";
 import { bringIntoView } from "./in-view.js";
 import { Answer, Preview } from "./answer.js";
 import { type Item, nameOf } from "./choice.js";
 import { Feedback, nameOfJoint, poseOf } from "./feedback.js";
 import { Html } from "./math.js";
-import { Own } from "./own.js";
+import { OwnArrows } from "./typed-columns.js";
 import { promptOf } from "./prompt.js";
 
-/** The arm that moves, or what says that there is none: practising goes on without it. */
+/** The movable arm; or a message if it could not be loaded, because practice works without it. */
 type ArmPart = typeof Panel.Arm | typeof NoArm;
 let arm: ArmPart | null = null;
 
-/** The arm that moves as soon as it is wanted and there. */
+/** Return the movable arm once it is wanted and loaded, else null. */
 function useArm(wanted: boolean): ArmPart | null {
-  const [, setThere] = useState(arm !== null);
+  const [, setLoaded] = useState(arm !== null);
   useEffect(() => {
     if (!wanted || arm !== null) return;
-    let here = true;
+    let isMounted = true;
     void import("../arm/panel.js")
       .then(
         ({ Arm }) => (arm = Arm),
         () => (arm = NoArm),
       )
-      .then(() => here && setThere(true));
-    return () => void (here = false);
+      .then(() => isMounted && setLoaded(true));
+    return () => void (isMounted = false);
   }, [wanted]);
   return wanted ? arm : null;
 }
@@ -51,7 +51,7 @@ const NoArm = () => (
 );
 const grading = () => import("../grade/judge.js");
 
-/** An answer as it was judged. */
+/** An answer with its verdict. */
 export type Judged = { readonly part: Part; readonly answer: string; readonly verdict: Verdict };
 
 export interface TaskProps {
@@ -59,91 +59,95 @@ export interface TaskProps {
   readonly problem: Problem;
   readonly part: Part;
   readonly level: Level;
-  /** What a verdict tells at most, where there is something to be had from another try. */
+  /** The highest level of feedback while another try may still earn points. */
   readonly judgedAt?: Level;
-  readonly arrived: boolean;
-  /** Whether it is answered for good: the solution may be seen, and nothing more is checked. */
-  readonly closed?: boolean;
-  /** Whether the factors of det J may be shown, where they don't tell this very answer. */
-  readonly factored?: boolean;
-  /** What is said below a verdict of what comes of it. */
+  readonly hasArrived: boolean;
+  /** Whether the question is closed: the solution may be shown, and nothing more is checked. */
+  readonly isClosed?: boolean;
+  /** Whether the factors of det J may be shown, unless they reveal this very answer. */
+  readonly mayShowFactors?: boolean;
+  /** Sentences on the answer's effect on the progress, shown below the verdict. */
   readonly notes?: readonly string[];
-  /** Told whether a readable answer is right, whether hints or the solution were seen, and how it was judged. */
+  /** Called with whether a parsed answer is right, whether hints or the solution were shown, and the judged answer. */
   readonly onVerdict: (right: boolean, helped: boolean, judged: Judged) => void;
-  /** Told that the solution is seen before the answer is right. */
+  /** Called if the solution is shown before the answer is right. */
   readonly onSolution?: () => void;
   readonly onNext: () => void;
 }
 
 export function Task(props: TaskProps): JSX.Element {
-  const { item, problem, part, level, judgedAt = level, arrived, closed = false, factored = true } = props;
+  const { item, problem, part, level, judgedAt = level, hasArrived, isClosed = false, mayShowFactors = true } = props;
   const { notes, onVerdict, onSolution, onNext } = props;
   const [answer, setAnswer] = useState("");
   const [verdict, setVerdict] = useState<Verdict | null>(null);
   const [failed, setFailed] = useState("");
   const [pose, setPose] = useState<At | undefined>(undefined);
-  const [own, setOwn] = useState<OwnColumns | null>(null);
-  const [helped, setHelped] = useState(false); // what was copied from the solution is no success
-  const hinted = useRef(false);
-  const prepared = useRef(false);
-  const judged = useRef<string | null>(null);
+  const [ownColumns, setOwnColumns] = useState<OwnColumns | null>(null);
+  const [helped, setHelped] = useState(false); // an answer after the solution was shown does not count
+  const hasHints = useRef(false);
+  const isPrepared = useRef(false);
+  const lastJudged = useRef<string | null>(null);
   const start = useRef<HTMLElement>(null);
   const verdictPlace = useRef<HTMLDivElement>(null);
-  const step = useSteps(3); // the question first: a phone shows little else
+  const step = useSteps(3); // the question comes first, because a phone shows little else
   const Arm = useArm(step > 2);
   const isPosed = problem.robot.joints.every((joint, i) => part.pose?.[nameOfJoint(joint, i)] !== undefined);
   const first = useMemo(() => ({ ...problem.pose, ...part.pose }), [problem, part]);
   const figure = (isPosed && part.figure) || problem.figure;
-  const isOpen = !closed && verdict?.outcome !== "correct" && !helped; // still to be answered
-  const hidden = TOLD_BY_FACTORS.has(part.kind) && verdict?.outcome !== "correct" && !helped;
-  const over = useMemo(
-    () => (own ? (stage: Stage, view: View) => <Own stage={stage} view={view} columns={own} /> : undefined),
-    [own],
+  const isOpen = !isClosed && verdict?.outcome !== "correct" && !helped; // still to be answered
+  const hidesFactors = REVEALED_BY_FACTORS.has(part.kind) && verdict?.outcome !== "correct" && !helped;
+  const overlay = useMemo(
+    () =>
+      ownColumns
+        ? (stage: Stage, view: View) => <OwnArrows stage={stage} view={view} columns={ownColumns} />
+        : undefined,
+    [ownColumns],
   );
   const [factors, setFactors] = useState<readonly Factor[]>([]);
-  const isShown = step === 3 && factored && !hidden && atLeast(level, "solutions");
+  const isShown = step === 3 && mayShowFactors && !hidesFactors && atLeast(level, "solutions");
   useEffect(() => {
     if (!isShown) return;
     loadSolutions(item.family, item.key).then(
       (solutions) => setFactors(solutions.factors),
-      () => undefined, // without a connection the stage does without them
+      () => undefined, // without a connection, the stage has no factors
     );
   }, [isShown]);
   const isSingular = useMemo(() => singularIn(problem), [problem]);
-  /** Load grading before there is an answer, and try it once: the first run takes ten times as long. */
+  /** Load the grading code before there is an answer, and run it once: the first run takes ten times as long. */
   const prepare = () => {
-    if (prepared.current) return;
-    prepared.current = true;
-    const tried = grading().then(({ judge }) => judge(problem, part, "sin(1)/2", isSingular));
-    void tried.catch(() => undefined); // Check says so, where it can't be loaded
+    if (isPrepared.current) return;
+    isPrepared.current = true;
+    const firstRun = grading().then(({ judge }) => judge(problem, part, "sin(1)/2", isSingular));
+    void firstRun.catch(() => undefined); // Check reports if it can't be loaded
   };
   const check = async () => {
-    if (closed) return;
+    if (isClosed) return;
     setFailed("");
     const loaded = await grading().catch((error: unknown) => setFailed(String(error)));
     if (!loaded) return;
-    const found = loaded.judge(problem, part, answer, isSingular);
-    const shown = told(found, lower(level, judgedAt));
-    setVerdict(shown);
-    const isDrawn = found.outcome !== "correct" && found.outcome !== "missing" && atLeast(level, "counterexample");
+    const fullVerdict = loaded.judge(problem, part, answer, isSingular);
+    const shownVerdict = limitTo(fullVerdict, lower(level, judgedAt));
+    setVerdict(shownVerdict);
+    const isDrawn =
+      fullVerdict.outcome !== "correct" && fullVerdict.outcome !== "missing" && atLeast(level, "counterexample");
     const columns = isDrawn ? loaded.ownColumns(problem, part, answer) : null;
-    setOwn(() => columns);
-    const isNew = answer !== judged.current && !(helped && found.outcome === "correct");
-    judged.current = answer;
-    if (isRead(found) && isNew)
-      onVerdict(found.outcome === "correct", hinted.current || helped, { part, answer, verdict: found });
+    setOwnColumns(() => columns);
+    const isNew = answer !== lastJudged.current && !(helped && fullVerdict.outcome === "correct");
+    lastJudged.current = answer;
+    if (isParsed(fullVerdict) && isNew)
+      onVerdict(fullVerdict.outcome === "correct", hasHints.current || helped, { part, answer, verdict: fullVerdict });
     afterPaint(() => {
-      setPose(poseOf(problem, shown)); // what is said of the answer is there before the arm goes
-      // what changes meanwhile ends a scroll
+      setPose(poseOf(problem, shownVerdict)); // the feedback is on the page before the arm moves
+      // a change of the page would end a scroll
       afterPaint(() => verdictPlace.current && bringIntoView(verdictPlace.current));
     });
   };
   useEffect(() => {
-    if (!arrived) return;
+    if (!hasArrived) return;
     start.current?.focus({ preventScroll: true });
     start.current?.scrollIntoView({ block: "start" });
   }, []);
-  const isDone = closed || verdict?.outcome === "correct";
+  const isDone = isClosed || verdict?.outcome === "correct";
   const answering = (
     <>
       <form
@@ -155,7 +159,7 @@ export function Task(props: TaskProps): JSX.Element {
       >
         <Answer problem={problem} part={part} onAnswer={setAnswer} onCheck={() => void check()} />
         <p class="actions">
-          <button type="submit" class={isDone ? "quiet" : "button"} aria-disabled={closed}>
+          <button type="submit" class={isDone ? "quiet" : "button"} aria-disabled={isClosed}>
             {say("practice.check")}
           </button>
           <Button
@@ -168,15 +172,15 @@ export function Task(props: TaskProps): JSX.Element {
       </form>
       {failed ? <p role="alert">{say("practice.failed", { why: failed })}</p> : null}
       <div role="status" ref={verdictPlace}>
-        {verdict ? <Feedback problem={problem} verdict={verdict} isDrawn={own !== null} notes={notes} /> : null}
+        {verdict ? <Feedback problem={problem} verdict={verdict} isDrawn={ownColumns !== null} notes={notes} /> : null}
       </div>
       <Help
         item={item}
         part={part}
         lang={problem.lang}
-        solvable={atLeast(level, "solutions")}
-        solved={isDone}
-        onHint={() => (hinted.current = true)}
+        hasSolutions={atLeast(level, "solutions")}
+        isSolved={isDone}
+        onHint={() => (hasHints.current = true)}
         onSolution={() => {
           setHelped(verdict?.outcome !== "correct");
           if (verdict?.outcome !== "correct") onSolution?.();
@@ -227,48 +231,46 @@ export function Task(props: TaskProps): JSX.Element {
             robot={problem.robot}
             symbols={problem.symbols}
             first={first}
-            concealed={isPosed && isOpen && !ALONG_A_PATH.has(part.kind)}
+            isConcealed={isPosed && isOpen && !ABOUT_PATHS.has(part.kind)}
             pose={pose}
-            over={over}
+            overlay={overlay}
             factors={factors}
           />
         ) : (
-          <Drawn figure={figure} />
+          <PrintedFigure figure={figure} />
         )}
       </section>
     </>
   );
 }
 
-/** Questions whose answers the factors of det J would tell: there they are shown once it is solved. */
-const TOLD_BY_FACTORS: ReadonlySet<string> = new Set([
+/** Questions whose answers the factors of det J would reveal: they are shown after it is solved. */
+const REVEALED_BY_FACTORS: ReadonlySet<string> = new Set([
   ...["determinant", "inverse-jacobian", "inverse-velocity", "joint-rates", "manipulability"],
   ...["singular-angles", "singularity-type", "singularity-meaning", "rank", "invertibility"],
   ...["arm-block", "wrist-block", "block-determinants"],
 ]);
 
-/** Questions that begin in a pose, and ask nothing of it. */
-const ALONG_A_PATH: ReadonlySet<string> = new Set(["path-rates", "path-limit"]);
+/** Questions that begin in a pose, but do not ask about this pose. */
+const ABOUT_PATHS: ReadonlySet<string> = new Set(["path-rates", "path-limit"]);
 
-/** The printed figure in the stage's place, until the arm that moves has come. */
-function Drawn({ figure }: { figure: string }) {
+/** The printed figure in place of the stage, until the movable arm is loaded. */
+function PrintedFigure({ figure }: { figure: string }) {
   return <figure class="drawn" lang="en" dangerouslySetInnerHTML={{ __html: figure }} />;
 }
-
-// --- hints and solution ---
 
 interface HelpProps {
   readonly item: Item;
   readonly part: Part;
   readonly lang: string | undefined;
   /** Whether the bank has solutions. */
-  readonly solvable: boolean;
-  readonly solved: boolean;
+  readonly hasSolutions: boolean;
+  readonly isSolved: boolean;
   readonly onHint: () => void;
   readonly onSolution: () => void;
 }
 
-function Help({ item, part, lang, solvable, solved, onHint, onSolution }: HelpProps) {
+function Help({ item, part, lang, hasSolutions, isSolved, onHint, onSolution }: HelpProps) {
   const [hints, setHints] = useState(0);
   const [solution, setSolution] = useState<(Solutions["parts"][number] & { lang?: string | undefined }) | null>(null);
   const [failed, setFailed] = useState("");
@@ -276,8 +278,8 @@ function Help({ item, part, lang, solvable, solved, onHint, onSolution }: HelpPr
     onSolution();
     loadSolutions(item.family, item.key).then(
       ({ parts, lang }) => {
-        const found = parts.find(({ name }) => name === part.name);
-        setSolution(found ? { ...found, lang } : null);
+        const solvedPart = parts.find(({ name }) => name === part.name);
+        setSolution(solvedPart ? { ...solvedPart, lang } : null);
       },
       (error: unknown) => setFailed(String(error)),
     );
@@ -300,7 +302,7 @@ function Help({ item, part, lang, solvable, solved, onHint, onSolution }: HelpPr
             }}
           />
         ) : null}
-        {solvable && solution === null && (solved || hints > 0) ? (
+        {hasSolutions && solution === null && (isSolved || hints > 0) ? (
           <Button text={say("practice.solution")} onClick={show} />
         ) : null}
       </p>

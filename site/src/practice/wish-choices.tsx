@@ -1,4 +1,4 @@
-// The choices of what is practised: which arms, which question, how difficult, how far the arms vary.
+// The choices of what to practise: arm, question, difficulty, variation of the arms.
 
 import type { ComponentChildren, JSX } from "preact";
 
@@ -10,7 +10,7 @@ import type { Topic } from "./topics.js";
 interface ChoiceProps {
   readonly label: TextKey;
   readonly value: string;
-  /** What is called that nothing is chosen. */
+  /** The text of the option that chooses nothing. */
   readonly any: TextKey;
   /** The other options. */
   readonly children: ComponentChildren;
@@ -32,15 +32,15 @@ export function Choice({ label, value, any, children, onValue }: ChoiceProps): J
 interface WishChoicesProps {
   readonly index: Index;
   readonly wish: Wish;
-  /** The lesson whose questions alone can be chosen. */
+  /** The lesson whose questions can be chosen; undefined for all questions. */
   readonly lesson?: Topic | undefined;
   readonly onWish: (wish: Wish) => void;
 }
 
 export function WishChoices({ index, wish, lesson, onWish }: WishChoicesProps): JSX.Element {
-  // only what there is: a question that a family is never asked can't be chosen with it
+  // offer only questions that the bank asks about this family
   const asked = new Set([
-    wish.question, // of a link: that it does not go with the arm is said below
+    wish.question, // a link may name a question that the arm does not have; an error is shown below
     ...items(index, { ...ANYTHING, family: wish.family }).map(({ question }) => question),
   ]);
   const questions = index.questions.filter(
@@ -110,8 +110,8 @@ const titled = ({ name, title, lang = "en" }: Titled): JSX.Element => (
   </option>
 );
 
-/** A step in words; an instructor's own axes as they are. */
+/** Return the name of a variation step; an instructor's own axes as they are. */
 export function variationName(name: string): string {
-  const step = STEPS.find((each) => each === name);
+  const step = STEPS.find((known) => known === name);
   return step ? say(`variation.${step}`) : name.replaceAll("+", ", ");
 }

@@ -1,16 +1,16 @@
-// The bank's index on a page: that it is loading, why it could not be loaded, or what is shown of it.
+// Load the bank's index: show that it is loading, an error, or the content that needs the index.
 
 import type { JSX } from "preact";
 
 import type { Index } from "../bank.js";
-import { useLoaded } from "../later.js";
+import { useLoaded } from "../scheduling.js";
 import { loadIndex } from "../load.js";
 import { say } from "../text/text.js";
 import { Failed } from "./current.js";
 
 interface WithIndexProps {
   readonly children: (index: Index) => JSX.Element;
-  /** What is shown while the index is loaded, if that is more than a line. */
+  /** Shown while the index is loaded, by default a line of text. */
   readonly loading?: JSX.Element;
 }
 

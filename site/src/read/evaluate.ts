@@ -1,21 +1,21 @@
 // The value of a tree at a configuration, with the size of its terms: complex arithmetic by complex.js.
 //
-// The size says what rounding may have done to a value: a difference that is small beside the size of what was added
-// up may be no difference. It follows ../../../exercises/formula/program.py.
+// The size bounds rounding errors: a difference that is small relative to its terms may be zero. Follows
+// ../../../exercises/formula/program.py.
 
 import Complex from "complex.js";
 
 import { message, type TextKey } from "../text/text.js";
 import { REAL } from "./real.js";
-import { type Node, ReadError } from "./tree.js";
+import { type Node, ParseError } from "./tree.js";
 
 type Scalar = number | Complex;
 
-/** A value and the size of the terms that it was made of. */
+/** A value, and the size of the terms from which it was computed. */
 export type Value = { readonly re: number; readonly im: number; readonly size: number };
 
 const CONSTANTS = new Map<string, Scalar>(Object.entries({ pi: Math.PI, E: Math.E, I: new Complex(0, 1) }));
-/** Kinds of nodes that have no value, by what they are called. */
+/** Kinds of nodes without a value, with their names. */
 const NAMES: Readonly<Partial<Record<Node["kind"], TextKey>>> = {
   list: "read.a-list",
   set: "read.a-set",
@@ -33,16 +33,16 @@ const over = (x: Scalar, y: Scalar): Scalar =>
   typeof x === "number" && typeof y === "number" ? x / y : complex(x).div(y);
 const minus = (x: Scalar): Scalar => (typeof x === "number" ? -x : x.neg());
 
-/** The value of a tree where names have these values, nan if undefined. Throws ReadError for what is no scalar. */
+/** Return the value of a tree with these values of names, NaN if undefined. Throws ParseError if it is no scalar. */
 export function evaluate(tree: Node, values: Readonly<Record<string, number>>): Value {
-  const value = valued(tree, values);
+  const value = valueOf(tree, values);
   return typeof value === "number" ? { re: value, im: 0, size } : { re: value.re, im: value.im, size };
 }
 
-/** The size of what `valued` told last: a pair for each node would take longer than all else. */
+/** The size of the last result of `valueOf`. Returning a pair for each node would take longer than everything else. */
 let size = 0;
 
-function valued(tree: Node, values: Readonly<Record<string, number>>): Scalar {
+function valueOf(tree: Node, values: Readonly<Record<string, number>>): Scalar {
   switch (tree.kind) {
     case "number":
     case "decimal":
@@ -57,48 +57,48 @@ function valued(tree: Node, values: Readonly<Record<string, number>>): Scalar {
       return minus(inner(tree, 0, values));
     case "+":
     case "-":
-      return chained(tree, values, "+-");
+      return chainValue(tree, values, "+-");
     case "*":
     case "/":
-      return chained(tree, values, "*/");
+      return chainValue(tree, values, "*/");
     case "^":
-      return power(tree, values);
+      return powerValue(tree, values);
     case "call":
-      return called(tree, values);
+      return callValue(tree, values);
     default:
-      throw new ReadError("read.no-expression", { what: message(NAMES[tree.kind] ?? "read.a-condition") });
+      throw new ParseError("read.no-expression", { what: message(NAMES[tree.kind] ?? "read.a-condition") });
   }
 }
 
-/** A sum or a product, along its left spine: a long one would exhaust the stack. */
-function chained(tree: Node, values: Readonly<Record<string, number>>, kinds: string): Scalar {
+/** Return the value of a sum or product along its left spine, without recursion: a long one would exhaust the stack. */
+function chainValue(tree: Node, values: Readonly<Record<string, number>>, kinds: string): Scalar {
   const spine: Node[] = [];
   let top = tree;
   for (; kinds.includes(top.kind); top = top.args[0] as Node) spine.push(top);
-  let total = valued(top, values);
+  let total = valueOf(top, values);
   let all = size;
-  for (const each of spine.reverse()) {
-    const x = inner(each, 1, values);
-    if (each.kind === "+") total = plus(total, x);
-    else if (each.kind === "-") total = plus(total, minus(x));
-    else if (each.kind === "*") total = times(total, x);
+  for (const operation of spine.reverse()) {
+    const x = inner(operation, 1, values);
+    if (operation.kind === "+") total = plus(total, x);
+    else if (operation.kind === "-") total = plus(total, minus(x));
+    else if (operation.kind === "*") total = times(total, x);
     else total = over(total, x);
-    all = kinds === "+-" ? all + size : (all * size) / (each.kind === "/" ? absolute(x) ** 2 : 1);
+    all = kinds === "+-" ? all + size : (all * size) / (operation.kind === "/" ? absolute(x) ** 2 : 1);
   }
   size = all;
   return total;
 }
 
 function inner(tree: Node, index: number, values: Readonly<Record<string, number>>): Scalar {
-  return valued(tree.args[index] as Node, values);
+  return valueOf(tree.args[index] as Node, values);
 }
 
-function power(tree: Node, values: Readonly<Record<string, number>>): Scalar {
+function powerValue(tree: Node, values: Readonly<Record<string, number>>): Scalar {
   const x = inner(tree, 0, values);
   const mx = size;
   const y = inner(tree, 1, values);
   const my = size;
-  const value = powered(x, y);
+  const value = raise(x, y);
   if (typeof y === "number" && Number.isInteger(y) && y > 0) {
     size = absolute(x) ** (y - 1) * (absolute(x) + y * mx);
     return value;
@@ -108,7 +108,7 @@ function power(tree: Node, values: Readonly<Record<string, number>>): Scalar {
   return value;
 }
 
-function powered(x: Scalar, y: Scalar): Scalar {
+function raise(x: Scalar, y: Scalar): Scalar {
   if (typeof x !== "number" || typeof y !== "number") return complex(x).pow(complex(y));
   return x < 0 && Number.isFinite(y) && !Number.isInteger(y) ? complex(x).pow(y) : x ** y;
 }
@@ -117,7 +117,7 @@ function isWhole(exponent: Node): boolean {
   return exponent.kind === "number" || (exponent.kind === "neg" && exponent.args[0]?.kind === "number");
 }
 
-function called(tree: Node, values: Readonly<Record<string, number>>): Scalar {
+function callValue(tree: Node, values: Readonly<Record<string, number>>): Scalar {
   const x = inner(tree, 0, values);
   const mx = size;
   if (tree.text === "atan2") {
@@ -127,7 +127,7 @@ function called(tree: Node, values: Readonly<Record<string, number>>): Scalar {
     return real ? Math.atan2(x, y) : NaN;
   }
   const real = REAL[tree.text];
-  if (!real) throw new ReadError("read.function", { name: tree.text });
+  if (!real) throw new ParseError("read.function", { name: tree.text });
   if (typeof x === "number" && !(x < real.from || x > real.to)) {
     const value = real.value(x);
     size = Math.abs(value) + Math.abs(real.slope(x)) * mx;

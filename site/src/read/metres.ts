@@ -1,11 +1,11 @@
-// The unit m in a formula, told apart from a whole number, as in theta2 = (2m + 1) pi/2.
-// The rules of ../../../exercises/formula/metres.py; ../../tests/readers.test.ts holds both together.
+// Remove the unit m from a formula, unless m is a whole number, as in theta2 = (2m + 1) pi/2. The rules of
+// ../../../exercises/formula/metres.py; ../../tests/readers.test.ts compares both.
 
 import type { Kind, Node } from "./tree.js";
-import { VOCABULARY, whole } from "./vocabulary.js";
+import { VOCABULARY, wholePattern } from "./vocabulary.js";
 
 export const METRE = "m";
-const ANGLE = whole("angle");
+const ANGLE = wholePattern("angle");
 const SQUARE = 2;
 const NUMBERS: ReadonlySet<Kind> = new Set<Kind>(["number", "decimal"]);
 const INVERSES: ReadonlySet<string> = new Set([...Object.values(VOCABULARY.inverses), "atan2"]);
@@ -14,18 +14,18 @@ const PRODUCTS: ReadonlySet<Kind> = new Set<Kind>(["*", "/", "^"]);
 interface Step {
   readonly top: Node;
   readonly isReady: boolean;
-  /** Whether m is a whole number here, for pi or an angle is multiplied by it. */
+  /** Whether m is a whole number here, because it multiplies pi or an angle. */
   readonly counts: boolean;
   /** Whether no factor follows. */
   readonly isLast: boolean;
 }
 
-/** A tree without the unit m after a number, a list or a product. If m multiplies pi or an angle, it is an integer. */
+/** Return a tree without the unit m after a number, list or product; m times pi or an angle stays, as an integer. */
 export function withoutMetres(tree: Node): Node {
   const done: Node[] = [];
   const todo: Step[] = [{ top: tree, isReady: false, counts: false, isLast: true }];
   for (let next = todo.pop(); next; next = todo.pop()) {
-    // no recursion: a long sum is a deep tree
+    // no recursion, because a long sum is a deep tree
     const { top, isReady, isLast } = next;
     if (top.args.length === 0) done.push(top);
     else if (isReady) {
@@ -35,7 +35,7 @@ export function withoutMetres(tree: Node): Node {
       done.push(isUnit ? first : { ...top, args });
     } else {
       const isProduct = PRODUCTS.has(top.kind);
-      const counts = top.kind !== "call" && (next.counts || (isProduct && isLast && turns(top)));
+      const counts = top.kind !== "call" && (next.counts || (isProduct && isLast && hasAngle(top)));
       todo.push({ top, isReady: true, counts, isLast });
       for (let i = top.args.length - 1; i >= 0; i -= 1)
         todo.push({ top: top.args[i] as Node, isReady: false, counts, isLast: !isProduct });
@@ -50,7 +50,7 @@ function isMetre({ kind, args: [base, exponent], text }: Node): boolean {
   return kind === "name" && text === METRE;
 }
 
-/** Whether what stands before m has it as its unit: a number, a fraction or a list; before the last m, most do. */
+/** Return whether the factors before m can have it as unit: a number, fraction or list; before the last m, also others. */
 function hasUnit(factors: Node, isLast: boolean): boolean {
   const { kind, args, text } = factors.kind === "*" ? (factors.args[1] as Node) : factors;
   if (isLast) return kind !== "name" || !VOCABULARY.whole_numbers.includes(text);
@@ -58,8 +58,8 @@ function hasUnit(factors: Node, isLast: boolean): boolean {
   return isFraction || NUMBERS.has(kind) || kind === "list";
 }
 
-/** Whether pi or an angle is in a product, other than in a function that is no angle itself. */
-function turns(product: Node): boolean {
+/** Return whether pi or an angle is in a product, but not as the argument of a function. */
+function hasAngle(product: Node): boolean {
   const stack = [product];
   for (let top = stack.pop(); top; top = stack.pop()) {
     const { kind, text, args } = top;

@@ -1,18 +1,18 @@
-// The decimal comma.
+// Read decimal commas as points.
 
-/** A digit of any script, but none that is raised. */
+/** A digit of any script, but no superscript. */
 const DIGIT = /\p{Nd}/u;
-/** What stands before a bracket that only groups: a sign of an operation, or a function of one argument. */
+/** What precedes a bracket that only groups: an operator, or a function of one argument. */
 const GROUPS_AFTER = /(?:[-+*/^=·−]|\b(?:sin|cos|tan|sqrt|exp|abs|asin|acos|atan|arcsin|arccos|arctan))\s*$/u;
-/** A function of several, or a name. */
+/** What precedes a bracket of arguments: a function or a name. */
 const CALLED = /[\p{L}\p{Nd}_]\s*$/u;
 const GROUPS_BEFORE = /^\s*[-+*/^·−]/u;
 
-/** A text with the commas of numbers as in 0,5 written as points, but not those between entries and arguments. */
+/** Write the commas of numbers as in 0,5 as points, but not commas between entries and arguments. */
 export function withPoints(text: string): string {
   if (!text.includes(",")) return text;
   const signs = [...text];
-  const groups: boolean[] = []; // of each bracket that is open, whether it only groups
+  const groups: boolean[] = []; // for each open bracket: whether it only groups
   return signs
     .map((sign, i) => {
       if ("([{".includes(sign)) groups.push(sign === "(" && onlyGroups(signs, i));
@@ -23,7 +23,7 @@ export function withPoints(text: string): string {
     .join("");
 }
 
-/** Whether a bracket belongs to a formula, and is no list: something is done with it, or a function is taken of it. */
+/** Return whether a bracket only groups and is no list: an operation or a function is applied to it. */
 function onlyGroups(signs: readonly string[], open: number): boolean {
   let depth = 0;
   const close = signs.findIndex((sign, i) => {

@@ -1,11 +1,11 @@
-// Text to a tree of plain nodes, by a grammar and a whitelist; nothing of the text is ever executed.
-// The grammar of ../../../exercises/formula/parser.py; ../../tests/readers.test.ts holds both together.
+// Parse a text to a tree of plain nodes, by a grammar and a whitelist; nothing of the text is ever executed.
+// The grammar of ../../../exercises/formula/parser.py; ../../tests/readers.test.ts compares both.
 
 import { type Message, message, type Values, type TextKey } from "../text/text.js";
 import { METRE, withoutMetres } from "./metres.js";
 import { ARITY, factorsOf, FUNCTIONS, LONGEST, type Piece, piecesOf, plainName, SHORTHAND } from "./names.js";
 import { plain } from "./notation.js";
-import { carriedOut } from "./products.js";
+import { carryOutProducts } from "./products.js";
 import { deeperBy, type Token, tokensOf } from "./tokens.js";
 import {
   call,
@@ -20,76 +20,76 @@ import {
   namesIn,
   type Node,
   node,
-  placed,
-  ReadError,
-  rebuilt,
-  replaced,
+  errorAt,
+  ParseError,
+  rebuild,
+  replaceName,
 } from "./tree.js";
-import { lengthOf, LIMITS, pattern, table, VOCABULARY, whole } from "./vocabulary.js";
+import { lengthOf, LIMITS, pattern, table, VOCABULARY, wholePattern } from "./vocabulary.js";
 
-/** What a call of SymPy, NumPy or Python that is no function of numbers stands for. */
+/** Calls of SymPy, NumPy or Python that are no functions of numbers, with their meaning. */
 const CONTAINERS = table(VOCABULARY.containers);
 const BOUND = table(VOCABULARY.bound);
 const UNDEFINED = new Set(VOCABULARY.undefined);
 const BLANK = new Set(VOCABULARY.blank);
-/** Names that stand between two conditions, and are no factor. */
+/** Names between two conditions, which are no factors. */
 const WORDS = new Set(VOCABULARY.words);
 const INVERSES = table(VOCABULARY.inverses);
-const JOINT = whole("joint");
-const ANGLE = whole("angle");
+const JOINT = wholePattern("joint");
+const ANGLE = wholePattern("angle");
 const SHORT_OF_ANGLE = pattern("short_of_angle");
 const SYNONYMS = table<string>(VOCABULARY.synonyms);
-/** Names that are multiplied with a bracket behind them: nobody writes functions of these names. */
+/** Names that are multiplied by a bracket after them: nobody defines functions of these names. */
 const BEFORE_BRACKETS = new Set(["pi", "I", ...VOCABULARY.whole_numbers]);
 const MODULO = new Set(VOCABULARY.modulo);
 const UNITS = table(VOCABULARY.units);
 const POWERS_OF_UNIT = new Set(["/", "^", "**"]);
-/** What follows a name that is a factor, and no unit at the end of a product. */
-const GO_ON = new Set(["*", "(", ...POWERS_OF_UNIT]);
+/** Tokens after a name that is a factor, and no unit at the end of a product. */
+const AFTER_FACTOR = new Set(["*", "(", ...POWERS_OF_UNIT]);
 
-/** What a factor in bars can't hold, and what can't begin an alternative behind its second bar. */
+/** Tokens that a factor between bars can't contain, and tokens that may follow its second bar. */
 const NO_FACTOR = new Set(["=", "==", ",", ";", ":", "&"]);
 const ENDS_FACTOR = new Set(["*", "/", "^", "**", "=", "==", ")", "]", "}", ",", ";"]);
 const BEFORE_STATEMENT = new Set([",", ";", "and", "&", "or", "[", "(", "{"]);
-/** Words behind a comma that say no more than the comma; entries of a vector are no alternatives. */
+/** Words after a comma that add nothing to it; entries of a vector are no alternatives. */
 const BETWEEN_ENTRIES = new Set(["and", "&"]);
 const BETWEEN_CONDITIONS = new Set(["and", "&", "or", "|"]);
 
-/** The tree of a text; `known` are the names of the problem's symbols, which win over any shorthand. */
-export function read(text: string, known: ReadonlySet<string>): Node {
+/** Parse a text; `known` are the names of the problem's symbols, which have precedence over shorthand. */
+export function parse(text: string, known: ReadonlySet<string>): Node {
   const length = lengthOf(text, LIMITS.characters);
-  if (length > LIMITS.characters) throw new ReadError("read.long", { length, most: LIMITS.characters });
-  return new Parser(plain(text, known), known).whole();
+  if (length > LIMITS.characters) throw new ParseError("read.long", { length, most: LIMITS.characters });
+  return new Parser(plain(text, known), known).parse();
 }
 
-/** Operator-precedence parser; depth is counted, so that no text can exhaust the stack. */
+/** Operator-precedence parser. Depth is limited, so that no text can exhaust the stack. */
 class Parser {
   private readonly tokens: readonly Token[];
-  /** Functions' names and symbols of the problem that were met: what they mean does not hang on where they stand. */
+  /** Meanings of function names and symbols that do not depend on their place, by name. */
   private readonly plain = new Map<string, string | Node>();
   private readonly pieces = new Map<string, readonly Piece[]>();
   private at = 0;
   private depth = 0;
-  /** Where the argument of a function without brackets ended last. */
-  private withoutBrackets = -1;
-  /** The product that was parsed last of names without a space between, and in no bracket. */
-  private withoutSpace: Node | null = null;
+  /** The token index at which the argument of a function without brackets ended last. */
+  private bareArgumentEnd = -1;
+  /** The last product of names without a space between them, and without brackets. */
+  private joinedProduct: Node | null = null;
   /** Whether the next bar ends an absolute value. */
   private inBars = false;
-  /** Whether functions have square brackets, as in Mathematica, where {a, b} is a list. */
+  /** Whether functions have square brackets, as in Mathematica, so that {a, b} is a list. */
   private bracesAreLists = false;
 
   constructor(
     private readonly text: string,
     private readonly known: ReadonlySet<string>,
   ) {
-    this.tokens = tokensOf(text).flatMap((token) => this.meant(token));
+    this.tokens = tokensOf(text).flatMap((token) => this.translate(token));
     const count = this.tokens.filter((token) => token.text === "±").length;
-    if (count > LIMITS.either) throw new ReadError("read.either", { count });
+    if (count > LIMITS.either) throw new ParseError("read.either", { count });
   }
 
-  /** A token, with what a word between formulas means put for it: "or" for what is "or" in German. */
-  private meant(token: Token): readonly Token[] {
+  /** Return a token, or the tokens that a word means, such as `or` for the German word oder. */
+  private translate(token: Token): readonly Token[] {
     if (token.kind !== "name") return [token];
     const text = this.known.has(token.text) ? undefined : SYNONYMS.get(token.text);
     if (text === "") return [];
@@ -107,36 +107,36 @@ class Parser {
     return factors.length > 0 ? factors.slice(1) : [token]; // a1.a2.sin
   }
 
-  whole(): Node {
-    if (this.here().kind === "end") throw new ReadError("read.nothing");
-    this.passParameters();
-    const found = this.listed();
+  parse(): Node {
+    if (this.here().kind === "end") throw new ParseError("read.nothing");
+    this.skipLambda();
+    const parsed = this.parseAll();
     const asList = (top: Node, args: readonly Node[]): Node => ({
       ...top,
       args,
       kind: top.kind === "set" ? "list" : top.kind,
     });
-    const tree = this.bracesAreLists ? rebuilt(found, asList) : found;
+    const tree = this.bracesAreLists ? rebuild(parsed, asList) : parsed;
     const isMetre = !this.known.has(METRE) && this.tokens.some(({ text }) => text === METRE);
-    return carriedOut(isMetre ? withoutMetres(tree) : tree);
+    return carryOutProducts(isMetre ? withoutMetres(tree) : tree);
   }
 
-  /** What stands there to the end. */
-  private listed(): Node {
-    const found = this.rows("");
-    if (this.here().kind !== "end") throw this.fail("read.unexpected", { found: this.found() });
-    const flat = found.rows.every((row) => row.length === 1); // a; b
-    const rows = found.rows.length > 1 && flat ? [found.rows.flat()] : found.rows;
+  /** Parse everything up to the end. */
+  private parseAll(): Node {
+    const parsedRows = this.rows("");
+    if (this.here().kind !== "end") throw this.fail("read.unexpected", { found: this.describeToken() });
+    const flat = parsedRows.rows.every((row) => row.length === 1); // a; b
+    const rows = parsedRows.rows.length > 1 && flat ? [parsedRows.rows.flat()] : parsedRows.rows;
     if (rows.length > 1) return listOf(rows);
     const items = rows[0] as readonly Node[];
-    if (items.length === 0) throw new ReadError("read.nothing"); // semicolons alone
+    if (items.length === 0) throw new ParseError("read.nothing"); // only semicolons
     if (items.some(({ kind }) => kind === "pair")) return this.paired(items); // x: a, y: b
-    return found.comma || items.length > 1 ? node("list", ...items) : (items[0] as Node);
+    return parsedRows.comma || items.length > 1 ? node("list", ...items) : (items[0] as Node);
   }
 
   /**
-   * What stands between commas, in rows where semicolons end them, up to what closes it; and whether there was a comma.
-   * In braces, and where nothing closes it, an entry may be named, as in x: a.
+   * Parse entries between commas, in rows that semicolons end, up to the closing sign; also return whether there was a
+   * comma. In braces, and outside of brackets, an entry may be named, as in x: a.
    */
   private rows(close: string): { rows: readonly (readonly Node[])[]; comma: boolean } {
     const rows: Node[][] = [[]];
@@ -157,7 +157,7 @@ class Parser {
         const beside = this.isCondition(begun) ? BETWEEN_CONDITIONS : BETWEEN_ENTRIES;
         if (close === "" && beside.has(this.peek())) {
           this.at += 1;
-          if (this.here().kind === "end") throw this.fail("read.operand", { found: this.found() });
+          if (this.here().kind === "end") throw this.fail("read.operand", { found: this.describeToken() });
         }
       } else if (this.peek() !== ";") {
         if (close) this.expect(close);
@@ -172,6 +172,7 @@ class Parser {
     return close ? this.take(close) : this.here().kind === "end";
   }
 
+  /** Return a dictionary from pairs and the values after them. */
   private paired(items: readonly Node[]): Node {
     const pairs: Node[][] = [];
     for (const item of items) {
@@ -200,36 +201,36 @@ class Parser {
     return this.ahead(ahead).text;
   }
 
-  private fail(key: TextKey, values: Values = {}): ReadError {
-    return placed(key, values, this.text, this.here().at);
+  private fail(key: TextKey, values: Values = {}): ParseError {
+    return errorAt(key, values, this.text, this.here().at);
   }
 
-  /** What stands here, as it is named in an error. */
-  private found(): string | Message {
+  /** Return the current token as errors name it. */
+  private describeToken(): string | Message {
     return this.peek() ? `'${this.peek()}'` : message("read.the-end");
   }
 
-  private take(one: string, other = one): boolean {
+  private take(sign: string, synonym = sign): boolean {
     const { kind, text } = this.here();
-    if ((text !== one && text !== other) || (kind !== "op" && kind !== "name")) return false;
+    if ((text !== sign && text !== synonym) || (kind !== "op" && kind !== "name")) return false;
     this.at += 1;
     return true;
   }
 
   private expect(text: string): void {
-    if (!this.take(text)) throw this.fail("read.expected", { due: text, found: this.found() });
+    if (!this.take(text)) throw this.fail("read.expected", { due: text, found: this.describeToken() });
   }
 
   private deeper<T>(work: () => T, tooDeep: TextKey): T {
     this.depth += 1;
     if (this.depth > LIMITS.depth) throw this.fail(tooDeep, { most: LIMITS.depth });
-    const found = work();
+    const result = work();
     this.depth -= 1;
-    return found;
+    return result;
   }
 
-  /** Pass the head of a Python function, lambda theta1, theta2: …; what it returns is the answer. */
-  private passParameters(): void {
+  /** Skip the head of a Python function, lambda theta1, theta2: …; its result is the answer. */
+  private skipLambda(): void {
     if (!this.take("lambda")) return;
     while (this.here().kind === "name") {
       this.at += 1;
@@ -238,26 +239,26 @@ class Parser {
     this.expect(":");
   }
 
-  // made once: a text of ten thousand brackets calls them for each
-  private readonly one = (): Node => this.relation();
+  // bound once, because a text of ten thousand brackets calls them for each bracket
+  private readonly parseRelation = (): Node => this.relation();
   private isCommaAnd(): boolean {
     return this.peek() === "," && ["and", "&"].includes(this.textAt(1));
   }
 
-  /** Whether a term is on a symbol of the problem; x = 1 only names an entry. */
+  /** Return whether a term is a condition on a symbol of the problem; x = 1 only names an entry. */
   private isCondition({ kind, args }: Node): boolean {
     if (kind === "and" || kind === "or") return args.every((arg) => this.isCondition(arg));
-    return (kind === "eq" || kind === "in") && [...namesIn(args[0] as Node)].some((each) => this.known.has(each));
+    return (kind === "eq" || kind === "in") && [...namesIn(args[0] as Node)].some((symbol) => this.known.has(symbol));
   }
 
-  /** A, and B as "A and B" if B is a condition; ambiguous with other commas. Before a value, the comma separates. */
+  /** Parse "A, and B" as "A and B" if B is a condition; other commas make it ambiguous. */
   private joined(first: Node, rows: readonly (readonly Node[])[]): Node {
     const here = this.at;
     const terms = first.kind === "and" ? [...first.args] : [first];
     while (this.isCommaAnd()) {
       const before = this.at;
       this.at += 2;
-      const term = this.one();
+      const term = this.parseRelation();
       if (!this.isCondition(term)) {
         this.at = before;
         break;
@@ -271,22 +272,22 @@ class Parser {
     return node("and", ...terms);
   }
 
-  private readonly all = (): Node => this.conjunction();
-  private readonly anyOf = (): Node => this.several("or", this.all, "or", "|");
+  private readonly parseConjunction = (): Node => this.conjunction();
+  private readonly parseAlternatives = (): Node => this.several("or", this.parseConjunction, "or", "|");
 
   private disjunction(): Node {
-    return this.deeper(this.anyOf, "read.brackets");
+    return this.deeper(this.parseAlternatives, "read.brackets");
   }
 
   private conjunction(): Node {
-    return this.several("and", this.one, "and", "&");
+    return this.several("and", this.parseRelation, "and", "&");
   }
 
-  private several(kind: "or" | "and", one: () => Node, word: string, sign: string): Node {
-    const first = one();
+  private several(kind: "or" | "and", parseTerm: () => Node, word: string, sign: string): Node {
+    const first = parseTerm();
     if (!this.take(word, sign)) return first;
-    const terms = [first, one()];
-    while (this.take(word, sign)) terms.push(one());
+    const terms = [first, parseTerm()];
+    while (this.take(word, sign)) terms.push(parseTerm());
     return node(kind, ...terms);
   }
 
@@ -301,9 +302,9 @@ class Parser {
     return equations[0] ?? first;
   }
 
-  /** What stands right of an equation: a value, or several, as in theta2 = 0 or pi. */
+  /** Parse the right side of an equation: a value, or several, as in theta2 = 0 or pi. */
   private values(): Node {
-    const found = [this.modulo(this.sum())];
+    const values = [this.modulo(this.sum())];
     while (["or", "and", "|", "&"].includes(this.peek())) {
       const here = this.at;
       this.at += 1;
@@ -312,12 +313,12 @@ class Parser {
         this.at = here; // another condition begins there
         break;
       }
-      found.push(other);
+      values.push(other);
     }
-    return oneOrSet(found);
+    return oneOrSet(values);
   }
 
-  /** theta2 = 0 mod pi, or (mod pi): the value and all that are whole multiples of pi apart. */
+  /** Parse theta2 = 0 mod pi, or (mod pi): the value, and all values that differ by multiples of pi. */
   private modulo(value: Node): Node {
     const bracket = this.peek() === "(" && MODULO.has(this.textAt(1));
     if (!bracket && !MODULO.has(this.peek())) return value;
@@ -326,26 +327,26 @@ class Parser {
     if (this.textAt(-1) === "%" && isNumber) throw this.fail("read.percent");
     const step = node("*", name(VOCABULARY.whole_numbers[0] as string), this.sum());
     if (bracket) this.expect(")");
-    const several = value.kind === "list" || value.kind === "set";
-    return several ? node(value.kind, ...value.args.map((one) => node("+", one, step))) : node("+", value, step);
+    const isCollection = value.kind === "list" || value.kind === "set";
+    return isCollection ? node(value.kind, ...value.args.map((part) => node("+", part, step))) : node("+", value, step);
   }
 
   private sum(): Node {
     const isEither = this.take("±");
-    let top = isEither ? this.product() : this.signed(this.factors);
+    let top = isEither ? this.product() : this.signed(this.parseProduct);
     if (isEither) top = node("set", top, node("neg", top));
     for (let op = this.peek(); op === "+" || op === "-" || op === "±"; op = this.peek()) {
-      const reach = this.at === this.withoutBrackets;
+      const isAfterBareArgument = this.at === this.bareArgumentEnd;
       this.at += 1;
-      const right = this.signed(this.factors);
-      if (reach && right.kind === "name" && ANGLE.test(right.text))
+      const right = this.signed(this.parseProduct);
+      if (isAfterBareArgument && right.kind === "name" && ANGLE.test(right.text))
         throw this.fail("read.reach", { sign: op, name: right.text });
       top = op === "±" ? node("set", node("+", top, right), node("-", top, right)) : node(op, top, right);
     }
     return top;
   }
 
-  /** What comes next, with the sign of all signs before it. */
+  /** Parse the next operand, with the product of all signs before it. */
   private signed(next: () => Node): Node {
     let negative = false;
     while (this.here().kind === "op" && (this.peek() === "+" || this.peek() === "-")) {
@@ -355,31 +356,31 @@ class Parser {
     return negative ? node("neg", next()) : next();
   }
 
-  private readonly factors = (): Node => this.product();
-  private readonly raised = (): Node => this.power();
-  private readonly exponent = (): Node => this.primary();
+  private readonly parseProduct = (): Node => this.product();
+  private readonly parsePower = (): Node => this.power();
+  private readonly parsePrimary = (): Node => this.primary();
 
   private product(): Node {
     let top = this.power();
-    let below = -1;
+    let divisorEnd = -1;
     for (;;) {
       if (this.take("*", ".")) {
-        top = node("*", top, this.signed(this.raised));
-        below = -1;
+        top = node("*", top, this.signed(this.parsePower));
+        divisorEnd = -1;
       } else if (this.take("/")) {
         const here = this.at;
-        const divisor = this.signed(this.raised);
+        const divisor = this.signed(this.parsePower);
         top = node("/", top, divisor);
-        below = this.isSymbol(here) && divisor.kind === "name" ? this.at : -1;
+        divisorEnd = this.isSymbol(here) && divisor.kind === "name" ? this.at : -1;
       } else if (this.here().kind === "number" && this.tokens[this.at - 1]?.kind === "number") {
-        throw this.fail("read.two-numbers"); // 1 000, 1.2.3: no product is meant
+        throw this.fail("read.two-numbers"); // 1 000 or 1.2.3 is probably no product
       } else if (this.here().kind === "number" && this.peek().startsWith(".")) {
         throw this.fail("read.point", { number: this.peek(), factor: this.peek().slice(1) }); // a1.2
       } else if (this.peek() === "(" && MODULO.has(this.textAt(1))) return top;
       else if (this.isUnit()) {
         top = inUnit(top, this.peek());
         this.at += 1;
-      } else if (this.at === below && this.here().kind === "name" && !WORDS.has(this.peek())) {
+      } else if (this.at === divisorEnd && this.here().kind === "name" && !WORDS.has(this.peek())) {
         throw this.fail("read.below", { name: this.textAt(-1), next: this.peek() });
       } else if (this.peek() === "|" && this.isBarOfFactor()) top = node("*", top, this.power());
       else if (this.peek() === "[" && this.isRowBelow(top)) top = this.withRow(top);
@@ -388,26 +389,26 @@ class Parser {
     }
   }
 
-  /** Whether a single name stands there, as what a quotient is divided by. */
+  /** Return whether a divisor is a single name. */
   private isSymbol(at: number): boolean {
     const { kind, text } = this.tokens[at] as Token;
     return kind === "name" && this.at === at + 1 && !isConstant(text);
   }
 
-  /** A factor without a sign before it; [0] is none, but picks an entry in Python. */
+  /** Parse a factor without a sign; [0] is no factor, because Python would select an entry by it. */
   private factor(): Node {
     const here = this.at;
     const bracket = this.peek() === "[";
-    const found = this.power();
-    const [only] = found.args;
-    if (bracket && found.kind === "list" && found.args.length === 1 && /^(number|neg)$/.test(only?.kind ?? "")) {
+    const factor = this.power();
+    const [only] = factor.args;
+    if (bracket && factor.kind === "list" && factor.args.length === 1 && /^(number|neg)$/.test(only?.kind ?? "")) {
       this.at = here;
       throw this.fail("read.no-entry");
     }
-    return found;
+    return factor;
   }
 
-  /** Whether a factor in bars begins here, as in a1|s2|, and no alternative behind a bar, as in 0 | pi. */
+  /** Return whether a factor between bars begins here, as in a1|s2|, and not an alternative after a bar, as in 0 | pi. */
   private isBarOfFactor(): boolean {
     if (this.inBars) return false;
     let depth = 0;
@@ -427,12 +428,12 @@ class Parser {
     return isTight || behind.kind === "end" || ENDS_FACTOR.has(behind.text);
   }
 
-  /** Whether a list is a row, or several, with another below it, as calculators write [a, b][c, d]. */
+  /** Return whether a list is a row with another row after it, as calculators write [a, b][c, d]. */
   private isRowBelow(top: Node): boolean {
     return top.kind === "list" && top.args.length > 1 && this.textAt(-1) === "]" && !this.isColumnAhead();
   }
 
-  /** Whether the list that begins here has rows, as in [a; b] or [[a, b], [c, d]]. */
+  /** Return whether the list that begins here has rows, as in [a; b] or [[a, b], [c, d]]. */
   private isColumnAhead(): boolean {
     let depth = 0;
     for (let at = this.at; at < this.tokens.length; at += 1) {
@@ -444,7 +445,7 @@ class Parser {
     return false;
   }
 
-  /** A list of rows with the one that follows. */
+  /** Add the list that follows as a row. */
   private withRow(top: Node): Node {
     this.take("[");
     const row = this.bracketed("]", "list");
@@ -454,7 +455,7 @@ class Parser {
     return node("list", ...rows, row);
   }
 
-  /** Whether a name after a number is a unit, as in 0.25 rad or 25 cm * a1; m is decided later (metres.ts). */
+  /** Return whether a name after a number is a unit, as in 0.25 rad or 25 cm * a1; metres.ts decides on m later. */
   private isUnit(): boolean {
     const { kind, text } = this.here();
     const isName = kind === "name" && UNITS.has(text) && !this.known.has(text);
@@ -463,7 +464,7 @@ class Parser {
     if (before?.kind !== "number" && !VOCABULARY.before_whole_numbers.includes(before?.text ?? "")) return false;
     const next = this.ahead(1);
     if (VOCABULARY.lengths.includes(text)) return !POWERS_OF_UNIT.has(next.text);
-    return !GO_ON.has(next.text) && (next.kind !== "name" || WORDS.has(next.text)) && next.kind !== "number";
+    return !AFTER_FACTOR.has(next.text) && (next.kind !== "name" || WORDS.has(next.text)) && next.kind !== "number";
   }
 
   private startsFactor(): boolean {
@@ -474,19 +475,19 @@ class Parser {
   private power(): Node {
     const base = this.primary();
     if (this.peek() !== "**" && this.peek() !== "^") return base;
-    const ofLast = base === this.withoutSpace;
+    const ofLast = base === this.joinedProduct;
     const exponents: Node[] = [];
     while (this.take("**", "^")) {
-      exponents.push(this.signed(this.exponent));
+      exponents.push(this.signed(this.parsePrimary));
       if (exponents.length > LIMITS.depth) throw this.fail("read.powers", { most: LIMITS.depth });
     }
     const raised = exponents[0];
-    const turned = raised?.kind === "name" && VOCABULARY.transposed.includes(raised.text);
-    if (base.kind === "list" && exponents.length === 1 && turned) return transposed(base);
+    const isTransposed = raised?.kind === "name" && VOCABULARY.transposed.includes(raised.text);
+    if (base.kind === "list" && exponents.length === 1 && isTransposed) return transposeList(base);
     let tower = exponents.pop();
     if (!tower) return base;
     for (let below = exponents.pop(); below; below = exponents.pop()) {
-      // -a^-b^c: the sign of an exponent covers what stands above it
+      // -a^-b^c: the sign of an exponent applies to the whole power
       const inner = below.args[0];
       tower = below.kind === "neg" && inner ? node("neg", node("^", inner, tower)) : node("^", below, tower);
     }
@@ -510,10 +511,10 @@ class Parser {
     if (this.take("[")) return this.bracketed("]", "list");
     if (this.take("{")) return this.bracketed("}", "set");
     if (this.take("|")) return this.deeper(() => this.absolute(), "read.brackets");
-    throw this.fail("read.operand", { found: this.found() });
+    throw this.fail("read.operand", { found: this.describeToken() });
   }
 
-  /** |a1*sin(theta2)| to its second bar; the bar between two conditions is an "or". */
+  /** Parse |a1*sin(theta2)| to its second bar; a bar between two conditions means "or". */
   private absolute(): Node {
     const outer = this.inBars;
     this.inBars = true;
@@ -528,7 +529,7 @@ class Parser {
     this.inBars = false;
     const { rows, comma } = this.rows(close);
     this.inBars = outer;
-    this.withoutSpace = null;
+    this.joinedProduct = null;
     const inLine = close !== "]" && rows.every((row) => row.length === 1); // (a; b), {0; pi}
     if (rows.length > 1 && inLine && kind !== "list") return node("list", ...rows.flat());
     if (rows.length > 1) return listOf(rows); // [a, b; c, d]
@@ -542,6 +543,7 @@ class Parser {
     return this.bracketed(close, "list").args;
   }
 
+  /** Parse a name, and what belongs to it, such as the arguments of a function. */
   private named(raw: string): Node {
     const length = lengthOf(raw, LONGEST);
     if (length > LONGEST) throw this.fail("read.long-name", { length });
@@ -550,40 +552,40 @@ class Parser {
     if (typeof plain === "string") return this.function(plain);
     if (plain && !opens) return plain;
     if (raw.endsWith(".diff") && opens) return this.bound("Derivative", this.first(raw.slice(0, -".diff".length)));
-    const own = plainName(raw);
-    if (opens && BOUND.has(own)) return this.bound(own, null);
-    const varies = this.known.has(own) || JOINT.test(own);
+    const plainOwn = plainName(raw);
+    if (opens && BOUND.has(plainOwn)) return this.bound(plainOwn, null);
+    const varies = this.known.has(plainOwn) || JOINT.test(plainOwn);
     if (opens && varies && this.textAt(1) === "t" && this.textAt(2) === ")") {
       this.at += 3; // theta1(t), as dynamicsymbols prints it
       return this.first(raw);
     }
-    if (opens && CONTAINERS.has(own)) {
+    if (opens && CONTAINERS.has(plainOwn)) {
       this.at += 1;
-      return this.container(own, this.args(")"));
+      return this.container(plainOwn, this.args(")"));
     }
-    if (UNDEFINED.has(own)) throw this.fail("read.no-answer", { name: own });
-    if (BLANK.has(own)) return node("blank");
-    if (SHORTHAND.has(own) && !this.known.has(own) && this.isAngleAhead()) return this.shorthand(own);
+    if (UNDEFINED.has(plainOwn)) throw this.fail("read.no-answer", { name: plainOwn });
+    if (BLANK.has(plainOwn)) return node("blank");
+    if (SHORTHAND.has(plainOwn) && !this.known.has(plainOwn) && this.isAngleAhead()) return this.shorthand(plainOwn);
     const pieces = this.piecesOf(raw);
-    const one = pieces.length === 1 && pieces[0]?.kind === "name" ? pieces[0].parts[0] : undefined;
-    if (opens && one && !this.known.has(own) && !this.known.has(one) && !BEFORE_BRACKETS.has(one)) {
+    const symbol = pieces.length === 1 && pieces[0]?.kind === "name" ? pieces[0].parts[0] : undefined;
+    if (opens && symbol && !this.known.has(plainOwn) && !this.known.has(symbol) && !BEFORE_BRACKETS.has(symbol)) {
       const isFirst = this.at === 1 || BEFORE_STATEMENT.has(this.textAt(-2));
       const behind = isFirst ? this.behindBracket() : 0;
       if (this.tokens[behind]?.text === "=") {
         this.at = behind; // J(q) = …
-        return name(one);
+        return name(symbol);
       }
-      throw this.fail("read.function", { name: own });
+      throw this.fail("read.function", { name: plainOwn });
     }
-    const only = pieces.length === 1 && own === raw ? pieces[0] : undefined;
+    const only = pieces.length === 1 && plainOwn === raw ? pieces[0] : undefined;
     if (only?.kind === "function") this.plain.set(raw, only.parts[0] as string);
-    else if (only && this.known.has(own)) this.plain.set(raw, meant(only));
+    else if (only && this.known.has(plainOwn)) this.plain.set(raw, treeOfPiece(only));
     const product = this.productOf(pieces);
-    if (FUNCTIONS.has(pieces.at(-1)?.kind ?? "") && SHORT_OF_ANGLE.test(own)) this.withoutBrackets = this.at;
+    if (FUNCTIONS.has(pieces.at(-1)?.kind ?? "") && SHORT_OF_ANGLE.test(plainOwn)) this.bareArgumentEnd = this.at;
     return product;
   }
 
-  /** Where the bracket that begins here has been closed; 0 if it never is. */
+  /** Return the token index after the closing bracket; 0 if the bracket is never closed. */
   private behindBracket(): number {
     let depth = 0;
     for (let at = this.at; at < this.tokens.length; at += 1) {
@@ -593,7 +595,7 @@ class Parser {
     return 0;
   }
 
-  /** Whether an angle or a bracket follows, behind a power if there is one: c theta1, s^2(theta1). */
+  /** Return whether an angle or a bracket follows, possibly after a power: c theta1, s^2(theta1). */
   private isAngleAhead(): boolean {
     const isPower = this.peek() === "^" || this.peek() === "**";
     const ahead = !isPower ? 0 : this.textAt(1) === "(" ? 4 : 2;
@@ -602,47 +604,47 @@ class Parser {
     return text === "(" || piece?.kind === "sum" || ANGLE.test(piece?.parts[0] ?? "");
   }
 
-  /** c or s, of what follows: S(1), as SymPy has it, is no sine. */
+  /** Parse c or s of an angle; S(1), as SymPy writes it, is no sine. */
   private shorthand(short: string): Node {
     const here = this.at;
-    const called = SHORTHAND.get(short) as string;
-    const found = this.function(called);
-    if ([...namesIn(found)].some((each) => ANGLE.test(each))) return found;
+    const functionName = SHORTHAND.get(short) as string;
+    const result = this.function(functionName);
+    if ([...namesIn(result)].some((symbol) => ANGLE.test(symbol))) return result;
     this.at = here;
-    throw this.fail("read.shorthand", { name: short, function: called });
+    throw this.fail("read.shorthand", { name: short, function: functionName });
   }
 
   private piecesOf(raw: string): readonly Piece[] {
-    const found = this.pieces.get(raw) ?? piecesOf(raw, this.known);
-    this.pieces.set(raw, found);
-    return found;
+    const pieces = this.pieces.get(raw) ?? piecesOf(raw, this.known);
+    this.pieces.set(raw, pieces);
+    return pieces;
   }
 
   private first(raw: string): Node {
-    return meant(this.piecesOf(raw)[0] as Piece);
+    return treeOfPiece(this.piecesOf(raw)[0] as Piece);
   }
 
-  /** The product that names without a space stand for; a function is of what follows it. */
+  /** Return the product that joined names mean; a function applies to what follows it. */
   private productOf(pieces: readonly Piece[]): Node {
     const factors: Node[] = [];
     for (let i = 0; i < pieces.length; i += 1) {
       const piece = pieces[i] as Piece;
       const next = pieces[i + 1];
       const called = piece.parts[0] as string;
-      if (piece.kind !== "function") factors.push(meant(piece));
+      if (piece.kind !== "function") factors.push(treeOfPiece(piece));
       else if (next && next.kind !== "function" && !ARITY.has(called)) {
-        factors.push(applied(called, [meant(next)]));
+        factors.push(applied(called, [treeOfPiece(next)]));
         i += 1;
-        this.withoutBrackets = i + 1 >= pieces.length ? this.at : -1;
+        this.bareArgumentEnd = i + 1 >= pieces.length ? this.at : -1;
       } else if (!next) factors.push(this.function(called));
       else throw this.fail("read.no-argument", { name: called });
     }
     const product = factors.reduce((some, factor) => node("*", some, factor));
-    if (factors.length > 1) this.withoutSpace = product;
+    if (factors.length > 1) this.joinedProduct = product;
     return product;
   }
 
-  /** Derivative(theta1(t), t), which is the rate qd1, or Lambda(_n, …), whose _n is any whole number. */
+  /** Parse Derivative(theta1(t), t), the rate qd1; or Lambda(_n, …), in which _n is any whole number. */
   private bound(kind: string, of: Node | null): Node {
     this.at += 1;
     const args = [...(of ? [of] : []), ...this.args(")")];
@@ -653,7 +655,7 @@ class Parser {
       if (joint) return name(`qd${joint[1]}`);
     }
     if (!isRate && first?.kind === "name" && second && args.length === 2) {
-      return replaced(second, first.text, name(VOCABULARY.whole_numbers[0] as string));
+      return replaceName(second, first.text, name(VOCABULARY.whole_numbers[0] as string));
     }
     throw this.fail("read.bound", { name: kind });
   }
@@ -663,7 +665,7 @@ class Parser {
   }
 
   private functionOf(called: string): Node {
-    const power = this.take("^", "**") ? this.signed(this.exponent) : null; // sin^2(x)
+    const power = this.take("^", "**") ? this.signed(this.parsePrimary) : null; // sin^2(x)
     const opened = this.peek();
     const args = this.take("(") ? this.args(")") : this.take("[") ? this.args("]") : [this.bareArgument(called)];
     this.bracesAreLists ||= opened === "[";
@@ -676,7 +678,7 @@ class Parser {
     return power ? node("^", made, power) : made;
   }
 
-  /** What a function without brackets is of: numbers and one name, as in sin 2 theta1. */
+  /** Parse the argument of a function without brackets: a number, a name, or both, as in sin 2 theta1. */
   private bareArgument(called: string): Node {
     const factors: Node[] = [];
     if (this.here().kind === "number") {
@@ -690,7 +692,7 @@ class Parser {
       factors.push(this.named(this.textAt(-1)));
     }
     if (factors.length === 0 || ["/", "^", "**"].includes(this.peek())) throw this.fail("read.bare", { name: called });
-    this.withoutBrackets = this.at;
+    this.bareArgumentEnd = this.at;
     return factors.reduce((product, factor) => node("*", product, factor));
   }
 
@@ -702,10 +704,10 @@ class Parser {
     if (meant === "set" || isCondition || isPair) return node(meant as Kind, ...args);
     if (meant === "image" && first && args.length === 2 && isWholeNumbers(second as Node)) return first;
     if (meant === "condition" && second && args.length <= 3) return second;
-    if (meant === "transposed" && first && args.length === 1) return transposed(first);
+    if (meant === "transposed" && first && args.length === 1) return transposeList(first);
     if (meant === "inverse" && first && args.length === 1) return node("^", first, node("neg", integer(1)));
     if (meant === "modulo" && first && second && args.length === 2) {
-      // what is left is a whole number of times the second less
+      // the rest is a whole number of times the second argument less
       return node("-", first, node("*", name(VOCABULARY.whole_numbers[0] as string), second));
     }
     if (first && args.length === 1) return first;
@@ -729,24 +731,24 @@ const oneOrSet = (values: readonly Node[]): Node =>
 
 const isValue = (value: Node): boolean =>
   !["eq", "in", "and", "or"].includes(value.kind) &&
-  [...namesIn(value)].every((each) => VOCABULARY.whole_numbers.includes(each));
+  [...namesIn(value)].every((symbol) => VOCABULARY.whole_numbers.includes(symbol));
 
-/** A value in metres and radians: of cm a hundredth, of degrees pi/180. */
+/** Convert a value to metres and radians: a hundredth of cm, pi/180 of degrees. */
 function inUnit(value: Node, unit: string): Node {
   const factor = UNITS.get(unit) as string;
   if (factor.startsWith("/")) return node("/", value, integer(Number(factor.slice(1))));
   return factor ? applied("radians", [value]) : value;
 }
 
-/** A list of rows turned; of a list of entries, which may stand for a column, that. */
-function transposed(matrix: Node): Node {
+/** Return the transpose of a list of rows; a list of entries, which may be a column, stays unchanged. */
+function transposeList(matrix: Node): Node {
   const rows = matrix.args.map(({ args }) => args);
   return isRectangle(matrix.args) && rows[0]?.length ? listOf(columnsOf(rows)) : matrix;
 }
 
 const isWholeNumbers = ({ text }: Node): boolean => VOCABULARY.whole_number_sets.includes(text);
 
-/** Matrix(rows, columns, [entries]); null where there are not so many. */
+/** Return the matrix of Matrix(rows, columns, [entries]); null if the number of entries differs. */
 function filledRows(rows: Node, columns: Node, entries: Node): Node | null {
   const [r, c] = [rows.value, columns.value];
   const { args } = entries;
@@ -756,15 +758,17 @@ function filledRows(rows: Node, columns: Node, entries: Node): Node | null {
   return isWhole && r * c > 0 && r * c === args.length ? listOf(inRows(args, c)) : null;
 }
 
-function meant(piece: Piece): Node {
+/** Return the tree of a piece of a name. */
+function treeOfPiece(piece: Piece): Node {
   if (piece.kind === "name") return name(piece.parts[0] as string);
   const angle = piece.parts.map(name).reduce((total, part) => node("+", total, part));
   return piece.kind === "sum" ? angle : call(piece.kind, angle);
 }
 
-function applied(called: string, args: readonly Node[]): Node {
-  if (called === "radians") return node("/", node("*", args[0] as Node, name("pi")), integer(180));
-  return call(called, ...args);
+/** Return a function applied to arguments; "radians" converts from degrees. */
+function applied(functionName: string, args: readonly Node[]): Node {
+  if (functionName === "radians") return node("/", node("*", args[0] as Node, name("pi")), integer(180));
+  return call(functionName, ...args);
 }
 
 const DIGITS = /^[0-9]+$/;
@@ -774,7 +778,7 @@ function numberOf(text: string): Node {
   const [mantissa = "", exponent = ""] = text.toLowerCase().split("e");
   const isLong = mantissa.length > LIMITS.mantissa || exponent.length > LIMITS.exponent_characters;
   if (isLong || Math.abs(Number(exponent)) > LIMITS.exponent) {
-    throw new ReadError("read.range", { number: text.slice(0, 20) });
+    throw new ParseError("read.range", { number: text.slice(0, 20) });
   }
   const decimal = mantissa.includes(".") || exponent !== "";
   const digits = mantissa.replace(".", "").replace(/^0+/, "").replace(/0+$/, "").length;

@@ -1,11 +1,11 @@
-// Evaluate expressions in real numbers. Pages that only draw an arm need no more, and load no complex numbers.
+// Evaluate expressions in real numbers. Pages that only draw an arm need no complex numbers, and do not load them.
 
 import { message } from "../text/text.js";
-import { type Node, ReadError } from "./tree.js";
+import { type Node, ParseError } from "./tree.js";
 
 type Real = (x: number) => number;
 
-/** A function of a real number and how steep it is; from `from` to `to` its values are real. */
+/** A function of a real number, its derivative up to a sign, and the interval on which its values are real. */
 interface RealFunction {
   readonly value: Real;
   readonly slope: Real;
@@ -18,7 +18,7 @@ const { sin, cos, tan, exp, sinh, cosh, tanh } = Math;
 const overRoot = (x: number): number => 1 / Math.sqrt(1 - x * x);
 const overSum = (x: number): number => 1 / (1 + x * x);
 
-/** Functions by name; complex.js has methods of these names for other numbers. */
+/** Functions by name; complex.js has methods of the same names. */
 export const REAL: Readonly<Record<string, RealFunction>> = {
   sin: real(sin, cos),
   cos: real(cos, sin),
@@ -40,7 +40,7 @@ export const REAL: Readonly<Record<string, RealFunction>> = {
   sign: real(Math.sign, () => 0),
 };
 
-/** The value of an entry of an arm's table. Throws ReadError for what is no real expression. */
+/** Return the value of an entry of an arm's table. Throws ParseError if it is no real expression. */
 export function realValue(tree: Node, values: Readonly<Record<string, number>>): number {
   const { kind, text } = tree;
   const [x = NaN, y = NaN] = tree.args.map((arg) => realValue(arg, values));
@@ -52,9 +52,9 @@ export function realValue(tree: Node, values: Readonly<Record<string, number>>):
   if (kind === "*") return x * y;
   if (kind === "/") return x / y;
   if (kind === "^") return x ** y;
-  if (kind !== "call") throw new ReadError("read.no-expression", { what: message("read.a-condition") });
+  if (kind !== "call") throw new ParseError("read.no-expression", { what: message("read.a-condition") });
   if (text === "atan2") return Math.atan2(x, y);
   const known = REAL[text];
-  if (!known) throw new ReadError("read.function", { name: text });
+  if (!known) throw new ParseError("read.function", { name: text });
   return known.value(x);
 }

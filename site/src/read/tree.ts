@@ -1,6 +1,6 @@
-// Expressions as trees of plain nodes; what the kinds mean is as in ../../../exercises/formula/trees.py.
+// Expressions as trees of plain nodes. The kinds are those of ../../../exercises/formula/trees.py.
 
-import { ENGLISH, type Message, message, said, type Values, type TextKey } from "../text/text.js";
+import { ENGLISH, type Message, message, textOf, type Values, type TextKey } from "../text/text.js";
 import { VOCABULARY } from "./vocabulary.js";
 
 type Formula = "number" | "decimal" | "name" | "blank" | "call" | "neg" | "+" | "-" | "*" | "/" | "^";
@@ -8,7 +8,7 @@ type Collection = "list" | "set" | "dict" | "pair";
 type Statement = "eq" | "in" | "and" | "or";
 export type Kind = Formula | Collection | Statement;
 
-/** `text` is the name of a name or call, `value` the number of a number or decimal, `digits` how many it has. */
+/** `text`: the name of a name or call; `value`: the number of a number or decimal; `digits`: its significant digits. */
 export interface Node {
   readonly kind: Kind;
   readonly args: readonly Node[];
@@ -19,31 +19,41 @@ export interface Node {
 
 export const CONSTANTS: readonly string[] = [...new Set(Object.values(VOCABULARY.constants))];
 
-/** Text that is no answer: what was found, where, and what would be understood, as a text of the catalogue. */
-export class ReadError extends Error {
+/** A text that is no valid answer. `why` says what was found, where, and what would be valid. */
+export class ParseError extends Error {
   readonly why: Message;
 
   constructor(key: TextKey, values: Values = {}) {
     const why = message(key, values);
-    super(said(why, ENGLISH));
+    super(textOf(why, ENGLISH));
     this.why = why;
+  }
+}
+
+/** Return what `parse` returns; if the text can't be parsed, what `recover` returns for the error. */
+export function catchParseError<T, U>(parse: () => T, recover: (error: ParseError) => U): T | U {
+  try {
+    return parse();
+  } catch (error) {
+    if (error instanceof ParseError) return recover(error);
+    throw error;
   }
 }
 
 // eslint-disable-next-line no-control-regex
 const CONTROLS = /[\x00-\x1f\x7f-\x9f\u061c\u200e\u200f\u202a-\u202e\u2066-\u2069\ud800-\udfff]/gu;
 
-/** A text in one line, with what nobody sees, or what turns the direction of the text, written out. */
-function shown(text: string): string {
+/** Return a text in one line; invisible characters, and those that change the direction of text, are escaped. */
+function escapeInvisible(text: string): string {
   return text
     .replace(/[\t\n]/g, " ")
     .replace(CONTROLS, (sign) => `\\u${sign.charCodeAt(0).toString(16).padStart(4, "0")}`);
 }
 
-/** An error with the place in the text where it is. */
-export function placed(key: TextKey, values: Values, text: string, at: number): ReadError {
-  const near = shown(text.slice(Math.max(0, at - 15), at + 15));
-  return new ReadError("read.at", { what: message(key, values), at: at + 1, near });
+/** Return an error with its place in the text. */
+export function errorAt(key: TextKey, values: Values, text: string, at: number): ParseError {
+  const near = escapeInvisible(text.slice(Math.max(0, at - 15), at + 15));
+  return new ParseError("read.at", { what: message(key, values), at: at + 1, near });
 }
 
 export const node = (kind: Kind, ...args: readonly Node[]): Node => ({ kind, args, text: "", value: NaN, digits: 0 });
@@ -52,41 +62,41 @@ export const call = (text: string, ...args: readonly Node[]): Node => ({ ...node
 export const integer = (value: number, text = String(value)): Node => ({ ...node("number"), text, value });
 export const decimal = (value: number): Node => ({ ...node("decimal"), value });
 
-/** The text of an "and" of equations that were written in one, A = B = C. */
+/** The `text` of an "and" of equations that were written as A = B = C. */
 export const CHAIN = "=";
 
-/** The sides of A = B = C; nothing of what is no equation. */
+/** Return the sides of A = B = C; an empty list for other nodes. */
 export function chainOf({ kind, args, text }: Node): readonly Node[] {
   if (kind === "eq") return args;
   if (kind !== "and" || text !== CHAIN || args.some((arg) => arg.kind !== "eq")) return [];
   return [args[0]?.args[0] as Node, ...args.map((arg) => arg.args[1] as Node)];
 }
 
-/** The tree with each node `made` of what its arguments became: no recursion, for a long sum is a deep tree. */
-export function rebuilt(tree: Node, made: (top: Node, args: readonly Node[]) => Node): Node {
-  const done: Node[] = [];
+/** Rebuild a tree from its leaves by `make`, which gets a node and its new arguments. No recursion, as trees may be deep. */
+export function rebuild(tree: Node, make: (top: Node, args: readonly Node[]) => Node): Node {
+  const results: Node[] = [];
   const todo: (readonly [top: Node, isReady: boolean])[] = [[tree, false]];
   for (let next = todo.pop(); next; next = todo.pop()) {
     const [top, isReady] = next;
-    if (isReady || top.args.length === 0) done.push(made(top, done.splice(done.length - top.args.length)));
+    if (isReady || top.args.length === 0) results.push(make(top, results.splice(results.length - top.args.length)));
     else {
       todo.push([top, true]);
       for (let i = top.args.length - 1; i >= 0; i -= 1) todo.push([top.args[i] as Node, false]);
     }
   }
-  return done[0] as Node;
+  return results[0] as Node;
 }
 
-/** The tree with another tree put for a name. */
-export function replaced(tree: Node, old: string, put: Node): Node {
-  return rebuilt(tree, (top, args) => {
+/** Return the tree with a name replaced by another tree. */
+export function replaceName(tree: Node, old: string, replacement: Node): Node {
+  return rebuild(tree, (top, args) => {
     if (args.length > 0) return { ...top, args };
-    return top.kind === "name" && top.text === old ? put : top;
+    return top.kind === "name" && top.text === old ? replacement : top;
   });
 }
 
-/** Whether a node of a tree passes a test; none is tested after that. */
-export function anyNode(tree: Node, passes: (each: Node) => boolean): boolean {
+/** Return whether a node of a tree passes a test; later nodes are not tested. */
+export function anyNode(tree: Node, passes: (node: Node) => boolean): boolean {
   if (passes(tree)) return true;
   const stack = [tree];
   for (let top = stack.pop(); top; top = stack.pop()) {
@@ -98,18 +108,18 @@ export function anyNode(tree: Node, passes: (each: Node) => boolean): boolean {
   return false;
 }
 
-/** The names in a tree that are not constants. */
+/** Return the names in a tree, without constants. */
 export function namesIn(tree: Node): Set<string> {
-  const found = new Set<string>();
+  const names = new Set<string>();
   anyNode(tree, ({ kind, text }) => {
-    if (kind === "name") found.add(text);
+    if (kind === "name") names.add(text);
     return false;
   });
-  for (const each of CONSTANTS) found.delete(each);
-  return found;
+  for (const constant of CONSTANTS) names.delete(constant);
+  return names;
 }
 
-/** How many significant digits the longest decimal in a tree has; 0 without one. */
+/** Return the number of significant digits of the longest decimal in a tree; 0 without one. */
 export function digitsOfDecimals(tree: Node): number {
   let most = 0;
   anyNode(tree, ({ digits }) => {
@@ -119,29 +129,29 @@ export function digitsOfDecimals(tree: Node): number {
   return most;
 }
 
-/** Whether a placeholder is still there somewhere in the tree. */
+/** Return whether a tree contains a placeholder that was not filled. */
 export const hasBlank = (tree: Node): boolean => anyNode(tree, ({ kind }) => kind === "blank");
 
 export type Rows = readonly (readonly Node[])[];
 
-/** A matrix as a list of its rows. */
+/** Return a matrix as a list of its rows. */
 export const listOf = (rows: Rows): Node => node("list", ...rows.map((row) => node("list", ...row)));
 
-/** Entries in rows of so many each. */
+/** Return entries as rows of a given length. */
 export const inRows = <T>(entries: readonly T[], columns: number): T[][] =>
   Array.from({ length: entries.length / columns }, (_, i) => entries.slice(i * columns, (i + 1) * columns));
 
-/** The columns of rows that are equally long. */
+/** Return the columns of rows of equal length. */
 export const columnsOf = <T>(rows: readonly (readonly T[])[]): T[][] =>
   (rows[0] ?? []).map((_, j) => rows.map((row) => row[j] as T));
 
-/** Whether all are lists of one length. */
+/** Return whether all nodes are lists of one length. */
 export const isRectangle = (items: readonly Node[]): boolean =>
   items.every(({ kind, args }) => kind === "list" && args.length === items[0]?.args.length);
 
 /**
- * Rows of scalars: a list of rows, a list of scalars (a column), or a scalar (1 x 1). Throws ReadError where rows
- * differ in length or lists nest deeper.
+ * Return rows of scalars from a list of rows, a list of scalars (a column), or a scalar (1 x 1). Throws ParseError if rows
+ * differ in length or lists are nested deeper.
  */
 export function asMatrix(tree: Node): Node[][] {
   const isRows = ({ kind, args }: Node): boolean =>
@@ -163,8 +173,8 @@ export function asMatrix(tree: Node): Node[][] {
     return columnsOf(items.map(({ args }) => args.map((entry) => entry.args[0] as Node))); // [[[a], [b]], [[c], [d]]]
   const rows = items.map((item) => (item.kind === "list" ? [...item.args] : [item]));
   const lengths = rows.map((row) => row.length);
-  if (rows.length === 0) throw new ReadError("read.empty-list");
-  if (new Set(lengths).size !== 1) throw new ReadError("read.ragged", { lengths: lengths.join(", ") });
-  if (rows.flat().some(({ kind }) => ["list", "set", "dict"].includes(kind))) throw new ReadError("read.nested-list");
+  if (rows.length === 0) throw new ParseError("read.empty-list");
+  if (new Set(lengths).size !== 1) throw new ParseError("read.ragged", { lengths: lengths.join(", ") });
+  if (rows.flat().some(({ kind }) => ["list", "set", "dict"].includes(kind))) throw new ParseError("read.nested-list");
   return rows;
 }

@@ -1,8 +1,8 @@
-// A tree as LaTeX, its terms in their own order and nothing simplified: how an answer was parsed.
+// Typeset a tree as LaTeX with its terms in their order and nothing simplified, to show how an answer was parsed.
 
 import type { SymbolInfo } from "../bank.js";
-import { inDigits } from "../text/text.js";
-import { asMatrix, type Node, ReadError } from "./tree.js";
+import { decimalSign } from "../text/text.js";
+import { asMatrix, catchParseError, type Node } from "./tree.js";
 
 type Symbols = Readonly<Record<string, SymbolInfo>>;
 
@@ -23,16 +23,16 @@ const ATOM = 3;
 
 type Piece = { readonly latex: string; readonly level: number };
 
-/** The LaTeX of an answer. */
+/** Return the LaTeX of an answer. */
 export function typesetTree(tree: Node, symbols: Symbols): string {
   const isCondition = ({ kind }: Node): boolean => ["eq", "in", "and"].includes(kind);
   if (tree.kind === "list" && !tree.args.every(isCondition)) {
-    try {
-      const rows = asMatrix(tree).map((row) => row.map((entry) => piece(entry, symbols).latex).join(" & "));
-      return `\\begin{bmatrix} ${rows.join(" \\\\ ")} \\end{bmatrix}`;
-    } catch (error) {
-      if (!(error instanceof ReadError)) throw error;
-    }
+    const rows = catchParseError(
+      () => asMatrix(tree),
+      () => null,
+    );
+    const lines = rows?.map((row) => row.map((entry) => piece(entry, symbols).latex).join(" & "));
+    if (lines) return `\\begin{bmatrix} ${lines.join(" \\\\ ")} \\end{bmatrix}`;
   }
   return piece(tree, symbols).latex;
 }
@@ -42,7 +42,7 @@ function piece(tree: Node, symbols: Symbols): Piece {
   const listed = (between: string) => tree.args.map((arg) => piece(arg, symbols).latex).join(between);
   const { kind, text } = tree;
   if (kind === "number" || kind === "decimal")
-    return { latex: inDigits(0.5).includes(",") ? text.replace(".", "{,}") : text, level: ATOM };
+    return { latex: decimalSign() === "," ? text.replace(".", "{,}") : text, level: ATOM };
   if (kind === "name") return { latex: named(text, symbols), level: ATOM };
   if (kind === "blank") return { latex: "\\square", level: ATOM };
   if (kind === "neg") return { latex: `-${inner(0, PRODUCT)}`, level: SUM };
@@ -78,7 +78,7 @@ function called(tree: Node, symbols: Symbols): Piece {
   return { latex: `${FUNCTIONS[tree.text] ?? `\\${tree.text}`}\\left(${args}\\right)`, level: ATOM };
 }
 
-/** "12" for theta1 + theta2; null for any other angle. */
+/** Return "12" for theta1 + theta2; null for other angles. */
 function shorthand(tree: Node): string | null {
   if (tree.kind === "name") return /^theta(\d)$/.exec(tree.text)?.[1] ?? null;
   if (tree.kind !== "+") return null;

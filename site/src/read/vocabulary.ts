@@ -1,49 +1,49 @@
-// The words, signs, units and habits of answers, shared with the grader's parser. Add a synonym there, and both know
-// it.
+// The words, signs, units and habits of answers, shared with the grader's parser: add a synonym there for both.
 
 import vocabulary from "../../../exercises/formula/vocabulary.json" with { type: "json" };
 
 export const VOCABULARY = vocabulary;
 export const LIMITS = vocabulary.limits;
 
-/** A table of the vocabulary; a Map, in which no word of JavaScript's own objects is found. */
+/** Return a table of the vocabulary as a Map, which contains no names of JavaScript's own objects. */
 export function table<T>(entries: Readonly<Record<string, T>>): ReadonlyMap<string, T> {
   return new Map(Object.entries(entries));
 }
 
-/** A pattern as Python has it: \w, which stands in brackets only, is any letter or digit of any script. */
-export function compiled(pattern: string, flags = ""): RegExp {
+/** Compile a pattern of Python: \w, which occurs only in brackets, matches letters and digits of any script. */
+export function compile(pattern: string, flags = ""): RegExp {
   return new RegExp(pattern.replaceAll("\\w", "\\p{L}\\p{N}_"), `u${flags}`);
 }
 
-/** One of the vocabulary's patterns, to be found anywhere. */
+/** Compile one of the vocabulary's patterns, to be found anywhere. */
 export function pattern(name: keyof typeof vocabulary.patterns, flags = ""): RegExp {
-  return compiled(vocabulary.patterns[name], flags);
+  return compile(vocabulary.patterns[name], flags);
 }
 
-/** One of the vocabulary's patterns, which a whole text must be. */
-export const whole = (name: keyof typeof vocabulary.patterns): RegExp => compiled(`^(?:${vocabulary.patterns[name]})$`);
+/** Compile one of the vocabulary's patterns, which must match the whole text. */
+export const wholePattern = (name: keyof typeof vocabulary.patterns): RegExp =>
+  compile(`^(?:${vocabulary.patterns[name]})$`);
 
-/** Signs as they stand in a pattern for themselves. */
-export const literally = (text: string): string => text.replace(/[\\^$.*+?()[\]{}|/]/g, "\\$&");
+/** Escape signs that have a meaning in patterns. */
+export const escapeSigns = (text: string): string => text.replace(/[\\^$.*+?()[\]{}|/]/g, "\\$&");
 
 const SPACES = new Set(vocabulary.spaces);
 
 export const isSpace = (sign: string | undefined): boolean => sign !== undefined && SPACES.has(sign);
 
-/** A text without the spaces at its end; trimEnd takes other signs away, too, which Python does not. */
+/** Remove the spaces at the end of a text; trimEnd also removes signs that Python's rstrip keeps. */
 export function withoutSpacesAtEnd(text: string): string {
   let end = text.length;
   while (isSpace(text[end - 1])) end -= 1;
   return text.slice(0, end);
 }
 
-/** A text without spaces around it. */
-export function stripped(text: string): string {
+/** Remove the spaces around a text. */
+export function strip(text: string): string {
   let start = 0;
   while (isSpace(text[start])) start += 1;
   return withoutSpacesAtEnd(text.slice(start));
 }
 
-/** How many signs a text has, exactly if more than `most`: those outside the first plane count once, as in Python. */
+/** Return the number of characters of a text, as in Python; not exact, but at most `most`, for a short text. */
 export const lengthOf = (text: string, most: number): number => (text.length > most ? [...text].length : text.length);

@@ -1,21 +1,23 @@
-// What the bank says in English, in the language of the page where there is a translation of it.
+// Translate the texts of the bank into the page's language, if there is a translation.
 
 import type { Index, Problem, Solutions, SolvedTexts, Texts, Titles } from "../bank.js";
 
-/** The index with titles in a language; what has none there keeps its English one. */
-export function titledIn(lang: string, index: Index, titles: Titles | null): Index {
-  const titled = <T extends { name: string; title: string }>(all: readonly T[], by: Readonly<Record<string, string>>) =>
-    all.map((one) => (by[one.name] ? { ...one, title: by[one.name] as string, lang } : one));
+/** Return the index with translated titles; titles without a translation stay English. */
+export function translateIndex(lang: string, index: Index, titles: Titles | null): Index {
+  const translate = <T extends { name: string; title: string }>(
+    all: readonly T[],
+    by: Readonly<Record<string, string>>,
+  ) => all.map((entry) => (by[entry.name] ? { ...entry, title: by[entry.name] as string, lang } : entry));
   if (!titles) return index;
   return {
     ...index,
-    families: titled(index.families, titles.families),
-    questions: titled(index.questions, titles.questions),
+    families: translate(index.families, titles.families),
+    questions: translate(index.questions, titles.questions),
   };
 }
 
-/** A problem with its texts in a language; in English where they are missing, or are those of another problem. */
-export function toldIn(lang: string, problem: Problem, texts: Texts | null): Problem {
+/** Return a problem with translated texts; in English if they are missing or belong to another problem. */
+export function translateProblem(lang: string, problem: Problem, texts: Texts | null): Problem {
   if (!texts || !fit(problem, texts)) return problem;
   return {
     ...problem,
@@ -28,14 +30,15 @@ export function toldIn(lang: string, problem: Problem, texts: Texts | null): Pro
   };
 }
 
-/** Solutions in a language; in English where they are missing, or are those of another problem. */
-export function solvedIn(lang: string, solutions: Solutions, texts: SolvedTexts | null): Solutions {
+/** Return translated solutions; in English if they are missing or belong to another problem. */
+export function translateSolutions(lang: string, solutions: Solutions, texts: SolvedTexts | null): Solutions {
   const { parts } = solutions;
   const same = texts?.parts.length === parts.length && texts.parts.every(({ name }, i) => name === parts[i]?.name);
   if (!texts || !same) return solutions;
   return { ...solutions, lang, parts: parts.map((part, i) => ({ ...part, ...texts.parts[i] })) };
 }
 
+/** Return whether texts belong to a problem. */
 function fit({ parts, said }: Problem, texts: Texts): boolean {
   return (
     texts.parts.length === parts.length &&

@@ -1,7 +1,7 @@
 // Where the names of joint rates stand beside their curves.
 import { describe, expect, it } from "vitest";
 
-import { columnsFor, spread } from "../../src/arm/chart.js";
+import { columnsFor, spreadNames } from "../../src/arm/chart.js";
 
 const HEIGHTS = [
   [60, 60, 60, 60, 60, 60, 60],
@@ -13,12 +13,13 @@ const HEIGHTS = [
 describe.each(HEIGHTS)("names of curves that end at %i, %i, …", (...heights) => {
   it.each([[40], [80], [180]])("are clear of each other in %i pixels, in the order of the curves", (room) => {
     const columns = columnsFor(heights.length, room);
-    const names = spread(heights, [16, 16 + room], columns);
-    for (const { at } of names) expect(at >= 16 - 1e-9 && at <= 16 + room + 1e-9).toBe(true);
+    const names = spreadNames(heights, [16, 16 + room], columns);
+    for (const { height } of names) expect(height >= 16 - 1e-9 && height <= 16 + room + 1e-9).toBe(true);
     names.forEach((one, i) =>
       names.forEach((other, k) => {
-        if (i !== k && one.column === other.column) expect(Math.abs(one.at - other.at)).toBeGreaterThanOrEqual(15);
-        if (heights[i]! < heights[k]!) expect(one.at).toBeLessThanOrEqual(other.at);
+        if (i !== k && one.column === other.column)
+          expect(Math.abs(one.height - other.height)).toBeGreaterThanOrEqual(15);
+        if (heights[i]! < heights[k]!) expect(one.height).toBeLessThanOrEqual(other.height);
       }),
     );
   });

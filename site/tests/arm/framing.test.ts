@@ -1,7 +1,16 @@
 // The nearer view with which an arm is seen first.
 import { describe, expect, it } from "vitest";
 
-import { crowding, edgesOf, bodiesOf, framed, framingOf, isSame, isSeen, readableFrom } from "../../src/arm/framing.js";
+import {
+  crowding,
+  edgesOf,
+  bodiesOf,
+  withFraming,
+  framingOf,
+  isSame,
+  isSeen,
+  readableFrom,
+} from "../../src/arm/framing.js";
 import { drawnColumns } from "../../src/arm/marks.js";
 import { armOf, reachOf, stateAt } from "../../src/arm/model.js";
 import { extentOf, firstPose } from "../../src/arm/ranges.js";
@@ -25,7 +34,7 @@ describe.each(Object.entries(ALL))("the first view of %s", (_, robot) => {
 
   it.each(SIZES)("has the arm and its arrows in %i x %i pixels", (width, height) => {
     const whole = viewOf(arm, extentOf(arm), width, height, FIRST_ORBIT);
-    const view = framed(whole, framingOf(arm, state, heads, whole, { flat }));
+    const view = withFraming(whole, framingOf(arm, state, heads, whole, { flat }));
     expect(isSeen(arm, state, view)).toBe(true);
     for (const head of heads) {
       const [x, y] = pixel(view, head);
@@ -42,7 +51,7 @@ it.each([...SIZES, [2000, 1100] as const])(
       const state = stateAt(arm, pose);
       const heads = drawnColumns(arm, state, reachOf(arm)).map((arrow) => add(state.point, arrow));
       const whole = viewOf(arm, extentOf(arm), width, height, FIRST_ORBIT);
-      const view = framed(whole, framingOf(arm, state, heads, whole, { flat: false }));
+      const view = withFraming(whole, framingOf(arm, state, heads, whole, { flat: false }));
       const [[left, right], [top, bottom]] = bodiesOf(arm, state, view);
       expect(bottom).toBeLessThanOrEqual(height - Math.min(28, 0.1 * height) + 1);
       expect(left > 0 && right < width && top > 0).toBe(true);
@@ -56,12 +65,12 @@ it("has all of an ellipse that goes beyond its arrows", () => {
   const arrows = drawnColumns(arm, state, reachOf(arm));
   const whole = viewOf(arm, extentOf(arm), 760, 420, FIRST_ORBIT);
   const ends = edgesOf(arrows, whole).map((edge) => add(state.point, edge));
-  const view = framed(whole, framingOf(arm, state, ends, whole, { flat: false }));
-  const drawn = outline(view, arrows);
+  const view = withFraming(whole, framingOf(arm, state, ends, whole, { flat: false }));
+  const ellipse = outline(view, arrows);
   const [x, y] = pixel(view, state.point);
-  const turn = (drawn.turn * Math.PI) / 180;
-  const across = Math.hypot(drawn.major * Math.cos(turn), drawn.minor * Math.sin(turn));
-  const high = Math.hypot(drawn.major * Math.sin(turn), drawn.minor * Math.cos(turn));
+  const turn = (ellipse.turn * Math.PI) / 180;
+  const across = Math.hypot(ellipse.major * Math.cos(turn), ellipse.minor * Math.sin(turn));
+  const high = Math.hypot(ellipse.major * Math.sin(turn), ellipse.minor * Math.cos(turn));
   expect(x - across > 0 && x + across < 760 && y - high > 0 && y + high < 420).toBe(true);
   const edges = edgesOf(arrows, view).map((edge) => pixel(view, add(state.point, edge)));
   expect(edges[1]![0]).toBeCloseTo(x - across, 6);
@@ -79,7 +88,7 @@ it("ends where the arm gets to its edge", () => {
   const arm = armOf(PLAIN);
   const state = stateAt(arm, firstPose(arm));
   const whole = viewOf(arm, extentOf(arm), 475, 420, FIRST_ORBIT);
-  const view = framed(whole, framingOf(arm, state, [], whole, { flat: true }));
+  const view = withFraming(whole, framingOf(arm, state, [], whole, { flat: true }));
   const opposite = stateAt(arm, [state.pose[0]! + Math.PI, 0]);
   expect([isSeen(arm, opposite, view), isSeen(arm, opposite, whole)]).toEqual([false, true]);
   expect([isSame(state.pose, [...state.pose]), isSame(state.pose, opposite.pose)]).toEqual([true, false]);
@@ -90,8 +99,8 @@ it("has the end of a path in it, and ends where that leaves it", () => {
   const state = stateAt(arm, firstPose(arm));
   const whole = viewOf(arm, extentOf(arm), 760, 420, FIRST_ORBIT);
   const far = [0, 1.1, 0] as const;
-  const alone = framed(whole, framingOf(arm, state, [], whole, { flat: true }));
-  const view = framed(whole, framingOf(arm, state, [far], whole, { flat: true }));
+  const alone = withFraming(whole, framingOf(arm, state, [], whole, { flat: true }));
+  const view = withFraming(whole, framingOf(arm, state, [far], whole, { flat: true }));
   expect([isSeen(arm, state, alone, [far]), isSeen(arm, state, view, [far])]).toEqual([false, true]);
 });
 
@@ -105,7 +114,7 @@ describe("an arm that points at the reader", () => {
     const orbit = readableFrom(arm, stretched, FIRST_ORBIT);
     expect(crowding(arm, stretched, orbit)).toBeLessThan(0.1);
     const whole = viewOf(arm, extentOf(arm), 560, 420, orbit);
-    const view = framed(whole, framingOf(arm, stretched, [], whole, { flat: false }));
+    const view = withFraming(whole, framingOf(arm, stretched, [], whole, { flat: false }));
     expect(isSeen(arm, stretched, view)).toBe(true);
   });
 

@@ -2,12 +2,12 @@
 import { describe, expect, it } from "vitest";
 
 import { type Arm, armOf, measuresOf, type Pose, reachOf, signedVolume, stateAt } from "../../src/arm/model.js";
-import { pointMoved } from "../../src/arm/moves.js";
-import { randomPoses } from "../../src/arm/random.js";
+import { movePoint } from "../../src/arm/moves.js";
+import { randomPoses } from "../../src/random.js";
 import { extentOf, firstPose } from "../../src/arm/ranges.js";
-import { add, dot, norm, scaled, subtract, type Vec3 } from "../../src/arm/vector.js";
+import { add, dot, norm, scaleVector, subtract, type Vec3 } from "../../src/arm/vector.js";
 import { FIRST_ORBIT, viewOf } from "../../src/arm/view.js";
-import { nearness } from "../../src/arm/words.js";
+import { nearness } from "../../src/arm/descriptions.js";
 import { ELBOW, PLAIN, ROBOTS } from "./robots.js";
 
 const viewFor = (arm: Arm) => viewOf(arm, extentOf(arm), 560, 420, FIRST_ORBIT);
@@ -18,13 +18,13 @@ function pulled(arm: Arm, pose: Pose, places: readonly Vec3[]): Pose[] {
   const poses = [pose];
   for (const place of places) {
     const now = poses.at(-1)!;
-    poses.push(pointMoved(arm, now, subtract(place, stateAt(arm, now).point), view));
+    poses.push(movePoint(arm, now, subtract(place, stateAt(arm, now).point), view));
   }
   return poses.slice(1);
 }
 
 const ray = (from: Vec3, to: Vec3, events: number): Vec3[] =>
-  Array.from({ length: events }, (_, k) => add(from, scaled(subtract(to, from), (k + 1) / events)));
+  Array.from({ length: events }, (_, k) => add(from, scaleVector(subtract(to, from), (k + 1) / events)));
 
 const ratioAt = (arm: Arm, pose: Pose): number => measuresOf(stateAt(arm, pose)).ratio;
 
@@ -34,7 +34,7 @@ describe("P that is pulled straight out past the reach", () => {
   const { point } = stateAt(arm, start);
 
   it.each([1, 2, 5, 40])("leaves the arm straight, in %i events, and does not flip it", (events) => {
-    const places = ray(point, scaled(point, 4 / norm(point)), events);
+    const places = ray(point, scaleVector(point, 4 / norm(point)), events);
     const poses = pulled(arm, start, places);
     poses.forEach((pose, k) => {
       expect(pose[1]).toBeGreaterThan(0);
@@ -45,7 +45,7 @@ describe("P that is pulled straight out past the reach", () => {
   });
 
   it("bends it on its own side again on the way back", () => {
-    const far = scaled(point, 4 / norm(point));
+    const far = scaleVector(point, 4 / norm(point));
     const [, back] = pulled(arm, start, [far, point]);
     expect(subtract(stateAt(arm, back!).point, point).every((part) => Math.abs(part) < 1e-6)).toBe(true);
     expect(back![1]).toBeCloseTo(1.2, 5);
@@ -64,7 +64,7 @@ describe("P that is pulled straight out past the reach", () => {
 
   it("folds it back over the hole inside of the reach", () => {
     for (const events of [1, 3, 30]) {
-      const poses = pulled(arm, start, ray(point, scaled(point, 0.02), events));
+      const poses = pulled(arm, start, ray(point, scaleVector(point, 0.02), events));
       expect(Math.abs(poses.at(-1)![1]!)).toBeCloseTo(Math.PI, 4);
       expect(signedVolume(arm, poses.at(-1)!)).toBeGreaterThan(0);
     }
@@ -90,8 +90,8 @@ describe.each(Object.entries({ ...ROBOTS, plain: PLAIN, elbow: ELBOW }))("P of %
       [-1, 0.4],
       [0.2, 1],
     ] as const) {
-      const way = add(scaled(view.right, right), scaled(view.up, up));
-      const far = add(base, scaled(way, 5 * reachOf(arm)));
+      const way = add(scaleVector(view.right, right), scaleVector(view.up, up));
+      const far = add(base, scaleVector(way, 5 * reachOf(arm)));
       for (const events of [1, 10]) {
         const end = pulled(arm, start, [...ray(point, far, events), far, far]).at(-1)!;
         expect(ratioAt(arm, end)).toBeLessThan(0.004);
@@ -101,7 +101,7 @@ describe.each(Object.entries({ ...ROBOTS, plain: PLAIN, elbow: ELBOW }))("P of %
 
   it("is under the pointer wherever it reaches", () => {
     const seen = (v: Vec3): number => norm([dot(view.right, v), dot(view.up, v)]);
-    const off = randomPoses(20, arm.joints.length, 11).map((turns) => {
+    const off = randomPoses(20, arm.joints.length, 12).map((turns) => {
       const pose = turns.map((value, i) => (arm.joints[i]!.kind === "R" ? value : 0.2 + 0.05 * value));
       const place = stateAt(arm, pose).point;
       const end = pulled(arm, start, [...ray(point, place, 4), place, place]).at(-1)!;
@@ -116,7 +116,7 @@ it("a planar arm that comes back from out of its reach is bent on the side on wh
   for (const [one, two] of randomPoses(60, 2, 5) as [number, number][]) {
     const bent = 0.3 + 0.8 * Math.abs(two); // not all but folded
     const start: Pose = [one, two < 0 ? -bent : bent];
-    const out = scaled(stateAt(arm, start).point, 6);
+    const out = scaleVector(stateAt(arm, start).point, 6);
     const home = stateAt(arm, [one + 0.8, start[1]!]).point;
     const poses = pulled(arm, start, [...ray(stateAt(arm, start).point, out, 3), ...ray(out, home, 4), home]);
     for (const pose of poses) expect(pose[1]! > 0).toBe(two > 0);

@@ -5,15 +5,15 @@ import { h, render } from "preact";
 import { act } from "preact/test-utils";
 import { afterEach, beforeEach, expect, it, vi } from "vitest";
 
-import { moving, paced } from "../../src/pace.js";
+import { startAnimation, withPace } from "../../src/pace.js";
 
-const drawn: string[] = [];
-const Part = paced(
+const drawings: string[] = [];
+const Part = withPace(
   ({ name, value }: { name: string; value: number }) => {
-    drawn.push(`${name}${value}`);
+    drawings.push(`${name}${value}`);
     return h("p", null, value);
   },
-  { name: "at once", value: "in turn" },
+  { atOnce: ["name"], inTurn: ["value"] },
 );
 const frames: (() => void)[] = [];
 const frame = (): void => {
@@ -27,7 +27,7 @@ const show = (value: number, names = ["a", "b", "c"]): void =>
     ),
   );
 const pointer = (event: string): void => void dispatchEvent(new Event(event));
-const since = (): string[] => drawn.splice(0);
+const since = (): string[] => drawings.splice(0);
 
 beforeEach(() => {
   document.body.textContent = "";
@@ -93,7 +93,7 @@ it("forgets a part that has gone", () => {
 });
 
 it("holds while an arm runs by itself, too", () => {
-  const stopped = moving();
+  const stopped = startAnimation();
   show(1);
   expect(since()).toEqual([]);
   stopped();

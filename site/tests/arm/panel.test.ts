@@ -5,12 +5,13 @@ import { h, render } from "preact";
 import { act } from "preact/test-utils";
 import { beforeEach, describe, expect, it, vi } from "vitest";
 
-import { Arm, type ArmProps, type NamedPose } from "../../src/arm/panel.js";
+import type { NamedPose } from "../../src/bank.js";
+import { Arm, type ArmProps } from "../../src/arm/panel.js";
 import { PLAIN, ROBOTS, SIX } from "./robots.js";
 
 // All at once: what is shown is tested here, not when.
-vi.mock("../../src/later.js", async (real) => ({
-  ...(await real<typeof import("../../src/later.js")>()),
+vi.mock("../../src/scheduling.js", async (real) => ({
+  ...(await real<typeof import("../../src/scheduling.js")>()),
   useSteps: (last: number) => last,
 }));
 
@@ -133,13 +134,13 @@ describe("the panel", () => {
   it("tells nothing of J while that would answer its question", () => {
     const first = { theta1: 0, theta2: 0 };
     const told = (): string => document.querySelector(".arm")!.textContent!;
-    show({ first, concealed: true });
+    show({ first, isConcealed: true });
     expect(document.querySelector(".arm-jacobian, .arm-factors, .arm-column, .arm-ellipse, .arm-lost")).toBeNull();
     expect(told().split("once you have answered")).toHaveLength(2); // once, though map and numbers are both in sight
     press('.arm-tabs button[aria-expanded="true"]');
     expect(told().split("once you have answered")).toHaveLength(2);
     expect(told()).not.toMatch(/ingular|determinant/);
-    show({ first, concealed: false });
+    show({ first, isConcealed: false });
     expect(document.querySelectorAll(".arm-jacobian, .arm-column, .arm-ellipse, .arm-lost").length).toBeGreaterThan(3);
     expect(told()).toContain("Singular");
   });

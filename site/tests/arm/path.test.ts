@@ -3,9 +3,9 @@
 import { describe, expect, it } from "vitest";
 
 import { armOf, reachOf, stateAt } from "../../src/arm/model.js";
-import { crossings, follow, obstacle, pathTo, pointOn, stationOn, suggested } from "../../src/arm/path.js";
+import { crossings, follow, obstacle, pathTo, pointOn, stationOn, suggestTarget } from "../../src/arm/path.js";
 import { firstPose } from "../../src/arm/ranges.js";
-import { norm, subtract, times } from "../../src/arm/vector.js";
+import { norm, subtract, multiply } from "../../src/arm/vector.js";
 import { PLAIN, ROBOTS } from "./robots.js";
 
 describe.each(Object.entries({ ...ROBOTS, PLAIN }))("paths of %s", (_, robot) => {
@@ -13,7 +13,7 @@ describe.each(Object.entries({ ...ROBOTS, PLAIN }))("paths of %s", (_, robot) =>
   const pose = firstPose(arm);
 
   it("are followed on the line with the rates that J demands", () => {
-    const target = suggested(arm, pose, reachOf(arm), true);
+    const target = suggestTarget(arm, pose, reachOf(arm), true);
     const journey = follow(arm, pose, pathTo(arm, pose, target));
     expect(journey.arrives).toBe(true);
     expect(journey.stations.length).toBeGreaterThan(20);
@@ -21,7 +21,7 @@ describe.each(Object.entries({ ...ROBOTS, PLAIN }))("paths of %s", (_, robot) =>
       const state = stateAt(arm, now);
       const due = pointOn(journey.path, s);
       arm.task.filter((row) => row < 3).forEach((row) => expect(state.point[row]).toBeCloseTo(due[row]!, 8));
-      const moved = times(state.counted, slopes);
+      const moved = multiply(state.counted, slopes);
       arm.task.forEach((row, k) => expect(moved[k]).toBeCloseTo(journey.path.unit[row] ?? 0, 8));
     }
     const half = stationOn(journey, journey.path.length / 2);
@@ -29,7 +29,7 @@ describe.each(Object.entries({ ...ROBOTS, PLAIN }))("paths of %s", (_, robot) =>
   });
 
   it("end near a singularity with rates that blow up", () => {
-    const target = suggested(arm, pose, reachOf(arm), false);
+    const target = suggestTarget(arm, pose, reachOf(arm), false);
     const journey = follow(arm, pose, pathTo(arm, pose, target));
     const most = journey.stations.map(({ slopes }) => Math.max(...slopes.map(Math.abs)));
     expect(Math.max(...most)).toBeGreaterThan(2 * most[0]!);

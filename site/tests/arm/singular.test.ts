@@ -2,9 +2,9 @@
 
 import { describe, expect, it } from "vitest";
 
-import { kindAt, kindIsSure } from "../../src/arm/classify.js";
+import { kindAt, isKindDecidable } from "../../src/arm/classify.js";
 import { armOf, measuresOf, signedVolume, stateAt } from "../../src/arm/model.js";
-import { gridOf, type Spot, stretches, touches, valleys, zeroLines } from "../../src/arm/zeros.js";
+import { gridOf, type Spot, cutByKind, minima, valleys, zeroLines } from "../../src/arm/zeros.js";
 import { ELBOW, PLAIN, ROBOTS, SIX } from "./robots.js";
 
 const CIRCLE: Spot = [-Math.PI, Math.PI];
@@ -22,14 +22,14 @@ describe("the planar 2R arm", () => {
     for (const line of lines) {
       for (const [, v] of line) expect(Math.abs(v - line[0]![1])).toBeLessThan(1e-9);
       expect(line.length).toBeGreaterThanOrEqual(37);
-      const found = stretches(line, 9, ([u, v]) => kindAt(arm, [u, v]));
+      const found = cutByKind(line, 9, ([u, v]) => kindAt(arm, [u, v]));
       expect(found.map(({ kind }) => kind)).toEqual(["boundary"]);
     }
   });
 
   it("is regular elsewhere", () => {
     expect(kindAt(arm, [0.3, 0.7])).toBe("regular");
-    expect(kindIsSure(arm)).toBe(true);
+    expect(isKindDecidable(arm)).toBe(true);
   });
 
   it("with equal links passes its base: folded back is internal no more than the hole is gone", () => {
@@ -61,7 +61,7 @@ describe("the elbow", () => {
     const value = (u: number, v: number): number => signedVolume(arm, [0, u, v]);
     const lines = zeroLines(gridOf(CIRCLE, [-3, 3.3], 40, value), value);
     const kinds = lines
-      .flatMap((line) => stretches(line, Math.ceil(line.length / 10), ([u, v]) => kindAt(arm, [0, u, v])))
+      .flatMap((line) => cutByKind(line, Math.ceil(line.length / 10), ([u, v]) => kindAt(arm, [0, u, v])))
       .map(({ kind }) => kind);
     expect(new Set(kinds)).toEqual(new Set(["boundary", "internal"]));
   });
@@ -71,7 +71,7 @@ describe("an arm of six with a wrist", () => {
   const arm = armOf(SIX);
 
   it("has its wrist singularity inside, and the boundary where the wrist centre is at the boundary", () => {
-    expect(kindIsSure(arm)).toBe(true);
+    expect(isKindDecidable(arm)).toBe(true);
     expect(kindAt(arm, [0.2, 0.5, 0.6, 0.7, 0, 0.3])).toBe("internal");
     expect(kindAt(arm, [0.2, 0.5, 0.6, 0.7, 0.4, 0.3])).toBe("regular");
     expect(kindAt(arm, [0.2, 0.5, Math.PI / 2, 0.7, 0.4, 0.3])).toBe("boundary");
@@ -85,7 +85,7 @@ describe("arms with joints to spare", () => {
     const value = (u: number, v: number): number => signedVolume(arm, [0.3, u, v]);
     const grid = gridOf(CIRCLE, CIRCLE, 48, value);
     expect(zeroLines(grid, value)).toEqual([]);
-    const spots = touches(grid, value, 1e-6);
+    const spots = minima(grid, value, 1e-6);
     expect(spots.length).toBeGreaterThanOrEqual(4);
     for (const [u, v] of spots) expect(measuresOf(stateAt(arm, [0.3, u, v])).ratio).toBeLessThan(1e-4);
     const kinds = spots.map(([u, v]) => kindAt(arm, [0.3, u, v], 1e-4));
@@ -96,7 +96,7 @@ describe("arms with joints to spare", () => {
 describe("the SCARA arm", () => {
   it("is singular where its elbow is straight, at the boundary", () => {
     const arm = armOf(ROBOTS["scara"]!);
-    expect(kindIsSure(arm)).toBe(true);
+    expect(isKindDecidable(arm)).toBe(true);
     expect(kindAt(arm, [0.3, -Math.PI / 4, 0.3, 0.2])).toBe("boundary");
   });
 });

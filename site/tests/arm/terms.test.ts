@@ -3,10 +3,10 @@
 
 import { describe, expect, it } from "vitest";
 
-import { read } from "../../src/read/reader.js";
+import { parse } from "../../src/read/reader.js";
 import { realValue } from "../../src/read/real.js";
 import { armOf } from "../../src/arm/model.js";
-import { stepped } from "../../src/arm/formula-keys.js";
+import { termAfterKey } from "../../src/arm/formula-keys.js";
 import { jointOf, symbolsOf, termAt, termsOf, typed } from "../../src/arm/terms.js";
 import { PLAIN } from "./robots.js";
 
@@ -92,7 +92,7 @@ describe("what is read of a term", () => {
     const names = ["theta1", "theta2", "a1", "a2"];
     const at = { theta1: 0.3, theta2: -1.1, a1: 0.5, a2: 0.4 };
     const row = formula(sum).firstElementChild!;
-    const value = realValue(read(typed([...row.children])!, new Set(names)), at);
+    const value = realValue(parse(typed([...row.children])!, new Set(names)), at);
     expect(value).toBeCloseTo(0.5 * Math.cos(0.3) + 0.4 * Math.cos(-0.8), 12);
   });
 });
@@ -108,7 +108,7 @@ describe("keys", () => {
   it("go from term to term, to the letters of one and back, and no further than the ends", () => {
     const whole = math();
     let parts: readonly Element[] | null = null;
-    const after = (key: string): string => words((parts = stepped(whole, parts, key))!);
+    const after = (key: string): string => words((parts = termAfterKey(whole, parts, key))!);
     expect(["Home", "ArrowRight", "ArrowRight", "ArrowRight"].map(after)).toEqual([
       ...["x", "c1(a1c1+a2c12)", "a1c1", "a2c12"],
     ]);
@@ -117,6 +117,6 @@ describe("keys", () => {
     ]);
     expect(["ArrowDown", "ArrowRight", "ArrowRight", "ArrowLeft"].map(after)).toEqual(["a2", "d1", "d1", "a2c12"]);
     expect(after("End")).toBe("d1");
-    expect(stepped(whole, parts, "Tab")).toBeNull();
+    expect(termAfterKey(whole, parts, "Tab")).toBeNull();
   });
 });

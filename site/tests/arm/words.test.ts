@@ -4,7 +4,7 @@ import { describe, expect, it } from "vitest";
 
 import { plainLetters } from "../../src/arm/letters.js";
 import { armOf, measuresOf, stateAt } from "../../src/arm/model.js";
-import { inWords, kindHere, nearness } from "../../src/arm/words.js";
+import { inWords, kindHere, nearness } from "../../src/arm/descriptions.js";
 import { PLAIN, ROBOTS } from "./robots.js";
 
 describe("the planar arm in words", () => {

@@ -315,5 +315,5 @@ def test_every_page_of_the_documentation_has_its_place() -> None:
 
 
 def test_the_list_of_arms_has_the_format_that_the_site_reads() -> None:
-    declared = re.search(r"readonly format: (\d+);", (ROOT / "site/src/own/known.ts").read_text(encoding="utf-8"))
+    declared = re.search(r"readonly format: (\d+);", (ROOT / "site/src/own/known-arms.ts").read_text(encoding="utf-8"))
     assert declared and json.loads(robots_text())["format"] == int(declared[1])

@@ -51,7 +51,7 @@ def test_keys_hold_what_the_derivation_in_numbers_gives(family: str, drawn: Draw
         if key["type"] == "configurations":
             _poses_are_singular(problem, key)
         if key["type"] in ("choice", "selection", "matching"):
-            assert len(key["told"]) == key["options"] > max(key["right"])
+            assert len(key["option_mistakes"]) == key["options"] > max(key["right"])
 
 
 def test_a_prompt_says_in_which_rates_an_answer_is_and_what_rows_and_columns_belong_to(

@@ -1,30 +1,30 @@
-// The columns of a Jacobian that was typed, dashed in the drawing beside the true ones.
+// The columns of a typed Jacobian, dashed in the drawing beside the true ones.
 
 import type { JSX } from "preact";
 
 import { Arrow } from "../arm/flat.js";
 import { speedScale } from "../arm/marks.js";
 import type { Stage } from "../arm/stage.js";
-import { scaled, type Vec3 } from "../arm/vector.js";
+import { scaleVector, type Vec3 } from "../arm/vector.js";
 import type { View } from "../arm/view.js";
-import type { OwnColumns } from "../grade/own.js";
+import type { OwnColumns } from "../grade/typed-jacobian.js";
 import { jointClass } from "../arm/letters.js";
 import { namedPose } from "../arm/model.js";
 
 type OwnProps = { readonly stage: Stage; readonly view: View; readonly columns: OwnColumns };
 
-export function Own({ stage: { arm, state }, view, columns }: OwnProps): JSX.Element | null {
-  const drawn = columns(namedPose(arm, state.pose));
-  if (!drawn) return null;
-  const by = speedScale(arm);
+export function OwnArrows({ stage: { arm, state }, view, columns }: OwnProps): JSX.Element | null {
+  const vectors = columns(namedPose(arm, state.pose));
+  if (!vectors) return null;
+  const scale = speedScale(arm);
   return (
     <g class="arm-own">
-      {drawn.map((column, i) => (
+      {vectors.map((column, i) => (
         <Arrow
           key={i}
           view={view}
           from={state.point}
-          vector={scaled(column as unknown as Vec3, by)}
+          vector={scaleVector(column as unknown as Vec3, scale)}
           style={jointClass(i)}
         />
       ))}

@@ -1,4 +1,4 @@
-// Is an arm singular in a pose? What sets of configurations are judged by.
+// Decide whether an arm is singular in a pose. Answers that are sets of configurations are judged by this.
 
 import type { Problem } from "../bank.js";
 import { type Arm, armOf, measuresOf, stateAt } from "./model.js";
@@ -6,15 +6,15 @@ import { type Arm, armOf, measuresOf, stateAt } from "./model.js";
 /** Smallest singular value of J, as a share of the largest, below which an arm counts as singular. */
 const SINGULAR = 1e-5;
 
-/** Tells of poses of a problem's arm whether they are singular; lengths have the values that go with the pose. */
+/** Return a predicate on configurations of a problem's arm: whether they are singular. A configuration may set lengths. */
 export function singularIn({ robot }: Pick<Problem, "robot">): (at: Readonly<Record<string, number>>) => boolean {
   const { joints } = armOf(robot);
   const names = new Set(joints.map(({ name }) => name));
-  let last: { readonly lengths: string; readonly arm: Arm } | null = null; // a table is read, which takes longest
+  let last: { readonly lengths: string; readonly arm: Arm } | null = null; // parsing the table takes longest
   const armWith = (lengths: readonly (readonly [name: string, value: number])[]): Arm => {
-    const told = JSON.stringify(lengths);
-    if (last?.lengths !== told)
-      last = { lengths: told, arm: armOf({ ...robot, values: { ...robot.values, ...Object.fromEntries(lengths) } }) };
+    const key = JSON.stringify(lengths);
+    if (last?.lengths !== key)
+      last = { lengths: key, arm: armOf({ ...robot, values: { ...robot.values, ...Object.fromEntries(lengths) } }) };
     return last.arm;
   };
   return (at) => {

@@ -1,16 +1,16 @@
-// The set of a package: places, of each of which every student has one arm, by the identifier that the platform knows.
+// The set of a SCORM package. At each place of the set, a student's identifier on the platform selects one arm.
 
 import type { Index } from "../bank.js";
-import { numbers } from "../practice/choice.js";
+import { randomFrom } from "../practice/choice.js";
 import type { Round } from "./round.js";
 
-/** A place of a set that was exported: its questions with points and credit, of which arm each student has one. */
+/** A place of an exported set: the questions about its arm, with points and partial credit. */
 export interface Place {
   readonly name: string;
   readonly questions: readonly (readonly [name: string, points: number, credit: number])[];
 }
 
-/** What a package says of its set. */
+/** The set of a package. */
 export interface PackageSet {
   readonly key: string;
   readonly title: string;
@@ -19,11 +19,11 @@ export interface PackageSet {
   readonly places: readonly Place[];
 }
 
-/** The round of a student: of each place the arm that the student's identifier draws, with all of its questions. */
+/** Return the round of a student: of each place, the arm that the student's identifier selects, with its questions. */
 export function roundOf(set: PackageSet, index: Index, learner: string): Round {
   const asked = set.places.flatMap(({ name, questions }) => {
     const problems = index.families.find((family) => family.name === name)?.problems ?? [];
-    const chosen = problems[Math.floor(numbers(`${set.key}/${name}/${learner}`)() * problems.length)];
+    const chosen = problems[Math.floor(randomFrom(`${set.key}/${name}/${learner}`)() * problems.length)];
     return chosen
       ? questions
           .filter(([question]) => chosen.questions.includes(question))

@@ -1,0 +1,23 @@
+// The direction in which an arm cannot move at a singularity, or is slowest near one.
+
+import type { Arm, Measures, State } from "./model.js";
+import { decompose } from "./svd.js";
+import { norm, transpose, unit, type Vec3 } from "./vector.js";
+
+const LOST = 0.03;
+
+/** Return the direction of the dashed line along which P can hardly move; null if no line is drawn. */
+export function drawnLostDirection(arm: Arm, state: State, { ratio }: Measures, isConcealed: boolean): Vec3 | null {
+  return ratio < LOST && !isConcealed ? lostDirection(arm, state) : null;
+}
+
+/** Return the direction in space along which P is slowest; null if the slowest motion is a rotation. */
+export function lostDirection(arm: Arm, state: State): Vec3 | null {
+  if (state.counted.length > arm.joints.length) return null;
+  const slowest = decompose(transpose(state.counted)).v.at(-1);
+  if (!slowest) return null;
+  const all = [0, 0, 0, 0, 0, 0];
+  arm.task.forEach((row, k) => (all[row] = slowest[k]!));
+  const linear: Vec3 = [all[0]!, all[1]!, all[2]!];
+  return norm(linear) > 0.7 ? unit(linear) : null;
+}

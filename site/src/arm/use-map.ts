@@ -1,0 +1,38 @@
+// The map of det J as its worker delivers it: first nothing, then values and lines, then the kinds of the lines.
+
+import { useEffect, useState } from "preact/hooks";
+
+import type { MapRequest, MapResponse } from "./map.worker.js";
+import type { Arm, Pose } from "./model.js";
+import { type Pair, type Shown, type Terrain, withoutKinds } from "./terrain.js";
+import type { Stretch } from "./zeros.js";
+
+/** A map with the inputs for which it was computed. */
+interface ComputedMap {
+  readonly arm: Arm;
+  readonly pair: Pair;
+  readonly shown: Shown;
+  readonly terrain: Terrain;
+  readonly kinds: readonly Stretch[];
+}
+
+/** Return the map over two joints, computed when `settledKey` changes; before, the last map over the same joints, or null. */
+export function useMap(arm: Arm, pose: Pose, pair: Pair, shown: Shown, settledKey: string): ComputedMap | null {
+  const [map, setMap] = useState<ComputedMap | null>(null);
+  useEffect(() => {
+    if (typeof Worker === "undefined") return; // the page works without the map
+    const worker = new Worker(new URL("./map.worker.ts", import.meta.url), { type: "module" });
+    worker.addEventListener("message", ({ data }: MessageEvent<MapResponse>) => {
+      if ("terrain" in data) {
+        setMap({ arm, pair, shown, terrain: data.terrain, kinds: withoutKinds(data.terrain) });
+        return;
+      }
+      setMap((before) => before && { ...before, kinds: data.kinds });
+      worker.terminate();
+    });
+    worker.postMessage({ arm, pose, pair, shown } satisfies MapRequest);
+    return () => worker.terminate();
+  }, [arm, pair.join(), shown, settledKey]);
+  const isCurrent = map?.arm === arm && map.shown === shown && map.pair.join() === pair.join();
+  return isCurrent ? map : null;
+}

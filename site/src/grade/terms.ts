@@ -1,0 +1,121 @@
+// The terms and factors of answers on this subject: lengths, rates, sines and cosines of sums of joint angles.
+
+import { anyNode, call, integer, name, namesIn, type Node, node } from "../read/tree.js";
+import { evaluate } from "../read/evaluate.js";
+import { anglesIn, angleText } from "./angles.js";
+import type { At } from "./verdict.js";
+
+/** Limits: symbols of a kind, the answer's own angles, and angles for products of three sines or cosines. */
+const MOST_SYMBOLS = 8;
+const MOST_OWN = 8;
+const MOST_FOR_THREE = 10;
+
+const LENGTH = /^[ad]\d+$/;
+const ANGLE = /^theta\d+$/;
+/** Rates, velocities and forces, the other factors of terms; an answer contains one of these kinds. */
+const RATE = /^qd\d+$/;
+const MULTIPLIERS = [RATE, /^[vw][xyz]$/, /^[fm][xyz]$/];
+
+export interface Library {
+  /** Sums of successive joint angles, as theta1 + theta2, and angles of the answer with constants. */
+  readonly angles: readonly Node[];
+  readonly lengths: readonly Node[];
+  readonly multipliers: readonly Node[];
+  /** Sums of successive joint rates. */
+  readonly rateSums: readonly Node[];
+}
+
+/** A product of the library, as a tree, and its value at a configuration. */
+export type ValuedTree = { readonly tree: Node; readonly value: number };
+
+/** Return what terms may consist of: symbols of the problem, and decimals of the answer, which count as lengths. */
+export function libraryOf(symbols: readonly string[], entries: readonly Node[]): Library {
+  const used = new Set(entries.flatMap((entry) => [...namesIn(entry)]));
+  const decimals = new Map<number, Node>();
+  for (const entry of entries)
+    anyNode(entry, (node) => (node.kind === "decimal" && decimals.set(node.value, node), false));
+  decimals.delete(0);
+  const symbolsOf = (kind: RegExp) =>
+    symbols
+      .filter((symbol) => kind.test(symbol))
+      .slice(0, MOST_SYMBOLS)
+      .map(name);
+  const sums = successiveSums(symbolsOf(ANGLE));
+  const texts = new Set(sums.map(angleText));
+  const ownAngles = anglesIn(entries).filter((angle) => !texts.has(angleText(angle)));
+  const angles = [...sums, ...ownAngles.slice(0, MOST_OWN)];
+  const multipliers = MULTIPLIERS.filter((kind) => [...used].some((symbol) => kind.test(symbol))).flatMap(symbolsOf);
+  const lengths = [...symbolsOf(LENGTH), ...[...decimals.values()].slice(0, MOST_SYMBOLS)];
+  const rates = multipliers.filter(({ text }) => RATE.test(text));
+  return { angles, lengths, multipliers, rateSums: successiveSums(rates).filter(({ kind }) => kind === "+") };
+}
+
+/** Return the sums of successive nodes, including each node alone. */
+function successiveSums(names: readonly Node[]): Node[] {
+  return names.flatMap((_, first) =>
+    names.slice(first).map((_each, more) => sumOf(names.slice(first, first + more + 1))),
+  );
+}
+
+const sumOf = (terms: readonly Node[]): Node => terms.reduce((total, term) => node("+", total, term));
+
+/** Return sines and cosines of the angles with their values at a configuration. */
+export function waves({ angles }: Library, at: At): ValuedTree[] {
+  return angles.flatMap((angle) => [withValue(call("sin", angle), at), withValue(call("cos", angle), at)]);
+}
+
+export const withValue = (tree: Node, at: At): ValuedTree => ({ tree, value: evaluate(tree, at).re });
+
+/** Terms of Jacobians: a length or none, a rate (if there are any), and sines and cosines. */
+export interface Terms {
+  readonly multipliers: readonly ValuedTree[];
+  /** Products of sines and cosines, sorted by absolute value. */
+  readonly products: readonly ValuedTree[];
+}
+
+/** Return terms with products of up to two or three sines and cosines; of fewer if there are more than `most` terms. */
+export function termsOf(library: Library, at: At, most = Infinity): Terms {
+  const waveList = waves(library, at);
+  const lengths = [ONE, ...library.lengths.map((length) => withValue(length, at))];
+  const rates = [...library.multipliers, ...library.rateSums].map((rate) => withValue(rate, at));
+  const multipliers = (rates.length > 0 ? rates : [ONE]).flatMap((rate) =>
+    lengths.map((length) => times(length, rate)),
+  );
+  const allowsThree = library.angles.length <= MOST_FOR_THREE;
+  let products = [ONE];
+  let last = products.map((product) => ({ product, from: 0 }));
+  for (let count = 0; count < (allowsThree ? 3 : 2); count += 1) {
+    last = last.flatMap(({ product, from }) =>
+      waveList.slice(from).map((wave, k) => ({ product: times(product, wave), from: from + k })),
+    );
+    if ((products.length + last.length) * multipliers.length > most) break;
+    products = [...products, ...last.map(({ product }) => product)];
+  }
+  products.sort((one, other) => Math.abs(one.value) - Math.abs(other.value));
+  return { multipliers, products };
+}
+
+/** Yield the terms whose absolute value equals that of `value`, up to a relative tolerance. */
+export function* termsNear({ multipliers, products }: Terms, value: number, tolerance: number): Generator<ValuedTree> {
+  for (const multiplier of multipliers) {
+    const target = Math.abs(value / multiplier.value);
+    let [low, high] = [0, products.length];
+    while (low < high) {
+      const middle = (low + high) >> 1;
+      if (Math.abs((products[middle] as ValuedTree).value) < target * (1 - tolerance)) low = middle + 1;
+      else high = middle;
+    }
+    for (; low < products.length; low += 1) {
+      const product = products[low] as ValuedTree;
+      if (!(Math.abs(product.value) <= target * (1 + tolerance))) break;
+      yield times(product, multiplier);
+    }
+  }
+}
+
+const ONE: ValuedTree = { tree: integer(1), value: 1 };
+
+export function times(left: ValuedTree, right: ValuedTree): ValuedTree {
+  if (left === ONE) return right;
+  return right === ONE ? left : { tree: node("*", left.tree, right.tree), value: left.value * right.value };
+}

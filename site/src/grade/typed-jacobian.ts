@@ -1,0 +1,43 @@
+// A typed Jacobian as numbers at any pose: its columns are drawn beside the true ones.
+
+import type { Part, Problem, TaskRow } from "../bank.js";
+import { evaluate } from "../read/evaluate.js";
+import { parse } from "../read/reader.js";
+import { catchParseError, hasBlank } from "../read/tree.js";
+import { matrixOf, withShape } from "./forms.js";
+
+/** Returns the linear part of each column of a typed Jacobian at a pose (m/s for 1 rad/s or 1 m/s); null if undefined. */
+export type OwnColumns = (pose: Readonly<Record<string, number>>) => readonly (readonly number[])[] | null;
+
+const LINEAR: readonly TaskRow[] = ["vx", "vy", "vz"];
+const ALL: readonly TaskRow[] = [...LINEAR, "wx", "wy", "wz"];
+
+/** Return an answer to a question for J as a function of the pose; null for other questions, or if it can't be parsed. */
+export function ownColumns(problem: Problem, part: Part, answer: string): OwnColumns | null {
+  const { robot, symbols } = problem;
+  const { key } = part;
+  const rows = { jacobian: robot.task, "geometric-jacobian": ALL }[part.kind];
+  if (!rows || key.type !== "values" || !answer.trim()) return null;
+  const known = new Set(Object.keys(symbols));
+  return catchParseError(
+    () => {
+      const matrix = withShape(matrixOf(parse(answer, known), known, part.labels, key), key);
+      if ("outcome" in matrix || matrix.length !== rows.length || matrix.flat().some(hasBlank)) return null;
+      const numeric = Object.fromEntries(
+        Object.entries(symbols).flatMap(([name, { value }]) => (value === undefined ? [] : [[name, value]])),
+      );
+      return (pose) => {
+        const at = { ...numeric, ...robot.values, ...pose };
+        const columns = robot.joints.map((_, i) =>
+          LINEAR.map((name) => {
+            const row = rows.indexOf(name);
+            const entry = matrix[row]?.[i];
+            return entry ? evaluate(entry, at).re : 0;
+          }),
+        );
+        return columns.flat().every(Number.isFinite) ? columns : null;
+      };
+    },
+    () => null,
+  );
+}

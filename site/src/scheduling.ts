@@ -1,0 +1,64 @@
+// Work that waits until the page is painted, until a value has come to rest, or until something is loaded.
+
+import { useEffect, useLayoutEffect, useRef, useState } from "preact/hooks";
+
+/** Call a function after the next paint; soon, if the page is hidden. */
+export function afterPaint(work: () => void): void {
+  if (document.hidden) setTimeout(work);
+  else requestAnimationFrame(() => setTimeout(work));
+}
+
+/** Return how often a component was painted, up to `last`: it shows its parts step by step, so that no step takes long. */
+export function useSteps(last: number): number {
+  const [step, setStep] = useState(0);
+  useEffect(() => {
+    if (step === last) return;
+    let isMounted = true;
+    afterPaint(() => isMounted && setStep(step + 1));
+    return () => void (isMounted = false);
+  }, [step]);
+  return step;
+}
+
+/** Return a promise that lets the browser handle waiting events first. */
+export const yieldToBrowser = (): Promise<void> => new Promise((done) => setTimeout(done));
+
+/** Return a value that follows another value after it has not changed for some milliseconds. */
+export function useRested<T>(value: T, milliseconds: number): T {
+  const [rested, setRested] = useState(value);
+  const last = useRef({ value, since: 0, timer: 0 });
+  // One timer is checked and renewed while the value changes: a value may change in every frame.
+  useLayoutEffect(() => {
+    const current = last.current;
+    current.value = value;
+    current.since = performance.now();
+    const check = (): void => {
+      const left = current.since + milliseconds - performance.now();
+      current.timer = left > 0 ? window.setTimeout(check, left) : 0;
+      if (left <= 0) setRested(current.value);
+    };
+    if (!current.timer && value !== rested) current.timer = window.setTimeout(check, milliseconds);
+  }, [value, milliseconds]);
+  useEffect(() => () => clearTimeout(last.current.timer), []);
+  return rested;
+}
+
+/** A loaded value, null until it is there; the error if loading failed, else ""; and a function that tries again. */
+export type Loaded<T> = { readonly found: T | null; readonly failed: string; readonly again: () => void };
+
+/** Load a value, and load it again whenever `inputs` change; the old value is kept until then. */
+export function useLoaded<T>(load: () => Promise<T>, inputs: readonly unknown[]): Loaded<T> {
+  const [found, setFound] = useState<T | null>(null);
+  const [failed, setFailed] = useState("");
+  const lastRequest = useRef(0); // results for earlier inputs are dropped
+  const again = (): void => {
+    const request = (lastRequest.current += 1);
+    setFailed("");
+    load().then(
+      (value) => lastRequest.current === request && setFound(value),
+      (error: unknown) => lastRequest.current === request && setFailed(String(error)),
+    );
+  };
+  useEffect(again, inputs);
+  return { found, failed, again };
+}
