@@ -175,6 +175,10 @@ class Chain:
         moving_values = (joint.theta if joint.kind == "R" else joint.d for joint in self.joints)
         return tuple(sp.expand(value - variable) for value, variable in zip(moving_values, self.q, strict=True))
 
+    def joints_of_kind(self, kind: str) -> list[int]:
+        """Return the indices of the revolute ("R") or prismatic ("P") joints, from 0."""
+        return [i for i, joint in enumerate(self.joints) if joint.kind == kind]
+
     @property
     def linear_rows(self) -> tuple[str, ...]:
         """The components of the point's velocity that belong to the task: some of "x", "y", "z"."""

@@ -24,7 +24,7 @@ from qdot.exercises.arm.derivation import derive, store_minors
 from qdot.exercises.assignment.assignment import Assignment
 from qdot.exercises.common.errors import QdotError
 from qdot.exercises.common.files import write_atomically
-from qdot.exercises.figure.arm_figure import figure_svg, part_svg
+from qdot.exercises.figure.arm_figure import draw_figure_svg, draw_part_svg
 from qdot.exercises.formula.sympy_text import expression_text, store_texts
 from qdot.exercises.problem.problem import Problem
 from qdot.exercises.writing.markup import to_html
@@ -53,10 +53,10 @@ class StoredProblems:
 
 def _make_pieces(slot: str, problem: Problem) -> dict[str, str]:
     statement = to_html(write_statement(problem, "", explains_typing=False))
-    pieces = {"figure": figure_svg(problem.chain, slot), "statement": statement}
+    pieces = {"figure": draw_figure_svg(problem.chain, slot), "statement": statement}
     for part in problem.parts:
         pieces[f"{part.name} prompt"] = to_html(write_prompt(problem, part))
-        pieces[f"{part.name} figure"] = part_svg(problem.chain, part, f"{slot}-{part.name}")
+        pieces[f"{part.name} figure"] = draw_part_svg(problem.chain, part, f"{slot}-{part.name}")
     return pieces
 
 

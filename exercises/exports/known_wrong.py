@@ -220,7 +220,7 @@ def _find_wrong_sets(problem: Problem, part: Part) -> Iterator[KnownWrongAnswer]
             if conditions and conditions not in earlier_conditions:
                 earlier_conditions.append(conditions)
                 mistake_names.add(mistake.name)
-                feedback = name_chapter(mistake.sentence(mistaken.words))
+                feedback = name_chapter(mistake.format_message(mistaken.words))
                 yield KnownWrongAnswer(mistake.name, mistake.title, feedback, mistaken.answer.components)
 
 

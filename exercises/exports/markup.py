@@ -6,7 +6,8 @@ from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 from decimal import Decimal
 
-from qdot.exercises.figure.arm_figure import alt_text, figure_svg, part_alt, part_svg
+from qdot.exercises.figure.arm_figure import describe_part_figure, draw_figure_svg, draw_part_svg
+from qdot.exercises.figure.words import describe_figure
 from qdot.exercises.formula.latex import parse_latex
 from qdot.exercises.formula.layout import Layout
 from qdot.exercises.notebook.notebook import draw_singular_configurations
@@ -36,13 +37,13 @@ class Picture:
 
 def draw_arm(problem: Problem, name: str = "arm") -> Picture:
     """Return the drawing of a problem's arm."""
-    return Picture(name, figure_svg(problem.chain, name), alt_text(problem.chain))
+    return Picture(name, draw_figure_svg(problem.chain, name), describe_figure(problem.chain))
 
 
 def draw_prompt_figure(problem: Problem, part: Part, name: str) -> Picture | None:
     """Return the figure of a part's prompt; None if it has none."""
-    svg = part_svg(problem.chain, part, name)
-    return Picture(name, svg, part_alt(problem.chain, part)) if svg else None
+    svg = draw_part_svg(problem.chain, part, name)
+    return Picture(name, svg, describe_part_figure(problem.chain, part)) if svg else None
 
 
 def draw_solution_figure(problem: Problem, part: Part, name: str) -> Picture | None:

@@ -95,7 +95,7 @@ def _take_numbers(problem: Problem, part: Part, is_direction: bool) -> NumericPa
     answer = part.answer_as(Number)
     reference = _to_floats(answer)
     wrong_answers = [
-        (name_chapter(mistake.sentence(mistaken.words)), _to_floats(mistaken.answer))
+        (name_chapter(mistake.format_message(mistaken.words)), _to_floats(mistaken.answer))
         for mistake, mistaken in catalogue.generate_mistaken_answers(problem.chain, part)
         if isinstance(mistaken.answer, Number)
     ]

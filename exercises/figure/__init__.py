@@ -1,9 +1,9 @@
 """Draw an arm from its DH table as in a robotics textbook: numeric shapes, SVG, and a description in words.
 
-Planar arms are drawn flat, seen from +z_w. Spatial arms are drawn in one fixed axonometric view. In a given pose, links
-and axes may overlap: then the view that separates them best is used, with fewer names. The drawing shows the entry of
-the table for joint i, theta_i or d_i with its offset. Differences in length are reduced, so that small lengths are
-visible.
+Planar arms are drawn flat, seen perpendicular to their plane. Spatial arms are drawn in one fixed axonometric view. If
+a pose is given, links and axes may overlap; then the view that separates them best is used, with fewer names. For joint
+i, the drawing shows the entry of the table, theta_i or d_i with its offset. Differences in length are reduced, so that
+small lengths are visible.
 
     arm_figure              the figure of an arm, and figures made of several drawings
     shapes, lettering       plain shapes in pixels; symbols, lengths and angles as text

@@ -1,4 +1,7 @@
-"""Draw the figure of an arm in its clearest pose with labels, and figures that combine several drawings."""
+"""Draw the figure of an arm with labels, in its clearest pose or a given pose, and figures of several drawings.
+
+A pose has the joint variables by name: "theta1" in rad, "d2" in m. Figures are in pixels, y down.
+"""
 
 import math
 import textwrap
@@ -15,7 +18,7 @@ from qdot.exercises.arm.conventions import convention_of
 from qdot.exercises.figure import frames
 from qdot.exercises.figure.arm import draw_joint_variable, draw_links_and_joints, fit_drawing, make_scene
 from qdot.exercises.figure.labels import Layout
-from qdot.exercises.figure.lettering import FONT_SIZE, lettering_size, upright_lettering
+from qdot.exercises.figure.lettering import FONT_SIZE, measure_lettering, write_upright
 from qdot.exercises.figure.model import make_model
 from qdot.exercises.figure.plane import choose_view, is_drawn_flat, with_exact_numbers
 from qdot.exercises.figure.pose import (
@@ -24,84 +27,76 @@ from qdot.exercises.figure.pose import (
     MAX_ARM_SIZE,
     WIDTH,
     Skeleton,
-    best_poses,
-    best_views,
     compute_skeleton,
     compute_table_entries,
+    find_best_poses,
+    find_best_views,
     make_drawable_chain,
 )
-from qdot.exercises.figure.shapes import Figure, format_svg_points, one_decimal
-from qdot.exercises.figure.small import PANEL_SIZE, choose_grid, draw_in_pose, draw_thumbnail, singular_panel
+from qdot.exercises.figure.shapes import Figure, format_one_decimal, format_svg_points
+from qdot.exercises.figure.small import PANEL_SIZE, choose_grid, draw_in_pose, draw_singular_panels, draw_thumbnail
 from qdot.exercises.figure.view import Drawing, View
-from qdot.exercises.figure.words import alt_text, describe_panels, make_panels_title, make_title
+from qdot.exercises.figure.words import describe_figure, describe_panels, make_panels_title, make_title
 from qdot.exercises.problem.problem import Part
 from qdot.exercises.short_questions.configurations import find_options_to_draw
 from qdot.exercises.writing.languages import ENGLISH, load_catalogue
 from qdot.exercises.writing.render import render
 
-__all__ = [
-    "Example", "alt_text", "arm_figure", "examples_svg", "figure_pose", "figure_svg", "one_decimal", "options_svg",
-    "part_alt", "part_svg", "singular_panel", "singular_svg", "thumbnail_svg",
-]  # fmt: skip
-
 MARGIN = (34.0, 26.0)
 """Margins for the labels around the drawing, in pixels: on the left and right, and above and below."""
 POSES_TRIED = {False: 7, True: 16}
-"""Number of poses that are drawn with labels to find the one with the best label places (True: for a long arm)."""
+"""Number of poses that are drawn with labels to find the pose with the best label places (True: for a long arm)."""
 LATER_POSE_COST = 6.0
-"""Cost of a pose for each pose that is ranked before it, on the same scale as the costs of labels (see `labels`)."""
+"""Cost of a pose for each pose with a better rank, on the same scale as the costs of labels (see `places`)."""
 GOOD_LABEL_COST = 8.0
-"""If the average cost of a label is at most this, no further pose is tried; the limit grows with each pose tried."""
+"""If the average cost of a label is at most this, no further pose is tried. The limit grows with each pose."""
 ABANDON_COST_LEAD = 0.2
 """A drawing is abandoned if it costs this much more than another drawing; costs are rounded to 0.1."""
 LABEL_ROUNDS = 3
-"""How often the labels of the chosen pose are placed; from the second time on, each label avoids all others."""
+"""How often the labels of the chosen pose are placed. From the second time on, each label avoids all other labels."""
 VIEWS_TRIED, CLEAR_LABEL_COST = 5, {True: 30.0, False: 16.0}
 """Number of views that are tried for a spatial arm in a given pose, and maximum average cost of a label.
 
-All names are shown up to this cost. It is higher in a flat drawing (True), because labels have more room and no arrow
-points towards the reader.
+If the average cost is higher, the drawing gets fewer names. The maximum is higher in a flat drawing (True), because
+labels have more room and no arrow points towards the reader.
 """
 BASE_DISTANCE_FACTORS = (1.0, 1.3, 1.6, 0.75, 2.0)
 """Factors for the base's distance from the world's origin, tried in turn while origins coincide in the drawing."""
 
 LabelledDrawing = tuple[Drawing, Layout]
 """A drawing and the current layout of its labels."""
+Pose = tuple[tuple[str, float], ...]
+"""A pose as a value that can be a key of a cache."""
 
 PANEL_PERCENT, PANEL_GAP, LINE_HEIGHT, LETTER_WIDTH = 60, 12, 20, 8
-"""Scale of small drawings in per cent; in pixels, the gap between them, the height of a line of a caption, and the
-width of a letter."""
+"""Scale of small drawings in per cent, and sizes in pixels.
+
+The sizes are the gap between small drawings, the height of a line of a caption, and the average width of a letter."""
 
 
-def arm_figure(chain: Chain, pose: Mapping[str, float] | None = None) -> Figure:
-    """Draw an arm.
-
-    `pose` has the joint variables by name ("theta1" in rad, "d2" in m); without it, the clearest of a fixed list
-    of poses is used. The figure is in pixels, y down, and is cached.
-    """
-    return _draw_with_labels(chain, None if pose is None else tuple(pose.items()))[0]
-
-
-def figure_pose(chain: Chain) -> dict[str, float]:
-    """Return the joint variables by name (rad, m) in the default pose of `figure_svg`."""
-    zero = {q.name: 0.0 for q in chain.q}
+def find_figure_pose(chain: Chain) -> dict[str, float]:
+    """Return the pose in which `draw_figure_svg` draws an arm by default."""
+    home = {q.name: 0.0 for q in chain.q}
     if convention_of(chain).is_drawn_at_home:
-        return zero
-    entries, offsets = _draw_with_labels(chain, None)[1], compute_table_entries(chain, zero)
-    return {name: round(float(entry - offset), 9) for name, entry, offset in zip(zero, entries, offsets, strict=True)}
+        return home
+    entries, offsets = draw_with_labels(chain, None)[1], compute_table_entries(chain, home)
+    return {name: round(float(entry - offset), 9) for name, entry, offset in zip(home, entries, offsets, strict=True)}
 
 
 @lru_cache(maxsize=64)
-def _draw_with_labels(chain: Chain, pose: tuple[tuple[str, float], ...] | None) -> tuple[Figure, tuple[float, ...]]:
-    """Return the model's drawing with the arm's own labels, and the table's entries (n) in its pose."""
+def draw_with_labels(chain: Chain, pose: Pose | None) -> tuple[Figure, tuple[float, ...]]:
+    """Return the figure of an arm, and the entries of its table (n) in the drawn pose; cached.
+
+    Without a pose, the clearest of a fixed list of poses is used. Arms with the same model share one drawing.
+    """
     model = make_model(with_exact_numbers(chain))
     figure, entries = _draw_model(model.chain, None if pose is None else model.convert_to_model_pose(dict(pose)))
     return model.relabel(figure), model.convert_to_arm_entries(entries)
 
 
 @lru_cache(maxsize=1024)
-def _draw_model(chain: Chain, pose: tuple[tuple[str, float], ...] | None) -> tuple[Figure, tuple[float, ...]]:
-    """Return the drawing of a model, and its table's entries (n)."""
+def _draw_model(chain: Chain, pose: Pose | None) -> tuple[Figure, tuple[float, ...]]:
+    """Return the figure of a model (see `model`), and the entries of its table (n) in the drawn pose."""
     if pose is None:
         (drawing, layout), entries = _draw_in_clearest_pose(chain)
     else:
@@ -113,9 +108,9 @@ def _draw_model(chain: Chain, pose: tuple[tuple[str, float], ...] | None) -> tup
 
 
 def _draw_in_clearest_pose(chain: Chain) -> tuple[LabelledDrawing, np.ndarray]:
-    """Return the drawing in the clearest of a fixed list of poses, and the table's entries (n) in it."""
+    """Return the drawing in the clearest of a fixed list of poses, and the table's entries (n) in this pose."""
     best_cost, best = math.inf, None
-    poses = best_poses(chain, make_drawable_chain(chain), POSES_TRIED[chain.n > LONG_ARM_JOINTS])
+    poses = find_best_poses(chain, make_drawable_chain(chain), POSES_TRIED[chain.n > LONG_ARM_JOINTS])
     for order, entries in enumerate(poses):
         order_cost = LATER_POSE_COST * order
         labelled_drawing, cost = _draw_and_label(chain, _list_skeletons(chain, entries), best_cost - order_cost)
@@ -130,83 +125,88 @@ def _draw_in_clearest_pose(chain: Chain) -> tuple[LabelledDrawing, np.ndarray]:
 
 
 def _draw_in_given_pose(chain: Chain, entries: np.ndarray) -> LabelledDrawing:
-    """Return the drawing in a given pose: with all names if it is clear from some side, otherwise with few."""
-    is_planar = is_drawn_flat(chain)
-    views = [choose_view(chain)] if is_planar else best_views(make_drawable_chain(chain), entries, VIEWS_TRIED)
-    for sparse in (False, True) if chain.n <= LONG_ARM_JOINTS else (True,):
+    """Return the drawing in a given pose: with all names if the drawing is clear in some view, otherwise with few."""
+    is_flat = is_drawn_flat(chain)
+    views = [choose_view(chain)] if is_flat else find_best_views(make_drawable_chain(chain), entries, VIEWS_TRIED)
+    for is_sparse in (False, True) if chain.n <= LONG_ARM_JOINTS else (True,):
         best_cost, best = math.inf, None
         for axes in views:
-            drawn, cost = _draw_and_label(chain, _list_skeletons(chain, entries), best_cost, axes, sparse)
+            labelled_drawing, cost = _draw_and_label(chain, _list_skeletons(chain, entries), best_cost, axes, is_sparse)
             if best is None or round(cost, 1) < best_cost:
-                best_cost, best = round(cost, 1), drawn
+                best_cost, best = round(cost, 1), labelled_drawing
         assert best is not None
-        labelled_drawing = best
-        if best_cost <= CLEAR_LABEL_COST[is_planar] * len(best[0].labels):
+        clearest_drawing = best
+        if best_cost <= CLEAR_LABEL_COST[is_flat] * len(best[0].labels):
             break
-    return labelled_drawing
+    return clearest_drawing
 
 
-def figure_svg(chain: Chain, name: str = "arm", pose: Mapping[str, float] | None = None) -> str:
-    """Return the drawing as a self-contained SVG element; `name` makes its ids unique in a page.
+def draw_figure_svg(chain: Chain, name: str = "arm", pose: Mapping[str, float] | None = None) -> str:
+    """Return the figure of an arm as a self-contained SVG element; `name` makes its ids unique in a page.
 
-    An arm described by its axes is drawn in its home position, unless a pose is given.
+    Without a pose, an arm described by its axes is drawn at home, and any other arm in its clearest pose.
     """
     if pose is None and convention_of(chain).is_drawn_at_home:
         pose = {q.name: 0.0 for q in chain.q}
-    return _render_svg(chain, name, None if pose is None else tuple(pose.items()))
+    return _draw_cached_svg(chain, name, None if pose is None else tuple(pose.items()))
 
 
 @lru_cache(maxsize=64)
-def _render_svg(chain: Chain, name: str, pose: tuple[tuple[str, float], ...] | None) -> str:
-    """Return the drawing as SVG; cached, because the staff's notebook and the store need it in quick succession."""
-    description = alt_text(chain, pose is not None and any(value for _, value in pose))
-    return _render("arm", name, make_title(chain), description, figure=_draw_with_labels(chain, pose)[0])
+def _draw_cached_svg(chain: Chain, name: str, pose: Pose | None) -> str:
+    """Return the figure as SVG; cached, because the staff's notebook and the store need it in quick succession."""
+    description = describe_figure(chain, pose is not None and any(value for _, value in pose))
+    return _render("arm", name, make_title(chain), description, figure=draw_with_labels(chain, pose)[0])
 
 
 def _render(template: str, name: str, title: str, description: str, **content: Any) -> str:
-    """Return a figure as SVG; `name` makes its ids unique in a page. Screen readers read title and description."""
+    """Return a figure as SVG, from a template and its content; screen readers read the title and the description."""
     content |= {"name": name, "title": title, "description": description}
-    return render(f"figure/{template}.svg.j2", fixed=one_decimal, path=format_svg_points, **content)
+    return render(f"figure/{template}.svg.j2", fixed=format_one_decimal, path=format_svg_points, **content)
 
 
-def part_svg(chain: Chain, part: Part, name: str) -> str:
-    """Return the figure under a part's prompt: its configuration, or those to choose from; "" if there is none."""
+def draw_part_svg(chain: Chain, part: Part, name: str) -> str:
+    """Return the figure under a part's prompt as SVG: the part's configuration, or configurations to choose from.
+
+    Return an empty text if the part has no figure.
+    """
     options = find_options_to_draw(chain, part)
     if options is not None:
-        return options_svg(*options, name)
-    return "" if part.details.pose is None else figure_svg(chain, name, part.details.pose)
+        return draw_options_svg(*options, name)
+    return "" if part.details.pose is None else draw_figure_svg(chain, name, part.details.pose)
 
 
-def thumbnail_svg(chain: Chain, name: str = "arm") -> str:
-    """Return a small drawing of the arm without lettering as a self-contained SVG element."""
+def draw_thumbnail_svg(chain: Chain, name: str = "arm") -> str:
+    """Return a small drawing of the arm without labels as a self-contained SVG element."""
     figure = draw_thumbnail(chain)
     size = tuple(PANEL_PERCENT * length // 100 for length in (figure.width, figure.height))
-    return _render("thumbnail", name, make_title(chain), alt_text(chain, is_posed=True), figure=figure, size=size)
+    return _render(
+        "thumbnail", name, make_title(chain), describe_figure(chain, is_posed=True), figure=figure, size=size
+    )
 
 
-def singular_svg(chain: Chain, name: str = "singular", language: str = ENGLISH) -> str:
+def draw_singular_svg(chain: Chain, name: str = "singular", language: str = ENGLISH) -> str:
     """Return drawings of a regular and the singular configurations side by side as a self-contained SVG element.
 
-    It is empty for an arm without singular configurations or without regular ones.
+    The text is empty for an arm without singular configurations or without regular configurations.
     """
-    panel, words = singular_panel(chain, language), load_catalogue(language)
-    if not panel.drawings:
+    panels, words = draw_singular_panels(chain, language), load_catalogue(language)
+    if not panels.drawings:
         return ""
-    captions = [caption for caption, _ in panel.drawings]
-    description = describe_panels(captions, panel.legend, panel.remark, words, panel.has_lost_direction)
-    title, remark = make_panels_title(chain, words), f"{panel.legend} {panel.remark}"
-    return _render_panels(panel.drawings, remark, name, title, description)
+    captions = [caption for caption, _ in panels.drawings]
+    description = describe_panels(captions, panels.legend, panels.remark, words, panels.has_lost_direction)
+    title, remark = make_panels_title(chain, words), f"{panels.legend} {panels.remark}"
+    return _render_panels(panels.drawings, remark, name, title, description)
 
 
-def part_alt(chain: Chain, part: Part) -> str:
+def describe_part_figure(chain: Chain, part: Part) -> str:
     """Return a description of the figure under a part's prompt."""
     options = find_options_to_draw(chain, part)
     if options is None:
-        return alt_text(chain, is_posed=True)
+        return describe_figure(chain, is_posed=True)
     return f"Configurations to choose from. {describe_options(options[1])}"
 
 
-def options_svg(chain: Chain, poses: Sequence[Mapping[str, float]], name: str = "options") -> str:
+def draw_options_svg(chain: Chain, poses: Sequence[Mapping[str, float]], name: str = "options") -> str:
     """Return drawings of an arm with numeric lengths in several configurations, with letters A, B, … under them."""
     drawings = [(LETTERS[k], draw_in_pose(chain, pose)) for k, pose in enumerate(poses)]
     title = f"{make_title(chain)}: configurations to choose from"
@@ -215,7 +215,10 @@ def options_svg(chain: Chain, poses: Sequence[Mapping[str, float]], name: str = 
 
 @dataclass(frozen=True)
 class Example:
-    """A configuration to show: caption, arm with numeric lengths, joint values by name, and vector from P to a mark."""
+    """A configuration to draw with a caption, of an arm with numeric lengths.
+
+    `mark_offset` (3, in m) is the vector from P to a point that is marked, if any.
+    """
 
     caption: str
     chain: Chain
@@ -223,9 +226,11 @@ class Example:
     mark_offset: np.ndarray | None = None
 
 
-def examples_svg(examples: Sequence[Example], name: str, remark: str = "") -> str:
+def draw_examples_svg(examples: Sequence[Example], name: str, remark: str = "") -> str:
     """Return drawings to scale of arms with numeric lengths in given configurations, side by side, with captions."""
-    drawings = [(item.caption, draw_in_pose(item.chain, item.pose, item.mark_offset)) for item in examples]
+    drawings = [
+        (example.caption, draw_in_pose(example.chain, example.pose, example.mark_offset)) for example in examples
+    ]
     descriptions = [f"{example.caption}: {_describe_pose(example.pose)}" for example in examples]
     title = f"{make_title(examples[0].chain)}: where the answer differs"
     return _render_panels(drawings, remark, name, title, f"{'; '.join(descriptions)}.")
@@ -244,8 +249,8 @@ def _describe_pose(pose: Mapping[str, float]) -> str:
 
 
 def _render_panels(drawings: Sequence[tuple[str, Figure]], remark: str, name: str, title: str, description: str) -> str:
-    """Return drawings with captions, as wide as an arm's figure, so that both have lettering of the same size."""
-    widest_caption = max(lettering_size(upright_lettering(caption))[0] for caption, _ in drawings)
+    """Return drawings with captions as one SVG element. It is as wide as an arm's figure, with labels of equal size."""
+    widest_caption = max(measure_lettering(write_upright(caption))[0] for caption, _ in drawings)
     columns, rows = choose_grid(len(drawings), widest_caption, WIDTH)
     panel_width, panel_height = (PANEL_PERCENT * length // 100 for length in PANEL_SIZE)
     row_height = panel_height + PANEL_GAP + LINE_HEIGHT
@@ -263,36 +268,41 @@ def _render_panels(drawings: Sequence[tuple[str, Figure]], remark: str, name: st
 
 
 def _list_skeletons(chain: Chain, entries: np.ndarray) -> Iterator[Skeleton]:
-    """Yield the arm in a pose (n) with the base at different distances, computed on demand."""
-    for stretch in BASE_DISTANCE_FACTORS if any(chain.base.position) else BASE_DISTANCE_FACTORS[:1]:
-        yield compute_skeleton(make_drawable_chain(chain, stretch), entries)
+    """Yield the skeletons of an arm in a pose (n), with the base at different distances; computed on demand."""
+    for factor in BASE_DISTANCE_FACTORS if any(chain.base.position) else BASE_DISTANCE_FACTORS[:1]:
+        yield compute_skeleton(make_drawable_chain(chain, factor), entries)
 
 
 def _draw_and_label(
-    chain: Chain, skeletons: Iterable[Skeleton], max_cost: float, axes: np.ndarray | None = None, sparse: bool = False
+    chain: Chain,
+    skeletons: Iterable[Skeleton],
+    max_cost: float,
+    axes: np.ndarray | None = None,
+    is_sparse: bool = False,
 ) -> tuple[LabelledDrawing, float]:
     """Return the drawing of one pose with its labels placed once, and the cost of the places of labels and origins.
 
-    `skeletons` are skeletons in the pose with different lengths. The first one whose origins are apart from the world's
-    is used. A drawing that costs clearly more than `max_cost` is not completed; its cost is infinite.
+    `skeletons` are skeletons in this pose with different distances of the base. The drawing uses the first skeleton
+    whose origins are apart from the world's origin and axes. A drawing that costs clearly more than `max_cost` is not
+    completed; its cost is infinite.
     """
-    layers: list[tuple[float, float, Drawing]] = []
-    for bones in skeletons:
-        draw = partial(_draw_parts, chain, bones, sparse)
-        drawing, view = fit_drawing(chain, bones, draw, MAX_ARM_SIZE, (WIDTH, HEIGHT), MARGIN, axes)
-        arm_cost, world_cost = frames.crowding_cost(make_scene(chain, bones, view))
-        layers.append((round(world_cost, 1), arm_cost, drawing))
+    candidates: list[tuple[float, float, Drawing]] = []
+    for skeleton in skeletons:
+        draw = partial(_draw_parts, chain, skeleton, is_sparse)
+        drawing, view = fit_drawing(chain, skeleton, draw, MAX_ARM_SIZE, (WIDTH, HEIGHT), MARGIN, axes)
+        arm_cost, world_cost = frames.compute_crowding_costs(make_scene(chain, skeleton, view))
+        candidates.append((round(world_cost, 1), arm_cost, drawing))
         if world_cost == 0.0:
             break
-    world_cost, arm_cost, drawing = min(layers, key=lambda layer: layer[0])
+    world_cost, arm_cost, drawing = min(candidates, key=lambda candidate: candidate[0])
     layout = Layout(drawing.labels, drawing.shapes, (WIDTH, HEIGHT))
-    complete = layout.place_all(max_cost + ABANDON_COST_LEAD - arm_cost - world_cost)
-    return (drawing, layout), layout.cost + arm_cost + world_cost if complete else math.inf
+    is_complete = layout.place_all(max_cost + ABANDON_COST_LEAD - arm_cost - world_cost)
+    return (drawing, layout), layout.cost + arm_cost + world_cost if is_complete else math.inf
 
 
-def _draw_parts(chain: Chain, bones: Skeleton, is_sparse: bool, view: View) -> Drawing:
-    """Return all parts from back to front."""
-    scene = make_scene(chain, bones, view, is_sparse)
+def _draw_parts(chain: Chain, skeleton: Skeleton, is_sparse: bool, view: View) -> Drawing:
+    """Return the drawing of an arm with its labels, from back to front."""
+    scene = make_scene(chain, skeleton, view, is_sparse)
     arm, world = draw_links_and_joints(scene), frames.draw_world(scene)
     if is_sparse:
         arm = Drawing(arm.shapes)

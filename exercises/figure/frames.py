@@ -6,13 +6,13 @@ from itertools import combinations, product
 import numpy as np
 import sympy as sp
 
-from qdot.exercises.figure.arm import Scene, anchors_beside, draw_arc, draw_dimension, has_no_links
+from qdot.exercises.figure.arm import Scene, draw_arc, draw_dimension, has_no_links, list_anchors_beside
 from qdot.exercises.figure.lettering import (
     Lettering,
-    indexed_lettering,
-    length_lettering,
-    sign_and_lettering,
-    upright_lettering,
+    write_length,
+    write_sign_and_rest,
+    write_upright,
+    write_with_index,
 )
 from qdot.exercises.figure.places import LabelRequest, make_anchors
 from qdot.exercises.figure.shapes import Circle, Polyline, Shape, Vector2D
@@ -21,32 +21,36 @@ from qdot.exercises.figure.view import Drawing, View, draw_arrow
 AXIS_LENGTH = {True: 52.0, False: 54.0}
 """Length of a frame's axis in a flat drawing and in space, in pixels."""
 BODY_AXIS_LENGTH = 44.0
-"""Length of the axes of the body frame, which are parallel to those of the space frame."""
+"""Length of the axes of the body frame in pixels, which are parallel to the axes of the space frame."""
 LONG_AXIS_LENGTH = 96.0
-"""Length of an axis of an arm without links."""
+"""Length of an axis of an arm without links, in pixels."""
 AXIS_NAMES = "xyz"
 MIN_ORIGIN_DISTANCE, MIN_AXIS_DISTANCE, MAX_CROWDING_COST = 34.0, 12.0, 120.0
-"""Minimum distance in pixels between two origins, and from an origin to an axis of the world, and the cost of a
-distance of zero. The cost falls linearly to 0 at the minimum distance.
+"""Minimum distances in pixels between two origins, and between an origin and an axis of the world; maximum cost.
+
+The cost of a distance of zero is the maximum cost. The cost falls linearly to 0 at the minimum distance.
 """
 
 
 def draw_axes(scene: Scene) -> Drawing:
-    """Return the axes of frames 0 ... n; axes that coincide are drawn once, with all their names."""
+    """Return the axes of frames 0 ... n. Axes that coincide are drawn once, with all their names.
+
+    If the convention has no frames on the links, only the joint axes are drawn.
+    """
     convention, view, is_flat = scene.convention, scene.view, scene.is_planar
     if not convention.frame_numbers:
         return _draw_joint_axes(scene)
-    length = LONG_AXIS_LENGTH if has_no_links(scene.bones) else AXIS_LENGTH[is_flat]
+    length = LONG_AXIS_LENGTH if has_no_links(scene.skeleton) else AXIS_LENGTH[is_flat]
     axes_by_position: dict[tuple[int, ...], tuple[tuple[np.ndarray, np.ndarray, str], Lettering]] = {}
     for (i, frame), (k, name) in product(enumerate(scene.frames), enumerate(AXIS_NAMES)):
         axis, origin = frame[:3, k], frame[:3, 3]
         is_shown = view.lies_flat(axis) if is_flat else name != "y" or (i == 0 and convention.base.is_world)
         if not is_shown or (i in scene.frames_without_x and (name == "x" or (name == "y" and scene.is_sparse))):
             continue
-        key = tuple(round(drawing) for drawing in (*(origin * view.scale / 2).tolist(), *(axis * 10).tolist()))
+        key = tuple(map(round, (*(origin * view.scale / 2).tolist(), *(axis * 10).tolist())))
         first, names = axes_by_position.get(key, ((origin, axis, name), ()))
-        comma = upright_lettering(", ") if names else ()
-        axes_by_position[key] = first, (*names, *comma, *indexed_lettering(name, str(i)))
+        comma = write_upright(", ") if names else ()
+        axes_by_position[key] = first, (*names, *comma, *write_with_index(name, str(i)))
     axes = axes_by_position.values()
     return sum((_draw_axis(view, *first, names, length) for first, names in axes), Drawing())
 
@@ -57,9 +61,9 @@ def _draw_joint_axes(scene: Scene) -> Drawing:
     The name has a prime if the arm is not at home.
     """
     view, drawing = scene.view, Drawing()
-    prime = () if scene.is_home else upright_lettering("′")
+    prime = () if scene.is_home else write_upright("′")
     for i, joint in enumerate(scene.chain.joints, 1):
-        name = (*indexed_lettering("ω" if joint.kind == "R" else "v", str(i)), *prime)
+        name = (*write_with_index("ω" if joint.kind == "R" else "v", str(i)), *prime)
         axis, position = scene.axis(i), scene.glyph_positions[i - 1]
         if not view.is_end_on(axis):
             drawing += _draw_axis(view, position, axis, "z", name, AXIS_LENGTH[scene.is_planar])
@@ -70,28 +74,28 @@ def _draw_joint_axes(scene: Scene) -> Drawing:
 
 
 def _draw_axis(
-    view: View, origin: np.ndarray, axis: np.ndarray, name: str, pieces: Lettering, length: float
+    view: View, origin: np.ndarray, axis: np.ndarray, name: str, lettering: Lettering, length: float
 ) -> Drawing:
-    """Return an axis as an arrow of `length` pixels with a label."""
+    """Return an axis as an arrow of `length` pixels with a label; `name` selects the style of the axis."""
     end = origin + axis * length / view.scale
-    reach = view.path_in_pixels([origin + share * (end - origin) for share in (0.85, 0.7, 0.55)])
-    anchors = make_anchors(view.to_pixels(end), view.drawn_direction(axis))
-    request = LabelRequest(pieces, anchors, name, gap=3.0, rank=2, kind="axis", further_points=reach)
+    reach = view.to_pixel_path([origin + share * (end - origin) for share in (0.85, 0.7, 0.55)])
+    anchors = make_anchors(view.to_pixels(end), view.to_drawn_direction(axis))
+    request = LabelRequest(lettering, anchors, name, gap=3.0, rank=2, kind="axis", further_points=reach)
     return Drawing(draw_arrow(view, origin, end, f"axis-{name}"), (request,))
 
 
 def draw_body_frame(scene: Scene) -> Drawing:
-    """Return the body frame {b} at P of an arm that is described by its axes and drawn at home.
+    """Return the axes of the body frame {b} at P, for an arm that is described by its axes and drawn at home.
 
-    At home, {b} is parallel to {s}. In another configuration, or if P is not on the last link, {b} is not drawn. At the
-    world's origin, the axes of {s} carry the names of {b}'s axes, too.
+    At home, {b} is parallel to the space frame {s}. In another configuration, or if P is not on the last link, {b} is
+    not drawn. If P is at the world's origin, the axes of {s} have the names of {b}'s axes, too.
     """
     if not has_body_frame(scene) or _is_point_at_world_origin(scene):
         return Drawing()
     drawing = Drawing()
     for k in scene.shown_world_axes:
-        letters = indexed_lettering(AXIS_NAMES[k], "b")
-        drawing += _draw_axis(scene.view, scene.bones.path[-1], np.eye(3)[k], "w", letters, BODY_AXIS_LENGTH)
+        letters = write_with_index(AXIS_NAMES[k], "b")
+        drawing += _draw_axis(scene.view, scene.skeleton.path[-1], np.eye(3)[k], "w", letters, BODY_AXIS_LENGTH)
     return drawing
 
 
@@ -102,59 +106,63 @@ def has_body_frame(scene: Scene) -> bool:
 
 def _is_point_at_world_origin(scene: Scene) -> bool:
     """Return whether P is drawn at the world's origin."""
-    return float(np.linalg.norm(scene.bones.path[-1])) * scene.view.scale < 1.0
+    return float(np.linalg.norm(scene.skeleton.path[-1])) * scene.view.scale < 1.0
 
 
 def draw_origins(scene: Scene) -> Drawing:
     """Return the names of the origins O_0 ... O_n and of P; coincident points share a label."""
-    view, point = scene.view, scene.bones.path[-1]
-    body_name = upright_lettering(", {b}") if has_body_frame(scene) else ()
-    named_points = [(point, (*indexed_lettering("P"), *body_name))]
-    named_points += [(scene.frames[i, :3, 3], indexed_lettering("O", str(i))) for i in scene.convention.frame_numbers]
+    view, point = scene.view, scene.skeleton.path[-1]
+    body_name = write_upright(", {b}") if has_body_frame(scene) else ()
+    named_points = [(point, (*write_with_index("P"), *body_name))]
+    named_points += [(scene.frames[i, :3, 3], write_with_index("O", str(i))) for i in scene.convention.frame_numbers]
     labelled_points: list[tuple[np.ndarray, Lettering]] = []
-    for position, pieces in named_points:
-        for k, (earlier_position, earlier_pieces) in enumerate(labelled_points):
+    for position, lettering in named_points:
+        for k, (earlier_position, earlier_lettering) in enumerate(labelled_points):
             if np.linalg.norm(position - earlier_position) * view.scale < 1.0:
-                labelled_points[k] = (earlier_position, (*earlier_pieces, *upright_lettering(" = "), *pieces))
+                labelled_points[k] = (earlier_position, (*earlier_lettering, *write_upright(" = "), *lettering))
                 break
         else:
-            labelled_points.append((position, pieces))
+            labelled_points.append((position, lettering))
     requests = []
-    for number, (position, pieces) in enumerate(labelled_points):
+    for number, (position, lettering) in enumerate(labelled_points):
         anchors = make_anchors(view.to_pixels(position), (0.6, 0.8), (-0.6, 0.8), (0.7, -0.7), (-0.7, -0.7))
-        requests.append(LabelRequest(pieces, anchors, gap=11.0, rank=1 if number == 0 else 3, kind="origin"))
+        requests.append(LabelRequest(lettering, anchors, gap=11.0, rank=1 if number == 0 else 3, kind="origin"))
     return Drawing((Circle(view.to_pixels(point), 4.6, "point"),), tuple(requests))
 
 
-def crowding_cost(scene: Scene) -> tuple[float, float]:
-    """Return a cost for origins of the arm that are drawn close to each other, and one for those close to the world's.
+def compute_crowding_costs(scene: Scene) -> tuple[float, float]:
+    """Return two costs for origins that are drawn close together; a cost of 0 means that all origins are apart.
 
-    The second cost also counts origins on an axis of the world frame. A cost of 0 means that all origins are apart.
+    The first cost is for origins of the arm that are close to each other. The second cost is for origins of the arm
+    that are close to the world's origin or axes. It is 0 if the base is at the world's origin.
     """
     view = scene.view
-    points = [view.to_pixels(origin) for origin in _distinct_origins(scene)]
-    arm_cost = sum(_closeness_cost(math.dist(p, q), MIN_ORIGIN_DISTANCE) for p, q in combinations(points, 2))
+    points = [view.to_pixels(origin) for origin in _list_distinct_origins(scene)]
+    arm_cost = sum(_compute_closeness_cost(math.dist(p, q), MIN_ORIGIN_DISTANCE) for p, q in combinations(points, 2))
     if not any(scene.convention.base.position):
         return arm_cost, 0.0
-    world, cost = view.to_pixels(np.zeros(3)), 0.0
+    world = view.to_pixels(np.zeros(3))
+    distances_to_axes = []
     for axis in scene.shown_world_axes:
         end = view.to_pixels(AXIS_LENGTH[scene.is_planar] / view.scale * np.eye(3)[axis])
-        cost += sum(_closeness_cost(_distance_to_segment(point, world, end), MIN_AXIS_DISTANCE) for point in points)
-    return arm_cost, cost + sum(_closeness_cost(math.dist(point, world), MIN_ORIGIN_DISTANCE) for point in points)
+        distances_to_axes += [_compute_distance_to_segment(point, world, end) for point in points]
+    axis_cost = sum(_compute_closeness_cost(distance, MIN_AXIS_DISTANCE) for distance in distances_to_axes)
+    origin_cost = sum(_compute_closeness_cost(math.dist(point, world), MIN_ORIGIN_DISTANCE) for point in points)
+    return arm_cost, axis_cost + origin_cost
 
 
-def _closeness_cost(distance: float, min_distance: float) -> float:
+def _compute_closeness_cost(distance: float, min_distance: float) -> float:
     return MAX_CROWDING_COST * max(0.0, 1.0 - distance / min_distance)
 
 
-def _distance_to_segment(point: Vector2D, start: Vector2D, end: Vector2D) -> float:
+def _compute_distance_to_segment(point: Vector2D, start: Vector2D, end: Vector2D) -> float:
     """Return the distance of a point from a line segment."""
     (x, y), (u, v) = (point[0] - start[0], point[1] - start[1]), (end[0] - start[0], end[1] - start[1])
     share = min(max((x * u + y * v) / (u * u + v * v), 0.0), 1.0)
     return math.hypot(x - share * u, y - share * v)
 
 
-def _distinct_origins(scene: Scene) -> list[np.ndarray]:
+def _list_distinct_origins(scene: Scene) -> list[np.ndarray]:
     """Return the distinct origins of the arm's frames (3, m), according to the table."""
     rows, origins = scene.convention.rows, scene.frames[:, :3, 3]
     is_distinct = [True, *(row.kind == "P" or row.a != 0 or row.d != 0 for row in rows)]
@@ -162,7 +170,7 @@ def _distinct_origins(scene: Scene) -> list[np.ndarray]:
 
 
 def draw_end_on_z_names(scene: Scene) -> Drawing:
-    """Return the names of z axes seen end-on, if not all z axes of a flat drawing point towards the reader."""
+    """Return the names of z axes seen end-on in a flat drawing, unless all z axes point towards the reader."""
     view, n = scene.view, scene.chain.n
     signs = [view.component_toward_reader(frame[:3, 2]) for frame in scene.frames]
     if not scene.is_planar or min(signs) > 0.9 or not scene.convention.frame_numbers:
@@ -172,50 +180,53 @@ def draw_end_on_z_names(scene: Scene) -> Drawing:
         if abs(signs[i]) > 0.9:
             pixel = view.to_pixels(scene.frames[i, :3, 3])
             anchors = make_anchors(pixel, (-0.7, -0.7), (0.7, 0.7), (-0.7, 0.7), (0.7, -0.7))
-            labels.append(LabelRequest(indexed_lettering("z", str(i)), anchors, "z", gap=11.0, rank=2, kind="axis"))
+            labels.append(LabelRequest(write_with_index("z", str(i)), anchors, "z", gap=11.0, rank=2, kind="axis"))
     return Drawing((), tuple(labels))
 
 
 def draw_world(scene: Scene) -> Drawing:
-    """Return the world frame, the base's position as dashed lines, and the base's yaw; nothing if they coincide."""
+    """Return the world frame, the base's position as dashed lines, and the base's yaw.
+
+    If the base is the world frame, only the length a_0 of a modified table is drawn, if there is one.
+    """
     view, convention = scene.view, scene.convention
     base, name = convention.base, convention.fixed_frame
-    if base.is_world and convention.frame_numbers:  # the first row of a modified table may have a length a_0
+    if base.is_world and convention.frame_numbers:
         _, length = convention.step_to_standard_frame(0)
-        return Drawing() if length == 0 else _draw_leg(scene, scene.frames[0, :3, 3], scene.bones.origins[0], length)
+        return Drawing() if length == 0 else _draw_leg(scene, scene.frames[0, :3, 3], scene.skeleton.origins[0], length)
     origin, corner, base_origin = np.zeros(3), np.zeros(3), scene.frames[0, :3, 3]
     is_apart = float(np.linalg.norm(base_origin)) * view.scale > 1.0
     axis_length = AXIS_LENGTH[scene.is_planar] + (0.0 if is_apart else 18.0)
     carries_body_names = has_body_frame(scene) and _is_point_at_world_origin(scene)
     drawing = Drawing()
     for k in scene.shown_world_axes:
-        axis, length, letters = np.eye(3)[k], base.position[k], indexed_lettering(AXIS_NAMES[k], name)
+        axis, length, letters = np.eye(3)[k], base.position[k], write_with_index(AXIS_NAMES[k], name)
         if carries_body_names:
-            letters = (*letters, *upright_lettering(", "), *indexed_lettering(AXIS_NAMES[k], "b"))
+            letters = (*letters, *write_upright(", "), *write_with_index(AXIS_NAMES[k], "b"))
         drawing += _draw_axis(view, origin, axis, "w", letters, axis_length)
         end = corner + axis * base_origin[k]
         if length != 0 and not scene.is_sparse and _is_along_first_link(scene, k):
-            drawing += draw_dimension(scene, corner, end, length_lettering(length), 46.0)
+            drawing += draw_dimension(scene, corner, end, write_length(length), 46.0)
         elif length != 0:
             drawing += _draw_leg(scene, corner, end, length)
         corner = end
     if is_apart:
         anchors = make_anchors(view.to_pixels(origin), (-0.7, 0.7), (0.7, 0.7))
-        drawing += Drawing((), (LabelRequest(indexed_lettering("O", name), anchors, gap=6.0, rank=3, kind="origin"),))
+        drawing += Drawing((), (LabelRequest(write_with_index("O", name), anchors, gap=6.0, rank=3, kind="origin"),))
     return drawing + _draw_base_yaw(scene, is_apart) if convention.frame_numbers else drawing
 
 
 def _draw_leg(scene: Scene, start: np.ndarray, end: np.ndarray, length: sp.Expr) -> Drawing:
     """Return a dashed line between two points (3, m), labelled with its length unless the drawing is sparse."""
-    ends = scene.view.path_in_pixels([start, end])
-    label = LabelRequest(length_lettering(length), anchors_beside(*ends), "text", gap=4.0, rank=1)
+    ends = scene.view.to_pixel_path([start, end])
+    label = LabelRequest(write_length(length), list_anchors_beside(*ends), "text", gap=4.0, rank=1)
     return Drawing((Polyline(ends, "leg"),), () if scene.is_sparse else (label,))
 
 
 def _is_along_first_link(scene: Scene, k: int) -> bool:
-    """Return whether the dashed line along axis k of the world frame ends at O_0 and the first link runs along it."""
-    rest, link = scene.convention.base.position[k + 1 :], scene.bones.corners[0] - scene.bones.origins[0]
-    return not any(rest) and abs(float(link[k])) > 0.99 * float(np.linalg.norm(link)) > 0
+    """Return whether the dashed line along axis k of the world frame ends at O_0 and the first link continues it."""
+    later_lengths, link = scene.convention.base.position[k + 1 :], scene.skeleton.corners[0] - scene.skeleton.origins[0]
+    return not any(later_lengths) and abs(float(link[k])) > 0.99 * float(np.linalg.norm(link)) > 0
 
 
 def _draw_base_yaw(scene: Scene, is_apart: bool) -> Drawing:
@@ -227,7 +238,7 @@ def _draw_base_yaw(scene: Scene, is_apart: bool) -> Drawing:
     angle = float(np.arctan2(x[1], x[0]))
     radius = AXIS_LENGTH[scene.is_planar] - 7.0
     end = origin + np.eye(3)[0] * (radius + 16) / view.scale
-    dashed_line: tuple[Shape, ...] = (Polyline(view.path_in_pixels([origin, end]), "dashed"),) if is_apart else ()
-    sign, letters = sign_and_lettering(base.yaw, is_angle=True)
-    pieces = (*(upright_lettering("−") if sign == "−" else ()), *letters)
-    return Drawing(dashed_line) + draw_arc(view, origin, (np.eye(3)[0], np.eye(3)[1]), angle, radius, pieces)
+    dashed_line: tuple[Shape, ...] = (Polyline(view.to_pixel_path([origin, end]), "dashed"),) if is_apart else ()
+    sign, letters = write_sign_and_rest(base.yaw, is_angle=True)
+    lettering = (*(write_upright("−") if sign == "−" else ()), *letters)
+    return Drawing(dashed_line) + draw_arc(view, origin, (np.eye(3)[0], np.eye(3)[1]), angle, radius, lettering)

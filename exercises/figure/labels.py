@@ -1,7 +1,7 @@
-"""Place each label at the best position near its anchor that covers neither lines nor other labels.
+"""Lay out all labels of a drawing, so that they cover neither lines nor other labels.
 
-A label should be nearer to the object that it names than to others of the same kind. If it is not, or if it is far
-away, a thin leader line connects the label to the object.
+A label should be nearer to the object that it names than to other objects of the same kind. If a label is not nearer,
+or if it is far away, a thin leader line connects the label to its object.
 """
 
 import math
@@ -13,10 +13,10 @@ from qdot.exercises.figure.shapes import Box, Polyline, Shape, Text, Vector2D
 
 
 class Layout:
-    """Labels among shapes in a box of width x height pixels; costs that don't depend on other labels are cached.
+    """The places of labels among shapes in a box of width x height pixels.
 
-    Labels are placed greedily, lowest rank first. In each further round every label moves to its best place while all
-    others stay.
+    Labels are placed greedily, those of the lowest rank first. In each further round, every label moves to its best
+    place while all other labels stay. Costs that don't depend on other labels are cached.
     """
 
     def __init__(self, requests: Sequence[LabelRequest], shapes: Sequence[Shape], size: Vector2D) -> None:
@@ -35,7 +35,7 @@ class Layout:
         self._last_surroundings: dict[int, tuple[dict[int, Box], dict[int, Polyline]]] = {}
 
     def place_all(self, max_cost: float = math.inf) -> bool:
-        """Move each label to its best place among the others (in the first round, among those placed before it).
+        """Move each label to its best place among the labels that were placed before.
 
         Return whether the total cost in the first round is at most `max_cost`; a layout that costs more is abandoned.
         """
@@ -56,11 +56,17 @@ class Layout:
         return True
 
     def _make_leader(self, i: int) -> LeaderLine | None:
-        """Return the leader from a label to the object that it names, or None if no leader is needed."""
-        box, label_places = self._boxes[i], self._places[i]
-        if label_places.needs_leader(box):
-            return LeaderLine(_leader_line(box, label_places.find_nearest_point(box)[1]))
-        return None
+        """Return the leader from a label to the object that the label names, or None if no leader is needed.
+
+        The leader goes from the edge of the label's box to just before the nearest point of the object.
+        """
+        box = left, top, right, bottom = self._boxes[i]
+        if not self._places[i].needs_leader(box):
+            return None
+        x, y = self._places[i].find_nearest_point(box)[1]
+        u, v = min(max(x, left), right), min(max(y, top + 2), bottom - 2)
+        share = max(0.0, 1.0 - 2.5 / max(math.hypot(x - u, y - v), 1e-9))
+        return LeaderLine(Polyline(((u, v), (u + (x - u) * share, v + (y - v) * share)), "leader"))
 
     @property
     def leaders(self) -> tuple[Polyline, ...]:
@@ -69,24 +75,16 @@ class Layout:
 
     @property
     def texts(self) -> tuple[Text, ...]:
-        """The labels at their current places, lowest rank first."""
-        return tuple(map(self._make_text, self._order))
-
-    def _make_text(self, i: int) -> Text:
-        box, request = self._boxes[i], self._requests[i]
-        middle, base = (box[0] + box[2]) / 2, (box[1] + box[3]) / 2 + 0.27 * FONT_SIZE
-        named_point = self._places[i].find_nearest_point(box)[1]
-        return Text(middle, base, make_font_runs(request.pieces), request.style, box, named_point)
+        """The labels at their current places, those of the lowest rank first."""
+        texts = []
+        for i in self._order:
+            box, request = self._boxes[i], self._requests[i]
+            middle, baseline = (box[0] + box[2]) / 2, (box[1] + box[3]) / 2 + 0.27 * FONT_SIZE
+            named_point = self._places[i].find_nearest_point(box)[1]
+            texts.append(Text(middle, baseline, make_font_runs(request.lettering), request.style, box, named_point))
+        return tuple(texts)
 
     @property
     def cost(self) -> float:
         """The total cost of the labels' places: 0 is perfect, 400 or more means that two overlap."""
         return sum(self._costs.values())
-
-
-def _leader_line(box: Box, point: Vector2D) -> Polyline:
-    """Return a line from the edge of a box to just before a point."""
-    (x, y), (left, top, right, bottom) = point, box
-    u, v = min(max(x, left), right), min(max(y, top + 2), bottom - 2)
-    share = max(0.0, 1.0 - 2.5 / max(math.hypot(x - u, y - v), 1e-9))
-    return Polyline(((u, v), (u + (x - u) * share, v + (y - v) * share)), "leader")

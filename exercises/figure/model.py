@@ -16,17 +16,17 @@ from qdot.exercises.arm.conventions import convention_of
 from qdot.exercises.figure.lettering import (
     FontRun,
     Lettering,
-    joint_lettering,
-    length_lettering,
-    lettering_size,
     make_font_runs,
+    measure_lettering,
+    write_joint_variable,
+    write_length,
 )
 from qdot.exercises.figure.plane import scale_prismatic_entries
 from qdot.exercises.figure.pose import compute_table_entries
 from qdot.exercises.figure.shapes import Figure
 
-_LENGTH_STEPS = (9, 24, 36, 48, 59, 72, 84, 96)
-"""The possible lengths of models in centimetres; the longest length of an arm becomes the last one."""
+_STANDARD_LENGTHS = (9, 24, 36, 48, 59, 72, 84, 96)
+"""The lengths of models in centimetres. The longest length of an arm becomes the longest standard length."""
 _MODEL_ANGLE_OFFSET, _MODEL_LENGTH_OFFSET = sp.pi / 6, sp.Rational(35, 100)
 """The joint offsets of models (rad, m); their labels are at least as wide as those of most arms."""
 
@@ -38,16 +38,17 @@ LetteringMap = dict[Lettering, Lettering]
 class FigureModel:
     """An arm and its model (`chain`).
 
-    `lettering` maps the model's lettering to the arm's. `size_ratio` is the arm's size divided by the model's.
+    `font_runs` maps the model's labels to the arm's labels. `size_ratio` is the size of the arm divided by the size of
+    the model.
     """
 
     arm: Chain
     chain: Chain
-    lettering: Mapping[tuple[FontRun, ...], tuple[FontRun, ...]]
+    font_runs: Mapping[tuple[FontRun, ...], tuple[FontRun, ...]]
     size_ratio: float
 
     def convert_to_model_pose(self, arm_pose: Mapping[str, float]) -> tuple[tuple[str, float], ...]:
-        """Return the joint values of the model (rad, m) for those of the arm. Raises QdotError if one is missing."""
+        """Return the model's joint values (rad, m) in a pose of the arm. Raises QdotError if the pose lacks a joint."""
         entries = scale_prismatic_entries(self.arm, compute_table_entries(self.arm, arm_pose), 1 / self.size_ratio)
         home_entries = compute_table_entries(self.chain, {q.name: 0.0 for q in self.chain.q})
         values = [round(float(entry - home_entry), 9) for entry, home_entry in zip(entries, home_entries, strict=True)]
@@ -58,15 +59,13 @@ class FigureModel:
         return tuple(map(float, scale_prismatic_entries(self.arm, np.array(model_entries), self.size_ratio)))
 
     def relabel(self, figure: Figure) -> Figure:
-        """Return the model's figure with the arm's own lettering."""
-        if not self.lettering:
-            return figure
-        texts = (replace(text, runs=self.lettering.get(text.runs, text.runs)) for text in figure.texts)
+        """Return the model's figure with the arm's labels."""
+        texts = (replace(text, runs=self.font_runs.get(text.runs, text.runs)) for text in figure.texts)
         return replace(figure, texts=tuple(texts))
 
 
 def make_model(chain: Chain) -> FigureModel:
-    """Return the model of an arm. An arm described by its axes is its own model, because it is drawn at home."""
+    """Return an arm with its model. An arm described by its axes is its own model, because it is drawn at home."""
     if convention_of(chain).is_drawn_at_home:
         return FigureModel(chain, chain, {}, 1.0)
     lettering: LetteringMap = {}
@@ -91,10 +90,11 @@ def make_model(chain: Chain) -> FigureModel:
 
 
 def _map_lengths(chain: Chain, lettering: LetteringMap) -> tuple[Callable[[sp.Expr], sp.Expr], float]:
-    """Return a function from the arm's lengths to the model's, and the arm's size relative to the model.
+    """Return a function from the arm's lengths to the model's lengths, and the arm's size relative to the model.
 
-    The arm's lengths are unchanged if its base position has numbers, because both must stay in proportion. They are
-    also unchanged if there are more lengths than steps, or if the arm's labels are wider than the model's.
+    The labels of the lengths are added to `lettering`. The lengths are unchanged if the base position has numbers,
+    because link lengths and base position must stay in proportion. The lengths are also unchanged if there are too many
+    of them, or if the arm's labels are wider than the model's.
     """
     unchanged = (lambda value: value), 1.0
     values = [value for joint in chain.joints for value in (joint.a, joint.d)] + list(chain.point.offset)
@@ -102,18 +102,15 @@ def _map_lengths(chain: Chain, lettering: LetteringMap) -> tuple[Callable[[sp.Ex
     if not sizes or any(value.is_number and value != 0 for value in chain.base.position):
         return unchanged
     model_lengths: dict[sp.Expr, sp.Rational] = {}
-    step = len(_LENGTH_STEPS)
+    max_rank = len(_STANDARD_LENGTHS)
     for size in sizes:
-        step = min(step, max(1, round(len(_LENGTH_STEPS) * float(size / sizes[0]))))
-        if step < 1:
+        rank = min(max_rank, max(1, round(len(_STANDARD_LENGTHS) * float(size / sizes[0]))))
+        if rank < 1:
             return unchanged
-        model_lengths[size] = sp.Rational(_LENGTH_STEPS[step - 1], 100)
-        step -= 1
-    label_map = {length_lettering(length): length_lettering(size) for size, length in model_lengths.items()}
-    if any(
-        lettering_size(arm_letters)[0] > lettering_size(model_letters)[0]
-        for model_letters, arm_letters in label_map.items()
-    ):
+        model_lengths[size] = sp.Rational(_STANDARD_LENGTHS[rank - 1], 100)
+        max_rank = rank - 1
+    label_map = {write_length(length): write_length(size) for size, length in model_lengths.items()}
+    if any(_is_wider(arm_letters, model_letters) for model_letters, arm_letters in label_map.items()):
         return unchanged
     lettering.update(label_map)
 
@@ -122,7 +119,7 @@ def _map_lengths(chain: Chain, lettering: LetteringMap) -> tuple[Callable[[sp.Ex
             return value
         return model_lengths[abs(value)] * (1 if value > 0 else -1)
 
-    return map_length, float(sizes[0]) * 100 / _LENGTH_STEPS[-1]
+    return map_length, float(sizes[0]) * 100 / _STANDARD_LENGTHS[-1]
 
 
 def _map_offset(q: sp.Symbol, offset: sp.Expr, is_revolute: bool, lettering: LetteringMap) -> sp.Expr:
@@ -133,8 +130,12 @@ def _map_offset(q: sp.Symbol, offset: sp.Expr, is_revolute: bool, lettering: Let
     model_offset = _MODEL_ANGLE_OFFSET if is_revolute else _MODEL_LENGTH_OFFSET
     if offset == 0 or not offset.is_number:
         return offset
-    model_letters, arm_letters = joint_lettering(q, model_offset, is_revolute), joint_lettering(q, offset, is_revolute)
-    if lettering_size(arm_letters)[0] > lettering_size(model_letters)[0]:
+    model_letters, arm_letters = (write_joint_variable(q, value, is_revolute) for value in (model_offset, offset))
+    if _is_wider(arm_letters, model_letters):
         return offset
     lettering[model_letters] = arm_letters
     return model_offset
+
+
+def _is_wider(first: Lettering, second: Lettering) -> bool:
+    return measure_lettering(first)[0] > measure_lettering(second)[0]

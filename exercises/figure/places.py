@@ -1,18 +1,18 @@
-"""Find the best place for a label among the lines and other labels of a drawing.
+"""Find the best place for one label among the lines and other labels of a drawing.
 
-Lines are represented by points; each possible place of the label has a cost.
+Lines are represented by points. Each possible place of the label has a cost, and the cheapest place is chosen.
 """
 
 import math
 from collections.abc import Iterable, Sequence
-from dataclasses import dataclass, replace
+from dataclasses import dataclass
 from functools import cached_property, lru_cache
 from itertools import pairwise
 
 import numpy as np
 
-from qdot.exercises.figure.lettering import Lettering, lettering_size
-from qdot.exercises.figure.shapes import Box, Circle, Polyline, Shape, Vector2D, list_outlines, shift_points
+from qdot.exercises.figure.lettering import Lettering, measure_lettering
+from qdot.exercises.figure.shapes import Box, Circle, Polyline, Shape, Vector2D, list_outlines
 
 PLACE_ANGLES = tuple(sorted(range(-160, 181, 20), key=abs))
 EXTRA_DISTANCES = (0.0, 6.0, 14.0, 26.0, 42.0, 60.0, 80.0)
@@ -34,7 +34,7 @@ INK_COST, COSTLY_POINT_COUNT, FURTHER_POINT_COST = 14_00, 10, 1_00
 Each point costs `FURTHER_POINT_COST`; each of the first `COSTLY_POINT_COUNT` points also costs `INK_COST`.
 """
 MIN_DISTANCE_MARGIN = 2.0
-"""A label should be nearer to the object that it names than to others of the same kind, by this many pixels."""
+"""A label should be nearer to the object that it names than to other objects of the same kind, by this many pixels."""
 EDGE_MARGIN = 4.0
 """Width of the free margin at the edge of the figure, in pixels."""
 CROSSING_FRACTIONS = (0.1, 0.3, 0.5, 0.7, 0.9)
@@ -45,10 +45,9 @@ THIN_HALF_WIDTH, CIRCLE_MARGIN = 2.0, 1.5
 """Half the width of other lines, margin included, and the margin around a circle."""
 
 _CosSin = tuple[float, float]
-"""Cosine and sine."""
+"""Cosine and sine of an angle."""
 _PlaceEntry = tuple[int, int, int, float, _CosSin]
-"""A place: its base cost (hundredths), number, anchor, extra distance, and direction."""
-
+"""A place: its base cost (hundredths), number, index of the anchor, extra distance, and angle from the direction."""
 
 LEADER_DISTANCE = 15.0
 """Distance in pixels from which a label gets a leader line."""
@@ -56,13 +55,14 @@ LEADER_DISTANCE = 15.0
 
 @dataclass(frozen=True)
 class LabelRequest:
-    """A label to place `gap` pixels from one of its anchors, each with a preferred direction (y down).
+    """A label that has to be placed about `gap` pixels from one of its anchors.
 
-    `kind` is the kind of object that the label names. `further_points` are other points of the same object; no other
-    label of the same kind should be near them. Labels of a lower `rank` are placed earlier.
+    An anchor is a point with a preferred direction from the point to the label (y down). `kind` is the kind of object
+    that the label names. `further_points` are other points of the same object; no label of another object of the same
+    kind should be near these points. Labels of a lower `rank` are placed earlier.
     """
 
-    pieces: Lettering
+    lettering: Lettering
     anchors: tuple[tuple[Vector2D, Vector2D], ...]
     style: str = "text"
     gap: float = 5.0
@@ -74,12 +74,6 @@ class LabelRequest:
     def named_points(self) -> tuple[Vector2D, ...]:
         """The points of the anchors; the label is placed near one of them."""
         return tuple(dict.fromkeys(point for point, _ in self.anchors))
-
-    def shift(self, vector: Vector2D) -> "LabelRequest":
-        """Return the label shifted by a vector."""
-        points = shift_points(tuple([point for point, _ in self.anchors]), vector)
-        anchors = tuple([(point, direction) for point, (_, direction) in zip(points, self.anchors, strict=True)])
-        return replace(self, anchors=anchors, further_points=shift_points(self.further_points, vector))
 
     @property
     def leader_distance(self) -> float:
@@ -101,7 +95,7 @@ class InkPoints:
         self._top, self._bottom = y - half_width, y + half_width
 
     def count_covered(self, box: Box) -> int:
-        """Return how many points a box covers."""
+        """Return how many of the points a box covers."""
         left, top, right, bottom = box
         is_covered = (self._left < right) & (self._right > left) & (self._top < bottom) & (self._bottom > top)
         return int(np.count_nonzero(is_covered))
@@ -110,30 +104,33 @@ class InkPoints:
 def sample_points(shapes: Iterable[Shape]) -> np.ndarray:
     """Return points on the shapes' lines, about 4 pixels apart, as rows x, y, half width (k x 3)."""
     circles: list[tuple[float, float, float]] = []
-    pieces: list[tuple[float, ...]] = []
+    segments: list[tuple[float, ...]] = []
     for outline in list_outlines(shapes):
         if isinstance(outline, Circle):
             circles.append((*outline.center, outline.radius + CIRCLE_MARGIN))
         else:
             half_width = HALF_WIDTH.get(outline.style, THIN_HALF_WIDTH)
             points = (*outline.points, outline.points[0]) if outline.closed else outline.points
-            pieces += [(*start, *end, half_width) for start, end in pairwise(points)]
+            segments += [(*start, *end, half_width) for start, end in pairwise(points)]
     circle_points = np.array(circles, dtype=float).reshape(-1, 3)
-    return np.concatenate([circle_points, _sample_pieces(np.array(pieces).reshape(-1, 5))])
+    return np.concatenate([circle_points, _sample_segments(np.array(segments).reshape(-1, 5))])
 
 
-def _sample_pieces(pieces: np.ndarray) -> np.ndarray:
-    """Return points on straight pieces given as x, y, x, y, half width (k x 5), ends included."""
-    start, direction, half_width = pieces[:, :2], pieces[:, 2:4] - pieces[:, :2], pieces[:, 4:]
+def _sample_segments(segments: np.ndarray) -> np.ndarray:
+    """Return points on straight segments, ends included, as rows x, y, half width.
+
+    A segment is given by its two ends and half its width: x, y, x, y, half width (k x 5).
+    """
+    start, direction, half_width = segments[:, :2], segments[:, 2:4] - segments[:, :2], segments[:, 4:]
     counts = np.maximum(1, np.ceil(np.hypot(*direction.T) / 4 - 1e-6)).astype(int)
-    piece_index = np.repeat(np.arange(len(pieces)), counts + 1)
-    step = np.arange(len(piece_index)) - np.repeat(np.cumsum(counts + 1) - counts - 1, counts + 1)
-    share = (step / counts[piece_index])[:, None]
-    return np.hstack([start[piece_index] + direction[piece_index] * share, half_width[piece_index]])
+    segment_index = np.repeat(np.arange(len(segments)), counts + 1)
+    step = np.arange(len(segment_index)) - np.repeat(np.cumsum(counts + 1) - counts - 1, counts + 1)
+    share = (step / counts[segment_index])[:, None]
+    return np.hstack([start[segment_index] + direction[segment_index] * share, half_width[segment_index]])
 
 
 class LeaderLine(InkPoints):
-    """The straight leader line of a label, with points on it, as an obstacle for other labels."""
+    """The straight leader line of a label, as an obstacle for other labels."""
 
     def __init__(self, shape: Polyline) -> None:
         super().__init__((shape,))
@@ -155,19 +152,19 @@ class LeaderLine(InkPoints):
         return any(left - 1 < x < right + 1 and top - 1 < y < bottom + 1 for x, y in self._points)
 
     def crosses(self, start: Vector2D, end: Vector2D) -> bool:
-        """Return whether the line crosses another one."""
+        """Return whether the line crosses the line between two points."""
         has_ends_on_both_sides = _lie_on_both_sides(start, end, self.start, self.end)
         return has_ends_on_both_sides and _lie_on_both_sides(self.start, self.end, start, end)
 
 
 def _lie_on_both_sides(start: Vector2D, end: Vector2D, first: Vector2D, second: Vector2D) -> bool:
-    """Return whether two points lie clearly on different sides of a line."""
+    """Return whether two points lie clearly on different sides of the line through `start` and `end`."""
     first_side, second_side = _compute_side(start, end, first), _compute_side(start, end, second)
     return (first_side < 0 < second_side) or (second_side < 0 < first_side)
 
 
 def _compute_side(start: Vector2D, end: Vector2D, point: Vector2D) -> int:
-    """Return the side of a line on which a point lies, as a sign. Rounded, so that it is the same on every machine."""
+    """Return a number whose sign is the side of a line on which a point lies; rounded to be equal on every machine."""
     (x0, y0), (x1, y1), (x, y) = start, end, point
     return round(((x1 - x0) * (y - y0) - (y1 - y0) * (x - x0)) * 1000)
 
@@ -187,9 +184,9 @@ def _list_places(anchor_count: int) -> tuple[_PlaceEntry, ...]:
 class _Place:
     """A place for a label, with costs that don't depend on other labels, computed on demand.
 
-    `base_cost` is the cost of the place itself, `cost_with_lines` includes covered lines, `lower_bound` is the
-    lowest total cost that is still possible. `covered_count` (the number of covered points) and `leader_cost` are -1
-    until they are computed.
+    `base_cost` is the cost of the place itself. `cost_with_lines` includes the covered lines. `lower_bound` is the
+    lowest total cost that is still possible. `covered_count` is the number of covered points. This number and
+    `leader_cost` are -1 until they are computed.
     """
 
     __slots__ = ("base_cost", "box", "cost_with_lines", "covered_count", "leader_cost", "leader_end", "lower_bound")
@@ -205,7 +202,7 @@ class LabelPlaces:
 
     def __init__(self, request: LabelRequest, rivals: Sequence[Vector2D], ink: InkPoints, size: Vector2D) -> None:
         self._gap, self._leader_distance, self._rivals, self._ink = request.gap, request.leader_distance, rivals, ink
-        w, h = lettering_size(request.pieces)
+        w, h = measure_lettering(request.lettering)
         self._half = (w / 2, h / 2)
         self._right, self._bottom = size[0] - EDGE_MARGIN, size[1] - EDGE_MARGIN
         self._anchors = [(*point, *_normalize(direction)) for point, direction in request.anchors]
@@ -220,8 +217,9 @@ class LabelPlaces:
     ) -> tuple[Box, float] | None:
         """Return the box and the cost of the cheapest place, given other labels' boxes (`label_boxes`) and `leaders`.
 
-        Places are tried by their base cost until no further place can be cheaper. Costs are whole hundredths, and a
-        tie goes to the place with the smallest number, on every machine. Returns None if all cost more than `max_cost`.
+        Places are tried in the order of their base costs until no further place can be cheaper. Of equally cheap
+        places, the place with the smallest number is chosen. Because costs are integers, every machine chooses the same
+        place. Returns None if all places cost more than `max_cost`.
         """
         x0, y0, x1, y1 = self._outer_bounds
         label_boxes = [box for box in label_boxes if box[0] < x1 and box[2] > x0 and box[1] < y1 and box[3] > y0]
@@ -298,7 +296,7 @@ class LabelPlaces:
         return distance, self._named_points[gaps.index(distance)]
 
     def _is_ambiguous(self, box: Box, distance: float) -> bool:
-        """Return whether another object of the same kind is nearly as close as the object that the label names."""
+        """Return whether another object of the same kind is nearly as close to a box as the label's object."""
         for rival in _select_near_points(box, self._rivals, distance + MIN_DISTANCE_MARGIN):
             gap = _compute_distance(box, rival)
             if distance > gap - MIN_DISTANCE_MARGIN and (gap < self._leader_distance or self._is_near_any_place(rival)):
@@ -306,7 +304,7 @@ class LabelPlaces:
         return False
 
     def _is_near_any_place(self, rival: Vector2D) -> bool:
-        """Return whether a point is near any possible place; a point far from all of them causes no confusion."""
+        """Return whether a point is near any possible place; a point far from all places causes no confusion."""
         (x, y), max_distance = rival, self._leader_distance
         left, top, right, bottom = self._bounding_box
         return left - max_distance < x < right + max_distance and top - max_distance < y < bottom + max_distance
@@ -339,7 +337,7 @@ def _compute_ink_cost(covered_count: int) -> int:
 
 
 def _compute_distance(box: Box, point: Vector2D) -> float:
-    """Return the distance of a box from a point; 0 inside. Rounded, so that it is the same on every machine."""
+    """Return the distance of a box from a point, 0 inside the box; rounded to be equal on every machine."""
     left, top, right, bottom = box
     x, y = point
     horizontal = left - x if x < left else x - right if x > right else 0.0
@@ -355,7 +353,7 @@ def _select_near_points(box: Box, points: Sequence[Vector2D], max_distance: floa
 
 
 def _is_crossed(box: Box, point: Vector2D, label_boxes: Sequence[Box], leaders: Sequence[LeaderLine]) -> bool:
-    """Return whether the segment from a box to a point crosses other boxes or leaders."""
+    """Return whether the leader from a box to a point crosses the boxes or leaders of other labels."""
     u, v = point
     x, y = min(max(u, box[0]), box[2]), min(max(v, box[1]), box[3])  # the nearest point of the box
     x0, x1, y0, y1 = min(x, u), max(x, u), min(y, v), max(y, v)

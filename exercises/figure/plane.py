@@ -10,15 +10,20 @@ from qdot.exercises.arm.kinematics import NumericChain
 
 
 def axonometric_view(azimuth: float, elevation: float) -> np.ndarray:
-    """Return the directions right, up and towards a reader (rows), given the reader's azimuth and elevation (rad)."""
+    """Return the directions right, up and towards the reader (rows) for a reader's azimuth and elevation (rad)."""
     ca, sa, ce, se = np.cos(azimuth), np.sin(azimuth), np.cos(elevation), np.sin(elevation)
     return np.array([[-sa, ca, 0.0], [-se * ca, -se * sa, ce], [ce * ca, ce * sa, se]])
 
 
 SPATIAL_VIEW = axonometric_view(np.radians(36.0), np.radians(24.0))
-VIEW_FROM_Z = np.eye(3)
-VIEW_FROM_X = np.array([[0.0, 1.0, 0.0], [0.0, 0.0, 1.0], [1.0, 0.0, 0.0]])
-VIEW_FROM_Y = np.array([[1.0, 0.0, 0.0], [0.0, 0.0, 1.0], [0.0, -1.0, 0.0]])
+"""The usual view of a spatial arm."""
+VIEWS = {
+    "z": np.eye(3),
+    "x": np.array([[0.0, 1.0, 0.0], [0.0, 0.0, 1.0], [1.0, 0.0, 0.0]]),
+    "y": np.array([[1.0, 0.0, 0.0], [0.0, 0.0, 1.0], [0.0, -1.0, 0.0]]),
+    None: SPATIAL_VIEW,
+}
+"""The usual views, by the world axis perpendicular to the drawing of a planar arm; None for a spatial arm."""
 VIEW_DESCRIPTIONS = {
     "z": "in the plane of x_w and y_w, seen from +z_w",
     "x": "in the plane of y_w and z_w, seen from +x_w",
@@ -33,33 +38,35 @@ def with_exact_numbers(chain: Chain) -> Chain:
 
 
 def scale_prismatic_entries(chain: Chain, entries: np.ndarray, factor: float) -> np.ndarray:
-    """Return entries of the table (… x n) with those of prismatic joints multiplied by a factor."""
+    """Return table entries of joints (… x n) with the entries of prismatic joints multiplied by a factor."""
     return np.where([joint.kind == "P" for joint in chain.joints], entries * factor, entries)
 
 
-def numeric_lengths(chain: Chain) -> list[float]:
+def list_numeric_lengths(chain: Chain) -> list[float]:
     """Return the absolute values of the nonzero numeric lengths a and d in the table (m)."""
     return [abs(float(v)) for joint in chain.joints for v in (joint.a, joint.d) if v.is_number and v != 0]
 
 
 def choose_view(chain: Chain) -> np.ndarray:
-    """Return the directions right, up and towards the reader (rows) in the world frame."""
-    return {"z": VIEW_FROM_Z, "x": VIEW_FROM_X, "y": VIEW_FROM_Y, None: SPATIAL_VIEW}[find_normal_axis(chain)]
+    """Return the usual view of an arm: the directions right, up and towards the reader (rows) in the world frame."""
+    return VIEWS[find_normal_axis(chain)]
 
 
 def is_drawn_flat(chain: Chain) -> bool:
-    """Return whether the arm is drawn flat: it never leaves a plane of two axes of the world."""
+    """Return whether the arm is drawn flat, because it never leaves a plane of two axes of the world."""
     return find_normal_axis(chain) is not None
 
 
 @lru_cache(maxsize=256)
 def find_normal_axis(chain: Chain) -> str | None:
-    """Return the world axis ("x", "y" or "z") that is perpendicular to all motion of the arm, or None."""
+    """Return the world axis ("x", "y" or "z") that is perpendicular to all motions of the arm, or None.
+
+    The motions are tested at two arbitrary configurations.
+    """
     if chain.is_planar:
         return "z"
     chain = with_exact_numbers(chain)
-    values = {symbol.name: 0.3 + 0.11 * k for k, symbol in enumerate(chain.parameters)}
-    arm = NumericChain(chain, values)
+    arm = NumericChain(chain, {symbol.name: 0.3 + 0.11 * k for k, symbol in enumerate(chain.parameters)})
     configurations = np.array([[0.37 + 0.21 * i for i in range(chain.n)], [1.13 - 0.47 * i for i in range(chain.n)]])
     frames = arm.frames(configurations)
     points = np.concatenate([frames[..., :3, 3], arm.point_of(frames)[:, None]], axis=1).reshape(-1, 3)

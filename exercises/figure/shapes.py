@@ -13,7 +13,7 @@ Box = tuple[float, float, float, float]
 
 @dataclass(frozen=True)
 class Polyline:
-    """A line through `points`, or a filled polygon if `closed`; `style` is a style of the template."""
+    """A line through `points`, or a filled polygon if `closed`; `style` is the name of a style in the template."""
 
     points: tuple[Vector2D, ...]
     style: str
@@ -31,7 +31,7 @@ class Circle:
 
 @dataclass(frozen=True)
 class Glyph:
-    """The drawing of joint `number`, of kind "R" or "P"."""
+    """The symbol of joint `number`, which is of kind "R" or "P"."""
 
     number: int
     kind: str
@@ -42,7 +42,8 @@ class Glyph:
 class Text:
     """Lettering centred on `x` with its baseline at `y`.
 
-    `box` is an upper estimate of the space that the text takes. `named_point` is a point of the object that it names.
+    `box` is an upper estimate of the space that the text takes. `named_point` is a point of the object that the text
+    names.
     """
 
     x: float
@@ -69,25 +70,6 @@ def make_cross(center: Vector2D, half_size: float, style: str) -> tuple[Polyline
     return Polyline(strokes[0], style), Polyline(strokes[1], style)
 
 
-def shift_shape(shape: Shape, vector: Vector2D) -> Shape:
-    """Return the shape shifted by a vector."""
-    if isinstance(shape, Glyph):
-        return Glyph(shape.number, shape.kind, tuple(_shift_outline(inner, vector) for inner in shape.shapes))
-    return _shift_outline(shape, vector)
-
-
-def _shift_outline(shape: Polyline | Circle, vector: Vector2D) -> Polyline | Circle:
-    if isinstance(shape, Circle):
-        return Circle(shift_points((shape.center,), vector)[0], shape.radius, shape.style)
-    return Polyline(shift_points(shape.points, vector), shape.style, shape.closed)
-
-
-def shift_points(points: tuple[Vector2D, ...], vector: Vector2D) -> tuple[Vector2D, ...]:
-    """Return the points shifted by a vector."""
-    dx, dy = vector
-    return tuple([(x + dx, y + dy) for x, y in points])
-
-
 @dataclass(frozen=True)
 class Figure:
     """Shapes from back to front, with the lettering on top, in a box of width x height pixels."""
@@ -98,10 +80,10 @@ class Figure:
     texts: tuple[Text, ...]
 
 
-def one_decimal(value: float) -> str:
+def format_one_decimal(value: float) -> str:
     """Return a number with one decimal, the same on every machine.
 
-    >>> one_decimal(-0.04), one_decimal(12.25)
+    >>> format_one_decimal(-0.04), format_one_decimal(12.25)
     ('0.0', '12.3')
     """
     text = f"{value + 1.37e-4:.1f}"  # the shift avoids exact ties, which machines might round differently
@@ -114,4 +96,4 @@ def format_svg_points(points: tuple[Vector2D, ...]) -> str:
     >>> format_svg_points(((1.0, 2.04), (-3.5, 0.0)))
     '1.0,2.0 -3.5,0.0'
     """
-    return " ".join([f"{one_decimal(x)},{one_decimal(y)}" for x, y in points])
+    return " ".join([f"{format_one_decimal(x)},{format_one_decimal(y)}" for x, y in points])

@@ -1,10 +1,10 @@
-"""Draw an arm small and without lettering: a thumbnail, and singular configurations beside a regular one.
+"""Draw an arm small and without labels: a thumbnail, and panels with singular configurations and a regular one.
 
-Singular configurations are drawn to scale, because they depend on the lengths; symbolic lengths get default values.
-A dashed double arrow at P marks a direction in which P can't move. If it points at the reader, it becomes a ring.
+Singular configurations are drawn to scale, because they depend on the lengths. Symbolic lengths get default values. A
+dashed double arrow at P marks a lost direction, in which P can't move. If the direction points at the reader, the arrow
+becomes a ring.
 """
 
-import itertools
 import math
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, replace
@@ -14,12 +14,18 @@ from string import ascii_lowercase
 import numpy as np
 import sympy as sp
 
-from qdot.exercises.arm.chain import ANGLE_PREFIXES, TASK_ROWS, Base, Chain
+from qdot.exercises.arm.chain import ANGLE_PREFIXES, Base, Chain
 from qdot.exercises.arm.kinematics import NumericChain
 from qdot.exercises.figure.arm import draw_links_and_joints, fit_drawing, make_scene
 from qdot.exercises.figure.lettering import format_decimal
-from qdot.exercises.figure.plane import is_drawn_flat, numeric_lengths, scale_prismatic_entries, with_exact_numbers
-from qdot.exercises.figure.pose import best_poses, compute_skeleton, make_drawable_chain, score_poses, symbol_values
+from qdot.exercises.figure.plane import is_drawn_flat, list_numeric_lengths, scale_prismatic_entries, with_exact_numbers
+from qdot.exercises.figure.pose import (
+    choose_symbol_values,
+    compute_skeleton,
+    find_best_poses,
+    make_drawable_chain,
+    score_poses,
+)
 from qdot.exercises.figure.shapes import Circle, Figure, Glyph, Polyline, Shape, make_cross
 from qdot.exercises.figure.view import Drawing, View, draw_arrow, draw_line_with_arrowhead
 from qdot.exercises.formula.printers.unicode import unicode_text
@@ -31,31 +37,34 @@ from qdot.exercises.writing.languages import ENGLISH, Catalogue, load_catalogue
 from qdot.exercises.writing.latex import lay_out
 
 PANEL_SIZE, THUMBNAIL_SIZE = (280, 196), (320, 240)
-"""Width and height of these drawings in pixels; both are shown at 60 % of this size."""
+"""Width and height of a panel and of a thumbnail in pixels; both are shown at 60 % of this size."""
 Vector = tuple[float, ...]
 Size = tuple[int, int]
 MARGIN = (12.0, 12.0)
+"""Margins on the left and right, and above and below, in pixels."""
 ARROW_HALF_LENGTH, RING_RADIUS, SHORT_SHARE = 44.0, 14.0, 0.3
-"""Half the length of an arrow, the radius of a ring, and the visible share of an arrow below which it becomes a ring.
+"""In pixels: half the length of an arrow and the radius of a ring; and the share below which something is short.
 
-If the last link is shorter than SHORT_SHARE of the longest link, an arrow of HAND_AXIS_LENGTH pixels shows its z axis.
+If the visible share of an arrow is shorter, the arrow becomes a ring. If the last link is shorter than this share of
+the longest link, an arrow shows the z axis of the last link.
 """
 HAND_AXIS_LENGTH = 56.0
+"""Length of the arrow for the z axis of a short last link, in pixels."""
 CROSS_HALF_SIZE = 6.0
 """Half the size of the cross that marks the point of a submitted answer, in pixels."""
 MAX_SINGULAR_DRAWINGS = 8
 """Maximum number of singular configurations that are drawn."""
 SAMPLED_CONFIGURATIONS = 24
-"""Number of configurations sampled on a condition in several joints; the one easiest to read is drawn."""
+"""Number of configurations sampled on a condition that ties several joints. The clearest of them is drawn."""
 MAX_CAPTION_LENGTH = 24
 """Maximum number of characters in a caption."""
 
 
 def draw_thumbnail(chain: Chain) -> Figure:
-    """Return the arm in its clearest pose without frames and lettering."""
+    """Return the arm in its clearest pose without frames and labels."""
     chain = with_exact_numbers(chain)
-    drawn = make_drawable_chain(replace(chain, base=replace(chain.base, position=Base().position)))
-    return _draw_small(drawn, best_poses(chain, drawn, 1)[0], THUMBNAIL_SIZE)
+    drawn_chain = make_drawable_chain(replace(chain, base=replace(chain.base, position=Base().position)))
+    return _draw_small(drawn_chain, find_best_poses(chain, drawn_chain, 1)[0], THUMBNAIL_SIZE)
 
 
 def draw_in_pose(chain: Chain, pose: Mapping[str, float], mark_offset: np.ndarray | None = None) -> Figure:
@@ -70,22 +79,25 @@ def draw_in_pose(chain: Chain, pose: Mapping[str, float], mark_offset: np.ndarra
 
 
 def _draw_small(
-    drawn: Chain, entries: np.ndarray, size: Size, directions: Sequence[np.ndarray] = (), mark: np.ndarray | None = None
+    chain: Chain, entries: np.ndarray, size: Size, directions: Sequence[np.ndarray] = (), mark: np.ndarray | None = None
 ) -> Figure:
-    """Return a small drawing with lost directions marked; cached, because many arms have the same proportions."""
+    """Return a small drawing with marks for lost directions; cached, because many arms have the same proportions.
+
+    `mark` is the vector from P to another point that is marked, if any.
+    """
     lost = tuple(tuple(map(float, direction)) for direction in directions)
     mark_vector = None if mark is None else tuple(map(float, mark))
-    return _draw_cached(drawn, tuple(round(float(entry), 12) for entry in entries), size, lost, mark_vector)
+    return _draw_cached(chain, tuple(round(float(entry), 12) for entry in entries), size, lost, mark_vector)
 
 
 @lru_cache(maxsize=1024)
-def _draw_cached(drawn: Chain, table: Vector, size: Size, lost: tuple[Vector, ...], mark: Vector | None) -> Figure:
-    entries = np.array(table)
-    bones, shows_hand_axis = compute_skeleton(drawn, entries), size == PANEL_SIZE and _is_hand_too_short(drawn)
+def _draw_cached(chain: Chain, table: Vector, size: Size, lost: tuple[Vector, ...], mark: Vector | None) -> Figure:
+    skeleton = compute_skeleton(chain, np.array(table))
+    shows_hand_axis = size == PANEL_SIZE and _is_hand_too_short(chain)
 
     def draw(view: View) -> Drawing:
-        dot = Circle(view.to_pixels(bones.path[-1]), 5.0, "point")
-        point, last_origin, z = bones.path[-1], bones.origins[-1], bones.frames[-1, :3, 2]
+        dot = Circle(view.to_pixels(skeleton.path[-1]), 5.0, "point")
+        point, last_origin, z = skeleton.path[-1], skeleton.origins[-1], skeleton.frames[-1, :3, 2]
         arrows = [shape for direction in lost for shape in _draw_lost_direction(view, point, np.array(direction))]
         if shows_hand_axis:
             tip = last_origin + HAND_AXIS_LENGTH / view.scale * z
@@ -94,26 +106,26 @@ def _draw_cached(drawn: Chain, table: Vector, size: Size, lost: tuple[Vector, ..
         if mark is not None:
             center = view.to_pixels(point + np.array(mark))
             cross = (Circle(center, 1.5 * CROSS_HALF_SIZE, "yours"), *make_cross(center, CROSS_HALF_SIZE, "yours"))
-        return Drawing((*draw_links_and_joints(make_scene(drawn, bones, view)).shapes, *arrows, dot, *cross))
+        return Drawing((*draw_links_and_joints(make_scene(chain, skeleton, view)).shapes, *arrows, dot, *cross))
 
-    drawing, _ = fit_drawing(drawn, bones, draw, (0.9 * size[0], 0.9 * size[1]), size, MARGIN)
+    drawing, _ = fit_drawing(chain, skeleton, draw, (0.9 * size[0], 0.9 * size[1]), size, MARGIN)
     return Figure(*size, drawing.shapes, ())
 
 
-def _is_hand_too_short(drawn: Chain) -> bool:
+def _is_hand_too_short(chain: Chain) -> bool:
     """Return whether the last link is too short to show its z axis, whose direction the previous joint changes."""
-    sizes = [max(abs(float(v)) for v in (joint.a, joint.d) if v.is_number) for joint in drawn.joints]
-    has_wrist_joint = drawn.n > 1 and drawn.joints[-1].kind == "R" and drawn.joints[-2].alpha not in (0, sp.pi, -sp.pi)
-    return has_wrist_joint and not is_drawn_flat(drawn) and sizes[-1] < SHORT_SHARE * max(sizes)
+    sizes = [max(abs(float(v)) for v in (joint.a, joint.d) if v.is_number) for joint in chain.joints]
+    has_wrist_joint = chain.n > 1 and chain.joints[-1].kind == "R" and chain.joints[-2].alpha not in (0, sp.pi, -sp.pi)
+    return has_wrist_joint and not is_drawn_flat(chain) and sizes[-1] < SHORT_SHARE * max(sizes)
 
 
 def _draw_lost_direction(view: View, point: np.ndarray, direction: np.ndarray) -> tuple[Shape, ...]:
     """Return a dashed double arrow through P along a unit vector, or a dashed ring."""
-    drawn_direction = view.axes[:2] @ direction
-    if np.linalg.norm(drawn_direction) < SHORT_SHARE:
+    drawn_vector = view.axes[:2] @ direction
+    if np.linalg.norm(drawn_vector) < SHORT_SHARE:
         return (Circle(view.to_pixels(point), RING_RADIUS, "lost"),)
     arms = [point + side * ARROW_HALF_LENGTH / view.scale * direction for side in (1.0, -1.0)]
-    ends = view.path_in_pixels(arms)
+    ends = view.to_pixel_path(arms)
     heads = [draw_line_with_arrowhead((view.to_pixels(point), end), "lost", 10.0)[1] for end in ends]
     return (Polyline(ends, "lost"), *heads)
 
@@ -123,10 +135,10 @@ def _draw_lost_direction(view: View, point: np.ndarray, direction: np.ndarray) -
 
 @dataclass(frozen=True)
 class _ScaledArm:
-    """An arm with numeric lengths, with joint offsets (`arm`) and without (`scaled_chain`).
+    """An arm with numeric lengths (`arm`), and the same arm without joint offsets and scaled (`scaled_chain`).
 
-    `offsets` are the joint offsets, `values` are the values of the symbolic lengths. `scaled_chain` is scaled so that
-    its longest length is 1 instead of `unit` (m).
+    `offsets` are the joint offsets, and `values` are the values of the symbolic lengths. The longest length of
+    `scaled_chain` is 1; it is `unit` (m) in `arm`.
     """
 
     arm: Chain
@@ -142,9 +154,9 @@ class _ScaledArm:
 
 @dataclass(frozen=True)
 class PanelSet:
-    """Drawings with captions, a regular configuration first.
+    """Drawings with captions; the first drawing shows a regular configuration.
 
-    `legend` explains the marks. `remark` says how many configurations are omitted, if any. `has_lost_direction` says
+    `legend` explains the marks. `remark` states how many configurations are omitted, if any. `has_lost_direction` is
     whether a direction in which P can't move is marked.
     """
 
@@ -155,23 +167,24 @@ class PanelSet:
 
 
 @lru_cache(maxsize=64)
-def singular_panel(chain: Chain, language: str = ENGLISH) -> PanelSet:
-    """Return drawings of a regular configuration and of singular ones for each component, up to a maximum number.
+def draw_singular_panels(chain: Chain, language: str = ENGLISH) -> PanelSet:
+    """Return drawings of a regular configuration and of singular configurations on each component.
 
     The captions number the components of the singular set from 1, with letters if a component has several drawings.
-    Nothing is drawn if the arm has no singular configuration for its task, or no regular one.
+    There are at most about MAX_SINGULAR_DRAWINGS singular configurations. Nothing is drawn if the arm has no singular
+    configuration for its task, or no regular configuration.
     """
     chain, words, components = with_exact_numbers(chain), load_catalogue(language), singular_set(chain) or ()
     scaled_arm = _scale_arm(chain)
-    regular = best_poses(chain, scaled_arm.scaled_chain, 1)[0]
-    drawn = scaled_arm.scaled_chain
-    drawings = [(words.pgettext("caption of a drawing", "regular"), _draw_small(drawn, regular, PANEL_SIZE))]
+    regular = find_best_poses(chain, scaled_arm.scaled_chain, 1)[0]
+    drawn_chain = scaled_arm.scaled_chain
+    drawings = [(words.pgettext("caption of a drawing", "regular"), _draw_small(drawn_chain, regular, PANEL_SIZE))]
     omitted_count = 0
     for number, component in enumerate(components, 1):
         configurations = [
-            (caption, _draw_small(drawn, entries, PANEL_SIZE, lost))
+            (caption, _draw_small(drawn_chain, entries, PANEL_SIZE, lost))
             for caption, entries in _list_configurations(chain, scaled_arm, component, regular, words)
-            if (lost := _lost_directions(chain, drawn, entries)) is not None
+            if (lost := _find_lost_directions(chain, drawn_chain, entries)) is not None
         ]
         shown = configurations[: max(1, MAX_SINGULAR_DRAWINGS // len(components))]
         letters = ascii_lowercase if len(shown) > 1 else ("",)
@@ -197,7 +210,7 @@ def _make_legend(chain: Chain, styles: set[str], words: Catalogue) -> str:
 
 def _scale_arm(chain: Chain) -> _ScaledArm:
     """Return an arm with default values for its symbolic lengths, and scaled for drawing."""
-    default_values = symbol_values(chain, max(numeric_lengths(chain), default=0.5))
+    default_values = choose_symbol_values(chain, max(list_numeric_lengths(chain), default=0.5))
     values = {symbol: sp.Rational(round(float(value) * 100), 100) for symbol, value in default_values.items()}
     arm_at_origin = replace(chain, base=replace(chain.base, position=Base().position))
     arm = arm_at_origin.map_entries(lambda _, entry: entry.xreplace(values))
@@ -208,37 +221,37 @@ def _scale_arm(chain: Chain) -> _ScaledArm:
     def scale_entry(name: str, entry: sp.Expr) -> sp.Expr:
         return variables.get(name) or (entry if name.startswith(ANGLE_PREFIXES) else entry / unit)
 
-    drawn = replace(arm, name="drawn", title="", axis_points=()).map_entries(scale_entry)
-    return _ScaledArm(arm, drawn, np.array([float(value) for value in arm.offsets]), values, float(unit))
+    drawn_chain = replace(arm, name="drawn", title="", axis_points=()).map_entries(scale_entry)
+    return _ScaledArm(arm, drawn_chain, np.array([float(value) for value in arm.offsets]), values, float(unit))
 
 
 def _list_configurations(
     chain: Chain, scaled: _ScaledArm, component: Component, regular: np.ndarray, words: Catalogue
 ) -> list[tuple[str, np.ndarray]]:
-    """Return captions and table entries (n) of configurations on a component; empty if none is real."""
+    """Return captions and table entries (n) of the real configurations on a component of the singular set."""
     if component.solutions is None:
         entries = _find_best_configuration(chain, scaled, component)
         equations = [f"{_format_expression(condition, chain)} = 0" for condition in component.conditions]
         conjunction = words.pgettext("between two conditions", "and")
         return [] if entries is None else [(_fit_caption(f" {conjunction} ".join(equations), words), entries)]
     configurations = []
-    indices = [chain.q.index(joint) for joint, _ in component.solutions]
-    for values in itertools.product(*(values for _, values in component.solutions)):
-        numbers = [complex(value.xreplace(scaled.values)) for value in values]
+    for values in component.value_combinations():
+        numbers = [complex(value.xreplace(scaled.values)) for _, value in values]
         if any(abs(number.imag) > 1e-9 for number in numbers):
             continue
         entries, equations = regular.copy(), []
-        for i, value, number in zip(indices, values, numbers, strict=True):
+        for (q, value), number in zip(values, numbers, strict=True):
+            i = chain.q.index(q)
             is_prismatic = chain.joints[i].kind == "P"
             entries[i] = (number.real + scaled.offsets[i]) / (scaled.unit if is_prismatic else 1.0)
             value_text = _format_joint_value(value, is_prismatic, chain)
-            equations.append(f"{_format_expression(chain.q[i], chain)} = {value_text}")
+            equations.append(f"{_format_expression(q, chain)} = {value_text}")
         configurations.append((_fit_caption(", ".join(equations), words), entries))
     return configurations
 
 
 def _find_best_configuration(chain: Chain, scaled: _ScaledArm, component: Component) -> np.ndarray | None:
-    """Return the table entries (n) of the clearest configuration on a component; None if none is real."""
+    """Return the table entries (n) of the clearest configuration on a component; None if no configuration is real."""
     conditions = tuple(condition.xreplace(scaled.values) for condition in component.conditions)
     (text,) = normalized_pieces(scaled.arm, replace(component, conditions=conditions))
     arm = normalize_arm(scaled.arm)
@@ -281,10 +294,9 @@ def _fit_caption(caption: str, words: Catalogue) -> str:
     return words.gettext("see the condition above")
 
 
-def _lost_directions(chain: Chain, drawn: Chain, entries: np.ndarray) -> tuple[np.ndarray, ...] | None:
+def _find_lost_directions(chain: Chain, drawn_chain: Chain, entries: np.ndarray) -> tuple[np.ndarray, ...] | None:
     """Return unit vectors of lost linear directions, along which P can't move; None if no rank is lost."""
-    task = [TASK_ROWS.index(row) for row in chain.task]
-    jacobian = NumericChain(drawn, {}).jacobian(entries)[task]
+    jacobian = NumericChain(drawn_chain, {}).jacobian(entries)[chain.task_rows]
     u, sigma, _ = np.linalg.svd(jacobian)
     rank = int(np.sum(sigma > RANK_TOLERANCE * max(float(sigma[0]), 1e-12)))
     if rank == min(jacobian.shape):
@@ -292,19 +304,19 @@ def _lost_directions(chain: Chain, drawn: Chain, entries: np.ndarray) -> tuple[n
     if jacobian.shape[0] > jacobian.shape[1]:
         return ()
     directions = []
-    for lost_direction in _canonical_basis(u[:, rank:]):
+    for lost_direction in _compute_canonical_basis(u[:, rank:]):
         vector = np.zeros(6)
-        vector[task] = lost_direction
+        vector[chain.task_rows] = lost_direction
         if np.linalg.norm(vector[3:]) < 1e-6:
             directions.append(vector[:3])
     return tuple(directions)
 
 
-def _canonical_basis(basis: np.ndarray) -> list[np.ndarray]:
-    """Return a canonical basis (rows) of the space that the columns span, independent of the given basis and signs.
+def _compute_canonical_basis(basis: np.ndarray) -> list[np.ndarray]:
+    """Return an orthonormal basis of the space that the columns span; it does not depend on the given basis.
 
-    The basis from the singular value decomposition depends on the processor. So the coordinate axes are projected to
-    the space, one after another, and their new components form the basis.
+    The basis from the singular value decomposition depends on the processor. Therefore the coordinate axes are
+    projected to the space, one after another, and their new components form the basis.
     """
     projector, vectors = basis @ basis.T, list[np.ndarray]()
     for threshold in (0.3, 1e-3):
@@ -315,12 +327,14 @@ def _canonical_basis(basis: np.ndarray) -> list[np.ndarray]:
     return vectors
 
 
-def choose_grid(count: int, caption: float, width: float) -> tuple[int, int]:
-    """Return the numbers of columns and rows for `count` drawings; the widest caption (pixels) fits into a column.
+def choose_grid(count: int, caption_width: float, width: float) -> tuple[int, int]:
+    """Return the numbers of columns and rows for `count` drawings in a total width (pixels).
+
+    The widest caption, with `caption_width` pixels, fits into a column.
 
     >>> choose_grid(9, 170.0, 520.0), choose_grid(9, 198.0, 520.0), choose_grid(4, 60.0, 520.0)
     ((3, 3), (2, 5), (2, 2))
     """
     columns = count if count <= 3 else 2 if count == 4 else 3
-    columns = max(1, min(columns, int(width / caption)))
+    columns = max(1, min(columns, int(width / caption_width)))
     return columns, math.ceil(count / columns)

@@ -1,4 +1,4 @@
-"""Convert a figure's SVG to TikZ, so that LaTeX can draw it; only the elements in our figures are supported."""
+"""Convert the SVG of a figure to TikZ, so that LaTeX can draw it; only the elements in our figures are supported."""
 
 import re
 import xml.etree.ElementTree as ET
@@ -20,7 +20,7 @@ _LINE_ENDS = {"stroke-linejoin": "line join", "stroke-linecap": "line cap"}
 
 @dataclass(frozen=True)
 class Stroke:
-    """A line, a polygon, a circle or a rounded box with its TikZ options; in pixels, y down."""
+    """A line, a polygon or a circle with its TikZ options; in pixels, y down. A circle has one point, its centre."""
 
     options: tuple[str, ...]
     points: tuple[tuple[float, float], ...]
@@ -30,7 +30,7 @@ class Stroke:
 
 @dataclass(frozen=True)
 class LatexRun:
-    """Lettering in LaTeX, its size in points, and the points by which it is raised."""
+    """A text in LaTeX, its font size in points, and the number of points by which it is raised."""
 
     latex: str
     size: float
@@ -38,8 +38,8 @@ class LatexRun:
 
 
 @dataclass(frozen=True)
-class Lettering:
-    """Runs on a line, centred, with the baseline at `point`."""
+class LatexLine:
+    """Runs of text on one line, centred on `point`, with the baseline at its height."""
 
     point: tuple[float, float]
     colour: str
@@ -48,7 +48,7 @@ class Lettering:
 
 @dataclass(frozen=True)
 class _GroupFrame:
-    """The origin and scale of a group's coordinates."""
+    """The origin of a group's coordinates, and their scale."""
 
     x: float = 0.0
     y: float = 0.0
@@ -62,30 +62,30 @@ class _GroupFrame:
 def convert_to_tikz(svg: str) -> str:
     """Return a tikzpicture of one of our figures; needs tikz. Raises ValueError for SVG that our figures don't have."""
     root = ET.fromstring(svg)  # noqa: S314 - our own figure
-    elements, end = list(_draw_elements(root, _GroupFrame(), {})), (root.get("width"), root.get("height"))
+    elements, end = list(_convert_elements(root, _GroupFrame(), {})), (root.get("width"), root.get("height"))
     return render("figure/arm.tex.j2", drawn=elements, unit=POINTS_PER_PIXEL, end=end)
 
 
-def _draw_elements(parent: ET.Element, frame: _GroupFrame, inherited: Mapping[str, str]) -> Iterator[Any]:
-    """Yield the strokes and letterings of an element; its attributes apply to the elements in it."""
+def _convert_elements(parent: ET.Element, frame: _GroupFrame, inherited: Mapping[str, str]) -> Iterator[Any]:
+    """Yield the strokes and lines of text in an element; `inherited` are the attributes of the elements around it."""
     for element in parent:
         tag, attributes = element.tag.split("}")[-1], {**inherited, **element.attrib}
         if tag == "g":
-            yield from _draw_elements(element, _transform_frame(frame, element.get("transform", "")), attributes)
+            yield from _convert_elements(element, _transform_frame(frame, element.get("transform", "")), attributes)
         elif tag in ("polyline", "polygon"):
             points = tuple(frame.transform(*pair.split(",")) for pair in attributes["points"].split())
-            yield Stroke(_tikz_options(attributes, frame), points, tag == "polygon")
+            yield Stroke(_list_tikz_options(attributes, frame), points, tag == "polygon")
         elif tag == "circle":
             centre = frame.transform(attributes["cx"], attributes["cy"])
-            yield Stroke(_tikz_options(attributes, frame), (centre,), True, frame.scale * float(attributes["r"]))
+            yield Stroke(_list_tikz_options(attributes, frame), (centre,), True, frame.scale * float(attributes["r"]))
         elif tag == "rect":
             x, y, width, height = (float(attributes[name]) for name in ("x", "y", "width", "height"))
             corners = ((x, y), (x + width, y), (x + width, y + height), (x, y + height))
             rounded = f"rounded corners={POINTS_PER_PIXEL * float(attributes.get('rx', 0)):.1f}pt"
             points = tuple(frame.transform(*corner) for corner in corners)
-            yield Stroke((*_tikz_options(attributes, frame), rounded), points, True)
+            yield Stroke((*_list_tikz_options(attributes, frame), rounded), points, True)
         elif tag == "text":
-            yield _read_lettering(element, attributes, frame)
+            yield _convert_text(element, attributes, frame)
         elif tag not in ("title", "desc"):
             raise ValueError(f"a figure with <{tag}>")
 
@@ -100,10 +100,10 @@ def _transform_frame(frame: _GroupFrame, transform: str) -> _GroupFrame:
     return replace(frame, x=x, y=y, scale=frame.scale * float(match[3]))
 
 
-def _tikz_options(attributes: Mapping[str, str], frame: _GroupFrame) -> tuple[str, ...]:
+def _list_tikz_options(attributes: Mapping[str, str], frame: _GroupFrame) -> tuple[str, ...]:
     scale = POINTS_PER_PIXEL * frame.scale
-    options = [f"{name}={_xcolor(attributes[attribute])}" for attribute, name in (("fill", "fill"), ("stroke", "draw"))
-               if attributes.get(attribute, "none") != "none"]  # fmt: skip
+    colours = {"fill": attributes.get("fill", "none"), "draw": attributes.get("stroke", "none")}
+    options = [f"{name}={_write_color(colour)}" for name, colour in colours.items() if colour != "none"]
     options.append(f"line width={scale * float(attributes.get('stroke-width', 1)):.2f}pt")
     options += [f"{name}={attributes[attribute]}" for attribute, name in _LINE_ENDS.items() if attribute in attributes]
     if "stroke-dasharray" in attributes:
@@ -113,17 +113,17 @@ def _tikz_options(attributes: Mapping[str, str], frame: _GroupFrame) -> tuple[st
     return tuple(options)
 
 
-def _xcolor(code: str) -> str:
+def _write_color(code: str) -> str:
     """Return a colour for xcolor.
 
-    >>> _xcolor("#00694c")
+    >>> _write_color("#00694c")
     '{rgb,255:red,0;green,105;blue,76}'
     """
     red, green, blue = (int(code[k : k + 2], 16) for k in (1, 3, 5))
     return f"{{rgb,255:red,{red};green,{green};blue,{blue}}}"
 
 
-def _read_lettering(element: ET.Element, attributes: Mapping[str, str], frame: _GroupFrame) -> Lettering:
+def _convert_text(element: ET.Element, attributes: Mapping[str, str], frame: _GroupFrame) -> LatexLine:
     runs: list[LatexRun] = []
     lowered_by, scale = 0.0, POINTS_PER_PIXEL * frame.scale
     for run in element if len(element) else (element,):
@@ -131,11 +131,11 @@ def _read_lettering(element: ET.Element, attributes: Mapping[str, str], frame: _
         size = scale * float(run.get("font-size", attributes.get("font-size", 15)))
         latex = _to_latex(run.text or "", run.get("font-style") == "italic")
         runs.append(LatexRun(latex, size, -scale * lowered_by))
-    return Lettering(frame.transform(attributes["x"], attributes["y"]), _xcolor(attributes["fill"]), tuple(runs))
+    return LatexLine(frame.transform(attributes["x"], attributes["y"]), _write_color(attributes["fill"]), tuple(runs))
 
 
 def _to_latex(text: str, italic: bool) -> str:
-    r"""Return lettering in LaTeX.
+    r"""Return a text in LaTeX.
 
     >>> _to_latex("θ", True), _to_latex("a", True), _to_latex("− 30°", False)
     ('$\\theta$', '\\textit{a}', '$-$ 30$^\\circ$')

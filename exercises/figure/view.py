@@ -1,4 +1,4 @@
-"""Project points from the world frame (m) to pixels, and draw cylinders, boxes and arrows in this projection."""
+"""Project points from the world frame (m) to pixels, and draw cylinders, sleeves and arrows in this projection."""
 
 import math
 from collections.abc import Iterable
@@ -8,7 +8,7 @@ from functools import cached_property, lru_cache
 import numpy as np
 
 from qdot.exercises.figure.places import LabelRequest
-from qdot.exercises.figure.shapes import Polyline, Shape, Vector2D, shift_shape
+from qdot.exercises.figure.shapes import Polyline, Shape, Vector2D
 
 ARROWHEAD_LENGTH = 8.0
 """Length of an arrowhead in pixels."""
@@ -16,7 +16,7 @@ ARROWHEAD_LENGTH = 8.0
 
 @dataclass(frozen=True)
 class Drawing:
-    """Some shapes, back to front, and their labels."""
+    """Some shapes, from back to front, and the labels to place on them."""
 
     shapes: tuple[Shape, ...] = ()
     labels: tuple[LabelRequest, ...] = ()
@@ -24,17 +24,14 @@ class Drawing:
     def __add__(self, on_top: "Drawing") -> "Drawing":
         return Drawing(self.shapes + on_top.shapes, self.labels + on_top.labels)
 
-    def shift(self, vector: Vector2D) -> "Drawing":
-        """Return the drawing shifted by a vector."""
-        return Drawing(
-            tuple(shift_shape(shape, vector) for shape in self.shapes),
-            tuple(label.shift(vector) for label in self.labels),
-        )
-
 
 @dataclass(frozen=True)
 class View:
-    """A parallel projection: `axes` are right, up and towards the reader (rows), `scale` pixels per metre."""
+    """A parallel projection from the world frame to pixels.
+
+    `axes` are the directions right, up and towards the reader (rows). `scale` is in pixels per metre. `shift` has the
+    pixel coordinates of the world's origin.
+    """
 
     axes: np.ndarray
     scale: float
@@ -46,7 +43,7 @@ class View:
 
     def _project(self, vector: np.ndarray) -> Vector2D:
         """Return the components of a vector (3) to the right and up."""
-        (rx, ry, rz), (ux, uy, uz), _ = self._rows  # plain numbers: NumPy is slow on three of them
+        (rx, ry, rz), (ux, uy, uz), _ = self._rows  # plain numbers: NumPy is slow for three numbers
         x, y, z = vector.tolist()
         return rx * x + ry * y + rz * z, ux * x + uy * y + uz * z
 
@@ -55,12 +52,12 @@ class View:
         right, up = self._project(point)
         return self.scale * right + self.shift[0], -self.scale * up + self.shift[1]
 
-    def path_in_pixels(self, points: Iterable[np.ndarray]) -> tuple[Vector2D, ...]:
+    def to_pixel_path(self, points: Iterable[np.ndarray]) -> tuple[Vector2D, ...]:
         """Return the pixel coordinates of points."""
         return tuple(self.to_pixels(point) for point in points)
 
-    def drawn_direction(self, vector: np.ndarray) -> Vector2D:
-        """Return the drawn unit direction of a vector (3), or upwards if it points at the reader."""
+    def to_drawn_direction(self, vector: np.ndarray) -> Vector2D:
+        """Return the unit direction in which a vector (3) is drawn (y down), or upwards if it points at the reader."""
         right, up = self._project(vector)
         size = math.hypot(right, up)
         return (right / size, -up / size) if size > 1e-6 else (0.0, -1.0)
@@ -75,7 +72,7 @@ class View:
         return abs(self.component_toward_reader(vector)) < 0.2
 
     def is_end_on(self, vector: np.ndarray) -> bool:
-        """Return whether a unit vector (3) points at the reader or away."""
+        """Return whether a unit vector (3) points at the reader or away from the reader."""
         return abs(self.component_toward_reader(vector)) > 0.999
 
 
@@ -99,7 +96,7 @@ def _cross_product(a: Vector2D, b: Vector2D, c: Vector2D) -> float:
     return (b[0] - a[0]) * (c[1] - a[1]) - (b[1] - a[1]) * (c[0] - a[0])
 
 
-def perpendicular_vectors(axis: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+def find_perpendicular_vectors(axis: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
     """Return two unit vectors that are perpendicular to a unit vector and to each other."""
     helper = np.eye(3)[int(np.argmin(np.round(np.abs(axis), 6)))]
     first = np.cross(axis, helper)
@@ -110,20 +107,23 @@ def perpendicular_vectors(axis: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
 def draw_cylinder(
     view: View, center: np.ndarray, axis: np.ndarray, radius: float, half_length: float
 ) -> tuple[Polyline, ...]:
-    """Return a cylinder about an axis (sizes in pixels): its outline, and the end that faces the reader."""
+    """Return the outline of a cylinder about an axis (sizes in pixels), and its end that faces the reader."""
     x, y = view.to_pixels(center)
-    rings = _cylinder_rings(tuple(view.axes.ravel().tolist()), tuple(axis.tolist()), radius, half_length)
+    rings = _compute_cylinder_rings(tuple(view.axes.ravel().tolist()), tuple(axis.tolist()), radius, half_length)
     outline, front = (tuple((x + dx, y + dy) for dx, dy in ring) for ring in rings)
     return (Polyline(outline, "joint-side", True), Polyline(front, "joint-face", True))
 
 
 @lru_cache(maxsize=1024)
-def _cylinder_rings(
+def _compute_cylinder_rings(
     directions: tuple[float, ...], axis_components: tuple[float, ...], radius: float, half_length: float
 ) -> tuple[tuple[Vector2D, ...], tuple[Vector2D, ...]]:
-    """Return the outline and the near end of a cylinder in pixels about its centre, for a view's axes (by rows)."""
+    """Return the outline and the near end of a cylinder, in pixels relative to its centre.
+
+    `directions` are the axes of the view, row by row.
+    """
     axes, axis = np.array(directions).reshape(3, 3), np.array(axis_components)
-    u, v = perpendicular_vectors(axis)
+    u, v = find_perpendicular_vectors(axis)
     angles = np.linspace(0.0, 2 * np.pi, 41)[:-1, None]
     ring = (u * np.cos(angles) + v * np.sin(angles)) * radius
     near_end = axis * (1.0 if axes[2] @ axis >= 0 else -1.0) * half_length
@@ -135,8 +135,8 @@ def _cylinder_rings(
 def draw_sleeve(
     view: View, center: np.ndarray, axis: np.ndarray, half_length: float, half_width: float
 ) -> tuple[Polyline, ...]:
-    """Return a square sleeve along an axis (sizes in pixels): the faces that the reader sees."""
-    u, v = perpendicular_vectors(axis)
+    """Return the faces that the reader sees of a square sleeve along an axis (sizes in pixels)."""
+    u, v = find_perpendicular_vectors(axis)
     sizes = np.array([half_length, half_width, half_width]) / view.scale
     edges = [e * s for e, s in zip((axis, u, v), sizes, strict=True)]
     faces = []
@@ -147,7 +147,7 @@ def draw_sleeve(
             continue
         middle = center + normal * (1.0 if toward_reader > 0 else -1.0)
         corners = [middle + first + second, middle - first + second, middle - first - second, middle + first - second]
-        faces.append(Polyline(view.path_in_pixels(corners), "joint-face" if k == 0 else "joint-side", True))
+        faces.append(Polyline(view.to_pixel_path(corners), "joint-face" if k == 0 else "joint-side", True))
     return tuple(faces)
 
 
@@ -159,7 +159,7 @@ def draw_arrow(view: View, start: np.ndarray, end: np.ndarray, style: str) -> tu
 def draw_line_with_arrowhead(
     points: tuple[Vector2D, ...], style: str, size: float = ARROWHEAD_LENGTH
 ) -> tuple[Polyline, ...]:
-    """Return a line that ends in an arrowhead."""
+    """Return a line that ends in an arrowhead of this size; nothing if its last segment has no length."""
     (x0, y0), (x1, y1) = points[-2], points[-1]
     length = math.hypot(x1 - x0, y1 - y0)
     if length < 1e-6:

@@ -1,11 +1,11 @@
-"""Describe an arm's figure exactly in words, for readers who cannot see it."""
+"""Describe the figure of an arm exactly in words, for readers who cannot see it."""
 
 import sympy as sp
 
-from qdot.exercises.arm.chain import Chain
+from qdot.exercises.arm.chain import Chain, Joint
 from qdot.exercises.arm.conventions import convention_of
 from qdot.exercises.arm.standard_table import axes_of
-from qdot.exercises.figure.lettering import sign_and_lettering
+from qdot.exercises.figure.lettering import write_sign_and_rest
 from qdot.exercises.figure.plane import VIEW_DESCRIPTIONS, find_normal_axis, is_drawn_flat, with_exact_numbers
 from qdot.exercises.writing.languages import ENGLISH, Catalogue, load_catalogue
 from qdot.exercises.writing.translatable_phrases import NUMBER_WORDS
@@ -15,7 +15,7 @@ JOINT_KIND_NAMES = {"R": "revolute", "P": "prismatic"}
 
 
 def make_title(chain: Chain, words: Catalogue = _ENGLISH) -> str:
-    """Return a title, as in "Planar arm with joints RRR"."""
+    """Return a title of an arm's figure, such as "Planar arm with joints RRR"."""
     joints = "".join(j.kind for j in chain.joints)
     if is_drawn_flat(chain):
         return words.gettext("Planar arm with joints %(joints)s", joints=joints)
@@ -28,11 +28,11 @@ def make_panels_title(chain: Chain, words: Catalogue) -> str:
     return words.gettext("%(arm)s: a regular and the singular configurations", arm=title)
 
 
-def alt_text(chain: Chain, is_posed: bool = False) -> str:
+def describe_figure(chain: Chain, is_posed: bool = False) -> str:
     """Return a description of the arm: its joints, the lengths of its links, its base, and the position of P.
 
-    An arm that is described by its axes is described in its home configuration, even if it is drawn in another one
-    (`is_posed`).
+    If the arm is presented by its axes, its home configuration is described, even if the figure shows another
+    configuration (`is_posed`).
     """
     chain = with_exact_numbers(chain)
     count = NUMBER_WORDS[chain.n] if chain.n < len(NUMBER_WORDS) else str(chain.n)
@@ -60,28 +60,28 @@ def describe_panels(captions: list[str], legend: str, remark: str, words: Catalo
     return " ".join(sentence for sentence in (opening, remark, scale, legend, ring) if sentence)
 
 
-def _format_plain(expression: sp.Expr, is_angle: bool = False) -> str:
-    """Return a length or an angle in words, as in "minus 30 degrees"."""
+def _format_in_words(expression: sp.Expr, is_angle: bool = False) -> str:
+    """Return a length or an angle in words, such as "minus 30 degrees"."""
     if expression == 0:
         return "0"
-    sign, pieces = sign_and_lettering(expression, is_angle)
-    words = "".join(text for text, _, _ in pieces).replace("°", " degrees")
+    sign, lettering = write_sign_and_rest(expression, is_angle)
+    words = "".join(text for text, _, _ in lettering).replace("°", " degrees")
     return f"{'minus ' if sign == '−' else ''}{words}"
 
 
 def _format_triple(values: tuple[sp.Expr, sp.Expr, sp.Expr]) -> str:
-    return f"({', '.join(_format_plain(value) for value in values)})"
+    return f"({', '.join(_format_in_words(value) for value in values)})"
 
 
 def _describe_base(chain: Chain) -> str:
     base = convention_of(chain).base
     if base.is_world:
         return "The base frame O0 is the world frame."
-    rotations = [f"rotated by {_format_plain(base.yaw, is_angle=True)} about z_w"] if base.yaw != 0 else []
+    rotations = [f"rotated by {_format_in_words(base.yaw, is_angle=True)} about z_w"] if base.yaw != 0 else []
     if base.tilt != 0:
         mount = {sp.pi: "ceiling", sp.pi / 2: "wall"}.get(abs(base.tilt))
         mounting = f" (mounted on the {mount})" if mount and not is_drawn_flat(chain) else ""
-        tilt = _format_plain(base.tilt, is_angle=True)
+        tilt = _format_in_words(base.tilt, is_angle=True)
         rotations.append(f"{'then ' if rotations else ''}tilted by {tilt} about its own x axis{mounting}")
     is_moved = any(base.position)
     position = f"at {_format_triple(base.position)} in the world frame" if is_moved else "at the world's origin"
@@ -89,29 +89,38 @@ def _describe_base(chain: Chain) -> str:
 
 
 def _describe_joint(chain: Chain, i: int) -> str:
-    """Return a description of a joint: its motion, and its link by the row of the table."""
-    if convention_of(chain).is_proximal:
-        return _describe_modified_joint(chain, i)
-    row, is_revolute = chain.joints[i - 1], chain.joints[i - 1].kind == "R"
-    lengths = [f"{_format_plain(row.d)} along z{i - 1}"] if is_revolute and row.d != 0 else []
-    if row.a != 0:
-        lengths.append(f"{_format_plain(row.a)} along x{i}")
-    clauses = [f"it {_describe_motion(chain, i)} z{i - 1}"]
+    """Return a description of a joint: its motion, and its row of the table that students see."""
+    row, is_proximal = convention_of(chain).rows[i - 1], convention_of(chain).is_proximal
+    axis = f"z{i}" if is_proximal else f"z{i - 1}"
+    clauses = [f"it {_describe_motion(chain, i)} {axis}"]
+    if is_proximal:
+        clauses = _describe_modified_axis(row, i) + clauses
+    lengths = [f"{_format_in_words(row.d)} along {axis}"] if row.kind == "R" and row.d != 0 else []
+    if row.a != 0 and not is_proximal:
+        lengths.append(f"{_format_in_words(row.a)} along x{i}")
     if lengths:
-        clauses.append(f"link {i} is {' and '.join(lengths)}")
-    if not is_revolute and row.theta != 0:
-        clauses.append(_describe_rotation("x", i, row.theta, f"z{i - 1}"))
-    if row.alpha != 0:
+        clauses.append(f"{f'O{i}' if is_proximal else f'link {i}'} is {' and '.join(lengths)}")
+    if row.kind == "P" and row.theta != 0:
+        clauses.append(_describe_rotation("x", i, row.theta, axis))
+    if row.alpha != 0 and not is_proximal:
         clauses.append(_describe_rotation("z", i, row.alpha, f"x{i}"))
     return f"Joint {i} is {JOINT_KIND_NAMES[row.kind]}: {'; '.join(clauses)}."
 
 
+def _describe_modified_axis(row: Joint, i: int) -> list[str]:
+    """Return a clause on the axis of joint i relative to frame i - 1 of a modified table; none if the axes coincide."""
+    length = f", {_format_in_words(row.a)} along x{i - 1} from O{i - 1}" if row.a != 0 else ""
+    if row.alpha != 0:
+        return [f"its axis {_describe_rotation('z', i, row.alpha, f'x{i - 1}')}{length}"]
+    return [f"its axis z{i} is parallel to z{i - 1}{length}"] if length else []
+
+
 def _describe_rotation(axis: str, i: int, angle: sp.Expr, rotation_axis: str) -> str:
-    """Return a clause on the angle from an axis of frame i - 1 to that of frame i."""
+    """Return a clause on the angle from an axis of frame i - 1 to the same axis of frame i."""
     if axis == "z" and angle in (sp.pi, -sp.pi):
         return f"z{i} points opposite to z{i - 1}"
     origin = f" from z{i - 1}" if axis == "z" else ""
-    return f"{axis}{i} is rotated{origin} by {_format_plain(angle, is_angle=True)} about {rotation_axis}"
+    return f"{axis}{i} is rotated{origin} by {_format_in_words(angle, is_angle=True)} about {rotation_axis}"
 
 
 def _describe_axes(chain: Chain) -> list[str]:
@@ -155,31 +164,13 @@ def _format_sum(value: sp.Expr, unit: str) -> str:
 
 
 def _describe_motion(chain: Chain, i: int) -> str:
-    """Return the words on a joint's motion that precede the name of its axis: "rotates by theta1 about"."""
+    """Return the words on a joint's motion that precede the name of the axis: "rotates by theta1 about"."""
     variable, offset, is_angle = chain.q[i - 1], chain.offsets[i - 1], chain.joints[i - 1].kind == "R"
-    entry = _format_plain(variable, is_angle)
+    entry = _format_in_words(variable, is_angle)
     if offset != 0:
-        words = _format_plain(offset, is_angle)
+        words = _format_in_words(offset, is_angle)
         entry += f" {words}" if words.startswith("minus ") else f" plus {words}"
     return f"rotates by {entry} about" if is_angle else f"moves by {entry} along"
-
-
-def _describe_modified_joint(chain: Chain, i: int) -> str:
-    """Return a description of a joint in modified DH, where frame i is on the axis of joint i."""
-    row = convention_of(chain).rows[i - 1]
-    if row.alpha == 0:
-        relation = "" if row.a == 0 else f"z{i} is parallel to z{i - 1}"
-    else:
-        relation = _describe_rotation("z", i, row.alpha, f"x{i - 1}")
-    if row.a != 0:
-        relation += f", {_format_plain(row.a)} along x{i - 1} from O{i - 1}"
-    clauses = [f"its axis {relation}"] if relation else []
-    clauses.append(f"it {_describe_motion(chain, i)} z{i}")
-    if row.kind == "R" and row.d != 0:
-        clauses.append(f"O{i} is {_format_plain(row.d)} along z{i}")
-    if row.kind == "P" and row.theta != 0:
-        clauses.append(_describe_rotation("x", i, row.theta, f"z{i}"))
-    return f"Joint {i} is {JOINT_KIND_NAMES[row.kind]}: {'; '.join(clauses)}."
 
 
 def _describe_point(chain: Chain) -> str:

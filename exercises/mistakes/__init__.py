@@ -1,5 +1,9 @@
 """The mistakes that students make in these derivations: one catalogue for diagnosis, quizzes and verification.
 
+A derivation is computed in stages, such as the table, the link vectors and the Jacobian (`arm.derivation_graph`). A
+mistake changes the result of one stage or several stages. A variant of a mistake fixes the details, such as the joint
+at which the mistake is made.
+
 catalogue.toml describes the mistakes, and the modules make them: `position`, `columns`, `screws`, `algebra`, `table`,
 `arrangement`, `numeric`, `sets` and `choices`. The other modules are:
 

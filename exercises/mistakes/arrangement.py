@@ -1,20 +1,21 @@
-"""Mistakes in writing down a finished result: its rows, columns and signs, or joint rates included or omitted."""
+"""Mistakes in writing down a finished result: in its rows, columns and signs, or in its joint rates."""
 
 from collections.abc import Callable, Iterator, Sequence
+from functools import partial
 from itertools import combinations
 
 import numpy as np
 
 from qdot.exercises.arm.chain import TASK_ROWS, Chain
 from qdot.exercises.arm.conventions import convention_of
-from qdot.exercises.arm.derivation_graph import RESULT, Change, StageResults
+from qdot.exercises.arm.derivation_graph import RESULT, StageResults
 from qdot.exercises.mistakes.base import (
     AnswerShape,
     MistakeVariant,
     VariantGenerator,
     exchange,
     scale_entries,
-    single_variant,
+    vary_always,
 )
 
 PLANAR_ROWS = ("vx", "vy", "wz")
@@ -22,7 +23,10 @@ PLANAR_ROWS = ("vx", "vy", "wz")
 
 
 def _exchange_two(stage: str, count_of: Callable[[Chain, AnswerShape], int], axis: int = 0) -> VariantGenerator:
-    """Return a function that yields variants with two of `count_of` rows (axis 0) or columns (axis 1) exchanged."""
+    """Return a function that yields variants with two rows (axis 0) or columns (axis 1) of a stage exchanged.
+
+    `count_of` returns the number of rows or columns.
+    """
     return lambda chain, shape: (
         MistakeVariant({stage: exchange(i, j, axis)}, {"one": i + 1, "other": j + 1})
         for i, j in combinations(range(count_of(chain, shape)), 2)
@@ -31,12 +35,10 @@ def _exchange_two(stage: str, count_of: Callable[[Chain, AnswerShape], int], axi
 
 def _negate_one(axis: int) -> VariantGenerator:
     """Return a function that yields variants with one row (axis 0) or column (axis 1) of several negated."""
-
-    def variants(chain: Chain, shape: AnswerShape) -> Iterator[MistakeVariant]:
-        for i in range(shape[axis]) if shape[axis] > 1 else ():
-            yield MistakeVariant({RESULT: scale_entries((slice(None),) * axis + (i,), -1)}, {"one": i + 1})
-
-    return variants
+    return lambda chain, shape: (
+        MistakeVariant({RESULT: scale_entries((slice(None),) * axis + (i,), -1)}, {"one": i + 1})
+        for i in (range(shape[axis]) if shape[axis] > 1 else ())
+    )
 
 
 def _change_result(
@@ -46,22 +48,15 @@ def _change_result(
     return lambda chain, shape: iter([MistakeVariant({RESULT: change})] if applies(chain, shape) else [])
 
 
-def _multiply_by_rates(w: StageResults, values: np.ndarray) -> np.ndarray:
-    return np.asarray(values * w.symbol_vector(w.chain.rates)[None])
-
-
-def _select_rows(row_indices: list[int], from_answer: bool) -> Change:
-    def apply_change(w: StageResults, values: np.ndarray) -> np.ndarray:
-        return (values if from_answer else w["geometric"])[row_indices]
-
-    return apply_change
-
-
 def _take_other_rows(chain: Chain, shape: AnswerShape) -> Iterator[MistakeVariant]:
     """Yield variants with all six rows of J, or its three linear or angular rows, instead of the task's rows.
 
     If all six rows are expected, yield variants with only some of them.
     """
+
+    def select_rows(w: StageResults, values: np.ndarray, row_indices: list[int]) -> np.ndarray:
+        return (values if expects_all_rows else w["geometric"])[row_indices]
+
     all_rows = convention_of(chain).velocity_names
     expected_rows = {(6, chain.n): all_rows, (len(chain.task), chain.n): chain.task}.get(shape)
     if expected_rows is None:
@@ -77,8 +72,8 @@ def _take_other_rows(chain: Chain, shape: AnswerShape) -> Iterator[MistakeVarian
     order = all_rows if expects_all_rows else TASK_ROWS
     for words, rows in row_choices:
         if tuple(rows) != tuple(expected_rows):
-            row_indices = [order.index(row) for row in rows]
-            yield MistakeVariant({RESULT: _select_rows(row_indices, from_answer=expects_all_rows)}, {"rows": words})
+            change = partial(select_rows, row_indices=[order.index(row) for row in rows])
+            yield MistakeVariant({RESULT: change}, {"rows": words})
 
 
 VARIANTS: dict[str, VariantGenerator] = {
@@ -87,10 +82,12 @@ VARIANTS: dict[str, VariantGenerator] = {
     "rows-exchanged": _exchange_two(RESULT, lambda chain, shape: shape[0]),
     "columns-exchanged": _exchange_two(RESULT, lambda chain, shape: shape[1], axis=1),
     "columns-reversed": _change_result(lambda w, values: values[:, ::-1], lambda chain, shape: shape[1] > 2),
-    "sign": single_variant({RESULT: lambda w, values: -values}),
+    "sign": vary_always({RESULT: lambda w, values: -values}),
     "column-sign": _negate_one(axis=1),
     "row-sign": _negate_one(axis=0),
-    "rates-left-in": _change_result(_multiply_by_rates, lambda chain, shape: shape[1] == chain.n > 1),
-    "rates-left-out": single_variant({"joint rates": lambda w, rates: rates * 0 + 1}),
+    "rates-left-in": _change_result(
+        lambda w, values: values * w.symbol_vector(w.chain.rates)[None], lambda chain, shape: shape[1] == chain.n > 1
+    ),
+    "rates-left-out": vary_always({"joint rates": lambda w, rates: rates * 0 + 1}),
     "rates-exchanged": _exchange_two("joint rates", lambda chain, shape: chain.n),
 }

@@ -1,9 +1,15 @@
-"""Define a mistake: a change to a derivation, or to an answer, and the message to the student."""
+"""Define a mistake: a change to a derivation, or to an answer, and the message to the student.
+
+A derivation consists of stages, such as the table, the link vectors and the Jacobian (`arm.derivation_graph`). A
+mistake changes the results of some stages; all later stages are computed from the changed results. In the functions
+that change a result, `w` is the derivation (`StageResults`): `w["links"]` are its link vectors.
+"""
 
 import re
-from collections.abc import Callable, Iterator, Mapping, Sequence
+from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
 from collections.abc import Set as AbstractSet
 from dataclasses import dataclass, field, replace
+from itertools import starmap
 from typing import Any
 
 import numpy as np
@@ -15,14 +21,17 @@ from qdot.exercises.arm.derivation_graph import Change, StageResults, propagate_
 from qdot.exercises.problem.problem import Part
 
 AnswerShape = tuple[int, int]
+"""The numbers of rows and columns of an answer."""
 
 
 @dataclass(frozen=True)
 class MistakeVariant:
     """One variant of a mistake on an arm: the changed stages of the derivation, and the words for the message.
 
-    `missing_symbols` lists the symbols of an omitted factor. The message can't name them, because quizzes contain it
-    and a quiz id must always give the same text.
+    `changes` maps the names of stages to their changes. `words` maps the placeholders in the message to their texts.
+
+    `missing_symbols` lists the symbols of an omitted factor. The message can't name them, because quizzes contain the
+    message, and a quiz id must always give the same text.
 
     If the mistake can be made at several joints, `joints` are the joints (from 0) at which this variant makes it.
     `at_joints` returns the variant for other joints.
@@ -57,32 +66,32 @@ AnswerGenerator = Callable[[Chain, Part], Iterator[MistakenAnswer]]
 """Yields the wrong answers that a mistake gives to a part."""
 
 
-MISREADINGS = frozenset().union(*(each.specific_mistakes for each in REGISTRY.values()))
+MISREADINGS = frozenset().union(*(convention.specific_mistakes for convention in REGISTRY.values()))
 """The mistakes that come from reading an arm's description in another convention."""
 
 
 @dataclass(frozen=True, eq=False, kw_only=True)
 class Mistake:
-    """A kind of mistake, as described in catalogue.toml, and the functions that make it."""
+    """A kind of mistake: its entries in catalogue.toml, where they are explained, and the functions that make it."""
 
     name: str
     title: str
     message: str
     source: str
-    rare: bool = False
+    is_rare: bool = False
     frequency: float = 1.0
     equivalent_mistakes: Sequence[str] = ()
     requires: str = ""
-    generate_variants: VariantGenerator = lambda chain, shape: iter(())
-    generate_answers: AnswerGenerator = lambda chain, part: iter(())
+    variant_generator: VariantGenerator | None = None
+    answer_generator: AnswerGenerator | None = None
 
-    def variants(self, chain: Chain, shape: AnswerShape) -> Iterator[MistakeVariant]:
+    def generate_variants(self, chain: Chain, shape: AnswerShape) -> Iterator[MistakeVariant]:
         """Yield the variants of the mistake on an arm, for an answer of the given shape."""
-        return self.generate_variants(chain, shape) if self._applies_to(chain) else iter(())
+        return self.variant_generator(chain, shape) if self.variant_generator and self._applies_to(chain) else iter(())
 
-    def answers(self, chain: Chain, part: Part) -> Iterator[MistakenAnswer]:
+    def generate_answers(self, chain: Chain, part: Part) -> Iterator[MistakenAnswer]:
         """Yield the wrong answers that the mistake gives to a part that is not derived step by step."""
-        return self.generate_answers(chain, part) if self._applies_to(chain) else iter(())
+        return self.answer_generator(chain, part) if self.answer_generator and self._applies_to(chain) else iter(())
 
     def _applies_to(self, chain: Chain) -> bool:
         """Return whether the arm's convention has the required feature, and allows this misreading, if it is one."""
@@ -90,20 +99,20 @@ class Mistake:
         is_possible = self.name in convention.specific_mistakes or self.name not in MISREADINGS
         return is_possible and (not self.requires or self.requires in convention.features)
 
-    def sentence(self, words: Mapping[str, object]) -> str:
-        """Return the message to the student, including a reference to the chapter."""
+    def format_message(self, words: Mapping[str, object]) -> str:
+        """Return the message to the student, with these words for its placeholders and a reference to the chapter."""
         return f"{self.message.format(**words)} See {self.chapter_reference}."
 
     @property
     def chapter_reference(self) -> str:
-        """The reference to the chapter that follows "See"; equation numbers are in brackets."""
+        """The section, example or equation of the chapter to read, with brackets around the number of an equation."""
         return f"({self.source})" if self.source[0].isdigit() else self.source
 
 
 def name_chapter(sentence: str) -> str:
-    """Return a mistake's sentence in which a reference such as "See (6.4)" says that (6.4) is in Chapter 6.
+    """Return a message in which a reference such as "See (6.4)" says that (6.4) is in Chapter 6.
 
-    Readers need this wherever the sentence stands without the notebook or the site, which say so.
+    The notebook and the site name the chapter at the top. A message that is shown elsewhere has to name it.
 
     >>> name_chapter("Check the sign. See (6.4).")
     'Check the sign. See (6.4) in Chapter 6.'
@@ -114,45 +123,47 @@ def name_chapter(sentence: str) -> str:
 # --- helpers for variants ---
 
 
-def single_variant(changes: Mapping[str, Change], words: Mapping[str, object] | None = None) -> VariantGenerator:
-    """Return a function that yields the same single variant for every arm."""
+def vary_always(changes: Mapping[str, Change], words: Mapping[str, object] | None = None) -> VariantGenerator:
+    """Return a function that yields one variant, which is the same for every arm."""
     return lambda chain, shape: iter([MistakeVariant(changes, words or {})])
 
 
-def variants_if(
+def vary_if(
     applies: Callable[[Chain], object], changes: Mapping[str, Change], words: Mapping[str, object] | None = None
 ) -> VariantGenerator:
-    """Return a function that yields one variant, for arms that satisfy `applies`."""
+    """Return a function that yields one variant if `applies` is true of the arm, and none otherwise."""
     return lambda chain, shape: iter([MistakeVariant(changes, words or {})] if applies(chain) else [])
 
 
+def vary_each(
+    list_cases: Callable[[Chain], Iterable[tuple[Any, ...]]], make_variant: Callable[..., MistakeVariant]
+) -> VariantGenerator:
+    """Return a function that yields one variant for each of the cases of an arm, such as each pair of joints."""
+    return lambda chain, shape: starmap(make_variant, list_cases(chain))
+
+
 def combine(*generators: Callable[[Chain, Any], Iterator[Any]]) -> Callable[[Chain, Any], Iterator[Any]]:
-    """Return a function that yields what all the given functions yield, one after another."""
+    """Return a generator function that yields the items of several generator functions, one function after another."""
     return lambda chain, subject: (item for generate in generators for item in generate(chain, subject))
 
 
-def propagated_variant(changes: Mapping[str, Change], words: Mapping[str, object] | None = None) -> MistakeVariant:
-    """Return a variant in which the linear rows of the Jacobian are computed by propagation after the changes."""
+def make_propagated_variant(changes: Mapping[str, Change], words: Mapping[str, object] | None = None) -> MistakeVariant:
+    """Return a variant with these changes and with the linear rows of the Jacobian computed by propagation (6.9)."""
     return MistakeVariant({**changes, "linear": propagate_linear_rows}, words or {})
 
 
 def vary_each_joint_and_all(
     joints: Sequence[int], variant_at: Callable[[Sequence[int]], MistakeVariant]
 ) -> Iterator[MistakeVariant]:
-    """Yield one variant for each of the given joints, and then one for all of them together if there are several."""
+    """Yield one variant for each of the joints, and then, if there are several, a variant for all joints together."""
     for joint in joints:
         yield replace(variant_at([joint]), joints=(joint,))
     if len(joints) > 1:
         yield replace(variant_at(joints), joints=tuple(joints), at_joints=variant_at)
 
 
-def joints_of_kind(chain: Chain, kind: str) -> list[int]:
-    """Return the indices of the revolute ("R") or prismatic ("P") joints."""
-    return [i for i, joint in enumerate(chain.joints) if joint.kind == kind]
-
-
-def joint_words(joints: Sequence[int], separator: str = " and ") -> dict[str, object]:
-    """Return the numbers of joints, from 1, for the message."""
+def make_joint_words(joints: Sequence[int], separator: str = " and ") -> dict[str, object]:
+    """Return the word for the placeholder "joint" of a message: the numbers of the joints, counted from 1."""
     return {"joint": separator.join(str(i + 1) for i in joints)}
 
 

@@ -1,11 +1,9 @@
-"""The catalogue of all kinds of mistakes, and the wrong answers that they lead to."""
+"""List all kinds of mistakes, and compute the wrong answers that they lead to."""
 
 import tomllib
 from collections.abc import Iterator
 from dataclasses import dataclass
-from itertools import starmap
 from pathlib import Path
-from typing import Any
 
 import numpy as np
 
@@ -20,20 +18,20 @@ VARIANTS = (
     position.VARIANTS | columns.VARIANTS | screws.VARIANTS | algebra.VARIANTS | table.VARIANTS | arrangement.VARIANTS
     | numeric.VARIANTS
 )  # fmt: skip
+"""Maps the name of each mistake in a derivation to the function that yields its variants."""
 ANSWERS = numeric.ANSWERS | sets.ANSWERS | choices.ANSWERS
-"""The functions that yield the variants of each mistake, or the wrong answers that it gives."""
+"""Maps the name of each mistake in a part without a derivation to the function that yields its wrong answers."""
 
 
 def _read_sections() -> dict[str, tuple[Mistake, ...]]:
-    text = Path(__file__).with_name("catalogue.toml").read_text(encoding="utf-8")
-    functions: dict[str, Any] = {name: {"generate_variants": function} for name, function in VARIANTS.items()}
-    functions |= {name: {"generate_answers": function} for name, function in ANSWERS.items()}
-
-    def make_mistake(name: str, entries: dict[str, Any]) -> Mistake:
-        return Mistake(name=name, **entries, **functions.get(name, {}))
-
-    sections = tomllib.loads(text)["section"]
-    return {section["title"]: tuple(starmap(make_mistake, section["mistakes"].items())) for section in sections}
+    sections = tomllib.loads(Path(__file__).with_name("catalogue.toml").read_text(encoding="utf-8"))["section"]
+    return {
+        section["title"]: tuple(
+            Mistake(name=name, variant_generator=VARIANTS.get(name), answer_generator=ANSWERS.get(name), **entries)
+            for name, entries in section["mistakes"].items()
+        )
+        for section in sections
+    }
 
 
 SECTIONS: dict[str, tuple[Mistake, ...]] = _read_sections()
@@ -41,28 +39,33 @@ SECTIONS: dict[str, tuple[Mistake, ...]] = _read_sections()
 
 CATALOGUE: dict[str, Mistake] = {
     mistake.name: mistake
-    for mistake in sorted((each for section in SECTIONS.values() for each in section), key=lambda each: each.rare)
+    for mistake in sorted((each for section in SECTIONS.values() for each in section), key=lambda each: each.is_rare)
 }
-"""All mistakes by name. Likelier ones come first, because the first mistake that gives an answer is named."""
+"""All mistakes by name. The likelier mistakes come first, because the first mistake that gives an answer is named."""
 
 _LAST_STEP_MISTAKES = algebra.VARIANTS.keys() | arrangement.VARIANTS.keys()
+"""The names of the mistakes that are made after J is derived."""
 
 NUMERIC_MISTAKES = tuple(mistake.name for mistake in SECTIONS["Numbers"])
 
 MISTAKES_FOR_ONE_NUMBER = frozenset(
     {*NUMERIC_MISTAKES, "all-relative-angles", "degrees", "determinant-sign", "sign", "square-lost"} - {"value-sign"}
 )
-"""The mistakes considered if the answer is a single number, which many others would match by chance."""
+"""The mistakes considered if the answer is a single number. Other mistakes would often give this number by chance."""
 
 PROPAGATION_FACTOR = 0.5
-"""The frequency of a mistake in adding up the links is multiplied by this if the columns are propagated."""
+"""Factor for the frequency of a mistake in adding up the links if the columns of J are computed by propagation."""
 
 _POSITION_STAGES = frozenset({"table", "rotations", "own links", "links"})
+"""The stages that lead to the position of P."""
 
 
 @dataclass(frozen=True)
 class PredictedAnswer:
-    """The wrong answer that a variant of a mistake gives, (rows, columns, …), in the arithmetic of `working`."""
+    """The wrong answer that a variant of a mistake gives, (rows, columns, …), and the derivation with this mistake.
+
+    The entries are numbers, formula trees or SymPy expressions, depending on the arithmetic of `working`.
+    """
 
     mistake: Mistake
     variant: MistakeVariant
@@ -72,27 +75,27 @@ class PredictedAnswer:
     @property
     def sentence(self) -> str:
         """The message to the student."""
-        return self.mistake.sentence(self.variant.words)
+        return self.mistake.format_message(self.variant.words)
 
-
-def variant_frequency(predicted: PredictedAnswer) -> float:
-    """Return how often this variant is made, relative to other variants that give the same answer."""
-    frequency = predicted.mistake.frequency
-    propagates = any(stage == "linear" for stage, _ in predicted.working.changes)
-    if "linear" in predicted.variant.changes:  # a propagated quantity such as p* may itself be the answer
-        return frequency if predicted.working.depends_on("linear") else max(frequency, 1.0)
-    return frequency * PROPAGATION_FACTOR if propagates else frequency
+    @property
+    def frequency(self) -> float:
+        """How often this variant is made, relative to other variants that give the same answer."""
+        frequency = self.mistake.frequency
+        if "linear" in self.variant.changes:  # a propagated quantity such as p* may itself be the answer
+            return frequency if self.working.depends_on("linear") else max(frequency, 1.0)
+        is_propagated = any(stage == "linear" for stage, _ in self.working.changes)
+        return frequency * PROPAGATION_FACTOR if is_propagated else frequency
 
 
 def list_likely_mistakes(part: Part, is_precise: bool = False) -> list[Mistake]:
-    """Return the mistakes to consider for a wrong answer to a part, the more likely ones first.
+    """Return the mistakes to consider for a wrong answer to a part, the more likely mistakes first.
 
     Mistakes in the last step come before mistakes in the derivation of J. If the answer is a single number, all
-    mistakes are considered only if `is_precise` says that it has enough digits.
+    mistakes are considered only if it has enough digits (`is_precise`).
     """
     mistakes = list(CATALOGUE.values())
     if is_made_of_jacobian(part):
-        mistakes = sorted(mistakes, key=lambda mistake: (mistake.rare, mistake.name not in _LAST_STEP_MISTAKES))
+        mistakes = sorted(mistakes, key=lambda mistake: (mistake.is_rare, mistake.name not in _LAST_STEP_MISTAKES))
     if part.type != "number":
         return [mistake for mistake in mistakes if mistake.name not in NUMERIC_MISTAKES]
     return [
@@ -113,30 +116,27 @@ def apply_mistake(
 ) -> Iterator[PredictedAnswer]:
     """Yield the answers to a part that the variants of one mistake give.
 
-    After a mistake in adding up the links, J is derived by differentiation first, and then by propagation. A mistake at
-    several joints is made only at the joints at which it changes the answer, and its message names only these.
+    After a mistake in adding up the links, J is derived in two ways: first by differentiation, then by propagation. A
+    mistake at several joints is made only at the joints at which it changes the answer, and its message names only
+    these joints. `correct_answer` is the answer of the derivation `w`; it is computed if it is None.
     """
     correct_answer = _compute_result(w, part) if correct_answer is None else correct_answer
     if correct_answer is None:
         return
     idle_joints = set[int]()
-    for variant in mistake.variants(w.chain, (correct_answer.shape[0], correct_answer.shape[1])):
+    for variant in mistake.generate_variants(w.chain, (correct_answer.shape[0], correct_answer.shape[1])):
         effective_variant = variant if variant.at_joints is None else variant.without_idle_joints(idle_joints)
         if variant.at_joints is not None:
             idle_joints = set()
         if effective_variant is None:
             continue
-        change_sets: list[dict[str, Change]] = [dict(effective_variant.changes)]
-        if _POSITION_STAGES & set(effective_variant.changes) and "linear" not in effective_variant.changes:
-            change_sets.append({**effective_variant.changes, "linear": propagate_linear_rows})
-        answers = [(working, _compute_result(working, part)) for working in map(w.with_mistakes, change_sets)]
-        predictions = [
-            PredictedAnswer(mistake, effective_variant, working, answer)
-            for working, answer in answers
-            if answer is not None
-        ]
-        yield from predictions
-        if all(_is_same_answer(wrong.answer, correct_answer) for wrong in predictions):
+        changes: dict[str, Change] = dict(effective_variant.changes)
+        workings = [w.with_mistakes(changes)]
+        if _POSITION_STAGES & changes.keys() and "linear" not in changes:
+            workings.append(w.with_mistakes({**changes, "linear": propagate_linear_rows}))
+        answers = [(working, answer) for working in workings if (answer := _compute_result(working, part)) is not None]
+        yield from (PredictedAnswer(mistake, effective_variant, *working_and_answer) for working_and_answer in answers)
+        if all(_is_same_answer(answer, correct_answer) for _, answer in answers):
             idle_joints.update(effective_variant.joints)
 
 
@@ -149,6 +149,7 @@ def _is_same_answer(answer: np.ndarray, correct_answer: np.ndarray) -> bool:
 
 
 def _compute_result(working: StageResults, part: Part) -> np.ndarray | None:
+    """Return the answer that a derivation gives; None if its mistake is at a joint that the question leaves out."""
     try:
         with np.errstate(all="ignore"):  # J may be rank-deficient
             return compute_answer(working, part)
@@ -157,7 +158,7 @@ def _compute_result(working: StageResults, part: Part) -> np.ndarray | None:
 
 
 def generate_mistaken_answers(chain: Chain, part: Part) -> Iterator[tuple[Mistake, MistakenAnswer]]:
-    """Yield the wrong answers to a part that mistakes give without a step-by-step derivation."""
+    """Yield the mistakes in a part that is not derived step by step, each with a wrong answer that it gives."""
     for mistake in CATALOGUE.values():
-        for mistaken_answer in mistake.answers(chain, part):
+        for mistaken_answer in mistake.generate_answers(chain, part):
             yield mistake, mistaken_answer

@@ -1,4 +1,4 @@
-"""Mistakes behind wrong options of choice questions, and behind wrong integers such as the size or rank of J."""
+"""Mistakes that lead to wrong options of choice questions, or to wrong integers such as the size or rank of J."""
 
 from collections.abc import Callable, Collection, Iterable, Iterator, Mapping
 from dataclasses import replace
@@ -17,28 +17,30 @@ from qdot.exercises.questions.rank import MeaningDetails
 from qdot.exercises.questions.singular import KIND_OPTIONS
 
 
-def _answers_with_option(part_kind: str, is_mistake: Callable[[Part, int, int], bool]) -> AnswerGenerator:
-    """Return a function that yields answers with the wrong options that a mistake leads to.
+def _choose_wrong_option(part_kind: str, is_mistake: Callable[[Part, int, int], bool]) -> AnswerGenerator:
+    """Return a function that yields answers with the wrong options to which a mistake leads.
 
-    `is_mistake` returns whether it does, given the part and the indices of a wrong option and of the correct one.
+    `is_mistake` returns whether the mistake leads to a wrong option. Its arguments are the part, the index of the wrong
+    option and the index of the correct option.
     """
 
-    def answers(chain: Chain, part: Part) -> Iterator[MistakenAnswer]:
+    def generate(chain: Chain, part: Part) -> Iterator[MistakenAnswer]:
         if part.kind == part_kind and isinstance(part.answer, Choice):
             correct_index = part.answer.correct
             for index in range(len(part.answer.options)):
                 if index != correct_index and is_mistake(part, index, correct_index):
                     yield MistakenAnswer(replace(part.answer, correct=index))
 
-    return answers
+    return generate
 
 
 def _confuse_meanings(
     part_kind: str, text_by_meaning: Mapping[str, str], confused_meanings: Collection[tuple[str, str]]
 ) -> AnswerGenerator:
-    """Return a function that yields answers in which one meaning is confused with another.
+    """Return a function that yields answers in which the correct meaning is confused with another meaning.
 
-    `confused_meanings` are pairs of the correct meaning and the one that is chosen instead.
+    `confused_meanings` are pairs of the correct meaning and the meaning that is chosen instead. `text_by_meaning` has
+    the texts of the options.
     """
     meanings_by_text = {text: name for name, text in text_by_meaning.items()}
 
@@ -46,37 +48,35 @@ def _confuse_meanings(
         options = part.answer_as(Choice).options
         return (meanings_by_text[options[correct_index]], meanings_by_text[options[chosen_index]]) in confused_meanings
 
-    return _answers_with_option(part_kind, is_chosen)
+    return _choose_wrong_option(part_kind, is_chosen)
 
 
 def _confuse_statements(is_same_meaning: bool) -> AnswerGenerator:
     """Return a function that yields answers with a wrong kind of singularity or a wrong geometric cause.
 
-    If `is_same_meaning`, the geometric cause is correct and the kind is wrong.
+    If `is_same_meaning`, the geometric cause is correct and only the kind is wrong.
     """
 
     def is_chosen(part: Part, chosen_index: int, correct_index: int) -> bool:
         offered = part.details_as(MeaningDetails).offered
         return (offered[chosen_index][0] is offered[correct_index][0]) is is_same_meaning
 
-    return _answers_with_option("singularity-meaning", is_chosen)
+    return _choose_wrong_option("singularity-meaning", is_chosen)
 
 
-def _answers_with_numbers(
-    part_kind: str, wrong_numbers: Callable[[Chain, Part], Iterable[list[int]]]
-) -> AnswerGenerator:
+def _give_wrong_numbers(part_kind: str, wrong_numbers: Callable[[Chain, Part], Iterable[list[int]]]) -> AnswerGenerator:
     """Return a function that yields answers with wrong integers."""
 
-    def answers(chain: Chain, part: Part) -> Iterator[MistakenAnswer]:
+    def generate(chain: Chain, part: Part) -> Iterator[MistakenAnswer]:
         if part.kind == part_kind and isinstance(part.answer, Number):
             for values in wrong_numbers(chain, part):
                 if values != list(part.answer.reference):
                     yield MistakenAnswer(replace(part.answer, reference=sp.Matrix(values)))
 
-    return answers
+    return generate
 
 
-def _task_size(part: Part) -> int:
+def _count_task_rows(part: Part) -> int:
     return len(part.details_as(TaskDetails).task)
 
 
@@ -91,7 +91,7 @@ def _rank_loss(chain: Chain, part: Part) -> int:
 def _miscount_rows(chain: Chain, part: Part) -> Iterator[list[int]]:
     """Yield the rows and columns of J, with the orientation or the position counted as a single component."""
     linear = sum(row[0] == "v" for row in part.details_as(TaskDetails).task)
-    angular = _task_size(part) - linear
+    angular = _count_task_rows(part) - linear
     yield [linear + min(angular, 1), chain.n]
     yield [min(linear, 1) + angular, chain.n]
     yield [min(linear, 1) + min(angular, 1), chain.n]
@@ -99,8 +99,8 @@ def _miscount_rows(chain: Chain, part: Part) -> Iterator[list[int]]:
 
 _confuse_kinds = partial(_confuse_meanings, "singularity-type", KIND_OPTIONS)
 _confuse_uses = partial(_confuse_meanings, "invertibility", INVERTIBILITY_ANSWERS)
-_wrong_sizes = partial(_answers_with_numbers, "jacobian-size")
-_wrong_ranks = partial(_answers_with_numbers, "rank")
+_wrong_sizes = partial(_give_wrong_numbers, "jacobian-size")
+_wrong_ranks = partial(_give_wrong_numbers, "rank")
 
 ANSWERS: dict[str, AnswerGenerator] = {
     "boundary-and-internal": combine(
@@ -116,12 +116,12 @@ ANSWERS: dict[str, AnswerGenerator] = {
         set(permutations(INVERTIBILITY_ANSWERS, 2)) - {("singular", "regular"), ("regular", "singular")}
     ),
     "other-meaning": _confuse_statements(is_same_meaning=False),
-    "direction-not-lost": _answers_with_option("lost-motion", lambda *_: True),
-    "reachable-and-not": _answers_with_option("unreachable-velocity", lambda *_: True),
-    "size-transposed": _wrong_sizes(lambda chain, part: [[chain.n, _task_size(part)]]),
+    "direction-not-lost": _choose_wrong_option("lost-motion", lambda *_: True),
+    "reachable-and-not": _choose_wrong_option("unreachable-velocity", lambda *_: True),
+    "size-transposed": _wrong_sizes(lambda chain, part: [[chain.n, _count_task_rows(part)]]),
     "size-of-own-task": _wrong_sizes(lambda chain, _: [[len(chain.task), chain.n]]),
     "size-six-rows": _wrong_sizes(lambda chain, _: [[6, chain.n]]),
-    "size-square": _wrong_sizes(lambda chain, part: [[size, size] for size in (chain.n, _task_size(part))]),
+    "size-square": _wrong_sizes(lambda chain, part: [[size, size] for size in (chain.n, _count_task_rows(part))]),
     "rank-full": _wrong_ranks(lambda chain, _: [[_full_rank(chain)]]),
     "rank-of-shape": _wrong_ranks(lambda chain, _: [[chain.n], [len(chain.task)]]),
     "rank-less": _wrong_ranks(lambda chain, part: [[_full_rank(chain) - 1]] if _rank_loss(chain, part) == 0 else []),

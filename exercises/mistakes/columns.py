@@ -1,4 +1,8 @@
-"""Mistakes in the columns of a Jacobian: by differentiation (6.3) and by propagation (6.9 to 6.12)."""
+"""Mistakes in the columns of a Jacobian: by differentiation (6.3) and by propagation (6.9 to 6.12).
+
+Two stages need an explanation. "effects" are the derivatives of all link vectors with respect to all joint variables,
+(joints, links + 1, 3, …). "arms" are the vectors p* from a frame on each joint axis to P, (joints + 1, 3, …).
+"""
 
 from collections.abc import Callable, Iterator, Mapping, Sequence
 from dataclasses import replace
@@ -8,7 +12,7 @@ from itertools import combinations, permutations, product
 import numpy as np
 import sympy as sp
 
-from qdot.exercises.arm.arithmetic import apply_matrix, cross
+from qdot.exercises.arm.arithmetic import apply_matrix, cross, matrix_product
 from qdot.exercises.arm.chain import Chain
 from qdot.exercises.arm.conventions import convention_of
 from qdot.exercises.arm.derivation_graph import (
@@ -25,15 +29,15 @@ from qdot.exercises.mistakes.base import (
     MistakeVariant,
     VariantGenerator,
     exchange,
-    joint_words,
-    joints_of_kind,
-    propagated_variant,
+    make_joint_words,
+    make_propagated_variant,
     scale_entries,
-    single_variant,
-    variants_if,
+    vary_always,
+    vary_each,
     vary_each_joint_and_all,
+    vary_if,
 )
-from qdot.exercises.mistakes.position import first_joint_of_run, link_words, moving_links
+from qdot.exercises.mistakes.position import first_joint_of_run, list_moving_links, make_link_words
 
 # --- differentiation ---
 
@@ -41,26 +45,28 @@ from qdot.exercises.mistakes.position import first_joint_of_run, link_words, mov
 def _scale_term(factor: int, min_terms: int) -> VariantGenerator:
     """Return a function that yields variants with one link's contribution to one column multiplied by a factor.
 
-    The column must have contributions from at least `min_terms` links.
+    Only columns with contributions from at least `min_terms` links are changed.
     """
 
-    def variants(chain: Chain, _: AnswerShape) -> Iterator[MistakeVariant]:
+    def generate(chain: Chain, _: AnswerShape) -> Iterator[MistakeVariant]:
         for joint in range(chain.n):
-            links = [link for link in moving_links(chain) if link >= joint]
+            links = [link for link in list_moving_links(chain) if link >= joint]
             for link in links if len(links) >= min_terms else ():
-                words = {"joint": joint + 1, **link_words(chain, link)}
+                words = {"joint": joint + 1, **make_link_words(chain, link)}
                 yield MistakeVariant({"effects": scale_entries((joint, link), factor)}, words)
 
-    return variants
+    return generate
 
 
 def _keep_own_link(w: StageResults, effects: np.ndarray) -> np.ndarray:
-    other_links = ~np.eye(w.n, w.n + 1, dtype=bool)
-    return np.asarray(scale_entries(other_links, 0)(w, effects))
+    """Return the effect of each joint on the link after it, and zero for its effects on later links."""
+    later_links = ~np.eye(w.n, w.n + 1, dtype=bool)
+    return np.asarray(scale_entries(later_links, 0)(w, effects))
 
 
 def _keep_last_link(chain: Chain, _: AnswerShape) -> Iterator[MistakeVariant]:
-    links = moving_links(chain)
+    """Yield the variant in which only the last link contributes to the columns."""
+    links = list_moving_links(chain)
     if len(links) > 1:
         yield MistakeVariant({"effects": scale_entries((slice(None), links[:-1]), 0)})
 
@@ -68,8 +74,8 @@ def _keep_last_link(chain: Chain, _: AnswerShape) -> Iterator[MistakeVariant]:
 def _mirror_effects(w: StageResults, joint: int) -> np.ndarray:
     """Return the effects of a joint on the links, (n + 1, 3, …), with the angles of its run negated.
 
-    The run consists of the consecutive parallel joints that the joint belongs to. An effect is the derivative of a
-    link's vector with respect to the joint's variable.
+    The run consists of the consecutive parallel joints to which the joint belongs. Negating their angles flips the
+    derivatives of all sines and leaves the derivatives of all cosines unchanged.
     """
     first = first_joint_of_run(w.chain, joint)
     run = [i for i in range(w.n) if first_joint_of_run(w.chain, i) == first and w["kinds"][i] == "R"]
@@ -82,14 +88,20 @@ def _mirror_effects(w: StageResults, joint: int) -> np.ndarray:
 
 
 def _flip_derivative(sign: int) -> VariantGenerator:
+    """Return a function that yields the variant with a wrong sign in the derivatives of all cosines or of all sines.
+
+    `sign` is -1 for the cosines and 1 for the sines.
+    """
+
     def apply_change(w: StageResults, effects: np.ndarray) -> np.ndarray:
         kinds = w["kinds"]
         return np.stack([sign * _mirror_effects(w, i) if kinds[i] == "R" else effects[i] for i in range(w.n)])
 
-    return variants_if(lambda chain: joints_of_kind(chain, "R"), {"effects": apply_change})
+    return vary_if(lambda chain: chain.joints_of_kind("R"), {"effects": apply_change})
 
 
 def _skip_differentiation(w: StageResults, effects: np.ndarray) -> np.ndarray:
+    """Return the later link vectors themselves instead of their derivatives with respect to a revolute joint."""
     new_effects, links = np.array(effects), w.arithmetic.drop_derivatives(np.stack(w["links"]))
     for joint in range(w.n):
         if w["kinds"][joint] == "R":
@@ -101,19 +113,17 @@ def _skip_differentiation(w: StageResults, effects: np.ndarray) -> np.ndarray:
 # --- propagation ---
 
 
-def _propagated_variants(changes: Mapping[str, Change], names_axis: bool = False) -> VariantGenerator:
-    """Return a function that yields one variant, in which the linear rows are propagated after the changes.
+def _vary_propagation(*change_sets: Mapping[str, Change], names_axis: bool = False) -> VariantGenerator:
+    """Return a function that yields one variant per set of changes, in which the linear rows are propagated.
 
-    If `names_axis`, the message names frame i and axis i.
+    If `names_axis`, the message names the frame on the axis of joint i, and this axis.
     """
-
-    def variants(chain: Chain, _: AnswerShape) -> Iterator[MistakeVariant]:
-        yield propagated_variant(changes, _axis_words(chain) if names_axis else {})
-
-    return variants
+    return lambda chain, _: (
+        make_propagated_variant(changes, _make_axis_words(chain) if names_axis else {}) for changes in change_sets
+    )
 
 
-def _axis_words(chain: Chain) -> dict[str, object]:
+def _make_axis_words(chain: Chain) -> dict[str, object]:
     """Return the names of the axis of joint i and of the frame on this axis, in the arm's convention."""
     convention = convention_of(chain)
     return {"frame": convention.frame_index, "axis": convention.plain_axis}
@@ -127,39 +137,39 @@ def _shift_to_previous(w: StageResults, vectors: np.ndarray) -> np.ndarray:
     return np.concatenate([vectors[:1], vectors[:-1]])
 
 
-def _start_arms_one_frame_earlier(w: StageResults, arms: np.ndarray) -> np.ndarray:
-    return np.concatenate([w["point"][None] - w["origins"][:1], arms[:-1]])
-
-
-def _use_next_axis(chain: Chain, _: AnswerShape) -> Iterator[MistakeVariant]:
-    yield propagated_variant({"axes": _shift_to_next}, _axis_words(chain))
-    products: Change = lambda w, _: [cross(w["axes"][i + 1], w["arms"][i]) for i in range(w.n)]  # noqa: E731
-    yield propagated_variant({"products": products}, _axis_words(chain))
+def _start_one_frame_earlier(w: StageResults, vectors_to_point: np.ndarray) -> np.ndarray:
+    """Return the vectors to P, each from the frame on the previous joint axis; the first starts at the base."""
+    return np.concatenate([w["point"][None] - w["origins"][:1], vectors_to_point[:-1]])
 
 
 def _start_at_other_origin(chain: Chain, _: AnswerShape) -> Iterator[MistakeVariant]:
+    """Yield variants in which the vector from one joint axis to P starts at the frame on another joint axis."""
+
+    def replace_vector(w: StageResults, vectors_to_point: np.ndarray, i: int, j: int) -> np.ndarray:
+        return vectors_to_point[[j if k == i else k for k in range(len(vectors_to_point))]]
+
     for i, j in permutations(range(chain.n), 2):
-
-        def apply_change(w: StageResults, arms: np.ndarray, i: int = i, j: int = j) -> np.ndarray:
-            return np.stack([arms[j] if k == i else arm for k, arm in enumerate(arms)])
-
         frame, other_frame = (convention_of(chain).frame_on_axis(joint + 1) for joint in (i, j))
-        yield MistakeVariant({"arms": apply_change}, {"joint": i + 1, "frame": frame, "other": other_frame})
+        words = {"joint": i + 1, "frame": frame, "other": other_frame}
+        yield MistakeVariant({"arms": partial(replace_vector, i=i, j=j)}, words)
 
 
-def _stop_at_next_origin(w: StageResults, arms: np.ndarray) -> np.ndarray:
+def _stop_at_next_origin(w: StageResults, vectors_to_point: np.ndarray) -> np.ndarray:
+    """Return the link vectors instead of the vectors to P."""
     links = w.arithmetic.drop_derivatives(np.stack(w["links"]))
-    return np.stack([*links[: w.n], arms[-1]])
+    return np.stack([*links[: w.n], vectors_to_point[-1]])
 
 
 def _treat_as(wrong_kind: str, correct_kind: str) -> VariantGenerator:
+    """Return a function that yields variants in which joints of the correct kind are treated as the wrong kind."""
+
     def treat(treated_joints: Sequence[int]) -> MistakeVariant:
         def apply_change(w: StageResults, correct_kinds: list[str]) -> list[str]:
             return [wrong_kind if i in treated_joints else kind for i, kind in enumerate(correct_kinds)]
 
-        return propagated_variant({"kinds": apply_change}, joint_words(treated_joints))
+        return make_propagated_variant({"kinds": apply_change}, make_joint_words(treated_joints))
 
-    return lambda chain, shape: vary_each_joint_and_all(joints_of_kind(chain, correct_kind), treat)
+    return lambda chain, shape: vary_each_joint_and_all(chain.joints_of_kind(correct_kind), treat)
 
 
 def _replace_angular(
@@ -175,42 +185,44 @@ def _replace_angular(
 
 def _rotate_prismatic_joints(joints: Sequence[int]) -> MistakeVariant:
     """Return the variant that gives prismatic joints an angular velocity."""
-    return _replace_angular(lambda w, i, column: w["axes"][i] if i in joints else column, joint_words(joints))
+    return _replace_angular(lambda w, i, column: w["axes"][i] if i in joints else column, make_joint_words(joints))
 
 
 def _rotate_one_prismatic_joint(chain: Chain, _: AnswerShape) -> Iterator[MistakeVariant]:
-    for i in joints_of_kind(chain, "P"):
-        yield _rotate_prismatic_joints([i])
+    return map(_rotate_prismatic_joints, ([i] for i in chain.joints_of_kind("P")))
 
 
 def _rotate_all_prismatic_joints(chain: Chain, _: AnswerShape) -> Iterator[MistakeVariant]:
-    prismatic_joints = joints_of_kind(chain, "P")
+    prismatic_joints = chain.joints_of_kind("P")
     if len(prismatic_joints) > 1:
         yield _rotate_prismatic_joints(prismatic_joints)
 
 
 def _drop_angular(joints: Sequence[int]) -> MistakeVariant:
-    return _replace_angular(lambda w, i, column: 0 * column if i in joints else column, joint_words(joints))
+    return _replace_angular(lambda w, i, column: 0 * column if i in joints else column, make_joint_words(joints))
 
 
 def _keep_one_angular(chain: Chain, _: AnswerShape) -> Iterator[MistakeVariant]:
-    revolute_joints = joints_of_kind(chain, "R")
+    revolute_joints = chain.joints_of_kind("R")
     for i in revolute_joints if len(revolute_joints) > 2 else ():
-        yield replace(_drop_angular([k for k in range(chain.n) if k != i]), words=joint_words([i]))
+        yield replace(_drop_angular([k for k in range(chain.n) if k != i]), words=make_joint_words([i]))
 
 
 def _use_next_angular(chain: Chain, _: AnswerShape) -> Iterator[MistakeVariant]:
     yield _replace_angular(
-        lambda w, i, column: column if w["kinds"][i] == "P" else w["axes"][i + 1], _axis_words(chain)
+        lambda w, i, column: column if w["kinds"][i] == "P" else w["axes"][i + 1], _make_axis_words(chain)
     )
 
 
 def _use_tool_frame(chain: Chain, _: AnswerShape) -> Iterator[MistakeVariant]:
-    def rotate(w: StageResults, vectors: np.ndarray) -> np.ndarray:
-        rotation = w["last rotation"].swapaxes(0, 1)
-        return np.stack([apply_matrix(rotation, vectors[:, i]) for i in range(vectors.shape[1])], axis=1)
+    """Yield variants with the columns of J, or only the axes, in the coordinates of the last frame.
 
-    # In questions about the last frame, the vectors need not be rotated again.
+    In questions about the last frame, the vectors are not rotated again.
+    """
+
+    def rotate(w: StageResults, vectors: np.ndarray) -> np.ndarray:
+        return matrix_product(w["last rotation"].swapaxes(0, 1), vectors)
+
     yield MistakeVariant({"linear": rotate, "angular": rotate, "tool jacobian": _leave_in_base(slice(0, 6))})
     axes: Change = lambda w, axes: rotate(w, axes.swapaxes(0, 1)).swapaxes(0, 1)  # noqa: E731
     yield MistakeVariant({"axes": axes, "tool jacobian": _leave_in_base(slice(3, 6))})
@@ -222,33 +234,25 @@ def _use_local_axes(w: StageResults, axes: np.ndarray) -> np.ndarray:
     return np.stack([local_axis] * len(axes))
 
 
-def _rotations_on_axes(w: StageResults) -> list[np.ndarray]:
+def _list_rotations_on_axes(w: StageResults) -> list[np.ndarray]:
     """Return the rotations of the frames on the joint axes, with the last repeated if there is no next frame."""
     frames = [convention_of(w.chain).frame_on_axis(joint) for joint in range(1, w.n + 2)]
     return [convention_rotation(w, min(frame, w.n)) for frame in frames]
 
 
-def _use_x_or_y_axes(chain: Chain, _: AnswerShape) -> Iterator[MistakeVariant]:
-    for axis in "xy":
-        yield propagated_variant({"axes": _take_frame_axis(axis, range(chain.n + 1))}, {"axis": axis})
+def _use_frame_axis(axis: str, joint: int | None = None) -> MistakeVariant:
+    """Return the variant with the x or y axis of the frame instead of the joint axis, for one joint or for all."""
 
-
-def _use_x_or_y_axis_once(chain: Chain, _: AnswerShape) -> Iterator[MistakeVariant]:
-    for axis, i in product("xy", range(chain.n)):
-        yield propagated_variant({"axes": _take_frame_axis(axis, [i])}, {"axis": axis, "joint": i + 1})
-
-
-def _take_frame_axis(axis: str, joints: Sequence[int]) -> Change:
     def apply_change(w: StageResults, axes: np.ndarray) -> np.ndarray:
-        columns = [rotation[:, "xy".index(axis)] for rotation in _rotations_on_axes(w)]
-        return np.stack([column if i in joints else axes[i] for i, column in enumerate(columns)])
+        columns = [rotation[:, "xy".index(axis)] for rotation in _list_rotations_on_axes(w)]
+        return np.stack([column if joint in (i, None) else axes[i] for i, column in enumerate(columns)])
 
-    return apply_change
+    words = {"axis": axis} if joint is None else {"axis": axis, "joint": joint + 1}
+    return make_propagated_variant({"axes": apply_change}, words)
 
 
 def _flip_axis(chain: Chain, _: AnswerShape) -> Iterator[MistakeVariant]:
-    for i in range(chain.n):
-        yield propagated_variant({"axes": scale_entries(i, -1)}, {"joint": i + 1})
+    return (make_propagated_variant({"axes": scale_entries(i, -1)}, {"joint": i + 1}) for i in range(chain.n))
 
 
 def _drop_joint(chain: Chain, _: AnswerShape) -> Iterator[MistakeVariant]:
@@ -258,15 +262,10 @@ def _drop_joint(chain: Chain, _: AnswerShape) -> Iterator[MistakeVariant]:
         yield MistakeVariant({"linear": drop, "angular": drop}, {"joint": i + 1})
 
 
-def _exchange_arms(chain: Chain, _: AnswerShape) -> Iterator[MistakeVariant]:
-    for i, j in combinations(range(chain.n), 2):
-        yield propagated_variant({"arms": exchange(i, j)}, {"joint": i + 1, "other": j + 1})
-
-
 def _leave_vectors_in_base(chain: Chain, _: AnswerShape) -> Iterator[MistakeVariant]:
-    """Yield variants that leave the vectors of J, or only the linear or angular ones, in the base frame.
+    """Yield variants that leave the vectors of J, or only its linear or angular vectors, in the base frame.
 
-    They change only questions that ask for another frame.
+    The variants change the answers only to questions that ask for another frame.
     """
     for words, rows in (("vectors", slice(0, 6)), ("angular vectors", slice(3, 6)), ("linear vectors", slice(0, 3))):
         yield MistakeVariant({"tool jacobian": _leave_in_base(rows)}, {"vectors": words})
@@ -323,47 +322,52 @@ def _use_other_velocity(chain: Chain, shape: AnswerShape) -> Iterator[MistakeVar
 VARIANTS: dict[str, VariantGenerator] = {
     "chain-rule": _scale_term(0, min_terms=2),
     "joint-left-out": _drop_joint,
-    "own-link-only": single_variant({"effects": _keep_own_link}),
+    "own-link-only": vary_always({"effects": _keep_own_link}),
     "last-link-only": _keep_last_link,
     "term-sign": _scale_term(-1, min_terms=1),
     "derivative-of-cosine": _flip_derivative(-1),
     "derivative-of-sine": _flip_derivative(1),
-    "not-differentiated": single_variant({"effects": _skip_differentiation}),
-    "next-axis": _use_next_axis,
-    "next-arm": _propagated_variants({"arms": _shift_to_next}, names_axis=True),
-    "next-frame": _propagated_variants({"axes": _shift_to_next, "arms": _shift_to_next}, names_axis=True),
-    "previous-frame": _propagated_variants({"axes": _shift_to_previous, "arms": _start_arms_one_frame_earlier}),
-    "previous-axis": _propagated_variants({"axes": _shift_to_previous}, names_axis=True),
-    "cross-order": _propagated_variants({"products": lambda w, _: list(map(cross, w["arms"], w["axes"]))[: w.n]}),
-    "no-cross-product": _propagated_variants({"products": lambda w, _: w["arms"]}),
-    "arm-from-base": _propagated_variants({"arms": lambda w, arms: np.stack([w["point"]] * len(arms))}),
+    "not-differentiated": vary_always({"effects": _skip_differentiation}),
+    "next-axis": _vary_propagation(
+        {"axes": _shift_to_next},
+        {"products": lambda w, _: [cross(w["axes"][i + 1], w["arms"][i]) for i in range(w.n)]},
+        names_axis=True,
+    ),
+    "next-arm": _vary_propagation({"arms": _shift_to_next}, names_axis=True),
+    "next-frame": _vary_propagation({"axes": _shift_to_next, "arms": _shift_to_next}, names_axis=True),
+    "previous-frame": _vary_propagation({"axes": _shift_to_previous, "arms": _start_one_frame_earlier}),
+    "previous-axis": _vary_propagation({"axes": _shift_to_previous}, names_axis=True),
+    "cross-order": _vary_propagation({"products": lambda w, _: list(map(cross, w["arms"], w["axes"]))[: w.n]}),
+    "no-cross-product": _vary_propagation({"products": lambda w, _: w["arms"]}),
+    "arm-from-base": _vary_propagation({"arms": lambda w, arms: np.stack([w["point"]] * len(arms))}),
     "arm-from-other-origin": _start_at_other_origin,
-    "arm-to-origin": _propagated_variants({"arms": lambda w, _: w["frames on axes"]}),
-    "arm-reversed": _propagated_variants({"arms": lambda w, arms: -arms}),
-    "arm-of-one-link": _propagated_variants({"arms": _stop_at_next_origin}),
+    "arm-to-origin": _vary_propagation({"arms": lambda w, _: w["frames on axes"]}),
+    "arm-reversed": _vary_propagation({"arms": lambda w, arms: -arms}),
+    "arm-of-one-link": _vary_propagation({"arms": _stop_at_next_origin}),
     "prismatic-as-revolute": _treat_as("R", "P"),
     "revolute-as-prismatic": _treat_as("P", "R"),
     "slide-turns": _rotate_one_prismatic_joint,
-    "no-angular-part": lambda chain, _: vary_each_joint_and_all(joints_of_kind(chain, "R"), _drop_angular),
+    "no-angular-part": lambda chain, _: vary_each_joint_and_all(chain.joints_of_kind("R"), _drop_angular),
     "slides-turn": _rotate_all_prismatic_joints,
     "angular-of-one-joint": _keep_one_angular,
     "angular-of-next-axis": _use_next_angular,
-    "blocks-exchanged": single_variant({"geometric": lambda w, both: np.roll(both, 3, axis=0)}),
+    "blocks-exchanged": vary_always({"geometric": lambda w, both: np.roll(both, 3, axis=0)}),
     "tool-frame": _use_tool_frame,
-    "own-frames": _propagated_variants({"axes": _use_local_axes}),
-    "wrong-axis": _use_x_or_y_axes,
-    "wrong-axis-of-joint": _use_x_or_y_axis_once,
-    "row-of-rotation": _propagated_variants(
-        {"axes": lambda w, _: np.stack([turn[2] for turn in _rotations_on_axes(w)])}
+    "own-frames": _vary_propagation({"axes": _use_local_axes}),
+    "wrong-axis": vary_each(lambda _: [("x",), ("y",)], _use_frame_axis),
+    "wrong-axis-of-joint": vary_each(lambda chain: product("xy", range(chain.n)), _use_frame_axis),
+    "row-of-rotation": _vary_propagation(
+        {"axes": lambda w, _: np.stack([rotation[2] for rotation in _list_rotations_on_axes(w)])}
     ),
     "axis-sign": _flip_axis,
     "rows-not-turned": _leave_vectors_in_base,
-    "turned-the-wrong-way": single_variant(
-        {
-            "tool jacobian": lambda w, _: rotate_rows(w["last rotation"], w["geometric"]),
-        }
+    "turned-the-wrong-way": vary_always(
+        {"tool jacobian": lambda w, _: rotate_rows(w["last rotation"], w["geometric"])}
     ),
     "frame-before": _use_earlier_frame,
     "velocity-of-other-frame": _use_other_velocity,
-    "arms-exchanged": _exchange_arms,
+    "arms-exchanged": vary_each(
+        lambda chain: combinations(range(chain.n), 2),
+        lambda i, j: make_propagated_variant({"arms": exchange(i, j)}, {"joint": i + 1, "other": j + 1}),
+    ),
 }

@@ -1,4 +1,4 @@
-"""Sample the configurations at which an answer is evaluated: the one that the question gives, or random ones."""
+"""Sample the configurations at which an answer is evaluated: the question's configuration, or random configurations."""
 
 import numpy as np
 
@@ -10,6 +10,7 @@ from qdot.exercises.formula.program import evaluate
 from qdot.exercises.problem.problem import Part
 
 SymbolValues = dict[str, np.ndarray]
+"""Maps the name of each symbol to its values at N configurations, (N,)."""
 
 
 def sample_values(domain: Domain, count: int, stream: Stream) -> SymbolValues:
@@ -22,7 +23,10 @@ def sample_values(domain: Domain, count: int, stream: Stream) -> SymbolValues:
 
 
 def sample_configurations(chain: Chain, part: Part, domain: Domain, count: int, stream: Stream) -> SymbolValues:
-    """Return N values of each symbol: at the configuration that a part gives (N = 1), or at `count` random ones."""
+    """Return N values of each symbol: at the configuration of the question (N = 1), or at random (N = `count`).
+
+    A question may also give the values of some joints only; the other symbols are then random.
+    """
     sampled = sample_values(domain, count, stream)
     fixed = part.details.list_given_values(chain)
     if not fixed:
@@ -32,7 +36,7 @@ def sample_configurations(chain: Chain, part: Part, domain: Domain, count: int, 
 
 
 def fix_given_joints(part: Part, values: SymbolValues) -> SymbolValues:
-    """Return the values of all symbols, with the values of joints that the part gives inserted."""
+    """Return the values of all symbols, with the values of the joints that the question gives inserted."""
     count = len(next(iter(values.values())))
     fixed = part.details.given_joints.items()
     return values | {q.name: evaluate(compile_expression(value), values, count)[0][0].real for q, value in fixed}

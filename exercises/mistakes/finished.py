@@ -1,11 +1,12 @@
 """Mistakes in finished formulas: an entry was simplified, copied or typed with one error.
 
-Each entry is taken both as it is written and as a sum of products, and one thing is changed: a sign, a term, a factor,
-a sine or cosine, or an angle. A mistake that changes every angle in the same way is made in all entries.
+An edit of an entry changes one thing: a sign, a term, a factor, a sine or cosine, or an angle. It starts from the
+entry as it is written, or from the entry as a sum of products. A mistake that changes every angle in the same way is
+made in all entries. Formulas are trees of nodes (`formula.trees`); a trig is a sine or cosine.
 """
 
 from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from fractions import Fraction
 from functools import partial, reduce
 from itertools import combinations
@@ -31,8 +32,9 @@ MAX_TERMS = 40
 """Maximum number of terms of an entry that is expanded into a sum of products."""
 
 TRIG_FUNCTIONS = ("sin", "cos")
+HALF, DEGREES_PER_RADIAN = number(Fraction(1, 2)), divide_nodes(number(180), Node("name", value="pi"))
 DERIVATIVE_MISTAKES = frozenset({"wave-derived", "wave-not-derived"})
-"""The mistakes that occur only in entries that are found by differentiation."""
+"""The mistakes that occur only in entries that are derivatives."""
 
 
 @dataclass(frozen=True)
@@ -45,11 +47,14 @@ class Edit:
 
     @property
     def missing_words(self) -> str:
-        """A phrase that identifies the missing part by its lengths, rates and numbers, or otherwise by its joints."""
-        identifying_names = [] if self.missing_node is None else [*dict.fromkeys(_find_factors(self.missing_node))]
-        if self.missing_node is not None and not identifying_names:
-            identifying_names = sorted(name for name in find_names(self.missing_node) if name != "pi")
-        return f" (with {', '.join(identifying_names)} in it)" if identifying_names else ""
+        """A phrase that identifies the missing part by its lengths, rates and decimals, or otherwise by its joints.
+
+        The phrase is empty if nothing is missing, or if the part has no names.
+        """
+        if self.missing_node is None:
+            return ""
+        names = [*dict.fromkeys(_find_factors(self.missing_node))] or sorted(find_names(self.missing_node) - {"pi"})
+        return f" (with {', '.join(names)} in it)" if names else ""
 
 
 def _find_factors(node: Node) -> Iterator[str]:
@@ -69,7 +74,7 @@ def _is_trig(node: Node) -> bool:
 
 
 def edit_entry(entry: Node, symbols: Iterable[str] = ()) -> Iterator[Edit]:
-    """Yield an entry with each possible mistake, such as one of the `symbols` confused with a similar one."""
+    """Yield an entry with each possible mistake, one at a time; a name may be confused with one of the `symbols`."""
     if count_nodes(entry) > MAX_ENTRY_NODES:
         return
     yield from _edit_each_node(entry, partial(_mistype_symbol, sorted(symbols)))
@@ -100,19 +105,18 @@ def _edit_all_trigs(entry: Node) -> Iterator[Edit]:
     if len(angles) > 1:
         yield Edit("waves-typed", _map_trigs(entry, _swap_trig))
     sums = [angle for angle in dict.fromkeys(angles) if len(split_terms(angle)) > 1]
-    for keep in (True, False):
-        new_angles = {angle: _keep_last_angle(keep)(angle) for angle in sums}
+    for keeps_constants in (True, False):
+        new_angles = {angle: _keep_last_angle(keeps_constants)(angle) for angle in sums}
         if sum(new_angle != angle for angle, new_angle in new_angles.items()) > 1:
             yield Edit("angles-typed", _map_trigs(entry, partial(_replace_angle, new_angles)))
 
 
 def _edit_each_node(node: Node, edit_node: Callable[[Node], Iterator[Edit]]) -> Iterator[Edit]:
-    """Yield a tree with each of its nodes edited in turn."""
+    """Yield the edits of a tree in which one of its nodes is edited."""
     yield from edit_node(node)
     for k, arg in enumerate(node.args):
         for edit in _edit_each_node(arg, edit_node):
-            new_tree = Node(node.kind, (*node.args[:k], edit.entry, *node.args[k + 1 :]), node.value)
-            yield Edit(edit.mistake, new_tree, edit.missing_node)
+            yield replace(edit, entry=node.with_args([*node.args[:k], edit.entry, *node.args[k + 1 :]]))
 
 
 def _edit_node(node: Node) -> Iterator[Edit]:
@@ -123,7 +127,7 @@ def _edit_node(node: Node) -> Iterator[Edit]:
         yield Edit("wave-not-derived" if node.value == "sin" else "wave-derived", negate(swapped))
         yield Edit("wave-and-sign", negate(swapped))
         for angle in _edit_angle(node.args[0]):
-            yield Edit("angle-typed", Node("call", (angle,), node.value))
+            yield Edit("angle-typed", node.with_args([angle]))
         yield from _split_trig_of_sum(node)
     elif node.kind in _OPERATIONS and not _is_angle(node):
         yield from _OPERATIONS[node.kind](node)
@@ -141,54 +145,42 @@ def _edit_sum(node: Node) -> Iterator[Edit]:
         for edit in _edit_product(second_term):
             if edit.mistake == "bracket-missing":
                 first_factor, second_factor = edit.entry.args
-                yield Edit(
-                    "bracket-missing", Node(edit.entry.kind, (subtract_nodes(first_term, first_factor), second_factor))
-                )
+                args = [subtract_nodes(first_term, first_factor), second_factor]
+                yield replace(edit, entry=edit.entry.with_args(args))
 
 
 def _add_unlike_terms(node: Node) -> Iterator[Edit]:
     """Yield a sum with a number added to the coefficient of an unlike term: 0.6 x instead of 0.2 + 0.4 x."""
+    combine = add_nodes if node.kind == "+" else subtract_nodes
     for constant, term in (node.args, node.args[::-1]):
         if constant.kind in ("number", "decimal") and find_names(term):
-            factor = _numeric_factor(constant) / _numeric_factor(term) if _numeric_factor(term) else Fraction(0)
-            kept_term, scaled_term = (term, multiply_nodes(number(factor), term))
-            yield Edit(
-                "unlike-terms-added",
-                add_nodes(kept_term, scaled_term) if node.kind == "+" else subtract_nodes(kept_term, scaled_term),
-            )
+            coefficient = _numeric_factor(term)
+            factor = _numeric_factor(constant) / coefficient if coefficient else Fraction(0)
+            yield Edit("unlike-terms-added", combine(term, multiply_nodes(number(factor), term)))
 
 
 def _edit_product(node: Node) -> Iterator[Edit]:
     first_factor, second_factor = node.args
     yield from _drop_denominator_bracket(first_factor, second_factor)
-    if (
-        second_factor.kind == "call"
-        and second_factor.value in TRIG_FUNCTIONS
-        and len(split_terms(second_factor.args[0])) > 1
-    ):
-        first, *rest = _trigs_of_terms(second_factor)  # s1 + s2 instead of s12, without a bracket
-        yield Edit("sum-of-angles-split", add_nodes(multiply_nodes(first_factor, first), _sum(rest)))
-    for missing, kept in ((first_factor, second_factor), (second_factor, first_factor)):
-        yield Edit("factor-missing", kept, missing)
-        if missing.kind in ("+", "-"):  # the other factor multiplies only one of the terms
-            add = add_nodes if missing.kind == "+" else subtract_nodes
-            yield Edit("waves-in-factor", multiply_nodes(_map_trigs(missing, _swap_trig), kept))
-            yield Edit("bracket-missing", add(missing.args[0], multiply_nodes(missing.args[1], kept)))
-            yield Edit("bracket-missing", add(multiply_nodes(kept, missing.args[0]), missing.args[1]))
+    if _is_trig(second_factor) and len(split_terms(second_factor.args[0])) > 1:
+        first_trig, *later_trigs = _trigs_of_terms(second_factor)  # s1 + s2 instead of s12, without a bracket
+        yield Edit("sum-of-angles-split", add_nodes(multiply_nodes(first_factor, first_trig), _sum(later_trigs)))
+    for factor, other_factor in (node.args, node.args[::-1]):
+        yield Edit("factor-missing", other_factor, factor)
+        if factor.kind in ("+", "-"):  # the other factor multiplies only one of the terms
+            combine, (first_term, second_term) = add_nodes if factor.kind == "+" else subtract_nodes, factor.args
+            yield Edit("waves-in-factor", multiply_nodes(_map_trigs(factor, _swap_trig), other_factor))
+            yield Edit("bracket-missing", combine(first_term, multiply_nodes(second_term, other_factor)))
+            yield Edit("bracket-missing", combine(multiply_nodes(other_factor, first_term), second_term))
 
 
 def _edit_quotient(node: Node) -> Iterator[Edit]:
     numerator, denominator = node.args
     terms = split_terms(numerator)
+    quotients = [divide_nodes(term, denominator) for term in terms]
     for k in range(len(terms)) if 1 < len(terms) <= MAX_TERMS else ():  # divide only one term, or all but one
-        yield Edit(
-            "bracket-missing",
-            _sum([divide_nodes(term, denominator) if i == k else term for i, term in enumerate(terms)]),
-        )
-        yield Edit(
-            "bracket-missing",
-            _sum([term if i == k else divide_nodes(term, denominator) for i, term in enumerate(terms)]),
-        )
+        yield Edit("bracket-missing", _sum([*terms[:k], quotients[k], *terms[k + 1 :]]))
+        yield Edit("bracket-missing", _sum([*quotients[:k], terms[k], *quotients[k + 1 :]]))
     if denominator.kind in ("+", "-", "*"):  # divide by only one of the two operands
         for divisor, remainder in (denominator.args, denominator.args[::-1]):
             yield Edit("bracket-missing", Node(denominator.kind, (divide_nodes(numerator, divisor), remainder)))
@@ -207,7 +199,7 @@ def _edit_negative(node: Node) -> Iterator[Edit]:
     yield Edit("term-sign-typed", inside)
     yield from _drop_denominator_bracket(number(-1), inside)
     terms = split_terms(inside.args[0]) if inside.kind == "/" else []
-    if 1 < len(terms) <= MAX_TERMS:  # negate only the first term, and divide only the last one
+    if 1 < len(terms) <= MAX_TERMS:  # negate only the first term, and divide only the last term
         yield Edit("bracket-missing", _sum([negate(terms[0]), *terms[1:-1], divide_nodes(terms[-1], inside.args[1])]))
 
 
@@ -215,13 +207,8 @@ def _drop_denominator_bracket(factor: Node, quotient: Node) -> Iterator[Edit]:
     """Yield a factor times a quotient, without the brackets around the denominator."""
     if quotient.kind == "/" and quotient.args[1].kind in ("+", "-"):
         numerator, denominator = quotient.args
-        yield Edit(
-            "bracket-missing",
-            Node(
-                denominator.kind,
-                (divide_nodes(multiply_nodes(factor, numerator), denominator.args[0]), denominator.args[1]),
-            ),
-        )
+        first_term = divide_nodes(multiply_nodes(factor, numerator), denominator.args[0])
+        yield Edit("bracket-missing", denominator.with_args([first_term, denominator.args[1]]))
 
 
 _OPERATIONS: dict[str, Callable[[Node], Iterator[Edit]]] = {
@@ -230,7 +217,7 @@ _OPERATIONS: dict[str, Callable[[Node], Iterator[Edit]]] = {
 
 
 def _numeric_factor(node: Node) -> Fraction:
-    """Return the numeric factor of a product."""
+    """Return the numeric factor of a product; 0 if the product has 0 as a divisor."""
     if node.kind in ("number", "decimal"):
         return Fraction(node.value)
     if node.kind == "neg":
@@ -244,7 +231,7 @@ def _numeric_factor(node: Node) -> Fraction:
 def _mistype_symbol(symbols: Sequence[str], node: Node) -> Iterator[Edit]:
     """Yield a name replaced by each similar name."""
     for symbol in symbols if node.kind == "name" else ():
-        if symbol != node.value and _name_stem(symbol) == _name_stem(str(node.value)):
+        if symbol != node.value and _find_stem(symbol) == _find_stem(str(node.value)):
             yield Edit("symbol-typed", Node("name", value=symbol))
 
 
@@ -252,7 +239,7 @@ def _exchange_similar_symbols(entry: Node, symbols: Iterable[str]) -> Iterator[E
     """Yield an entry with two similar names exchanged."""
     present_symbols = sorted(find_names(entry) & set(symbols))
     for first, second in combinations(present_symbols, 2):
-        if _name_stem(first) == _name_stem(second):
+        if _find_stem(first) == _find_stem(second):
             first_leaf, second_leaf = Node("name", value=first), Node("name", value=second)
             yield Edit("symbol-typed", map_nodes(entry, {first_leaf: second_leaf, second_leaf: first_leaf}.get))
 
@@ -260,23 +247,18 @@ def _exchange_similar_symbols(entry: Node, symbols: Iterable[str]) -> Iterator[E
 def _add_joint_to_angle(symbols: Sequence[str], node: Node) -> Iterator[Edit]:
     """Yield a sine or cosine with a joint variable added to its angle, subtracted from it, or negated in it."""
     for joint in (Node("name", value=name) for name in symbols if _is_trig(node) and name.startswith("theta")):
-        is_single_angle = find_names(node.args[0]) == {joint.value}  # negating it is not a mistake in a sum of angles
-        for term in (
-            joint,
-            negate(joint),
-            multiply_nodes(TWO, joint),
-            *(() if is_single_angle else (negate(multiply_nodes(TWO, joint)),)),
-        ):
-            yield Edit("angle-typed", Node("call", (add_nodes(node.args[0], term),), node.value))
+        double = multiply_nodes(TWO, joint)
+        terms = [joint, negate(joint), double]
+        if find_names(node.args[0]) != {joint.value}:  # negating a single angle is not a mistake in a sum of angles
+            terms.append(negate(double))
+        for term in terms:
+            yield Edit("angle-typed", node.with_args([add_nodes(node.args[0], term)]))
 
 
 def replace_each_trig(entry: Node, replacement: Callable[[Node], Node]) -> list[Node]:
-    """Return copies of an entry, in each of which another sine or cosine is replaced.
-
-    `replacement` takes the tree of a sine or cosine and returns the one to put in its place.
-    """
-    edits_of_nodes = _edit_each_node(entry, lambda node: iter([Edit("", replacement(node))] if _is_trig(node) else []))
-    return [edit.entry for edit in edits_of_nodes]
+    """Return copies of an entry, in each of which one sine or cosine is replaced by its `replacement`."""
+    edits = _edit_each_node(entry, lambda node: iter([Edit("", replacement(node))] if _is_trig(node) else []))
+    return [edit.entry for edit in edits]
 
 
 def add_quarter_turn(node: Node) -> Node:
@@ -284,8 +266,8 @@ def add_quarter_turn(node: Node) -> Node:
     return _swap_trig(node) if node.value == "sin" else negate(_swap_trig(node))
 
 
-def _name_stem(name: str) -> str:
-    """Return the common stem of similar names such as theta1 and theta2, or fy and fz."""
+def _find_stem(name: str) -> str:
+    """Return the stem that similar names such as theta1 and theta2, or fy and fz, have in common."""
     return name[:-1] if len(name) == 2 and name[-1] in "xyz" else name.rstrip("0123456789")
 
 
@@ -302,22 +284,14 @@ def _split_trig_of_sum(node: Node) -> Iterator[Edit]:
     if len(terms) > 1:
         yield Edit("sum-of-angles-split", _sum(_trigs_of_terms(node)))
         yield Edit("sum-of-angles-split", _product(_trigs_of_terms(node)))
-        yield Edit("sum-of-angles-split", _sum(_signed_trigs_of_terms(node)))
-        all_but_last, last_term = _sum(terms[:-1]), terms[-1]
-        yield Edit("bracket-missing", add_nodes(Node("call", (all_but_last,), node.value), last_term))
+        signed_trigs = [negate(node.with_args(t.args)) if t.kind == "neg" else node.with_args([t]) for t in terms]
+        yield Edit("sum-of-angles-split", _sum(signed_trigs))  # the minus of a term stands before the function
+        yield Edit("bracket-missing", add_nodes(node.with_args([_sum(terms[:-1])]), terms[-1]))
 
 
 def _trigs_of_terms(node: Node) -> list[Node]:
     """Return the sine or cosine of each term of an angle."""
-    return [Node("call", (part,), node.value) for part in split_terms(node.args[0])]
-
-
-def _signed_trigs_of_terms(node: Node) -> list[Node]:
-    """Return the sine or cosine of each term of an angle; the minus of a negative term stands before the function."""
-    return [
-        negate(Node("call", part.args, node.value)) if part.kind == "neg" else Node("call", (part,), node.value)
-        for part in split_terms(node.args[0])
-    ]
+    return [node.with_args([term]) for term in split_terms(node.args[0])]
 
 
 def _product(factors: Sequence[Node]) -> Node:
@@ -325,35 +299,40 @@ def _product(factors: Sequence[Node]) -> Node:
 
 
 def _edit_angle(angle: Node) -> Iterator[Node]:
-    """Yield an angle with a term omitted or negated, a constant scaled, or its joint variables multiplied."""
+    """Yield an angle with one mistake in its terms.
+
+    A term is omitted or negated, a constant is scaled, all joint variables are multiplied, or only one of them is kept.
+    """
     terms = split_terms(angle)
-    joint_terms = [term for term in terms if find_names(term)]
+    joint_terms, constants = _split_constants(terms)
     for k, term in enumerate(terms):
         other_terms = [*terms[:k], *terms[k + 1 :]]
         if other_terms:
             yield _sum(other_terms)
-            if len(joint_terms) > 1 or not find_names(
-                term
-            ):  # negating a single angle is not a mistake in a sum of angles
+            if len(joint_terms) > 1 or term in constants:  # negating a single angle is not a mistake in a sum of angles
                 yield _sum([*other_terms, negate(term)])
-        if not find_names(term):
-            for factor in (number(2), number(Fraction(1, 2)), divide_nodes(number(180), Node("name", value="pi"))):
-                yield _sum([*other_terms, multiply_nodes(factor, term)])
+        for factor in (TWO, HALF, DEGREES_PER_RADIAN) if term in constants else ():
+            yield _sum([*other_terms, multiply_nodes(factor, term)])
     if len(joint_terms) > 1:
-        yield _sum([_product(joint_terms), *(term for term in terms if not find_names(term))])
-    if len(terms) > 2:
-        constants = [term for term in terms if not find_names(term)]
-        for term in terms:  # keep only one joint variable, without and with the constants
-            if find_names(term):
-                yield term
-                yield _sum([term, *constants])
+        yield _sum([_product(joint_terms), *constants])
+    for term in joint_terms if len(terms) > 2 else ():
+        yield term
+        yield _sum([term, *constants])
+
+
+def _split_constants(terms: Sequence[Node]) -> tuple[list[Node], list[Node]]:
+    """Return the terms of an angle that contain names of joint variables, and the constant terms."""
+    return [term for term in terms if find_names(term)], [term for term in terms if not find_names(term)]
 
 
 # --- the same mistake in all entries ---
 
 
 def edit_throughout(rows: Sequence[Sequence[Node]]) -> Iterator[tuple[str, list[list[Node]]]]:
-    """Yield the name of a mistake, and all entries with this mistake in every angle or wherever one angle occurs."""
+    """Yield the names of mistakes, each with all entries after this mistake was made throughout.
+
+    A mistake is made in every angle, or wherever one angle occurs.
+    """
     angles = list(dict.fromkeys(angle for row in rows for entry in row for angle in _find_angles(entry)))
     sums = [angle for angle in angles if len(split_terms(angle)) > 1]
     for name, change in _CHANGES_OF_ALL_ANGLES:
@@ -385,7 +364,7 @@ def _set_lengths_to_one(node: Node, lengths: Sequence[str]) -> Node:
 
 def _replace_angle(new_angles: Mapping[Node, Node], node: Node) -> Node:
     (angle,) = node.args
-    return Node("call", (new_angles.get(angle, angle),), node.value)
+    return node.with_args([new_angles.get(angle, angle)])
 
 
 def _swap_trig_of_angle(swapped_angle: Node, node: Node) -> Node:
@@ -411,14 +390,11 @@ def map_nodes(node: Node, change: Callable[[Node], Node | None]) -> Node:
     Unchanged subtrees remain the same objects, so their cached results can be used.
     """
     replacement = change(node)
-    if replacement is not None:
-        return replacement
-    args = tuple(map_nodes(arg, change) for arg in node.args)
-    is_unchanged = all(replacement is old for replacement, old in zip(args, node.args, strict=True))
-    return node if is_unchanged else Node(node.kind, args, node.value)
+    return node.with_args([map_nodes(arg, change) for arg in node.args]) if replacement is None else replacement
 
 
 def _find_angles(node: Node) -> Iterator[Node]:
+    """Yield the angles of the sines and cosines in a tree, from left to right."""
     if _is_trig(node):
         yield node.args[0]
         return
@@ -426,45 +402,37 @@ def _find_angles(node: Node) -> Iterator[Node]:
         yield from _find_angles(arg)
 
 
-def _drop_constants(angle: Node) -> Node:
-    return _sum([part for part in split_terms(angle) if find_names(part)])
-
-
 def _scale_constants(factor: Node) -> Callable[[Node], Node]:
-    return lambda angle: _sum(
-        [part if find_names(part) else multiply_nodes(factor, part) for part in split_terms(angle)]
-    )
+    """Return a function that multiplies the constants of a sum of angles by a factor."""
+    return lambda angle: _sum([t if find_names(t) else multiply_nodes(factor, t) for t in split_terms(angle)])
 
 
 def _keep_last_angle(keeps_constants: bool) -> Callable[[Node], Node]:
-    """Return a function that reduces a sum of angles to the last joint angle.
+    """Return a function that reduces a sum of joint angles to the last joint angle.
 
-    If `keeps_constants`, the constants of the sum remain, too.
+    If `keeps_constants`, the constants of the sum remain.
     """
 
     def reduce_angle(angle: Node) -> Node:
-        terms = split_terms(angle)
-        joint_terms = [part for part in terms if find_names(part)]
+        joint_terms, constants = _split_constants(split_terms(angle))
         if len(joint_terms) < 2:
             return angle
-        last_angle = max(joint_terms, key=lambda part: sorted(find_names(part)))
-        return _sum([last_angle, *(part for part in terms if keeps_constants and not find_names(part))])
+        last_term = max(joint_terms, key=lambda term: sorted(find_names(term)))
+        return _sum([last_term, *(constants if keeps_constants else ())])
 
     return reduce_angle
 
 
 _CHANGES_OF_ALL_ANGLES: tuple[tuple[str, Callable[[Node], Node]], ...] = (
-    ("constants-left-out", _drop_constants),
+    ("constants-left-out", _scale_constants(ZERO)),
     ("constants-sign", _scale_constants(number(-1))),
-    ("constants-in-degrees", _scale_constants(divide_nodes(number(180), Node("name", value="pi")))),
-    ("constants-wrong-radians", _scale_constants(number(2))),
-    ("constants-wrong-radians", _scale_constants(number(Fraction(1, 2)))),
+    ("constants-in-degrees", _scale_constants(DEGREES_PER_RADIAN)),
+    ("constants-wrong-radians", _scale_constants(TWO)),
+    ("constants-wrong-radians", _scale_constants(HALF)),
     ("relative-throughout", _keep_last_angle(keeps_constants=True)),
     ("relative-throughout", _keep_last_angle(keeps_constants=False)),
 )
-
-
-# --- sums of products ---
+"""The mistakes that change every angle, and how they change an angle."""
 
 
 def _sum(terms: Sequence[Node]) -> Node:

@@ -19,8 +19,7 @@ from qdot.exercises.mistakes.base import (
     MistakenAnswer,
     MistakeVariant,
     VariantGenerator,
-    joints_of_kind,
-    single_variant,
+    vary_always,
 )
 from qdot.exercises.mistakes.table import scale_angles
 from qdot.exercises.problem.problem import Part
@@ -28,7 +27,8 @@ from qdot.exercises.questions.path import DistanceDetails
 
 
 def _use_degrees(chain: Chain, _: AnswerShape) -> Iterator[MistakeVariant]:
-    revolute_joints = joints_of_kind(chain, "R")
+    """Yield variants with all angles of the table in degrees, only the joint variables, or only the base's angles."""
+    revolute_joints = chain.joints_of_kind("R")
     if revolute_joints:
         yield MistakeVariant({"table": scale_angles(180 / sp.pi)})
     if any(chain.offsets[i] != 0 for i in revolute_joints):
@@ -48,14 +48,14 @@ def _scale_base(w: StageResults, table: Table) -> Table:
 
 def _scale_variables(w: StageResults, table: Table) -> Table:
     """Return the table with joint variables in degrees and constants in radians."""
-    for i in joints_of_kind(w.chain, "R"):
+    for i in w.chain.joints_of_kind("R"):
         added_angle = w.arithmetic.table_entry((180 / sp.pi - 1) * w.chain.q[i])
         table = table.with_row(i, theta=table.rows[i].theta + added_angle)
     return table
 
 
 def _flip_value(chain: Chain, _: AnswerShape) -> Iterator[MistakeVariant]:
-    """Yield variants with the value of one joint variable negated, without the constant that the table adds."""
+    """Yield variants with the value of one joint variable negated, but not the offset that the table adds."""
 
     def flip(w: StageResults, table: Table, i: int) -> Table:
         entry = "theta" if chain.joints[i].kind == "R" else "d"
@@ -67,21 +67,21 @@ def _flip_value(chain: Chain, _: AnswerShape) -> Iterator[MistakeVariant]:
 
 
 def _scale_result(factor: float) -> VariantGenerator:
-    return single_variant({RESULT: lambda w, values: values * factor})
+    return vary_always({RESULT: lambda w, values: values * factor})
 
 
 def _scale_revolute_entries(factor: float) -> VariantGenerator:
     """Return a function that yields the variant with the entries of revolute joints scaled.
 
-    It yields nothing if the result does not have one entry for each joint.
+    The function yields nothing if the result does not have one entry for each joint.
     """
 
-    def variants(chain: Chain, shape: AnswerShape) -> Iterator[MistakeVariant]:
+    def generate(chain: Chain, shape: AnswerShape) -> Iterator[MistakeVariant]:
         if shape == (chain.n, 1):
             factors = np.array([factor if joint.kind == "R" else 1.0 for joint in chain.joints])
             yield MistakeVariant({RESULT: lambda w, values: values * factors[:, None, None]})
 
-    return variants
+    return generate
 
 
 # --- rates along a path ---
@@ -90,17 +90,17 @@ RatesWithWords = Iterator[tuple[np.ndarray, str]]
 """Yields wrong joint rates, each with additional words for the message."""
 
 
-def _answers_with_path_rates(mistaken_rates: Callable[[Chain, DistanceDetails], RatesWithWords]) -> AnswerGenerator:
-    """Return a function that yields answers with wrong joint rates along a path, computed in floating point."""
+def _change_path_rates(mistaken_rates: Callable[[Chain, DistanceDetails], RatesWithWords]) -> AnswerGenerator:
+    """Return a function that yields answers with the wrong joint rates along a path that `mistaken_rates` computes."""
 
-    def answers(chain: Chain, part: Part) -> Iterator[MistakenAnswer]:
+    def generate(chain: Chain, part: Part) -> Iterator[MistakenAnswer]:
         if part.kind == "path-rates" and isinstance(part.answer, Number):
             for rates, extra_words in mistaken_rates(chain, part.details_as(DistanceDetails)):
                 if np.isfinite(rates).all():
                     reference = sp.Matrix([sp.Float(float(rate)) for rate in rates])
                     yield MistakenAnswer(replace(part.answer, reference=reference), {"more": extra_words})
 
-    return answers
+    return generate
 
 
 def _compute_rates(line: StraightPath, distance: float, path_speed: float) -> np.ndarray:
@@ -110,12 +110,12 @@ def _compute_rates(line: StraightPath, distance: float, path_speed: float) -> np
     return np.array(samples[-1].slopes) * path_speed if is_reached else np.array([np.nan])
 
 
-def _rates_at_start(chain: Chain, details: DistanceDetails) -> RatesWithWords:
+def _use_rates_at_start(chain: Chain, details: DistanceDetails) -> RatesWithWords:
     yield _compute_rates(details.welding_line.make_line(chain), 0.0, float(details.welding_line.speed)), ""
 
 
 def _skip_normalization(chain: Chain, details: DistanceDetails) -> RatesWithWords:
-    for line, joint in _lines_without_offsets(chain, details):
+    for line, joint in _list_lines_without_offsets(chain, details):
         extra_words = ", and to have left out the constant of a joint" if joint else ""
         yield (
             _compute_rates(line, float(details.distance), float(details.welding_line.speed) * float(line.length)),
@@ -124,12 +124,15 @@ def _skip_normalization(chain: Chain, details: DistanceDetails) -> RatesWithWord
 
 
 def _drop_offset(chain: Chain, details: DistanceDetails) -> RatesWithWords:
-    for line, joint in islice(_lines_without_offsets(chain, details), 1, None):
+    for line, joint in islice(_list_lines_without_offsets(chain, details), 1, None):
         yield _compute_rates(line, float(details.distance), float(details.welding_line.speed)), str(joint)
 
 
-def _lines_without_offsets(chain: Chain, details: DistanceDetails) -> Iterator[tuple[StraightPath, int]]:
-    """Yield the line with 0, then for each joint the line of the arm without its offset, with the joint's number."""
+def _list_lines_without_offsets(chain: Chain, details: DistanceDetails) -> Iterator[tuple[StraightPath, int]]:
+    """Yield the correct line with the number 0, and then the lines of the arm without the offset of one joint.
+
+    Each of these lines has the number of the joint, counted from 1.
+    """
     yield details.welding_line.make_line(chain), 0
     for i, (joint, offset, q) in enumerate(zip(chain.joints, chain.offsets, chain.q, strict=True)):
         if offset != 0:
@@ -157,14 +160,14 @@ VARIANTS: dict[str, VariantGenerator] = {
     "millimetres": _scale_result(1000.0),
     "thousandth": _scale_result(0.001),
     "centimetres": _scale_result(100.0),
-    "root-forgotten": single_variant({"manipulability": lambda w, _: w["gram determinant"]}),
+    "root-forgotten": vary_always({"manipulability": lambda w, _: w["gram determinant"]}),
     "value-sign": _flip_value,
-    "ratio-turned-over": single_variant({"condition number": lambda w, value: 1 / value}),
-    "eigenvalues-for-singular-values": single_variant({"condition number": lambda w, value: value**2}),
+    "ratio-turned-over": vary_always({"condition number": lambda w, value: 1 / value}),
+    "eigenvalues-for-singular-values": vary_always({"condition number": lambda w, value: value**2}),
 }
 ANSWERS: dict[str, AnswerGenerator] = {
-    "rates-at-start": _answers_with_path_rates(_rates_at_start),
-    "direction-not-unit": _answers_with_path_rates(_skip_normalization),
-    "path-turned-round": _answers_with_path_rates(_reverse_path),
-    "offset-forgotten-on-path": _answers_with_path_rates(_drop_offset),
+    "rates-at-start": _change_path_rates(_use_rates_at_start),
+    "direction-not-unit": _change_path_rates(_skip_normalization),
+    "path-turned-round": _change_path_rates(_reverse_path),
+    "offset-forgotten-on-path": _change_path_rates(_drop_offset),
 }

@@ -1,4 +1,9 @@
-"""Mistakes in the position of the point of interest, the sum of the link vectors from the base to this point."""
+"""Mistakes in the position of the point of interest P, which is the sum of the link vectors from the base to P.
+
+A run is a sequence of consecutive joints with parallel axes. The absolute angle of a link is the sum of the joint
+angles of a run; the relative angle is the angle of the link's own joint. Links and joints are counted from 0. The last
+link vector leads from the origin of P's frame to P.
+"""
 
 from collections.abc import Callable, Iterator
 from functools import partial
@@ -9,21 +14,21 @@ import sympy as sp
 from qdot.exercises.arm.arithmetic import apply_matrix, matrix_product
 from qdot.exercises.arm.chain import Chain
 from qdot.exercises.arm.derivation_graph import Change, StageResults, links_to_point, rotation_x, rotation_z
-from qdot.exercises.mistakes.base import AnswerShape, MistakeVariant, VariantGenerator, joints_of_kind, variants_if
+from qdot.exercises.mistakes.base import AnswerShape, MistakeVariant, VariantGenerator, vary_if
 
 LinkVectors = list[np.ndarray]
 
 
 def first_joint_of_run(chain: Chain, link: int) -> int:
-    """Return the first joint of the run of consecutive parallel joints that a link's joint belongs to, from 0."""
+    """Return the first joint of the run to which the joint of a link belongs."""
     start = min(link, chain.n - 1)
     while start > 0 and sp.sin(chain.joints[start - 1].alpha) == 0:
         start -= 1
     return start
 
 
-def earlier_joints_in_run(chain: Chain, link: int) -> list[int]:
-    """Return the revolute joints that come before a link's own joint in the same run of parallel joints."""
+def list_earlier_joints(chain: Chain, link: int) -> list[int]:
+    """Return the revolute joints that come before the joint of a link in the same run."""
     return [i for i in range(first_joint_of_run(chain, link), min(link, chain.n)) if chain.joints[i].kind == "R"]
 
 
@@ -39,21 +44,25 @@ def _rotate_without(
     return rotation
 
 
-def _relative_link(w: StageResults, link: int, keeps_constants: bool = False) -> np.ndarray:
+def _compute_relative_link(w: StageResults, link: int, keeps_constants: bool = False) -> np.ndarray:
+    """Return the vector of a link without the angles of the earlier joints of its run."""
     frame = w.chain.point.frame if link == w.n else link
     return apply_matrix(
-        _rotate_without(w, frame, earlier_joints_in_run(w.chain, link), keeps_constants), w["own links"][link]
+        _rotate_without(w, frame, list_earlier_joints(w.chain, link), keeps_constants), w["own links"][link]
     )
 
 
-def moving_links(chain: Chain) -> list[int]:
-    """Return the links between the base and the point of interest that have a nonzero length."""
+def list_moving_links(chain: Chain) -> list[int]:
+    """Return the links between the base and P whose vectors are not zero."""
     lengths = [joint.kind == "P" or (joint.a, joint.d) != (0, 0) for joint in chain.joints]
     return [k for k in links_to_point(chain) if [*lengths, not chain.point.is_origin][k]]
 
 
-def link_words(chain: Chain, link: int) -> dict[str, object]:
-    """Return the number of a link (from 1) for the message; the vector to P has its frame's number."""
+def make_link_words(chain: Chain, link: int) -> dict[str, object]:
+    """Return the word for the placeholder "link" of a message: the number of a link, counted from 1.
+
+    The vector to P has the number of the frame from which it starts.
+    """
     return {"link": chain.point.frame if link == chain.n else link + 1}
 
 
@@ -63,12 +72,12 @@ def _change_links(
 ) -> VariantGenerator:
     """Return a function that yields one variant per link that `applies` accepts, with this link's vector changed."""
 
-    def variants(chain: Chain, _: AnswerShape) -> Iterator[MistakeVariant]:
-        for link in moving_links(chain):
+    def generate(chain: Chain, _: AnswerShape) -> Iterator[MistakeVariant]:
+        for link in list_moving_links(chain):
             if applies(chain, link):
-                yield MistakeVariant({"links": _change_link(link, change)}, link_words(chain, link))
+                yield MistakeVariant({"links": _change_link(link, change)}, make_link_words(chain, link))
 
-    return variants
+    return generate
 
 
 def _change_link(link: int, change: Callable[[StageResults, LinkVectors, int], np.ndarray]) -> Change:
@@ -76,51 +85,49 @@ def _change_link(link: int, change: Callable[[StageResults, LinkVectors, int], n
 
 
 def _use_relative_angle(chain: Chain, shape: AnswerShape) -> Iterator[MistakeVariant]:
-    for keeps_constants in _choices_for_constants(chain):
+    """Yield variants in which one link has its relative angle instead of its absolute angle."""
+    for keeps_constants in _list_choices_for_constants(chain):
         yield from _change_links(
-            lambda w, _, link, keeps=keeps_constants: _relative_link(w, link, keeps),  # type: ignore[misc]
-            lambda chain, link: (
-                link < chain.n and chain.joints[link].a != 0 and bool(earlier_joints_in_run(chain, link))
-            ),
+            lambda w, _, link, keeps=keeps_constants: _compute_relative_link(w, link, keeps),  # type: ignore[misc]
+            lambda chain, link: link < chain.n and chain.joints[link].a != 0 and bool(list_earlier_joints(chain, link)),
         )(chain, shape)
 
 
-def _choices_for_constants(chain: Chain) -> tuple[bool, ...]:
-    """Return whether to keep the constants: False, and also True if the table adds a constant to an angle."""
-    return (False, True) if any(chain.offsets[i] != 0 for i in joints_of_kind(chain, "R")) else (False,)
+def _list_choices_for_constants(chain: Chain) -> tuple[bool, ...]:
+    """Return the choices for keeping constants: False, and also True if the table adds a constant to an angle."""
+    return (False, True) if any(chain.offsets[i] != 0 for i in chain.joints_of_kind("R")) else (False,)
 
 
 def _use_relative_angles(chain: Chain, _: AnswerShape) -> Iterator[MistakeVariant]:
-    """Yield variants in which every frame ignores the earlier joints of its run of parallel joints."""
+    """Yield variants in which every frame ignores the earlier joints of its run."""
 
-    def rotations(w: StageResults, correct_rotations: LinkVectors, keeps_constants: bool) -> LinkVectors:
-        return [
-            _rotate_without(w, frame, _inner_joints(w.chain, frame), keeps_constants)
-            for frame in range(len(correct_rotations))
-        ]
+    def change_rotations(w: StageResults, correct_rotations: LinkVectors, keeps_constants: bool) -> LinkVectors:
+        frames = range(len(correct_rotations))
+        return [_rotate_without(w, k, _list_earlier_joints_of_runs(w.chain, k), keeps_constants) for k in frames]
 
-    def links(w: StageResults, correct_links: LinkVectors, keeps_constants: bool) -> LinkVectors:
-        return [_relative_link(w, link, keeps_constants) for link in range(len(correct_links))]
+    def change_links(w: StageResults, correct_links: LinkVectors, keeps_constants: bool) -> LinkVectors:
+        return [_compute_relative_link(w, link, keeps_constants) for link in range(len(correct_links))]
 
-    relative_links = sum(bool(earlier_joints_in_run(chain, link)) for link in range(chain.n))
-    for keeps in _choices_for_constants(chain):
-        changes: dict[str, Change] = {"links": partial(links, keeps_constants=keeps)}
-        if relative_links > 1:
+    relative_link_count = sum(bool(list_earlier_joints(chain, link)) for link in range(chain.n))
+    for keeps in _list_choices_for_constants(chain):
+        changes: dict[str, Change] = {"links": partial(change_links, keeps_constants=keeps)}
+        if relative_link_count > 1:
             yield MistakeVariant(changes, {"link": "each"})
-        if relative_links:
-            yield MistakeVariant({"rotations": partial(rotations, keeps_constants=keeps), **changes}, {"link": "each"})
+        if relative_link_count:
+            rotations = partial(change_rotations, keeps_constants=keeps)
+            yield MistakeVariant({"rotations": rotations, **changes}, {"link": "each"})
 
 
-def _inner_joints(chain: Chain, frame: int) -> list[int]:
-    """Return the revolute joints before a frame that are not the last of their run of parallel joints."""
-    revolute_joints = [i for i in joints_of_kind(chain, "R") if i < frame]
+def _list_earlier_joints_of_runs(chain: Chain, frame: int) -> list[int]:
+    """Return the revolute joints before a frame that are not the last joint of their run."""
+    revolute_joints = [i for i in chain.joints_of_kind("R") if i < frame]
     return [i for i in revolute_joints if any(j > i and first_joint_of_run(chain, j) <= i for j in revolute_joints)]
 
 
 def _swap_coordinates(w: StageResults, links: LinkVectors, link: int) -> np.ndarray:
-    """Return the vector of a link with sine and cosine of its absolute angle exchanged.
+    """Return the vector of a link with sine and cosine of the link's absolute angle exchanged.
 
-    Its x and y coordinates in the frame before its run of parallel joints are exchanged.
+    This exchanges the x and y coordinates of the vector in the frame before the link's run.
     """
     run_rotation = w["rotations"][first_joint_of_run(w.chain, link)]
     local_vector = apply_matrix(run_rotation.swapaxes(0, 1), links[link])
@@ -128,14 +135,17 @@ def _swap_coordinates(w: StageResults, links: LinkVectors, link: int) -> np.ndar
 
 
 def _has_angle(chain: Chain, link: int) -> bool:
+    """Return whether the direction of a link depends on the angle of its joint."""
     return link < chain.n and chain.joints[link].kind == "R" and chain.joints[link].a != 0
 
 
 def _swap_all_coordinates(chain: Chain, _: AnswerShape) -> Iterator[MistakeVariant]:
+    """Yield the variant with sine and cosine exchanged in all links, for arms with several rotating links."""
+
     def swap(w: StageResults, links: LinkVectors) -> LinkVectors:
         return [_swap_coordinates(w, links, k) if k in rotated_links else vector for k, vector in enumerate(links)]
 
-    rotated_links = [link for link in moving_links(chain) if _has_angle(chain, link)]
+    rotated_links = [link for link in list_moving_links(chain) if _has_angle(chain, link)]
     if len(rotated_links) > 1:
         yield MistakeVariant({"links": swap})
 
@@ -159,10 +169,12 @@ VARIANTS: dict[str, VariantGenerator] = {
     "sine-for-cosine": _change_links(_swap_coordinates, _has_angle),
     "all-sines-for-cosines": _swap_all_coordinates,
     "link-subtracted": _change_links(lambda w, links, link: -links[link]),
-    "link-left-out": _change_links(lambda w, links, k: links[k] * 0, lambda chain, _: len(moving_links(chain)) > 1),
+    "link-left-out": _change_links(
+        lambda w, links, k: links[k] * 0, lambda chain, _: len(list_moving_links(chain)) > 1
+    ),
     "link-not-rotated": _change_links(lambda w, links, link: w["own links"][link], lambda chain, link: link > 0),
-    "links-not-rotated": variants_if(
-        lambda chain: sum(k > 0 for k in moving_links(chain)) > 1,
+    "links-not-rotated": vary_if(
+        lambda chain: sum(k > 0 for k in list_moving_links(chain)) > 1,
         {"links": lambda w, _: w["own links"]},
         {"link": "each"},
     ),

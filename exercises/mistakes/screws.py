@@ -22,25 +22,25 @@ from qdot.exercises.mistakes.base import (
     AnswerShape,
     MistakeVariant,
     VariantGenerator,
-    joint_words,
-    joints_of_kind,
-    propagated_variant,
+    make_joint_words,
+    make_propagated_variant,
     scale_entries,
-    single_variant,
+    vary_always,
 )
 
 SCREW_STAGES = ("home screws", "space jacobian", "body jacobian")
-"""The stages of the derivation whose columns are screws."""
+"""The stages of the derivation whose columns are screws (omega, v)."""
 
 
-def _variants_in_each_stage(change: Change, *stages: str) -> VariantGenerator:
+def _vary_each_stage(change: Change, *stages: str) -> VariantGenerator:
     """Return a function that yields one variant per stage, in which the change is applied to that stage."""
     return lambda chain, _: (MistakeVariant({stage: change}) for stage in stages)
 
 
 def _flip_linear_parts(w: StageResults, columns: np.ndarray) -> np.ndarray:
+    """Return the screws with the sign of v flipped for revolute joints."""
     revolute_joints = [i for i, kind in enumerate(w["kinds"]) if kind == "R"]
-    return np.asarray(scale_entries((slice(3, None), revolute_joints), -1)(w, columns))
+    return scale_entries((slice(3, None), revolute_joints), -1)(w, columns)
 
 
 def _replace_linear_parts(linear_part: Callable[[StageResults, np.ndarray, int, Axis], np.ndarray]) -> Change:
@@ -56,11 +56,9 @@ def _replace_linear_parts(linear_part: Callable[[StageResults, np.ndarray, int, 
     return replace_linear_parts
 
 
-def _exchange_halves(w: StageResults, columns: np.ndarray) -> np.ndarray:
-    return np.roll(columns, 3, axis=0)
-
-
 def _move_slide_to_angular_rows(chain: Chain, _: AnswerShape) -> Iterator[MistakeVariant]:
+    """Yield variants with the directions of prismatic joints in the rows of omega, unless all joints are prismatic."""
+
     def apply_change(w: StageResults, columns: np.ndarray) -> np.ndarray:
         new_columns, prismatic_joints = np.array(columns), [i for i, kind in enumerate(w["kinds"]) if kind == "P"]
         new_columns[:, prismatic_joints] = np.roll(columns[:, prismatic_joints], 3, axis=0)
@@ -71,8 +69,10 @@ def _move_slide_to_angular_rows(chain: Chain, _: AnswerShape) -> Iterator[Mistak
 
 
 def _use_home_screws(chain: Chain, _: AnswerShape) -> Iterator[MistakeVariant]:
+    """Yield variants with the screws at home in the space Jacobian, or in the body Jacobian about P at home."""
+
     def move_to_point(w: StageResults, _: np.ndarray) -> np.ndarray:
-        point, home = _home_point(w), w["home screws"]
+        point, home = _compute_home_point(w), w["home screws"]
         linear = [home[3:, i] + cross(home[:3, i], point) for i in range(w.n)]
         return np.concatenate([home[:3], np.stack(linear, axis=1)])
 
@@ -81,6 +81,7 @@ def _use_home_screws(chain: Chain, _: AnswerShape) -> Iterator[MistakeVariant]:
 
 
 def _use_other_frame(chain: Chain, _: AnswerShape) -> Iterator[MistakeVariant]:
+    """Yield variants with the body Jacobian instead of the space Jacobian, and vice versa."""
     yield MistakeVariant(
         {"space jacobian": lambda w, _: w.without_changes_of("space jacobian")["body jacobian"]},
         {"wanted": "space", "taken": "body"},
@@ -99,14 +100,15 @@ def _reorder_geometric_rows(w: StageResults) -> np.ndarray:
 def _change_adjoint(build: Callable[[np.ndarray, np.ndarray], np.ndarray]) -> VariantGenerator:
     """Return a function that yields the variant in which `build` builds the adjoint matrix [Ad T].
 
-    Its arguments are the rotation (3, 3, …) and the origin (3, …) of the body frame.
+    The arguments of `build` are the rotation (3, 3, …) and the origin (3, …) of the body frame.
     """
-    return single_variant({"body adjoint": lambda w, _: build(w["body rotation"], w["point"])})
+    return vary_always({"body adjoint": lambda w, _: build(w["body rotation"], w["point"])})
 
 
 def _stack_blocks(
     upper_left: np.ndarray, upper_right: np.ndarray, lower_left: np.ndarray, lower_right: np.ndarray
 ) -> np.ndarray:
+    """Return the matrix (6, 6, …) that consists of four blocks (3, 3, …)."""
     upper, lower = np.concatenate([upper_left, upper_right], 1), np.concatenate([lower_left, lower_right], 1)
     return np.concatenate([upper, lower])
 
@@ -128,7 +130,7 @@ Motion = tuple[np.ndarray, np.ndarray]
 """The rotation (3, 3, …) and the translation (3, …) of a rigid motion."""
 
 
-def _exponential(w: StageResults, axis: Axis, q: sp.Symbol) -> Motion:
+def _compute_exponential(w: StageResults, axis: Axis, q: sp.Symbol) -> Motion:
     """Return the exponential of a joint's screw, computed with Rodrigues' formula."""
     angle, u = w.arithmetic.table_entry(q), constant_vector(w, axis.direction)
     zeros, ones = 0 * u[0], 0 * u[0] + 1
@@ -142,8 +144,8 @@ def _exponential(w: StageResults, axis: Axis, q: sp.Symbol) -> Motion:
     return rotation, point - apply_matrix(rotation, point)
 
 
-def _exponentials(w: StageResults) -> list[Motion]:
-    return [_exponential(w, axis, q) for axis, q in zip(axes_of(w.chain)[0], w.chain.q, strict=True)]
+def _compute_exponentials(w: StageResults) -> list[Motion]:
+    return [_compute_exponential(w, axis, q) for axis, q in zip(axes_of(w.chain)[0], w.chain.q, strict=True)]
 
 
 def _compose(first: Motion, second: Motion) -> Motion:
@@ -152,7 +154,10 @@ def _compose(first: Motion, second: Motion) -> Motion:
 
 
 def _move_screws(w: StageResults, motions: Sequence[Motion], is_reversed: bool = False) -> np.ndarray:
-    """Return the home screws, each moved by the motions of the joints before it, (6, n, …)."""
+    """Return the home screws, each moved by the motions of the earlier joints, (6, n, …).
+
+    If `is_reversed`, the motions are multiplied in reverse order.
+    """
     home = w["home screws"]
     moved_screws, motion = [home[:, 0]], motions[0]
     for i in range(1, w.n):
@@ -163,13 +168,13 @@ def _move_screws(w: StageResults, motions: Sequence[Motion], is_reversed: bool =
 
 
 def _move_home_point(w: StageResults, motions: Sequence[Motion]) -> np.ndarray:
-    """Return the home position of P moved by the product of the motions, (3, …)."""
+    """Return P at home, moved by the product of the motions, (3, …)."""
     rotation, shift = reduce(_compose, motions)
-    return apply_matrix(rotation, _home_point(w)) + shift
+    return apply_matrix(rotation, _compute_home_point(w)) + shift
 
 
-def _home_point(w: StageResults) -> np.ndarray:
-    """Return the home position of P, (3, …)."""
+def _compute_home_point(w: StageResults) -> np.ndarray:
+    """Return the position of P at home, (3, …)."""
     return constant_vector(w, axes_of(w.chain)[1])
 
 
@@ -177,11 +182,13 @@ def _reverse_order(chain: Chain, _: AnswerShape) -> Iterator[MistakeVariant]:
     """Yield variants with the exponentials in reverse order, in the pose or in the columns of the space Jacobian."""
     if chain.n > 1:
         yield MistakeVariant({
-            "body rotation": lambda w, _: reduce(_compose, _exponentials(w)[::-1])[0],
-            "point": lambda w, _: _move_home_point(w, _exponentials(w)[::-1]),
+            "body rotation": lambda w, _: reduce(_compose, _compute_exponentials(w)[::-1])[0],
+            "point": lambda w, _: _move_home_point(w, _compute_exponentials(w)[::-1]),
         })  # fmt: skip
     if chain.n > 2:
-        yield MistakeVariant({"space jacobian": lambda w, _: _move_screws(w, _exponentials(w), is_reversed=True)})
+        yield MistakeVariant(
+            {"space jacobian": lambda w, _: _move_screws(w, _compute_exponentials(w), is_reversed=True)}
+        )
 
 
 def _drop_translation(chain: Chain, _: AnswerShape) -> Iterator[MistakeVariant]:
@@ -190,25 +197,25 @@ def _drop_translation(chain: Chain, _: AnswerShape) -> Iterator[MistakeVariant]:
     These joints then rotate about the origin.
     """
 
-    def motions(w: StageResults, changed_joints: Sequence[int]) -> list[Motion]:
-        exponentials = enumerate(_exponentials(w))
+    def list_motions(w: StageResults, changed_joints: Sequence[int]) -> list[Motion]:
+        exponentials = enumerate(_compute_exponentials(w))
         return [(rotation, 0 * shift if i in changed_joints else shift) for i, (rotation, shift) in exponentials]
 
-    def point(w: StageResults, _: np.ndarray, changed_joints: Sequence[int]) -> np.ndarray:
-        return _move_home_point(w, motions(w, changed_joints))
+    def change_point(w: StageResults, _: np.ndarray, changed_joints: Sequence[int]) -> np.ndarray:
+        return _move_home_point(w, list_motions(w, changed_joints))
 
-    def columns(w: StageResults, _: np.ndarray, changed_joints: Sequence[int]) -> np.ndarray:
-        return _move_screws(w, motions(w, changed_joints))
+    def change_columns(w: StageResults, _: np.ndarray, changed_joints: Sequence[int]) -> np.ndarray:
+        return _move_screws(w, list_motions(w, changed_joints))
 
-    shifting_joints = [  # the term is zero for an axis through the origin
+    shifting_joints = [  # the translation is zero for an axis through the origin
         i for i, axis in enumerate(axes_of(chain)[0]) if axis.kind == "R" and any(axis.direction.cross(axis.point))
     ]
     all_together = [shifting_joints] if len(shifting_joints) > 1 else []
     for joints in (*all_together, *([i] for i in shifting_joints)):
-        words = joint_words(joints)
-        yield MistakeVariant({"point": partial(point, changed_joints=joints)}, words)
+        words = make_joint_words(joints)
+        yield MistakeVariant({"point": partial(change_point, changed_joints=joints)}, words)
         if joints[0] < chain.n - 1:
-            yield MistakeVariant({"space jacobian": partial(columns, changed_joints=joints)}, words)
+            yield MistakeVariant({"space jacobian": partial(change_columns, changed_joints=joints)}, words)
 
 
 def _confuse_degrees(chain: Chain, _: AnswerShape) -> Iterator[MistakeVariant]:
@@ -220,30 +227,28 @@ def _confuse_degrees(chain: Chain, _: AnswerShape) -> Iterator[MistakeVariant]:
                 table = table.with_row(i, theta=w.arithmetic.table_entry(factor * q + offset))
         return table
 
-    for factor in (180 / sp.pi, sp.pi / 180) if joints_of_kind(chain, "R") else ():
-        yield propagated_variant({"table": partial(scale, factor=factor)})
+    for factor in (180 / sp.pi, sp.pi / 180) if chain.joints_of_kind("R") else ():
+        yield make_propagated_variant({"table": partial(scale, factor=factor)})
 
 
 VARIANTS: dict[str, VariantGenerator] = {
-    "screw-sign": _variants_in_each_stage(_flip_linear_parts, *SCREW_STAGES),
-    "screw-point": _variants_in_each_stage(
+    "screw-sign": _vary_each_stage(_flip_linear_parts, *SCREW_STAGES),
+    "screw-point": _vary_each_stage(
         _replace_linear_parts(lambda w, _, i, axis: constant_vector(w, axis.point)), "home screws"
     ),
-    "twist-rows-exchanged": _variants_in_each_stage(_exchange_halves, *SCREW_STAGES, "geometric"),
+    "twist-rows-exchanged": _vary_each_stage(
+        lambda w, columns: np.roll(columns, 3, axis=0), *SCREW_STAGES, "geometric"
+    ),
     "slide-above": _move_slide_to_angular_rows,
     "screws-at-home": _use_home_screws,
     "other-twist-frame": _use_other_frame,
-    "velocity-of-p": single_variant({"space jacobian": lambda w, _: _reorder_geometric_rows(w)}),
-    "body-not-turned": single_variant({"body jacobian": lambda w, _: _reorder_geometric_rows(w)}),
-    "body-turned-the-other-way": single_variant(
-        {
-            "body jacobian": lambda w, _: rotate_rows(w["body rotation"], _reorder_geometric_rows(w)),
-        }
+    "velocity-of-p": vary_always({"space jacobian": lambda w, _: _reorder_geometric_rows(w)}),
+    "body-not-turned": vary_always({"body jacobian": lambda w, _: _reorder_geometric_rows(w)}),
+    "body-turned-the-other-way": vary_always(
+        {"body jacobian": lambda w, _: rotate_rows(w["body rotation"], _reorder_geometric_rows(w))}
     ),
-    "body-about-origin": single_variant(
-        {
-            "body jacobian": lambda w, _: rotate_rows(w["body rotation"].swapaxes(0, 1), w["space jacobian"]),
-        }
+    "body-about-origin": vary_always(
+        {"body jacobian": lambda w, _: rotate_rows(w["body rotation"].swapaxes(0, 1), w["space jacobian"])}
     ),
     "adjoint-of-inverse": _change_adjoint(_adjoint_of_inverse),
     "adjoint-block-above": _change_adjoint(lambda R, P: _stack_blocks(R, matrix_product(_skew_matrix(P), R), 0 * R, R)),
@@ -253,10 +258,12 @@ VARIANTS: dict[str, VariantGenerator] = {
     "adjoint-not-turned": _change_adjoint(lambda R, P: _stack_blocks(R, 0 * R, _skew_matrix(P), R)),
     "rotation-transposed": _change_adjoint(lambda R, P: adjoint_matrix(R.swapaxes(0, 1), P)),
     "exponentials-reversed": _reverse_order,
-    "home-pose-left": single_variant({"point": lambda w, _: _home_point(w) + reduce(_compose, _exponentials(w))[1]}),
-    "home-pose-forgotten": single_variant({"point": lambda w, _: reduce(_compose, _exponentials(w))[1]}),
+    "home-pose-left": vary_always(
+        {"point": lambda w, _: _compute_home_point(w) + reduce(_compose, _compute_exponentials(w))[1]}
+    ),
+    "home-pose-forgotten": vary_always({"point": lambda w, _: reduce(_compose, _compute_exponentials(w))[1]}),
     "exponential-about-origin": _drop_translation,
-    "points-at-home": _variants_in_each_stage(
+    "points-at-home": _vary_each_stage(
         _replace_linear_parts(lambda w, columns, i, axis: -cross(columns[:3, i], constant_vector(w, axis.point))),
         "space jacobian",
     ),

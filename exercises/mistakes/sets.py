@@ -1,4 +1,9 @@
-"""Mistakes in sets of singular configurations."""
+"""Mistakes in sets of singular configurations.
+
+A set consists of components (`singularities.singularity`). A component has conditions that must hold simultaneously,
+such as sin(theta2) = 0. Its solutions give the values of a joint for each condition, such as 0 and pi for theta2. A
+component without solutions has a condition that ties several joints.
+"""
 
 from collections.abc import Callable, Collection, Iterator, Mapping, Sequence
 from dataclasses import replace
@@ -10,12 +15,11 @@ import sympy as sp
 
 from qdot.exercises.answer_types import ConditionSet
 from qdot.exercises.arm.chain import Chain
-from qdot.exercises.mistakes.base import AnswerGenerator, MistakenAnswer, joints_of_kind
+from qdot.exercises.mistakes.base import AnswerGenerator, MistakenAnswer
 from qdot.exercises.problem.problem import Part
 from qdot.exercises.singularities.singularity import Component
 
 Components = tuple[Component, ...]
-JointValues = tuple[sp.Expr, ...]
 
 FALSELY_SINGULAR_ANGLES: tuple[tuple[sp.Expr, ...], ...] = (
     (sp.S.Zero, sp.pi), (sp.S.Zero,), (sp.pi,), (sp.pi / 2, -sp.pi / 2), (sp.pi / 2,), (-sp.pi / 2,),
@@ -25,23 +29,23 @@ MAX_COMBINATIONS = 20
 """Maximum number of combinations that are tried if conditions are omitted from several components at once."""
 
 
-def _change_sets(generate: Callable[[Chain, Components], Iterator[MistakenAnswer]]) -> AnswerGenerator:
-    """Return a function that yields the wrong sets that `generate` makes from the components of the correct one."""
+def _change_sets(change: Callable[[Chain, Components], Iterator[MistakenAnswer]]) -> AnswerGenerator:
+    """Return a function that yields the wrong sets that `change` makes from the components of the correct set."""
 
-    def answers(chain: Chain, part: Part) -> Iterator[MistakenAnswer]:
+    def generate(chain: Chain, part: Part) -> Iterator[MistakenAnswer]:
         if isinstance(part.answer, ConditionSet) and part.answer.components:
-            yield from generate(chain, part.answer.components)
+            yield from change(chain, part.answer.components)
 
-    return answers
+    return generate
 
 
-def _count_clause(chain: Chain) -> str:
-    """Return a clause that says which factors of det J, or which minors, have to be considered."""
+def _write_advice(chain: Chain) -> str:
+    """Return a clause that says which factors of det J, or which minors, the student should check."""
     square = chain.n == len(chain.task)
     return "check every factor of det J" if square else "check every way in which all minors can be zero"
 
 
-def zero_question(chain: Chain) -> str:
+def write_zero_question(chain: Chain) -> str:
     """Return the question with which a student can test whether a configuration is singular."""
     return "is det J zero there" if chain.n == len(chain.task) else "are all minors zero there"
 
@@ -54,22 +58,19 @@ def _replace_component(components: Components, index: int, new: Component) -> Co
     return (*components[:index], new, *components[index + 1 :])
 
 
-def _map_solutions(component: Component, change: Callable[[sp.Symbol, JointValues], JointValues]) -> Component:
-    """Return a component with its joint values changed, or unchanged if it has none."""
-    if component.solutions is None:
-        return component
-    return replace(component, solutions=tuple((q, change(q, values)) for q, values in component.solutions))
-
-
 def _keep_one_value(component: Component, index: int, only_joint: sp.Symbol | None = None) -> Component:
-    """Return a component with one value of each joint.
+    """Return a component with only the value of each joint at an index, or its last value if there are fewer values.
 
     If `only_joint` is given, the other joints keep all their values.
     """
-    return _map_solutions(component, lambda q, values: values[: index + 1][-1:] if only_joint in (None, q) else values)
+    solutions = component.solutions and tuple(
+        (q, values[: index + 1][-1:] if only_joint in (None, q) else values) for q, values in component.solutions
+    )
+    return replace(component, solutions=solutions)
 
 
 def _find_multivalued(components: Components) -> list[int]:
+    """Return the indices of the components that give several values of a joint."""
     return [k for k, c in enumerate(components) if c.solutions and any(len(values) > 1 for _, values in c.solutions)]
 
 
@@ -79,11 +80,12 @@ def _keep_one_value_in(components: Components, indices: Collection[int], value_i
 
 
 def _keep_one_root(chain: Chain, components: Components) -> Iterator[MistakenAnswer]:
+    """Yield answers with one value instead of several, in all components, in one component, or for one joint."""
     multivalued = _find_multivalued(components)
     for index in (0, 1):
         for chosen_indices in [*([multivalued] if len(multivalued) > 1 else []), *([k] for k in multivalued)]:
             yield _keep_one_value_in(components, chosen_indices, index)
-        for k in multivalued:  # reduce the values of one joint only, if the component restricts several
+        for k in multivalued:  # reduce the values of only one of several joints
             solutions = components[k].solutions or ()
             for joint, _ in solutions if len(solutions) > 1 else ():
                 yield _make_answer(_replace_component(components, k, _keep_one_value(components[k], index, joint)))
@@ -92,12 +94,13 @@ def _keep_one_root(chain: Chain, components: Components) -> Iterator[MistakenAns
 def name_missed_component(chain: Chain, component: Component) -> tuple[str, dict[str, object]]:
     """Return the name of the mistake in which a component is omitted, and the words for its message."""
     if _ties_several_joints(chain, component):
-        return "shoulder-missed", {"every": _count_clause(chain), "instead": ""}
-    return "component-missed", {"kind": "values of a joint variable", "every": _count_clause(chain)}
+        return "shoulder-missed", {"every": _write_advice(chain), "instead": ""}
+    return "component-missed", {"kind": "values of a joint variable", "every": _write_advice(chain)}
 
 
 def _miss_component(chain: Chain, components: Components) -> Iterator[MistakenAnswer]:
-    every, count = _count_clause(chain), len(components)
+    """Yield answers without one of the components, and answers with only one of three or more components."""
+    every, count = _write_advice(chain), len(components)
     for k, component in enumerate(components if count > 1 else ()):
         is_tied = _ties_several_joints(chain, component)
         kind = "a condition that involves several joints" if is_tied else "values of a joint variable"
@@ -114,20 +117,20 @@ def _ties_several_joints(chain: Chain, component: Component) -> bool:
 def _miss_tied_conditions(chain: Chain, components: Components) -> Iterator[MistakenAnswer]:
     """Yield answers without the conditions that tie several joints, such as a shoulder singularity.
 
-    Values of one joint may be given instead. The other conditions can be found by looking at one joint at a time.
+    Values of one joint may be given instead. The remaining conditions can be found by looking at one joint at a time.
     """
     untied_components = [component for component in components if not _ties_several_joints(chain, component)]
     if len(untied_components) == len(components):
         return
     if untied_components:
-        yield _make_answer(untied_components, every=_count_clause(chain), instead="")
+        yield _make_answer(untied_components, every=_write_advice(chain), instead="")
     for q, singular_component in _call_singular(chain, components):
-        instead = f", and {q} = {_values_in_words(singular_component)} is given as singular instead"
-        yield _make_answer((*untied_components, singular_component), every=_count_clause(chain), instead=instead)
+        instead = f", and {q} = {_write_values(singular_component)} is given as singular instead"
+        yield _make_answer((*untied_components, singular_component), every=_write_advice(chain), instead=instead)
 
 
 def _call_singular(chain: Chain, components: Components) -> Iterator[tuple[sp.Symbol, Component]]:
-    """Yield joints that are falsely called singular, with a component that gives zeros of a sine or cosine."""
+    """Yield joints that are falsely called singular, each with a component that gives zeros of a sine or cosine."""
     singular_joints = {q for component in components for q, _ in component.solutions or ()}
     for joint, q in zip(chain.joints, chain.q, strict=True):
         if joint.kind == "R" and q not in singular_joints:
@@ -135,7 +138,7 @@ def _call_singular(chain: Chain, components: Components) -> Iterator[tuple[sp.Sy
                 yield q, Component((q,), ((q, values),))
 
 
-def _values_in_words(component: Component) -> str:
+def _write_values(component: Component) -> str:
     return ", ".join(str(value) for _, values in component.solutions or () for value in values)
 
 
@@ -145,19 +148,17 @@ def _keep_some_conditions(chain: Chain, components: Components) -> Iterator[Mist
     Conditions are omitted from one component, or from all components that have several.
     """
     for count in (1, 2):
-        shortened = {
-            k: list(_partial_components(c, count)) for k, c in enumerate(components) if len(c.conditions) > count
-        }
-        replacements = [{k: shortened_component} for k, choices in shortened.items() for shortened_component in choices]
-        if len(shortened) > 1:
-            combinations_of_all = islice(product(*shortened.values()), MAX_COMBINATIONS)
-            replacements += [dict(zip(shortened, combination, strict=True)) for combination in combinations_of_all]
+        choices = {k: list(_shorten(c, count)) for k, c in enumerate(components) if len(c.conditions) > count}
+        replacements = [{k: shortened} for k, components_of_k in choices.items() for shortened in components_of_k]
+        if len(choices) > 1:
+            combinations_of_all = islice(product(*choices.values()), MAX_COMBINATIONS)
+            replacements += [dict(zip(choices, combination, strict=True)) for combination in combinations_of_all]
         for replacement in replacements:
             new_components = [replacement.get(k, component) for k, component in enumerate(components)]
-            yield _make_answer(new_components, joint=_joints_in_words(chain, [*replacement.values()]))
+            yield _make_answer(new_components, joint=_name_joints(chain, [*replacement.values()]))
 
 
-def _partial_components(component: Component, condition_count: int) -> Iterator[Component]:
+def _shorten(component: Component, condition_count: int) -> Iterator[Component]:
     """Yield components that have only `condition_count` of the conditions of a component."""
     for indices in combinations(range(len(component.conditions)), condition_count):
         conditions = tuple(component.conditions[i] for i in indices)
@@ -165,12 +166,13 @@ def _partial_components(component: Component, condition_count: int) -> Iterator[
         yield Component(conditions, None if solutions is None else tuple(solutions[i] for i in indices))
 
 
-def _joints_in_words(chain: Chain, components: Sequence[Component]) -> str:
+def _name_joints(chain: Chain, components: Sequence[Component]) -> str:
     symbols = {q for component in components for condition in component.conditions for q in condition.free_symbols}
     return ", ".join(str(q) for q in chain.q if q in symbols)
 
 
 def _use_other_joint(chain: Chain, components: Components) -> Iterator[MistakenAnswer]:
+    """Yield answers in which the values of a joint are given for another joint of the same kind."""
     for k, component in enumerate(components):
         if component.solutions is None or len(component.solutions) > 1:
             continue
@@ -183,42 +185,38 @@ def _use_other_joint(chain: Chain, components: Components) -> Iterator[MistakenA
 
 def _find_revolute_components(components: Components) -> list[int]:
     """Return the indices of the components that give only values of revolute joints."""
-    return [
-        k
-        for k, component in enumerate(components)
-        if component.solutions is not None and all(q.name.startswith("theta") for q, _ in component.solutions)
-    ]
+    solutions = [component.solutions for component in components]
+    return [k for k, s in enumerate(solutions) if s is not None and all(q.name.startswith("theta") for q, _ in s)]
 
 
-def _change_angles(
+def _change_values(
     components: Components, indices: Collection[int], change: Callable[[sp.Expr], sp.Expr]
 ) -> Components:
-    """Return all components; those with these indices have every value changed."""
-    return tuple(
-        _map_solutions(component, lambda _, values: tuple(map(change, values))) if k in indices else component
-        for k, component in enumerate(components)
-    )
+    """Return all components, with every value of a joint changed in the components with these indices."""
+    return tuple(c.map_values(lambda _, value: change(value)) if k in indices else c for k, c in enumerate(components))
 
 
 def _shift_quarter_turn(chain: Chain, components: Components) -> Iterator[MistakenAnswer]:
     angle_indices = _find_revolute_components(components)
     for chosen_indices in [*([k] for k in angle_indices), *([angle_indices] if len(angle_indices) > 1 else [])]:
-        yield _make_answer(_change_angles(components, chosen_indices, lambda value: value + sp.pi / 2))
+        yield _make_answer(_change_values(components, chosen_indices, lambda value: value + sp.pi / 2))
 
 
 def _scale_angles(*factors: sp.Expr) -> AnswerGenerator:
-    def answers(chain: Chain, components: Components) -> Iterator[MistakenAnswer]:
+    """Return a function that yields, for each factor, the answer with all angles multiplied by this factor."""
+
+    def generate(chain: Chain, components: Components) -> Iterator[MistakenAnswer]:
         angle_indices = _find_revolute_components(components)
         for factor in factors if angle_indices else ():
-            yield _make_answer(_change_angles(components, angle_indices, partial(mul, factor)))
+            yield _make_answer(_change_values(components, angle_indices, partial(mul, factor)))
 
-    return _change_sets(answers)
+    return _change_sets(generate)
 
 
 def _add_joint(chain: Chain, components: Components) -> Iterator[MistakenAnswer]:
     """Yield answers in which a joint is falsely called singular, a mistake that the book itself makes."""
     for q, singular_component in _call_singular(chain, components):
-        words = {"joint": q, "values": _values_in_words(singular_component), "zero": zero_question(chain)}
+        words = {"joint": q, "values": _write_values(singular_component), "zero": write_zero_question(chain)}
         yield _make_answer((*components, singular_component), **words)
 
 
@@ -228,9 +226,9 @@ def _misuse_offsets(factor: int) -> AnswerGenerator:
     The offset is omitted (factor 1), or has the opposite sign (factor 2).
     """
 
-    def answers(chain: Chain, components: Components) -> Iterator[MistakenAnswer]:
-        prismatic_joints = {chain.q[i] for i in joints_of_kind(chain, "P")}
-        for constants in (dict(zip(chain.q, chain.offsets, strict=True)), _constants_in(chain, components)):
+    def generate(chain: Chain, components: Components) -> Iterator[MistakenAnswer]:
+        prismatic_joints = {chain.q[i] for i in chain.joints_of_kind("P")}
+        for constants in (dict(zip(chain.q, chain.offsets, strict=True)), _find_constants(chain, components)):
             offsets = {  # a shift by half a turn is skipped because it usually gives the same set
                 q: factor * constant
                 for q, constant in constants.items()
@@ -243,13 +241,13 @@ def _misuse_offsets(factor: int) -> AnswerGenerator:
             if len(offsets) > 1:
                 yield _make_answer([_shift_by_offset(c, offsets) for c in components], joint="the joints")
 
-    return _change_sets(answers)
+    return _change_sets(generate)
 
 
-def _constants_in(chain: Chain, components: Components) -> dict[sp.Symbol, sp.Expr]:
+def _find_constants(chain: Chain, components: Components) -> dict[sp.Symbol, sp.Expr]:
     """Return the constants that the conditions add to single joint variables in sines and cosines.
 
-    They may differ from the constants in the table.
+    These constants may differ from the offsets in the table.
     """
     conditions = (condition for component in components for condition in component.conditions)
     angles = [trig.args[0] for condition in conditions for trig in condition.atoms(sp.sin, sp.cos)]
@@ -260,19 +258,18 @@ def _constants_in(chain: Chain, components: Components) -> dict[sp.Symbol, sp.Ex
 def _shift_by_offset(component: Component, offsets: Mapping[sp.Symbol, sp.Expr]) -> Component:
     """Return a component with q replaced by q - c, for each joint variable q with a constant c in `offsets`."""
     conditions = tuple(condition.xreplace({q: q - c for q, c in offsets.items()}) for condition in component.conditions)
-    shifted = _map_solutions(component, lambda q, values: tuple(value + offsets.get(q, 0) for value in values))
-    return replace(shifted, conditions=conditions)
+    return replace(component.map_values(lambda q, value: value + offsets.get(q, 0)), conditions=conditions)
 
 
 def _split_conjunction(chain: Chain, components: Components) -> Iterator[MistakenAnswer]:
     """Yield answers in which conditions that must hold simultaneously are alternatives."""
     for k, component in enumerate(components):
         if len(component.conditions) > 1:
-            yield _make_answer((*components[:k], *_partial_components(component, 1), *components[k + 1 :]))
+            yield _make_answer((*components[:k], *_shorten(component, 1), *components[k + 1 :]))
 
 
 def _keep_one_root_each(chain: Chain, components: Components) -> Iterator[MistakenAnswer]:
-    """Yield answers that give one value instead of several in two or three of the components."""
+    """Yield answers with one value instead of several in two or three of the components."""
     multivalued = _find_multivalued(components)
     for chosen_count in range(2, min(len(multivalued), 4)):
         for chosen_indices, index in product(combinations(multivalued, chosen_count), (0, 1)):
@@ -295,7 +292,7 @@ def _join_alternatives(chain: Chain, components: Components) -> Iterator[Mistake
 
 
 def _add_condition(chain: Chain, components: Components) -> Iterator[MistakenAnswer]:
-    """Yield answers in which a sufficient condition is restricted by an unnecessary one on another joint."""
+    """Yield answers in which a sufficient condition is restricted by an unnecessary condition on another joint."""
     for k, component in enumerate(components):
         singular_joints = {q for q, _ in component.solutions or ()}
         for joint, q in zip(chain.joints, chain.q, strict=True):
@@ -308,7 +305,7 @@ def _add_condition(chain: Chain, components: Components) -> Iterator[MistakenAns
 def _invert_tangent(chain: Chain, components: Components) -> Iterator[MistakenAnswer]:
     """Yield the answer in which the ratio in each arctangent is inverted."""
     invert = lambda value: value.replace(sp.atan, lambda ratio: sp.atan(1 / ratio))  # noqa: E731
-    if (changed_components := _change_angles(components, range(len(components)), invert)) != components:
+    if (changed_components := _change_values(components, range(len(components)), invert)) != components:
         yield _make_answer(changed_components)
 
 
@@ -321,33 +318,34 @@ def _flip_values(chain: Chain, components: Components) -> Iterator[MistakenAnswe
             flipped_values = [tuple(-v if v == value else v for v in values) for value in values if value != 0]
             for new_values in dict.fromkeys([*flipped_values, tuple(-value for value in values)]):
                 if {sp.expand(value) % (2 * sp.pi) for value in new_values} != angles:  # pi/2 and -pi/2 stay the same
-                    flipped = replace(
-                        component, solutions=(*solutions[:index], (q, new_values), *solutions[index + 1 :])
-                    )
+                    new_solutions = (*solutions[:index], (q, new_values), *solutions[index + 1 :])
+                    flipped = replace(component, solutions=new_solutions)
                     yield _make_answer(_replace_component(components, k, flipped), joint=str(q))
 
 
 def _call_all_singular(chain: Chain, components: Components) -> Iterator[MistakenAnswer]:
-    revolute_joints = [chain.q[i] for i in joints_of_kind(chain, "R")]
+    """Yield the answer that the arm is singular if any of its revolute joints is at 0 or pi."""
+    revolute_joints = [chain.q[i] for i in chain.joints_of_kind("R")]
     if len(revolute_joints) > 1:
         zeros = [Component((sp.sin(q),), ((q, (sp.S.Zero, sp.pi)),)) for q in revolute_joints]
-        yield _make_answer(zeros, zero=zero_question(chain))
+        yield _make_answer(zeros, zero=write_zero_question(chain))
 
 
 def _change_tied_condition(change: Callable[[sp.Expr], Iterator[sp.Expr]]) -> AnswerGenerator:
     """Return a function that yields answers in which one condition that ties several joints is changed."""
 
-    def answers(chain: Chain, components: Components) -> Iterator[MistakenAnswer]:
+    def generate(chain: Chain, components: Components) -> Iterator[MistakenAnswer]:
         for k, component in enumerate(components):
             for index, condition in enumerate(component.conditions if component.solutions is None else ()):
                 for new_condition in change(condition) if condition.is_Add else ():
                     conditions = (*component.conditions[:index], new_condition, *component.conditions[index + 1 :])
                     yield _make_answer(_replace_component(components, k, Component(conditions, None)))
 
-    return _change_sets(answers)
+    return _change_sets(generate)
 
 
 def _use_relative_angle(condition: sp.Expr) -> Iterator[sp.Expr]:
+    """Yield a condition with each sum of joint angles replaced by its last angle."""
     sums = {trig.args[0] for trig in condition.atoms(sp.sin, sp.cos) if trig.args[0].is_Add}
     last_angle = {angle: max(angle.free_symbols, key=lambda symbol: symbol.name) for angle in sums}
     if last_angle:

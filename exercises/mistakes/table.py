@@ -1,4 +1,8 @@
-"""Mistakes in reading the DH table, the base and the point of interest."""
+"""Mistakes in reading the DH table, the base and the point of interest.
+
+All derivations start from the standard table. If students see a modified table, a mistake in its row i is made in the
+standard rows that have the same entries: a and alpha of a modified row are in the previous standard row or in the base.
+"""
 
 from collections.abc import Callable, Iterator, Mapping, Sequence
 from dataclasses import replace
@@ -25,30 +29,29 @@ from qdot.exercises.mistakes.base import (
     AnswerShape,
     MistakeVariant,
     VariantGenerator,
-    joint_words,
-    joints_of_kind,
-    variants_if,
+    make_joint_words,
     vary_each_joint_and_all,
+    vary_if,
 )
 
 MAX_ROWS_FOR_ANY_PAIR = 4
-"""In tables with at most this many rows, any two rows may be confused; in longer ones, only adjacent rows."""
+"""In tables with at most this many rows, any two rows may be confused; in longer tables, only adjacent rows."""
 
 
 def _change_row(
     index: int, change: Callable[[StageResults, TableRow], dict[str, Any]], **words: object
 ) -> MistakeVariant:
-    """Return a variant that changes entries of one table row. The row is given in the arm's convention."""
+    """Return a variant that changes entries of one row of the table that students see."""
 
     def apply_change(w: StageResults, table: Table) -> Table:
-        return _with_convention_row(w, table, index, **change(w, _convention_row(w, table, index)))
+        return _with_convention_row(w, table, index, **change(w, _find_convention_row(w, table, index)))
 
     return MistakeVariant({"table": apply_change}, {"joint": index + 1, "link": index + 1, **words})
 
 
-def _convention_row(w: StageResults, table: Table, index: int) -> TableRow:
-    """Return a row in the arm's convention: modified rows contain a and alpha of the previous link or the base."""
-    row, link = table.rows[index], _standard_row_index(w, index)
+def _find_convention_row(w: StageResults, table: Table, index: int) -> TableRow:
+    """Return a row of the table that students see."""
+    row, link = table.rows[index], _find_standard_row(w, index)
     if link >= 0:
         return replace(row, a=table.rows[link].a, alpha=table.rows[link].alpha)
     position, _, tilt = table.base
@@ -56,8 +59,8 @@ def _convention_row(w: StageResults, table: Table, index: int) -> TableRow:
 
 
 def _with_convention_row(w: StageResults, table: Table, index: int, **new_entries: Any) -> Table:
-    """Return the table with entries of one row changed in the arm's convention."""
-    row, link = _convention_row(w, table, index), _standard_row_index(w, index)
+    """Return the standard table with entries changed in one row of the table that students see."""
+    row, link = _find_convention_row(w, table, index), _find_standard_row(w, index)
     a, alpha = new_entries.pop("a", row.a), new_entries.pop("alpha", row.alpha)
     table = table.with_row(index, **new_entries)
     if link >= 0:
@@ -67,8 +70,8 @@ def _with_convention_row(w: StageResults, table: Table, index: int, **new_entrie
     return replace(table, base=(position + (a - row.a) * base_x_axis, yaw, alpha))
 
 
-def _standard_row_index(w: StageResults, index: int) -> int:
-    """Return which standard row contains a and alpha of a row of the arm's own table, or -1 if it is the base."""
+def _find_standard_row(w: StageResults, index: int) -> int:
+    """Return the index of the standard row with the a and alpha of a row that students see; -1 stands for the base."""
     return index - convention_of(w.chain).frame_on_axis(1)
 
 
@@ -80,35 +83,37 @@ def _change_each_row(
 
 
 def _drop_offsets(chain: Chain, _: AnswerShape) -> Iterator[MistakeVariant]:
+    """Yield variants without the offsets of one joint or of all joints."""
+
     def drop(joints: Sequence[int]) -> MistakeVariant:
         def apply_change(w: StageResults, table: Table) -> Table:
             for i in joints:
-                table = table.with_row(i, **{_variable_entry(chain, i): w.arithmetic.table_entry(chain.q[i])})
+                table = table.with_row(i, **{_name_variable_entry(chain, i): w.arithmetic.table_entry(chain.q[i])})
             return table
 
         variables = ", ".join(str(chain.q[i]) for i in joints)
-        return MistakeVariant({"table": apply_change}, {**joint_words(joints, ", "), "variable": variables})
+        return MistakeVariant({"table": apply_change}, {**make_joint_words(joints, ", "), "variable": variables})
 
     return vary_each_joint_and_all([i for i, offset in enumerate(chain.offsets) if offset != 0], drop)
 
 
-def _variable_entry(chain: Chain, joint: int) -> str:
+def _name_variable_entry(chain: Chain, joint: int) -> str:
     """Return the name of the table entry that contains the joint variable: "theta" or "d"."""
     return "theta" if chain.joints[joint].kind == "R" else "d"
 
 
 def _add_to_variable(term: Callable[[Chain, int], sp.Expr], kind: str) -> VariantGenerator:
-    """Return a function that yields one variant per joint of a kind, with `term` added to its variable.
+    """Return a function that yields one variant per joint of a kind, with a term added to the joint's variable.
 
-    Joints for which `term` is zero are skipped.
+    `term` returns the term for the arm and the joint. Joints for which it is zero are skipped.
     """
 
-    def variants(chain: Chain, _: AnswerShape) -> Iterator[MistakeVariant]:
-        for i in joints_of_kind(chain, kind):
+    def generate(chain: Chain, _: AnswerShape) -> Iterator[MistakeVariant]:
+        for i in chain.joints_of_kind(kind):
             if term(chain, i) != 0:
-                yield _add_to_row(i, _variable_entry(chain, i), term(chain, i))
+                yield _add_to_row(i, _name_variable_entry(chain, i), term(chain, i))
 
-    return variants
+    return generate
 
 
 def _add_to_row(index: int, entry: str, term: sp.Expr, /, **words: object) -> MistakeVariant:
@@ -118,18 +123,19 @@ def _add_to_row(index: int, entry: str, term: sp.Expr, /, **words: object) -> Mi
 def _scale_offsets(
     factors: Sequence[sp.Expr], is_affected: Callable[[sp.Expr], bool] = lambda offset: True
 ) -> VariantGenerator:
-    """Return a function that yields variants with the constants of revolute joints multiplied by a factor.
+    """Return a function that yields variants with the offsets of revolute joints multiplied by a factor.
 
-    For each factor, one constant is multiplied at a time, and then all of them.
+    For each factor, one offset is multiplied at a time, and then all offsets. Only offsets that `is_affected` accepts
+    are multiplied.
     """
 
-    def variants(chain: Chain, _: AnswerShape) -> Iterator[MistakeVariant]:
-        offsets = {i: chain.offsets[i] for i in joints_of_kind(chain, "R")}
+    def generate(chain: Chain, _: AnswerShape) -> Iterator[MistakeVariant]:
+        offsets = {i: chain.offsets[i] for i in chain.joints_of_kind("R")}
         offsets = {i: offset for i, offset in offsets.items() if offset != 0 and is_affected(offset)}
         for factor in factors:
             yield from vary_each_joint_and_all(list(offsets), partial(_scale_constants, offsets, factor))
 
-    return variants
+    return generate
 
 
 def _scale_constants(offsets: Mapping[int, sp.Expr], factor: sp.Expr, joints: Sequence[int]) -> MistakeVariant:
@@ -139,23 +145,23 @@ def _scale_constants(offsets: Mapping[int, sp.Expr], factor: sp.Expr, joints: Se
             table = table.with_row(i, theta=theta)
         return table
 
-    constants = ", ".join(dict.fromkeys(_degree_text(offsets[i]) for i in joints))
-    return MistakeVariant({"table": apply_change}, {**joint_words(joints, ", "), "degrees": constants})
+    constants = ", ".join(dict.fromkeys(_format_degrees(offsets[i]) for i in joints))
+    return MistakeVariant({"table": apply_change}, {**make_joint_words(joints, ", "), "degrees": constants})
 
 
-def _degree_text(angle: sp.Expr) -> str:
+def _format_degrees(angle: sp.Expr) -> str:
     """Return an angle in degrees, as text."""
     return f"{sp.nsimplify(angle * 180 / sp.pi)}°"
 
 
 def _use_other_row(chain: Chain, _: AnswerShape) -> Iterator[MistakeVariant]:
-    """Yield variants in which a row has the length, distance, twist or constant of another row."""
+    """Yield variants in which a row has the length, distance, twist or offset of another row."""
     for (i, row), (j, other_row) in permutations(enumerate(convention_of(chain).rows), 2):
         if chain.n > MAX_ROWS_FOR_ANY_PAIR and abs(i - j) > 1:
             continue
         if chain.offsets[i] != chain.offsets[j] and row.kind == other_row.kind:
             difference, entry_words = chain.offsets[j] - chain.offsets[i], "constant of the joint variable"
-            yield _add_to_row(i, _variable_entry(chain, i), difference, entry=entry_words, other=j + 1)
+            yield _add_to_row(i, _name_variable_entry(chain, i), difference, entry=entry_words, other=j + 1)
         for entry in ("a", "d", "alpha"):
             value = getattr(other_row, entry)
             is_variable = entry == "d" and "P" in (row.kind, other_row.kind)
@@ -168,15 +174,16 @@ def _replace_entry(entry: str, value: sp.Expr, w: StageResults, row: TableRow) -
 
 
 def _exchange_lengths(chain: Chain, _: AnswerShape) -> Iterator[MistakeVariant]:
+    """Yield variants with the lengths a of two rows exchanged."""
+
+    def exchange(w: StageResults, table: Table, i: int, j: int) -> Table:
+        first, second = _find_convention_row(w, table, i).a, _find_convention_row(w, table, j).a
+        return _with_convention_row(w, _with_convention_row(w, table, i, a=second), j, a=first)
+
     rows = convention_of(chain).rows
     for i, j in combinations(range(chain.n), 2):
         if 0 != rows[i].a != rows[j].a != 0:
-
-            def apply_change(w: StageResults, table: Table, i: int = i, j: int = j) -> Table:
-                first, second = _convention_row(w, table, i).a, _convention_row(w, table, j).a
-                return _with_convention_row(w, _with_convention_row(w, table, i, a=second), j, a=first)
-
-            yield MistakeVariant({"table": apply_change}, {"joint": i + 1, "other": j + 1})
+            yield MistakeVariant({"table": partial(exchange, i=i, j=j)}, {"joint": i + 1, "other": j + 1})
 
 
 def _has_twist(joint: Joint) -> bool:
@@ -204,25 +211,29 @@ def _has_moved_and_rotated_base(chain: Chain) -> bool:
 
 
 def _drop_base_rotation(w: StageResults, table: Table) -> Table:
-    position, yaw, tilt = table.base  # the tilt may come from the first row of a modified table
+    position, yaw, tilt = table.base  # the tilt may also come from the first row of a modified table
     return replace(table, base=(position, yaw * 0, tilt * 0 if convention_of(w.chain).base.tilt != 0 else tilt))
 
 
 def _drop_base(w: StageResults, table: Table) -> Table:
     position, yaw, tilt = _drop_base_rotation(w, table).base
-    at_origin = any(convention_of(w.chain).base.position)
-    return replace(table, base=(position * 0 if at_origin else position, yaw, tilt))
+    is_moved = any(convention_of(w.chain).base.position)
+    return replace(table, base=(position * 0 if is_moved else position, yaw, tilt))
 
 
 def _move_to_last_origin(w: StageResults, table: Table) -> Table:
-    """Return the table with P moved to the origin of its frame. In a modified table, also set that row's a to zero."""
-    if convention_of(w.chain).is_proximal and w.chain.point.frame:
-        table = table.with_row(w.chain.point.frame - 1, a=table.rows[w.chain.point.frame - 1].a * 0)
+    """Return the table with P moved to the origin of its frame.
+
+    In a modified table, the standard row of this frame has a coordinate of P as its a, which becomes zero, too.
+    """
+    last = w.chain.point.frame - 1
+    if convention_of(w.chain).is_proximal and last >= 0:
+        table = table.with_row(last, a=table.rows[last].a * 0)
     return replace(table, offset=table.offset * 0)
 
 
 def _use_other_origin(chain: Chain, _: AnswerShape) -> Iterator[MistakeVariant]:
-    """Yield the variant that uses the last frame's origin as P; if P is that origin, use the one before."""
+    """Yield the variant that uses the last frame's origin as P, or the origin before it if P is on the last frame."""
     if convention_of(chain).is_proximal:
         if chain.point.frame == chain.n > 1:
             yield MistakeVariant({"table": _move_to_earlier_origin}, {"frame": chain.n - 1})
@@ -230,7 +241,7 @@ def _use_other_origin(chain: Chain, _: AnswerShape) -> Iterator[MistakeVariant]:
 
     def variant_at(frame: int) -> MistakeVariant:
         return MistakeVariant(
-            {"point": lambda w, _: w["origins"][frame], "effects": _effects_up_to(frame)}, {"frame": frame}
+            {"point": lambda w, _: w["origins"][frame], "effects": _keep_effects_up_to(frame)}, {"frame": frame}
         )
 
     if chain.point.frame != chain.n:
@@ -246,7 +257,7 @@ def _move_to_earlier_origin(w: StageResults, table: Table) -> Table:
     return replace(table, offset=table.offset * 0)
 
 
-def _effects_up_to(frame: int) -> Callable[[StageResults, np.ndarray], np.ndarray]:
+def _keep_effects_up_to(frame: int) -> Callable[[StageResults, np.ndarray], np.ndarray]:
     def apply_change(w: StageResults, _: np.ndarray) -> np.ndarray:
         effects = np.stack([w.arithmetic.derivatives(link)[: w.n] for link in w["links"]], axis=1)
         effects[:, frame:] = effects[:, frame:] * 0
@@ -275,25 +286,25 @@ def _use_other_units(chain: Chain, _: AnswerShape) -> Iterator[MistakeVariant]:
 
 
 def _read_as_modified(chain: Chain, _: AnswerShape) -> Iterator[MistakeVariant]:
-    """Yield the variant that takes a standard table for a modified one, which is the convention of other books.
+    """Yield the variant that reads a standard table as a modified table, the convention of other books.
 
     The transform of a row is then Rx(alpha_{i-1}) Tx(a_{i-1}) Rz(theta_i) Tz(d_i).
     """
 
-    def rotations(w: StageResults, correct_rotations: list[np.ndarray]) -> list[np.ndarray]:
+    def change_rotations(w: StageResults, correct_rotations: list[np.ndarray]) -> list[np.ndarray]:
         rotations = [correct_rotations[0]]
         for row in w["table"].rows:
             twisted = matrix_product(rotations[-1], rotation_x(w, row.alpha))
             rotations.append(matrix_product(twisted, rotation_z(w, row.theta)))
         return rotations
 
-    def links(w: StageResults, correct_links: list[np.ndarray]) -> list[np.ndarray]:
+    def change_links(w: StageResults, correct_links: list[np.ndarray]) -> list[np.ndarray]:
         frames, rows = w["rotations"], w["table"].rows
         vectors = [row.a * frames[k][:, 0] + row.d * frames[k + 1][:, 2] for k, row in enumerate(rows)]
         return [*vectors, apply_matrix(frames[w.chain.point.frame], w["table"].offset)]
 
     if any(joint.alpha != 0 for joint in chain.joints):
-        yield MistakeVariant({"rotations": rotations, "links": links})
+        yield MistakeVariant({"rotations": change_rotations, "links": change_links})
 
 
 def _use_next_links(chain: Chain, _: AnswerShape) -> Iterator[MistakeVariant]:
@@ -321,7 +332,7 @@ def _use_next_links(chain: Chain, _: AnswerShape) -> Iterator[MistakeVariant]:
 
 
 def _read_as_standard(chain: Chain, _: AnswerShape) -> Iterator[MistakeVariant]:
-    """Yield variants that read a modified table as a standard one.
+    """Yield variants that read a modified table as a standard table.
 
     The transform of a row is then Rz(theta_i) Tz(d_i) Tx(a_{i-1}) Rx(alpha_{i-1}).
     """
@@ -345,13 +356,13 @@ def _read_as_standard(chain: Chain, _: AnswerShape) -> Iterator[MistakeVariant]:
         }
         yield MistakeVariant(standard_changes)  # frame i-1 belongs to joint i, as in a standard table
 
-        def next_axes(w: StageResults, _: np.ndarray) -> np.ndarray:
+        def use_next_axes(w: StageResults, _: np.ndarray) -> np.ndarray:
             axes = [w.arithmetic.drop_derivatives(rotation[:, 2]) for rotation in w["rotations"][1:]]
             return np.stack([*axes, axes[-1]])
 
         next_origins: Change = lambda w, _: np.concatenate([w["origins"][1:], w["origins"][-1:]])  # noqa: E731
         yield MistakeVariant(
-            {**standard_changes, "axes": next_axes, "frames on axes": next_origins, "linear": propagate_linear_rows}
+            {**standard_changes, "axes": use_next_axes, "frames on axes": next_origins, "linear": propagate_linear_rows}
         )
 
 
@@ -369,14 +380,12 @@ VARIANTS: dict[str, VariantGenerator] = {
     "variable-forgotten": _add_to_variable(lambda chain, i: -chain.q[i], "R"),
     "row-misread": _use_other_row,
     "lengths-exchanged": _exchange_lengths,
-    "point-forgotten": variants_if(
-        lambda chain: not convention_of(chain).point.is_origin, {"table": _move_to_last_origin}
-    ),
+    "point-forgotten": vary_if(lambda chain: not convention_of(chain).point.is_origin, {"table": _move_to_last_origin}),
     "other-point": _use_other_origin,
-    "base-forgotten": variants_if(lambda chain: not convention_of(chain).base.is_world, {"table": _drop_base}),
-    "base-not-rotated": variants_if(_has_moved_and_rotated_base, {"table": _drop_base_rotation}),
+    "base-forgotten": vary_if(lambda chain: not convention_of(chain).base.is_world, {"table": _drop_base}),
+    "base-not-rotated": vary_if(_has_moved_and_rotated_base, {"table": _drop_base_rotation}),
     "twist-sign": _change_each_row(_has_twist, lambda _, row: {"alpha": -row.alpha}),
-    "all-twists-sign": variants_if(lambda chain: sum(map(_has_twist, chain.joints)) > 1, {"table": _flip_all_twists}),
+    "all-twists-sign": vary_if(lambda chain: sum(map(_has_twist, chain.joints)) > 1, {"table": _flip_all_twists}),
     "twist-forgotten": _change_each_row(lambda row: row.alpha != 0, lambda _, row: {"alpha": row.alpha * 0}),
     "modified-dh": _read_as_modified,
     "link-behind": _use_next_links,
@@ -385,5 +394,5 @@ VARIANTS: dict[str, VariantGenerator] = {
     "joint-turns-other-way": _change_each_row(lambda row: row.kind == "R", lambda _, row: {"theta": -row.theta}),
     "quarter-turn": _add_to_variable(lambda chain, i: sp.pi / 2, "R"),
     "lengths-in-centimetres": _use_other_units,
-    "degrees": variants_if(lambda chain: joints_of_kind(chain, "R"), {"table": scale_angles(sp.pi / 180)}),
+    "degrees": vary_if(lambda chain: chain.joints_of_kind("R"), {"table": scale_angles(sp.pi / 180)}),
 }

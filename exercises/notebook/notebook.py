@@ -12,7 +12,8 @@ from functools import partial
 from typing import TYPE_CHECKING, Any
 
 from qdot.exercises.arm.conventions import convention_of
-from qdot.exercises.figure.arm_figure import alt_text, figure_svg, part_alt, part_svg, singular_svg
+from qdot.exercises.figure.arm_figure import describe_part_figure, draw_figure_svg, draw_part_svg, draw_singular_svg
+from qdot.exercises.figure.words import describe_figure
 from qdot.exercises.notebook.self_check import Problems, write_check_cell, write_function_cell
 from qdot.exercises.notebook.setup_cell import write_setup_cell
 from qdot.exercises.problem.problem import ENGINE, Part, Problem, name_answer_variable
@@ -49,7 +50,7 @@ def draw_singular_configurations(problem: Problem, part: Part, name: str) -> str
 
     `name` begins the ids in the SVG.
     """
-    return singular_svg(problem.chain, name) if part.answer.is_set else ""
+    return draw_singular_svg(problem.chain, name) if part.answer.is_set else ""
 
 
 FOLDED_CODE_METADATA: dict[str, object] = {"jupyter": {"source_hidden": True}, "cellView": "form"}
@@ -134,7 +135,7 @@ def _make_problem_cells(
     statement_id = f"{slot}-statement"
     opening = released_texts.get(statement_id)
     if not opening:
-        figure = _embed_image(figure_svg(problem.chain, slot), alt_text(problem.chain))
+        figure = _embed_image(draw_figure_svg(problem.chain, slot), describe_figure(problem.chain))
         opening = write_statement(problem, f"{number} {problem.title}", figure)
     yield _make_cell("markdown", statement_id, opening)
     solutions = write_solutions(problem) if kind == "solution" else {}
@@ -156,8 +157,8 @@ def _make_problem_cells(
 
 
 def _write_prompt(label: str, name: str, problem: Problem, part: Part, with_hints: bool) -> str:
-    svg = part_svg(problem.chain, part, name)
-    figure = _embed_image(svg, part_alt(problem.chain, part)) if svg else ""
+    svg = draw_part_svg(problem.chain, part, name)
+    figure = _embed_image(svg, describe_part_figure(problem.chain, part)) if svg else ""
     texts = {
         "prompt": write_prompt(problem, part),
         "figure": figure,

@@ -7,7 +7,8 @@ from collections.abc import Callable, Mapping
 from typing import Any
 
 from qdot.exercises.common.errors import make_name_error
-from qdot.exercises.figure.arm_figure import alt_text, figure_svg, part_svg
+from qdot.exercises.figure.arm_figure import draw_figure_svg, draw_part_svg
+from qdot.exercises.figure.words import describe_figure
 from qdot.exercises.notebook import notebook
 from qdot.exercises.problem.problem import Part, Problem
 from qdot.exercises.problem.record import Json, make_robot_json, make_symbol_json
@@ -63,7 +64,7 @@ def _describe_parts(
             ],
             "solution": convert(solutions[part.name]) if solution else "",
             "code": problem_texts.write_answer_code(problem, part) if solution else "",
-            "figure": part_svg(problem.chain, part, part.name) if with_figures else "",
+            "figure": draw_part_svg(problem.chain, part, part.name) if with_figures else "",
             "solution_figure": notebook.draw_singular_configurations(problem, part, f"{part.name}-solution")
             if with_figures and solution
             else "",
@@ -82,13 +83,13 @@ def _write_text(problem: Problem, solution: bool, with_hints: bool) -> str:
         "title": f"{problem.title} ({problem.id})",
         "statement": to_text(problem_texts.write_statement(problem, "")),
     }
-    figure = textwrap.fill(f"Figure: {alt_text(problem.chain)}", 100)
+    figure = textwrap.fill(f"Figure: {describe_figure(problem.chain)}", 100)
     return render("notebook/problem.txt.j2", **texts, figure=figure, parts=parts, footer=_write_footer(problem))
 
 
 def _write_latex(problem: Problem, solution: bool, with_hints: bool) -> str:
     parts = _describe_parts(problem, solution, with_hints, lambda text: to_latex(text).rstrip(), HINT_LEAD)
-    title, figure = escape_latex(problem.title), escape_latex(alt_text(problem.chain))
+    title, figure = escape_latex(problem.title), escape_latex(describe_figure(problem.chain))
     latex_statement = to_latex(problem_texts.write_statement(problem, ""))
     return render("notebook/problem.tex.j2", title=title, statement=latex_statement, figure=figure, parts=parts)
 
@@ -98,7 +99,7 @@ def _write_html(problem: Problem, solution: bool, with_hints: bool) -> str:
     texts = {
         "title": problem.title,
         "statement": to_html(problem_texts.write_statement(problem, "")),
-        "figure": figure_svg(problem.chain),
+        "figure": draw_figure_svg(problem.chain),
     }
     return render("notebook/problem.html.j2", **texts, parts=parts, footer=_write_footer(problem))
 

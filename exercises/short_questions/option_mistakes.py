@@ -66,7 +66,7 @@ def _blame_by_derivation(problem: Problem, part: Part, stream: Stream) -> Mappin
         expected = np.array(parse_vector(option))[:, None, None]
         equal_answers = [wrong for wrong in all_wrong_answers if _is_near(wrong.answer, expected)]
         if equal_answers:
-            likeliest = max(equal_answers, key=catalogue.variant_frequency)
+            likeliest = max(equal_answers, key=lambda predicted: predicted.frequency)
             blames[index] = (Blame.from_mistake(likeliest.mistake, likeliest.variant.words.items()),)
         elif isinstance(part.details, JointEffectDetails) and _is_effect_of_other_joint(stages, part, expected):
             blames[index] = (Blame.from_mistake(CATALOGUE["column-of-other-joint"], ()),)

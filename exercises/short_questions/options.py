@@ -27,7 +27,7 @@ SELF_EVIDENT_MISTAKES = frozenset({"rates-left-in", "angles-in-degrees"})
 
 def is_plausible(mistake: Mistake) -> bool:
     """Return whether options may be based on a mistake: it is not rare, and not visible without a calculation."""
-    return not mistake.rare and mistake.name not in SELF_EVIDENT_MISTAKES
+    return not mistake.is_rare and mistake.name not in SELF_EVIDENT_MISTAKES
 
 
 @dataclass(frozen=True)
@@ -53,7 +53,7 @@ class Blame:
     @property
     def sentence(self) -> str:
         """The message to a student who made the mistake."""
-        return CATALOGUE[self.mistake].sentence(dict(self.words))
+        return CATALOGUE[self.mistake].format_message(dict(self.words))
 
 
 @dataclass(frozen=True)

@@ -231,12 +231,8 @@ def _farthest_axis_distance(arm: NumericChain, q: np.ndarray, joints: Sequence[i
     return np.asarray(np.max([axis_distance(arm, q, joint) for joint in joints], axis=0))
 
 
-def _joints_of_kind(chain: Chain, kind: str) -> list[int]:
-    return [i for i, joint in enumerate(chain.joints) if joint.kind == kind]
-
-
 def _revolute_joints(chain: Chain) -> list[int]:
-    return _joints_of_kind(chain, "R")
+    return chain.joints_of_kind("R")
 
 
 def _find_collinear_axes(chain: Chain, samples: Sequence[Sample]) -> Iterator[Statement]:
@@ -278,7 +274,7 @@ def _find_coplanar_parallel_axes(chain: Chain, samples: Sequence[Sample]) -> Ite
 
 def _find_extreme_side_of_prismatic(chain: Chain, samples: Sequence[Sample]) -> Iterator[Statement]:
     """Find a prismatic joint whose line is as far from the point as a later joint can bring it."""
-    for prismatic in _joints_of_kind(chain, "P"):
+    for prismatic in chain.joints_of_kind("P"):
         side = f"the point is as far to one side of prismatic joint {prismatic + 1}"
         for mover in range(prismatic + 1, min(chain.n, chain.point.frame)):
             if _common_extreme_signs(samples, prismatic, mover) == {1}:
@@ -286,7 +282,7 @@ def _find_extreme_side_of_prismatic(chain: Chain, samples: Sequence[Sample]) -> 
 
 
 def _find_parallel_prismatic(chain: Chain, samples: Sequence[Sample]) -> Iterator[Statement]:
-    for pair in combinations(_joints_of_kind(chain, "P"), 2):
+    for pair in combinations(chain.joints_of_kind("P"), 2):
         words = f"the axes of prismatic joints {_joint_names(pair)} are parallel"
         yield from _yield_if_special(samples, words, partial(axis_spread, joints=pair))
 
@@ -294,7 +290,7 @@ def _find_parallel_prismatic(chain: Chain, samples: Sequence[Sample]) -> Iterato
 def _find_prismatic_at_link(chain: Chain, samples: Sequence[Sample]) -> Iterator[Statement]:
     """Find a prismatic joint along, or perpendicular to, the line that joins two parallel axes."""
     parallel_pairs = [pair for pair in combinations(_revolute_joints(chain), 2) if are_parallel(samples, *pair)]
-    for prismatic, (i, j) in product(_joints_of_kind(chain, "P"), parallel_pairs):
+    for prismatic, (i, j) in product(chain.joints_of_kind("P"), parallel_pairs):
         link = f"the line from the axis of joint {i + 1} to that of joint {j + 1}"
         for is_across, preposition in ((False, "along"), (True, "at right angles to")):
             words = f"prismatic joint {prismatic + 1} moves {preposition} {link}"

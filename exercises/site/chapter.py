@@ -6,7 +6,7 @@ from functools import partial
 
 from qdot.exercises.arm.chain import Chain
 from qdot.exercises.chapter import Example, read_errata, solve_examples
-from qdot.exercises.figure.arm_figure import figure_svg, singular_svg
+from qdot.exercises.figure.arm_figure import draw_figure_svg, draw_singular_svg
 from qdot.exercises.problem.problem import Problem, ProblemId
 from qdot.exercises.problem.record import Json
 from qdot.exercises.site.page import Page
@@ -63,8 +63,8 @@ def _draw_card_figure(example: Example, language: str) -> dict[str, object]:
     name = f"card-{example.number.replace('.', '-')}"
     is_arm_shown = not example.shows_arm  # an earlier example shows the arm
     if is_arm_shown and example.shows_singularities:
-        return {"figure": singular_svg(example.arm, name, language), "is_translated": True}
-    return {"figure": figure_svg(example.arm, name), "is_translated": False}
+        return {"figure": draw_singular_svg(example.arm, name, language), "is_translated": True}
+    return {"figure": draw_figure_svg(example.arm, name), "is_translated": False}
 
 
 def _write_errata(language: str) -> tuple[str, str]:
@@ -88,9 +88,9 @@ def _write_example(index: int, language: str) -> tuple[str, str]:
     return title, templates.get_template("site/example.html.j2").render(
         example=example,
         given=to_html(intro),
-        figure=figure_svg(arm, f"{example.key}-arm"),
+        figure=draw_figure_svg(arm, f"{example.key}-arm"),
         steps=[(title, to_html(text, width_share=FORMULA_SHARE)) for title, text in example.steps],
-        singular=singular_svg(arm, f"{example.key}-singular", language) if example.shows_singularities else "",
+        singular=draw_singular_svg(arm, f"{example.key}-singular", language) if example.shows_singularities else "",
         errata=to_html(errata_list, width_share=FORMULA_SHARE) if corrections_here else "",
         arm=json.dumps(make_arm_data(arm), ensure_ascii=False),
         before=all_examples[index - 1] if index else None,

@@ -250,7 +250,7 @@ def _find_mistakes_throughout(problem: Problem, part: Part, points: SymbolValues
             continue
         known_fingerprints.add(fingerprint)
         missing_names = reference_names - set().union(*map(find_names, entries)) if name == "lengths-missing" else set()
-        sentence = catalogue.CATALOGUE[name].sentence({"Where": "In your answer"})
+        sentence = catalogue.CATALOGUE[name].format_message({"Where": "In your answer"})
         mistake = _record_mistake(name, sentence, ", ".join(sorted(missing_names)))
         yield {**mistake, "print": [float(text) for text in fingerprint]}
 
@@ -339,7 +339,7 @@ def _list_mistaken_answers(problem: Problem, part: Part) -> NumericMistakes:
     for mistake, mistaken in catalogue.generate_mistaken_answers(problem.chain, part):
         if isinstance(mistaken.answer, Number):
             values = [float(value) for value in mistaken.answer.reference]
-            yield 1.0, _record_mistake(mistake.name, mistake.sentence(mistaken.words)), values
+            yield 1.0, _record_mistake(mistake.name, mistake.format_message(mistaken.words)), values
 
 
 def _find_derived_mistakes(problem: Problem, part: Part, precise: bool = False) -> NumericMistakes:
@@ -349,7 +349,7 @@ def _find_derived_mistakes(problem: Problem, part: Part, precise: bool = False) 
     for wrong in catalogue.predict_wrong_answers(_evaluate_derivation(problem, part), derived_part, precise):
         numbers = numbers_of_answer(wrong.answer)
         if _is_finite_and_nonzero(numbers) and (derived_part is part or wrong.mistake.name not in _RATE_MISTAKES):
-            yield catalogue.variant_frequency(wrong), _describe_mistake(wrong), numbers.tolist()
+            yield wrong.frequency, _describe_mistake(wrong), numbers.tolist()
 
 
 def _list_speed_mistakes(problem: Problem, part: Part) -> NumericMistakes:
@@ -363,7 +363,7 @@ def _list_speed_mistakes(problem: Problem, part: Part) -> NumericMistakes:
     wrong_speeds = [("components-added", moving.sum()), ("components-added", abs(velocity.sum()))]
     wrong_speeds += [("component-alone", component) for component in moving]
     for name, value in [*wrong_speeds, ("speed-squared", (moving**2).sum())]:
-        yield 1.0, _record_mistake(name, catalogue.CATALOGUE[name].sentence({})), [float(value)]
+        yield 1.0, _record_mistake(name, catalogue.CATALOGUE[name].format_message({})), [float(value)]
 
 
 def _evaluate_derivation(problem: Problem, part: Part) -> StageResults:

@@ -13,7 +13,7 @@ from typing import Any
 
 from qdot.exercises.chapter import make_planar_2r, make_scorbot_arm
 from qdot.exercises.common.errors import QdotError
-from qdot.exercises.figure.arm_figure import figure_svg
+from qdot.exercises.figure.arm_figure import draw_figure_svg
 from qdot.exercises.site.arms import make_gallery_page
 from qdot.exercises.site.chapter import make_arm_data, make_chapter_pages
 from qdot.exercises.site.guide import COMMANDS, REPLACED_PAGES, arrange_pages
@@ -137,7 +137,7 @@ def make_pages(context: PageContext) -> Iterator[Page]:
     has_docs = context.docs is not None
     robot = make_planar_2r()
     arm = json.dumps(make_arm_data(robot) | {"pose": HOME_CONFIGURATION}, ensure_ascii=False)
-    figure = figure_svg(robot, pose=HOME_CONFIGURATION)
+    figure = draw_figure_svg(robot, pose=HOME_CONFIGURATION)
     home = render("site/index.html.j2", course=context.course, has_docs=has_docs, arm=arm, figure=figure)
     yield Page("index.html", context.course or "qdot", home, section="home", kind="home")
     practice = render("site/practice.html.j2", has_docs=has_docs)

@@ -12,8 +12,9 @@ import sympy as sp
 
 from qdot.exercises.arm.chain import Chain
 from qdot.exercises.arm.derivation import TooLong, derive
-from qdot.exercises.figure.arm_figure import alt_text, figure_pose, figure_svg, part_alt, part_svg
-from qdot.exercises.figure.pose import example_values
+from qdot.exercises.figure.arm_figure import describe_part_figure, draw_figure_svg, draw_part_svg, find_figure_pose
+from qdot.exercises.figure.pose import choose_example_values
+from qdot.exercises.figure.words import describe_figure
 from qdot.exercises.formula.printers.python import python_text
 from qdot.exercises.mistakes.catalogue import CATALOGUE
 from qdot.exercises.notebook.notebook import draw_singular_configurations
@@ -51,7 +52,7 @@ def make_site_record(problem: Problem) -> Json:
     chain, sentences = problem.chain, MistakeSentences()
     record: Json = {"id": str(problem.id), "family": problem.id.family, "title": problem.title}
     record |= {"difficulty": difficulty_band(chain), "statement": to_html(write_statement(problem, ""))}
-    record |= {"figure": figure_svg(chain), "alt": alt_text(chain), **make_arm_record(problem)}
+    record |= {"figure": draw_figure_svg(chain), "alt": describe_figure(chain), **make_arm_record(problem)}
     parts = [_make_part_record(problem, part, sentences) for part in problem.parts]
     return record | {"parts": parts, "said": sentences.rows}
 
@@ -59,7 +60,7 @@ def make_site_record(problem: Problem) -> Json:
 def make_arm_record(problem: Problem) -> Json:
     """Return the data of the interactive arm, as in `make_site_record`: {"robot", "symbols", "pose"}."""
     robot = {**make_robot_json(problem.chain), "values": _choose_values(problem.chain)}
-    return {"robot": robot, "symbols": _list_symbols(problem), "pose": figure_pose(problem.chain)}
+    return {"robot": robot, "symbols": _list_symbols(problem), "pose": find_figure_pose(problem.chain)}
 
 
 def list_determinant_factors(chain: Chain) -> list[list[str]]:
@@ -171,7 +172,7 @@ def _choose_values(chain: Chain) -> Json:
     """
     used_lengths = {float(abs(length)) for length in list_table_lengths(chain)}
     values: dict[str, float] = {}
-    for symbol, value in example_values(chain).items():
+    for symbol, value in choose_example_values(chain).items():
         number = float(value)
         while any(abs(number - length) < LENGTH_TOLERANCE for length in used_lengths):
             number = round(SHORTENING_FACTOR * number, 3)
@@ -211,12 +212,12 @@ class MistakeSentences:
 
 def _make_part_record(problem: Problem, part: Part, sentences: MistakeSentences) -> Json:
     chain, question, prompt_text = problem.chain, ALL_QUESTIONS[part.kind], write_prompt(problem, part)
-    svg = part_svg(chain, part, part.name)
+    svg = draw_part_svg(chain, part, part.name)
     record: Json = {"name": part.name, "kind": part.kind, "title": question.title, "type": part.type}
     record |= {"shape": part.shape and list(part.shape), "points": part.points, "prompt": to_html(prompt_text)}
     record |= {"names": find_typed_names(problem, prompt_text), "labels": list(question.list_typed_names(chain, part))}
     record |= {"columns": list(question.column_names(chain)), "grid": _list_labels(chain, part), "figure": svg}
-    record |= {"alt": part_alt(chain, part) if svg else "", "pose": _find_given_pose(chain, part)}
+    record |= {"alt": describe_part_figure(chain, part) if svg else "", "pose": _find_given_pose(chain, part)}
     record |= {"hints": list(map(html_with_latex, write_hints(problem, part))), "options": _list_options(problem, part)}
     return record | {"key": sentences.shorten_key(make_key(problem, part))}
 
@@ -241,7 +242,7 @@ LENGTH_TOLERANCE, SHORTENING_FACTOR = 1e-9, 0.85
 
 def _find_given_pose(chain: Chain, part: Part) -> dict[str, float] | None:
     """Return the configuration of the arm beside a question: the joint values and lengths that the question gives."""
-    shown_symbols = {symbol.name for symbol in (*chain.q, *example_values(chain))}
+    shown_symbols = {symbol.name for symbol in (*chain.q, *choose_example_values(chain))}
     return {
         name: value for name, value in part.details.list_shown_values(chain).items() if name in shown_symbols
     } or None

@@ -15,7 +15,7 @@ from qdot.exercises.arm.library import robots
 from qdot.exercises.arm.robot_file import ROW_KEYS
 from qdot.exercises.common.input_file import read_toml
 from qdot.exercises.families import FAMILIES
-from qdot.exercises.figure.pose import example_values
+from qdot.exercises.figure.pose import choose_example_values
 from qdot.exercises.generation import sample_chain
 from qdot.exercises.problem.problem import ProblemId
 from qdot.exercises.problem.record import Json
@@ -42,7 +42,9 @@ def _make_plain_tables() -> Iterator[Json]:
 
 def _make_table_of_chain(chain: Chain, title: str) -> Json:
     """Return a chain's standard DH table with the numeric values that its figure shows; angles are in radians."""
-    values: dict[sp.Basic, sp.Expr] = {symbol: sp.Float(value) for symbol, value in example_values(chain).items()}
+    values: dict[sp.Basic, sp.Expr] = {
+        symbol: sp.Float(value) for symbol, value in choose_example_values(chain).items()
+    }
     rows = []
     for i, joint in enumerate(chain.joints, 1):
         row = {key: _write_entry(getattr(joint, key).xreplace(values), i) for key in ROW_KEYS[1:]}

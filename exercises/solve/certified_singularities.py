@@ -13,7 +13,7 @@ from qdot.exercises.singularities.axes import Sample
 from qdot.exercises.singularities.classification import Classification
 from qdot.exercises.singularities.normalized_arm import normalize_arm
 from qdot.exercises.singularities.singularity import Component
-from qdot.exercises.verify.appearance import all_have_kind, samples_on_component, statement_holds
+from qdot.exercises.verify.appearance import all_have_kind, sample_component, statement_holds
 from qdot.exercises.writing.problem_texts import get_solution_steps
 from qdot.exercises.writing.solution_steps import SingularComponent
 
@@ -49,6 +49,6 @@ def _certify_component(chain: Chain, singular: SingularComponent) -> SingularCom
 
 
 def _certify_kind(chain: Chain, component: Component, kind: Classification) -> Classification:
-    normalized, samples = normalize_arm(chain), samples_on_component(chain, component)
+    normalized, samples = normalize_arm(chain), sample_component(chain, component)
     meaning = certified_statement(normalized, kind.meaning, samples) or convention_of(chain).universal_statement
     return replace(kind, meaning=meaning, uniform=kind.uniform and all_have_kind(normalized, kind, samples))

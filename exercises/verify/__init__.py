@@ -1,11 +1,11 @@
 """Certify problems: test every reference numerically, by methods independent of its derivation.
 
-The references come from symbolic algebra on a structure (`derivation`). Here they are parsed from their text, like an
-answer, and evaluated at random configurations. Their values are compared with products of 4 x 4 matrices, finite
-differences of the poses and NumPy's linear algebra.
+The references, which are the correct answers, come from symbolic algebra (`arm.derivation`). Here, their text is
+parsed like an answer, and evaluated at random configurations. Their values are compared with products of 4 x 4
+matrices, finite differences of the poses and NumPy's linear algebra.
 
-A singular set is tested in both directions: J loses rank on every piece of it, and it contains every configuration of
-lower rank that Newton's method finds.
+A singular set is tested in both directions: J loses rank on every piece of the set, and the set contains every
+configuration of lower rank that Newton's method finds.
 
     certificate         `certify`, and the tests of questions, listed in its `CHECKS`
     formulas, numbers   tests of questions whose answers are formulas, vectors or numbers

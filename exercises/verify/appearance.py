@@ -1,12 +1,12 @@
-"""Check what a worked solution says about singular configurations, on a numeric arm.
+"""Check what a worked solution says about singular configurations, on arms with numeric lengths.
 
-Each sentence is parsed as a student reads it. Its claim about axes, prismatic joints and the tool point is tested on
-the frames of the arm, at configurations other than those from which the sentence was derived. For example, "as far as
-joint 2 can bring it" is tested by moving joint 2 through its whole range.
+Each sentence is matched with a pattern. What the sentence says about axes, prismatic joints and the tool point is
+tested on the frames of the arm, at other configurations than those from which the sentence was derived. For example,
+"as far as joint 2 can bring it" is tested by moving joint 2 through its whole range.
 """
 
 import re
-from collections.abc import Callable, Iterator, Sequence
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 from functools import lru_cache
 from itertools import pairwise
@@ -14,7 +14,7 @@ from itertools import pairwise
 import numpy as np
 import sympy as sp
 
-from qdot.exercises.arm.chain import TASK_ROWS, Chain
+from qdot.exercises.arm.chain import Chain
 from qdot.exercises.singularities.axes import Sample
 from qdot.exercises.singularities.classification import (
     Classification,
@@ -29,9 +29,9 @@ from qdot.exercises.singularities.singularity_kinds import are_one_sided, classi
 from qdot.exercises.verify.numeric_reference import Check, Checks, NumericReference
 
 ARM_COUNTS, SAMPLES_PER_PIECE = (4, 20, 80), 8
-"""How many choices of lengths are tried, and how many configurations are tested on a piece of the singular set.
+"""Numbers of choices of lengths, and number of configurations that are tested on a piece of the singular set.
 
-A larger number of choices is tried only if the smaller one gives no configuration."""
+A larger number of choices is tried only if the smaller number gives no configuration."""
 
 TOLERANCE = 1e-6
 """Tolerance for a distance in metres and for the sine of an angle; samples are singular to about 1e-9."""
@@ -43,17 +43,17 @@ PositionFunction = Callable[[np.ndarray], np.ndarray]
 def check_singularity_statements(numeric: NumericReference) -> Checks:
     """Check what the worked solution says about each component of the singular set.
 
-    If the solution distinguishes the joint values of a component, its sentence on each value is checked.
+    If the solution has one sentence for each joint value of a component, each sentence is checked.
     """
     chain = numeric.chain
     for component in singular_set(chain) or ():
-        values = [part for _, part in split_by_value(component, classify(chain, component))]
-        for part in values or [component]:
+        parts_with_one_value = [part for _, part in split_by_value(component, classify(chain, component))]
+        for part in parts_with_one_value or [component]:
             yield check_component_statement(chain, part)
 
 
 def check_component_statement(chain: Chain, component: Component) -> Check:
-    """Check what the worked solution says about a component of the singular set, or about a part of one."""
+    """Check what the worked solution says about a component of the singular set, or about a part of a component."""
     return _check_statement(
         normalize_arm(chain), tuple(normalized_pieces(chain, component)), classify(chain, component)
     )
@@ -62,43 +62,38 @@ def check_component_statement(chain: Chain, component: Component) -> Check:
 @lru_cache(maxsize=4096)
 def _check_statement(chain: Chain, pieces: tuple[str, ...], kind: Classification) -> Check:
     """Check a statement and the kind of singularity at configurations on pieces of a normalized arm's singular set."""
-    samples = [sample for piece in pieces for sample in _samples_on_piece(chain, piece)]
+    samples = [sample for piece in pieces for sample in _sample_piece(chain, piece)]
     name = f"said of {' or '.join(pieces)}"
     counterexamples = [sample for sample in samples if not statement_holds(chain, kind.meaning, sample)]
-    if counterexamples or not samples:
-        location = (
-            ", ".join(f"{q} = {value:.4g}" for q, value in zip(chain.q, counterexamples[0].q, strict=True))
-            if counterexamples
-            else ""
-        )
-        return Check(
-            name, False, f"{kind.meaning}: at {len(counterexamples)} of {len(samples)} not so, as at {location}"
-        )
-    return Check(name, all_have_kind(chain, kind, samples), f"{kind.meaning}; {kind.kind}, at {len(samples)} places")
+    if samples and not counterexamples:
+        detail = f"{kind.meaning}; {kind.kind}, at {len(samples)} places"
+        return Check(name, all_have_kind(chain, kind, samples), detail)
+    first_q = counterexamples[0].q if counterexamples else ()
+    location = ", ".join(f"{q} = {value:.4g}" for q, value in zip(chain.q, first_q, strict=False))
+    detail = f"{kind.meaning}: at {len(counterexamples)} of {len(samples)} not so, as at {location}"
+    return Check(name, False, detail)
 
 
-def side_of_lost_direction(
+def check_side_of_lost_direction(
     chain: Chain, condition: sp.Expr | None, values: tuple[tuple[sp.Symbol, sp.Expr], ...], samples: Sequence[Sample]
 ) -> Check:
-    """Check at other configurations that one side of the lost direction is out of reach, if a solution says so."""
-    is_said = is_one_sided(chain, condition, values)
-    detail = f"one side only is{'' if is_said else ' not'} said, at {len(samples)} configurations"
-    return Check("side of the lost direction", not is_said or are_one_sided(chain, samples), detail)
+    """Check that P can't move to one side of the lost direction at any sample, if a solution says that it can't."""
+    is_stated = is_one_sided(chain, condition, values)
+    detail = f"one side only is{'' if is_stated else ' not'} said, at {len(samples)} configurations"
+    return Check("side of the lost direction", not is_stated or are_one_sided(chain, samples), detail)
 
 
-def samples_on_component(chain: Chain, component: Component) -> list[Sample]:
+def sample_component(chain: Chain, component: Component) -> list[Sample]:
     """Return configurations of the normalized arm on a component, other than those used to classify it."""
     return [
-        sample
-        for piece in normalized_pieces(chain, component)
-        for sample in _samples_on_piece(normalize_arm(chain), piece)
+        sample for piece in normalized_pieces(chain, component) for sample in _sample_piece(normalize_arm(chain), piece)
     ]
 
 
-def _samples_on_piece(chain: Chain, piece: str) -> tuple[Sample, ...]:
+def _sample_piece(chain: Chain, piece: str) -> tuple[Sample, ...]:
     """Return configurations on a piece of the singular set.
 
-    More arms are tried if the piece exists for few lengths only, such as theta3 = acos(-a2/a3).
+    More arms are tried if the piece, such as theta3 = acos(-a2/a3), exists for few lengths only.
     """
     arm_counts = ARM_COUNTS if chain.parameters else (1,)
     attempts = (
@@ -108,15 +103,13 @@ def _samples_on_piece(chain: Chain, piece: str) -> tuple[Sample, ...]:
 
 
 def all_have_kind(chain: Chain, kind: Classification, samples: Sequence[Sample]) -> bool:
-    """Return whether all configurations have the kind that the solution states; True if it states no common kind."""
-    if not kind.kind or not kind.uniform:
-        return True
-    return set(classify_samples(chain, samples)) <= {kind.kind}
+    """Return whether all configurations have the kind that the solution states; True if no common kind is stated."""
+    return not kind.kind or not kind.uniform or set(classify_samples(chain, samples)) <= {kind.kind}
 
 
 @dataclass(frozen=True)
 class _Claim:
-    """A parsed statement about a configuration; the groups of `match` are the joints and points that it names."""
+    """A statement about a configuration, matched with a pattern that captures the named joints and points."""
 
     chain: Chain
     sample: Sample
@@ -131,33 +124,31 @@ class _Claim:
 def statement_holds(chain: Chain, statement: str, sample: Sample) -> bool:
     """Return whether a statement is true at a configuration; a statement that no pattern matches is false."""
     clauses = re.split(r", and (?=the |joints? \d|all |prismatic |arm )", statement)
-    return all(any(_test_clause(chain, clause, sample)) for clause in clauses)
+    return all(
+        any(
+            (match := re.fullmatch(pattern, clause)) and test(_Claim(chain, sample, match))
+            for pattern, test in _TESTS.items()
+        )
+        for clause in clauses
+    )
 
 
-def _test_clause(chain: Chain, clause: str, sample: Sample) -> Iterator[bool]:
-    """For each pattern that a clause matches, yield whether the clause is true."""
-    for pattern, test in _TESTS.items():
-        match = re.fullmatch(pattern, clause)
-        if match is not None:
-            yield test(_Claim(chain, sample, match))
-
-
-def _position_function(sample: Sample, subject: str) -> PositionFunction:
-    """Return the position function of a statement's subject.
+def _make_position_function(sample: Sample, subject: str) -> PositionFunction:
+    """Return the function from configurations to the position of a statement's subject.
 
     The subject is the tool point, the origin of a frame, a point on a joint's axis, or the wrist centre.
     """
     if subject == "the point":
         return sample.arm.point
     if subject == "the wrist centre":
-        return lambda q: _nearest_point_to_axes(sample.arm.frames(q)[..., -4:-1, :, :])
-    (number,) = re.findall(r"\d+", subject)
-    frame = int(number) if subject.startswith("the origin") else int(number) - 1
+        return lambda q: _find_nearest_point(sample.arm.frames(q)[..., -4:-1, :, :])
+    (number,) = map(int, re.findall(r"\d+", subject))
+    frame = number if subject.startswith("the origin") else number - 1
     return lambda q: sample.arm.frames(q)[..., frame, :3, 3]
 
 
-def _nearest_point_to_axes(frames: np.ndarray) -> np.ndarray:
-    """Return the point nearest to the z axes of frames (..., k, 4, 4)."""
+def _find_nearest_point(frames: np.ndarray) -> np.ndarray:
+    """Return the point nearest to the z axes of frames (..., k, 4, 4): the least-squares solution, (..., 3)."""
     z = frames[..., :3, 2]
     projections = np.eye(3) - z[..., :, None] * z[..., None, :]
     moments = np.einsum("...kij,...kj->...i", projections, frames[..., :3, 3])
@@ -165,25 +156,25 @@ def _nearest_point_to_axes(frames: np.ndarray) -> np.ndarray:
 
 
 def _axis(sample: Sample, joint: int) -> tuple[np.ndarray, np.ndarray]:
-    """Return the direction of a joint's axis and a point on it."""
+    """Return the direction (3) of a joint's axis and a point (3) on the axis."""
     frame = sample.frames[joint]
     return frame[:3, 2], frame[:3, 3]
 
 
 def distances_from_axis(sample: Sample, positions: np.ndarray, joint: int) -> np.ndarray:
-    """Return the distances of positions (k, 3) from a joint's axis, which does not move."""
+    """Return the distances (k) of positions (k, 3) from a joint's axis at the sample's configuration."""
     z, origin = _axis(sample, joint)
     return np.asarray(np.linalg.norm(np.cross(positions - origin, z), axis=-1))
 
 
-def _configurations_by_joint(sample: Sample, joint: int) -> np.ndarray:
-    """Return the configuration itself, followed by the configurations that differ in one joint only, (k, n)."""
+def _list_configurations_by_joint(sample: Sample, joint: int) -> np.ndarray:
+    """Return the sample's configuration, followed by configurations in which only one joint is moved, (k, n)."""
     steps = np.linspace(-np.pi, np.pi, 181) if sample.arm.kinds[joint] == "R" else np.linspace(-5, 5, 201)
     return np.asarray(sample.q + np.concatenate([[0.0], steps])[:, None] * np.eye(len(sample.q))[joint])
 
 
-def _extreme_name(distances: np.ndarray) -> str:
-    """Return "far" if the first distance is the largest, "near" if it is the smallest, and "" otherwise."""
+def _name_extreme(distances: np.ndarray) -> str:
+    """Return "far" if the first distance is the largest, "near" if the smallest; "" otherwise or if all are equal."""
     value, smallest, largest = distances[0], distances.min(), distances.max()
     tolerance = min(1e-8, 0.01 * (largest - smallest))
     if tolerance < 1e-12:
@@ -192,9 +183,9 @@ def _extreme_name(distances: np.ndarray) -> str:
 
 
 def _is_on_axes(claim: _Claim) -> bool:
-    """Return whether the subject lies on the axes of the joints; rotating them must not move the tool point."""
+    """Return whether the subject lies on the axes of the joints. The tool point must not move when they rotate."""
     sample = claim.sample
-    position = _position_function(sample, claim.match["what"])
+    position = _make_position_function(sample, claim.match["what"])
     point = position(sample.q)
     return all(
         np.linalg.norm(position(sample.q + 0.7 * np.eye(len(sample.q))[joint]) - point) < TOLERANCE
@@ -216,99 +207,88 @@ def _are_collinear(claim: _Claim) -> bool:
 def _is_extreme(claim: _Claim) -> bool:
     """Return whether moving one joint cannot bring the subject farther from (or nearer to) an axis."""
     sample = claim.sample
-    configurations = _configurations_by_joint(sample, int(claim.match["by"]) - 1)
-    distances = distances_from_axis(
-        sample, _position_function(sample, claim.match["what"])(configurations), int(claim.match["axis"]) - 1
-    )
-    return _extreme_name(distances) in re.findall("far|near", claim.match["how"])
+    configurations = _list_configurations_by_joint(sample, int(claim.match["by"]) - 1)
+    positions = _make_position_function(sample, claim.match["what"])(configurations)
+    distances = distances_from_axis(sample, positions, int(claim.match["axis"]) - 1)
+    return _name_extreme(distances) in re.findall("far|near", claim.match["how"])
 
 
 def _is_extreme_sideways(claim: _Claim) -> bool:
     """Return whether the joint has moved the point as far as possible to one side of the prismatic joint.
 
-    Seen along the axis of the prismatic joint, the circle on which the joint moves the point is an ellipse.
+    Seen along the axis of the prismatic joint, the circle on which the joint moves the point is an ellipse or a line.
+    On a line, the point must be at one of the two ends.
     """
     sample, prismatic_joint = claim.sample, int(claim.match["prismatic"]) - 1
     if claim.chain.joints[prismatic_joint].kind != "P":
         return False
-    positions = _position_function(sample, claim.match["what"])(
-        _configurations_by_joint(sample, int(claim.match["by"]) - 1)
-    )
+    configurations = _list_configurations_by_joint(sample, int(claim.match["by"]) - 1)
     z, origin = _axis(sample, prismatic_joint)
-    projected = (positions - origin) - ((positions - origin) @ z)[:, None] * z
+    offsets = _make_position_function(sample, claim.match["what"])(configurations) - origin
+    projected = offsets - (offsets @ z)[:, None] * z
     side_direction = projected[0] / max(float(np.linalg.norm(projected[0])), 1e-12)
-    return _extreme_name(projected @ side_direction) in ("far", "near") or _is_turning_point(projected)
-
-
-def _is_turning_point(positions: np.ndarray) -> bool:
-    """Return whether the first of some positions on a line is at one of the two ends of their range."""
-    direction = np.linalg.svd(positions - positions.mean(axis=0))[2][0]
-    return _extreme_name((positions - positions.mean(axis=0)) @ direction) in ("far", "near")
+    centred = projected - projected.mean(axis=0)
+    line_direction = np.linalg.svd(centred)[2][0]
+    return bool(_name_extreme(projected @ side_direction) or _name_extreme(centred @ line_direction))
 
 
 def _is_stretched(claim: _Claim) -> bool:
-    """Return whether the arm is stretched out or folded back after one of its revolute joints.
+    """Return whether the arm is stretched out or folded back after one of its revolute joints, as stated.
 
-    The later parallel joints can then bring the point no farther from the axis, or some of them no nearer. An arm with
-    a wrist is also tested without its wrist; if the last joint rotates the hand, also without that joint.
+    The later parallel joints can then bring the point no farther from the axis, or some of these joints can bring the
+    point no nearer. If the task has angular rows, a point on the last axis and the wrist centre are also tested instead
+    of the tool point.
     """
     sample, stated = claim.sample, set(re.findall("stretched out|folded back", claim.match[0]))
-    revolute = [i for i, kind in enumerate(sample.arm.kinds) if kind == "R"]
-    positions: list[PositionFunction] = [sample.arm.point]
+    revolute_joints = [i for i, kind in enumerate(sample.arm.kinds) if kind == "R"]
+    subjects = ["the point"]
     if any(row[0] == "w" for row in claim.chain.task):
-        positions.append(_position_function(sample, f"the axis of joint {len(sample.q)}"))
-        positions += [_position_function(sample, "the wrist centre")] if len(sample.q) == 6 else []
+        subjects += [f"the axis of joint {len(sample.q)}", *(["the wrist centre"] if len(sample.q) == 6 else [])]
     return any(
-        _describe_stretch(sample, position, revolute[i:]) in stated
-        for position in positions
-        for i in range(len(revolute))
+        _describe_stretch(sample, _make_position_function(sample, subject), revolute_joints[i:]) in stated
+        for subject in subjects
+        for i in range(len(revolute_joints))
     )
 
 
 def _describe_stretch(sample: Sample, position: PositionFunction, revolute_joints: Sequence[int]) -> str:
     """Return how the arm is after the first of some revolute joints: "stretched out", "folded back" or, if neither, "".
 
-    It is neither if a later joint is bent or has an axis that is not parallel. It is stretched out if all of its links,
-    seen along the axes, point in the same direction.
+    Only joints count that change the distance of the position from the first axis. The axes of these joints must be
+    parallel, and each joint must have brought the position to its largest or smallest distance. The arm is stretched
+    out if all links between the axes point in the same direction, seen along the axes.
     """
-    axis, *later_joints = revolute_joints
+    first_joint, *later_joints = revolute_joints
     distances_by_joint = {
-        joint: distances_from_axis(sample, position(_configurations_by_joint(sample, joint)), axis)
+        joint: distances_from_axis(sample, position(_list_configurations_by_joint(sample, joint)), first_joint)
         for joint in later_joints
     }
-    movers = [joint for joint, distances in distances_by_joint.items() if np.ptp(distances) > TOLERANCE]
-    z = _axis(sample, axis)[0]
-    if not movers or any(_extreme_name(distances_by_joint[joint]) == "" for joint in movers):
+    effective_joints = [joint for joint, distances in distances_by_joint.items() if np.ptp(distances) > TOLERANCE]
+    z = _axis(sample, first_joint)[0]
+    if not effective_joints or any(
+        not _name_extreme(distances_by_joint[joint]) or abs(z @ _axis(sample, joint)[0]) < 1 - TOLERANCE
+        for joint in effective_joints
+    ):
         return ""
-    if any(abs(z @ _axis(sample, joint)[0]) < 1 - TOLERANCE for joint in movers):
-        return ""
-    points = [_axis(sample, joint)[1] for joint in (axis, *movers)] + [position(sample.q[None])[0]]
+    points = [_axis(sample, joint)[1] for joint in (first_joint, *effective_joints)] + [position(sample.q[None])[0]]
     links = np.diff([point - (point @ z) * z for point in points], axis=0)
     return "stretched out" if np.all(links @ links.T > -TOLERANCE) else "folded back"
 
 
 def _are_parallel(claim: _Claim) -> bool:
-    sample = claim.sample
-    axes = [_axis(sample, joint)[0] for joint in claim.joints]
-    return all(np.linalg.norm(np.cross(first, second)) < TOLERANCE for first, second in pairwise(axes))
+    directions = claim.sample.axes[claim.joints]
+    return all(np.linalg.norm(np.cross(first, second)) < TOLERANCE for first, second in pairwise(directions))
 
 
 def _are_parallel_to_plane(claim: _Claim) -> bool:
-    sample = claim.sample
-    axes = np.array([_axis(sample, joint)[0] for joint in claim.joints])
-    return bool(abs(np.linalg.svd(axes, compute_uv=False)[-1]) < TOLERANCE)
+    return bool(np.linalg.svd(claim.sample.axes[claim.joints], compute_uv=False)[-1] < TOLERANCE)
 
 
 def _are_coplanar(claim: _Claim) -> bool:
-    """Return whether parallel axes lie in one plane.
-
-    The plane contains their direction and the lines from the first axis to the others.
-    """
-    sample = claim.sample
-    axes = [_axis(sample, joint) for joint in claim.joints]
-    (z, origin), other_axes = axes[0], axes[1:]
-    normals = [np.cross(z, point - origin) for _, point in other_axes]
-    return _are_parallel(claim) and bool(np.linalg.svd(np.array([*normals]), compute_uv=False)[1] < TOLERANCE)
+    """Return whether axes are parallel and lie in one plane: all lines between them have the same normal."""
+    (z, origin), *other_axes = (_axis(claim.sample, joint) for joint in claim.joints)
+    normals = np.array([np.cross(z, point - origin) for _, point in other_axes])
+    return _are_parallel(claim) and bool(np.linalg.svd(normals, compute_uv=False)[1] < TOLERANCE)
 
 
 def _prismatic_axis_has_direction(claim: _Claim) -> bool:
@@ -316,15 +296,13 @@ def _prismatic_axis_has_direction(claim: _Claim) -> bool:
     joints = [int(claim.match[name]) - 1 for name in ("prismatic", "first", "second")]
     if claim.chain.joints[joints[0]].kind != "P":
         return False
-    prismatic_axis, (z, start), (_, end) = (_axis(claim.sample, joint) for joint in joints)
+    (direction, _), (z, start), (_, end) = (_axis(claim.sample, joint) for joint in joints)
     line = (end - start) - ((end - start) @ z) * z
     if np.linalg.norm(line) < TOLERANCE:
         return False
     line /= np.linalg.norm(line)
-    projected = prismatic_axis[0] - (prismatic_axis[0] @ z) * z
-    if claim.match["how"] == "along":
-        return bool(np.linalg.norm(np.cross(projected, line)) < TOLERANCE)
-    return bool(abs(projected @ line) < TOLERANCE)
+    deviation = np.cross(direction, line) if claim.match["how"] == "along" else direction @ line
+    return bool(np.linalg.norm(deviation) < TOLERANCE)
 
 
 def _move_along_one_line(claim: _Claim) -> bool:
@@ -339,10 +317,9 @@ def _move_along_one_line(claim: _Claim) -> bool:
 
 def _have_no_effect(claim: _Claim) -> bool:
     """Return whether the joints can move while the stated point or link, or everything in the task, stays at rest."""
-    sample = claim.sample
+    sample, rows = claim.sample, claim.chain.task_rows
     joints = claim.joints or list(range(len(sample.q)))
     jacobian = sample.arm.jacobian(sample.q)[:, joints]
-    rows = [TASK_ROWS.index(row) for row in claim.chain.task]
     _, sigma, motions = np.linalg.svd(jacobian[rows])
     count = min(len(rows), len(joints))
     if len(joints) <= len(rows) and sigma[count - 1] > TOLERANCE * max(float(sigma[0]), 1e-3):
@@ -354,8 +331,7 @@ def _have_no_effect(claim: _Claim) -> bool:
 
 def _move_point_along(claim: _Claim) -> bool:
     """Return whether all joints together move the point only along one line, or only in one plane."""
-    sample = claim.sample
-    sigma = np.linalg.svd(sample.arm.jacobian(sample.q)[:3], compute_uv=False)
+    sigma = np.linalg.svd(claim.sample.arm.jacobian(claim.sample.q)[:3], compute_uv=False)
     return bool(sigma[1 if claim.match["where"] == "along one line" else 2] < TOLERANCE)
 
 
@@ -374,9 +350,7 @@ def _no_joint_moves(claim: _Claim) -> bool:
 
 def _are_dependent(claim: _Claim) -> bool:
     """Return whether the task Jacobian has less than full rank."""
-    sample = claim.sample
-    rows = [TASK_ROWS.index(row) for row in claim.chain.task]
-    sigma = np.linalg.svd(sample.arm.jacobian(sample.q)[rows], compute_uv=False)
+    sigma = np.linalg.svd(claim.sample.arm.jacobian(claim.sample.q)[claim.chain.task_rows], compute_uv=False)
     return bool(sigma[-1] < TOLERANCE * max(float(sigma[0]), 1e-3))
 
 
@@ -404,3 +378,4 @@ _TESTS: dict[str, Callable[[_Claim], bool]] = {
     r"no joint (moves the point along|rotates link \d+ about) (?P<axes>[xyz, and]+)": _no_joint_moves,
     r"the (columns|rows) of J are linearly dependent": _are_dependent,
 }
+"""Maps the pattern of each kind of statement to its test."""

@@ -23,7 +23,7 @@ from qdot.exercises.verify.numeric_reference import Check, Checks, NumericRefere
 
 @dataclass(frozen=True)
 class ProblemCertificate:
-    """The tests of a problem, their outcomes, and the digests that identify the problem (see `record`)."""
+    """The outcomes of the tests of a problem, and the digests (short hashes) that identify its content."""
 
     problem: ProblemId
     engine: int
@@ -52,7 +52,7 @@ class ProblemCertificate:
 
 
 def certify(problem: Problem) -> ProblemCertificate:
-    """Test every reference answer of a problem, and return the certificate; a question without a test fails.
+    """Test every reference answer of a problem, and return the certificate; it fails if a question has no test.
 
     >>> from qdot import generate
     >>> certify(generate("planar-2r/7", ["determinant"])).passed
@@ -70,12 +70,12 @@ def certify(problem: Problem) -> ProblemCertificate:
 
 
 def _failing_check(table: str, subject: str) -> Callable[..., Checks]:
-    """Return a check that fails because the named table of this module has no entry."""
+    """Return a check that fails because a table of tests in this package has no entry for the subject."""
     return lambda *_: iter([Check("known", False, f"nothing in qdot.exercises.verify.{table} tests this {subject}")])
 
 
 def _check_symbols(chain: Chain) -> Check:
-    """Check that no symbol has two meanings, such as a length named after another entry of the table."""
+    """Check that no symbol has two meanings; for example, a length of link 3 must not be called a1."""
     reserved = {symbol.name for symbol in (*chain.q, *chain.rates)} | set(TASK_ROWS)
     ambiguous = sorted(symbol.name for symbol in chain.parameters if symbol.name in reserved)
     # An arm described by its axes at home shows no table.
@@ -91,7 +91,7 @@ def _check_symbols(chain: Chain) -> Check:
 
 
 FULL_RANK = "full rank"
-"""The name of the check that fails if the task does not suit the arm."""
+"""The name of the check that fails if the arm can't control all components of its task."""
 
 
 def _check_full_rank(numeric: NumericReference) -> Check:
@@ -121,7 +121,7 @@ def _check_modified_table(numeric: NumericReference) -> Checks:
 
 
 def _check_axes_at_home(numeric: NumericReference) -> Checks:
-    """Check the stated directions of the axes, points on them, and P at home, against the frames at home."""
+    """Check the stated directions of the axes, the points on the axes, and P at home, against the frames at home."""
     axes, point = axes_of(numeric.chain)
     z, origins = numeric.home_frames[:, :-1, :3, 2], numeric.home_frames[:, :-1, :3, 3]
     directions = np.stack([numeric.evaluate_constants(axis.direction) for axis in axes], axis=1)
@@ -136,7 +136,7 @@ def _check_axes_at_home(numeric: NumericReference) -> Checks:
 
 
 CONVENTION_CHECKS: dict[str, Callable[[NumericReference], Checks]] = {
-    "dh": lambda _: iter(()),  # its table is the standard table
+    "dh": lambda _: iter(()),  # this convention presents the standard table itself
     "modified-dh": _check_modified_table,
     "screws": _check_axes_at_home,
 }
@@ -147,11 +147,13 @@ An arm in a convention without a check can't be certified."""
 
 def _check_parsable(numeric: NumericReference, part: Part) -> Check:
     """Check that every formula of the reference can be parsed, and that it contains only symbols of the problem."""
-    name, usable = f"{part.name}: readable", set(numeric.symbol_names)
+    name, known_names = f"{part.name}: readable", set(numeric.symbol_names)
     if part.answer.is_set:  # the formulas of a set contain only joint variables and lengths
-        usable = {symbol.name for symbol in (*numeric.chain.q, *numeric.chain.parameters)}
+        known_names = {symbol.name for symbol in (*numeric.chain.q, *numeric.chain.parameters)}
     try:
-        unknown = set[str]().union(*(find_names(numeric.parse(text)) for text in part.answer.list_formulas())) - usable
+        unknown = (
+            set[str]().union(*(find_names(numeric.parse(text)) for text in part.answer.list_formulas())) - known_names
+        )
     except ParseError as error:
         return Check(name, False, str(error))
     if unknown:
@@ -163,5 +165,5 @@ CHECKS: dict[str, PartCheck] = {
     kind: check
     for module in (formulas, numbers, singular, screws, path, rank, concepts, quizzes)
     for kind, check in module.CHECKS.items()
-}  # fmt: skip
+}
 """Maps each kind of question to its test; a question without a test can't be certified."""

@@ -1,4 +1,4 @@
-"""Check the questions on concepts by finite differences and least squares, at the question's configuration."""
+"""Check the answers to questions on concepts, such as the size of J, by finite differences and least squares."""
 
 import numpy as np
 
@@ -13,16 +13,8 @@ from qdot.exercises.questions.concepts import (
 )
 from qdot.exercises.questions.differentiation import TaskDetails
 from qdot.exercises.verify.formulas import EXACT_TOLERANCE, PartCheck, check_agreement
-from qdot.exercises.verify.numbers import reference_numbers
-from qdot.exercises.verify.numeric_reference import (
-    Check,
-    Checks,
-    NumericReference,
-    differences,
-    exponential_jacobian_at,
-    numeric_sample,
-    velocities_by_differences,
-)
+from qdot.exercises.verify.numbers import list_reference_numbers
+from qdot.exercises.verify.numeric_reference import Check, Checks, NumericReference, differentiate, differentiate_frames
 from qdot.exercises.verify.rank import find_rank
 
 ROUNDING_TOLERANCE = 0.0006
@@ -32,10 +24,10 @@ ROUNDING_TOLERANCE = 0.0006
 def _check_size(numeric: NumericReference, part: Part) -> Checks:
     """Check the number of rows and columns of J, and that no row of the task is always zero."""
     task = part.details_as(TaskDetails).task
-    task_rows = numeric.finite_difference_jacobian[:, [TASK_ROWS.index(row) for row in task]]
-    expected = np.array([[float(task_rows.shape[1])], [float(task_rows.shape[2])]])
-    yield check_agreement("size", reference_numbers(part), expected[None], EXACT_TOLERANCE)
-    zero_rows = [row for row, values in zip(task, task_rows.swapaxes(0, 1), strict=True) if np.abs(values).max() < 1e-6]
+    jacobian = numeric.finite_difference_jacobian[:, [TASK_ROWS.index(row) for row in task]]
+    expected = np.array([[float(jacobian.shape[1])], [float(jacobian.shape[2])]])
+    yield check_agreement("size", list_reference_numbers(part), expected[None], EXACT_TOLERANCE)
+    zero_rows = [row for row, values in zip(task, jacobian.swapaxes(0, 1), strict=True) if np.abs(values).max() < 1e-6]
     is_different = not zero_rows and task != numeric.chain.task
     yield Check("rows that move", is_different, f"always zero: {', '.join(zero_rows) or 'none'}")
 
@@ -45,11 +37,11 @@ def _parse_numbers(text: str) -> np.ndarray:
 
 
 def _check_effect(numeric: NumericReference, part: Part) -> Checks:
-    """Check the velocity that one joint causes, by finite differences."""
+    """Check by finite differences that only the correct option is the velocity that one joint causes."""
     answer, effect = part.answer_as(Choice), part.details_as(JointEffectDetails)
-    sample, joint = numeric_sample(numeric, effect.configuration), effect.joint - 1
-    angular = velocities_by_differences(sample.arm.frames, sample.q[None])[0, joint, -1, 3:]
-    velocity = np.array([*differences(sample.arm.point, sample.q[None])[0, joint], *angular])
+    sample, joint = numeric.sample_at(effect.configuration), effect.joint - 1
+    angular = differentiate_frames(sample.arm.frames, sample.q[None])[0, joint, -1, 3:]
+    velocity = np.array([*differentiate(sample.arm.point, sample.q[None])[0, joint], *angular])
     expected = velocity[[TASK_ROWS.index(row) for row in effect.rows]]
     errors = [float(np.abs(_parse_numbers(option) - expected).max()) for option in answer.options]
     is_correct = [error < ROUNDING_TOLERANCE for error in errors]
@@ -59,9 +51,9 @@ def _check_effect(numeric: NumericReference, part: Part) -> Checks:
 
 
 def _check_invertibility(numeric: NumericReference, part: Part) -> Checks:
-    """Check the answer on whether J is regular, singular, redundant or has too few columns, by its size and rank."""
+    """Check by size and rank whether J is regular, singular or redundant, or has too few columns."""
     answer, details = part.answer_as(Choice), part.details_as(InvertibilityDetails)
-    jacobian = exponential_jacobian_at(numeric, details.configuration)[[TASK_ROWS.index(row) for row in details.task]]
+    jacobian = numeric.exponential_jacobian_at(details.configuration)[[TASK_ROWS.index(row) for row in details.task]]
     rank, is_clear = find_rank(jacobian)
     m, n = jacobian.shape
     expected_use = ("regular" if rank == n else "singular") if m == n else "redundant" if m < n else "few"
@@ -73,16 +65,17 @@ def _check_invertibility(numeric: NumericReference, part: Part) -> Checks:
 
 
 def _check_possible_velocities(numeric: NumericReference, part: Part) -> Checks:
-    """Check which options are possible velocities, by the residuals of J qd = v solved by least squares."""
+    """Check which options are possible velocities v, by the residuals of least-squares solutions of J qd = v.
+
+    A residual is stated as a share of the velocity.
+    """
     answer, loss = part.answer_as(Choice), part.details_as(VelocityLossDetails)
-    jacobian = exponential_jacobian_at(numeric, loss.configuration)[numeric.task]
+    jacobian = numeric.exponential_jacobian_at(loss.configuration)[numeric.task]
     rank, is_clear = find_rank(jacobian)
     yield Check("one direction lost", is_clear and rank == len(numeric.task) - 1, f"rank {rank}")
-    residual_shares = []
-    for option in answer.options:
-        velocity = _parse_numbers(option)
-        rates = np.linalg.pinv(jacobian, rcond=1e-8) @ velocity
-        residual_shares.append(float(np.linalg.norm(velocity - jacobian @ rates) / np.linalg.norm(velocity)))
+    velocities = [_parse_numbers(option) for option in answer.options]
+    residuals = [velocity - jacobian @ (np.linalg.pinv(jacobian, rcond=1e-8) @ velocity) for velocity in velocities]
+    residual_shares = [float(np.linalg.norm(r) / np.linalg.norm(v)) for r, v in zip(residuals, velocities, strict=True)]
     is_possible = [share < 0.02 for share in residual_shares]
     expected_possible = [(index == answer.correct) == loss.is_possible for index in range(len(residual_shares))]
     detail = f"left of the velocities: {', '.join(f'{share:.3f}' for share in residual_shares)}"

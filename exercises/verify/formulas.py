@@ -1,4 +1,7 @@
-"""Check reference formulas against independent numeric computations at random samples."""
+"""Check reference formulas against independent numeric computations at random samples.
+
+A reference is the correct answer to a part of a problem. A sample is an arm with numeric lengths in a configuration.
+"""
 
 from collections.abc import Callable
 
@@ -16,7 +19,7 @@ EXACT_TOLERANCE, DIFFERENCE_TOLERANCE = 1e-9, 1e-7
 
 
 def check_agreement(name: str, values: np.ndarray, expected: np.ndarray, tolerance: float) -> Check:
-    """Check that values agree with the expected values within a relative error; both are (…, rows, columns)."""
+    """Check that values agree with the expected values within a relative error; both are (samples, rows, columns)."""
     if values.shape != expected.shape:
         shapes = [" x ".join(map(str, array.shape[1:])) for array in (values, expected)]
         return Check(name, False, f"the reference is {shapes[0]}, expected {shapes[1]}")
@@ -30,7 +33,7 @@ def check_agreement(name: str, values: np.ndarray, expected: np.ndarray, toleran
 
 
 ExpectedValues = dict[str, tuple[np.ndarray, float]]
-"""Maps the name of each independent method to the values that it computes and the relative error allowed."""
+"""Maps the name of each independent method to the values that it computes and the relative error that is allowed."""
 PartCheck = Callable[[NumericReference, Part], Checks]
 """A function that checks the reference answer of a part against numeric computations."""
 
@@ -46,75 +49,55 @@ def make_formula_check(compute_expected: Callable[[NumericReference, Part], Expe
     return check
 
 
-def apply_three_methods(numeric: NumericReference, function: Callable[[np.ndarray], np.ndarray]) -> ExpectedValues:
-    """Apply a function to the 6 x n Jacobian from each of three methods: frames, differences and exponentials."""
-    return {
-        "frames": (function(numeric.jacobian), EXACT_TOLERANCE),
-        "finite differences": (function(numeric.finite_difference_jacobian), DIFFERENCE_TOLERANCE),
-        "product of exponentials": (function(numeric.exponential_jacobian), EXACT_TOLERANCE),
-    }
+def make_jacobian_check(compute: Callable[[NumericReference, Part, np.ndarray], np.ndarray]) -> PartCheck:
+    """Return a function that compares a symbolic reference with a function of the 6 x n Jacobian, (…, 6, n).
+
+    The Jacobian is computed by three methods: from frames, by finite differences and with exponentials.
+    """
+
+    def compute_expected(numeric: NumericReference, part: Part) -> ExpectedValues:
+        return {
+            "frames": (compute(numeric, part, numeric.jacobian), EXACT_TOLERANCE),
+            "finite differences": (compute(numeric, part, numeric.finite_difference_jacobian), DIFFERENCE_TOLERANCE),
+            "product of exponentials": (compute(numeric, part, numeric.exponential_jacobian), EXACT_TOLERANCE),
+        }
+
+    return make_formula_check(compute_expected)
 
 
-def _position(numeric: NumericReference, _: Part) -> ExpectedValues:
-    return {"frames": (numeric.point[:, list_linear_task_rows(numeric.chain), None], EXACT_TOLERANCE)}
+def _list_convention_rows(numeric: NumericReference) -> list[int]:
+    """Return the indices of the rows of the 6 x n Jacobian in the order of the arm's convention."""
+    return [TASK_ROWS.index(row) for row in convention_of(numeric.chain).velocity_names]
 
 
-def _velocity(numeric: NumericReference, _: Part) -> ExpectedValues:
-    rows = list_linear_task_rows(numeric.chain)
-    return apply_three_methods(numeric, lambda jacobian: jacobian[:, rows] @ numeric.rates)
-
-
-def _velocity_component(numeric: NumericReference, part: Part) -> ExpectedValues:
-    row = part.details_as(AxisDetails).row
-    return apply_three_methods(numeric, lambda jacobian: jacobian[:, [row]] @ numeric.rates)
-
-
-def _jacobian(numeric: NumericReference, _: Part) -> ExpectedValues:
-    return apply_three_methods(numeric, lambda jacobian: jacobian[:, numeric.task])
-
-
-def _joint_axes(numeric: NumericReference, _: Part) -> ExpectedValues:
-    return {"frames": (numeric.frames[:, :-1, :3, 2].transpose(0, 2, 1), EXACT_TOLERANCE)}
+def _transpose(matrices: np.ndarray) -> np.ndarray:
+    return matrices.swapaxes(1, 2)
 
 
 def _position_vectors(numeric: NumericReference, _: Part) -> ExpectedValues:
     """Return the vectors from the origin of a frame on each joint axis to the tool point."""
     first_frame, n = convention_of(numeric.chain).frame_on_axis(1), numeric.chain.n
     origins = numeric.convention_frames[:, first_frame : first_frame + n, :3, 3]
-    return {"frames": ((numeric.point[:, None] - origins).transpose(0, 2, 1), EXACT_TOLERANCE)}
-
-
-def _geometric_jacobian(numeric: NumericReference, _: Part) -> ExpectedValues:
-    """Return the geometric Jacobian, with its rows in the order of the arm's convention."""
-    order = [TASK_ROWS.index(row) for row in convention_of(numeric.chain).velocity_names]
-    return apply_three_methods(numeric, lambda jacobian: jacobian[:, order])
-
-
-def _twist(numeric: NumericReference, _: Part) -> ExpectedValues:
-    order = [TASK_ROWS.index(row) for row in convention_of(numeric.chain).velocity_names]
-    return apply_three_methods(numeric, lambda jacobian: jacobian[:, order] @ numeric.rates)
+    return {"frames": (_transpose(numeric.point[:, None] - origins), EXACT_TOLERANCE)}
 
 
 def _link_velocity(numeric: NumericReference, part: Part) -> ExpectedValues:
-    frame = part.details_as(FrameDetails).frame
-    frame_velocities = numeric.convention_velocities[:, :, frame].transpose(0, 2, 1)
-    return {"finite differences": (frame_velocities @ numeric.rates, DIFFERENCE_TOLERANCE)}
+    """Return the velocity of a frame's origin and the angular velocity of its link, in the world frame."""
+    frame_velocities = numeric.convention_velocities[:, :, part.details_as(FrameDetails).frame]
+    return {"finite differences": (_transpose(frame_velocities) @ numeric.rates, DIFFERENCE_TOLERANCE)}
 
 
-def _own_frame_velocity(numeric: NumericReference, part: Part) -> ExpectedValues:
-    """Return the linear and the angular velocity of a link, in the frame of that link."""
+def _link_velocity_in_link_frame(numeric: NumericReference, part: Part) -> ExpectedValues:
+    """Return the velocity of a frame's origin and the angular velocity of its link, in this frame."""
     frame = part.details_as(RecursionDetails).frame
-    velocity = (numeric.convention_velocities[:, :, frame].transpose(0, 2, 1) @ numeric.rates)[..., 0]
-    rotation_to_link, halves = (
-        numeric.convention_frames[:, frame, :3, :3].swapaxes(1, 2),
-        (velocity[:, :3], velocity[:, 3:]),
-    )
-    local_velocity = np.concatenate([np.einsum("kij,kj->ki", rotation_to_link, half) for half in halves], axis=1)
-    return {"finite differences": (local_velocity[..., None], DIFFERENCE_TOLERANCE)}
+    velocity = _transpose(numeric.convention_velocities[:, :, frame]) @ numeric.rates
+    rotated = _rotate_halves(_transpose(numeric.convention_frames[:, frame, :3, :3]), velocity)
+    return {"finite differences": (rotated, DIFFERENCE_TOLERANCE)}
 
 
-def _determinant(numeric: NumericReference, _: Part) -> ExpectedValues:
-    return {"LU decomposition": (np.linalg.det(numeric.task_jacobian)[:, None, None], EXACT_TOLERANCE)}
+def _rotate_halves(rotation: np.ndarray, velocities: np.ndarray) -> np.ndarray:
+    """Return velocities (…, 6, k) with the linear and the angular half of each rotated by a matrix (…, 3, 3)."""
+    return np.concatenate([rotation @ velocities[:, :3], rotation @ velocities[:, 3:]], axis=1)
 
 
 def _check_inverse(numeric: NumericReference, part: Part) -> Checks:
@@ -128,6 +111,7 @@ def _check_inverse_velocity(numeric: NumericReference, part: Part) -> Checks:
 
 
 def _check_product(numeric: NumericReference, part: Part, expected: np.ndarray) -> Check:
+    """Check that the task Jacobian times the reference gives the expected values."""
     reference_values = numeric.evaluate_printed_formulas(part.answer.as_matrix())
     if reference_values.shape != expected.shape:
         return check_agreement("J times it", reference_values, expected, EXACT_TOLERANCE)
@@ -140,39 +124,21 @@ def _check_product(numeric: NumericReference, part: Part, expected: np.ndarray) 
 # --- transforms, wrists and statics ---
 
 
-def _transform(numeric: NumericReference, _: Part) -> ExpectedValues:
-    return {"frames": (numeric.convention_frames[:, -1], EXACT_TOLERANCE)}
-
-
-def _tool_jacobian(numeric: NumericReference, _: Part) -> ExpectedValues:
+def _tool_jacobian(numeric: NumericReference, _: Part, jacobian: np.ndarray) -> np.ndarray:
     """Return the geometric Jacobian in the frame of the last link."""
-    rotation_to_link = numeric.convention_frames[:, -1, :3, :3].swapaxes(1, 2)
-    return apply_three_methods(
-        numeric,
-        lambda jacobian: np.concatenate(
-            [rotation_to_link @ jacobian[:, :3], rotation_to_link @ jacobian[:, 3:]], axis=1
-        ),
-    )
+    return _rotate_halves(_transpose(numeric.convention_frames[:, -1, :3, :3]), jacobian)
 
 
-def _arm_block(numeric: NumericReference, _: Part) -> ExpectedValues:
-    """Return the linear rows of J for the first three joints, of an arm with a spherical wrist."""
-    return apply_three_methods(numeric, lambda jacobian: jacobian[:, :3, :3])
-
-
-def _wrist_block(numeric: NumericReference, _: Part) -> ExpectedValues:
+def _wrist_block(numeric: NumericReference, _: Part, jacobian: np.ndarray) -> np.ndarray:
     """Return the angular rows of J for the wrist's joints, in the frame on the axis of joint 4."""
-    rotation_to_wrist = numeric.convention_frames[:, convention_of(numeric.chain).frame_on_axis(4), :3, :3].swapaxes(
-        1, 2
-    )
-    return apply_three_methods(numeric, lambda jacobian: rotation_to_wrist @ jacobian[:, 3:, 3:])
+    frame = convention_of(numeric.chain).frame_on_axis(4)
+    return _transpose(numeric.convention_frames[:, frame, :3, :3]) @ jacobian[:, 3:, 3:]
 
 
 def _check_block_determinants(numeric: NumericReference, part: Part) -> Checks:
-    """Compare each determinant with its block, and their product with det J of all six rows."""
+    """Check the determinants of the arm block and the wrist block, and that their product is det J of all six rows."""
     reference_values = numeric.evaluate_printed_formulas(part.answer.as_matrix())
-    rotation_to_wrist = numeric.frames[:, 3, :3, :3].swapaxes(1, 2)
-    blocks = (numeric.jacobian[:, :3, :3], rotation_to_wrist @ numeric.jacobian[:, 3:, 3:])
+    blocks = (numeric.jacobian[:, :3, :3], _transpose(numeric.frames[:, 3, :3, :3]) @ numeric.jacobian[:, 3:, 3:])
     expected = np.stack([np.linalg.det(block) for block in blocks], axis=1)[:, :, None]
     yield check_agreement("LU decomposition", reference_values, expected, EXACT_TOLERANCE)
     if reference_values.shape == expected.shape:
@@ -183,41 +149,48 @@ def _check_block_determinants(numeric: NumericReference, part: Part) -> Checks:
     yield Check("the wrist does not move P", bool(effect < EXACT_TOLERANCE), detail)
 
 
-def _joint_torques(numeric: NumericReference, part: Part) -> ExpectedValues:
+def _joint_torques(numeric: NumericReference, part: Part, jacobian: np.ndarray) -> np.ndarray:
     """Return the joint torques. Torque i is the power of the force when only joint i moves, at unit rate."""
     force = np.stack([numeric.symbol_values[name] for name in part.symbols], axis=1)
-    return apply_three_methods(
-        numeric, lambda jacobian: np.einsum("pij,pi->pj", jacobian[:, numeric.task], force)[:, :, None]
-    )
+    return np.einsum("pij,pi->pj", jacobian[:, numeric.task], force)[:, :, None]
 
 
-def _gram_determinant(numeric: NumericReference, _: Part) -> ExpectedValues:
-    def compute_determinant(jacobian: np.ndarray) -> np.ndarray:
-        rows = jacobian[:, numeric.task]
-        return np.asarray(np.linalg.det(rows @ rows.swapaxes(1, 2)))[:, None, None]
-
-    return apply_three_methods(numeric, compute_determinant)
+def _gram_determinant(numeric: NumericReference, _: Part, jacobian: np.ndarray) -> np.ndarray:
+    rows = jacobian[:, numeric.task]
+    return np.asarray(np.linalg.det(rows @ _transpose(rows)))[:, None, None]
 
 
 CHECKS: dict[str, PartCheck] = {
-    "position": make_formula_check(_position),
-    "velocity": make_formula_check(_velocity),
-    "velocity-component": make_formula_check(_velocity_component),
-    "jacobian": make_formula_check(_jacobian),
-    "joint-axes": make_formula_check(_joint_axes),
+    "position": make_formula_check(
+        lambda numeric, _: {"frames": (numeric.point[:, list_linear_task_rows(numeric.chain), None], EXACT_TOLERANCE)}
+    ),
+    "velocity": make_jacobian_check(
+        lambda numeric, _, jacobian: jacobian[:, list_linear_task_rows(numeric.chain)] @ numeric.rates
+    ),
+    "velocity-component": make_jacobian_check(
+        lambda numeric, part, jacobian: jacobian[:, [part.details_as(AxisDetails).row]] @ numeric.rates
+    ),
+    "jacobian": make_jacobian_check(lambda numeric, _, jacobian: jacobian[:, numeric.task]),
+    "joint-axes": make_formula_check(
+        lambda numeric, _: {"frames": (_transpose(numeric.frames[:, :-1, :3, 2]), EXACT_TOLERANCE)}
+    ),
     "position-vectors": make_formula_check(_position_vectors),
-    "geometric-jacobian": make_formula_check(_geometric_jacobian),
-    "twist": make_formula_check(_twist),
+    "geometric-jacobian": make_jacobian_check(lambda numeric, _, jacobian: jacobian[:, _list_convention_rows(numeric)]),
+    "twist": make_jacobian_check(
+        lambda numeric, _, jacobian: jacobian[:, _list_convention_rows(numeric)] @ numeric.rates
+    ),
     "link-velocity": make_formula_check(_link_velocity),
-    "own-frame-velocity": make_formula_check(_own_frame_velocity),
-    "determinant": make_formula_check(_determinant),
+    "own-frame-velocity": make_formula_check(_link_velocity_in_link_frame),
+    "determinant": make_formula_check(
+        lambda numeric, _: {"LU decomposition": (np.linalg.det(numeric.task_jacobian)[:, None, None], EXACT_TOLERANCE)}
+    ),
     "inverse-jacobian": _check_inverse,
     "inverse-velocity": _check_inverse_velocity,
-    "transform": make_formula_check(_transform),
-    "tool-jacobian": make_formula_check(_tool_jacobian),
-    "arm-block": make_formula_check(_arm_block),
-    "wrist-block": make_formula_check(_wrist_block),
+    "transform": make_formula_check(lambda numeric, _: {"frames": (numeric.convention_frames[:, -1], EXACT_TOLERANCE)}),
+    "tool-jacobian": make_jacobian_check(_tool_jacobian),
+    "arm-block": make_jacobian_check(lambda _numeric, _part, jacobian: jacobian[:, :3, :3]),
+    "wrist-block": make_jacobian_check(_wrist_block),
     "block-determinants": _check_block_determinants,
-    "joint-torques": make_formula_check(_joint_torques),
-    "gram-determinant": make_formula_check(_gram_determinant),
+    "joint-torques": make_jacobian_check(_joint_torques),
+    "gram-determinant": make_jacobian_check(_gram_determinant),
 }

@@ -9,29 +9,22 @@ from qdot.exercises.answer_types import Direction, Number
 from qdot.exercises.problem.problem import Part
 from qdot.exercises.questions.inversion import VelocityDetails, min_conditioning, write_power_of_metres
 from qdot.exercises.verify.formulas import EXACT_TOLERANCE, PartCheck, check_agreement
-from qdot.exercises.verify.numeric_reference import (
-    Check,
-    Checks,
-    NumericReference,
-    conditioning_ratios,
-    exponential_jacobian_at,
-    jacobian_at,
-)
+from qdot.exercises.verify.numeric_reference import Check, Checks, NumericReference, conditioning_ratios
 
 MIN_CONDITIONING_SHARE = 0.7
-"""Configurations are sampled with at least a minimum sigma_min/sigma_max. The check allows this fraction of it."""
+"""Fraction of the minimum sigma_min/sigma_max with which configurations are sampled; a check requires this fraction."""
 
 NUMBER_TOLERANCE = 1e-8
 """Relative error allowed for numbers of ten digits."""
 
 
-def reference_numbers(part: Part) -> np.ndarray:
-    """Return a numeric reference as an array of shape (1, rows, columns)."""
+def list_reference_numbers(part: Part) -> np.ndarray:
+    """Return the numeric reference answer to a part, as an array of shape (1, rows, columns)."""
     return np.array(part.answer.as_matrix().tolist(), dtype=float)[None]
 
 
 def check_three_digits(part: Part) -> Check:
-    """Check that the numbers are still accepted when they are rounded to three digits."""
+    """Check that the reference's numbers are still accepted after rounding to three digits."""
     answer = part.answer_as(Number)
     exact = np.array([float(value) for value in answer.reference])
     rounded = np.array([float(f"{value:.2e}") for value in exact])
@@ -46,33 +39,33 @@ def _check_conditioning(numeric: NumericReference, jacobian: np.ndarray) -> Chec
 
 
 def _check_rates(numeric: NumericReference, part: Part) -> Checks:
-    """Compare the rates with the minimum-norm solution, which is the only one if J is square."""
+    """Compare the rates with the minimum-norm solution, which is the only solution if J is square."""
     situation = part.details_as(VelocityDetails).situation
-    jacobian = jacobian_at(numeric, situation)
+    jacobian = numeric.jacobian_at(situation)
     velocity = np.array([float(situation.velocity[sp.Symbol(row)]) for row in numeric.chain.task])
-    claimed, expected = reference_numbers(part), np.linalg.pinv(jacobian) @ velocity
-    yield check_agreement("pseudo-inverse", claimed, expected[None, :, None], NUMBER_TOLERANCE)
-    if claimed.shape[1:] == (numeric.chain.n, 1):
-        yield check_agreement("velocity", jacobian @ claimed, velocity[None, :, None], NUMBER_TOLERANCE)
+    rates, expected = list_reference_numbers(part), np.linalg.pinv(jacobian) @ velocity
+    yield check_agreement("pseudo-inverse", rates, expected[None, :, None], NUMBER_TOLERANCE)
+    if rates.shape[1:] == (numeric.chain.n, 1):
+        yield check_agreement("velocity", jacobian @ rates, velocity[None, :, None], NUMBER_TOLERANCE)
     yield _check_conditioning(numeric, jacobian)
     yield check_three_digits(part)
 
 
 def _check_self_motion(numeric: NumericReference, part: Part) -> Checks:
     """Check that the Jacobian times the motion is zero and that the motion is not zero."""
-    in_formulas = part.answer_as(Direction).tolerance is None
-    if in_formulas:
-        claimed, jacobian = numeric.evaluate_printed_formulas(part.answer.as_matrix()), numeric.task_jacobian
+    is_formula = part.answer_as(Direction).tolerance is None
+    if is_formula:
+        motion, jacobian = numeric.evaluate_printed_formulas(part.answer.as_matrix()), numeric.task_jacobian
     else:
-        claimed = reference_numbers(part)
-        jacobian = jacobian_at(numeric, part.details_as(VelocityDetails).situation)[None]
-    norms = np.linalg.norm(claimed, axis=1, keepdims=True) if np.all(np.isfinite(claimed)) else np.zeros(1)
-    if claimed.shape[1:] != (numeric.chain.n, 1) or not np.all(norms > EXACT_TOLERANCE):
+        motion = list_reference_numbers(part)
+        jacobian = numeric.jacobian_at(part.details_as(VelocityDetails).situation)[None]
+    norms = np.linalg.norm(motion, axis=1, keepdims=True) if np.all(np.isfinite(motion)) else np.zeros(1)
+    if motion.shape[1:] != (numeric.chain.n, 1) or not np.all(norms > EXACT_TOLERANCE):
         yield Check("motion", False, f"no motion of {numeric.chain.n} joints at some place")
         return
-    velocity = jacobian @ (claimed / norms)
-    yield check_agreement("null space", velocity, np.zeros((len(claimed), len(numeric.task), 1)), NUMBER_TOLERANCE)
-    if not in_formulas:
+    velocity = jacobian @ (motion / norms)
+    yield check_agreement("null space", velocity, np.zeros((len(motion), len(numeric.task), 1)), NUMBER_TOLERANCE)
+    if not is_formula:
         yield check_agreement("unit vector", norms, np.ones((1, 1, 1)), NUMBER_TOLERANCE)
         yield _check_conditioning(numeric, jacobian[0])
 
@@ -82,10 +75,12 @@ def _make_measure_check(measure: Callable[[np.ndarray], float]) -> PartCheck:
 
     def check(numeric: NumericReference, part: Part) -> Checks:
         situation = part.details_as(VelocityDetails).situation
-        jacobian = jacobian_at(numeric, situation)
-        by_exponentials = exponential_jacobian_at(numeric, situation)[numeric.task]
+        jacobian = numeric.jacobian_at(situation)
+        by_exponentials = numeric.exponential_jacobian_at(situation)[numeric.task]
         for name, rows in (("singular values", jacobian), ("product of exponentials", by_exponentials)):
-            yield check_agreement(name, reference_numbers(part), np.full((1, 1, 1), measure(rows)), NUMBER_TOLERANCE)
+            yield check_agreement(
+                name, list_reference_numbers(part), np.full((1, 1, 1), measure(rows)), NUMBER_TOLERANCE
+            )
         yield _check_conditioning(numeric, jacobian)
         yield check_three_digits(part)
         if part.kind == "manipulability":
@@ -95,13 +90,13 @@ def _make_measure_check(measure: Callable[[np.ndarray], float]) -> PartCheck:
 
 
 def _check_unit(numeric: NumericReference, part: Part, jacobian: np.ndarray) -> Check:
-    """Check the unit of the manipulability w by measuring the arm in half metres.
+    """Check the unit of the manipulability w by expressing the lengths of the arm in half metres.
 
-    w grows by a factor of 2^k if its unit is m^k.
+    This multiplies w by 2^k if its unit is m^k.
     """
     scale = np.array([[2.0 if row < 3 else 1.0] for row in numeric.task])
     columns = np.array([1.0 if joint.kind == "R" else 0.5 for joint in numeric.chain.joints])
-    growth = _volume(jacobian * scale * columns) / _volume(jacobian)
+    growth = _manipulability(jacobian * scale * columns) / _manipulability(jacobian)
     power = round(float(np.log2(growth)))
     unit = write_power_of_metres(power)
     is_power_of_two = abs(growth - 2.0**power) < EXACT_TOLERANCE * growth
@@ -109,7 +104,8 @@ def _check_unit(numeric: NumericReference, part: Part, jacobian: np.ndarray) -> 
     return Check("unit", bool(is_power_of_two and is_stated), f"{unit or 'a plain number'}")
 
 
-def _volume(jacobian: np.ndarray) -> float:
+def _manipulability(jacobian: np.ndarray) -> float:
+    """Return the product of the singular values, which is the manipulability."""
     return float(np.prod(np.linalg.svd(jacobian, compute_uv=False)))
 
 
@@ -117,6 +113,6 @@ CHECKS: dict[str, PartCheck] = {
     "joint-rates": _check_rates,
     "least-norm-rates": _check_rates,
     "self-motion": _check_self_motion,
-    "manipulability": _make_measure_check(_volume),
+    "manipulability": _make_measure_check(_manipulability),
     "condition-number": _make_measure_check(lambda jacobian: float(np.linalg.cond(jacobian))),
 }

@@ -1,9 +1,10 @@
 """Compute an arm's frames, Jacobians and velocities numerically, to check the reference answers.
 
-The model uses products of 4 x 4 matrices and finite differences.
+The numeric model uses products of 4 x 4 matrices, finite differences and the product of exponentials. The reference is
+the correct answer of a problem, which was derived symbolically.
 """
 
-from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
+from collections.abc import Callable, Iterator, Mapping, Sequence
 from functools import partial
 from itertools import combinations, product
 from typing import NamedTuple
@@ -26,14 +27,14 @@ from qdot.exercises.singularities.axes import Sample
 from qdot.exercises.singularities.classification import domain_of, sample_condition
 
 ARM_COUNT, CONFIGURATIONS_PER_ARM = 3, 4
-"""Number of choices of the symbolic lengths, and number of configurations for each choice."""
+"""Number of choices of values for the symbolic lengths, and number of configurations for each choice."""
 
 _STEP = 1e-5
 """Step of the finite differences, in radians or metres."""
 
 
 class Check(NamedTuple):
-    """One test: its name, whether it passed, and details."""
+    """The outcome of one test: its name, whether it passed, and details."""
 
     name: str
     passed: bool
@@ -45,31 +46,32 @@ Checks = Iterator[Check]
 
 
 class NumericReference:
-    """The numeric arm at random samples: some choices of the symbolic lengths, and some configurations for each.
+    """The arm of a problem in numbers, at random samples.
 
-    The first axis of every array runs over the samples:
+    A sample is a choice of values for the symbolic lengths and a configuration. The first axis of every array runs over
+    the samples:
 
     - `frames`: the frames of the standard table, (…, n + 1, 4, 4)
     - `convention_frames`: the frames that students see, (…, n + 1, 4, 4)
     - `point`: the tool point, (…, 3)
     - `jacobian`: the geometric Jacobian with columns (z x p, z), (…, 6, n)
     - `exponential_jacobian`: the same matrix from the product of exponentials
-    - `frame_velocities`: the velocities of each frame's origin and link for each joint's unit rate, (…, n, n + 1, 6)
+    - `frame_velocities`: the linear and angular velocities of each frame for each joint's unit rate, (…, n, n + 1, 6)
     - `convention_velocities`: the same for the frames that students see
     - `point_velocities`: the velocities of the point for each joint's unit rate, (…, n, 3)
     - `home_frames`, `point_at_home`: frames and point at zero joint variables
 
-    All velocities are computed by central differences.
+    All velocities are computed by central differences. `task` lists the indices of the task's rows in the Jacobian.
     """
 
     def __init__(self, problem: Problem) -> None:
         self.problem, self.chain = problem, problem.chain
         self.rng = Stream(f"verify/{problem.id.engine}/{problem.id}")
-        self.task = [TASK_ROWS.index(row) for row in self.chain.task]
+        self.task = self.chain.task_rows
         self.symbol_names, self._trees = frozenset(problem.symbols), dict[str, Node]()
-        self.lengths = [random_lengths(self.chain, self.rng) for _ in range(ARM_COUNT)]
+        self.lengths = [choose_random_lengths(self.chain, self.rng) for _ in range(ARM_COUNT)]
         self.arms = [NumericChain(self.chain, lengths) for lengths in self.lengths]
-        samples = [random_configurations(self.chain, self.rng, CONFIGURATIONS_PER_ARM) for _ in self.arms]
+        samples = [choose_random_configurations(self.chain, self.rng, CONFIGURATIONS_PER_ARM) for _ in self.arms]
         self.configurations, self.sample_count = np.concatenate(samples), ARM_COUNT * CONFIGURATIONS_PER_ARM
         self.symbol_values = self._sample_values()
         self.frames = self.for_each_arm(NumericChain.frames)
@@ -77,41 +79,42 @@ class NumericReference:
         self.jacobian = self.for_each_arm(NumericChain.jacobian)
         self.exponential_jacobian = self.for_each_arm(exponential_jacobian)
         frame_functions: list[Callable[[np.ndarray], np.ndarray]] = [
-            partial(modified_frames, self.chain, lengths) if convention_of(self.chain).is_proximal else arm.frames
+            partial(compute_modified_frames, self.chain, lengths)
+            if convention_of(self.chain).is_proximal
+            else arm.frames
             for arm, lengths in zip(self.arms, self.lengths, strict=True)
         ]
         pairs = list(zip(frame_functions, samples, strict=True))
         self.convention_frames = np.concatenate([frames(q) for frames, q in pairs])
-        self.convention_velocities = np.concatenate([velocities_by_differences(frames, q) for frames, q in pairs])
+        self.convention_velocities = np.concatenate([differentiate_frames(frames, q) for frames, q in pairs])
         self.home_frames = self.for_each_arm(lambda arm, q: arm.frames(0 * q))
         self.point_at_home = self.for_each_arm(lambda arm, q: arm.point(0 * q))
-        self.frame_velocities = self.for_each_arm(lambda arm, q: velocities_by_differences(arm.frames, q))
-        self.point_velocities = self.for_each_arm(lambda arm, q: differences(arm.point, q))
+        self.frame_velocities = self.for_each_arm(lambda arm, q: differentiate_frames(arm.frames, q))
+        self.point_velocities = self.for_each_arm(lambda arm, q: differentiate(arm.point, q))
 
     def for_each_arm(
         self, function: Callable[[NumericChain, np.ndarray], np.ndarray], configurations: np.ndarray | None = None
     ) -> np.ndarray:
-        """Return the values of a function of an arm and its configurations, by default the sampled ones, (…, n)."""
+        """Return the values of a function of an arm and configurations (…, n), which are by default the samples."""
         samples = np.split(self.configurations if configurations is None else configurations, ARM_COUNT)
         return np.concatenate([function(arm, q) for arm, q in zip(self.arms, samples, strict=True)])
 
     def _sample_values(self) -> dict[str, np.ndarray]:
+        """Return the values, (…), of each symbol of the problem; rates and symbols of questions get random values."""
         values = {q.name: self.configurations[:, i] for i, q in enumerate(self.chain.q)}
-
-        def add_random_values(names: Iterable[str]) -> None:
-            for name in names:
-                if name not in values:
-                    values[name] = np.array([self.rng.uniform(-2, 2) for _ in range(self.sample_count)])
-
-        add_random_values((*(rate.name for rate in self.chain.rates), *TASK_ROWS))
-        for symbol in self.chain.parameters:
-            values[symbol.name] = np.repeat([lengths[symbol.name] for lengths in self.lengths], CONFIGURATIONS_PER_ARM)
-        add_random_values(name for part in self.problem.parts for name in part.symbols)
+        values |= {
+            symbol.name: np.repeat([lengths[symbol.name] for lengths in self.lengths], CONFIGURATIONS_PER_ARM)
+            for symbol in self.chain.parameters
+        }
+        symbols_of_parts = [name for part in self.problem.parts for name in part.symbols]
+        for name in (*(rate.name for rate in self.chain.rates), *TASK_ROWS, *symbols_of_parts):
+            if name not in values:
+                values[name] = np.array([self.rng.uniform(-2, 2) for _ in range(self.sample_count)])
         return values
 
     @property
     def task_jacobian(self) -> np.ndarray:
-        """The rows of the task, (…, m, n)."""
+        """The task Jacobian: the task's rows of the geometric Jacobian, (…, m, n)."""
         return self.jacobian[:, self.task]
 
     @property
@@ -131,7 +134,7 @@ class NumericReference:
         return np.stack([self.symbol_values[row] for row in self.chain.task], axis=1)[:, :, None]
 
     def evaluate_constants(self, entries: sp.Matrix) -> np.ndarray:
-        """Return the values, (…, rows), of entries that depend on the symbolic lengths only."""
+        """Return the values, (…, rows), of expressions that depend only on the symbolic lengths."""
         rows = []
         for lengths in self.lengths:
             substitutions = {sp.Symbol(name): sp.Float(value) for name, value in lengths.items()}
@@ -145,21 +148,49 @@ class NumericReference:
         return self._trees[text]
 
     def evaluate_printed_formulas(self, entries: sp.Matrix) -> np.ndarray:
-        """Return the values of symbolic entries, (…, rows, columns); if one value is complex, all are.
+        """Return the values of symbolic entries, (…, rows, columns); a complex array if any value is complex.
 
-        The entries are printed, and the text is parsed as answers are.
+        Each entry is printed, and its text is parsed like an answer. This also checks the printed form.
         """
         program = compile_program([self.parse(expression_text(entry)) for entry in entries])
         values = evaluate(program, self.symbol_values, self.sample_count)[0]
         result = values.real if np.all(np.abs(values.imag) <= 1e-12 * (1 + np.abs(values))) else values
         return result.T.reshape(self.sample_count, *entries.shape)
 
+    def sample_on_condition(self, condition: sp.Expr, arm_count: int, per_arm: int) -> tuple[Sample, ...]:
+        """Return configurations at which a condition is zero, `per_arm` of them for each choice of lengths.
+
+        More choices of lengths are tried if the condition has real roots for few lengths only.
+        """
+        attempts = (
+            sample_condition(self.chain, f"{condition} = 0", f"verify/{self.problem.id}", arms, per_arm)
+            for arms in (arm_count, 4 * arm_count, 16 * arm_count)
+        )
+        return next(filter(None, attempts), ())
+
+    # --- at the configuration of a question ---
+
+    def sample_at(self, configuration: Configuration) -> Sample:
+        """Return a question's configuration in floating point."""
+        arm = NumericChain(self.chain, {symbol.name: float(value) for symbol, value in configuration.lengths.items()})
+        return Sample(arm, np.array([float(sp.N(configuration.joints[q], 20)) for q in self.chain.q]))
+
+    def jacobian_at(self, configuration: Configuration) -> np.ndarray:
+        """Return the task Jacobian (m x n) at a question's configuration, by products of 4 x 4 matrices."""
+        sample = self.sample_at(configuration)
+        return np.asarray(sample.arm.jacobian(sample.q)[self.task])
+
+    def exponential_jacobian_at(self, configuration: Configuration) -> np.ndarray:
+        """Return the 6 x n Jacobian at a question's configuration, by the product of exponentials."""
+        sample = self.sample_at(configuration)
+        return np.asarray(exponential_jacobian(sample.arm, sample.q[None])[0])
+
 
 MIN_SEPARATION, MAX_TRIES = 0.005, 30
-"""Minimum distance of sums and differences of two or three lengths from zero (m), and maximum number of attempts."""
+"""Minimum absolute value (m) of a sum or difference of two or three lengths, and maximum number of attempts."""
 
 
-def random_lengths(chain: Chain, rng: Stream) -> dict[str, float]:
+def choose_random_lengths(chain: Chain, rng: Stream) -> dict[str, float]:
     """Return a random value for every symbolic parameter of the chain: a length in metres, or an angle in radians."""
     roles = domain_of(chain).roles
     bounds = {"angle": (-np.pi, np.pi), "length": (0.25, 1.25)}
@@ -169,9 +200,10 @@ def random_lengths(chain: Chain, rng: Stream) -> dict[str, float]:
 
 
 def sample_distinct_lengths(chain: Chain, sample: Callable[[], dict[str, float]]) -> dict[str, float]:
-    """Sample the symbolic lengths until no two or three lengths, fixed ones included, nearly cancel each other.
+    """Return the symbolic lengths from the first of several samples in which no two or three lengths nearly cancel.
 
-    Lengths that cancel each other would make a special arm. The last sample is returned if every attempt fails.
+    The lengths that are numbers in the table count, too. Lengths that cancel would make a special arm. If every attempt
+    fails, the last sample is returned.
     """
     roles = domain_of(chain).roles
     fixed = [joint.a for joint in chain.joints] + [joint.d for joint in chain.joints if joint.kind == "R"]
@@ -179,29 +211,25 @@ def sample_distinct_lengths(chain: Chain, sample: Callable[[], dict[str, float]]
     values = sample()
     for _ in range(MAX_TRIES):
         symbolic_lengths = [value for name, value in values.items() if roles[name] == "length"]
-        subsets = (
-            subset
-            for subset_size in (2, 3)
-            for subset in combinations([*symbolic_lengths, *fixed_lengths], subset_size)
-            if subset[0] in symbolic_lengths
-        )
-        if not any(map(_nearly_cancel, subsets)):
+        lengths = [*symbolic_lengths, *fixed_lengths]
+        subsets = [*combinations(lengths, 2), *combinations(lengths, 3)]
+        if not any(_nearly_cancel(subset) for subset in subsets if subset[0] in symbolic_lengths):
             break
         values = sample()
     return values
 
 
 def _nearly_cancel(lengths: Sequence[float]) -> bool:
-    """Return whether some choice of signs makes the lengths sum to less than MIN_SEPARATION."""
+    """Return whether the sum of the lengths, with some choice of signs, is closer to zero than MIN_SEPARATION."""
     first_length, *other_lengths = lengths
     signed = (zip(signs, other_lengths, strict=True) for signs in product((1, -1), repeat=len(other_lengths)))
     return any(abs(first_length + sum(sign * value for sign, value in pairs)) < MIN_SEPARATION for pairs in signed)
 
 
-def modified_frames(chain: Chain, lengths: Mapping[str, float], q: np.ndarray) -> np.ndarray:
+def compute_modified_frames(chain: Chain, lengths: Mapping[str, float], q: np.ndarray) -> np.ndarray:
     """Return frames 0 ... n of a modified DH table, (…, n + 1, 4, 4), as in the problem statement.
 
-    Each frame is the previous one times Rx(alpha_{i-1}) Tx(a_{i-1}) Rz(theta_i) Tz(d_i), a product of four matrices.
+    Each frame is the previous frame times Rx(alpha_{i-1}) Tx(a_{i-1}) Rz(theta_i) Tz(d_i), a product of four matrices.
     """
     substitutions = {sp.Symbol(name): sp.Float(value) for name, value in lengths.items()}
 
@@ -236,56 +264,27 @@ def _translations(axis: int, distance: np.ndarray) -> np.ndarray:
     return pose
 
 
-def random_configurations(chain: Chain, rng: Stream, count: int) -> np.ndarray:
+def choose_random_configurations(chain: Chain, rng: Stream, count: int) -> np.ndarray:
     """Return `count` random configurations, (count, n), with angles from the whole circle."""
     bounds = [(-np.pi, np.pi) if joint.kind == "R" else (-1.5, 1.5) for joint in chain.joints]
     return np.array([[rng.uniform(*bound) for bound in bounds] for _ in range(count)])
 
 
-def differences(function: Callable[[np.ndarray], np.ndarray], q: np.ndarray) -> np.ndarray:
-    """Return the derivatives of a function of configurations by each joint variable, (…, n, …): central differences."""
+def differentiate(function: Callable[[np.ndarray], np.ndarray], q: np.ndarray) -> np.ndarray:
+    """Return the derivatives of a function with respect to each joint variable, (…, n, …), by central differences.
+
+    The function takes configurations, (…, n); `q` are the configurations at which it is differentiated.
+    """
     nudge = _STEP * np.eye(q.shape[1])
     return (function(q[:, None, :] + nudge) - function(q[:, None, :] - nudge)) / (2 * _STEP)
 
 
-def velocities_by_differences(frames: Callable[[np.ndarray], np.ndarray], q: np.ndarray) -> np.ndarray:
-    """Return the velocity of each frame's origin and link for unit joint rates, (…, n, n + 1, 6)."""
-    derivative = differences(frames, q)
+def differentiate_frames(frames: Callable[[np.ndarray], np.ndarray], q: np.ndarray) -> np.ndarray:
+    """Return the linear and angular velocity of each frame for the unit rate of each joint, (…, n, n + 1, 6)."""
+    derivative = differentiate(frames, q)
     angular_matrix = derivative[..., :3, :3] @ frames(q)[:, None, :, :3, :3].swapaxes(-1, -2)
     angular = np.stack([angular_matrix[..., 2, 1], angular_matrix[..., 0, 2], angular_matrix[..., 1, 0]], axis=-1)
     return np.concatenate([derivative[..., :3, 3], angular], axis=-1)
-
-
-def samples_on_condition(
-    numeric: NumericReference, condition: sp.Expr, *, arm_count: int, per_arm: int
-) -> tuple[Sample, ...]:
-    """Return configurations at which a condition holds; try more arms if few of them have real roots."""
-    attempts = (
-        sample_condition(numeric.chain, f"{condition} = 0", f"verify/{numeric.problem.id}", arms, per_arm)
-        for arms in (arm_count, 4 * arm_count, 16 * arm_count)
-    )
-    return next(filter(None, attempts), ())
-
-
-# --- at the configuration of a question ---
-
-
-def numeric_sample(numeric: NumericReference, configuration: Configuration) -> Sample:
-    """Return a question's configuration in floating point."""
-    arm = NumericChain(numeric.chain, {symbol.name: float(value) for symbol, value in configuration.lengths.items()})
-    return Sample(arm, np.array([float(sp.N(configuration.joints[q], 20)) for q in numeric.chain.q]))
-
-
-def jacobian_at(numeric: NumericReference, configuration: Configuration) -> np.ndarray:
-    """Return the task Jacobian (m x n) at a question's configuration, by products of 4 x 4 matrices."""
-    sample = numeric_sample(numeric, configuration)
-    return np.asarray(sample.arm.jacobian(sample.q)[numeric.task])
-
-
-def exponential_jacobian_at(numeric: NumericReference, configuration: Configuration) -> np.ndarray:
-    """Return the 6 x n Jacobian at a question's configuration, by the product of exponentials."""
-    sample = numeric_sample(numeric, configuration)
-    return np.asarray(exponential_jacobian(sample.arm, sample.q[None])[0])
 
 
 # --- the product of exponentials ---
@@ -295,10 +294,10 @@ def exponential_jacobian(arm: NumericChain, q: np.ndarray) -> np.ndarray:
     """Return the 6 x n Jacobian of the point and of the last link, (…, 6, n), for q (…, n), from screws.
 
     The screws are computed from the table once, at home (all joint variables zero). There, joint i has the unit screw
-    S_i = (v, w). For a revolute joint, w = z and v = o x z, where z is the axis and o a point on it. For a prismatic
-    joint, it is (z, 0). The pose of the body is exp(S_1 q_1) ... exp(S_n q_n) M. Column i of the spatial Jacobian is
-    S_i transformed by the exponentials before it. The result is in the world frame, with the linear part first, as in
-    the chapter's equation (6.6).
+    S_i = (v, w). For a revolute joint, w = z and v = o x z, where z is the axis and o a point on the axis. For a
+    prismatic joint, w = 0 and v = z. The pose of the body is exp(S_1 q_1) ... exp(S_n q_n) M. Column i of the space
+    Jacobian is S_i transformed by the exponentials before it. The returned Jacobian is in the world frame, with the
+    linear part first, as in the chapter's equation (6.6).
     """
     home = arm.frames(np.zeros(q.shape[-1]))
     z, origins, point = home[:-1, :3, 2], home[:-1, :3, 3], arm.point_of(home)
@@ -321,7 +320,7 @@ def exponential_jacobian(arm: NumericChain, q: np.ndarray) -> np.ndarray:
 
 
 def conditioning_ratios(jacobians: np.ndarray) -> np.ndarray:
-    """Return sigma_min/sigma_max of Jacobians; for a Jacobian that is nearly zero, the result is nearly zero, too."""
+    """Return sigma_min/sigma_max of Jacobians (…, m, n); the ratio is nearly zero if the Jacobian is nearly zero."""
     sigma = np.linalg.svd(jacobians, compute_uv=False)
     return np.asarray(sigma[..., -1] / np.maximum(sigma[..., 0], 1e-6))
 

@@ -1,7 +1,7 @@
-"""Check short questions: only the correct options may be true on the numeric arm.
+"""Check short questions, such as choices: only the correct options may be true of the arm in numbers.
 
-An option that is a formula is checked like the reference answer of the question that it answers. No two options may be
-the same.
+An option that is a formula is checked like the reference answer to the full question, such as "jacobian". No two
+options may be the same.
 """
 
 from collections.abc import Mapping, Sequence
@@ -26,29 +26,23 @@ from qdot.exercises.short_questions.single_configuration import ConfigurationSta
 from qdot.exercises.short_questions.wrong_formulas import OptionSubject
 from qdot.exercises.verify.formulas import CHECKS as FORMULAS
 from qdot.exercises.verify.formulas import EXACT_TOLERANCE, PartCheck, check_agreement
-from qdot.exercises.verify.numbers import NUMBER_TOLERANCE, check_three_digits, reference_numbers
-from qdot.exercises.verify.numeric_reference import (
-    Check,
-    Checks,
-    NumericReference,
-    exponential_jacobian,
-    exponential_jacobian_at,
-)
+from qdot.exercises.verify.numbers import NUMBER_TOLERANCE, check_three_digits, list_reference_numbers
+from qdot.exercises.verify.numeric_reference import Check, Checks, NumericReference, exponential_jacobian
 from qdot.exercises.verify.rank import find_rank
 from qdot.exercises.verify.screws import CHECKS as SCREWS
 from qdot.exercises.verify.singular import CHECKS as SETS
 
 BASE_CHECKS: Mapping[str, PartCheck] = {**FORMULAS, **SCREWS}
-"""The checks of the questions that options answer."""
+"""Maps the kind of each full question whose answers are offered as options to its check."""
 
 JOINT_STEP = 0.7
 """The amount by which a joint is moved, in rad or m."""
 MIN_DIFFERENCE = 1e-5
-"""At some sample, two options must differ by at least this fraction of their size."""
+"""Two options must differ, at some sample, by at least this fraction of their size."""
 
 
 def _insert_option(numeric: NumericReference, subject: OptionSubject, option: sp.Matrix) -> Part:
-    """Return the underlying question as a part whose answer contains one option, as an entry, a column or the whole."""
+    """Return the full question as a part with an answer in which one entry, one column or all entries are an option."""
     answer, details = QUESTIONS[subject.base].ask(numeric.chain, Stream("quiz"))
     part = Part(subject.base, subject.base, answer, details=details)
     if answer.shape is None:
@@ -59,17 +53,17 @@ def _insert_option(numeric: NumericReference, subject: OptionSubject, option: sp
 
 
 def _check_formula_choice(numeric: NumericReference, part: Part) -> Checks:
-    """Check that exactly the correct formula passes the checks of the question it answers."""
+    """Check that only the correct formula passes the check of the full question."""
     subject = part.details_as(FormulaOptions).subject
     check = BASE_CHECKS[subject.base]
-    offered = _offered_options(part)
+    offered = _list_offered_options(part)
     parts = [_insert_option(numeric, subject, option.content) for option in offered]
-    passed = [all(result.passed for result in check(numeric, claimed_part)) for claimed_part in parts]
+    passed = [all(result.passed for result in check(numeric, part_with_option)) for part_with_option in parts]
     yield _check_one_correct(part, passed)
     yield _check_different(numeric, [sp.Matrix(option.content) for option in offered])
 
 
-def _offered_options(part: Part) -> tuple[OfferedOption, ...]:
+def _list_offered_options(part: Part) -> tuple[OfferedOption, ...]:
     offered = part.details_as(Options).offered
     assert part.answer.offered_options == tuple(option.text for option in offered)
     return offered
@@ -91,47 +85,47 @@ def _check_different(numeric: NumericReference, options: Sequence[sp.Matrix]) ->
 
 
 def _check_set_choice(numeric: NumericReference, part: Part) -> Checks:
-    """Check that exactly the correct singular set passes the checks of singular sets."""
-    passed = []
-    for option in _offered_options(part):
-        claimed_part = Part("singular-angles", "singular-angles", ConditionSet(option.content))
-        passed.append(all(check.passed for check in SETS["singular-angles"](numeric, claimed_part)))
+    """Check that only the correct singular set passes the check of singular sets."""
+    kind, offered = "singular-angles", _list_offered_options(part)
+    parts = [Part(kind, kind, ConditionSet(option.content)) for option in offered]
+    passed = [all(result.passed for result in SETS[kind](numeric, part_with_option)) for part_with_option in parts]
     yield _check_one_correct(part, passed)
-    texts = [option.text for option in _offered_options(part)]
-    yield Check("different options", len(set(texts)) == len(texts), "no two are the same")
+    yield _check_texts([option.text for option in offered])
+
+
+def _check_texts(texts: Sequence[str]) -> Check:
+    return Check("different options", len(set(texts)) == len(texts), "no two are the same")
 
 
 # --- configurations ---
 
 
-def _ranks(numeric: NumericReference, part: Part) -> list[tuple[int, bool]]:
-    """Return the rank of J at each offered configuration, and whether every singular value is clearly zero or not."""
-    details = part.details_as(ConfigurationOptions)
+def _check_configurations(numeric: NumericReference, part: Part) -> Checks:
+    """Check by the rank of J which of the offered configurations are singular."""
+    details, full_rank = part.details_as(ConfigurationOptions), min(len(numeric.task), numeric.chain.n)
     configurations = [
         replace(place, lengths={**details.lengths, **place.lengths}) for place in details.offered_configurations
     ]
-    return [find_rank(exponential_jacobian_at(numeric, place)[numeric.task]) for place in configurations]
-
-
-def _check_configurations(numeric: NumericReference, part: Part) -> Checks:
-    """Check which of the offered configurations are singular, by the rank of J."""
-    answer = part.answer
-    full_rank = min(len(numeric.task), numeric.chain.n)
-    ranks = _ranks(numeric, part)
-    found = tuple(index for index, (rank, _) in enumerate(ranks) if rank < full_rank)
-    yield Check("clear", all(is_clear for _, is_clear in ranks), f"ranks {', '.join(str(rank) for rank, _ in ranks)}")
-    is_correct, options = found == tuple(answer.correct_indices), answer.offered_options
-    yield Check("singular ones", is_correct, f"of rank less than {full_rank}, from 0: {found}")
-    yield Check("different options", len(set(options)) == len(options), "no two are the same")
-    arm = substitute_arm_lengths(numeric.chain, part.details_as(ConfigurationOptions).lengths)
+    ranks, are_clear = zip(
+        *(find_rank(numeric.exponential_jacobian_at(place)[numeric.task]) for place in configurations), strict=True
+    )
+    singular_indices = tuple(index for index, rank in enumerate(ranks) if rank < full_rank)
+    yield Check("clear", all(are_clear), f"ranks {', '.join(map(str, ranks))}")
+    is_correct = singular_indices == tuple(part.answer.correct_indices)
+    yield Check("singular ones", is_correct, f"of rank less than {full_rank}, from 0: {singular_indices}")
+    yield _check_texts(part.answer.offered_options)
+    arm = substitute_arm_lengths(numeric.chain, details.lengths)
     yield Check("lengths", not arm.parameters, "every length has a number")
 
 
 # --- several correct options ---
 
 
-def _quantity_values(numeric: NumericReference, quantity: Quantity, moved_joint: int | None = None) -> np.ndarray:
-    """Return the values of a quantity on the numeric arm, (samples, entries), after moving one joint if given."""
+def _compute_quantity(numeric: NumericReference, quantity: Quantity, moved_joint: int | None = None) -> np.ndarray:
+    """Return the values of a quantity, (samples, entries), after moving one joint by JOINT_STEP if one is given.
+
+    The quantity is a column or an entry of J, a coordinate of P, or det J.
+    """
     configurations = numeric.configurations.copy()
     if moved_joint is not None:
         configurations[:, moved_joint] += JOINT_STEP
@@ -145,10 +139,10 @@ def _quantity_values(numeric: NumericReference, quantity: Quantity, moved_joint:
 
 
 def _check_equal_forms(numeric: NumericReference, part: Part) -> Checks:
-    """Check which of the offered expressions are equal to the quantity, by their values."""
-    answer, expected = part.answer_as(Selection), _quantity_values(numeric, part.details_as(EqualForms).quantity)
+    """Check by values which of the offered expressions are equal to the quantity."""
+    answer, expected = part.answer_as(Selection), _compute_quantity(numeric, part.details_as(EqualForms).quantity)
     equal_indices = []
-    for index, option in enumerate(_offered_options(part)):
+    for index, option in enumerate(_list_offered_options(part)):
         values = numeric.evaluate_printed_formulas(sp.Matrix([option.content]))
         if check_agreement("", values, expected[:, :, None], EXACT_TOLERANCE).passed:
             equal_indices.append(index)
@@ -159,10 +153,10 @@ def _check_equal_forms(numeric: NumericReference, part: Part) -> Checks:
 
 
 def _check_dependence(numeric: NumericReference, part: Part) -> Checks:
-    """Check on which joints a quantity depends, by moving one joint at a time."""
+    """Check by moving one joint at a time on which joints a quantity depends."""
     answer, quantity = part.answer_as(Selection), part.details_as(QuantityDetails).quantity
-    values = _quantity_values(numeric, quantity)
-    changes = [np.abs(_quantity_values(numeric, quantity, joint) - values).max() for joint in range(numeric.chain.n)]
+    values = _compute_quantity(numeric, quantity)
+    changes = [np.abs(_compute_quantity(numeric, quantity, joint) - values).max() for joint in range(numeric.chain.n)]
     influential = tuple(joint for joint, change in enumerate(changes) if change > EXACT_TOLERANCE)
     yield Check("moving one joint", influential == answer.correct, f"it changes with joints, from 0: {influential}")
 
@@ -173,7 +167,7 @@ def _check_dependence(numeric: NumericReference, part: Part) -> Checks:
 def _check_columns(numeric: NumericReference, part: Part) -> Checks:
     """Check which of the offered columns belongs to each joint."""
     answer = part.answer_as(Matching)
-    offered = _offered_options(part)
+    offered = _list_offered_options(part)
     jacobian = numeric.exponential_jacobian[:, numeric.task]
     option_values = [numeric.evaluate_printed_formulas(sp.Matrix(option.content)) for option in offered]
     matched = []
@@ -189,26 +183,26 @@ def _check_columns(numeric: NumericReference, part: Part) -> Checks:
 
 
 def _check_value(part: Part, expected: float) -> Checks:
-    yield check_agreement("in numbers", reference_numbers(part), np.array([[[expected]]]), NUMBER_TOLERANCE)
+    yield check_agreement("in numbers", list_reference_numbers(part), np.array([[[expected]]]), NUMBER_TOLERANCE)
     yield check_three_digits(part)
 
 
 def _check_determinant_value(numeric: NumericReference, part: Part) -> Checks:
-    jacobian = exponential_jacobian_at(numeric, part.details_as(ConfigurationDetails).configuration)[numeric.task]
+    jacobian = numeric.exponential_jacobian_at(part.details_as(ConfigurationDetails).configuration)[numeric.task]
     yield from _check_value(part, float(np.linalg.det(jacobian)))
 
 
 def _check_speed(numeric: NumericReference, part: Part) -> Checks:
     details = part.details_as(RateDetails)
     rates = np.array([float(rate) for rate in details.rates.values()])
-    velocity = exponential_jacobian_at(numeric, details.configuration)[:3] @ rates
+    velocity = numeric.exponential_jacobian_at(details.configuration)[:3] @ rates
     yield from _check_value(part, float(np.linalg.norm(velocity)))
 
 
 def _check_statement(numeric: NumericReference, part: Part) -> Checks:
     """Check whether a statement is clearly true or clearly false, as the answer says."""
     answer, statement = part.answer_as(Choice), part.details_as(ConfigurationStatement)
-    jacobian = exponential_jacobian_at(numeric, statement.configuration)
+    jacobian = numeric.exponential_jacobian_at(statement.configuration)
     if isinstance(statement, JointStatement):
         component = float(jacobian[TASK_ROWS.index(statement.row), statement.joint - 1])
         is_true, is_clear = (component > 0) == statement.positive, abs(component) > 0.01

@@ -1,7 +1,6 @@
-"""Check the answers on rank, lost direction, lost motion and the geometry of a singularity.
+"""Check the answers to questions on rank, lost directions, lost motions and the geometric cause of a singularity.
 
-The checks use independent methods (the product of exponentials and finite differences), and configurations that the
-question didn't use.
+The checks use the product of exponentials and finite differences, at configurations that the question didn't use.
 """
 
 from collections.abc import Iterator, Mapping, Sequence
@@ -10,6 +9,7 @@ import numpy as np
 import sympy as sp
 
 from qdot.exercises.answer_types import Choice, Direction, Number
+from qdot.exercises.arm.chain import Chain
 from qdot.exercises.arm.kinematics import NumericChain
 from qdot.exercises.problem.problem import Part
 from qdot.exercises.questions.geometry import ConfigurationDetails
@@ -18,31 +18,31 @@ from qdot.exercises.singularities.axes import Sample
 from qdot.exercises.singularities.directions import line_directions
 from qdot.exercises.singularities.meanings import Meaning
 from qdot.exercises.singularities.singularity_kinds import classify_samples
-from qdot.exercises.verify.appearance import distances_from_axis, side_of_lost_direction
+from qdot.exercises.verify.appearance import check_side_of_lost_direction, statement_holds
 from qdot.exercises.verify.formulas import EXACT_TOLERANCE, PartCheck, check_agreement
-from qdot.exercises.verify.numbers import reference_numbers
+from qdot.exercises.verify.numbers import list_reference_numbers
 from qdot.exercises.verify.numeric_reference import (
     Check,
     Checks,
     NumericReference,
+    choose_random_configurations,
     exponential_jacobian,
-    exponential_jacobian_at,
-    random_configurations,
     sample_distinct_lengths,
-    samples_on_condition,
 )
 
 ZERO_SHARE, NONZERO_SHARE = 1e-9, 0.02
 """Fractions of the largest singular value.
 
-A singular value below the first counts as zero. If one is between the two, the rank is unclear and the check fails.
+A singular value below `ZERO_SHARE` of the largest counts as zero. If a singular value is between `ZERO_SHARE` and
+`NONZERO_SHARE`, the rank is unclear and the check fails.
 """
 
 MIN_SAMPLE_SHARE, MIN_SPEED_SHARE = 0.6, 0.01
-"""How clearly a wrong option must be wrong.
+"""How clearly a line that is not lost must differ from the lost line.
 
-In at least the first fraction of the samples, the speed along its line must reach the second fraction of the largest
-speed."""
+In at least `MIN_SAMPLE_SHARE` of the samples, the speed along the line must reach `MIN_SPEED_SHARE` of the largest
+speed.
+"""
 
 
 def find_rank(jacobian: np.ndarray) -> tuple[int, bool]:
@@ -56,8 +56,8 @@ def _check_rank(numeric: NumericReference, part: Part) -> Checks:
     """Check a rank by the singular values of J; each must be either clearly zero or clearly not zero."""
     part.answer_as(Number)
     configuration = part.details_as(ConfigurationDetails).configuration
-    rank, is_clear = find_rank(exponential_jacobian_at(numeric, configuration)[numeric.task])
-    yield check_agreement("rank", reference_numbers(part), np.array([[[float(rank)]]]), EXACT_TOLERANCE)
+    rank, is_clear = find_rank(numeric.exponential_jacobian_at(configuration)[numeric.task])
+    yield check_agreement("rank", list_reference_numbers(part), np.array([[[float(rank)]]]), EXACT_TOLERANCE)
     yield Check("clear", is_clear, "every singular value is clearly zero or clearly not")
 
 
@@ -75,14 +75,15 @@ def _check_direction(numeric: NumericReference, part: Part) -> Checks:
     if isinstance(part.details, LostDirectionDetails):
         yield from _check_formula(numeric, part, part.details.jacobian_on_branch)
         return
-    jacobian = exponential_jacobian_at(numeric, part.details_as(ConfigurationDetails).configuration)[numeric.task]
-    claimed = reference_numbers(part)
-    yield Check("unit length", bool(abs(np.linalg.norm(claimed) - 1) < 1e-8), f"length {np.linalg.norm(claimed):.10f}")
-    yield _check_perpendicular(claimed, jacobian[None])
+    jacobian = numeric.exponential_jacobian_at(part.details_as(ConfigurationDetails).configuration)[numeric.task]
+    direction = list_reference_numbers(part)
+    length = np.linalg.norm(direction)
+    yield Check("unit length", bool(abs(length - 1) < 1e-8), f"length {length:.10f}")
+    yield _check_perpendicular(direction, jacobian[None])
 
 
 def _check_written_form(part: Part) -> Check:
-    """Check that the entries don't all share a minus sign, and that their coefficients are short."""
+    """Check that not all entries begin with a minus sign, and that their coefficients have at most five digits."""
     entries = [entry for entry in part.answer.as_matrix() if entry != 0]
     all_negative = bool(entries) and all(entry.could_extract_minus_sign() for entry in entries)
     terms = [term for entry in entries for term in sp.Add.make_args(sp.expand(entry))]
@@ -120,34 +121,34 @@ def _check_perpendicular(vectors: np.ndarray, jacobians: np.ndarray) -> Check:
 # --- configurations that the question did not use ---
 
 
-def samples_at_values(
+def sample_at_values(
     numeric: NumericReference, values: Sequence[tuple[sp.Symbol, sp.Expr]], condition: sp.Expr | None, per_arm: int = 2
 ) -> Sequence[Sample]:
-    """Return configurations that have the given joint values or, if there is a condition, satisfy the condition.
+    """Return configurations at which some joints have the given values or, if there is a condition, it is zero.
 
     There are `per_arm` configurations for each of several choices of the symbolic lengths.
     """
     if condition is not None:
-        return samples_on_condition(numeric, condition, arm_count=4, per_arm=per_arm)
+        return numeric.sample_on_condition(condition, arm_count=4, per_arm=per_arm)
     samples: list[Sample] = []
-    for arm_index, (arm, lengths) in enumerate(_more_arms(numeric)):
+    for arm_index, (arm, lengths) in enumerate(_generate_arms(numeric)):
         if arm_index >= MIN_ARMS_TRIED and samples:
             break
         substitutions = {sp.Symbol(name): sp.Float(value) for name, value in lengths.items()}
         fixed_values = {numeric.chain.q.index(q): complex(sp.N(value.xreplace(substitutions))) for q, value in values}
         if any(abs(value.imag) > 1e-12 for value in fixed_values.values()):
             continue
-        for q in random_configurations(numeric.chain, numeric.rng, per_arm):
+        for q in choose_random_configurations(numeric.chain, numeric.rng, per_arm):
             q[list(fixed_values)] = [value.real for value in fixed_values.values()]
             samples.append(Sample(arm, q))
     return samples
 
 
 MIN_ARMS_TRIED, MAX_ARMS_TRIED = 6, 100
-"""Number of choices of the symbolic lengths that are tried, and the maximum if few give real joint values."""
+"""Number of choices of the symbolic lengths, and the maximum number if few choices give real joint values."""
 
 
-def _more_arms(numeric: NumericReference) -> Iterator[tuple[NumericChain, Mapping[str, float]]]:
+def _generate_arms(numeric: NumericReference) -> Iterator[tuple[NumericChain, Mapping[str, float]]]:
     """Yield the numeric arms of the reference with their lengths, and then arms with other lengths."""
     yield from zip(numeric.arms, numeric.lengths, strict=True)
     for _ in range(MAX_ARMS_TRIED):
@@ -168,12 +169,13 @@ def _check_motion(numeric: NumericReference, part: Part) -> Checks:
     answer, motion = part.answer_as(Choice), part.details_as(LostMotionDetails)
     texts = tuple(line.description for line in motion.lines)
     yield Check("options", texts == answer.options and len(set(texts)) == len(texts), f"{len(texts)} options")
-    samples = samples_at_values(numeric, motion.configurations.values, motion.configurations.condition)
+    samples = sample_at_values(numeric, motion.configurations.values, motion.configurations.condition)
     yield Check("configurations", bool(samples), f"{len(samples)} at which the direction is lost")
     if not samples:
         return
     velocities = [
-        _possible_velocities(sample, numeric.task, motion.moving_part, motion.holds_other_motion) for sample in samples
+        _list_possible_velocities(sample, numeric.task, motion.moving_part, motion.holds_other_motion)
+        for sample in samples
     ]
     scale = np.maximum([float(np.abs(v).max()) for v in velocities], 1e-12)
     for index, (text, vectors) in enumerate(zip(texts, line_directions(motion.lines, samples), strict=True)):
@@ -185,10 +187,11 @@ def _check_motion(numeric: NumericReference, part: Part) -> Checks:
             yield Check("something along it", is_clear, f"{text}: {np.median(share):.2f}")
 
 
-def _possible_velocities(sample: Sample, task: Sequence[int], body: str, others_at_rest: bool) -> np.ndarray:
-    """Return a basis (3 x k) of the possible linear velocities of P or angular velocities of the link.
+def _list_possible_velocities(sample: Sample, task: Sequence[int], body: str, others_at_rest: bool) -> np.ndarray:
+    """Return vectors (3 x k) that span the possible linear velocities of P, or angular velocities of the last link.
 
-    If `others_at_rest`, only velocities are possible that keep the task's other rows (angular or linear) at zero.
+    `body` is "P" for linear velocities. If `others_at_rest`, a velocity is possible only if the other half of the
+    task's rows (angular or linear) can stay at zero.
     """
     jacobian = exponential_jacobian(sample.arm, sample.q[None])[0]
     moving_rows = jacobian[:3] if body == "P" else jacobian[3:]
@@ -204,16 +207,16 @@ def _possible_velocities(sample: Sample, task: Sequence[int], body: str, others_
 
 
 def _check_geometric_cause(numeric: NumericReference, part: Part) -> Checks:
-    """Check that, of the offered statements on the geometric cause of a singularity, only the correct one is true."""
+    """Check that only the correct one of the offered statements on the cause of a singularity is true."""
     answer, choice = part.answer_as(Choice), part.details_as(MeaningDetails)
-    samples = samples_at_values(numeric, choice.values, choice.condition)
+    samples = sample_at_values(numeric, choice.values, choice.condition)
     correct = answer.correct
     matches = [all(text.startswith(m.words) for text, (m, _) in zip(answer.options, choice.offered, strict=True))]
     yield Check("options", all(matches) and len(set(answer.options)) == len(answer.options), "as offered")
     kinds = set(map(str, classify_samples(numeric.chain, samples)))
 
     def holds_everywhere(meaning: Meaning, kind: str | None) -> bool:
-        is_true = bool(samples) and all(_meaning_holds(meaning, sample) for sample in samples)
+        is_true = bool(samples) and all(_meaning_holds(numeric.chain, meaning, sample) for sample in samples)
         return is_true and (kind is None or kinds == {kind})
 
     holds = [holds_everywhere(meaning, kind) for meaning, kind in choice.offered]
@@ -221,55 +224,32 @@ def _check_geometric_cause(numeric: NumericReference, part: Part) -> Checks:
     detail = f"{', '.join(sorted(kinds))} at {len(samples)} configurations; options that hold: {holds}"
     yield Check("only the right one holds", holds == expected, detail)
     if choice.offered[correct][1] == "boundary":
-        yield side_of_lost_direction(numeric.chain, choice.condition, choice.values, samples)
+        yield check_side_of_lost_direction(numeric.chain, choice.condition, choice.values, samples)
     are_directions = {meaning.kind for meaning, _ in choice.offered} <= _AXIS_DIRECTION_KINDS
     has_reason = are_directions or bool(numeric.chain.linear_rows)
     yield Check("a reason", has_reason, "where P is, is no reason for a loss of turns; its task counts other rows too")
 
 
 _AXIS_DIRECTION_KINDS = {"in line", "parallel", "one plane", "square"}
-"""The kinds of statements about directions of axes, the only ones that explain a lost rotation."""
+"""The kinds of statements about directions of axes. Only these can explain a lost rotation."""
 
 
-def _meaning_holds(meaning: Meaning, sample: Sample) -> bool:
-    """Return whether a geometric statement is true at a configuration, by moving joints and comparing lines."""
-    first, last = meaning.joints[0] - 1, meaning.joints[-1] - 1
-    frames = sample.arm.frames(sample.q)
-    if meaning.kind == "on axis":
-        moved_q = sample.q + 0.7 * np.eye(len(sample.q))[first]
-        return bool(np.linalg.norm(sample.arm.point(moved_q) - sample.arm.point(sample.q)) < 1e-6)
-    if meaning.kind == "in line":
-        lines = [
-            np.concatenate([z, np.cross(o, z)])
-            for z, o in ((frames[i, :3, 2], frames[i, :3, 3]) for i in (first, last))
-        ]
-        return bool(min(np.linalg.norm(lines[0] - lines[1]), np.linalg.norm(lines[0] + lines[1])) < 1e-6)
-    if meaning.kind in ("parallel", "one plane", "square"):
-        axes = frames[[joint - 1 for joint in meaning.joints], :3, 2]
-        sigma = np.linalg.svd(axes, compute_uv=False)
-        return bool(sigma[0] - sigma[-1] < 1e-6 if meaning.kind == "square" else sigma[-1] < 1e-6)
+def _meaning_holds(chain: Chain, meaning: Meaning, sample: Sample) -> bool:
+    """Return whether a geometric statement is true at a configuration."""
+    frames, first = sample.frames, meaning.joints[0] - 1
+    if meaning.kind == "square":
+        sigma = np.linalg.svd(frames[[joint - 1 for joint in meaning.joints], :3, 2], compute_uv=False)
+        return bool(sigma[0] - sigma[-1] < 1e-6)
     if meaning.kind == "level":
         points = np.vstack([frames[: meaning.joints[-1], :3, 3], sample.arm.point(sample.q)])
         return bool(np.linalg.svd(np.vstack([points[1:] - points[0], frames[0, :3, 2]]), compute_uv=False)[-1] < 1e-6)
-    if meaning.kind == "one way":
-        steps = 1e-4 * np.eye(len(sample.q))[[first, last]]
-        velocities = (sample.arm.point(sample.q + steps) - sample.arm.point(sample.q - steps)) / 2e-4
-        return bool(np.linalg.norm(np.cross(*(velocities / np.linalg.norm(velocities, axis=1, keepdims=True)))) < 1e-6)
     if meaning.kind in ("straight", "doubled"):
-        a, b, c = (frames[meaning.joints[0] + k, :3, 3] for k in (-1, 0, 1))
+        a, b, c = frames[first : first + 3, :3, 3]
         legs, distance = (np.linalg.norm(a - b), np.linalg.norm(b - c)), np.linalg.norm(a - c)
         expected = sum(legs) if meaning.kind == "straight" else abs(legs[0] - legs[1])
         return bool(abs(distance - expected) < 1e-7)
-    if meaning.kind in ("along", "across"):
-        prismatic_frame, start, end = (frames[joint - 1] for joint in meaning.joints)
-        projected = np.linalg.inv(start[:3, :3]) @ np.column_stack([prismatic_frame[:3, 2], end[:3, 3] - start[:3, 3]])
-        angle = np.diff(np.arctan2(projected[1], projected[0]))[0]
-        deviation = np.sin(angle) if meaning.kind == "along" else np.cos(angle)
-        return bool(abs(deviation) < 1e-6 and abs(projected[2, 0]) < 1e-6)
-    moved_configurations = sample.q + np.linspace(-2.9, 3.2, 60)[:, None] * np.eye(len(sample.q))[last]
-    distances = distances_from_axis(sample, sample.arm.point(np.vstack([sample.q, moved_configurations])), first)
-    extreme = distances.max() if meaning.kind == "far" else distances.min()
-    return bool(abs(distances[0] - extreme) < 1e-9)
+    statement = meaning.words.rpartition(": ")[2]  # without an introduction such as "the arm is stretched out"
+    return statement_holds(chain, statement.replace("$P$", "the point"), sample)
 
 
 CHECKS: dict[str, PartCheck] = {

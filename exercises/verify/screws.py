@@ -1,19 +1,18 @@
 """Check the questions on screws, twists and the space and body Jacobians (`questions.screws`).
 
-The screws at home are checked with the link frames at zero joint variables: the axis z, and o x z for its origin o.
-Everything else is checked with the product of exponentials of the axes in the problem statement, which uses no link
-frame. `certify` separately compares these axes with the link frames. If link frames give an additional method, it is
-used as well.
+The screws at home are checked with the link frames at zero joint variables: the axis z, and o x z for the frame's
+origin o. All other answers are checked with the product of exponentials of the axes in the problem statement, which
+uses no link frame. If link frames give a second method, the answers are checked with both. `certify` separately
+compares the axes with the link frames.
 
-Twists and adjoints have the arm's order: (omega, v) as in Lynch and Park, or (v, omega) as in Murray, Li and Sastry.
-Each order has its own adjoint.
+Twists and adjoints have the order that the arm sets: (omega, v) as in Lynch and Park, or (v, omega) as in Murray, Li
+and Sastry. Each order has its own adjoint.
 """
 
 from collections.abc import Callable
 
 import numpy as np
 
-from qdot.exercises.arm.axes_to_dh import Axis
 from qdot.exercises.arm.standard_table import axes_of
 from qdot.exercises.problem.problem import Part
 from qdot.exercises.questions.screws import DECIMALS, NumericTwistDetails
@@ -25,24 +24,17 @@ from qdot.exercises.verify.formulas import (
     check_agreement,
     make_formula_check,
 )
-from qdot.exercises.verify.numbers import check_three_digits
-from qdot.exercises.verify.numeric_reference import (
-    Check,
-    Checks,
-    NumericReference,
-    hat,
-    numeric_sample,
-    screw_exponential,
-)
+from qdot.exercises.verify.numbers import check_three_digits, list_reference_numbers
+from qdot.exercises.verify.numeric_reference import Check, Checks, NumericReference, hat, screw_exponential
 
 
 def _is_linear_first(numeric: NumericReference) -> bool:
-    """Return whether an arm's twists have the order (v, omega)."""
+    """Return whether the arm's twists have the order (v, omega)."""
     return numeric.chain.twist_order == "v-omega"
 
 
 def _stack_twist(numeric: NumericReference, omega: np.ndarray, v: np.ndarray, axis: int = -1) -> np.ndarray:
-    """Join an angular and a linear velocity to a twist, in the arm's order."""
+    """Return the twist of an angular and a linear velocity, in the arm's order."""
     return np.concatenate([v, omega] if _is_linear_first(numeric) else [omega, v], axis=axis)
 
 
@@ -55,31 +47,21 @@ def _adjoint(numeric: NumericReference, pose: np.ndarray) -> np.ndarray:
     return np.concatenate([np.concatenate(row, -1) for row in blocks], -2)
 
 
-class _ExponentialArm:
-    """The numeric arm as a product of exponentials of the axes in the problem statement, at random samples.
+def _compute_body_pose_and_jacobian(numeric: NumericReference) -> tuple[np.ndarray, np.ndarray]:
+    """Return the pose of the body frame, (…, 4, 4), and the space Jacobian, (…, 6, n), by exponentials.
 
-    `pose` is the pose of the body frame, (…, 4, 4); `space_jacobian` and `body_jacobian` are the space and body
-    Jacobians, (…, 6, n).
+    The exponentials are those of the screws of the axes in the problem statement.
     """
-
-    def __init__(self, numeric: NumericReference) -> None:
-        axes, point = axes_of(numeric.chain)
-        motion, screws = np.broadcast_to(np.eye(4), (numeric.sample_count, 4, 4)), []
-        for i, axis in enumerate(axes):
-            omega, v = self._screw(numeric, axis)
-            screws.append((_adjoint(numeric, motion) @ _stack_twist(numeric, omega, v)[..., None])[..., 0])
-            motion = motion @ screw_exponential(omega, v, numeric.configurations[:, i])
-        self.space_jacobian = np.stack(screws, axis=2)
-        home = np.broadcast_to(np.eye(4), motion.shape).copy()
-        home[:, :3, 3] = numeric.evaluate_constants(point)
-        self.pose = motion @ home
-        self.body_jacobian = _adjoint(numeric, np.linalg.inv(self.pose)) @ self.space_jacobian
-
-    @staticmethod
-    def _screw(numeric: NumericReference, axis: Axis) -> tuple[np.ndarray, np.ndarray]:
-        """Return omega and v of the unit screw of a joint at home, (…, 3) each."""
+    axes, point = axes_of(numeric.chain)
+    motion, columns = np.broadcast_to(np.eye(4), (numeric.sample_count, 4, 4)), []
+    for i, axis in enumerate(axes):
         u, o = numeric.evaluate_constants(axis.direction), numeric.evaluate_constants(axis.point)
-        return (u, np.cross(o, u)) if axis.kind == "R" else (0 * u, u)
+        omega, v = (u, np.cross(o, u)) if axis.kind == "R" else (0 * u, u)
+        columns.append((_adjoint(numeric, motion) @ _stack_twist(numeric, omega, v)[..., None])[..., 0])
+        motion = motion @ screw_exponential(omega, v, numeric.configurations[:, i])
+    home = np.broadcast_to(np.eye(4), motion.shape).copy()
+    home[:, :3, 3] = numeric.evaluate_constants(point)
+    return motion @ home, np.stack(columns, axis=2)
 
 
 def _home_screws(numeric: NumericReference, _: Part) -> ExpectedValues:
@@ -93,8 +75,8 @@ def _home_screws(numeric: NumericReference, _: Part) -> ExpectedValues:
 def _body_pose(numeric: NumericReference, _: Part) -> ExpectedValues:
     """Return the pose of the body frame, computed from exponentials and from the last frame."""
     return {
-        "product of exponentials": (_ExponentialArm(numeric).pose, EXACT_TOLERANCE),
-        "frames": (_pose_of_last_frame(numeric), EXACT_TOLERANCE),
+        "product of exponentials": (_compute_body_pose_and_jacobian(numeric)[0], EXACT_TOLERANCE),
+        "frames": (_compute_frame_pose(numeric), EXACT_TOLERANCE),
     }
 
 
@@ -115,37 +97,38 @@ def _transform_twists(numeric: NumericReference, pose: np.ndarray, twists: np.nd
 def _body_adjoint(numeric: NumericReference, _: Part) -> ExpectedValues:
     """Return the adjoint of the body pose, from exponentials, and from the matrices T [V] T^-1 of unit twists V."""
     unit = np.broadcast_to(np.eye(6), (numeric.sample_count, 6, 6))
-    by_matrices = _transform_twists(numeric, _pose_of_last_frame(numeric), unit)
+    by_matrices = _transform_twists(numeric, _compute_frame_pose(numeric), unit)
     return {
-        "product of exponentials": (_adjoint(numeric, _ExponentialArm(numeric).pose), EXACT_TOLERANCE),
+        "product of exponentials": (_adjoint(numeric, _compute_body_pose_and_jacobian(numeric)[0]), EXACT_TOLERANCE),
         "frames": (by_matrices, EXACT_TOLERANCE),
     }
 
 
 def _check_changed_twist(numeric: NumericReference, part: Part) -> Checks:
-    """Check a twist in another frame by its matrix, T [V] T^-1, and check the given values.
+    """Check the coordinates of a twist V in another frame, and check that the stated joint rates give the twist.
 
-    The pose T comes from the last frame at the configuration and at home.
+    The coordinates are checked with the matrix of the twist: T [V] T^-1. The pose T is computed from the last frame at
+    the configuration and at home.
     """
     details, chain = part.details_as(NumericTwistDetails), numeric.chain
-    sample = numeric_sample(numeric, details.configuration)
+    sample = numeric.sample_at(details.configuration)
     arm, q = sample.arm, sample.q
     frames, home = arm.frames(q), arm.frames(0 * q)
     pose = np.eye(4)
     pose[:3, :3], pose[:3, 3] = frames[-1, :3, :3] @ home[-1, :3, :3].T, arm.point_of(frames)
     omega, v = np.split(np.array(details.twist.tolist(), dtype=float), 2)
     twist = _stack_twist(numeric, omega, v, axis=0)
-    claimed = np.array(part.answer.as_matrix().tolist(), dtype=float)
-    yield check_agreement("matrix of the twist", claimed[None], _transform_twists(numeric, pose, twist)[None], 1e-8)
+    expected = _transform_twists(numeric, pose, twist)[None]
+    yield check_agreement("matrix of the twist", list_reference_numbers(part), expected, 1e-8)
     geometric, rates = arm.jacobian(q), np.array([float(details.rates[rate]) for rate in chain.rates])
-    velocity, angular = (pose[:3, :3].T @ (part_jacobian @ rates) for part_jacobian in (geometric[:3], geometric[3:]))
+    velocity, angular = (pose[:3, :3].T @ (rows @ rates) for rows in (geometric[:3], geometric[3:]))
     error = np.abs(_stack_twist(numeric, angular, velocity) - twist[:, 0]).max()
     yield Check("the arm can", bool(error <= 0.51 * 10.0**-DECIMALS), f"its rates give the twist but for {error:.1e}")
     yield check_three_digits(part)
 
 
-def _pose_of_last_frame(numeric: NumericReference) -> np.ndarray:
-    """Return the pose of the body frame from the last frame, with its rotation at home removed, (…, 4, 4)."""
+def _compute_frame_pose(numeric: NumericReference) -> np.ndarray:
+    """Return the pose of the body frame from the last frame: the frame's rotation since home, and P, (…, 4, 4)."""
     pose = np.broadcast_to(np.eye(4), (numeric.sample_count, 4, 4)).copy()
     pose[:, :3, :3] = numeric.frames[:, -1, :3, :3] @ numeric.home_frames[:, -1, :3, :3].swapaxes(1, 2)
     pose[:, :3, 3] = numeric.point
@@ -158,26 +141,31 @@ def _space_jacobian(numeric: NumericReference) -> ExpectedValues:
     angular, velocity = frame_velocities[..., 3:], frame_velocities[..., :3]
     at_origin = velocity - np.cross(angular, numeric.frames[:, None, -1, :3, 3])
     differenced = _stack_twist(numeric, angular, at_origin).swapaxes(1, 2)
-    by_exponentials = (_ExponentialArm(numeric).space_jacobian, EXACT_TOLERANCE)
-    return {"product of exponentials": by_exponentials, "finite differences": (differenced, DIFFERENCE_TOLERANCE)}
+    return {
+        "product of exponentials": (_compute_body_pose_and_jacobian(numeric)[1], EXACT_TOLERANCE),
+        "finite differences": (differenced, DIFFERENCE_TOLERANCE),
+    }
 
 
 def _body_jacobian(numeric: NumericReference) -> ExpectedValues:
     """Return the body Jacobian, computed from exponentials, and from the geometric Jacobian in the body frame."""
-    axes = _ExponentialArm(numeric)
-    rotation = axes.pose[:, :3, :3].swapaxes(1, 2)
+    pose, space_jacobian = _compute_body_pose_and_jacobian(numeric)
+    rotation = pose[:, :3, :3].swapaxes(1, 2)
     rotated = _stack_twist(numeric, rotation @ numeric.jacobian[:, 3:], rotation @ numeric.jacobian[:, :3], axis=1)
-    return {"product of exponentials": (axes.body_jacobian, EXACT_TOLERANCE), "frames": (rotated, EXACT_TOLERANCE)}
+    return {
+        "product of exponentials": (_adjoint(numeric, np.linalg.inv(pose)) @ space_jacobian, EXACT_TOLERANCE),
+        "frames": (rotated, EXACT_TOLERANCE),
+    }
 
 
-def _make_twist_check(jacobians_by_method: Callable[[NumericReference], ExpectedValues]) -> PartCheck:
-    """Return a function that checks a twist, which is the Jacobian of each method times the joint rates."""
-
-    def twist(numeric: NumericReference, _: Part) -> ExpectedValues:
-        methods = jacobians_by_method(numeric).items()
-        return {name: (jacobian @ numeric.rates, tolerance) for name, (jacobian, tolerance) in methods}
-
-    return make_formula_check(twist)
+def _make_twist_check(compute_jacobians: Callable[[NumericReference], ExpectedValues]) -> PartCheck:
+    """Return a function that checks a twist: the Jacobian that each method computes, times the joint rates."""
+    return make_formula_check(
+        lambda numeric, _: {
+            name: (jacobian @ numeric.rates, tolerance)
+            for name, (jacobian, tolerance) in compute_jacobians(numeric).items()
+        }
+    )
 
 
 CHECKS: dict[str, PartCheck] = {

@@ -1,23 +1,23 @@
-"""Check singular sets, and the type of a singularity.
+"""Check singular sets, and the kind of a singularity.
 
-A singular set is checked in both directions: J loses rank everywhere on it, and it contains every singular
-configuration that a numerical search finds. The type of a singularity is determined again for other lengths.
+A singular set is checked in both directions: J loses rank everywhere on the set, and the set contains every singular
+configuration that a numerical search finds. The kind of a singularity is determined again for other lengths. The set
+consists of pieces, such as theta2 = 0; the reference is the set in the problem's answer.
 """
 
 from collections.abc import Sequence
 from functools import lru_cache
-from typing import Any
 
 import numpy as np
 import sympy as sp
 
 from qdot.exercises.answer_types import Choice, ConditionSet
-from qdot.exercises.arm.chain import TASK_ROWS, Chain
+from qdot.exercises.arm.chain import Chain
 from qdot.exercises.arm.kinematics import NumericChain
 from qdot.exercises.common.stream import Stream
 from qdot.exercises.formula.conditions import ConfigurationSpace
 from qdot.exercises.formula.parser import parse_formula
-from qdot.exercises.formula.set_parser import parse_pieces
+from qdot.exercises.formula.set_parser import Piece, parse_pieces
 from qdot.exercises.problem.problem import Part
 from qdot.exercises.questions.singular import KIND_OPTIONS, ConfigurationsOfOneKind, KindDetails, find_components_with
 from qdot.exercises.singularities.axes import Sample
@@ -26,8 +26,8 @@ from qdot.exercises.singularities.normalized_arm import normalize_arm
 from qdot.exercises.singularities.singularity_kinds import RANK_TOLERANCE, classify_samples
 from qdot.exercises.verify.appearance import (
     check_component_statement,
+    check_side_of_lost_direction,
     check_singularity_statements,
-    side_of_lost_direction,
 )
 from qdot.exercises.verify.formulas import PartCheck
 from qdot.exercises.verify.numeric_reference import (
@@ -35,129 +35,127 @@ from qdot.exercises.verify.numeric_reference import (
     Check,
     Checks,
     NumericReference,
+    choose_random_configurations,
+    choose_random_lengths,
     conditioning_ratios,
-    random_configurations,
-    random_lengths,
-    samples_on_condition,
 )
 
-START_COUNT, REDUNDANT_START_COUNT, MAX_STEPS, MAX_SINGULAR_RATIO = 30, 150, 40, 1e-9
-"""Number of searches on each arm and on each redundant arm, and steps and final sigma_min/sigma_max of a search.
-
-The last two are maxima.
+START_COUNT, REDUNDANT_START_COUNT = 30, 150
+"""Number of searches on each arm, and on each redundant arm.
 
 A redundant arm has singular components of lower dimension, which fewer of the searches reach."""
+
+MAX_STEPS, MAX_SINGULAR_RATIO = 40, 1e-9
+"""Maximum number of steps of a search, and maximum sigma_min/sigma_max at the end of a successful search."""
 
 MAX_SHIFTED_RATIO = 1e-8
 """Maximum sigma_min/sigma_max at a search's end for an arm with other joint offsets, which change the rounding."""
 
 MIN_STEP = 1e-12
-"""Size of a step below which the iteration stops."""
+"""Size of a step below which a search stops."""
 
 MAX_FURTHER_ARMS = 300
 """Number of choices of lengths to try if a piece of the set does not exist for the reference's lengths."""
 
 SET_TOLERANCE, SEARCH_RADIUS = 1e-5, 0.003
-"""Maximum distance of a singular configuration from the claimed set, and the radius for further searches.
+"""Maximum distance of a singular configuration from the reference set, and the radius for further searches.
 
-Near an intersection of components, sigma_min is a product of distances, so that it vanishes in rounding farther away
-from the set. Then the further searches decide."""
+Near an intersection of components, sigma_min is a product of distances. It is then zero up to rounding even at some
+distance from the set. If a configuration there is not in the set, further searches near it decide."""
 
 
 def _check_singular_set(numeric: NumericReference, part: Part) -> Checks:
     """Check a singular set in both directions, and what the worked solution says about it."""
-    answer = part.answer_as(ConditionSet)
-    joints = [q.name for q in numeric.chain.q]
-    texts = answer.pieces()
-    claimed = [piece for text in texts for piece in parse_pieces(parse_formula(text, numeric.symbol_names), joints)]
-    yield from _check_soundness(numeric, texts, claimed, joints)
-    yield _check_completeness(numeric, claimed, joints)
+    joints, texts = [q.name for q in numeric.chain.q], part.answer_as(ConditionSet).pieces()
+    pieces = [piece for text in texts for piece in parse_pieces(parse_formula(text, numeric.symbol_names), joints)]
+    yield from _check_soundness(numeric, texts, pieces)
+    yield _check_completeness(numeric, pieces)
     yield from check_singularity_statements(numeric)
 
 
-def _check_soundness(numeric: NumericReference, texts: Sequence[str], claimed: list[Any], joints: list[str]) -> Checks:
-    """Check that every piece contains configurations, and that the Jacobian loses rank there."""
-    for text, piece in zip(texts, claimed, strict=True):
-        ratios = [each for lengths in numeric.lengths for each in _ratios_on_piece(numeric, piece, lengths, joints)]
-        ratios = ratios or _ratios_for_other_lengths(numeric, piece, joints)
+def _make_space(numeric: NumericReference, lengths: dict[str, float]) -> ConfigurationSpace:
+    """Return the configurations of the arm with the given lengths."""
+    return ConfigurationSpace([q.name for q in numeric.chain.q], domain_of(numeric.chain, lengths))
+
+
+def _check_soundness(numeric: NumericReference, texts: Sequence[str], pieces: Sequence[Piece]) -> Checks:
+    """Check that every piece of the set contains configurations, and that the Jacobian loses rank there.
+
+    A piece such as theta3 = acos(-a2/a3) exists only for some lengths. If it does not exist for the reference's
+    lengths, the first of several arms on which it exists is used.
+    """
+    for text, piece in zip(texts, pieces, strict=True):
+        ratios = [ratio for lengths in numeric.lengths for ratio in _compute_ratios_on_piece(numeric, piece, lengths)]
+        for _ in range(0 if ratios else MAX_FURTHER_ARMS):
+            ratios = _compute_ratios_on_piece(numeric, piece, choose_random_lengths(numeric.chain, numeric.rng))
+            if ratios:
+                break
         detail = f"{len(ratios)} configurations, sigma_min/sigma_max at most {max(ratios, default=0.0):.1e}"
         yield Check(f"rank at {text}", bool(ratios) and max(ratios) < RANK_TOLERANCE, detail)
 
 
-def _ratios_on_piece(
-    numeric: NumericReference, piece: Any, lengths: dict[str, float], joints: list[str]
-) -> list[float]:
+def _compute_ratios_on_piece(numeric: NumericReference, piece: Piece, lengths: dict[str, float]) -> list[float]:
     """Return sigma_min/sigma_max of J at configurations on a piece, for an arm with the given lengths."""
-    space = ConfigurationSpace(joints, domain_of(numeric.chain, lengths))
+    space = _make_space(numeric, lengths)
     values = space.sample_piece(piece, space.collect_names([[piece]]), numeric.rng, count=8)
-    q = np.stack([values[joint] for joint in joints], axis=1)
+    q = np.stack([values[q.name] for q in numeric.chain.q], axis=1)
     jacobians = NumericChain(numeric.chain, lengths).jacobian(q)[:, numeric.task]
     return [float(ratio) for ratio in conditioning_ratios(jacobians)]
 
 
-def _ratios_for_other_lengths(numeric: NumericReference, piece: Any, joints: list[str]) -> list[float]:
-    """Return sigma_min/sigma_max of J at configurations on a piece, for other lengths.
+def _check_completeness(numeric: NumericReference, pieces: Sequence[Piece]) -> Check:
+    """Check that the set contains the singular configurations that a search from random starts finds.
 
-    A piece such as theta3 = acos(-a2/a3) exists only for some lengths. The first arm on which it exists is used.
-    """
-    for _ in range(MAX_FURTHER_ARMS):
-        ratios = _ratios_on_piece(numeric, piece, random_lengths(numeric.chain, numeric.rng), joints)
-        if ratios:
-            return ratios
-    return []
-
-
-def _check_completeness(numeric: NumericReference, claimed: list[Any], joints: list[str]) -> Check:
-    """Check that the claimed set contains the singular configurations that a search from random starts finds.
-
-    The search runs on the normalized arm, once for all arms that share it. Therefore its results are first
-    checked to be singular for this arm, too.
+    The search runs on the normalized arm, once for all arms that share the normalized arm. Therefore its results are
+    first checked to be singular for this arm, too.
     """
     count, chain = 0, numeric.chain
     for sampled_lengths, at_zero in _search_on_arms(normalize_arm(chain)):
-        lengths = random_lengths(chain, numeric.rng) | dict(sampled_lengths)
-        arm, space = NumericChain(chain, lengths), ConfigurationSpace(joints, domain_of(chain, lengths))
-
-        def find_uncovered(
-            q: np.ndarray, lengths: dict[str, float] = lengths, space: ConfigurationSpace = space
-        ) -> np.ndarray:
-            """Return the configurations that satisfy no condition."""
-            values = dict(zip(joints, q.T, strict=True)) | {name: np.full(len(q), v) for name, v in lengths.items()}
-            return np.asarray(q[~space.contains(claimed, values, len(q), SET_TOLERANCE)])
-
+        lengths = choose_random_lengths(chain, numeric.rng) | dict(sampled_lengths)
+        arm = NumericChain(chain, lengths)
         q = at_zero - np.array(arm.offsets)
         if len(q) and conditioning_ratios(arm.jacobian(q)[:, numeric.task]).max() > MAX_SHIFTED_RATIO:
             return Check("complete", False, "J keeps its rank where that of the same arm with other zeros loses it")
         count += len(q)
-        for uncovered in find_uncovered(q):
-            starts = uncovered + SEARCH_RADIUS * random_configurations(chain, numeric.rng, START_COUNT)
+        for uncovered in _find_uncovered(numeric, pieces, lengths, q):
+            starts = uncovered + SEARCH_RADIUS * choose_random_configurations(chain, numeric.rng, START_COUNT)
             nearby_results = find_singular_configurations(arm, starts, numeric.task)
-            if 2 * len(find_uncovered(nearby_results)) >= len(nearby_results):
-                pairs = [*zip(joints, uncovered, strict=True), *lengths.items()]
+            if 2 * len(_find_uncovered(numeric, pieces, lengths, nearby_results)) >= len(nearby_results):
+                pairs = [*zip(chain.q, uncovered, strict=True), *lengths.items()]
                 location = ", ".join(f"{name} = {value:.4g}" for name, value in pairs)
                 return Check("complete", False, f"J loses rank at {location}, which no condition covers")
     return Check("complete", True, f"all of {count} singular configurations found by search are covered")
 
 
+def _find_uncovered(
+    numeric: NumericReference, pieces: Sequence[Piece], lengths: dict[str, float], q: np.ndarray
+) -> np.ndarray:
+    """Return the configurations (k x n) of those in `q` that no piece contains."""
+    values = {symbol.name: column for symbol, column in zip(numeric.chain.q, q.T, strict=True)}
+    values |= {name: np.full(len(q), length) for name, length in lengths.items()}
+    return np.asarray(q[~_make_space(numeric, lengths).contains(pieces, values, len(q), SET_TOLERANCE)])
+
+
 @lru_cache(maxsize=1024)
 def _search_on_arms(chain: Chain) -> tuple[tuple[tuple[tuple[str, float], ...], np.ndarray], ...]:
-    """Return choices of the symbolic lengths of a normalized arm, with the singular configurations found for each."""
-    task, stream = [TASK_ROWS.index(row) for row in chain.task], Stream("verify/singular")
+    """Return choices of the symbolic lengths of a normalized arm, with the singular configurations (k x n) of each."""
+    stream, start_count = Stream("verify/singular"), REDUNDANT_START_COUNT if chain.n > len(chain.task) else START_COUNT
     results = []
     for _ in range(ARM_COUNT):
-        lengths = random_lengths(chain, stream)
-        starts = random_configurations(chain, stream, REDUNDANT_START_COUNT if chain.n > len(task) else START_COUNT)
-        q = find_singular_configurations(NumericChain(chain, lengths), starts, task)
+        lengths = choose_random_lengths(chain, stream)
+        starts = choose_random_configurations(chain, stream, start_count)
+        q = find_singular_configurations(NumericChain(chain, lengths), starts, chain.task_rows)
         q.setflags(write=False)
         results.append((tuple(lengths.items()), q))
     return tuple(results)
 
 
 def find_singular_configurations(arm: NumericChain, starts: np.ndarray, task: Sequence[int]) -> np.ndarray:
-    """Return singular configurations of J[task], (..., n), that Gauss-Newton reaches from `starts`.
+    """Return singular configurations (k x n) of the task Jacobian J that Gauss-Newton steps reach from `starts`.
 
-    The unknowns are q and a unit vector u with J^T u = 0 (J u = 0 if J has more rows than columns). These equations
-    converge quickly on components of any dimension. Equations in the minors of J, which may be products, do not.
+    The unknowns are q and a unit vector u with J^T u = 0 (J u = 0 if J has more rows than columns). With these
+    equations, the steps converge quickly on components of any dimension. With equations in the minors of J, which may
+    be products, they would not.
     """
     q, nudge = starts.copy(), 1e-6 * np.eye(starts.shape[1])
     count, n = q.shape
@@ -186,27 +184,23 @@ def find_singular_configurations(arm: NumericChain, starts: np.ndarray, task: Se
 def _check_kind(numeric: NumericReference, part: Part) -> Checks:
     """Check the kind of a singularity by determining it again, for lengths that the question did not use."""
     answer, details = part.answer_as(Choice), part.details_as(KindDetails)
-    kind, configuration = details.singularity_kind, details.configurations
-    options = answer.options
+    kind, configuration, options = details.singularity_kind, details.configurations, answer.options
     is_correct_option = len(set(options)) == len(options) and options[answer.correct] == KIND_OPTIONS[kind]
     yield Check("option", is_correct_option, f"{answer.letters} is {options[answer.correct]}")
-    samples = _configuration_samples(numeric, configuration)
+    samples = _sample_configuration(numeric, configuration)
     kinds = set(map(str, classify_samples(numeric.chain, samples)))
     detail = f"{', '.join(sorted(kinds))} at {len(samples)} configurations"
     yield Check("kind", bool(samples) and kinds == {kind}, detail)
     for _, component in find_components_with(numeric.chain, configuration):
         yield check_component_statement(numeric.chain, component)
     if kind == "boundary":
-        yield side_of_lost_direction(numeric.chain, configuration.condition, configuration.values, samples)
+        yield check_side_of_lost_direction(numeric.chain, configuration.condition, configuration.values, samples)
     if kind == "regular" and configuration.condition is None and len(numeric.task) == numeric.chain.n:
         yield _check_regular(numeric, configuration)
 
 
 def _check_regular(numeric: NumericReference, configuration: ConfigurationsOfOneKind) -> Check:
-    """Check that det J has the same sign for short and long lengths.
-
-    The configuration is then regular for all of them.
-    """
+    """Check that det J has the same sign for short and long lengths, and so is zero for none of them."""
     signs = set()
     for _ in range(40):
         lengths = {name: value * 4 ** numeric.rng.uniform(-1, 1) for name, value in numeric.lengths[0].items()}
@@ -215,9 +209,9 @@ def _check_regular(numeric: NumericReference, configuration: ConfigurationsOfOne
     return Check("regular for all lengths", len(signs) == 1, f"signs of det J: {sorted(signs)}")
 
 
-def _configuration_samples(numeric: NumericReference, configuration: ConfigurationsOfOneKind) -> Sequence[Sample]:
+def _sample_configuration(numeric: NumericReference, configuration: ConfigurationsOfOneKind) -> Sequence[Sample]:
     if configuration.condition is not None:
-        return samples_on_condition(numeric, configuration.condition, arm_count=ARM_COUNT, per_arm=1)
+        return numeric.sample_on_condition(configuration.condition, arm_count=ARM_COUNT, per_arm=1)
     pairs = zip(numeric.arms, numeric.lengths, strict=True)
     return [Sample(arm, _joint_values(numeric.chain, configuration, lengths)) for arm, lengths in pairs]
 
@@ -227,7 +221,4 @@ def _joint_values(chain: Chain, configuration: ConfigurationsOfOneKind, lengths:
     return np.array([float(sp.N(configuration.joints[q].xreplace(numbers))) for q in chain.q])
 
 
-CHECKS: dict[str, PartCheck] = {
-    "singular-angles": _check_singular_set,
-    "singularity-type": _check_kind,
-}
+CHECKS: dict[str, PartCheck] = {"singular-angles": _check_singular_set, "singularity-type": _check_kind}

@@ -1,8 +1,8 @@
 """Advise, like a teacher, what to look at in a wrong answer that no mistake of the catalogue gives.
 
-Each remark is true, because the answer was compared numerically with the reference, and gives nothing of the reference
-away. A remark names a factor common to all entries, a joint on which the answer should or should not depend, or a
-simple configuration.
+Each remark is true, because the answer was compared numerically with the reference, which is the correct answer. No
+remark gives the reference away. A remark names a factor common to all entries, a joint on which the answer should or
+should not depend, or a simple configuration.
 """
 
 from collections.abc import Iterator
@@ -27,9 +27,11 @@ from qdot.grader.judging.answer import ParsedAnswer, assign_values_to_joint
 from qdot.grader.judging.verdict import Diagnosis
 
 SAMPLE_COUNT = 5
+"""Number of configurations at which an answer is compared with the reference."""
 SINGLE_NUMBER_TOLERANCE = 1e-3
 """Relative tolerance for the factor between a single number and the reference."""
 RELATIVE_TOLERANCE = 1e-7
+"""Relative error up to which values of formulas count as equal."""
 FACTOR_WORDS = {
     2.0: "by a factor of 2",
     100.0: "by a factor of 100, as between metres and centimetres",
@@ -40,7 +42,9 @@ FACTOR_WORDS = {
 """The words for a factor between an answer and the reference, or for its reciprocal."""
 REWORK_ADVICE = "Calculate it again step by step, and check each number that you took from the problem."
 SIMPLE_ANGLES = (0.0, np.pi / 2, np.pi / 6)
+"""The joint angles of configurations that are easy to draw."""
 MAX_CONFIGURATIONS = 81
+"""Maximum number of such configurations that are tried."""
 
 
 def advise(problem: Problem, part: Part, parsed_answer: ParsedAnswer, seed: str = "") -> Diagnosis | None:
@@ -59,17 +63,18 @@ def advise(problem: Problem, part: Part, parsed_answer: ParsedAnswer, seed: str 
 def _advise_on_numbers(part: Part, parsed_answer: ParsedAnswer) -> str | None:
     """Return advice on numbers that are not derived step by step, such as a factor by which they are wrong."""
     try:
-        numbers_given = evaluate(compile_program(parsed_answer.entries), {}, 1)[0]
+        typed_numbers = evaluate(compile_program(parsed_answer.entries), {}, 1)[0]
     except (KeyError, ParseError):  # the numbers contain names
         return None
     expected = part.answer.as_matrix()
     if all(entry.is_Integer for entry in expected):  # a count, such as a rank
         return REWORK_ADVICE
     expected_numbers = np.array([complex(entry) for entry in expected])[:, None]
-    return next(_find_factor(numbers_given, expected_numbers, 5e-3), REWORK_ADVICE)
+    return next(_find_factor(typed_numbers, expected_numbers, 5e-3), REWORK_ADVICE)
 
 
 def _advise_on_formulas(problem: Problem, part: Part, parsed_answer: ParsedAnswer, seed: str) -> str | None:
+    """Return advice on an answer that is derived step by step; None if it has unknown symbols or another shape."""
     values = sample_configurations(problem.chain, part, problem.domain, SAMPLE_COUNT, Stream(f"{seed}/advice"))
     if parsed_answer.symbols - set(values):
         return None
@@ -84,7 +89,7 @@ def _advise_on_formulas(problem: Problem, part: Part, parsed_answer: ParsedAnswe
             _compare_joints(pair, values),
             _find_configuration(pair, values),
         )
-        return next(remarks, None)
+        return next(remarks)
     except ParseError:
         return None
 
@@ -98,18 +103,16 @@ class _AnswerAndReference:
     program: Program
 
     def evaluate(self, values: SymbolValues) -> tuple[np.ndarray, np.ndarray]:
-        """Return the values of the answer and of the reference, (entries, N) each, comparable for directions, too."""
+        """Return the values to compare of the answer and of the reference, (entries, N) each."""
         with np.errstate(all="ignore"):
             answer = np.asarray(evaluate(self.program, values, len(next(iter(values.values()))))[0])
-            expected_values = compute_answer(compute_numeric_stages(self.chain, values), self.part)
-            return self._without_factor(answer), self._without_factor(
-                expected_values.reshape(-1, expected_values.shape[-1])
-            )
+            expected = compute_answer(compute_numeric_stages(self.chain, values), self.part)
+            return self._remove_factor(answer), self._remove_factor(expected.reshape(-1, expected.shape[-1]))
 
-    def _without_factor(self, entries: np.ndarray) -> np.ndarray:
-        """Return the values to compare.
+    def _remove_factor(self, entries: np.ndarray) -> np.ndarray:
+        """Return the values unchanged, unless they are a direction.
 
-        For a direction, these are the products of each two entries of its unit vector, which don't depend on its sign.
+        For a direction, return the products of any two entries of the unit vector, which don't depend on its sign.
         """
         if not self.part.answer.counts_up_to_a_factor:
             return entries
@@ -124,13 +127,13 @@ class _AnswerAndReference:
 
 
 def _find_factor(answer: np.ndarray, expected: np.ndarray, tolerance: float) -> Iterator[str]:
-    """Yield a remark if all entries of an answer differ from the expected ones by the same factor."""
+    """Yield a remark if all entries of an answer differ from the expected entries by the same factor."""
     if answer.shape != expected.shape:
         return
-    is_counted = np.abs(expected) > RELATIVE_TOLERANCE * np.abs(expected).max(initial=0.0)
-    if not is_counted.any() or (np.abs(answer[~is_counted]) > RELATIVE_TOLERANCE).any():
+    is_nonzero = np.abs(expected) > RELATIVE_TOLERANCE * np.abs(expected).max(initial=0.0)
+    if not is_nonzero.any() or (np.abs(answer[~is_nonzero]) > RELATIVE_TOLERANCE).any():
         return
-    ratios = answer[is_counted] / expected[is_counted]
+    ratios = answer[is_nonzero] / expected[is_nonzero]
     factor = float(ratios[0].real)
     is_common = np.isfinite(ratios).all() and (np.abs(ratios - factor) <= tolerance * abs(factor)).all()
     if not is_common or factor in (0.0, 1.0):
@@ -141,7 +144,7 @@ def _find_factor(answer: np.ndarray, expected: np.ndarray, tolerance: float) -> 
         for size_word, known_factor in (("large", candidate), ("small", 1 / candidate)):
             if abs(factor / known_factor - 1) < tolerance:
                 yield f"All your numbers are too {size_word} {words}."
-    if len(ratios) > 1 and np.ptp(expected[is_counted].real) > RELATIVE_TOLERANCE:
+    if len(ratios) > 1 and np.ptp(expected[is_nonzero].real) > RELATIVE_TOLERANCE:
         yield (
             "All your entries are wrong by the same factor. Check the units, roots and squares, and whether a vector "
             "must have length 1."
@@ -149,7 +152,7 @@ def _find_factor(answer: np.ndarray, expected: np.ndarray, tolerance: float) -> 
 
 
 def _compare_joints(pair: _AnswerAndReference, values: SymbolValues) -> Iterator[str]:
-    """Yield a remark on the first joint on which the answer depends and the reference doesn't, or vice versa."""
+    """Yield a remark on the first joint on which the answer depends but the reference doesn't, or vice versa."""
     values_before = pair.evaluate(values)
     for i, q in enumerate(() if pair.part.details.list_given_values(pair.chain) else pair.chain.q, 1):
         if q in pair.part.details.given_joints:
@@ -199,29 +202,25 @@ def _name_entry(part: Part, index: int) -> str:
 
 
 def _advise_on_set(problem: Problem, part: Part, parsed_answer: ParsedAnswer, seed: str) -> str | None:
-    """Return advice on a set of configurations: on the joints that it names, or else on its values."""
+    """Return advice on a set of singular configurations: on the joints that it names, or else on its values."""
     if parsed_answer.refusal is not None or parsed_answer.tree is None:
         return None
     components = singular_set(problem.chain) or ()
     expressions = [condition for component in components for condition in component.conditions]
     expected_joints = {symbol.name for expression in expressions for symbol in expression.free_symbols}
-    for name in [q.name for q in problem.chain.q]:
-        is_named = name in find_names(parsed_answer.tree)
-        if name in expected_joints and not is_named:
-            return (
-                f"Your answer does not contain {name}. Do the zeros of the determinant (or of all minors) depend on it?"
-            )
-        if is_named and name not in expected_joints:
-            return (
-                f"Your answer contains {name}. Substitute its value into the determinant (or the minors). Are they "
-                "zero for all values of the other joints?"
-            )
+    named_joints = find_names(parsed_answer.tree)
+    for name in [q.name for q in problem.chain.q if (q.name in expected_joints) != (q.name in named_joints)]:
+        if name in expected_joints:
+            question = "Do the zeros of the determinant (or of all minors) depend on it?"
+            return f"Your answer does not contain {name}. {question}"
+        question = "Are they zero for all values of the other joints?"
+        return f"Your answer contains {name}. Substitute its value into the determinant (or the minors). {question}"
     has_joint_conditions = any(len(component.conditions) > 1 for component in components)
     return _advise_on_claims(problem, part, parsed_answer.tree, seed, has_joint_conditions)
 
 
 def _advise_on_claims(problem: Problem, part: Part, tree: Node, seed: str, has_joint_conditions: bool) -> str | None:
-    """Return advice that depends on whether the claimed configurations are singular.
+    """Return advice that depends on whether the configurations in the answer are singular.
 
     `has_joint_conditions` is whether some of the expected conditions have to hold simultaneously.
     """
@@ -236,16 +235,12 @@ def _advise_on_claims(problem: Problem, part: Part, tree: Node, seed: str, has_j
         return None
     if comparison.is_only_rounded:
         return "Rounded values earn fewer points. Write exact values, such as pi/3 or acos(1/3)."
+    advice = "Set each factor to zero by itself, and look for all angles in a full turn."
     if has_joint_conditions:
         advice = "Look for all angles in a full turn, and for factors that are zero at the same time."
-    else:
-        advice = "Set each factor to zero by itself, and look for all angles in a full turn."
     if comparison.surplus is None:
         return f"All configurations in your answer are singular, but some are missing. {advice}"
-    together = ""
+    sentences = ["Substitute each of your values into the determinant (or the minors)."]
     if has_joint_conditions or any(len(piece) > 1 for piece in claimed_pieces):
-        together = " Substitute values that must hold together at the same time."
-    return (
-        f"Substitute each of your values into the determinant (or the minors).{together} The result must be zero for "
-        f"all values of the other joints. {advice}"
-    )
+        sentences.append("Substitute values that must hold together at the same time.")
+    return " ".join([*sentences, "The result must be zero for all values of the other joints.", advice])

@@ -1,8 +1,8 @@
 """Name the mistake behind a wrong answer: the mistake of the catalogue that gives exactly this answer.
 
 Answers are compared at random configurations, or at the configuration that the question gives. If no mistake of the
-catalogue gives the whole answer, the errors are described entry by entry. If that isn't possible either, qdot doesn't
-guess.
+catalogue gives the whole answer, the errors are described entry by entry. If that isn't possible either, no mistake is
+named.
 """
 
 from collections.abc import Iterator, Mapping, Sequence
@@ -13,13 +13,7 @@ import numpy as np
 from qdot.exercises.formula.algebra import Matrix as Rows
 from qdot.exercises.formula.parser import parse_formula
 from qdot.exercises.formula.trees import as_matrix
-from qdot.exercises.mistakes.catalogue import (
-    CATALOGUE,
-    PredictedAnswer,
-    apply_mistake,
-    predict_wrong_answers,
-    variant_frequency,
-)
+from qdot.exercises.mistakes.catalogue import CATALOGUE, PredictedAnswer, apply_mistake, predict_wrong_answers
 from qdot.exercises.problem.problem import Part, Problem
 from qdot.exercises.questions.results import is_product
 from qdot.exercises.short_questions.options import list_blames
@@ -34,13 +28,15 @@ from qdot.grader.judging.answer import ParsedAnswer
 from qdot.grader.judging.verdict import Diagnosis, locate_mistake
 
 UNLIKELY_FREQUENCY = 0.2
-"""If a mistake has a lower frequency, a single mistake in the finished formulas is likelier."""
+"""A mistake with a lower frequency is less likely than a single mistake in the finished formulas."""
 LIKELY_FREQUENCY = 2.0
 """A mistake of at least this frequency, made throughout an answer, is likelier than a wrong sign of a single entry."""
 MAX_ENTRIES_OF_ONE_MISTAKE = 2
 """Maximum number of wrong entries that a single mistake in the finished formulas may cause."""
 SURPLUS_MISTAKES = set(SURPLUS_BY_MISSING.values())
+"""The formula mistakes that a term or a factor is surplus."""
 SIGN_MISTAKES = {"term-sign-typed", "entry-sign"}
+"""The formula mistakes that are likelier than a mistake that is usually made throughout an answer."""
 EXCHANGE_MISTAKES = {"wave-throughout"}
 """The formula mistakes that are likelier than a rare mistake at several joints."""
 LOCATION_WORDS = {"joint", "link", "one"}
@@ -53,7 +49,7 @@ MAX_SET_LENGTH = 600
 
 @dataclass(frozen=True)
 class Cause:
-    """A mistake that was found in an earlier part: its name and words, and the name and title of the part."""
+    """A mistake that was found in an earlier part: its name and words, and the part's name and title."""
 
     mistake: str
     words: Mapping[str, object]
@@ -66,8 +62,8 @@ def diagnose(
 ) -> Diagnosis | None:
     """Return the known mistake that explains a wrong answer, or None if no mistake in the catalogue does.
 
-    If it is one of the `causes`, which were found in earlier parts, the diagnosis names that part. `seed` determines
-    the configurations at which the answer is compared with the answers that known mistakes produce.
+    If the mistake is one of the `causes`, which were found in earlier parts, the diagnosis names the earlier part.
+    `seed` determines the configurations at which the answer is compared with the answers that known mistakes give.
 
     >>> from qdot import generate
     >>> from qdot import read_answer
@@ -101,24 +97,24 @@ def diagnose(
 def is_one_mistake(problem: Problem, part: Part, parsed_answer: ParsedAnswer, seed: str) -> bool:
     """Return whether a single known mistake explains all wrong entries of an answer in formulas or several numbers.
 
-    The answer may be correct in entries that the mistake would also change. No cause is named for such an answer, but
+    The answer may be correct in entries that the mistake would also change. No mistake is named for such an answer, but
     the function returns True, because a better answer must not earn less. Only mistakes that are found quickly count,
-    so that no mark depends on how long the search takes.
+    so that no mark depends on the duration of the search.
     """
     wrong_answer = evaluate_answer(problem, part, parsed_answer, seed)
     if wrong_answer is None:
         return False
-    values, reference = wrong_answer.numeric, wrong_answer.correct_values
+    numeric, reference = wrong_answer.numeric, wrong_answer.correct_values
     if not wrong_answer.has_expected_shape or wrong_answer.is_correct:
         return False
-    is_wrong = ~values.match_entries(reference)
-    is_filled = np.abs(values.values[is_wrong]).max(axis=-1) > RELATIVE_TOLERANCE  # many mistakes give zeros
-    predictions = predict_wrong_answers(wrong_answer.correct_working, part, values.is_precise)
-    for predicted in predictions if is_filled.any() else ():
-        fits = predicted.answer.shape == reference.shape and (values.match_entries(predicted.answer) | ~is_wrong).all()
+    is_wrong = ~numeric.match_entries(reference)
+    is_nonzero = np.abs(numeric.values[is_wrong]).max(axis=-1) > RELATIVE_TOLERANCE  # many mistakes give zeros
+    predictions = predict_wrong_answers(wrong_answer.correct_working, part, numeric.is_precise)
+    for predicted in predictions if is_nonzero.any() else ():
+        fits = predicted.answer.shape == reference.shape and (numeric.match_entries(predicted.answer) | ~is_wrong).all()
         if fits and is_distinctive(predicted.answer):
             return True
-    if is_product(part) or not is_filled.all():  # the factors of a product are marked separately
+    if is_product(part) or not is_nonzero.all():  # the factors of a product are marked separately
         return False
     diagnoses = (explain_missing_links(wrong_answer), _explain_formulas(wrong_answer))
     return any(diagnosis is not None and diagnosis.is_single_mistake for diagnosis in diagnoses)
@@ -128,7 +124,7 @@ def is_one_mistake(problem: Problem, part: Part, parsed_answer: ParsedAnswer, se
 
 
 def _explain_option(part: Part, parsed_answer: ParsedAnswer) -> Diagnosis | None:
-    """Return the mistakes behind the first wrong option that was chosen, which were stored with the option."""
+    """Return the mistakes behind the first wrong option that was chosen; they were stored with the option."""
     for index in parsed_answer.chosen:
         blames = [] if index in part.answer.correct_indices else list_blames(part, index)
         if blames:
@@ -140,24 +136,24 @@ def _explain_option(part: Part, parsed_answer: ParsedAnswer) -> Diagnosis | None
 def _explain_values(answer: WrongAnswer, causes: Sequence[Cause]) -> Diagnosis | None:
     """Return the mistake that gives the values of an answer, or None.
 
-    If several mistakes give the values, the cause is a mistake that was found in an earlier part, or otherwise the
+    If several mistakes give the values, a mistake that was found in an earlier part is named, or otherwise the
     likeliest mistake. If no mistake gives the values, the errors are described entry by entry, provided that each wrong
     entry has a single mistake.
     """
-    in_numbers = answer.numeric
-    if in_numbers.is_direction and _arm_can_move(answer.correct_values, in_numbers.values):
-        return Diagnosis(("direction-that-moves",), CATALOGUE["direction-that-moves"].sentence({}))
+    numeric = answer.numeric
+    if numeric.is_direction and _arm_can_move(answer.correct_values, numeric.values):
+        return Diagnosis(("direction-that-moves",), CATALOGUE["direction-that-moves"].format_message({}))
     fitting_predictions = []
-    for predicted in predict_wrong_answers(answer.correct_working, answer.part, in_numbers.is_precise):
-        if _is_predicted(predicted, in_numbers):
+    for predicted in predict_wrong_answers(answer.correct_working, answer.part, numeric.is_precise):
+        if _is_predicted(predicted, numeric):
             if cause := _find_cause(predicted, causes):
                 return _name_inherited(predicted, cause)
             fitting_predictions.append(predicted)
-            if not causes and variant_frequency(predicted) >= 1:
+            if not causes and predicted.frequency >= 1:
                 break
     if fitting_predictions:
         return _name_likeliest(answer, fitting_predictions)
-    if not answer.has_expected_shape or in_numbers.is_direction:
+    if not answer.has_expected_shape or numeric.is_direction:
         return None
     return (
         explain_missing_links(answer) or _explain_formulas(answer) or _explain_formulas(answer, allows_any_number=True)
@@ -190,80 +186,82 @@ def _name_inherited(predicted: PredictedAnswer, cause: Cause) -> Diagnosis:
 
 
 def _name_likeliest(answer: WrongAnswer, predictions: Sequence[PredictedAnswer]) -> Diagnosis:
-    """Return the most frequent of the fitting mistakes, or the first two if they are equally frequent.
+    """Return the most frequent of the fitting mistakes, or the first two if several are equally frequent.
 
-    If a single mistake in the finished formulas is likelier, that mistake is returned instead.
+    If a single mistake in the finished formulas is likelier, return that mistake instead.
     """
-    in_numbers, first_prediction = answer.numeric, max(predictions, key=variant_frequency)
+    first_prediction = max(predictions, key=lambda predicted: predicted.frequency)
     equivalent_names = list(first_prediction.mistake.equivalent_mistakes)
-    if in_numbers.is_direction and first_prediction.mistake.name == "row-sign":  # either one row or all the others
+    if answer.numeric.is_direction and first_prediction.mistake.name == "row-sign":  # one row, or all other rows
         equivalent_names.append("row-sign")
-    alternatives = (
-        wrong
+    candidates = [first_prediction] + [
+        predicted
         for name in equivalent_names
-        for wrong in apply_mistake(CATALOGUE[name], answer.correct_working, answer.part)
-    )
-    candidates = [
-        first_prediction,
-        *(
-            wrong
-            for wrong in alternatives
-            if _is_predicted(wrong, in_numbers) and wrong.sentence != first_prediction.sentence
-        ),
+        for predicted in apply_mistake(CATALOGUE[name], answer.correct_working, answer.part)
+        if _is_predicted(predicted, answer.numeric) and predicted.sentence != first_prediction.sentence
     ]
-    highest_frequency = max(map(variant_frequency, candidates))
-    wrong_count = int((~in_numbers.match_entries(answer.correct_values)).sum()) if answer.has_expected_shape else 0
-    is_rare = highest_frequency < UNLIKELY_FREQUENCY and wrong_count <= MAX_ENTRIES_OF_ONE_MISTAKE
-    is_throughout = wrong_count == 1 < in_numbers.values[..., 0].size and not LOCATION_WORDS & set(
-        first_prediction.variant.words
-    )
-    is_at_several = first_prediction.mistake.rare and len(first_prediction.variant.joints) > 1
-    is_less_likely = is_rare or is_at_several or (is_throughout and highest_frequency < LIKELY_FREQUENCY)
-    may_be_single = wrong_count and not in_numbers.is_direction and is_less_likely
-    if may_be_single and (single_mistake := _explain_formulas(answer)) is not None:
-        is_likelier = is_rare and not SURPLUS_MISTAKES & set(single_mistake.mistakes)
-        if is_likelier or set(single_mistake.mistakes) <= (EXCHANGE_MISTAKES if is_at_several else SIGN_MISTAKES):
-            return single_mistake
-    likeliest_predictions = [wrong for wrong in candidates if variant_frequency(wrong) == highest_frequency][:2]
-    diagnosis = name_alternatives(
-        [(wrong.mistake, wrong.variant.words, _describe(wrong)) for wrong in likeliest_predictions]
-    )
-    cause = (
-        (likeliest_predictions[0].mistake.name, dict(likeliest_predictions[0].variant.words))
-        if len(likeliest_predictions) == 1
-        else None
-    )
-    return replace(diagnosis, cause=cause)
+    highest_frequency = max(candidate.frequency for candidate in candidates)
+    single_mistake = _find_likelier_mistake(answer, first_prediction, highest_frequency)
+    if single_mistake is not None:
+        return single_mistake
+    likeliest = [candidate for candidate in candidates if candidate.frequency == highest_frequency][:2]
+    diagnosis = name_alternatives([(each.mistake, each.variant.words, _write_message(each)) for each in likeliest])
+    if len(likeliest) > 1:
+        return diagnosis
+    return replace(diagnosis, cause=(likeliest[0].mistake.name, dict(likeliest[0].variant.words)))
 
 
-def _describe(predicted: PredictedAnswer) -> str:
+def _find_likelier_mistake(answer: WrongAnswer, predicted: PredictedAnswer, frequency: float) -> Diagnosis | None:
+    """Return a single mistake in the finished formulas that is likelier than the predicted mistake, or None.
+
+    `frequency` is the frequency of the predicted mistake and of others that give the same answer.
+    """
+    numeric = answer.numeric
+    if numeric.is_direction or not answer.has_expected_shape or answer.is_correct:
+        return None
+    wrong_count = int((~numeric.match_entries(answer.correct_values)).sum())
+    is_unlikely = frequency < UNLIKELY_FREQUENCY and wrong_count <= MAX_ENTRIES_OF_ONE_MISTAKE
+    is_only_one_wrong = wrong_count == 1 < numeric.values[..., 0].size
+    is_throughout = is_only_one_wrong and not LOCATION_WORDS & set(predicted.variant.words)
+    is_at_several = predicted.mistake.is_rare and len(predicted.variant.joints) > 1
+    if not (is_unlikely or is_at_several or (is_throughout and frequency < LIKELY_FREQUENCY)):
+        return None
+    single_mistake = _explain_formulas(answer)
+    if single_mistake is None:
+        return None
+    names = set(single_mistake.mistakes)
+    is_likelier = is_unlikely and not SURPLUS_MISTAKES & names
+    return single_mistake if is_likelier or names <= (EXCHANGE_MISTAKES if is_at_several else SIGN_MISTAKES) else None
+
+
+def _write_message(predicted: PredictedAnswer) -> str:
     missing_symbols = predicted.variant.missing_symbols
-    return (
-        f"{predicted.sentence} The missing part contains {missing_symbols}." if missing_symbols else predicted.sentence
-    )
+    return predicted.sentence + (f" The missing part contains {missing_symbols}." if missing_symbols else "")
 
 
 def _explain_formulas(answer: WrongAnswer, allows_any_number: bool = False) -> Diagnosis | None:
-    """Return the mistake in the finished formulas, in the form of the worked solution or in the form compared.
+    """Return the mistake in the finished formulas, or None.
 
-    A mistake made everywhere in either form is preferred to mistakes in some of the entries.
+    The mistake is looked for in the formulas of the worked solution and in those with which answers are compared. A
+    mistake that was made everywhere is preferred to mistakes in some of the entries.
     """
     shape = answer.correct_values.shape[:2]
-    forms = [
-        form if _shape(form) == shape else transpose(form) for form in _reference_forms(answer.problem, answer.part)
-    ]
-    diagnoses = [explain_formulas(answer, form, allows_any_number) for form in forms if _shape(form) == shape]
+    forms = [form if _shape_of(form) == shape else transpose(form) for form in _list_reference_forms(answer)]
+    diagnoses = [explain_formulas(answer, form, allows_any_number) for form in forms if _shape_of(form) == shape]
     return min(
-        filter(None, diagnoses), key=lambda each: (len(each.signature) > 0, not each.is_single_mistake), default=None
+        filter(None, diagnoses),
+        key=lambda diagnosis: (len(diagnosis.signature) > 0, not diagnosis.is_single_mistake),
+        default=None,
     )
 
 
-def _shape(rows: Rows) -> tuple[int, int]:
+def _shape_of(rows: Rows) -> tuple[int, int]:
     return len(rows), len(rows[0])
 
 
-def _reference_forms(problem: Problem, part: Part) -> Iterator[Rows]:
-    """Yield the entries of the reference, as written in the worked solution, and then as used for comparison."""
+def _list_reference_forms(answer: WrongAnswer) -> Iterator[Rows]:
+    """Yield the formulas of the correct answer as in the worked solution, and then as used for comparison."""
+    problem, part = answer.problem, answer.part
     if not part.answer.is_numeric and part.answer.list_entries() and part.type != "number":
         roles = problem.domain.roles
         worked_form = as_matrix(parse_formula(write_answer_code(problem, part), roles))

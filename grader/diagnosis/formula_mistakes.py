@@ -1,6 +1,7 @@
-"""Find mistakes in the finished formulas of an answer: one in each wrong entry, or the same one everywhere.
+"""Find mistakes in the finished formulas of an answer: one mistake in each wrong entry, or one in all entries.
 
-If only some entries are wrong, the diagnosis names these entries. `mistakes.finished` defines the mistakes.
+If only some entries are wrong, the diagnosis names these entries. `mistakes.finished` defines the mistakes and makes
+them in a formula; an edit is a formula with one mistake.
 """
 
 from collections.abc import Collection, Iterator, Sequence
@@ -15,26 +16,15 @@ from qdot.exercises.formula.algebra import ONE, ZERO, add_nodes, expand_terms
 from qdot.exercises.formula.algebra import Matrix as Rows
 from qdot.exercises.formula.program import evaluate_variants
 from qdot.exercises.formula.trees import Node, count_nodes, find_names, node_text
+from qdot.exercises.mistakes import finished
 from qdot.exercises.mistakes.catalogue import CATALOGUE
 from qdot.exercises.mistakes.configurations import SymbolValues
-from qdot.exercises.mistakes.finished import (
-    DERIVATIVE_MISTAKES,
-    MAX_ENTRY_NODES,
-    MAX_TERMS,
-    Edit,
-    add_quarter_turn,
-    edit_entry,
-    edit_throughout,
-    is_length,
-    map_nodes,
-    replace_each_trig,
-)
 from qdot.grader.diagnosis.numbers import NumericAnswer, is_distinctive
 from qdot.grader.diagnosis.wrong_answer import WrongAnswer
 from qdot.grader.judging.verdict import Diagnosis
 
 MAX_ENTRIES = 8
-"""An answer with more wrong entries than this is not searched entry by entry."""
+"""Maximum number of wrong entries of an answer that is searched entry by entry."""
 MAX_EVALUATED_NODES = 40_000
 """Maximum number of nodes of all the edited formulas that are evaluated for an answer."""
 
@@ -43,22 +33,27 @@ MAX_EDITS = 600
 MAX_TRIGS = 24
 """Maximum number of sines and cosines of an entry that are tried with a constant added to their angle."""
 MIN_SAMPLES_FOR_CONSTANT = 4
+"""Minimum number of configurations from which a constant is determined."""
 
 MAX_REPLACEMENTS, REPLACEMENT_SAMPLE_COUNT = 300, 3
-"""Maximum number of ways to replace an answer's lengths by the arm's, and number of configurations to compare."""
+"""Maximum number of ways to replace an answer's lengths by the arm's, and number of compared configurations."""
 
 OWN_TABLE_HINT = "Use the lengths in the table of your own arm. See (6.1)."
 SURPLUS_BY_MISSING = {"term-missing": "term-surplus", "factor-missing": "factor-surplus"}
-"""Maps a missing term or factor to a surplus one: what the reference lacks, compared with the answer, is surplus."""
+"""Maps the mistake that a term or factor is missing to the mistake that it is surplus.
+
+A surplus in the answer is found as a part that the reference lacks, compared with the answer.
+"""
 
 EntryIndex = tuple[int, int]
+"""The row and the column of an entry, from 0."""
 
 
 def explain_formulas(answer: WrongAnswer, reference: Rows, allows_any_number: bool = False) -> Diagnosis | None:
     """Return the mistake in the finished formulas of an answer; `reference` has the formulas of the correct answer.
 
-    Each wrong entry is searched for one mistake. If `allows_any_number`, a number or an angle may also be wrong by any
-    amount. Blanks don't count as wrong.
+    The search looks for one mistake in each wrong entry. If `allows_any_number`, a number or an angle may also be wrong
+    by any amount. Blanks don't count as wrong.
     """
     if not answer.has_expected_shape:
         return None
@@ -96,66 +91,65 @@ def locate_entries(entry_indices: Sequence[EntryIndex], shape: tuple[int, ...]) 
 
 
 def _find_exchange(answer: WrongAnswer, entry_indices: Sequence[EntryIndex]) -> Diagnosis | None:
+    """Return the diagnosis that the only two wrong entries were exchanged, or None."""
     if len(entry_indices) != 2:
         return None
-    (first_index, second_index), exchanged_values = entry_indices, answer.correct_values.copy()
-    exchanged_values[first_index], exchanged_values[second_index] = (
-        answer.correct_values[second_index],
-        answer.correct_values[first_index],
-    )
+    exchanged_values = answer.correct_values.copy()
+    for index, other_index in (entry_indices, entry_indices[::-1]):
+        exchanged_values[index] = answer.correct_values[other_index]
     if answer.numeric.equals(exchanged_values):
         return _make_diagnosis("entries-exchanged", entry_indices, exchanged_values.shape)
     return None
 
 
 def _find_throughout(answer: WrongAnswer, rows: Rows) -> Diagnosis | None:
-    """Return the mistake that was made everywhere in the formulas; None if there is none or they are too long."""
+    """Return the mistake that was made everywhere in the formulas (`rows`), or None.
+
+    If the formulas are long, fewer mistakes are tried.
+    """
     size = sum(count_nodes(entry) for row in rows for entry in row)
-    for name, edited_rows in islice(edit_throughout(rows), MAX_EVALUATED_NODES // max(size, 1)):
+    for name, edited_rows in islice(finished.edit_throughout(rows), MAX_EVALUATED_NODES // max(size, 1)):
         entries = [entry for row in edited_rows for entry in row]
         predicted = _evaluate(entries, answer.values).reshape(answer.correct_values.shape)
         if answer.numeric.equals(predicted) and is_distinctive(predicted):
-            return Diagnosis((name,), CATALOGUE[name].sentence({"Where": "In your answer"}))
+            return Diagnosis((name,), CATALOGUE[name].format_message({"Where": "In your answer"}))
     return None
 
 
 def _find_other_lengths(answer: WrongAnswer, reference: Rows) -> Diagnosis | None:
-    """Return the diagnosis that an answer would be correct for an arm with other lengths, of which several differ.
+    """Return the diagnosis that an answer would be correct for an arm with several other lengths, or None.
 
-    This is not a mistake of the catalogue and earns no partial credit, because the arm may be another student's.
+    The answer's lengths are replaced by the arm's lengths in every possible way. This is not a mistake of the catalogue
+    and earns no partial credit, because the arm may be another student's.
     """
     entries = [entry for row in answer.rows or [] for entry in row]
-    if sum(map(count_nodes, entries)) > MAX_ENTRY_NODES:
+    if sum(map(count_nodes, entries)) > finished.MAX_ENTRY_NODES:
         return None
     typed_lengths = [leaf for entry in entries for leaf in _find_lengths(entry)]
     arm_lengths = list(dict.fromkeys(leaf for row in reference for entry in row for leaf in _find_lengths(entry)))
-    replaced = list(dict.fromkeys(typed_lengths))
-    other_lengths = [leaf for leaf in replaced if leaf not in arm_lengths]
-    if len(arm_lengths) ** len(replaced) > MAX_REPLACEMENTS:
-        replaced = other_lengths  # if there are few combinations, the arm's own lengths may also be exchanged
-    count = len(arm_lengths) ** len(replaced)
+    replaceable_lengths = list(dict.fromkeys(typed_lengths))
+    other_lengths = [leaf for leaf in replaceable_lengths if leaf not in arm_lengths]
+    if len(arm_lengths) ** len(replaceable_lengths) > MAX_REPLACEMENTS:
+        replaceable_lengths = other_lengths  # with fewer combinations, the arm's own lengths could also be exchanged
+    count = len(arm_lengths) ** len(replaceable_lengths)
     if sum(map(typed_lengths.count, other_lengths)) < 2 or not 0 < count <= MAX_REPLACEMENTS:
         return None
     sampled_values = {name: value[:REPLACEMENT_SAMPLE_COUNT] for name, value in answer.values.items()}
-    replacements = list(product(_evaluate(arm_lengths, sampled_values), repeat=len(replaced)))
-    names_of = {leaf: Node("name", value=f"length {k}") for k, leaf in enumerate(replaced)}
-    repeated_values = {name: np.tile(value, count) for name, value in sampled_values.items()}
-    for name, values in zip(names_of.values(), zip(*replacements, strict=True), strict=True):
-        repeated_values[str(name.value)] = np.concatenate(values).real
-    values_of_entries = _evaluate([map_nodes(entry, names_of.get) for entry in entries], repeated_values)
-    answers = values_of_entries.reshape(*answer.correct_values.shape[:2], count, -1)
-    expected_values, size = (
-        values[..., :REPLACEMENT_SAMPLE_COUNT] for values in (answer.correct_values, answer.numeric.term_size)
-    )
-    tolerances = answer.numeric.tolerances
-    if not any(NumericAnswer(answers[:, :, k], size, tolerances).equals(expected_values) for k in range(count)):
+    combinations = product(arm_lengths, repeat=len(replaceable_lengths))
+    replacements = [dict(zip(replaceable_lengths, combination, strict=True)) for combination in combinations]
+    new_entries = [finished.map_nodes(entry, replacement.get) for replacement in replacements for entry in entries]
+    answers = _evaluate(new_entries, sampled_values).reshape(count, *answer.correct_values.shape[:2], -1)
+    first_samples = (..., slice(REPLACEMENT_SAMPLE_COUNT))
+    expected_values, size = answer.correct_values[first_samples], answer.numeric.term_size[first_samples]
+    if not any(NumericAnswer(values, size, answer.numeric.tolerances).equals(expected_values) for values in answers):
         return None
     words = ", ".join(map(node_text, other_lengths))
     return Diagnosis((), f"Your answer is correct for an arm with other lengths ({words}). {OWN_TABLE_HINT}")
 
 
 def _find_lengths(node: Node) -> Iterator[Node]:
-    if node.kind == "decimal" or (node.kind == "name" and is_length(node.value)):
+    """Yield the decimals of a formula and the names of its lengths."""
+    if node.kind == "decimal" or (node.kind == "name" and finished.is_length(node.value)):
         yield node
     for arg in node.args:
         yield from _find_lengths(arg)
@@ -164,27 +158,25 @@ def _find_lengths(node: Node) -> Iterator[Node]:
 def _find_in_entries(
     answer: WrongAnswer, reference: Rows, wrong_entries: Sequence[EntryIndex], allows_any_number: bool
 ) -> Diagnosis | None:
-    """Return the mistake that was made in each wrong entry: the same in all, or one of at most two kinds."""
+    """Return the mistakes that were made in the wrong entries, or None if there are more than two kinds of mistakes.
+
+    A mistake that explains all wrong entries is preferred.
+    """
     has_other_entries = 3 < answer.correct_values[..., 0].size != len(wrong_entries)
     mistakes_by_entry: dict[EntryIndex, list[LocatedMistake]] = {}
     for i, j in wrong_entries:
-        entry = _WrongEntry(
-            reference[i][j], answer.rows[i][j] if answer.rows else None,
-            bool(answer.is_differentiated[i, j]), answer.values, answer.numeric.select_entry(i, j),
-            answer.correct_values[i, j],
-        )  # fmt: skip
+        typed_formula, is_derivative = answer.rows[i][j] if answer.rows else None, bool(answer.is_differentiated[i, j])
+        numeric, correct_values = answer.numeric.select_entry(i, j), answer.correct_values[i, j]
+        entry = _WrongEntry(reference[i][j], typed_formula, is_derivative, answer.values, numeric, correct_values)
         mistakes_by_entry[i, j] = entry.find_mistakes(has_other_entries, allows_any_number)
         if not mistakes_by_entry[i, j]:
             return None
-    first_names = [name for name, _ in mistakes_by_entry[wrong_entries[0]]]
-    common_names = [
-        name
-        for name in first_names
-        if all(name in dict(mistakes_of_entry) for mistakes_of_entry in mistakes_by_entry.values())
-    ]
+    name_sets = [{name for name, _ in mistakes} for mistakes in mistakes_by_entry.values()]
+    common_names = set.intersection(*name_sets)
+    common_name = next((name for name, _ in mistakes_by_entry[wrong_entries[0]] if name in common_names), None)
     entries_by_mistake: dict[LocatedMistake, list[EntryIndex]] = {}
-    for entry_index, mistakes_of_entry in mistakes_by_entry.items():
-        likeliest_mistake = next(each for each in mistakes_of_entry if each[0] in common_names[:1] or not common_names)
+    for entry_index, located_mistakes in mistakes_by_entry.items():
+        likeliest_mistake = next(located for located in located_mistakes if common_name in (None, located[0]))
         entries_by_mistake.setdefault(likeliest_mistake, []).append(entry_index)
     mistakes = tuple(dict.fromkeys(name for name, _ in entries_by_mistake))
     if len(mistakes) > 2:
@@ -203,7 +195,10 @@ LocatedMistake = tuple[str, str]
 
 @dataclass(frozen=True)
 class _WrongEntry:
-    """One wrong entry of an answer, with its reference: the formulas and the values of both."""
+    """One wrong entry of an answer, with the formulas and the values of the answer and of the reference.
+
+    `is_derivative` is whether the entry is found by differentiation. `values` has the values of all symbols.
+    """
 
     reference: Node
     typed_formula: Node | None
@@ -213,53 +208,54 @@ class _WrongEntry:
     correct_values: np.ndarray
 
     def find_mistakes(self, has_other_entries: bool, allows_any_number: bool) -> list[LocatedMistake]:
-        """Return the mistakes that give the entry, the likelier first.
+        """Return the mistakes that give the entry, the likelier mistakes first.
 
-        A constant entry identifies a mistake only if there are enough correct entries (`has_other_entries`).
+        If the entry is constant, a mistake is identified only if there are enough correct entries
+        (`has_other_entries`).
         """
         is_informative = is_distinctive(self.answer.values)
         if not (is_informative or has_other_entries):
             return []
         if not self.answer.values.any():
-            words = Edit("", self.reference, self.reference).missing_words
+            words = finished.Edit("", self.reference, self.reference).missing_words
             return [("term-missing", words) if expand_terms(self.reference, 1) else ("entry-missing", "")]
-        mistakes = list(dict.fromkeys((*self._by_edit(), *self._by_surplus(), *self._by_sign())))
+        mistakes = list(dict.fromkeys((*self._find_edits(), *self._find_surplus(), *self._find_lost_sign())))
         if mistakes or not (is_informative and allows_any_number):
             return mistakes
-        return list(self._by_number()) or list(self._by_angle())
+        return list(self._find_wrong_number()) or list(self._find_wrong_angle())
 
-    def _by_edit(self) -> Iterator[LocatedMistake]:
+    def _find_edits(self) -> Iterator[LocatedMistake]:
         """Yield the mistakes that give the entry when they are made in the reference."""
-        for edit in self._fitting_edits(self.reference, self.answer):
+        for edit in self._list_fitting_edits(self.reference, self.answer):
             yield edit.mistake, edit.missing_words
 
-    def _by_surplus(self) -> Iterator[LocatedMistake]:
+    def _find_surplus(self) -> Iterator[LocatedMistake]:
         """Yield a mistake if the entry without one of its terms or factors equals the reference."""
         if self.typed_formula is None:
             return
         expected_answer = replace(self.answer, values=self.correct_values[None, None])
-        for edit in self._fitting_edits(self.typed_formula, expected_answer, SURPLUS_BY_MISSING):
+        for edit in self._list_fitting_edits(self.typed_formula, expected_answer, SURPLUS_BY_MISSING):
             yield SURPLUS_BY_MISSING[edit.mistake], edit.missing_words
         if expected_answer.equals(np.zeros_like(expected_answer.values)):
-            yield "term-surplus", Edit("", self.typed_formula, self.typed_formula).missing_words
+            yield "term-surplus", finished.Edit("", self.typed_formula, self.typed_formula).missing_words
 
-    def _fitting_edits(
+    def _list_fitting_edits(
         self, entry: Node, expected: NumericAnswer, allowed_mistakes: Collection[str] = CATALOGUE
-    ) -> list[Edit]:
-        """Return the edits of a formula that give the expected values, among the edits for the given mistakes."""
+    ) -> list[finished.Edit]:
+        """Return the edits of a formula that give the expected values, considering only some mistakes."""
         if not self.is_derivative:
-            allowed_mistakes = set(allowed_mistakes) - DERIVATIVE_MISTAKES
-        edits = (edit for edit in edit_entry(entry, self.values) if edit.mistake in allowed_mistakes)
+            allowed_mistakes = set(allowed_mistakes) - finished.DERIVATIVE_MISTAKES
+        edits = (edit for edit in finished.edit_entry(entry, self.values) if edit.mistake in allowed_mistakes)
         candidates = list(islice(edits, MAX_EDITS))
         answers = _evaluate([edit.entry for edit in candidates], self.values)
         if candidates:
             return [candidates[k] for k in np.flatnonzero(expected.match_entries(answers[:, None, None]))]
         return []
 
-    def _by_number(self) -> Iterator[LocatedMistake]:
+    def _find_wrong_number(self) -> Iterator[LocatedMistake]:
         """Yield a mistake if a term or the entry is multiplied by any number, or if any number is added."""
-        is_short = count_nodes(self.reference) <= MAX_ENTRY_NODES
-        terms = (expand_terms(self.reference, MAX_TERMS) if is_short else None) or []
+        is_short = count_nodes(self.reference) <= finished.MAX_ENTRY_NODES
+        terms = (expand_terms(self.reference, finished.MAX_TERMS) if is_short else None) or []
         parts = [*terms, ONE, *([self.reference] if len(terms) > 1 else [])]
         difference = self.answer.values[0, 0] - self.correct_values
         for part, values in zip(parts, _evaluate(parts, self.values), strict=True):
@@ -272,32 +268,37 @@ class _WrongEntry:
                 else:
                     yield ("entry-factor" if symbols else "constant-typed"), ""
 
-    def _by_angle(self) -> Iterator[LocatedMistake]:
+    def _find_wrong_angle(self) -> Iterator[LocatedMistake]:
         """Yield a mistake if one angle is wrong by any constant c.
 
-        Let w be a sine or cosine of the angle, and w' the same with pi/2 added. The wrong entry is
-        A + B (w cos c + w' sin c), which is solved for c by least squares.
+        Let w be the sine or cosine of the angle, and w' the same function of the angle plus pi/2. The wrong entry is
+        A + B (w cos c + w' sin c), where A and B don't depend on c. This equation is solved for c by least squares.
         """
-        if count_nodes(self.reference) > MAX_ENTRY_NODES or self.correct_values.shape[-1] < MIN_SAMPLES_FOR_CONSTANT:
+        if (
+            count_nodes(self.reference) > finished.MAX_ENTRY_NODES
+            or self.correct_values.shape[-1] < MIN_SAMPLES_FOR_CONSTANT
+        ):
             return
-        without_trig = replace_each_trig(self.reference, lambda _: ZERO)[:MAX_TRIGS]
-        shifted_trig = replace_each_trig(self.reference, add_quarter_turn)[:MAX_TRIGS]
+        without_trig = finished.replace_each_trig(self.reference, lambda _: ZERO)[:MAX_TRIGS]
+        shifted_trig = finished.replace_each_trig(self.reference, finished.add_quarter_turn)[:MAX_TRIGS]
         entry_values, *variants = _evaluate([self.reference, *without_trig, *shifted_trig], self.values)
         pairs = zip(variants[: len(without_trig)], variants[len(without_trig) :], strict=True)
         for k, (constant_part, shifted_values) in enumerate(pairs):
             coefficients = np.stack([entry_values - constant_part, shifted_values - constant_part], axis=1)
             if not np.isfinite(coefficients).all():
                 continue
-            (c, s), *_ = np.linalg.lstsq(coefficients.real, (self.answer.values[0, 0] - constant_part).real, rcond=None)
-            if abs(c * c + s * s - 1) > 1e-6:
+            (cos_c, sin_c), *_ = np.linalg.lstsq(
+                coefficients.real, (self.answer.values[0, 0] - constant_part).real, rcond=None
+            )
+            if abs(cos_c**2 + sin_c**2 - 1) > 1e-6:
                 continue
-            constant = Node("decimal", value=Fraction(float(np.arctan2(s, c))))
+            constant = Node("decimal", value=Fraction(float(np.arctan2(sin_c, cos_c))))
             shift = partial(_add_to_angle, constant)
-            if self.answer.equals(_evaluate([replace_each_trig(self.reference, shift)[k]], self.values)[None]):
+            if self.answer.equals(_evaluate([finished.replace_each_trig(self.reference, shift)[k]], self.values)[None]):
                 yield "angle-typed", ""
                 return
 
-    def _by_sign(self) -> Iterator[LocatedMistake]:
+    def _find_lost_sign(self) -> Iterator[LocatedMistake]:
         """Yield a mistake if the absolute value is correct, but the sign is wrong at some configurations only."""
         values, reference = self.answer.values[0, 0].real, self.correct_values.real
         is_same_size = replace(self.answer, values=np.abs(values)[None, None]).equals(np.abs(reference)[None, None])
@@ -310,13 +311,14 @@ def _add_to_angle(term: Node, trig: Node) -> Node:
 
 
 def _evaluate(entries: Sequence[Node], values: SymbolValues) -> np.ndarray:
-    """Return the values of entries, (entries, N); nan if a value can't be computed."""
+    """Return the values of entries at N configurations, (entries, N); nan if a value can't be computed."""
     return evaluate_variants(entries, values, len(next(iter(values.values()))))
 
 
 def _make_diagnosis(
     name: str, entry_indices: Sequence[EntryIndex], shape: tuple[int, ...], missing_words: str = ""
 ) -> Diagnosis:
+    """Return the diagnosis that names a mistake and the entries in which it was made."""
     where = locate_entries(entry_indices, shape)
-    message = CATALOGUE[name].sentence({"Where": where, "which": missing_words})
+    message = CATALOGUE[name].format_message({"Where": where, "which": missing_words})
     return Diagnosis((name,), message, signature=(f"{name} {where}",))

@@ -6,18 +6,19 @@ from functools import cached_property
 import numpy as np
 
 PRECISE_TOLERANCE = 1e-4
-"""Maximum relative tolerance of numbers that are precise enough to tell all mistakes apart."""
+"""Maximum relative tolerance of numbers that are precise enough to distinguish all mistakes."""
 LARGE_TERM_RATIO = 1e6
-"""If the terms are larger than the values by this ratio, the size of the terms gives no useful tolerance."""
+"""If the terms are larger than the values by this factor, the size of the terms gives no useful tolerance."""
 RELATIVE_TOLERANCE = 1e-9
 """Two values count as equal if they differ by at most this fraction of the size of their terms."""
 
 
 @dataclass(frozen=True)
 class NumericAnswer:
-    """The values of an answer, (rows, columns, N), and the size of its terms; nan for blanks.
+    """The values of an answer at N configurations and the size of its terms, (rows, columns, N); nan for blanks.
 
-    `tolerances` is the tolerance: relative to the size, and absolute. Directions are compared up to a factor.
+    `tolerances` has the tolerance relative to the size of the terms, and the absolute tolerance. Directions are
+    compared up to a factor.
     """
 
     values: np.ndarray
@@ -26,7 +27,7 @@ class NumericAnswer:
     is_direction: bool = False
 
     def match_entries(self, expected: np.ndarray) -> np.ndarray:
-        """Return for each entry whether its values equal the expected ones, (rows, columns)."""
+        """Return for each entry whether its values equal the expected values, (rows, columns)."""
         with np.errstate(all="ignore"):
             if self.is_direction:
                 direction, expected_direction = normalize(self.values), normalize(expected)
@@ -39,40 +40,34 @@ class NumericAnswer:
         return np.asarray(is_near.all(axis=-1))
 
     def equals(self, expected: np.ndarray) -> bool:
-        """Return whether all values equal the expected ones, which may have another shape."""
-        if self.values.shape != expected.shape:
-            return False
-        if not self.is_direction:  # most answers differ at the first configuration already
-            with np.errstate(all="ignore"):
-                if not (np.abs(self.values[..., 0] - expected[..., 0]) <= self._allowed_error[..., 0]).all():
-                    return False
-        return bool(self.match_entries(expected).all())
+        """Return whether all values equal the expected values; False if these have another shape."""
+        return self.values.shape == expected.shape and bool(self.match_entries(expected).all())
 
     def select_entry(self, row: int, column: int) -> "NumericAnswer":
         """Return one entry alone, with the same tolerance as in the whole answer."""
-        index = (slice(row, row + 1), slice(column, column + 1))
-        return NumericAnswer(
-            self.values[index], np.broadcast_to(self._largest_size, self.values[index].shape), self.tolerances
-        )
+        values = self.values[row : row + 1, column : column + 1]
+        return NumericAnswer(values, np.broadcast_to(self._largest_size, values.shape), self.tolerances)
 
     @property
     def is_precise(self) -> bool:
-        """Whether numbers have so many digits that other mistakes hardly ever give the same numbers by chance."""
+        """Whether the numbers have so many digits that mistakes hardly ever give the same numbers by chance."""
         return self.tolerances[0] <= PRECISE_TOLERANCE and self.tolerances[1] == 0.0
 
     @cached_property
     def _largest_size(self) -> np.ndarray:
+        """The largest size of the terms of any entry, (N,)."""
         return np.asarray(np.fmax.reduce(self.term_size, axis=(0, 1)))
 
     @cached_property
     def _allowed_error(self) -> np.ndarray:
+        """The error that is allowed for each value, (rows, columns, N)."""
         with np.errstate(all="ignore"):
-            # Rounding turns an entry that is zero into 1e-17 times the others.
+            # Rounding can turn an entry that is zero into 1e-17 times the other entries.
             return np.asarray(self.tolerances[0] * np.maximum(self.term_size, self._largest_size) + self.tolerances[1])
 
 
 def normalize(vector: np.ndarray) -> np.ndarray:
-    """Return unit vectors, nan for zero vectors."""
+    """Return the unit vectors along vectors (n, …), with nan for zero vectors."""
     length = np.sqrt(np.sum(np.abs(vector) ** 2, axis=0))
     return np.asarray(vector / np.where(length > RELATIVE_TOLERANCE, length, np.nan))
 

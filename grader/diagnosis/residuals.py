@@ -1,7 +1,8 @@
-"""Find the links that are missing in columns or in P, if no mistake of the catalogue gives a wrong answer.
+"""Find the links that are missing in the columns of J or in the position of P.
 
-The difference between the reference and the student's answer is compared with sums of the links' contributions, column
-by column. Different columns may lack different links.
+This search is used if no mistake of the catalogue gives the wrong answer. The residual is the reference minus the
+student's answer. Each column of the residual is compared with sums of the links' contributions, so different columns
+may lack different links.
 """
 
 from collections.abc import Sequence
@@ -15,30 +16,31 @@ from qdot.grader.diagnosis.wrong_answer import WrongAnswer
 from qdot.grader.judging.verdict import Diagnosis
 
 RELATIVE_TOLERANCE = 1e-9
+"""A residual counts as zero if it is at most this fraction of the largest value."""
 MAX_LINKS = 8
-"""Maximum number of links whose sums are all tried."""
+"""Maximum number of links of which all sums are tried."""
 
 
 def explain_missing_links(answer: WrongAnswer) -> Diagnosis | None:
     """Return the diagnosis that an answer of the expected shape lacks the contributions of some links, or None."""
     w, correct_values, question = answer.correct_working, answer.correct_values, QUESTIONS[answer.part.kind]
-    linear, residual = question.link_sum_rows(w.chain), correct_values - answer.numeric.values
-    if not linear or residual.shape[1] > w.n:
+    linear_rows, residual = question.link_sum_rows(w.chain), correct_values - answer.numeric.values
+    if not linear_rows or residual.shape[1] > w.n:
         return None
-    answer_rows, axes = zip(*linear, strict=True)
+    answer_rows, axes = map(list, zip(*linear_rows, strict=True))
     if question.link_sums == "links":
-        links = np.stack([w.arithmetic.drop_derivatives(link) for link in w["links"]])[:, list(axes)]
+        links = np.stack([w.arithmetic.drop_derivatives(link) for link in w["links"]])[:, axes]
         return _explain_position(w, links, residual[:, 0])
     size = float(np.abs(correct_values).max())
-    other_rows = [row for row in range(len(correct_values)) if row not in answer_rows]
-    if np.isnan(residual).any() or (other_rows and np.abs(residual[other_rows]).max() > RELATIVE_TOLERANCE * size):
+    other_residual = np.delete(residual, answer_rows, axis=0)
+    if np.isnan(residual).any() or np.abs(other_residual).max(initial=0.0) > RELATIVE_TOLERANCE * size:
         return None
     missing_by_column: dict[int, tuple[int, ...]] = {}
     for column in range(residual.shape[1]):
-        column_residual = residual[list(answer_rows), column]
+        column_residual = residual[answer_rows, column]
         if np.abs(column_residual).max() <= RELATIVE_TOLERANCE * size:
             continue
-        missing_links = _find_links_with_sum(w, w["effects"][column][:, list(axes)], column_residual, size)
+        missing_links = _find_links_with_sum(w, w["effects"][column][:, axes], column_residual, size)
         if missing_links is None:
             return None
         missing_by_column[column + 1] = missing_links
@@ -52,6 +54,7 @@ def explain_missing_links(answer: WrongAnswer) -> Diagnosis | None:
 
 
 def _explain_position(w: StageResults, links: np.ndarray, residual: np.ndarray) -> Diagnosis | None:
+    """Return the diagnosis that the position of P lacks the vectors of some links, or None."""
     missing_links = _find_links_with_sum(w, links, residual, float(np.abs(links).max()))
     if missing_links is None:
         return None

@@ -11,7 +11,7 @@ from qdot.grader.diagnosis.wrong_answer import WrongAnswer
 from qdot.grader.judging.verdict import Diagnosis
 
 CONSTANT_TOLERANCE = 2e-3
-"""Maximum relative error of an entry with decimals for exact constants, such as 3.14 for pi."""
+"""Maximum relative error of an entry with decimals instead of exact constants, such as 3.14 for pi."""
 FUNCTION_TOLERANCE = 1e-6
 """Maximum error that rounding to six digits causes in a function's values, relative to the largest value."""
 EXACT_VALUES_ADVICE = (
@@ -22,7 +22,7 @@ FUNCTION_ADVICE = (
     "Your function is correct except for rounding. Do not round its constants or the values that it returns."
 )
 MIN_DIGITS = 2
-"""Minimum number of digits that identify a number; of several numbers, at least one needs this many digits."""
+"""Minimum number of digits that identify a number. At least one of several numbers needs this many digits."""
 
 
 def explain_rounding(wrong_answer: WrongAnswer, entries: Sequence[Node]) -> Diagnosis | None:
@@ -65,17 +65,15 @@ def explain_rounded_function(wrong_answer: WrongAnswer) -> Diagnosis | None:
 
 def _is_correct_to_few_digits(answer: NumericAnswer, correct_values: np.ndarray) -> bool:
     """Return whether all numbers are correct to one or two digits, and at least one of them to two."""
-    matches_two_digits, matches_one_digit = (
-        _matches_to_digits(n, answer.values.real, correct_values.real) for n in (MIN_DIGITS, 1)
-    )
-    matches_two_digits = matches_two_digits | answer.match_entries(correct_values)
-    return bool((matches_two_digits | matches_one_digit).all() and matches_two_digits.any())
+    values, expected = answer.values.real, correct_values.real
+    matches_two_digits = _matches_to_digits(MIN_DIGITS, values, expected) | answer.match_entries(correct_values)
+    return bool((matches_two_digits | _matches_to_digits(1, values, expected)).all() and matches_two_digits.any())
 
 
 def _matches_to_digits(digits: int, values: np.ndarray, correct_values: np.ndarray) -> np.ndarray:
-    """Return for each number whether it is the correct one rounded to `digits` digits, (rows, columns).
+    """Return for each number whether it is the correct number rounded to `digits` digits, (rows, columns).
 
-    A number that is truncated to two digits is accepted, too.
+    A number that is truncated to two digits instead of rounded is accepted, too.
     """
     with np.errstate(all="ignore"):
         step = 10.0 ** (np.floor(np.log10(np.abs(correct_values))) + 1 - digits)

@@ -1,13 +1,14 @@
 """Find the mistake behind a wrong set of singular configurations, or the pieces of the set that are wrong.
 
-A piece is a list of conditions that hold simultaneously. If it gives values of joints, it is identified by these. If it
-ties several joints, it is identified by the values of the expression that vanishes, up to a factor. Only pieces in
-another form, or that no mistake gives, are compared by their configurations, which is slow.
+A piece is a list of conditions that hold simultaneously. A fingerprint identifies a piece without comparing
+configurations, which is slow. The fingerprint of a condition such as theta2 = pi consists of the joint and its value.
+The fingerprint of a condition that ties several joints consists of values of the expression that vanishes, up to a
+factor. Configurations are compared only if a piece has another form or if no mistake gives the set.
 """
 
-from collections.abc import Iterator, Mapping, Sequence
+from collections.abc import Iterable, Iterator, Mapping, Sequence
 from dataclasses import dataclass, replace
-from itertools import chain, islice, product, starmap
+from itertools import chain, starmap
 
 import numpy as np
 
@@ -19,12 +20,9 @@ from qdot.exercises.formula.program import Program, compile_program, evaluate
 from qdot.exercises.formula.set_parser import Piece, parse_pieces, parse_typed_set
 from qdot.exercises.formula.trees import Node, ParseError, count_decimal_digits, find_names, node_text
 from qdot.exercises.mistakes.base import Mistake, MistakenAnswer
-from qdot.exercises.mistakes.catalogue import (
-    CATALOGUE,
-    generate_mistaken_answers,
-)
+from qdot.exercises.mistakes.catalogue import CATALOGUE, generate_mistaken_answers
 from qdot.exercises.mistakes.configurations import sample_values
-from qdot.exercises.mistakes.sets import name_missed_component, zero_question
+from qdot.exercises.mistakes.sets import name_missed_component, write_zero_question
 from qdot.exercises.problem.problem import Part, Problem
 from qdot.exercises.singularities.singularity import Component
 from qdot.grader.diagnosis.rounding import CONSTANT_TOLERANCE, EXACT_VALUES_ADVICE
@@ -44,12 +42,15 @@ If it ties several joints, the name is empty, and the values are those of the ex
 factor."""
 
 
+PieceFingerprint = frozenset[ConditionFingerprint]
+
+
 @dataclass(frozen=True)
 class SetFingerprint:
     """A set as it is written: the pieces that give values of joints, and the pieces that tie several joints."""
 
-    valued_pieces: frozenset[frozenset[ConditionFingerprint]]
-    tied_pieces: frozenset[frozenset[ConditionFingerprint]]
+    valued_pieces: frozenset[PieceFingerprint]
+    tied_pieces: frozenset[PieceFingerprint]
 
 
 def explain_set(problem: Problem, part: Part, parsed_answer: ParsedAnswer, seed: str) -> Diagnosis | None:
@@ -61,35 +62,38 @@ def explain_set(problem: Problem, part: Part, parsed_answer: ParsedAnswer, seed:
         pieces = parse_typed_set(assign_values_to_joint(parsed_answer.tree, joints), joints)
     except ParseError:
         return None
-    marker = _Fingerprinter(problem, seed)
-    if not all(map(marker.is_plain, pieces)):
+    fingerprinter = _Fingerprinter(problem, seed)
+    if not all(map(fingerprinter.is_plain, pieces)):
         return find_mistaken_answer(problem, part, parsed_answer, seed) or _explain_pieces(problem, part, pieces, seed)
-    marks, has_decimals = marker.fingerprint_pieces(pieces), count_decimal_digits(parsed_answer.tree) > 0
-    if _is_correct_but_rounded(marks, marker.fingerprint_answer(part.answer), has_decimals):
+    typed_set = fingerprinter.fingerprint_pieces(pieces)
+    has_decimals = count_decimal_digits(parsed_answer.tree) > 0
+    if _is_correct_but_rounded(typed_set, fingerprinter.fingerprint_answer(part.answer), has_decimals):
         return Diagnosis((), EXACT_VALUES_ADVICE)
     for mistake, variant in generate_mistaken_answers(problem.chain, part):
         if isinstance(variant.answer, ConditionSet):
-            predicted = marker.fingerprint_answer(variant.answer)
-            has_equal_values = marks.tied_pieces and marks.valued_pieces == predicted.valued_pieces
-            may_be_equal = has_equal_values and len(marks.tied_pieces) == len(predicted.tied_pieces)
-            if predicted == marks or (may_be_equal and _is_judged_correct(problem, part, parsed_answer, variant, seed)):
-                return _name_likeliest(problem, part, mistake, variant, marker)
+            predicted = fingerprinter.fingerprint_answer(variant.answer)
+            has_equal_values = typed_set.tied_pieces and typed_set.valued_pieces == predicted.valued_pieces
+            may_be_equal = has_equal_values and len(typed_set.tied_pieces) == len(predicted.tied_pieces)
+            if predicted == typed_set or (
+                may_be_equal and _is_judged_correct(problem, part, parsed_answer, variant, seed)
+            ):
+                return _name_likeliest(problem, part, mistake, variant, fingerprinter)
     return _explain_pieces(problem, part, pieces, seed)
 
 
 def find_mistaken_answer(problem: Problem, part: Part, parsed_answer: ParsedAnswer, seed: str) -> Diagnosis | None:
-    """Return the mistake whose answer is judged equal to the given one, for parts that aren't derived step by step."""
+    """Return the mistake whose answer is judged equal to a student's, for parts that aren't derived step by step."""
     for mistake, variant in generate_mistaken_answers(problem.chain, part):
         if _is_judged_correct(problem, part, parsed_answer, variant, seed):
-            return name_alternatives([(mistake, variant.words, mistake.sentence(variant.words))])
+            return name_alternatives([(mistake, variant.words, mistake.format_message(variant.words))])
     return None
 
 
-def name_alternatives(rivals: Sequence[tuple[Mistake, Mapping[str, object], str]]) -> Diagnosis:
-    """Return the diagnosis that names several mistakes that give the same answer, with their words and messages."""
-    names = tuple(dict.fromkeys(mistake.name for mistake, _, _ in rivals))
-    message = " Or, which gives the same answer: ".join(dict.fromkeys(sentence for _, _, sentence in rivals))
-    signatures = tuple(locate_mistake(mistake.name, words) for mistake, words, _ in rivals)
+def name_alternatives(alternatives: Sequence[tuple[Mistake, Mapping[str, object], str]]) -> Diagnosis:
+    """Return the diagnosis that names all mistakes that give the same answer, given with their words and messages."""
+    names = tuple(dict.fromkeys(mistake.name for mistake, _, _ in alternatives))
+    message = " Or, which gives the same answer: ".join(dict.fromkeys(message for _, _, message in alternatives))
+    signatures = tuple(locate_mistake(mistake.name, words) for mistake, words, _ in alternatives)
     return Diagnosis(names, message, signature=signatures, are_alternatives=len(names) > 1)
 
 
@@ -98,24 +102,28 @@ def _name_likeliest(
 ) -> Diagnosis:
     """Return the diagnosis that names the likeliest of the mistakes that give the same set as `mistake`.
 
-    Equally likely mistakes are all named.
+    If several mistakes are equally likely, all of them are named.
     """
-    fingerprint, equal_variants = fingerprinter.fingerprint_answer(variant.answer), [(mistake, variant)]
+    fingerprint, words_by_mistake = fingerprinter.fingerprint_answer(variant.answer), {mistake: variant.words}
     for rival in map(CATALOGUE.__getitem__, mistake.equivalent_mistakes):
-        variants = rival.answers(problem.chain, part)
-        equal = (each for each in variants if fingerprinter.fingerprint_answer(each.answer) == fingerprint)
-        equal_variants += [(rival, each) for each in islice(equal, 1)]
-    highest_frequency = max(rival.frequency for rival, _ in equal_variants)
-    likeliest_mistakes = [
-        (rival, set_variant.words) for rival, set_variant in equal_variants if rival.frequency == highest_frequency
-    ]
-    return name_alternatives([(rival, words, rival.sentence(words)) for rival, words in likeliest_mistakes])
+        for answer in rival.generate_answers(problem.chain, part):
+            if fingerprinter.fingerprint_answer(answer.answer) == fingerprint:
+                words_by_mistake[rival] = answer.words
+                break
+    highest_frequency = max(rival.frequency for rival in words_by_mistake)
+    return name_alternatives(
+        [
+            (rival, words, rival.format_message(words))
+            for rival, words in words_by_mistake.items()
+            if rival.frequency == highest_frequency
+        ]
+    )
 
 
 def _is_judged_correct(
     problem: Problem, part: Part, parsed_answer: ParsedAnswer, variant: MistakenAnswer, seed: str
 ) -> bool:
-    """Return whether an answer would be correct if a mistaken one were the reference."""
+    """Return whether a student's answer would be correct if the mistaken answer were the reference."""
     try:
         outcome = judge_parsed(problem, replace(part, answer=variant.answer), parsed_answer, seed).outcome
     except ParseError:  # the mistaken answer can't be parsed as a set
@@ -127,25 +135,25 @@ def _is_judged_correct(
 
 
 def _explain_pieces(problem: Problem, part: Part, claimed: Sequence[Piece], seed: str) -> Diagnosis | None:
-    """Return the diagnosis that lists false claims, and conditions that are partly or completely missing."""
-    claims = _SetExplanation(problem, part, claimed, seed)
-    soundness = zip(claimed, claims.comparison.is_sound, strict=True)
-    wrong_pieces = [piece for piece, is_sound in soundness if is_sound is False]
-    if claims.comparison.is_only_rounded or any(len(piece) > 1 or piece[0].joint is None for piece in wrong_pieces):
+    """Return the diagnosis that lists wrong values, and conditions that are partly or completely missing."""
+    explanation = _SetExplanation(problem, part, claimed, seed)
+    comparison, wrong_pieces = explanation.comparison, explanation.wrong_pieces
+    if comparison.is_only_rounded or any(len(piece) > 1 or piece[0].joint is None for piece in wrong_pieces):
         return None
-    mistakes = [*claims.explain_wrong_values(wrong_pieces), *claims.explain_missing_conditions(wrong_pieces)]
+    mistakes = [*explanation.explain_wrong_values(), *explanation.explain_missing_conditions()]
     if not 0 < len(mistakes) <= MAX_MISTAKES_NAMED:
         return None
-    sentences = dict.fromkeys(CATALOGUE[name].sentence(words) for name, words in mistakes)
+    sentences = dict.fromkeys(CATALOGUE[name].format_message(words) for name, words in mistakes)
     names = tuple(dict.fromkeys(name for name, _ in mistakes))
     signature = tuple(dict.fromkeys(locate_mistake(*named) for named in mistakes))
     return Diagnosis(names, " ".join(sentences), signature=signature)
 
 
 class _SetExplanation:
-    """Compares a claimed set with the expected conditions by the configurations that they contain.
+    """Compares the set that a student claims to be singular with the expected conditions, by their configurations.
 
-    Each condition is a list of pieces.
+    `expected` has a list of pieces for each expected condition. `wrong_pieces` are the claimed pieces that contain
+    regular configurations.
     """
 
     def __init__(self, problem: Problem, part: Part, claimed: Sequence[Piece], seed: str) -> None:
@@ -156,50 +164,52 @@ class _SetExplanation:
         self.space = ConfigurationSpace(joints, problem.domain, part.rounding)
         self.expected = [[piece for tree in group for piece in parse_pieces(tree, joints)] for group in trees]
         self.comparison = self._compare(claimed, [piece for group in self.expected for piece in group])
+        soundness = zip(claimed, self.comparison.is_sound, strict=True)
+        self.wrong_pieces = [piece for piece, is_sound in soundness if is_sound is False]
 
     def _compare(self, pieces: Sequence[Piece], other_pieces: Sequence[Piece]) -> SetComparison:
         return compare_sets(pieces, other_pieces, self.space, self.seed)
 
-    def explain_wrong_values(self, wrong_pieces: Sequence[Piece]) -> Iterator[tuple[str, Mapping[str, object]]]:
-        """Yield for each joint with wrong values the name of the mistake behind them, and its words."""
+    def explain_wrong_values(self) -> Iterator[tuple[str, Mapping[str, object]]]:
+        """Yield, for each joint with wrong values, the name of the mistake and the words for its message."""
         singular_joints = {q.name for component in self.components for q, _ in component.solutions or ()}
-        for joint in dict.fromkeys(str(piece[0].joint) for piece in wrong_pieces):
-            joint_pieces = [piece for piece in wrong_pieces if piece[0].joint == joint]
-            values = ", ".join(_value_text(piece[0].expression) for piece in joint_pieces)
-            if any(self._contained_pieces(joint_pieces, group) for group in self.expected):
+        for joint in dict.fromkeys(str(piece[0].joint) for piece in self.wrong_pieces):
+            joint_pieces = [piece for piece in self.wrong_pieces if piece[0].joint == joint]
+            values = ", ".join(_format_value(piece[0].expression) for piece in joint_pieces)
+            if any(self._list_contained_pieces(joint_pieces, group) for group in self.expected):
                 yield "condition-of-several-forgotten", {"joint": joint}
             else:
                 name = "value-called-singular" if joint in singular_joints else "joint-called-singular"
-                yield name, {"joint": joint, "values": values, "zero": zero_question(self.chain)}
+                yield name, {"joint": joint, "values": values, "zero": write_zero_question(self.chain)}
 
-    def explain_missing_conditions(self, wrong_pieces: Sequence[Piece]) -> Iterator[tuple[str, Mapping[str, object]]]:
-        """Yield for each condition that is missing or incomplete the name of the mistake behind it, and its words."""
+    def explain_missing_conditions(self) -> Iterator[tuple[str, Mapping[str, object]]]:
+        """Yield, for each condition that is missing or incomplete, the name of the mistake and the words."""
         for k, (component, condition) in enumerate(zip(self.components, self.expected, strict=True)):
-            contained_pieces = self._contained_pieces(wrong_pieces, condition)
+            contained_pieces = self._list_contained_pieces(self.wrong_pieces, condition)
             if False not in self._compare(condition, self.claimed).is_sound or len(contained_pieces) == len(condition):
                 continue
             other_pieces = [piece for group in self.expected[:k] + self.expected[k + 1 :] for piece in group]
-            correct_pieces = [piece for piece in self.claimed if piece not in wrong_pieces]
+            correct_pieces = [piece for piece in self.claimed if piece not in self.wrong_pieces]
             given_pieces = contained_pieces or [
                 piece for piece in correct_pieces if self._compare([piece], other_pieces).is_sound == (False,)
             ]
             yield ("one-root-only", {}) if given_pieces else name_missed_component(self.chain, component)
 
-    def _contained_pieces(self, claimed: Sequence[Piece], condition: Sequence[Piece]) -> list[Piece]:
+    def _list_contained_pieces(self, claimed: Sequence[Piece], condition: Sequence[Piece]) -> list[Piece]:
         """Return the pieces of a condition that the claimed pieces contain."""
         are_contained = self._compare(condition, claimed).is_sound if claimed else ()
         return [piece for piece, is_contained in zip(condition, are_contained, strict=False) if is_contained]
 
 
-def _value_text(value: Node) -> str:
+def _format_value(value: Node) -> str:
     """Return a value in ordinary notation, without brackets around it.
 
     >>> from qdot.exercises.formula.parser import parse_formula
-    >>> [_value_text(parse_formula(text, {})) for text in ("-pi/2", "1/3", "-acos(1/3)", "pi - 1")]
+    >>> [_format_value(parse_formula(text, {})) for text in ("-pi/2", "1/3", "-acos(1/3)", "pi - 1")]
     ['-pi/2', '1/3', '-acos((1/3))', 'pi-1']
     """
     if value.kind == "neg" and value.args[0].kind not in ("+", "-"):
-        return f"-{_value_text(value.args[0])}"
+        return f"-{_format_value(value.args[0])}"
     text = node_text(value)
     return text[1:-1] if text.startswith("(") else text
 
@@ -229,27 +239,21 @@ class _Fingerprinter:
         assert isinstance(answer, ConditionSet)
         return self._collect(chain.from_iterable(map(self._fingerprint_component, answer.components)))
 
-    def _fingerprint_component(self, component: Component) -> Iterator[frozenset[ConditionFingerprint]]:
+    def _fingerprint_component(self, component: Component) -> Iterator[PieceFingerprint]:
         if component.solutions is None:
-            yield frozenset(
-                self._fingerprint(None, compile_expression(condition)) for condition in component.conditions
-            )
-            return
-        joints = [q.name for q, _ in component.solutions]
-        for combination in product(*(values for _, values in component.solutions)):
-            pairs = zip(joints, combination, strict=True)
-            yield frozenset(self._fingerprint(joint, compile_expression(value)) for joint, value in pairs)
+            yield frozenset(self._fingerprint(None, compile_expression(zero)) for zero in component.conditions)
+        for values in component.value_combinations():
+            yield frozenset(self._fingerprint(q.name, compile_expression(value)) for q, value in values)
 
-    def _collect(self, pieces: Iterator[frozenset[ConditionFingerprint]]) -> SetFingerprint:
-        distinct_pieces = set(pieces)
-        # Drop pieces that a wider piece contains.
-        widest_pieces = {
-            piece for piece in distinct_pieces if not any(wider_piece < piece for wider_piece in distinct_pieces)
-        }
-        values = frozenset(piece for piece in widest_pieces if all(joint for joint, _ in piece))
-        return SetFingerprint(values, frozenset(widest_pieces) - values)
+    def _collect(self, pieces: Iterable[PieceFingerprint]) -> SetFingerprint:
+        """Return the fingerprint of a set without the pieces that lie in another piece, with fewer conditions."""
+        distinct_pieces = frozenset(pieces)
+        outer_pieces = frozenset(piece for piece in distinct_pieces if not any(p < piece for p in distinct_pieces))
+        valued_pieces = frozenset(piece for piece in outer_pieces if all(joint for joint, _ in piece))
+        return SetFingerprint(valued_pieces, outer_pieces - valued_pieces)
 
     def _fingerprint(self, joint: str | None, program: Program) -> ConditionFingerprint:
+        """Return the fingerprint of a condition: a joint has the value of a program, or the program's value is zero."""
         values = evaluate(program, self.values, SAMPLE_COUNT)[0][0]
         with np.errstate(all="ignore"):
             if joint is None:
@@ -273,20 +277,19 @@ def _is_correct_but_rounded(
     return all(len(a) == len(b) and _are_near(a, b) and _are_near(b, a) for a, b in pairs)
 
 
-def _are_near(
-    pieces: frozenset[frozenset[ConditionFingerprint]], other_pieces: frozenset[frozenset[ConditionFingerprint]]
-) -> bool:
-    """Return whether each piece equals one of the others except for rounded constants."""
-    return all(
-        any(len(piece) == len(other_piece) and _is_near(piece, other_piece) for other_piece in other_pieces)
-        for piece in pieces
+def _are_near(pieces: frozenset[PieceFingerprint], other_pieces: frozenset[PieceFingerprint]) -> bool:
+    """Return whether each piece equals one of the other pieces except for rounded constants."""
+    return all(any(len(a) == len(b) and all(_has_near(b, c) for c in a) for b in other_pieces) for a in pieces)
+
+
+def _has_near(piece: PieceFingerprint, condition: ConditionFingerprint) -> bool:
+    """Return whether a piece contains a condition that equals the given condition except for rounded constants."""
+    joint, values = condition
+    return any(
+        name == joint
+        and (
+            np.abs(np.subtract(values, exact_values))
+            <= CONSTANT_TOLERANCE * np.maximum(1.0, np.abs(exact_values)) / (2 * np.pi)
+        ).all()
+        for name, exact_values in piece
     )
-
-
-def _is_near(piece: frozenset[ConditionFingerprint], other: frozenset[ConditionFingerprint]) -> bool:
-    return all(any(joint == name and _differ_by_rounding(a, b) for name, b in other) for joint, a in piece)
-
-
-def _differ_by_rounding(values: Sequence[complex], exact_values: Sequence[complex]) -> bool:
-    a, b = np.array(values), np.array(exact_values)
-    return bool((np.abs(a - b) <= CONSTANT_TOLERANCE * np.maximum(1.0, np.abs(b)) / (2 * np.pi)).all())

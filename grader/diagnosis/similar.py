@@ -23,7 +23,7 @@ MIN_NODES = 9
 MIN_SIMILARITY = 0.9
 """Minimum share of common subtrees of two answers that count as nearly the same."""
 MAX_PAIRED_ANSWERS = 400
-"""Maximum number of wrong answers to a part that are compared in pairs; if there are more, only equal pairs count."""
+"""Maximum number of wrong answers to a part whose pairs are all compared. Otherwise, only equal answers count."""
 
 _COMMUTATIVE_KINDS = {"+", "*", "set", "and", "or", "eq"}
 
@@ -39,7 +39,7 @@ class CanonicalForm:
 
 @dataclass(frozen=True)
 class StudentAnswer:
-    """A student's wrong answer to a part. `expected` is the expected answer; equal problems have equal ones."""
+    """A student's wrong answer to a part. `expected` is the text of the expected answer."""
 
     student: str
     answer: str
@@ -56,15 +56,15 @@ class SimilarPair:
     similarity: float
 
 
-def canonical_form(parsed_answer: ParsedAnswer) -> CanonicalForm | None:
+def make_canonical_form(parsed_answer: ParsedAnswer) -> CanonicalForm | None:
     """Return an answer in a standard order; None if it can't be parsed, has a blank, or is too long."""
     if parsed_answer.tree is None or len(parsed_answer.text) > MAX_LENGTH:
         return None
-    return _make_canonical_form(parsed_answer.tree)
+    return _make_cached_form(parsed_answer.tree)
 
 
 @lru_cache(maxsize=4096)
-def _make_canonical_form(tree: Node) -> CanonicalForm | None:
+def _make_cached_form(tree: Node) -> CanonicalForm | None:
     pieces = Counter[str]()
     try:
         if has_blank(tree) or count_nodes(tree) > MAX_NODES:
@@ -79,15 +79,15 @@ def _flatten(node: Node) -> Node:
 
     a − b becomes a + (−1)·b, and a/2 becomes (1/2)·a, so the position of a sign or a fraction makes no difference.
     """
-    args = tuple(_flatten(arg) for arg in node.args)
+    args = tuple(map(_flatten, node.args))
     if node.kind == "neg":
-        return _product((_MINUS_ONE, *args))
+        return _multiply((_MINUS_ONE, *args))
     if node.kind == "-" and len(args) == 2:
-        args, node = (args[0], _product((_MINUS_ONE, args[1]))), Node("+")
+        args, node = (args[0], _multiply((_MINUS_ONE, args[1]))), Node("+")
     if node.kind == "/" and args[1].kind in _NUMBER_KINDS and args[1].value:
-        return _product((args[0], Node("number", value=1 / args[1].value)))
+        return _multiply((args[0], Node("number", value=1 / args[1].value)))
     if node.kind == "*":
-        return _product(args)
+        return _multiply(args)
     if node.kind == "+":
         args = tuple(term for arg in args for term in (arg.args if arg.kind == "+" else (arg,)))
     if node.kind == "list" and len(args) == 1 and args[0].kind == "list":
@@ -99,7 +99,8 @@ _NUMBER_KINDS = ("number", "decimal")
 _MINUS_ONE = Node("number", value=Fraction(-1))
 
 
-def _product(args: tuple[Node, ...]) -> Node:
+def _multiply(args: tuple[Node, ...]) -> Node:
+    """Return the product of flattened factors, with all numeric factors multiplied together and placed first."""
     factors = [inner for arg in args for inner in (arg.args if arg.kind == "*" else (arg,))]
     other_factors = [factor for factor in factors if factor.kind not in _NUMBER_KINDS]
     numeric_factor = math.prod((factor.value for factor in factors if factor.kind in _NUMBER_KINDS), start=Fraction(1))
@@ -109,6 +110,7 @@ def _product(args: tuple[Node, ...]) -> Node:
 
 
 def _sort_text(node: Node, subtree_counts: Counter[str]) -> str:
+    """Return the text of a tree in a standard order, and count each of its subtrees in `subtree_counts`."""
     argument_texts = [_sort_text(arg, subtree_counts) for arg in node.args]
     if node.kind in _COMMUTATIVE_KINDS:
         argument_texts.sort()
@@ -127,23 +129,19 @@ def compute_similarity(first: CanonicalForm, second: CanonicalForm) -> float:
 
 
 def find_similar_pairs(answers: Sequence[StudentAnswer], max_common_count: int) -> list[SimilarPair]:
-    """Return pairs of nearly the same answers whose expected answers differ, the most similar first.
+    """Return pairs of nearly the same answers whose expected answers differ, the most similar pairs first.
 
-    Answers that more than `max_common_count` students wrote are common mistakes and are ignored, and so are short
-    answers.
+    Short answers are ignored. An answer that more than `max_common_count` students wrote is a common mistake and is
+    ignored, too.
     """
     long_answers = [answer for answer in answers if answer.canonical_form.node_count >= MIN_NODES]
     text_counts = Counter(answer.canonical_form.text for answer in long_answers)
     rare_answers = [answer for answer in long_answers if text_counts[answer.canonical_form.text] <= max_common_count]
+    compares_all_pairs = len(rare_answers) <= MAX_PAIRED_ANSWERS
     pairs = [
-        SimilarPair(
-            first_answer, second_answer, compute_similarity(first_answer.canonical_form, second_answer.canonical_form)
-        )
-        for first_answer, second_answer in combinations(rare_answers, 2)
-        if first_answer.expected != second_answer.expected
-        and (
-            len(rare_answers) <= MAX_PAIRED_ANSWERS
-            or first_answer.canonical_form.text == second_answer.canonical_form.text
-        )
+        SimilarPair(first, second, compute_similarity(first.canonical_form, second.canonical_form))
+        for first, second in combinations(rare_answers, 2)
+        if first.expected != second.expected
+        and (compares_all_pairs or first.canonical_form.text == second.canonical_form.text)
     ]
     return sorted((pair for pair in pairs if pair.similarity >= MIN_SIMILARITY), key=lambda pair: -pair.similarity)

@@ -19,12 +19,17 @@ from qdot.grader.diagnosis.numbers import RELATIVE_TOLERANCE, NumericAnswer
 from qdot.grader.judging.answer import FunctionValues, ParsedAnswer
 
 SAMPLE_COUNT = 16
+"""Number of configurations, unless the question gives one."""
 THREE_DECIMALS_TOLERANCE = 6e-4
+"""Absolute error of numbers that are rounded to three decimals."""
 
 
 @dataclass(frozen=True)
 class WrongAnswer:
-    """A wrong answer with its values at some configurations, and its formulas as typed, if there are any."""
+    """A wrong answer with its values at some configurations, and its formulas as typed, if there are any.
+
+    `values` has the values of all symbols at the configurations, and `numeric` the values of the answer.
+    """
 
     problem: Problem
     part: Part
@@ -56,7 +61,7 @@ class WrongAnswer:
 
     @property
     def has_expected_shape(self) -> bool:
-        """Whether the answer has as many rows and columns as the correct one."""
+        """Whether the answer has as many rows and columns as the correct answer."""
         return self.numeric.values.shape == self.correct_values.shape
 
     @property
@@ -70,8 +75,8 @@ class WrongAnswer:
         shape, transposed_values = self.correct_values.shape, self.numeric.values.swapaxes(0, 1)
         if 1 not in shape[:2] or self.numeric.values.shape == shape or transposed_values.shape != shape:
             return self
-        in_numbers = replace(self.numeric, values=transposed_values, term_size=self.numeric.term_size.swapaxes(0, 1))
-        return replace(self, numeric=in_numbers, rows=None if self.rows is None else transpose(self.rows))
+        numeric = replace(self.numeric, values=transposed_values, term_size=self.numeric.term_size.swapaxes(0, 1))
+        return replace(self, numeric=numeric, rows=None if self.rows is None else transpose(self.rows))
 
 
 def evaluate_answer(problem: Problem, part: Part, parsed_answer: ParsedAnswer, seed: str) -> WrongAnswer | None:
@@ -83,55 +88,54 @@ def evaluate_answer(problem: Problem, part: Part, parsed_answer: ParsedAnswer, s
     values = sample_configurations(problem.chain, part, problem.domain, SAMPLE_COUNT, Stream(f"{seed}/diagnosis"))
     try:
         is_choice = bool(part.answer.offered_options)
-        in_numbers = _parse_option(part, parsed_answer) if is_choice else _evaluate_entries(part, parsed_answer, values)
+        numeric = _parse_option(part, parsed_answer) if is_choice else _evaluate_entries(part, parsed_answer, values)
     except ParseError:  # an answer that was refused may have statements as entries
         return None
-    return None if in_numbers is None else WrongAnswer(problem, part, values, in_numbers, parsed_answer.rows)
+    return None if numeric is None else WrongAnswer(problem, part, values, numeric, parsed_answer.rows)
 
 
 def _evaluate_function(problem: Problem, part: Part, table: FunctionValues) -> WrongAnswer | None:
-    """Return a Python function as a wrong answer, with the values that it returned in the sandbox."""
+    """Return the wrong answer of a Python function, with the values that the function returned in the sandbox."""
     if table.shape is None or len(table.shape) > 2:
         return None
     values = {name: column[:SAMPLE_COUNT] for name, column in table.arguments.items()}
-    rows = (*table.shape, *(1,) * (2 - len(table.shape)))
-    outputs = table.values[:SAMPLE_COUNT].T.reshape(*rows, -1)
-    relative_error, absolute_error = _allowed_rounding(part)
-    tolerances, is_direction = (
-        (max(RELATIVE_TOLERANCE, relative_error), absolute_error),
-        part.answer.counts_up_to_a_factor,
-    )
-    return WrongAnswer(problem, part, values, NumericAnswer(outputs, np.abs(outputs), tolerances, is_direction))
+    rows_and_columns = (*table.shape, 1, 1)[:2]
+    outputs = table.values[:SAMPLE_COUNT].T.reshape(*rows_and_columns, -1)
+    relative_error, absolute_error = _find_allowed_rounding(part)
+    tolerances = (max(RELATIVE_TOLERANCE, relative_error), absolute_error)
+    numeric = NumericAnswer(outputs, np.abs(outputs), tolerances, part.answer.counts_up_to_a_factor)
+    return WrongAnswer(problem, part, values, numeric)
 
 
-def _allowed_rounding(part: Part) -> tuple[float, float]:
+def _find_allowed_rounding(part: Part) -> tuple[float, float]:
     """Return the relative and the absolute error that the assignment allows for decimals."""
     return (0.0, 0.0) if part.rounding is None else (part.rounding.relative, part.rounding.absolute)
 
 
 def _evaluate_entries(part: Part, parsed_answer: ParsedAnswer, values: SymbolValues) -> NumericAnswer | None:
-    entries, blanks = parsed_answer.entries, parsed_answer.blanks
+    """Return the values of the entries, with nan for blanks.
+
+    Return None if all entries are blank or if a symbol is unknown.
+    """
+    blanks, filler = parsed_answer.blanks, Node("name", value="pi")
     if parsed_answer.rows is None or all(blanks) or parsed_answer.symbols - set(values):
         return None
-    filled_entries = [
-        Node("name", value="pi") if blank else entry for entry, blank in zip(entries, blanks, strict=True)
-    ]
+    entries = [filler if is_blank else entry for entry, is_blank in zip(parsed_answer.entries, blanks, strict=True)]
     count = len(next(iter(values.values())))
-    entry_values, term_size = evaluate(compile_program(filled_entries), values, count)
+    entry_values, term_size = evaluate(compile_program(entries), values, count)
     entry_values[blanks] = np.nan
     shape = (len(parsed_answer.rows), len(parsed_answer.rows[0]), count)
-    is_direction = part.answer.counts_up_to_a_factor
-    return NumericAnswer(
-        entry_values.reshape(shape), term_size.reshape(shape), _tolerance(part, filled_entries), is_direction
-    )
+    tolerances, is_direction = _choose_tolerances(part, entries), part.answer.counts_up_to_a_factor
+    return NumericAnswer(entry_values.reshape(shape), term_size.reshape(shape), tolerances, is_direction)
 
 
-def _tolerance(part: Part, entries: Sequence[Node]) -> tuple[float, float]:
+def _choose_tolerances(part: Part, entries: Sequence[Node]) -> tuple[float, float]:
     """Return the relative and the absolute tolerance for an answer.
 
-    For numbers, it depends on the digits required, or on the digits typed if these are more.
+    The relative tolerance for numbers depends on the required number of digits, or on the number of typed digits if
+    that is larger.
     """
-    relative_error, absolute_error = _allowed_rounding(part)
+    relative_error, absolute_error = _find_allowed_rounding(part)
     if not part.answer.is_numeric:
         return max(RELATIVE_TOLERANCE, relative_error), absolute_error
     digits = max(map(count_decimal_digits, entries))
@@ -139,6 +143,7 @@ def _tolerance(part: Part, entries: Sequence[Node]) -> tuple[float, float]:
 
 
 def _parse_option(part: Part, parsed_answer: ParsedAnswer) -> NumericAnswer | None:
+    """Return the vector of the option that was chosen; None if no option was chosen."""
     if not parsed_answer.chosen:
         return None
     values = np.array(parse_vector(part.answer.offered_options[parsed_answer.chosen[0]]))[:, None, None]

@@ -16,7 +16,7 @@ from qdot.exercises.assignment.store import load_stored_problems
 from qdot.exercises.common.errors import QdotError, make_open_files_error
 from qdot.exercises.notebook.setup_cell import write_setup_cell
 from qdot.exercises.problem.problem import ENGINE, Problem
-from qdot.grader.diagnosis.groups import group_key
+from qdot.grader.diagnosis.groups import format_group_key
 from qdot.grader.grading.copied_answers import ClassAnswers
 from qdot.grader.grading.marking import MarkingRules, mark
 from qdot.grader.grading.result import MarkingVersions, NotebookMarks, PartResult, ProblemResult
@@ -219,7 +219,7 @@ def make_part_result(slot: str, verdict: Verdict) -> PartResult:
         mistake=None if diagnosis is None else diagnosis.names or None,
         advice=None if diagnosis is None else diagnosis.says, followed_from=verdict.followed_from,
         follows=verdict.follows, attempt=verdict.attempt, answer=verdict.answer, entries=judgement.entries,
-        group=None if verdict.group is None else group_key(f"{slot}.{verdict.part}", verdict.group),
+        group=None if verdict.group is None else format_group_key(f"{slot}.{verdict.part}", verdict.group),
     )  # fmt: skip
 
 

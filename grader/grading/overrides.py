@@ -14,7 +14,7 @@ from fractions import Fraction
 from qdot.exercises.assignment.assignment import Assignment
 from qdot.exercises.common.errors import QdotError, list_some, make_name_error
 from qdot.exercises.common.input_file import read_table
-from qdot.grader.diagnosis.groups import KEY_LENGTH, KEY_LETTERS, group_key
+from qdot.grader.diagnosis.groups import KEY_LENGTH, KEY_LETTERS, format_group_key
 from qdot.grader.grading.marking import map_max_points, share_of_points, sum_points
 from qdot.grader.grading.result import AppliedOverride
 
@@ -119,7 +119,7 @@ def describe_unused_groups(assignment: Assignment, overrides: Overrides, class_g
         part, letters = group.split("/")
         part_groups = [key for key in class_groups if key.split("/")[0] == part]
         close_matches = difflib.get_close_matches(letters, [key.split("/")[1] for key in part_groups], n=1, cutoff=0.7)
-        hint = f" (did you mean {group_key(part, close_matches[0])!r}?)" if close_matches else ""
+        hint = f" (did you mean {format_group_key(part, close_matches[0])!r}?)" if close_matches else ""
         listing = f"groups of {part}: {list_some(part_groups, MAX_GROUPS_LISTED)}; `qdot report` shows all groups"
         known_groups = listing if part_groups else f"no answer to {part} is in a group"
         notes.append(
@@ -138,7 +138,7 @@ def _parse_group(location: str, part: str, group: str, part_names: Sequence[str]
     if not re.fullmatch(f"[{KEY_LETTERS}]{{{KEY_LENGTH}}}", letters.lower()) or not (part_of_group or part):
         raise QdotError(
             f"{location}: group = {group!r}: expected a key that `qdot report` shows, a part and {KEY_LENGTH} letters, "
-            f"as in {group_key(part_names[0], 'kqvxwz')}"
+            f"as in {format_group_key(part_names[0], 'kqvxwz')}"
         )
     if part_of_group and part_of_group not in part_names:
         raise _unknown_part(location, part_of_group, part_names)
@@ -147,7 +147,7 @@ def _parse_group(location: str, part: str, group: str, part_names: Sequence[str]
             f"{location}: the group {group!r} belongs to {part_of_group}, but the line names {part}; leave part empty"
         )
     part = part_of_group or part
-    return part, group_key(part, letters.lower())
+    return part, format_group_key(part, letters.lower())
 
 
 def _unknown_part(location: str, part: str, all_names: Sequence[str]) -> QdotError:

@@ -18,7 +18,7 @@ from qdot.exercises.common.errors import QdotError
 from qdot.exercises.exports.items import list_entry_labels, write_question_alone
 from qdot.exercises.exports.markup import write_line_html
 from qdot.exercises.exports.prairielearn import BANK_FILE, list_input_names
-from qdot.exercises.figure.arm_figure import figure_svg, part_svg
+from qdot.exercises.figure.arm_figure import draw_figure_svg, draw_part_svg
 from qdot.exercises.mistakes.base import name_chapter
 from qdot.exercises.notebook.notebook import draw_singular_configurations
 from qdot.exercises.problem.problem import ENGINE, Part, Problem
@@ -50,7 +50,7 @@ def generate(data: PrairieLearnData, folder: str, slot: str) -> None:
     seeds = json.loads((_assignment_folder(data, folder) / BANK_FILE).read_text(encoding="utf-8"))["seeds"][slot]
     seed = seeds[int(data["variant_seed"]) % len(seeds)]
     problem = assignment_slot.generate_from_seed(int(seed))
-    figure = figure_svg(problem.chain, f"{folder}-{slot}".replace("/", "-"))
+    figure = draw_figure_svg(problem.chain, f"{folder}-{slot}".replace("/", "-"))
     shown_parts = {part.name: _show_part(problem, part, assignment_hints) for part in problem.parts}
     text = to_html_for_mathjax(write_statement(problem, ""))
     data["params"].update(seed=seed, engine=ENGINE, statement=text, figure=figure, shown=shown_parts)
@@ -141,7 +141,7 @@ def _show_part(problem: Problem, part: Part, has_hints: bool) -> PrairieLearnDat
     question = write_question_alone(problem, part) if part.answer.offered_options else write_prompt(problem, part)
     return {
         "prompt": to_html_for_mathjax(question),
-        "figure": part_svg(problem.chain, part, part.name),
+        "figure": draw_part_svg(problem.chain, part, part.name),
         "hints": [{"name": f"Hint {i}", "text": to_html_for_mathjax(hint)} for i, hint in enumerate(shown_hints, 1)],
         "fields": _input_fields(problem, part),
         "multiline": "false" if part.answer.is_one_line else "true",

@@ -60,7 +60,7 @@ class StudentWork:
 
     def parse(self, text: str) -> CanonicalForm | None:
         """Parse a text as an answer; return the form used to compare answers, None if there is no such form."""
-        return similar.canonical_form(read_answer(self.problem, self.part, text))
+        return similar.make_canonical_form(read_answer(self.problem, self.part, text))
 
 
 @dataclass(frozen=True)

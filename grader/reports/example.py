@@ -13,7 +13,7 @@ import sympy as sp
 from qdot.exercises.arm.chain import Chain
 from qdot.exercises.arm.kinematics import NumericChain
 from qdot.exercises.arm.lengths import substitute_arm_lengths
-from qdot.exercises.figure.arm_figure import Example, examples_svg
+from qdot.exercises.figure.arm_figure import Example, draw_examples_svg
 from qdot.exercises.formula.equality import Counterexample, SetDifference
 from qdot.exercises.formula.program import compile_program, evaluate
 from qdot.exercises.formula.trees import ParseError, as_matrix
@@ -42,11 +42,11 @@ def draw_example(problem: Problem, part: Part, example: Counterexample, answer: 
         candidates = ((MISSING_CAPTION, example.missing), (SURPLUS_CAPTION, example.surplus))
         configurations = [(caption, at) for caption, at in candidates if at is not None]
         arms = [arm for configuration in configurations if (arm := _arm_at(problem.chain, *configuration)) is not None]
-        return examples_svg(arms, name) if arms and len(arms) == len(configurations) else ""
+        return draw_examples_svg(arms, name) if arms and len(arms) == len(configurations) else ""
     if part.kind != "position" or answer is None or answer == FUNCTION_TEXT or len(answer) > MAX_ANSWER_LENGTH:
         return ""
     arm_with_answer = _arm_with_answer(problem, part, example.at, answer)
-    return "" if arm_with_answer is None else examples_svg([arm_with_answer], name, CROSS_CAPTION)
+    return "" if arm_with_answer is None else draw_examples_svg([arm_with_answer], name, CROSS_CAPTION)
 
 
 def _arm_at(chain: Chain, caption: str, at: Mapping[str, float]) -> Example | None:

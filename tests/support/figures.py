@@ -1,10 +1,12 @@
 """What can't be read in a figure: names on names, leaders across leaders, links across links."""
 
+from collections.abc import Mapping
 from itertools import combinations
 
 import numpy as np
 
 from qdot.exercises.arm.chain import Chain
+from qdot.exercises.figure.arm_figure import draw_with_labels
 from qdot.exercises.figure.plane import choose_view
 from qdot.exercises.figure.pose import compute_skeletons, list_segments
 from qdot.exercises.figure.shapes import Figure, Polyline, Text, Vector2D
@@ -12,6 +14,10 @@ from qdot.exercises.figure.shapes import Figure, Polyline, Text, Vector2D
 Segment = tuple[Vector2D, ...]
 MOST_LED = 0.35
 """The part of a figure's labels that may have a leader."""
+
+
+def draw_arm(chain: Chain, pose: Mapping[str, float] | None = None) -> Figure:
+    return draw_with_labels(chain, None if pose is None else tuple(pose.items()))[0]
 
 
 def leaders(figure: Figure) -> list[Segment]:

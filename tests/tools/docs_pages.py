@@ -25,7 +25,7 @@ from qdot.exercises.common.files import write_atomically
 from qdot.exercises.common.variation import DEFAULT_VARIATION, VARIATION_STEPS
 from qdot.exercises.families import FAMILIES
 from qdot.exercises.families.listing import LISTING_FILE, FamilyListing
-from qdot.exercises.figure.arm_figure import thumbnail_svg
+from qdot.exercises.figure.arm_figure import draw_thumbnail_svg
 from qdot.exercises.generation import compute_listing, sample_chain
 from qdot.exercises.mistakes.catalogue import SECTIONS
 from qdot.exercises.problem.problem import ProblemId
@@ -42,7 +42,7 @@ def documents() -> Mapping[str, str]:
     """Return every generated file of docs/: path inside the folder -> text."""
     drawn_arms = [(name, DEFAULT_VARIATION) for name in FAMILIES] + [(SAMPLE_FAMILY, step) for step in VARIATION_STEPS]
     drawings = {
-        thumbnail_path(name, step): thumbnail_svg(sample_chain(ProblemId(name, 0, variation=step)), name)
+        thumbnail_path(name, step): draw_thumbnail_svg(sample_chain(ProblemId(name, 0, variation=step)), name)
         for name, step in drawn_arms
     }
     pages = {

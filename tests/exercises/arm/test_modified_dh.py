@@ -15,12 +15,12 @@ from qdot.exercises.arm.kinematics import NumericChain, link_frames
 from qdot.exercises.common.errors import QdotError
 from qdot.exercises.common.stream import Stream
 from qdot.exercises.families import FAMILIES
-from qdot.exercises.figure.arm import convention_frames
+from qdot.exercises.figure.arm import compute_convention_frames
 from qdot.exercises.figure.pose import compute_skeleton, make_drawable_chain
 from qdot.exercises.generation import generate, questions_of_family, sample_chain
 from qdot.exercises.problem.problem import Problem, ProblemId
 from qdot.exercises.verify.certificate import certify
-from qdot.exercises.verify.numeric_reference import modified_frames
+from qdot.exercises.verify.numeric_reference import compute_modified_frames
 from qdot.exercises.writing.problem_texts import write_hints, write_prompt, write_solutions, write_statement
 from tests.support.suites import few_families, of_families, several
 
@@ -52,7 +52,7 @@ def values(chain: Chain, matrix: sp.Matrix, lengths: dict[str, float], q: np.nda
 def test_the_frames_are_those_of_the_table_as_it_is_told(family: str) -> None:
     arm = modified(family)
     lengths, poses = at_random(arm)
-    expected, frames = modified_frames(arm, lengths, poses), link_frames(arm)
+    expected, frames = compute_modified_frames(arm, lengths, poses), link_frames(arm)
     standard = NumericChain(arm, lengths)
     for k, q in enumerate(poses):
         for i, frame in enumerate(frames):
@@ -108,7 +108,9 @@ def test_a_figure_shows_the_told_frames(family: str) -> None:
     _, poses = at_random(arm)
     for q in poses:
         assert np.allclose(
-            convention_frames(arm, compute_skeleton(arm, q)), modified_frames(arm, {}, q[None])[0], atol=1e-9
+            compute_convention_frames(arm, compute_skeleton(arm, q)),
+            compute_modified_frames(arm, {}, q[None])[0],
+            atol=1e-9,
         )
 
 
@@ -120,14 +122,16 @@ def test_the_first_row_may_have_a_length_and_a_twist(alpha: object, a: object) -
     first = convention_of(arm).rows[0]
     assert (first.a, first.alpha, convention_of(arm).base) == (base.position[0], base.tilt, Base())
     lengths, poses = at_random(arm)
-    expected, numeric = modified_frames(arm, lengths, poses), NumericChain(arm, lengths)
+    expected, numeric = compute_modified_frames(arm, lengths, poses), NumericChain(arm, lengths)
     assert np.allclose(expected[:, 0], np.eye(4))
     assert np.allclose(numeric.convention_frames(numeric.frames(poses)), expected, atol=1e-9)
     assert certify(Problem(ProblemId("mine", 1), arm, ())).passed
     drawn = make_drawable_chain(arm)
     for q in poses:
         assert np.allclose(
-            convention_frames(arm, compute_skeleton(drawn, q)), modified_frames(drawn, {}, q[None])[0], atol=1e-9
+            compute_convention_frames(arm, compute_skeleton(drawn, q)),
+            compute_modified_frames(drawn, {}, q[None])[0],
+            atol=1e-9,
         )
     on_axis = "O_0" if first.a == 0 else None  # d_1 leads from the axis to O_1
     assert convention_of(arm).origin_name(0) == on_axis

@@ -13,7 +13,7 @@ import sympy as sp
 from qdot.exercises.assignment import store
 from qdot.exercises.assignment.assignment import Assignment, Student, load_assignment
 from qdot.exercises.assignment.release import init_assignment, release_notebooks
-from qdot.exercises.figure.arm_figure import figure_svg, part_svg
+from qdot.exercises.figure.arm_figure import draw_figure_svg, draw_part_svg
 from qdot.exercises.problem.record import compute_digests
 from qdot.exercises.writing.render import TemplateCache
 from qdot.grader.grading.certify import CERTIFIER
@@ -54,9 +54,9 @@ def test_problems_and_figures_are_kept_and_the_same(made: Assignment) -> None:
             assert compute_digests(problem) == compute_digests(other)
             assert problem == other
             pieces = kept.pieces_of(slot)
-            assert pieces["figure"] == figure_svg(other.chain, slot)
+            assert pieces["figure"] == draw_figure_svg(other.chain, slot)
             for part in other.parts:
-                assert pieces[f"{part.name} figure"] == part_svg(other.chain, part, f"{slot}-{part.name}")
+                assert pieces[f"{part.name} figure"] == draw_part_svg(other.chain, part, f"{slot}-{part.name}")
 
 
 def test_nothing_is_derived_again(made: Assignment, monkeypatch: pytest.MonkeyPatch) -> None:

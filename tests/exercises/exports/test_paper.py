@@ -27,7 +27,7 @@ from qdot.exercises.exports.marking import TOO_LONG, explain_marking
 from qdot.exercises.exports.paper import compile_pdf
 from qdot.exercises.exports.registry import EXPORT_FORMATS
 from qdot.exercises.exports.sheet import Sheet, make_sheets
-from qdot.exercises.figure.arm_figure import figure_svg, part_svg
+from qdot.exercises.figure.arm_figure import draw_figure_svg, draw_part_svg
 from qdot.exercises.figure.tikz import convert_to_tikz
 from qdot.exercises.formula.latex import parse_latex
 from qdot.exercises.formula.printers.speech import speak
@@ -142,9 +142,9 @@ def test_nothing_is_typed_on_paper_where_every_answer_has_a_box_and_a_short_form
 
 @few_families
 def test_figures_are_drawn_by_latex_as_in_svg(problem: Problem) -> None:
-    drawn = [figure_svg(problem.chain)]
+    drawn = [draw_figure_svg(problem.chain)]
     for part in problem.parts[-several(3, 6) :]:
-        drawn += [part_svg(problem.chain, part, "p"), draw_singular_configurations(problem, part, "s")]
+        drawn += [draw_part_svg(problem.chain, part, "p"), draw_singular_configurations(problem, part, "s")]
     for svg in filter(None, drawn):
         picture = convert_to_tikz(svg)
         strokes = len(re.findall(r"<(?:rect|polyline|polygon|circle)\b", svg))

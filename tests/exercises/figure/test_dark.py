@@ -8,7 +8,7 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from qdot.exercises.figure.arm_figure import figure_svg, options_svg, singular_svg, thumbnail_svg
+from qdot.exercises.figure.arm_figure import draw_figure_svg, draw_options_svg, draw_singular_svg, draw_thumbnail_svg
 from qdot.exercises.generation import sample_chain
 from qdot.exercises.problem.problem import ProblemId
 
@@ -28,8 +28,8 @@ FILLING = ("link-inside", "rod-inside", "rod", "link", "joint-face", "joint-side
 def drawings() -> Iterator[str]:
     arm = sample_chain(ProblemId.parse("elbow-3r/1@chapter"))
     numbers = sample_chain(ProblemId.parse("planar-2r/1@full"))
-    yield from (figure_svg(arm), singular_svg(arm), thumbnail_svg(arm), figure_svg(numbers))
-    yield options_svg(arm, [{q.name: 0.3 * k for q in arm.q} for k in range(4)])
+    yield from (draw_figure_svg(arm), draw_singular_svg(arm), draw_thumbnail_svg(arm), draw_figure_svg(numbers))
+    yield draw_options_svg(arm, [{q.name: 0.3 * k for q in arm.q} for k in range(4)])
 
 
 def colour(code: str) -> np.ndarray:

@@ -19,25 +19,22 @@ from qdot.exercises.families import FAMILIES
 from qdot.exercises.figure import arm_figure as drawing
 from qdot.exercises.figure.arm_figure import (
     POSES_TRIED,
-    alt_text,
-    arm_figure,
-    figure_svg,
-    one_decimal,
-    options_svg,
-    singular_panel,
-    singular_svg,
-    thumbnail_svg,
+    draw_figure_svg,
+    draw_options_svg,
+    draw_singular_svg,
+    draw_thumbnail_svg,
 )
-from qdot.exercises.figure.lettering import lettering_size, upright_lettering
+from qdot.exercises.figure.lettering import measure_lettering, write_upright
 from qdot.exercises.figure.plane import is_drawn_flat, with_exact_numbers
-from qdot.exercises.figure.pose import LONG_ARM_JOINTS, best_poses, list_candidate_poses, make_drawable_chain
-from qdot.exercises.figure.shapes import Box, Circle, Figure, Glyph, Polyline, Text, Vector2D
-from qdot.exercises.figure.small import PANEL_SIZE, PanelSet
+from qdot.exercises.figure.pose import LONG_ARM_JOINTS, find_best_poses, list_candidate_poses, make_drawable_chain
+from qdot.exercises.figure.shapes import Box, Circle, Figure, Glyph, Polyline, Text, Vector2D, format_one_decimal
+from qdot.exercises.figure.small import PANEL_SIZE, PanelSet, draw_singular_panels
+from qdot.exercises.figure.words import describe_figure
 from qdot.exercises.generation import sample_chain
 from qdot.exercises.problem.problem import ProblemId
 from qdot.exercises.singularities.singularity import singular_set
 from tests.support import problems
-from tests.support.figures import crossings, faults
+from tests.support.figures import crossings, draw_arm, faults
 from tests.support.problems import LONG_ARMS
 from tests.support.suites import families_for, few_families, of_families, several
 
@@ -110,7 +107,7 @@ SAMPLED = (*(f"{name}/1" for name in families_for()), *REPORTED)
 
 @cache
 def drawn(chain: Chain) -> Figure:
-    return arm_figure(chain)
+    return draw_arm(chain)
 
 
 @cache
@@ -120,11 +117,11 @@ def sampled(identity: str) -> Chain:
 
 @cache
 def panel(chain: Chain) -> PanelSet:
-    return singular_panel(chain)
+    return draw_singular_panels(chain)
 
 
 def svg_text(chain: Chain) -> list[str]:
-    return [text.text or "" for text in ET.fromstring(singular_svg(chain)).iter(f"{SVG}text")]
+    return [text.text or "" for text in ET.fromstring(draw_singular_svg(chain)).iter(f"{SVG}text")]
 
 
 every_arm = pytest.mark.parametrize("chain", ARMS.values(), ids=ARMS)
@@ -165,7 +162,7 @@ def overlap(a: Box, b: Box) -> bool:
 
 @every_arm
 def test_svg_is_well_formed_self_contained_and_has_a_text_alternative(chain: Chain) -> None:
-    svg, small = figure_svg(chain, name="problem-7"), thumbnail_svg(chain, "small")
+    svg, small = draw_figure_svg(chain, name="problem-7"), draw_thumbnail_svg(chain, "small")
     root = ET.fromstring(svg)
     assert root.tag == f"{SVG}svg" and root.get("role") == "img"
     ids = [element.get("id") for element in root.iter() if element.get("id")]
@@ -176,7 +173,7 @@ def test_svg_is_well_formed_self_contained_and_has_a_text_alternative(chain: Cha
     assert all(re.fullmatch(r"-?\d+\.\d", number) for text in points for number in re.split(r"[ ,]", text))
     thumbnail = ET.fromstring(small)
     assert (thumbnail.get("width"), thumbnail.get("height")) == ("192", "144") and "<text" not in small
-    assert root.findtext(f"{SVG}desc") == thumbnail.findtext(f"{SVG}desc") == alt_text(chain)
+    assert root.findtext(f"{SVG}desc") == thumbnail.findtext(f"{SVG}desc") == describe_figure(chain)
     assert svg.count("data-joint=") == small.count("data-joint=") == chain.n
 
 
@@ -195,18 +192,18 @@ BY_AXES = [
 
 @pytest.mark.parametrize("chain", BY_AXES, ids=["world", "moved"])
 def test_the_body_frame_stands_in_the_point_at_home_and_nowhere_else(chain: Chain) -> None:
-    home = words(arm_figure(chain, HOME))
+    home = words(draw_arm(chain, HOME))
     assert {"P, {b}", "xb", "yb", "zb", "xs", "ys", "zs"} <= {*home}
-    assert "".join(ET.fromstring(figure_svg(chain)).itertext()).count("{b}") == 1
-    assert "body frame b" in alt_text(chain)
+    assert "".join(ET.fromstring(draw_figure_svg(chain)).itertext()).count("{b}") == 1
+    assert "body frame b" in describe_figure(chain)
     inner = replace(chain, tool=Point(2))
-    for figure in (arm_figure(chain, {**HOME, "theta2": 0.3}), arm_figure(inner, HOME)):
+    for figure in (draw_arm(chain, {**HOME, "theta2": 0.3}), draw_arm(inner, HOME)):
         assert "P" in words(figure) and not {"xb", "yb", "zb", "P, {b}"} & {*words(figure)}
-    assert "body frame" not in alt_text(inner)
+    assert "body frame" not in describe_figure(inner)
 
 
 def test_the_axes_of_the_body_frame_are_parallel_to_those_of_the_space_frame_and_start_in_the_point() -> None:
-    figure = arm_figure(BY_AXES[1], HOME)
+    figure = draw_arm(BY_AXES[1], HOME)
     ways = [points for points in strokes(figure, "axis-w") if len(points) == 2]
     (p,) = [shape.center for shape in figure.shapes if isinstance(shape, Circle) and shape.style == "point"]
     starts = Counter(tuple(np.round(start, 6)) for start, _ in ways)
@@ -217,7 +214,7 @@ def test_the_axes_of_the_body_frame_are_parallel_to_those_of_the_space_frame_and
 
 def test_where_the_point_is_in_the_origin_the_axes_have_the_names_of_both_frames() -> None:
     wrist = by_axes(turning(1, 0, -PI / 2), turning(2, 0, PI / 2), turning(3))
-    figure = arm_figure(wrist, dict.fromkeys(("theta1", "theta2", "theta3"), 0.0))
+    figure = draw_arm(wrist, dict.fromkeys(("theta1", "theta2", "theta3"), 0.0))
     assert {"xs, xb", "ys, yb", "zs, zb", "P, {b}"} <= {*words(figure)}
 
 
@@ -275,7 +272,7 @@ def test_no_name_lies_on_another_and_no_link_across_one_at_any_step(family: str)
         chain = with_exact_numbers(sample_chain(ProblemId(family, 1, variation=step)))
         figure, arm = drawn(chain), make_drawable_chain(chain)
         assert not faults(figure), (step, faults(figure))
-        tried = best_poses(chain, arm, POSES_TRIED[chain.n > LONG_ARM_JOINTS])
+        tried = find_best_poses(chain, arm, POSES_TRIED[chain.n > LONG_ARM_JOINTS])
         crossed = [crossings(chain, arm, entries) for entries in tried]
         assert not any(crossed) or min(
             crossings(chain, arm, entries) for entries in list_candidate_poses(chain, arm)
@@ -283,7 +280,7 @@ def test_no_name_lies_on_another_and_no_link_across_one_at_any_step(family: str)
 
 
 def test_a_given_pose_is_drawn() -> None:
-    stretched = arm_figure(ARMS["2r"], {"theta1": 0.0, "theta2": 0.0})
+    stretched = draw_arm(ARMS["2r"], {"theta1": 0.0, "theta2": 0.0})
     assert len({round(y, 6) for link in strokes(stretched, "link") for _, y in link}) == 1
 
 
@@ -309,29 +306,29 @@ def test_a_given_pose_is_drawn_from_the_clearest_side(monkeypatch: pytest.Monkey
 
 
 def test_alt_text_says_what_is_drawn() -> None:
-    text = alt_text(ARMS["2r-l"])
+    text = describe_figure(ARMS["2r-l"])
     for piece in ("two joints", "seen from +z_w", "θ1 about z0", "a1 along x1", "θ2 about z1", "(0, h, 0) in frame 2"):
         assert piece in text
-    assert "mounted on the wall" in alt_text(ARMS["elbow-wall"])
-    assert "rotates by θ1 minus 90 degrees" in alt_text(flat(turning(1, A1, offset=-PI / 2)))
+    assert "mounted on the wall" in describe_figure(ARMS["elbow-wall"])
+    assert "rotates by θ1 minus 90 degrees" in describe_figure(flat(turning(1, A1, offset=-PI / 2)))
 
 
 @pytest.mark.parametrize(("turned", "count"), [(PI / 2, 1), (0, 0)])
 def test_alt_text_tells_the_angle_in_the_row_of_a_slide(turned: sp.Expr, count: int) -> None:
-    text = alt_text(flat(turning(1, 1), sliding(2, A2, theta=turned)))
+    text = describe_figure(flat(turning(1, 1), sliding(2, A2, theta=turned)))
     assert "Joint 2 is prismatic" in text and "x1 is rotated" not in text
     assert text.count("x2 is rotated by 90") == text.count("x2 is rotated") == count
 
 
 def test_numbers_have_one_decimal_and_no_negative_zero() -> None:
-    assert [one_decimal(value) for value in (-0.04, 0.0, 12.25, -3.21)] == ["0.0", "0.0", "12.3", "-3.2"]
+    assert [format_one_decimal(value) for value in (-0.04, 0.0, 12.25, -3.21)] == ["0.0", "0.0", "12.3", "-3.2"]
 
 
 def test_arms_that_stay_in_a_plane_are_drawn_flat() -> None:
     for name, seen in (("rpr", "x_w and y_w, seen from +z_w"), ("prr-upright", "x_w and z_w, seen from -y_w")):
-        assert f"drawn flat in the plane of {seen}" in alt_text(ARMS[name])
+        assert f"drawn flat in the plane of {seen}" in describe_figure(ARMS[name])
         assert all(isinstance(glyph.shapes[0], Circle) for glyph in glyphs(drawn(ARMS[name])) if glyph.kind == "R")
-    assert "drawn in space" in alt_text(ARMS["spherical"])
+    assert "drawn in space" in describe_figure(ARMS["spherical"])
 
 
 SINGULAR = ("2r", "2r-l", "3r", "rp", "elbow-floor", "elbow-wall", "spherical", "rpr")
@@ -343,7 +340,7 @@ def test_singular_configurations_are_drawn_inside_their_panels(name: str) -> Non
     captions = [caption for caption, _ in figures]
     assert captions[0] == "regular" and all(caption[0].isdigit() for caption in captions[1:])
     assert all((figure.width, figure.height) == PANEL_SIZE and is_inside(figure) for _, figure in figures)
-    root = ET.fromstring(singular_svg(ARMS[name], "where"))
+    root = ET.fromstring(draw_singular_svg(ARMS[name], "where"))
     assert [text.text for text in root.iter(f"{SVG}text")][: len(captions)] == captions
     assert all(caption in root.findtext(f"{SVG}desc", "") for caption in captions[1:])
     marked = any(strokes(figure, "lost") for _, figure in figures)
@@ -361,19 +358,19 @@ def sizes(svg: str) -> tuple[str | None, set[str | None]]:
 def test_lettering_has_one_size_in_all_drawings_of_one_width(identity: str) -> None:
     """Notebooks and platforms show all drawings equally wide: then all names and captions are equally large."""
     chain = sampled(identity)
-    drawings = [figure_svg(chain), singular_svg(chain)]
+    drawings = [draw_figure_svg(chain), draw_singular_svg(chain)]
     if not chain.parameters:
-        drawings.append(options_svg(chain, [{q.name: 0.1 * k for q in chain.q} for k in range(4)]))
+        drawings.append(draw_options_svg(chain, [{q.name: 0.1 * k for q in chain.q} for k in range(4)]))
     assert {(width, *found) for width, found in map(sizes, filter(None, drawings))} == {("520", "15.0")}
 
 
 @every_family
 def test_captions_stand_apart_inside_their_drawing_and_tell_degrees_and_metres(identity: str) -> None:
-    root = ET.fromstring(singular_svg(sampled(identity)) or "<svg/>")
+    root = ET.fromstring(draw_singular_svg(sampled(identity)) or "<svg/>")
     boxes = []
     for text in root.iter(f"{SVG}text"):
         (wide, high), x, y = (
-            lettering_size(upright_lettering(text.text or "")),
+            measure_lettering(write_upright(text.text or "")),
             float(text.get("x", 0)),
             float(text.get("y", 0)),
         )
@@ -404,7 +401,7 @@ def test_shoulder_singularity_is_drawn_with_the_point_on_the_axis() -> None:
 
 
 def test_nothing_is_drawn_where_there_is_no_singular_configuration() -> None:
-    assert singular_svg(ARMS["gantry"]) == "" and panel(ARMS["gantry"]) == PanelSet()
+    assert draw_singular_svg(ARMS["gantry"]) == "" and panel(ARMS["gantry"]) == PanelSet()
 
 
 def test_a_wrist_folded_onto_itself_looks_folded() -> None:
@@ -440,13 +437,13 @@ def test_every_condition_has_a_drawing_and_what_is_left_out_is_counted(identity:
 def test_what_is_left_out_is_told_below_the_drawings() -> None:
     """The 7R arm has more singular configurations than there is room for."""
     chain = sampled("lbr-7r/1")
-    remark, root = panel(chain).remark, ET.fromstring(singular_svg(chain))
+    remark, root = panel(chain).remark, ET.fromstring(draw_singular_svg(chain))
     assert "more singular configurations are not drawn" in remark
     assert remark in " ".join(svg_text(chain)) and remark in root.findtext(f"{SVG}desc", "")
 
 
 def test_words_of_small_drawings_are_those_of_the_language() -> None:
-    told = " ".join(ET.fromstring(singular_svg(sampled("planar-2r/6@full"), language="de")).itertext())
+    told = " ".join(ET.fromstring(draw_singular_svg(sampled("planar-2r/6@full"), language="de")).itertext())
     assert "regulär" in told and "−63,43°" in told and "Gestrichelt:" in told
     assert not re.search("regular |ashed|Drawn|configuration|arm with|−63[.]43", told)
 
@@ -522,7 +519,7 @@ def test_a_label_is_near_to_what_it_names_or_has_a_leader() -> None:
 
 @pytest.mark.parametrize("place", [(0, 0, 0), (Q(3, 10), Q(1, 5), 0)])
 def test_the_origin_of_the_world_is_named_where_it_is_not_that_of_the_base(place: tuple[sp.Expr, ...]) -> None:
-    figure = arm_figure(flat(turning(1, A1), turning(2, A2), base=Base(place, PI / 6)))
+    figure = draw_arm(flat(turning(1, A1), turning(2, A2), base=Base(place, PI / 6)))
     assert ("Ow" in words(figure)) == any(place)
 
 
@@ -537,7 +534,7 @@ def test_a_given_pose_can_be_read_and_names_all_joints_axes_and_the_point(family
     for part in problem.parts:
         if part.details.pose is None:
             continue
-        figure = arm_figure(chain, part.details.pose)
+        figure = draw_arm(chain, part.details.pose)
         assert not faults(figure), part.kind
         names = {name for word in words(figure) for name in word.replace(" = ", ", ").split(", ")}
         assert {"P", *(f"O{i}" for i in range(chain.n + 1))} <= names

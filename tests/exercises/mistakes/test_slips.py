@@ -157,7 +157,7 @@ def checked(arm: Chain) -> list[str]:
     known = {symbol: stream.uniform(0.3, 1.7) for symbol in (*arm.parameters, *arm.q)}
     working = compute_numeric_stages(arm, {symbol.name: np.array([value]) for symbol, value in known.items()})
     for name in (*ENTRIES, "lengths-exchanged", "row-misread", "a-and-d-exchanged"):
-        for slip in CATALOGUE[name].variants(arm, (3, 1)):
+        for slip in CATALOGUE[name].generate_variants(arm, (3, 1)):
             if slip.words.get("entry") == "constant of the joint variable":
                 continue
             point = convention_of(arm).point
@@ -187,7 +187,7 @@ def test_the_row_that_is_named_is_the_row_as_it_is_told(family: str) -> None:
 def test_what_the_first_row_takes_from_the_base_is_in_that_row(base: Base) -> None:
     arm = replace(IN_ROW_1, base=base)
     assert set(checked(arm)) >= {"length-forgotten", "twist-sign", "row-misread"}
-    rows = [slip.words["link"] for slip in CATALOGUE["twist-forgotten"].variants(arm, (3, 1))]
+    rows = [slip.words["link"] for slip in CATALOGUE["twist-forgotten"].generate_variants(arm, (3, 1))]
     assert 1 in rows or convention_of(arm).base.tilt != 0
-    forgotten = list(CATALOGUE["base-forgotten"].variants(arm, (3, 1)))
+    forgotten = list(CATALOGUE["base-forgotten"].generate_variants(arm, (3, 1)))
     assert len(forgotten) == (0 if convention_of(arm).base.is_world else 1)

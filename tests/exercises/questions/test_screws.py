@@ -185,11 +185,16 @@ def test_no_mistake_speaks_of_a_table_or_of_frames_on_the_links(family: str) -> 
         pytest.skip("its arms are of many structures")
     arm = by_axes(family)
     shapes = ((3, 1), (6, arm.n), (6, 1), (arm.n, arm.n), (1, 1))
-    said = {m.sentence(slip.words) for m in CATALOGUE.values() for shape in shapes for slip in m.variants(arm, shape)}
+    said = {
+        m.format_message(slip.words)
+        for m in CATALOGUE.values()
+        for shape in shapes
+        for slip in m.generate_variants(arm, shape)
+    }
     for part in generate(
         ProblemId(family, 1, tuple(applicable_questions(arm)), variation="full", convention="screws")
     ).parts:
-        said |= {mistake.sentence(take.words) for mistake, take in generate_mistaken_answers(arm, part)}
+        said |= {mistake.format_message(take.words) for mistake, take in generate_mistaken_answers(arm, part)}
     table = re.compile(
         r"\b(table|frames?|(?<!exchanged )rows?) (\d|i\b|of the table|below)|\btable\b|(base|last|own) frame|p\*|\bO\d"
     )

@@ -19,7 +19,7 @@ from typer.testing import CliRunner
 from qdot.exercises.answer_types import TRUE_FALSE, Choice, Matching, Number, Selection
 from qdot.exercises.common.errors import QdotError
 from qdot.exercises.families import FAMILIES
-from qdot.exercises.figure.arm_figure import part_alt, part_svg
+from qdot.exercises.figure.arm_figure import describe_part_figure, draw_part_svg
 from qdot.exercises.generation import applicable_questions, generate, sample_chain, select_quiz_questions
 from qdot.exercises.notebook.notebook import make_solution_notebook, make_student_notebook
 from qdot.exercises.problem.problem import Part, Problem, ProblemId
@@ -295,9 +295,9 @@ def test_notebooks_hold_drawings_to_choose_from() -> None:
         assert "theta1 = " in drawing
     assert len([cell for cell in cells if cell.metadata.get("qdot")]) == 3
     part = problem.parts[0]
-    svg = part_svg(problem.chain, part, "p1")
+    svg = draw_part_svg(problem.chain, part, "p1")
     assert all(f">{letter}</text>" in svg for letter in "ABCD")
-    assert part_alt(problem.chain, part).count("theta1") == 4
+    assert describe_part_figure(problem.chain, part).count("theta1") == 4
 
 
 @pytest.fixture

@@ -21,7 +21,7 @@ from qdot.exercises.singularities.classification import (
 from qdot.exercises.singularities.normalized_arm import first_joint_moves_all, normalize_arm, normalized_pieces
 from qdot.exercises.singularities.singularity import Component, Values, singular_set
 from qdot.exercises.singularities.singularity_kinds import classify_samples
-from qdot.exercises.verify.appearance import samples_on_component, statement_holds
+from qdot.exercises.verify.appearance import sample_component, statement_holds
 from tests.support.suites import few_families, several
 
 A1, A2 = sp.symbols("a1 a2")
@@ -117,7 +117,7 @@ def test_what_is_told_of_a_structure_holds_for_the_arm(problem: Problem) -> None
             )
             assert all(
                 statement_holds(problem.chain, kind.meaning, sample)
-                for sample in samples_on_component(problem.chain, component)
+                for sample in sample_component(problem.chain, component)
             )
             assert not (kind.uniform and own.uniform) or kind.kind == own.kind
 

@@ -16,7 +16,7 @@ from qdot.exercises.singularities.singularity import singular_set
 from qdot.exercises.solve.certified_singularities import certified_statement
 from qdot.exercises.solve.solver import Singularities, singular_stages, solve
 from qdot.exercises.solve.special_lengths import length_relations
-from qdot.exercises.verify.appearance import samples_on_component
+from qdot.exercises.verify.appearance import sample_component
 from qdot.exercises.writing import solution_steps as steps_module
 from qdot.exercises.writing.problem_texts import get_solution_steps
 from qdot.exercises.writing.solution_steps import SingularComponent
@@ -164,7 +164,7 @@ def test_a_false_look_or_kind_is_not_told(false: Classification, monkeypatch: py
 def test_words_are_sound_where_they_are_so_of_every_configuration() -> None:
     chain = Chain("mine", PLANAR, ("vx", "vy"))
     (component,) = get_solution_steps(chain).components
-    samples = samples_on_component(chain, component)
+    samples = sample_component(chain, component)
     assert certified_statement(chain, "arm stretched out or folded back", samples)
     assert certified_statement(chain, "arm stretched out", samples) == ""
     assert certified_statement(chain, "arm stretched out or folded back", []) == ""

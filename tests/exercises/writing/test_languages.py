@@ -270,7 +270,7 @@ def test_the_sentences_on_mistakes_are_found_again_in_the_language(language: str
         fields = re.findall(r"\{(\w+)\}", kind.message)
         words = {field: str(number) for number, field in enumerate(dict.fromkeys(fields), 1)}
         own = load_catalogue(language).translate_mistake_sentence(
-            kind.name, kind.message, kind.chapter_reference, kind.sentence(words)
+            kind.name, kind.message, kind.chapter_reference, kind.format_message(words)
         )
         says = load_catalogue(language).translations.pgettext(name_mistake_context(name), kind.message)
         assert says != kind.message and own.startswith(says.format(**words)), name

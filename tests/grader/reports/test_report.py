@@ -22,9 +22,9 @@ from qdot.exercises.problem.problem import ProblemId
 from qdot.grader.diagnosis.similar import (
     CanonicalForm,
     StudentAnswer,
-    canonical_form,
     compute_similarity,
     find_similar_pairs,
+    make_canonical_form,
 )
 from qdot.grader.grading.result import AppliedOverride, Result
 from qdot.grader.judging.answer_parser import read_answer
@@ -132,7 +132,7 @@ def assignment(tmp_path_factory: pytest.TempPathFactory) -> Assignment:
 
 def form(assignment: Assignment, text: str) -> CanonicalForm:
     ((_, problem),) = assignment.generate_problems("s0")
-    found = canonical_form(read_answer(problem, problem.parts[0], text))
+    found = make_canonical_form(read_answer(problem, problem.parts[0], text))
     assert found is not None
     return found
 
@@ -144,7 +144,7 @@ def test_the_order_of_terms_and_factors_is_no_difference(assignment: Assignment)
     assert compute_similarity(one, form(assignment, "a1 + a2")) < 0.3
     ((_, problem),) = assignment.generate_problems("s0")
     for text in ("blank", "sin(", "sin(" * 700 + "a1" + ")" * 700):
-        assert canonical_form(read_answer(problem, problem.parts[0], text)) is None
+        assert make_canonical_form(read_answer(problem, problem.parts[0], text)) is None
 
 
 LONG = "a1*cos(theta1)*cos(theta2) + a2*sin(theta1 - theta2) + 7*a1"
