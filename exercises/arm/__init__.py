@@ -1,20 +1,23 @@
-"""Describe an arm by a DH table, and derive its kinematics by two routes, once per structure.
+"""Describe an arm by a DH table, and derive its kinematics.
 
-From the bottom up:
+Each module uses only modules above it in this list:
 
-    vectors                     rotations about axes; cross products
-    conventions/                how arms are presented: a class for each convention, with all that depends on it
-    chain                       an arm: its DH table, base, point of interest and task
-    kinematics, trigonometry    frames and Jacobians; exact equality of trigonometric polynomials, and textbook factors
-    transforms                  the poses of the frames of a structure; its Jacobian in the last frame
-    axes_to_dh, standard_table  the standard table of an arm that is described by its axes or by a modified table
-    arithmetic                  the arithmetic of a derivation: numbers, SymPy or formula trees
-    derivation_graph            a derivation in stages, any of which may contain a mistake
-    derivation                  all results, by both routes, once per structure
-    lengths                     lengths replaced by symbols, and values substituted for symbolic lengths
-    mpmath_kinematics, path     the numeric arm with many digits; its motion along a straight line
-    entry                       parser for one entry of a table
-    urdf, robot_file            readers of the user's own arm: a URDF; a ROBOT.toml in any convention
-    robot_text                  writer of an arm as ROBOT.toml
-    library                     the library of real robots
+    vectors             rotations about axes; norms and cross products of numeric vectors
+    conventions/        how arms are presented: a class for each convention, with all that depends on the convention
+    chain               an arm: its DH table, base, point of interest and task
+    kinematics          frames and Jacobians, symbolic and numeric
+    trigonometry        exact equality of trigonometric polynomials; their textbook forms
+    arithmetic          the kinds of values with which a derivation computes: numbers, expressions or trees
+    axes_to_dh          the standard DH table of an arm that is described by its axes
+    standard_table      conversion of tables and axes to the standard table, and back to axes
+    derivation_graph    a derivation in stages, any of which may contain a mistake
+    derivation          the symbolic arm, and all results by two routes
+    transforms          the poses of the frames; the Jacobian in the last frame
+    lengths             lengths replaced by symbols, and symbols replaced by values
+    mpmath_kinematics   an arm in numbers of 30 digits
+    path                the motion along a straight line
+    entry               parser for one entry of a table
+    urdf, robot_file    readers of a user's own arm: a URDF; a ROBOT.toml in any convention
+    robot_text          writer of an arm as ROBOT.toml
+    library             the library of real robots
 """

@@ -1,7 +1,8 @@
-"""The arithmetics of a derivation: numbers at several configurations, SymPy expressions, or formula trees.
+"""Define the three kinds of values with which a derivation computes: numbers, SymPy expressions, or formula trees.
 
-A derivation is written once, for all of them. Values are arrays whose last axes belong to the arithmetic; the
-derivation uses only the axes before these. A stepped value carries its derivatives by the joint variables.
+A derivation (`derivation_graph`) is written once and works with each kind. A value is a NumPy array. Its first axes are
+the rows and columns of a vector or matrix. Its last axes belong to the kind of values, which is called an arithmetic. A
+*stepped* value also carries the derivatives by the joint variables, from which a Jacobian is computed.
 """
 
 from collections.abc import Callable, Mapping, Sequence
@@ -18,13 +19,14 @@ from qdot.exercises.formula.sympy_text import expression_text
 from qdot.exercises.formula.trees import Node, ParseError
 
 DERIVATIVE_STEP = 1e-30
-"""The step of complex-step derivatives, which are exact up to rounding because no digits cancel."""
+"""The imaginary step of a joint variable for complex-step derivatives, which are exact up to rounding."""
 
 
 class NumericArithmetic:
-    """The arithmetic of numbers at N configurations; `values` holds the values (N,) of each symbol.
+    """The arithmetic of numbers at N configurations; `values` maps the name of each symbol to its N values.
 
-    Arrays end in (N,), and stepped arrays in (N, n + 1), in which n is the number of joints.
+    Arrays end with an axis of N configurations. Stepped arrays end with the axes (N, n + 1) for n joints: the first of
+    the n + 1 values is the value itself; each other value has one joint variable moved by an imaginary step.
     """
 
     def __init__(self, joints: Sequence[str], values: Mapping[str, np.ndarray]) -> None:
@@ -33,21 +35,18 @@ class NumericArithmetic:
         self._joints = list(joints)
         self._stepped_entries: dict[sp.Expr, np.ndarray] = {}
 
-    def table_entry(self, expression: sp.Expr) -> np.ndarray:
-        """Return the stepped value of a table entry: its value, then with each joint moved by one step, (N, n + 1)."""
-        stepped = self._stepped_entries.get(expression)
-        if stepped is None:
-            stepped = self._stepped_entries[expression] = self._evaluate(expression)
+    def convert_entry(self, expression: sp.Expr) -> np.ndarray:
+        """Return the stepped value (N, n + 1) of an entry of the DH table."""
+        if expression not in self._stepped_entries:
+            shape = (self.configuration_count, len(self._joints) + 1)
+            values = {symbol.name: self._stepped_values(symbol.name).ravel() for symbol in expression.free_symbols}
+            stepped = evaluate(compile_expression(expression), values, shape[0] * shape[1])[0][0].reshape(shape)
             stepped.flags.writeable = False
-        return stepped
-
-    def _evaluate(self, expression: sp.Expr) -> np.ndarray:
-        shape = (self.configuration_count, len(self._joints) + 1)
-        values = {symbol.name: self._stepped_values(symbol.name).ravel() for symbol in expression.free_symbols}
-        return evaluate(compile_expression(expression), values, shape[0] * shape[1])[0][0].reshape(shape)
+            self._stepped_entries[expression] = stepped
+        return self._stepped_entries[expression]
 
     def _stepped_values(self, name: str) -> np.ndarray:
-        """Return the values (N, n + 1) of a symbol: unchanged, then with each joint moved by one imaginary step."""
+        """Return the stepped value (N, n + 1) of a symbol."""
         stepped = np.repeat(self._values[name].astype(complex)[:, None], len(self._joints) + 1, axis=1)
         if name in self._joints:
             stepped[:, 1 + self._joints.index(name)] += DERIVATIVE_STEP * 1j
@@ -58,7 +57,7 @@ class NumericArithmetic:
         return self._values[name]
 
     def constant(self, value: sp.Expr) -> np.ndarray:
-        """Return a constant, (N,)."""
+        """Return a constant, repeated for each configuration, (N,)."""
         return np.full(self.configuration_count, float(value))
 
     def sin(self, angle: np.ndarray) -> np.ndarray:
@@ -70,7 +69,7 @@ class NumericArithmetic:
         return np.asarray(np.cos(angle))
 
     def sqrt(self, square: np.ndarray) -> np.ndarray:
-        """Return the square roots, nan for negative values."""
+        """Return the square roots; the root of a negative value is nan."""
         with np.errstate(invalid="ignore"):
             return np.asarray(np.sqrt(square))
 
@@ -79,7 +78,7 @@ class NumericArithmetic:
         return np.asarray(stepped[..., 0].real)
 
     def derivatives(self, stepped: np.ndarray) -> np.ndarray:
-        """Return the derivatives, (n, …, N)."""
+        """Return the derivatives of stepped values by the n joint variables, (n, …, N)."""
         return np.moveaxis(stepped[..., 1:].imag / DERIVATIVE_STEP, -1, 0)
 
 
@@ -90,10 +89,10 @@ def compile_expression(expression: sp.Expr) -> Program:
 
 
 class _FormulaArithmetic:
-    """The arithmetic of formulas, which need no steps because they can be differentiated; arrays end in (1,).
+    """The arithmetic of formulas, which need no steps because they can be differentiated.
 
-    `apply_function` applies the function with a given name. `slope` differentiates with respect to the joint variable
-    with a given name.
+    Arrays end with an axis of length 1. `apply_function(name, entry)` applies sin, cos or sqrt to a formula.
+    `differentiate(joint, entry)` differentiates a formula by the joint variable with that name.
     """
 
     def __init__(
@@ -104,11 +103,11 @@ class _FormulaArithmetic:
         self._differentiators = [np.frompyfunc(partial(differentiate, name), 1, 1) for name in joints]
 
     def drop_derivatives(self, stepped: np.ndarray) -> np.ndarray:
-        """Return the array unchanged."""
+        """Return the array unchanged, because it has no steps."""
         return stepped
 
     def derivatives(self, stepped: np.ndarray) -> np.ndarray:
-        """Return the derivatives."""
+        """Return the derivatives of formulas by the n joint variables, (n, …, 1)."""
         return np.stack([differentiate(stepped) for differentiate in self._differentiators])
 
 
@@ -121,18 +120,18 @@ class SympyArithmetic(_FormulaArithmetic):
         )
 
     def constant(self, value: sp.Expr) -> np.ndarray:
-        """Return a constant, or any expression."""
+        """Return a constant, or any other SymPy expression, as an array (1,)."""
         return np.array([sp.sympify(value)], dtype=object)
 
-    table_entry = constant
+    convert_entry = constant
 
     def symbol_value(self, name: str) -> np.ndarray:
-        """Return a symbol."""
+        """Return the symbol with a name as an array (1,)."""
         return self.constant(sp.Symbol(name))
 
 
 class Term:
-    """A formula tree with the operators +, -, * and /."""
+    """A formula tree that supports the operators +, -, * and / of Python."""
 
     __slots__ = ("node",)
 
@@ -171,54 +170,50 @@ class TreeArithmetic(_FormulaArithmetic):
     """
 
     def __init__(self, joints: Sequence[str]) -> None:
-        super().__init__(joints, _apply_to_term, _differentiate_term)
+        super().__init__(joints, lambda name, term: Term(algebra.apply_function(name, term.node)), _differentiate_term)
 
     def constant(self, value: sp.Expr) -> np.ndarray:
-        """Return a constant, or any expression."""
+        """Return a constant, or any other SymPy expression, as an array (1,) of trees."""
         return self.entries([parse_formula(expression_text(sp.sympify(value)))])
 
-    table_entry = constant
+    convert_entry = constant
 
     def symbol_value(self, name: str) -> np.ndarray:
-        """Return a symbol."""
+        """Return the symbol with a name as an array (1,) of trees."""
         return self.entries([Node("name", value=name)])
 
     @staticmethod
     def entries(nodes: Sequence[Node]) -> np.ndarray:
-        """Return trees as an array."""
+        """Return n trees as an array of terms, (n,)."""
         return np.array([Term(node) for node in nodes], dtype=object)
 
     @staticmethod
     def matrix(rows: Sequence[Sequence[Node]]) -> np.ndarray:
-        """Return rows of trees as an array, (rows, columns, 1)."""
+        """Return the rows of a matrix of trees as an array of terms, (rows, columns, 1)."""
         return np.stack([TreeArithmetic.entries(row) for row in rows])[:, :, None]
 
     @staticmethod
     def rows(array: np.ndarray) -> list[list[Node]]:
-        """Return a vector or matrix as rows of trees; a single value becomes a matrix with one entry."""
+        """Return a vector or matrix of terms as rows of trees; a vector has one tree per row, a scalar one row."""
         entries = array[..., 0]
         return [[term.node for term in row] for row in entries.reshape(len(entries) if entries.ndim else 1, -1)]
 
 
-def _apply_to_term(function: str, term: Term) -> Term:
-    return Term(algebra.apply_function(function, term.node))
-
-
-def _differentiate_term(name: str, term: Term) -> Term:
-    derivative = algebra.differentiate(term.node, name)
+def _differentiate_term(joint: str, term: Term) -> Term:
+    derivative = algebra.differentiate(term.node, joint)
     if derivative is None:
-        raise ParseError("it has no derivative")
+        raise ParseError("the formula has no derivative")
     return Term(derivative)
 
 
 Arithmetic = NumericArithmetic | SympyArithmetic | TreeArithmetic
-"""The arithmetic in which a derivation computes: it converts entries of the table and applies functions to values."""
+"""An arithmetic converts entries of the DH table and symbols to values, and applies functions to values."""
 
 
-# --- vectors and matrices, along the first axes ---
+# --- vectors and matrices along the first array axes ---
 
 MIN_FACTORIZED_ROWS = 5
-"""Minimum number of rows for which numeric determinants are computed by factorization instead of minors."""
+"""Numeric determinants of matrices with at least this many rows are computed by factorization, others by minors."""
 
 
 def matrix_product(a: np.ndarray, b: np.ndarray) -> np.ndarray:
@@ -232,14 +227,14 @@ def apply_matrix(a: np.ndarray, v: np.ndarray) -> np.ndarray:
 
 
 def cross(a: np.ndarray, b: np.ndarray) -> np.ndarray:
-    """Return a x b of vectors (3, …)."""
+    """Return the cross product a x b of vectors (3, …)."""
     return np.stack([a[1] * b[2] - a[2] * b[1], a[2] * b[0] - a[0] * b[2], a[0] * b[1] - a[1] * b[0]])
 
 
 def determinant(a: np.ndarray, sign: int = -1) -> np.ndarray:
     """Return the determinant of a matrix (n, n, …) by minors.
 
-    If `sign` is 1, all terms are added (the permanent), which is a common mistake.
+    If `sign` is 1, all terms are added. The result is the permanent, which students get by a common mistake.
     """
     if len(a) >= MIN_FACTORIZED_ROWS and a.dtype != object and sign == -1:
         return np.asarray(np.linalg.det(np.moveaxis(a, -1, 0)))
@@ -271,5 +266,5 @@ def minors(a: np.ndarray) -> np.ndarray:
 
 
 def cofactor_signs(n: int) -> np.ndarray:
-    """Return the signs of cofactors, n x n."""
-    return np.array([[(-1) ** (i + j) for j in range(n)] for i in range(n)])
+    """Return the n x n signs of cofactors: (-1)^(i + j)."""
+    return np.asarray((-1) ** np.add.outer(np.arange(n), np.arange(n)))

@@ -1,46 +1,49 @@
-"""Compute poses, and the standard DH table of an arm that is described by its joint axes.
+"""Compute the standard DH table of an arm that is described by its joint axes at home.
 
-Numbers are computed with 60 digits, which is faster than nested roots. Then exact values are recognised: an angle as a
-multiple of pi/12 or an arctangent, a length as a fraction or the root of one. Other numbers are rounded.
+Numbers are computed with 60 digits, because exact nested roots would be slow. Then exact values are recognised. An
+angle may be a multiple of pi/12 or an arctangent. A length may be a fraction, the root of a fraction, or a sum of
+roots. Other numbers are rounded.
 """
 
 from collections.abc import Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import mpmath
 import numpy as np
 import sympy as sp
 
-from qdot.exercises.arm.chain import Base, Joint, Point
+from qdot.exercises.arm.chain import Base, HasKind, Joint, Point
 from qdot.exercises.arm.vectors import rot_x, rot_z
 
 ZERO_TOLERANCE = sp.Float("1e-9")
-"""Tolerance for zero and for multiples of pi/12, because the numbers that users write are rounded."""
-EXACT_TOLERANCE, _ROUNDING_ERROR, _WORKING_DIGITS = sp.Float("1e-45"), sp.Float("1e-50"), 60
+"""Tolerance for zero and for multiples of pi/12. It is large because users round the numbers that they write."""
+EXACT_TOLERANCE, _ROUNDING_ERROR, _DIGITS = sp.Float("1e-45"), sp.Float("1e-50"), 60
 """The tolerance for recognising an exact number, the size below which a number is a rounding error of zero, and the
 number of digits of computations."""
 _SHOWN_DECIMALS = 10
 """Number of decimals to which a number without a simple form is rounded."""
 _MAX_DENOMINATOR, _MAX_SQUARE_DENOMINATOR = 10**8, 10**16
-"""The largest denominators of a fraction that is not a decimal, and of a fraction under a root: lengths along an axis
-(1, 2, 3) or (0, 3, 4) have large ones. With 45 matching digits, neither is a coincidence.
+"""The largest denominators of a fraction that is not a decimal, and of a fraction under a root.
+
+Lengths along an axis with the direction (1, 2, 3) or (0, 3, 4) have large denominators. A fraction that matches 45
+digits is no coincidence.
 """
 _MAX_SUM_COEFFICIENT = 10**4
-"""The largest whole-number coefficient in a combination of 1 and the roots of 2, 3 and 6.
+"""The largest whole-number coefficient in a sum of multiples of 1 and of the roots of 2, 3 and 6.
 
-Rotations by 30 and 45 degrees produce such combinations.
+Rotations by 30 and 45 degrees produce such sums.
 """
 
 
 @dataclass(frozen=True)
 class Pose:
-    """The pose of a frame in another one: its rotation R (3 x 3) and its origin (3 x 1, m)."""
+    """The pose of a frame in an outer frame: its rotation R (3 x 3) and its origin (3 x 1, m)."""
 
     rotation: sp.Matrix
     origin: sp.Matrix
 
     def __matmul__(self, inner: "Pose") -> "Pose":
-        """Convert a pose from this frame to the outer frame."""
+        """Convert a pose in this frame to the outer frame."""
         origin = self.origin + self.rotation * inner.origin
         return Pose(_evaluate_matrix(self.rotation * inner.rotation), _evaluate_matrix(origin))
 
@@ -57,27 +60,32 @@ def make_pose(position: Sequence[sp.Expr], rpy: Sequence[sp.Expr]) -> Pose:
 
 
 @dataclass(frozen=True)
-class Axis:
-    """A joint at home: its kind, the unit vector along its axis, and a point on it (m), in the world frame."""
+class Axis(HasKind):
+    """A joint's axis at home: the joint's kind, the unit vector along the axis, and a point on the axis (m).
 
-    kind: str
+    Direction and point are 3 x 1, in the world frame unless stated otherwise.
+    """
+
     direction: sp.Matrix
     point: sp.Matrix
 
 
-# --- a base anywhere ---
+# --- the base ---
 
 
 def split_base_pose(pose: Pose) -> tuple[Base, sp.Expr]:
-    """Split a pose with numeric angles into a base and a final rotation about its z axis (rad); return both."""
-    candidates = _base_angles(pose.rotation)
-    tilt, yaw, final_rotation = min(candidates, key=lambda angles: (angles[2] != 0, abs(angles[1]), -angles[0]))
+    """Split a pose with numeric angles into a base and a rotation about the z axis of the base.
+
+    A base alone has only yaw and tilt. Return the base, and the angle of the rotation (rad).
+    """
+    candidates = _find_base_angles(pose.rotation)
+    tilt, yaw, final_angle = min(candidates, key=lambda angles: (angles[2] != 0, abs(angles[1]), -angles[0]))
     x, y, z = pose.origin.applyfunc(recognize_exact)
-    return Base((x, y, z), yaw, tilt), final_rotation
+    return Base((x, y, z), yaw, tilt), final_angle
 
 
-def _base_angles(r: sp.Matrix) -> list[tuple[sp.Expr, sp.Expr, sp.Expr]]:
-    """Return all (tilt, yaw, angle) of a rotation Rz(yaw) Rx(tilt) Rz(angle): two, or one if z_0 is vertical."""
+def _find_base_angles(r: sp.Matrix) -> list[tuple[sp.Expr, sp.Expr, sp.Expr]]:
+    """Return each (tilt, yaw, angle) with Rz(yaw) Rx(tilt) Rz(angle) = r: two, or one if z_0 is vertical."""
     if is_zero(r[0, 2]) and is_zero(r[1, 2]):
         return [(sp.S.Zero if r[2, 2] > 0 else sp.pi, angle_of(r[0, 0], r[1, 0]), sp.S.Zero)]
     sine = sp.sqrt(evaluate_entry(1 - r[2, 2] ** 2))
@@ -92,32 +100,31 @@ def _base_angles(r: sp.Matrix) -> list[tuple[sp.Expr, sp.Expr, sp.Expr]]:
 
 
 def table_of_axes(axes: Sequence[Axis], point: sp.Matrix) -> tuple[Base, tuple[Joint, ...], Point | None]:
-    """Return base, standard table and point of interest of an arm, given its axes and that point at home (3 x 1, m).
+    """Return base, standard table and point of interest of an arm, given its axes and the point (3 x 1, m) at home.
 
-    Frame i lies on axis i + 1, at its intersection with the common normal from axis i. The last frame is at the point,
-    so None is returned for the point. If the angle of that frame is no multiple of pi/12, the point is given in the
-    frame before it instead. At home, all joint variables are zero. The axis of a prismatic joint is moved to the
-    preceding origin.
+    The origin of frame i is where axis i + 1 meets the common normal of the axes i and i + 1. The axis of a prismatic
+    joint is first moved to the preceding origin. The last frame is at the point of interest, so None is returned for
+    the point. An exception is made if theta of the last row is no multiple of pi/12. Then the last row contains only
+    the joint, and the point is returned in the coordinates of the last frame.
     """
-    table_frame = _TableFrame(_base_frame(axes[0]))
+    table_frame = _TableFrame(_choose_base_frame(axes[0]))
     base, _ = split_base_pose(table_frame.frame)
     joints, tool = [], None
     for number, axis in enumerate(axes, 1):
         previous_frame, frame = table_frame, table_frame.frame
         next_axis = axes[number] if number < len(axes) else Axis("", frame.rotation[:, 2], point)
-        step, table_frame = _next_row(previous_frame, next_axis)
+        step, table_frame = _compute_next_row(previous_frame, next_axis)
         if number == len(axes) and not (12 * step.theta / sp.pi).is_Integer:
             x, y, z = _evaluate_matrix(frame.rotation.T * (point - frame.origin)).applyfunc(recognize_exact)
             step, tool = Joint("P", -previous_frame.z_rotation, 0, 0, 0), Point(number, (x, y, z))
-        if axis.kind == "R":
-            joints.append(Joint("R", sp.Symbol(f"theta{number}") + step.theta, step.d, step.a, step.alpha))
-        else:
-            joints.append(Joint("P", step.theta, sp.Symbol(f"d{number}") + step.d, step.a, step.alpha))
+        joint = replace(step, kind=axis.kind)
+        variable = sp.Symbol(f"{axis.variable_key}{number}")
+        joints.append(joint.with_variable_entry(variable + joint.variable_entry))
     return base, tuple(joints), tool
 
 
-def _base_frame(axis: Axis) -> Pose:
-    """Return frame 0: its origin is the first axis's point nearest to the world's origin, and x_0 is horizontal."""
+def _choose_base_frame(axis: Axis) -> Pose:
+    """Return frame 0: its origin is the point of the first axis nearest to the world's origin; x_0 is horizontal."""
     z, up = axis.direction, sp.Matrix([0, 0, 1])
     horizontal = up.cross(z)
     if _is_zero_vector(horizontal):
@@ -126,35 +133,35 @@ def _base_frame(axis: Axis) -> Pose:
         x = horizontal / horizontal.norm()
         if sp.N(x[0]) < -ZERO_TOLERANCE or (is_zero(x[0]) and sp.N(x[1]) < 0):
             x = -x
-    origin = sp.zeros(3, 1) if axis.kind == "P" else axis.point - axis.point.dot(z) * z
+    origin = sp.zeros(3, 1) if axis.is_prismatic else axis.point - axis.point.dot(z) * z
     return Pose(_evaluate_matrix(sp.Matrix.hstack(x, z.cross(x), z)), _evaluate_matrix(origin))
 
 
 @dataclass(frozen=True)
 class _TableFrame:
-    """A frame of the table: `frame`, rotated about its z axis by an angle that depends on symbolic lengths.
+    """A frame of the table: `frame`, rotated about its z axis by the angle `z_rotation`.
 
-    Rotations about parallel axes are added, so that roots of symbolic lengths occur only in that angle and in a
-    distance.
+    If the angle depends on symbolic lengths, a rotation matrix would contain roots. Therefore the angle is kept apart.
+    The angles of parallel axes are added, so that such roots occur only in the angle and in a distance.
     """
 
     frame: Pose
     z_rotation: sp.Expr = sp.S.Zero
 
 
-def _next_row(table_frame: _TableFrame, next_axis: Axis) -> tuple[Joint, _TableFrame]:
+def _compute_next_row(table_frame: _TableFrame, next_axis: Axis) -> tuple[Joint, _TableFrame]:
     """Return one row of the table, without its variable, and the frame after it, whose z lies along `next_axis`."""
     frame, next_direction, next_rotation = table_frame.frame, next_axis.direction, sp.S.Zero
     x, z = frame.rotation[:, 0], frame.rotation[:, 2]
     to_next_point, normal = _evaluate_matrix(next_axis.point - frame.origin), _evaluate_matrix(z.cross(next_direction))
-    if next_axis.kind == "P":
+    if next_axis.is_prismatic:
         to_next_point = sp.zeros(3, 1)
     if _is_zero_vector(normal):
         offset = _evaluate_matrix(to_next_point - to_next_point.dot(z) * z)
         d = recognize_exact(to_next_point.dot(z)) if not next_axis.kind else sp.S.Zero
         next_x, a, next_rotation = x, sp.S.Zero, table_frame.z_rotation
         if not _is_zero_vector(offset):
-            next_x, a, next_rotation = _direction_and_length(offset, x, z.cross(x))
+            next_x, a, next_rotation = _describe_vector(offset, x, z.cross(x))
     else:
         next_x = _evaluate_matrix(normal / normal.norm())
         a = evaluate_entry(to_next_point.dot(next_x))
@@ -170,20 +177,19 @@ def _next_row(table_frame: _TableFrame, next_axis: Axis) -> tuple[Joint, _TableF
     return Joint("P", theta, d, a, alpha), _TableFrame(next_pose, next_rotation if alpha == 0 else -next_rotation)
 
 
-def _direction_and_length(vector: sp.Matrix, x: sp.Matrix, y: sp.Matrix) -> tuple[sp.Matrix, sp.Expr, sp.Expr]:
-    """Return a unit vector, a length and an angle that describe a vector perpendicular to z.
+def _describe_vector(vector: sp.Matrix, x: sp.Matrix, y: sp.Matrix) -> tuple[sp.Matrix, sp.Expr, sp.Expr]:
+    """Describe a vector perpendicular to z by a unit vector, the vector's length, and the angle between the two.
 
-    The angle leads from the unit vector to the vector. If the ratios of the entries are numbers, the unit vector is the
-    direction of the vector, and the angle is zero. Otherwise the unit vector is x, and length and angle depend on
-    symbolic lengths.
+    If the ratios of the vector's entries are numbers, the unit vector has the direction of the vector, and the angle is
+    zero. Otherwise the unit vector is x, and length and angle depend on symbolic lengths.
     """
-    first = next(entry for entry in vector if not is_zero(entry))
-    ratios = _evaluate_matrix(vector / first)
+    first_entry = next(entry for entry in vector if not is_zero(entry))
+    ratios = _evaluate_matrix(vector / first_entry)
     if ratios.free_symbols:
         x_component, y_component = (sp.expand(recognize_exact(vector.dot(direction))) for direction in (x, y))
         return x, sp.sqrt(x_component**2 + y_component**2), sp.atan2(y_component, x_component)
     ratio_norm = ratios.norm()
-    length = evaluate_entry(first * ratio_norm)
+    length = evaluate_entry(first_entry * ratio_norm)
     direction, length = (-ratios / ratio_norm, -length) if _is_negative(length) else (ratios / ratio_norm, length)
     return _evaluate_matrix(direction), recognize_exact(length), sp.S.Zero
 
@@ -192,41 +198,44 @@ def _direction_and_length(vector: sp.Matrix, x: sp.Matrix, y: sp.Matrix) -> tupl
 
 
 def is_zero(value: sp.Expr) -> bool:
-    """Return whether a value is zero; a number counts as zero if it is below ZERO_TOLERANCE."""
+    """Return whether a value is zero; a number counts as zero if its absolute value is below ZERO_TOLERANCE."""
     evaluated = evaluate_entry(value)
     return bool(evaluated == 0 if evaluated.free_symbols else abs(evaluated) < ZERO_TOLERANCE)
 
 
 def evaluate_entry(value: sp.Expr) -> sp.Expr:
-    """Return a value expanded, with numbers of 60 digits, and with rounding errors of zero removed."""
-    value = sp.expand(sp.N(value, _WORKING_DIGITS))
+    """Return a value expanded, its numbers evaluated to 60 digits; rounding errors of zero are removed."""
+    value = sp.expand(sp.N(value, _DIGITS))
     return value.xreplace({number: sp.S.Zero for number in value.atoms(sp.Float) if abs(number) < _ROUNDING_ERROR})
 
 
 def recognize_exact(value: sp.Expr) -> sp.Expr:
-    """Return a value with its numbers as exact fractions or roots if they can be recognised, else rounded."""
+    """Return a value in which each number is replaced by an exact fraction or root if recognised, else is rounded."""
     evaluated = evaluate_entry(value)
-    return evaluated.xreplace({number: _exact_number(number) for number in evaluated.atoms(sp.Float)})
+    return evaluated.xreplace({number: _recognize_number(number) for number in evaluated.atoms(sp.Float)})
 
 
-def _exact_number(number: sp.Float) -> sp.Expr:
-    """Return a number as a fraction, a root of a fraction or a sum of roots if it equals one, else rounded."""
-    exact = _fraction(number)
+def _recognize_number(number: sp.Float) -> sp.Expr:
+    """Return the fraction, root of a fraction or sum of roots that equals a number; if there is none, round it."""
+    exact = _recognize_fraction(number)
     if exact is None:
-        square = _fraction(number**2, _MAX_SQUARE_DENOMINATOR)
-        exact = _sum_of_roots(number) if square is None else sp.sign(number) * sp.sqrt(square)
+        square = _recognize_fraction(number**2, _MAX_SQUARE_DENOMINATOR)
+        exact = _recognize_sum_of_roots(number) if square is None else sp.sign(number) * sp.sqrt(square)
     return sp.Rational(str(round(number, _SHOWN_DECIMALS))) if exact is None else exact
 
 
-def _fraction(number: sp.Float, largest: int = _MAX_DENOMINATOR) -> sp.Rational | None:
-    candidates = sp.Rational(str(round(number, _SHOWN_DECIMALS))), sp.Rational(number).limit_denominator(largest)
-    return next((f for f in candidates if abs(number - f.n(_WORKING_DIGITS)) < EXACT_TOLERANCE), None)
+def _recognize_fraction(number: sp.Float, max_denominator: int = _MAX_DENOMINATOR) -> sp.Rational | None:
+    """Return the decimal or the fraction that equals a number up to EXACT_TOLERANCE; None if there is none."""
+    decimal, fraction = sp.Rational(str(round(number, _SHOWN_DECIMALS))), sp.Rational(number)
+    candidates = decimal, fraction.limit_denominator(max_denominator)
+    return next((value for value in candidates if abs(number - value.n(_DIGITS)) < EXACT_TOLERANCE), None)
 
 
-def _sum_of_roots(number: sp.Float) -> sp.Expr | None:
+def _recognize_sum_of_roots(number: sp.Float) -> sp.Expr | None:
+    """Return the sum of rational multiples of 1 and of the roots of 2, 3 and 6 that equals a number, or None."""
     roots = [sp.S.One, sp.sqrt(2), sp.sqrt(3), sp.sqrt(6)]
-    with mpmath.workdps(_WORKING_DIGITS):
-        values = [mpmath.mpf(value.n(_WORKING_DIGITS)) for value in (number, *roots)]
+    with mpmath.workdps(_DIGITS):
+        values = [mpmath.mpf(value.n(_DIGITS)) for value in (number, *roots)]
         relation = mpmath.pslq(values, tol=mpmath.mpf(10) ** -30, maxcoeff=_MAX_SUM_COEFFICIENT, maxsteps=10**4)
     if not relation or relation[0] == 0:
         return None
@@ -234,13 +243,13 @@ def _sum_of_roots(number: sp.Float) -> sp.Expr | None:
 
 
 def angle_of(cosine: sp.Expr, sine: sp.Expr) -> sp.Expr:
-    """Return the angle in (-pi, pi] with this numeric cosine and sine."""
+    """Return the angle in (-pi, pi] with a numeric cosine and sine; the angle is rounded if no exact form is found."""
     cosine, sine = evaluate_entry(cosine), evaluate_entry(sine)
-    value = sp.atan2(sine, cosine).n(_WORKING_DIGITS)
+    value = sp.atan2(sine, cosine).n(_DIGITS)
     exact = sp.pi * sp.Integer(sp.floor(value * 12 / sp.pi + sp.Rational(1, 2))) / 12
-    if abs(exact.n(_WORKING_DIGITS) - value) < ZERO_TOLERANCE:
+    if abs(exact.n(_DIGITS) - value) < ZERO_TOLERANCE:
         return sp.pi if exact == -sp.pi else exact
-    cosine, sine = _exact_number(cosine), _exact_number(sine)
+    cosine, sine = _recognize_number(cosine), _recognize_number(sine)
     is_exact = sp.expand(cosine**2 + sine**2) == 1
     return sp.atan2(sine, cosine) if is_exact else sp.Rational(str(round(value, _SHOWN_DECIMALS)))
 
@@ -259,27 +268,27 @@ def _is_negative(value: sp.Expr) -> bool:
     return bool(sp.expand(value.xreplace(positive)).is_negative)
 
 
-# --- the same arm, numerically ---
+# --- a check without a table ---
 
 
-def point_by_rotations(
+def move_point_along_axes(
     axes: Sequence[Axis], point: sp.Matrix, q: np.ndarray, lengths: dict[sp.Symbol, float]
 ) -> np.ndarray:
-    """Return the point of interest (3, m) at q (n), by rotating it about or moving it along each axis, last axis first.
+    """Return the position (3, m) at joint values q (n) of a point that moves with the last joint; `point` is at home.
 
-    This uses no table, so it can check one.
+    The point is rotated about or moved along each axis, the last axis first. No table is used, so that the result can
+    check a table. `lengths` maps symbolic lengths to their values.
     """
 
-    def numbers(vector: sp.Matrix) -> np.ndarray:
+    def to_floats(vector: sp.Matrix) -> np.ndarray:
         return np.array([float(sp.N(entry.xreplace(lengths))) for entry in vector])
 
-    position = numbers(point)
+    position = to_floats(point)
     for axis, value in reversed(list(zip(axes, q, strict=True))):
-        u, o = numbers(axis.direction), numbers(axis.point)
-        if axis.kind == "P":
+        u, o = to_floats(axis.direction), to_floats(axis.point)
+        if axis.is_prismatic:
             position = position + value * u
             continue
-        arm = position - o
-        rotated = arm * np.cos(value) + np.cross(u, arm) * np.sin(value) + u * (u @ arm) * (1 - np.cos(value))
-        position = o + rotated
+        r = position - o
+        position = o + r * np.cos(value) + np.cross(u, r) * np.sin(value) + u * (u @ r) * (1 - np.cos(value))
     return position

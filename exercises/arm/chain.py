@@ -1,8 +1,8 @@
-"""The description of a serial chain by its standard (distal) Denavit-Hartenberg table.
+"""Describe a robot arm, a serial chain, by its standard (distal) Denavit-Hartenberg table.
 
 Frame i is fixed to link i: T_{i-1,i} = Rz(theta_i) Tz(d_i) Tx(a_i) Rx(alpha_i). The joint variable is `theta_i` for a
-revolute joint (rad) and `d_i` for a prismatic joint (m), each with an optional offset. Everything is expressed in the
-world frame; `base` is the pose of frame O_0 in it.
+revolute joint (rad) and `d_i` for a prismatic joint (m). A constant, the joint offset, may be added to the variable.
+Positions and directions are expressed in the world frame. `base` is the pose of frame O_0 in the world frame.
 """
 
 from collections.abc import Callable
@@ -17,7 +17,10 @@ from qdot.exercises.arm.conventions.screws import Screws
 from qdot.exercises.common.errors import QdotError, make_name_error
 
 TASK_ROWS = VELOCITY_NAMES
-"""The names of the rows of the 6 x n Jacobian, linear first (6.6)."""
+"""The names of the rows of the 6 x n Jacobian, linear rows first (6.6)."""
+
+REVOLUTE, PRISMATIC = "R", "P"
+"""The two kinds of joints."""
 
 ANGLE_PREFIXES = ("alpha", "fixed", "base_yaw", "base_tilt")
 """The prefixes of the names of constant angles in `Chain.map_entries`."""
@@ -26,36 +29,71 @@ CONVENTIONS = tuple(REGISTRY)
 """The names of the conventions in which an arm can be described."""
 
 TWIST_ORDERS = Screws.twist_orders
-"""The orders of a twist, for arms described by their axes."""
+"""The possible orders of omega and v in a twist, for arms described by their axes."""
 
 
 @dataclass(frozen=True)
-class Joint:
-    """One row of the table: the joint's kind "R" or "P", and theta (rad), d (m), a (m), alpha (rad).
+class HasKind:
+    """The base class of joints, axes and table rows: `kind` is "R" for a revolute joint, "P" for a prismatic one."""
 
-    The entry theta (revolute) or d (prismatic) is the joint variable theta_i or d_i, plus a constant if needed. Raises
-    QdotError for any other kind.
+    kind: str
+
+    @property
+    def is_revolute(self) -> bool:
+        """Whether the joint is revolute: it rotates about its axis."""
+        return self.kind == REVOLUTE
+
+    @property
+    def is_prismatic(self) -> bool:
+        """Whether the joint is prismatic: it moves along its axis."""
+        return self.kind == PRISMATIC
+
+    @property
+    def variable_key(self) -> str:
+        """The name of the table's column that contains the joint variable."""
+        return "theta" if self.is_revolute else "d"
+
+
+@dataclass(frozen=True)
+class Joint(HasKind):
+    """One row of the table: the joint's kind, and theta (rad), d (m), a (m), alpha (rad).
+
+    The entry theta of a revolute joint is its variable theta_i plus its offset; so is d of a prismatic joint with d_i.
+    Raises QdotError if the kind is neither "R" nor "P".
 
     >>> Joint("R", "theta1 + pi/2", 0, "a1", 0).theta
     theta1 + pi/2
     """
 
-    kind: str
     theta: sp.Expr
     d: sp.Expr
     a: sp.Expr
     alpha: sp.Expr
 
     def __post_init__(self) -> None:
-        if self.kind not in ("R", "P"):
+        if self.kind not in (REVOLUTE, PRISMATIC):
             raise QdotError(f"a joint's kind must be 'R' or 'P', not {self.kind!r}")
         for name in ("theta", "d", "a", "alpha"):
             object.__setattr__(self, name, sp.sympify(getattr(self, name)))
 
+    @property
+    def variable_entry(self) -> sp.Expr:
+        """The entry that contains the joint variable: theta of a revolute joint, d of a prismatic joint."""
+        return self.theta if self.is_revolute else self.d
+
+    @property
+    def fixed_entry(self) -> sp.Expr:
+        """The constant one of the entries theta and d: d of a revolute joint, theta of a prismatic joint."""
+        return self.d if self.is_revolute else self.theta
+
+    def with_variable_entry(self, value: sp.Expr) -> "Joint":
+        """Return the joint with another value for the entry that contains the joint variable."""
+        return replace(self, theta=value) if self.is_revolute else replace(self, d=value)
+
 
 @dataclass(frozen=True)
 class Base:
-    """The pose of frame O_0 in the world: position (m), rotated by `yaw` about z_w, then by `tilt` about the new x."""
+    """The pose of frame O_0 in the world: its position (m), its rotation by `yaw` about z_w, then `tilt` about x_0."""
 
     position: tuple[sp.Expr, sp.Expr, sp.Expr] = (sp.S.Zero, sp.S.Zero, sp.S.Zero)
     yaw: sp.Expr = sp.S.Zero
@@ -63,7 +101,7 @@ class Base:
 
     @property
     def is_world(self) -> bool:
-        """Whether O_0 is the world frame itself."""
+        """Whether frame O_0 is the world frame itself."""
         return self == Base()
 
 
@@ -82,16 +120,18 @@ class Point:
 
 @dataclass(frozen=True)
 class Chain:
-    """A robot arm with its task: DH table, base, point of interest, and the rows of J that belong to the task.
+    """A robot arm with its task.
 
     - `joints`: the rows of the standard (distal) table.
-    - `task`: some of TASK_ROWS.
-    - `tool`: the point of interest; if it is None, the point is the origin of the last frame.
-    - `convention`: how the arm is presented to people, one of CONVENTIONS. It determines the frames of the links
-      (`link_frames`), but not how the arm moves.
-    - `axis_points`: for each joint, the point on its axis in the home configuration that the arm's file specifies
-      (world frame, m; None for a prismatic joint). It is empty if the file specifies no points.
-    - `twist_order`: the order of twists, one of TWIST_ORDERS, if the arm is described by its axes.
+    - `task`: the rows of the Jacobian that the task needs, some of TASK_ROWS.
+    - `tool`: the point of interest P; if `tool` is None, P is the origin of the last frame.
+    - `convention`: how the arm is presented to people, one of CONVENTIONS. The convention determines the frames of the
+      links (`link_frames`), but not how the arm moves.
+    - `axis_points`: for each joint, the point on the joint's axis at home that the arm's file states (world frame, m),
+      or None for a prismatic joint. The tuple is empty if the file states no points.
+    - `twist_order`: the order of omega and v in twists, one of TWIST_ORDERS, for an arm that is described by its axes.
+
+    Home is the configuration in which all joint variables are zero.
 
     Raises QdotError for an invalid table or task.
 
@@ -131,17 +171,16 @@ class Chain:
             self._check_row(number, joint)
 
     def _check_row(self, number: int, joint: Joint) -> None:
-        """Raise QdotError if joint variables occur anywhere but in their own entry."""
+        """Raise QdotError if a joint variable occurs in an entry of the row that must be constant."""
         variable, subject = self.q[number - 1], f"{self.name}: joint {number}"
-        moving, fixed = ("theta", "d") if joint.kind == "R" else ("d", "theta")
-        value = getattr(joint, moving)
-        if (value - variable).free_symbols & set(self.q):
-            raise QdotError(f"{subject} ({joint.kind}): {moving} is {value}, but must be {variable} plus a constant")
-        for name in (fixed, "a", "alpha"):
+        for name in ("theta", "d", "a", "alpha"):
             value = getattr(joint, name)
-            clash = value.free_symbols & set(self.q)
-            if clash:
-                raise QdotError(f"{subject}: {name} = {value} contains {min(map(str, clash))}, the variable of a joint")
+            if name != joint.variable_key:
+                if clash := value.free_symbols & set(self.q):
+                    message = f"{name} = {value} contains {min(map(str, clash))}, the variable of a joint"
+                    raise QdotError(f"{subject}: {message}")
+            elif (value - variable).free_symbols & set(self.q):
+                raise QdotError(f"{subject} ({joint.kind}): {name} is {value}, but must be {variable} plus a constant")
 
     @property
     def n(self) -> int:
@@ -150,19 +189,32 @@ class Chain:
 
     @property
     def point(self) -> Point:
-        """The point of interest; the last frame's origin unless there is a tool."""
+        """The point of interest P; the origin of the last frame unless the arm has a tool."""
         return self.tool if self.tool is not None else Point(len(self.joints))
 
     @cached_property
     def task_rows(self) -> list[int]:
-        """The indices (from 0) of the task's rows in the 6 x n Jacobian."""
+        """The indices (from 0) of the task's rows among the rows of the 6 x n Jacobian."""
         return [TASK_ROWS.index(row) for row in self.task]
 
     @cached_property
     def q(self) -> tuple[sp.Symbol, ...]:
         """The joint variables, theta_i or d_i."""
-        names = (f"{'theta' if joint.kind == 'R' else 'd'}{i}" for i, joint in enumerate(self.joints, 1))
-        return tuple(sp.Symbol(name) for name in names)
+        return tuple(sp.Symbol(f"{joint.variable_key}{i}") for i, joint in enumerate(self.joints, 1))
+
+    def joints_of_kind(self, kind: str) -> list[int]:
+        """Return the indices (from 0) of the joints of a kind, "R" or "P"."""
+        return [i for i, joint in enumerate(self.joints) if joint.kind == kind]
+
+    @cached_property
+    def revolute_joints(self) -> list[int]:
+        """The indices (from 0) of the revolute joints."""
+        return self.joints_of_kind(REVOLUTE)
+
+    @cached_property
+    def prismatic_joints(self) -> list[int]:
+        """The indices (from 0) of the prismatic joints."""
+        return self.joints_of_kind(PRISMATIC)
 
     @cached_property
     def rates(self) -> tuple[sp.Symbol, ...]:
@@ -171,17 +223,12 @@ class Chain:
 
     @cached_property
     def offsets(self) -> tuple[sp.Expr, ...]:
-        """The constants that are added to the joint variables in the table."""
-        moving_values = (joint.theta if joint.kind == "R" else joint.d for joint in self.joints)
-        return tuple(sp.expand(value - variable) for value, variable in zip(moving_values, self.q, strict=True))
-
-    def joints_of_kind(self, kind: str) -> list[int]:
-        """Return the indices of the revolute ("R") or prismatic ("P") joints, from 0."""
-        return [i for i, joint in enumerate(self.joints) if joint.kind == kind]
+        """The joint offsets: the constants that are added to the joint variables in the table."""
+        return tuple(sp.expand(joint.variable_entry - q) for joint, q in zip(self.joints, self.q, strict=True))
 
     @property
-    def linear_rows(self) -> tuple[str, ...]:
-        """The components of the point's velocity that belong to the task: some of "x", "y", "z"."""
+    def linear_axes(self) -> tuple[str, ...]:
+        """The axes along which the task needs the velocity of P: some of "x", "y", "z"."""
         return tuple(row[1] for row in self.task if row[0] == "v")
 
     @property
@@ -205,14 +252,14 @@ class Chain:
         return tuple(sorted(symbols, key=lambda symbol: symbol.name))
 
     def map_entries(self, replace_entry: Callable[[str, sp.Expr], sp.Expr]) -> "Chain":
-        """Return the arm with each entry of its table, base and point replaced by `change(name, entry)`.
+        """Return the arm with each entry of its table, base and point replaced by `replace_entry(name, entry)`.
 
-        The names of entries are theta1, d1, a1, alpha1 and so on, base_x, base_yaw, base_tilt, and point_x. The
-        constant theta of a prismatic joint is called fixed1.
+        The names of the entries of joint 1 are theta1, d1, a1 and alpha1; the constant theta of a prismatic joint is
+        called fixed1. The other names are base_x, base_y, base_z, base_yaw, base_tilt, point_x, point_y and point_z.
         """
         joints = []
         for i, joint in enumerate(self.joints, 1):
-            names = ("theta" if joint.kind == "R" else "fixed", "d", "a", "alpha")
+            names = ("theta" if joint.is_revolute else "fixed", "d", "a", "alpha")
             entries = zip(names, (joint.theta, joint.d, joint.a, joint.alpha), strict=True)
             joints.append(Joint(joint.kind, *(replace_entry(f"{name}{i}", entry) for name, entry in entries)))
         base, point = self.base, self.point

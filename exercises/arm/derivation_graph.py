@@ -1,7 +1,9 @@
 """Compute a derivation as a student does it: in stages that build on one another, any of which may contain a mistake.
 
-A mistake replaces the result of a stage, and all later stages are computed from it. Vectors and matrices have their
-rows and columns on the first array axes; the arithmetic's own axes come last.
+A *stage* is one step of the derivation with one result, such as the rotations, the axes or the Jacobian (STAGES). A
+mistake replaces the result of a stage, and later stages use the wrong result. Results are arrays. Rows and columns of
+vectors and matrices are the first array axes; the axes that belong to the arithmetic (`arithmetic`) are the last.
+Shapes below show the latter as "…".
 """
 
 from collections.abc import Callable, Mapping
@@ -24,20 +26,19 @@ from qdot.exercises.arm.arithmetic import (
     matrix_product,
     minors,
 )
-from qdot.exercises.arm.chain import Chain
+from qdot.exercises.arm.chain import REVOLUTE, Chain, HasKind
 from qdot.exercises.arm.conventions import convention_of
 from qdot.exercises.arm.kinematics import frames_and_point
 from qdot.exercises.arm.standard_table import axes_of
 
 RESULT = "result"
-"""The last stage: the answer as the student writes it, (rows, columns, …)."""
+"""The name of the last stage: the answer as the student writes it, (rows, columns, …)."""
 
 
 @dataclass(frozen=True)
-class TableRow:
+class TableRow(HasKind):
     """A row of the DH table, with all four entries as values of the arithmetic."""
 
-    kind: str
     theta: np.ndarray
     d: np.ndarray
     a: np.ndarray
@@ -46,32 +47,32 @@ class TableRow:
 
 @dataclass(frozen=True)
 class Table:
-    """The DH table with base and point of interest, from which every derivation starts."""
+    """The DH table with the base and the point of interest: the result of the first stage."""
 
     rows: tuple[TableRow, ...]
     base: tuple[np.ndarray, np.ndarray, np.ndarray]
-    """Position (3, …), yaw and tilt."""
+    """The position (3, …), the yaw and the tilt of the base."""
     offset: np.ndarray
-    """The point of interest in its frame (3, …)."""
+    """The coordinates of the point of interest in the frame in which it is fixed, (3, …)."""
 
     def with_row(self, index: int, **entries: Any) -> "Table":
-        """Return the table with changed entries in one row."""
+        """Return the table with changed `entries` in the row with an index (from 0)."""
         rows = list(self.rows)
         rows[index] = replace(rows[index], **entries)
         return replace(self, rows=tuple(rows))
 
 
 Change = Callable[["StageResults", Any], Any]
-"""A function that returns the result of a stage with a mistake, given all stages and the correct result."""
+"""A mistake in a stage: a function that returns the wrong result, given all stages and the correct result."""
 
 
 @dataclass
 class StageResults:
-    """The stages of a derivation for one arm in one arithmetic; `changes` are the mistakes in it.
+    """The results of a derivation for one arm in one arithmetic; stages (STAGES) are computed on demand.
 
-    Stages (STAGES) are computed on demand. If mistakes (`new_changes`) were added to
-    other results, `base_results` are those other results. Stages that the new mistakes cannot affect are taken from
-    them.
+    `changes` are the mistakes in the derivation, each with the name of its stage. If these results were made by adding
+    mistakes (`new_changes`) to other results, `base_results` are those other results. Results that the new mistakes
+    cannot affect are taken from `base_results`.
     """
 
     chain: Chain
@@ -101,33 +102,36 @@ class StageResults:
         return result
 
     def with_mistakes(self, changes: Mapping[str, Change]) -> "StageResults":
-        """Return the stages of the same derivation with more mistakes in it."""
+        """Return the stages of the same derivation with further mistakes: a change for each named stage."""
         fresh, rotations = tuple(changes.items()), self._row_rotations
         return StageResults(self.chain, self.arithmetic, (*self.changes, *fresh), fresh, self, _row_rotations=rotations)
 
     def without_changes_of(self, stage: str) -> "StageResults":
-        """Return the stages of the same derivation without the changes of a stage."""
+        """Return the stages of the same derivation without the mistakes in a stage."""
         remaining_changes = tuple((name, change) for name, change in self.changes if name != stage)
         return StageResults(self.chain, self.arithmetic, remaining_changes, _row_rotations=self._row_rotations)
 
     def row_rotation(self, row: TableRow) -> np.ndarray:
-        """Return the rotation Rz(theta) Rx(alpha) of a row; it is cached for the same theta and alpha objects."""
+        """Return the rotation Rz(theta) Rx(alpha) of a row, (3, 3, …); it is cached by the arrays theta and alpha."""
         key = (id(row.theta), id(row.alpha))
         if key not in self._row_rotations:
             self._row_rotations[key] = (row, matrix_product(rotation_z(self, row.theta), rotation_x(self, row.alpha)))
         return self._row_rotations[key][1]
 
     def for_first_joints(self, frame: int) -> "StageResults":
-        """Return the stages for the first joints only, with the same mistakes; the point is the origin of `frame`."""
+        """Return the stages, with the same mistakes, for the arm of the first `frame` joints.
+
+        The point of interest of that arm is the origin of `frame`.
+        """
         if frame not in self._first_joints:
             shorter_base = None if self.base_results is None else self.base_results.for_first_joints(frame)
-            shorter = shorter_base.chain if shorter_base else convention_of(self.chain).first_joints(frame)
+            shorter = shorter_base.chain if shorter_base else convention_of(self.chain).keep_first_joints(frame)
             parts = shorter, self.arithmetic, self.changes, self.new_changes, shorter_base
             self._first_joints[frame] = StageResults(*parts, _row_rotations=self._row_rotations)
         return self._first_joints[frame]
 
     def depends_on(self, stage: str) -> bool:
-        """Return whether any result computed so far depends on a stage, including results of `for_first_joints`."""
+        """Return whether a result computed so far, also for the first joints only, depends on a stage."""
         computed_stages = {name for w in (self, *self._first_joints.values()) for name in w._results}
         return any(stage == name or stage in prerequisites(name) for name in computed_stages)
 
@@ -137,12 +141,12 @@ class StageResults:
         return self.chain.n
 
     def symbol_vector(self, names: Any) -> np.ndarray:
-        """Return symbols that are not joint variables, as a vector."""
+        """Return symbols with these names, none of them joint variables, as a vector (k, …)."""
         return np.stack([self.arithmetic.symbol_value(str(name)) for name in names])
 
 
 def compute_numeric_stages(chain: Chain, values: Mapping[str, np.ndarray]) -> StageResults:
-    """Return the correct stages in numbers; `values` holds the values (N,) of each symbol at N configurations."""
+    """Return the correct stages in numbers; `values` maps the name of each symbol to its values (N,)."""
     return StageResults(chain, NumericArithmetic([q.name for q in chain.q], values))
 
 
@@ -156,11 +160,11 @@ def compute_symbolic_stages(chain: Chain) -> StageResults:
     return StageResults(chain, SympyArithmetic([q.name for q in chain.q]))
 
 
-# --- stages ---
+# --- the functions that compute the stages ---
 
 
 def _table(w: StageResults) -> Table:
-    joints, base, to_stepped = w.chain.joints, w.chain.base, w.arithmetic.table_entry
+    joints, base, to_stepped = w.chain.joints, w.chain.base, w.arithmetic.convert_entry
     rows = tuple(TableRow(j.kind, *map(to_stepped, (j.theta, j.d, j.a, j.alpha))) for j in joints)
     position, offset = (np.stack([*map(to_stepped, vector)]) for vector in (base.position, w.chain.point.offset))
     return Table(rows, (position, to_stepped(base.yaw), to_stepped(base.tilt)), offset)
@@ -198,7 +202,7 @@ def _rotations(w: StageResults) -> list[np.ndarray]:
 
 
 def _local_links(w: StageResults) -> list[np.ndarray]:
-    """Return the vectors r_i in frame i-1 (see below (6.13)), and the point in its own frame."""
+    """Return the link vectors r_i in frame i-1 (below (6.13)), and the coordinates of P in its frame."""
     vectors = []
     for row in w["table"].rows:
         c, s = w.arithmetic.cos(row.theta), w.arithmetic.sin(row.theta)
@@ -207,32 +211,34 @@ def _local_links(w: StageResults) -> list[np.ndarray]:
 
 
 def _links(w: StageResults) -> list[np.ndarray]:
+    """Return the vectors of `_local_links` in the world frame."""
     rotations, local_vectors = w["rotations"], w["own links"]
     vectors = [apply_matrix(rotations[k], local_vectors[k]) for k in range(w.n)]
     return [*vectors, apply_matrix(rotations[w.chain.point.frame], local_vectors[w.n])]
 
 
 def links_to_point(chain: Chain) -> list[int]:
-    """Return the indices of the links (from 0) that lead to the point; the last is the point in its own frame."""
+    """Return the indices of the link vectors (from 0) whose sum leads from O_0 to the point of interest."""
     return [*range(chain.point.frame), chain.n]
 
 
-def _values_of_vectors(w: StageResults, vectors: list[np.ndarray]) -> np.ndarray:
+def _stack_values(w: StageResults, vectors: list[np.ndarray]) -> np.ndarray:
+    """Return stepped vectors without their derivatives as one array, (k, 3, …)."""
     return np.stack([w.arithmetic.drop_derivatives(vector) for vector in vectors])
 
 
 def _origins(w: StageResults) -> np.ndarray:
-    steps = _values_of_vectors(w, [w["table"].base[0], *w["links"][:-1]])
+    steps = _stack_values(w, [w["table"].base[0], *w["links"][:-1]])
     return np.cumsum(steps, axis=0)
 
 
 def _point(w: StageResults) -> np.ndarray:
-    links = _values_of_vectors(w, w["links"])
+    links = _stack_values(w, w["links"])
     return np.asarray(w.arithmetic.drop_derivatives(w["table"].base[0]) + links[links_to_point(w.chain)].sum(axis=0))
 
 
 def _effects(w: StageResults) -> np.ndarray:
-    """Return the effect of each joint on each link's vector, (n, n + 1, 3, …): its derivative by the joint variable."""
+    """Return the derivative of each link vector by each joint variable, (joints n, link vectors n + 1, 3, …)."""
     derivatives = [w.arithmetic.derivatives(link)[: w.n] for link in w["links"]]
     effects = np.stack(derivatives, axis=1)
     excluded = [k for k in range(w.n + 1) if k not in links_to_point(w.chain)]
@@ -241,16 +247,16 @@ def _effects(w: StageResults) -> np.ndarray:
 
 
 def _origins_on_axes(w: StageResults) -> np.ndarray:
-    """Return the origin of the frame on each joint axis, followed by the origin of the last frame, (n + 1, 3, …)."""
+    """Return the origin of the convention's frame on each joint axis, then that of the last frame, (n + 1, 3, …)."""
     if not convention_of(w.chain).is_proximal:
         return np.asarray(w["origins"])
     offsets = [row.d * rotation[:, 2] for row, rotation in zip(w["table"].rows, w["rotations"], strict=False)]
-    origins = w["origins"][: w.n] + _values_of_vectors(w, offsets)
+    origins = w["origins"][: w.n] + _stack_values(w, offsets)
     return np.concatenate([origins, origins[-1:]])
 
 
 def convention_rotation(w: StageResults, frame: int) -> np.ndarray:
-    """Return the rotation of a frame (from 0) of the arm's convention, (3, 3, …)."""
+    """Return the rotation of the frame with a number (from 0) in the arm's convention, (3, 3, …)."""
     rotation = w["rotations"][frame]
     if convention_of(w.chain).is_proximal and frame:
         rotation = matrix_product(rotation, rotation_x(w, -w["table"].rows[frame - 1].alpha))
@@ -258,17 +264,20 @@ def convention_rotation(w: StageResults, frame: int) -> np.ndarray:
 
 
 def propagate_linear_rows(w: StageResults, _: Any = None) -> np.ndarray:
-    """Return the linear rows by propagation, (3, n, …): z x p* for a revolute joint, z for a prismatic joint (6.12)."""
+    """Return the linear rows by propagation, (3, n, …): z x p* for a revolute joint, z for a prismatic joint (6.12).
+
+    The function can be used as a mistake in the stage "linear"; the correct result, its second argument, is ignored.
+    """
     columns = []
     for i, kind in enumerate(w["kinds"]):
-        column = w["products"][i] if kind == "R" else w["axes"][i]
+        column = w["products"][i] if kind == REVOLUTE else w["axes"][i]
         columns.append(column if i < w.chain.point.frame else column * 0)
     return np.stack(columns, axis=1)
 
 
 def _angular(w: StageResults) -> np.ndarray:
     axes = w["axes"]
-    return np.stack([axes[i] if kind == "R" else axes[i] * 0 for i, kind in enumerate(w["kinds"])], axis=1)
+    return np.stack([axes[i] if kind == REVOLUTE else axes[i] * 0 for i, kind in enumerate(w["kinds"])], axis=1)
 
 
 def _inverse(w: StageResults) -> np.ndarray:
@@ -285,34 +294,38 @@ def _pseudo_inverse(w: StageResults) -> np.ndarray:
 
 
 def _self_motion(w: StageResults) -> np.ndarray:
-    """Return the self-motion of n = m + 1 joints: for each column, the minor without it, with alternating signs."""
+    """Return joint rates (n, …) that cause no motion, if J (m x n) has n = m + 1 columns, else nan.
+
+    Rate i is the minor of J without column i, with alternating signs.
+    """
     jacobian = w["jacobian"]
-    if jacobian.shape[1] != jacobian.shape[0] + 1:  # more than one self-motion, or none
+    if jacobian.shape[1] != jacobian.shape[0] + 1:  # J has several independent self-motions, or none
         return np.asarray(jacobian[0] * np.nan)
     other_columns = [[c for c in range(w.n) if c != i] for i in range(w.n)]
     return np.stack([(-1) ** i * determinant(jacobian[:, other_columns[i]]) for i in range(w.n)])
 
 
 def singular_vectors(w: StageResults) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
-    """Return U (m, m, N), sigma (min(m, n), N) and V^T (n, n, N) of the numeric task Jacobian."""
+    """Return U (m, m, N), sigma (min(m, n), N) and V^T (n, n, N) of the task Jacobian at N configurations."""
     u, sigma, v = np.linalg.svd(np.nan_to_num(np.moveaxis(w["jacobian"], -1, 0).astype(float)))
     return np.moveaxis(u, 0, -1), sigma.T, np.moveaxis(v, 0, -1)
 
 
 def _condition_number(w: StageResults) -> np.ndarray:
+    """Return the largest singular value of J over the smallest, (N,)."""
     sigma = singular_vectors(w)[1]
     with np.errstate(all="ignore"):
         return np.asarray(sigma[0] / sigma[-1])
 
 
 def _wrist_block(w: StageResults) -> np.ndarray:
-    """Return the axes of joints 4 to 6 in the frame on the first of them, (3, 3, …)."""
+    """Return the axes of joints 4, 5 and 6 in the convention's frame on the axis of joint 4, (3, 3, …)."""
     rotation = convention_rotation(w, convention_of(w.chain).frame_on_axis(4)).swapaxes(0, 1)
     return np.stack([apply_matrix(rotation, w["axes"][i]) for i in (3, 4, 5)], axis=1)
 
 
 def rotate_rows(rotation: np.ndarray, geometric: np.ndarray) -> np.ndarray:
-    """Return a Jacobian with its linear and its angular rows rotated."""
+    """Return a Jacobian (6, n, …) with its three linear and its three angular rows rotated."""
     return np.concatenate([matrix_product(rotation, geometric[:3]), matrix_product(rotation, geometric[3:])])
 
 
@@ -321,41 +334,44 @@ def _home_screws(w: StageResults) -> np.ndarray:
     columns = []
     for axis in axes_of(w.chain)[0]:
         direction, point = constant_vector(w, axis.direction), constant_vector(w, axis.point)
-        screw = [direction, -cross(direction, point)] if axis.kind == "R" else [0 * direction, direction]
+        screw = [direction, -cross(direction, point)] if axis.is_revolute else [0 * direction, direction]
         columns.append(np.concatenate(screw))
     return np.stack(columns, axis=1)
 
 
 def constant_vector(w: StageResults, vector: sp.Matrix) -> np.ndarray:
-    """Return a vector of formulas without joint variables, (3, …)."""
-    return np.stack([w.arithmetic.drop_derivatives(w.arithmetic.table_entry(entry)) for entry in vector])
+    """Return a vector of formulas without joint variables as values of the arithmetic, (3, …)."""
+    return np.stack([w.arithmetic.drop_derivatives(w.arithmetic.convert_entry(entry)) for entry in vector])
 
 
 def _space_jacobian(w: StageResults) -> np.ndarray:
-    """Return the space twists (omega, v) of the joints: v at the world's origin, (6, n, …)."""
+    """Return the space Jacobian, the joints' twists (omega, v) with v at the world's origin, (6, n, …)."""
     columns = []
     for i, kind in enumerate(w["kinds"]):
         z, origin = w["axes"][i], w["origins"][i]
-        columns.append(np.concatenate([z, cross(origin, z)] if kind == "R" else [0 * z, z]))
+        columns.append(np.concatenate([z, cross(origin, z)] if kind == REVOLUTE else [0 * z, z]))
     return np.stack(columns, axis=1)
 
 
 def _body_rotation(w: StageResults) -> np.ndarray:
-    """Return the rotation of the body frame, which moves with the last link and is the world's at home, (3, 3, …)."""
+    """Return the rotation of the body frame, (3, 3, …).
+
+    The body frame moves with the last link. At home it has the directions of the world frame.
+    """
     home = frames_and_point(w.chain)[0][-1].rotation.xreplace(dict.fromkeys(w.chain.q, sp.S.Zero))
     home_transposed = np.stack([constant_vector(w, home[:, k]) for k in range(3)])  # its rows are the columns of `home`
     return matrix_product(w.arithmetic.drop_derivatives(w["rotations"][-1]), home_transposed)
 
 
 def _body_jacobian(w: StageResults) -> np.ndarray:
-    """Return the body Jacobian: the space twists in the body frame, about the point, [Ad T^-1] J_s, (6, n, …)."""
+    """Return the body Jacobian [Ad T^-1] J_s, (6, n, …): twists about P, in the coordinates of the body frame."""
     angular, linear = w["space jacobian"][:3], w["space jacobian"][3:]
     at_point = np.concatenate([angular, linear + cross(angular, w["point"][:, None])])
     return rotate_rows(w["body rotation"].swapaxes(0, 1), at_point)
 
 
 def adjoint_matrix(rotation: np.ndarray, origin: np.ndarray) -> np.ndarray:
-    """Return [Ad T] for twists (omega, v), (6, 6, …), of a rotation (3, 3, …) and an origin (3, …)."""
+    """Return [Ad T] (6, 6, …) for twists (omega, v), given the rotation (3, 3, …) and the origin (3, …) of T."""
     blocks = [[rotation, 0 * rotation], [cross(origin[:, None], rotation), rotation]]
     return np.concatenate([np.concatenate(row, axis=1) for row in blocks])
 
@@ -369,7 +385,7 @@ STAGES: dict[str, tuple[Callable[[StageResults], Any], tuple[str, ...]]] = {
     "origins": (_origins, ("links",)),
     "point": (_point, ("links",)),
     "effects": (_effects, ("links",)),
-    "axes": (lambda w: _values_of_vectors(w, [rotation[:, 2] for rotation in w["rotations"]]), ("rotations",)),
+    "axes": (lambda w: _stack_values(w, [rotation[:, 2] for rotation in w["rotations"]]), ("rotations",)),
     "frames on axes": (_origins_on_axes, ("table", "origins", "rotations")),
     "arms": (lambda w: w["point"][None] - w["frames on axes"], ("point", "frames on axes")),
     "last rotation": (lambda w: convention_rotation(w, w.n), ("rotations", "table")),
@@ -408,10 +424,10 @@ STAGES: dict[str, tuple[Callable[[StageResults], Any], tuple[str, ...]]] = {
     "joint rates": (lambda w: w.symbol_vector(w.chain.rates), ()),
     "rates": (lambda w: apply_matrix(w["inverse"], w["wanted velocity"]), ("inverse", "wanted velocity")),
 }
-"""For each stage, the function that computes it and the stages that this function uses.
+"""For each stage, the function that computes its result, and the stages whose results this function uses.
 
-"linear" is normally computed from "effects". A change may replace it by `propagate_linear_rows`, which uses the other
-stages.
+"linear" is normally computed from "effects" alone. A mistake may replace its result by `propagate_linear_rows`, which
+uses the other stages.
 """
 
 
@@ -423,6 +439,6 @@ def prerequisites(stage: str) -> frozenset[str]:
 
 
 def to_sympy_matrix(values: np.ndarray) -> sp.Matrix:
-    """Convert an array of SymPy expressions to a SymPy matrix; a single expression becomes a 1 x 1 matrix."""
+    """Convert the values (rows, columns, 1) of SympyArithmetic to a SymPy matrix; a scalar becomes a 1 x 1 matrix."""
     entries = values[..., 0]
     return sp.Matrix(entries.reshape(len(entries) if entries.ndim else 1, -1).tolist())

@@ -1,12 +1,10 @@
-"""Read one entry of a DH table: a number, or a formula in quotes, as an exact SymPy expression.
+"""Parse one entry of a DH table in a robot file, a number or a formula in quotes, into an exact SymPy expression.
 
-Formulas follow the grammar of answers, with three stricter rules:
+A formula follows the grammar of students' answers, with three stricter rules:
 
-* A unit is not a symbol.
-* A product is written with `*`. Only a number may precede a factor without it, as in 2a1 and 2pi/3.
+* Units are not allowed.
+* A product is written with `*`. The `*` may be omitted only after a number, as in 2a1 and 2pi/3.
 * A symbol is one letter for a length, or alpha or beta for an angle, with an optional number, as in a1, h and alpha2.
-
-Other names are errors, and the error messages say what to write.
 """
 
 import itertools
@@ -23,7 +21,7 @@ from qdot.exercises.formula.parser import parse_formula
 from qdot.exercises.formula.trees import Node, ParseError
 
 SUSPICIOUS_LENGTH = 20
-"""A length above this (m) is probably meant in millimetres."""
+"""A length above this limit (m) is probably meant in millimetres."""
 
 _MAX_CHARACTERS, _MAX_EXPONENT, _MAX_BASE = 200, 20, 10**6
 """Maximum number of characters of a formula, maximum exponent, and maximum numeric base of a power."""
@@ -33,29 +31,22 @@ _OPERATIONS = {"+": operator.add, "-": operator.sub, "*": operator.mul, "/": ope
 _FUNCTIONS = {name: getattr(sp, name) for name in ("sin", "cos", "tan", "asin", "acos", "atan", "atan2", "sqrt")}
 
 _ANGLE_NAMES = ("alpha", "beta")
-"""Names of constant angles, with or without a number; all other symbols are lengths."""
+"""Names of constant angles, with or without a number; other symbols are lengths."""
 
 _NUMBER = r"(?:\d+\.?\d*|\.\d+)(?:[eE][+-]?\d+)?"
 _TOKEN = re.compile(rf"(?P<number>{_NUMBER})|(?P<name>[^\W\d]\w*)|(?P<other>\S)")
 
-_DEGREE = sp.pi / 180
-_ANGLE_UNITS = {
-    **dict.fromkeys(("rad", "radian", "radians"), sp.S.One),
-    **dict.fromkeys(("°", "deg", "degree", "degrees"), _DEGREE),
-}
-_LENGTH_UNITS = {"m": sp.S.One, "cm": sp.Rational(1, 100), "mm": sp.Rational(1, 1000)}
-"""The units of angles and of lengths, with their values in radians or metres.
-
-Units are recognised only to be refused, because entries are in radians and metres.
-"""
+_UNITS = frozenset({"rad", "radian", "radians", "°", "deg", "degree", "degrees", "m", "cm", "mm"})
+"""Units, which are recognised only to be refused, because entries are in radians and metres."""
 _UNIT_HINT = {True: 'angles are in radians, as in "pi/2"', False: 'lengths are in metres, as in 0.4 or "a1"'}
 """Hints that are appended to error messages about angles (key True) and about lengths (key False)."""
 
 
 def parse_entry(raw: object, is_angle: bool, in_degrees: bool = False) -> sp.Expr:
-    """Parse a table entry into an exact SymPy expression, in which decimals become fractions. Raises QdotError.
+    """Parse a table entry (rad or m) into an exact SymPy expression, in which decimals become fractions.
 
-    If `in_degrees` is true, the numeric part of an angle is converted to radians.
+    If `in_degrees` is true, the numeric terms of an angle are in degrees; they are converted to radians. Raises
+    QdotError.
     """
     if in_degrees and is_angle:
         return _parse_degrees(raw)
@@ -71,14 +62,14 @@ def parse_entry(raw: object, is_angle: bool, in_degrees: bool = False) -> sp.Exp
     constant = _sum_constant_terms(value)
     if constant.is_Rational and constant != 0 and not _MIN_MAGNITUDE <= abs(constant) <= _MAX_MAGNITUDE:
         limits = "its absolute value must be from 1e-9 to 1e6"
-        raise QdotError(f"it is out of range: {limits}; {_UNIT_HINT[is_angle]}")
+        raise QdotError(f"the number is out of range: {limits}; {_UNIT_HINT[is_angle]}")
     if is_angle:
         _check_angle(value)
     return value
 
 
 def _parse_degrees(raw: object) -> sp.Expr:
-    """Parse an angle in degrees; return it in radians."""
+    """Parse an angle in degrees, and return the angle in radians. Raises QdotError."""
     try:
         value = parse_entry(raw, False)
     except QdotError:
@@ -86,15 +77,20 @@ def _parse_degrees(raw: object) -> sp.Expr:
     constant = _sum_constant_terms(value)
     if constant.has(sp.pi):
         raise QdotError('pi is not allowed, because this file has angles = "degrees"; write, for example, 90 for pi/2')
-    return value - constant + constant * _DEGREE
+    return value - constant + constant * sp.pi / 180
 
 
 def _parse_formula(text: str, is_angle: bool) -> sp.Expr:
-    """Parse a formula in quotes. Raises QdotError with a correction."""
+    """Parse a formula in quotes. Raises QdotError, whose message says what to write instead."""
     if len(text) > _MAX_CHARACTERS:
-        raise QdotError(f"it has {len(text)} characters; at most {_MAX_CHARACTERS} are allowed")
-    _check_units(text, is_angle)
-    _check_products(text)
+        raise QdotError(f"the formula has {len(text)} characters; at most {_MAX_CHARACTERS} are allowed")
+    for token in (match.group() for match in _TOKEN.finditer(text)):
+        if (token if len(token) == 1 else token.lower()) in _UNITS:
+            raise QdotError(f"{token} is a unit; write the entry without a unit: {_UNIT_HINT[is_angle]}")
+    for first, second in itertools.pairwise(_TOKEN.finditer(text)):
+        if _lacks_product_sign(first, second):
+            correction = f"{text[: first.end()]}*{text[second.start() :]}"
+            raise QdotError(f'a product needs *; did you mean "{correction}"?')
     if re.fullmatch(r"\s*[-+]?\d*,\d+\s*", text):
         raise QdotError(f"decimals need a point; write {text.strip().replace(',', '.')}")
     abbreviation = re.search(r"\b[csCS]_?\d{1,4}\b", text)
@@ -107,41 +103,28 @@ def _parse_formula(text: str, is_angle: bool) -> sp.Expr:
         raise QdotError(str(error) if "as in" in str(error) else f"{error}; {_UNIT_HINT[is_angle]}") from None
 
 
-def _check_units(text: str, is_angle: bool) -> None:
-    """Refuse a unit; if the entry is a number with its unit, say what to write in its place."""
-    tokens = [token if len(token) == 1 else token.lower() for token in (m.group() for m in _TOKEN.finditer(text))]
-    unit = next((token for token in tokens if token in _ANGLE_UNITS or token in _LENGTH_UNITS), None)
-    if unit is None:
-        return
-    units = _ANGLE_UNITS if is_angle else _LENGTH_UNITS
-    if unit not in units:
-        quantity = "an angle" if unit in _ANGLE_UNITS else "a length"
-        raise QdotError(f"{unit} is a unit of {quantity}; {_UNIT_HINT[is_angle]}")
-    rule = "angles are in radians" if is_angle else "lengths are in metres"
-    number = re.fullmatch(rf"([-+]?{_NUMBER})\s*\*?\s*{unit}", text.strip(), re.IGNORECASE)
-    if number is None:
-        example = '"pi/2" for 90 degrees' if is_angle else "0.4 for 400 mm"
-        raise QdotError(f"{rule}, without a unit; write {example}")
-    value = sp.Rational(number[1]) * units[unit]
-    if value.has(sp.pi):
-        raise QdotError(f'{rule}; write "{value}"')
-    if is_angle:
-        _check_angle(value)  # 1.5708 rad is pi/2
-    raise QdotError(f"{rule}; write {float(value):.12g}")
+def _lacks_product_sign(first: re.Match[str], second: re.Match[str]) -> bool:
+    """Return whether two successive tokens are factors of an ambiguous product, such as "a1 b2"."""
+    if first.lastgroup == "number":
+        return second.lastgroup == "number"
+    is_symbol = first.lastgroup == "name" and first.group().lower() not in FUNCTIONS
+    starts_factor = second.lastgroup in ("number", "name") or (second.group() == "(" and not is_symbol)
+    return starts_factor and (is_symbol or first.group() == ")")
 
 
 # --- angles and lengths ---
 
 
 def _check_angle(value: sp.Expr) -> None:
-    """Raise QdotError if an angle is a rounded multiple of pi/12 or seems to be in degrees."""
+    """Raise QdotError if the numeric part of an angle is a rounded multiple of pi/12 or seems to be in degrees."""
     constant = _sum_constant_terms(value)
     if not constant.is_Rational or constant == 0:
         return
     twelfths = float(constant) / (float(sp.pi) / 12)
     nearest = round(twelfths)
     if nearest and abs(twelfths - nearest) < 0.005:
-        raise QdotError(f'{float(constant):g} looks like a rounded angle; write it exactly, "{sp.pi * nearest / 12}"')
+        exact = sp.pi * nearest / 12
+        raise QdotError(f'{float(constant):g} looks like a rounded angle; write the exact angle, "{exact}"')
     if abs(constant) > 7:
         in_radians = f'angles are in radians; {float(constant):g} degrees would be "{sp.pi * constant / 180}"'
         raise QdotError(f'{in_radians}; if all angles are in degrees, add angles = "degrees"')
@@ -153,7 +136,7 @@ def _sum_constant_terms(value: sp.Expr) -> sp.Expr:
 
 
 def find_unit_warning(value: sp.Expr) -> str | None:
-    """Return a warning if a length is so large that it is probably in millimetres, else None."""
+    """Return a warning if a length is so large that it is probably meant in millimetres, else None."""
     constant = _sum_constant_terms(value)
     if not constant.is_Rational or abs(constant) <= SUSPICIOUS_LENGTH:
         return None
@@ -162,10 +145,9 @@ def find_unit_warning(value: sp.Expr) -> str | None:
 
 
 def check_quantity(value: sp.Expr, is_angle: bool) -> None:
-    """Refuse a length if an angle is expected, and the reverse. This catches swapped columns."""
-    value_without_functions = value.xreplace(
-        dict.fromkeys(value.atoms(sp.Function), sp.S.One)
-    )  # atan2(a1, d1) is an angle
+    """Raise QdotError if a length stands where an angle is expected, or the reverse, as in swapped columns."""
+    # the arguments of functions may be of another quantity: atan2(a1, d1) is an angle
+    value_without_functions = value.xreplace(dict.fromkeys(value.atoms(sp.Function), sp.S.One))
     for symbol in sorted(value_without_functions.free_symbols, key=str):
         letters = symbol.name.rstrip("0123456789")
         if letters == "theta":
@@ -179,30 +161,14 @@ def check_quantity(value: sp.Expr, is_angle: bool) -> None:
         raise QdotError("pi is allowed in angles only; lengths are in metres")
 
 
-# --- products and names ---
-
-
-def _check_products(text: str) -> None:
-    """Refuse a product without `*`, such as "a1 b2", which is ambiguous; a number may precede a symbol or bracket."""
-    corrected_text = text
-    for first, second in reversed([*itertools.pairwise(_TOKEN.finditer(text))]):
-        if _lacks_product_sign(first, second):
-            corrected_text = f"{corrected_text[: first.end()]}*{corrected_text[second.start() :]}"
-    if corrected_text != text:
-        raise QdotError(f'a product needs *; did you mean "{corrected_text}"?')
-
-
-def _lacks_product_sign(first: re.Match[str], second: re.Match[str]) -> bool:
-    """Return whether two successive tokens are factors of an ambiguous product."""
-    if first.lastgroup == "number":
-        return second.lastgroup == "number"
-    is_symbol = first.lastgroup == "name" and first.group().lower() not in FUNCTIONS
-    starts_factor = second.lastgroup in ("number", "name") or (second.group() == "(" and not is_symbol)
-    return starts_factor and (is_symbol or first.group() == ")")
+# --- conversion to SymPy ---
 
 
 def to_sympy(node: Node) -> sp.Expr:
-    """Convert a parsed formula to a SymPy expression. Raises ParseError for anything but arithmetic and _FUNCTIONS."""
+    """Convert the tree of a formula to a SymPy expression.
+
+    Raises ParseError if the formula contains anything but numbers, names, + - * / ^ and the functions in _FUNCTIONS.
+    """
     if node.kind in ("number", "decimal"):
         return sp.Rational(node.value.numerator, node.value.denominator)
     if node.kind == "name":
@@ -223,6 +189,7 @@ def to_sympy(node: Node) -> sp.Expr:
 
 
 def _make_symbol(name: str) -> sp.Expr:
+    """Return the symbol with a name, or pi. Raises ParseError if the name is not allowed."""
     if name == "pi":
         return sp.pi
     if re.fullmatch(r"qd\d*|[vwfm][xyz]|blank", name):
@@ -246,7 +213,7 @@ def _compute_power(base: sp.Expr, exponent: sp.Expr) -> sp.Expr:
 
 
 def _require_finite(value: sp.Expr, subject: str) -> sp.Expr:
-    """Return a value unchanged. Raises ParseError if it is infinite, undefined or complex."""
+    """Return a value unchanged. Raises ParseError if the value is infinite, undefined or complex."""
     if value.has(sp.zoo, sp.oo, sp.nan) or value.is_real is False:
         raise ParseError(f"{subject} is not a real number")
     return value

@@ -1,7 +1,8 @@
-"""Substitute values for an arm's symbolic lengths, or replace all its lengths by symbols."""
+"""Substitute values for an arm's symbols, or replace all lengths of an arm by symbols."""
 
 import re
 from collections.abc import Collection, Mapping
+from dataclasses import replace
 from functools import lru_cache
 from itertools import product
 
@@ -9,32 +10,33 @@ import numpy as np
 import sympy as sp
 
 from qdot.exercises.arm.chain import Chain
-from qdot.exercises.arm.derivation import structure
+from qdot.exercises.arm.derivation import symbolic_arm_of
 
 _LENGTH = re.compile(r"[ad]\d+|(base|point)_[xyz]")
-"""The names of lengths in a structure."""
+"""The names of the symbols for lengths in a symbolic arm."""
 
 _MAX_LENGTHS, _LENGTH_TOLERANCE = 8, 1e-9
 """Maximum number of lengths whose sums are checked, and the tolerance (m) below which a sum counts as zero."""
 
 
 def substitute_arm_lengths(chain: Chain, values: Mapping[sp.Symbol, sp.Expr]) -> Chain:
-    """Return an arm with values substituted for its symbolic lengths (m) and angles (rad)."""
+    """Return an arm with values substituted for some of its symbolic lengths (m) and angles (rad)."""
 
     def substitute(name: str, entry: sp.Expr) -> sp.Expr:
-        value = entry.xreplace(values)
+        value = sp.sympify(entry).xreplace(values)
         return sp.expand(value) if name.startswith("point") else value
 
-    return chain.map_entries(substitute)
+    axis_points = tuple(point and tuple(value.xreplace(values) for value in point) for point in chain.axis_points)
+    return replace(chain.map_entries(substitute), axis_points=axis_points)
 
 
 @lru_cache(maxsize=1024)
 def with_symbolic_lengths(chain: Chain) -> tuple[Chain, dict[sp.Symbol, sp.Expr]]:
-    """Return an arm with symbols for all lengths and without joint offsets, and the value of each symbol.
+    """Return an arm with symbols for all nonzero lengths and without joint offsets, and the length of each symbol.
 
-    Angles keep the arm's values.
+    Unlike in the symbolic arm, angles keep the arm's values.
     """
-    symbolic_arm = structure(chain)
+    symbolic_arm = symbolic_arm_of(chain)
     values = {symbol: value for symbol, value in symbolic_arm.values if symbol not in chain.q}
     lengths = {symbol: value for symbol, value in values.items() if _LENGTH.fullmatch(symbol.name)}
     angles = {symbol: value for symbol, value in values.items() if symbol not in lengths}
@@ -42,10 +44,10 @@ def with_symbolic_lengths(chain: Chain) -> tuple[Chain, dict[sp.Symbol, sp.Expr]
 
 
 def are_unrelated(lengths: Collection[sp.Expr]) -> bool:
-    """Return whether no length (m) equals another one, or a sum or difference of others.
+    """Return whether no length (m) equals another one, or a sum or difference of other lengths.
 
-    If lengths are related, an arm may be singular at other configurations, or with another kind of singularity. Symbols
-    and long lists are not checked, and the result is False.
+    If lengths are related, an arm may have other singular configurations, or singularities of another kind. The result
+    is False, without a check, if a length is a symbol or if there are more than eight lengths.
 
     >>> are_unrelated([sp.Rational(1, 2), sp.Rational(2, 5)]), are_unrelated([sp.S(1), sp.S(2), sp.S(3)])
     (True, False)

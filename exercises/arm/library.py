@@ -1,7 +1,7 @@
-"""The library of real robots: `exercises/robots` has one file for each robot, in the convention of its source.
+"""List the library of real robots, and find a robot's file by its name.
 
-A robot's name is the name of its file without the extension, such as panda or UR5e; case and hyphens don't matter. The
-tests compare these robots with published models.
+The folder `exercises/robots` has one file for each robot, in the convention of the source of its numbers. A robot's
+name is the name of its file without the extension, such as panda or ur5e; upper case, hyphens and spaces don't matter.
 """
 
 import difflib
@@ -17,12 +17,12 @@ from qdot.exercises.common.errors import QdotError
 
 ROBOT_FOLDER = Path(__file__).parents[1] / "robots"
 FILE_EXTENSIONS = (".toml", ".urdf", ".xml")
-"""File extensions of arms; a text that ends in one of them, or contains a folder, is a path and not a robot's name."""
+"""File extensions of arms. A text with such an extension, or with a folder, is a path and not a robot's name."""
 
 
 @dataclass(frozen=True)
 class ListedRobot:
-    """A robot in the list of the library: its name, title, joint kinds (such as RRPR), convention and source."""
+    """A robot in the list of the library. `joints` are the kinds of its joints, such as RRPR."""
 
     name: str
     title: str
@@ -38,31 +38,30 @@ class ListedRobot:
 
 @cache
 def robots() -> Mapping[str, ListedRobot]:
-    """Return all robots of the library by name, sorted by name with numbers in numeric order.
+    """Return the robots of the library by name; names are sorted with numbers in numeric order.
 
     >>> list(robots())[-6:]
     ['ur3', 'ur3e', 'ur5', 'ur5e', 'ur10', 'ur10e']
     """
-    paths = sorted(ROBOT_FOLDER.glob("*.toml"), key=lambda path: _natural_sort_key(path.stem))
-    return MappingProxyType({path.stem: _read_listing(path) for path in paths})
+
+    def sort_key(path: Path) -> list[tuple[str, int]]:
+        return [(letters, int(digits or 0)) for letters, digits in re.findall(r"(\D*)(\d*)", path.stem)]
+
+    listed_robots = {}
+    for path in sorted(ROBOT_FOLDER.glob("*.toml"), key=sort_key):
+        content = tomllib.loads(path.read_text(encoding="utf-8"))
+        kinds = "".join(joint["kind"] for joint in content["joint"])
+        texts = content["name"], kinds, content.get("convention", "dh"), content["source"]
+        listed_robots[path.stem] = ListedRobot(path.stem, *texts)
+    return MappingProxyType(listed_robots)
 
 
-def _natural_sort_key(name: str) -> list[tuple[str, int]]:
-    return [(letters, int(digits or 0)) for letters, digits in re.findall(r"(\D*)(\d*)", name)]
-
-
-def _read_listing(path: Path) -> ListedRobot:
-    content = tomllib.loads(path.read_text(encoding="utf-8"))
-    kinds = "".join(joint["kind"] for joint in content["joint"])
-    return ListedRobot(path.stem, content["name"], kinds, content.get("convention", "dh"), content["source"])
-
-
-def robot_path(name_or_path: str, folder: Path = Path()) -> Path:
+def find_robot_path(name_or_path: str, folder: Path = Path()) -> Path:
     """Return the path of an arm's file: the file with this name in the folder, or the library's robot with this name.
 
     Raises QdotError if there is neither; the message suggests the robot with the most similar name.
 
-    >>> robot_path("Panda").name
+    >>> find_robot_path("Panda").name
     'panda.toml'
     """
     path = folder / name_or_path

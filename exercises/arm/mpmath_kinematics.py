@@ -1,8 +1,8 @@
-"""Compute the point of interest and the Jacobian of an arm, in floats or with 30 digits for numbers in a problem.
+"""Compute the point of interest and the Jacobian of an arm with 30 digits, for numbers in a problem, or in floats.
 
-The entries of the table are evaluated once, with exact sines and cosines of constant angles. Then each frame is
-computed from the previous one, as three axes and an origin in the world frame. The rows of the Jacobian are those of
-(6.6).
+An mpmath *context* carries out the arithmetic: PRECISE_CONTEXT with 30 digits, FLOAT_CONTEXT in floats. The entries of
+the table are evaluated once, with exact sines and cosines of constant angles. Then each frame is computed from the
+previous one, as three axes and an origin in the world frame. The rows of the Jacobian have the order of (6.6).
 """
 
 from collections.abc import Mapping, Sequence
@@ -14,34 +14,38 @@ import sympy as sp
 from qdot.exercises.arm.chain import Chain
 
 DIGITS = 30
+"""The number of digits of PRECISE_CONTEXT."""
 FLOAT_CONTEXT: Any = mpmath.fp
-"""The context of floats, which is fast; for searches, and for decisions with a margin."""
+"""The context of floats, which is fast. It is used for searches, and for decisions with a margin."""
 PRECISE_CONTEXT: Any = mpmath.MPContext()
-"""The context of 30 digits, whose results are the same on every machine when rounded to ten digits."""
+"""The context of 30 digits. Its results, when rounded to ten digits, are the same on every machine."""
 PRECISE_CONTEXT.dps = DIGITS
 
 Vector = list[Any]
+"""A list of numbers of a context."""
 
 
 class PreciseArm:
-    """A numeric arm in the arithmetic of an mpmath context; `values` has all symbolic lengths and angles."""
+    """A numeric arm in the arithmetic of a context; `values` maps each symbolic length and angle to its value."""
 
     def __init__(self, chain: Chain, values: Mapping[sp.Symbol, sp.Expr], context: Any = PRECISE_CONTEXT) -> None:
         self.context, self.task_rows = context, chain.task_rows
 
-        def number(expression: sp.Expr) -> Any:
+        def to_number(expression: sp.Expr) -> Any:
             return evaluate_in_context(sp.sympify(expression).xreplace(dict(values)), context)
 
-        def cos_sin(angle: sp.Expr) -> tuple[Any, Any]:
-            return number(sp.cos(angle)), number(sp.sin(angle))
+        def compute_cos_sin(angle: sp.Expr) -> tuple[Any, Any]:
+            return to_number(sp.cos(angle)), to_number(sp.sin(angle))
 
-        self.evaluate_number, self.is_revolute = number, [joint.kind == "R" for joint in chain.joints]
-        self._offsets = [number(value) for value in chain.offsets]
-        self._links = [(number(joint.a), *cos_sin(joint.alpha)) for joint in chain.joints]
-        self._fixed = [number(joint.d) if joint.kind == "R" else cos_sin(joint.theta) for joint in chain.joints]
-        self._base = (*cos_sin(chain.base.yaw), *cos_sin(chain.base.tilt))
-        self._origin = [number(value) for value in chain.base.position]
-        self._frame, self._offset = chain.point.frame, [number(value) for value in chain.point.offset]
+        self.evaluate_number, self.is_revolute = to_number, [joint.is_revolute for joint in chain.joints]
+        self._offsets = [to_number(value) for value in chain.offsets]
+        self._links = [(to_number(joint.a), *compute_cos_sin(joint.alpha)) for joint in chain.joints]
+        self._fixed: list[Any] = [
+            to_number(joint.d) if joint.is_revolute else compute_cos_sin(joint.theta) for joint in chain.joints
+        ]
+        self._base = (*compute_cos_sin(chain.base.yaw), *compute_cos_sin(chain.base.tilt))
+        self._origin = [to_number(value) for value in chain.base.position]
+        self._frame, self._offset = chain.point.frame, [to_number(value) for value in chain.point.offset]
 
     def point_and_jacobian(self, q: Sequence[Any]) -> tuple[Vector, list[Vector]]:
         """Return the point of interest (3, m), and the 6 x n Jacobian as rows, at joint values q."""
@@ -60,27 +64,25 @@ class PreciseArm:
             if i < len(q):
                 axes.append(z)
                 origins.append(origin)
-                cos, sin, d = self._theta_and_d(i, q[i] + self._offsets[i])
-                a, cos_twist, sin_twist = self._links[i]
+                variable_entry = q[i] + self._offsets[i]
+                if self.is_revolute[i]:
+                    cos, sin, d = self.context.cos(variable_entry), self.context.sin(variable_entry), self._fixed[i]
+                else:
+                    (cos, sin), d = self._fixed[i], variable_entry
+                a, cos_alpha, sin_alpha = self._links[i]
                 x, y = _rotate(x, y, cos, sin)
                 origin = _translate(_translate(origin, z, d), x, a)
-                y, z = _rotate(y, z, cos_twist, sin_twist)
+                y, z = _rotate(y, z, cos_alpha, sin_alpha)
         columns = [self._jacobian_column(i, z, point, o) for i, (z, o) in enumerate(zip(axes, origins, strict=True))]
         return point, [list(row) for row in zip(*columns, strict=True)]
 
     def task_jacobian(self, q: Sequence[Any]) -> list[Vector]:
-        """Return the m x n Jacobian of the task, as rows."""
+        """Return the m x n task Jacobian, as rows, at joint values q."""
         rows = self.point_and_jacobian(q)[1]
         return [rows[row] for row in self.task_rows]
 
-    def _theta_and_d(self, i: int, value: Any) -> tuple[Any, Any, Any]:
-        """Return cosine and sine of theta, and d, in the table row of joint i (from 0)."""
-        if self.is_revolute[i]:
-            return self.context.cos(value), self.context.sin(value), self._fixed[i]
-        return (*self._fixed[i], value)
-
     def _jacobian_column(self, i: int, z: Vector, point: Vector, origin: Vector) -> Vector:
-        """Return the column of the Jacobian for joint i (from 0), whose axis has direction z and contains `origin`."""
+        """Return column i (from 0) of the Jacobian; the joint's axis has the direction z and contains `origin`."""
         zero_vector = [self.context.zero] * 3
         if not self.is_revolute[i]:
             return [*(z if i < self._frame else zero_vector), *zero_vector]
@@ -95,7 +97,7 @@ def evaluate_in_context(value: sp.Expr, context: Any = PRECISE_CONTEXT) -> Any:
 
 
 def round_to_ten_digits(value: Any) -> sp.Float:
-    """Round a precise number to ten digits, as it is stored in a problem: the same on every machine.
+    """Round a number of 30 digits to the ten digits that are stored in a problem, the same on every machine.
 
     >>> round_to_ten_digits(PRECISE_CONTEXT.mpf(1) / 3)
     0.3333333333
@@ -106,7 +108,7 @@ def round_to_ten_digits(value: Any) -> sp.Float:
 
 
 def round_to_four_digits(value: Any) -> sp.Float:
-    """Round a number to four digits, as worked solutions show it.
+    """Round a number to the four digits that worked solutions show.
 
     >>> round_to_four_digits(PRECISE_CONTEXT.mpf(2) / 3)
     0.6667000000
@@ -115,62 +117,36 @@ def round_to_four_digits(value: Any) -> sp.Float:
 
 
 def round_matrix(rows: Sequence[Vector]) -> sp.Matrix:
-    """Round the entries of a matrix to four digits, as worked solutions show it."""
+    """Round the entries of a matrix to the four digits that worked solutions show."""
     return sp.Matrix([[round_to_four_digits(value) for value in row] for row in rows])
 
 
-def solve_linear(matrix: Sequence[Vector], right_side: Sequence[Any]) -> Vector:
-    """Solve matrix x = right for a square matrix, by elimination with row pivots.
+def solve_linear(matrix: Sequence[Vector], right_side: Sequence[Any], context: Any = PRECISE_CONTEXT) -> Vector:
+    """Return the solution x of matrix x = right_side for a square matrix, given as rows.
 
-    Raises ZeroDivisionError if the matrix is singular.
+    Raises ZeroDivisionError if the matrix is singular up to rounding.
     """
-    n = len(matrix)
-    rows, _ = _triangularize([[*row, value] for row, value in zip(matrix, right_side, strict=True)])
-    solution: Vector = [None] * n
-    for k in reversed(range(n)):
-        known_sum = sum(rows[k][j] * solution[j] for j in range(k + 1, n))
-        solution[k] = (rows[k][n] - known_sum) / rows[k][k]
-    return solution
+    return list(context.lu_solve(matrix, right_side))
 
 
 def inverse(matrix: Sequence[Vector]) -> list[Vector]:
     """Return the inverse of a square matrix as rows. Raises ZeroDivisionError if the matrix is singular."""
-    n = len(matrix)
-    columns = [solve_linear(matrix, [int(i == k) for i in range(n)]) for k in range(n)]
-    return [list(row) for row in zip(*columns, strict=True)]
+    rows: list[Vector] = PRECISE_CONTEXT.inverse(matrix).tolist()
+    return rows
 
 
 def determinant(matrix: Sequence[Vector]) -> Any:
-    """Return the determinant of a square matrix, by elimination with row pivots."""
-    rows, product = _triangularize([list(row) for row in matrix])
-    for k, row in enumerate(rows):
-        product = product * row[k]
-    return product
-
-
-def _triangularize(rows: list[Vector]) -> tuple[list[Vector], int]:
-    """Eliminate the entries below the diagonal; return the rows, and the sign of the row swaps.
-
-    The pivot is the largest entry of its column.
-    """
-    n, sign = len(rows), 1
-    for k in range(n):
-        pivot = max(range(k, n), key=lambda i: abs(rows[i][k]))
-        if pivot != k:
-            rows[k], rows[pivot], sign = rows[pivot], rows[k], -sign
-        for i in range(k + 1, n):
-            factor = rows[i][k] / rows[k][k] if rows[i][k] != 0 else 0
-            rows[i] = [a - factor * b for a, b in zip(rows[i], rows[k], strict=True)]
-    return rows, sign
+    """Return the determinant of a square matrix, given as rows; 0 if the matrix is singular up to rounding."""
+    return PRECISE_CONTEXT.det(matrix)
 
 
 def gram_matrix(matrix: Sequence[Vector]) -> list[Vector]:
-    """Return the matrix times its transpose."""
+    """Return the product of a matrix, given as rows, and its transpose."""
     return [[sum(a * b for a, b in zip(first, second, strict=True)) for second in matrix] for first in matrix]
 
 
 def _rotate(x: Vector, y: Vector, cos: Any, sin: Any) -> tuple[Vector, Vector]:
-    """Rotate two perpendicular unit vectors in their plane."""
+    """Return two perpendicular unit vectors rotated in their plane by an angle with this cosine and sine."""
     pairs = list(zip(x, y, strict=True))
     return [cos * a + sin * b for a, b in pairs], [cos * b - sin * a for a, b in pairs]
 

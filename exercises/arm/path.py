@@ -1,8 +1,8 @@
-"""A straight line p(s) = A + s u along which the arm moves its point, with the joint values on the line.
+"""Compute the joint values while an arm moves its point of interest along a straight line p(s) = A + s u.
 
-s is the distance from A in m, and u the unit vector from A to the target. Newton's method starts from the joint values
-of the previous point, so that the arm stays on its branch. The joint rates are qd = J^-1 u speed (6.7). The task must
-be square and have linear rows only.
+s is the distance from the start A (m), and u is the unit vector from A to the target. Newton's method finds the joint
+values at p(s). It starts from the joint values at the previous point, so the arm stays on one branch of solutions.
+The joint rates are qd = J^-1 u speed (6.7). The task must have linear rows only, as many as the arm has joints.
 """
 
 from collections.abc import Iterator, Mapping, Sequence
@@ -22,12 +22,12 @@ MAX_ITERATIONS = 12
 
 @dataclass(frozen=True)
 class PathSample:
-    """The arm at one point of a line.
+    """The arm with its point of interest at p(s).
 
-    - `s`: distance from the start of the line (m).
+    - `s`: the distance from the start of the line (m).
     - `joints`: the joint values q.
-    - `slopes`: dq/ds.
-    - `conditioning`: sigma_min / sigma_max of J.
+    - `slopes`: the derivatives dq/ds.
+    - `conditioning`: sigma_min / sigma_max of J, which is zero at a singular configuration.
     """
 
     s: float
@@ -37,9 +37,9 @@ class PathSample:
 
 
 class StraightPath:
-    """A straight line from the point of interest at the configuration `joints` to `target`.
+    """A straight line from the point of interest at the joint values `joints` to `target`.
 
-    `target` has one coordinate for each row of the task.
+    `target` has one coordinate (m) for each row of the task. `lengths` maps symbolic lengths to their values.
     """
 
     def __init__(
@@ -53,11 +53,11 @@ class StraightPath:
         self.direction = [value / self.length for value in displacement]
 
     def point(self, s: Any) -> Vector:
-        """Return p(s) = A + s u."""
+        """Return the point p(s) = A + s u of the line."""
         return [a + s * u for a, u in zip(self.start_point, self.direction, strict=True)]
 
     def joints_at(self, s: Any, initial_joints: Sequence[Any]) -> Vector | None:
-        """Return the joint values at s, found by Newton's method from `initial_joints`; None if the method fails."""
+        """Return the joint values at p(s), found by Newton's method from `initial_joints`; None if the method fails."""
         target_point, q = self.point(s), list(initial_joints)
         for _ in range(MAX_ITERATIONS):
             point, jacobian = self.arm.point_and_jacobian(q)
@@ -65,39 +65,36 @@ class StraightPath:
             if max(map(abs, error)) < 64 * self.context.eps:
                 return q
             try:
-                step = solve_linear([jacobian[row] for row in self.arm.task_rows], error)
+                step = solve_linear([jacobian[row] for row in self.arm.task_rows], error, self.context)
                 q = [a + b for a, b in zip(q, step, strict=True)]
             except ZeroDivisionError:
                 return None
         return None
 
     def joint_derivatives(self, q: Sequence[Any]) -> Vector:
-        """Return dq/ds = J^-1 u, the joint rates at unit speed."""
-        return solve_linear(self.arm.task_jacobian(q), self.direction)
-
-    def sample_at(self, s: float, q: Sequence[float]) -> PathSample:
-        """Return the sample at s with these joint values, in floats."""
-        jacobian = self.arm.task_jacobian(q)
-        sigma = np.linalg.svd(np.array(jacobian, dtype=float), compute_uv=False)
-        return PathSample(s, tuple(q), tuple(solve_linear(jacobian, self.direction)), float(sigma[-1] / sigma[0]))
+        """Return dq/ds = J^-1 u, the joint rates at unit speed, at joint values q."""
+        return solve_linear(self.arm.task_jacobian(q), self.direction, self.context)
 
     def follow(
         self, step_length: float, min_conditioning: float, end_distance: float | None = None
     ) -> Iterator[PathSample]:
-        """Yield samples in floats, at s = 0, `step_length`, 2 `step_length` and so on.
+        """Yield samples, in floats, at s = 0, `step_length`, 2 `step_length` and so on up to `end_distance`.
 
-        The last is at most at `end_distance`, which is the length of the path by default. Stop early
-        if the conditioning falls below `min_conditioning`, or if the arm would jump to another branch.
+        `end_distance` is the length of the line by default. Stop early if the conditioning falls below
+        `min_conditioning`, or if the arm would jump to another branch of solutions.
         """
         last_distance = float(self.length) if end_distance is None else end_distance
         q, s, step_count = self.start_joints, 0.0, 0
         while s <= last_distance + 1e-12:
-            sample = self.sample_at(s, q)
-            if sample.conditioning < min_conditioning:
+            jacobian = self.arm.task_jacobian(q)
+            sigma = np.linalg.svd(np.array(jacobian, dtype=float), compute_uv=False)
+            conditioning = float(sigma[-1] / sigma[0])
+            if conditioning < min_conditioning:
                 return
-            yield sample
+            slopes = solve_linear(jacobian, self.direction, self.context)
+            yield PathSample(s, tuple(q), tuple(slopes), conditioning)
             step_count += 1
-            predicted_joints = [a + step_length * b for a, b in zip(q, sample.slopes, strict=True)]
+            predicted_joints = [a + step_length * b for a, b in zip(q, slopes, strict=True)]
             s = step_length * step_count
             joints = self.joints_at(s, predicted_joints)
             if joints is None or max(abs(a - b) for a, b in zip(joints, predicted_joints, strict=True)) > 0.3:

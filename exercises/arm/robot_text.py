@@ -1,4 +1,4 @@
-"""Write an arm as a ROBOT.toml in any convention, so that reading the file gives the same arm."""
+"""Write an arm as a ROBOT.toml in any convention; reading that file gives the same arm."""
 
 from collections.abc import Iterable, Sequence
 from decimal import Decimal
@@ -14,7 +14,7 @@ from qdot.exercises.common.errors import QdotError
 from qdot.exercises.common.input_file import toml_text
 
 TomlEntries = Sequence[tuple[str, str]]
-"""Keys with their values, as TOML text."""
+"""Keys, each with its value as TOML text."""
 
 
 def robot_text(robot: Robot, convention: str) -> str:
@@ -23,12 +23,12 @@ def robot_text(robot: Robot, convention: str) -> str:
     Raises QdotError if the convention can't describe the arm.
     """
     chain = robot.chain
-    described = REGISTRY[convention](chain)
-    top, joints = _screw_entries(chain) if "axis" in described.joint_keys else _table_entries(described)
+    presentation = REGISTRY[convention](chain)
+    top, joints = _make_screw_entries(chain) if "axis" in presentation.joint_keys else _make_table_entries(presentation)
     top_entries = [("name", toml_text(chain.title or chain.name))]
     top_entries += [("source", toml_text(robot.source))] if robot.source else []
     top_entries += [("convention", toml_text(convention))] if convention != CONVENTIONS[0] else []
-    if described.twist_orders and chain.twist_order != TWIST_ORDERS[0]:
+    if presentation.twist_orders and chain.twist_order != TWIST_ORDERS[0]:
         top_entries.append(("twist_order", toml_text(chain.twist_order)))
     top_entries += [("task", toml_text(list(chain.task))), *top]
     limits = [*robot.limits, *[None] * (chain.n - len(robot.limits))]
@@ -45,8 +45,8 @@ def _format_lines(entries: TomlEntries) -> str:
     return "".join(f"{key} = {value}\n" for key, value in entries)
 
 
-def _table_entries(convention: Convention) -> tuple[TomlEntries, list[TomlEntries]]:
-    """Return the top-level entries and the entries of each joint for an arm that is described by a table."""
+def _make_table_entries(convention: Convention) -> tuple[TomlEntries, list[TomlEntries]]:
+    """Return the top-level entries, and the entries of each joint, for an arm that is described by a table."""
     chain, base, point = convention.chain, convention.base, convention.point
     top: list[tuple[str, str]] = []
     if chain.tool is not None or convention.step_to_standard_frame(chain.n) != (0, 0):
@@ -59,21 +59,24 @@ def _table_entries(convention: Convention) -> tuple[TomlEntries, list[TomlEntrie
     ]
 
 
-def _screw_entries(chain: Chain) -> tuple[TomlEntries, list[TomlEntries]]:
-    """Return the top-level entries and the entries of each joint for an arm that is described by its axes."""
+def _make_screw_entries(chain: Chain) -> tuple[TomlEntries, list[TomlEntries]]:
+    """Return the top-level entries, and the entries of each joint, for an arm that is described by its axes.
+
+    Raises QdotError if the direction of an axis contains symbols.
+    """
     axes, (x, y, z) = axes_of(chain)
     home_point = Point(chain.point.frame, (x, y, z))
     joints: list[TomlEntries] = []
     for number, axis in enumerate(axes, 1):
         if axis.direction.free_symbols:
             raise QdotError(f"axis {number} of {chain.name} is rotated by a symbolic angle; axes must be numeric")
-        point_entry = [("point", _format_list(axis.point))] if axis.kind == "R" else []
+        point_entry = [("point", _format_list(axis.point))] if axis.is_revolute else []
         joints.append([("kind", toml_text(axis.kind)), ("axis", _format_list(axis.direction)), *point_entry])
     return [("point", _format_point(home_point, chain.point.frame == chain.n, is_at_home=True))], joints
 
 
 def _format_point(point: Point, is_last: bool, is_at_home: bool = False) -> str:
-    """Return the point of interest as TOML text; the frame is named unless it is the last one."""
+    """Return the point of interest as TOML text; the text names the frame unless the frame is the last."""
     if point.is_origin and not is_at_home:
         return toml_text(f"O{point.frame}")
     offset = _format_list(point.offset)
@@ -91,11 +94,6 @@ def _format_list(values: Iterable[sp.Expr]) -> str:
 
 def _format_entry(value: sp.Expr) -> str:
     """Return an entry as TOML text: a number if a decimal is exact, else a formula in quotes."""
-    if value.is_Rational:
-        denominator = value.q
-        for prime in (2, 5):
-            while denominator % prime == 0:
-                denominator //= prime
-        if denominator == 1 and value.q < 10**9:
-            return str(value.p) if value.q == 1 else format((Decimal(value.p) / Decimal(value.q)).normalize(), "f")
+    if value.is_Rational and value.q < 10**9 and 10**30 % value.q == 0:  # the denominator has only factors 2 and 5
+        return str(value.p) if value.q == 1 else format((Decimal(value.p) / Decimal(value.q)).normalize(), "f")
     return toml_text(sp.sstr(value))

@@ -1,9 +1,9 @@
-"""The standard (distal) table of an arm, computed from a table in any convention or from its axes, and the reverse.
+"""Convert a table in any convention, or joint axes, to the standard (distal) DH table, and the table back to axes.
 
-`alpha` and `a` of the first row of a modified table belong to the base in the standard table.
+In the standard table, `alpha` and `a` of the first row of a modified table belong to the base.
 """
 
-from collections.abc import Sequence
+from collections.abc import Iterable, Iterator, Sequence
 from dataclasses import dataclass, replace
 
 import numpy as np
@@ -16,13 +16,14 @@ from qdot.exercises.arm.axes_to_dh import (
     Axis,
     Pose,
     evaluate_entry,
-    point_by_rotations,
+    move_point_along_axes,
     recognize_exact,
     split_base_pose,
     table_of_axes,
 )
 from qdot.exercises.arm.chain import Base, Chain, Joint, Point
 from qdot.exercises.arm.conventions.base import Convention
+from qdot.exercises.arm.conventions.standard_dh import StandardDh
 from qdot.exercises.arm.kinematics import NumericChain, frames_and_point
 from qdot.exercises.arm.trigonometry import remove_arctangents
 from qdot.exercises.arm.vectors import rot_x, rot_z
@@ -30,41 +31,35 @@ from qdot.exercises.common.stream import Stream
 
 
 @dataclass(frozen=True)
-class WrittenRow:
-    """A row of a DH table as the user wrote it, without its joint variable.
+class WrittenRow(Joint):
+    """A row of a DH table as the user wrote it, but without its joint variable.
 
-    For a revolute joint, `theta` is the constant that is added to the variable; for a prismatic joint, `d` is.
-    `is_reversed` says whether the variable has a minus sign.
+    The entry `theta` of a revolute joint, or `d` of a prismatic joint, is the constant that is added to the variable.
+    `is_reversed` says whether the variable has a minus sign; then the joint is called reversed.
     """
 
-    kind: str
-    theta: sp.Expr
-    d: sp.Expr
-    a: sp.Expr
-    alpha: sp.Expr
     is_reversed: bool = False
 
-    def entries(self, variable: sp.Symbol) -> tuple[sp.Expr, sp.Expr, sp.Expr, sp.Expr]:
-        """Return theta, d, a and alpha as the user wrote them, with the joint variable."""
-        signed_variable = -variable if self.is_reversed else variable
-        if self.kind == "R":
-            return self.theta + signed_variable, self.d, self.a, self.alpha
-        return self.theta, self.d + signed_variable, self.a, self.alpha
+    def with_variable(self, variable: sp.Symbol) -> Joint:
+        """Return the row as the user wrote it, with the joint variable."""
+        joint = Joint(self.kind, self.theta, self.d, self.a, self.alpha)
+        return joint.with_variable_entry(self.variable_entry + (-variable if self.is_reversed else variable))
 
 
 REVERSAL = Pose(rot_x(sp.pi), sp.zeros(3, 1))
 """The rotation by pi about x that is applied to the frame of a reversed joint."""
 MAX_SHOWN_OPERATIONS = 40
-"""Maximum number of operations of an axis coordinate that is shown unchanged."""
+"""Maximum number of operations in a coordinate that is shown unchanged."""
 
 ArmTable = tuple[Base, tuple[Joint, ...], Point | None]
+"""Base, standard table and point of interest of an arm; None if the point is the origin of the last frame."""
 
 
 def dh_of_standard_rows(rows: Sequence[WrittenRow], base: Pose = IDENTITY_POSE, point: Point | None = None) -> ArmTable:
-    """Return base, table and point of an arm, given rows of a standard table in which variables may be reversed.
+    """Return base, standard table and point of an arm, given the rows of a standard table with reversed joints.
 
-    A reversed joint rotates about the opposite axis, because Rz(-q) = Rx(pi) Rz(q) Rx(-pi). A rotation of the base
-    about its own z axis is added to joint 1. The point is returned in its frame after these changes.
+    The frame of a reversed joint is rotated by pi about x, because Rz(-q) = Rx(pi) Rz(q) Rx(-pi). A rotation of the
+    base about its z axis is added to theta or to the variable of joint 1. The point is converted to the new frames.
     """
     rows = list(rows)
     for i, row in enumerate(rows):
@@ -77,13 +72,12 @@ def dh_of_standard_rows(rows: Sequence[WrittenRow], base: Pose = IDENTITY_POSE, 
             point = _move_frame(point, i, REVERSAL)
     table_base, base_rotation = (Base(), sp.S.Zero) if base == IDENTITY_POSE else split_base_pose(base)
     rows[0] = replace(rows[0], theta=rows[0].theta + base_rotation)
-    names = (f"{'theta' if row.kind == 'R' else 'd'}{number}" for number, row in enumerate(rows, 1))
-    joints = (Joint(row.kind, *row.entries(sp.Symbol(name))) for row, name in zip(rows, names, strict=True))
+    joints = (row.with_variable(sp.Symbol(f"{row.variable_key}{number}")) for number, row in enumerate(rows, 1))
     return table_base, tuple(joints), _move_frame(point, 0, Pose(rot_z(-base_rotation), sp.zeros(3, 1)))
 
 
 def dh_of_modified_rows(rows: Sequence[WrittenRow], base: Pose = IDENTITY_POSE, point: Point | None = None) -> ArmTable:
-    """Return base, standard table and point of an arm, given rows of a modified table."""
+    """Return base, standard table and point of an arm, given the rows of a modified table with reversed joints."""
     links = [Pose(rot_x(row.alpha), sp.Matrix([row.a, 0, 0])) for row in rows]
     following_links = [(row.a, row.alpha) for row in rows[1:]] + [(sp.S.Zero, sp.S.Zero)]
     shifted = [replace(row, a=a, alpha=alpha) for row, (a, alpha) in zip(rows, following_links, strict=True)]
@@ -93,7 +87,7 @@ def dh_of_modified_rows(rows: Sequence[WrittenRow], base: Pose = IDENTITY_POSE, 
 
 
 def _move_frame(point: Point | None, frame: int, motion: Pose) -> Point | None:
-    """Return a point in new coordinates after its frame was moved by a pose; unchanged if another frame was moved."""
+    """Return a point's new coordinates after its frame was moved by a pose; unchanged if another frame was moved."""
     if point is None or point.frame != frame:
         return point
     x, y, z = motion.rotation.T * (sp.Matrix(point.offset) - motion.origin)
@@ -101,10 +95,10 @@ def _move_frame(point: Point | None, frame: int, motion: Pose) -> Point | None:
 
 
 def dh_of_axes(axes: Sequence[Axis], point: sp.Matrix, link: int) -> ArmTable:
-    """Return base, standard table and point of interest of an arm, given its axes and the point at home.
+    """Return base, standard table and point of an arm, given its axes and the point of interest at home (3 x 1, m).
 
-    `link` is the number of the link to which the point is fixed. Raises RuntimeError if the table moves the point
-    differently from the axes.
+    `link` is the number of the link to which the point is fixed. Raises RuntimeError if table and axes move that link
+    differently, which would be a bug.
     """
     base, joints, tool = table_of_axes(axes, point)
     if link < len(axes):
@@ -128,7 +122,7 @@ def _check_table(chain: Chain, axes: Sequence[Axis], point: sp.Matrix, link: int
         frames, home = arm.frames(q), arm.frames(0 * q)
         link_rotation = frames[link, :3, :3] @ home[link, :3, :3].T
         for displacement in np.vstack([np.zeros(3), np.eye(3)]):
-            expected_point = point_by_rotations(axes[:link], point + sp.Matrix(displacement), q[:link], lengths)
+            expected_point = move_point_along_axes(axes[:link], point + sp.Matrix(displacement), q[:link], lengths)
             if not np.allclose(arm.point_of(frames) + link_rotation @ displacement, expected_point, atol=1e-7):
                 raise RuntimeError(f"the table of {chain} does not lead where its axes do; please report this")
 
@@ -136,22 +130,22 @@ def _check_table(chain: Chain, axes: Sequence[Axis], point: sp.Matrix, link: int
 def axes_of(chain: Chain) -> tuple[list[Axis], sp.Matrix]:
     """Return the axes of an arm and its point of interest (3 x 1, m) at home, in the world frame.
 
-    The point on a revolute joint's axis is the one that the arm's file gives, else the origin of the joint's frame.
+    The point on the axis of a revolute joint is the point that the arm's file states, or the standard origin there.
     """
     home = dict.fromkeys(chain.q, sp.S.Zero)
     frames, point = frames_and_point(chain)
 
-    def at_home(vector: sp.Matrix) -> sp.Matrix:
+    def evaluate_at_home(vector: sp.Matrix) -> sp.Matrix:
         return vector.xreplace(home).applyfunc(remove_arctangents).applyfunc(_simplify_coordinate)
 
     axes = [
-        Axis(joint.kind, at_home(frame.rotation[:, 2]), at_home(frame.origin))
+        Axis(joint.kind, evaluate_at_home(frame.rotation[:, 2]), evaluate_at_home(frame.origin))
         for joint, frame in zip(chain.joints, frames, strict=False)
     ]
     for i, axis_point in enumerate(chain.axis_points):
         if axis_point is not None and _lies_on(axes[i], sp.Matrix(axis_point)):
             axes[i] = replace(axes[i], point=sp.Matrix(axis_point))
-    return axes, at_home(point)
+    return axes, evaluate_at_home(point)
 
 
 def _lies_on(axis: Axis, point: sp.Matrix) -> bool:
@@ -162,7 +156,7 @@ def _lies_on(axis: Axis, point: sp.Matrix) -> bool:
 
 
 def _simplify_coordinate(entry: sp.Expr) -> sp.Expr:
-    """Return a short entry expanded, such as 17 sqrt(2)/40 - 1/20, and a long one with its numbers evaluated.
+    """Return a coordinate expanded if it is short, such as 17 sqrt(2)/40 - 1/20, else with its numbers evaluated.
 
     A sum with the sine of a number counts as long: 0.52 - 0.49 sin(0.3) becomes 0.3751998993.
     """
@@ -175,43 +169,46 @@ def _simplify_coordinate(entry: sp.Expr) -> sp.Expr:
 # --- rounding ---
 
 
-def axes_of_rows(rows: Sequence[WrittenRow], base: Pose, convention: type[Convention]) -> list[Axis]:
-    """Return the axes of an arm at home in the world frame, given the rows of a table."""
-    axes, pose = [], base
+def _poses_at_home(rows: Iterable[Joint], base: Pose, convention: type[Convention]) -> Iterator[Pose]:
+    """Yield for each row of a table the pose before its rotation about z, and finally the pose after the last row."""
+    pose = base
     for row in rows:
         for axis, angle, length in convention.row_steps(row):
             if axis == "x":
                 pose = pose @ Pose(rot_x(angle), sp.Matrix([length, 0, 0]))
             else:
-                axes.append(Axis(row.kind, pose.rotation[:, 2], pose.origin))
+                yield pose
                 pose = pose @ Pose(rot_z(angle), sp.Matrix([0, 0, length]))
-    return axes
+    yield pose
+
+
+def axes_of_rows(rows: Sequence[WrittenRow], base: Pose, convention: type[Convention]) -> list[Axis]:
+    """Return the axes of an arm at home in the world frame, given the rows of a table and the pose of frame 0."""
+    poses = _poses_at_home(rows, base, convention)
+    return [Axis(row.kind, pose.rotation[:, 2], pose.origin) for row, pose in zip(rows, poses, strict=False)]
 
 
 def is_rounded(chain: Chain, axes: Sequence[Axis], point: sp.Matrix | None = None) -> bool:
-    """Return whether the numbers of an arm's table were rounded.
+    """Return whether the numbers of an arm's table were rounded, given the exact axes and point at home.
 
-    They were if at home, the axes and the point of the table are only nearly the given ones. This is tested for one
-    random choice of the symbolic lengths.
+    The numbers were rounded if the axes and the point that follow from the table are only nearly the exact ones. This
+    is tested for one random choice of the symbolic lengths.
     """
     rng = Stream("rounded")
     values = {symbol: sp.Rational(3000 + rng.integer_below(9000), 10007) for symbol in chain.parameters}
     values |= dict.fromkeys(chain.q, sp.S.Zero)
-    base, offset = chain.base, chain.point.offset
-    pose = Pose(rot_z(base.yaw) * rot_x(base.tilt), sp.Matrix(base.position).xreplace(values)) @ IDENTITY_POSE
-    frames = [pose]
-    for joint in chain.joints:
-        theta, d, a, alpha = (value.xreplace(values) for value in (joint.theta, joint.d, joint.a, joint.alpha))
-        pose = pose @ Pose(rot_z(theta), sp.Matrix([0, 0, d])) @ Pose(rot_x(alpha), sp.Matrix([a, 0, 0]))
-        frames.append(pose)
+    base, position = chain.base, sp.Matrix(chain.base.position).xreplace(values)
+    rows = [Joint(j.kind, *(entry.xreplace(values) for entry in (j.theta, j.d, j.a, j.alpha))) for j in chain.joints]
+    base_pose = Pose(rot_z(base.yaw) * rot_x(base.tilt), position) @ IDENTITY_POSE
+    poses = list(_poses_at_home(rows, base_pose, StandardDh))
     deviations: list[sp.Expr] = []
-    for axis, frame in zip(axes, frames, strict=False):
-        z, axis_point = frame.rotation[:, 2], axis.point.xreplace(values)
+    for axis, pose in zip(axes, poses, strict=False):
+        z, axis_point = pose.rotation[:, 2], axis.point.xreplace(values)
         deviations += z.cross(axis.direction.xreplace(values))
-        deviations += z.cross(frame.origin - axis_point) if axis.kind == "R" else ()
+        deviations += z.cross(pose.origin - axis_point) if axis.is_revolute else ()
     if point is not None:
-        table_point_pose = frames[chain.point.frame] @ Pose(sp.eye(3), sp.Matrix(offset).xreplace(values))
-        deviations += list(table_point_pose.origin - point.xreplace(values))
+        offset = Pose(sp.eye(3), sp.Matrix(chain.point.offset).xreplace(values))
+        deviations += list((poses[chain.point.frame] @ offset).origin - point.xreplace(values))
     return any(abs(evaluate_entry(entry)) > EXACT_TOLERANCE for entry in deviations)
 
 

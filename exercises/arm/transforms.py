@@ -1,6 +1,7 @@
-"""The poses of all frames of a structure, and its Jacobian in the last frame, in which the point of interest is fixed.
+"""Compute the poses of all frames of a symbolic arm, and its Jacobian in the coordinates of the last frame.
 
-The angles of consecutive parallel joints are added. The frames are those of the arm's convention.
+A symbolic arm (`derivation`) has symbols for all lengths. The point of interest is fixed in the last frame. The frames
+are the frames of the arm's convention. The angles of consecutive parallel joints are added.
 """
 
 from functools import lru_cache
@@ -14,46 +15,43 @@ from qdot.exercises.arm.trigonometry import count_terms, textbook_form, textbook
 
 
 @lru_cache(maxsize=4096)
-def frame_poses(structure: Chain) -> tuple[sp.Matrix, ...]:
-    """Return the poses T_{w,0} ... T_{w,n} of the frames in the world, 4 x 4."""
-    poses = (frame.rotation.row_join(frame.origin).applyfunc(textbook_form) for frame in link_frames(structure))
+def frame_poses(arm: Chain) -> tuple[sp.Matrix, ...]:
+    """Return the poses T_{w,0} ... T_{w,n} of a symbolic arm's frames in the world, 4 x 4."""
+    poses = (frame.rotation.row_join(frame.origin).applyfunc(textbook_form) for frame in link_frames(arm))
     return tuple(pose.col_join(sp.Matrix([[0, 0, 0, 1]])) for pose in poses)
 
 
 @lru_cache(maxsize=4096)
-def joint_vectors_in_tool_frame(structure: Chain) -> tuple[tuple[sp.Matrix, sp.Matrix, sp.Matrix], ...]:
+def joint_vectors_in_tool_frame(arm: Chain) -> tuple[tuple[sp.Matrix, sp.Matrix, sp.Matrix], ...]:
     """Return for each joint the axis z, the vector p* (m) and z x p*, each 3 x 1, in the last frame."""
-    return tuple(_joint_in_tool_frame(structure, i) for i in range(structure.n))
-
-
-def _joint_in_tool_frame(structure: Chain, i: int) -> tuple[sp.Matrix, sp.Matrix, sp.Matrix]:
-    """Return z, p* and z x p* of one joint (from 0) in the last frame."""
-    convention = convention_of(structure)
-    joints = convention.first_joints(structure.n).joints
-    last_frame = frame_after(joints[i:])  # frame n in the coordinates of the frame at the end of link i
-    z, distance_along_z = textbook_matrix(last_frame.rotation.T * Z), convention.distance_along_axis(joints[i])
-    to_last_origin = last_frame.rotation.T * last_frame.origin
-    p_star = textbook_matrix(to_last_origin - distance_along_z * z + sp.Matrix(convention.point.offset))
-    return z, p_star, textbook_matrix(z.cross(p_star))
+    convention, vectors = convention_of(arm), []
+    joints = convention.keep_first_joints(arm.n).joints
+    for i, joint in enumerate(joints):
+        last_frame = frame_after(joints[i:])  # frame n in the coordinates of the frame before joint i + 1
+        z, to_last_origin = textbook_matrix(last_frame.rotation.T * Z), last_frame.rotation.T * last_frame.origin
+        start_to_point = to_last_origin - convention.distance_along_axis(joint) * z + sp.Matrix(convention.point.offset)
+        p_star = textbook_matrix(start_to_point)
+        vectors.append((z, p_star, textbook_matrix(z.cross(p_star))))
+    return tuple(vectors)
 
 
 @lru_cache(maxsize=4096)
-def jacobian_in_tool_frame(structure: Chain) -> sp.Matrix:
-    """Return the 6 x n Jacobian in the coordinates of the last frame."""
+def jacobian_in_tool_frame(arm: Chain) -> sp.Matrix:
+    """Return the 6 x n Jacobian of a symbolic arm in the coordinates of the last frame."""
     columns = (
-        cross.col_join(z) if joint.kind == "R" else z.col_join(sp.zeros(3, 1))
-        for joint, (z, _, cross) in zip(structure.joints, joint_vectors_in_tool_frame(structure), strict=True)
+        cross.col_join(z) if joint.is_revolute else z.col_join(sp.zeros(3, 1))
+        for joint, (z, _, cross) in zip(arm.joints, joint_vectors_in_tool_frame(arm), strict=True)
     )
     return sp.Matrix.hstack(*columns)
 
 
 @lru_cache(maxsize=4096)
-def count_last_pose_terms(structure: Chain) -> int:
+def count_last_pose_terms(arm: Chain) -> int:
     """Return the number of terms of T_{w,n}, multiplied out; ones and zeros don't count."""
-    return count_terms(frame_poses(structure)[-1], trivial=(0, 1))
+    return count_terms(frame_poses(arm)[-1], trivial=(0, 1))
 
 
 @lru_cache(maxsize=4096)
-def count_tool_jacobian_terms(structure: Chain) -> int:
+def count_tool_jacobian_terms(arm: Chain) -> int:
     """Return the number of terms of the Jacobian in the last frame, multiplied out; ones and zeros don't count."""
-    return count_terms(jacobian_in_tool_frame(structure), trivial=(0, 1))
+    return count_terms(jacobian_in_tool_frame(arm), trivial=(0, 1))

@@ -1,11 +1,12 @@
-"""Write trigonometric polynomials in textbook form, and test exactly whether they are equal.
+"""Write trigonometric polynomials in textbook form, and test exactly whether two of them are equal.
 
-An entry of a Jacobian is a polynomial in lengths and in sines and cosines of integer combinations of angles. Three
-forms are used here:
+A trigonometric polynomial is a polynomial in lengths and in sines and cosines of sums of angles, such as an entry of a
+Jacobian. An angle may occur several times in a sum, as in 2 theta1 - theta2. Three forms are used here:
 
-- the Fourier form, a sum of coefficient * cos(sum) and coefficient * sin(sum), which is often the shortest;
-- the polynomial in the sine and cosine of each angle with s^2 = 1 - c^2, which is unique and therefore proves equality;
-- the factored form, in which c^2 + s^2 is replaced by 1 only after factoring, because doing so before destroys factors.
+- The Fourier form is a sum of coefficient * cos(sum) and coefficient * sin(sum). This form is often the shortest.
+- The polynomial in the sine s and the cosine c of each single angle, with s^2 + c^2 = 1, is unique up to that relation.
+  This form proves equality.
+- In the factored form, c^2 + s^2 is replaced by 1 only after factoring, because an earlier replacement hides factors.
 """
 
 import operator
@@ -19,9 +20,9 @@ import sympy as sp
 
 @dataclass(frozen=True)
 class FourierForm:
-    """A sum of terms A cos(phi) + B sin(phi), in which each phi is a different integer combination of `angles`.
+    """A sum of terms A cos(phi) + B sin(phi), in which each phi is another sum of integer multiples of `angles`.
 
-    `terms` maps the multiples in phi to (A, B). The first multiple that is not zero is positive.
+    `terms` maps the multiples of the angles in phi to (A, B). The first multiple that is not zero is positive.
     """
 
     angles: tuple[sp.Symbol, ...]
@@ -29,7 +30,7 @@ class FourierForm:
 
     @property
     def term_count(self) -> int:
-        """The number of terms when written out."""
+        """The number of terms of the written-out sum."""
         coefficients = (coefficient for pair in self.terms.values() for coefficient in pair if coefficient != 0)
         return sum(len(sp.Add.make_args(coefficient)) for coefficient in coefficients)
 
@@ -45,20 +46,20 @@ class FourierForm:
 def compute_fourier_form(expression: sp.Expr) -> FourierForm:
     """Return the Fourier form of a trigonometric polynomial.
 
-    With e = exp(i angle), sines and cosines are sums of e and 1/e, each of which is represented by a symbol. In the
-    expanded polynomial, the exponents of e in a term are the multiples of the angles. Raises ValueError if the
-    expression is not a trigonometric polynomial with integer multiples.
+    With e = exp(i angle), the sine and the cosine of an angle are sums of e and 1/e, for which two symbols are used. In
+    the expanded polynomial, the exponents of e minus those of 1/e in a term are the multiples of the angles. Raises
+    ValueError if the expression is not a trigonometric polynomial with integer multiples.
     """
-    trigs = _trig_atoms(expression)
+    trigs = _list_trigs(expression)
     angles = _sort_symbols({angle for trig in trigs for angle in trig.free_symbols})
     lengths = _sort_symbols(expression.free_symbols - set(angles))
     exponentials = {angle: (sp.Dummy(), sp.Dummy()) for angle in angles}
     in_exponentials = {}
     for trig in trigs:
-        multiples = _multiples(trig.args[0])
+        multiples = _read_multiples(trig.args[0])
         positive, negative = (
-            sp.Mul(*(exponentials[angle][(count < 0) != is_behind] ** abs(count) for angle, count in multiples.items()))
-            for is_behind in (False, True)
+            sp.Mul(*(exponentials[angle][(k < 0) != is_inverse] ** abs(k) for angle, k in multiples.items()))
+            for is_inverse in (False, True)
         )
         is_cosine = isinstance(trig, sp.cos)
         in_exponentials[trig] = (positive + negative) / 2 if is_cosine else (positive - negative) / (2 * sp.I)
@@ -69,23 +70,24 @@ def compute_fourier_form(expression: sp.Expr) -> FourierForm:
     for powers, coefficient in polynomial.terms():
         exponents = powers[len(lengths) :]
         phi = tuple(map(operator.sub, exponents[::2], exponents[1::2])) if angles else ()
-        leading = next((k for k in phi if k), 0)
-        if leading >= 0:  # the terms with -phi are the conjugates of these
-            scale = 2 if leading else 1
+        first_multiple = next((k for k in phi if k), 0)
+        if first_multiple >= 0:  # the terms with -phi are the conjugates of the terms with phi
+            scale = 2 if first_multiple else 1
             product = sp.Mul(*map(sp.Pow, lengths, powers[: len(lengths)]))
             cosines, sines = terms.setdefault(phi, [[], []])
-            cosines.append(scale * _rational(coefficient.x) * product)
-            sines.append(-scale * _rational(coefficient.y) * product)
+            real_part, imaginary_part = map(_to_rational, (coefficient.x, coefficient.y))
+            cosines.append(scale * real_part * product)
+            sines.append(-scale * imaginary_part * product)
     sums = {phi: (sp.Add(*cosines), sp.Add(*sines)) for phi, (cosines, sines) in terms.items()}
     return FourierForm(angles, {phi: pair for phi, pair in sums.items() if pair != (0, 0)})
 
 
-def _rational(number: Any) -> sp.Rational:
+def _to_rational(number: Any) -> sp.Rational:
     return sp.Rational(int(number.numerator), int(number.denominator))
 
 
-def _multiples(phi: sp.Expr) -> dict[sp.Symbol, int]:
-    """Return the integers by which symbols are multiplied in an angle. Raises ValueError."""
+def _read_multiples(phi: sp.Expr) -> dict[sp.Symbol, int]:
+    """Return the integers by which the symbols in an angle are multiplied. Raises ValueError for other angles."""
     multiples = phi.expand().as_coefficients_dict()
     if any(not (angle.is_Symbol and count.is_Integer) for angle, count in multiples.items()):
         raise ValueError(f"{phi} is not a whole-number sum of angles")
@@ -96,22 +98,23 @@ def _sort_symbols(symbols: Iterable[sp.Symbol]) -> tuple[sp.Symbol, ...]:
     return tuple(sorted(symbols, key=lambda symbol: symbol.name))
 
 
-def _trig_atoms(expression: sp.Expr) -> list[sp.Expr]:
+def _list_trigs(expression: sp.Expr) -> list[sp.Expr]:
     return sorted(expression.atoms(sp.sin, sp.cos), key=sp.default_sort_key)
 
 
 def are_identical(a: sp.Expr, b: sp.Expr) -> bool:
-    """Return whether two trigonometric polynomials are the same function; this is a proof, not a test at points.
+    """Return whether two trigonometric polynomials are the same function. The result is a proof, not a test at points.
 
-    Their difference is a polynomial in s = sin and c = cos of each angle. Its remainder after division by all
-    s^2 + c^2 - 1 is unique. Unlike the Fourier form, it stays short if sines and cosines of many angles are multiplied.
-    Raises ValueError if either is not a trigonometric polynomial with integer multiples of angles.
+    Their difference is a polynomial in the sine s and the cosine c of each angle. After division by all s^2 + c^2 - 1,
+    a unique remainder is left. The remainder is zero if and only if the functions are equal. Unlike a Fourier form, the
+    remainder stays short if sines and cosines of many angles are multiplied. Raises ValueError if an expression is not
+    a trigonometric polynomial with integer multiples of angles.
     """
     if a == b:
         return True
     difference = a - b
-    trigs = _trig_atoms(difference)
-    multiples = {trig: _multiples(trig.args[0]) for trig in trigs}
+    trigs = _list_trigs(difference)
+    multiples = {trig: _read_multiples(trig.args[0]) for trig in trigs}
     circles = {angle: (sp.Dummy(), sp.Dummy()) for trig in trigs for angle in multiples[trig]}
     symbols_of_trigs = {sp.sin(q): s for q, (s, _) in circles.items()} | {sp.cos(q): c for q, (_, c) in circles.items()}
     polynomial_form = difference.xreplace({trig: sp.expand_trig(trig).xreplace(symbols_of_trigs) for trig in trigs})
@@ -122,14 +125,14 @@ def are_identical(a: sp.Expr, b: sp.Expr) -> bool:
 
 @dataclass(frozen=True)
 class Factored:
-    """A product: a rational coefficient and factors with their powers, each of a fixed sign."""
+    """A product of a rational coefficient and of factors with their powers. No factor occurs twice, even negated."""
 
     coefficient: sp.Rational
     factors: tuple[tuple[sp.Expr, int], ...]
 
     @property
     def is_zero(self) -> bool:
-        """Whether the product is zero identically."""
+        """Whether the product is the zero function."""
         return bool(self.coefficient == 0)
 
     def expression(self) -> sp.Expr:
@@ -137,7 +140,7 @@ class Factored:
         return sp.Mul(self.coefficient, *(factor**power for factor, power in self.factors))
 
     def over(self, divisor: "Factored") -> "Factored":
-        """Return the quotient, with common factors cancelled (powers may become negative)."""
+        """Return the quotient, with common factors cancelled; powers may become negative."""
         powers = dict(self.factors)
         for factor, power in divisor.factors:
             powers[factor] = powers.get(factor, 0) - power
@@ -145,7 +148,7 @@ class Factored:
         return Factored(self.coefficient / divisor.coefficient, remaining)
 
     def substitute(self, values: Mapping[sp.Symbol, sp.Expr]) -> sp.Expr:
-        """Return the product with `values` substituted, factor by factor; equal lengths are factored out of sums."""
+        """Return the product with values substituted in each factor; lengths that become equal are factored out."""
         has_duplicates = len(set(values.values())) < len(values)
         bases = [(substitute(factor, values), power) for factor, power in self.factors]
         if has_duplicates:
@@ -162,15 +165,15 @@ def distribute_fraction(product: sp.Expr) -> sp.Expr:
     """
     fraction, remaining_product = product.as_coeff_Mul()
     factors = sp.Mul.make_args(remaining_product)
-    numbered = next((factor for factor in factors if factor.is_Add and _has_numbers(factor)), None)
-    if fraction.is_integer or numbered is None:
+    sum_with_numbers = next((factor for factor in factors if factor.is_Add and _has_numbers(factor)), None)
+    if fraction.is_integer or sum_with_numbers is None:
         return product
-    others = [factor for factor in factors if factor is not numbered]
-    return sp.Mul(*others, sp.Add(*(distribute_fraction(fraction * term) for term in numbered.args)))
+    other_factors = [factor for factor in factors if factor is not sum_with_numbers]
+    return sp.Mul(*other_factors, sp.Add(*(distribute_fraction(fraction * term) for term in sum_with_numbers.args)))
 
 
 def _has_numbers(terms: sp.Expr) -> bool:
-    """Return whether a term of a sum, or of a sum within it, has a numeric factor other than 1."""
+    """Return whether a term of a sum, or of a sum in a term, has a numeric factor other than 1 and -1."""
     return any(
         abs(term.as_coeff_Mul()[0]) != 1 or any(inner.is_Add and _has_numbers(inner) for inner in term.args)
         for term in terms.args
@@ -178,7 +181,7 @@ def _has_numbers(terms: sp.Expr) -> bool:
 
 
 def remove_arctangents(expression: sp.Expr) -> sp.Expr:
-    """Return an expression without arctangents of lengths in its angles, if the accompanying roots cancel.
+    """Return an expression without arctangents of lengths in its angles; unchanged if roots would remain.
 
     >>> a, b, t1 = sp.symbols("a1 a2 theta1")
     >>> remove_arctangents(sp.sqrt(a**2 + b**2) * sp.sin(t1 + sp.atan2(b, a)))
@@ -194,7 +197,7 @@ def remove_arctangents(expression: sp.Expr) -> sp.Expr:
 
 
 def _expand_arctangents(trig: sp.Expr) -> sp.Expr:
-    """Expand the sine or cosine of a sum, so that its arctangents become quotients with a root."""
+    """Expand the sine or cosine of a sum of angles, so that the arctangents become quotients with a root."""
     arctangents = [term for term in sp.Add.make_args(trig.args[0]) if term.has(sp.atan2)]
     c, s = sp.cos(trig.args[0] - sp.Add(*arctangents)), sp.sin(trig.args[0] - sp.Add(*arctangents))
     for term in arctangents:
@@ -208,7 +211,7 @@ _MAX_OPERATIONS = 400
 
 
 def remove_brackets(expression: sp.Expr) -> sp.Expr:
-    """Return a sum in which no root of a number multiplies a bracket, collected by its sines and cosines.
+    """Return a sum in which no root of a number multiplies a sum with symbols; terms are grouped by sines and cosines.
 
     >>> d2, t1 = sp.symbols("d2 theta1")
     >>> remove_brackets(sp.sqrt(2) * (d2 + sp.sqrt(2) / 5) / 2 - sp.Rational(1, 10))
@@ -226,7 +229,7 @@ def remove_brackets(expression: sp.Expr) -> sp.Expr:
 
 
 def _has_bracket(product: sp.Mul) -> bool:
-    """Return whether a root of a number multiplies a sum."""
+    """Return whether a root of a number multiplies a sum with symbols."""
     numbers = [factor for factor in product.args if factor.is_number]
     return any(map(_is_root, numbers)) and any(factor.is_Add and factor.free_symbols for factor in product.args)
 
@@ -236,34 +239,30 @@ def _is_root(number: sp.Expr) -> bool:
 
 
 def substitute(expression: sp.Expr, values: Mapping[sp.Symbol, sp.Expr]) -> sp.Expr:
-    """Return `expression` with all symbols replaced simultaneously.
-
-    SymPy simplifies right angles in it: cos(t + pi/2) becomes -sin(t).
-    """
+    """Return an expression with symbols replaced by values simultaneously; cos(t + pi/2) becomes -sin(t)."""
     return expression.xreplace(dict(values))
 
 
 @lru_cache(maxsize=20_000)
 def factor_trig(expression: sp.Expr, max_terms: int = 200) -> Factored:
-    """Return the textbook's factored form of a trigonometric polynomial.
+    """Return the factored form of a trigonometric polynomial, as in a textbook.
 
-    In a sum of more than `max_terms` terms, only common factors of all terms are found. Factoring it would take
-    minutes, and nobody would read the result.
+    First, the sine and the cosine of each sum of angles are factored as independent symbols. Then each factor is
+    replaced by its shortest form: c2*s23 - s2*c23 becomes s3, and c^2 + s^2 becomes 1.
 
-    Sines and cosines of each angle sum are factored as independent symbols. Then each factor is written in this form or
-    its Fourier form, whichever is shorter: c2*s23 - s2*c23 becomes s3, and c^2 + s^2 becomes 1.
-
-    Raises ValueError for roots of numbers, because factors are over the rationals.
+    If the polynomial has more than `max_terms` terms, only the factors that all terms share are split off. A complete
+    factorization would take minutes, and nobody would read the result. Raises ValueError if the expression has roots of
+    numbers, because the coefficients of factors are rational.
     """
     if expression == 0:
         return Factored(sp.S.Zero, ())
     if any(power.is_number and _is_root(power) for power in expression.atoms(sp.Pow)):
         raise ValueError(f"{expression} has roots of numbers")
-    names, trigs_by_symbol = _as_symbols(expression)
-    coefficient, raw = _polynomial_factors(expression.xreplace(names), max_terms)
+    names, trigs_by_symbol = _name_trigs(expression)
+    coefficient, polynomial_factors = _factor_polynomial(expression.xreplace(names), max_terms)
     powers: dict[sp.Expr, int] = {}
-    for factor, power in raw:
-        content, shortest = _shortest_form(factor.xreplace(trigs_by_symbol))
+    for factor, power in polynomial_factors:
+        content, shortest = _find_shortest_form(factor.xreplace(trigs_by_symbol))
         if shortest == 0:
             return Factored(sp.S.Zero, ())
         coefficient *= content**power
@@ -275,10 +274,10 @@ def factor_trig(expression: sp.Expr, max_terms: int = 200) -> Factored:
     return Factored(sp.Rational(coefficient), tuple(ordered))
 
 
-def _polynomial_factors(expression: sp.Expr, max_terms: int) -> tuple[sp.Expr, list[tuple[sp.Expr, int]]]:
-    """Return the coefficient and the factors of a polynomial.
+def _factor_polynomial(expression: sp.Expr, max_terms: int) -> tuple[sp.Expr, list[tuple[sp.Expr, int]]]:
+    """Return the coefficient of a polynomial, and its factors with their powers.
 
-    If it has more than `max_terms` terms, only the factors that all terms share are split off.
+    If the polynomial has more than `max_terms` terms, only the factors that all terms share are split off.
     """
     if not expression.free_symbols:
         return expression, []
@@ -290,24 +289,24 @@ def _polynomial_factors(expression: sp.Expr, max_terms: int) -> tuple[sp.Expr, l
     factors = [(symbol, power) for symbol, power in zip(polynomial.gens, powers, strict=True) if power]
     if len(primitive.terms()) > max_terms:
         return coefficient, [*factors, (primitive.as_expr(), 1)]
-    common, remaining_polynomial = _linear_factor(primitive)
-    content, common_factors = common.factor_list()
-    factors += [(factor.as_expr(), power) for factor, power in common_factors]
-    return coefficient * content, factors if remaining_polynomial is None else [*factors, (remaining_polynomial, 1)]
+    remaining_polynomial, linear_factor = _split_linear_factor(primitive)
+    content, other_factors = remaining_polynomial.factor_list()
+    factors += [(factor.as_expr(), power) for factor, power in other_factors]
+    return coefficient * content, factors if linear_factor is None else [*factors, (linear_factor, 1)]
 
 
-def _linear_factor(primitive: sp.Poly) -> tuple[sp.Poly, sp.Expr | None]:
-    """Split off the factor that contains a symbol of degree one; return the remaining polynomial, and the factor.
+def _split_linear_factor(primitive: sp.Poly) -> tuple[sp.Poly, sp.Expr | None]:
+    """Split off the factor that contains a symbol x of degree one; return the remaining polynomial, and the factor.
 
     A polynomial x A + B is g (x A' + B') with the greatest common divisor g of A and B, and x A' + B' is irreducible.
-    This is much faster than a general factorization, and applies to most lengths. Return None for the factor if there
-    is no such symbol.
+    This is much faster than a general factorization, and applies because most lengths have degree one. Return None for
+    the factor if there is no such symbol.
     """
     terms = primitive.terms()
-    linear = [k for k, powers in enumerate(zip(*primitive.monoms(), strict=True)) if max(powers) == 1]
-    if not linear or not primitive.domain.is_ZZ:
+    linear_indices = [k for k, powers in enumerate(zip(*primitive.monoms(), strict=True)) if max(powers) == 1]
+    if not linear_indices or not primitive.domain.is_ZZ:
         return primitive, None
-    k = min(linear, key=lambda k: sum(powers[k] for powers, _ in terms))
+    k = min(linear_indices, key=lambda k: sum(powers[k] for powers, _ in terms))
     ring = sp.polys.rings.PolyRing(primitive.gens, sp.ZZ)
     polynomial = ring.from_dict({powers: sp.ZZ(int(c)) for powers, c in terms})
     constant_part = ring.from_dict({powers: c for powers, c in polynomial.items() if not powers[k]})
@@ -316,10 +315,13 @@ def _linear_factor(primitive: sp.Poly) -> tuple[sp.Poly, sp.Expr | None]:
     return sp.Poly.from_dict(dict(common), *primitive.gens), polynomial.exquo(common).as_expr()
 
 
-def _as_symbols(expression: sp.Expr) -> tuple[dict[sp.Expr, sp.Symbol], dict[sp.Symbol, sp.Expr]]:
-    """Return a symbol for every cosine and sine, those of one angle next to each other, and the inverse mapping."""
+def _name_trigs(expression: sp.Expr) -> tuple[dict[sp.Expr, sp.Symbol], dict[sp.Symbol, sp.Expr]]:
+    """Return a symbol for every cosine and sine in an expression, and the inverse mapping.
+
+    The symbol of an angle's cosine is followed by the symbol of its sine.
+    """
     names: dict[sp.Expr, sp.Symbol] = {}
-    arguments = sorted({atom.args[0] for atom in _trig_atoms(expression)}, key=sp.default_sort_key)
+    arguments = sorted({atom.args[0] for atom in _list_trigs(expression)}, key=sp.default_sort_key)
     for index, argument in enumerate(arguments):
         names[sp.cos(argument)] = sp.Symbol(f"c_{index}")
         names[sp.sin(argument)] = sp.Symbol(f"s_{index}")
@@ -330,11 +332,12 @@ _MAX_FOURIER_GROWTH = 3
 """A Fourier form is not tried as a shorter form of a factor if it has more than this many times the factor's terms."""
 
 
-def _shortest_form(factor: sp.Expr) -> tuple[sp.Rational, sp.Expr]:
-    """Return the shortest form of a factor as (content, primitive form with a positive leading term).
+def _find_shortest_form(factor: sp.Expr) -> tuple[sp.Rational, sp.Expr]:
+    """Return the shortest form of a factor, split into its rational content and a remaining form.
 
-    The forms compared are the original, the Fourier form, and forms with expanded angles or replaced squares. In forms
-    with expanded angles, a sum of lengths times a product of sines and cosines counts as one term.
+    The first term of the remaining form is positive. These forms are compared: the factor itself, its Fourier form, and
+    forms with expanded angles or replaced squares. In forms with expanded angles, a sum of lengths times a product of
+    sines and cosines counts as one term.
     """
     forms = [factor]
     if factor.is_Add:
@@ -351,14 +354,14 @@ def _shortest_form(factor: sp.Expr) -> tuple[sp.Rational, sp.Expr]:
     if min(sp.Add.make_args(primitive), key=sp.default_sort_key).could_extract_minus_sign():
         content, primitive = -content, sp.Add(*(-term for term in sp.Add.make_args(primitive)))
     if primitive.is_Add:
-        names, trigs_by_symbol = _as_symbols(primitive)
+        names, trigs_by_symbol = _name_trigs(primitive)
         primitive = sp.factor_terms(primitive.xreplace(names)).xreplace(trigs_by_symbol)
     return content, primitive
 
 
 def _collect_trigs(expression: sp.Expr) -> sp.Expr:
-    """Return a sum collected by its products of sines and cosines, as the Fourier form is by its angles."""
-    names, trigs_by_symbol = _as_symbols(expression)
+    """Return a sum with one term for each product of sines and cosines."""
+    names, trigs_by_symbol = _name_trigs(expression)
     if not names:
         return expression
     polynomial = sp.Poly(expression.xreplace(names), *names.values())
@@ -369,9 +372,9 @@ def _collect_trigs(expression: sp.Expr) -> sp.Expr:
 def _reduce_squares(expression: sp.Expr) -> list[sp.Expr]:
     """Return two forms of an expression: with s^2 replaced by 1 - c^2, and with c^2 replaced by 1 - s^2.
 
-    Return an empty list if the expression has no squares.
+    Return an empty list if the expression has no squares of sines or cosines.
     """
-    names, trigs_by_symbol = _as_symbols(expression)
+    names, trigs_by_symbol = _name_trigs(expression)
     trigs = list(names.values())
     if not trigs:
         return []
@@ -379,15 +382,15 @@ def _reduce_squares(expression: sp.Expr) -> list[sp.Expr]:
     if all(power < 2 for powers in polynomial.monoms() for power in powers):
         return []  # there is nothing to replace
     forms = []
-    for first in (0, 1):
+    for kept_position in (0, 1):
         summands = []
         for powers, coefficient in polynomial.terms():
             term = coefficient
             for k in range(0, len(trigs), 2):
-                kept_index, dropped_index = k + first, k + 1 - first
-                kept, dropped = trigs[kept_index], trigs[dropped_index]
-                half, remainder = divmod(powers[dropped_index], 2)
-                term *= kept ** powers[kept_index] * dropped**remainder * (1 - kept**2) ** half
+                kept_index, replaced_index = k + kept_position, k + 1 - kept_position
+                kept, replaced = trigs[kept_index], trigs[replaced_index]
+                square_count, remainder = divmod(powers[replaced_index], 2)
+                term *= kept ** powers[kept_index] * replaced**remainder * (1 - kept**2) ** square_count
             summands.append(term)
         forms.append(sp.expand(sp.Add(*summands)).xreplace(trigs_by_symbol))
     return forms
@@ -409,5 +412,5 @@ def textbook_matrix(matrix: sp.Matrix) -> sp.Matrix:
 
 
 def count_terms(entries: sp.Matrix, trivial: tuple[int, ...] = (0,)) -> int:
-    """Return the number of terms of all entries, multiplied out; `trivial` entries don't count."""
+    """Return the number of terms of all entries of a matrix, multiplied out; entries in `trivial` don't count."""
     return sum(len(sp.Add.make_args(sp.expand(entry))) for entry in entries if entry not in trivial)

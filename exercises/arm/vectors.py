@@ -1,4 +1,4 @@
-"""Compute symbolic rotations about axes, and numeric cross products."""
+"""Compute symbolic rotations about axes, and norms and cross products of numeric vectors."""
 
 import numpy as np
 import sympy as sp
@@ -17,12 +17,15 @@ def rot_x(angle: sp.Expr) -> sp.Matrix:
 
 
 def norms(vectors: np.ndarray) -> np.ndarray:
-    """Return the lengths of vectors along the last array axis."""
+    """Return the lengths of numeric vectors; their components are along the last array axis."""
     return np.asarray(np.linalg.norm(vectors, axis=-1))
 
 
 def cross(a: np.ndarray, b: np.ndarray) -> np.ndarray:
-    """Return a x b for vectors along the last array axis; for few vectors, this is five times as fast as NumPy."""
+    """Return the cross products a x b of numeric vectors; their components are along the last array axis.
+
+    For few vectors, this is five times as fast as np.cross.
+    """
     result = np.empty(np.broadcast_shapes(a.shape, b.shape))
     result[..., 0] = a[..., 1] * b[..., 2] - a[..., 2] * b[..., 1]
     result[..., 1] = a[..., 2] * b[..., 0] - a[..., 0] * b[..., 2]

@@ -19,7 +19,7 @@ import pydantic
 from qdot.exercises import generation
 from qdot.exercises.arm.chain import CONVENTIONS, TWIST_ORDERS
 from qdot.exercises.arm.conventions import REGISTRY
-from qdot.exercises.arm.library import robot_path
+from qdot.exercises.arm.library import find_robot_path
 from qdot.exercises.arm.robot_file import read_robot_file
 from qdot.exercises.assignment.attempt_policy import AttemptPolicy, read_attempt_policy
 from qdot.exercises.assignment.decimals import read_decimals
@@ -468,7 +468,7 @@ def _check_points(points: tuple[float, ...] | None, question_count: int) -> None
 
 def _read_own_robot(name: str, folder: Path, notes: list[str]) -> tuple[Family, str]:
     """Return the family of a robot file, and the digest of the file; append warnings about the robot to `notes`."""
-    path = robot_path(name, folder)
+    path = find_robot_path(name, folder)
     robot = read_robot_file(path)
     notes += robot.notes
     return read_robot_family(path, robot), _compute_short_hash(path.read_text(encoding="utf-8", errors="replace"))

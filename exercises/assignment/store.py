@@ -96,7 +96,7 @@ def _load_power(base: sp.Expr, exponent: sp.Expr) -> sp.Expr:
 def _pickle_minors(problem: Problem) -> bytes:
     """Return the pickled minors of J, b"" if they were not computed. Only the diagnosis of mistakes unpickles them."""
     derivation = derive(problem.chain)
-    return _pickle_content(derivation.generic_minors) if "generic_minors" in vars(derivation) else b""
+    return _pickle_content(derivation.symbolic_minors) if "symbolic_minors" in vars(derivation) else b""
 
 
 def _pickle_content(content: object) -> bytes:

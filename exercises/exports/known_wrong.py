@@ -15,7 +15,7 @@ from sympy.polys.polyerrors import BasePolynomialError
 
 from qdot.exercises.answer_types import ConditionSet, Number
 from qdot.exercises.arm.chain import Chain
-from qdot.exercises.arm.derivation import derive, structure
+from qdot.exercises.arm.derivation import derive, symbolic_arm_of
 from qdot.exercises.arm.derivation_graph import RESULT, compute_numeric_stages, compute_symbolic_stages, to_sympy_matrix
 from qdot.exercises.arm.standard_table import wrap_angle
 from qdot.exercises.common.stream import Stream
@@ -154,7 +154,7 @@ def _derive_wrong_formulas(question: _StructureQuestion, index: int) -> sp.Matri
 def _find_wrong_formulas(problem: Problem, part: Part, mistake_count: int) -> Iterator[KnownWrongAnswer]:
     """Yield the wrong formulas of the first mistakes, if they are short and the grader judges them as wrong."""
     result_choice = part.details if isinstance(part.details, ResultChoiceDetails) else None
-    question = _StructureQuestion(structure(problem.chain).chain, part.kind, result_choice, part)
+    question = _StructureQuestion(symbolic_arm_of(problem.chain).chain, part.kind, result_choice, part)
     reference = part.answer.as_matrix()
     for index, wrong in enumerate(_find_numeric_wrong_answers(question)[:mistake_count]):
         changes = wrong.working.changes

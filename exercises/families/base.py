@@ -1,4 +1,4 @@
-"""Define a family of arms: an arm as drawn in the chapter, and what may vary from one student's arm to another's."""
+"""Define what a family of arms is: an arm as drawn in the chapter, and what may vary from student to student."""
 
 from collections.abc import Callable, Collection, Mapping
 from dataclasses import dataclass, field
@@ -8,21 +8,23 @@ from qdot.exercises.common.stream import Stream
 from qdot.exercises.common.variation import VARIATION_AXES, list_variation_axes
 
 Variation = Callable[[Chain, Stream], Chain]
-"""An axis of variation: a function that changes one property of an arm at random, with numbers from the stream."""
+"""An axis of variation: a function that changes one property of an arm, with random numbers from a stream."""
 
 
 @dataclass(frozen=True)
 class Family:
-    """A family of arms: its name, its title, its source in the chapter, and how arms are sampled.
+    """A family of arms.
 
-    `textbook_arm` is the arm as drawn in the chapter. Its lengths are symbols, its joints have no offset, its base
-    frame is the world frame, and its tool point is a frame's origin. `variations` are the family's axes of variation:
-    for each name in `common.variation`, the function that varies the arm.
-
-    A family without such an arm has `sample_structure`, a function that also samples the structure. Its arms differ in
-    difficulty and in the questions that apply to them. Therefore the function takes a stream, the names of the axes of
-    variation, the minimum and maximum difficulty, and a test that the chain must pass. For the family of an
-    instructor's robot, `robot_argument` is the file or the name in the library, as given to `qdot families`.
+    - `source`: the example or the equations in the chapter to which the family belongs.
+    - `textbook_arm`: the arm as drawn in the chapter. Its lengths are symbols, its joints have no offset, its base
+      frame is the world frame, and its point of interest is the origin of a frame.
+    - `variations`: the family's axes of variation; the keys are names in `common.variation`.
+    - `sample_structure`: for a family without a textbook arm, a function that also samples the structure: the kinds of
+      the joints, their twists, and which lengths are zero. The arms of such a family differ in difficulty and in the
+      questions that apply to them. The arguments of the function are a stream, the names of the axes of variation, a
+      minimum and a maximum difficulty, and a test that the arm must pass.
+    - `robot_argument`: for the family of an instructor's robot, the robot's file or its name in the library, as the
+      argument of `qdot families`.
     """
 
     name: str
@@ -40,11 +42,11 @@ class Family:
 
     @property
     def variation_names(self) -> tuple[str, ...]:
-        """The names of the family's axes of variation, in the order in which they are sampled."""
+        """The names of the family's axes of variation, in the order in which they change an arm."""
         return tuple(name for name in VARIATION_AXES if name in self.variations)
 
     def sample(self, rng: Stream, axes: Collection[str]) -> Chain:
-        """Return a random arm; each axis of variation has a stream of its own, so it doesn't depend on the others."""
+        """Return a random arm that varies along some axes; each axis has a separate stream of random numbers."""
         chain = self.textbook_arm
         if chain is None:
             raise TypeError(f"{self.name} also chooses its structure at random")
@@ -55,7 +57,7 @@ class Family:
 
 
 def describe_variation(family: Family, variation: str) -> str:
-    """Return a phrase that says how the arms of a family differ; of a robot in a file, only the lengths in [draw] vary.
+    """Return a phrase that says how the arms of a family differ at a step of variation.
 
     >>> describe_variation(Family("mine", "my arm", "mine.toml", None, robot_argument="mine.toml"), "zeros")
     'the same arm for all, as no length is chosen at random'

@@ -1,9 +1,8 @@
-"""Read the stored properties of each family: joints, difficulty, questions. `make docs` computes them."""
+"""Read the stored properties of each family: joints, difficulty and questions. `make docs` computes and stores them."""
 
 import json
 from dataclasses import dataclass
 from functools import cache
-from operator import itemgetter
 from pathlib import Path
 
 LISTING_FILE = Path(__file__).with_name("listing.json")
@@ -11,10 +10,12 @@ LISTING_FILE = Path(__file__).with_name("listing.json")
 
 @dataclass(frozen=True)
 class FamilyListing:
-    """The properties of a family: its kinds of joints, such as RRP, its difficulty, and its questions.
+    """The properties of a family.
 
-    `steps` are the minimum and the maximum difficulty. `by_variation` is the difficulty at each step of variation,
-    empty if the structure is sampled.
+    - `kinds`: the kinds of the joints, such as RRP.
+    - `steps`: the minimum and the maximum difficulty band (`difficulty`).
+    - `questions`: the names of the questions that apply to the family's arms.
+    - `by_variation`: the difficulty band at each step of variation; empty if the family also samples the structure.
     """
 
     kinds: str
@@ -24,17 +25,15 @@ class FamilyListing:
 
     @property
     def difficulty(self) -> str:
-        """The range of steps as text, such as "1" or "1 to 2"."""
+        """The range of difficulty bands as text, such as "1" or "1 to 2"."""
         low, high = self.steps
         return str(low) if low == high else f"{low} to {high}"
 
 
 @cache
 def listing() -> dict[str, FamilyListing]:
-    """Return the stored listings by the family's name."""
-    keys = itemgetter("kinds", "steps", "questions", "by_variation")
-    entries = {name: keys(entry) for name, entry in json.loads(LISTING_FILE.read_text(encoding="utf-8")).items()}
+    """Return the stored properties of each family by the family's name."""
     return {
-        name: FamilyListing(kinds, (low, high), tuple(questions), tuple(by_variation))
-        for name, (kinds, (low, high), questions, by_variation) in entries.items()
+        name: FamilyListing(entry["kinds"], *(tuple(entry[key]) for key in ("steps", "questions", "by_variation")))
+        for name, entry in json.loads(LISTING_FILE.read_text(encoding="utf-8")).items()
     }

@@ -1,4 +1,4 @@
-"""Make a family of an instructor's own robot (ROBOT.toml): the lengths under [draw] differ among students."""
+"""Make the family of an instructor's own robot (ROBOT.toml): only the lengths under [draw] vary among students."""
 
 import re
 import shlex
@@ -7,33 +7,35 @@ from functools import partial
 from pathlib import Path
 
 from qdot.exercises.arm.chain import Chain
+from qdot.exercises.arm.lengths import substitute_arm_lengths
 from qdot.exercises.arm.library import ROBOT_FOLDER
 from qdot.exercises.arm.robot_file import LengthRanges, Robot, read_robot_file
 from qdot.exercises.common.stream import Stream
 from qdot.exercises.families.base import Family
-from qdot.exercises.families.variations import are_distinct, metres, substitute_values
+from qdot.exercises.families.variations import are_distinct, metres
 
 MAX_TRIES = 50
 """Maximum number of attempts to sample clearly different lengths, because the instructor's ranges may allow none."""
 
 
 def read_robot_family(path: Path, robot: Robot | None = None) -> Family:
-    """Return the family of a robot file, named after the file. Raises QdotError.
+    """Return the family of a robot file; its name is derived from the file's name. Raises QdotError.
 
-    The file is parsed, unless its content is given as `robot`.
+    `robot` is the content of the file; if it is None, the file is read.
     """
     robot = robot or read_robot_file(path)
     name = re.sub(r"[^a-z0-9]+", "-", path.stem.lower()).strip("-") or "robot"
-    axes = {"lengths": partial(_sample_lengths, draws=robot.length_ranges)} if robot.length_ranges else {}
+    axes = {"lengths": partial(_sample_lengths, ranges=robot.length_ranges)} if robot.length_ranges else {}
     robot_argument = path.stem if path.parent == ROBOT_FOLDER else shlex.quote(str(path))
     chain, source = replace(robot.chain, name=name), robot.source or path.name
     return Family(name, robot.chain.title, source, chain, axes, robot_argument=robot_argument)
 
 
-def _sample_lengths(chain: Chain, rng: Stream, draws: LengthRanges) -> Chain:
-    """Return the arm with lengths sampled from the ranges of [draw]."""
+def _sample_lengths(chain: Chain, rng: Stream, ranges: LengthRanges) -> Chain:
+    """Return the arm with random lengths from the ranges of [draw], clearly different ones if the ranges allow it."""
     for _ in range(MAX_TRIES):
-        lengths = [rng.integer(low, high) for _, low, high in draws]
+        lengths = [rng.integer(low, high) for _, low, high in ranges]
         if are_distinct(lengths):
             break
-    return substitute_values(chain, {draw[0]: metres(length) for draw, length in zip(draws, lengths, strict=True)})
+    values = {symbol: metres(length) for (symbol, _, _), length in zip(ranges, lengths, strict=True)}
+    return substitute_arm_lengths(chain, values)

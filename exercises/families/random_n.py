@@ -1,14 +1,14 @@
-"""Define the families random-2, random-3 and random-4, whose structure is also sampled, from all clean structures.
+"""Define the families random-2, random-3 and random-4, whose structure is sampled from all clean structures.
 
-The structures of one class give the same problem. First a class is sampled, all with equal probability, then one of its
-structures. Then the axes of variation change properties that leave the problem the same:
+The structures of one class lead to the same problem (`structures`). First a class is sampled, each with equal
+probability, then one of its structures. Then the axes of variation change these properties of the arm:
 
-- numbers for lengths, joint offsets, and mirror images;
-- position and orientation of the base (with the rows of the task);
-- whether the last length is in the table or in the coordinates of the tool point.
+- the lengths, the joint offsets, and the senses of the axes (mirror images);
+- the position and the orientation of the base, and with them the rows of the task;
+- whether the last length is in the table or in the coordinates of the point of interest.
 
-One length that no condition depends on stays symbolic, if there is one. The other lengths are numbers for which every
-condition of the singular set can hold.
+If there is a length on which no condition of the singular set depends, one such length stays symbolic. The other
+lengths are numbers for which every condition can hold.
 """
 
 from collections.abc import Callable, Collection
@@ -19,7 +19,8 @@ from itertools import zip_longest
 import numpy as np
 import sympy as sp
 
-from qdot.exercises.arm.chain import TASK_ROWS, Chain
+from qdot.exercises.arm.chain import REVOLUTE, TASK_ROWS, Chain
+from qdot.exercises.arm.lengths import substitute_arm_lengths
 from qdot.exercises.arm.vectors import rot_x, rot_z
 from qdot.exercises.common.errors import QdotError
 from qdot.exercises.common.stream import Stream
@@ -33,17 +34,21 @@ from qdot.exercises.singularities.difficulty import HARDEST_BAND, describe_band,
 from qdot.exercises.singularities.singularity import singular_set
 
 Band = tuple[int, int]
+"""The minimum and the maximum difficulty band of an arm."""
 ChainTest = Callable[[Chain], bool]
+"""A function that returns whether an arm is acceptable."""
 Values = dict[sp.Symbol, sp.Rational]
+"""Maps symbolic lengths to numbers (m)."""
 
 MAX_ARMS, MAX_ARMS_PER_STRUCTURE, MAX_LENGTH_SETS = 400, 4, 60
 """Maximum numbers of samples: arms in total, arms of one structure, and sets of lengths for one arm."""
 INVERSE_FUNCTIONS = (sp.atan, sp.acos, sp.asin)
 """Inverse functions, which the joint values of easy singular configurations don't contain."""
-CONFIGURATION_COUNT, MIN_SIGN_SHARE = 400, 0.02
-"""Number of sampled configurations, and a fraction of a condition's largest absolute value at these configurations.
+CONFIGURATION_COUNT, MIN_SIGN_FRACTION = 400, 0.02
+"""Number of configurations at which a condition is evaluated, and a fraction of the condition's largest absolute value.
 
-If a condition exceeds this value with both signs, it has a zero and therefore can hold."""
+If the condition exceeds that fraction with both signs, the condition clearly has a zero and therefore can hold.
+"""
 
 
 SOURCE = "equations 6.1 to 6.12"
@@ -54,7 +59,10 @@ LENGTHS = tuple(range(10, 100, 5))
 def _sample_structure(
     n: int, rng: Stream, axes: Collection[str], band: Band | None = None, accepts: ChainTest | None = None
 ) -> Chain:
-    """Return a random arm of n joints whose difficulty is in the band and that `accepts` accepts. Raises QdotError."""
+    """Return a random arm of n joints whose difficulty is in the band and for which `accepts` is true.
+
+    Raises QdotError if no arm is found.
+    """
     low, high = band or (0, HARDEST_BAND)
     classes = [*filter(None, (_select_near_band(same_class, low, high) for same_class in group_clean_structures(n)))]
     rejected: set[Structure] = set()
@@ -82,23 +90,23 @@ def _order_structures(classes: list[tuple[Structure, ...]], rng: Stream) -> list
 
 
 def _select_near_band(structures: tuple[Structure, ...], low: int, high: int) -> tuple[Structure, ...]:
-    """Return the structures whose arms may be in the band.
+    """Return the structures whose arms may have a difficulty from `low` to `high`.
 
-    Joint offsets and a displaced base make an arm harder; equal lengths make it easier.
+    Joint offsets and a displaced base make an arm harder than its structure; equal lengths make it easier.
     """
     return tuple(structure for structure in structures if low - 2 <= structure.step <= high + 1)
 
 
 def _sample_arm(structure: Structure, rng: Stream, axes: Collection[str]) -> Chain | None:
-    """Return a random arm of a structure, or None if no sampled lengths let every condition hold."""
+    """Return a random arm of a structure; None if no sampled lengths let every condition of the singular set hold."""
     sense_stream = rng.substream("senses")
     senses = tuple(variations.random_sign(sense_stream) for _ in structure.rows) if "senses" in axes else ()
     chain = build_arm(structure.rows, structure.task, f"random-{len(structure.rows)}", senses)
     if "lengths" in axes:
-        values = _sample_lengths(chain, rng.substream("lengths"), clean_roots="tool" not in axes)
+        values = _sample_lengths(chain, rng.substream("lengths"), needs_clean_roots="tool" not in axes)
         if values is None:
             return None
-        chain = variations.substitute_values(chain, values)
+        chain = substitute_arm_lengths(chain, values)
     if "zeros" in axes:
         chain = _shift_zeros(chain, rng.substream("zeros"))
     if "base" in axes:
@@ -106,10 +114,10 @@ def _sample_arm(structure: Structure, rng: Stream, axes: Collection[str]) -> Cha
     return variations.place_point(chain, rng.substream("tool")) if "tool" in axes else chain
 
 
-def _sample_lengths(chain: Chain, rng: Stream, clean_roots: bool) -> Values | None:
-    """Return lengths for which every condition of the singular set can hold, or None if no sampled lengths allow it.
+def _sample_lengths(chain: Chain, rng: Stream, needs_clean_roots: bool) -> Values | None:
+    """Return lengths for which every condition of the singular set can hold; None if no sampled lengths allow it.
 
-    One length that no condition contains stays symbolic. With `clean_roots`, the joint values of singular
+    One length that no condition contains stays symbolic. If `needs_clean_roots`, the joint values of singular
     configurations contain no inverse functions such as arctan(35/6).
     """
     components = singular_set(chain) or ()
@@ -120,23 +128,24 @@ def _sample_lengths(chain: Chain, rng: Stream, clean_roots: bool) -> Values | No
     for _ in range(MAX_LENGTH_SETS):
         sampled = {symbol: rng.choice(LENGTHS) for symbol in chain.parameters if symbol != symbolic_length}
         values = {symbol: variations.metres(length) for symbol, length in sampled.items()}
-        has_clean_roots = not clean_roots or not any(root.xreplace(values).has(*INVERSE_FUNCTIONS) for root in roots)
-        if variations.are_distinct([*sampled.values()]) and has_clean_roots and _can_hold(conditions, chain, values):
+        has_clean_roots = not any(root.xreplace(values).has(*INVERSE_FUNCTIONS) for root in roots)
+        is_accepted = variations.are_distinct([*sampled.values()]) and (has_clean_roots or not needs_clean_roots)
+        if is_accepted and _can_hold(conditions, chain, values):
             return values
     return None
 
 
 def _shift_zeros(chain: Chain, rng: Stream) -> Chain:
-    """Return the arm with random joint offsets; prismatic joints keep theirs if others would add too many terms."""
-    choices = [SIGNED_LENGTHS if joint.kind == "P" else RIGHT_ANGLES for joint in chain.joints]
-    if chain.joints[0].kind == "R":
+    """Return the arm with random joint offsets; prismatic joints get none if these would make too many terms in J."""
+    choices = [SIGNED_LENGTHS if joint.is_prismatic else RIGHT_ANGLES for joint in chain.joints]
+    if chain.joints[0].is_revolute:
         choices[0] = ANGLES
     shifted_joints = tuple(map(variations.shift_zero, chain.joints, map(rng.choice, choices)))
     shifted_chain = replace(chain, joints=shifted_joints)
     if is_clean(shifted_chain):
         return shifted_chain
     pairs = zip(chain.joints, shifted_joints, strict=True)
-    return replace(chain, joints=tuple(joint if joint.kind == "P" else shifted_joint for joint, shifted_joint in pairs))
+    return replace(chain, joints=tuple(joint if joint.is_prismatic else shifted for joint, shifted in pairs))
 
 
 def _mount_arm(chain: Chain, rng: Stream) -> Chain:
@@ -156,7 +165,8 @@ def _mount_arm(chain: Chain, rng: Stream) -> Chain:
 
 @lru_cache(maxsize=64)
 def _sample_configurations(kinds: str) -> np.ndarray:
-    stream, limits = Stream(f"random/{kinds}"), [np.pi if kind == "R" else 2.0 for kind in kinds]
+    """Return the random configurations, CONFIGURATION_COUNT x n, of arms with these kinds of joints, such as RRP."""
+    stream, limits = Stream(f"random/{kinds}"), [np.pi if kind == REVOLUTE else 2.0 for kind in kinds]
     return np.array([[stream.uniform(-limit, limit) for limit in limits] for _ in range(CONFIGURATION_COUNT)])
 
 
@@ -173,7 +183,7 @@ def _can_hold(conditions: tuple[sp.Expr, ...], chain: Chain, values: Values) -> 
     symbol_values = {q.name: column for q, column in zip(chain.q, configurations.T, strict=True)}
     symbol_values |= {symbol.name: np.full(CONFIGURATION_COUNT, float(value)) for symbol, value in values.items()}
     evaluated = evaluate(_compile_conditions(conditions), symbol_values, CONFIGURATION_COUNT)[0].real
-    threshold = MIN_SIGN_SHARE * np.abs(evaluated).max(axis=1)
+    threshold = MIN_SIGN_FRACTION * np.abs(evaluated).max(axis=1)
     return bool(np.all((evaluated.min(axis=1) < -threshold) & (evaluated.max(axis=1) > threshold)))
 
 

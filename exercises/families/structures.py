@@ -1,17 +1,17 @@
-"""Read the structures of 2, 3 or 4 joints that can be solved by hand ("clean"), as listed in structures.txt.
+"""Read the *clean* structures of 2, 3 or 4 joints, those that can be solved by hand, from structures.txt.
 
-A structure states for each joint:
+A *structure* says which entries of an arm's DH table are zero. For each joint i, it states:
 
-- whether it is revolute or prismatic;
-- whether its axis is parallel or perpendicular to the next one (twist 0 or 90 degrees);
+- whether the joint is revolute or prismatic;
+- whether the joint's axis is parallel or perpendicular to the next axis (twist alpha_i of 0 or 90 degrees);
 - whether the length a_i is zero;
-- for a revolute joint, whether the offset d_i is zero; for a prismatic joint, whether theta_i is 0 or 90 degrees.
+- for a revolute joint, whether d_i is zero; for a prismatic joint, whether theta_i is 0 or 90 degrees.
 
-Its code is one word per joint, such as "Rdx Ra Pt". The letters mark what is not zero: a the length, d the offset, t
-the angle theta of a prismatic joint, x the twist.
+The code of a structure has one word for each joint, such as "Rdx Ra Pt". Each word begins with the joint's kind. The
+other letters mark what is not zero: a_i, d_i, t for theta_i of a prismatic joint, x for the twist.
 
-Structures of one class give the same problem: their Jacobians differ only in signs and names. `tests.tools.structures`
-finds all clean structures and their classes.
+Structures of one *class* lead to the same problem: their Jacobians differ only in signs and names of symbols.
+`tests.tools.structures` finds all clean structures and their classes.
 """
 
 from dataclasses import dataclass
@@ -20,7 +20,7 @@ from pathlib import Path
 
 import sympy as sp
 
-from qdot.exercises.arm.chain import Chain, Joint
+from qdot.exercises.arm.chain import Chain, HasKind, Joint
 from qdot.exercises.arm.derivation import derive
 from qdot.exercises.arm.trigonometry import count_terms
 from qdot.exercises.singularities.singularity import singular_set
@@ -32,22 +32,20 @@ RIGHT_ANGLE = sp.pi / 2
 
 
 @dataclass(frozen=True)
-class StructureRow:
-    """One joint of a structure: its kind, and whether a, d (theta of a prismatic joint) and the twist are nonzero."""
+class StructureRow(HasKind):
+    """One joint of a structure: its kind, and whether a, the fixed one of d and theta, and the twist are nonzero."""
 
-    kind: str
     a: bool
     d: bool
     twist: bool
 
     def __str__(self) -> str:
-        second = "d" if self.kind == "R" else "t"
-        return self.kind + "a" * self.a + second * self.d + "x" * self.twist
+        return self.kind + "a" * self.a + ("d" if self.is_revolute else "t") * self.d + "x" * self.twist
 
 
 @dataclass(frozen=True)
 class Structure:
-    """A clean structure: its joints, its task, the step of difficulty of its arms, and the number of its class."""
+    """A clean structure: its joints, its task, the difficulty band of its arms, and the number of its class."""
 
     rows: tuple[StructureRow, ...]
     task: tuple[str, ...]
@@ -61,23 +59,24 @@ class Structure:
 def build_arm(
     rows: tuple[StructureRow, ...], task: tuple[str, ...], name: str = "structure", senses: tuple[int, ...] = ()
 ) -> Chain:
-    """Return the arm of a structure with symbolic lengths, based at the world's origin.
+    """Return the arm of a structure with symbolic lengths; its base frame is the world frame.
 
-    `senses` are the signs of its twists, by default all positive.
+    `senses` are the signs (1 or -1) of the twists, by default all positive.
     """
     joints = []
     for i, (row, sense) in enumerate(zip(rows, senses or (1,) * len(rows), strict=True), 1):
         a, twist = sp.Symbol(f"a{i}") if row.a else sp.S.Zero, sense * RIGHT_ANGLE if row.twist else sp.S.Zero
-        if row.kind == "R":
-            joints.append(Joint("R", sp.Symbol(f"theta{i}"), sp.Symbol(f"d{i}") if row.d else sp.S.Zero, a, twist))
+        theta, d = sp.Symbol(f"theta{i}"), sp.Symbol(f"d{i}")
+        if row.is_revolute:
+            joints.append(Joint(row.kind, theta, d if row.d else sp.S.Zero, a, twist))
         else:
-            joints.append(Joint("P", RIGHT_ANGLE if row.d else sp.S.Zero, sp.Symbol(f"d{i}"), a, twist))
+            joints.append(Joint(row.kind, RIGHT_ANGLE if row.d else sp.S.Zero, d, a, twist))
     kinds = "".join(row.kind for row in rows)
     return Chain(name, tuple(joints), task, title=f"{kinds} arm")
 
 
 def is_clean(chain: Chain) -> bool:
-    """Return whether an arm can be solved by hand: J and the conditions of its singular set have few terms."""
+    """Return whether an arm can be solved by hand: J and the conditions of the singular set have few terms."""
     if count_terms(derive(chain).jacobian) > MAX_TERMS:
         return False
     components = singular_set(chain)

@@ -1,4 +1,4 @@
-"""Read the families of textbook arms from families.toml: each is an arm, and what varies from student to student."""
+"""Read the families of textbook arms from families.toml: for each family, an arm and its axes of variation."""
 
 import tomllib
 from collections.abc import Mapping, Sequence
@@ -8,7 +8,7 @@ from typing import Any
 
 import sympy as sp
 
-from qdot.exercises.arm.chain import Chain, Joint, Point
+from qdot.exercises.arm.chain import REVOLUTE, Chain, Joint, Point
 from qdot.exercises.families import variations
 from qdot.exercises.families.base import Family, Variation
 
@@ -29,21 +29,7 @@ RANGES: Mapping[str, Sequence[int]] = {
     "forearm": (35, 40, 45, 50, 60, 70),
     "upper arm": (50, 60, 70, 75, 80, 90),
 }
-"""The ranges of values that families.toml refers to by name: lengths in centimetres, angles in degrees."""
-
-BASE_VARIATIONS: Mapping[str, Variation] = {
-    "displaced": variations.displace_base,
-    "displaced and rotated": variations.place_in_plane,
-    "raised": variations.raise_base,
-    "raised and rotated": variations.raise_and_rotate_base,
-    "raised and tilted": variations.raise_and_tilt_base,
-    "raised or hung": variations.hang_base,
-    "on floor, ceiling or wall": variations.mount_base,
-}
-POINT_VARIATIONS: Mapping[str, Variation] = {
-    "in table or frame": variations.place_point,
-    "beyond the slide": variations.place_point_beyond,
-}
+"""Maps the names of ranges in families.toml to their values: lengths in centimetres, angles in degrees."""
 
 
 def read_families() -> list[Family]:
@@ -59,27 +45,28 @@ def _read_family(name: str, entry: Mapping[str, Any]) -> Family:
 
 
 def _read_variations(settings: Mapping[str, Any]) -> dict[str, Variation]:
+    """Return the axes of variation that the table `vary` of a family describes."""
     lengths = {symbol: _find_range(values) for symbol, values in settings.get("lengths", {}).items()}
     offsets = {int(number): _find_range(values) for number, values in settings["zeros"].items()}
-    known_variations: dict[str, Variation] = {
+    axes: dict[str, Variation] = {
         "zeros": partial(variations.shift_zeros, ranges=offsets),
         "senses": partial(variations.reverse_axes, groups=settings["senses"]),
-        "base": BASE_VARIATIONS[settings["base"]],
+        "base": getattr(variations, settings["base"]),
     }
     if "together" in settings:
-        known_variations["lengths"] = partial(variations.set_lengths_together, ranges=lengths)
+        axes["lengths"] = partial(variations.set_lengths_together, ranges=lengths)
     elif lengths:
         keep_symbolic = settings.get("open", ())
-        known_variations["lengths"] = partial(variations.set_lengths, ranges=lengths, keep_symbolic=keep_symbolic)
+        axes["lengths"] = partial(variations.set_lengths, ranges=lengths, keep_symbolic=keep_symbolic)
     if "frames" in settings:
-        known_variations["tool"] = partial(variations.choose_frame, frames=settings["frames"])
+        axes["tool"] = partial(variations.choose_frame, frames=settings["frames"])
     elif "beside" in settings:
-        known_variations["tool"] = partial(variations.place_point_beside, ranges=settings["beside"])
+        axes["tool"] = partial(variations.place_point_beside, ranges=settings["beside"])
     else:
-        known_variations["tool"] = POINT_VARIATIONS[settings["point"]]
+        axes["tool"] = getattr(variations, settings["point"])
     if "upright" in settings:
-        known_variations["task"] = variations.stand_upright
-    return known_variations
+        axes["task"] = variations.stand_upright
+    return axes
 
 
 def _find_range(values: str | Sequence[int]) -> Sequence[int]:
@@ -87,9 +74,9 @@ def _find_range(values: str | Sequence[int]) -> Sequence[int]:
 
 
 def read_table(rows: Sequence[str]) -> tuple[Joint, ...]:
-    """Return the joints of a table with the columns kind, d (theta of a prismatic joint), a and alpha.
+    """Return the joints of a table whose rows consist of kind, d (for a prismatic joint: theta), a and alpha.
 
-    The row of a revolute joint may end with its joint offset. Angles are in degrees.
+    The row of a revolute joint may end with the joint offset. Angles are in degrees.
 
     >>> read_table(["R d1 a1 -90", "P 0 0 0"])[0]
     Joint(kind='R', theta=theta1, d=d1, a=a1, alpha=-pi/2)
@@ -97,17 +84,17 @@ def read_table(rows: Sequence[str]) -> tuple[Joint, ...]:
     joints = []
     for number, row in enumerate(rows, 1):
         kind, fixed_entry, a, alpha, *joint_offset = row.split()
-        if kind == "R":
-            theta, d = sp.Symbol(f"theta{number}") + sum(map(_angle, joint_offset)), _length(fixed_entry)
+        if kind == REVOLUTE:
+            theta, d = sp.Symbol(f"theta{number}") + sum(map(_parse_angle, joint_offset)), _parse_length(fixed_entry)
         else:
-            theta, d = _angle(fixed_entry), sp.Symbol(f"d{number}")
-        joints.append(Joint(kind, theta, d, _length(a), _angle(alpha)))
+            theta, d = _parse_angle(fixed_entry), sp.Symbol(f"d{number}")
+        joints.append(Joint(kind, theta, d, _parse_length(a), _parse_angle(alpha)))
     return tuple(joints)
 
 
-def _angle(degrees: str) -> sp.Expr:
+def _parse_angle(degrees: str) -> sp.Expr:
     return variations.degrees(int(degrees))
 
 
-def _length(name: str) -> sp.Expr:
+def _parse_length(name: str) -> sp.Expr:
     return sp.S.Zero if name == "0" else sp.Symbol(name)

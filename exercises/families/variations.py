@@ -1,4 +1,4 @@
-"""Define the axes of variation of families: each function changes one property of the arm at random (`base.Variation`).
+"""Define the axes of variation of families: functions that change one property of an arm at random (`base.Variation`).
 
 Numbers are easy to work with: lengths in steps of 5 cm, angles with a well-known sine, base positions in decimetres.
 """
@@ -10,18 +10,21 @@ from itertools import combinations
 import sympy as sp
 
 from qdot.exercises.arm.chain import Base, Chain, Joint, Point
+from qdot.exercises.arm.lengths import substitute_arm_lengths
 from qdot.exercises.common.stream import Stream
 
 Centimetres = Sequence[int]
 
 ANGLES = (30, 45, 60, 90, -30, -45, -60, -90)
 RIGHT_ANGLES = (0, 90, 180, -90)
-"""Offsets of a revolute joint, in degrees."""
+"""Angles of the base, and offsets of a revolute joint, in degrees."""
 
 HAND_LENGTHS: Centimetres = (5, 10, 15, 20)
+"""Distances of the point of interest from a frame."""
 BASE_HEIGHTS: Centimetres = tuple(range(20, 95, 5))
 PRISMATIC_LENGTHS: Centimetres = (10, 15, 20, 25, 30, 40, 45, 50, 60, 70, 75, 80, 90)
 SIGNED_LENGTHS: Centimetres = (*PRISMATIC_LENGTHS, *(-length for length in PRISMATIC_LENGTHS))
+"""Offsets of a prismatic joint."""
 BASE_DECIMETRES = tuple(k for k in range(-9, 10) if k)
 """Coordinates of a displaced base, in decimetres."""
 
@@ -53,7 +56,7 @@ def are_distinct(centimetres: Sequence[int]) -> bool:
 
 
 def set_lengths(chain: Chain, rng: Stream, ranges: Mapping[str, Centimetres], keep_symbolic: Sequence[str]) -> Chain:
-    """Return the arm with a number for each length, except for one random length of `keep_symbolic`."""
+    """Return the arm with a random number for each length in `ranges`, except one random length of `keep_symbolic`."""
     symbolic_length = rng.choice(keep_symbolic) if keep_symbolic else None
     names = [name for name in ranges if name != symbolic_length]
     while not are_distinct(lengths := [rng.choice(ranges[name]) for name in names]):
@@ -62,28 +65,21 @@ def set_lengths(chain: Chain, rng: Stream, ranges: Mapping[str, Centimetres], ke
 
 
 def set_lengths_together(chain: Chain, rng: Stream, ranges: Mapping[str, Centimetres]) -> Chain:
-    """Return the arm with a number for each length, taken at the same random index of all ranges.
+    """Return the arm with a number for each length in `ranges`, from the same random index of all ranges.
 
-    The ranges then determine the ratios of the lengths, on which singular angles may depend.
+    The ranges thus determine the ratios of the lengths, on which singular angles may depend.
     """
     index = rng.choice(range(min(map(len, ranges.values()))))
     return substitute_lengths_in_cm(chain, {name: lengths[index] for name, lengths in ranges.items()})
 
 
 def substitute_lengths_in_cm(chain: Chain, lengths: Mapping[str, int]) -> Chain:
-    """Return the chain with lengths given in centimetres by name."""
-    return substitute_values(chain, {sp.Symbol(name): metres(length) for name, length in lengths.items()})
-
-
-def substitute_values(chain: Chain, values: Mapping[sp.Symbol, sp.Expr]) -> Chain:
-    """Return the chain with values substituted for some of its symbols."""
-    substituted = chain.map_entries(lambda _, entry: sp.sympify(entry).xreplace(values))
-    axis_points = tuple(point and tuple(value.xreplace(values) for value in point) for point in chain.axis_points)
-    return replace(substituted, axis_points=axis_points)
+    """Return the arm with lengths (cm) substituted for the symbols with these names."""
+    return substitute_arm_lengths(chain, {sp.Symbol(name): metres(length) for name, length in lengths.items()})
 
 
 def shift_zeros(chain: Chain, rng: Stream, ranges: Mapping[int, Sequence[int]]) -> Chain:
-    """Return the arm with random offsets of some joints, in degrees or centimetres."""
+    """Return the arm with random offsets of some joints; `ranges` maps joint numbers to degrees or centimetres."""
     joints = list(chain.joints)
     for number, choices in ranges.items():
         joints[number - 1] = shift_zero(joints[number - 1], rng.choice(choices))
@@ -91,14 +87,12 @@ def shift_zeros(chain: Chain, rng: Stream, ranges: Mapping[int, Sequence[int]]) 
 
 
 def shift_zero(joint: Joint, offset: int) -> Joint:
-    """Return the joint with its offset increased by some degrees or centimetres."""
-    if joint.kind == "R":
-        return replace(joint, theta=joint.theta + degrees(offset))
-    return replace(joint, d=joint.d + metres(offset))
+    """Return a joint with its offset increased by some degrees (revolute) or centimetres (prismatic)."""
+    return joint.with_variable_entry(joint.variable_entry + (degrees if joint.is_revolute else metres)(offset))
 
 
 def reverse_axes(chain: Chain, rng: Stream, groups: Sequence[Sequence[int]]) -> Chain:
-    """Return the arm with random groups of twists reversed: 90 and -90 degrees are exchanged, and 0 and 180."""
+    """Return the arm with the twists of random groups of joints reversed: 90 becomes -90 degrees, and 0 becomes 180."""
     joints = list(chain.joints)
     for number in (number for group in groups if rng.integer_below(2) for number in group):
         alpha = joints[number - 1].alpha
@@ -109,7 +103,7 @@ def reverse_axes(chain: Chain, rng: Stream, groups: Sequence[Sequence[int]]) -> 
 # --- base ---
 
 
-def place_in_plane(chain: Chain, rng: Stream) -> Chain:
+def displace_and_rotate_base(chain: Chain, rng: Stream) -> Chain:
     """Displace the base in the world's xy plane, along both axes, and rotate it there."""
     position = (sp.Rational(rng.choice(BASE_DECIMETRES), 10), sp.Rational(rng.choice(BASE_DECIMETRES), 10), sp.S.Zero)
     return replace(chain, base=Base(position, degrees(rng.choice(ANGLES))))
@@ -117,7 +111,7 @@ def place_in_plane(chain: Chain, rng: Stream) -> Chain:
 
 def displace_base(chain: Chain, rng: Stream) -> Chain:
     """Displace the base in the world's xy plane, along both axes."""
-    return replace(chain, base=replace(place_in_plane(chain, rng).base, yaw=sp.S.Zero))
+    return replace(chain, base=replace(displace_and_rotate_base(chain, rng).base, yaw=sp.S.Zero))
 
 
 def raise_base(chain: Chain, rng: Stream) -> Chain:
@@ -147,20 +141,20 @@ def mount_base(chain: Chain, rng: Stream) -> Chain:
     return replace(chain, base=replace(raise_base(chain, rng).base, yaw=degrees(rng.choice(RIGHT_ANGLES)), tilt=tilt))
 
 
-# --- tool point ---
+# --- point of interest ---
 
 
 def place_point(chain: Chain, rng: Stream, lateral_offset: sp.Expr = sp.S.Zero) -> Chain:
-    """Place the tool point P at O_n, or displace P from O_n by a length that moves from the table to P.
+    """Place the point of interest P at O_n, or displace P from O_n by a length that moves from the table to P.
 
-    In half of all samples, P is O_n, or displaced from it by `lateral_offset` along y_n. In the others, a length of the
-    table becomes a coordinate of P in frame n. The Jacobian always has the same number of terms, so that no student's
-    arm is harder than another's.
+    In half of all samples, P is O_n, or is displaced from O_n by `lateral_offset` along y_n. In the other samples, a
+    length of the table becomes a coordinate of P in frame n. The Jacobian always has the same number of terms, so that
+    no student's arm is harder than another's.
     """
     n = chain.n
     if rng.integer_below(2):
         return replace(chain, tool=Point(n, (sp.S.Zero, lateral_offset, sp.S.Zero)) if lateral_offset != 0 else None)
-    if chain.joints[-1].kind == "P":
+    if chain.joints[-1].is_prismatic:
         joints, point = _place_on_prismatic_joint(rng, chain.joints)
     else:
         joints, point = _place_on_link(rng, chain.joints, lateral_offset)
@@ -168,29 +162,29 @@ def place_point(chain: Chain, rng: Stream, lateral_offset: sp.Expr = sp.S.Zero) 
 
 
 def place_point_beside(chain: Chain, rng: Stream, ranges: Centimetres) -> Chain:
-    """Place the tool point beside the last link if that link has a numeric length, else on it.
+    """Place P beside the last link if that link has a numeric length, else on the link.
 
     Beside a link of symbolic length, singular angles would be arctan(h/a_n).
     """
-    bend = random_sign(rng) * metres(rng.choice(ranges))
-    return place_point(chain, rng, bend if chain.joints[-1].a.is_number else sp.S.Zero)
+    lateral_offset = random_sign(rng) * metres(rng.choice(ranges))
+    return place_point(chain, rng, lateral_offset if chain.joints[-1].a.is_number else sp.S.Zero)
 
 
 def place_point_beyond(chain: Chain, rng: Stream) -> Chain:
-    """Put the tool point beyond the last of three prismatic joints and beside it, along x or y."""
+    """Put P beyond the last of three prismatic joints, and beside the joint along x or y."""
     lateral_offset = random_sign(rng) * metres(rng.choice(HAND_LENGTHS))
     x, y = rng.choice(((lateral_offset, sp.S.Zero), (sp.S.Zero, lateral_offset)))
     return replace(chain, tool=Point(3, (x, y, sp.Symbol("L3"))))
 
 
 def choose_frame(chain: Chain, rng: Stream, frames: Sequence[int]) -> Chain:
-    """Fix the tool point in one of several frames whose origins coincide."""
+    """Fix P in one of several frames whose origins coincide."""
     frame = rng.choice(frames)
     return replace(chain, tool=None if frame == chain.n else Point(frame))
 
 
 def _place_on_link(rng: Stream, joints: tuple[Joint, ...], lateral_offset: sp.Expr) -> tuple[tuple[Joint, ...], Point]:
-    """Move a_n from the table to P, along x_n or y_n with either sign; if a_n is zero, move d_n, along z_n."""
+    """Move a_n from the table to P, along x_n or y_n with either sign; if a_n is zero, move d_n along z_n instead."""
     n, last_joint = len(joints), joints[-1]
     if last_joint.a == 0:
         point_above = Point(n, (sp.S.Zero, sp.S.Zero, _rename_length(last_joint.d, n)))
@@ -202,10 +196,10 @@ def _place_on_link(rng: Stream, joints: tuple[Joint, ...], lateral_offset: sp.Ex
 
 
 def _place_on_prismatic_joint(rng: Stream, joints: tuple[Joint, ...]) -> tuple[tuple[Joint, ...], Point]:
-    """Move a part of the last prismatic joint's offset to P, or the length a_(n-1) if the joint's angle is 0.
+    """Move a part of the last joint's offset to P along z_n, or the length a_(n-1) along x_n.
 
-    That length is along x_n. If both are zero, P stays at O_n, because each entry of J would otherwise have one more
-    term.
+    The length can move only if theta_n is 0. If both are zero, P stays at O_n, because otherwise each entry of J would
+    have one more term.
     """
     n, (previous_joint, last_joint) = len(joints), joints[-2:]
     joint_offset = last_joint.d - sp.Symbol(f"d{n}")
@@ -220,7 +214,7 @@ def _place_on_prismatic_joint(rng: Stream, joints: tuple[Joint, ...]) -> tuple[t
 
 
 def _rename_length(length: sp.Expr, n: int) -> sp.Expr:
-    """Return a length of the table as a coordinate of P: symbols become L_n, since a_n and d_n belong to the table."""
+    """Return a length of the table as a coordinate of P; a symbol becomes L_n, because a_n and d_n are in the table."""
     return length if length.is_number else sp.Symbol(f"L{n}")
 
 

@@ -11,7 +11,7 @@ from itertools import pairwise
 
 import numpy as np
 
-from qdot.exercises.arm.chain import Chain
+from qdot.exercises.arm.chain import PRISMATIC, Chain
 from qdot.exercises.arm.conventions import convention_of
 from qdot.exercises.arm.conventions.base import Convention
 from qdot.exercises.figure.lettering import Lettering, write_joint_variable, write_length
@@ -100,7 +100,7 @@ def compute_convention_frames(chain: Chain, skeleton: Skeleton) -> np.ndarray:
     """Return the link frames of an arm by its convention (n+1 x 4 x 4)."""
     convention = convention_of(chain)
     base_origin = np.zeros(3) if convention.base.is_world else skeleton.origins[0]  # the base as drawn
-    return convention.numeric_frames(skeleton.frames, skeleton.corners, base_origin)
+    return convention.convert_standard_frames(skeleton.frames, skeleton.corners, base_origin)
 
 
 def _is_movable(skeleton: Skeleton, i: int) -> bool:
@@ -158,7 +158,7 @@ def draw_link(scene: Scene, i: int) -> Drawing:
     start, corner, end = skeleton.origins[i - 1], skeleton.corners[i - 1], skeleton.origins[i]
     bars = [([glyph, start], "link")] if scene.is_glyph_beside_link(i) else []
     labels = _label_length(view, corner, end, write_length(joint.a))
-    if joint.kind == "P":
+    if joint.is_prismatic:
         bars += [([glyph, corner], "rod"), ([start, glyph], "link"), ([corner, end], "link")]
     else:
         bars.append(([start, corner, end], "link"))
@@ -208,7 +208,7 @@ def draw_joint(scene: Scene, i: int) -> Drawing:
     """Return the glyph of joint i."""
     kind, position, z, view = scene.chain.joints[i - 1].kind, scene.glyph_positions[i - 1], scene.axis(i), scene.view
     shapes: tuple[Polyline | Circle, ...]
-    if kind == "P":
+    if kind == PRISMATIC:
         length_to_corner = view.scale * float(np.linalg.norm(scene.skeleton.corners[i - 1] - position))
         half_length = max(min(SLEEVE_HALF_LENGTH, 0.4 * length_to_corner), 8.0)
         shapes = draw_sleeve(view, position, z, half_length, 9.0 if scene.is_planar else 8.0)
@@ -234,7 +234,7 @@ def draw_ground(scene: Scene) -> Drawing:
         foot = [origin, middle - 13 / view.scale * x, middle + 13 / view.scale * x]
         pedestal = Polyline(view.to_pixel_path(foot), "pedestal", True)
         return Drawing((pedestal, *_draw_hatched_line(view, middle, x, -y)))
-    half_height = JOINT_HALF_LENGTH if scene.chain.joints[0].kind == "R" else SLEEVE_HALF_LENGTH
+    half_height = JOINT_HALF_LENGTH if scene.chain.joints[0].is_revolute else SLEEVE_HALF_LENGTH
     ground_level = min(float((scene.glyph_positions[0] - origin) @ z) * view.scale, 0.0) - half_height
     middle, size = origin + ground_level / view.scale * z, 28.0 / view.scale
     if scene.is_planar:
@@ -261,7 +261,7 @@ def draw_joint_variable(scene: Scene, i: int) -> Drawing:
     """Return the arc of theta_i or the dimension line of d_i; nothing for an arm that is described by its axes."""
     if scene.convention.is_drawn_at_home:  # without x axes, no angle is shown
         return Drawing()
-    return _draw_joint_angle(scene, i) if scene.chain.joints[i - 1].kind == "R" else _draw_joint_length(scene, i)
+    return _draw_joint_angle(scene, i) if scene.chain.joints[i - 1].is_revolute else _draw_joint_length(scene, i)
 
 
 def _draw_joint_angle(scene: Scene, i: int) -> Drawing:
@@ -341,7 +341,7 @@ def draw_links_and_joints(scene: Scene) -> Drawing:
     for i in range(1, chain.n + 1):
         along = view.component_toward_reader(skeleton.corners[i - 1] - skeleton.origins[i - 1])
         joint, link = draw_joint(scene, i), draw_link(scene, i)
-        drawing += joint + link if along > 1e-9 and chain.joints[i - 1].kind == "R" else link + joint
+        drawing += joint + link if along > 1e-9 and chain.joints[i - 1].is_revolute else link + joint
         if i == chain.point.frame:
             drawing += draw_path_to_point(scene)
         if i == 1 and is_ground_in_front:

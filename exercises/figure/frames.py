@@ -63,7 +63,7 @@ def _draw_joint_axes(scene: Scene) -> Drawing:
     view, drawing = scene.view, Drawing()
     prime = () if scene.is_home else write_upright("′")
     for i, joint in enumerate(scene.chain.joints, 1):
-        name = (*write_with_index("ω" if joint.kind == "R" else "v", str(i)), *prime)
+        name = (*write_with_index("ω" if joint.is_revolute else "v", str(i)), *prime)
         axis, position = scene.axis(i), scene.glyph_positions[i - 1]
         if not view.is_end_on(axis):
             drawing += _draw_axis(view, position, axis, "z", name, AXIS_LENGTH[scene.is_planar])
@@ -165,7 +165,7 @@ def _compute_distance_to_segment(point: Vector2D, start: Vector2D, end: Vector2D
 def _list_distinct_origins(scene: Scene) -> list[np.ndarray]:
     """Return the distinct origins of the arm's frames (3, m), according to the table."""
     rows, origins = scene.convention.rows, scene.frames[:, :3, 3]
-    is_distinct = [True, *(row.kind == "P" or row.a != 0 or row.d != 0 for row in rows)]
+    is_distinct = [True, *(row.is_prismatic or row.a != 0 or row.d != 0 for row in rows)]
     return [origin for origin, is_new in zip(origins, is_distinct, strict=True) if is_new]
 
 

@@ -39,7 +39,7 @@ def with_exact_numbers(chain: Chain) -> Chain:
 
 def scale_prismatic_entries(chain: Chain, entries: np.ndarray, factor: float) -> np.ndarray:
     """Return table entries of joints (… x n) with the entries of prismatic joints multiplied by a factor."""
-    return np.where([joint.kind == "P" for joint in chain.joints], entries * factor, entries)
+    return np.where([joint.is_prismatic for joint in chain.joints], entries * factor, entries)
 
 
 def list_numeric_lengths(chain: Chain) -> list[float]:
@@ -71,7 +71,7 @@ def find_normal_axis(chain: Chain) -> str | None:
     frames = arm.frames(configurations)
     points = np.concatenate([frames[..., :3, 3], arm.point_of(frames)[:, None]], axis=1).reshape(-1, 3)
     axes = frames[:, :-1, :3, 2]
-    is_revolute = np.array([kind == "R" for kind in arm.kinds])
+    is_revolute = arm.is_revolute
     for k, name in ((2, "z"), (1, "y"), (0, "x")):
         axis_components = np.abs(axes[..., k])
         is_perpendicular = np.all(np.abs(axis_components - is_revolute) < 1e-9) and np.all(np.abs(points[:, k]) < 1e-9)

@@ -15,7 +15,7 @@ from functools import lru_cache
 import numpy as np
 import sympy as sp
 
-from qdot.exercises.arm.chain import ANGLE_PREFIXES, Chain
+from qdot.exercises.arm.chain import ANGLE_PREFIXES, PRISMATIC, Chain
 from qdot.exercises.arm.kinematics import NumericChain
 from qdot.exercises.common.errors import QdotError
 from qdot.exercises.figure.plane import SPATIAL_VIEW, axonometric_view, choose_view, is_drawn_flat, list_numeric_lengths
@@ -138,7 +138,7 @@ def compute_table_entries(chain: Chain, pose: Mapping[str, float]) -> np.ndarray
         raise QdotError(f"{chain.name}: the pose has no {', '.join(missing)}; it needs {', '.join(map(str, chain.q))}")
     entries = []
     for joint, variable in zip(chain.joints, chain.q, strict=True):
-        entry = (joint.theta if joint.kind == "R" else joint.d).xreplace({variable: sp.Float(pose[variable.name])})
+        entry = joint.variable_entry.xreplace({variable: sp.Float(pose[variable.name])})
         entries.append(float(entry.xreplace(choose_symbol_values(chain, DEFAULT_LENGTH))))
     return np.array(entries)
 
@@ -150,7 +150,7 @@ def list_candidate_poses(chain: Chain, drawn_chain: Chain) -> np.ndarray:
     angles_in_degrees = (40, 50, 33, 65, 115, 130) if is_drawn_flat(chain) else (40, 60, 30, 70, 115, 130, 145, 155)
     length_factors = (1.7, 2.0) if chain.is_planar else (1.3, 1.0, 1.7) if is_drawn_flat(chain) else (1.0, 0.75, 0.55)
     angles, extensions = np.radians(angles_in_degrees), unit * np.array(length_factors)
-    choices = [angles if joint.kind == "R" else extensions for joint in chain.joints]
+    choices = [angles if joint.is_revolute else extensions for joint in chain.joints]
     indices = _choose_value_indices(tuple(map(len, choices)))
     return np.stack([values[index] for values, index in zip(choices, indices, strict=True)], axis=1)
 
@@ -174,7 +174,7 @@ def compute_skeletons(drawn_chain: Chain, entries: np.ndarray) -> tuple[np.ndarr
     numeric = _make_numeric_chain(drawn_chain)
     frames = numeric.frames(entries)
     lengths = np.stack(
-        [entries[:, i] if kind == "P" else np.full(len(entries), numeric.fixed[i][0])
+        [entries[:, i] if kind == PRISMATIC else np.full(len(entries), numeric.fixed[i][0])
          for i, kind in enumerate(numeric.kinds)], axis=1
     )  # fmt: skip
     corners = frames[:, :-1, :3, 3] + lengths[..., None] * frames[:, :-1, :3, 2]
@@ -298,7 +298,7 @@ def _score_angles(chain: Chain, frames: np.ndarray, entries: np.ndarray, view: n
     """Return a score for how clearly the joint angles are visible (k); angles near 45 degrees score highest."""
     lowest_visibility, preference = np.ones(len(entries)), np.zeros(len(entries))
     for i, joint in enumerate(chain.joints):
-        if joint.kind == "P":
+        if joint.is_prismatic:
             continue
         x, y = frames[:, i, :3, 0] @ view[:2].T, frames[:, i, :3, 1] @ view[:2].T
         end = x * np.cos(entries[:, i, None]) + y * np.sin(entries[:, i, None])

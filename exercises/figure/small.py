@@ -30,7 +30,7 @@ from qdot.exercises.figure.shapes import Circle, Figure, Glyph, Polyline, Shape,
 from qdot.exercises.figure.view import Drawing, View, draw_arrow, draw_line_with_arrowhead
 from qdot.exercises.formula.printers.unicode import unicode_text
 from qdot.exercises.singularities.classification import sample_condition
-from qdot.exercises.singularities.normalized_arm import normalize_arm, normalized_pieces
+from qdot.exercises.singularities.normalized_arm import normalize_arm, normalize_conditions
 from qdot.exercises.singularities.singularity import Component, singular_set
 from qdot.exercises.singularities.singularity_kinds import RANK_TOLERANCE
 from qdot.exercises.writing.languages import ENGLISH, Catalogue, load_catalogue
@@ -115,7 +115,7 @@ def _draw_cached(chain: Chain, table: Vector, size: Size, lost: tuple[Vector, ..
 def _is_hand_too_short(chain: Chain) -> bool:
     """Return whether the last link is too short to show its z axis, whose direction the previous joint changes."""
     sizes = [max(abs(float(v)) for v in (joint.a, joint.d) if v.is_number) for joint in chain.joints]
-    has_wrist_joint = chain.n > 1 and chain.joints[-1].kind == "R" and chain.joints[-2].alpha not in (0, sp.pi, -sp.pi)
+    has_wrist_joint = chain.n > 1 and chain.joints[-1].is_revolute and chain.joints[-2].alpha not in (0, sp.pi, -sp.pi)
     return has_wrist_joint and not is_drawn_flat(chain) and sizes[-1] < SHORT_SHARE * max(sizes)
 
 
@@ -242,7 +242,7 @@ def _list_configurations(
         entries, equations = regular.copy(), []
         for (q, value), number in zip(values, numbers, strict=True):
             i = chain.q.index(q)
-            is_prismatic = chain.joints[i].kind == "P"
+            is_prismatic = chain.joints[i].is_prismatic
             entries[i] = (number.real + scaled.offsets[i]) / (scaled.unit if is_prismatic else 1.0)
             value_text = _format_joint_value(value, is_prismatic, chain)
             equations.append(f"{_format_expression(q, chain)} = {value_text}")
@@ -253,13 +253,13 @@ def _list_configurations(
 def _find_best_configuration(chain: Chain, scaled: _ScaledArm, component: Component) -> np.ndarray | None:
     """Return the table entries (n) of the clearest configuration on a component; None if no configuration is real."""
     conditions = tuple(condition.xreplace(scaled.values) for condition in component.conditions)
-    (text,) = normalized_pieces(scaled.arm, replace(component, conditions=conditions))
+    (text,) = normalize_conditions(scaled.arm, replace(component, conditions=conditions))
     arm = normalize_arm(scaled.arm)
     samples = sample_condition(arm, text, "figure", arm_count=1, samples_per_arm=SAMPLED_CONFIGURATIONS)
     if not samples:
         return None
     entries = scaled.scale_entries(np.array([sample.q for sample in samples]))
-    is_revolute = [joint.kind == "R" for joint in chain.joints]
+    is_revolute = [joint.is_revolute for joint in chain.joints]
     entries = np.where(is_revolute, np.arctan2(np.sin(entries), np.cos(entries)), entries)
     return np.asarray(entries[int(np.argmax(np.round(score_poses(chain, scaled.scaled_chain, entries), 3)))])
 

@@ -95,12 +95,12 @@ def _describe_joint(chain: Chain, i: int) -> str:
     clauses = [f"it {_describe_motion(chain, i)} {axis}"]
     if is_proximal:
         clauses = _describe_modified_axis(row, i) + clauses
-    lengths = [f"{_format_in_words(row.d)} along {axis}"] if row.kind == "R" and row.d != 0 else []
+    lengths = [f"{_format_in_words(row.d)} along {axis}"] if row.is_revolute and row.d != 0 else []
     if row.a != 0 and not is_proximal:
         lengths.append(f"{_format_in_words(row.a)} along x{i}")
     if lengths:
         clauses.append(f"{f'O{i}' if is_proximal else f'link {i}'} is {' and '.join(lengths)}")
-    if row.kind == "P" and row.theta != 0:
+    if row.is_prismatic and row.theta != 0:
         clauses.append(_describe_rotation("x", i, row.theta, axis))
     if row.alpha != 0 and not is_proximal:
         clauses.append(_describe_rotation("z", i, row.alpha, f"x{i}"))
@@ -128,8 +128,8 @@ def _describe_axes(chain: Chain) -> list[str]:
     axes, point = axes_of(chain)
     sentences = []
     for i, axis in enumerate(axes, 1):
-        through = "" if axis.kind == "P" else f" through {_format_vector(axis.point, ' m')}"
-        motion = "rotates about" if axis.kind == "R" else "moves along"
+        through = "" if axis.is_prismatic else f" through {_format_vector(axis.point, ' m')}"
+        motion = "rotates about" if axis.is_revolute else "moves along"
         sentences.append(f"Joint {i} {motion} {_format_vector(axis.direction)}{through}.")
     if chain.point.frame != chain.n:
         return [*sentences, f"The point P is at {_format_vector(point, ' m')}."]
@@ -165,7 +165,7 @@ def _format_sum(value: sp.Expr, unit: str) -> str:
 
 def _describe_motion(chain: Chain, i: int) -> str:
     """Return the words on a joint's motion that precede the name of the axis: "rotates by theta1 about"."""
-    variable, offset, is_angle = chain.q[i - 1], chain.offsets[i - 1], chain.joints[i - 1].kind == "R"
+    variable, offset, is_angle = chain.q[i - 1], chain.offsets[i - 1], chain.joints[i - 1].is_revolute
     entry = _format_in_words(variable, is_angle)
     if offset != 0:
         words = _format_in_words(offset, is_angle)

@@ -9,7 +9,7 @@ import sympy as sp
 
 from qdot.exercises.arm.arithmetic import apply_matrix, cofactor_signs, determinant, matrix_product
 from qdot.exercises.arm.chain import Chain
-from qdot.exercises.arm.derivation import derive, structure
+from qdot.exercises.arm.derivation import derive, symbolic_arm_of
 from qdot.exercises.arm.derivation_graph import Change, StageResults, links_to_point, singular_vectors
 from qdot.exercises.mistakes.base import (
     AnswerShape,
@@ -49,8 +49,8 @@ def _factor_determinant(chain: Chain) -> list[tuple[sp.Expr, int]]:
     """Return the factors of this arm's det J with their powers; no factors if J is not square."""
     if not _has_square_jacobian(chain, 1):
         return []
-    values = dict(structure(chain).values)
-    return [(factor.xreplace(values), power) for factor, power in derive(chain).generic_minors[0].factors]
+    values = dict(symbolic_arm_of(chain).values)
+    return [(factor.xreplace(values), power) for factor, power in derive(chain).symbolic_minors[0].factors]
 
 
 def _drop_factor(chain: Chain, _: AnswerShape) -> Iterator[MistakeVariant]:
@@ -99,7 +99,7 @@ def _variant_without_factor(stage: str, chain: Chain, factor: sp.Expr, divisor: 
 
 
 def _divide_by(divisor: sp.Expr) -> Change:
-    return lambda w, value: value / w.arithmetic.drop_derivatives(w.arithmetic.table_entry(divisor))
+    return lambda w, value: value / w.arithmetic.drop_derivatives(w.arithmetic.convert_entry(divisor))
 
 
 def _take_reciprocals(w: StageResults, _: np.ndarray) -> np.ndarray:

@@ -13,7 +13,7 @@ import numpy as np
 import sympy as sp
 
 from qdot.exercises.arm.arithmetic import apply_matrix, cross, matrix_product
-from qdot.exercises.arm.chain import Chain
+from qdot.exercises.arm.chain import PRISMATIC, REVOLUTE, Chain
 from qdot.exercises.arm.conventions import convention_of
 from qdot.exercises.arm.derivation_graph import (
     RESULT,
@@ -78,7 +78,7 @@ def _mirror_effects(w: StageResults, joint: int) -> np.ndarray:
     derivatives of all sines and leaves the derivatives of all cosines unchanged.
     """
     first = first_joint_of_run(w.chain, joint)
-    run = [i for i in range(w.n) if first_joint_of_run(w.chain, i) == first and w["kinds"][i] == "R"]
+    run = [i for i in range(w.n) if first_joint_of_run(w.chain, i) == first and w["kinds"][i] == REVOLUTE]
 
     def mirror(_: StageResults, table: Table) -> Table:
         rows = (replace(row, theta=-row.theta) if i in run else row for i, row in enumerate(table.rows))
@@ -95,16 +95,16 @@ def _flip_derivative(sign: int) -> VariantGenerator:
 
     def apply_change(w: StageResults, effects: np.ndarray) -> np.ndarray:
         kinds = w["kinds"]
-        return np.stack([sign * _mirror_effects(w, i) if kinds[i] == "R" else effects[i] for i in range(w.n)])
+        return np.stack([sign * _mirror_effects(w, i) if kinds[i] == REVOLUTE else effects[i] for i in range(w.n)])
 
-    return vary_if(lambda chain: chain.joints_of_kind("R"), {"effects": apply_change})
+    return vary_if(lambda chain: chain.revolute_joints, {"effects": apply_change})
 
 
 def _skip_differentiation(w: StageResults, effects: np.ndarray) -> np.ndarray:
     """Return the later link vectors themselves instead of their derivatives with respect to a revolute joint."""
     new_effects, links = np.array(effects), w.arithmetic.drop_derivatives(np.stack(w["links"]))
     for joint in range(w.n):
-        if w["kinds"][joint] == "R":
+        if w["kinds"][joint] == REVOLUTE:
             later_links = [k for k in links_to_point(w.chain) if k >= joint]
             new_effects[joint, later_links] = links[later_links]
     return new_effects
@@ -189,11 +189,11 @@ def _rotate_prismatic_joints(joints: Sequence[int]) -> MistakeVariant:
 
 
 def _rotate_one_prismatic_joint(chain: Chain, _: AnswerShape) -> Iterator[MistakeVariant]:
-    return map(_rotate_prismatic_joints, ([i] for i in chain.joints_of_kind("P")))
+    return map(_rotate_prismatic_joints, ([i] for i in chain.prismatic_joints))
 
 
 def _rotate_all_prismatic_joints(chain: Chain, _: AnswerShape) -> Iterator[MistakeVariant]:
-    prismatic_joints = chain.joints_of_kind("P")
+    prismatic_joints = chain.prismatic_joints
     if len(prismatic_joints) > 1:
         yield _rotate_prismatic_joints(prismatic_joints)
 
@@ -203,14 +203,14 @@ def _drop_angular(joints: Sequence[int]) -> MistakeVariant:
 
 
 def _keep_one_angular(chain: Chain, _: AnswerShape) -> Iterator[MistakeVariant]:
-    revolute_joints = chain.joints_of_kind("R")
+    revolute_joints = chain.revolute_joints
     for i in revolute_joints if len(revolute_joints) > 2 else ():
         yield replace(_drop_angular([k for k in range(chain.n) if k != i]), words=make_joint_words([i]))
 
 
 def _use_next_angular(chain: Chain, _: AnswerShape) -> Iterator[MistakeVariant]:
     yield _replace_angular(
-        lambda w, i, column: column if w["kinds"][i] == "P" else w["axes"][i + 1], _make_axis_words(chain)
+        lambda w, i, column: column if w["kinds"][i] == PRISMATIC else w["axes"][i + 1], _make_axis_words(chain)
     )
 
 
@@ -347,7 +347,7 @@ VARIANTS: dict[str, VariantGenerator] = {
     "prismatic-as-revolute": _treat_as("R", "P"),
     "revolute-as-prismatic": _treat_as("P", "R"),
     "slide-turns": _rotate_one_prismatic_joint,
-    "no-angular-part": lambda chain, _: vary_each_joint_and_all(chain.joints_of_kind("R"), _drop_angular),
+    "no-angular-part": lambda chain, _: vary_each_joint_and_all(chain.revolute_joints, _drop_angular),
     "slides-turn": _rotate_all_prismatic_joints,
     "angular-of-one-joint": _keep_one_angular,
     "angular-of-next-axis": _use_next_angular,

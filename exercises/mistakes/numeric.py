@@ -28,7 +28,7 @@ from qdot.exercises.questions.path import DistanceDetails
 
 def _use_degrees(chain: Chain, _: AnswerShape) -> Iterator[MistakeVariant]:
     """Yield variants with all angles of the table in degrees, only the joint variables, or only the base's angles."""
-    revolute_joints = chain.joints_of_kind("R")
+    revolute_joints = chain.revolute_joints
     if revolute_joints:
         yield MistakeVariant({"table": scale_angles(180 / sp.pi)})
     if any(chain.offsets[i] != 0 for i in revolute_joints):
@@ -41,15 +41,15 @@ def _use_degrees(chain: Chain, _: AnswerShape) -> Iterator[MistakeVariant]:
 def _scale_base(w: StageResults, table: Table) -> Table:
     """Return the table with the angles of the base in degrees."""
     position, yaw, tilt = table.base
-    degrees_per_radian = w.arithmetic.table_entry(180 / sp.pi)
+    degrees_per_radian = w.arithmetic.convert_entry(180 / sp.pi)
     new_tilt = tilt * degrees_per_radian if convention_of(w.chain).base.tilt != 0 else tilt
     return replace(table, base=(position, yaw * degrees_per_radian, new_tilt))
 
 
 def _scale_variables(w: StageResults, table: Table) -> Table:
     """Return the table with joint variables in degrees and constants in radians."""
-    for i in w.chain.joints_of_kind("R"):
-        added_angle = w.arithmetic.table_entry((180 / sp.pi - 1) * w.chain.q[i])
+    for i in w.chain.revolute_joints:
+        added_angle = w.arithmetic.convert_entry((180 / sp.pi - 1) * w.chain.q[i])
         table = table.with_row(i, theta=table.rows[i].theta + added_angle)
     return table
 
@@ -58,8 +58,8 @@ def _flip_value(chain: Chain, _: AnswerShape) -> Iterator[MistakeVariant]:
     """Yield variants with the value of one joint variable negated, but not the offset that the table adds."""
 
     def flip(w: StageResults, table: Table, i: int) -> Table:
-        entry = "theta" if chain.joints[i].kind == "R" else "d"
-        value = getattr(table.rows[i], entry) - w.arithmetic.table_entry(2 * chain.q[i])
+        entry = chain.joints[i].variable_key
+        value = getattr(table.rows[i], entry) - w.arithmetic.convert_entry(2 * chain.q[i])
         return table.with_row(i, **{entry: value})
 
     for i, q in enumerate(chain.q):
@@ -78,7 +78,7 @@ def _scale_revolute_entries(factor: float) -> VariantGenerator:
 
     def generate(chain: Chain, shape: AnswerShape) -> Iterator[MistakeVariant]:
         if shape == (chain.n, 1):
-            factors = np.array([factor if joint.kind == "R" else 1.0 for joint in chain.joints])
+            factors = np.array([factor if joint.is_revolute else 1.0 for joint in chain.joints])
             yield MistakeVariant({RESULT: lambda w, values: values * factors[:, None, None]})
 
     return generate
@@ -136,7 +136,7 @@ def _list_lines_without_offsets(chain: Chain, details: DistanceDetails) -> Itera
     yield details.welding_line.make_line(chain), 0
     for i, (joint, offset, q) in enumerate(zip(chain.joints, chain.offsets, chain.q, strict=True)):
         if offset != 0:
-            new_joint = replace(joint, theta=q) if joint.kind == "R" else replace(joint, d=q)
+            new_joint = joint.with_variable_entry(q)
             new_arm = replace(chain, joints=(*chain.joints[:i], new_joint, *chain.joints[i + 1 :]))
             yield details.welding_line.make_line(new_arm), i + 1
 

@@ -29,7 +29,7 @@ def first_joint_of_run(chain: Chain, link: int) -> int:
 
 def list_earlier_joints(chain: Chain, link: int) -> list[int]:
     """Return the revolute joints that come before the joint of a link in the same run."""
-    return [i for i in range(first_joint_of_run(chain, link), min(link, chain.n)) if chain.joints[i].kind == "R"]
+    return [i for i in range(first_joint_of_run(chain, link), min(link, chain.n)) if chain.joints[i].is_revolute]
 
 
 def _rotate_without(
@@ -38,7 +38,7 @@ def _rotate_without(
     """Return the rotation of a frame without the angles of some joints; their offsets remain if `keeps_constants`."""
     rotation = w["base rotation"]
     for i, row in enumerate(w["table"].rows[:frame]):
-        constant = row.theta - w.arithmetic.table_entry(w.chain.q[i]) if keeps_constants else row.theta * 0
+        constant = row.theta - w.arithmetic.convert_entry(w.chain.q[i]) if keeps_constants else row.theta * 0
         theta = constant if i in omitted_joints else row.theta
         rotation = matrix_product(rotation, matrix_product(rotation_z(w, theta), rotation_x(w, row.alpha)))
     return rotation
@@ -54,7 +54,7 @@ def _compute_relative_link(w: StageResults, link: int, keeps_constants: bool = F
 
 def list_moving_links(chain: Chain) -> list[int]:
     """Return the links between the base and P whose vectors are not zero."""
-    lengths = [joint.kind == "P" or (joint.a, joint.d) != (0, 0) for joint in chain.joints]
+    lengths = [joint.is_prismatic or (joint.a, joint.d) != (0, 0) for joint in chain.joints]
     return [k for k in links_to_point(chain) if [*lengths, not chain.point.is_origin][k]]
 
 
@@ -95,7 +95,7 @@ def _use_relative_angle(chain: Chain, shape: AnswerShape) -> Iterator[MistakeVar
 
 def _list_choices_for_constants(chain: Chain) -> tuple[bool, ...]:
     """Return the choices for keeping constants: False, and also True if the table adds a constant to an angle."""
-    return (False, True) if any(chain.offsets[i] != 0 for i in chain.joints_of_kind("R")) else (False,)
+    return (False, True) if any(chain.offsets[i] != 0 for i in chain.revolute_joints) else (False,)
 
 
 def _use_relative_angles(chain: Chain, _: AnswerShape) -> Iterator[MistakeVariant]:
@@ -120,7 +120,7 @@ def _use_relative_angles(chain: Chain, _: AnswerShape) -> Iterator[MistakeVarian
 
 def _list_earlier_joints_of_runs(chain: Chain, frame: int) -> list[int]:
     """Return the revolute joints before a frame that are not the last joint of their run."""
-    revolute_joints = [i for i in chain.joints_of_kind("R") if i < frame]
+    revolute_joints = [i for i in chain.revolute_joints if i < frame]
     return [i for i in revolute_joints if any(j > i and first_joint_of_run(chain, j) <= i for j in revolute_joints)]
 
 
@@ -136,7 +136,7 @@ def _swap_coordinates(w: StageResults, links: LinkVectors, link: int) -> np.ndar
 
 def _has_angle(chain: Chain, link: int) -> bool:
     """Return whether the direction of a link depends on the angle of its joint."""
-    return link < chain.n and chain.joints[link].kind == "R" and chain.joints[link].a != 0
+    return link < chain.n and chain.joints[link].is_revolute and chain.joints[link].a != 0
 
 
 def _swap_all_coordinates(chain: Chain, _: AnswerShape) -> Iterator[MistakeVariant]:
@@ -158,7 +158,7 @@ def _slide_along_axes_in_order(chain: Chain, _: AnswerShape) -> Iterator[Mistake
         slide_vectors = [np.stack([row.d if axis == k else 0 * row.d for axis in range(3)]) for k, row in rows]
         return [*slide_vectors, links[-1]]
 
-    if 1 < chain.n <= 3 and all(joint.kind == "P" for joint in chain.joints):
+    if 1 < chain.n <= 3 and not chain.revolute_joints:
         joints = ", ".join(str(k + 1) for k in range(chain.n))
         yield MistakeVariant({"links": apply_change}, {"joint": joints, "axis": ", ".join("xyz"[: chain.n])})
 

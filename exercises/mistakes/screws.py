@@ -8,7 +8,7 @@ import sympy as sp
 
 from qdot.exercises.arm.arithmetic import apply_matrix, cross, matrix_product
 from qdot.exercises.arm.axes_to_dh import Axis
-from qdot.exercises.arm.chain import Chain
+from qdot.exercises.arm.chain import PRISMATIC, REVOLUTE, Chain
 from qdot.exercises.arm.derivation_graph import (
     Change,
     StageResults,
@@ -39,7 +39,7 @@ def _vary_each_stage(change: Change, *stages: str) -> VariantGenerator:
 
 def _flip_linear_parts(w: StageResults, columns: np.ndarray) -> np.ndarray:
     """Return the screws with the sign of v flipped for revolute joints."""
-    revolute_joints = [i for i, kind in enumerate(w["kinds"]) if kind == "R"]
+    revolute_joints = [i for i, kind in enumerate(w["kinds"]) if kind == REVOLUTE]
     return scale_entries((slice(3, None), revolute_joints), -1)(w, columns)
 
 
@@ -49,7 +49,7 @@ def _replace_linear_parts(linear_part: Callable[[StageResults, np.ndarray, int, 
     def replace_linear_parts(w: StageResults, columns: np.ndarray) -> np.ndarray:
         new_columns = np.array(columns)
         for i, axis in enumerate(axes_of(w.chain)[0]):
-            if axis.kind == "R":
+            if axis.is_revolute:
                 new_columns[3:, i] = linear_part(w, columns, i, axis)
         return new_columns
 
@@ -60,7 +60,7 @@ def _move_slide_to_angular_rows(chain: Chain, _: AnswerShape) -> Iterator[Mistak
     """Yield variants with the directions of prismatic joints in the rows of omega, unless all joints are prismatic."""
 
     def apply_change(w: StageResults, columns: np.ndarray) -> np.ndarray:
-        new_columns, prismatic_joints = np.array(columns), [i for i, kind in enumerate(w["kinds"]) if kind == "P"]
+        new_columns, prismatic_joints = np.array(columns), [i for i, kind in enumerate(w["kinds"]) if kind == PRISMATIC]
         new_columns[:, prismatic_joints] = np.roll(columns[:, prismatic_joints], 3, axis=0)
         return new_columns
 
@@ -132,10 +132,10 @@ Motion = tuple[np.ndarray, np.ndarray]
 
 def _compute_exponential(w: StageResults, axis: Axis, q: sp.Symbol) -> Motion:
     """Return the exponential of a joint's screw, computed with Rodrigues' formula."""
-    angle, u = w.arithmetic.table_entry(q), constant_vector(w, axis.direction)
+    angle, u = w.arithmetic.convert_entry(q), constant_vector(w, axis.direction)
     zeros, ones = 0 * u[0], 0 * u[0] + 1
     identity = np.stack([np.stack(row) for row in ((ones, zeros, zeros), (zeros, ones, zeros), (zeros, zeros, ones))])
-    if axis.kind == "P":
+    if axis.is_prismatic:
         return identity, w.arithmetic.drop_derivatives(angle)[None] * u
     s = w.arithmetic.drop_derivatives(w.arithmetic.sin(angle))
     c = w.arithmetic.drop_derivatives(w.arithmetic.cos(angle))
@@ -208,7 +208,7 @@ def _drop_translation(chain: Chain, _: AnswerShape) -> Iterator[MistakeVariant]:
         return _move_screws(w, list_motions(w, changed_joints))
 
     shifting_joints = [  # the translation is zero for an axis through the origin
-        i for i, axis in enumerate(axes_of(chain)[0]) if axis.kind == "R" and any(axis.direction.cross(axis.point))
+        i for i, axis in enumerate(axes_of(chain)[0]) if axis.is_revolute and any(axis.direction.cross(axis.point))
     ]
     all_together = [shifting_joints] if len(shifting_joints) > 1 else []
     for joints in (*all_together, *([i] for i in shifting_joints)):
@@ -223,11 +223,11 @@ def _confuse_degrees(chain: Chain, _: AnswerShape) -> Iterator[MistakeVariant]:
 
     def scale(w: StageResults, table: Table, factor: sp.Expr) -> Table:
         for i, (q, offset, row) in enumerate(zip(chain.q, chain.offsets, table.rows, strict=False)):
-            if row.kind == "R":
-                table = table.with_row(i, theta=w.arithmetic.table_entry(factor * q + offset))
+            if row.is_revolute:
+                table = table.with_row(i, theta=w.arithmetic.convert_entry(factor * q + offset))
         return table
 
-    for factor in (180 / sp.pi, sp.pi / 180) if chain.joints_of_kind("R") else ():
+    for factor in (180 / sp.pi, sp.pi / 180) if chain.revolute_joints else ():
         yield make_propagated_variant({"table": partial(scale, factor=factor)})
 
 

@@ -133,7 +133,7 @@ def _call_singular(chain: Chain, components: Components) -> Iterator[tuple[sp.Sy
     """Yield joints that are falsely called singular, each with a component that gives zeros of a sine or cosine."""
     singular_joints = {q for component in components for q, _ in component.solutions or ()}
     for joint, q in zip(chain.joints, chain.q, strict=True):
-        if joint.kind == "R" and q not in singular_joints:
+        if joint.is_revolute and q not in singular_joints:
             for values in FALSELY_SINGULAR_ANGLES:
                 yield q, Component((q,), ((q, values),))
 
@@ -178,7 +178,7 @@ def _use_other_joint(chain: Chain, components: Components) -> Iterator[MistakenA
             continue
         ((singular_joint, values),) = component.solutions
         for joint, q in zip(chain.joints, chain.q, strict=True):
-            if q != singular_joint and (joint.kind == "R") == singular_joint.name.startswith("theta"):
+            if q != singular_joint and joint.is_revolute == singular_joint.name.startswith("theta"):
                 other_component = replace(component, solutions=((q, values),))
                 yield _make_answer(_replace_component(components, k, other_component), joint=q)
 
@@ -227,7 +227,7 @@ def _misuse_offsets(factor: int) -> AnswerGenerator:
     """
 
     def generate(chain: Chain, components: Components) -> Iterator[MistakenAnswer]:
-        prismatic_joints = {chain.q[i] for i in chain.joints_of_kind("P")}
+        prismatic_joints = {chain.q[i] for i in chain.prismatic_joints}
         for constants in (dict(zip(chain.q, chain.offsets, strict=True)), _find_constants(chain, components)):
             offsets = {  # a shift by half a turn is skipped because it usually gives the same set
                 q: factor * constant
@@ -297,7 +297,7 @@ def _add_condition(chain: Chain, components: Components) -> Iterator[MistakenAns
         singular_joints = {q for q, _ in component.solutions or ()}
         for joint, q in zip(chain.joints, chain.q, strict=True):
             if component.solutions and q not in singular_joints:
-                for value in (sp.S.Zero, sp.pi) if joint.kind == "R" else (sp.S.Zero,):
+                for value in (sp.S.Zero, sp.pi) if joint.is_revolute else (sp.S.Zero,):
                     extended = Component((*component.conditions, q), (*component.solutions, (q, (value,))))
                     yield _make_answer(_replace_component(components, k, extended), joint=str(q))
 
@@ -325,7 +325,7 @@ def _flip_values(chain: Chain, components: Components) -> Iterator[MistakenAnswe
 
 def _call_all_singular(chain: Chain, components: Components) -> Iterator[MistakenAnswer]:
     """Yield the answer that the arm is singular if any of its revolute joints is at 0 or pi."""
-    revolute_joints = [chain.q[i] for i in chain.joints_of_kind("R")]
+    revolute_joints = [chain.q[i] for i in chain.revolute_joints]
     if len(revolute_joints) > 1:
         zeros = [Component((sp.sin(q),), ((q, (sp.S.Zero, sp.pi)),)) for q in revolute_joints]
         yield _make_answer(zeros, zero=write_zero_question(chain))

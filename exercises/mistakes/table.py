@@ -88,7 +88,7 @@ def _drop_offsets(chain: Chain, _: AnswerShape) -> Iterator[MistakeVariant]:
     def drop(joints: Sequence[int]) -> MistakeVariant:
         def apply_change(w: StageResults, table: Table) -> Table:
             for i in joints:
-                table = table.with_row(i, **{_name_variable_entry(chain, i): w.arithmetic.table_entry(chain.q[i])})
+                table = table.with_row(i, **{_name_variable_entry(chain, i): w.arithmetic.convert_entry(chain.q[i])})
             return table
 
         variables = ", ".join(str(chain.q[i]) for i in joints)
@@ -99,7 +99,7 @@ def _drop_offsets(chain: Chain, _: AnswerShape) -> Iterator[MistakeVariant]:
 
 def _name_variable_entry(chain: Chain, joint: int) -> str:
     """Return the name of the table entry that contains the joint variable: "theta" or "d"."""
-    return "theta" if chain.joints[joint].kind == "R" else "d"
+    return chain.joints[joint].variable_key
 
 
 def _add_to_variable(term: Callable[[Chain, int], sp.Expr], kind: str) -> VariantGenerator:
@@ -117,7 +117,7 @@ def _add_to_variable(term: Callable[[Chain, int], sp.Expr], kind: str) -> Varian
 
 
 def _add_to_row(index: int, entry: str, term: sp.Expr, /, **words: object) -> MistakeVariant:
-    return _change_row(index, lambda w, row: {entry: getattr(row, entry) + w.arithmetic.table_entry(term)}, **words)
+    return _change_row(index, lambda w, row: {entry: getattr(row, entry) + w.arithmetic.convert_entry(term)}, **words)
 
 
 def _scale_offsets(
@@ -130,7 +130,7 @@ def _scale_offsets(
     """
 
     def generate(chain: Chain, _: AnswerShape) -> Iterator[MistakeVariant]:
-        offsets = {i: chain.offsets[i] for i in chain.joints_of_kind("R")}
+        offsets = {i: chain.offsets[i] for i in chain.revolute_joints}
         offsets = {i: offset for i, offset in offsets.items() if offset != 0 and is_affected(offset)}
         for factor in factors:
             yield from vary_each_joint_and_all(list(offsets), partial(_scale_constants, offsets, factor))
@@ -141,7 +141,7 @@ def _scale_offsets(
 def _scale_constants(offsets: Mapping[int, sp.Expr], factor: sp.Expr, joints: Sequence[int]) -> MistakeVariant:
     def apply_change(w: StageResults, table: Table) -> Table:
         for i in joints:
-            theta = table.rows[i].theta + w.arithmetic.table_entry((factor - 1) * offsets[i])
+            theta = table.rows[i].theta + w.arithmetic.convert_entry((factor - 1) * offsets[i])
             table = table.with_row(i, theta=theta)
         return table
 
@@ -170,7 +170,7 @@ def _use_other_row(chain: Chain, _: AnswerShape) -> Iterator[MistakeVariant]:
 
 
 def _replace_entry(entry: str, value: sp.Expr, w: StageResults, row: TableRow) -> dict[str, Any]:
-    return {entry: w.arithmetic.table_entry(value)}
+    return {entry: w.arithmetic.convert_entry(value)}
 
 
 def _exchange_lengths(chain: Chain, _: AnswerShape) -> Iterator[MistakeVariant]:
@@ -198,8 +198,8 @@ def scale_angles(factor: sp.Expr) -> Change:
     """Return the change that multiplies the angle of each revolute row of the table by a factor."""
 
     def scale(w: StageResults, table: Table) -> Table:
-        scale_factor = w.arithmetic.table_entry(factor)
-        rows = (replace(row, theta=row.theta * scale_factor) if row.kind == "R" else row for row in table.rows)
+        scale_factor = w.arithmetic.convert_entry(factor)
+        rows = (replace(row, theta=row.theta * scale_factor) if row.is_revolute else row for row in table.rows)
         return replace(table, rows=tuple(rows))
 
     return scale
@@ -272,8 +272,8 @@ def _use_other_units(chain: Chain, _: AnswerShape) -> Iterator[MistakeVariant]:
     def scale(w: StageResults, table: Table, factor: int) -> Table:
         scaled_rows = []
         for row, joint, offset, q in zip(table.rows, w.chain.joints, w.chain.offsets, w.chain.q, strict=True):
-            variable = w.arithmetic.table_entry(q if joint.kind == "P" else sp.S.Zero)
-            has_number = (offset if joint.kind == "P" else joint.d).is_number
+            variable = w.arithmetic.convert_entry(q if joint.is_prismatic else sp.S.Zero)
+            has_number = (offset if joint.is_prismatic else joint.d).is_number
             a = row.a * factor if joint.a.is_number else row.a
             scaled_rows.append(replace(row, a=a, d=(row.d - variable) * factor + variable if has_number else row.d))
         position, yaw, tilt = table.base
@@ -315,9 +315,9 @@ def _use_next_links(chain: Chain, _: AnswerShape) -> Iterator[MistakeVariant]:
 
     def shift_links(w: StageResults, table: Table) -> Table:
         point, link = convention_of(w.chain).point, w.chain.point.frame
-        offset = np.stack([w.arithmetic.table_entry(value) for value in point.offset])
+        offset = np.stack([w.arithmetic.convert_entry(value) for value in point.offset])
         for i, next_row in zip(range(w.n), [*rows[1:], empty_row], strict=False):
-            a, alpha = w.arithmetic.table_entry(next_row.a), w.arithmetic.table_entry(next_row.alpha)
+            a, alpha = w.arithmetic.convert_entry(next_row.a), w.arithmetic.convert_entry(next_row.alpha)
             table = _with_convention_row(w, table, i, a=a, alpha=alpha)
         if 0 < link < w.n:  # P keeps its coordinates, but they now refer to the previous frame
             row = table.rows[link - 1]
@@ -340,12 +340,12 @@ def _read_as_standard(chain: Chain, _: AnswerShape) -> Iterator[MistakeVariant]:
     def shift_links(w: StageResults, table: Table) -> Table:
         first_row, *later_rows = convention_of(w.chain).rows
         base, point = convention_of(w.chain).base, convention_of(w.chain).point
-        link_entries = [(w.arithmetic.table_entry(first_row.a), w.arithmetic.table_entry(first_row.alpha))]
+        link_entries = [(w.arithmetic.convert_entry(first_row.a), w.arithmetic.convert_entry(first_row.alpha))]
         link_entries += [(row.a, row.alpha) for row in table.rows[: len(later_rows)]]
         rows = [replace(row, a=a, alpha=alpha) for row, (a, alpha) in zip(table.rows, link_entries, strict=True)]
-        base_position = np.stack([w.arithmetic.table_entry(value) for value in base.position])
-        base_angles = w.arithmetic.table_entry(base.yaw), w.arithmetic.table_entry(base.tilt)
-        offset = np.stack([w.arithmetic.table_entry(value) for value in point.offset])
+        base_position = np.stack([w.arithmetic.convert_entry(value) for value in base.position])
+        base_angles = w.arithmetic.convert_entry(base.yaw), w.arithmetic.convert_entry(base.tilt)
+        offset = np.stack([w.arithmetic.convert_entry(value) for value in point.offset])
         return Table(tuple(rows), (base_position, *base_angles), offset)
 
     if any((row.a, row.alpha) != (0, 0) for row in convention_of(chain).rows):
@@ -373,10 +373,10 @@ VARIANTS: dict[str, VariantGenerator] = {
     "offset-in-degrees": _scale_offsets([180 / sp.pi]),
     "wrong-radians": _scale_offsets([sp.S(2), sp.S.Half]),
     "fixed-angle-forgotten": _change_each_row(
-        lambda row: row.kind == "P" and row.theta != 0, lambda _, row: {"theta": row.theta * 0}
+        lambda row: row.is_prismatic and row.theta != 0, lambda _, row: {"theta": row.theta * 0}
     ),
     "length-forgotten": _change_each_row(lambda row: row.a != 0, lambda _, row: {"a": row.a * 0}),
-    "distance-forgotten": _change_each_row(lambda row: row.kind == "R" and row.d != 0, lambda _, row: {"d": row.d * 0}),
+    "distance-forgotten": _change_each_row(lambda row: row.is_revolute and row.d != 0, lambda _, row: {"d": row.d * 0}),
     "variable-forgotten": _add_to_variable(lambda chain, i: -chain.q[i], "R"),
     "row-misread": _use_other_row,
     "lengths-exchanged": _exchange_lengths,
@@ -391,8 +391,8 @@ VARIANTS: dict[str, VariantGenerator] = {
     "link-behind": _use_next_links,
     "standard-dh": _read_as_standard,
     "a-and-d-exchanged": _change_each_row(lambda row: row.a != row.d, lambda _, row: {"a": row.d, "d": row.a}),
-    "joint-turns-other-way": _change_each_row(lambda row: row.kind == "R", lambda _, row: {"theta": -row.theta}),
+    "joint-turns-other-way": _change_each_row(lambda row: row.is_revolute, lambda _, row: {"theta": -row.theta}),
     "quarter-turn": _add_to_variable(lambda chain, i: sp.pi / 2, "R"),
     "lengths-in-centimetres": _use_other_units,
-    "degrees": vary_if(lambda chain: chain.joints_of_kind("R"), {"table": scale_angles(sp.pi / 180)}),
+    "degrees": vary_if(lambda chain: chain.revolute_joints, {"table": scale_angles(sp.pi / 180)}),
 }

@@ -41,7 +41,7 @@ CONDITIONS: dict[str, Callable[[Chain, PartsByKind], bool]] = {
     "all-revolute": lambda chain, _: chain.point.frame == chain.n and {joint.kind for joint in chain.joints} == {"R"},
     "all-task-rows": lambda chain, parts: getattr(parts["jacobian"].details, "task", chain.task) == chain.task,
     "linear-rows-first": lambda chain, _: [row[0] for row in chain.task] == sorted(row[0] for row in chain.task),
-    "all-linear-rows": lambda chain, parts: len(_list_coordinate_indices(parts)) == len(chain.linear_rows) > 0,
+    "all-linear-rows": lambda chain, parts: len(_list_coordinate_indices(parts)) == len(chain.linear_axes) > 0,
     "point-last-origin": _is_point_last_origin,
     "point-not-last-origin": lambda chain, parts: not _is_point_last_origin(chain, parts),
 }
@@ -97,9 +97,9 @@ def write_check_cell(slot: str, problem: Problem, part: str) -> str:
     linear_half, angular_half, in_order = ("3:", ":3", "") if omega_first else (":3", "3:", "[np.r_[3:6, 0:3]]")
     placeholders: dict[str, object] = {
         "linear_half": linear_half, "angular_half": angular_half, "in_order": in_order,
-        "n": problem.chain.n, "linear": len(problem.chain.linear_rows),
+        "n": problem.chain.n, "linear": len(problem.chain.linear_axes),
         "rows": _list_coordinate_indices(parts) if "position" in parts else [],
-        "is_revolute": [int(joint.kind == "R") for joint in problem.chain.joints],
+        "is_revolute": [int(joint.is_revolute) for joint in problem.chain.joints],
         **{kind.replace("-", "_"): name_answer_variable(slot, kind) for kind in parts},
     }  # fmt: skip
     checks = [

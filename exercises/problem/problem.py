@@ -313,7 +313,7 @@ class Problem:
         """
         symbols: dict[str, SymbolInfo] = {}
         for joint, q, rate in zip(self.chain.joints, self.chain.q, self.chain.rates, strict=True):
-            is_revolute = joint.kind == "R"
+            is_revolute = joint.is_revolute
             symbols[q.name] = SymbolInfo("joint", "rad" if is_revolute else "m")
             symbols[rate.name] = SymbolInfo("rate", "rad/s" if is_revolute else "m/s")
         for row in self.chain.task:
@@ -322,7 +322,7 @@ class Problem:
             is_angle = symbol.name.startswith(("alpha", "beta"))
             symbols[symbol.name] = SymbolInfo("angle" if is_angle else "length", "rad" if is_angle else "m")
         for number, joint in enumerate(self.chain.joints if convention_of(self.chain).shows_table else (), 1):
-            for letter, value in (("a", joint.a), ("d", joint.d if joint.kind == "R" else sp.S.Zero)):
+            for letter, value in (("a", joint.a), ("d", joint.d if joint.is_revolute else sp.S.Zero)):
                 if value.is_number and value != 0:
                     symbols.setdefault(f"{letter}{number}", SymbolInfo("length", "m", value))
         for part in self.parts:

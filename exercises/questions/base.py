@@ -17,7 +17,7 @@ from qdot.exercises.arm.arithmetic import apply_matrix
 from qdot.exercises.arm.chain import Chain
 from qdot.exercises.arm.conventions import REGISTRY
 from qdot.exercises.arm.conventions.base import FRAMES, FRAMES_OF_JOINTS, SCREWS
-from qdot.exercises.arm.derivation import TooLong, derive, structure
+from qdot.exercises.arm.derivation import TooLong, derive, symbolic_arm_of
 from qdot.exercises.arm.derivation_graph import Change, StageResults, to_sympy_matrix
 from qdot.exercises.arm.trigonometry import count_terms
 from qdot.exercises.common.stream import Stream
@@ -53,7 +53,7 @@ def find_determinant_objection(chain: Chain) -> str | None:
     """Return why a determinant of the task Jacobian can't be asked for; None if it can."""
     if len(chain.task) != chain.n:
         return f"its Jacobian is {len(chain.task)} x {chain.n} for the task {', '.join(chain.task)}, not square"
-    return "its determinant is zero everywhere" if derive(chain).generic_minors[0].is_zero else None
+    return "its determinant is zero everywhere" if derive(chain).symbolic_minors[0].is_zero else None
 
 
 def find_term_count_objection(term_count: int) -> str | None:
@@ -68,7 +68,7 @@ def _count_terms(symbolic_chain: Chain, result_name: str) -> int:
 
 def limit_terms(result_name: str) -> ObjectionFinder:
     """Return a function that objects to arms for which a result of `Derivation` ("geometric", "z", …) is too long."""
-    return lambda chain: find_term_count_objection(_count_terms(structure(chain).chain, result_name))
+    return lambda chain: find_term_count_objection(_count_terms(symbolic_arm_of(chain).chain, result_name))
 
 
 def limit_size(description: str, max_joints: int, count_terms_of: Callable[[Chain], int]) -> ObjectionFinder:

@@ -81,7 +81,7 @@ def _choose_rows(chain: Chain) -> tuple[str, ...]:
     they are those of the angular velocity of the last link.
     """
     rows = find_moving_rows(derive(chain).geometric)
-    is_linear = bool(chain.linear_rows) and sum(row[0] == "v" for row in rows) >= 2
+    is_linear = bool(chain.linear_axes) and sum(row[0] == "v" for row in rows) >= 2
     return tuple(row for row in rows if row[0] == ("v" if is_linear else "w"))
 
 
@@ -123,7 +123,7 @@ def _make_wrong_columns(
     column = jacobian.col(joint)
     vectors = [-column, *(jacobian.col(i) for i in range(chain.n) if i != joint)]
     if linear_rows:
-        derivation, is_revolute = derive(chain), chain.joints[joint].kind == "R"
+        derivation, is_revolute = derive(chain), chain.joints[joint].is_revolute
         z = geometry.evaluate_precisely(chain, configuration, derivation.z)
         p_star = geometry.evaluate_precisely(chain, configuration, derivation.p_star)
         vectors.append(p_star.col(joint).extract(linear_rows, [0]))

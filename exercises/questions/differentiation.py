@@ -18,7 +18,7 @@ from qdot.exercises.questions.base import Question
 
 def list_linear_task_rows(chain: Chain) -> list[int]:
     """Return the indices (0 to 2) of the coordinates x, y, z whose velocity is in the task."""
-    return ["xyz".index(axis) for axis in chain.linear_rows]
+    return ["xyz".index(axis) for axis in chain.linear_axes]
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -94,11 +94,11 @@ def _choose_component(chain: Chain, rng: Stream) -> AxisDetails:
     velocity = write_linear_velocity(chain)
     multi_rate_rows = [i for i, entry in enumerate(velocity) if len(entry.free_symbols & set(chain.rates)) > 1]
     index = rng.choice(multi_rate_rows or list(range(len(velocity))))
-    return AxisDetails(axis=chain.linear_rows[index], row=list_linear_task_rows(chain)[index])
+    return AxisDetails(axis=chain.linear_axes[index], row=list_linear_task_rows(chain)[index])
 
 
 def _find_task_objection(chain: Chain) -> str | None:
-    return None if chain.linear_rows else "its task has no linear velocity"
+    return None if chain.linear_axes else "its task has no linear velocity"
 
 
 def _substitute_position(position: np.ndarray) -> dict[str, Change]:
@@ -117,8 +117,8 @@ QUESTIONS = (
     Question(
         "position", "Position of the point", "6.1",
         formula=lambda stages, _: stages["point"][list_linear_task_rows(stages.chain)],
-        substitution=_substitute_position, make_details=lambda chain, _: AxesDetails(axes=chain.linear_rows),
-        entry_names=lambda chain, _: chain.linear_rows, find_arm_objection=_find_task_objection,
+        substitution=_substitute_position, make_details=lambda chain, _: AxesDetails(axes=chain.linear_axes),
+        entry_names=lambda chain, _: chain.linear_axes, find_arm_objection=_find_task_objection,
         find_size_objection=base.limit_terms("position"), link_sums="links",
         link_sum_rows=lambda chain: list(enumerate(list_linear_task_rows(chain))),
     ),
@@ -128,14 +128,14 @@ QUESTIONS = (
             stages["linear"][list_linear_task_rows(stages.chain)], stages["joint rates"]
         ),
         reference=lambda chain, _: write_linear_velocity(chain),
-        make_details=lambda chain, _: AxesDetails(axes=chain.linear_rows, by_links=_is_written_by_links(chain)),
+        make_details=lambda chain, _: AxesDetails(axes=chain.linear_axes, by_links=_is_written_by_links(chain)),
         entry_names=lambda chain, _: base.name_velocity_components([row for row in chain.task if row[0] == "v"]),
         find_arm_objection=_find_task_objection, find_size_objection=base.limit_terms("linear"),
     ),
     Question(
         "velocity-component", "One velocity component", "6.2", prerequisites=("position",),
         formula=lambda stages, details: apply_matrix(stages["linear"][[details.row]], stages["joint rates"]),
-        reference=lambda chain, details: write_linear_velocity(chain)[chain.linear_rows.index(details.axis), :],
+        reference=lambda chain, details: write_linear_velocity(chain)[chain.linear_axes.index(details.axis), :],
         answer_type=Expression, make_details=_choose_component,
         entry_names=lambda chain, part: [f"v_{{{part.details_as(AxisDetails).axis}}}"],
         find_arm_objection=_find_task_objection, find_size_objection=base.limit_terms("linear"),
@@ -143,7 +143,7 @@ QUESTIONS = (
     Question(
         "jacobian", "Jacobian by differentiation", "6.3", prerequisites=("position",), points=2.0,
         choose_title=lambda chain: (
-            "Jacobian by differentiation" if chain.linear_rows else "Jacobian from the joint axes"
+            "Jacobian by differentiation" if chain.linear_axes else "Jacobian from the joint axes"
         ),
         stage="jacobian", make_details=lambda chain, _: TaskDetails(task=chain.task),
         row_and_column_labels=base.label_jacobian(lambda chain: chain.task),

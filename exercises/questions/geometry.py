@@ -16,7 +16,7 @@ import numpy as np
 import sympy as sp
 
 from qdot.exercises.arm.chain import Chain
-from qdot.exercises.arm.derivation import derive, structure
+from qdot.exercises.arm.derivation import derive, symbolic_arm_of
 from qdot.exercises.arm.kinematics import NumericChain
 from qdot.exercises.common.stream import Stream
 from qdot.exercises.formula.parser import parse_formula
@@ -84,8 +84,8 @@ def make_exact_configuration(
     """
     exact_values, rounded_values = dict(joints), {}
     for q, joint in zip(chain.q, chain.joints, strict=True):
-        unit, decimals = (180 / sp.pi, 2) if joint.kind == "R" else (sp.S.One, 4)
-        simple_steps = sp.Integer(10 if joint.kind == "R" else 10000) * unit
+        unit, decimals = (180 / sp.pi, 2) if joint.is_revolute else (sp.S.One, 4)
+        simple_steps = sp.Integer(10 if joint.is_revolute else 10000) * unit
         if (simple_steps * joints[q]).is_Integer or (keeps_formulas and not joints[q].has(sp.Float)):
             continue
         number = sp.N(joints[q], WORKING_DIGITS)
@@ -287,7 +287,7 @@ class Branch:
 def match_branches(chain: Chain) -> tuple[Branch, ...]:
     """Return the branches of an arm's singular set that are also branches of the arm's structure."""
     substitute = derive(chain).substitute_values
-    structure_set = singular_set(structure(chain).chain) or ()
+    structure_set = singular_set(symbolic_arm_of(chain).chain) or ()
     structure_components = {tuple(map(substitute, component.conditions)): component for component in structure_set}
     branches: list[Branch] = []
     for component in singular_set(chain) or ():
@@ -309,7 +309,7 @@ def _are_same_values(chain: Chain, arm_values: Values, structure_values: Values)
         index = chain.q.index(q)
         exact_difference = derive(chain).substitute_values(structure_value) - chain.offsets[index] - value
         difference = sp.N(exact_difference.xreplace(lengths), 15)
-        if chain.joints[index].kind == "R":
+        if chain.joints[index].is_revolute:
             difference = sp.N(sp.exp(sp.I * difference) - 1, 15)
         if abs(difference) > sp.Float("1e-9"):
             return False
@@ -341,7 +341,7 @@ def _sample_joint_values_on(
         solved_joint = rng.choice(free_joints)
         known_values = {**lengths, **sampled_values, **fixed}
         known_values.pop(solved_joint)
-        is_revolute = chain.joints[chain.q.index(solved_joint)].kind == "R"
+        is_revolute = chain.joints[chain.q.index(solved_joint)].is_revolute
         zeros = _find_zeros(condition.xreplace(known_values), solved_joint, is_revolute)
         if not zeros:
             return None
@@ -371,7 +371,7 @@ def _sample_exact_joint_values_on(
         return None
     steps = {
         q: [wrap_angle(chain, q, k * sp.pi / 6 - offset) for k in range(12)]
-        if joint.kind == "R"
+        if joint.is_revolute
         else [sp.Rational(k, 20) for k in range(2, 17)]
         for q, joint, offset in zip(chain.q, chain.joints, chain.offsets, strict=True)
         if q in tied_joints
@@ -427,7 +427,7 @@ def wrap_angles(chain: Chain, joints: JointValues) -> JointValues:
 
 def wrap_angle(chain: Chain, joint: sp.Symbol, value: sp.Expr) -> sp.Expr:
     """Return the value of a joint, wrapped to (-pi, pi] if it is a numeric angle."""
-    if chain.joints[chain.q.index(joint)].kind == "P" or not value.is_number or not _is_real(value):
+    if chain.joints[chain.q.index(joint)].is_prismatic or not value.is_number or not _is_real(value):
         return value
     rotation_count = sp.floor((sp.pi - sp.N(value, DIGITS)) / (2 * sp.pi))
     return sp.expand(value + 2 * sp.pi * int(rotation_count))

@@ -14,7 +14,7 @@ import sympy as sp
 from qdot.exercises.answer_types import Number
 from qdot.exercises.arm import mpmath_kinematics as precise
 from qdot.exercises.arm.arithmetic import apply_matrix
-from qdot.exercises.arm.chain import Chain
+from qdot.exercises.arm.chain import REVOLUTE, Chain
 from qdot.exercises.arm.derivation import task_velocity
 from qdot.exercises.arm.kinematics import NumericChain
 from qdot.exercises.arm.mpmath_kinematics import PreciseArm, Vector
@@ -85,7 +85,9 @@ def sample_joint_values(chain: Chain, rng: Stream) -> JointValues:
     """Return random joint values: angles in steps of 5 degrees, prismatic joints in steps of 5 cm."""
 
     def sample_value(kind: str) -> sp.Expr:
-        return sp.pi * sp.Rational(rng.integer(-35, 35), 36) if kind == "R" else sp.Rational(rng.integer(2, 16), 20)
+        return (
+            sp.pi * sp.Rational(rng.integer(-35, 35), 36) if kind == REVOLUTE else sp.Rational(rng.integer(2, 16), 20)
+        )
 
     return {q: sample_value(joint.kind) for q, joint in zip(chain.q, chain.joints, strict=True)}
 
@@ -151,7 +153,7 @@ def write_power_of_metres(power: int) -> str:
 
 def make_joint_rates(chain: Chain, rates: Iterable[Any], max_rate: Any) -> Number:
     """Return joint rates, to three digits, as an answer. The error allowed near zero is a thousandth of `max_rate`."""
-    units = tuple("rad/s" if joint.kind == "R" else "m/s" for joint in chain.joints)
+    units = tuple("rad/s" if joint.is_revolute else "m/s" for joint in chain.joints)
     rounded_rates = sp.Matrix(list(map(precise.round_to_ten_digits, rates)))
     return Number(rounded_rates, units, THREE_DIGIT_TOLERANCE, 0.001 * float(max_rate))
 
@@ -188,7 +190,7 @@ def make_load_symbols(chain: Chain) -> dict[str, SymbolInfo]:
 
 def _make_load_details(chain: Chain, rng: Stream) -> LoadDetails:
     symbols = make_load_symbols(chain)
-    units = tuple("N m" if joint.kind == "R" else "N" for joint in chain.joints)
+    units = tuple("N m" if joint.is_revolute else "N" for joint in chain.joints)
     return LoadDetails(symbols=symbols, force=sp.Matrix([sp.Symbol(name) for name in symbols]), units=units)
 
 

@@ -52,7 +52,7 @@ def find_lost_motion(symbolic_chain: Chain, component: Component) -> LostMotion 
     lost_twists = np.zeros((len(samples), 6))
     lost_twists[:, rows] = np.array(lost_directions)
     norms = {"P": np.linalg.norm(lost_twists[:, :3], axis=1), "link": np.linalg.norm(lost_twists[:, 3:], axis=1)}
-    lines = directions.candidate_lines(symbolic_chain)
+    lines = directions.list_candidate_lines(symbolic_chain)
     vectors = directions.line_directions(lines, samples)
     for moving_part, other_part, first_row in (("P", "link", 0), ("link", "P", 3)):
         if np.any(norms[moving_part] < 0.02):
@@ -86,7 +86,7 @@ def _are_parallel(a: np.ndarray, b: np.ndarray) -> bool:
 @lru_cache(maxsize=1024)
 def compare_lines(symbolic_chain: Chain, component: Component) -> dict[tuple[ArmLine, ArmLine], bool]:
     """Return for each pair of a structure's lines whether the two lines are parallel at all samples of a branch."""
-    lines = directions.candidate_lines(symbolic_chain)
+    lines = directions.list_candidate_lines(symbolic_chain)
     samples = sample_singular_configurations(symbolic_chain, component, SAMPLE_COUNT)
     vectors = directions.line_directions(lines, samples)
     return {(a, b): _are_parallel(vectors[i], vectors[j]) for i, a in enumerate(lines) for j, b in enumerate(lines)}

@@ -14,7 +14,7 @@ import sympy as sp
 
 from qdot.exercises.answer_types import Number
 from qdot.exercises.arm import mpmath_kinematics as precise
-from qdot.exercises.arm.chain import Chain
+from qdot.exercises.arm.chain import REVOLUTE, Chain
 from qdot.exercises.arm.mpmath_kinematics import FLOAT_CONTEXT, PRECISE_CONTEXT, PreciseArm, Vector
 from qdot.exercises.arm.path import PathSample, StraightPath
 from qdot.exercises.common.errors import count_noun
@@ -64,7 +64,7 @@ class WeldingLine(Configuration):
         line, q = self.make_line(chain, PRECISE_CONTEXT), self.compute_joint_values(chain, sp.sympify(s))
         distance, jacobian = line.arm.evaluate_number(sp.sympify(s)), line.arm.task_jacobian(q)
         kinds = [joint.kind for joint in chain.joints]
-        joints = [PRECISE_CONTEXT.degrees(v) if kind == "R" else v for v, kind in zip(q, kinds, strict=True)]
+        joints = [PRECISE_CONTEXT.degrees(v) if kind == REVOLUTE else v for v, kind in zip(q, kinds, strict=True)]
         sigma = PRECISE_CONTEXT.svd_r(PRECISE_CONTEXT.matrix(jacobian), compute_uv=False)
         return ResultsAtPoint(
             s=sp.Float(PRECISE_CONTEXT.nstr(distance, 5), 10),
@@ -142,13 +142,13 @@ class DistanceDetails(PathDetails):
 
 
 def _find_path_objection(chain: Chain) -> str | None:
-    if len(chain.linear_rows) != len(chain.task):
+    if len(chain.linear_axes) != len(chain.task):
         return f"its task is {', '.join(chain.task)}, but a path of the point gives only linear velocities"
     if not 2 <= chain.n <= 3:
         return f"it has {count_noun(chain.n, 'joint')}; a path needs two or three"
     if objection := find_determinant_objection(chain) or find_symbolic_angle_objection(chain):
         return objection
-    if singular_set(chain) == () and all(joint.kind == "P" for joint in chain.joints):
+    if singular_set(chain) == () and not chain.revolute_joints:
         return "its Jacobian is constant, so the joint rates along a line are constant too"
     return None
 
@@ -196,7 +196,7 @@ def _choose_target(
     arm = PreciseArm(chain, lengths)
     point = arm.point_and_jacobian([arm.evaluate_number(joints[q]) for q in chain.q])[0]
     start = [sp.Float(PRECISE_CONTEXT.nstr(point[row], 28), 28) for row in arm.task_rows]
-    axes = zip(chain.linear_rows, start, displacement, strict=True)
+    axes = zip(chain.linear_axes, start, displacement, strict=True)
     return {axis: sp.Rational(_round_half_up(100 * value) + k, 100) for axis, value, k in axes}
 
 
@@ -262,7 +262,7 @@ def _sample_line_to_singularity(chain: Chain, rng: Stream, min_conditioning: flo
         singular_joints[q] = rng.choice(values).xreplace(lengths)
     if not all(value.is_real for value in singular_joints.values()):
         return None
-    for q in (q for q, joint in zip(chain.q, chain.joints, strict=True) if joint.kind == "R"):
+    for q in (q for q, joint in zip(chain.q, chain.joints, strict=True) if joint.is_revolute):
         min_steps = 7 if q in dict(solutions) else 0
         step_offset = rng.choice((-1, 1)) * rng.integer(min_steps, min_steps + 10)
         steps = _round_half_up(sp.N(singular_joints[q] * 36 / sp.pi, 30)) + step_offset

@@ -21,7 +21,7 @@ from qdot.exercises.arm.arithmetic import apply_matrix
 from qdot.exercises.arm.chain import TASK_ROWS, Chain
 from qdot.exercises.arm.conventions import convention_of
 from qdot.exercises.arm.conventions.base import FRAMES, FRAMES_OF_JOINTS
-from qdot.exercises.arm.derivation import derive, structure
+from qdot.exercises.arm.derivation import derive, symbolic_arm_of
 from qdot.exercises.arm.derivation_graph import StageResults, propagate_linear_rows
 from qdot.exercises.arm.kinematics import Z
 from qdot.exercises.arm.trigonometry import count_terms, textbook_form
@@ -100,7 +100,7 @@ def _derive_steps(symbolic_chain: Chain) -> tuple[RecursionStep, ...]:
         rotation, origin = convention.rotation(row).T, convention.link_vector(row)
         v = _collect_rates(rotation * (v + omega.cross(origin)), symbolic_chain)
         omega = _collect_rates(rotation * omega, symbolic_chain)
-        v, omega = (v, omega + rate * Z) if row.kind == "R" else (v + rate * Z, omega)
+        v, omega = (v, omega + rate * Z) if row.is_revolute else (v + rate * Z, omega)
         steps.append(RecursionStep(number, row.kind, rotation, origin, omega, v))
     return tuple(steps)
 
@@ -119,7 +119,7 @@ def _choose_frame(chain: Chain, rng: Stream) -> RecursionDetails:
     substitute, frame = derive(chain).substitute_matrix, rng.choice(_find_frames(chain))
     steps = (
         RecursionStep(step.number, step.kind, *map(substitute, (step.rotation, step.origin, step.omega, step.v)))
-        for step in _derive_steps(structure(chain).chain)[:frame]
+        for step in _derive_steps(symbolic_arm_of(chain).chain)[:frame]
     )
     return RecursionDetails(frame=frame, steps=tuple(steps))
 
@@ -131,7 +131,7 @@ def _find_frames(chain: Chain) -> list[int]:
 
 @lru_cache(maxsize=4096)
 def _count_terms(chain: Chain, frame: int) -> int:
-    step = _derive_steps(structure(chain).chain)[frame - 1]
+    step = _derive_steps(symbolic_arm_of(chain).chain)[frame - 1]
     return count_terms(derive(chain).substitute_matrix(step.v.col_join(step.omega)))
 
 

@@ -15,7 +15,7 @@ import sympy as sp
 
 from qdot.exercises.answer_types import Direction, Number
 from qdot.exercises.arm.chain import Chain
-from qdot.exercises.arm.derivation import derive, structure
+from qdot.exercises.arm.derivation import derive, symbolic_arm_of
 from qdot.exercises.common.stream import Stream
 from qdot.exercises.problem.problem import Details, recorded_as
 from qdot.exercises.questions import geometry
@@ -24,7 +24,7 @@ from qdot.exercises.questions.geometry import Branch, ConfigurationDetails, Exac
 from qdot.exercises.questions.inversion import THREE_DIGIT_TOLERANCE
 from qdot.exercises.questions.lost_lines import SAMPLE_COUNT, LostMotion, compare_lines, find_lost_motion
 from qdot.exercises.questions.singular import find_lost_direction_objection, find_singularity_objection
-from qdot.exercises.singularities.classification import representative_samples
+from qdot.exercises.singularities.classification import sample_representatives
 from qdot.exercises.singularities.directions import ArmLine, LostDirectionFormula, clear_rank, lost_direction_formula
 from qdot.exercises.singularities.meanings import BranchMeanings, Meaning, find_branch_meanings
 from qdot.exercises.singularities.singularity import Component, Values, singular_set
@@ -59,7 +59,7 @@ _sample_with_formulas = partial(geometry.sample_singular_configuration, needs_no
 
 def _sample_with_larger_rank_loss(chain: Chain, rng: Stream) -> ExactConfiguration | None:
     """Return a random configuration at which J loses more than one rank, or None if none is found."""
-    symbolic_chain, substitute = structure(chain).chain, derive(chain).substitute_values
+    symbolic_chain, substitute = symbolic_arm_of(chain).chain, derive(chain).substitute_values
     symbolic_components, max_rank = singular_set(symbolic_chain) or (), geometry.compute_full_rank(chain) - 2
     arm_components = {component.conditions: component for component in singular_set(chain) or ()}
     for indices in rng.permutation(_find_sets_with_larger_rank_loss(symbolic_chain)):
@@ -134,7 +134,7 @@ def _find_vector_objection(chain: Chain) -> str | None:
 
 def _find_branches_with_vector(chain: Chain) -> list[Branch]:
     """Return the branches that lose exactly one direction, or only those with a formula for this direction, if any."""
-    symbolic_chain = structure(chain).chain
+    symbolic_chain = symbolic_arm_of(chain).chain
     branches = [b for b in geometry.match_branches(chain) if _loses_one_direction(symbolic_chain, b.of_structure)]
     return [b for b in branches if lost_direction_formula(symbolic_chain, b.of_structure)] or branches
 
@@ -175,7 +175,7 @@ class LostDirectionDetails(Details):
 def _ask_direction(chain: Chain, rng: Stream) -> AnswerAndDetails | None:
     """Ask for the direction: as a formula if the branch has a short one, else as numbers at a configuration."""
     for branch in rng.permutation(_find_branches_with_vector(chain)):
-        formula = lost_direction_formula(structure(chain).chain, branch.of_structure)
+        formula = lost_direction_formula(symbolic_arm_of(chain).chain, branch.of_structure)
         if formula is not None:
             jacobian_on_branch, direction = _substitute_numbers(chain, branch.component, formula)
             if all(entry == 0 or entry.could_extract_minus_sign() for entry in direction):
@@ -203,7 +203,7 @@ def find_lost_direction_formula(chain: Chain, values: Values) -> tuple[JacobianO
     """Return J and the lost direction at given joint values as formulas, or None if they are too long."""
     for branch in geometry.match_branches(chain) if values else ():
         if branch.component.solutions is not None and branch.component.value_combinations()[0] == values:
-            formula = lost_direction_formula(structure(chain).chain, branch.of_structure)
+            formula = lost_direction_formula(symbolic_arm_of(chain).chain, branch.of_structure)
             if formula is not None and formula.jacobian is not None:
                 return _substitute_numbers(chain, branch.component, formula)
     return None
@@ -225,7 +225,7 @@ def _describe_configurations(chain: Chain, branch: Branch) -> BranchConfiguratio
     """Return the configurations of a branch, or None if there is no suitable description."""
     if branch.component.solutions is not None:
         return BranchConfigurations(branch.component.value_combinations()[0])
-    meanings = _find_meanings(structure(chain).chain, branch.of_structure)
+    meanings = _find_meanings(symbolic_arm_of(chain).chain, branch.of_structure)
     if meanings is None or len(branch.component.conditions) > 1 or meanings.correct.kind != "on axis":
         return None
     return BranchConfigurations((), meanings.correct.words, branch.component.conditions[0])
@@ -236,7 +236,7 @@ def _find_lost_motions(chain: Chain) -> list[tuple[BranchConfigurations, Branch,
         (configurations, branch, motion)
         for branch in geometry.match_branches(chain)
         if (configurations := _describe_configurations(chain, branch)) is not None
-        and (motion := find_lost_motion(structure(chain).chain, branch.of_structure)) is not None
+        and (motion := find_lost_motion(symbolic_arm_of(chain).chain, branch.of_structure)) is not None
     ]
 
 
@@ -262,7 +262,7 @@ class LostMotionDetails(Details):
 
 def _ask_motion(chain: Chain, rng: Stream) -> AnswerAndDetails:
     configurations, branch, motion = rng.choice(_find_lost_motions(chain))
-    are_parallel = compare_lines(structure(chain).chain, branch.of_structure)
+    are_parallel = compare_lines(symbolic_arm_of(chain).chain, branch.of_structure)
     lines = [rng.choice(motion.correct_lines)]
     for line in rng.permutation(motion.wrong_lines):
         if len(lines) < 4 and not any(are_parallel[line, chosen_line] for chosen_line in lines):
@@ -283,7 +283,7 @@ def _ask_motion(chain: Chain, rng: Stream) -> AnswerAndDetails:
 def _find_meanings(symbolic_chain: Chain, component: Component) -> BranchMeanings | None:
     """Return a geometric statement that holds on a structure's whole branch, and wrong ones; None if none is found."""
     samples = geometry.sample_singular_configurations(symbolic_chain, component, SAMPLE_COUNT)
-    meanings = find_branch_meanings(symbolic_chain, samples, representative_samples(symbolic_chain, component.pieces()))
+    meanings = find_branch_meanings(symbolic_chain, samples, sample_representatives(symbolic_chain, component.pieces()))
     if meanings is None or (len(meanings.wrong) < 2 and _find_common_kind(symbolic_chain, component) is None):
         return None
     return meanings
@@ -302,7 +302,7 @@ def _find_common_kind(symbolic_chain: Chain, component: Component) -> str | None
 def _iterate_meanings(chain: Chain, branches: Sequence[Branch]) -> Iterator[tuple[Branch, BranchMeanings]]:
     """Yield the branches that have a geometric meaning, in the order of `branches`, each with its meanings."""
     for branch in branches:
-        meanings = _find_meanings(structure(chain).chain, branch.of_structure)
+        meanings = _find_meanings(symbolic_arm_of(chain).chain, branch.of_structure)
         if meanings is not None:
             yield branch, meanings
 
@@ -353,7 +353,7 @@ def _ask_meaning(chain: Chain, rng: Stream) -> AnswerAndDetails | None:
 
 def _find_kind_of_arm(chain: Chain, branch: Branch, configuration: ExactConfiguration) -> str | None:
     """Return the kind of a branch of the structure, or None if the arm with its own numbers has another kind."""
-    kind = _find_common_kind(structure(chain).chain, branch.of_structure)
+    kind = _find_common_kind(symbolic_arm_of(chain).chain, branch.of_structure)
     kinds_of_arm = classify_samples(chain, [geometry.convert_to_sample(chain, configuration)]) if kind else []
     return kind if kinds_of_arm == [kind] else None
 

@@ -19,7 +19,7 @@ from qdot.exercises.answer_types import Direction, Expression, Number
 from qdot.exercises.arm import mpmath_kinematics as precise
 from qdot.exercises.arm.arithmetic import apply_matrix
 from qdot.exercises.arm.chain import Chain
-from qdot.exercises.arm.derivation import derive, structure
+from qdot.exercises.arm.derivation import derive, symbolic_arm_of
 from qdot.exercises.arm.mpmath_kinematics import FLOAT_CONTEXT, PRECISE_CONTEXT, PreciseArm, Vector
 from qdot.exercises.arm.trigonometry import Factored, factor_trig
 from qdot.exercises.common.errors import count_noun
@@ -98,14 +98,14 @@ class MinorDetails(Details):
 
 
 def _make_minor_details(chain: Chain, rng: Stream) -> MinorDetails:
-    values, (_, quotients) = dict(structure(chain).values), _factor_out_shared(structure(chain).chain)
+    values, (_, quotients) = dict(symbolic_arm_of(chain).values), _factor_out_shared(symbolic_arm_of(chain).chain)
     squares = tuple(quotient.substitute(values) ** 2 for quotient in quotients)
     return MinorDetails(shared_factors=_find_shared_factors(chain), squares=squares)
 
 
 def _find_shared_factors(chain: Chain) -> sp.Expr:
     """Return the product of the factors that all maximal minors share, or 1 if there are none."""
-    return _factor_out_shared(structure(chain).chain)[0].substitute(dict(structure(chain).values))
+    return _factor_out_shared(symbolic_arm_of(chain).chain)[0].substitute(dict(symbolic_arm_of(chain).values))
 
 
 @lru_cache(maxsize=1024)
@@ -122,7 +122,7 @@ def _derive_gram_determinant(symbolic_chain: Chain) -> Factored:
 @lru_cache(maxsize=1024)
 def _factor_out_shared(symbolic_chain: Chain) -> tuple[Factored, tuple[Factored, ...]]:
     """Return the factors that all maximal minors of a structure share, and the quotient of each minor by them."""
-    minors = derive(symbolic_chain).generic_minors
+    minors = derive(symbolic_chain).symbolic_minors
     nonzero_minors = [minor for minor in minors if not minor.is_zero]
     powers = [dict(minor.factors) for minor in nonzero_minors]
     shared_powers = {f: min(p.get(f, 0) for p in powers) for f in powers[0]} if powers else {}
@@ -144,7 +144,7 @@ def _count_terms(product: Factored) -> int:
 
 
 def _find_gram_size_objection(chain: Chain) -> str | None:
-    if chain.n > MAX_JOINTS or _count_terms(_derive_gram_determinant(structure(chain).chain)) > MAX_TERMS:
+    if chain.n > MAX_JOINTS or _count_terms(_derive_gram_determinant(symbolic_arm_of(chain).chain)) > MAX_TERMS:
         return "det(J J^T) is too long to work out by hand"
     return None
 
@@ -188,7 +188,7 @@ def _find_manipulability_objection(chain: Chain) -> str | None:
         return f"its task {rows} has linear and angular rows, in different units"
     if n > m and (objection := _find_mixed_joints_objection(chain)):
         return objection
-    if all(joint.kind == "P" for joint in chain.joints):
+    if not chain.revolute_joints:
         return "its Jacobian is the same in every configuration"
     return _find_rank_objection(chain)
 
@@ -231,7 +231,7 @@ def _ask_manipulability(chain: Chain, rng: Stream) -> AnswerAndDetails:
     situation = inversion.sample_situation(chain, rng)
     gram = precise.gram_matrix(inversion.evaluate_jacobian_precisely(chain, situation))
     value = precise.round_to_ten_digits(PRECISE_CONTEXT.sqrt(precise.determinant(gram)))
-    power = len(chain.linear_rows) - sum(joint.kind == "P" for joint in chain.joints)
+    power = len(chain.linear_axes) - len(chain.prismatic_joints)
     details = _make_gram_details(chain, situation, _compute_singular_values(chain, situation), power)
     return Number(sp.Matrix([value]), (inversion.write_power_of_metres(power),), THREE_DIGIT_TOLERANCE, 1e-9), details
 
@@ -253,7 +253,7 @@ def _find_self_motion_objection(chain: Chain) -> str | None:
     m, n = len(chain.task), chain.n
     if n != m + 1:
         return f"its self-motion for the task {', '.join(chain.task)} has {n - m} dimensions, not one"
-    if n <= MAX_JOINTS and sum(not minor.is_zero for minor in derive(chain).generic_minors) < 2:
+    if n <= MAX_JOINTS and sum(not minor.is_zero for minor in derive(chain).symbolic_minors) < 2:
         return "one of its joints does not affect the task"
     return None
 
@@ -267,7 +267,7 @@ class SelfMotionFormulaDetails(Details):
 
 
 def _ask_self_motion(chain: Chain, rng: Stream) -> AnswerAndDetails:
-    quotients = _factor_out_shared(structure(chain).chain)[1] if chain.n <= MAX_JOINTS else ()
+    quotients = _factor_out_shared(symbolic_arm_of(chain).chain)[1] if chain.n <= MAX_JOINTS else ()
     if quotients and sum(map(_count_terms, quotients)) <= MAX_TERMS / 2:
         details = SelfMotionFormulaDetails(situation=None, shared_factors=_find_shared_factors(chain))
         return Direction(write_self_motion(chain)), details
@@ -297,9 +297,9 @@ def write_self_motion(chain: Chain) -> sp.Matrix:
 
     Factors that all minors share are omitted, so the vector is zero only where J loses rank for more than one reason.
     """
-    _, quotients = _factor_out_shared(structure(chain).chain)
+    _, quotients = _factor_out_shared(symbolic_arm_of(chain).chain)
     # The minors are in the order of the columns that they contain, so the first minor omits the last column.
-    minors = [minor.substitute(dict(structure(chain).values)) for minor in reversed(quotients)]
+    minors = [minor.substitute(dict(symbolic_arm_of(chain).values)) for minor in reversed(quotients)]
     return sp.Matrix([(-1) ** i * minor for i, minor in enumerate(minors)])
 
 
@@ -308,8 +308,8 @@ QUESTIONS = (
         "gram-determinant", "det(J Jᵀ) of a redundant arm", "6.8 for m < n", points=2.0, prerequisites=("jacobian",),
         stage="gram determinant", answer_type=Expression, make_details=_make_minor_details,
         textbook_formulas={
-            "gram determinant": lambda chain: _derive_gram_determinant(structure(chain).chain).substitute(
-                dict(structure(chain).values)
+            "gram determinant": lambda chain: _derive_gram_determinant(symbolic_arm_of(chain).chain).substitute(
+                dict(symbolic_arm_of(chain).values)
             ),
         },
         entry_names=lambda chain, _: [r"\det(J J^T)"], find_arm_objection=_find_minimum_norm_objection,

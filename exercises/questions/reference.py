@@ -53,7 +53,7 @@ class ReferenceDerivation(StageResults):
 
     def for_first_joints(self, frame: int) -> StageResults:
         """Return the derivation for the first joints of the arm; its point is the origin of `frame`."""
-        return derive_reference(convention_of(self.chain).first_joints(frame), self.textbook_formulas)
+        return derive_reference(convention_of(self.chain).keep_first_joints(frame), self.textbook_formulas)
 
 
 def derive_reference(chain: Chain, textbook_formulas: TextbookFormulas) -> ReferenceDerivation:

@@ -18,10 +18,10 @@ import sympy as sp
 from qdot.exercises.answer_types import Number
 from qdot.exercises.arm.arithmetic import apply_matrix
 from qdot.exercises.arm.axes_to_dh import Axis, recognize_exact
-from qdot.exercises.arm.chain import Chain
+from qdot.exercises.arm.chain import REVOLUTE, Chain
 from qdot.exercises.arm.conventions import convention_of
 from qdot.exercises.arm.conventions.base import SCREWS
-from qdot.exercises.arm.derivation import derive, structure
+from qdot.exercises.arm.derivation import derive, symbolic_arm_of
 from qdot.exercises.arm.derivation_graph import StageResults
 from qdot.exercises.arm.kinematics import frames_and_point
 from qdot.exercises.arm.mpmath_kinematics import evaluate_in_context, round_to_ten_digits
@@ -103,7 +103,7 @@ class BodyFrameDetails(Details):
 
 def _join_twist(kind: str, axis: sp.Matrix, velocity: sp.Matrix) -> sp.Matrix:
     """Return the twist (omega, v), 6 x 1, that a joint gives at unit rate; `velocity` is v if the joint is revolute."""
-    return axis.col_join(velocity) if kind == "R" else sp.zeros(3, 1).col_join(axis)
+    return axis.col_join(velocity) if kind == REVOLUTE else sp.zeros(3, 1).col_join(axis)
 
 
 def list_home_screws(chain: Chain) -> tuple[Screw, ...]:
@@ -131,7 +131,7 @@ def compute_exponential(axis: Axis, value: sp.Expr) -> sp.Matrix:
     [  -2*sin(theta1)]])
     """
     rotation, translation = sp.eye(3), value * axis.direction
-    if axis.kind == "R":
+    if axis.is_revolute:
         cross = make_cross_product_matrix(axis.direction)
         rotation = (rotation + sp.sin(value) * cross + (1 - sp.cos(value)) * cross**2).applyfunc(sp.expand)
         translation = axis.point - rotation * axis.point
@@ -153,7 +153,7 @@ def list_moved_screws(chain: Chain) -> tuple[Screw, ...]:
     """Return the screws of an arm in the space frame, each moved by the joints before it."""
     substitute, home = derive(chain).substitute_matrix, dict.fromkeys(chain.q, sp.S.Zero)
     moved_screws = []
-    for screw, axis in zip(_derive_moved_screws(structure(chain).chain), axes_of(chain)[0], strict=True):
+    for screw, axis in zip(_derive_moved_screws(symbolic_arm_of(chain).chain), axes_of(chain)[0], strict=True):
         direction, point, coordinates = map(substitute, (screw.direction, screw.point, screw.coordinates))
         if chain.axis_points:  # move each point along its axis to the point that the arm's description gives
             distance = recognize_exact(axis.direction.dot(axis.point - point.xreplace(home)))
@@ -165,7 +165,9 @@ def list_moved_screws(chain: Chain) -> tuple[Screw, ...]:
 def derive_space_jacobian(chain: Chain) -> sp.Matrix:
     """Return J_s, 6 x n, for the twist (omega, v) of the last link in {s}; v is the velocity at the origin of {s}."""
     substitute = derive(chain).substitute_matrix
-    return sp.Matrix.hstack(*(substitute(screw.coordinates) for screw in _derive_moved_screws(structure(chain).chain)))
+    return sp.Matrix.hstack(
+        *(substitute(screw.coordinates) for screw in _derive_moved_screws(symbolic_arm_of(chain).chain))
+    )
 
 
 # --- the body frame ---
@@ -189,7 +191,7 @@ def _find_home_offsets(chain: Chain) -> dict[sp.Symbol, sp.Expr]:
     """
     home = {}
     for q, offset, joint in zip(chain.q, chain.offsets, chain.joints, strict=True):
-        stays_numeric = offset == 0 or (joint.kind == "R" and (2 * offset / sp.pi).is_Integer)
+        stays_numeric = offset == 0 or (joint.is_revolute and (2 * offset / sp.pi).is_Integer)
         home[q] = offset if stays_numeric else sp.Symbol(f"home_{q.name}")
     return home
 
@@ -216,8 +218,8 @@ def _has_oblique_angles(chain: Chain) -> bool:
     These are link twists that are symbols in the structure, and joint offsets that are not rational multiples of pi.
     With a symbol for each such angle, short numeric results would become thousands of terms.
     """
-    has_oblique_twist = any(joint.alpha.free_symbols for joint in structure(chain).chain.joints[:-1])
-    revolute_offsets = [offset for offset, joint in zip(chain.offsets, chain.joints, strict=True) if joint.kind == "R"]
+    has_oblique_twist = any(joint.alpha.free_symbols for joint in symbolic_arm_of(chain).chain.joints[:-1])
+    revolute_offsets = [offset for offset, joint in zip(chain.offsets, chain.joints, strict=True) if joint.is_revolute]
     return has_oblique_twist or any(not (offset / sp.pi).is_Rational for offset in revolute_offsets)
 
 
@@ -237,10 +239,10 @@ def _derive_body_column(chain: Chain, index: int) -> sp.Matrix:
     axes, home_point = axes_of(chain)
     joint_axis = axes[index]
     omega, v = joint_axis.direction, joint_axis.direction.cross(home_point - joint_axis.point)
-    if joint_axis.kind == "P":
+    if joint_axis.is_prismatic:
         omega, v = sp.zeros(3, 1), joint_axis.direction
     for axis, q in zip(axes[index + 1 :], chain.q[index + 1 :], strict=True):
-        if axis.kind == "P":
+        if axis.is_prismatic:
             v = (v + omega.cross(q * axis.direction)).applyfunc(sp.expand)
             continue
         lever = axis.point - home_point
@@ -255,7 +257,7 @@ def _derive_oblique_kinematics(chain: Chain) -> BodyKinematics:
     """Return the body kinematics by exponentials of the axes, with the arm's own numbers."""
     inverse_rotation = sp.eye(3)
     for axis, q in zip(axes_of(chain)[0], chain.q, strict=True):
-        inverse_rotation = _rotate_back(axis, q, inverse_rotation) if axis.kind == "R" else inverse_rotation
+        inverse_rotation = _rotate_back(axis, q, inverse_rotation) if axis.is_revolute else inverse_rotation
     jacobian = sp.Matrix.hstack(*(_derive_body_column(chain, index) for index in range(chain.n)))
     rotation = inverse_rotation.T.applyfunc(remove_brackets)
     position_cross_rotation = (make_cross_product_matrix(derive(chain).position) * rotation).applyfunc(sp.expand)
@@ -266,7 +268,7 @@ def _derive_body_kinematics(chain: Chain) -> BodyKinematics:
     """Return the body kinematics of an arm, if possible from those of the arm's structure."""
     if _has_oblique_angles(chain):
         return _derive_oblique_kinematics(chain)
-    symbolic_chain, home = structure(chain).chain, _find_home_offsets(chain)
+    symbolic_chain, home = symbolic_arm_of(chain).chain, _find_home_offsets(chain)
     home_values = {home[q]: offset for q, offset in zip(chain.q, chain.offsets, strict=True) if home[q].is_Symbol}
     substitute = derive(chain).substitute_values
 

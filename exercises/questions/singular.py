@@ -25,7 +25,7 @@ from qdot.exercises.questions.geometry import sample_false_root
 from qdot.exercises.questions.inversion import JointValues, Lengths
 from qdot.exercises.singularities.axes import Sample
 from qdot.exercises.singularities.classification import classify
-from qdot.exercises.singularities.normalized_arm import first_joint_moves_all, normalize_arm, normalized_values
+from qdot.exercises.singularities.normalized_arm import first_joint_moves_all, normalize_arm, normalize_joint_values
 from qdot.exercises.singularities.singularity import Component, singular_set
 from qdot.exercises.singularities.singularity_kinds import can_establish_kind, classify_samples
 
@@ -200,7 +200,7 @@ def _find_kinds_over_lengths(chain: Chain, joints: JointValues) -> frozenset[str
     If joint 1 moves the arm as a whole, the value of joint 1 does not matter and is set to zero. The arm is normalized,
     so that arms that differ only in their base or joint offsets share the cached result.
     """
-    values = normalized_values(chain, joints)
+    values = normalize_joint_values(chain, joints)
     if first_joint_moves_all(chain):
         values = (sp.S.Zero, *values[1:])
     return _find_kinds(normalize_arm(chain), values)

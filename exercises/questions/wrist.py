@@ -15,7 +15,7 @@ from qdot.exercises.arm.arithmetic import determinant
 from qdot.exercises.arm.chain import TASK_ROWS, Chain
 from qdot.exercises.arm.conventions import convention_of
 from qdot.exercises.arm.conventions.base import FRAMES
-from qdot.exercises.arm.derivation import derive, structure
+from qdot.exercises.arm.derivation import derive, symbolic_arm_of
 from qdot.exercises.arm.kinematics import Z, frame_after, frames_and_point
 from qdot.exercises.arm.trigonometry import Factored, are_identical, count_terms, factor_trig, textbook_matrix
 from qdot.exercises.arm.vectors import rot_x, rot_z
@@ -23,7 +23,7 @@ from qdot.exercises.common.stream import Stream
 from qdot.exercises.problem.problem import Details, recorded_as
 from qdot.exercises.questions import base
 from qdot.exercises.questions.base import Question
-from qdot.exercises.singularities.appearance import wrist_centre
+from qdot.exercises.singularities.appearance import find_wrist_centre
 
 
 @lru_cache(maxsize=1024)
@@ -46,7 +46,7 @@ def _derive_arm_block_in_frame_1(symbolic_chain: Chain) -> sp.Matrix:
     frames = (frame_after(symbolic_chain.joints[1:i]) for i in (1, 2))
     axes_and_levers = [(z_0, r_1 + point), *((frame.rotation * Z, point - frame.origin) for frame in frames)]
     joints_and_vectors = zip(symbolic_chain.joints[:3], axes_and_levers, strict=True)
-    columns = [z.cross(lever) if joint.kind == "R" else z for joint, (z, lever) in joints_and_vectors]
+    columns = [z.cross(lever) if joint.is_revolute else z for joint, (z, lever) in joints_and_vectors]
     return textbook_matrix(rotation * sp.Matrix.hstack(*columns))
 
 
@@ -65,13 +65,13 @@ def _derive_arm_block(chain: Chain) -> sp.Matrix:
 
 def derive_wrist_block(chain: Chain) -> sp.Matrix:
     """Return J22, the axes of joints 4 to 6, in the frame on the axis of joint 4 (3 x 3)."""
-    return derive(chain).substitute_matrix(_write_wrist_axes(structure(chain).chain))
+    return derive(chain).substitute_matrix(_write_wrist_axes(symbolic_arm_of(chain).chain))
 
 
 def derive_block_determinants(chain: Chain) -> sp.Matrix:
     """Return [det J11, det J22] in factored form (2 x 1)."""
-    values = dict(structure(chain).values)
-    return sp.Matrix([factored.substitute(values) for factored in _factor_determinants(structure(chain).chain)])
+    values = dict(symbolic_arm_of(chain).values)
+    return sp.Matrix([factored.substitute(values) for factored in _factor_determinants(symbolic_arm_of(chain).chain)])
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -114,7 +114,7 @@ def derive_blocks(chain: Chain) -> BlockDetails:
     def wrap_angle(angle: sp.Expr) -> sp.Expr:
         return sp.pi - sp.Mod(sp.pi - angle, 2 * sp.pi) if angle.is_number else angle
 
-    d, symbolic_chain, wrist_block = derive(chain), structure(chain).chain, derive_wrist_block(chain)
+    d, symbolic_chain, wrist_block = derive(chain), symbolic_arm_of(chain).chain, derive_wrist_block(chain)
     factors = (d.substitute_values(factor) for factor, _ in _factor_determinants(symbolic_chain)[0].factors)
     joint_factors = (factor for factor in factors if factor.free_symbols & set(chain.q))
     return BlockDetails(
@@ -150,14 +150,14 @@ def find_block_objection(chain: Chain) -> str | None:
     """Return why an arm's Jacobian at P is not block triangular, or why its determinant is zero; None otherwise."""
     if chain.n != 6 or chain.task != TASK_ROWS:
         return "it does not have six joints and a task of six rows"
-    centre = wrist_centre(chain)
-    if centre is None or not _is_at_wrist_centre(structure(chain).chain, centre):
+    centre = find_wrist_centre(chain)
+    if centre is None or not _is_at_wrist_centre(symbolic_arm_of(chain).chain, centre):
         return "the axes of its last three joints do not intersect at its point"
     return base.find_determinant_objection(chain)
 
 
 def _find_arm_block_size_objection(chain: Chain) -> str | None:
-    count = count_terms(_derive_arm_block(structure(chain).chain))
+    count = count_terms(_derive_arm_block(symbolic_arm_of(chain).chain))
     return f"its arm block has {count} terms, too many to work out by hand" if count > base.MAX_TERMS else None
 
 

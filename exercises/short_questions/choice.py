@@ -9,7 +9,7 @@ import sympy as sp
 from qdot.exercises.answer_types import Matching
 from qdot.exercises.arm.chain import Chain
 from qdot.exercises.arm.conventions.base import SCREWS
-from qdot.exercises.arm.derivation import derive, structure
+from qdot.exercises.arm.derivation import derive, symbolic_arm_of
 from qdot.exercises.common.stream import Stream
 from qdot.exercises.questions import QUESTIONS
 from qdot.exercises.questions.base import AnswerAndDetails
@@ -43,7 +43,7 @@ def _get_whole_answer(_: Chain, question: str) -> list[OptionSubject]:
 
 def _list_position_subjects(chain: Chain, question: str) -> list[OptionSubject]:
     """Return the whole position, and each coordinate in case the whole position is too long for an option."""
-    return [OptionSubject(question), *(OptionSubject(question, None, row) for row in range(len(chain.linear_rows)))]
+    return [OptionSubject(question), *(OptionSubject(question, None, row) for row in range(len(chain.linear_axes)))]
 
 
 def _find_varying_columns(chain: Chain, question: str) -> list[OptionSubject]:
@@ -158,7 +158,7 @@ def _make_extra_column(chain: Chain, rng: Stream) -> OfferedOption | None:
 
 @lru_cache(maxsize=1024)
 def _has_short_distinct_columns(chain: Chain) -> bool:
-    return _has_short_columns(structure(chain).chain) and are_different_functions(chain, _split_columns(chain))
+    return _has_short_columns(symbolic_arm_of(chain).chain) and are_different_functions(chain, _split_columns(chain))
 
 
 @lru_cache(maxsize=1024)

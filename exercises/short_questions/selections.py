@@ -6,7 +6,7 @@ import sympy as sp
 
 from qdot.exercises.answer_types import Selection
 from qdot.exercises.arm.chain import Chain
-from qdot.exercises.arm.derivation import derive, structure
+from qdot.exercises.arm.derivation import derive, symbolic_arm_of
 from qdot.exercises.common.stream import Stream
 from qdot.exercises.problem.problem import Details
 from qdot.exercises.questions.base import AnswerAndDetails, find_determinant_objection
@@ -56,7 +56,7 @@ class QuantityDetails(Details):
 
 
 def _ask_dependence(chain: Chain, rng: Stream) -> AnswerAndDetails | None:
-    coordinates = [Quantity("position", "xyz".index(axis)) for axis in chain.linear_rows]
+    coordinates = [Quantity("position", "xyz".index(axis)) for axis in chain.linear_axes]
     columns = [Quantity("column", None, column) for column in range(chain.n)]
     candidates = []
     for quantity in (*_list_determinant_if_square(chain), *coordinates, *columns):
@@ -104,7 +104,7 @@ def _find_short_quantities(chain: Chain) -> list[Quantity]:
 
 def _make_five_options(chain: Chain, quantity: Quantity, rng: Stream) -> list[OfferedOption] | None:
     """Return five options: two or three correct forms of a result, and wrong ones; None if there are too few."""
-    symbolic_chain, substitute = structure(chain).chain, derive(chain).substitute_values
+    symbolic_chain, substitute = symbolic_arm_of(chain).chain, derive(chain).substitute_values
     correct_forms = _list_equal_forms(symbolic_chain, quantity.derive_formulas(symbolic_chain)[0], quantity)
     base = "determinant" if quantity.name == "determinant" else "jacobian"
     subject = wrong_formulas.OptionSubject(base, quantity.column, quantity.row)

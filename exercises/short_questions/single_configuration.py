@@ -48,7 +48,7 @@ def _ask_determinant(chain: Chain, rng: Stream) -> AnswerAndDetails | None:
         return None
     jacobian = geometry.evaluate_precisely(chain, configuration, derive(chain).jacobian)
     rows = [[evaluate_in_context(entry) for entry in row] for row in jacobian.tolist()]
-    unit = write_power_of_metres(sum(joint.kind == "R" for joint in chain.joints))
+    unit = write_power_of_metres(len(chain.revolute_joints))
     return _make_number(determinant(rows), unit), ConfigurationDetails(configuration=configuration)
 
 
@@ -86,7 +86,7 @@ VALUE_QUESTIONS = (
         "determinant-value", "Determinant in a configuration", "6.8", sample=_ask_determinant, form="number",
         base_question="determinant", objection_if_nothing_found="no regular configuration was found",
         find_arm_objection=lambda chain: (
-            None if len(chain.linear_rows) == len(chain.task) else "its Jacobian mixes metres and radians"
+            None if len(chain.linear_axes) == len(chain.task) else "its Jacobian mixes metres and radians"
         ),
         entry_names=lambda *_: [r"\det J"],
     ),

@@ -20,7 +20,7 @@ from sympy.polys.polyerrors import BasePolynomialError
 
 from qdot.exercises.arm.chain import Chain
 from qdot.exercises.arm.conventions.base import SCREWS
-from qdot.exercises.arm.derivation import derive, structure
+from qdot.exercises.arm.derivation import derive, symbolic_arm_of
 from qdot.exercises.arm.derivation_graph import (
     Change,
     StageResults,
@@ -230,7 +230,7 @@ def tidy_entry(entry: sp.Expr) -> sp.Expr:
 
 def make_four_options(chain: Chain, subject: OptionSubject, rng: Stream) -> list[OfferedOption] | None:
     """Return the correct option and three wrong options, or None if there are not three of similar length."""
-    symbolic_chain = chain if subject.depends_on_home_position else structure(chain).chain
+    symbolic_chain = chain if subject.depends_on_home_position else symbolic_arm_of(chain).chain
     if _write_answer(symbolic_chain, subject, ()) is None:
         return None
     intended_rank = rng.integer_below(4)

@@ -1,17 +1,21 @@
-"""Find the singular configurations of an arm, say which motion each loses, and how hard an arm is.
+"""Find the singular configurations of an arm, describe them, and rate how hard the arm is to work through by hand.
 
-From the bottom up:
+The *singular set* consists of all singular configurations. It is divided into *components*, each given by conditions on
+the joint variables. Each module uses only modules above it in this list:
 
-    existence_conditions        the lengths for which a condition can hold at some configuration
-    joint_solvability           whether conditions can hold simultaneously
-    singularity                 where the Jacobian loses rank
-    axes, reason                how axes are arranged at a configuration; whether this is the reason for a singularity
-    normalized_arm              an arm without joint offsets and base position, on which singularities do not depend
-    reach, three_joints         which points an arm reaches, and whether it reaches beyond its current position
-    reciprocal                  more than six joints: where the Jacobian loses rank
-    numeric_rank_check          a singular set checked numerically
-    appearance, singularity_kinds  what a singular configuration looks like; whether one is boundary or internal
-    classification              the kinds of singular sets, and what their configurations look like
-    difficulty                  how hard an arm is to work through by hand
-    directions, meanings        which motion is lost at a singular configuration; statements about its look
+    existence_conditions    the lengths for which a condition can hold at some configuration
+    joint_solvability       whether conditions can hold simultaneously
+    singularity             the singular set: where the Jacobian loses rank
+    normalized_arm          an arm without joint offsets and base position, on which singularities do not depend
+    reciprocal              the singular set of an arm with more joints than rows of the task, by elimination
+    numeric_rank_check      the numeric check of a singular set
+    axes                    how joint axes are arranged at a configuration
+    reason                  whether an arrangement of axes is the reason for a singularity
+    appearance              descriptions of singular configurations, such as "arm stretched out"
+    three_joints, reach     which points an arm reaches, and whether it reaches beyond its current position
+    singularity_kinds       whether a singular configuration is a boundary or an internal singularity
+    classification          the kind and the description of a component
+    difficulty              how hard an arm is to work through by hand
+    directions              the direction of motion that is lost at a singular configuration
+    meanings                true and false statements about a singular configuration, for questions with options
 """

@@ -1,8 +1,7 @@
-"""Measure how joint axes and the point of interest are arranged at a configuration: distances, angles, lines, planes.
+"""Measure how joint axes and the point of interest P are arranged at a configuration: distances, angles, lines, planes.
 
-Each measure is zero if a relation holds exactly, such as a point on an axis or two collinear axes. It takes one
-configuration (n) or many (k x n). A measure that is zero everywhere is no evidence about a singular configuration, so
-it is also evaluated at a `nearby_configuration`.
+A *measure* is zero if a relation holds exactly, such as P on an axis, or two collinear axes. A relation that holds at
+every configuration is no evidence about a singular one, so measures are also evaluated at a `nearby_configuration`.
 """
 
 from collections.abc import Callable, Sequence
@@ -16,15 +15,15 @@ from qdot.exercises.arm.kinematics import NumericChain
 from qdot.exercises.arm.vectors import cross, norms
 
 Measure = Callable[["NumericChain", np.ndarray], np.ndarray]
-"""A measure of an arm at many configurations (… x n): how far each is from satisfying a relation, zero or more (…).
+"""A function that returns how far an arm is from satisfying a relation (…, zero or more) at configurations (…, n).
 
-For several arms at once (`NumericChain.stack`), the configurations are k x m x n.
+If the arm combines k arms (`NumericChain.stack`), the configurations are k x m x n.
 """
 
 
 @dataclass(frozen=True)
 class Sample:
-    """One numeric arm at one configuration q (n)."""
+    """A numeric arm at one configuration q (n)."""
 
     arm: NumericChain
     q: np.ndarray
@@ -44,22 +43,29 @@ class Sample:
         return float(measure(self.arm, self.q[None])[0])
 
 
+def stack_samples(samples: Sequence[Sample]) -> tuple[NumericChain, np.ndarray]:
+    """Return the arms of k samples as one object, and the configurations (k x 1 x n).
+
+    The arms have the same structure.
+    """
+    return NumericChain.stack([sample.arm for sample in samples]), np.stack([sample.q for sample in samples])[:, None]
+
+
 def measure_samples(samples: Sequence[Sample], measure: Measure) -> np.ndarray:
-    """Return the values of a measure (k) at k samples, whose arms have the same structure."""
-    arms = NumericChain.stack([sample.arm for sample in samples])
-    return np.asarray(measure(arms, np.stack([sample.q for sample in samples])[:, None])[:, 0])
+    """Return the values of a measure (k) at k samples."""
+    return np.asarray(measure(*stack_samples(samples))[:, 0])
 
 
 def jacobians_of(samples: Sequence[Sample]) -> np.ndarray:
-    """Return the Jacobian of each sample (k x 6 x n); the arms have the same structure."""
-    arms = NumericChain.stack([sample.arm for sample in samples])
-    return arms.jacobian(np.stack([sample.q for sample in samples])[:, None])[:, 0]
+    """Return the Jacobian of each sample (k x 6 x n)."""
+    arms, q = stack_samples(samples)
+    return arms.jacobian(q)[:, 0]
 
 
 def nearby_configuration(sample: Sample, extra_joint: int | None = None) -> np.ndarray:
-    """Return a configuration (n) near a sample, at which nothing is aligned by chance.
+    """Return a configuration (n) near a sample, at which no special relation holds by chance.
 
-    If `extra_joint` is given, that joint is moved further.
+    The joint with the index `extra_joint` is moved further, unless `extra_joint` is None.
     """
     q = sample.q + 0.3 * np.arange(1, len(sample.q) + 1)
     if extra_joint is not None:
@@ -73,14 +79,14 @@ def nearby_samples(samples: Sequence[Sample]) -> list[Sample]:
 
 
 def axis_distance(arm: NumericChain, q: np.ndarray, joint: int) -> np.ndarray:
-    """Return the distance of the point from a joint's axis, in metres."""
+    """Return the distance (m) of P from a joint's axis."""
     frames = arm.frames(q)
     to_point = arm.point_of(frames) - frames[..., joint, :3, 3]
     return norms(cross(frames[..., joint, :3, 2], to_point))
 
 
 def axis_distance_derivative(arm: NumericChain, q: np.ndarray, joint: int, movers: Sequence[int]) -> np.ndarray:
-    """Return how fast later joints change the squared distance of the point from an axis; zero at an extreme."""
+    """Return how fast some later joints change the squared distance of P from the axis of `joint`."""
     frames = arm.frames(q)
     axis = frames[..., joint, :3, 2]
     to_point = arm.point_of(frames) - frames[..., joint, :3, 3]
@@ -90,7 +96,7 @@ def axis_distance_derivative(arm: NumericChain, q: np.ndarray, joint: int, mover
 
 
 def axis_spread(arm: NumericChain, q: np.ndarray, joints: Sequence[int]) -> np.ndarray:
-    """Return the area or volume spanned by the directions of two or three axes: 0 to 1."""
+    """Return the area or volume, from 0 to 1, that the directions of two or three axes span."""
     frames = arm.frames(q)
     first, second, *third = (frames[..., joint, :3, 2] for joint in joints)
     normal = cross(first, second)
@@ -98,36 +104,26 @@ def axis_spread(arm: NumericChain, q: np.ndarray, joints: Sequence[int]) -> np.n
 
 
 def collinearity_error(arm: NumericChain, q: np.ndarray, joints: tuple[int, int]) -> np.ndarray:
-    """Return how far two axes are from collinear: the sine of their angle plus the distance of O_j from axis i."""
+    """Return how far two axes i, j are from collinear: the sine of their angle plus the distance of O_j from axis i."""
     frames, (i, j) = arm.frames(q), joints
     axis, between = frames[..., i, :3, 2], frames[..., j, :3, 3] - frames[..., i, :3, 3]
     return norms(cross(axis, frames[..., j, :3, 2])) + norms(cross(axis, between))
 
 
-def coplanarity_error(arm: NumericChain, q: np.ndarray, row: Sequence[int]) -> np.ndarray:
-    """Return how far three or more parallel axes are from coplanar: the areas between their origins."""
-    frames = arm.frames(q)
-    axis, first_origin = frames[..., row[0], :3, 2], frames[..., row[0], :3, 3]
-    return _spanned_area(axis, [frames[..., i, :3, 3] - first_origin for i in row[1:]])
+def coplanarity_error(arm: NumericChain, q: np.ndarray, joints: Sequence[int], with_point: bool = False) -> np.ndarray:
+    """Return how far parallel axes, with P or without, are from coplanar.
 
-
-def arm_coplanarity_error(arm: NumericChain, q: np.ndarray) -> np.ndarray:
-    """Return how far the parallel axes of all joints and the point are from coplanar."""
-    frames = arm.frames(q)
-    count = q.shape[-1]
-    axis, first_origin = frames[..., 0, :3, 2], frames[..., 0, :3, 3]
-    offsets = [frames[..., i, :3, 3] - first_origin for i in range(1, count)] + [arm.point_of(frames) - first_origin]
-    return _spanned_area(axis, offsets)
-
-
-def _spanned_area(axis: np.ndarray, points: Sequence[np.ndarray]) -> np.ndarray:
-    """Return the root sum of squares of the areas that pairs of points span, projected along an axis."""
-    areas = [np.sum(axis * cross(a, b), axis=-1) for a, b in combinations(points, 2)]
+    Pairs of vectors from the first axis to the others span areas; the result is the root of the sum of their squares.
+    """
+    frames, first = arm.frames(q), joints[0]
+    points = [frames[..., i, :3, 3] for i in joints[1:]] + ([arm.point_of(frames)] if with_point else [])
+    vectors = [point - frames[..., first, :3, 3] for point in points]
+    areas = [np.sum(frames[..., first, :3, 2] * cross(a, b), axis=-1) for a, b in combinations(vectors, 2)]
     return np.asarray(np.sqrt(np.sum(np.square(areas), axis=0)))
 
 
 def common_direction_error(arm: NumericChain, q: np.ndarray, joints: Sequence[int]) -> np.ndarray:
-    """Return the sine of the angle between the directions in which two joints move the point."""
+    """Return the sine of the angle between the directions in which two joints move P."""
     first, second = (arm.jacobian(q)[..., :3, joint] for joint in joints)
     sizes = norms(first) * norms(second)
     return np.asarray(norms(cross(first, second)) / np.maximum(sizes, 1e-12))
@@ -138,22 +134,22 @@ def are_parallel(samples: Sequence[Sample], i: int, j: int) -> bool:
     return all(np.linalg.norm(cross(sample.axes[i], sample.axes[j])) < 1e-6 for sample in samples)
 
 
-def prismatic_slant(arm: NumericChain, q: np.ndarray, prismatic: int, i: int, j: int, across: bool) -> np.ndarray:
-    """Return the sine of the angle between a prismatic joint and the line from axis i to axis j.
+def prismatic_slant(arm: NumericChain, q: np.ndarray, prismatic: int, i: int, j: int, is_across: bool) -> np.ndarray:
+    """Return the sine of the angle between a prismatic joint and the shortest line from axis i to the parallel axis j.
 
-    With `across`, return the sine of the angle by which the joint deviates from the perpendicular of that line. The
-    axes are parallel; the line is the shortest between them. If they coincide, return 1.
+    If `is_across`, return the sine of the angle between the joint and the perpendicular of that line. If the two axes
+    coincide, return 1.
     """
     frames = arm.frames(q)
     line, direction = frames[..., j, :3, 3] - frames[..., i, :3, 3], frames[..., prismatic, :3, 2]
     axis = frames[..., i, :3, 2]
     line = line - np.sum(line * axis, axis=-1)[..., None] * axis
     line_length = norms(line)
-    deviation = np.abs(np.sum(direction * line, axis=-1)) if across else norms(cross(direction, line))
+    deviation = np.abs(np.sum(direction * line, axis=-1)) if is_across else norms(cross(direction, line))
     return np.where(line_length < 1e-6, 1.0, deviation / np.maximum(line_length, 1e-6))
 
 
 def origin_collinearity_error(arm: NumericChain, q: np.ndarray, k: int) -> np.ndarray:
-    """Return the size of the cross product of O_{k-1} O_k and O_k O_{k+1}."""
+    """Return the size of the cross product of the vectors from O_{k-1} to O_k and from O_k to O_{k+1}."""
     origins = arm.frames(q)[..., k - 1 : k + 2, :3, 3]
     return norms(cross(origins[..., 1, :] - origins[..., 0, :], origins[..., 2, :] - origins[..., 1, :]))

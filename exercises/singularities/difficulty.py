@@ -1,4 +1,4 @@
-"""Rate how hard an arm is to work through by hand: a number, and the band in which the number lies."""
+"""Rate how hard an arm is to work through by hand: a number, and a band from 0 (easy) to 4 (hard) of such numbers."""
 
 from functools import lru_cache
 
@@ -12,11 +12,12 @@ BAND_MINIMUMS = (10, 16, 24, 34)
 """The minimum difficulty of bands 1, 2, 3 and 4."""
 
 HARDEST_BAND = len(BAND_MINIMUMS)
+"""The number of the band of the hardest arms."""
 
 
 @lru_cache(maxsize=256)
 def difficulty(chain: Chain) -> int:
-    """Return the difficulty of an arm, the sum of these numbers:
+    """Return the difficulty of an arm, which is the sum of these numbers:
 
     - the number of terms of J;
     - 4 for each condition of the singular set (if J is square, each factor of det J that can vanish);
@@ -40,24 +41,19 @@ def _count_jacobian_terms(chain: Chain) -> int:
 def _is_multiplied_out(expression: sp.Expr) -> bool:
     """Return whether an expression is a sum of products of numbers, symbols, sines and cosines of sums of symbols.
 
-    This is checked first, because `expand` takes a hundred times as long to change nothing.
+    This test is made first, because `expand` takes a hundred times as long to change nothing.
     """
-    factors = (factor for term in sp.Add.make_args(expression) for factor in sp.Mul.make_args(term))
-    return all(
-        factor.is_Symbol
-        or factor.is_Rational
-        or (isinstance(factor, (sp.sin, sp.cos)) and all(map(_is_plain, sp.Add.make_args(factor.args[0]))))
-        for factor in factors
+    factors = {factor for term in sp.Add.make_args(expression) for factor in sp.Mul.make_args(term)}
+    trigs = {factor for factor in factors if isinstance(factor, (sp.sin, sp.cos))}
+    # the symbols, pi and 1 of which the angles are rational multiples
+    bases = {term.as_coeff_Mul()[1] for trig in trigs for term in sp.Add.make_args(trig.args[0])}
+    return all(factor.is_Symbol or factor.is_Rational for factor in factors - trigs) and all(
+        base.is_Symbol or base in (1, sp.pi) for base in bases
     )
 
 
-def _is_plain(term: sp.Expr) -> bool:
-    """Return whether a term is a rational multiple of a symbol, of pi or of 1."""
-    base = term.as_coeff_Mul()[1]
-    return bool(base.is_Symbol or base in (1, sp.pi))
-
-
 def _count_deviations(chain: Chain) -> int:
+    """Return the number of deviations from a textbook arm, as listed in `difficulty`."""
     base = chain.base
     is_rotated = base.yaw != 0 or base.tilt != 0
     return sum([*(offset != 0 for offset in chain.offsets), any(base.position), is_rotated, not chain.point.is_origin])
@@ -65,7 +61,7 @@ def _count_deviations(chain: Chain) -> int:
 
 def difficulty_band(chain: Chain) -> int:
     """Return the band of an arm's difficulty: 0 below 10, 1 below 16, 2 below 24, 3 below 34, else 4."""
-    # finding the singular set may take a minute
+    # for a hard arm, avoid finding the singular set, which may take a minute
     if _count_jacobian_terms(chain) + _count_deviations(chain) >= BAND_MINIMUMS[-1]:
         return HARDEST_BAND
     return sum(difficulty(chain) >= minimum for minimum in BAND_MINIMUMS)

@@ -1,9 +1,9 @@
 """Find the direction of motion lost at a singular configuration, and the lines of an arm that describe this direction.
 
-If J (m x n, m <= n) has rank m - 1, one direction u of the task is lost. It spans the null space of J transposed,
-u J = 0, so that every velocity that the joints can produce is perpendicular to u. The cofactors of m - 1 independent
-columns of J form such a vector, because det J is zero if a column is repeated. For m = 3, this vector is the cross
-product of the two columns. All vectors are in the world frame.
+If J (m x n, m <= n) has rank m - 1, one direction u of the task is lost: every velocity that the joints can produce is
+perpendicular to u, so that u J = 0. The cofactors of m - 1 independent columns of J form such a vector u, because a
+determinant with two equal columns is zero. For m = 3, u is the cross product of the two columns. Vectors are in the
+world frame.
 """
 
 from collections.abc import Sequence
@@ -22,7 +22,8 @@ from qdot.exercises.singularities.axes import Sample
 from qdot.exercises.singularities.singularity import Component
 
 ZERO_THRESHOLD, NONZERO_THRESHOLD = 1e-9, 0.05
-"""Fractions of the largest singular value: below the first, a value counts as zero; above the second, as nonzero."""
+"""Fractions of the largest singular value of J: below the first, a singular value counts as zero; above the second, as
+nonzero."""
 
 MAX_TERMS = 8
 """Maximum number of terms of a formula for a lost direction."""
@@ -50,11 +51,11 @@ def lost_direction(jacobian: np.ndarray, nonzero_threshold: float = NONZERO_THRE
 
 @dataclass(frozen=True)
 class LostDirectionFormula:
-    """A formula for the lost direction u.
+    """A formula for the lost direction u (m x 1).
 
-    - `direction`: u, as a formula in the joint variables that the singular condition does not fix.
-    - `columns`: the columns of J (from 1) whose cofactors are the entries of u.
-    - `jacobian`: J at the singular configurations, or None if its entries are not short.
+    - `direction`: the entries of u, formulas in the joint variables that the singular condition does not fix.
+    - `columns`: the numbers (from 1) of the columns of J whose cofactors are the entries of u.
+    - `jacobian`: J at the singular configurations (m x n); None if its entries are not short.
     """
 
     direction: sp.Matrix
@@ -63,19 +64,19 @@ class LostDirectionFormula:
 
 
 @lru_cache(maxsize=1024)
-def lost_direction_formula(structure: Chain, component: Component) -> LostDirectionFormula | None:
-    """Return the shortest formula for the direction that a structure loses at a component; None if none is short.
+def lost_direction_formula(symbolic_arm: Chain, component: Component) -> LostDirectionFormula | None:
+    """Return the shortest formula for the direction that a symbolic arm loses at a component; None if none is short.
 
-    `component` is a component of the structure's singular set, at one combination of joint values.
+    `component` is a component of the singular set of that arm (`derivation`), at one combination of joint values.
     """
-    jacobian = derive(structure).jacobian
+    jacobian = derive(symbolic_arm).jacobian
     if jacobian.rows > min(jacobian.cols, 4):
         return None
     scale = sp.Dummy("t")
     if component.solutions is None:
         return None
     for condition, (joint, (value, *_)) in zip(component.conditions, component.solutions, strict=True):
-        substituted = _jacobian_at_value(jacobian, condition, joint, value, scale)
+        substituted = _substitute_joint_value(jacobian, condition, joint, value, scale)
         if substituted is None:
             return None
         jacobian = substituted
@@ -85,52 +86,49 @@ def lost_direction_formula(structure: Chain, component: Component) -> LostDirect
         for columns in combinations(range(jacobian.cols), jacobian.rows - 1)
         if (direction := _cofactors(jacobian[:, list(columns)])) is not None and not direction.has(scale)
     ]
-    short = [formula for formula in formulas if count_terms(formula.direction, trivial=()) <= MAX_TERMS]
-    return min(short, key=_length, default=None)
+    lengths = [(count_terms(formula.direction, trivial=()), sp.count_ops(formula.direction)) for formula in formulas]
+    term_counts_and_indices = [(*length, index) for index, length in enumerate(lengths) if length[0] <= MAX_TERMS]
+    return formulas[min(term_counts_and_indices)[-1]] if term_counts_and_indices else None
 
 
-def _length(formula: LostDirectionFormula) -> tuple[int, int]:
-    return count_terms(formula.direction, trivial=()), sp.count_ops(formula.direction)
-
-
-def _jacobian_at_value(
+def _substitute_joint_value(
     jacobian: sp.Matrix, condition: sp.Expr, joint: sp.Symbol, value: sp.Expr, scale: sp.Symbol
 ) -> sp.Matrix | None:
-    """Return J at a value of a joint; None if that needs angles that also occur in other entries.
+    """Return J at a joint value; None if the angle of the joint can't be eliminated from J.
 
-    If the condition A cos q + B sin q = 0 determines the value, substitute cos q = B t and sin q = -A t, in which t is
-    `scale`.
+    If the condition A cos q + B sin q = 0 determines the value, substitute cos q = B t and sin q = -A t; t is `scale`.
+    This is possible if A and B do not contain angles that occur in J.
     """
     if not joint.name.startswith("theta") or (2 * value / sp.pi).is_Integer:
         return jacobian.applyfunc(lambda entry: sp.expand(substitute(entry, {joint: value})))
     cosine, sine = sp.Dummy("c"), sp.Dummy("s")
     trig = sp.expand(_split_off_angle(condition, joint, cosine, sine))
     a, b = trig.coeff(cosine), trig.coeff(sine)
-    if sp.expand(trig - a * cosine - b * sine) != 0 or (a.free_symbols | b.free_symbols) & set(_angles(jacobian)):
+    if sp.expand(trig - a * cosine - b * sine) != 0 or (a.free_symbols | b.free_symbols) & set(_list_angles(jacobian)):
         return None
     return jacobian.applyfunc(lambda entry: sp.expand(_split_off_angle(entry, joint, b * scale, -a * scale)))
 
 
-def _angles(matrix: sp.Matrix) -> list[sp.Symbol]:
-    """Return the symbols in the arguments of sines and cosines."""
+def _list_angles(matrix: sp.Matrix) -> list[sp.Symbol]:
+    """Return the symbols in the arguments of a matrix's sines and cosines."""
     trigs = (trig for entry in matrix for trig in entry.atoms(sp.sin, sp.cos))
     return [symbol for trig in trigs for symbol in trig.free_symbols]
 
 
 def _split_off_angle(expression: sp.Expr, joint: sp.Symbol, cosine: sp.Expr, sine: sp.Expr) -> sp.Expr:
-    """Split one joint's angle off all angle sums in an expression, and replace its cosine and sine."""
+    """Split a joint's angle off all sums of angles in an expression, and replace the angle's cosine and sine."""
     replacements = {}
     for trig in expression.atoms(sp.sin, sp.cos):
         factor = sp.diff(trig.args[0], joint)
         if factor != 0:
-            rest = trig.args[0] - factor * joint
-            derivative = sp.cos(rest) if isinstance(trig, sp.sin) else -sp.sin(rest)
-            replacements[trig] = trig.func(rest) * cosine + derivative * factor * sine
+            other_angles = trig.args[0] - factor * joint
+            derivative = sp.cos(other_angles) if isinstance(trig, sp.sin) else -sp.sin(other_angles)
+            replacements[trig] = trig.func(other_angles) * cosine + derivative * factor * sine
     return expression.xreplace(replacements)
 
 
 def _cofactors(columns: sp.Matrix) -> sp.Matrix | None:
-    """Return the cofactors of m - 1 columns of m entries, without common factors; None if all are zero."""
+    """Return the m cofactors of m - 1 columns (m x 1), divided by their common factors; None if all are zero."""
     m = columns.rows
     entries = []
     for i in range(m):
@@ -143,7 +141,7 @@ def _cofactors(columns: sp.Matrix) -> sp.Matrix | None:
 
 
 def _cancel_common_factors(entries: Sequence[Factored]) -> list[Factored]:
-    """Divide entries by their common factors, and change all signs if most entries are negative."""
+    """Return entries divided by their common factors; all signs are changed if most entries are negative."""
     factor_powers = [dict(entry.factors) for entry in entries if not entry.is_zero]
     common_powers = {f: min(powers.get(f, 0) for powers in factor_powers) for f in factor_powers[0]}
     coefficients = [entry.coefficient for entry in entries if not entry.is_zero]
@@ -158,13 +156,13 @@ def _cancel_common_factors(entries: Sequence[Factored]) -> list[Factored]:
 
 @dataclass(frozen=True)
 class ArmLine:
-    """A line of the arm, given by its kind and an index i.
+    """A line of the arm, given by its kind and an index i. The kinds are:
 
     - "P": the line from O_i to the point of interest.
     - "x", "y", "z": an axis of frame i; z_i is the axis of joint i + 1.
     - "axis": the z axis of frame i in a convention in which z_i is the axis of joint i.
-    - "omega", "v": the axis of joint i, for an arm that is described by its axes.
-    - "space": axis i of the space frame, for such an arm.
+    - "omega", "v": the axis of the revolute or prismatic joint i of an arm that is described by its axes.
+    - "space": axis i of the space frame {s} of an arm that is described by its axes.
     - "world": axis i of the world frame.
     """
 
@@ -173,7 +171,7 @@ class ArmLine:
 
     @property
     def description(self) -> str:
-        """The line in words, formulas as LaTeX."""
+        """The line in words, with formulas in LaTeX."""
         i = self.index
         descriptions = {
             "P": f"the line from $O_{i}$ to $P$",
@@ -187,12 +185,12 @@ class ArmLine:
         return f"along {descriptions.get(self.kind, f'${self.kind}_{i}$, an axis of frame {i}')}"
 
 
-def candidate_lines(chain: Chain) -> list[ArmLine]:
-    """Return the lines of an arm that may describe a direction; the easiest to see come first."""
+def list_candidate_lines(chain: Chain) -> list[ArmLine]:
+    """Return the lines of an arm that may describe a direction; the lines that are easiest to see come first."""
     n, first = chain.n, convention_of(chain).frame_on_axis(1)
     if not convention_of(chain).frame_numbers:
         return [
-            *(ArmLine("omega" if joint.kind == "R" else "v", i) for i, joint in enumerate(chain.joints, 1)),
+            *(ArmLine("omega" if joint.is_revolute else "v", i) for i, joint in enumerate(chain.joints, 1)),
             *(ArmLine("space", i) for i in range(3)),
         ]
     to_point = [ArmLine("P", first + i) for i in range(chain.point.frame)]
@@ -203,7 +201,7 @@ def candidate_lines(chain: Chain) -> list[ArmLine]:
 
 
 def line_directions(lines: Sequence[ArmLine], samples: Sequence[Sample]) -> np.ndarray:
-    """Return unit vectors along lines at configurations, (lines, samples, 3); NaN if a line has no direction."""
+    """Return unit vectors along lines at samples, (lines, samples, 3); NaN if the ends of a line coincide."""
     vectors = np.empty((len(lines), len(samples), 3))
     for k, sample in enumerate(samples):
         standard_frames = sample.arm.frames(sample.q)

@@ -1,4 +1,4 @@
-"""Find what symbolic lengths must satisfy so that a condition on joints can hold at some configuration."""
+"""Find what symbolic lengths must satisfy so that a condition on joint variables can hold at some configuration."""
 
 from dataclasses import dataclass
 
@@ -12,7 +12,7 @@ from qdot.exercises.arm.trigonometry import compute_fourier_form
 class ExistenceCondition:
     """The requirement `smaller` <= `larger` on symbolic lengths, without which a condition holds at no configuration.
 
-    Both sides are formulas in lengths (m).
+    `smaller` and `larger` are formulas in lengths (m).
     """
 
     condition: sp.Expr
@@ -23,24 +23,24 @@ class ExistenceCondition:
         return f"`{self.condition} = 0` can hold only if `{self.smaller} <= {self.larger}`"
 
 
-def existence_condition(condition: sp.Expr, chain: Chain) -> ExistenceCondition | None:
-    """Return what symbolic lengths must satisfy so that a condition can hold; None if nothing, or if unknown.
+def find_existence_condition(condition: sp.Expr, chain: Chain) -> ExistenceCondition | None:
+    """Return what symbolic lengths must satisfy so that a condition can hold; None if there is no known requirement.
 
     A condition is a constant K plus a sum of terms A cos(phi) + B sin(phi). If the angles phi are linearly independent,
-    the sum takes every value from -S to S, in which S is the sum of all sqrt(A^2 + B^2). It then equals -K somewhere if
-    and only if |K| is at most S. If K has terms of both signs, the requirement is unknown.
+    the sum takes every value from -S to S, in which S is the sum of all sqrt(A^2 + B^2). Then the condition can hold if
+    and only if |K| <= S. If K has terms of both signs, the requirement is not known.
 
     >>> from qdot.exercises.arm.chain import Joint
     >>> rows = [Joint("R", f"theta{i}", 0, f"a{i}", 0) for i in (1, 2)]
     >>> a1, a2, t2 = sp.symbols("a1 a2 theta2")
-    >>> str(existence_condition(a1 + a2 * sp.cos(t2), Chain("two", tuple(rows), ("vx", "vy"))))
+    >>> str(find_existence_condition(a1 + a2 * sp.cos(t2), Chain("two", tuple(rows), ("vx", "vy"))))
     '`a1 + a2*cos(theta2) = 0` can hold only if `a1 <= a2`'
     """
     try:
         form = compute_fourier_form(sp.expand(condition))
     except ValueError:
         return None
-    prismatic_variables = {q for q, joint in zip(chain.q, chain.joints, strict=True) if joint.kind == "P"}
+    prismatic_variables = {chain.q[i] for i in chain.prismatic_joints}
     constant_key = (0,) * len(form.angles)
     constant = form.terms.get(constant_key, (sp.S.Zero, sp.S.Zero))[0]
     pairs = [pair for key, pair in form.terms.items() if key != constant_key]
@@ -62,7 +62,7 @@ def existence_condition(condition: sp.Expr, chain: Chain) -> ExistenceCondition 
 
 
 def _amplitude(c: sp.Expr, s: sp.Expr) -> sp.Expr | None:
-    """Return sqrt(c^2 + s^2) of formulas in lengths; None if c or s is alone and has terms of both signs."""
+    """Return sqrt(c^2 + s^2) for formulas c and s in lengths; None if one is zero and the other's sign is unknown."""
     if c == 0 or s == 0:
         return _absolute_value(c + s)
     lengths = {symbol: sp.Symbol(symbol.name, positive=True) for symbol in (c + s).free_symbols}

@@ -1,9 +1,10 @@
-"""Decide whether conditions on joint variables can hold simultaneously, for generic lengths.
+"""Decide whether conditions on joint variables can hold simultaneously, for all lengths except special ones.
 
-The cosine and sine of each joint become a pair of unknowns on a circle, and the conditions become polynomials in them.
-The polynomials are over a large prime field, with random residues for symbolic lengths and constant angles. A Gröbner
-basis decides whether they have a common zero, complex zeros included. If not, they have none except for special
-lengths. This is wrong only if a residue happens to be special or the prime divides a coefficient: one in millions.
+The cosine and the sine of each revolute joint become a pair of unknowns on a circle, and the conditions become
+polynomials in the unknowns. Coefficients are residues modulo a large prime; symbolic lengths and constant angles become
+random residues. A Gröbner basis decides whether the polynomials have a common zero, also a complex one. If they have
+none, the conditions can't hold simultaneously except for special lengths. This conclusion is wrong if a residue happens
+to be special or if the prime divides a coefficient. The probability is about one in millions.
 """
 
 from collections.abc import Callable, Sequence
@@ -15,38 +16,39 @@ import sympy as sp
 from qdot.exercises.common.stream import Stream
 
 MAX_UNKNOWNS, MAX_TERMS, MAX_ZEROS = 7, 160, 100
-"""A Gröbner basis is computed for at most this many unknowns, terms in all polynomials, and product of degrees."""
+"""Limits for computing a Gröbner basis: the number of unknowns, the number of terms in all polynomials together, and
+the product of the polynomials' degrees, which bounds the number of zeros."""
 _SMALLEST_PRIME, _PRIME_SEARCH_LENGTH = 10**9, 20_000
 """The smallest number that is tried as the prime, and how many numbers are tried."""
 _ANGLE_PARTS = 36 * 10**12
 """Number of equal parts into which a symbolic angle and a radian are divided.
 
-A residue for one part gives the sines and cosines of all its multiples. The sine and cosine of a rational number of
-radians are transcendental, so that a random residue can represent them.
+The residues for the cosine and the sine of one part determine those of its multiples. The sine and the cosine of a
+rational number of radians are transcendental, so that random residues can represent them.
 """
 
 
 CircleUnknowns = tuple[sp.Symbol, sp.Symbol]
-"""The unknowns for the cosine and the sine of a joint."""
-JointResidues = dict[sp.Symbol, int]
-"""Residues for the unknowns of a joint."""
+"""The unknowns for the cosine and the sine of a revolute joint."""
+Residues = dict[sp.Expr, int]
+"""Maps unknowns, symbolic lengths, pi or square roots to residues."""
 
 
 class _Undecided(Exception):
-    """The error raised if a condition contains something that the field can't represent."""
+    """The error raised if a condition contains something that residues can't represent."""
 
 
 def may_hold_simultaneously(
     conditions: Sequence[sp.Expr], joints: Sequence[sp.Symbol], max_zeros: int = MAX_ZEROS
 ) -> bool:
-    """Return whether conditions have a common zero, for generic lengths; True if undecided.
+    """Return whether conditions have a common zero for all lengths except special ones; True if that is undecided.
 
-    A larger `max_zeros` takes longer and decides more.
+    A larger `max_zeros`, the limit of the product of degrees, takes longer and decides more.
     """
     numerators = [_expand_numerator(condition) for condition in conditions]
     try:
-        field = _Field(joints, _find_prime(frozenset().union(*map(_primes_under_roots, numerators))))
-        polynomials = [_substitute_point({}, field.polynomial(condition), field.prime) for condition in numerators]
+        field = _Field(joints, _find_prime(frozenset().union(*map(_find_primes_under_roots, numerators))))
+        polynomials = [field.convert(condition) for condition in numerators]
     except _Undecided:
         return True
     return _may_vanish(polynomials, tuple(field.circles.values()), field.prime, max_zeros)
@@ -55,7 +57,10 @@ def may_hold_simultaneously(
 def is_implied(
     condition: sp.Expr, premises: Sequence[sp.Expr], joints: Sequence[sp.Symbol], max_zeros: int = MAX_ZEROS
 ) -> bool:
-    """Return whether a condition provably follows from premises: these and 1 = y * condition have no common zero."""
+    """Return whether a condition provably follows from premises.
+
+    The condition follows if the premises and 1 = y * condition, with a new unknown y, have no common zero.
+    """
     y = sp.Symbol("d_y")
     return not may_hold_simultaneously([*premises, 1 - y * condition], (*joints, y), max_zeros)
 
@@ -63,7 +68,7 @@ def is_implied(
 def drop_implied(
     conditions: Sequence[sp.Expr], joints: Sequence[sp.Symbol], max_zeros: int = MAX_ZEROS
 ) -> tuple[sp.Expr, ...]:
-    """Return conditions without those that provably follow from at least two others; the longest is dropped first."""
+    """Return conditions without those that provably follow from at least two others; long ones are dropped first."""
     return drop_following(
         conditions, lambda condition, others: len(others) > 1 and is_implied(condition, others, joints, max_zeros)
     )
@@ -72,7 +77,7 @@ def drop_implied(
 def drop_following(
     conditions: Sequence[sp.Expr], follows: Callable[[sp.Expr, tuple[sp.Expr, ...]], bool]
 ) -> tuple[sp.Expr, ...]:
-    """Return conditions without those that follow from the others by a test; the longest is dropped first."""
+    """Return conditions without those for which `follows(condition, others)` is true; long ones are dropped first."""
     remaining = tuple(conditions)
     for condition in sorted(conditions, key=sp.count_ops, reverse=True):
         others = tuple(candidate for candidate in remaining if candidate != condition)
@@ -84,25 +89,23 @@ def drop_following(
 def _may_vanish(polynomials: Sequence[sp.Expr], circles: Sequence[CircleUnknowns], prime: int, max_zeros: int) -> bool:
     """Return whether polynomials may have a common zero, with each pair of unknowns on its circle.
 
-    A polynomial that fixes a joint is solved first, and each of its points is substituted into the others.
+    A polynomial that fixes a joint is solved first, and each solution is substituted into the other polynomials.
     """
     polynomials = list(dict.fromkeys(polynomial for polynomial in polynomials if polynomial != 0))
     for k, polynomial in enumerate(polynomials):
-        points = _solutions_of_joint(polynomial, circles, prime)
+        points = _solve_for_joint(polynomial, circles, prime)
         if points is not None:
             others = polynomials[:k] + polynomials[k + 1 :]
-            substituted = ([_substitute_point(point, remaining, prime) for remaining in others] for point in points)
+            substituted = ([_substitute_residues(point, remaining, prime) for remaining in others] for point in points)
             return any(_may_vanish(system, circles, prime, max_zeros) for system in substituted)
     return _has_zero(polynomials, circles, prime, max_zeros)
 
 
-def _solutions_of_joint(
-    polynomial: sp.Expr, circles: Sequence[CircleUnknowns], prime: int
-) -> list[JointResidues] | None:
-    """Return the points at which a condition on one joint holds.
+def _solve_for_joint(polynomial: sp.Expr, circles: Sequence[CircleUnknowns], prime: int) -> list[Residues] | None:
+    """Return the solutions of a polynomial in the unknowns of one joint.
 
-    These are a number for a prismatic joint, and the intersections of a line and the circle for an angle. Return None
-    if the condition has several joints, isn't linear, or has no solution in the field.
+    A prismatic joint has one solution; a revolute joint has the intersections of a line and the circle. Return None if
+    the polynomial has unknowns of several joints, isn't linear, or has no solution modulo the prime.
     """
     unknowns = polynomial.free_symbols
     if not unknowns:
@@ -129,19 +132,23 @@ def _solutions_of_joint(
     ]
 
 
-def _substitute_point(point: JointResidues, polynomial: sp.Expr, prime: int) -> sp.Expr:
-    """Return a polynomial with the unknowns of a joint substituted, and with residues as coefficients."""
-    unknowns = sorted(polynomial.free_symbols - point.keys(), key=str)
-    substituted = sp.expand(polynomial.xreplace({unknown: sp.Integer(value) for unknown, value in point.items()}))
-    if not unknowns:
-        return sp.Integer(int(substituted) % prime)
-    return sp.Poly(substituted, *unknowns, modulus=prime).as_expr()
+def _substitute_residues(residues: Residues, polynomial: sp.Expr, prime: int) -> sp.Expr:
+    """Return a polynomial with residues substituted for symbols or roots, and with residues as coefficients.
+
+    Raises _Undecided if a coefficient is not an integer.
+    """
+    unknowns = sorted(polynomial.free_symbols - residues.keys(), key=str)
+    substituted = sp.expand(polynomial.xreplace({name: sp.Integer(value) for name, value in residues.items()}))
+    try:
+        return sp.Poly(substituted, *(unknowns or [sp.Dummy()]), modulus=prime).as_expr()
+    except sp.BasePolynomialError:
+        raise _Undecided from None
 
 
 def _has_zero(polynomials: Sequence[sp.Expr], circles: Sequence[CircleUnknowns], prime: int, max_zeros: int) -> bool:
     """Return whether polynomials may have a common zero, by a Gröbner basis.
 
-    If that would take long, use only the shortest polynomials, which may already have no common zero.
+    If that would take long, only the shortest polynomials are used; even these may have no common zero.
     """
     chosen: list[sp.Expr] = []
     for polynomial in sorted(polynomials, key=lambda candidate: (len(sp.Add.make_args(candidate)), str(candidate))):
@@ -149,7 +156,7 @@ def _has_zero(polynomials: Sequence[sp.Expr], circles: Sequence[CircleUnknowns],
         if _is_short(system, max_zeros):
             chosen.append(polynomial)
     system = _with_circles(chosen, circles)
-    unknowns = _unknowns(system)
+    unknowns = _list_unknowns(system)
     if not unknowns:
         return not chosen
     basis = sp.groebner(system, *unknowns, modulus=prime, order="grevlex")
@@ -157,17 +164,18 @@ def _has_zero(polynomials: Sequence[sp.Expr], circles: Sequence[CircleUnknowns],
 
 
 def _with_circles(polynomials: Sequence[sp.Expr], circles: Sequence[CircleUnknowns]) -> list[sp.Expr]:
-    used_unknowns = set(_unknowns(polynomials))
+    """Return polynomials, followed by c^2 + s^2 - 1 for each pair of unknowns that they contain."""
+    used_unknowns = set(_list_unknowns(polynomials))
     return [*polynomials, *(c**2 + s**2 - 1 for c, s in circles if {c, s} & used_unknowns)]
 
 
-def _unknowns(polynomials: Sequence[sp.Expr]) -> list[sp.Symbol]:
+def _list_unknowns(polynomials: Sequence[sp.Expr]) -> list[sp.Symbol]:
     return sorted({symbol for polynomial in polynomials for symbol in polynomial.free_symbols}, key=str)
 
 
 def _is_short(system: Sequence[sp.Expr], max_zeros: int) -> bool:
-    """Return whether a basis can be computed quickly."""
-    unknowns = _unknowns(system)
+    """Return whether a Gröbner basis of a system can be computed quickly."""
+    unknowns = _list_unknowns(system)
     terms = sum(len(sp.Add.make_args(polynomial)) for polynomial in system)
     if len(unknowns) > MAX_UNKNOWNS or terms > MAX_TERMS:
         return False
@@ -180,7 +188,7 @@ def _expand_numerator(condition: sp.Expr) -> sp.Expr:
     return sp.expand(numerator)
 
 
-def _primes_under_roots(expression: sp.Expr) -> frozenset[int]:
+def _find_primes_under_roots(expression: sp.Expr) -> frozenset[int]:
     """Return the primes whose square roots occur in an expression."""
     bases = (power.base for power in expression.atoms(sp.Pow) if power.exp.is_Rational and power.exp.q == 2)
     numbers = (number for base in bases if base.is_Rational for number in (base.p, base.q))
@@ -189,7 +197,7 @@ def _primes_under_roots(expression: sp.Expr) -> frozenset[int]:
 
 @lru_cache(maxsize=256)
 def _find_prime(primes_with_roots: frozenset[int]) -> int:
-    """Return a prime in whose field the given numbers have square roots. Raises _Undecided if none is found nearby."""
+    """Return a prime modulo which the given numbers have square roots. Raises _Undecided if none is found."""
     for p in range(_SMALLEST_PRIME, _SMALLEST_PRIME + _PRIME_SEARCH_LENGTH):
         if all(pow(n, (p - 1) // 2, p) == 1 for n in primes_with_roots) and sp.isprime(p):
             return p
@@ -197,7 +205,7 @@ def _find_prime(primes_with_roots: frozenset[int]) -> int:
 
 
 class _Field:
-    """Residues modulo a prime for the constants in conditions, and unknowns for the joints."""
+    """The conversion of conditions to polynomials: residues modulo a prime for constants, and unknowns for joints."""
 
     def __init__(self, joints: Sequence[sp.Symbol], prime: int) -> None:
         self.prime = prime
@@ -207,13 +215,18 @@ class _Field:
         self.rng = Stream("together")
         self.residues: dict[sp.Basic, int] = {}
 
-    def polynomial(self, condition: sp.Expr) -> sp.Expr:
-        """Return a condition as a polynomial in the unknowns with residues for coefficients. Raises _Undecided."""
-        values = {atom: self._angle_value(atom) for atom in condition.atoms(sp.sin, sp.cos)}
-        terms = sp.Add.make_args(sp.expand(condition.xreplace(values)))
-        return sum(map(self._reduce_term, terms), sp.S.Zero)
+    def convert(self, condition: sp.Expr) -> sp.Expr:
+        """Return a condition as a polynomial in the unknowns with residues as coefficients. Raises _Undecided."""
+        polynomial = condition.xreplace({trig: self._convert_trig(trig) for trig in condition.atoms(sp.sin, sp.cos)})
+        constants = sorted((polynomial.free_symbols - self.unknowns) | polynomial.atoms(sp.NumberSymbol), key=str)
+        roots = [
+            power for power in polynomial.atoms(sp.Pow) if power.base.is_Integer and power.exp == sp.Rational(1, 2)
+        ]
+        residues = {root: self._find_root_residue(int(root.base)) for root in roots}
+        residues |= {constant: self._sample_residue(constant) for constant in constants}
+        return _substitute_residues(residues, polynomial, self.prime)
 
-    def _angle_value(self, atom: sp.Expr) -> sp.Expr:
+    def _convert_trig(self, atom: sp.Expr) -> sp.Expr:
         """Return the sine or cosine of a joint as its unknown, and that of a constant angle as a residue."""
         (angle,) = atom.args
         is_cosine = isinstance(atom, sp.cos)
@@ -221,19 +234,19 @@ class _Field:
             return self.circles[angle][0 if is_cosine else 1]
         if angle.free_symbols & set(self.circles):
             raise _Undecided
-        times, base = angle.as_coeff_Mul()
-        part_count = times * _ANGLE_PARTS
+        multiple, base = angle.as_coeff_Mul()
+        part_count = multiple * _ANGLE_PARTS
         if not (base.is_Symbol or base == 1) or not part_count.is_Integer:  # pi/7 has algebraic relations of its own
             raise _Undecided
-        half, p = self._residue(sp.tan(base, evaluate=False)), self.prime
+        half, p = self._sample_residue(sp.tan(base, evaluate=False)), self.prime
         inverse = pow(1 + half**2, -1, p)
-        c, s = self._multiple_angle((1 - half**2) * inverse % p, 2 * half * inverse % p, int(part_count))
+        c, s = self._multiply_angle((1 - half**2) * inverse % p, 2 * half * inverse % p, int(part_count))
         return sp.Integer(c if is_cosine else s)
 
-    def _multiple_angle(self, c: int, s: int, times: int) -> tuple[int, int]:
+    def _multiply_angle(self, c: int, s: int, times: int) -> tuple[int, int]:
         """Return cosine and sine of a multiple of an angle with cosine c and sine s."""
         if times < 0:
-            return self._multiple_angle(c, -s % self.prime, -times)
+            return self._multiply_angle(c, -s % self.prime, -times)
         result = (1, 0)
         while times:
             if times & 1:
@@ -241,36 +254,17 @@ class _Field:
             c, s, times = (c * c - s * s) % self.prime, 2 * c * s % self.prime, times >> 1
         return result
 
-    def _reduce_term(self, term: sp.Expr) -> sp.Expr:
-        coefficient, variable_part = 1, sp.S.One
-        for factor in sp.Mul.make_args(term):
-            if factor.free_symbols & self.unknowns:
-                variable_part *= factor
-            else:
-                coefficient = coefficient * self._constant_residue(factor) % self.prime
-        return coefficient * variable_part
-
-    def _constant_residue(self, factor: sp.Expr) -> int:
-        base, exponent = factor.as_base_exp()
-        if base.is_Integer and (2 * exponent).is_Integer:
-            return pow(self._root_residue(int(base)) if exponent.q == 2 else int(base), int(exponent.p), self.prime)
-        if base.is_Rational and exponent == 1:
-            return int(base.p) * pow(int(base.q), -1, self.prime) % self.prime
-        if (base.is_Symbol or base == sp.pi) and exponent.is_Integer:
-            return pow(self._residue(base), int(exponent), self.prime)
-        raise _Undecided
-
-    def _root_residue(self, number: int) -> int:
-        """Return a square root as the product of the roots of prime factors, so that sqrt(2) sqrt(3) = sqrt(6)."""
+    def _find_root_residue(self, number: int) -> int:
+        """Return the residue of a square root, the product of the roots of prime factors: sqrt(2) sqrt(3) = sqrt(6)."""
         root = 1
-        for prime, times in sp.factorint(number).items():
-            prime_root = sp.sqrt_mod(prime, self.prime)
-            if not prime_root:
+        for prime_factor, power in sp.factorint(number).items():
+            factor_root = sp.sqrt_mod(prime_factor, self.prime)
+            if not factor_root:
                 raise _Undecided
-            root = root * pow(int(prime_root), times, self.prime) % self.prime
+            root = root * pow(int(factor_root), power, self.prime) % self.prime
         return root
 
-    def _residue(self, constant: sp.Basic) -> int:
+    def _sample_residue(self, constant: sp.Basic) -> int:
         """Return the random residue that represents a constant, always the same for the same constant."""
         if constant not in self.residues:
             self.residues[constant] = self.rng.integer(2, self.prime - 2)

@@ -1,7 +1,7 @@
-"""Normalize an arm: remove joint offsets and the base's position, on which its singularities do not depend.
+"""Normalize an arm: remove joint offsets and the position of the base, on which singularities do not depend.
 
-Many arms of a class have the same normalized arm. Results about it, such as whether a singularity is at the boundary,
-hold for all of them and are computed once.
+Many arms in a class of students have the same *normalized arm*. Results about the normalized arm, such as whether a
+singularity is at the boundary, hold for all of these arms and are computed once.
 """
 
 from collections.abc import Mapping
@@ -18,20 +18,21 @@ from qdot.exercises.singularities.singularity import Component, principal_angle
 def normalize_arm(chain: Chain) -> Chain:
     """Return the arm without joint offsets and title, and with its base at the world's origin.
 
-    If joint 1 is revolute, its d becomes zero. The base keeps its yaw and tilt, because the task has world directions.
+    If joint 1 is revolute, d of its row becomes zero. The base keeps its yaw and tilt, because the task's rows belong
+    to world directions.
     """
-    joints = [
-        replace(joint, theta=q) if joint.kind == "R" else replace(joint, d=q)
-        for joint, q in zip(chain.joints, chain.q, strict=True)
-    ]
-    if joints[0].kind == "R":
+    joints = [joint.with_variable_entry(q) for joint, q in zip(chain.joints, chain.q, strict=True)]
+    if joints[0].is_revolute:
         joints[0] = replace(joints[0], d=sp.S.Zero)
     base = Base(yaw=chain.base.yaw, tilt=chain.base.tilt)
     return Chain("bare", tuple(joints), chain.task, base, chain.point)
 
 
-def normalized_pieces(chain: Chain, component: Component) -> list[str]:
-    """Return a component of an arm's singular set as conditions of the normalized arm, in an order free of offsets."""
+def normalize_conditions(chain: Chain, component: Component) -> list[str]:
+    """Return a component of an arm's singular set as conditions (text) on the joint variables of the normalized arm.
+
+    The order of the conditions does not depend on the joint offsets.
+    """
     offsets = dict(zip(chain.q, chain.offsets, strict=True))
     if component.solutions is None:
         shifts = {q: q - offset for q, offset in offsets.items() if offset != 0}
@@ -43,18 +44,18 @@ def normalized_pieces(chain: Chain, component: Component) -> list[str]:
 
 
 def first_joint_moves_all(chain: Chain) -> bool:
-    """Return whether joint 1 moves the arm as a whole without changing the motions that belong to the task.
+    """Return whether joint 1 moves the whole arm without changing whether the arm is singular.
 
-    It does if it is prismatic, or if it is revolute and its rotation maps the task's rows to themselves.
+    Joint 1 does so if it is prismatic, or if its rotation maps the task's rows to themselves.
     """
-    if chain.joints[0].kind == "P":
+    if chain.joints[0].is_prismatic:
         return True
     rows = {kind: {row[1] for row in chain.task if row[0] == kind} for kind in "vw"}
-    upright = chain.base.tilt in (0, sp.pi)
-    return all(len(names) in (0, 3) or (upright and names in ({"x", "y"}, {"z"})) for names in rows.values())
+    is_upright = chain.base.tilt in (0, sp.pi)
+    return all(len(names) in (0, 3) or (is_upright and names in ({"x", "y"}, {"z"})) for names in rows.values())
 
 
-def normalized_values(chain: Chain, values: Mapping[sp.Symbol, sp.Expr]) -> tuple[sp.Expr, ...]:
+def normalize_joint_values(chain: Chain, values: Mapping[sp.Symbol, sp.Expr]) -> tuple[sp.Expr, ...]:
     """Return joint values of an arm, in the order of its joints, as values of the normalized arm."""
     return tuple(_shift_value(values[q], offset, q) for q, offset in zip(chain.q, chain.offsets, strict=True))
 

@@ -1,7 +1,8 @@
 """Check a singular set numerically: J loses rank on the set, and searches for rank loss end on the set.
 
-J loses rank at q if a unit wrench w does no work at any joint: J(q)^T w = 0, w . w = 1. For m rows these are n + 1
-equations in n + m unknowns. Minimum-norm Gauss-Newton steps from random starts reach configurations all over the set.
+J (m x n) loses rank at q if a unit wrench w does no work at any joint: J(q)^T w = 0 and w . w = 1. These are n + 1
+equations in n + m unknowns. Minimum-norm Gauss-Newton steps from random starts lead to configurations all over the
+singular set. The *reach* of an arm, here, is the total length of its links; it serves as the unit of lengths.
 """
 
 from collections.abc import Callable, Iterator, Sequence
@@ -23,29 +24,31 @@ LENGTH_SAMPLES, EXTRA_LENGTH_SAMPLES = 3, 12
 """Number of random choices of the symbolic lengths (those without a numeric value), and the number of further choices
 for conditions that hold only for special lengths."""
 EQUATION_TOLERANCE, RANK_TOLERANCE, DISTANCE_TOLERANCE = 1e-11, 1e-7, 1e-3
-"""Tolerances: for solved equations, for the smallest singular value of J over the largest, and for the distance between
-a search result and the conditions. The last is looser: if the smallest singular value has a double zero, rounding
-shifts the result."""
+"""Tolerances: for residuals of solved equations, for the smallest singular value of J over the largest, and for the
+distance of a singular configuration from the set. The last tolerance is large, because rounding shifts a configuration
+at which the smallest singular value has a double zero."""
 _SINGULAR_VALUE_FLOOR = 0.1
-"""Floor for the largest singular value of J (lengths as fractions of the reach) when the smallest is compared to it."""
+"""The largest singular value of J (lengths as fractions of the reach) counts as at least this in comparisons."""
 _MAX_STEP_SIZE = 0.7
 """Maximum step: radians for a revolute joint, fractions of the reach for a prismatic joint."""
 _PINV_RCOND = 1e-10
-"""Relative cutoff for the pseudoinverse: a step ignores singular values below this fraction of the largest."""
+"""A step ignores singular values below this fraction of the largest (relative cutoff of the pseudoinverse)."""
 
 
 @dataclass(frozen=True)
 class RankCheck:
-    """The result of checking the claimed branches of a singular set; a branch is a list of conditions.
+    """The result of checking the branches of a singular set.
 
-    - `arms`: the numeric arms, one per choice of the symbolic lengths.
-    - `samples`: for each branch, configurations that satisfy its conditions. Each sample is a pair: the index of its
-      arm in `arms`, and the n joint values.
-    - `full_rank_branches`: the indices of the branches on which J keeps full rank at some sample.
+    A *branch* is a list of conditions that hold simultaneously. The attributes are:
+
+    - `arms`: the numeric arms, one for each choice of the symbolic lengths.
+    - `samples`: for each branch, configurations that satisfy the branch's conditions. Each sample is a pair: the index
+      of its arm in `arms`, and the n joint values.
+    - `full_rank_branches`: the indices of the branches with a sample at which J keeps full rank.
     - `searched_arm_count`: how many arms, the first in `arms`, were searched for rank loss.
     - `search_count`: the number of these searches.
-    - `converged_count`: how many of them converged to a singular configuration.
-    - `unexplained_configurations`: the singular configurations found that satisfy no branch.
+    - `converged_count`: how many searches converged to a singular configuration.
+    - `unexplained_configurations`: the singular configurations found by the searches that lie on no branch.
     """
 
     arms: tuple[NumericChain, ...]
@@ -60,22 +63,22 @@ class RankCheck:
 def check_rank_loss(
     chain: Chain, branches: Sequence[Sequence[sp.Expr]], start_count: int = START_COUNT, seed: str = "searched"
 ) -> RankCheck:
-    """Check the claimed branches of the singular set, each a list of conditions that hold simultaneously.
+    """Check the claimed branches of a singular set, each a list of conditions that hold simultaneously.
 
     Symbolic lengths are sampled three times, and more often for a branch that holds for none of these lengths. Lengths
-    that give no real arm are skipped. A different `seed` gives different random lengths and starts.
+    for which no real arm exists are skipped. Random lengths and starts depend on `seed`.
     """
     arms: list[NumericChain] = []
     samples: list[list[tuple[int, np.ndarray]]] = [[] for _ in branches]
-    wrong: set[int] = set()
+    full_rank_branches: set[int] = set()
     converged_count, unexplained = 0, []
     rng = Stream(seed)
 
     def find_zeros(k: int, branch: _Branch, rank: _RankTest) -> np.ndarray:
-        """Return configurations on branch k, and note if J keeps full rank at one of them."""
+        """Return configurations on branch k, and store k if J keeps full rank at one of them."""
         converged, q = branch.find_zeros(rank.sample_configurations(start_count, rng))
         if converged.any() and not rank.loses_rank(q[converged]).all():
-            wrong.add(k)
+            full_rank_branches.add(k)
         return np.asarray(q[converged])
 
     for values, arm in _sample_lengths(chain, rng, LENGTH_SAMPLES):
@@ -86,27 +89,27 @@ def check_rank_loss(
             samples[k] += [(len(arms) - 1, configuration) for configuration in find_zeros(k, branch, rank)]
         q = rank.search_singular(rank.sample_configurations(start_count, rng), rng)
         converged_count += len(q)
-        explained = np.zeros(len(q), dtype=bool)
+        is_explained = np.zeros(len(q), dtype=bool)
         for branch in numeric_branches:
-            explained |= branch.contains(q)
-        unexplained += list(q[~explained])
+            is_explained |= branch.contains(q)
+        unexplained += list(q[~is_explained])
     searched_arm_count = len(arms)
     for k in [k for k, branch_samples in enumerate(samples) if not branch_samples]:
         for values, arm in _sample_lengths(chain, rng, EXTRA_LENGTH_SAMPLES, min_numerator=300):
             zeros = find_zeros(k, _Branch(branches[k], chain, values), _RankTest(arm, chain))
             samples[k] += [(len(arms), configuration) for configuration in zeros]
             arms += [arm] if len(zeros) else []
-    search_results = start_count * searched_arm_count, converged_count, tuple(unexplained)
-    return RankCheck(tuple(arms), tuple(map(tuple, samples)), tuple(sorted(wrong)), searched_arm_count, *search_results)
+    search_results = searched_arm_count, start_count * searched_arm_count, converged_count, tuple(unexplained)
+    return RankCheck(tuple(arms), tuple(map(tuple, samples)), tuple(sorted(full_rank_branches)), *search_results)
 
 
 def find_covering_branches(
     chain: Chain, branch: Sequence[sp.Expr], other_branches: Sequence[Sequence[sp.Expr]]
 ) -> frozenset[int] | None:
-    """Return the indices of the `other_branches` that together contain the configurations found on one branch.
+    """Return the indices of the `other_branches` that together contain the configurations found on a branch.
 
-    Each configuration counts for the first branch that contains it. Return None if a configuration lies on none of
-    them, or if no configuration was found.
+    A configuration counts only for the first branch that contains it. Return None if a configuration lies on no other
+    branch, or if no configuration was found.
     """
     rng, covering = Stream("lies on"), set()
     for values, arm in _sample_lengths(chain, rng, LENGTH_SAMPLES):
@@ -127,8 +130,7 @@ def _sample_lengths(
 ) -> Iterator[tuple[dict[sp.Symbol, sp.Rational], NumericChain]]:
     """Yield `sample_count` random choices of the symbolic lengths, each with its numeric arm.
 
-    A choice for which no real arm exists is skipped. The shortest length is `min_numerator` / 10,007 m, the
-    longest 1.2 m.
+    A choice for which no real arm exists is skipped. Lengths range from `min_numerator` / 10,007 m to 1.2 m.
     """
     size = 12000 - min_numerator
     for _ in range(sample_count if chain.parameters else 1):
@@ -141,13 +143,13 @@ def _sample_lengths(
 
 
 class _Branch:
-    """The conditions of one branch as numeric functions, each divided by the mean size of its coefficients."""
+    """The conditions of one branch as numeric functions; each is divided by the mean size of its coefficients."""
 
     def __init__(self, conditions: Sequence[sp.Expr], chain: Chain, values: dict[sp.Symbol, sp.Rational]) -> None:
         functions = [sp.expand(_make_zeros_simple(condition).xreplace(values)) for condition in conditions]
         expressions = [*functions, *(sp.diff(condition, q) for condition in functions for q in chain.q)]
         self._program = compile_program([parse_formula(str(expression)) for expression in expressions])
-        self._coefficient_sizes = np.array([_mean_coefficient(condition) for condition in functions])
+        self._coefficient_sizes = np.array([_compute_mean_coefficient(condition) for condition in functions])
         self._joint_names = [q.name for q in chain.q]
 
     def evaluate_at(self, q: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
@@ -169,7 +171,7 @@ class _Branch:
         return np.asarray(converged & (np.abs(end_points - q).max(axis=1) < DISTANCE_TOLERANCE))
 
 
-def _mean_coefficient(condition: sp.Expr) -> float:
+def _compute_mean_coefficient(condition: sp.Expr) -> float:
     """Return the mean absolute coefficient of the terms of a sum."""
     terms = sp.Add.make_args(condition)
     return max(sum(abs(float(term.as_coeff_Mul()[0])) for term in terms) / len(terms), 1e-12)
@@ -178,8 +180,8 @@ def _mean_coefficient(condition: sp.Expr) -> float:
 def _make_zeros_simple(condition: sp.Expr) -> sp.Expr:
     """Replace a (1 ± cos x) or a (1 ± sin x), which has double zeros, by a function with simple zeros at the same x.
 
-    Return any other condition unchanged. The function is the cosine or sine of half the angle, whose zeros
-    Gauss-Newton steps find to full precision.
+    Gauss-Newton steps find simple zeros to full precision. The function is the cosine or the sine of half the angle.
+    Other conditions are returned unchanged.
     """
     constant, remaining_term = condition.as_coeff_Add()
     factor, trig = remaining_term.as_coeff_Mul()
@@ -190,13 +192,14 @@ def _make_zeros_simple(condition: sp.Expr) -> sp.Expr:
 
 
 Equations = Callable[[np.ndarray], tuple[np.ndarray, np.ndarray]]
-"""A function that returns residuals (k x e) and their derivatives (k x e x n) for k vectors of n unknowns."""
+"""A function that returns e residuals (k x e) and their derivatives (k x e x n) for k vectors of n unknowns (k x n)."""
 
 
 def _solve(equations: Equations, x: np.ndarray, units: np.ndarray | float = 1.0) -> tuple[np.ndarray, np.ndarray]:
-    """Iterate from k starts (k x n); return whether each converged to a solution, and the end points.
+    """Iterate from k starts (k x n); return whether each start converged to a solution (k), and the end points (k x n).
 
-    The minimum-norm Gauss-Newton steps are in these units of the unknowns, and so are the derivatives.
+    Gauss-Newton steps have minimum norm if the unknowns are measured in `units`. The derivatives of the equations are
+    in the same units.
     """
     x = x.copy()
     for _ in range(MAX_STEPS):
@@ -215,24 +218,23 @@ class _RankTest:
 
     def __init__(self, arm: NumericChain, chain: Chain) -> None:
         self._arm, self._task_rows = arm, chain.task_rows
-        self._is_revolute = np.array([kind == "R" for kind in arm.kinds])
-        links = zip(arm.kinds, arm.fixed, strict=True)
-        link_lengths = (abs(a) + (abs(d) if kind == "R" else 0.3) for kind, (d, a, _) in links)
+        links = zip(arm.is_revolute, arm.fixed, strict=True)
+        link_lengths = (abs(a) + (abs(d) if is_revolute else 0.3) for is_revolute, (d, a, _) in links)
         self._reach = max(sum(link_lengths) + float(np.abs(arm.offset[:3]).sum()), 1e-3)
-        self._joint_units = np.where(self._is_revolute, 1.0, self._reach)
+        self._joint_units = np.where(arm.is_revolute, 1.0, self._reach)
 
     def sample_configurations(self, count: int, rng: Stream) -> np.ndarray:
         """Return random configurations, count x n."""
-        limits = np.where(self._is_revolute, np.pi, self._reach)
+        limits = np.where(self._arm.is_revolute, np.pi, self._reach)
         return np.array([[rng.uniform(-1, 1) for _ in limits] for _ in range(count)]) * limits
 
     def _linear_and_angular(self, q: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
-        """Return the linear and the angular parts of the columns at k configurations, each k x n x 3."""
+        """Return the linear and the angular parts of the columns of J at k configurations, each k x n x 3."""
         columns = self._arm.jacobian(q).swapaxes(1, 2)
         return columns[:, :, :3] / self._reach * self._joint_units[:, None], columns[:, :, 3:]
 
     def jacobian(self, q: np.ndarray) -> np.ndarray:
-        """Return J at k configurations, k x m x n."""
+        """Return the task Jacobian at k configurations, k x m x n."""
         return np.asarray(np.concatenate(self._linear_and_angular(q), axis=2)[:, :, self._task_rows].swapaxes(1, 2))
 
     def loses_rank(self, q: np.ndarray) -> np.ndarray:
@@ -241,7 +243,7 @@ class _RankTest:
         return np.asarray(sigma[:, -1] < RANK_TOLERANCE * np.maximum(sigma[:, 0], _SINGULAR_VALUE_FLOOR))
 
     def search_singular(self, q: np.ndarray, rng: Stream) -> np.ndarray:
-        """Return the singular configurations to which searches from k starts converge, at most k x n."""
+        """Return the singular configurations (at most k x n) to which searches from k starts (k x n) converge."""
         (k, n), (m, _) = q.shape, self.jacobian(q[:1])[0].shape
         u, _, vt = np.linalg.svd(self.jacobian(q))
         vector = u[:, :, -1] if m <= n else vt[:, -1]
@@ -252,10 +254,11 @@ class _RankTest:
         return np.asarray(q[self.loses_rank(q)])
 
     def _evaluate_equations(self, x: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
-        """Return the residuals and their derivatives with respect to joint variables and a vector, which form x.
+        """Return the residuals and their derivatives at x, which consists of joint variables and a vector.
 
-        The residuals are w^T J for a unit wrench w if there are at least as many joints as rows, else J v for unit
-        joint rates v. The last residual is (|vector|^2 - 1) / 2. Prismatic joint variables are fractions of the reach.
+        The vector is a wrench w, with the residuals w^T J, if there are at least as many joints as rows. Otherwise the
+        vector is joint rates v, with the residuals J v. The last residual, (|vector|^2 - 1) / 2, makes it a unit
+        vector. Derivatives by prismatic joint variables are in units of the reach.
         """
         q, vector = np.split(x, [len(self._joint_units)], axis=1)
         jacobian, jacobian_derivatives = self.jacobian(q), self._jacobian_derivatives(q)
@@ -269,9 +272,9 @@ class _RankTest:
         return np.concatenate([products, norm_residual], axis=1), np.concatenate([product_rows, norm_row], axis=1)
 
     def _jacobian_derivatives(self, q: np.ndarray) -> np.ndarray:
-        """Return dJ/dq_j, k x m x n x n.
+        """Return the derivatives dJ/dq_j, k x m x n x n; the last axis is j.
 
-        For column i = (v_i, w_i), d(v_i, w_i)/dq_j is (w_j x v_i, w_j x w_i) if j <= i, and (w_i x v_j, 0) if j > i.
+        The derivative of column i = (v_i, w_i) is (w_j x v_i, w_j x w_i) if j <= i, and (w_i x v_j, 0) if j > i.
         """
         linear, angular = self._linear_and_angular(q)
         n = linear.shape[1]

@@ -1,22 +1,21 @@
-"""Decide which points a planar arm can reach, alone or rotated by joint 1, by the triangle inequality.
+"""Decide whether an arm without joint limits reaches a position, or reaches just beyond its current position.
 
-`reaches_point` decides this for a point, and `reaches_displaced_pose` for a point and an angle. `reaches_beyond`
-decides for many arms at once whether they reach just beyond their current position. It uses these formulas if they
-apply, else a damped Newton method from many starts.
+`reaches_point` decides for a point, and `reaches_displaced_pose` also for a point and an angle. `reaches_beyond`
+decides for many arms at once whether they reach just beyond their current position. It uses the following rules if
+they apply, else a damped Newton method from many starts. The rules are for planar arms, alone or rotated by joint 1:
 
-The formulas, for arms without joint limits:
-
-- Only revolute joints with parallel axes: each link can have any direction. The distance of the point from the first
-  axis therefore ranges from (longest link - all other links), or 0 if this is negative, to the sum of all links.
-- RP: the arm reaches all distances from the first axis that are at least the distance of the prismatic joint's line.
-- Joint 1 rotates a planar arm about an axis in its plane, or parallel to it: the arm reaches a point if the planar arm
-  reaches it on either side of the axis.
-- A prismatic joint along the normal of the plane reaches every height, and changes nothing else.
-- A prismatic joint is the first joint in the plane: the arm reaches all points whose distance from this joint's line is
-  at most the total length of the later links.
-- The task has an angle, and the last joint is revolute: this joint sets the angle, and the other joints must position
+- An arm has only revolute joints with parallel axes. Each link can have any direction. By the triangle inequality, the
+  greatest distance of P from the first axis is the sum of all links. The least distance is the longest link minus all
+  other links, or 0 if this is negative.
+- An RP arm reaches all distances from the first axis that are at least the distance of the prismatic joint's line.
+- Joint 1 rotates a planar arm about an axis in its plane, or parallel to its plane. The whole arm reaches a point if
+  the planar arm reaches the point on either side of the axis.
+- A prismatic joint along the normal of the plane reaches every height above the plane, and changes nothing else.
+- The first joint in the plane is prismatic. The arm reaches all points whose distance from this joint's line is at most
+  the total length of the later links.
+- The task has an angle, and the last joint is revolute. This joint sets the angle, and the other joints must position
   its axis.
-- The task has an angle, and the last joint is prismatic: the angle determines this joint's direction, and the other
+- The task has an angle, and the last joint is prismatic. The angle determines this joint's direction, and the other
   joints must bring its line to the right distance.
 """
 
@@ -29,47 +28,47 @@ import numpy as np
 from qdot.exercises.arm.kinematics import NumericChain
 from qdot.exercises.arm.vectors import cross
 from qdot.exercises.common.stream import Stream
-from qdot.exercises.singularities.axes import Sample
+from qdot.exercises.singularities.axes import Sample, stack_samples
 from qdot.exercises.singularities.three_joints import NO, UNSURE, YES, reaches_targets
 
 _ZERO_TOLERANCE = 1e-9
-"""A sine, or a fraction of the total length of all links, below this counts as zero."""
+"""A sine, or a fraction of the total length of all links, below this limit counts as zero."""
 
 _UNDECIDED_MARGIN = 1e-6
-"""Points closer to the workspace boundary than this fraction of the total length are left undecided."""
+"""No decision is made for points closer to the workspace boundary than this fraction of the total length."""
 
 
 def reaches_point(arm: NumericChain, point: np.ndarray) -> bool | None:
-    """Return whether the point of a planar arm rotated by joint 1 reaches `point` (3, m); None if undecided."""
-    carried = _rotated_planar_arm(arm)
-    if carried is None:
+    """Return whether a planar arm rotated by joint 1 reaches a point (3, m); None if undecided, or for other arms."""
+    rotated_arm = _find_rotated_planar_arm(arm)
+    if rotated_arm is None:
         return None
-    target = point - carried.foot
-    height = float(target @ carried.axis)
-    radius = float(np.linalg.norm(target - height * carried.axis))
-    # the travel of a prismatic joint may be the arm's only length
-    plane_offset, size = carried.plane_offset, carried.size + float(np.linalg.norm(target))
+    target = point - rotated_arm.foot
+    height = float(target @ rotated_arm.axis)
+    radius = float(np.linalg.norm(target - height * rotated_arm.axis))
+    # the target belongs to the size, because the travel of a prismatic joint may be the arm's only length
+    plane_offset, size = rotated_arm.plane_offset, rotated_arm.size + float(np.linalg.norm(target))
     if abs(plane_offset) > _ZERO_TOLERANCE * size and abs(radius - abs(plane_offset)) < _UNDECIDED_MARGIN * size:
         return None
     if abs(plane_offset) > _ZERO_TOLERANCE * size and radius < abs(plane_offset):
         return False
     distance_in_plane = np.sqrt(max(radius**2 - plane_offset**2, 0.0))
-    across_offset, height_offset = carried.shoulder
+    across_offset, height_offset = rotated_arm.shoulder
     across = distance_in_plane * np.array([1, -1]) - across_offset
-    answers = [_is_inside(float(x), carried.distances) for x in np.hypot(across, height - height_offset)]
+    answers = [_is_inside(float(x), rotated_arm.distances) for x in np.hypot(across, height - height_offset)]
     return True if True in answers else None if None in answers else False
 
 
 @dataclass(frozen=True)
 class _RotatedPlanarArm:
-    """A planar arm that rotates about the line through `foot` along `axis`.
+    """A planar arm that joint 1 rotates about a line. The shoulder is the first axis of the planar arm.
 
-    - `distances`: the minimum and maximum distance from the shoulder, the planar arm's own first axis, that it reaches.
+    - `distances`: the minimum and the maximum distance from the shoulder that the planar arm reaches (m).
     - `axis`: the direction of the line.
     - `foot`: a point on the line.
-    - `shoulder`: the position of the shoulder relative to `foot`, perpendicular to the line and along it.
-    - `plane_offset`: the distance of the arm's plane from the line.
-    - `size`: the size of the whole arm.
+    - `shoulder`: the position of the shoulder relative to `foot`: perpendicular to the line, and along the line (m).
+    - `plane_offset`: the distance of the arm's plane from the line (m).
+    - `size`: the total length of the arm (m).
     """
 
     distances: np.ndarray
@@ -81,14 +80,14 @@ class _RotatedPlanarArm:
 
 
 @lru_cache(maxsize=256)
-def _rotated_planar_arm(arm: NumericChain) -> _RotatedPlanarArm | None:
-    """Return an arm as a planar arm rotated by joint 1; None for other arms."""
-    home, moving_count = _home_frames(arm), min(arm.point_frame, len(arm.kinds))
-    if moving_count < 2 or arm.kinds[0] != "R":
+def _find_rotated_planar_arm(arm: NumericChain) -> _RotatedPlanarArm | None:
+    """Return the description of a planar arm rotated by joint 1; None for other arms."""
+    home, moving_count = _compute_home_frames(arm), min(arm.point_frame, len(arm.kinds))
+    if moving_count < 2 or not arm.is_revolute[0]:
         return None
     axes, origins, point = home[1:moving_count, :3, 2], home[1:moving_count, :3, 3], arm.point_of(home)
     normal, foot, axis = axes[0], home[0, :3, 3], home[0, :3, 2]
-    distances = _distance_range(arm.kinds[1:moving_count], axes, origins, point)
+    distances = _find_distance_range(arm.is_revolute[1:moving_count], axes, origins, point)
     if distances is None or abs(axis @ normal) > _ZERO_TOLERANCE:
         return None
     offset, plane_offset = origins[0] - foot, float((point - foot) @ normal)
@@ -98,32 +97,35 @@ def _rotated_planar_arm(arm: NumericChain) -> _RotatedPlanarArm | None:
 
 
 @lru_cache(maxsize=256)
-def _home_frames(arm: NumericChain) -> np.ndarray:
-    """Return the frames of an arm with all joints at zero; they are cached, because many points are tested."""
+def _compute_home_frames(arm: NumericChain) -> np.ndarray:
+    """Return the frames of an arm at home; they are cached, because many points are tested."""
     return arm.frames(np.zeros(len(arm.kinds)))
 
 
-def _distance_range(
-    kinds: Sequence[str], axes: np.ndarray, origins: np.ndarray, point: np.ndarray
+def _find_distance_range(
+    is_revolute: np.ndarray, axes: np.ndarray, origins: np.ndarray, point: np.ndarray
 ) -> np.ndarray | None:
-    """Return the minimum and maximum distance of the point from the first axis; None for other arms."""
-    if kinds[0] != "R":
+    """Return the minimum and the maximum distance of P from the first axis of a planar arm; None for other arms.
+
+    The arm is given by its joints, and by axes, origins and P at home. It has only revolute joints, or is an RP arm.
+    """
+    if not is_revolute[0]:
         return None
     normal = axes[0]
     projector = np.eye(3) - np.outer(normal, normal)
-    if all(kind == "R" for kind in kinds):
+    if is_revolute.all():
         if np.max(np.abs(axes @ projector)) > _ZERO_TOLERANCE:
             return None
         links = np.linalg.norm(np.diff([*origins, point], axis=0) @ projector, axis=1)
         return np.array([max(0.0, 2 * links.max() - links.sum()), links.sum()])
-    if list(kinds) == ["R", "P"] and abs(axes[1] @ normal) < _ZERO_TOLERANCE:
+    if len(is_revolute) == 2 and abs(axes[1] @ normal) < _ZERO_TOLERANCE:
         to_point = (point - origins[0]) @ projector
         return np.array([np.linalg.norm(to_point - (to_point @ axes[1]) * axes[1]), np.inf])
     return None
 
 
 def _is_inside(distance: float, distances: np.ndarray) -> bool | None:
-    """Return whether a distance lies between two others; None if it is too close to one of them."""
+    """Return whether a distance lies between two distances; None if it is too close to one of them."""
     minimum, maximum = distances
     tolerance = _UNDECIDED_MARGIN * float(np.max(distances[np.isfinite(distances)]) + distance)
     if abs(distance - maximum) < tolerance or (minimum > 0 and abs(distance - minimum) < tolerance):
@@ -137,11 +139,11 @@ def _is_inside(distance: float, distances: np.ndarray) -> bool | None:
 def reaches_displaced_pose(
     arm: NumericChain, frames: np.ndarray, task: Sequence[int], shift: np.ndarray
 ) -> bool | None:
-    """Return whether the arm reaches a pose displaced from its own by `shift`; None if undecided.
+    """Return whether the arm reaches a pose displaced from its current pose by `shift`; None if undecided.
 
-    - `frames`: the arm's frames, as returned by `NumericChain.frames`.
+    - `frames`: the arm's frames at its current configuration, as returned by `NumericChain.frames`.
     - `task`: the indices of the task's rows.
-    - `shift`: the displacement in the order of these rows (m along a world axis, rad about a world axis).
+    - `shift`: the displacement in each of these rows (m along a world axis, rad about a world axis).
     """
     displacement = np.zeros(6)
     displacement[list(task)] = shift
@@ -151,16 +153,16 @@ def reaches_displaced_pose(
         answer = reaches_point(arm, target)
         if answer is not None:
             return answer
-    planar_arm = _as_planar_arm(arm, tuple(task))
+    planar_arm = _find_planar_arm(arm, tuple(task))
     if planar_arm is None:
         return None
     if not planar_arm.has_angle:
         return _reaches_in_plane(arm, planar_arm, planar_arm.joints, target)
     rotation, last = _axis_rotation(displacement[3:]), planar_arm.joints[-1]
-    if arm.kinds[last] == "R":
+    if arm.is_revolute[last]:
         last_axis_target = target - rotation @ (point - frames[last, :3, 3])
         return _reaches_in_plane(arm, planar_arm, planar_arm.joints[:-1], last_axis_target)
-    if [arm.kinds[joint] for joint in planar_arm.joints] != ["R", "R", "P"]:
+    if arm.is_revolute[list(planar_arm.joints)].tolist() != [True, True, False]:
         return None
     first, second = (frames[joint, :3, 3] for joint in planar_arm.joints[:2])
     line_normal = cross(planar_arm.normal, frames[last, :3, 2])
@@ -170,11 +172,11 @@ def reaches_displaced_pose(
 
 @dataclass(frozen=True)
 class _PlanarArm:
-    """A planar arm that may have prismatic joints along its normal.
+    """A planar arm that may also have prismatic joints along the normal of its plane.
 
-    - `normal`: the normal of its plane.
+    - `normal`: the normal of the plane.
     - `plane_projector`: the projection of a vector into the plane (3 x 3).
-    - `joints`: the joints that move in the plane.
+    - `joints`: the indices of the joints that move in the plane.
     - `has_angle`: whether the task has an angle.
     """
 
@@ -185,51 +187,51 @@ class _PlanarArm:
 
 
 @lru_cache(maxsize=256)
-def _as_planar_arm(arm: NumericChain, task: tuple[int, ...]) -> _PlanarArm | None:
-    """Return an arm as a planar arm; None for other arms, and for tasks without the position in the plane.
+def _find_planar_arm(arm: NumericChain, task: tuple[int, ...]) -> _PlanarArm | None:
+    """Return the description of a planar arm; None for other arms, and for tasks without the position in the plane.
 
-    If the arm can change the height of the point above the plane, the task must have this height, too.
+    If the arm can change the height of P above the plane, the task must contain this height.
     """
-    home, angle_axes = _home_frames(arm), [row - 3 for row in task if row >= 3]
+    home, angle_axes = _compute_home_frames(arm), [row - 3 for row in task if row >= 3]
     linear, moving_count = [row for row in task if row < 3], arm.point_frame
-    axes, kinds = home[:moving_count, :3, 2], arm.kinds[:moving_count]
-    if "R" not in kinds or (angle_axes and moving_count != len(arm.kinds)):
+    axes, is_revolute = home[:moving_count, :3, 2], arm.is_revolute[:moving_count]
+    if not is_revolute.any() or (angle_axes and moving_count != len(arm.kinds)):
         return None
-    normal = axes[kinds.index("R")]
+    normal = axes[int(np.argmax(is_revolute))]
     cosines = np.abs(axes @ normal)
-    is_parallel, is_normal = cosines > 1 - _ZERO_TOLERANCE, cosines < _ZERO_TOLERANCE
-    if not all(is_parallel[i] if kind == "R" else is_parallel[i] or is_normal[i] for i, kind in enumerate(kinds)):
+    is_parallel, is_in_plane = cosines > 1 - _ZERO_TOLERANCE, cosines < _ZERO_TOLERANCE
+    if not np.all(is_parallel | (is_in_plane & ~is_revolute)):
         return None
     if linear == [0, 1, 2]:
-        if not any(kind == "P" and is_parallel[i] for i, kind in enumerate(kinds)):
+        if not np.any(is_parallel & ~is_revolute):
             return None
     elif len(linear) != 2 or abs(normal[3 - sum(linear)]) < 1 - _ZERO_TOLERANCE:
         return None
     if angle_axes and (len(angle_axes) > 1 or abs(normal[angle_axes[0]]) < 1 - _ZERO_TOLERANCE):
         return None
-    joints = tuple(i for i, kind in enumerate(kinds) if kind == "R" or is_normal[i])
+    joints = tuple(np.flatnonzero(is_revolute | is_in_plane).tolist())
     return _PlanarArm(normal, np.eye(3) - np.outer(normal, normal), joints, bool(angle_axes))
 
 
 def _reaches_in_plane(
     arm: NumericChain, planar_arm: _PlanarArm, joints: tuple[int, ...], target: np.ndarray
 ) -> bool | None:
-    """Return whether `joints`, the first ones of a planar arm, can bring the next joint's axis to `target` (3).
+    """Return whether the first `joints` of a planar arm can bring the next joint's axis to `target` (3).
 
-    If no joint follows, they have to bring the point of interest there. The height above the plane does not matter.
-    Return None if undecided.
+    If no joint follows, `joints` have to bring P to the target. The height above the plane does not matter. Return None
+    if undecided.
     """
-    home = _home_frames(arm)
+    home = _compute_home_frames(arm)
     if not joints:
         return None
     later_joints = planar_arm.joints[len(joints) :]
     tip = home[later_joints[0], :3, 3] if later_joints else arm.point_of(home)
-    kinds, axes, origins = [arm.kinds[joint] for joint in joints], home[joints, :3, 2], home[joints, :3, 3]
-    if kinds[0] == "R":
-        distances = _distance_range(kinds, axes, origins, tip)
+    is_revolute, axes, origins = arm.is_revolute[list(joints)], home[joints, :3, 2], home[joints, :3, 3]
+    if is_revolute[0]:
+        distances = _find_distance_range(is_revolute, axes, origins, tip)
         distance = float(np.linalg.norm(planar_arm.plane_projector @ (target - origins[0])))
         return None if distances is None else _is_inside(distance, distances)
-    if len(kinds) == 1 or "P" in kinds[1:]:
+    if len(is_revolute) == 1 or not is_revolute[1:].all():
         return None
     distance = float(cross(planar_arm.normal, axes[0]) @ (target - origins[1]))
     links = np.linalg.norm(np.diff([*origins[1:], tip], axis=0) @ planar_arm.plane_projector, axis=1)
@@ -237,12 +239,12 @@ def _reaches_in_plane(
 
 
 def _is_clearly_below(size: float, limit: float) -> bool | None:
-    """Return whether a size is below a limit; None if it is too close to the limit."""
+    """Return whether a size is below a limit; None if the size is too close to the limit."""
     return None if abs(size - limit) < _UNDECIDED_MARGIN * (size + limit) else size < limit
 
 
 def _axis_rotation(angles: np.ndarray) -> np.ndarray:
-    """Return the rotation by an angle about one world axis; entry i of `angles` (3) is the angle about axis i."""
+    """Return the rotation (3 x 3) by angles (3) about the world axes, of which only one is not zero."""
     axis = int(np.argmax(np.abs(angles)))
     first, second = (axis + 1) % 3, (axis + 2) % 3
     rotation, angle = np.eye(3), float(angles[axis])
@@ -254,24 +256,27 @@ def _axis_rotation(angles: np.ndarray) -> np.ndarray:
 # --- positions just beyond the current one, for many arms at once ---
 
 _START_COUNT, _MAX_STEPS = 80, 40
-"""Number of starts of a search for a configuration beyond the current position, and maximum number of steps."""
+"""Number of starts of the search for a configuration beyond the current position, and maximum number of steps."""
 _PRUNING_STEP, _KEPT_START_COUNT = 8, 20
-"""After `_PRUNING_STEP` steps, only the `_KEPT_START_COUNT` searches that are nearest to the target continue."""
+"""After `_PRUNING_STEP` steps, only the `_KEPT_START_COUNT` starts whose points are nearest to the target continue."""
 
 _TESTED_DISTANCE = 1e-4
-"""Distance beyond the current position that is tested, as a fraction of the reach.
+"""Distance beyond the current position that is tested, as a fraction of the arm's length (`compute_arm_lengths`).
 
-It must be smaller than the unreachable region around the base of a folded arm.
+The distance must be smaller than the unreachable region around the base of a folded arm.
 """
 
 
 def reaches_beyond(samples: Sequence[Sample], task: Sequence[int], directions: np.ndarray) -> np.ndarray:
-    """Return for each sample whether any configuration reaches just beyond it, in the given direction (k x m)."""
-    arms = NumericChain.stack([sample.arm for sample in samples])
-    reach = reach_lengths([sample.arm for sample in samples])
+    """Return for each of k samples whether the arm reaches just beyond its position at the sample.
+
+    `directions` (k x m) are directions in the rows of the task, whose indices are `task`.
+    """
+    arms, q = stack_samples(samples)
+    reach = compute_arm_lengths([sample.arm for sample in samples])
     is_linear = np.array([row < 3 for row in task])
     shifts = _TESTED_DISTANCE * reach[:, None] * directions * np.where(is_linear, 1.0, 1.0 / reach[:, None])
-    frames = arms.frames(np.stack([sample.q for sample in samples])[:, None])[:, 0]
+    frames = arms.frames(q)[:, 0]
     answers = np.full(len(samples), UNSURE)
     if list(task) == [0, 1, 2] and len(arms.kinds) == arms.point_frame == 3:
         answers = reaches_targets(arms, arms.point_of(frames[:, None])[:, 0] + shifts)
@@ -289,14 +294,17 @@ def reaches_beyond(samples: Sequence[Sample], task: Sequence[int], directions: n
 def _search_beyond(
     all_arms: Sequence[NumericChain], frames: np.ndarray, task: Sequence[int], shifts: np.ndarray, reach: np.ndarray
 ) -> np.ndarray:
-    """Search from many starts for configurations of the arms (k) that are `shifts` away from the poses of `frames`."""
+    """Return YES or NO for each of k arms: whether a search finds a configuration `shifts` away from a pose.
+
+    `frames` are the frames of the arms at these poses. The search starts from many configurations.
+    """
     answers = np.full(len(all_arms), NO)
     active = np.arange(len(all_arms))
     arms = NumericChain.stack(all_arms)
-    q = np.tile(_starts(len(arms.kinds)), (len(all_arms), 1, 1))
+    q = np.tile(_sample_starts(len(arms.kinds)), (len(all_arms), 1, 1))
     for step in range(_MAX_STEPS):
         poses = arms.frames(q)
-        residual = _pose_difference(arms, frames[active], poses)[..., task] + shifts[active, None]
+        residual = _compute_pose_difference(arms, frames[active], poses)[..., task] + shifts[active, None]
         distance = np.linalg.norm(residual, axis=2)
         has_converged = np.any(distance < 1e-6 * reach[active, None], axis=1)
         if has_converged.any():
@@ -319,10 +327,10 @@ def _search_beyond(
     return answers
 
 
-def _pose_difference(arms: NumericChain, frames: np.ndarray, current_frames: np.ndarray) -> np.ndarray:
-    """Return the displacement between poses, as a change in position and a small rotation.
+def _compute_pose_difference(arms: NumericChain, frames: np.ndarray, current_frames: np.ndarray) -> np.ndarray:
+    """Return the displacements from poses to target poses, as changes in position and small rotations (k x m x 6).
 
-    It leads from the poses `current_frames` (k x m) to the poses `frames` (k). The result is k x m x 6.
+    `current_frames` are the frames of k arms at m poses each, and `frames` those at one target pose for each arm.
     """
     target = arms.point_of(frames[:, None])
     relative = frames[:, None, -1, :3, :3] @ current_frames[..., -1, :3, :3].swapaxes(-1, -2)
@@ -332,19 +340,19 @@ def _pose_difference(arms: NumericChain, frames: np.ndarray, current_frames: np.
 
 
 @lru_cache(maxsize=64)
-def _starts(n: int) -> np.ndarray:
-    """Return random configurations of n joints, starts x n; they are the same at every call."""
+def _sample_starts(n: int) -> np.ndarray:
+    """Return random configurations of n joints, starts x n; every call returns the same."""
     rng = Stream("starts")
     return np.array([[rng.uniform(-np.pi, np.pi) for _ in range(n)] for _ in range(_START_COUNT)])
 
 
-def reach_lengths(arms: Sequence[NumericChain]) -> np.ndarray:
-    """Return a length for each arm to compare distances with: the median total length of its links and its tool.
+def compute_arm_lengths(arms: Sequence[NumericChain]) -> np.ndarray:
+    """Return the length (m) of each arm: the sum of its links and of the distance of P from its frame.
 
-    The tool may be the only length, for example if two axes meet in one point.
+    Prismatic joints change the length of the links, so the median over random configurations is returned.
     """
     distinct_arms = list({id(arm): arm for arm in arms}.values())
-    starts = np.stack([_starts(len(arm.kinds)) for arm in distinct_arms])
+    starts = np.stack([_sample_starts(len(arm.kinds)) for arm in distinct_arms])
     origins = NumericChain.stack(distinct_arms).frames(starts)[..., :3, 3]
     links = np.median(np.linalg.norm(np.diff(origins, axis=2), axis=3).sum(axis=2), axis=1)
     lengths = links + [float(np.linalg.norm(arm.offset[:3])) for arm in distinct_arms] + 1e-9

@@ -1,7 +1,7 @@
-"""Decide whether a statement about singular configurations is their reason: it holds at no regular configuration.
+"""Decide whether a statement about singular configurations is the reason why they are singular.
 
-Searches from many starts, on arms of several lengths, find configurations at which the statement holds. Each of them
-must be singular. A statement that also holds at regular configurations is incidental, not a reason.
+A statement is the reason if it holds at no regular configuration. Searches from many starts, on arms with several
+lengths, find configurations at which the statement holds. Each configuration found must be singular.
 """
 
 from collections.abc import Callable, Sequence
@@ -9,24 +9,28 @@ from functools import lru_cache
 
 import numpy as np
 
-from qdot.exercises.arm.chain import Chain
+from qdot.exercises.arm.chain import REVOLUTE, Chain
 from qdot.exercises.arm.kinematics import NumericChain
 from qdot.exercises.common.stream import Stream
 from qdot.exercises.singularities.axes import Measure, Sample
 
 Predicate = Callable[[Sample], bool | None]
+"""A function that returns whether a statement is true at a sample; None if that is not clear."""
 
 _MAX_ARMS, _START_COUNT, _MAX_STEPS = 3, 16, 60
+"""Maximum number of arms that are searched, number of starts for each arm, and maximum number of steps."""
 _CONVERGENCE_TOLERANCE, _DIFFERENCE_STEP, _MAX_STEP_SIZE = 1e-9, 1e-6, 0.6
-_REGULAR = 1e-4
-"""A configuration is certainly regular if its smallest singular value over the largest is above this."""
+"""A measure below the first counts as zero. The others are the step of finite differences and the maximum step of the
+search (rad or m)."""
+_REGULAR_RATIO = 1e-4
+"""If the smallest singular value of J over the largest is above this, the configuration is certainly regular."""
 
 
 def is_reason(chain: Chain, samples: Sequence[Sample], measure: Measure, predicate: Predicate) -> bool:
-    """Return whether J loses rank at every configuration at which `measure` is zero and `predicate` is true.
+    """Return whether the task Jacobian loses rank at every configuration at which a statement holds.
 
-    `samples` are configurations at which the statement holds; `chain` has the task. If the search finds only singular
-    configurations, the statement counts as the reason.
+    The statement holds if `measure` is zero and `predicate` returns True. The search uses the arms of `samples`. If the
+    search finds only singular configurations, or none, the statement counts as the reason.
     """
     rows = chain.task_rows
     all_arms = list({id(sample.arm): sample.arm for sample in samples}.values())
@@ -35,17 +39,17 @@ def is_reason(chain: Chain, samples: Sequence[Sample], measure: Measure, predica
     q = _descend(arms, measure, len(chosen_arms))
     has_converged = measure(arms, q) < _CONVERGENCE_TOLERANCE
     singular_values = np.linalg.svd(arms.jacobian(q)[..., rows, :], compute_uv=False)
-    is_regular = singular_values[..., -1] > _REGULAR * np.maximum(singular_values[..., 0], _REGULAR)
+    is_regular = singular_values[..., -1] > _REGULAR_RATIO * np.maximum(singular_values[..., 0], _REGULAR_RATIO)
     regular_indices = np.argwhere(has_converged & is_regular).tolist()
     return not any(predicate(Sample(chosen_arms[arm], q[arm, start])) for arm, start in regular_indices)
 
 
 def _descend(arms: NumericChain, measure: Measure, arm_count: int) -> np.ndarray:
-    """Return the configurations (arms x starts x n) that Newton steps along a measure's steepest descent reach.
+    """Return the configurations (arms x starts x n) at which Newton steps along a measure's steepest descent end.
 
-    A measure has a kink at zero, but its square has none, so the gradient is that of the square.
+    The steps use the gradient of the squared measure, which is smooth even where the measure is zero.
     """
-    starts = _starts(arms.kinds)
+    starts = _sample_starts(arms.kinds)
     n = starts.shape[1]
     q = np.tile(starts, (arm_count, 1, 1))
     differences = _DIFFERENCE_STEP * np.concatenate([np.eye(n), -np.eye(n)])
@@ -64,9 +68,7 @@ def _descend(arms: NumericChain, measure: Measure, arm_count: int) -> np.ndarray
 
 
 @lru_cache(maxsize=64)
-def _starts(kinds: tuple[str, ...]) -> np.ndarray:
-    rng = Stream("reason")
-    return np.array(
-        [[rng.uniform(-np.pi, np.pi) if kind == "R" else rng.uniform(0.2, 0.8) for kind in kinds]
-         for _ in range(_START_COUNT)]
-    )  # fmt: skip
+def _sample_starts(kinds: tuple[str, ...]) -> np.ndarray:
+    """Return the random configurations (starts x n) at which searches for an arm with these joints start."""
+    rng, ranges = Stream("reason"), [(-np.pi, np.pi) if kind == REVOLUTE else (0.2, 0.8) for kind in kinds]
+    return np.array([[rng.uniform(*limits) for limits in ranges] for _ in range(_START_COUNT)])

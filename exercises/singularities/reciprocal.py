@@ -1,13 +1,13 @@
 """Find the singular configurations of an arm with more joints than task rows by elimination instead of minors.
 
-J (6 x n) loses rank if a wrench does no work at any joint (is reciprocal to all n screws). The rank depends neither on
-the frame nor on the point of the last link for which J is written. In a frame in the middle of the arm, and about a
-point in which axes meet, most entries are zero. The row and column of an entry that is never zero can be eliminated,
-which solves one condition on the wrench. For example, if three axes meet in S, a wrench reciprocal to them is a force
-through S, and all other axes must meet its line. A small matrix in few angles remains, whose rank is examined case by
-case.
+J (6 x n) loses rank if a wrench does no work at any joint; such a wrench is called reciprocal to all n screws. The rank
+depends neither on the frame nor on the reference point of the last link for which J is written. In a frame in the
+middle of the arm, and about a point in which axes meet, most entries of J are zero. The row and the column of an entry
+that is never zero can be eliminated, which solves one condition on the wrench. For example, if three axes meet in S, a
+wrench reciprocal to the three axes is a force through S; the line of the force must meet all other axes. A small matrix
+in few angles remains. Its rank is examined case by case: in each case, some factors of entries are zero.
 
-For a position (vx, vy, vz), the wrench is a force at P, and only the frame can be chosen.
+If the task is a position (vx, vy, vz), the wrench is a force at P, and only the frame can be chosen.
 """
 
 from collections.abc import Callable, Iterator
@@ -19,7 +19,7 @@ import numpy as np
 import sympy as sp
 
 from qdot.exercises.arm.chain import ANGLE_PREFIXES, TASK_ROWS, Base, Chain
-from qdot.exercises.arm.derivation import TooLong, determinant_of, minors_are_long, moves_with_last_link
+from qdot.exercises.arm.derivation import TooLong, determinant_of, has_long_minors, moves_with_last_link
 from qdot.exercises.arm.kinematics import NumericChain, jacobian_seen_from
 from qdot.exercises.arm.trigonometry import Factored, factor_trig
 from qdot.exercises.common.stream import Stream
@@ -27,26 +27,28 @@ from qdot.exercises.singularities.joint_solvability import drop_implied, may_hol
 from qdot.exercises.singularities.singularity import (
     Conjunction,
     Search,
-    common_zeros,
+    find_common_zeros,
+    find_trig_coefficients,
     replace_marks,
     split_zero_cases,
     tidy_branches,
-    trig_coefficients,
 )
 
 _POSITION = TASK_ROWS[:3]
 MAX_CASES = 400
 """Maximum number of cases that are examined."""
 MAX_FRAMES, SHORT_OPERATION_COUNT = 2, 200
-"""Maximum number of pairs of frame and point that are tried, and the number of operations in all conditions together
-below which no further pair is tried."""
+"""Maximum number of pairs of frame and reference point that are tried, and the number of operations in all conditions
+together below which no further pair is tried."""
 _SPARSITY_TOLERANCE = 1e-9
+"""An entry of the numeric Jacobian below this limit counts as zero."""
 _ZERO_TOLERANCE = sp.Float("1e-20")
+"""A constant below this limit for the arm's numbers counts as zero."""
 
 
 @dataclass(frozen=True)
 class Reduction:
-    """J of an arm in a short form: in coordinates of frame `frame`, about the origin of frame `about` (P if None)."""
+    """J of an arm in coordinates of frame `frame`, about the origin of frame `about`; about P if `about` is None."""
 
     frame: int
     about: int | None
@@ -58,9 +60,8 @@ class ReducedCase:
     """The matrix whose rank decides whether J loses rank in one case.
 
     - `case`: the conditions of the case.
-    - `joints`: the joint (from 1) of each column of the matrix; 0 for a column that combines two joints.
-    - `branches`: the branches of rank loss, each a list of conditions under which the matrix has less than full
-      rank.
+    - `joints`: the joint (counted from 1) of each column of the matrix; 0 for a column that combines two joints.
+    - `branches`: lists of conditions under which the matrix has less than full rank.
     """
 
     case: Conjunction
@@ -72,26 +73,27 @@ class ReducedCase:
 def elimination_applies(chain: Chain) -> bool:
     """Return whether elimination applies to an arm.
 
-    It applies to all six rows of the last link if there are more than six joints, and to a position task if there are
-    more than three joints and the minors are long.
+    Elimination applies to all six rows of the last link if the arm has more than six joints. For a position task, it
+    applies if the arm has more than three joints and the minors of J are long.
     """
     if chain.n <= len(chain.task):
         return False
     if set(chain.task) == set(_POSITION):
-        return minors_are_long(chain)
-    return set(chain.task) == set(TASK_ROWS) and moves_with_last_link(polynomial_chain(chain)[0])
+        return has_long_minors(chain)
+    return set(chain.task) == set(TASK_ROWS) and moves_with_last_link(polynomial_arm(chain)[0])
 
 
-def polynomial_chain(chain: Chain) -> tuple[Chain, dict[sp.Symbol, sp.Expr]]:
-    """Return the arm without joint offsets and with symbols for non-polynomial entries, and the symbols' values.
+def polynomial_arm(chain: Chain) -> tuple[Chain, dict[sp.Symbol, sp.Expr]]:
+    """Return an arm whose Jacobian has polynomials in lengths, sines and cosines as entries, and its symbols' values.
 
-    Non-polynomial entries are twists that are not multiples of a right angle, and lengths that contain roots.
+    The arm has no joint offsets, and its base is at the world's origin. Symbols replace angles that are not multiples
+    of a right angle, and lengths that contain roots.
     """
     values: dict[sp.Symbol, sp.Expr] = {
         q: q + offset for q, offset in zip(chain.q, chain.offsets, strict=True) if offset != 0
     }
 
-    def simplify(name: str, value: sp.Expr) -> sp.Expr:
+    def replace_entry(name: str, value: sp.Expr) -> sp.Expr:
         if sp.Symbol(name) in chain.q:
             return sp.Symbol(name)
         is_angle = name.startswith(ANGLE_PREFIXES)
@@ -104,8 +106,8 @@ def polynomial_chain(chain: Chain) -> tuple[Chain, dict[sp.Symbol, sp.Expr]]:
             values[symbol] = value
         return symbol
 
-    changed = replace(chain, base=Base()).map_entries(simplify)
-    return replace(changed, tool=changed.point), values
+    polynomial = replace(chain, base=Base()).map_entries(replace_entry)
+    return replace(polynomial, tool=polynomial.point), values
 
 
 def _is_polynomial(value: sp.Expr) -> bool:
@@ -115,32 +117,33 @@ def _is_polynomial(value: sp.Expr) -> bool:
     return not roots and all(number.is_Rational for number in numbers)
 
 
-def _sparsest_frames(chain: Chain) -> list[tuple[int, int | None]]:
-    """Return pairs of a frame and the frame whose origin is the point, those with the most zeros in J first.
+def _find_sparsest_frames(chain: Chain) -> list[tuple[int, int | None]]:
+    """Return pairs (frame, about) as in a Reduction; the pairs with the most zeros in J come first.
 
-    Among pairs with equally many zeros, frames near the middle of the arm come first. For a position task, the point is
-    P.
+    Among pairs with equally many zeros, frames near the middle of the arm come first. For a position task, `about` is
+    None.
     """
-    middle = [frame for frame in range(chain.n) if abs(2 * frame - chain.n) < 2]
+    middle_frames = [frame for frame in range(chain.n) if abs(2 * frame - chain.n) < 2]
     if set(chain.task) == set(_POSITION):
-        frames_before_point = [frame for frame in reversed(middle) if frame <= chain.point.frame]
+        frames_before_point = [frame for frame in reversed(middle_frames) if frame <= chain.point.frame]
         return [(frame, None) for frame in frames_before_point or [chain.point.frame]]
     rng = Stream("sparsest")
     values = {symbol.name: rng.uniform(0.4, 1.4) for symbol in chain.parameters}
-    frames = NumericChain(chain, values).frames(np.array([rng.uniform(-3, 3) for _ in chain.q]))
+    arm = NumericChain(chain, values)
+    frames = arm.frames(np.array([rng.uniform(-3, 3) for _ in chain.q]))
     z, origins = frames[:-1, :3, 2], frames[:-1, :3, 3]
-    is_revolute = np.array([joint.kind == "R" for joint in chain.joints])[:, None]
+    is_revolute = arm.is_revolute[:, None]
     candidates = []
-    for frame, about in product(middle, range(chain.n + 1)):
+    for frame, about in product(middle_frames, range(chain.n + 1)):
         rotation, point = frames[frame, :3, :3], frames[about, :3, 3]
         linear, angular = np.where(is_revolute, np.cross(z, point - origins), z), z * is_revolute
         zeros = np.abs(np.hstack([linear @ rotation, angular @ rotation])) < _SPARSITY_TOLERANCE
         key = -int(zeros.sum()), abs(2 * frame - chain.n), abs(about - frame), frame, about
         candidates.append((key, zeros.tobytes()))
-    patterns: dict[bytes, tuple[int, int | None]] = {}
+    pair_by_zero_pattern: dict[bytes, tuple[int, int | None]] = {}
     for key, pattern in sorted(candidates):
-        patterns.setdefault(pattern, (key[3], key[4]))
-    return list(patterns.values())
+        pair_by_zero_pattern.setdefault(pattern, (key[3], key[4]))
+    return list(pair_by_zero_pattern.values())
 
 
 def _tidy(entry: sp.Expr) -> sp.Expr:
@@ -152,18 +155,21 @@ def _tidy(entry: sp.Expr) -> sp.Expr:
 
 @dataclass
 class _Elimination:
-    """The elimination for one arm; it collects the reduced matrices in `reduced_cases`."""
+    """The elimination for one arm; the reduced matrices are collected in `reduced_cases`."""
 
     search: Search
     reduced_cases: list[ReducedCase] = field(default_factory=list)
     marks: dict[sp.Expr, sp.Symbol] = field(default_factory=dict)
-    """Symbols that stand for conditions 1 - cos(q - root) whose root contains an arctangent.
+    """Maps conditions 1 - cos(q - root) whose root contains an arctangent to symbols that stand for them.
 
-    Nothing is substituted into these conditions.
+    The symbols protect these conditions from substitutions.
     """
 
     def find_branches(self, matrix: sp.Matrix, joints: tuple[int, ...], case: Conjunction) -> Iterator[Conjunction]:
-        """Yield the branches on which a matrix has less than full row rank, each with the conditions of the case."""
+        """Yield the branches on which a matrix has less than full row rank, each with the conditions of the case.
+
+        `joints` are the joints of the columns, as in a ReducedCase.
+        """
         nonzero_columns = [c for c in range(matrix.cols) if not matrix.col(c).is_zero_matrix]
         matrix = matrix.extract(list(range(matrix.rows)), nonzero_columns)
         joints = tuple(joints[c] for c in nonzero_columns)
@@ -179,9 +185,9 @@ class _Elimination:
         yield from self._eliminate_next(matrix, joints, case)
 
     def _eliminate_next(self, matrix: sp.Matrix, joints: tuple[int, ...], case: Conjunction) -> Iterator[Conjunction]:
-        """Do one step of the elimination, and yield the branches of what remains."""
+        """Do one step of the elimination in a matrix, and yield the branches as `find_branches` does."""
         for r in range(matrix.rows):
-            shared = self._common_factors(matrix.row(r))
+            shared = self._find_common_factors(matrix.row(r))
             if shared:
                 for factor in shared:
                     self.reduced_cases.append(ReducedCase((*case, factor), sp.ImmutableMatrix(), (), ((),)))
@@ -189,7 +195,7 @@ class _Elimination:
                 yield from self.find_branches(_divide_factors(matrix, shared, row=r), joints, case)
                 return
         for c in range(matrix.cols):
-            shared = self._common_factors(matrix.col(c))
+            shared = self._find_common_factors(matrix.col(c))
             if shared:
                 yield from self._eliminate_column(matrix, joints, case, c, shared)
                 yield from self.find_branches(_divide_factors(matrix, shared, column=c), joints, case)
@@ -201,56 +207,51 @@ class _Elimination:
             smaller, columns = combination
             yield from self.find_branches(smaller, tuple(joints[c] if c >= 0 else 0 for c in columns), case)
         else:
-            yield from self._branches_by_minors(matrix, joints, case)
+            yield from self._find_branches_by_minors(matrix, joints, case)
 
     def _eliminate_column(
         self, matrix: sp.Matrix, joints: tuple[int, ...], case: Conjunction, c: int, shared: list[sp.Expr]
     ) -> Iterator[Conjunction]:
-        """Yield the branches on which a common factor of column `c` vanishes and the other columns lose rank."""
+        """Yield the branches on which a factor that column `c` shares is zero and the other columns lose rank."""
         other_columns, remaining_joints = _delete_column(matrix, c), joints[:c] + joints[c + 1 :]
         for factor in shared:
-            for condition, trigs in self._zero_cases(factor):
+            for condition, trigs in self._list_zero_cases(factor):
                 at_root = other_columns.applyfunc(lambda e, f=factor, t=trigs: self._evaluate_at(e, f, t))
                 yield from self.find_branches(_clear_denominators(at_root), remaining_joints, (*case, condition))
 
-    def _zero_cases(self, factor: sp.Expr) -> list[tuple[sp.Expr, dict[sp.Expr, sp.Expr]]]:
-        """Return the cases in which a factor vanishes.
+    def _list_zero_cases(self, factor: sp.Expr) -> list[tuple[sp.Expr, dict[sp.Expr, sp.Expr]]]:
+        """Return the cases in which a factor is zero.
 
-        Each has the condition to state, and the values to substitute for sines, cosines and joint variables.
+        A case consists of a condition, and of the values to substitute for sines, cosines and joint variables.
         """
         cases = split_zero_cases(factor)
         if cases[0][1]:
             return [(condition, dict(values)) for condition, values in cases]
-        roots = half_angle_roots(factor, self.search)
+        roots = find_half_angle_roots(factor, self.search)
         if not roots:
             return [(factor, {})]
-        marked = []
-        for condition, values in roots:
-            if condition not in self.marks:
-                self.marks[condition] = sp.Symbol(f"root{len(self.marks) + 1}")
-            marked.append((self.marks[condition], values))
-        return marked
+        for condition, _ in roots:
+            self.marks.setdefault(condition, sp.Symbol(f"root{len(self.marks) + 1}"))
+        return [(self.marks[condition], values) for condition, values in roots]
 
     def _evaluate_at(self, entry: sp.Expr, factor: sp.Expr, values: dict[sp.Expr, sp.Expr]) -> sp.Expr:
-        """Return an entry at a zero of a factor; without values, only entries with this factor become zero."""
+        """Return an entry at a zero of a factor, given by values; without values, only multiples of it become zero."""
         if entry == 0:
             return entry
         if not values:
             return sp.S.Zero if factor in dict(factor_trig(entry).factors) else entry
         expanded = entry if all(key.is_Symbol for key in values) else sp.expand_trig(entry)
-        substituted, has_symbols = expanded.xreplace(values), any(map(_has_symbols, values.values()))
+        substituted = expanded.xreplace(values)
+        has_symbols = any(value.free_symbols for value in values.values())
         return sp.cancel(sp.expand(substituted)) if has_symbols else _tidy(substituted)
 
-    def _common_factors(self, entries: sp.Matrix) -> list[sp.Expr]:
-        """Return the factors with joint variables that all nonzero entries have in common."""
+    def _find_common_factors(self, entries: sp.Matrix) -> list[sp.Expr]:
+        """Return the factors that contain joint variables and that all nonzero entries have in common."""
         first, *others = [dict(factor_trig(entry).factors) for entry in entries if entry != 0]
         return [f for f in first if self.search.contains_joints(f) and all(f in factors for factors in others)]
 
     def _find_pivot(self, matrix: sp.Matrix) -> tuple[int, int] | None:
-        """Return row and column of a nonzero constant entry; None if there is none.
-
-        Among these entries, choose the one whose row and column have the most zeros.
-        """
+        """Return row and column of the nonzero constant entry whose row and column have the most zeros, or None."""
         keys = []
         for r, c in product(range(matrix.rows), range(matrix.cols)):
             entry, row, column = matrix[r, c], matrix.row(r), matrix.col(c)
@@ -260,14 +261,15 @@ class _Elimination:
         return min(keys)[2:] if keys else None
 
     def _may_be_zero(self, constant: sp.Expr) -> bool:
-        """Return whether a constant that contains a sum is zero for the arm's twists."""
+        """Return whether a constant contains a sum that is zero for the arm's numbers."""
         return any(f.is_Add for f, _ in factor_trig(constant).factors) and self.search.is_zero(constant)
 
     def _combine_pair(self, matrix: sp.Matrix) -> tuple[sp.Matrix, list[int]] | None:
-        """Eliminate a column with two entries that are never both zero; return the matrix and its column numbers.
+        """Eliminate a column with two entries that are never both zero, or a row with two such entries.
 
-        The two rows are replaced by the combination of them whose entry in that column is zero. Likewise, a row is
-        eliminated by combining two columns; the combined column is numbered -1. Return None if neither is possible.
+        The two rows of the entries are replaced by the combination whose entry in the column is zero; two columns are
+        combined likewise. Return the smaller matrix, and for each of its columns the index of the column in `matrix`,
+        or -1 for a combined column. Return None if there are no such entries.
         """
         best_reduction = None
         for transposed in (False, True):
@@ -293,9 +295,9 @@ class _Elimination:
         return best_reduction[1] if best_reduction else None
 
     def _reduce_to_two(self, matrix: sp.Matrix, c: int) -> tuple[sp.Matrix, tuple[int, int]] | None:
-        """Reduce a column to two nonzero entries by adding multiples of rows; return the matrix and the two rows.
+        """Reduce a column to two nonzero entries by adding constant multiples of rows.
 
-        Return None if that is impossible with constant multiples.
+        Return the matrix, and the indices of the two rows; None if that is impossible.
         """
         rows_by_factors: dict[tuple[tuple[sp.Expr, int], ...], int] = {}
         reduced = matrix
@@ -317,13 +319,13 @@ class _Elimination:
         first_row, second_row = rows_by_factors.values()
         return reduced, (first_row, second_row)
 
-    def _branches_by_minors(
+    def _find_branches_by_minors(
         self, matrix: sp.Matrix, joints: tuple[int, ...], case: Conjunction
     ) -> Iterator[Conjunction]:
-        """Yield the branches on which all maximal minors of a matrix vanish."""
+        """Yield the branches on which all maximal minors of a matrix are zero."""
         column_sets = combinations(range(matrix.cols), matrix.rows)
         minors = [factor_trig(determinant_of(matrix.extract(list(range(matrix.rows)), list(c)))) for c in column_sets]
-        zeros = common_zeros(minors, self.search)
+        zeros = find_common_zeros(minors, self.search)
         branches = ((),) if zeros is None else tuple(zeros)
         self.reduced_cases.append(ReducedCase(case, sp.ImmutableMatrix(matrix), joints, branches))
         for branch in branches:
@@ -351,7 +353,7 @@ def _divide_factors(matrix: sp.Matrix, shared: list[sp.Expr], row: int = -1, col
 
 
 def _schur_complement(matrix: sp.Matrix, r: int, c: int) -> sp.Matrix:
-    """Return the Schur complement of a nonzero entry: eliminate its column, then drop its row and column."""
+    """Return the Schur complement of a nonzero entry: its column is eliminated, then its row and column are dropped."""
     rows = []
     for i in [i for i in range(matrix.rows) if i != r]:
         row = matrix.row(i)
@@ -362,36 +364,32 @@ def _schur_complement(matrix: sp.Matrix, r: int, c: int) -> sp.Matrix:
     return _delete_column(sp.Matrix.vstack(*rows), c) if rows else sp.zeros(0, matrix.cols - 1)
 
 
-def _has_symbols(value: sp.Expr) -> bool:
-    return bool(value.free_symbols)
-
-
 def _clear_denominators(matrix: sp.Matrix) -> sp.Matrix:
-    """Return a matrix without denominators: each row is multiplied by its common denominator."""
+    """Return a matrix without denominators; each row is multiplied by the common denominator of its entries."""
     rows = []
     for r in range(matrix.rows):
         denominators = [sp.fraction(sp.together(entry))[1] for entry in matrix.row(r)]
-        common = sp.lcm_list(denominators) if any(map(_has_symbols, denominators)) else sp.S.One
+        common = sp.lcm_list(denominators) if any(value.free_symbols for value in denominators) else sp.S.One
         row = matrix.row(r)
         rows.append(row.applyfunc(lambda e, by=common: _tidy(sp.cancel(e * by))) if common != 1 else row)
     return sp.Matrix.vstack(*rows) if rows else matrix
 
 
-def half_angle_roots(factor: sp.Expr, search: Search) -> list[tuple[sp.Expr, dict[sp.Expr, sp.Expr]]]:
-    """Return the roots of A + B cos q + C sin q if the tangent of the half angle needs no square root.
+def find_half_angle_roots(factor: sp.Expr, search: Search) -> list[tuple[sp.Expr, dict[sp.Expr, sp.Expr]]]:
+    """Return the roots of a factor A + B cos q + C sin q whose tangents of the half angle contain no square root.
 
-    Each root is a pair: the condition to state, and the values of cosine and sine at the root. Return an empty list if
-    the factor has another form, or needs a square root.
+    A root is a pair: the condition that q is at the root, and the values of cos q and sin q there. Return an empty list
+    if the factor has another form, or if a square root is needed.
     """
     trigs = factor.atoms(sp.sin, sp.cos)
     angles = {trig.args[0] for trig in trigs if search.contains_joints(trig)}
     if len(angles) != 1 or (angle := angles.pop()) not in search.joints:
         return []
-    coefficients = trig_coefficients(factor, angle, angle)
+    coefficients = find_trig_coefficients(factor, angle, angle)
     if coefficients is None:
         return []
     a, b, c = coefficients
-    if sp.expand(a - b) == 0:  # one of the roots is tan(q/2) = 0 or infinite
+    if sp.expand(a - b) == 0:  # at one of the roots, tan(q/2) is infinite; in the next case, tan(q/2) is 0
         roots, tangent = [(sp.pi, sp.S.NegativeOne, sp.S.Zero)], -a / c
     elif sp.expand(a + b) == 0:
         roots, tangent = [(sp.S.Zero, sp.S.One, sp.S.Zero)], -c / a
@@ -406,7 +404,12 @@ def half_angle_roots(factor: sp.Expr, search: Search) -> list[tuple[sp.Expr, dic
 
 @dataclass(frozen=True)
 class ReciprocalSet:
-    """The singular set of an arm: the reduction of J, the reduced matrices, and the conditions for rank loss."""
+    """The singular set of an arm as elimination finds it.
+
+    - `reduction`: the form of J with which the elimination started.
+    - `cases`: the matrices that the elimination ended with.
+    - `branches`: lists of conditions under which J loses rank.
+    """
 
     reduction: Reduction
     cases: tuple[ReducedCase, ...]
@@ -414,23 +417,23 @@ class ReciprocalSet:
 
 
 @lru_cache(maxsize=64)
-def reciprocal_set(chain: Chain, twists: tuple[tuple[sp.Symbol, sp.Expr], ...] = ()) -> ReciprocalSet:
-    """Return the singular set of a plain chain, for the frame and point that give the shortest conditions.
+def reciprocal_set(chain: Chain, symbol_values: tuple[tuple[sp.Symbol, sp.Expr], ...] = ()) -> ReciprocalSet:
+    """Return the singular set of a polynomial arm, for the frame and the point that give the shortest conditions.
 
-    `twists` are the values of its symbols for twists; constants that are zero for these values are not used as pivots.
-    Raises TooLong.
+    `symbol_values` are the values of symbols that replace the arm's numbers. Constants that are zero for these values
+    are not used as pivots. Raises TooLong.
     """
     sampled_lengths = {symbol: sp.Rational(7 + 4 * i, 11 + 6 * i) for i, symbol in enumerate(chain.parameters)}
-    values = {**sampled_lengths, **{symbol: value.xreplace(sampled_lengths) for symbol, value in twists}}
+    values = {**sampled_lengths, **{symbol: value.xreplace(sampled_lengths) for symbol, value in symbol_values}}
 
     def is_zero(constant: sp.Expr) -> bool:
         return bool(abs(sp.N(constant.xreplace(values), 30)) < _ZERO_TOLERANCE)
 
     def is_possible(branch: Conjunction) -> bool:
-        return may_hold_simultaneously([condition.xreplace(dict(twists)) for condition in branch], chain.q)
+        return may_hold_simultaneously([condition.xreplace(dict(symbol_values)) for condition in branch], chain.q)
 
     candidates, errors = [], []
-    for frame, about in _sparsest_frames(chain)[:MAX_FRAMES]:
+    for frame, about in _find_sparsest_frames(chain)[:MAX_FRAMES]:
         try:
             singular_set = _search_from(chain, frame, about, is_zero)
         except TooLong as error:
@@ -445,12 +448,12 @@ def reciprocal_set(chain: Chain, twists: tuple[tuple[sp.Symbol, sp.Expr], ...] =
 
 
 def _count_operations(singular_set: ReciprocalSet) -> int:
-    """Return the number of operations in all conditions."""
+    """Return the number of operations in all conditions of a singular set together."""
     return sum(int(sp.count_ops(condition)) for branch in singular_set.branches for condition in branch)
 
 
 def _search_from(chain: Chain, frame: int, about: int | None, is_zero: Callable[[sp.Expr], bool]) -> ReciprocalSet:
-    """Return the singular set by elimination in J for one frame and point. Raises TooLong."""
+    """Return the singular set by elimination in J for one frame and one reference point. Raises TooLong."""
     reduction = Reduction(frame, about, sp.ImmutableMatrix(jacobian_seen_from(chain, frame, about).applyfunc(_tidy)))
     elimination = _Elimination(Search(chain.q, is_zero))
     branches = list(elimination.find_branches(sp.Matrix(reduction.matrix), tuple(range(1, chain.n + 1)), ()))
@@ -460,8 +463,8 @@ def _search_from(chain: Chain, frame: int, about: int | None, is_zero: Callable[
     tidied = tidy_branches(branches, search, "the remaining minors of J")
     conditions_by_mark = {symbol: condition for condition, symbol in elimination.marks.items()}
 
-    def state(conditions: Conjunction) -> Conjunction:
+    def restore(conditions: Conjunction) -> Conjunction:
         return tuple(condition.xreplace(conditions_by_mark) for condition in conditions)
 
-    cases = (replace(reduced, case=state(replace_marks(reduced.case))) for reduced in elimination.reduced_cases)
-    return ReciprocalSet(reduction, tuple(cases), tuple(state(drop_implied(branch, chain.q)) for branch in tidied))
+    cases = (replace(reduced, case=restore(replace_marks(reduced.case))) for reduced in elimination.reduced_cases)
+    return ReciprocalSet(reduction, tuple(cases), tuple(restore(drop_implied(branch, chain.q)) for branch in tidied))

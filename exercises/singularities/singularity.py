@@ -1,7 +1,8 @@
-"""Find all singular configurations of a chain for its task, at which the task Jacobian loses rank (6.8).
+"""Find the singular configurations of an arm for its task, at which the task Jacobian loses rank (6.8).
 
-For a square Jacobian these are the zeros of the factors of det J. For any other shape they are the common zeros of all
-maximal minors: factors that all minors share, and combinations of conditions for the remaining factors.
+For a square Jacobian, the singular configurations are the zeros of the factors of det J. For another shape, they are
+the common zeros of all maximal minors: the zeros of factors that all minors share, and configurations at which several
+conditions hold, which together make all minors zero. The search uses the minors of the symbolic arm (`derivation`).
 """
 
 from collections.abc import Callable, Iterable, Iterator, Sequence
@@ -22,30 +23,34 @@ from qdot.exercises.singularities.joint_solvability import (
 )
 
 MAX_EXAMINED_BRANCHES, MAX_BRANCHES = 300, 40
-"""Maximum number of branches (ways in which all minors vanish) that are examined, and that a person would read."""
+"""Maximum number of branches (ways in which all minors are zero) that are examined, and that a person would read."""
 MAX_IMPLICATION_WORK = 10_000
-"""Maximum work for proving that long conditions follow from others, as counted by `joint_solvability`."""
+"""Limit of the product of degrees (`joint_solvability`) for proving that long conditions follow from others."""
 _ZERO_TOLERANCE = sp.Float("1e-20")
+"""A constant below this limit for the arm's numbers counts as zero."""
 RIGHT_ANGLES = (sp.S.Zero, sp.pi / 2, sp.pi, -sp.pi / 2)
 
 
 Joints = tuple[sp.Symbol, ...]
+"""The joint variables of an arm."""
 Conjunction = tuple[sp.Expr, ...]
+"""Expressions that are zero simultaneously. Each expression is called a condition, for short: the condition that it is
+zero."""
 JointSolution = tuple[sp.Symbol, tuple[sp.Expr, ...]]
-"""A joint, and its values at which a condition holds."""
+"""A joint variable, and its values (rad or m) at which a condition holds."""
 Values = tuple[tuple[sp.Symbol, sp.Expr], ...]
-"""Joints with their values."""
+"""Joint variables, each with one value (rad or m)."""
 JointValues = dict[sp.Symbol, sp.Expr]
-"""The value of each joint that a condition fixes."""
+"""The value of each joint variable that a condition fixes."""
 Zeros = list[Conjunction] | None
-"""Conditions under which all minors vanish simultaneously; None if they always do."""
+"""Conjunctions under each of which all minors are zero; None if the minors are always zero."""
 
 
 @dataclass(frozen=True)
 class Component:
-    """A component of the singular set: expressions that vanish simultaneously, and the joint values at which they do.
+    """A component of the singular set: conditions that hold simultaneously, and the joint values at which they hold.
 
-    `solutions` holds (joint, values) for each condition, or is None if a condition involves several joints.
+    `solutions` has (joint variable, values) for each condition; it is None if a condition involves several joints.
     """
 
     conditions: tuple[sp.Expr, ...]
@@ -69,7 +74,7 @@ class Component:
         return list(product(*pairs))
 
     def map_values(self, change: Callable[[sp.Symbol, sp.Expr], sp.Expr]) -> "Component":
-        """Return this component with each value of a joint changed."""
+        """Return this component with each joint value replaced by `change(joint, value)`."""
         solutions = self.solutions and tuple(
             (joint, tuple(change(joint, value) for value in values)) for joint, values in self.solutions
         )
@@ -82,54 +87,54 @@ class Component:
 
 @lru_cache(maxsize=256)
 def singular_set(chain: Chain) -> tuple[Component, ...] | None:
-    """Return the components of the singular set, or None if the Jacobian is rank-deficient everywhere.
+    """Return the components of an arm's singular set; None if every configuration is singular.
 
     An empty tuple means that no configuration is singular.
     """
-    return _components(derive(chain))
+    return _find_components(derive(chain))
 
 
-def special_length_components(chain: Chain) -> tuple[Component, ...]:
-    """Return further components that exist only for special relations between the symbolic lengths."""
+def find_special_length_components(chain: Chain) -> tuple[Component, ...]:
+    """Return further components, which are empty unless the symbolic lengths satisfy special relations."""
     derivation = derive(chain)
     inverse = sp.Symbol("d_inverse")
     components = []
-    for conditions, holds in _substitute_values(derivation, _generic_zeros(derivation)):
+    for conditions, is_possible in _substitute_values(derivation, _find_zeros(derivation)):
         lengths = sorted(sp.Tuple(*conditions).free_symbols - set(chain.q), key=str)
         nonzero_lengths = 1 - inverse * sp.Mul(*lengths)
         unknowns = (*chain.q, *lengths, inverse)
-        if not holds and lengths and may_hold_simultaneously([*conditions, nonzero_lengths], unknowns):
+        if not is_possible and lengths and may_hold_simultaneously([*conditions, nonzero_lengths], unknowns):
             components.append(solve_conjunction(conditions, chain))
     return tuple(dict.fromkeys(component for component in components if component is not None))
 
 
 def never_vanishes(condition: sp.Expr, chain: Chain) -> bool:
-    """Return whether an expression is nonzero in every configuration, such as 1.5 + 0.5 cos(theta2)."""
+    """Return whether a condition holds in no configuration, as for the expression 1.5 + 0.5 cos(theta2)."""
     return solve_conjunction((condition,), chain) is None
 
 
-def _components(derivation: Derivation) -> tuple[Component, ...] | None:
-    zeros = _generic_zeros(derivation)
+def _find_components(derivation: Derivation) -> tuple[Component, ...] | None:
+    zeros = _find_zeros(derivation)
     if zeros is None:
         return None
     components = []
-    for conditions, holds in _substitute_values(derivation, zeros):
-        component = solve_conjunction(conditions, derivation.chain) if holds else None
+    for conditions, is_possible in _substitute_values(derivation, zeros):
+        component = solve_conjunction(conditions, derivation.chain) if is_possible else None
         if component is not None and component not in components:
             components.append(component)
     for contained in reversed(components[:]):
         if any(container != contained and _is_contained(contained, container) for container in components):
-            components.remove(contained)  # one at a time: of two equal components, each lies in the other
+            components.remove(contained)  # removed at once: of two equal components, each lies in the other
     return tuple(components)
 
 
-def _generic_zeros(derivation: Derivation) -> Zeros:
-    """Return the common zeros of the minors, in the symbols of the structure.
+def _find_zeros(derivation: Derivation) -> Zeros:
+    """Return the common zeros of the symbolic arm's minors.
 
-    The search runs once for each structure. It runs again for an arm whose numbers make a constant zero that the first
-    search assumed to be nonzero.
+    The search runs once for each symbolic arm. The search runs again for an arm whose numbers make a constant zero that
+    was assumed to be nonzero.
     """
-    minors, joints = derivation.generic_minors, derivation.generic_joints
+    minors, joints = derivation.symbolic_minors, derivation.symbolic_joints
     zeros, assumed_nonzero = _search_zeros(minors, joints)
 
     def is_zero(constant: sp.Expr) -> bool:
@@ -137,37 +142,37 @@ def _generic_zeros(derivation: Derivation) -> Zeros:
         lengths = {symbol: sp.Rational(7 + 4 * i, 11 + 6 * i) for i, symbol in enumerate(derivation.chain.parameters)}
         return bool(abs(sp.N(value.xreplace(lengths), 30)) < _ZERO_TOLERANCE)
 
-    return common_zeros(minors, Search(joints, is_zero)) if any(map(is_zero, assumed_nonzero)) else zeros
+    return find_common_zeros(minors, Search(joints, is_zero)) if any(map(is_zero, assumed_nonzero)) else zeros
 
 
 def _substitute_values(derivation: Derivation, zeros: Zeros) -> Iterator[tuple[tuple[sp.Expr, ...], bool]]:
     """Yield each conjunction with the arm's numbers, and whether its conditions can hold simultaneously.
 
-    If they can for generic lengths, they are not tested again with the arm's lengths. A conjunction may have more
-    conditions than are needed to lower the rank of a matrix of this shape. Then the conditions that follow from the
-    others are dropped, provided that they also follow with the arm's own numbers.
+    If the conditions can hold simultaneously for the symbolic arm, they are not tested again with the arm's numbers. A
+    conjunction may have more conditions than are needed to lower the rank of a matrix of this shape. Then conditions
+    that follow from the others are dropped, provided that they also follow with the arm's numbers.
     """
-    chain, joints = derivation.chain, derivation.generic_joints
+    chain, joints = derivation.chain, derivation.symbolic_joints
     codimension = abs(chain.n - len(chain.task)) + 1
     for conjunction in zeros or ():
         conditions = tuple(derivation.substitute_values(condition) for condition in conjunction)
-        is_possible = len(conjunction) == 1 or _may_hold_generically(conjunction, joints)
+        is_possible = len(conjunction) == 1 or _may_hold_for_symbolic_arm(conjunction, joints)
         is_possible = is_possible or may_hold_simultaneously(conditions, chain.q)
         if is_possible and len(conjunction) > codimension:
-            generic_required = _drop_implied_generically(conjunction, joints, MAX_IMPLICATION_WORK)
-            required = tuple(map(derivation.substitute_values, generic_required))
+            symbolic_required = _drop_implied_for_symbolic_arm(conjunction, joints, MAX_IMPLICATION_WORK)
+            required = tuple(map(derivation.substitute_values, symbolic_required))
             redundant = [] if conditions == conjunction else [c for c in conditions if c not in required]
             if all(is_implied(condition, required, chain.q, MAX_IMPLICATION_WORK) for condition in redundant):
                 conditions = required
         yield conditions, is_possible
 
 
-_drop_implied_generically = lru_cache(maxsize=4096)(drop_implied)
-_may_hold_generically = lru_cache(maxsize=4096)(may_hold_simultaneously)
+_drop_implied_for_symbolic_arm = lru_cache(maxsize=4096)(drop_implied)
+_may_hold_for_symbolic_arm = lru_cache(maxsize=4096)(may_hold_simultaneously)
 
 
 def _is_contained(component: Component, container: Component) -> bool:
-    """Return whether `component` is contained in `container`, by comparing the values of each joint."""
+    """Return whether the configurations of a component belong to another component, by comparing joint values."""
     if component.solutions is None or container.solutions is None:
         return False
     solutions = dict(component.solutions)
@@ -175,15 +180,19 @@ def _is_contained(component: Component, container: Component) -> bool:
 
 
 def solve_conjunction(conditions: tuple[sp.Expr, ...], chain: Chain) -> Component | None:
-    """Return the component that conditions describe, or None if they have no real solution for the arm's numbers."""
+    """Return the component that conditions describe; None if they have no real solution for the arm's numbers."""
     solutions = []
     for condition in conditions:
         solution = solve_condition(condition, chain)
         if solution is None:
-            excess = _excess(condition, chain)
+            excess = _compute_excess(condition, chain)
             if excess is not None and excess > 0:
                 return None
-            if excess == 0 and len(conditions) == 1 and (component := _single_solution(condition, chain)) is not None:
+            if (
+                excess == 0
+                and len(conditions) == 1
+                and (component := _find_single_solution(condition, chain)) is not None
+            ):
                 return component
         elif not solution[1]:
             return None
@@ -194,9 +203,9 @@ def solve_conjunction(conditions: tuple[sp.Expr, ...], chain: Chain) -> Componen
 
 
 def _merge_solutions(conditions: tuple[sp.Expr, ...], solutions: tuple[JointSolution, ...]) -> Component | None:
-    """Return the component without the weaker of two conditions on the same joint; None if they contradict.
+    """Return the component without conditions that follow from another on the same joint; None if two are incompatible.
 
-    Only numeric values are compared.
+    Only numeric joint values are compared.
     """
     for i, j in combinations(range(len(conditions)), 2):
         (joint, first), (second_joint, second) = solutions[i], solutions[j]
@@ -212,15 +221,15 @@ def _merge_solutions(conditions: tuple[sp.Expr, ...], solutions: tuple[JointSolu
 
 
 def solve_condition(condition: sp.Expr, chain: Chain) -> JointSolution | None:
-    """Solve one condition for its joint; return (joint, values), with no values if there is no real solution.
+    """Solve a condition for its joint variable; the values are empty if there is no real solution.
 
-    Return None if the condition involves several joints, or has a form that no formula here solves.
+    Return None if the condition involves several joints, or has a form that is not solved here.
     """
     joints = [q for q in chain.q if condition.has(q)]
     if len(joints) != 1:
         return None
     (joint,) = joints
-    if chain.joints[chain.q.index(joint)].kind == "P":
+    if chain.joints[chain.q.index(joint)].is_prismatic:
         return _solve_polynomial(condition, joint)
     return _solve_angle(condition, joint)
 
@@ -237,20 +246,22 @@ def _solve_polynomial(condition: sp.Expr, joint: sp.Symbol) -> JointSolution | N
 
 @lru_cache(maxsize=4096)
 def _solve_angle(condition: sp.Expr, joint: sp.Symbol) -> JointSolution | None:
-    """Solve A + B cos(phi) + C sin(phi) = 0, in which phi is the joint's angle with its offset."""
+    """Solve A + B cos(phi) + C sin(phi) = 0 for a joint variable; phi is the variable plus the joint offset."""
     arguments = {atom.args[0] for atom in condition.atoms(sp.sin, sp.cos)}
     phi = arguments.pop() if len(arguments) == 1 else joint
     offset = sp.expand(phi - joint)
     if offset.has(joint):
         return None
-    coefficients = trig_coefficients(sp.expand_trig(condition) if arguments else condition, phi, joint)
+    coefficients = find_trig_coefficients(sp.expand_trig(condition) if arguments else condition, phi, joint)
     if coefficients is None:
         return None
-    values = (principal_angle(value - offset) for value in _roots_of_trig(*coefficients))
+    values = (principal_angle(value - offset) for value in _find_trig_roots(*coefficients))
     return joint, tuple(dict.fromkeys(values))
 
 
-def trig_coefficients(condition: sp.Expr, angle: sp.Expr, joint: sp.Symbol) -> tuple[sp.Expr, sp.Expr, sp.Expr] | None:
+def find_trig_coefficients(
+    condition: sp.Expr, angle: sp.Expr, joint: sp.Symbol
+) -> tuple[sp.Expr, sp.Expr, sp.Expr] | None:
     """Return A, B and C of a condition A + B cos(angle) + C sin(angle); None if it has another form."""
     cosine, sine = sp.Dummy("c"), sp.Dummy("s")
     polynomial = sp.Poly(sp.expand(condition).xreplace({sp.cos(angle): cosine, sp.sin(angle): sine}), cosine, sine)
@@ -260,7 +271,8 @@ def trig_coefficients(condition: sp.Expr, angle: sp.Expr, joint: sp.Symbol) -> t
     return a, b, c
 
 
-def _roots_of_trig(a: sp.Expr, b: sp.Expr, c: sp.Expr) -> list[sp.Expr]:
+def _find_trig_roots(a: sp.Expr, b: sp.Expr, c: sp.Expr) -> list[sp.Expr]:
+    """Return the angles (rad) at which a + b cos + c sin is zero."""
     if a == 0:
         if b == 0:
             return [sp.S.Zero, sp.pi]
@@ -292,13 +304,13 @@ def principal_angle(angle: sp.Expr) -> sp.Expr:
     return sp.pi if reduced == -sp.pi else reduced
 
 
-def _excess(condition: sp.Expr, chain: Chain) -> sp.Expr | None:
-    """Return the constant part's excess over all amplitudes in a sum of sines and cosines; None for other sums.
+def _compute_excess(condition: sp.Expr, chain: Chain) -> sp.Expr | None:
+    """Return by how much the constant in a sum of sines and cosines exceeds the sum of the amplitudes.
 
-    If the excess is positive, the sum cannot vanish. If it is zero, the sum vanishes only if each sine and cosine is at
-    an end of its range.
+    If the excess is positive, the sum cannot be zero. If the excess is zero, the sum is zero only if each sine and each
+    cosine is 1 or -1. Return None for sums of another form.
     """
-    polynomial = _trig_polynomial(condition, chain)
+    polynomial = _to_trig_polynomial(condition, chain)
     if polynomial is None:
         return None
     constant = polynomial.coeff_monomial(1)
@@ -307,13 +319,13 @@ def _excess(condition: sp.Expr, chain: Chain) -> sp.Expr | None:
     return sp.S.Zero if abs(number) < sp.Float("1e-20") and sp.simplify(excess) == 0 else number
 
 
-def _single_solution(condition: sp.Expr, chain: Chain) -> Component | None:
-    """Return the only zero of a sum whose excess is zero, as a component.
+def _find_single_solution(condition: sp.Expr, chain: Chain) -> Component | None:
+    """Return the only zero of a sum whose excess (`_compute_excess`) is zero, as a component.
 
-    For example, in 0.8 + 0.4 c2 + 0.4 c23 both cosines must be -1. Return None if that does not fix one value for each
-    joint in the sum.
+    For example, 0.8 + 0.4 c2 + 0.4 c23 is zero only if both cosines are -1. Return None unless that fixes one value of
+    each joint in the sum.
     """
-    polynomial = _trig_polynomial(condition, chain)
+    polynomial = _to_trig_polynomial(condition, chain)
     assert polynomial is not None
     if polynomial.total_degree() != 1:
         return None
@@ -331,8 +343,8 @@ def _single_solution(condition: sp.Expr, chain: Chain) -> Component | None:
     return Component(tuple(1 - sp.cos(q - value) for q, value in values), tuple((q, (value,)) for q, value in values))
 
 
-def _trig_polynomial(condition: sp.Expr, chain: Chain) -> sp.Poly | None:
-    """Return a condition as a polynomial in its sines and cosines; None if it has symbols other than their angles."""
+def _to_trig_polynomial(condition: sp.Expr, chain: Chain) -> sp.Poly | None:
+    """Return a condition as a polynomial in its sines and cosines; None if other symbols occur outside of them."""
     trigs = sorted(condition.atoms(sp.sin, sp.cos), key=sp.default_sort_key)
     without_trigs = condition.xreplace({trig: sp.Dummy() for trig in trigs})
     if not trigs or condition.free_symbols - set(chain.q) or without_trigs.free_symbols & set(chain.q):
@@ -340,10 +352,13 @@ def _trig_polynomial(condition: sp.Expr, chain: Chain) -> sp.Poly | None:
     return sp.Poly(condition, *trigs)
 
 
-# --- common zeros of several minors, on the structure (no offsets, lengths as symbols) ---
+# --- common zeros of several minors, for the symbolic arm ---
 
 _ROOT_MARK = sp.Function("at")
-"""A mark for a factor that is zero at one of its roots, e.g. at(sin(theta2), pi), until the other root is found too."""
+"""The mark at(sin(theta2), pi) is the condition that theta2 is the root pi of sin(theta2), and not the root 0.
+
+If both roots lead to the same conjunction, the two marks are replaced by the condition sin(theta2) = 0.
+"""
 
 
 def _is_mark(condition: sp.Expr) -> bool:
@@ -352,9 +367,10 @@ def _is_mark(condition: sp.Expr) -> bool:
 
 @dataclass(frozen=True)
 class Search:
-    """What the search for common zeros knows about an arm: its joints, and which constants are zero.
+    """What the search for common zeros knows about an arm: its joint variables, and which constants are zero.
 
-    A constant such as a1 - a2 may be zero. `assumed_nonzero` collects the constants that were assumed to be nonzero.
+    A constant, such as a1 - a2, contains no joint variables. `assumed_nonzero` collects the constants that the search
+    has assumed to be nonzero.
     """
 
     joints: Joints
@@ -365,8 +381,8 @@ class Search:
         """Return whether an expression contains joint variables."""
         return bool(expression.free_symbols & set(self.joints))
 
-    def joint_factors(self, product: Factored) -> list[sp.Expr] | None:
-        """Return the factors that contain joint variables; None if the product is always zero."""
+    def find_joint_factors(self, product: Factored) -> list[sp.Expr] | None:
+        """Return the factors of a product that contain joint variables; None if the product is always zero."""
         constants = [f for f, _ in product.factors if not self.contains_joints(f) and not f.is_Symbol]
         if product.is_zero or any(map(self.is_zero, constants)):
             return None
@@ -376,21 +392,21 @@ class Search:
 
 @lru_cache(maxsize=4096)
 def _search_zeros(minors: tuple[Factored, ...], joints: Joints) -> tuple[Zeros, frozenset[sp.Expr]]:
-    """Return the zeros for generic lengths and twists, and the constants that were assumed to be nonzero."""
+    """Return the common zeros of minors, and the constants that were assumed to be nonzero."""
     search = Search(joints)
-    return common_zeros(minors, search), frozenset(search.assumed_nonzero)
+    return find_common_zeros(minors, search), frozenset(search.assumed_nonzero)
 
 
-def common_zeros(minors: Sequence[Factored], search: Search) -> Zeros:
-    """Return the conjunctions of conditions under which all minors vanish. Raises TooLong."""
-    factor_sets = [factors for minor in minors if (factors := search.joint_factors(minor)) is not None]
+def find_common_zeros(minors: Sequence[Factored], search: Search) -> Zeros:
+    """Return the conjunctions under each of which all minors are zero. Raises TooLong."""
+    factor_sets = [factors for minor in minors if (factors := search.find_joint_factors(minor)) is not None]
     if not factor_sets:
         return None
     subject = f"the {len(factor_sets)} minors of J"
     shared = [f for f in factor_sets[0] if all(f in factors for factors in factor_sets[1:])]
     remaining_sets = [[f for f in factors if f not in shared] for factors in factor_sets]
     conjunctions: list[Conjunction] = [(f,) for f in shared]
-    for leaf in _branches(remaining_sets, search):
+    for leaf in _search_branches(remaining_sets, search):
         if len(conjunctions) > MAX_EXAMINED_BRANCHES:
             raise TooLong(f"{subject} may vanish together in more than {MAX_EXAMINED_BRANCHES} ways")
         if not any(f in leaf for f in shared):
@@ -399,10 +415,10 @@ def common_zeros(minors: Sequence[Factored], search: Search) -> Zeros:
 
 
 def tidy_branches(conjunctions: Iterable[Conjunction], search: Search, subject: str) -> list[Conjunction]:
-    """Return conjunctions without duplicates and without implied conditions.
+    """Return conjunctions without duplicates and without conditions that follow from others.
 
-    Cases that differ only in the root of one factor are merged. Raises TooLong; `subject` is the subject of its
-    message.
+    Conjunctions that differ only in the root of one factor are merged. Raises TooLong; `subject` is the subject of the
+    error message.
     """
     merged_conjunctions = _merge_roots(list(conjunctions))
     if len(merged_conjunctions) > MAX_BRANCHES:
@@ -414,37 +430,37 @@ def tidy_branches(conjunctions: Iterable[Conjunction], search: Search, subject: 
 
 def _joint_factors_of(condition: sp.Expr, search: Search) -> list[sp.Expr] | None:
     """Return the factors of a condition that contain joint variables; None if the condition always holds."""
-    return search.joint_factors(factor_trig(sp.expand(condition)))
+    return search.find_joint_factors(factor_trig(sp.expand(condition)))
 
 
 def _holds(condition: sp.Expr, values: JointValues, known_conditions: Conjunction) -> bool:
-    """Return whether a condition follows from joint values and known conditions, by comparing factors."""
+    """Return whether a condition holds at joint values, given known conditions; factors are compared."""
     if condition in known_conditions:
         return True
     substituted = factor_trig(sp.expand(substitute(condition, values)))
     return substituted.is_zero or any({factor, -factor} & set(known_conditions) for factor, _ in substituted.factors)
 
 
-def _joint_value_at(factor: sp.Expr, root: sp.Expr) -> JointValues:
-    """Return the value of the last joint in a factor at one of its roots."""
+def _solve_for_last_joint(factor: sp.Expr, root: sp.Expr) -> JointValues:
+    """Return the value of the last joint in a sine or cosine at a root, which is an angle."""
     angle = factor.args[0]
     joint = max(angle.free_symbols, key=lambda q: (q.name.startswith("theta"), len(q.name), q.name))
     return {joint: sp.expand((root - angle) / sp.diff(angle, joint) + joint)}
 
 
 def replace_marks(conjunction: Conjunction) -> Conjunction:
-    """Return conditions with each mark replaced: 1 - cos(theta2) = 0 states that only the root 0 is meant."""
+    """Return conditions with each mark replaced: at(sin(theta2), 0) becomes 1 - cos(theta2)."""
     return tuple(
         1 - sp.cos(condition.args[0].args[0] - condition.args[1]) if _is_mark(condition) else condition
         for condition in conjunction
     )
 
 
-def _branches(factor_sets: list[list[sp.Expr]], search: Search) -> Iterator[list[sp.Expr]]:
-    """Yield combinations of conditions under which a factor of every set vanishes.
+def _search_branches(factor_sets: list[list[sp.Expr]], search: Search) -> Iterator[list[sp.Expr]]:
+    """Yield combinations of conditions under each of which some factor of every set is zero.
 
-    A condition that fixes an angle is substituted into the other sets before the search continues. This shows which of
-    their factors vanish, and which cannot. The simplest set comes first.
+    A condition that fixes an angle is substituted into the other sets before the search continues. So more of their
+    factors become zero or constant. The simplest set comes first.
     """
     if any(not factors for factors in factor_sets):
         return
@@ -455,65 +471,66 @@ def _branches(factor_sets: list[list[sp.Expr]], search: Search) -> Iterator[list
     first, other_sets = factor_sets[0], factor_sets[1:]
     for factor in first:
         for condition, values in split_zero_cases(factor):
-            substituted = (_remaining_factors(factors, factor, values, search) for factors in other_sets)
+            substituted = (_substitute_zero(factors, factor, values, search) for factors in other_sets)
             remaining = [factors for factors in substituted if factors is not None]
-            yield from ([condition, *leaf] for leaf in _branches(remaining, search))
+            yield from ([condition, *leaf] for leaf in _search_branches(remaining, search))
 
 
 def split_zero_cases(factor: sp.Expr) -> list[tuple[sp.Expr, JointValues]]:
-    """Return the cases in which a factor vanishes, each with its condition and the substitution that it allows."""
+    """Return the cases in which a factor is zero, each with its condition and the joint values that it fixes."""
     if isinstance(factor, (sp.sin, sp.cos)):
-        return [(_ROOT_MARK(factor, root), _joint_value_at(factor, root)) for root in _TRIG_ROOTS[factor.func, 0]]
+        return [(_ROOT_MARK(factor, root), _solve_for_last_joint(factor, root)) for root in _TRIG_ROOTS[factor.func, 0]]
     return [(factor, {})]
 
 
-def _remaining_factors(
+def _substitute_zero(
     factors: list[sp.Expr], zero: sp.Expr, values: JointValues, search: Search
 ) -> list[sp.Expr] | None:
-    """Return the factors that can still vanish, or None if the product vanishes already."""
+    """Return the factors of a set that can still be zero; None if one of them is already zero."""
     remaining: list[sp.Expr] = []
     for factor in factors:
-        moving = [factor] if not values else _joint_factors_of(substitute(factor, values), search)
-        if factor == zero or moving is None:
+        joint_factors = [factor] if not values else _joint_factors_of(substitute(factor, values), search)
+        if factor == zero or joint_factors is None:
             return None
-        remaining += moving
+        remaining += joint_factors
     return remaining
 
 
 def _merge_roots(conjunctions: list[Conjunction]) -> list[Conjunction]:
-    """Merge cases that differ only in the root of one factor, such as theta3 = 0 and theta3 = pi."""
+    """Merge conjunctions that differ only in the root of one factor, such as theta3 = 0 and theta3 = pi."""
     sets = {frozenset(conjunction) for conjunction in conjunctions}
     text = lru_cache(maxsize=None)(str)
 
-    def mergeable_cases() -> tuple[set[frozenset[sp.Expr]], frozenset[sp.Expr]] | None:
+    def find_mergeable() -> tuple[set[frozenset[sp.Expr]], frozenset[sp.Expr]] | None:
+        """Return two conjunctions that can be merged, and the merged conjunction."""
         for conjunction in sorted(sets, key=lambda c: sorted(map(text, c))):
-            for case in filter(_is_mark, conjunction):
-                other_conditions = conjunction - {case}
-                siblings = {other_conditions | {_ROOT_MARK(case.args[0], root)} for root in RIGHT_ANGLES} & sets
+            for mark in filter(_is_mark, conjunction):
+                other_conditions = conjunction - {mark}
+                siblings = {other_conditions | {_ROOT_MARK(mark.args[0], root)} for root in RIGHT_ANGLES} & sets
                 if len(siblings) == 2:
-                    return siblings, other_conditions | {case.args[0]}
+                    return siblings, other_conditions | {mark.args[0]}
         return None
 
-    while (cases := mergeable_cases()) is not None:
-        sets = (sets - cases[0]) | {cases[1]}
+    while (mergeable := find_mergeable()) is not None:
+        sets = (sets - mergeable[0]) | {mergeable[1]}
     return [tuple(sorted(conjunction, key=lambda c: (sp.count_ops(c), sp.default_sort_key(c)))) for conjunction in sets]
 
 
 def _follows(condition: sp.Expr, premises: Conjunction, search: Search) -> bool:
-    """Return whether a condition follows from the premises, by substituting angles and comparing factors.
+    """Return whether substituting angles and comparing factors shows that a condition follows from premises.
 
-    If neither shows it, return False, even if the condition does follow.
+    A condition may follow from the premises even if the result is False.
     """
     if condition in premises:
         return True
-    roots = {premise: _roots(premise, search) for premise in premises}
+    roots = {premise: _find_roots(premise, search) for premise in premises}
     fixed = list(filter(None, roots.values()))
     others = [premise for premise in premises if not roots[premise]]
     return bool(fixed) and all(_follows_at(condition, dict(values), others, search) for values in product(*fixed))
 
 
 def _follows_at(condition: sp.Expr, values: JointValues, other_premises: list[sp.Expr], search: Search) -> bool:
-    """Return whether a condition follows at joint values, regardless of which factor of each premise vanishes."""
+    """Return whether a condition holds at joint values, whichever factor of each premise is zero."""
     factor_sets = (_joint_factors_of(substitute(premise, values), search) for premise in other_premises)
     combinations_of_factors = product(*(factors for factors in factor_sets if factors is not None))
     return all(_holds(condition, values, factors) for factors in combinations_of_factors)
@@ -523,26 +540,29 @@ _TRIG_ROOTS: dict[tuple[type[sp.Expr], int], tuple[sp.Expr, ...]] = {
     (sp.sin, 0): (sp.S.Zero, sp.pi), (sp.sin, 1): (sp.pi / 2,), (sp.sin, -1): (-sp.pi / 2,),
     (sp.cos, 0): (sp.pi / 2, -sp.pi / 2), (sp.cos, 1): (sp.S.Zero,), (sp.cos, -1): (sp.pi,),
 }  # fmt: skip
-"""The angles at which a sine or cosine is zero, or at an end of its range."""
+"""The angles at which a sine or cosine is 0, 1 or -1."""
 
 
-def _roots(condition: sp.Expr, search: Search) -> list[tuple[sp.Symbol, sp.Expr]]:
-    """Return (joint, value) pairs for the joint that a condition fixes; none if it involves several joints."""
-    trig, at_end = condition, 0
+def _find_roots(condition: sp.Expr, search: Search) -> list[tuple[sp.Symbol, sp.Expr]]:
+    """Return the joint variable that a condition fixes with each of its values; none if several joints are involved.
+
+    The condition is a sine or a cosine, or has the form 1 - trig or 1 + trig.
+    """
+    trig, trig_value = condition, 0
     for extreme_value, single_trig in ((1, 1 - condition), (-1, condition - 1)):
         if condition.is_Add and isinstance(single_trig, (sp.sin, sp.cos)):
-            trig, at_end = single_trig, extreme_value
+            trig, trig_value = single_trig, extreme_value
     if not isinstance(trig, (sp.sin, sp.cos)) or len(trig.free_symbols & set(search.joints)) != 1:
         return []
-    roots = _TRIG_ROOTS[trig.func, at_end]
-    return [item for root in roots for item in _joint_value_at(trig, root).items()]
+    roots = _TRIG_ROOTS[trig.func, trig_value]
+    return [item for root in roots for item in _solve_for_last_joint(trig, root).items()]
 
 
 def _drop_subsumed(conjunctions: list[Conjunction], search: Search) -> list[Conjunction]:
-    """Drop duplicates, and conjunctions whose zeros are contained in those of another one."""
+    """Drop duplicates, and conjunctions whose configurations also satisfy another conjunction."""
     remaining = list(dict.fromkeys(c for c in conjunctions if not any(set(o) < set(c) for o in conjunctions)))
     for narrow in sorted(remaining, key=lambda c: (len(c), sp.count_ops(sp.Add(*c))), reverse=True):
         others = (wide for wide in remaining if wide != narrow)
         if any(all(_follows(condition, narrow, search) for condition in wide) for wide in others):
-            remaining.remove(narrow)  # one at a time: of two equal conjunctions, each lies in the other
+            remaining.remove(narrow)  # removed at once: of two equal conjunctions, each lies in the other
     return sorted(remaining, key=lambda c: (len(c), sp.count_ops(sp.Add(*c)), [sp.default_sort_key(x) for x in c]))

@@ -1,10 +1,10 @@
-"""Compute whether a singular configuration is a boundary or an internal singularity.
+"""Find out whether a singular configuration is a boundary or an internal singularity.
 
-At a singular configuration, let u be a direction that J cannot produce (u J = 0), and k a joint motion that does not
-move the task (J k = 0). To second order, the arm moves by u . (dJ/dk k) along u. If this has the same sign for all k,
-small motions reach only one side of a surface, at which the reach folds back. If no other configuration reaches the
-far side either, the singularity is at the boundary of the reach. In all other cases it is internal, also if the
-second-order motion vanishes. Unlimited joint travel is assumed, as in the chapter.
+At a singular configuration, J cannot produce a direction u (u J = 0), and a joint motion k does not move the task
+(J k = 0). To second order, the arm moves by u . (dJ/dk k) along u. If this has the same sign for all k, small motions
+reach only one side of a surface; the reach is said to fold at this surface. If no other configuration reaches the far
+side either, the singularity is at the boundary of the reach. In all other cases, also if the second-order motion is
+zero, the singularity is internal. Joint travel is unlimited, as in the chapter.
 """
 
 from collections.abc import Iterator, Sequence
@@ -16,37 +16,37 @@ import sympy as sp
 
 from qdot.exercises.arm.chain import TASK_ROWS, Chain
 from qdot.exercises.arm.derivation import derive
-from qdot.exercises.arm.kinematics import NumericChain
 from qdot.exercises.common.stream import Stream
-from qdot.exercises.singularities.appearance import wrist_centre
-from qdot.exercises.singularities.axes import Sample, jacobians_of
-from qdot.exercises.singularities.reach import reach_lengths, reaches_beyond
+from qdot.exercises.singularities.appearance import find_wrist_centre
+from qdot.exercises.singularities.axes import Sample, jacobians_of, stack_samples
+from qdot.exercises.singularities.reach import compute_arm_lengths, reaches_beyond
 
 RANK_TOLERANCE = 1e-7
 """A singular value counts as zero if it is below this fraction of the largest."""
 
 _ROTATION_COUNT = 24
-"""Number of angles that are tried for a joint that does not move the point, in the search for a corner of the reach."""
+"""Number of angles that are tried for a joint that does not move P, in the search for a corner of the reach."""
 
 
 def can_establish_kind(chain: Chain) -> bool:
-    """Return whether the kind, boundary or internal, can be established and is meaningful for a chain.
+    """Return whether the kind, boundary or internal, of an arm's singularities can be established and is meaningful.
 
     If not, the kind is never asked for or reported.
 
-    The kind can be established for up to four rows, and for all six rows of an arm with a spherical wrist. For other
-    tasks, the search for configurations beyond a fold is no proof. The kind is meaningful if the task's rows are rates
-    of coordinates, such as a position, an orientation or one angle about a fixed axis. Only coordinates have a reach;
-    angular velocities have none. If there are more rows than joints, the reach is only a surface, whose boundary is of
-    no interest.
+    The kind can be established for tasks of up to four rows, and for all six rows of an arm with a spherical wrist. For
+    other tasks, the search for configurations beyond a fold is no proof.
+
+    The kind is meaningful if the task's rows are the rates of coordinates: of a position, of an orientation, or of an
+    angle about a fixed axis. Other angular velocities are rates of no coordinate, so they have no reach. If there are
+    more rows than joints, the reach is only a surface, and the boundary of a surface is of no interest.
     """
     if chain.n == 6 and set(chain.task) == set(TASK_ROWS):
-        return wrist_centre(chain) is not None
+        return find_wrist_centre(chain) is not None
     return len(chain.task) <= min(4, chain.n) and _has_coordinates(chain)
 
 
 def _has_coordinates(chain: Chain) -> bool:
-    """Return whether the task's angular rows are none, all three, or the only one in which the arm rotates."""
+    """Return whether the angular rows of the task are none, all three, or the only one in which the arm rotates."""
     angular_rows = [row for row in chain.task if row[0] == "w"]
     if len(angular_rows) in (0, 3):
         return True
@@ -58,78 +58,80 @@ def _has_coordinates(chain: Chain) -> bool:
 
 
 def are_one_sided(chain: Chain, samples: Sequence[Sample]) -> bool:
-    """Return whether each configuration loses exactly one direction, on one side of which nothing can be reached.
+    """Return whether each sample loses exactly one direction, and reaches nothing on one side of this direction.
 
-    Return False for boundary configurations that show this only after a joint that does not move the point has been
-    rotated.
+    Return False, too, for boundary configurations that show this only after rotating a joint that does not move P.
     """
     rows = chain.task_rows
     if _has_free_orientation(chain):
-        samples, rows = _arms_before_wrist(samples), [0, 1, 2]
+        samples, rows = _cut_before_wrist(samples), [0, 1, 2]
     if not samples:
         return False
-    ranks = _ranks(np.linalg.svd(jacobians_of(samples)[:, rows], compute_uv=False), samples)
-    return bool(np.all(ranks == len(rows) - 1) and np.all(_kinds_by_motion(samples, rows) == "boundary"))
+    ranks = _compute_ranks(np.linalg.svd(jacobians_of(samples)[:, rows], compute_uv=False), samples)
+    return bool(np.all(ranks == len(rows) - 1) and np.all(_classify_by_motion(samples, rows) == "boundary"))
 
 
 def classify_samples(chain: Chain, samples: Sequence[Sample]) -> list[str]:
-    """Return the kinds of many configurations of arms of the same structure, faster than one at a time.
+    """Return the kind of each sample: "boundary", "internal", or "regular"; the arms have the same structure.
 
-    An arm with a spherical wrist is at the boundary if the wrist centre is at the boundary of its reach, because the
-    wrist itself reaches every orientation.
+    If the arm's spherical wrist reaches every orientation, only the wrist centre matters. The arm is at the boundary if
+    the wrist centre is at the boundary of its reach.
     """
     if not _has_free_orientation(chain):
-        return list(_kinds_by_position(samples, chain.task_rows))
+        return list(_classify_by_position(samples, chain.task_rows))
     kinds = np.full(len(samples), "regular", dtype=object)
     sigma = np.linalg.svd(jacobians_of(samples), compute_uv=False) if samples else np.ones((0, 6))
-    singular = np.flatnonzero(_ranks(sigma, samples) < 6).tolist()
-    wrist_centre_kinds = _kinds_by_position(_arms_before_wrist([samples[k] for k in singular]), [0, 1, 2])
+    singular = np.flatnonzero(_compute_ranks(sigma, samples) < 6).tolist()
+    wrist_centre_kinds = _classify_by_position(_cut_before_wrist([samples[k] for k in singular]), [0, 1, 2])
     kinds[singular] = np.where(wrist_centre_kinds == "boundary", "boundary", "internal")
     return list(kinds)
 
 
 def _has_free_orientation(chain: Chain) -> bool:
-    """Return whether a six-joint arm with a full task has a spherical wrist that reaches all orientations.
+    """Return whether an arm with six joints and a task of six rows has a spherical wrist that reaches all orientations.
 
-    The wrist's successive axes must be perpendicular.
+    Successive axes of such a wrist are perpendicular.
     """
-    has_wrist = chain.n == 6 and set(chain.task) == set(TASK_ROWS) and wrist_centre(chain) is not None
+    has_wrist = chain.n == 6 and set(chain.task) == set(TASK_ROWS) and find_wrist_centre(chain) is not None
     return has_wrist and all(sp.cos(joint.alpha) == 0 for joint in chain.joints[3:5])
 
 
-def _arms_before_wrist(samples: Sequence[Sample]) -> list[Sample]:
-    """Return the first three joints of six-joint arms with a spherical wrist, with the wrist centre as their point."""
-    return [Sample(s.arm.first_joints(3, (0.0, 0.0, s.arm.fixed[3][0])), s.q[:3]) for s in samples]
+def _cut_before_wrist(samples: Sequence[Sample]) -> list[Sample]:
+    """Return samples of arms with a spherical wrist as samples of their first three joints; P is the wrist centre."""
+    return [Sample(s.arm.keep_first_joints(3, (0.0, 0.0, s.arm.fixed[3][0])), s.q[:3]) for s in samples]
 
 
-def _ranks(sigma: np.ndarray, samples: Sequence[Sample]) -> np.ndarray:
-    """Return the ranks of Jacobians with these singular values (k x m).
+def _compute_ranks(sigma: np.ndarray, samples: Sequence[Sample]) -> np.ndarray:
+    """Return the ranks (k) of the samples' Jacobians, given their singular values (k x m).
 
-    A Jacobian whose entries are all negligible compared with the arm's reach has rank zero.
+    A Jacobian whose entries are all negligible compared with the arm's length has rank zero.
     """
     scale = sigma[:, 0].copy()
     small_scales = np.flatnonzero(scale < 1.0).tolist()
     if small_scales:
-        reach = reach_lengths([samples[k].arm for k in small_scales])
+        reach = compute_arm_lengths([samples[k].arm for k in small_scales])
         scale[small_scales] = np.maximum(scale[small_scales], np.minimum(reach, 1.0))
     return np.asarray(np.sum(sigma > RANK_TOLERANCE * scale[:, None], axis=1))
 
 
-def _kinds_by_position(samples: Sequence[Sample], task: list[int]) -> np.ndarray:
-    """Return the kinds of configurations by the position of their point.
+def _classify_by_position(samples: Sequence[Sample], task: list[int]) -> np.ndarray:
+    """Return the kind of each sample, which depends only on the position of P if the task is a position.
 
-    A corner of the reach is found only at certain configurations with the point there. Therefore, if a joint can rotate
-    without moving the point, its rotations are tested too: if one of them is at the boundary, so is the configuration.
+    At a corner of the reach, the boundary is found only at some of the configurations that bring P there. Therefore, if
+    a joint can rotate without moving P, its rotations are tested, too. If one rotation is at the boundary, so is the
+    sample.
     """
-    kinds = _kinds_by_motion(samples, task)
+    kinds = _classify_by_motion(samples, task)
     if not samples or max(task) > 2:
         return kinds
     undecided = np.flatnonzero(kinds == "internal").tolist()
     for joint in range(1, min(len(samples[0].q), samples[0].arm.point_frame) if undecided else 0):
-        if samples[0].arm.kinds[joint] == "R":
+        if samples[0].arm.is_revolute[joint]:
             rotated_samples = _rotate_joint([samples[k] for k in undecided], joint)
             rotatable = [k for k, rotations in zip(undecided, rotated_samples, strict=True) if rotations]
-            all_kinds = iter(_kinds_by_motion([sample for rotations in rotated_samples for sample in rotations], task))
+            all_kinds = iter(
+                _classify_by_motion([sample for rotations in rotated_samples for sample in rotations], task)
+            )
             for k in rotatable:
                 rotation_kinds = [next(all_kinds) for _ in range(_ROTATION_COUNT)]
                 kinds[k] = "boundary" if "boundary" in rotation_kinds else "internal"
@@ -140,10 +142,11 @@ def _kinds_by_position(samples: Sequence[Sample], task: list[int]) -> np.ndarray
 
 
 def _rotate_joint(samples: Sequence[Sample], joint: int) -> list[list[Sample]]:
-    """Return for each sample the samples that rotating a joint produces; none if that moves the point."""
-    q = np.tile(np.stack([sample.q for sample in samples])[:, None], (1, _ROTATION_COUNT, 1))
+    """Return for each sample the samples that rotating a joint leads to; none if the joint moves P."""
+    arms, q = stack_samples(samples)
+    q = np.tile(q, (1, _ROTATION_COUNT, 1))
     q[..., joint] = np.linspace(-np.pi, np.pi, _ROTATION_COUNT, endpoint=False)
-    points = NumericChain.stack([sample.arm for sample in samples]).point(q)
+    points = arms.point(q)
     is_still = np.ptp(points, axis=1).max(axis=1) < RANK_TOLERANCE
     return [
         [Sample(sample.arm, configuration) for configuration in configurations] if stays else []
@@ -151,19 +154,19 @@ def _rotate_joint(samples: Sequence[Sample], joint: int) -> list[list[Sample]]:
     ]
 
 
-def _kinds_by_motion(samples: Sequence[Sample], task: list[int]) -> np.ndarray:
-    """Return the kinds of configurations by their small motions and by the search for other configurations."""
+def _classify_by_motion(samples: Sequence[Sample], task: list[int]) -> np.ndarray:
+    """Return the kind of each sample by its small motions and by a search for configurations beyond it."""
     kinds = np.full(len(samples), "regular", dtype=object)
     if not samples:
         return kinds
     u, singular_values, vt = np.linalg.svd(jacobians_of(samples)[:, task])
-    ranks = _ranks(singular_values, samples)
+    ranks = _compute_ranks(singular_values, samples)
     for rank in sorted({int(rank) for rank in ranks if rank < singular_values.shape[1]}):
         indices = np.flatnonzero(ranks == rank)
         group = [samples[k] for k in indices.tolist()]
         bending = _compute_bending(group, task, vt[indices, rank:])
         is_edge = np.zeros(len(indices), dtype=bool)
-        for lost in _lost_directions(u[indices, :, rank:], bending, is_square=len(task) <= vt.shape[1]):
+        for lost in _yield_lost_directions(u[indices, :, rank:], bending, is_square=len(task) <= vt.shape[1]):
             undecided = np.flatnonzero(~is_edge)
             if len(undecided):
                 undecided_samples = [group[k] for k in undecided.tolist()]
@@ -172,12 +175,12 @@ def _kinds_by_motion(samples: Sequence[Sample], task: list[int]) -> np.ndarray:
     return kinds
 
 
-def _lost_directions(lost_basis: np.ndarray, bending: "_Bending", is_square: bool) -> Iterator[np.ndarray]:
-    """Yield lost directions of the samples (k x m), up to sign: the only one, or a selection of their combinations.
+def _yield_lost_directions(lost_basis: np.ndarray, bending: "_Bending", is_square: bool) -> Iterator[np.ndarray]:
+    """Yield unit vectors along lost directions of k samples (k x m), without their opposites.
 
-    If several directions are lost at once, the sample is at a boundary only if the reach folds in one of their
-    combinations. At a corner of the reach only few combinations fold, and the blunter the corner, the fewer. Therefore
-    the combination along which small motions reach the least comes first.
+    If several directions are lost at once, many combinations of them are yielded. The sample is at the boundary if the
+    reach folds in any of these combinations. At a corner of the reach, only few combinations fold; the blunter the
+    corner, the fewer. Therefore the combination along which small motions reach the least comes first.
     """
     count = lost_basis.shape[2]
     if count == 1:
@@ -185,20 +188,20 @@ def _lost_directions(lost_basis: np.ndarray, bending: "_Bending", is_square: boo
             yield lost_basis[:, :, 0]
         return
     if count == 2:
-        yield _least_reached_direction(lost_basis, bending)
-    for weights in _unit_vectors(count):
+        yield _find_least_reached_direction(lost_basis, bending)
+    for weights in _list_unit_vectors(count):
         yield lost_basis @ weights
 
 
 _DIRECTION_STEP = np.pi / 45
-"""Angle (rad) between the combinations that are tried if two directions are lost."""
+"""Angle (rad) between successive combinations that are tried if two directions are lost."""
 _RANDOM_DIRECTION_COUNT = 150
-"""Number of combinations that are tried if more than two directions are lost."""
+"""Number of random combinations that are tried if more than two directions are lost."""
 
 
 @lru_cache(maxsize=8)
-def _unit_vectors(count: int) -> np.ndarray:
-    """Return unit vectors in `count` dimensions, one of each pair of opposites (directions x count)."""
+def _list_unit_vectors(count: int) -> np.ndarray:
+    """Return unit vectors in `count` dimensions, directions x count; opposite vectors are not repeated."""
     if count == 2:
         return _vectors_at_angles(np.arange(0, np.pi, _DIRECTION_STEP))
     rng = Stream("directions")
@@ -212,12 +215,12 @@ def _vectors_at_angles(angles: np.ndarray) -> np.ndarray:
 
 
 _REFINEMENT_ROUNDS, _REFINEMENT_FACTOR = 6, 4.0
-"""Number of rounds that refine the search for the least reached direction, and the refinement factor of each round."""
+"""The search for the least reached direction: number of rounds, and the factor by which a round refines the angle."""
 
 
-def _least_reached_direction(lost_basis: np.ndarray, bending: "_Bending") -> np.ndarray:
-    """Return for each sample the combination of two lost directions along which small motions reach the least."""
-    forms = np.stack([_quadratic_forms(lost_basis[..., column], bending) for column in range(2)])
+def _find_least_reached_direction(lost_basis: np.ndarray, bending: "_Bending") -> np.ndarray:
+    """Return for each sample the combination (k x m) of two lost directions that small motions reach the least."""
+    forms = np.stack([_compute_quadratic_forms(lost_basis[..., column], bending) for column in range(2)])
     angles = np.tile(np.arange(0, 2 * np.pi, _DIRECTION_STEP), (len(lost_basis), 1))
     for round_number in range(_REFINEMENT_ROUNDS):
         leading = np.linalg.eigvalsh(np.einsum("kal,lkst->kast", _vectors_at_angles(angles), forms))[..., -1]
@@ -228,9 +231,10 @@ def _least_reached_direction(lost_basis: np.ndarray, bending: "_Bending") -> np.
 
 @dataclass(frozen=True)
 class _Bending:
-    """The joint motions that do not move the task, k x s x n (`joint_motions`), and the change of J along each of them.
+    """How the Jacobians of k samples change along joint motions that do not move the task.
 
-    The `jacobian_changes` is k x s x rows of the task x n.
+    - `joint_motions`: s joint motions for each sample, k x s x n.
+    - `jacobian_changes`: the change of the task Jacobian along each of these motions, k x s x m x n.
     """
 
     joint_motions: np.ndarray
@@ -241,17 +245,14 @@ class _Bending:
 
 
 _DIFFERENCE_STEP = 1e-4
-"""Step of the joint motions for finite differences."""
+"""Step of the joint motions (rad or m) for finite differences."""
 
 
 def _compute_bending(samples: Sequence[Sample], task: list[int], joint_motions: np.ndarray) -> _Bending:
-    """Return the change of J along motions that do not move the task, by central differences.
-
-    The differences are not divided by twice the step.
-    """
-    arms, q = NumericChain.stack([sample.arm for sample in samples]), np.stack([sample.q for sample in samples])
+    """Return the change of J along joint motions, by central differences that are not divided by twice the step."""
+    arms, q = stack_samples(samples)
     directions = np.concatenate([joint_motions, -joint_motions], axis=1)
-    forward, backward = np.split(arms.jacobian(q[:, None] + _DIFFERENCE_STEP * directions)[:, :, task], 2, axis=1)
+    forward, backward = np.split(arms.jacobian(q + _DIFFERENCE_STEP * directions)[:, :, task], 2, axis=1)
     return _Bending(joint_motions, forward - backward)
 
 
@@ -260,10 +261,10 @@ def _are_at_boundary(
 ) -> np.ndarray:
     """Return for each sample whether no configuration reaches beyond it, on a side that small motions do not reach.
 
-    A motion whose second-order effect is zero (a joint that moves nothing) is ignored. If all are, both sides are
-    tested.
+    Motions without a second-order effect are ignored, such as those of a joint that moves nothing. If no motion has a
+    second-order effect, both sides are tested.
     """
-    eigenvalues = np.linalg.eigvalsh(_quadratic_forms(lost_directions, bending))
+    eigenvalues = np.linalg.eigvalsh(_compute_quadratic_forms(lost_directions, bending))
     forward, backward = np.any(eigenvalues > 1e-5, axis=1), np.any(eigenvalues < -1e-5, axis=1)
     # The search is reliable only for a point that can move in as many directions as the task has rows.
     tests_both = max(task) < 3 and len(task) <= len(samples[0].q)
@@ -276,8 +277,8 @@ def _are_at_boundary(
     return is_edge
 
 
-def _quadratic_forms(directions: np.ndarray, bending: _Bending) -> np.ndarray:
-    """Return the quadratic forms (k x s x s) of the second-order motion along a direction."""
+def _compute_quadratic_forms(directions: np.ndarray, bending: _Bending) -> np.ndarray:
+    """Return the quadratic forms (k x s x s) of the second-order motion of each sample along its direction (k x m)."""
     changes = np.einsum("km,ksmn->ksn", directions, bending.jacobian_changes) / (2 * _DIFFERENCE_STEP)
     halves = changes @ bending.joint_motions.swapaxes(1, 2)
     return np.asarray((halves + halves.swapaxes(1, 2)) / 2)

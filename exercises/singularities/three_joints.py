@@ -1,11 +1,15 @@
 """Decide whether arms of three joints reach target points, for many arms and targets at once, without a search.
 
-The first joint cannot change two quantities of the point. If it is revolute, these are the height along its axis and
-the distance from its axis; if it is prismatic, the two coordinates perpendicular to its axis. The second joint moves
-the point on a circle or a line, on which both quantities are linear. Therefore one condition on the third joint
-remains, which also moves the point on a circle or a line. In general this condition is a polynomial, whose sign shows
-whether it has a root. If the second joint cannot change one of the quantities, the condition is linear, and the other
-quantity must be in range at a root.
+The first joint cannot change two quantities of the point P:
+
+- If the first joint is revolute: the height of P along its axis, and the distance of P from its axis.
+- If the first joint is prismatic: the two coordinates of P perpendicular to its axis.
+
+The second joint moves P on a circle or a line, on which both quantities are linear. P reaches the target if both
+quantities reach those of the target. After the second joint is eliminated, one condition on the third joint remains.
+The third joint also moves P on a circle or a line, on which the condition is a function of coordinates x and y. In
+general the condition is a polynomial, whose sign shows whether it has a root. But the condition is linear if the second
+joint cannot change one of the quantities. Then the other quantity must be in the second joint's range at a root.
 """
 
 from dataclasses import dataclass
@@ -16,40 +20,45 @@ from qdot.exercises.arm.kinematics import NumericChain
 from qdot.exercises.arm.vectors import cross, norms
 
 YES, NO, UNSURE = 1, 0, -1
+"""The possible answers."""
 
 _ZERO_TOLERANCE = 1e-9
 """A quantity below this fraction of the arm's size counts as zero."""
 _SIGN_TOLERANCE = 1e-10
-"""The sign of a polynomial is certain if its absolute value is above this fraction of the sum of its terms."""
+"""The sign of a polynomial is certain if its absolute value is above this fraction of the sum of its absolute terms."""
 _GRID_SIZE, _MINIMUM_STARTS, _MAX_NEWTON_STEPS, _MIN_STEP_SIZE = 48, 4, 25, 1e-9
-"""The search for the minimum of a polynomial on the circle: number of points at which it is evaluated; number of the
-lowest points at which Newton steps start; maximum number of steps; step size below which the steps end.
+"""The search for the minimum of a polynomial on the circle:
 
-Many steps are needed if two minima merge, because a step then removes only a third of the remaining distance.
+- the number of points at which the polynomial is evaluated;
+- how many of these points, the lowest ones, Newton steps start from;
+- the maximum number of steps; if two minima merge, a step removes only a third of the remaining distance;
+- the step size (rad) below which the search ends.
 """
 
 
 def reaches_targets(arms: NumericChain, targets: np.ndarray) -> np.ndarray:
-    """Return for each arm whether it reaches its target (k x 3): YES, NO or UNSURE, in an array (k).
+    """Return for each of k arms whether the arm reaches its target (k x 3): YES, NO or UNSURE, in an array (k).
 
-    The arms are stacked by `NumericChain.stack`. They have three joints, all of which move the point.
+    `arms` combines the arms (`NumericChain.stack`). They have three joints, all of which move P.
     """
     arm = _normalize(arms, targets)
     with np.errstate(all="ignore"):  # a division by zero makes the answer UNSURE
-        is_sole, residual = _second_joint_condition(arm)
-        answer = np.where(is_sole, _decide_by_sign(arm, residual), _decide_by_roots(arm, residual))
-    return np.asarray(np.where(arm.moves_point, answer, UNSURE))
+        condition = _eliminate_second_joint(arm)
+        by_sign, by_roots = _decide_by_sign(arm, condition), _decide_by_roots(arm, condition)
+    answer = np.where(condition.is_only_condition, by_sign, by_roots)
+    return np.asarray(np.where(norms(arm.along) > _ZERO_TOLERANCE, answer, UNSURE))  # the third joint must move P
 
 
 @dataclass(frozen=True)
 class _NormalizedArms:
-    """Arms (k) with their targets, scaled by the size of both, in coordinates about a point on the first axis.
+    """Arms (k) with their targets, divided by the size of both, in coordinates about a point on the first axis.
 
-    `axes` and `origins` (k x 3 joints x 3) are those at home. The third joint brings the point to the position `middle`
-    + x `along` + y `across`. If it is revolute, (x, y) is on the unit circle; if it is prismatic, y = 0.
+    `axes` and `origins` (k x 3 joints x 3) are those at home. The third joint brings P to the position `middle`
+    + x `along` + y `across` (k x 3 each). If that joint is revolute, (x, y) lies on the unit circle; if it is
+    prismatic, y is 0. `is_revolute` (3) says which of the joints are revolute.
     """
 
-    kinds: tuple[str, ...]
+    is_revolute: np.ndarray
     axes: np.ndarray
     origins: np.ndarray
     target: np.ndarray
@@ -57,13 +66,8 @@ class _NormalizedArms:
     along: np.ndarray
     across: np.ndarray
 
-    @property
-    def moves_point(self) -> np.ndarray:
-        """Whether the third joint moves the point."""
-        return np.asarray(norms(self.along) > _ZERO_TOLERANCE)
-
     def point(self, x: np.ndarray, y: np.ndarray) -> np.ndarray:
-        """Return the point (k x m x 3) with the third joint at x and y (m, or k x m)."""
+        """Return the position of P (k x m x 3) with the third joint at x and y (m, or k x m)."""
         middle, along, across = (vectors[:, None] for vectors in (self.middle, self.along, self.across))
         return np.asarray(middle + x[..., None] * along + y[..., None] * across)
 
@@ -74,26 +78,31 @@ def _normalize(arms: NumericChain, targets: np.ndarray) -> _NormalizedArms:
     point, home = arms.point_of(home)[:, 0], home[:, 0]
     axes, origins = home[:, :3, :3, 2], home[:, :3, :3, 3]
     first = axes[:, 0]
-    # the foot of the perpendicular from the second origin to the first axis
+    # the new origin is the foot of the perpendicular from the second origin to the first axis
     foot = origins[:, 0] + first * _dot(origins[:, 1] - origins[:, 0], first)[:, None]
     arm_size = norms(np.diff(np.concatenate([origins, point[:, None]], axis=1), axis=1)).sum(axis=1)
-    arm_size = np.maximum(arm_size + norms(targets - foot), 1e-12)[:, None]  # a prismatic joint may be the only length
-    origins, point = (origins - foot[:, None]) / arm_size[:, None], (point - foot) / arm_size
-    if arms.kinds[2] == "P":
-        middle, along, across = point, axes[:, 2], np.zeros_like(point)
-    else:
+    size = arm_size + norms(targets - foot)  # with the target, because a prismatic joint may be the only length
+    size = np.maximum(size, 1e-12)[:, None]
+    origins, point = (origins - foot[:, None]) / size[:, None], (point - foot) / size
+    if arms.is_revolute[2]:
         to_point = point - origins[:, 2]
         along = to_point - axes[:, 2] * _dot(to_point, axes[:, 2])[:, None]
         middle, across = point - along, cross(axes[:, 2], along)
-    return _NormalizedArms(arms.kinds, axes, origins, (targets - foot) / arm_size, middle, along, across)
+    else:
+        middle, along, across = point, axes[:, 2], np.zeros_like(point)
+    return _NormalizedArms(arms.is_revolute, axes, origins, (targets - foot) / size, middle, along, across)
 
 
 @dataclass(frozen=True)
-class _Residual:
-    """The condition on the third joint, as a function of x and y: a residual must be zero, and a margin positive.
+class _Condition:
+    """The condition on the third joint, a function of x and y: a residual must be zero, and a margin positive.
 
-    The margin is positive if the other quantity is in its range. If a polynomial is the only condition
-    (`is_only_condition`), the polynomial is the residual, and the margin is 1.
+    If a polynomial is the only condition of an arm, the polynomial is the residual, and the margin is 1. Otherwise the
+    residual is linear, and the margin is positive if the other quantity is in the second joint's range.
+
+    - `is_only_condition`: for each arm (k), whether a polynomial is the only condition.
+    - `matrix`: how the second joint changes the two quantities (k x 2 x 2). For a prismatic joint, the matrix says how
+      the joint changes the height (k x 1 x 1).
     """
 
     arm: _NormalizedArms
@@ -103,20 +112,20 @@ class _Residual:
     def __call__(self, x: np.ndarray, y: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
         """Return the residual and the margin, k x m each."""
         point = self.arm.point(x, y)
-        return self._for_revolute(point) if self.arm.kinds[1] == "R" else self._for_prismatic(point)
+        return self._for_revolute(point) if self.arm.is_revolute[1] else self._for_prismatic(point)
 
     def _for_revolute(self, point: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
         """Return residual and margin for a revolute second joint.
 
-        The third joint determines the length of the vector from the second axis to the point. The target determines two
-        components of this vector.
+        The third joint determines the length of the vector from the second axis to P. The target determines two
+        components of this vector, which must be compatible with its length.
         """
         arm = self.arm
         to_point = point - arm.origins[:, None, 1]
         axis = arm.axes[:, None, 1]
         height = _dot(to_point, axis)
         squared = _dot(to_point, to_point)
-        required = _required_components(arm, height, squared)
+        required = _compute_required_components(arm, height, squared)
         u, sigma, _ = np.linalg.svd(self.matrix)
         components = np.einsum("kji,kmj->kmi", u, required)
         squared_radius = squared - height**2
@@ -128,7 +137,7 @@ class _Residual:
         """Return residual and margin for a prismatic second joint."""
         arm = self.arm
         first, second = arm.axes[:, None, 0], arm.axes[:, None, 1]
-        if arm.kinds[0] == "P":
+        if not arm.is_revolute[0]:
             residual = _dot(cross(first, second), point - arm.target[:, None])
             return residual, np.ones_like(residual)
         height, distance = _dot(arm.target, arm.axes[:, 0])[:, None], _dot(arm.target, arm.target)[:, None]
@@ -141,77 +150,78 @@ class _Residual:
     def _select(
         self, polynomial: np.ndarray, linear_residual: np.ndarray, margin: np.ndarray
     ) -> tuple[np.ndarray, np.ndarray]:
-        """Return the residual and the margin of each arm.
-
-        They are `polynomial` and 1 if it is the only condition, and otherwise `linear_residual` and `margin`.
-        """
-        sole = self.is_only_condition[:, None]
-        return np.where(sole, polynomial, linear_residual), np.where(sole, 1.0, margin)
+        """Return (polynomial, 1) for arms whose only condition is the polynomial, else (linear_residual, margin)."""
+        is_only = self.is_only_condition[:, None]
+        return np.where(is_only, polynomial, linear_residual), np.where(is_only, 1.0, margin)
 
 
-def _second_joint_condition(arm: _NormalizedArms) -> tuple[np.ndarray, _Residual]:
-    """Return whether a polynomial is the only condition for each arm (k), and the conditions."""
+def _eliminate_second_joint(arm: _NormalizedArms) -> _Condition:
+    """Return the condition on the third joint that remains after the second joint is eliminated."""
     first, second = arm.axes[:, 0], arm.axes[:, 1]
-    if arm.kinds[1] == "P":
+    if not arm.is_revolute[1]:
         axis_cosine = _dot(first, second)
-        sole = (np.abs(axis_cosine) > _ZERO_TOLERANCE) & (arm.kinds[0] == "R")
-        return sole, _Residual(arm, sole, axis_cosine[:, None, None])
-    directions = (first, 2 * arm.origins[:, 1]) if arm.kinds[0] == "R" else _perpendiculars(first)
-    matrix = np.stack(directions, axis=1) @ np.stack(_perpendiculars(second), axis=1).swapaxes(1, 2)
-    sigma = np.linalg.svd(matrix, compute_uv=False)
-    sole = sigma[:, 1] > _ZERO_TOLERANCE
-    return sole, _Residual(arm, sole, matrix)
+        is_only = (np.abs(axis_cosine) > _ZERO_TOLERANCE) & arm.is_revolute[0]
+        return _Condition(arm, is_only, axis_cosine[:, None, None])
+    directions = (first, 2 * arm.origins[:, 1]) if arm.is_revolute[0] else _choose_perpendiculars(first)
+    matrix = np.stack(directions, axis=1) @ np.stack(_choose_perpendiculars(second), axis=1).swapaxes(1, 2)
+    return _Condition(arm, np.linalg.svd(matrix, compute_uv=False)[:, 1] > _ZERO_TOLERANCE, matrix)
 
 
-def _required_components(arm: _NormalizedArms, height: np.ndarray, squared: np.ndarray) -> np.ndarray:
-    """Return the two components (k x m x 2) of the vector from the second axis to the point that the target requires.
+def _compute_required_components(arm: _NormalizedArms, height: np.ndarray, squared: np.ndarray) -> np.ndarray:
+    """Return two components (k x m x 2) that the target requires of the vector from the second axis to P.
 
-    `height` and `squared` are the vector's component along the second axis and its squared length.
+    `height` is the component of this vector along the second axis, and `squared` is its squared length.
     """
     first, second, origin = arm.axes[:, 0], arm.axes[:, 1], arm.origins[:, 1]
-    if arm.kinds[0] == "R":
+    if arm.is_revolute[0]:
         height_change = _dot(arm.target, first) - _dot(origin, first)
         distance = _dot(arm.target, arm.target) - _dot(origin, origin)
         required_height = height_change[:, None] - _dot(first, second)[:, None] * height
         required_square = distance[:, None] - squared - 2 * _dot(origin, second)[:, None] * height
         return np.stack([required_height, required_square], axis=2)
-    pairs = [(_dot(u, arm.target - origin)[:, None], _dot(u, second)[:, None]) for u in _perpendiculars(first)]
-    return np.stack([total - share * height for total, share in pairs], axis=2)
+    pairs = [(_dot(u, arm.target - origin)[:, None], _dot(u, second)[:, None]) for u in _choose_perpendiculars(first)]
+    return np.stack([component - axis_component * height for component, axis_component in pairs], axis=2)
 
 
 # --- a polynomial as the only condition ---
 
 
-def _decide_by_sign(arm: _NormalizedArms, residual: _Residual) -> np.ndarray:
+def _decide_by_sign(arm: _NormalizedArms, condition: _Condition) -> np.ndarray:
     """Decide by the signs of its values whether the polynomial has a root."""
-    if arm.kinds[2] == "R":
-        return _sign_on_circle(residual)
-    return _sign_on_line(residual, 4 if arm.kinds[:2] == ("R", "R") else 2)
+    if arm.is_revolute[2]:
+        return _decide_on_circle(condition)
+    return _decide_on_line(condition, 4 if arm.is_revolute[:2].all() else 2)
 
 
-def _sign_on_circle(residual: _Residual) -> np.ndarray:
-    """Decide whether a0 + a1 cos x + b1 sin x + a2 cos 2x + b2 sin 2x takes both signs."""
+def _decide_on_circle(condition: _Condition) -> np.ndarray:
+    """Decide whether the polynomial a0 + a1 cos x + b1 sin x + a2 cos 2x + b2 sin 2x takes both signs."""
     angles = np.arange(8) * np.pi / 4
-    values = residual(np.cos(angles), np.sin(angles))[0]
+    values = condition(np.cos(angles), np.sin(angles))[0]
     coefficients = np.fft.rfft(values, axis=1)[:, :3] / 4
     a, b = coefficients.real, -coefficients.imag
     a[:, 0] /= 2
     terms = np.abs(a).sum(axis=1) + np.abs(b[:, 1:]).sum(axis=1)
     grid = np.linspace(0, 2 * np.pi, _GRID_SIZE, endpoint=False)
-    values, tolerance = _trig_polynomial(a, b, np.broadcast_to(grid, (len(a), _GRID_SIZE)), 0), _SIGN_TOLERANCE * terms
+    values, tolerance = (
+        _evaluate_trig_polynomial(a, b, np.broadcast_to(grid, (len(a), _GRID_SIZE)), 0),
+        _SIGN_TOLERANCE * terms,
+    )
     has_positive, has_negative = values.max(axis=1) > tolerance, values.min(axis=1) < -tolerance
     answer = np.where(has_positive & has_negative, YES, UNSURE)
-    for sign, one_sided in ((1, has_positive & ~has_negative), (-1, has_negative & ~has_positive)):
-        rows = np.flatnonzero(one_sided)
+    for sign, has_only_this_sign in ((1, has_positive & ~has_negative), (-1, has_negative & ~has_positive)):
+        rows = np.flatnonzero(has_only_this_sign)
         if len(rows):
             starts = grid[np.argsort(sign * values[rows], axis=1, kind="stable")[:, :_MINIMUM_STARTS]]
-            minimum = _trig_minimum(sign * a[rows], sign * b[rows], starts)
+            minimum = _find_trig_minimum(sign * a[rows], sign * b[rows], starts)
             answer[rows] = _decide(-minimum, tolerance[rows])
     return answer
 
 
-def _trig_polynomial(a: np.ndarray, b: np.ndarray, angle: np.ndarray, order: int) -> np.ndarray:
-    """Return the trigonometric polynomial, or its derivative of order `order`, at angles (k x m)."""
+def _evaluate_trig_polynomial(a: np.ndarray, b: np.ndarray, angle: np.ndarray, order: int) -> np.ndarray:
+    """Return trigonometric polynomials, or their derivatives of an order, at angles (k x m).
+
+    `a` and `b` (k x 3) are the coefficients of the cosines and sines.
+    """
     multiples = np.arange(3)
     phases = angle[..., None] * multiples + order * np.pi / 2
     scale = multiples**order if order else np.ones(3)
@@ -219,20 +229,22 @@ def _trig_polynomial(a: np.ndarray, b: np.ndarray, angle: np.ndarray, order: int
     return np.asarray(cosines + sines)
 
 
-def _trig_minimum(a: np.ndarray, b: np.ndarray, angle: np.ndarray) -> np.ndarray:
-    """Return the minimum (k) of a trigonometric polynomial, by Newton steps from angles (k x m)."""
+def _find_trig_minimum(a: np.ndarray, b: np.ndarray, angle: np.ndarray) -> np.ndarray:
+    """Return the minimum (k) of each trigonometric polynomial, by Newton steps from angles (k x m)."""
     for _ in range(_MAX_NEWTON_STEPS):
-        curvature = _trig_polynomial(a, b, angle, 2)
-        step = np.where(curvature > 0, _trig_polynomial(a, b, angle, 1) / np.where(curvature > 0, curvature, 1.0), 0.0)
+        curvature = _evaluate_trig_polynomial(a, b, angle, 2)
+        step = np.where(
+            curvature > 0, _evaluate_trig_polynomial(a, b, angle, 1) / np.where(curvature > 0, curvature, 1.0), 0.0
+        )
         angle = angle - np.clip(step, -2 * np.pi / _GRID_SIZE, 2 * np.pi / _GRID_SIZE)
         if np.abs(step).max() < _MIN_STEP_SIZE:
             break
-    return np.asarray(_trig_polynomial(a, b, angle, 0).min(axis=1))
+    return np.asarray(_evaluate_trig_polynomial(a, b, angle, 0).min(axis=1))
 
 
-def _sign_on_line(residual: _Residual, degree: int) -> np.ndarray:
-    """Decide whether a polynomial of degree two, or of degree four with a positive leading term, has a root."""
-    coefficients = _polynomial_coefficients(residual, 0, degree)
+def _decide_on_line(condition: _Condition, degree: int) -> np.ndarray:
+    """Decide whether the polynomial, of degree two, or four with a positive leading term, has a root."""
+    coefficients = _fit_polynomial(condition, degree)
     terms = np.abs(coefficients).sum(axis=1)
     if degree == 4:
         is_quartic = coefficients[:, 4] > _ZERO_TOLERANCE
@@ -254,7 +266,7 @@ def _sign_on_line(residual: _Residual, degree: int) -> np.ndarray:
 
 
 def _decide(value: np.ndarray, tolerance: np.ndarray | float) -> np.ndarray:
-    """Return YES where a value is certainly positive, NO where it is certainly negative, and UNSURE elsewhere."""
+    """Return YES for a certainly positive value, NO for a certainly negative value, and UNSURE for other values."""
     return np.where(value > tolerance, YES, np.where(value < -tolerance, NO, UNSURE))
 
 
@@ -264,32 +276,29 @@ def _decide_by_discriminant(constant: np.ndarray, linear: np.ndarray, quadratic:
     return _decide(linear**2 - product, _SIGN_TOLERANCE * (linear**2 + np.abs(product)))
 
 
-def _polynomial_coefficients(residual: _Residual, index: int, degree: int) -> np.ndarray:
-    """Return the coefficients of the residual (`index` = 0) or the margin (1) along the line, k x (degree + 1).
-
-    The lowest power comes first.
-    """
+def _fit_polynomial(condition: _Condition, degree: int) -> np.ndarray:
+    """Return the coefficients of the residual along the line, k x (degree + 1); the lowest power comes first."""
     x = np.linspace(-1, 1, degree + 1)
-    return np.asarray(residual(x, np.zeros_like(x))[index] @ np.linalg.inv(np.vander(x, increasing=True)).T)
+    return np.asarray(condition(x, np.zeros_like(x))[0] @ np.linalg.inv(np.vander(x, increasing=True)).T)
 
 
 # --- a linear condition, and a quantity that must be in range ---
 
 
-def _decide_by_roots(arm: _NormalizedArms, residual: _Residual) -> np.ndarray:
-    """Decide whether the other quantity is in range at a root of the linear condition."""
-    x, y, existence = _roots_on_circle(residual) if arm.kinds[2] == "R" else _roots_on_line(residual)
-    margin = residual(x, y)[1]
-    has_root, has_none = existence[:, None] == YES, existence == NO
-    fits = np.any(has_root & (margin > _SIGN_TOLERANCE), axis=1)
-    fails = np.all(has_root & (margin < -_SIGN_TOLERANCE), axis=1)
-    return np.where(has_none | fails, NO, np.where(fits, YES, UNSURE))
+def _decide_by_roots(arm: _NormalizedArms, condition: _Condition) -> np.ndarray:
+    """Decide whether the other quantity is in the second joint's range at a root of the linear condition."""
+    x, y, existence = _find_roots_on_circle(condition) if arm.is_revolute[2] else _find_roots_on_line(condition)
+    margin = condition(x, y)[1]
+    has_roots, has_no_root = existence[:, None] == YES, existence == NO
+    is_in_range = np.any(has_roots & (margin > _SIGN_TOLERANCE), axis=1)
+    is_out_of_range = np.all(has_roots & (margin < -_SIGN_TOLERANCE), axis=1)
+    return np.where(has_no_root | is_out_of_range, NO, np.where(is_in_range, YES, UNSURE))
 
 
-def _roots_on_circle(residual: _Residual) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
-    """Return the roots x and y (k x 2 each) of a condition that is linear in x and y, and whether they exist (k)."""
+def _find_roots_on_circle(condition: _Condition) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
+    """Return the roots x and y (k x 2 each) of a residual that is linear in x and y, and whether they exist (k)."""
     angles = np.arange(3) * np.pi / 2
-    at_0, at_90, at_180 = residual(np.cos(angles), np.sin(angles))[0].T
+    at_0, at_90, at_180 = condition(np.cos(angles), np.sin(angles))[0].T
     constant, x_slope = (at_0 + at_180) / 2, (at_0 - at_180) / 2
     y_slope = at_90 - constant
     amplitude = np.hypot(x_slope, y_slope)
@@ -300,9 +309,9 @@ def _roots_on_circle(residual: _Residual) -> tuple[np.ndarray, np.ndarray, np.nd
     return np.cos(roots), np.sin(roots), np.where(amplitude > _ZERO_TOLERANCE, existence, if_constant)
 
 
-def _roots_on_line(residual: _Residual) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
-    """Return the roots x and y (k x 2 each) of a condition of degree at most two on a line, and whether they exist."""
-    constant, linear, quadratic = _polynomial_coefficients(residual, 0, 2).T
+def _find_roots_on_line(condition: _Condition) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
+    """Return the roots x and y (k x 2 each) of a residual of degree at most two, and whether they exist (k)."""
+    constant, linear, quadratic = _fit_polynomial(condition, 2).T
     is_quadratic = np.abs(quadratic) > _ZERO_TOLERANCE
     discriminant = linear**2 - 4 * quadratic * constant
     root = np.sqrt(np.maximum(discriminant, 0.0))[:, None] * np.array([1, -1])
@@ -314,8 +323,8 @@ def _roots_on_line(residual: _Residual) -> tuple[np.ndarray, np.ndarray, np.ndar
     return x, np.zeros_like(x), np.where(is_quadratic, by_discriminant, by_slope)
 
 
-def _perpendiculars(axes: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
-    """Return two unit vectors (k x 3 each) perpendicular to each axis and to each other."""
+def _choose_perpendiculars(axes: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+    """Return for each axis two unit vectors (k x 3 each) that are perpendicular to the axis and to each other."""
     helper = np.eye(3)[np.argmin(np.abs(axes), axis=1)]
     first = cross(axes, helper)
     first /= norms(first)[:, None]

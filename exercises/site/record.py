@@ -72,7 +72,7 @@ def list_determinant_factors(chain: Chain) -> list[list[str]]:
     if not derivation.is_square:
         return []
     try:
-        (minor,) = derivation.generic_minors
+        (minor,) = derivation.symbolic_minors
     except TooLong:
         return []
     factors: list[list[str]] = []
@@ -150,7 +150,7 @@ def _latex_element(latex: str, block: bool) -> str:
 
 
 def _list_symbols(problem: Problem) -> Json:
-    prismatic = tuple(str(i) for i, joint in enumerate(problem.chain.joints, 1) if joint.kind == "P")
+    prismatic = tuple(str(i) for i, joint in enumerate(problem.chain.joints, 1) if joint.is_prismatic)
     symbols: Json = {}
     for name, info in problem.symbols.items():
         symbols[name] = {"role": info.role, "unit": info.unit, "latex": write_symbol(name, prismatic)}

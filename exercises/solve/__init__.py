@@ -1,9 +1,10 @@
-"""Derive everything for a user's own arm (`qdot solve`).
+"""Derive the results of the chapter for a user's own arm (`qdot solve`).
 
-This package imports the packages that generate, certify and write problems.
+This package imports the packages that generate, certify and write problems. Modules:
 
     certified_singularities     descriptions of an arm's singular set that have passed a certificate's test
-    redundant                   arms of seven joints
+    redundant                   the singular set of arms with more joints than rows of the task, such as seven joints
     special_lengths             results that differ for special lengths
-    solver, time_limited        the whole derivation; the same, result by result, within a time limit
+    solver                      the whole derivation: as data, step by step for a terminal, and as LaTeX
+    time_limited                the derivation within a time limit, result by result
 """

@@ -1,7 +1,7 @@
-"""Describe the singular configurations of a user's own arm for `qdot solve`.
+"""Describe the singular configurations of a user's own arm for `qdot solve`, and test the descriptions.
 
-A user's own arm has no certificate. Its descriptions pass the same test as those of a certified problem before they are
-reported. If the test fails, only what is true of all singular configurations is reported.
+A user's own arm has no certificate. Therefore descriptions of the arm's singular configurations are tested here like
+those in the certificate of a problem. If the test fails, only what is true of all singular configurations is reported.
 """
 
 from collections.abc import Sequence
@@ -18,26 +18,27 @@ from qdot.exercises.writing.problem_texts import get_solution_steps
 from qdot.exercises.writing.solution_steps import SingularComponent
 
 
-def certified_components(chain: Chain) -> tuple[SingularComponent, ...]:
-    """Return the certified components of the singular set, and store them in the arm's worked steps.
+def certify_components(chain: Chain) -> tuple[SingularComponent, ...]:
+    """Return the components of the singular set with certified kinds and descriptions. Raises TooLong.
 
-    Raises TooLong.
+    The components are also stored in the arm's `solution_steps`, from which texts are written.
     """
     steps = get_solution_steps(chain)
     steps.singular_components = [_certify_component(chain, component) for component in steps.singular_components]
     return tuple(steps.singular_components)
 
 
-def certified_component(chain: Chain, component: Component) -> SingularComponent:
-    """Return a component with its certified kind and description; its conditions stay unchanged."""
+def certify_component(chain: Chain, component: Component) -> SingularComponent:
+    """Return a component with certified kind and description, and with unchanged conditions."""
+    certified = _certify_component(chain, get_solution_steps(chain).classify_component(component))
     return replace(
-        _certify_component(chain, get_solution_steps(chain).classify_component(component)),
+        certified,
         conditions=component.conditions,
     )
 
 
-def certified_statement(chain: Chain, statement: str, samples: Sequence[Sample]) -> str:
-    """Return a description of singular configurations; empty if it is false for a sample, or there are no samples."""
+def certify_statement(chain: Chain, statement: str, samples: Sequence[Sample]) -> str:
+    """Return a description of singular configurations; empty if it is false at a sample, or if there are no samples."""
     return statement if samples and all(statement_holds(chain, statement, sample) for sample in samples) else ""
 
 
@@ -50,5 +51,5 @@ def _certify_component(chain: Chain, singular: SingularComponent) -> SingularCom
 
 def _certify_kind(chain: Chain, component: Component, kind: Classification) -> Classification:
     normalized, samples = normalize_arm(chain), sample_component(chain, component)
-    meaning = certified_statement(normalized, kind.meaning, samples) or convention_of(chain).universal_statement
+    meaning = certify_statement(normalized, kind.meaning, samples) or convention_of(chain).universal_statement
     return replace(kind, meaning=meaning, uniform=kind.uniform and all_have_kind(normalized, kind, samples))

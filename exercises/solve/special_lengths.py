@@ -1,11 +1,12 @@
 """Find singular configurations that exist, or change their kind, only for special relations between lengths.
 
-Results for symbolic lengths hold for generic lengths. For example, a planar arm of two links that is folded back is at
-the boundary of its workspace, but not if the links are equally long. Three kinds of relations are examined: a length at
-which a condition begins to have solutions, a length equal to another one, and a length that is the sum of two others.
+Results for symbolic lengths hold for *generic* lengths: all lengths except those that satisfy a special relation. For
+example, a planar arm of two links is at the boundary of its workspace if it is folded back. That is not so if the links
+are equally long. Three kinds of relations are examined: a length at which a condition begins to have solutions, a
+length equal to another length, and a length that is the sum of two others.
 """
 
-from collections.abc import Iterator
+from collections.abc import Iterable, Iterator
 from dataclasses import dataclass, replace
 from itertools import combinations, product
 
@@ -15,12 +16,12 @@ from qdot.exercises.arm.chain import Chain
 from qdot.exercises.arm.derivation import TooLong, derive
 from qdot.exercises.arm.lengths import substitute_arm_lengths
 from qdot.exercises.singularities.classification import Classification
-from qdot.exercises.singularities.existence_conditions import ExistenceCondition, existence_condition
+from qdot.exercises.singularities.existence_conditions import ExistenceCondition, find_existence_condition
 from qdot.exercises.singularities.numeric_rank_check import find_covering_branches
 from qdot.exercises.singularities.reciprocal import elimination_applies
 from qdot.exercises.singularities.singularity_kinds import can_establish_kind
-from qdot.exercises.solve.certified_singularities import certified_components
-from qdot.exercises.solve.redundant import RedundantSingularities, redundant_stages
+from qdot.exercises.solve.certified_singularities import certify_components
+from qdot.exercises.solve.redundant import RedundantSingularities, redundant_events
 from qdot.exercises.writing.solution_steps import SingularComponent
 
 MAX_RELATIONS = 8
@@ -29,7 +30,12 @@ MAX_RELATIONS = 8
 
 @dataclass(frozen=True)
 class SpecialLength:
-    """What differs if a length has a certain value: the components that are new, or have a different kind."""
+    """A special length.
+
+    - `length`, `value`: the symbolic length, and its special value.
+    - `chain`: the arm with this value.
+    - `components`: the components of its singular set that do not exist for generic lengths, or have another kind.
+    """
 
     length: sp.Symbol
     value: sp.Expr
@@ -38,53 +44,55 @@ class SpecialLength:
 
     @property
     def relation(self) -> str:
-        """The relation as text, as in a1 = a2."""
+        """The relation as text, such as a1 = a2."""
         return f"{self.length} = {self.value}"
 
 
-def length_requirements(chain: Chain, generic_components: tuple[SingularComponent, ...]) -> list[ExistenceCondition]:
+def find_length_requirements(
+    chain: Chain, generic_components: tuple[SingularComponent, ...]
+) -> list[ExistenceCondition]:
     """Return what the symbolic lengths must satisfy so that the conditions of a singular set have solutions."""
     conditions = (condition for component in generic_components for condition in component.conditions)
-    return [need for condition in conditions if (need := existence_condition(condition, chain)) is not None]
+    return list(filter(None, (find_existence_condition(condition, chain) for condition in conditions)))
 
 
-def _threshold_relation(need: ExistenceCondition) -> tuple[sp.Symbol, sp.Expr] | None:
-    """Return a length and its value at which a condition begins to have solutions; None if none can be isolated."""
-    for term in sp.Add.make_args(need.smaller):
-        if term.is_Symbol and term not in (need.larger + need.smaller - term).free_symbols:
-            return term, need.larger - (need.smaller - term)
-    return None
+def _find_threshold_relations(requirements: Iterable[ExistenceCondition]) -> Iterator[tuple[sp.Symbol, sp.Expr]]:
+    """Yield for each requirement a length, and its value at which a condition begins to have solutions."""
+    for requirement in requirements:
+        for term in sp.Add.make_args(requirement.smaller):
+            if term.is_Symbol and term not in (requirement.larger + requirement.smaller - term).free_symbols:
+                yield term, requirement.larger - (requirement.smaller - term)
+                break
 
 
-def length_relations(
+def list_length_relations(
     chain: Chain, generic_components: tuple[SingularComponent, ...] = ()
 ) -> list[tuple[sp.Symbol, sp.Expr]]:
-    """Return the relations to examine: pairs of a symbolic length in the task Jacobian and its value.
+    """Return the relations to examine, as pairs of a symbolic length in the task Jacobian and its special value.
 
     >>> from qdot.exercises.arm.chain import Joint
     >>> rows = [Joint("R", f"theta{i}", 0, f"a{i}", 0) for i in (1, 2)]
-    >>> length_relations(Chain("two", tuple(rows), ("vx", "vy")))
+    >>> list_length_relations(Chain("two", tuple(rows), ("vx", "vy")))
     [(a1, a2)]
     """
-    rows = [value for joint in chain.joints for value in (joint.a, joint.d if joint.kind == "R" else sp.S.Zero)]
-    sizes = [-value if value.as_coeff_Mul()[0].is_negative else value for value in (*rows, *chain.point.offset)]
+    entries = [value for joint in chain.joints for value in (joint.a, joint.d if joint.is_revolute else sp.S.Zero)]
+    sizes = [-value if value.as_coeff_Mul()[0].is_negative else value for value in (*entries, *chain.point.offset)]
     lengths = list(dict.fromkeys(size for size in sizes if size != 0 and (size.is_Symbol or size.is_number)))
     jacobian_symbols = derive(chain).jacobian.free_symbols
     fixed = [size for size in lengths if size.is_number]
     symbolic = [size for size in lengths if size.is_Symbol and size in jacobian_symbols]
-    equal = [*combinations(symbolic, 2), *product(symbolic, fixed)]
+    equalities = [*combinations(symbolic, 2), *product(symbolic, fixed)]
     pairs = (pair for pair in combinations((*symbolic, *fixed), 2) if not all(size.is_number for size in pair))
     sums = [(length, sp.Add(*pair)) for length, pair in product(symbolic, pairs) if length not in pair]
-    needs = length_requirements(chain, generic_components)
-    thresholds = [relation for need in needs if (relation := _threshold_relation(need)) is not None]
-    return list(dict.fromkeys([*thresholds, *equal, *sums]))[:MAX_RELATIONS]
+    thresholds = _find_threshold_relations(find_length_requirements(chain, generic_components))
+    return list(dict.fromkeys([*thresholds, *equalities, *sums]))[:MAX_RELATIONS]
 
 
 def find_special_lengths(
     chain: Chain, generic_components: tuple[SingularComponent, ...]
 ) -> Iterator[str | SpecialLength]:
-    """Yield descriptions of the next step, and each special length whose singular set differs from the generic one."""
-    for length, value in length_relations(chain, generic_components):
+    """Yield descriptions of the next step, and each length for whose special value the singular set differs."""
+    for length, value in list_length_relations(chain, generic_components):
         yield f"whether {length} = {value} is special"
         special_chain = substitute_arm_lengths(chain, {length: value})
         known_components = [_substitute_lengths(component, {length: value}) for component in generic_components]
@@ -100,20 +108,23 @@ def find_special_lengths(
 def _find_components(chain: Chain) -> tuple[SingularComponent, ...]:
     """Return the singular set of an arm, by elimination if that applies, else by minors. Raises TooLong."""
     if not elimination_applies(chain):
-        return certified_components(chain)
-    *_, last = redundant_stages(chain)
+        return certify_components(chain)
+    *_, last = redundant_events(chain)
     assert isinstance(last, RedundantSingularities)
     return last.components
 
 
 def _is_known(component: SingularComponent, known_components: list[SingularComponent], special_chain: Chain) -> bool:
-    """Return whether a component for special lengths is already known from the generic singular set.
+    """Return whether a component for special lengths is one of the known components for generic lengths.
 
     Elimination may state the same component by different conditions; then sampled configurations are compared.
     """
-    conditions = _normalize_conditions(component, special_chain)
-    same = [known for known in known_components if _normalize_conditions(known, special_chain) == conditions]
-    if any(_has_generic_kind(component, known, special_chain) for known in same):
+
+    def normalize(singular: SingularComponent) -> frozenset[sp.Expr]:
+        return frozenset(_normalize_condition(condition, special_chain) for condition in singular.conditions)
+
+    same_components = [known for known in known_components if normalize(known) == normalize(component)]
+    if any(_has_generic_kind(component, known, special_chain) for known in same_components):
         return True
     if not elimination_applies(special_chain):
         return False
@@ -123,11 +134,14 @@ def _is_known(component: SingularComponent, known_components: list[SingularCompo
 
 
 def _has_generic_kind(component: SingularComponent, generic_component: SingularComponent, chain: Chain) -> bool:
-    """Return whether a component has the same kind as the generic one; a generic one of mixed kind agrees with any."""
+    """Return whether a component has the same kind as the component for generic lengths.
+
+    A component for generic lengths that is boundary in part and internal in part agrees with both kinds.
+    """
     if not can_establish_kind(chain):
         return True
-    for values, kind in _kinds(component, chain).items():
-        pairs = _kinds(generic_component, chain).items()
+    for values, kind in _kinds_by_values(component, chain).items():
+        pairs = _kinds_by_values(generic_component, chain).items()
         generic_kinds = [generic for at, generic in pairs if values in (at, ()) or at == ()]
         agrees = [not generic.uniform or replace(generic, meaning=kind.meaning) == kind for generic in generic_kinds]
         if not agrees or not all(agrees):
@@ -135,18 +149,20 @@ def _has_generic_kind(component: SingularComponent, generic_component: SingularC
     return True
 
 
-def _kinds(component: SingularComponent, chain: Chain) -> dict[tuple[str, ...], Classification]:
-    """Return the kind of a component for each of its joint values if these are distinguished, else for all of it."""
-    revolute = {q.name for q, joint in zip(chain.q, chain.joints, strict=True) if joint.kind == "R"}
-    if not component.cases:
-        return {(): component.kind}
-    return {
-        tuple(str(_normalize_angle(value) if joint.name in revolute else value) for joint, value in joint_values): kind
-        for joint_values, kind in component.cases
-    }
+def _kinds_by_values(component: SingularComponent, chain: Chain) -> dict[tuple[str, ...], Classification]:
+    """Return the kind of a component for each combination of its joint values, or under () for all of them."""
+    revolute_variables = {chain.q[i].name for i in chain.revolute_joints}
+
+    def normalize(joint: sp.Symbol, value: sp.Expr) -> str:
+        """Return a joint value as text; an angle is reduced to [0, 2 pi)."""
+        return str(value % (2 * sp.pi) if joint.name in revolute_variables and value.is_number else value)
+
+    cases = component.cases or (((), component.kind),)
+    return {tuple(normalize(joint, value) for joint, value in joint_values): kind for joint_values, kind in cases}
 
 
 def _substitute_lengths(component: SingularComponent, values: dict[sp.Symbol, sp.Expr]) -> SingularComponent:
+    """Return a component with values substituted for symbolic lengths."""
     cases = (
         (tuple((joint, value.xreplace(values)) for joint, value in joint_values), kind)
         for joint_values, kind in component.cases
@@ -155,19 +171,9 @@ def _substitute_lengths(component: SingularComponent, values: dict[sp.Symbol, sp
     return replace(component, conditions=tuple(conditions), cases=tuple(cases))
 
 
-def _normalize_conditions(component: SingularComponent, chain: Chain) -> frozenset[sp.Expr]:
-    """Return the conditions of a component without constant factors."""
-    return frozenset(_normalize_condition(condition, chain) for condition in component.conditions)
-
-
-def _normalize_angle(angle: sp.Expr) -> sp.Expr:
-    """Return the equivalent angle in [0, 2 pi): -135 degrees becomes 225."""
-    return angle % (2 * sp.pi) if angle.is_number else angle
-
-
 def _normalize_condition(condition: sp.Expr, chain: Chain) -> sp.Expr:
     """Return a condition without the numbers, lengths and signs that all its terms have in common."""
     factors = sp.Mul.make_args(sp.factor_terms(sp.expand(condition)))
-    plain = sp.expand(sp.Mul(*(factor for factor in factors if factor.free_symbols & set(chain.q))))
-    _, plain = plain.as_content_primitive()
-    return min(plain, -plain, key=sp.default_sort_key)
+    product_with_joints = sp.expand(sp.Mul(*(factor for factor in factors if factor.free_symbols & set(chain.q))))
+    _, primitive = product_with_joints.as_content_primitive()
+    return min(primitive, -primitive, key=sp.default_sort_key)

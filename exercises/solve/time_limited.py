@@ -1,4 +1,7 @@
-"""Run `qdot solve` within a time limit: print each result when it is ready, and finally list what is missing."""
+"""Run `qdot solve` within a time limit: print each result when it is ready, and list what is missing at the end.
+
+`solver` explains events, the items that a derivation yields.
+"""
 
 from collections.abc import Callable, Iterator
 from contextlib import AbstractContextManager
@@ -19,114 +22,118 @@ from qdot.exercises.solve.solver import (
     SECTIONS,
     SINGULAR_SET,
     SPECIAL_LENGTHS,
+    Events,
     PartialResult,
     ReadyResult,
-    Stages,
-    data_json,
-    data_stages,
+    data_events,
+    format_heading,
+    format_json,
     render_article,
-    text_heading,
-    text_stages,
+    text_events,
     twist_jacobian_names,
 )
 from qdot.exercises.writing.markup import to_text
 
 ShowProgress = Callable[[str], AbstractContextManager[object]]
-"""A function that returns a context manager; it displays the given text while its block runs."""
+"""A function that returns a context manager, which displays a text while its block runs."""
 
 
 @dataclass
 class _Progress:
-    """The results that are ready, by name and in order, and a description of the current step."""
+    """How far a derivation has got.
+
+    - `ready_results`: the results that are ready, by name and in order.
+    - `current_step`: a description of the current step.
+    - `partial_result`: what is known about the singular set before the set is ready.
+    - `missing`: the names of the results that are missing about the singular set; None if nothing is known about it.
+    - `end_reason`: the reason why the derivation stopped early; empty if it did not.
+    """
 
     ready_results: dict[str, Any] = field(default_factory=dict)
     current_step: str = "the arm itself"
     partial_result: PartialResult | None = None
-    """What is known about the singular set before it is ready."""
     missing: tuple[str, ...] | None = None
-    """The results that are still missing for that set; None if nothing is known about it."""
     end_reason: str = ""
-    """The reason why results are missing; empty if none are."""
 
 
 def write_solution(
     robot: Robot, output_format: str, seconds: float, write: Callable[[str], None], show_progress: ShowProgress
 ) -> None:
-    """Print the derivation of an arm as text, LaTeX or JSON; text is printed section by section.
+    """Print the derivation for an arm in an output format: "text", "latex" or "json".
 
-    The derivation stops after `seconds` of processor time. If Ctrl+C stops it, print all that is ready, then raise
-    KeyboardInterrupt.
+    Text is printed section by section. The derivation stops after `seconds` of processor time, or at Ctrl+C. Then the
+    results that are ready are printed. After Ctrl+C, KeyboardInterrupt is raised at the end.
     """
     chain, progress = robot.chain, _Progress()
-    stages = data_stages(chain) if output_format == "json" else text_stages(robot)
-    stop: KeyboardInterrupt | None = None
+    events = data_events(chain) if output_format == "json" else text_events(robot)
+    interrupt: KeyboardInterrupt | None = None
 
     def write_block(block: str) -> None:
         write(f"\n{to_text(block)}")
 
     try:
         if output_format == "text":
-            write(text_heading(chain))
+            write(format_heading(chain))
         with time_limit(seconds):
-            _run_stages(stages, progress, write_block if output_format == "text" else None, show_progress)
+            _follow(events, progress, write_block if output_format == "text" else None, show_progress)
     except OutOfTime:
         progress.end_reason = f"the {seconds:g} seconds of processor time were used up (`--time` allows more)"
     except KeyboardInterrupt as error:
-        progress.end_reason, stop = "it was interrupted", error
+        progress.end_reason, interrupt = "it was interrupted", error
     if output_format == "json":
-        write(data_json(_make_data(robot, progress)))
+        write(format_json(_make_data(robot, progress)))
     elif output_format == "latex":
         ready = filter(None, progress.ready_results.values())
         write(render_article(chain, [*ready, *_describe_missing(chain, progress)]))
     else:
         for block in _describe_missing(chain, progress):
             write_block(block)
-    if stop is not None:
-        raise stop
+    if interrupt is not None:
+        raise interrupt
 
 
-def _run_stages(
-    stages: Stages, progress: _Progress, write: Callable[[str], None] | None, show_progress: ShowProgress
+def _follow(
+    events: Events, progress: _Progress, write: Callable[[str], None] | None, show_progress: ShowProgress
 ) -> None:
-    """Run the stages, and store the results as they become ready."""
+    """Derive results until the events end; store results as they become ready, and print them if `write` is given."""
     while True:
         with show_progress(progress.current_step):
-            stage = next(stages, None)
-        if stage is None:
+            event = next(events, None)
+        if event is None:
             return
-        if isinstance(stage, ReadyResult):
-            if write is not None and stage.content:
-                write(stage.content)
+        if isinstance(event, ReadyResult):
+            if write is not None and event.content:
+                write(event.content)
             # stored after printing: a partly printed section counts as missing
-            progress.ready_results[stage.name] = stage.content
-            if stage.missing is not None:
-                progress.partial_result, progress.missing = None, stage.missing
-        elif isinstance(stage, PartialResult):
-            progress.partial_result, progress.missing = stage, stage.missing
+            progress.ready_results[event.name] = event.content
+            if event.missing is not None:
+                progress.partial_result, progress.missing = None, event.missing
+        elif isinstance(event, PartialResult):
+            progress.partial_result, progress.missing = event, event.missing
         else:
-            progress.current_step = stage
+            progress.current_step = event
 
 
 def _make_data(robot: Robot, progress: _Progress) -> dict[str, Any]:
-    """Return the available results as plain data; missing results are null, and listed."""
+    """Return the available results as plain data; missing results are None, and their keys are listed."""
     chain = robot.chain
     content: dict[str, Any] = {"name": chain.title} | ({"rounded": True} if robot.is_table_rounded else {})
     content |= {"position": None, "jacobian": None, "geometric_jacobian": None}
     twists = twist_jacobian_names(chain)
     content |= {"twist_rows": list(convention_of(chain).velocity_names), **dict.fromkeys(twists)} if twists else {}
     content |= {"task": list(chain.task), "determinant": None, "singular": None}
-    for part in progress.ready_results.values():
-        content |= part
+    for result in progress.ready_results.values():
+        content |= result
     if progress.partial_result is not None:
         content |= progress.partial_result.make_data()
-    missing = list(_missing_keys(chain, progress))
+    missing = list(_list_missing_keys(chain, progress))
     if missing:
         content["missing"] = missing
         content["note"] = " ".join(filter(None, (content.get("note"), _explain_end(progress))))
     return content
 
 
-def _missing_keys(chain: Chain, progress: _Progress) -> Iterator[str]:
+def _list_missing_keys(chain: Chain, progress: _Progress) -> Iterator[str]:
     """Yield the keys of the missing results."""
     if not progress.end_reason or progress.missing == ():
         return
@@ -153,10 +160,10 @@ _RESULT_DESCRIPTIONS = {
 
 
 def _describe_missing(chain: Chain, progress: _Progress) -> list[str]:
-    """Return the closing remark if results are missing, else nothing."""
+    """Return the closing remark, and what is known about the singular set, if results are missing; else nothing."""
     if not progress.end_reason or progress.missing == ():
         return []
-    sections = [name for name in _expected_sections(chain) if name not in (*progress.ready_results, SECTIONS[-1])]
+    sections = [name for name in _list_expected_sections(chain) if name not in (*progress.ready_results, SECTIONS[-1])]
     missing = [QUESTIONS[name].title for name in sections]
     results = [_RESULT_DESCRIPTIONS[name] for name in progress.missing or ()]
     missing += [QUESTIONS[SECTIONS[-1]].title] if progress.missing is None else results
@@ -165,17 +172,17 @@ def _describe_missing(chain: Chain, progress: _Progress) -> list[str]:
 
 
 def _explain_end(progress: _Progress) -> str:
-    """Return a sentence on why results are missing, and what that means."""
+    """Return sentences that say why results are missing, and that the other results are complete."""
     step = f"qdot stopped because {progress.end_reason}, at this step: {progress.current_step}."
     return f"{step} All results given here are complete."
 
 
-def _expected_sections(chain: Chain) -> list[str]:
+def _list_expected_sections(chain: Chain) -> list[str]:
     """Return the names of all sections that an arm with this number of joints and rows has."""
     omitted = set() if _is_square(chain) else {"determinant", *INVERSE_SECTIONS}
     if chain.n > MAX_JOINTS_FOR_INVERSE:
         omitted |= {*INVERSE_SECTIONS}
-    # `find_objection` is called only for sections of a convention: for other sections, it may take minutes
+    # `find_objection` is called only for sections that need a feature of a convention; for others, it may take minutes
     with_feature = [name for name in SECTIONS if QUESTIONS[name].required_feature]
     omitted |= {name for name in with_feature if QUESTIONS[name].find_objection(chain) is not None}
     return [name for name in SECTIONS if name not in omitted]

@@ -14,7 +14,7 @@ from itertools import pairwise
 import numpy as np
 import sympy as sp
 
-from qdot.exercises.arm.chain import Chain
+from qdot.exercises.arm.chain import REVOLUTE, Chain
 from qdot.exercises.singularities.axes import Sample
 from qdot.exercises.singularities.classification import (
     Classification,
@@ -23,7 +23,7 @@ from qdot.exercises.singularities.classification import (
     sample_condition,
     split_by_value,
 )
-from qdot.exercises.singularities.normalized_arm import normalize_arm, normalized_pieces
+from qdot.exercises.singularities.normalized_arm import normalize_arm, normalize_conditions
 from qdot.exercises.singularities.singularity import Component, singular_set
 from qdot.exercises.singularities.singularity_kinds import are_one_sided, classify_samples
 from qdot.exercises.verify.numeric_reference import Check, Checks, NumericReference
@@ -55,7 +55,7 @@ def check_singularity_statements(numeric: NumericReference) -> Checks:
 def check_component_statement(chain: Chain, component: Component) -> Check:
     """Check what the worked solution says about a component of the singular set, or about a part of a component."""
     return _check_statement(
-        normalize_arm(chain), tuple(normalized_pieces(chain, component)), classify(chain, component)
+        normalize_arm(chain), tuple(normalize_conditions(chain, component)), classify(chain, component)
     )
 
 
@@ -86,7 +86,9 @@ def check_side_of_lost_direction(
 def sample_component(chain: Chain, component: Component) -> list[Sample]:
     """Return configurations of the normalized arm on a component, other than those used to classify it."""
     return [
-        sample for piece in normalized_pieces(chain, component) for sample in _sample_piece(normalize_arm(chain), piece)
+        sample
+        for piece in normalize_conditions(chain, component)
+        for sample in _sample_piece(normalize_arm(chain), piece)
     ]
 
 
@@ -169,7 +171,7 @@ def distances_from_axis(sample: Sample, positions: np.ndarray, joint: int) -> np
 
 def _list_configurations_by_joint(sample: Sample, joint: int) -> np.ndarray:
     """Return the sample's configuration, followed by configurations in which only one joint is moved, (k, n)."""
-    steps = np.linspace(-np.pi, np.pi, 181) if sample.arm.kinds[joint] == "R" else np.linspace(-5, 5, 201)
+    steps = np.linspace(-np.pi, np.pi, 181) if sample.arm.is_revolute[joint] else np.linspace(-5, 5, 201)
     return np.asarray(sample.q + np.concatenate([[0.0], steps])[:, None] * np.eye(len(sample.q))[joint])
 
 
@@ -189,7 +191,7 @@ def _is_on_axes(claim: _Claim) -> bool:
     point = position(sample.q)
     return all(
         np.linalg.norm(position(sample.q + 0.7 * np.eye(len(sample.q))[joint]) - point) < TOLERANCE
-        if sample.arm.kinds[joint] == "R" and claim.match["what"] == "the point"
+        if sample.arm.is_revolute[joint] and claim.match["what"] == "the point"
         else distances_from_axis(sample, point[None], joint)[0] < TOLERANCE
         for joint in claim.joints
     )
@@ -220,7 +222,7 @@ def _is_extreme_sideways(claim: _Claim) -> bool:
     On a line, the point must be at one of the two ends.
     """
     sample, prismatic_joint = claim.sample, int(claim.match["prismatic"]) - 1
-    if claim.chain.joints[prismatic_joint].kind != "P":
+    if claim.chain.joints[prismatic_joint].is_revolute:
         return False
     configurations = _list_configurations_by_joint(sample, int(claim.match["by"]) - 1)
     z, origin = _axis(sample, prismatic_joint)
@@ -240,7 +242,7 @@ def _is_stretched(claim: _Claim) -> bool:
     of the tool point.
     """
     sample, stated = claim.sample, set(re.findall("stretched out|folded back", claim.match[0]))
-    revolute_joints = [i for i, kind in enumerate(sample.arm.kinds) if kind == "R"]
+    revolute_joints = [i for i, kind in enumerate(sample.arm.kinds) if kind == REVOLUTE]
     subjects = ["the point"]
     if any(row[0] == "w" for row in claim.chain.task):
         subjects += [f"the axis of joint {len(sample.q)}", *(["the wrist centre"] if len(sample.q) == 6 else [])]
@@ -294,7 +296,7 @@ def _are_coplanar(claim: _Claim) -> bool:
 def _prismatic_axis_has_direction(claim: _Claim) -> bool:
     """Return whether a prismatic axis is along, or perpendicular to, the line between two parallel joint axes."""
     joints = [int(claim.match[name]) - 1 for name in ("prismatic", "first", "second")]
-    if claim.chain.joints[joints[0]].kind != "P":
+    if claim.chain.joints[joints[0]].is_revolute:
         return False
     (direction, _), (z, start), (_, end) = (_axis(claim.sample, joint) for joint in joints)
     line = (end - start) - ((end - start) @ z) * z

@@ -126,7 +126,7 @@ def _check_axes_at_home(numeric: NumericReference) -> Checks:
     z, origins = numeric.home_frames[:, :-1, :3, 2], numeric.home_frames[:, :-1, :3, 3]
     directions = np.stack([numeric.evaluate_constants(axis.direction) for axis in axes], axis=1)
     yield _check_exactly("axes at home: directions", directions, z)
-    revolute = [i for i, axis in enumerate(axes) if axis.kind == "R"]
+    revolute = [i for i, axis in enumerate(axes) if axis.is_revolute]
     if revolute:
         offsets = np.stack([numeric.evaluate_constants(axes[i].point) for i in revolute], axis=1) - origins[:, revolute]
         distances = np.cross(offsets, z[:, revolute])

@@ -95,7 +95,7 @@ def _check_unit(numeric: NumericReference, part: Part, jacobian: np.ndarray) -> 
     This multiplies w by 2^k if its unit is m^k.
     """
     scale = np.array([[2.0 if row < 3 else 1.0] for row in numeric.task])
-    columns = np.array([1.0 if joint.kind == "R" else 0.5 for joint in numeric.chain.joints])
+    columns = np.array([1.0 if joint.is_revolute else 0.5 for joint in numeric.chain.joints])
     growth = _manipulability(jacobian * scale * columns) / _manipulability(jacobian)
     power = round(float(np.log2(growth)))
     unit = write_power_of_metres(power)

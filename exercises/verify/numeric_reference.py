@@ -12,7 +12,7 @@ from typing import NamedTuple
 import numpy as np
 import sympy as sp
 
-from qdot.exercises.arm.chain import TASK_ROWS, Chain
+from qdot.exercises.arm.chain import REVOLUTE, TASK_ROWS, Chain
 from qdot.exercises.arm.conventions import convention_of
 from qdot.exercises.arm.kinematics import NumericChain
 from qdot.exercises.arm.vectors import cross
@@ -206,7 +206,7 @@ def sample_distinct_lengths(chain: Chain, sample: Callable[[], dict[str, float]]
     fails, the last sample is returned.
     """
     roles = domain_of(chain).roles
-    fixed = [joint.a for joint in chain.joints] + [joint.d for joint in chain.joints if joint.kind == "R"]
+    fixed = [joint.a for joint in chain.joints] + [joint.d for joint in chain.joints if joint.is_revolute]
     fixed_lengths = [abs(float(value)) for value in (*fixed, *chain.point.offset) if value.is_number and value != 0]
     values = sample()
     for _ in range(MAX_TRIES):
@@ -241,7 +241,7 @@ def compute_modified_frames(chain: Chain, lengths: Mapping[str, float], q: np.nd
     frames[0][..., :3, 3] = np.stack([number(entry) for entry in base.position], axis=-1)
     for i, (row, variable) in enumerate(zip(convention_of(chain).rows, chain.q, strict=True)):
         theta, d = (number(entry.xreplace({variable: sp.S.Zero})) for entry in (row.theta, row.d))
-        theta, d = (theta + q[..., i], d) if row.kind == "R" else (theta, d + q[..., i])
+        theta, d = (theta + q[..., i], d) if row.is_revolute else (theta, d + q[..., i])
         link_transform = _rotations(0, number(row.alpha)) @ _translations(0, number(row.a))
         frames.append(frames[-1] @ link_transform @ _rotations(2, theta) @ _translations(2, d))
     return np.stack(frames, axis=-3)
@@ -266,7 +266,7 @@ def _translations(axis: int, distance: np.ndarray) -> np.ndarray:
 
 def choose_random_configurations(chain: Chain, rng: Stream, count: int) -> np.ndarray:
     """Return `count` random configurations, (count, n), with angles from the whole circle."""
-    bounds = [(-np.pi, np.pi) if joint.kind == "R" else (-1.5, 1.5) for joint in chain.joints]
+    bounds = [(-np.pi, np.pi) if joint.is_revolute else (-1.5, 1.5) for joint in chain.joints]
     return np.array([[rng.uniform(*bound) for bound in bounds] for _ in range(count)])
 
 
@@ -301,7 +301,7 @@ def exponential_jacobian(arm: NumericChain, q: np.ndarray) -> np.ndarray:
     """
     home = arm.frames(np.zeros(q.shape[-1]))
     z, origins, point = home[:-1, :3, 2], home[:-1, :3, 3], arm.point_of(home)
-    revolute = np.array([[kind == "R"] for kind in arm.kinds])
+    revolute = np.array([[kind == REVOLUTE] for kind in arm.kinds])
     omegas, linear_parts = np.where(revolute, z, 0 * z), np.where(revolute, np.cross(origins, z), z)
     pose, screws = np.broadcast_to(np.eye(4), (*q.shape[:-1], 4, 4)), []
     for i, (omega, v) in enumerate(zip(omegas, linear_parts, strict=True)):

@@ -226,7 +226,7 @@ def _check_geometric_cause(numeric: NumericReference, part: Part) -> Checks:
     if choice.offered[correct][1] == "boundary":
         yield check_side_of_lost_direction(numeric.chain, choice.condition, choice.values, samples)
     are_directions = {meaning.kind for meaning, _ in choice.offered} <= _AXIS_DIRECTION_KINDS
-    has_reason = are_directions or bool(numeric.chain.linear_rows)
+    has_reason = are_directions or bool(numeric.chain.linear_axes)
     yield Check("a reason", has_reason, "where P is, is no reason for a loss of turns; its task counts other rows too")
 
 

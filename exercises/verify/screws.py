@@ -56,7 +56,7 @@ def _compute_body_pose_and_jacobian(numeric: NumericReference) -> tuple[np.ndarr
     motion, columns = np.broadcast_to(np.eye(4), (numeric.sample_count, 4, 4)), []
     for i, axis in enumerate(axes):
         u, o = numeric.evaluate_constants(axis.direction), numeric.evaluate_constants(axis.point)
-        omega, v = (u, np.cross(o, u)) if axis.kind == "R" else (0 * u, u)
+        omega, v = (u, np.cross(o, u)) if axis.is_revolute else (0 * u, u)
         columns.append((_adjoint(numeric, motion) @ _stack_twist(numeric, omega, v)[..., None])[..., 0])
         motion = motion @ screw_exponential(omega, v, numeric.configurations[:, i])
     home = np.broadcast_to(np.eye(4), motion.shape).copy()
@@ -67,7 +67,7 @@ def _compute_body_pose_and_jacobian(numeric: NumericReference) -> tuple[np.ndarr
 def _home_screws(numeric: NumericReference, _: Part) -> ExpectedValues:
     """Return the screws at home, from the link frames: z, and o x z for the origin o of a frame on the axis."""
     z, o = numeric.home_frames[:, :-1, :3, 2], numeric.home_frames[:, :-1, :3, 3]
-    is_revolute = np.array([joint.kind == "R" for joint in numeric.chain.joints])[:, None]
+    is_revolute = np.array([joint.is_revolute for joint in numeric.chain.joints])[:, None]
     screws = np.where(is_revolute, _stack_twist(numeric, z, np.cross(o, z)), _stack_twist(numeric, 0 * z, z))
     return {"frames at home": (screws.swapaxes(1, 2), EXACT_TOLERANCE)}
 

@@ -111,7 +111,7 @@ def iterate_arm_angles(chain: Chain) -> Iterator[sp.Expr]:
     """Yield the angles that may occur in an arm's formulas: of links, of rows of the table, and between two links."""
     runs = _group_angles_by_run(chain)
     yield from (angle for run in runs for angle in run)
-    yield from (_reduce_constant(joint.theta) for joint in chain.joints if joint.kind == "R")
+    yield from (_reduce_constant(joint.theta) for joint in chain.joints if joint.is_revolute)
     for run in runs:
         differences = (_reduce_constant(later - earlier) for earlier, later in combinations(run, 2))
         yield from map(_make_first_joint_positive, differences)

@@ -11,7 +11,7 @@ from functools import lru_cache
 import sympy as sp
 
 from qdot.exercises.arm.chain import Chain
-from qdot.exercises.arm.derivation import derive, short_jacobian
+from qdot.exercises.arm.derivation import derive, shorten_jacobian
 from qdot.exercises.arm.trigonometry import textbook_form
 
 Substitution = Callable[[sp.Expr], sp.Expr]
@@ -87,7 +87,7 @@ def find_joint_1_value(chain: Chain) -> sp.Expr:
 def shorten_by_joint_1(chain: Chain) -> sp.Matrix | None:
     """Return J with joint 1 at `find_joint_1_value`; None if det J depends on joint 1, or if J does not."""
     d, theta_1 = derive(chain), chain.q[0]
-    if chain.joints[0].kind == "P" or not d.jacobian.has(theta_1) or d.determinant.has(theta_1):
+    if chain.joints[0].is_prismatic or not d.jacobian.has(theta_1) or d.determinant.has(theta_1):
         return None
     shortened = d.jacobian.xreplace({theta_1: find_joint_1_value(chain)})
     return shortened.applyfunc(_simplify_entry)
@@ -96,7 +96,7 @@ def shorten_by_joint_1(chain: Chain) -> sp.Matrix | None:
 @lru_cache(maxsize=1024)
 def expand_jacobian(chain: Chain) -> Expansion:
     """Return the steps that expand det J of a structure."""
-    jacobian_of_link = short_jacobian(chain)
+    jacobian_of_link = shorten_jacobian(chain)
     if jacobian_of_link != derive(chain).jacobian:
         step = ExpansionStep("link", sp.S.One, jacobian_of_link, number=chain.n // 2)
         return expand_determinant(jacobian_of_link, (step,))

@@ -275,7 +275,7 @@ def list_numeric_lengths(chain: Chain) -> tuple[sp.Rational, ...]:
 def lengths_of(chain: Chain) -> list[sp.Expr]:
     """Return the lengths in an arm's table, point and base, in this order."""
     joints = zip(chain.joints, chain.offsets, strict=True)
-    rows = ((joint.a, joint.d if joint.kind == "R" else offset) for joint, offset in joints)
+    rows = ((joint.a, joint.d if joint.is_revolute else offset) for joint, offset in joints)
     return [*(length for row in rows for length in row), *chain.point.offset, *chain.base.position]
 
 

@@ -13,7 +13,7 @@ import sympy as sp
 
 from qdot.exercises.arm.chain import TASK_ROWS, Chain, Point
 from qdot.exercises.arm.conventions import convention_of
-from qdot.exercises.arm.derivation import Derivation, TooLong, derive, structure, task_velocity
+from qdot.exercises.arm.derivation import Derivation, TooLong, derive, symbolic_arm_of, task_velocity
 from qdot.exercises.arm.kinematics import frame_after, link_frames
 from qdot.exercises.arm.mpmath_kinematics import determinant, inverse, round_matrix, round_to_four_digits
 from qdot.exercises.arm.standard_table import axes_of
@@ -25,7 +25,7 @@ from qdot.exercises.questions.rank import JacobianOnBranch, MeaningDetails
 from qdot.exercises.questions.singular import ConfigurationsOfOneKind, find_components_with
 from qdot.exercises.questions.wrist import derive_block_determinants, derive_wrist_block, find_block_objection
 from qdot.exercises.singularities.classification import Classification, classify, is_one_sided, split_by_value
-from qdot.exercises.singularities.existence_conditions import ExistenceCondition, existence_condition
+from qdot.exercises.singularities.existence_conditions import ExistenceCondition, find_existence_condition
 from qdot.exercises.singularities.singularity import Component, Values, never_vanishes, singular_set
 from qdot.exercises.writing import expansion
 from qdot.exercises.writing.angles import AngleNames, iterate_arm_angles, list_link_angles, name_angles
@@ -88,7 +88,7 @@ class SolutionSteps:
     def __init__(self, chain: Chain) -> None:
         self.chain, self.convention = chain, convention_of(chain)
         self.derivation: Derivation = derive(chain)
-        arm_structure = structure(chain)
+        arm_structure = symbolic_arm_of(chain)
         self._structure, self._values = arm_structure.chain, dict(arm_structure.values)
         self.kinds = [joint.kind for joint in chain.joints]
         """For each joint, R (revolute) or P (prismatic)."""
@@ -251,7 +251,7 @@ class SolutionSteps:
 
     def list_link_columns(self, k: int) -> list[Column]:
         """Return the columns of the geometric Jacobian for the point O_k, one for each of the joints 1 ... k."""
-        derivation = derive(self.convention.first_joints(k))
+        derivation = derive(self.convention.keep_first_joints(k))
         return [self._make_column(derivation, i) for i in range(k)]
 
     def make_rate_along_z(self, joint: int) -> sp.Matrix:
@@ -334,7 +334,7 @@ class SolutionSteps:
         line_kind = "columns" if cols > rows else "rows"
         choices = combinations(map(str, range(1, count + 1)), size)
         labels = [f"{line_kind} {', '.join(numbers)}" for numbers in choices]
-        values = (minor.substitute(self._values) for minor in self.derivation.generic_minors)
+        values = (minor.substitute(self._values) for minor in self.derivation.symbolic_minors)
         return list(zip(labels, values, strict=True))
 
     def find_largest_minor(self, configuration: ConfigurationAndVelocity) -> tuple[str, sp.Expr]:
@@ -375,7 +375,7 @@ class SolutionSteps:
         """Return a component of the singular set with its geometric meaning and its kind."""
         conditions = self._shown_conditions(component)
         kind = classify(self.chain, component)
-        need = next(filter(None, (existence_condition(condition, self.chain) for condition in conditions)), None)
+        need = next(filter(None, (find_existence_condition(condition, self.chain) for condition in conditions)), None)
         return SingularComponent(conditions, component.solutions, kind, self._find_cases(component, kind), need)
 
     def shown_condition(self, condition: sp.Expr) -> sp.Expr:

@@ -77,7 +77,7 @@ class Wording:
     @property
     def rate_units(self) -> list[str]:
         """The units of the joint rates."""
-        return ["rad/s" if joint.kind == "R" else "m/s" for joint in self.chain.joints]
+        return ["rad/s" if joint.is_revolute else "m/s" for joint in self.chain.joints]
 
     @property
     def task(self) -> list[str]:
@@ -179,7 +179,7 @@ class Wording:
         kinds = {"R": pgettext("of a joint", "revolute"), "P": pgettext("of a joint", "prismatic")}
         rows = []
         for number, axis in enumerate(axes_of(self.chain)[0], 1):
-            name, point = (r"\omega", format_coordinates(axis.point)) if axis.kind == "R" else ("v", "")
+            name, point = (r"\omega", format_coordinates(axis.point)) if axis.is_revolute else ("v", "")
             direction = ", ".join(map(tex, axis.direction))
             rows.append((kinds[axis.kind], f"{name}_{{{number}}}", f"({direction})", point))
         return rows

@@ -16,7 +16,6 @@ from qdot.exercises.common.errors import QdotError, count_noun, list_some
 from qdot.grader.cli.options import FolderArgument, JobsOption, SecondsOption
 from qdot.grader.grading.batch import (
     find_student,
-    find_student_files,
     grade_class,
     grade_one,
     lock_folder,
@@ -35,6 +34,7 @@ from qdot.grader.submissions.submission import (
     OTHER_VERSION,
     StudentFiles,
     SubmissionFolder,
+    find_student_files,
     find_submissions,
     open_submissions,
 )

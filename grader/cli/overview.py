@@ -15,9 +15,9 @@ LINE_WIDTH = 100
 
 ARM_KINDS: tuple[tuple[str, Callable[[Chain], bool]], ...] = (
     ("Arms of five to seven joints", lambda chain: chain.n >= 5),
-    ("Wrists", lambda chain: not chain.linear_rows),
-    ("Planar arms", lambda chain: len(chain.linear_rows) < 3),
-    ("Spatial arms with prismatic joints", lambda chain: any(joint.kind == "P" for joint in chain.joints)),
+    ("Wrists", lambda chain: not chain.linear_axes),
+    ("Planar arms", lambda chain: len(chain.linear_axes) < 3),
+    ("Spatial arms with prismatic joints", lambda chain: bool(chain.prismatic_joints)),
     ("Spatial arms of revolute joints", lambda _: True),
 )
 """The kinds of arms, each with a test: an arm is of the first kind whose test it passes."""

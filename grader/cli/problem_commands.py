@@ -11,7 +11,7 @@ from qdot import ALL_QUESTIONS, FAMILIES, ProblemId, QdotError
 from qdot import generate as make_problem
 from qdot import show as show_problem
 from qdot.exercises.arm.chain import CONVENTIONS
-from qdot.exercises.arm.library import FILE_EXTENSIONS, is_in_library, robot_path
+from qdot.exercises.arm.library import FILE_EXTENSIONS, find_robot_path, is_in_library
 from qdot.exercises.arm.library import robots as library
 from qdot.exercises.arm.robot_file import read_robot_file
 from qdot.exercises.arm.robot_text import robot_text
@@ -116,7 +116,7 @@ def families(
 def _find_family(name: str) -> Family:
     """Return the family with this name, or of a robot file, or of a robot in the library. Raises QdotError."""
     if name not in FAMILIES and (name.lower().endswith(FILE_EXTENSIONS) or Path(name).is_file() or is_in_library(name)):
-        path = robot_path(name)
+        path = find_robot_path(name)
         robot = read_robot_file(path)
         for message in robot.notes:
             note(message)
@@ -292,7 +292,7 @@ def solve(
     from qdot.exercises.solve.time_limited import write_solution
 
     seconds = parse_seconds(time)
-    parsed_robot = read_robot_file(robot_path(robot), tip)
+    parsed_robot = read_robot_file(find_robot_path(robot), tip)
     for message in parsed_robot.notes:
         note(message)
     if convert:

@@ -177,7 +177,7 @@ def _find_configuration(pair: _AnswerAndReference, values: SymbolValues) -> Iter
     if pair.has_fixed_joints:
         yield "Calculate the numbers again step by step, and substitute your result into the equation that it solves."
         return
-    revolute_joints = [q for q, joint in zip(pair.chain.q, pair.chain.joints, strict=True) if joint.kind == "R"]
+    revolute_joints = [q for q, joint in zip(pair.chain.q, pair.chain.joints, strict=True) if joint.is_revolute]
     first_values = {name: value[:1] for name, value in values.items()}
     for angles in islice(product(SIMPLE_ANGLES, repeat=len(revolute_joints)), MAX_CONFIGURATIONS):
         joint_angles = dict(zip(revolute_joints, angles, strict=True))

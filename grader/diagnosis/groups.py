@@ -126,11 +126,11 @@ class _GeneralForm:
         self.names_in_sums = dict(_drop_ambiguous(names, [sums, *products]))
         self.offset_by_joint: dict[str, Node] = {}
         self.shifted_joints: dict[str, Node] = {}
-        self.revolute_variables = {q.name for q, joint in zip(arm.q, arm.joints, strict=True) if joint.kind == "R"}
+        self.revolute_variables = {q.name for q, joint in zip(arm.q, arm.joints, strict=True) if joint.is_revolute}
         for q, joint, offset in zip(arm.q, arm.joints, _list_offsets(arm), strict=True):
             if offset != 0:
                 tree = parse_reference(str(offset), frozenset())
-                self.offset_by_joint[q.name] = self.generalize(tree, joint.kind == "P")
+                self.offset_by_joint[q.name] = self.generalize(tree, joint.is_prismatic)
                 self.shifted_joints[q.name] = Node("-", (Node("name", value=q.name), self.offset_by_joint[q.name]))
 
     def generalize(self, tree: Node, numbers_are_lengths: bool = True) -> Node:
@@ -221,7 +221,7 @@ def _list_offsets(arm: Chain) -> Sequence[sp.Expr]:
 
     If the base is upright and the first joint revolute, the first offset includes the base's yaw.
     """
-    if arm.joints[0].kind == "R" and arm.base.tilt == 0:
+    if arm.joints[0].is_revolute and arm.base.tilt == 0:
         return (arm.offsets[0] + arm.base.yaw, *arm.offsets[1:])
     return arm.offsets
 
@@ -230,7 +230,7 @@ def _list_lengths(arm: Chain) -> Iterator[tuple[str, sp.Expr]]:
     """Yield the lengths and offsets of an arm, under names that are the same for all arms."""
     for number, (joint, offset) in enumerate(zip(arm.joints, arm.offsets, strict=True), 1):
         yield f"a{number}", joint.a
-        yield (f"d{number}", joint.d) if joint.kind == "R" else (f"zero of d{number}", offset)
+        yield (f"d{number}", joint.d) if joint.is_revolute else (f"zero of d{number}", offset)
     for frame, values in (("base", arm.base.position), ("point", arm.point.offset)):
         for axis, value in zip("xyz", values, strict=True):
             yield f"{frame} {axis}", value

@@ -14,6 +14,7 @@ import numpy as np
 
 from qdot.exercises.answer_types import Answer, ConditionSet
 from qdot.exercises.arm.arithmetic import compile_expression
+from qdot.exercises.arm.chain import REVOLUTE
 from qdot.exercises.common.stream import Stream
 from qdot.exercises.formula.conditions import ConfigurationSpace, SetComparison, compare_sets
 from qdot.exercises.formula.program import Program, compile_program, evaluate
@@ -258,7 +259,7 @@ class _Fingerprinter:
         with np.errstate(all="ignore"):
             if joint is None:
                 values = values / values[0]
-            elif self.joints[joint] == "R":
+            elif self.joints[joint] == REVOLUTE:
                 turns = values.real / (2 * np.pi)
                 values = np.round(turns - np.floor(turns + 10.0**-FINGERPRINT_DIGITS), FINGERPRINT_DIGITS) + 0.0
         return (joint or "", tuple(np.round(np.nan_to_num(values, nan=1e9), FINGERPRINT_DIGITS).tolist()))

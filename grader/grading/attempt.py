@@ -1,11 +1,12 @@
-"""Grade one notebook: read it, run it, and mark every part, regardless of the student's other submissions."""
+"""Grade one notebook: parse the file, run the notebook, and mark the answer to every part.
 
-import datetime
+An attempt is one of the notebooks that a student submitted. Each attempt is graded independently of the others.
+"""
+
 import hashlib
 import secrets
 import time
 from collections.abc import Callable, Mapping, Sequence
-from contextlib import suppress
 from dataclasses import dataclass, replace
 from fractions import Fraction
 from functools import partial
@@ -25,15 +26,15 @@ from qdot.grader.judging.verdict import Outcome, Verdict
 from qdot.grader.sandbox.clock import TimeBudgets
 from qdot.grader.sandbox.sandbox import Limits, Run, Sandbox
 from qdot.grader.submissions.answer_locator import Answers, find_answers
-from qdot.grader.submissions.cells import OverLimit, Unreadable, empty_self_checks, printable_name
+from qdot.grader.submissions.cells import OverLimit, Unreadable, empty_self_checks, make_printable
 from qdot.grader.submissions.submission import (
     Notes,
     StudentFiles,
     Submission,
     explain_wrong_assignment,
+    find_modification_time,
     find_oddities,
     find_python_files,
-    modification_time,
     read_submission,
     select_likely_notebooks,
 )
@@ -42,46 +43,41 @@ GRADER_VERSION = 14
 """Version of the grader; increase it if a submission may earn different points or if stored results change."""
 
 
-class SearchFailed(Exception):
-    """Raised if the search for a student's submission failed; the message says why to the student."""
-
-
 def read_attempts(student_files: StudentFiles, assignment_key: str) -> list[Submission]:
-    """Return a student's notebooks, the most likely first. If any file can be read, the unreadable ones are omitted.
+    """Return the attempts in a student's files, the one that is most likely the right notebook first.
 
-    Raises SearchFailed if the search for the files failed.
+    If at least one file can be parsed, the others that can't be parsed are omitted, and a note says why.
     """
-    if student_files.failure:
-        raise SearchFailed(student_files.failure)
     files, reason = student_files.files, student_files.ungraded_reason
     if reason:
-        return [_unreadable_attempt(files[0], reason, student_files.over_limit)]
+        return [_make_unreadable_attempt(files[0], reason, student_files.over_limit)]
     likely_paths, note = select_likely_notebooks(files)
     student_files = replace(student_files, notes=(*student_files.notes, note)) if note else student_files
-    read = partial(_read_attempt, student_files, assignment_key)
-    attempts = [read(path) for path in likely_paths]
+    read_file = partial(_read_attempt, student_files, assignment_key)
+    attempts = [read_file(path) for path in likely_paths]
     if all(attempt.unreadable_reason for attempt in attempts):
         other_paths = [path for path in files[:MAX_FILES_TRIED] if path not in likely_paths]
-        attempts += [attempt for attempt in map(read, other_paths) if not attempt.unreadable_reason][:1]
-    failure_reasons = [attempt.unreadable_reason for attempt in attempts if attempt.unreadable_reason]
-
-    def add_notes(attempt: Submission) -> Submission:
-        name = printable_name(attempt.file.name)
-        failures = (f"{reason}; {name} was graded instead" for reason in failure_reasons)
-        return replace(attempt, notes=(*failures, *attempt.notes))
-
-    return [add_notes(attempt) for attempt in attempts if not attempt.unreadable_reason] or attempts[:1]
+        attempts += [attempt for attempt in map(read_file, other_paths) if not attempt.unreadable_reason][:1]
+    unreadable_reasons = [attempt.unreadable_reason for attempt in attempts if attempt.unreadable_reason]
+    readable_attempts = list[Submission]()
+    for attempt in attempts:
+        if not attempt.unreadable_reason:
+            name = make_printable(attempt.file.name)
+            notes = [f"{reason}; {name} was graded instead" for reason in unreadable_reasons]
+            readable_attempts.append(replace(attempt, notes=(*notes, *attempt.notes)))
+    return readable_attempts or attempts[:1]
 
 
 MAX_FILES_TRIED = 10
-"""Maximum number of files that are tried if no likely notebook can be read."""
+"""Maximum number of a student's files that are tried if no likely notebook can be parsed."""
 
 
 def _read_attempt(student_files: StudentFiles, assignment_key: str, path: Path) -> Submission:
+    """Return the attempt in a file; if the file can't be parsed, the attempt contains the reason."""
     try:
         submission = read_submission(path, assignment_key, student_files.files)
     except Unreadable as error:
-        return _unreadable_attempt(path, str(error), isinstance(error, OverLimit))
+        return _make_unreadable_attempt(path, str(error), isinstance(error, OverLimit))
     notes = (*student_files.notes, *submission.notes)
     submission = replace(submission, notes=notes, late=student_files.late)
     if student_files.received is None:
@@ -89,22 +85,23 @@ def _read_attempt(student_files: StudentFiles, assignment_key: str, path: Path) 
     return replace(submission, received=student_files.received, time_source=student_files.platform)
 
 
-def _unreadable_attempt(path: Path, reason: str, over_limit: bool) -> Submission:
-    received_time = datetime.datetime.fromtimestamp(0, datetime.UTC)
-    with suppress(OSError):
-        received_time = modification_time(path.lstat())
-    return Submission(path, received_time, unreadable_reason=reason, over_limit=over_limit)
+def _make_unreadable_attempt(path: Path, reason: str, over_limit: bool) -> Submission:
+    """Return an attempt without content; `over_limit` is whether a limit is the reason why it was not parsed."""
+    return Submission(path, find_modification_time(path), unreadable_reason=reason, over_limit=over_limit)
 
 
-def marking_versions(assignment: Assignment, student: str) -> MarkingVersions:
-    """Return everything besides the submission that decides the points: the assignment, and versions of qdot."""
+def make_marking_versions(assignment: Assignment, student: str) -> MarkingVersions:
+    """Return the versions of qdot's parts, and a digest of the settings that decide this student's points."""
     content = f"{assignment.notebook_digest_of(student)}/{assignment.marking_digest}"
     return MarkingVersions(ENGINE, GRADER_VERSION, hashlib.sha256(content.encode()).hexdigest()[:16])
 
 
 @dataclass(frozen=True)
 class Grader:
-    """Everything a process needs to grade an assignment's notebooks: a sandbox, and the other students' answers."""
+    """What a process needs to grade notebooks: the assignment, the sandbox that runs notebooks, and correct answers.
+
+    `class_answers` contains the correct answers to all students' problems, which is how copied answers are detected.
+    """
 
     assignment: Assignment
     sandbox: Sandbox
@@ -114,8 +111,8 @@ class Grader:
 def grade_safely(grader: Grader, student: str, submission: Submission | None) -> NotebookMarks:
     """Grade one notebook like `grade_attempt`; if qdot fails, only this notebook is UNGRADED.
 
-    Raises QdotError if the machine can't run any notebook at all, so that this is reported only once and not for each
-    student.
+    Raises QdotError if the machine can't run any notebook at all. The caller can then report the error once instead of
+    once for each student.
     """
     start_time = time.process_time()
     try:
@@ -127,7 +124,7 @@ def grade_safely(grader: Grader, student: str, submission: Submission | None) ->
         return mark_ungraded(grader.assignment, student, submission, str(error), over_limit=True)
     except Exception as error:  # an error in qdot must neither become a mark nor stop the grading of the class
         if isinstance(error, QdotError):
-            grader.sandbox.run((), ())
+            grader.sandbox.run((), ())  # raises QdotError if the machine can't even run an empty notebook
         if (cause := make_open_files_error(error)) is not None:
             raise cause from None
         return mark_ungraded(grader.assignment, student, submission, describe_error(error))
@@ -135,15 +132,18 @@ def grade_safely(grader: Grader, student: str, submission: Submission | None) ->
 
 def describe_error(error: Exception) -> str:
     """Return an exception's message on one line of at most 300 characters."""
-    message = str(error) if isinstance(error, (QdotError, SearchFailed)) else f"{type(error).__name__}: {error}"
+    message = str(error) if isinstance(error, QdotError) else f"{type(error).__name__}: {error}"
     return " ".join(message.split())[:300]
 
 
 def grade_attempt(grader: Grader, student: str, submission: Submission | None) -> NotebookMarks:
-    """Grade one notebook: load the student's problems, run the cells, mark every part. Raises OverLimit."""
+    """Return the marks of a notebook, for which the student's problems are loaded and the cells are run.
+
+    `submission` is None if the student submitted nothing. Raises OverLimit if the notebook exceeds a limit.
+    """
     assignment, problems = grader.assignment, load_stored_problems(grader.assignment, student).problems
     sha256 = None if submission is None else submission.sha256
-    secret, seed = assignment.secret, f"{assignment.secret}/{sha256 or ''}"
+    seed = f"{assignment.secret}/{sha256 or ''}"
     ungraded_reason: str | None = "nothing was submitted"
     answers, notes = Answers(Run()), Notes()
     if submission is not None:
@@ -157,17 +157,17 @@ def grade_attempt(grader: Grader, student: str, submission: Submission | None) -
             notes += [(note, note) for note in answers.notes]
             notes += [(f"refused: {stop}", "") for stop in answers.forbidden_stops if stop not in answers.notes]
     is_other_students = submission is not None and submission.qdot_metadata.get("student") not in (None, student)
-    credit, allowance = Fraction(0) if is_other_students else assignment.follow_through, TimeBudgets()
+    credit = Fraction(0) if is_other_students else assignment.follow_through
+    mark_problem = partial(mark, secret=assignment.secret, points_seed=seed, allowance=TimeBudgets())
     results = list[ProblemResult]()
     for slot, problem in problems:
-        reasons = {part.name: ungraded_reason or answers.reason_missing(slot, part.name) for part in problem.parts}
+        reasons = {part.name: ungraded_reason or answers.explain_missing(slot, part.name) for part in problem.parts}
         rules = MarkingRules(credit, partial(grader.class_answers.is_correct_for_another, problem, slot))
-        texts = answers.texts_by_part(slot, problem)
-        verdicts = mark(problem, texts, reasons, secret=secret, points_seed=seed, rules=rules, allowance=allowance)
+        verdicts = mark_problem(problem, answers.map_texts(slot, problem), reasons, rules=rules)
         parts = tuple(make_part_result(slot, verdict) for verdict in verdicts)
         results.append(ProblemResult(str(problem.id), slot, parts))
     return NotebookMarks(
-        sha256=sha256, obstacle=ungraded_reason, made_from=marking_versions(assignment, student),
+        sha256=sha256, obstacle=ungraded_reason, made_from=make_marking_versions(assignment, student),
         notes=tuple(student_note for _, student_note in notes if student_note),
         staff_notes=tuple(staff_note for staff_note, _ in notes if staff_note), problems=tuple(results),
     )  # fmt: skip
@@ -176,9 +176,10 @@ def grade_attempt(grader: Grader, student: str, submission: Submission | None) -
 def run_notebook(
     sandbox: Sandbox, submission: Submission, problems: Sequence[tuple[str, Problem]], seed: str
 ) -> Answers:
-    """Run a notebook in the sandbox and return its answers; `problems` are pairs of a slot and its problem.
+    """Run a notebook in the sandbox and return its answers.
 
-    `seed` selects the configurations at which functions are called. Raises OverLimit.
+    `problems` are pairs of a slot's name, such as "p1", and the student's problem in it. `seed` selects the
+    configurations at which a student's Python functions are called. Raises OverLimit.
     """
     parts = [f"{slot}.{part.name}" for slot, problem in problems for part in problem.parts]
     calls = {slot: make_calls(problem, problem.domain, seed) for slot, problem in problems}
@@ -191,7 +192,10 @@ def run_notebook(
 
 
 def _run_with_retries(sandbox: Sandbox, run: Callable[[], Run]) -> Run:
-    """Run a notebook, and run it again if its process dies; the notebook is blamed only if it dies twice."""
+    """Call `run`, and call it again if the notebook's process dies. Raises RuntimeError if the machine is the cause.
+
+    A process that dies once may be the machine's fault, so only a notebook whose process dies twice is blamed.
+    """
     result, crash_count = Run(end="unbegun"), 0
     for _ in range(MAX_STARTS):
         result = run()
@@ -211,7 +215,7 @@ MAX_STARTS = 5
 
 
 def make_part_result(slot: str, verdict: Verdict) -> PartResult:
-    """Return the result of a part with this verdict; the key of its group begins with `slot`."""
+    """Return a verdict on a part of the problem in `slot`, in the form in which results are stored."""
     judgement, diagnosis = verdict.judgement, verdict.diagnosis
     return PartResult(
         name=verdict.part, outcome=judgement.outcome, over_limit=judgement.over_limit, points=verdict.points,
@@ -235,7 +239,7 @@ def mark_ungraded(
         questions = zip(slot.questions, slot.max_points, strict=True)
         parts = tuple(ungraded_part(name=name, max_points=points) for name, points in questions)
         problems.append(ProblemResult(str(assignment.make_problem_id(slot, student)), slot.name, parts))
-    sha256, versions = None if submission is None else submission.sha256, marking_versions(assignment, student)
+    sha256, versions = None if submission is None else submission.sha256, make_marking_versions(assignment, student)
     return NotebookMarks(
         sha256=sha256, obstacle=reason, staff_notes=(staff_reason,), made_from=versions, problems=tuple(problems)
     )
@@ -250,9 +254,10 @@ def grade_notebook(
 ) -> dict[str, list[Verdict]]:  # fmt: skip
     r"""Run a notebook in the sandbox and return the verdicts on its answers, by slot ("p1", "p2", …).
 
-    `secret` seeds the points at which answers are compared, as in `mark`. `limits` sets the time and memory limits. The
-    notebook file is not changed. For late work, attempts and feedback, make an assignment (`qdot grade`). Raises
-    QdotError if the file is not a notebook, or if `strict` is set and the machine can't fully sandbox a notebook.
+    `secret` and the notebook determine the configurations at which answers are compared, as in `mark`. `limits` sets
+    the time and memory limits. The notebook file is not changed. For late work, several attempts or feedback pages, use
+    an assignment and `qdot grade`. Raises QdotError if the file is not a notebook, or if `strict` is set and the
+    machine can't fully sandbox a notebook.
 
     >>> import tempfile
     >>> from qdot import generate
@@ -276,7 +281,7 @@ def grade_notebook(
             raise QdotError(f"{path}: {error}") from None
     verdicts = {}
     for slot, problem in problems.items():
-        reasons = {part.name: answers.reason_missing(slot, part.name) for part in problem.parts}
-        texts = answers.texts_by_part(slot, problem)
+        reasons = {part.name: answers.explain_missing(slot, part.name) for part in problem.parts}
+        texts = answers.map_texts(slot, problem)
         verdicts[slot] = mark(problem, texts, reasons, secret=secret, points_seed=seed)
     return verdicts

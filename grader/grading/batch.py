@@ -1,7 +1,8 @@
 """Grade a class on several processes, or one student alone: run and mark every notebook.
 
-The marks of a notebook are stored in graded/.cache as soon as they are computed. Their key depends on the submission,
-the assignment, and the versions of problems and grader. A rerun uses the stored marks of everything unchanged.
+The marks of a notebook are stored in graded/.cache as soon as they are computed. They are stored with a key, a digest
+of the submission, the assignment, and the versions of problems and grader. A later run uses the stored marks of each
+notebook whose key has not changed.
 """
 
 import contextlib
@@ -33,24 +34,25 @@ from qdot.grader.grading.attempt import (
     Grader,
     describe_error,
     grade_safely,
+    make_marking_versions,
     mark_ungraded,
-    marking_versions,
     read_attempts,
 )
 from qdot.grader.grading.cluster import Cluster, connect
 from qdot.grader.grading.copied_answers import ClassAnswers
-from qdot.grader.grading.final_result import GradedNotebook, final_result, ungraded_notebook, ungraded_result
+from qdot.grader.grading.final_result import GradedNotebook, compute_final_result, make_ungraded_result
 from qdot.grader.grading.overrides import read_overrides
 from qdot.grader.grading.result import NotebookMarks, Result
 from qdot.grader.sandbox.sandbox import Limits, Sandbox
-from qdot.grader.submissions.cells import printable_name
-from qdot.grader.submissions.submission import StudentFiles, Submission, find_files_of_student
+from qdot.grader.submissions.cells import make_printable
+from qdot.grader.submissions.submission import StudentFiles, Submission
 
 CRASH_REASON = "the system ended its process twice, probably because memory ran out"
+"""Why a student is ungraded if the process that grades the student's notebook was ended twice."""
 
 
 GradingTask = tuple[str, StudentFiles | None]
-"""A student to grade, and the files that the student submitted; None if there are none."""
+"""The identifier of a student to grade, and the files that the student submitted; None if there are none."""
 
 
 def grade_class(
@@ -59,19 +61,19 @@ def grade_class(
 ) -> list[Result]:  # fmt: skip
     """Grade all students on the roster, or only these `students`, and return the results in the order of the students.
 
-    `on_result` is called with every result. If `jobs` is 0, everything runs in this process, and a notebook that kills
-    it ends the grading. Otherwise a notebook that kills its process twice leaves its student UNGRADED until the next
-    run. If `executor` is the address of a Dask scheduler, the scheduler's workers grade. Raises QdotError, also for a
-    mistake in overrides.csv.
+    `on_result` is called with every result. `jobs` is the number of processes. If `jobs` is 0, this process grades all
+    notebooks, and a notebook that kills this process ends the grading. Otherwise a notebook that kills its process
+    twice leaves its student UNGRADED until the next run. If `executor` is the address of a Dask scheduler, the workers
+    of that scheduler grade. Raises QdotError, also for a mistake in overrides.csv.
     """
     overrides = read_overrides(assignment)
     chosen_students = assignment.roster if students is None else students
     tasks = [(student.id, submissions.get(student.id)) for student in chosen_students]
-    cache = cache_folder(assignment.folder)
+    cache = assignment.folder / "graded" / ".cache"
     make_folder(cache)
     results, costs = list[Result](), [("student", "seconds", "megabytes")]
-    files_of = {student: files.files if files else (None,) for student, files in tasks}
-    paths = [marks_path(cache, student, file) for student, files in files_of.items() for file in files]
+    files_by_student = {student: files.files if files else (None,) for student, files in tasks}
+    paths = [marks_path(cache, student, file) for student, files in files_by_student.items() for file in files]
     mark_lost = partial(_mark_failed, assignment) if jobs else None
     with clean_up_after(paths), sync_disks_after():
         if executor:
@@ -82,9 +84,9 @@ def grade_class(
         with contextlib.closing(graded_notebooks):
             for student, notebooks in zip(chosen_students, graded_notebooks, strict=True):
                 try:
-                    result = final_result(assignment, student, notebooks, overrides)
+                    result = compute_final_result(assignment, student, notebooks, overrides)
                 except Exception as error:  # an error for one student must not stop the class
-                    result = ungraded_result(assignment, student, notebooks[0].file, error)
+                    result = make_ungraded_result(assignment, student, notebooks[0].file, error)
                 results.append(result)
                 costs.append((student.id, *_format_cost(notebooks)))
                 on_result(result)
@@ -94,17 +96,20 @@ def grade_class(
 
 
 def _format_cost(notebooks: Sequence[GradedNotebook]) -> tuple[str, str]:
-    """Return as text the processor time for grading a student (seconds), and the peak memory (megabytes)."""
-    marks = [notebook.marked for notebook in notebooks if notebook.marked is not None]
-    seconds = sum(marked.seconds for marked in marks)
-    megabytes = max((marked.megabytes for marked in marks), default=0.0)
+    """Return the processor time for grading a student's notebooks in seconds, and the peak memory in megabytes."""
+    all_marks = [notebook.marks for notebook in notebooks if notebook.marks is not None]
+    seconds = sum(marks.seconds for marks in all_marks)
+    megabytes = max((marks.megabytes for marks in all_marks), default=0.0)
     return f"{seconds:.2f}", f"{megabytes:.0f}"
 
 
 def _grade_on_cluster(
     address: str, tasks: Sequence[GradingTask], assignment: Assignment, limits: Limits, cache_path: Path
 ) -> Generator[list[GradedNotebook], None, None]:
-    """Yield the graded notebooks of each student, using a pool of threads that wait for the cluster's workers."""
+    """Yield the graded notebooks of each student.
+
+    The cluster's workers grade, and a pool of threads in this process waits for them.
+    """
     with connect(address, assignment, limits) as cluster:
         worker = _GradingWorker(assignment, limits, cache_path, cluster)
         pool = ThreadPoolExecutor(cluster.threads)
@@ -114,18 +119,13 @@ def _grade_on_cluster(
             pool.shutdown(wait=False, cancel_futures=True)
 
 
-def cache_folder(folder: Path) -> Path:
-    """Return the folder that stores the marks of notebooks, inside an assignment's folder."""
-    return folder / "graded" / ".cache"
-
-
 @contextlib.contextmanager
 def lock_folder(folder: Path) -> Iterator[None]:
     """Lock an assignment's folder for grading. Raises QdotError if another process is grading it.
 
     The operating system releases the lock when this process ends, even if it crashes.
     """
-    path = cache_folder(folder) / "lock"
+    path = folder / "graded" / ".cache" / "lock"
     make_folder(path.parent)
     try:
         file = path.open("a+")  # NFS gives no shared lock on a file that isn't opened for reading
@@ -146,10 +146,11 @@ def lock_folder(folder: Path) -> Iterator[None]:
 
 
 _locked_files: set[int] = set()
-"""Open lock files, which forked processes must close: otherwise the lock would outlive this process."""
+"""File descriptors of open lock files. A forked process closes its copies, because they would keep the lock alive."""
 
 
 def _close_locked_files() -> None:
+    """Close this process's copies of open lock files."""
     while _locked_files:
         os.close(_locked_files.pop())
 
@@ -163,7 +164,7 @@ if hasattr(os, "register_at_fork"):  # other systems don't fork
 
 @dataclass(frozen=True)
 class _StoredMarks:
-    """The content of a file in graded/.cache: a notebook's marks, and a key of everything that they depend on."""
+    """The content of a file in graded/.cache: a notebook's marks, and a digest of everything that decides them."""
 
     key: str
     marked: NotebookMarks
@@ -179,24 +180,27 @@ class _GradingWorker:
             self._grader = Grader(assignment, sandbox, ClassAnswers(assignment))
 
     def close(self) -> None:
+        """End the processes of the sandbox; a worker on a cluster closes its own sandbox."""
         self._grader.sandbox.close()
 
     def grade(self, task: GradingTask) -> list[GradedNotebook]:
         """Return a student's notebooks in the order received; only the attempts that may count are marked."""
         student, files = task
         if files is None:
-            return [GradedNotebook(marked=self._mark(student, None))]
+            return [GradedNotebook(marks=self._mark(student, None))]
+        if files.failure:
+            return _mark_failed(self.assignment, task, files.failure[:300])
         attempts = read_attempts(files, self.assignment.key)
-        counting_attempts = _counting_attempts(self.assignment, attempts)
+        counting_attempts = _select_counting_attempts(self.assignment, attempts)
         notebooks = []
         for attempt in sorted(attempts, key=lambda attempt: attempt.received):
             marks = self._mark(student, attempt) if attempt in counting_attempts else None
-            name, source = printable_name(attempt.file.name), attempt.time_source
+            name, source = make_printable(attempt.file.name), attempt.time_source
             notebooks.append(GradedNotebook(name, attempt.received, marks, source, attempt.late))
         return notebooks
 
     def _mark(self, student: str, attempt: Submission | None) -> NotebookMarks:
-        """Return the marks of a notebook; they are loaded from the cache if nothing has changed since."""
+        """Return the marks of a notebook. They are loaded from the cache if nothing that decides them has changed."""
         if (stored_marks := self.load_marks(student, attempt)) is not None:
             return stored_marks
         if self._cluster is None:
@@ -210,24 +214,25 @@ class _GradingWorker:
     def load_marks(self, student: str, attempt: Submission | None) -> NotebookMarks | None:
         """Return the stored marks of a notebook; None if there are none or they may be out of date."""
         try:
-            stored_marks = from_json(_StoredMarks, self._path(student, attempt).read_bytes())
+            stored_marks = from_json(_StoredMarks, self._find_path(student, attempt).read_bytes())
         except (OSError, ValueError):
             return None  # nothing stored yet, or damaged
-        return stored_marks.marked if stored_marks.key == self._key(student, attempt) else None
+        return stored_marks.marked if stored_marks.key == self._compute_key(student, attempt) else None
 
-    def store_marks(self, student: str, attempt: Submission | None, marked: NotebookMarks) -> None:
+    def store_marks(self, student: str, attempt: Submission | None, marks: NotebookMarks) -> None:
         """Store the marks of a notebook, unless qdot failed to grade it, so that the next run tries again."""
-        if marked.is_graded:
-            stored_marks = _StoredMarks(self._key(student, attempt), replace(marked, seconds=0.0, megabytes=0.0))
-            write_atomically(self._path(student, attempt), json.dumps(as_json(stored_marks)), is_synced=False)
+        if marks.is_graded:
+            stored_marks = _StoredMarks(self._compute_key(student, attempt), replace(marks, seconds=0.0, megabytes=0.0))
+            write_atomically(self._find_path(student, attempt), json.dumps(as_json(stored_marks)), is_synced=False)
 
-    def _path(self, student: str, attempt: Submission | None) -> Path:
+    def _find_path(self, student: str, attempt: Submission | None) -> Path:
+        """Return the path of the file that stores the marks of a notebook."""
         return marks_path(self._cache_path, student, None if attempt is None else attempt.file)
 
-    def _key(self, student: str, attempt: Submission | None) -> str:
-        """Return a digest that changes whenever the notebook's points may change or its limits change."""
+    def _compute_key(self, student: str, attempt: Submission | None) -> str:
+        """Return a digest that changes whenever the notebook's points may change or the limits change."""
         submission_key = "" if attempt is None else f"{attempt.file.name}/{attempt.fingerprint}/{self._limits}"
-        content = f"{json.dumps(as_json(marking_versions(self.assignment, student)))}/{student}/{submission_key}"
+        content = f"{json.dumps(as_json(make_marking_versions(self.assignment, student)))}/{student}/{submission_key}"
         return hashlib.sha256(content.encode("utf-8", "replace")).hexdigest()
 
 
@@ -246,8 +251,8 @@ def _grade_or_mark_failed(worker: _GradingWorker, task: GradingTask) -> list[Gra
         return _mark_failed(worker.assignment, task, describe_error(error))
 
 
-def _counting_attempts(assignment: Assignment, attempts: list[Submission]) -> list[Submission]:
-    """Return the notebooks to grade; `attempts` are in the order of `find_submissions`.
+def _select_counting_attempts(assignment: Assignment, attempts: list[Submission]) -> list[Submission]:
+    """Return the attempts that may count and must be graded; `attempts` begin with the most likely notebook.
 
     If the names or the metadata of some notebooks name the assignment, the other notebooks are ignored.
     """
@@ -257,10 +262,10 @@ def _counting_attempts(assignment: Assignment, attempts: list[Submission]) -> li
 
 
 def _mark_failed(assignment: Assignment, task: GradingTask, reason: str = CRASH_REASON) -> list[GradedNotebook]:
-    """Return an UNGRADED notebook for a student whom qdot failed to grade, or whose processes all crashed."""
+    """Return an UNGRADED notebook for a student whom qdot failed to grade, for the given reason."""
     student, files = task
-    file = printable_name(files.files[0].name) if files and files.files else ""
-    return [ungraded_notebook(assignment, student, file, reason)]
+    file = make_printable(files.files[0].name) if files and files.files else ""
+    return [GradedNotebook(file, marks=mark_ungraded(assignment, student, None, reason))]
 
 
 def marks_path(cache_path: Path, student: str, file: Path | None) -> Path:
@@ -278,11 +283,11 @@ def make_limits(seconds: float) -> Limits:
 
 
 def find_student(assignment: Assignment, identifier: str) -> Student:
-    """Return the student with an identifier. Raises QdotError if it isn't in the roster."""
-    for student in assignment.roster:
-        if student.id == identifier:
-            return student
-    raise make_name_error("student", identifier, [student.id for student in assignment.roster][:50])
+    """Return the student with an identifier. Raises QdotError if the identifier isn't in the roster."""
+    students = {student.id: student for student in assignment.roster}
+    if identifier not in students:
+        raise make_name_error("student", identifier, list(students)[:50])
+    return students[identifier]
 
 
 def parse_time(text: str) -> datetime.datetime:
@@ -293,19 +298,10 @@ def parse_time(text: str) -> datetime.datetime:
         raise QdotError(f"{text!r} is not a time; expected a time as in 2027-01-15T23:59:00+01:00") from None
 
 
-def find_student_files(
-    assignment: Assignment, path: Path, received: datetime.datetime | None = None, time_source: str = "option"
-) -> StudentFiles | None:
-    """Return a student's files from a path, which is a notebook or a folder that contains it. Raises QdotError."""
-    if not path.exists():
-        raise QdotError(f"{path} does not exist; expected the student's notebook, or a folder that contains it")
-    return find_files_of_student(path, assignment.key, time_source if received else "", received)
-
-
 def grade_one(assignment: Assignment, student: Student, files: StudentFiles | None, limits: Limits) -> Result:
-    """Grade one student, using the marks in graded/.cache if nothing has changed, and write only to this cache.
+    """Return the result of one student. Stored marks are used if nothing that decides them has changed.
 
-    Files in the cache are written atomically, so several processes may call this at the same time.
+    Only files in graded/.cache are written. They are written atomically, so several processes may grade at once.
     """
     submissions = {} if files is None else {student.id: files}
     return grade_class(assignment, submissions, 1, limits, students=[student])[0]

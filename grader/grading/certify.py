@@ -1,7 +1,8 @@
 """Certify problems: run the checks, and make sure that the reference answers earn full marks.
 
-The certificates of a class are stored as certificates/STUDENT/KEY.json. `qdot verify DIR` uses them to check that the
-problems of an assignment are still those that were released. A problem without a valid certificate fails.
+The certificates of a class are stored as certificates/STUDENT/KEY.json. `qdot verify DIR` reads these certificates to
+check that the problems of an assignment are still those that were released. A problem without a valid certificate
+fails.
 """
 
 import unicodedata
@@ -31,10 +32,11 @@ from qdot.grader.judging.verdict import Outcome
 
 @dataclass(frozen=True)
 class VerificationTask:
-    """A problem to verify: its identity, its family if that is an instructor's robot, and its record.
+    """A problem to verify.
 
-    `file_failures` lists the failures found in its student's files. `is_in_assignment` is False if the problem is no
-    longer in the assignment, so that it can't be generated.
+    `family` is set if the arm is an instructor's robot. `record` is the problem's record in the certificate.
+    `file_failures` lists the failures found in the student's certificate and notebook. `is_in_assignment` is False if
+    the problem is no longer in the assignment, so that qdot can't generate the problem.
     """
 
     identity: ProblemId
@@ -46,7 +48,7 @@ class VerificationTask:
 
     @property
     def name(self) -> str:
-        """A description of the problem, with its student."""
+        """A description of the problem for messages: the student, the id and the questions."""
         questions = ", ".join(self.identity.questions) or "all questions"
         return f"{self.student + ': ' if self.student else ''}{self.identity} ({questions})"
 
@@ -56,10 +58,14 @@ class VerificationTask:
 
 
 TaskAndFailures = tuple[VerificationTask, list[Failure]]
+"""A problem to verify, and its failures; the list is empty if the problem passes."""
 
 
 def find_failures(problem: Problem, certificate: ProblemCertificate | None = None) -> list[str]:
-    """Check a problem, and return its failed checks and the reference answers that don't earn full marks."""
+    """Return a message for each failed check of a problem and for each reference answer that doesn't earn full marks.
+
+    `certificate` contains the results of the checks; the checks are run if it is None.
+    """
     result = certificate or certify(problem)
     failures = [f"{check.name}: {check.detail}" for check in result.failures]
     for part in problem.parts:
@@ -70,7 +76,7 @@ def find_failures(problem: Problem, certificate: ProblemCertificate | None = Non
 
 
 def make_record(problem: Problem) -> ProblemRecord:
-    """Return the record of a problem. Raises Uncertified if the problem fails a check."""
+    """Return the record of a problem for the certificate. Raises Uncertified if the problem fails a check."""
     certificate = certify(problem)
     raise_failures(problem, find_failures(problem, certificate))
     checks = (*(check.name for check in certificate.checks), "full marks for the reference")
@@ -81,31 +87,30 @@ def make_record(problem: Problem) -> ProblemRecord:
     )  # fmt: skip
 
 
-def certificate_text(
+def make_certificate_text(
     assignment: Assignment, student: str, records: Mapping[str, ProblemRecord], notebook: Mapping[str, Any]
 ) -> str:
-    """Return the text of a student's certificate file."""
-    cells, notebook_version = dict(certificates.cell_digests(notebook)), assignment.notebook_digest_of(student)
-    certificate = StudentCertificate(
-        assignment=assignment.key, student=student, edition=notebook_version, notebook=cells, problems=dict(records)
-    )
-    return certificate.text
+    """Return the content of a student's certificate file: `records` by slot, and digests of the released notebook."""
+    digests, edition = dict(certificates.compute_cell_digests(notebook)), assignment.notebook_digest_of(student)
+    owner = {"assignment": assignment.key, "student": student}
+    certificate = StudentCertificate(**owner, edition=edition, notebook=digests, problems=dict(records))
+    return certificate.model_dump_json(indent=1) + "\n"
 
 
-CERTIFIER = Certifier(make_record, certificate_text)
-"""The functions that certify the problems of a class."""
+CERTIFIER = Certifier(make_record, make_certificate_text)
+"""The functions that certify the problems of a class: one for a problem, one for a student's file."""
 
 
 # --- verify a class's problems, perhaps years later ---
 
 
 def list_tasks(assignment: Assignment) -> list[VerificationTask]:
-    """Return every problem of a class, with its record and the failures found in its student's files.
+    """Return every problem of a class, with its record and the failures found in the student's files.
 
     Students who are no longer on the roster are included, because their problems were also released.
     """
     students = [*(student.id for student in assignment.roster), *find_former_students(assignment)]
-    return [task for student in students for task in list_tasks_of_student(assignment, student)]
+    return [task for student in students for task in _list_tasks_of_student(assignment, student)]
 
 
 def find_former_students(assignment: Assignment) -> list[str]:
@@ -117,7 +122,7 @@ def find_former_students(assignment: Assignment) -> list[str]:
     return sorted(name for name in names - on_roster if not name.startswith("."))
 
 
-def list_tasks_of_student(assignment: Assignment, student: str) -> list[VerificationTask]:
+def _list_tasks_of_student(assignment: Assignment, student: str) -> list[VerificationTask]:
     """Return a student's problems: first the problems in current slots, then the problems in removed slots."""
     certificate, failures = _read_certificate(assignment, student)
     records = dict(certificate.problems) if certificate else {}
@@ -151,33 +156,32 @@ def _read_certificate(assignment: Assignment, student: str) -> tuple[StudentCert
     except QdotError as error:
         return None, [Failure(FailureKind.DAMAGED, f"{student}: {error}")]
     if certificate is None:
-        return None, [Failure(FailureKind.UNCERTIFIED, f"{student}: {certificates.describe_missing(path, notebook)}")]
+        advice = "Restore it from a backup, or run 'qdot generate' if nothing was released to this student"
+        message = f"{student}: {path} is missing, so qdot does not know what was released. {advice}"
+        return None, [Failure(FailureKind.UNCERTIFIED, message)]
     return certificate, certificates.find_notebook_failures(notebook, certificate)
 
 
 def _find_changes(task: VerificationTask, problem: Problem, record: ProblemRecord) -> list[Failure]:
-    """Return a failure for each difference between a problem and its record."""
-    current_digests = compute_digests(problem)
+    """Return the failure of a problem that differs from its record; an empty list if they agree."""
+    kind, present = FailureKind.CHANGED, compute_digests(problem)
     if record.problem != str(problem.id):
         message = f"{record.problem} was released instead, because the assignment or the secret has changed"
-        return [task.make_failure(FailureKind.CHANGED, message)]
-    if record.sha256 != current_digests.sha256:
-        changed_parts = [name for name, digest in current_digests.parts.items() if record.parts.get(name) != digest]
-        changed_parts += [name for name in record.parts if name not in current_digests.parts]
-        difference = "the arm" if record.arm != current_digests.arm else ", ".join(changed_parts) or "its digest"
+    elif record.sha256 != present.sha256:
+        names = {**present.parts, **record.parts}
+        changed_parts = [name for name in names if record.parts.get(name) != present.parts.get(name)]
+        difference = "the arm" if record.arm != present.arm else ", ".join(changed_parts) or "its digest"
         message = f"this is no longer the released problem: {difference} changed since qdot {record.qdot}"
-        return [task.make_failure(FailureKind.CHANGED, message)]
-    if (record.arm, record.parts, set(record.questions)) != (
-        current_digests.arm,
-        current_digests.parts,
-        set(current_digests.parts),
-    ):
+    elif (record.arm, record.parts, set(record.questions)) != (present.arm, present.parts, set(present.parts)):
+        kind = FailureKind.DAMAGED
         message = "its certificate contradicts itself, because it was altered; restore it from a backup"
-        return [task.make_failure(FailureKind.DAMAGED, message)]
-    return []
+    else:
+        return []
+    return [task.make_failure(kind, message)]
 
 
 def _verify_task(_: None, task: VerificationTask) -> list[Failure]:
+    """Return the failures of a problem, which is generated and checked again. The first parameter is not used."""
     record = task.record
     if not task.is_in_assignment:
         return list(task.file_failures)

@@ -1,4 +1,8 @@
-"""Check a notebook before it is submitted: find its answers and report how they are parsed (`qdot check`)."""
+"""Check a notebook before it is submitted: find the answers and report how qdot parses them (`qdot check`).
+
+A student has no assignment folder. The symbols and the form of each answer are therefore taken from the notebook's
+metadata, which the student may have edited. They are called claims here, and they are checked before use.
+"""
 
 import keyword
 import re
@@ -24,7 +28,7 @@ from qdot.grader.judging.functions import is_function_table
 from qdot.grader.judging.verdict import Outcome
 from qdot.grader.sandbox.sandbox import Sandbox
 from qdot.grader.submissions.answer_locator import find_answers, guess_parts
-from qdot.grader.submissions.cells import OverLimit, Unreadable
+from qdot.grader.submissions.cells import OverLimit, Unreadable, dict_or_empty
 from qdot.grader.submissions.submission import Submission, find_python_files, read_submission
 
 STATEMENT_KINDS = ("eq", "and", "or", "in", "pair", "dict", "set")
@@ -42,14 +46,14 @@ class CheckedAnswer:
 
 @dataclass(frozen=True)
 class CheckedNotebook:
-    """The answers that `qdot grade` will find in a notebook, and its notes on how it found them."""
+    """The answers that `qdot grade` will find in a notebook, and notes on how they are found."""
 
     rows: tuple[CheckedAnswer, ...]
     notes: tuple[str, ...]
 
 
 def check_notebook(path: Path) -> CheckedNotebook:
-    r"""Run a notebook and return what the grader would find in each answer cell. Raises QdotError.
+    r"""Run a notebook and return the answers that the grader would find. Raises QdotError.
 
     >>> import tempfile
     >>> with tempfile.TemporaryDirectory() as folder:
@@ -66,7 +70,7 @@ def check_notebook(path: Path) -> CheckedNotebook:
     if not parts:
         raise QdotError(f"{path} has no answer cells; check that it is a notebook that qdot generated")
     with Sandbox(warm_up=False) as sandbox:
-        setup = write_setup_cell_for_names(_claimed_symbols(submission))
+        setup = write_setup_cell_for_names(_list_claimed_symbols(submission))
         run = partial(sandbox.run, setup=setup, modules=submission.modules)
         try:
             answers = find_answers(submission.cells, parts, run)
@@ -77,42 +81,36 @@ def check_notebook(path: Path) -> CheckedNotebook:
         slot, kind = part.split(".", 1)
         name = name_answer_variable(slot, kind)
         if name in answers.run.answers:
-            form = claimed_form(submission.qdot_metadata, slot, kind)
+            form = find_claimed_form(submission.qdot_metadata, slot, kind)
             rows.append(_check_answer(part, answers.run.answers[name], form))
         else:
             rows.append(CheckedAnswer(part, False, answers.reasons[name]))
     return CheckedNotebook(tuple(rows), tuple(note for note in (*submission.notes, *answers.notes) if note))
 
 
-def _claim_for_slot(claims: Mapping[str, object], claim_name: str, slot: str) -> object:
-    """Return a value that a notebook's metadata claim for a slot; students may have edited it, so it is untrusted."""
-    claim = claims.get(claim_name)
-    return claim.get(slot) if isinstance(claim, dict) else None
-
-
-def _claimed_symbols(submission: Submission) -> list[str]:
+def _list_claimed_symbols(submission: Submission) -> list[str]:
     """Return the symbols that a notebook's metadata claim for its problems, without invalid names."""
-    claim = submission.qdot_metadata.get("symbols")
-    lists = [names for names in claim.values() if isinstance(names, list)] if isinstance(claim, dict) else []
-    texts = {name for names in lists for name in names if isinstance(name, str) and not keyword.iskeyword(name)}
-    return sorted(name for name in texts if re.fullmatch(r"[a-z]{1,20}\d{0,3}", name))[:MAX_SYMBOLS]
+    claim = dict_or_empty(submission.qdot_metadata.get("symbols"))
+    texts = {name for names in claim.values() if isinstance(names, list) for name in names if isinstance(name, str)}
+    valid_names = (name for name in texts if re.fullmatch(r"[a-z]{1,20}\d{0,3}", name) and not keyword.iskeyword(name))
+    return sorted(valid_names)[:MAX_SYMBOLS]
 
 
 MAX_SYMBOLS = 100
-"""Maximum number of symbols that are taken from a notebook's claims."""
+"""Maximum number of symbols that are taken from a notebook's metadata."""
 
 
-def claimed_form(claims: Mapping[str, object], slot: str, part: str) -> ExpectedForm | None:
-    """Return the form of the expected answer according to the notebook's metadata; None if they contain no form.
+def find_claimed_form(claims: Mapping[str, object], slot: str, part: str) -> ExpectedForm | None:
+    """Return the form of the expected answer according to `claims`, a notebook's metadata; None if there is no form.
 
     Older notebooks have no form in their metadata, and no notebook lists the options of a choice question.
     """
-    forms, symbols, joints = (_claim_for_slot(claims, key, slot) for key in ("answers", "symbols", "joints"))
-    form = forms.get(part) if isinstance(forms, dict) else None
+    forms, symbols, joints = (dict_or_empty(claims.get(key)).get(slot) for key in ("answers", "symbols", "joints"))
+    form = dict_or_empty(forms).get(part)
     if not isinstance(form, dict) or not _is_name_list(symbols) or not symbols or not _is_name_list(joints):
         return None
     labels, columns, metres = form.get("labels", []), form.get("columns", []), form.get("metres")
-    answer = _example_answer(form.get("type"), form.get("shape", []), form.get("units", []))
+    answer = _make_example_answer(form.get("type"), form.get("shape", []), form.get("units", []))
     if answer is None or not _is_name_list(labels) or not _is_name_list(columns) or metres not in (None, *range(7)):
         return None
     domain = Domain(dict.fromkeys(symbols, "signed"))
@@ -123,8 +121,11 @@ SIZE_BOUND = 100
 """Numbers of rows and columns claimed for an answer must be below this; arms have fewer joints."""
 
 
-def _example_answer(kind: object, shape: object, units: object) -> Answer | None:
-    """Return an example answer of the form that a notebook claims; None if it is invalid or consists of options."""
+def _make_example_answer(kind: object, shape: object, units: object) -> Answer | None:
+    """Return an answer of zeros in the claimed form; None if the form is invalid or the answer consists of options.
+
+    `kind` is the name of the type of answer, `shape` the numbers of rows and columns, and `units` the units of numbers.
+    """
     if kind == Expression.type:
         return Expression(sp.S.Zero)
     if kind == ConditionSet.type:
@@ -147,6 +148,7 @@ def is_readable(text: str, expected: ExpectedForm) -> bool:
 
 
 def _check_answer(part: str, text: str, expected: ExpectedForm | None) -> CheckedAnswer:
+    """Return whether and how a text can be parsed as the answer to a part; the form may be unknown (None)."""
     if not text.strip():
         return CheckedAnswer(part, False, "left blank")
     if is_function_table(text):
@@ -165,17 +167,11 @@ def _check_answer(part: str, text: str, expected: ExpectedForm | None) -> Checke
     if parsed_answer.tree is not None and has_blank(parsed_answer.tree):
         return CheckedAnswer(part, False, f"partly left blank: {excerpt}")
     if expected is not None and expected.answer.is_set:
-        return CheckedAnswer(part, True, excerpt + (f" ({OR_HINT})" if _may_mean_and(parsed_answer, expected) else ""))
+        # Commas between conditions on different joints may be meant as "and", except in brackets.
+        tree = None if text.strip().startswith(("[", "{")) else parsed_answer.tree
+        may_mean_and = tree is not None and combine_with_and(tree, expected.joints) is not None
+        return CheckedAnswer(part, True, excerpt + (f" ({OR_HINT})" if may_mean_and else ""))
     return CheckedAnswer(part, True, ("" if ".singular" in part else _describe_shape(parsed_answer)) + excerpt)
-
-
-def _may_mean_and(parsed: ParsedAnswer, expected: ExpectedForm) -> bool:
-    """Return whether the commas in a text may mean "and", because they separate conditions on different joints.
-
-    In brackets, commas mean "or".
-    """
-    is_list = parsed.text.strip()[:1] in ("[", "{")
-    return not is_list and parsed.tree is not None and combine_with_and(parsed.tree, expected.joints) is not None
 
 
 def _describe_shape(parsed: ParsedAnswer) -> str:

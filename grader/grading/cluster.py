@@ -1,7 +1,8 @@
-"""Grade notebooks on a Dask cluster. Its workers need no shared disk, and may join, leave or crash at any time.
+"""Grade notebooks on the workers of a Dask cluster, which need no shared disk and may join, leave or crash at any time.
 
-A worker receives the assignment without students' names, and one notebook at a time. It refuses to grade if its code
-differs from the code of this machine.
+Dask distributes calls of Python functions: this process sends them to a scheduler, which passes them to workers. A
+worker receives the assignment without students' names, and one notebook at a time. A worker whose code differs from the
+code of this machine refuses to grade.
 """
 
 import hashlib
@@ -49,9 +50,9 @@ SAME_VERSIONS_HINT = "install the same qdot, Python, SymPy and NumPy everywhere"
 
 @dataclass(frozen=True)
 class WorkerBrief:
-    """The data that a worker needs to grade an assignment; neither the folder nor students' names are part of it.
+    """The data that a worker needs to grade an assignment, without the assignment's folder and the students' names.
 
-    `content_digest` is a digest of the content, and `compute_code_digest` is a digest of qdot's code.
+    `content_digest` is a digest of the data, and `code_digest` is a digest of qdot's code.
     """
 
     content_digest: str
@@ -71,18 +72,20 @@ def connect(address: str, assignment: Assignment, limits: Limits) -> Iterator["C
     except ImportError:
         require_extra("cluster", "--executor")
         raise  # distributed is installed, but broken
-    with _silence_loggers(), warnings.catch_warnings():
+    for name in DASK_LOGGERS:
+        logging.getLogger(name).setLevel(logging.CRITICAL + 1)
+    with warnings.catch_warnings():
         warnings.simplefilter("ignore", VersionMismatchWarning)  # the workers compare the versions that matter
         try:
             client = Client(address, timeout=SCHEDULER_TIMEOUT, set_as_default=False)
         except (OSError, ValueError, TypeError, ImportError) as error:
-            raise QdotError(f"qdot can't connect to a Dask scheduler at {address}: {_first_line(error)}") from None
+            raise QdotError(f"qdot can't connect to a Dask scheduler at {address}: {_get_first_line(error)}") from None
         with client:
             yield Cluster(client, address, make_brief(assignment, limits))
 
 
 def make_brief(assignment: Assignment, limits: Limits) -> WorkerBrief:
-    """Return the data that workers need to grade an assignment."""
+    """Return the data that workers need to grade an assignment within the limits for each notebook."""
     roster = tuple(Student(student.id) for student in assignment.roster)
     seed_numbers = sorted(
         (*student_and_slot, replacement.seed_number)
@@ -95,7 +98,7 @@ def make_brief(assignment: Assignment, limits: Limits) -> WorkerBrief:
 
 
 class Cluster:
-    """A Dask cluster that grades an assignment's notebooks; several threads may use it."""
+    """A Dask cluster that grades an assignment's notebooks; several threads may call `mark` at the same time."""
 
     def __init__(self, client: "Client", address: str, brief: WorkerBrief) -> None:
         """Wait for the first worker, and send it the brief. Raises QdotError if there is no worker."""
@@ -111,17 +114,18 @@ class Cluster:
     def mark(self, student: str, submission: Submission | None) -> NotebookMarks | None:
         """Return the marks of a notebook; None if it crashes its workers twice. Raises QdotError without workers."""
         if submission is not None:
-            # A notebook's claims may be nested too deeply to be sent; only claims that are texts are ever used.
+            # A notebook's metadata may be nested too deeply to be sent, but the grader only uses texts in it.
             items = submission.qdot_metadata.items()
-            claims = {name: claim if isinstance(claim, str | None) else True for name, claim in items}
-            submission = replace(submission, qdot_metadata=claims)
+            metadata = {name: value if isinstance(value, str | None) else True for name, value in items}
+            submission = replace(submission, qdot_metadata=metadata)
         marks = self._try_to_mark(student, submission)
         if marks is not None:
             return marks
-        with self._retry_lock:
+        with self._retry_lock:  # only one notebook at a time that may crash its worker
             return self._try_to_mark(student, submission)
 
     def _try_to_mark(self, student: str, submission: Submission | None) -> NotebookMarks | None:
+        """Return the marks of a notebook from a worker; None if the worker crashed. Raises QdotError."""
         try:
             future = self._client.submit(mark_on_worker, self._brief, student, submission, pure=False)
             marks, worker, warning = self._wait_for(future)
@@ -132,17 +136,18 @@ class Cluster:
                 return None
             if type(error).__name__ in ("CancelledError", "FutureCancelledError"):
                 raise QdotError(f"the connection to the workers was lost; {RESUME_HINT}") from None
-            reason = f"{type(error).__name__}: {_first_line(error)}"
+            reason = f"{type(error).__name__}: {_get_first_line(error)}"
             raise QdotError(f"the workers can't grade ({reason}); {SAME_VERSIONS_HINT}") from None
         if warning and warning not in self._reported_warnings:
             self._reported_warnings.add(warning)
             note(f"worker {worker}: {warning}")
         return marks
 
-    def _wait_for(self, future: "Future") -> tuple[NotebookMarks, str, str]:
+    def _wait_for(self, future: "Future") -> "WorkerReply":
+        """Return a worker's reply. Raises QdotError if there has been no worker for a while."""
         while True:
             try:
-                reply: tuple[NotebookMarks, str, str] = future.result(timeout=1)
+                reply: WorkerReply = future.result(timeout=1)
                 return reply
             except (TimeoutError, UnboundLocalError):  # the latter if the wait of `distributed.utils.sync` is cancelled
                 self._look_for_workers()
@@ -156,31 +161,20 @@ class Cluster:
             try:
                 workers, self._last_asked = self._client.nthreads(), now
             except (OSError, RuntimeError) as error:
-                reason = _first_line(error)
+                reason = _get_first_line(error)
                 message = f"the Dask scheduler at {self._address} no longer answers ({reason}); {RESUME_HINT}"
                 raise QdotError(message) from None
             if workers:
                 self._last_seen, self._had_workers = now, True
-            elif now > self._last_seen + (WORKER_RETURN_TIMEOUT if self._had_workers else FIRST_WORKER_TIMEOUT):
+            elif self._had_workers and now > self._last_seen + WORKER_RETURN_TIMEOUT:
+                raise QdotError(f"all workers of {self._address} have left; {RESUME_HINT}")
+            elif not self._had_workers and now > self._last_seen + FIRST_WORKER_TIMEOUT:
                 command = f"dask worker {self._address} --nthreads 1 --nworkers auto"
-                loss_message = f"all workers of {self._address} have left; {RESUME_HINT}"
-                missing = f"the Dask scheduler at {self._address} has no workers; start some: {command}"
-                raise QdotError(loss_message if self._had_workers else missing)
+                raise QdotError(f"the Dask scheduler at {self._address} has no workers; start some: {command}")
 
 
-@contextmanager
-def _silence_loggers() -> Iterator[None]:
-    levels = {name: logging.getLogger(name).level for name in DASK_LOGGERS}
-    try:
-        for name in DASK_LOGGERS:
-            logging.getLogger(name).setLevel(logging.CRITICAL + 1)
-        yield
-    finally:
-        for name, level in levels.items():
-            logging.getLogger(name).setLevel(level)
-
-
-def _first_line(error: BaseException) -> str:
+def _get_first_line(error: BaseException) -> str:
+    """Return the first line of an exception's message, or the name of its class if there is no message."""
     return (str(error).strip().splitlines() or [type(error).__name__])[0][:200]
 
 
@@ -188,17 +182,24 @@ def _first_line(error: BaseException) -> str:
 
 
 def _return_brief(brief: WorkerBrief) -> WorkerBrief:
+    """Return the brief, which makes Dask store it on a worker and pass it on to other workers."""
     return brief
 
 
 _worker_state: dict[str, Any] = {}
-"""The digest of the assignment that this process grades, its Grader, a warning, and the timer that drops it."""
+"""The state of this process as a worker; empty if it has no assignment.
+
+The keys are "content_digest" (of the brief), "grader" (a Grader), "warning" (about the sandbox) and "timer" (a timer
+that drops the assignment).
+"""
 _grading_lock = threading.Lock()
 """Lock that lets only one thread grade at a time, because all threads of a process share mpmath's precision."""
+WorkerReply = tuple[NotebookMarks, str, str]
+"""The marks of a notebook, the name of the machine that graded it, and a warning about the sandbox or ""."""
 
 
-def mark_on_worker(brief: WorkerBrief, student: str, submission: Submission | None) -> tuple[NotebookMarks, str, str]:
-    """Grade a notebook in this process; return its marks, the machine's name, and a warning about the sandbox.
+def mark_on_worker(brief: WorkerBrief, student: str, submission: Submission | None) -> WorkerReply:
+    """Return the marks of a notebook, graded in this process, with the machine's name and a warning.
 
     Raises QdotError, which names the machine, if the machine can't grade or its code differs.
     """
@@ -209,7 +210,7 @@ def mark_on_worker(brief: WorkerBrief, student: str, submission: Submission | No
         raise QdotError(f"worker {machine}: {problem}; {SAME_VERSIONS_HINT}")
     with _grading_lock:
         try:
-            if _worker_state.get("name") != brief.content_digest:
+            if _worker_state.get("content_digest") != brief.content_digest:
                 drop_assignment()
                 _prepare(brief)
             _worker_state["timer"].cancel()
@@ -220,7 +221,7 @@ def mark_on_worker(brief: WorkerBrief, student: str, submission: Submission | No
 
 
 def _prepare(brief: WorkerBrief) -> None:
-    """Prepare this process to grade an assignment.
+    """Prepare this process to grade an assignment: fill `_worker_state`.
 
     Raises QdotError if the assignment requires a stricter sandbox than this machine can enforce.
     """
@@ -230,11 +231,13 @@ def _prepare(brief: WorkerBrief) -> None:
     if must_be_strict and not findings.is_strict:
         raise QdotError(guarantees.explain_refusal(findings))
     grader = Grader(brief.assignment, Sandbox(brief.limits, strict=must_be_strict), ClassAnswers(brief.assignment))
-    _worker_state.update(name=brief.content_digest, grader=grader, warning=guarantees.describe_weakness(findings))
+    warning = guarantees.describe_weakness(findings)
+    _worker_state.update(content_digest=brief.content_digest, grader=grader, warning=warning)
     _start_timer()
 
 
 def _start_timer() -> None:
+    """Start a timer that drops the assignment when this worker has been idle for `IDLE_TIMEOUT` seconds."""
     timer = threading.Timer(IDLE_TIMEOUT, _drop_unless_busy)
     timer.daemon = True
     timer.start()
@@ -242,6 +245,7 @@ def _start_timer() -> None:
 
 
 def _drop_unless_busy() -> None:
+    """Drop the assignment unless a notebook is being graded."""
     if _grading_lock.acquire(blocking=False):  # otherwise a notebook is being graded, which started another timer
         try:
             drop_assignment()
@@ -251,6 +255,7 @@ def _drop_unless_busy() -> None:
 
 @cache
 def _drop_at_exit() -> None:
+    """Make sure that the assignment is dropped when this process ends; further calls have no effect."""
     Finalize(None, drop_assignment, exitpriority=10)  # atexit doesn't work in multiprocessing's processes
 
 

@@ -1,7 +1,7 @@
 """Compute a student's result from the graded notebooks: choose the attempt, apply overrides and the late penalty.
 
-Nothing is judged again here, so a changed override or late rule takes effect at once. The score is the sum of the
-parts' points minus the late penalty. A person can override the points of a part or the total.
+No answer is judged again here, so a changed override or late rule takes effect without running notebooks. The score is
+the sum of the parts' points minus the late penalty. A person can override the points of a part or the total.
 """
 
 import datetime
@@ -31,31 +31,32 @@ MAX_FILES_LISTED = 5
 
 @dataclass(frozen=True)
 class GradedNotebook:
-    """A student's notebook and its marks; `marked` is None if the notebook was not graded.
+    """A student's notebook and its marks; `marks` is None if the notebook was not graded.
 
-    `file` is empty if nothing was submitted. `time_source` is the source of the time: a platform's name, or "file".
-    `flagged_late` is whether the platform itself flagged the work as late, or None if the platform doesn't
-    report this.
+    `file` is the file's name, or empty if nothing was submitted. `time_source` is the source of the time `received`: a
+    platform's name, or "file". `flagged_late` is whether the platform itself flagged the work as late; None if the
+    platform doesn't report this.
     """
 
     file: str = ""
     received: datetime.datetime | None = None
-    marked: NotebookMarks | None = None
+    marks: NotebookMarks | None = None
     time_source: str = "file"
     flagged_late: bool | None = None
 
 
-def final_result(
+def compute_final_result(
     assignment: Assignment, student: Student, notebooks: Sequence[GradedNotebook], overrides: Overrides = NO_OVERRIDES
 ) -> Result:
-    """Return a student's result. `notebooks` contains all submissions in the order in which they were received.
+    """Return a student's result. `notebooks` contains all attempts in the order in which they were received.
 
-    The graded notebook with the most points counts; if several have the most, the first of them does. For this choice,
-    a part that qdot failed to grade counts as full marks, so that another attempt doesn't hide the failure.
+    The graded notebook with the most points counts. If several notebooks have the most points, the first of them
+    counts. For this choice, a part that qdot failed to grade counts as full marks, so that another attempt doesn't hide
+    the failure.
     """
-    result_if_counting = partial(_result_if_counting, assignment, student, overrides)
-    results = {i: result_if_counting(graded, graded.marked) for i, graded in enumerate(notebooks) if graded.marked}
-    chosen_index = max(results, key=lambda i: _max_possible_points(results[i]))
+    make_result = partial(_make_result_of, assignment, student, overrides)
+    results = {i: make_result(graded, graded.marks) for i, graded in enumerate(notebooks) if graded.marks}
+    chosen_index = max(results, key=lambda i: _sum_possible_points(results[i]))
     result = results[chosen_index]
     if len(notebooks) == 1:
         return result
@@ -70,28 +71,22 @@ def final_result(
     if assignment.attempts.best_of is not None and len(results) < len(notebooks):
         note += f"; {assignment.attempts.rule}"
     scores = [results[i].score if i in results else None for i in range(len(notebooks))]
-    attempts = tuple(
-        SubmittedNotebook(graded.file, _iso_time(graded.received), score)
-        for graded, score in zip(notebooks, scores, strict=True)
-    )
+    times = [_format_time(graded.received) for graded in notebooks]
+    attempts = map(SubmittedNotebook, [graded.file for graded in notebooks], times, scores)
     notes, staff_notes = (note, *result.notes), (note, *result.staff_notes)
-    return replace(result, attempts=attempts, notes=notes, staff_notes=staff_notes)
+    return replace(result, attempts=tuple(attempts), notes=notes, staff_notes=staff_notes)
 
 
-def ungraded_notebook(assignment: Assignment, student: str, file: str, reason: str) -> GradedNotebook:
-    """Return a notebook without marks, for a student whom qdot failed to grade."""
-    return GradedNotebook(file, marked=mark_ungraded(assignment, student, None, reason))
+def make_ungraded_result(assignment: Assignment, student: Student, file: str, error: Exception) -> Result:
+    """Return a result without marks, to replace a result that qdot itself failed to compute or report."""
+    marks = mark_ungraded(assignment, student.id, None, describe_error(error))
+    return compute_final_result(assignment, student, [GradedNotebook(file, marks=marks)])
 
 
-def ungraded_result(assignment: Assignment, student: Student, file: str, error: Exception) -> Result:
-    """Return a result without marks, to replace one that qdot itself failed to compute or report."""
-    return final_result(assignment, student, [ungraded_notebook(assignment, student.id, file, describe_error(error))])
-
-
-def _result_if_counting(
-    assignment: Assignment, student: Student, overrides: Overrides, graded: GradedNotebook, marked: NotebookMarks
+def _make_result_of(
+    assignment: Assignment, student: Student, overrides: Overrides, graded: GradedNotebook, marks: NotebookMarks
 ) -> Result:
-    """Return the result that the student gets if this notebook counts."""
+    """Return the result that a student gets if the notebook `graded`, which has the marks `marks`, counts."""
     student_overrides = overrides.by_student.get(student.id, {})
 
     def apply_override(slot: str, part: PartResult) -> PartResult:
@@ -100,31 +95,29 @@ def _result_if_counting(
         if override is None:
             return part
         points = part.points if override.points is None else override.points
-        return replace(part, points=points, override=override.applied_to(part.points))
+        return replace(part, points=points, override=replace(override, was=part.points))
 
-    problems = tuple(
-        replace(problem, parts=tuple(apply_override(problem.slot, part) for part in problem.parts))
-        for problem in marked.problems
-    )
-    parts = [part for problem in problems for part in problem.parts]
+    part_lists = [tuple(apply_override(problem.slot, part) for part in problem.parts) for problem in marks.problems]
+    problems = tuple(replace(problem, parts=parts) for problem, parts in zip(marks.problems, part_lists, strict=True))
+    parts = [part for parts in part_lists for part in parts]
     points = sum_points(part.points for part in parts)
-    late = None if graded.flagged_late is False else _lateness(assignment, student, graded.received, points)
+    late = None if graded.flagged_late is False else _find_lateness(assignment, student, graded.received, points)
     score = points if late is None else _subtract_share(points, Fraction(str(late.penalty)))
     total_override = student_overrides.get(TOTAL_PART)
-    submission = CountingSubmission(graded.file, marked.sha256, _iso_time(graded.received), graded.time_source)
+    submission = CountingSubmission(graded.file, marks.sha256, _format_time(graded.received), graded.time_source)
     return Result(
         student=student.id, assignment=assignment.key, submission=submission if graded.file else None,
         score=score if total_override is None or total_override.points is None else total_override.points,
         max_score=sum_points(part.max_points for part in parts), late=late,
-        override=None if total_override is None else total_override.applied_to(score), obstacle=marked.obstacle,
-        notes=marked.notes, staff_notes=marked.staff_notes, made_from=marked.made_from, problems=problems,
+        override=total_override and replace(total_override, was=score), obstacle=marks.obstacle,
+        notes=marks.notes, staff_notes=marks.staff_notes, made_from=marks.made_from, problems=problems,
     )  # fmt: skip
 
 
-def _lateness(
+def _find_lateness(
     assignment: Assignment, student: Student, received: datetime.datetime | None, points: float
 ) -> Lateness | None:
-    """Return how late the work is and what share of its points is deducted, or None if it is on time."""
+    """Return by how many seconds a notebook is late and the share deducted from its `points`; None if it is on time."""
     deadline = assignment.due_date_of(student)
     if deadline is None or received is None:
         return None
@@ -147,11 +140,12 @@ def _subtract_share(points: float, share: Fraction) -> float:
     return float(exact_points - round(exact_points * share, 4))
 
 
-def _max_possible_points(result: Result) -> Fraction:
-    """Return a result's points, counting the parts that qdot failed to grade as full marks."""
+def _sum_possible_points(result: Result) -> Fraction:
+    """Return the score of a result plus full marks for each part that qdot failed to grade."""
     ungraded_max_points = [part.max_points for part in result.parts.values() if part.points is None]
     return Fraction(str(result.score)) + sum(Fraction(str(points)) for points in ungraded_max_points)
 
 
-def _iso_time(moment: datetime.datetime | None) -> str | None:
+def _format_time(moment: datetime.datetime | None) -> str | None:
+    """Return a time as text in ISO 8601; None stays None."""
     return None if moment is None else moment.isoformat()

@@ -1,19 +1,19 @@
 """Judge a later part against what follows from the student's own wrong answer to an earlier part.
 
-The parts of a problem build on one another (`Part.prerequisites`). A wrong earlier answer replaces the reference in the
-derivation, and the later answer is judged against the result, as formulas, in the same way as against a reference. An
-unanswered part between them is derived by the same method.
+The parts of a problem build on one another (`Part.prerequisites`). A wrong earlier answer replaces the correct answer
+in the derivation. The later answer is then judged against the result, in the same way as against the correct answer
+(the reference). An unanswered part between the two parts is derived by the same method.
 
-Nothing follows from an answer that would make the later part easier. An answer does so in these cases:
+Nothing follows from an earlier answer that would make the later part easier. These answers do:
 
-- it is undefined at some configurations
-- it is not made of sines and cosines of the joints
-- it has more zeros than the reference
-- it is singular at configurations that are regular
-- it is a copy of another answer in the notebook, or of the correct answer to another student's problem
+- an answer that is undefined at some configurations
+- an answer that changes if a revolute joint rotates by 360°
+- an answer with more zeros than the reference
+- a Jacobian that is singular at configurations that are regular
+- a copy of another answer in the notebook, or of the correct answer to another student's problem
 
-The result that follows must depend on as many joints as the reference. If the earlier answer is no attempt at this arm,
-the feedback says that the later answer follows from it, but it earns nothing (`term_overlap`, `marking`).
+The result that follows must depend on as many joints as the reference. If the earlier answer is not a real attempt at
+this arm, the feedback says that the later answer follows from it, but the later answer earns nothing (see `marking`).
 """
 
 from collections.abc import Callable, Collection, Iterator, Mapping, Sequence
@@ -43,16 +43,16 @@ from qdot.grader.judging.verdict import Judgement
 MAX_ROWS = 4
 """Maximum number of rows of a matrix whose determinant is derived as a formula."""
 MAX_NODES = 3000
-"""Maximum number of nodes of an earlier answer; the result that follows may have 20 times as many."""
+"""Maximum number of nodes in the trees of an earlier answer; the result that follows may have 20 times as many."""
 SAMPLE_COUNT = 6
+"""Number of random configurations at which answers are evaluated."""
 
 
 @dataclass(frozen=True)
 class FollowThrough:
-    """The judgement on an answer against the result that follows from a wrong answer to the part `earlier_part`.
+    """The judgement on an answer, compared with what follows from a wrong answer to the part `earlier_part`.
 
-    If the answer follows from an answer that is no attempt at this arm, `non_attempt` is the part of that earlier
-    answer, and the later answer earns nothing.
+    `non_attempt` is an earlier part whose answer was used but is not a real attempt at this arm; None if there is none.
     """
 
     judgement: Judgement
@@ -61,11 +61,10 @@ class FollowThrough:
 
 
 RowsByPart = Mapping[str, Rows]
-"""The rows of each earlier part: the student's rows if that answer is wrong, otherwise the reference's rows."""
-
+"""The formulas of each earlier part, in rows: the student's if the answer is wrong, otherwise the reference's."""
 
 IsCopied = Callable[[Part, Rows], bool]
-"""Returns whether a wrong answer to a part is correct for another student's problem."""
+"""A function that returns whether a wrong answer to a part is correct for another student's problem."""
 
 
 def never_copied(part: Part, rows: Rows) -> bool:
@@ -75,30 +74,30 @@ def never_copied(part: Part, rows: Rows) -> bool:
 
 def find_follow_through(
     problem: Problem, part: Part, answers: Mapping[str, ParsedAnswer], wrong_parts: Sequence[str], seed: str,
-    is_copied: IsCopied = never_copied, attempts: Collection[str] | None = None,
+    is_copied: IsCopied, attempts: Collection[str],
 ) -> FollowThrough | None:  # fmt: skip
-    """Return the best judgement on an answer against what follows from earlier wrong answers, or None.
+    """Return the best judgement on an answer, compared with what follows from earlier wrong answers.
 
-    `answers` maps the name of each part to its answer. `wrong_parts` lists the earlier parts with wrong answers.
-    `attempts` lists those of them whose answers are attempts at this arm; None means all of them.
+    Return None if nothing in the answer follows. `answers` maps the name of each part to its answer. `wrong_parts`
+    lists the earlier parts with wrong answers. `attempts` lists the parts whose answers are real attempts at this arm.
     """
     answer = answers[part.name]
-    if answer.table is not None or part.kind not in QUESTIONS:
+    if answer.refusal is not None or answer.table is not None or part.kind not in QUESTIONS:
         return None
     context = _Context(problem, answers, wrong_parts, f"{seed}/follow", is_copied)
     results: list[FollowThrough] = []
-    for rows_of_parts, wrong_names in context.find_sources(part):
-        derived_answer = context.derive(part, rows_of_parts)
+    for source_rows, wrong_names in context.find_sources(part):
+        derived_answer = context.derive(part, source_rows)
         judgement = None if derived_answer is None else context.judge(part, derived_answer, answer)
         if judgement is not None and judgement.share > 0:
-            non_attempt = next((name for name in wrong_names if attempts is not None and name not in attempts), None)
+            non_attempt = next((name for name in wrong_names if name not in attempts), None)
             results.append(FollowThrough(judgement, wrong_names[0], non_attempt))
-    return max(results, key=lambda each: (each.non_attempt is None, each.judgement.share), default=None)
+    return max(results, key=lambda result: (result.non_attempt is None, result.judgement.share), default=None)
 
 
 @dataclass(frozen=True)
 class _Context:
-    """A problem with a student's answers, and random values for its symbols."""
+    """A problem with a student's answers, and random values for the problem's symbols."""
 
     problem: Problem
     answers: Mapping[str, ParsedAnswer]
@@ -113,16 +112,19 @@ class _Context:
 
     @cached_property
     def parts(self) -> dict[str, Part]:
-        """The parts by name: those of the problem, and the parts between them once they are needed."""
+        """The parts by name: those of the problem, and other parts of the derivation once they are needed."""
         return {part.name: part for part in self.problem.parts}
 
     @cached_property
     def values(self) -> dict[str, np.ndarray]:
-        """Random values of all symbols."""
+        """Random values of all symbols, an array of `SAMPLE_COUNT` values each."""
         return sample_values(self.domain, SAMPLE_COUNT, Stream(self.seed))
 
     def find_sources(self, part: Part) -> Iterator[tuple[RowsByPart, list[str]]]:
-        """Yield sets of rows from which an answer may be derived, each with the wrong parts that they come from."""
+        """Yield each set of earlier answers from which the answer to a part may be derived, if one of them is wrong.
+
+        The second item lists the names of the parts with wrong answers that the set depends on.
+        """
         for sources in QUESTIONS[part.kind].prerequisite_sets:
             usable_rows = {name: rows for name in sources if (rows := self.find_rows(name)) is not None}
             wrong_names = list(dict.fromkeys(name for _, names_before in usable_rows.values() for name in names_before))
@@ -136,18 +138,14 @@ class _Context:
         derived from earlier answers. Otherwise the rows of the reference are returned.
         """
         part, parsed_answer = self.find_part(name), self.answers.get(name)
-        reference = None if part is None else self.reference_rows(part)
+        reference = None if part is None else self.find_reference_rows(part)
         if part is None or reference is None:
             return None
         if parsed_answer is None or parsed_answer.refusal is not None:
-            for rows_of_parts, wrong_names in self.find_sources(part):
-                derived_answer = self.derive(part, rows_of_parts)
-                if (
-                    derived_answer is not None
-                    and not isinstance(derived_answer, np.ndarray)
-                    and self.is_as_hard(derived_answer, reference)
-                ):
-                    return derived_answer, wrong_names
+            for source_rows, wrong_names in self.find_sources(part):
+                rows = self.derive(part, source_rows)
+                if isinstance(rows, list) and self.is_as_hard(rows, reference):
+                    return rows, wrong_names
         elif name in self.wrong_parts:
             if parsed_answer.rows and self.is_usable(part, parsed_answer, reference):
                 return (parsed_answer.rows, [name])
@@ -164,15 +162,15 @@ class _Context:
             self.parts[name] = Part(name, name, answer, question.points, question.prerequisites, details)
         return self.parts[name]
 
-    def reference_rows(self, part: Part) -> Rows | None:
-        """Return the rows of a part's reference; None if the reference is not made of formulas."""
+    def find_reference_rows(self, part: Part) -> Rows | None:
+        """Return the rows of the correct answer to a part; None if this answer is not made of formulas."""
         is_in_formulas = part.answer.list_entries() and not part.answer.is_numeric
         return part.answer.parse_trees(self.domain.roles) if is_in_formulas else None
 
     # --- answers from which nothing follows ---
 
     def is_usable(self, part: Part, parsed_answer: ParsedAnswer, reference: Rows) -> bool:
-        """Return whether a later answer may be derived from a wrong answer."""
+        """Return whether a later answer may be derived from a wrong answer; `reference` is the correct answer."""
         rows = parsed_answer.rows
         if rows is None or (len(rows), len(rows[0])) != (len(reference), len(reference[0])):
             return False
@@ -182,11 +180,12 @@ class _Context:
         if self._is_copy(part, rows) or self.is_copied(part, rows):
             return False
         is_square = part.name == "jacobian" and 1 < len(reference) == len(reference[0]) <= MAX_ROWS
-        if is_square and not self.is_as_hard(_determinant(rows), _determinant(reference)):
+        if is_square and not self.is_as_hard(_compute_determinant(rows), _compute_determinant(reference)):
             return False
         return self._compute_traits(rows).is_as_full(self._compute_traits(reference))
 
     def _is_known(self, parsed_answer: ParsedAnswer) -> bool:
+        """Return whether the problem defines all symbols in an answer."""
         return not parsed_answer.symbols - set(self.domain.roles)
 
     def _is_copy(self, part: Part, rows: Rows) -> bool:
@@ -196,13 +195,14 @@ class _Context:
             is_short = bool(other_answer.rows) and len(other_answer.text) <= 10 * MAX_NODES
             if name == part.name or not is_short or not self._is_known(other_answer):
                 continue
-            with suppress(ParseError):  # its entries contain statements or blanks
+            with suppress(ParseError):  # raised if entries of the other answer contain statements or blanks
                 other_values = self._evaluate(other_answer.rows or ())
                 if other_values.shape == values.shape and np.allclose(other_values, values, rtol=1e-9, atol=0):
                     return True
         return False
 
     def _evaluate(self, rows: Rows) -> np.ndarray:
+        """Return the values of rows at the random configurations, (entries, `SAMPLE_COUNT`)."""
         return evaluate(compile_program([entry for row in rows for entry in row]), self.values, SAMPLE_COUNT)[0]
 
     def is_as_hard(self, rows: Rows, reference: Rows) -> bool:
@@ -211,13 +211,17 @@ class _Context:
         return traits.is_as_full(expected_traits) and traits.joint_count >= expected_traits.joint_count
 
     def _compute_traits(self, rows: Rows) -> "Traits":
-        """Return the traits of an answer, found at random configurations."""
+        """Return the traits of an answer, found by evaluating it at random configurations.
+
+        To find out whether the answer depends on a symbol, the values of the symbol are changed.
+        """
         entries = [entry for row in rows for entry in row]
         program, roles = compile_program(entries), self.domain.roles
         values_at_samples = evaluate(program, self.values, SAMPLE_COUNT)[0]
         largest_value = max(float(np.nanmax(np.abs(values_at_samples), initial=0.0)), 1e-300)
 
         def differs(values: Mapping[str, np.ndarray], tolerance: float) -> bool:
+            """Return whether the answer has other values at other values of the symbols."""
             with np.errstate(all="ignore"):
                 changes = np.abs(evaluate(program, values, SAMPLE_COUNT)[0] - values_at_samples)
                 return not np.all(changes <= tolerance * largest_value)
@@ -226,8 +230,8 @@ class _Context:
         used_symbols = {name for name in set().union(*map(find_names, entries)) if isinstance(roles[name], str)}
         moved_values = {name: {**self.values, name: 0.83 * self.values[name] + 0.11} for name in used_symbols}
         influential_symbols = {name for name, values in moved_values.items() if differs(values, 1e-9)}
-        values_after_turn = {name: value + 2 * np.pi * (roles[name] == "angle") for name, value in self.values.items()}
-        is_finite, is_periodic = bool(np.isfinite(values_at_samples).all()), not differs(values_after_turn, 1e-6)
+        rotated_values = {name: value + 2 * np.pi * (roles[name] == "angle") for name, value in self.values.items()}
+        is_finite, is_periodic = bool(np.isfinite(values_at_samples).all()), not differs(rotated_values, 1e-6)
         nonzero_count = int(np.count_nonzero(np.abs(values_at_samples).max(axis=1) > 1e-9 * largest_value))
         counts = len(influential_symbols & joints), len(influential_symbols - joints), nonzero_count
         return Traits(is_finite, is_periodic, *counts)
@@ -235,7 +239,10 @@ class _Context:
     # --- the result that follows ---
 
     def derive(self, part: Part, source_rows: RowsByPart) -> "Rows | np.ndarray | None":
-        """Return the answer that follows from the rows of earlier parts; None if there is none or it is too long."""
+        """Return the answer that follows from the rows of earlier parts; None if there is none or it is too long.
+
+        The answer consists of rows of formulas, or is an array of numbers if the question asks for numbers.
+        """
         question = QUESTIONS[part.kind]
         compute_rows = question.zero_formula or question.formula
         is_long = question.is_long_in_formulas and any(len(rows) > MAX_ROWS for rows in source_rows.values())
@@ -255,10 +262,13 @@ class _Context:
             return None
 
     def judge(self, part: Part, derived: "Rows | np.ndarray", answer: ParsedAnswer) -> Judgement | None:
-        """Return the judgement on an answer against `derived`; None if it is unusable or easier than the reference."""
+        """Return the judgement on an answer, compared with the answer `derived` from a wrong answer.
+
+        Return None if `derived` is unusable or easier than the correct answer.
+        """
         if isinstance(derived, np.ndarray):
             return self._judge_numbers(part, derived, answer)
-        reference = self._expected_determinant() if part.answer.is_set else self.reference_rows(part)
+        reference = self._find_correct_determinant() if part.answer.is_set else self.find_reference_rows(part)
         if reference is None or not self.is_as_hard(derived, reference):
             return None
         if part.answer.is_set:
@@ -272,13 +282,15 @@ class _Context:
             return judge_direction(answer, [row[0] for row in derived], self.domain, self.seed)
         return judge_matrix(answer, derived, self.domain, self.seed, part.rounding)
 
-    def _expected_determinant(self) -> Rows | None:
+    def _find_correct_determinant(self) -> Rows | None:
+        """Return the determinant of the correct Jacobian; None if it is not a small square matrix of formulas."""
         chain = self.problem.chain
         jacobian = self.find_part("jacobian") if len(chain.task) == chain.n <= MAX_ROWS else None
-        rows = None if jacobian is None else self.reference_rows(jacobian)
-        return None if rows is None else _determinant(rows)
+        rows = None if jacobian is None else self.find_reference_rows(jacobian)
+        return None if rows is None else _compute_determinant(rows)
 
     def _judge_numbers(self, part: Part, values: np.ndarray, answer: ParsedAnswer) -> Judgement | None:
+        """Return the judgement on numbers, compared with derived `values`; None if one of these is infinite or zero."""
         largest_value = float(np.abs(values).max(initial=0.0))
         if not np.isfinite(values).all() or np.count_nonzero(np.abs(values) > 1e-6 * largest_value) < len(values):
             return None
@@ -287,27 +299,27 @@ class _Context:
             tolerance = part.answer_as(Direction).tolerance_with(part.rounding)
             return judge_direction(answer, entries, self.domain, self.seed, tolerance)
         number = part.answer_as(Number)
-        tolerance = part.rounding.relative or number.tolerance if part.rounding else number.tolerance
+        tolerance = number.tolerance_and_floor(part.rounding)[0] or number.tolerance
         return judge_numbers(answer, values.tolist(), number.units, tolerance, 0.001 * largest_value)
 
 
-def _substitute(w: StageResults, numeric_rows: Mapping[str, np.ndarray]) -> StageResults:
-    """Return a working that uses the given answers to earlier parts, (rows, columns, …) each."""
+def _substitute(working: StageResults, rows_by_part: Mapping[str, np.ndarray]) -> StageResults:
+    """Return a derivation that uses these answers to earlier parts, arrays of shape (rows, columns, …)."""
     changes: dict[str, Change] = {}
-    for name, rows in numeric_rows.items():
-        substitutes = QUESTIONS[name].substitution
-        assert substitutes is not None, name
-        changes.update(substitutes(rows))
-    return w.with_mistakes(changes)
+    for name, rows in rows_by_part.items():
+        substitution = QUESTIONS[name].substitution
+        assert substitution is not None, name
+        changes.update(substitution(rows))
+    return working.with_mistakes(changes)
 
 
 def _evaluate_at(rows: Rows, values: Mapping[str, np.ndarray]) -> np.ndarray:
-    """Return the values of rows of trees at a configuration, (rows, columns, 1)."""
+    """Return the values of rows of formulas at one configuration, as an array of shape (rows, columns, 1)."""
     values_of_entries = evaluate(compile_program([entry for row in rows for entry in row]), values, 1)[0]
     return np.asarray(values_of_entries.real.reshape(len(rows), -1, 1))
 
 
-def _determinant(rows: Rows) -> Rows:
+def _compute_determinant(rows: Rows) -> Rows:
     """Return the determinant of a small matrix as a matrix with one entry."""
     return TreeArithmetic.rows(determinant(TreeArithmetic.matrix(rows)))
 
@@ -316,9 +328,9 @@ def _determinant(rows: Rows) -> Rows:
 class Traits:
     """The traits of an answer at random configurations.
 
-    `is_finite` is whether it is defined, and `is_periodic` whether it stays the same after full turns of the joints.
-    `joint_count` and `other_symbol_count` are the numbers of joints and other symbols that it depends on.
-    `nonzero_entry_count` is the number of nonzero entries.
+    `is_finite` is whether the answer is defined. `is_periodic` is whether the answer stays the same if revolute joints
+    rotate by 360°. `joint_count` and `other_symbol_count` are the numbers of joints and other symbols on which the
+    answer depends. `nonzero_entry_count` is the number of nonzero entries.
     """
 
     is_finite: bool

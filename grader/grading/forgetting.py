@@ -1,11 +1,12 @@
 """Find and remove everything about one student in an assignment's folder (`qdot forget`).
 
-The student's files are removed, and so are the student's lines in tables of the class. The line in the roster is
-removed last, so that running the same command again finishes an interrupted run.
+The student's files and the student's lines in tables of the class are removed. The line in the roster is removed last,
+so that running the same command again finishes an interrupted run.
 """
 
 import contextlib
 import hashlib
+import json
 import re
 import shutil
 from collections.abc import Iterator, Mapping, Sequence
@@ -19,7 +20,6 @@ from qdot.exercises.assignment.store import STORE_FOLDER as STORE
 from qdot.exercises.common.errors import QdotError, count_noun, make_name_error
 from qdot.exercises.common.files import IS_POSIX, write_atomically
 from qdot.exercises.common.input_file import parse_csv_rows, read_table
-from qdot.exercises.common.json_form import from_json
 from qdot.grader.grading.batch import lock_folder
 from qdot.grader.grading.overrides import OVERRIDES_FILE
 from qdot.grader.sandbox.contained import folders
@@ -27,16 +27,16 @@ from qdot.grader.submissions.submission import NOT_FETCHED_FILE, find_paths_of_s
 
 ROSTER_FILE = "roster.csv"
 UNSEARCHABLE_ENDINGS = (".zip", ".mbz", ".xlsx", ".tar", ".gz", ".tgz", ".pdf")
-"""Endings of files that are not searched for a student's name."""
+"""Endings of compressed files, which are not searched for a student's name."""
 MAX_SEARCHED_SIZE = 200_000_000
-"""Maximum size in bytes of a file that is searched."""
+"""Maximum size in bytes of a file that is searched for a student's name."""
 
 
 @dataclass(frozen=True)
 class ForgettingPlan:
     """The planned changes to an assignment's folder: the paths to remove, and the new contents of tables.
 
-    `mentions` lists other files that name the student or can't be searched, each with advice.
+    `mentions` are pairs of another file that names the student or can't be searched, and advice on this file.
     """
 
     folder: Path
@@ -46,14 +46,14 @@ class ForgettingPlan:
     mentions: tuple[tuple[str, str], ...]
 
     def describe(self) -> Iterator[str]:
-        """Yield a description of the plan, line by line."""
+        """Yield the lines of a description of the plan."""
         name = f" ({self.student.name})" if self.student.name else ""
         yield f"{self.folder}: {self.student.id}{name}"
         for path in self.removed_paths:
-            yield f"  remove   {self._relative_path(path)}"
+            yield f"  remove   {self._get_relative_path(path)}"
         for path, content in self.new_table_contents.items():
             lines = path.read_bytes().count(b"\n") - content.count(b"\n")
-            yield f"  shorten  {self._relative_path(path)} by {count_noun(lines, 'line')}"
+            yield f"  shorten  {self._get_relative_path(path)} by {count_noun(lines, 'line')}"
         for path_text, advice in self.mentions:
             yield f"  stays    {path_text}: {advice}"
 
@@ -69,7 +69,8 @@ class ForgettingPlan:
             for path, content in self.new_table_contents.items():
                 write_atomically(path, content, path.stat().st_mode & 0o777)
 
-    def _relative_path(self, path: Path) -> str:
+    def _get_relative_path(self, path: Path) -> str:
+        """Return a path relative to the assignment's folder, as text."""
         return path.relative_to(self.folder).as_posix()
 
 
@@ -82,9 +83,9 @@ def plan_forgetting(folder: Path, name: str) -> list[ForgettingPlan]:
     folders = [folder] if is_assignment else sorted(path.parent for path in folder.glob("*/assignment.toml"))
     if not folders:
         raise QdotError(f"{folder} is not an assignment's folder and contains none; 'qdot init' makes one")
-    rosters = {assignment: _read_roster_if_present(assignment) for assignment in folders}
+    rosters = {assignment_folder: _read_roster_if_present(assignment_folder) for assignment_folder in folders}
     student = _find_student([student for roster in rosters.values() for student in roster], name)
-    plans = [plan for assignment in folders if (plan := _plan_for_assignment(assignment, rosters[assignment], student))]
+    plans = [plan for path, roster in rosters.items() if (plan := _plan_for_assignment(path, roster, student))]
     if not plans:
         identifiers = sorted({student.id for roster in rosters.values() for student in roster})
         raise QdotError(f"{folder} has nothing of this student: {make_name_error('student', name, identifiers[:50])}")
@@ -92,6 +93,7 @@ def plan_forgetting(folder: Path, name: str) -> list[ForgettingPlan]:
 
 
 def _read_roster_if_present(folder: Path) -> Sequence[Student]:
+    """Return the students on the roster of an assignment; () if there is no roster or it has no lines."""
     if (folder / ROSTER_FILE).exists() and read_roster_table(folder / ROSTER_FILE):
         return read_roster(folder / ROSTER_FILE)
     return ()
@@ -117,27 +119,25 @@ def _find_student(roster: Sequence[Student], name: str) -> Student:
 
 
 def _plan_for_assignment(folder: Path, roster: Sequence[Student], student: Student) -> ForgettingPlan | None:
+    """Return the plan for one assignment; None if its folder has nothing of the student."""
     students = [*roster, *([] if any(other.id == student.id for other in roster) else [student])]
     root = folder / "submitted"
     certain_paths, doubtful_paths = find_paths_of_student(students, root, student.id) if root.is_dir() else ([], [])
     removed_paths = [*certain_paths, *_find_files_named_after(folder, student.id)]
-    shortened = dict(_shorten_tables(folder, student.id))
-    if not removed_paths and not shortened:
+    new_contents = dict(_shorten_tables(folder, student.id))
+    if not removed_paths and not new_contents:
         return None
-    # Files in the cache don't name their student; qdot can recreate both the cache and the report.
-    removed_paths += [
-        path for path in (folder / "graded" / ".cache", folder / "graded" / "report.html") if path.exists()
-    ]
-    inside = {path for top in removed_paths if top.is_dir() for path in top.rglob("*")}
-    handled_paths = {*removed_paths, *inside, *shortened}
+    # Files in the cache don't name their student, so all are removed; qdot can make the cache and the report again.
+    removed_paths += [path for name in (".cache", "report.html") if (path := folder / "graded" / name).exists()]
+    paths_inside = {path for parent in removed_paths if parent.is_dir() for path in parent.rglob("*")}
     advice = "it may belong to this student or to another one"
     mentions = [(path.relative_to(folder).as_posix(), advice) for path in doubtful_paths]
-    mentions += _find_mentions(folder, student, handled_paths)
-    return ForgettingPlan(folder, student, tuple(dict.fromkeys(removed_paths)), shortened, tuple(mentions))
+    mentions += _find_mentions(folder, student, {*removed_paths, *paths_inside, *new_contents})
+    return ForgettingPlan(folder, student, tuple(dict.fromkeys(removed_paths)), new_contents, tuple(mentions))
 
 
 def _find_files_named_after(folder: Path, student: str) -> list[Path]:
-    """Return the files and folders that are named after a student."""
+    """Return the files and folders that are named after a student, with unfinished copies of them."""
     paths = [folder / kind / student for kind in ("released", "solutions", "certificates")]
     paths += [folder / "graded" / "feedback" / f"{student}.html", folder / "graded" / "history" / f"{student}.jsonl"]
     paths.append(folder / STORE / "problems" / hashlib.sha256(student.encode()).hexdigest()[:24])
@@ -147,7 +147,7 @@ def _find_files_named_after(folder: Path, student: str) -> list[Path]:
 
 
 def _shorten_tables(folder: Path, student: str) -> Iterator[tuple[Path, bytes]]:
-    """Yield every table that contains lines of a student, with its content without these; the roster comes last."""
+    """Yield pairs of a table that contains lines of a student, and its content without them. The roster comes last."""
     results = folder / "graded" / "results.jsonl"
     if results.is_file():
         lines = results.read_bytes().splitlines(keepends=True)
@@ -163,17 +163,11 @@ def _shorten_tables(folder: Path, student: str) -> Iterator[tuple[Path, bytes]]:
             yield path, remove_table_rows(path.read_bytes(), numbers)
 
 
-@dataclass(frozen=True)
-class _StudentLine:
-    """The part of a line of results.jsonl that names its student."""
-
-    student: str
-
-
 def _read_student(line: bytes) -> str:
+    """Return the student whose result a line of results.jsonl contains; "" if the line is damaged."""
     try:
-        return from_json(_StudentLine, line).student
-    except ValueError:
+        return str(json.loads(line)["student"])
+    except (ValueError, KeyError, TypeError):
         return ""
 
 
@@ -191,15 +185,15 @@ def remove_table_rows(content: bytes, line_numbers: set[int]) -> bytes:
     row_starts: list[int] = []
     for _ in parse_csv_rows("\n".join(line.rstrip("\r\n") for line in lines), row_starts):
         pass
-    row_beginnings = [
-        max((begin for begin in row_starts if begin <= number), default=0) for number in range(1, len(lines) + 1)
-    ]
-    other_lines = [line for line, start in zip(lines, row_beginnings, strict=True) if start not in line_numbers]
-    return "".join(other_lines).encode(encoding)
+    row_start, kept_text = 0, ""
+    for number, line in enumerate(lines, 1):
+        row_start = number if number in row_starts else row_start
+        kept_text += "" if row_start in line_numbers else line
+    return kept_text.encode(encoding)
 
 
 def _find_mentions(folder: Path, student: Student, handled_paths: set[Path]) -> Iterator[tuple[str, str]]:
-    """Yield other files that name a student or can't be searched, each with advice on what to do."""
+    """Yield pairs of another file that names a student or can't be searched, and advice on what to do with it."""
     names = [student.email, student.name, *([student.id] if not re.fullmatch(r"\d{0,4}|..?", student.id) else [])]
     words = b"|".join(re.escape(name.encode()) for name in names if name.strip())
     pattern = re.compile(rb"(?<![A-Za-z0-9_])(?:" + words + rb")(?![A-Za-z0-9_])", re.IGNORECASE) if words else None
@@ -212,11 +206,12 @@ def _find_mentions(folder: Path, student: Student, handled_paths: set[Path]) -> 
         elif pattern is not None and _file_contains(path, pattern):
             remedy = "; 'qdot export' makes it again" if path_text.startswith("exports/") else ""
             yield path_text, f"it names this student{remedy}"
-    if any((top / ".git").exists() for top in (folder.resolve(), *folder.resolve().parents)):
+    if any((parent / ".git").exists() for parent in (folder.resolve(), *folder.resolve().parents)):
         yield ".git", "Git stores everything that was ever committed"
 
 
 def _file_contains(path: Path, pattern: re.Pattern[bytes]) -> bool:
+    """Return whether a file contains text that matches a pattern; False if the file is very large or unreadable."""
     with contextlib.suppress(OSError):
         return path.stat().st_size <= MAX_SEARCHED_SIZE and pattern.search(path.read_bytes()) is not None
     return False

@@ -1,4 +1,8 @@
-"""Mark a student's answers to a problem: compare each answer with the reference, and give a share of the points."""
+"""Mark a student's answers to a problem: judge each answer, and compute its share of the points.
+
+An answer earns points because it agrees with the correct answer (the reference), by partial credit, or by
+follow-through: it follows from the student's own wrong answer to an earlier part.
+"""
 
 import secrets
 from collections.abc import Callable, Iterable, Mapping
@@ -35,8 +39,8 @@ WRONG_OR_PARTIAL = (Outcome.WRONG, Outcome.PARTIAL)
 class MarkingRules:
     """The rules for follow-through, which depend on the assignment and its class.
 
-    `credit` is the share of its points that a part earns if it follows from a wrong earlier answer. `is_copied` returns
-    whether an answer is correct for another student's problem.
+    `credit` is the share of its points that a part earns if it follows from a wrong earlier answer. `is_copied` is a
+    function that returns whether an answer is correct for another student's problem.
     """
 
     credit: Fraction = DEFAULT_CREDIT
@@ -49,19 +53,24 @@ def mark(
     secret: str | None = None, points_seed: str = "", rules: MarkingRules = MarkingRules(),
     allowance: TimeBudgets | None = None,
 ) -> list[Verdict]:  # fmt: skip
-    """Return a verdict for each part. The keys of `answers` and `reasons` (why there is no answer) are part names.
+    """Return a verdict for each part of a problem.
+
+    `answers` maps the name of a part to the text of its answer. `reasons` maps the name of a part without an answer to
+    the reason why there is no answer.
 
     A part that follows from the student's own wrong answer to an earlier part earns `rules.credit` of its points. It
-    doesn't if the earlier answer was copied or was not a real attempt. An answer is an attempt in these cases:
+    earns nothing if the earlier answer was copied or was not a real attempt at this arm. An answer is a real attempt in
+    these cases:
 
-    - half of its entries, or half of the solution's terms, are correct
-    - a single known mistake explains it
-    - it follows from an attempt (an answer that follows from a non-attempt is not an attempt)
+    - half of the entries, or half of the solution's terms, are correct
+    - a single known mistake explains the answer
+    - the answer follows from a real attempt; an answer that follows from another answer is not a real attempt
 
     If qdot's own code fails, the part is UNGRADED. `secret` and the answer determine the configurations at which
-    answers are compared. If `secret` is None, one is chosen at random and no answer has a group, because the key of a
-    group depends on the secret. An answer that takes longer to judge than the `allowance` is UNGRADED. If only the
-    search for its mistake takes too long, no mistake is named.
+    answers are compared; `points_seed` determines those at which Python functions were called. If `secret` is None, a
+    secret is chosen at random. No answer has a group then, because the key of a group depends on the secret. An answer
+    that takes longer to judge than the `allowance` is UNGRADED. If only the search for the mistake takes too long, no
+    mistake is named.
 
     >>> from qdot import generate
     >>> mark(generate("polar-rp/1", ["determinant"]), {"determinant": "d2 + 0.7"}, secret="s")
@@ -81,9 +90,9 @@ def mark(
 
 
 def compute_earned_share(problem: Problem, part: Part, text: str) -> Fraction:
-    """Return the share of a part's points that a typed answer earns, without follow-through.
+    """Return the share (0 to 1) of a part's points that a typed answer earns without follow-through.
 
-    The share is the same in every call.
+    The share is the same in every call, because the configurations depend only on the problem and the part.
     """
     seed = f"{problem.id}/{part.name}"
     parsed_answer = read_answer(problem, part, text, seed)
@@ -96,8 +105,9 @@ def compute_earned_share(problem: Problem, part: Part, text: str) -> Fraction:
 class _ProblemMarking:
     """The state of marking one problem part by part: the parsed answers, judgements and mistakes so far.
 
-    `attempt_parts` lists the parts whose answers are attempts at this arm. `undecided_parts` lists the parts for which
-    there was no time to decide this.
+    `seeds` maps each part to the seed of the configurations at which its answer is compared. `attempt_parts` lists the
+    parts whose answers are real attempts at this arm. `undecided_parts` lists the parts for which there was no time to
+    find this out.
     """
 
     problem: Problem
@@ -121,52 +131,55 @@ class _ProblemMarking:
                 answer = AnswerToCredit(self.problem, part, parsed_answer, seed)
                 return give_partial_credit(answer, judgement, self.rules.is_copied)
         except OutOfTime:
-            return _out_of_time_judgement(self.allowance.judging)
+            return _make_overtime_judgement(self.allowance.judging)
         except Exception as error:  # no error in qdot may become a mark
-            return _failure_judgement(error)
+            return _make_failure_judgement(error)
 
     def make_verdict(self, part: Part, text: str | None) -> Verdict:
         """Return the verdict on a part. Call this in the order of the parts, after all of them are judged."""
         follow_through = self._judge_follow_through(part)
         judgement = self.judgements[part.name]
         answer = FUNCTION_TEXT if text is not None and is_function_table(text) else text
+        points = None if judgement.outcome is Outcome.UNGRADED else share_of_points(part.points, judgement.share)
+        verdict = Verdict(part.name, judgement, points, part.points, answer)
         if judgement.outcome in WRONG_OR_PARTIAL:
             diagnosis, group, attempt = self._explain(part, follow_through)
-            verdict = _verdict_by_points(part, judgement, answer, diagnosis, follow_through, self.rules.credit)
-            return replace(verdict, group=group, attempt=attempt)
-        points = None if judgement.outcome is Outcome.UNGRADED else share_of_points(part.points, judgement.share)
+            verdict = replace(verdict, diagnosis=diagnosis, group=group, attempt=attempt)
+            return _apply_follow_through(verdict, part, follow_through, self.rules.credit)
         is_attempt = judgement.outcome is Outcome.CORRECT and not part.answer.offered_options
-        return Verdict(part.name, judgement, points, part.points, answer, attempt=True if is_attempt else None)
+        return replace(verdict, attempt=True if is_attempt else None)
 
     def _judge_follow_through(self, part: Part) -> FollowThrough | None:
-        """Compare a wrong answer with the results that follow from earlier wrong answers, and return the judgement.
+        """Return the judgement on a wrong answer, compared with what follows from earlier wrong answers.
 
-        If qdot fails to compare it, the answer becomes UNGRADED, because it might have earned more.
+        Return None if nothing follows. If qdot fails to compare the answer, the answer becomes UNGRADED, because it
+        might have earned more.
         """
         names = [other_part.name for other_part in self.problem.parts]
         wrong_parts = [name for name in names if self.judgements[name].outcome in WRONG_OR_PARTIAL]
         earlier_parts = [name for name in wrong_parts if names.index(name) < names.index(part.name)]
         if part.name not in wrong_parts or not self.rules.credit or not earlier_parts:
             return None
-        follow_through, seed, is_copied = None, self.seeds[part.name], self.rules.is_copied
-        answers, attempts = self.parsed_answers, self.attempt_parts
+        follow_through, answers, seed = None, self.parsed_answers, self.seeds[part.name]
+        rules = self.rules.is_copied, self.attempt_parts
         try:
             with self.allowance.judging.spend():
-                follow_through = find_follow_through(
-                    self.problem, part, answers, earlier_parts, seed, is_copied, attempts
-                )
+                follow_through = find_follow_through(self.problem, part, answers, earlier_parts, seed, *rules)
         except OutOfTime:
-            self.judgements[part.name] = _out_of_time_judgement(self.allowance.judging)
+            self.judgements[part.name] = _make_overtime_judgement(self.allowance.judging)
         except RecursionError:  # formulas nested deeper than in any real answer
             return None
         except Exception as error:
-            self.judgements[part.name] = _failure_judgement(error)
+            self.judgements[part.name] = _make_failure_judgement(error)
         if follow_through is not None and follow_through.non_attempt in self.undecided_parts:
-            self.judgements[part.name] = _out_of_time_judgement(self.allowance.diagnosing)
+            self.judgements[part.name] = _make_overtime_judgement(self.allowance.diagnosing)
         return follow_through
 
     def _explain(self, part: Part, followed: FollowThrough | None) -> tuple[Diagnosis | None, str | None, bool | None]:
-        """Return the diagnosis of a wrong answer, the key of its group, and whether it is an attempt at this arm."""
+        """Return the diagnosis of a wrong answer, the key of its group, and whether it is a real attempt at this arm.
+
+        `followed` is the judgement for follow-through. Each of the three values is None if it is unknown.
+        """
         answer = (self.problem, part, self.parsed_answers[part.name], self.seeds[part.name])
         budget = self.allowance.diagnosing
         follows = followed is not None and followed.judgement.outcome is Outcome.CORRECT
@@ -178,13 +191,9 @@ class _ProblemMarking:
             self.causes.append(Cause(*diagnosis.cause, part.name, ALL_QUESTIONS[part.kind].title))
         attempt = None
         if part.answer.is_symbolic:
-            attempt = (
-                follows_from_attempt
-                or _is_half_right(self.judgements[part.name])
-                or (mistake is not None and mistake.is_single_mistake)
-                or bool(_search(budget, has_enough_terms, *answer))
-            )
-            attempt = attempt and (follows_from_attempt or not follows)
+            is_close = _is_half_right(self.judgements[part.name]) or (mistake is not None and mistake.is_single_mistake)
+            is_close = follows_from_attempt or is_close or bool(_search(budget, has_enough_terms, *answer))
+            attempt = is_close and (follows_from_attempt or not follows)
             self.attempt_parts += [part.name] if attempt else []
             self.undecided_parts += [part.name] if not attempt and budget.remaining_seconds <= 0 else []
         group = None if self.secret is None else _search(budget, find_group, *answer[:3], mistake, self.secret)
@@ -199,15 +208,11 @@ def _is_half_right(judgement: Judgement) -> bool:
     return judgement.share >= MISTAKE_FACTOR if judgement.entries is not None else judgement.share > MISTAKE_FACTOR
 
 
-def _verdict_by_points(
-    part: Part, judgement: Judgement, answer: str | None, diagnosis: Diagnosis | None, followed: FollowThrough | None,
-    credit: Fraction,
-) -> Verdict:  # fmt: skip
-    """Return the verdict on a wrong answer, with the points for the answer or for follow-through, if these are more."""
-    points = share_of_points(part.points, judgement.share)
-    verdict = Verdict(part.name, judgement, points, part.points, answer, diagnosis)
+def _apply_follow_through(verdict: Verdict, part: Part, followed: FollowThrough | None, credit: Fraction) -> Verdict:
+    """Return the verdict on a wrong answer, with the points for follow-through if these are more."""
     if followed is None:
         return verdict
+    judgement = verdict.judgement
     follows_completely = followed.judgement.outcome is Outcome.CORRECT
     if followed.non_attempt is not None:
         reason = (
@@ -216,7 +221,7 @@ def _verdict_by_points(
         )
         return replace(verdict, judgement=replace(judgement, reason=reason)) if follows_completely else verdict
     followed_points = share_of_points(part.points, followed.judgement.share, credit)
-    if followed_points <= points:
+    if followed_points <= (verdict.points or 0.0):
         return verdict
     earned = f"{'it' if follows_completely else 'what follows'} earns {float(credit):.0%}"
     reason = (
@@ -224,14 +229,13 @@ def _verdict_by_points(
         f"so {earned} of the points. Correct that answer first, then redo this part. Compared with the solution: "
         f"{judgement.reason}"
     )
-    judgement, follows = replace(judgement, outcome=Outcome.PARTIAL, reason=reason), _entry_flags(part, followed)
-    return replace(
-        verdict, judgement=judgement, points=followed_points, followed_from=followed.earlier_part, follows=follows
-    )
+    judgement = replace(judgement, outcome=Outcome.PARTIAL, reason=reason)
+    source, follows = followed.earlier_part, _find_entry_flags(part, followed)
+    return replace(verdict, judgement=judgement, points=followed_points, followed_from=source, follows=follows)
 
 
-def _entry_flags(part: Part, followed: FollowThrough) -> tuple[tuple[bool, ...], ...] | None:
-    """Return for each entry of an answer whether it follows; None if the answer has no separate entries."""
+def _find_entry_flags(part: Part, followed: FollowThrough) -> tuple[tuple[bool, ...], ...] | None:
+    """Return for each entry of an answer, in rows, whether it follows; None if the answer has no separate entries."""
     judgement = followed.judgement
     if judgement.entries is not None or judgement.outcome is not Outcome.CORRECT:
         return judgement.entries
@@ -240,16 +244,13 @@ def _entry_flags(part: Part, followed: FollowThrough) -> tuple[tuple[bool, ...],
 
 
 def map_max_points(assignment: Assignment) -> dict[str, float]:
-    """Return the maximum points of every part by its name in the assignment, for example "p1.jacobian"."""
-    return {
-        f"{slot.name}.{question}": points
-        for slot in assignment.slots
-        for question, points in zip(slot.questions, slot.max_points, strict=True)
-    }
+    """Return the maximum points of every part, by the part's name in the assignment, for example "p1.jacobian"."""
+    names = [f"{slot.name}.{question}" for slot in assignment.slots for question in slot.questions]
+    return dict(zip(names, [points for slot in assignment.slots for points in slot.max_points], strict=True))
 
 
 def share_of_points(points: float, share: float, factor: Fraction = Fraction(1)) -> float:
-    """Return a share of the points, computed exactly and rounded to four decimals.
+    """Return `share` times `factor` times the points, computed exactly and rounded to four decimals.
 
     >>> share_of_points(0.3, 1 / 3), share_of_points(2, 1.0, Fraction(4, 5))
     (0.1, 1.6)
@@ -258,7 +259,7 @@ def share_of_points(points: float, share: float, factor: Fraction = Fraction(1))
 
 
 def sum_points(points: Iterable[float | None]) -> float:
-    """Return the exact sum of points given to four decimals: 0.1 and 0.2 are 0.3."""
+    """Return the exact sum of points, which have at most four decimals: the sum of 0.1 and 0.2 is 0.3."""
     return float(sum((Fraction(str(number)) for number in points if number is not None), Fraction(0)))
 
 
@@ -275,9 +276,9 @@ SearchResult = TypeVar("SearchResult")
 
 
 def _search(budget: Budget, search: Callable[..., SearchResult], *arguments: object) -> SearchResult | None:
-    """Return the result of a search that concerns a wrong answer; None if the search fails or takes too long.
+    """Return the result of a search for the mistake in an answer; None if the search fails or takes too long.
 
-    The points don't depend on errors in the search.
+    An error in such a search must not leave the answer without a mark.
     """
     try:
         with budget.spend():
@@ -286,15 +287,15 @@ def _search(budget: Budget, search: Callable[..., SearchResult], *arguments: obj
         return None
 
 
-def _out_of_time_judgement(budget: Budget) -> Judgement:
-    reason = (
-        f"judging the answers of this notebook takes more than {budget.seconds:g} s of processor time; this answer has "
-        "no mark yet. Please tell your instructor"
-    )
+def _make_overtime_judgement(budget: Budget) -> Judgement:
+    """Return the judgement on an answer for which no time is left in a budget."""
+    cause = f"judging the answers of this notebook takes more than {budget.seconds:g} s of processor time"
+    reason = f"{cause}; this answer has no mark yet. Please tell your instructor"
     return Judgement(Outcome.UNGRADED, 0.0, reason, over_limit=True)
 
 
-def _failure_judgement(error: Exception) -> Judgement:
+def _make_failure_judgement(error: Exception) -> Judgement:
+    """Return the judgement on an answer that qdot failed to judge because of an error in its own code."""
     cause = f"{type(error).__name__}: {error}"[:400]
     reason = f"qdot failed on this answer ({cause}); it has no mark yet. Please tell your instructor"
     return Judgement(Outcome.UNGRADED, 0.0, reason)

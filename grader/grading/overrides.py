@@ -1,10 +1,10 @@
 """Read overrides.csv: points and comments that a person sets, and that apply to every later run.
 
-Its columns are student, part (`p1.jacobian`; empty for the student's total), points and comment. The optional column
-group names a group of equal wrong answers instead of a student; the line applies to all students in that group.
+The columns of this table are student, part (`p1.jacobian`; empty for the student's total), points and comment. The
+optional column group names a group of equal wrong answers instead of a student. The line then applies to all students
+in that group.
 """
 
-import difflib
 import re
 import unicodedata
 from collections.abc import Mapping, Sequence
@@ -12,11 +12,11 @@ from dataclasses import dataclass, field
 from fractions import Fraction
 
 from qdot.exercises.assignment.assignment import Assignment
-from qdot.exercises.common.errors import QdotError, list_some, make_name_error
+from qdot.exercises.common.errors import QdotError, find_most_similar, list_some, make_name_error
 from qdot.exercises.common.input_file import read_table
 from qdot.grader.diagnosis.groups import KEY_LENGTH, KEY_LETTERS, format_group_key
 from qdot.grader.grading.marking import map_max_points, share_of_points, sum_points
-from qdot.grader.grading.result import AppliedOverride
+from qdot.grader.grading.result import Override
 
 OVERRIDES_FILE = "overrides.csv"
 COLUMN_NAMES = ("student", "part", "points", "comment")
@@ -28,35 +28,11 @@ TOTAL_PART = ""
 
 
 @dataclass(frozen=True)
-class Override:
-    """The points that a person sets for a part or for the total, and a comment for the student.
-
-    If there is only a comment, `points` is None, and the grader's points remain. `group` is the key of the group of
-    answers to which the override applies; None if it is for one student.
-    """
-
-    points: float | None
-    comment: str = ""
-    group: str | None = None
-
-    def applied_to(self, points: float | None) -> AppliedOverride:
-        """Return the override in the form stored in results.
-
-        `points` are the points that the grader gave; None if qdot failed to grade the part.
-        """
-        return AppliedOverride(self.points, self.comment, points, self.group)
-
-
-@dataclass(frozen=True)
 class Overrides:
-    """The contents of overrides.csv: overrides by student and part, and by the key of a group.
-
-    `line_numbers` has the line number of each group's override.
-    """
+    """The contents of overrides.csv: the overrides by student and part, and the overrides by the key of a group."""
 
     by_student: Mapping[str, Mapping[str, Override]] = field(default_factory=dict)
     by_group: Mapping[str, Override] = field(default_factory=dict)
-    line_numbers: Mapping[str, int] = field(default_factory=dict)
 
 
 NO_OVERRIDES = Overrides()
@@ -81,9 +57,8 @@ def read_overrides(assignment: Assignment) -> Overrides:
         line = f"{path}: line {number}"
         if not {"part", "points"} <= set(cells):
             raise QdotError(f"{line}: there is no cell for part or points; the columns are {HEADER}")
-        student, part, points, comment, group = (
-            unicodedata.normalize("NFC", cells.get(name, "").strip()) for name in (*COLUMN_NAMES, GROUP_COLUMN)
-        )
+        texts = [unicodedata.normalize("NFC", cells.get(name, "").strip()) for name in (*COLUMN_NAMES, GROUP_COLUMN)]
+        student, part, points, comment, group = texts
         if group and student:
             names = f"the student {student!r} and the group {group!r}"
             raise QdotError(f"{line}: this line names {names}; name only one of them, and leave the other cell empty")
@@ -92,7 +67,7 @@ def read_overrides(assignment: Assignment) -> Overrides:
         elif student not in students:
             raise QdotError(f"{line}: roster.csv has no student {student!r}")
         if part not in max_points:
-            raise _unknown_part(line, part, list(max_points))
+            raise _make_unknown_part_error(line, part, list(max_points))
         target = f"the group {group!r}" if group else f"{part or 'the total'} of {student!r}"
         if (first_line := first_lines.setdefault((student, group or part), number)) != number:
             raise QdotError(f"{line}: {target} was already set on line {first_line}")
@@ -100,57 +75,53 @@ def read_overrides(assignment: Assignment) -> Overrides:
             raise QdotError(f"{line}: there are neither points nor a comment for {target}; enter at least one of them")
         new_points = None if group and not points else _parse_points(line, part, points, max_points[part])
         if group:
-            by_group[group] = Override(new_points, comment, group)
+            by_group[group] = Override(new_points, comment, None, group)
         else:
-            by_student.setdefault(student, {})[part] = Override(new_points, comment)
-    group_lines = {group: number for (student, group), number in first_lines.items() if not student}
-    return Overrides(by_student, by_group, group_lines)
+            by_student.setdefault(student, {})[part] = Override(new_points, comment, None)
+    return Overrides(by_student, by_group)
 
 
 def describe_unused_groups(assignment: Assignment, overrides: Overrides, class_groups: Sequence[str]) -> list[str]:
-    """Return a note on each line whose group contains no answer.
+    """Return a note on each group in overrides.csv that contains no answer.
 
     `class_groups` are the keys of all groups of the class.
     """
     notes = []
-    for group in overrides.by_group:
-        if group in class_groups:
-            continue
+    for group in (group for group in overrides.by_group if group not in class_groups):
         part, letters = group.split("/")
         part_groups = [key for key in class_groups if key.split("/")[0] == part]
-        close_matches = difflib.get_close_matches(letters, [key.split("/")[1] for key in part_groups], n=1, cutoff=0.7)
-        hint = f" (did you mean {format_group_key(part, close_matches[0])!r}?)" if close_matches else ""
+        similar_letters = find_most_similar(letters, [key.split("/")[1] for key in part_groups])
+        hint = f" (did you mean {format_group_key(part, similar_letters)!r}?)" if similar_letters else ""
         listing = f"groups of {part}: {list_some(part_groups, MAX_GROUPS_LISTED)}; `qdot report` shows all groups"
         known_groups = listing if part_groups else f"no answer to {part} is in a group"
-        notes.append(
-            f"{assignment.folder / OVERRIDES_FILE}: line {overrides.line_numbers[group]}: the group {group!r}{hint} "
-            f"has no answers in this class, so this line has no effect yet; {known_groups}"
-        )
+        problem = f"the group {group!r}{hint} has no answers in this class, so its line has no effect yet"
+        notes.append(f"{assignment.folder / OVERRIDES_FILE}: {problem}; {known_groups}")
     return notes
 
 
 MAX_GROUPS_LISTED = 8
+"""Maximum number of groups listed in a note."""
 
 
 def _parse_group(location: str, part: str, group: str, part_names: Sequence[str]) -> tuple[str, str]:
-    """Return the part and the key of a group. If the line names the part, `group` may be only the key's letters."""
+    """Return the part and the key of the group that a line names. Raises QdotError.
+
+    If the line also names the part, `group` may be only the letters of the key. `location` is the file and the line.
+    """
     part_of_group, _, letters = group.rpartition("/")
     if not re.fullmatch(f"[{KEY_LETTERS}]{{{KEY_LENGTH}}}", letters.lower()) or not (part_of_group or part):
-        raise QdotError(
-            f"{location}: group = {group!r}: expected a key that `qdot report` shows, a part and {KEY_LENGTH} letters, "
-            f"as in {format_group_key(part_names[0], 'kqvxwz')}"
-        )
+        expected_form = f"a part and {KEY_LENGTH} letters, as in {format_group_key(part_names[0], 'kqvxwz')}"
+        raise QdotError(f"{location}: group = {group!r}: expected a key that `qdot report` shows, {expected_form}")
     if part_of_group and part_of_group not in part_names:
-        raise _unknown_part(location, part_of_group, part_names)
+        raise _make_unknown_part_error(location, part_of_group, part_names)
     if part_of_group and part and part_of_group != part:
-        raise QdotError(
-            f"{location}: the group {group!r} belongs to {part_of_group}, but the line names {part}; leave part empty"
-        )
+        contradiction = f"the group {group!r} belongs to {part_of_group}, but the line names {part}"
+        raise QdotError(f"{location}: {contradiction}; leave part empty")
     part = part_of_group or part
     return part, format_group_key(part, letters.lower())
 
 
-def _unknown_part(location: str, part: str, all_names: Sequence[str]) -> QdotError:
+def _make_unknown_part_error(location: str, part: str, all_names: Sequence[str]) -> QdotError:
     part_names = tuple(name for name in all_names if name != TOTAL_PART)
     return QdotError(f"{location}: {make_name_error('part', part, part_names)}; empty means the student's total")
 
@@ -162,10 +133,8 @@ def _parse_points(location: str, part: str, text: str, max_points: float) -> flo
     if percentage and Fraction(percentage[1]) <= 100:
         return share_of_points(max_points, 1.0, Fraction(percentage[1]) / 100)
     if not re.fullmatch(r"\d+(\.\d{1,4})?", number_text):
-        raise QdotError(
-            f"{location}: points = {text!r}: expected a number from 0 to {max_points:g} with at most four decimals, as "
-            "in 1.5, or a percentage, as in 50 %"
-        )
+        forms = f"a number from 0 to {max_points:g} with at most four decimals, as in 1.5, or a percentage, as in 50 %"
+        raise QdotError(f"{location}: points = {text!r}: expected {forms}")
     if float(number_text) > max_points:
         raise QdotError(f"{location}: points = {text}: {part or 'the total'} has at most {max_points:g} points")
     return float(number_text)

@@ -1,7 +1,7 @@
-"""Give partial credit for an answer by the rule for its type (docs/partial-credit.md).
+"""Give partial credit for a wrong answer, by a rule that depends on the type of answer (docs/partial-credit.md).
 
-The shares are defined in `qdot.exercises.problem.credit`. Lengths and angles of the arm are constants; all other
-symbols depend on the configuration.
+The shares are defined in `qdot.exercises.problem.credit`. The constant lengths and angles of the arm are called
+constants. All other symbols vary with the configuration or its velocity.
 """
 
 import re
@@ -40,8 +40,11 @@ from qdot.grader.judging.answer import FunctionValues, ParsedAnswer
 from qdot.grader.judging.verdict import Judgement, Outcome
 
 SAMPLE_COUNT = 6
+"""Number of random configurations at which answers are evaluated."""
 MAX_FACTORS = 6
+"""Maximum number of factors of a product that are compared one by one."""
 MAX_LENGTHS = 5
+"""Maximum number of lengths whose powers are tried in a constant factor."""
 RELATIVE_TOLERANCE = 1e-9
 
 
@@ -56,12 +59,12 @@ class AnswerToCredit:
 
     @cached_property
     def domain(self) -> Domain:
-        """The symbols of the problem."""
+        """The symbols of the problem, with their roles."""
         return self.problem.domain
 
     @cached_property
     def varying(self) -> set[str]:
-        """The names of the symbols that are not constants of the arm."""
+        """The names of the symbols that vary: all except the constants of the arm."""
         return set(self.domain.roles) - self.problem.constants
 
     @property
@@ -70,7 +73,7 @@ class AnswerToCredit:
         return bool(self.parsed.symbols - set(self.domain.roles))
 
     def sample(self, seed: str) -> dict[str, np.ndarray]:
-        """Return random configurations of one arm, whose constants are all positive."""
+        """Return `SAMPLE_COUNT` random values of each symbol. A constant is positive and the same in all samples."""
         count, stream = READABLE_POINTS + SAMPLE_COUNT, Stream(f"{self.seed}/{seed}")
         return {  # the first samples have readable values and are omitted, because factors may be zero there
             name: column[READABLE_POINTS:] if name in self.varying else np.full(SAMPLE_COUNT, abs(column[-1]))
@@ -83,9 +86,9 @@ ShareAndReason = tuple[Fraction, str]
 
 
 def give_partial_credit(answer: AnswerToCredit, judgement: Judgement, is_copied: IsCopied = never_copied) -> Judgement:
-    """Return a judgement with the share that the assignment gives for a partly correct answer.
+    """Return the judgement with the share that the assignment gives for a partly correct answer.
 
-    An answer for which `is_copied` returns True (it is correct for another student's problem) gets no credit for a
+    `is_copied` returns whether an answer is correct for another student's problem. Such an answer gets no credit for a
     known mistake.
     """
     if judgement.outcome not in (Outcome.WRONG, Outcome.PARTIAL) or answer.parsed.refusal is not None:
@@ -105,13 +108,13 @@ def give_partial_credit(answer: AnswerToCredit, judgement: Judgement, is_copied:
     if credit is not None and credit[0] > share:
         share = credit[0]
         detail = re.sub(r"^\d+ of \d+ [a-z ]+ are right; ", "", reason)
-        judgement = replace(
-            judgement, reason=f"{credit[1]}, so you earn {share * rules.factor} of the points; {detail}"
-        )
+        reason = f"{credit[1]}, so you earn {share * rules.factor} of the points; {detail}"
+        judgement = replace(judgement, reason=reason)
     return _with_share(judgement, share * rules.factor)
 
 
 def _with_share(judgement: Judgement, share: Fraction) -> Judgement:
+    """Return the judgement with another share, and the outcome that fits this share."""
     outcome = Outcome.PARTIAL if share > 0 else Outcome.WRONG
     return replace(judgement, outcome=outcome, share=float(share))
 
@@ -120,15 +123,15 @@ def _with_share(judgement: Judgement, share: Fraction) -> Judgement:
 
 
 def _count_entries(answer: AnswerToCredit, judgement: Judgement, share: Fraction) -> tuple[Judgement, Fraction]:
-    """Return the judgement on a matrix and its share, counted by columns if the assignment says so.
+    """Return the judgement on a matrix and the share, counted by columns if the assignment says so.
 
-    The share is 0 if no correct entry depends on the configuration.
+    The share is 0 if no correct entry varies.
     """
     entries = judgement.entries
     if entries is None:
         return judgement, share
     reference = answer.part.answer.as_matrix()
-    varying_flags = _entries_that_vary(answer)
+    varying_flags = _find_varying_entries(answer)
     columns = list(zip(*entries, strict=True))
     if answer.part.credit.rule == "columns" and len(columns) > 1:
         are_correct = [all(column) for k, column in enumerate(columns) if any(reference.col(k))]
@@ -141,8 +144,8 @@ def _count_entries(answer: AnswerToCredit, judgement: Judgement, share: Fraction
     return judgement, share
 
 
-def _entries_that_vary(answer: AnswerToCredit) -> list[bool]:
-    """Return for each entry of the reference whether it depends on the configuration or its velocity."""
+def _find_varying_entries(answer: AnswerToCredit) -> list[bool]:
+    """Return for each entry of the reference whether it varies."""
     constants = answer.problem.constants
     return [any(x.name not in constants for x in entry.free_symbols) for entry in answer.part.answer.as_matrix()]
 
@@ -153,9 +156,9 @@ def _entries_that_vary(answer: AnswerToCredit) -> list[bool]:
 def _credit_except_factor(answer: AnswerToCredit, judgement: Judgement) -> ShareAndReason | None:
     """Return the credit for an answer whose wrong entries are all correct except for signs or a common factor.
 
-    The factor is a constant. It may also be the determinant if the reference is divided by it. If the expected entries
-    are numbers, only wrong signs earn credit, because any number is correct up to a factor. A single nonzero number
-    earns nothing.
+    The factor is a constant. If the reference is divided by the determinant, the factor may also be the determinant.
+    If the expected entries are numbers, only wrong signs earn credit, because any number is correct up to a factor. A
+    single nonzero number earns nothing.
     """
     part, parsed, domain, varying_names = answer.part, answer.parsed, answer.domain, answer.varying
     expected_entries = [entry for row in part.answer.parse_trees(domain.roles) for entry in row]
@@ -193,9 +196,10 @@ def _credit_except_factor(answer: AnswerToCredit, judgement: Judgement) -> Share
 def _find_factor_of_values(
     table: FunctionValues, entry_indices: Sequence[int], expected: Sequence[Node], problem: Problem
 ) -> ConstantFactor | None:
-    """Return the factor between a function's values and the reference, apart from signs; None if there is none.
+    """Return the constant factor between a function's values and the `expected` entries; None if there is none.
 
-    The factor is a number, which may be multiplied or divided by lengths.
+    `entry_indices` are the indices of these entries in a row of values. The entries may also differ in their signs. The
+    factor is a number, which may be multiplied or divided by lengths.
     """
     count = len(table.values)
     if table.shape is None or not count or not entry_indices or table.values.shape[1] <= max(entry_indices):
@@ -219,6 +223,7 @@ def _find_factor_of_values(
 
 
 def _are_equal(values: np.ndarray, other_values: np.ndarray) -> bool:
+    """Return whether two arrays are equal up to rounding errors."""
     return np.allclose(values, other_values, rtol=RELATIVE_TOLERANCE, atol=0)
 
 
@@ -228,8 +233,8 @@ def _are_equal(values: np.ndarray, other_values: np.ndarray) -> bool:
 def _credit_factors(answer: AnswerToCredit) -> ShareAndReason | None:
     """Return the credit for a determinant in which only some of the factors are wrong.
 
-    Only factors that depend on the configuration count. A wrong factor counts as a missing one and an extra one. The
-    constant factor is ignored, because its numbers and lengths may belong to a wrong factor.
+    Only factors that vary count. A wrong factor counts as a missing factor and a surplus factor. The constant factor is
+    ignored, because the numbers and lengths in it may belong to a wrong factor.
     """
     part, names = answer.part, frozenset(answer.domain.roles)
     if not is_product(part) or part.credit.rule not in ("", "factors"):
@@ -240,20 +245,18 @@ def _credit_factors(answer: AnswerToCredit) -> ShareAndReason | None:
     all_factors = [parse_reference(expression_text(factor), names) for factor in _list_factors(reference)]
     expected_factors = [factor for factor in all_factors if find_names(factor) & answer.varying]
     (entry,) = answer.parsed.entries
-    given_factors = [factor for factor in split_factors(entry) if find_names(factor) & answer.varying]
-    if not given_factors or max(len(given_factors), len(expected_factors)) > MAX_FACTORS:
+    typed_factors = [factor for factor in split_factors(entry) if find_names(factor) & answer.varying]
+    if not typed_factors or max(len(typed_factors), len(expected_factors)) > MAX_FACTORS:
         return None
     counts = range(MAX_WRONG_FACTORS + 1)
     error_counts = sorted(product(counts, counts), key=lambda pair: (max(pair), pair))[1:]
     for missing_count, surplus_count in error_counts:
         share = share_of_product(len(expected_factors), missing_count, surplus_count)
-        if share and _is_product_without(answer, given_factors, expected_factors, missing_count, surplus_count):
-            right, factors = len(expected_factors) - missing_count, count_noun(len(expected_factors), "factor")
+        if share and _have_equal_products(answer, typed_factors, expected_factors, missing_count, surplus_count):
+            correct_count, factors = len(expected_factors) - missing_count, count_noun(len(expected_factors), "factor")
+            verb = "is" if correct_count == 1 else "are"
             addition = f", and {count_noun(surplus_count, 'factor')} too many" if surplus_count > missing_count else ""
-            return (
-                share,
-                f"{right} of the {factors} that depend on the joints {'is' if right == 1 else 'are'} right{addition}",
-            )
+            return share, f"{correct_count} of the {factors} that depend on the joints {verb} right{addition}"
     return None
 
 
@@ -266,7 +269,7 @@ def _list_factors(reference: sp.Expr) -> list[sp.Expr]:
     return factors_with_powers
 
 
-def _is_product_without(
+def _have_equal_products(
     answer: AnswerToCredit, factors: Sequence[Node], expected: Sequence[Node], missing_count: int, surplus_count: int
 ) -> bool:
     """Return whether some factors of an answer and some of the expected ones have equal products, up to a constant.
@@ -284,9 +287,9 @@ def _is_product_without(
         with np.errstate(all="ignore"):
             ratio = values[list(indices)].prod(axis=0) / expected_values[list(expected_indices)].prod(axis=0)
         if np.all(np.isfinite(ratio)) and abs(ratio[0]) > 0 and _are_equal(ratio, ratio[0]):
-            given_product = reduce(multiply_nodes, (factors[k] for k in indices), ONE)
+            product_of_answer = reduce(multiply_nodes, (factors[k] for k in indices), ONE)
             expected_product = reduce(multiply_nodes, (expected[k] for k in expected_indices), ONE)
-            pair = [given_product], [expected_product]
+            pair = [product_of_answer], [expected_product]
             is_equal = compare_entries(*pair, domain, f"{seed}/same").is_correct[0]
             if is_equal or find_constant_factor(*pair, domain, answer.varying, seed) is not None:
                 return True
@@ -297,7 +300,7 @@ def _is_product_without(
 
 
 def _credit_except_signs(answer: AnswerToCredit) -> ShareAndReason | None:
-    """Return the credit for several numbers with units that are correct except for signs."""
+    """Return the credit for two or more numbers with units that are correct except for signs."""
     part, parsed = answer.part, answer.parsed
     if len(parsed.entries) < 2 or not all(part.answer.expected_units) or any(parsed.blanks):
         return None
@@ -314,7 +317,7 @@ def _credit_except_signs(answer: AnswerToCredit) -> ShareAndReason | None:
 
 
 def _credit_one_mistake(answer: AnswerToCredit, is_copied: IsCopied) -> ShareAndReason | None:
-    """Return the credit for an answer in which one known mistake explains all wrong entries, however many."""
+    """Return the credit for an answer in which a single known mistake explains all wrong entries."""
     part, parsed = answer.part, answer.parsed
     if any(parsed.blanks) or not (part.answer.is_symbolic or len(part.answer.expected_units) > 1):
         return None
@@ -326,13 +329,10 @@ def _credit_one_mistake(answer: AnswerToCredit, is_copied: IsCopied) -> ShareAnd
 
 
 def _varies_as_expected(answer: AnswerToCredit) -> bool:
-    """Return whether an answer depends on the configuration, if the reference does.
-
-    A constant answer may match by chance.
-    """
+    """Return False if an answer is constant although the reference varies; a constant may match by chance."""
     if not answer.part.answer.is_symbolic or answer.parsed.table is not None:
         return True
-    if not any(_entries_that_vary(answer)) or answer.has_unknown_symbols:
+    if not any(_find_varying_entries(answer)) or answer.has_unknown_symbols:
         return False
     values = evaluate(compile_program(list(answer.parsed.entries)), answer.sample("moves"), SAMPLE_COUNT)[0]
     with np.errstate(all="ignore"):

@@ -1,6 +1,7 @@
 """Define a student's result, from the marks of a notebook to a line of results.jsonl (docs/schemas/result.json).
 
-Points are those of the assignment, to four decimals. Times are ISO 8601 strings with the offset from UTC.
+Points are on the scale of the assignment and have at most four decimals. Times are strings in ISO 8601 with the offset
+from UTC. A slot is the place of a problem in the assignment, such as "p1"; each student has a different problem there.
 """
 
 from dataclasses import dataclass, field
@@ -15,9 +16,10 @@ EntryFlags = tuple[tuple[bool, ...], ...]
 
 @dataclass(frozen=True)
 class MarkingVersions:
-    """Everything besides the submission that decides the points: the versions of qdot's parts, and the assignment.
+    """Everything besides the submission that decides the points.
 
-    Results from an older version of qdot may lack some of the fields.
+    `engine` is the version of the generator of problems, and `grader` the version of the grader. `assignment` is a
+    digest of the assignment's settings. Results from an older version of qdot may lack some of the fields.
     """
 
     engine: int = 0
@@ -26,11 +28,12 @@ class MarkingVersions:
 
 
 @dataclass(frozen=True)
-class AppliedOverride:
-    """An override with the grader's points `was`, which `points` replace unless there is only a comment (None).
+class Override:
+    """The points that a person sets for a part or for a student's total, and a comment for the student.
 
-    `was` is None if qdot failed to grade the part. `group` is the key of the group of equal wrong answers to which the
-    override applies; None if it is for one student.
+    If there is only a comment, `points` is None, and the grader's points remain. `was` is the number of points that the
+    grader gave. It is None if qdot failed to grade the part, or if the override has not been applied yet. `group` is
+    the key of the group of equal wrong answers to which the override applies; None if it is for one student.
     """
 
     points: float | None
@@ -43,10 +46,10 @@ class AppliedOverride:
 class PartResult:
     """The result of a part: `points` out of `max_points`, and the findings on the answer.
 
-    `points` is None if the part has no mark. `mistake` names the mistakes of the catalogue that give the answer. If the
-    answer follows from a wrong answer to an earlier part, `followed_from` is that part, and `follows` says which
-    entries follow. `attempt` is whether the answer is an attempt at this arm, if known. `group` is the key that all
-    equal wrong answers share.
+    `points` is None if the part has no mark. `mistake` names the mistakes of the catalogue that lead to the answer. If
+    the answer follows from a wrong answer to an earlier part, `followed_from` is that part, and `follows` says which
+    entries follow. `attempt` is whether the answer is a real attempt at this arm (see `marking.mark`); None if this is
+    unknown. `group` is the key that all equal wrong answers share. `entries` says which entries are correct.
     """
 
     name: str
@@ -54,7 +57,7 @@ class PartResult:
     over_limit: bool = False
     points: float | None
     max_points: float
-    override: AppliedOverride | None = None
+    override: Override | None = None
     reason: str
     mistake: str | None = None
     advice: str | None = None
@@ -78,9 +81,10 @@ class ProblemResult:
 
 @dataclass(frozen=True, kw_only=True)
 class NotebookMarks:
-    """The grader's marks for a notebook, or for a missing one. The student's result is computed from them.
+    """The grader's marks for a notebook, or for a missing one. The student's result is computed from these marks.
 
-    `obstacle` says why the notebook could not be graded. `notes` are for the student, `staff_notes` for the staff.
+    `obstacle` is the reason why the notebook could not be graded, or None. `notes` are sentences for the student, and
+    `staff_notes` for the staff. `made_from` has the versions from which the marks were computed.
     """
 
     sha256: str | None
@@ -112,7 +116,10 @@ class CountingSubmission:
 
 @dataclass(frozen=True)
 class Lateness:
-    """The number of seconds by which work is late, and the share `penalty` (0 to 1) deducted from `points_before`."""
+    """By how many seconds a submission is late, and the share `penalty` (0 to 1) that is deducted from its points.
+
+    `due` and `received` are times, and `points_before` is the number of points before the deduction.
+    """
 
     due: str
     received: str
@@ -123,7 +130,7 @@ class Lateness:
 
 @dataclass(frozen=True)
 class SubmittedNotebook:
-    """One of several notebooks that a student submitted; `score` is None if it was not graded."""
+    """One of several notebooks that a student submitted; `score` is None if the notebook was not graded."""
 
     file: str
     received: str | None
@@ -143,7 +150,7 @@ class Result:
     score: float
     max_score: float
     late: Lateness | None
-    override: AppliedOverride | None = None
+    override: Override | None = None
     attempts: tuple[SubmittedNotebook, ...] = ()
     obstacle: str | None = None
     notes: tuple[str, ...] = ()
@@ -157,8 +164,8 @@ class Result:
         return {f"{problem.slot}.{part.name}": part for problem in self.problems for part in problem.parts}
 
     @property
-    def overrides(self) -> dict[str, AppliedOverride]:
-        """The overrides by name: the part's name in the assignment, or "total"."""
+    def overrides(self) -> dict[str, Override]:
+        """The overrides, by the name of the part in the assignment or "total"."""
         overrides = {**{name: part.override for name, part in self.parts.items()}, "total": self.override}
         return {name: override for name, override in overrides.items() if override is not None}
 

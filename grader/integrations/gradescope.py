@@ -20,14 +20,14 @@ from qdot.exercises.assignment.attempt_policy import AttemptPolicy
 from qdot.exercises.common.console import note, say
 from qdot.exercises.common.errors import QdotError
 from qdot.exercises.common.files import write_atomically
-from qdot.grader.grading.batch import find_student, find_student_files, grade_one, make_limits
+from qdot.grader.grading.batch import find_student, grade_one, make_limits
 from qdot.grader.grading.marking import format_points
 from qdot.grader.reports.gradescope import VISIBILITY, GradescopeResults, gradescope_results
 from qdot.grader.reports.rows import only_result
 from qdot.grader.sandbox.sandbox import Limits
 from qdot.grader.submissions.layouts import SubmittedPath
 from qdot.grader.submissions.roster import Roster
-from qdot.grader.submissions.submission import read_submission
+from qdot.grader.submissions.submission import find_student_files, read_submission
 
 
 def make_results(root: Path, visibility: str = "visible", seconds: float = Limits.seconds) -> GradescopeResults:

@@ -1,6 +1,6 @@
 """Parse one answer, compare it with its reference, and judge it correct, wrong or partly correct.
 
-From the rest of the grader it imports only parts of the sandbox.
+This package imports only parts of the sandbox from the rest of the grader.
 
     verdict                     define outcomes, judgements and verdicts; describe counterexamples in words
     answer                      parse an answer once, or refuse it with a reason

@@ -1,12 +1,16 @@
-"""Parse a student's answer once into its formula, entries, conditions or options, or refuse it with a reason.
+"""Parse the text of an answer into a formula, entries, numbers or conditions, or refuse the text with a reason.
 
 Judging, partial credit, diagnosis, follow-through and reports all use the parsed answer and never parse the text again.
-The typed text is stored with it for reports. `answer_parser` calls the function of this module that fits the part.
+`answer_parser` calls the function of this module that fits the part.
+
+A parsed text is a tree of nodes (`formula.trees`). The domain of a problem contains the names of its symbols. Labels
+are the names that a student may write before entries, such as vx, as in vx = 0.
 """
 
 import re
 from collections.abc import Callable, Mapping, Sequence
 from collections.abc import Set as AbstractSet
+from contextlib import suppress
 from dataclasses import dataclass, replace
 from functools import partial
 
@@ -39,7 +43,7 @@ from qdot.grader.judging.verdict import Judgement, missing_judgement, wrong_judg
 
 NameSequence = Sequence[str]
 MatrixShape = tuple[int, int]
-"""Rows and columns."""
+"""The numbers of rows and columns."""
 
 
 @dataclass(frozen=True)
@@ -57,12 +61,11 @@ class FunctionValues:
 
 @dataclass(frozen=True)
 class ParsedAnswer:
-    """A parsed answer: the typed `text` and its meaning. If it was refused, `refusal` is the judgement.
+    """A parsed answer: the typed `text` and its meaning. If the answer was refused, `refusal` is the judgement.
 
-    `tree` is the formula, list or set of conditions, without a leading "det J =". `rows` contains its entries in rows
-    and columns, with named entries in the expected order. A refused answer keeps as much of both as
-    could be parsed. `table` contains the values of a Python function, and `chosen` the indices of the options that the
-    letters name.
+    `tree` is the formula, list or set of conditions, without a leading "det J =". `rows` contains the entries in rows
+    and columns; named entries are in the expected order. If the answer was refused, `tree` and `rows` contain what
+    could be parsed. `table` contains the values of a Python function, and `chosen` the indices of the chosen options.
     """
 
     text: str
@@ -80,7 +83,7 @@ class ParsedAnswer:
     @property
     def symbols(self) -> set[str]:
         """The names of variables in the entries: all names except constants such as pi."""
-        return _symbols_in(self.rows or ())
+        return _find_symbols(self.rows or ())
 
     @property
     def blanks(self) -> list[bool]:
@@ -89,11 +92,11 @@ class ParsedAnswer:
 
 
 class _Refusal(Exception):
-    """Raised with the reason for refusing an answer, and whether the answer is ambiguous."""
+    """Raised with the reason for refusing an answer."""
 
-    def __init__(self, reason: str, is_ambiguous: bool = False) -> None:
-        super().__init__(reason)
-        self.is_ambiguous = is_ambiguous
+
+class _AmbiguousAnswer(_Refusal):
+    """Raised with the reason for refusing an answer that has two meanings, so that its tree must not be used."""
 
 
 def refuse(text: str, reason: str) -> ParsedAnswer:
@@ -101,8 +104,14 @@ def refuse(text: str, reason: str) -> ParsedAnswer:
     return ParsedAnswer(text, wrong_judgement(reason))
 
 
+def _refuse_after(error: _Refusal | ParseError, text: str, form: str, tree: Node, rows: Matrix | None) -> ParsedAnswer:
+    """Return the refused answer after an error; `form` is what the text was parsed as, such as "a formula"."""
+    reason = describe_parse_error(error, form) if isinstance(error, ParseError) else str(error)
+    return ParsedAnswer(text, wrong_judgement(reason), None if isinstance(error, _AmbiguousAnswer) else tree, rows)
+
+
 def read_formula(text: str, domain: Domain, labels: Sequence[str] = ()) -> ParsedAnswer:
-    """Parse a single formula, in which 0,5 is a half. A single label may precede the formula, as in vx = …."""
+    """Return the parsed form of a single formula, in which 0,5 is a half. A single label may precede the formula."""
     parsed = _parse(text, domain)
     if parsed.tree is None:
         return parsed
@@ -118,31 +127,32 @@ def read_formula(text: str, domain: Domain, labels: Sequence[str] = ()) -> Parse
         if tree.kind in ("list", "set", "dict"):
             rows = _find_rows(tree)
             raise _Refusal("your answer is a list or matrix, but the question asks for a single expression")
-        rows = _require_rows(tree, "a formula")
-        _require_scalars(rows, "a formula")
+        rows = as_matrix(_remove_labels(tree))
+        _require_scalars(rows)
         if has_blank(tree):
             raise _Refusal("your answer contains a blank, but the question asks for a single expression")
-    except _Refusal as refusal:
-        return ParsedAnswer(text, wrong_judgement(str(refusal)), tree, rows)
+    except (_Refusal, ParseError) as error:
+        return _refuse_after(error, text, "a formula", tree, rows)
     return ParsedAnswer(text, None, tree, rows)
 
 
 def read_matrix(
     text: str, shape: MatrixShape, domain: Domain, labels: NameSequence = (), columns: NameSequence = ()
 ) -> ParsedAnswer:
-    """Parse a matrix or vector of the given shape.
+    """Return the parsed form of a matrix or vector of the given shape.
 
-    A vector may be typed as a row instead of a column, and its entries may be named by `labels`. The columns of a
-    matrix may be typed as vectors with the names in `columns`, and a twist as its two vectors v and ω.
+    A vector may be typed as a row instead of a column, and the entries may be named by `labels`. The columns of a
+    matrix may be typed as vectors with the names in `columns`, and a twist as the two vectors v and ω.
     """
     parsed, find_table = _read_entries(text, shape, domain, labels, columns), partial(convert_table, shape=shape)
     return _or_printed_table(parsed, find_table, lambda table: read_matrix(table, shape, domain))
 
 
 def read_numbers(text: str, count: int, labels: Sequence[str] = (), units: Sequence[str] = ()) -> ParsedAnswer:
-    """Parse `count` numbers, or formulas without symbols; they may be named by `labels`. A single 0,5 is a half.
+    """Return the parsed form of `count` numbers, which may be formulas without symbols. A single 0,5 is a half.
 
-    `units` are the units of the entries. A length is refused if an angle is expected, and vice versa.
+    The numbers may be named by `labels`. `units` are their units. A length is refused if an angle is expected, and vice
+    versa.
     """
     if text.strip() and (unit_error := _describe_wrong_unit(text, labels, units)):
         return refuse(text, unit_error)
@@ -154,34 +164,29 @@ def read_numbers(text: str, count: int, labels: Sequence[str] = (), units: Seque
 
 
 def _read_entries(
-    text: str,
-    shape: MatrixShape,
-    domain: Domain,
-    labels: NameSequence,
-    columns: NameSequence = (),
+    text: str, shape: MatrixShape, domain: Domain, labels: NameSequence, columns: NameSequence = (),
     are_numbers: bool = False,
-) -> ParsedAnswer:
-    """Parse the entries of a matrix or vector, or numbers (`are_numbers`). Entries may be named."""
+) -> ParsedAnswer:  # fmt: skip
+    """Return the parsed entries of a matrix or vector, or of numbers (`are_numbers`). Entries may be named."""
     parsed = _parse(text, domain)
     if parsed.tree is None:
         return parsed
-    tree, rows = parsed.tree, None
+    tree = parsed.tree
+    rows: Matrix | None = None
     try:
         tree = _find_value(_split_chains(tree, (*labels, *columns)), domain)
         if tree.kind == "set" and len(tree.args) > 1 and not any(arg.kind in _ORDERED_KINDS for arg in tree.args):
-            raise _Refusal("a set {a, b} has no order; write the entries as a list, [a, b]", is_ambiguous=True)
-        if are_numbers:
-            rows = _require_rows(tree, "numbers", labels)
-        else:
+            raise _AmbiguousAnswer("a set {a, b} has no order; write the entries as a list, [a, b]")
+        if not are_numbers:
             tree = _stack_vectors(tree, shape, labels, columns) or tree
-            rows = _require_rows(tree, "a matrix", labels, shape)
+        rows = as_matrix(_remove_labels(tree, labels, (0, 0) if are_numbers else shape))
         rows = _require_shape(rows, shape, text)
-        if are_numbers and (symbols := _symbols_in(rows)):
-            example = "0.5" if shape == (1, 1) else _example_of_shape(shape, "0.5")
+        if are_numbers and (symbols := _find_symbols(rows)):
+            example = "0.5" if shape == (1, 1) else _make_example(shape, "0.5")
             raise _Refusal(f"{describe_symbols_in_numbers(symbols)}; write only numbers, such as {example}")
-        _require_scalars(rows, "numbers" if are_numbers else "a matrix of expressions")
-    except _Refusal as refusal:
-        return ParsedAnswer(text, wrong_judgement(str(refusal)), None if refusal.is_ambiguous else tree, rows)
+        _require_scalars(rows)
+    except (_Refusal, ParseError) as error:
+        return _refuse_after(error, text, "numbers" if are_numbers else "a matrix", tree, rows)
     return ParsedAnswer(text, None, tree, rows)
 
 
@@ -193,19 +198,20 @@ def describe_symbols_in_numbers(symbols: AbstractSet[str]) -> str:
 def name_unknown_symbols(unknown: AbstractSet[str]) -> str:
     """Return a clause about symbols that the problem doesn't define."""
     names = ", ".join(repr(name) for name in sorted(unknown)[:5])
-    return (
-        f"{names} is not a symbol of this problem" if len(unknown) == 1 else f"{names} are not symbols of this problem"
-    )
+    return f"{names} {'is not a symbol' if len(unknown) == 1 else 'are not symbols'} of this problem"
 
 
 _ORDERED_KINDS = ("eq", "pair", "set", "list")
-"""Kinds of entries allowed in a set. Each names its position or is a row, so the order of the set doesn't matter."""
+"""Kinds of entries allowed in a set. Such an entry has a name or is a row, so the order of the set doesn't matter."""
 
 
 def _or_printed_table(
     parsed: ParsedAnswer, find_table: Callable[[str], str | None], parse_again: Callable[[str], ParsedAnswer]
 ) -> ParsedAnswer:
-    """Parse a refused answer again as a printed table if its text is one. Otherwise return the answer unchanged."""
+    """Return an answer unchanged, unless it was refused and its text is a printed table, which is then parsed.
+
+    `find_table` returns the table in a text as a list, or None. `parse_again` parses such a list.
+    """
     if parsed.refusal is None or (table := find_table(parsed.text)) in (None, parsed.text):
         return parsed
     is_clear = find_table(table) in (None, table)
@@ -226,16 +232,15 @@ def _describe_wrong_unit(text: str, labels: Sequence[str], units: Sequence[str])
         kinds = set(map(classify_unit, expected))
         if expected and "" not in kinds and classify_unit(unit) not in ("", *kinds):
             subject = f"entry {position + 1}" if position is not None and len(units) > 1 else "the result"
-            return (
-                f"the unit {unit} does not fit: {subject} is in {expected[0]}; use this unit or write only the number"
-            )
+            advice = "use this unit or write only the number"
+            return f"the unit {unit} does not fit: {subject} is in {expected[0]}; {advice}"
     return ""
 
 
 def read_conditions(text: str, domain: Domain, joints: Sequence[str] = ()) -> ParsedAnswer:
-    """Parse conditions on the given joints, ignoring entries that were left blank.
+    """Return the parsed form of conditions on the given joints, without entries that were left blank.
 
-    If `joints` is empty, the content is not checked, so it may be a set of angles.
+    If `joints` is empty, the content is not checked. The text may then be a set of angles.
     """
     text_with_points = use_points_in_lengths(text)
     parsed = replace(_parse(text_with_points, domain), text=text)
@@ -246,10 +251,8 @@ def read_conditions(text: str, domain: Domain, joints: Sequence[str] = ()) -> Pa
         tree = _drop_blanks(_substitute_whole_numbers(tree))
         if joints:
             _require_conditions(tree, text_with_points, domain, joints)
-    except ParseError as error:
-        return ParsedAnswer(text, wrong_judgement(describe_parse_error(error, "conditions")), tree)
-    except _Refusal as refusal:
-        return ParsedAnswer(text, wrong_judgement(str(refusal)), None if refusal.is_ambiguous else tree)
+    except (_Refusal, ParseError) as error:
+        return _refuse_after(error, text, "conditions", tree, None)
     return ParsedAnswer(text, None, tree)
 
 
@@ -257,10 +260,10 @@ def _require_conditions(tree: Node, text: str, domain: Domain, joints: Sequence[
     """Raise _Refusal or ParseError if the tree is not a set of conditions on the joints."""
     if replace_decimal_commas(text) != text:
         reason = "a comma between two digits can be a decimal comma or separate two numbers"
-        raise _Refusal(f"{reason}; write 0.5, or 0, 5 with a space", is_ambiguous=True)
+        raise _AmbiguousAnswer(f"{reason}; write 0.5, or 0, 5 with a space")
     example = f"{joints[-1]} = 0 or {joints[-1]} = pi/3"
     alternatives = tree.args if tree.kind in ("list", "set", "or") else (tree,)
-    for bare_formula in (alternative for alternative in alternatives if _is_bare_formula(alternative, joints)):
+    for bare_formula in (node for node in alternatives if _is_bare_formula(node, joints)):
         claim = node_text(bare_formula)[:_MAX_CLAIM_LENGTH]
         advice = f"write the joint values at which it is zero, such as {example}, or an equation, {claim} = 0"
         raise _Refusal(f"{claim} is not a condition; {advice}")
@@ -269,7 +272,7 @@ def _require_conditions(tree: Node, text: str, domain: Domain, joints: Sequence[
         raise _Refusal(f"{name_unknown_symbols(unknown)}; {advice}")
     if joint := _find_last_in_chain(tree, joints):
         reason = f"a product with {joint} between two equals signs is ambiguous"
-        raise _Refusal(f"{reason}; write a comma or 'and' between two conditions", is_ambiguous=True)
+        raise _AmbiguousAnswer(f"{reason}; write a comma or 'and' between two conditions")
     parse_typed_set(assign_values_to_joint(tree, joints), joints)
 
 
@@ -284,6 +287,7 @@ def _find_last_in_chain(tree: Node, joints: Sequence[str]) -> str:
 
 
 _MAX_CLAIM_LENGTH = 60
+"""Maximum number of characters of a formula that are shown in a message."""
 
 
 def _is_bare_formula(node: Node, joints: Sequence[str]) -> bool:
@@ -293,9 +297,9 @@ def _is_bare_formula(node: Node, joints: Sequence[str]) -> bool:
 
 
 def _drop_blanks(node: Node) -> Node:
-    """Return the conditions without blanks and without entries that say nothing, such as det J = 0 and k in Z.
+    """Return conditions without blanks and without entries that have no content, such as det J = 0 and k in Z.
 
-    The dots in 0, pi, … are blanks.
+    The dots in 0, pi, … are a blank.
     """
     if node.kind in ("eq", "in", "pair") and node.args[1].kind in ("list", "set"):
         return node.with_args((node.args[0], _drop_blanks(node.args[1])))
@@ -310,8 +314,8 @@ def _drop_blanks(node: Node) -> Node:
 def _substitute_whole_numbers(node: Node) -> Node:
     """Substitute the listed values of a whole number into conditions, as in theta2 = k*pi, k = 0, 1.
 
-    If dots follow the values, as in k = 0, 1, 2, …, k remains any whole number. Raises ParseError if the result is too
-    long.
+    If dots follow the values, as in k = 0, 1, 2, …, the symbol k remains and stands for any whole number. Raises
+    ParseError if the result is too long.
     """
     index = next((i for i, arg in enumerate(node.args) if _lists_whole_numbers(arg)), 0) if node.kind == "list" else 0
     if not index or any(arg.kind in ("eq", "in", "and", "or", "dict", "list") for arg in node.args[index + 1 :]):
@@ -348,7 +352,7 @@ def _has_no_content(node: Node) -> bool:
 def assign_values_to_joint(node: Node, joints: Sequence[str]) -> Node:
     """Assign values without a joint, as in {0, pi}, to the only joint. Raises ParseError if there are several joints.
 
-    In that case, the student has to name the joint, because qdot must not use the reference to guess it.
+    In that case, the student has to name the joint, because qdot must not guess the joint from the reference.
     """
     values = node.args if node.kind in ("list", "set") else (node,)
     if not values or any(_is_condition(value, joints) for value in values):
@@ -359,12 +363,13 @@ def assign_values_to_joint(node: Node, joints: Sequence[str]) -> Node:
 
 
 OR_HINT = "commas between conditions mean 'or'; write 'and' between conditions that must hold together"
+"""Advice if a set of conditions would be more correct with "and" instead of commas."""
 
 
 def combine_with_and(node: Node, joints: Sequence[str]) -> Node | None:
     """Return conditions with "and" instead of commas between different joints; None if commas can only mean "or".
 
-    Conditions on the same joints remain alternatives. A value belongs to the joint before it.
+    Conditions on the same joints remain alternatives. A value without a joint belongs to the joint named before it.
     """
     if node.kind != "list":
         return None
@@ -377,6 +382,7 @@ def combine_with_and(node: Node, joints: Sequence[str]) -> Node | None:
 
 
 def _is_condition(node: Node, joints: Sequence[str]) -> bool:
+    """Return whether a node is a condition or contains a joint, rather than being a value."""
     return node.kind in ("eq", "in", "dict", "and", "or", "list", "set") or bool(find_names(node) & set(joints))
 
 
@@ -385,6 +391,7 @@ _BEFORE_GROUPING = re.compile(r"(?:[-+*/^=·−]|\b(?:sin|cos|tan|sqrt|exp|abs|a
 BRACKET_CONTEXT = 40
 """Number of characters inspected on each side of a bracket."""
 _BEFORE_CALL, _AFTER_GROUPING = re.compile(r"\w\s*$"), re.compile(r"\s*[-+*/^·−]")
+"""Match a name before a bracket, which makes the bracket a call, and an operator after a bracket that only groups."""
 
 
 def replace_decimal_commas(text: str) -> str:
@@ -433,13 +440,13 @@ def _is_grouping_bracket(text: str, opening: int, closing: int | None) -> bool:
 
 
 def read_any(text: str) -> ParsedAnswer:
-    """Parse an answer without knowing which form is expected."""
+    """Return the parsed form of an answer without knowing which form is expected."""
     parsed = _parse(text, Domain({}))
     return parsed if parsed.tree is None else replace(parsed, rows=_find_rows(parsed.tree))
 
 
 def _parse(text: str, domain: Domain) -> ParsedAnswer:
-    """Parse a text into a tree only; if it is blank or can't be parsed, return the refused answer."""
+    """Return an answer with only a tree, or a refused answer if the text is blank or can't be parsed."""
     if not text.strip():
         return ParsedAnswer(text, missing_judgement())
     try:
@@ -450,15 +457,16 @@ def _parse(text: str, domain: Domain) -> ParsedAnswer:
 
 
 BLANK_JUDGEMENT = missing_judgement("you left the answer blank")
+"""The judgement on an answer that contains only placeholders."""
 
 
 def describe_parse_error(error: ParseError, form: str = "") -> str:
-    """Return the reason for refusing an answer that can't be parsed at all, or not in the form that is expected."""
+    """Return the reason for refusing an answer that can't be parsed, in general or in the expected form."""
     return f"qdot couldn't parse your answer{form and f' as {form}'}: {error}"
 
 
 def _unwrap(node: Node, domain: Domain) -> Node:
-    """Return the entry of Matrix([a]), [a], [[a]] or {"det": a}: a 1 x 1 matrix counts as its entry."""
+    """Return the entry of a 1 x 1 matrix such as [[a]] or {"det": a}; return any other node unchanged."""
     while node.kind in ("list", "dict") and len(node.args) == 1:
         (inner_node,) = node.args
         if inner_node.kind == "pair" and inner_node.args[0].value in domain.roles:
@@ -477,7 +485,7 @@ def is_all_blank(node: Node) -> bool:
 def _find_value(tree: Node, domain: Domain, labels: Sequence[str] = ()) -> Node:
     """Return the value in "J = …", "… = J" or "det: …"; return any other tree unchanged.
 
-    The name must be either one that the student made up or the only one in `labels`.
+    The name must be either the only name in `labels` or a name that the student made up.
     """
     statement = tree.args[0] if tree.kind == "dict" and len(tree.args) == 1 else tree
     sides = list_equation_sides(statement) or (statement.args if statement.kind == "pair" else ())
@@ -496,8 +504,8 @@ LINEAR, ANGULAR = ("vx", "vy", "vz"), ("wx", "wy", "wz")
 
 
 def _find_other_component(tree: Node, labels: Sequence[str]) -> str:
-    """Return the name before a formula if it is a velocity component other than the expected one, else ""."""
-    if [label for label in map(_normalize_label, labels) if label in LINEAR] == [] or len(labels) != 1:
+    """Return the name before a formula if it is another velocity component than the expected component; else ""."""
+    if len(labels) != 1 or _normalize_label(labels[0]) not in LINEAR:
         return ""
     while tree.kind in ("list", "set", "dict") and len(tree.args) == 1:
         tree = tree.args[0]
@@ -522,6 +530,7 @@ def _contains_only_entries(node: Node) -> bool:
 
 
 _JACOBIAN_ENTRY = re.compile(r"[jJ]_?[1-6]{2}")
+"""Matches the name of an entry of the Jacobian, such as J12."""
 
 
 def _split_chains(tree: Node, expected_names: Sequence[str]) -> Node:
@@ -538,24 +547,17 @@ def _split_chains(tree: Node, expected_names: Sequence[str]) -> Node:
 
 
 def _find_rows(tree: Node) -> Matrix | None:
-    try:
-        return _require_rows(tree, "")
-    except _Refusal:
-        return None
+    """Return the entries of an answer in rows and columns, without their names; None if there are no such rows."""
+    with suppress(ParseError):
+        return as_matrix(_remove_labels(tree))
+    return None
 
 
-def _require_rows(tree: Node, description: str, labels: Sequence[str] = (), shape: tuple[int, int] = (0, 0)) -> Matrix:
-    """Return the entries of an answer in rows and columns, without their names. Raises _Refusal."""
-    try:
-        return as_matrix(_remove_labels(tree, labels, shape))
-    except ParseError as error:
-        raise _Refusal(describe_parse_error(error, description)) from None
-
-
-def _remove_labels(node: Node, labels: Sequence[str], shape: tuple[int, int] = (0, 0)) -> Node:
+def _remove_labels(node: Node, labels: NameSequence = (), shape: MatrixShape = (0, 0)) -> Node:
     """Return the entries of {qd1: …, qd2: …}, [qd1 = …, qd2 = …] or [(qd1, …), (qd2, …)] in the order of `labels`.
 
-    They may be inside another list, or joined by "and". Rows of a matrix may be named row1, and its entries J12.
+    The entries may be inside another list, or joined by "and". The rows of a matrix may be named row1, row2, …, and the
+    entries of a matrix J11, J12, …. A node without names is returned unchanged. Raises ParseError for other names.
     """
     while node.kind in ("list", "set") and len(node.args) == 1 and node.args[0].kind in ("dict", "list"):
         if node.kind == "list" and node.args[0].kind == "list" and not all(map(_is_named, node.args[0].args)):
@@ -565,7 +567,8 @@ def _remove_labels(node: Node, labels: Sequence[str], shape: tuple[int, int] = (
         return node
     entries = {_normalize_label(str(arg.args[0].value)): arg.args[1] for arg in node.args}
     if len(entries) != len(node.args):
-        return _require_distinct_names(node)
+        _refuse_repeated_names(node)
+        return node
     expected_names = [_normalize_label(label) for label in labels]
     if expected_names and set(entries) == set(expected_names):
         return Node("list", tuple(entries[label] for label in expected_names))
@@ -581,24 +584,23 @@ def _remove_labels(node: Node, labels: Sequence[str], shape: tuple[int, int] = (
     if not entries or not all(map(_is_named, node.args)):
         return node
     expected_words = f", but the question asks for {', '.join(labels)}" if labels else ""
-    advice = f"write your answer as in {_example_of_shape(shape)}" if columns else "write only the entries"
+    advice = f"write your answer as in {_make_example(shape)}" if columns else "write only the entries"
     raise ParseError(f"you named the entries {', '.join(list(entries)[:5])}{expected_words}; {advice}")
 
 
-def _require_distinct_names(node: Node) -> Node:
-    """Raise ParseError if two named entries have the same name; return anything else unchanged."""
-    if not all(map(_is_named, node.args)):
-        return node
-    typed_names = [str(arg.args[0].value) for arg in node.args]
+def _refuse_repeated_names(node: Node) -> None:
+    """Raise ParseError if two entries have the same name and all entries are named."""
+    typed_names = [str(arg.args[0].value) for arg in node.args if _is_named(arg)]
     labels = list(map(_normalize_label, typed_names))
-    repeated_name = next(name for name, label in zip(typed_names, labels, strict=True) if labels.count(label) > 1)
-    raise ParseError(f"{repeated_name} appears twice; write each entry once")
+    for name, label in zip(typed_names, labels, strict=True):
+        if labels.count(label) > 1 and len(labels) == len(node.args):
+            raise ParseError(f"{name} appears twice; write each entry once")
 
 
-def _stack_vectors(node: Node, shape: tuple[int, int], labels: Sequence[str], columns: Sequence[str]) -> Node | None:
+def _stack_vectors(node: Node, shape: MatrixShape, labels: NameSequence, columns: NameSequence) -> Node | None:
     """Return the matrix that v = […], ω = […] or z0 = […], z1 = […] define, in any order; None for anything else.
 
-    The columns of a Jacobian may also be named J1, J2, …, and screws S1, S2, ….
+    The columns of a Jacobian may also be named J1, J2, …, and the columns with screws S1, S2, ….
     """
     if node.kind not in ("dict", "list", "set", "and") or not all(map(_find_name_before, node.args)):
         return None
@@ -607,10 +609,8 @@ def _stack_vectors(node: Node, shape: tuple[int, int], labels: Sequence[str], co
     if not columns and shape[1] > 1 and first_letter in _COLUMN_LETTERS:
         columns = [f"{first_letter}{i + 1}" for i in range(shape[1])]
     is_twist = components in ([*LINEAR, *ANGULAR], [*ANGULAR, *LINEAR])
-    expected_names = (
-        [components[0][0], components[3][0]] if is_twist else [_normalize_label(column) for column in columns]
-    )
-    vectors = {_normalize_label(_find_name_before(arg)): _vector_entries(arg.args[1]) for arg in node.args}
+    expected_names = [components[0][0], components[3][0]] if is_twist else list(map(_normalize_label, columns))
+    vectors = {_normalize_label(_find_name_before(arg)): _find_vector_entries(arg.args[1]) for arg in node.args}
     if not expected_names or len(node.args) != len(expected_names) or set(vectors) != set(expected_names):
         return None
     if any(len(vector) * (2 if is_twist else 1) != shape[0] for vector in vectors.values()):
@@ -622,17 +622,18 @@ def _stack_vectors(node: Node, shape: tuple[int, int], labels: Sequence[str], co
 
 
 _COLUMN_LETTERS = ("j", "s")
+"""The letters that may name columns: of the Jacobian, or of screws."""
 
 
 def _find_name_before(node: Node) -> str:
-    """Return the name before an entry, or "". Here S1 is the name of a screw, although it was parsed as sin(theta1)."""
+    """Return the name before an entry, or "". S1 is the name of a screw here, although S1 was parsed as sin(theta1)."""
     name = node.args[0] if node.kind in ("pair", "eq") else node
     if node.kind in ("pair", "eq") and name.kind == "call" and name.value == "sin" and name.args[0].kind == "name":
         return str(name.args[0].value).replace("theta", "s")
     return str(name.value) if _is_named(node) else ""
 
 
-def _vector_entries(node: Node) -> tuple[Node, ...]:
+def _find_vector_entries(node: Node) -> tuple[Node, ...]:
     """Return the entries of a row or column vector; () for anything else."""
     rows = node.args if node.kind == "list" else ()
     entries = [row.args[0] if row.kind == "list" and len(row.args) == 1 else row for row in rows]
@@ -640,10 +641,12 @@ def _vector_entries(node: Node) -> tuple[Node, ...]:
 
 
 def _is_named(node: Node) -> bool:
+    """Return whether a node is an entry with a name, as in qd1 = 0 or qd1: 0."""
     return node.kind in ("pair", "eq") and node.args[0].kind == "name"
 
 
 def _is_labelled(node: Node) -> bool:
+    """Return whether a node is an entry with a name, also as in (qd1, 0)."""
     return _is_named(node) or (node.kind == "list" and len(node.args) == 2 and node.args[0].kind == "name")
 
 
@@ -658,17 +661,18 @@ def _normalize_label(name: str) -> str:
 
 
 _POINT_OF_ENTRY = compile_pattern("point_of_entry")
+"""Matches a name with the point P, such as px; the group is the name without the point."""
 
 
 def _require_shape(rows: Matrix, expected: tuple[int, int], text: str) -> Matrix:
-    """Return the rows in the expected shape; a row vector counts as a column vector. Raises _Refusal."""
+    """Return rows in the expected shape; a row vector becomes a column vector. Raises _Refusal for another shape."""
     shape = (len(rows), len(rows[0]))
     if expected[1] == 1 and shape == (1, expected[0]):
         return [[entry] for entry in rows[0]]
     if shape == expected:
         return rows
     is_vector, is_transposed = 1 in expected, shape == expected[::-1]
-    hint = "" if is_transposed and not is_vector else f"; write it as in {_example_of_shape(expected)}"
+    hint = "" if is_transposed and not is_vector else f"; write it as in {_make_example(expected)}"
     if shape[0] * shape[1] > expected[0] * expected[1] and re.search(r"\d,\d", text):
         hint = _COMMA_HINT
     guess = "; is it transposed?" if is_transposed and expected[0] != expected[1] and not is_vector else ""
@@ -678,7 +682,7 @@ def _require_shape(rows: Matrix, expected: tuple[int, int], text: str) -> Matrix
 _COMMA_HINT = "; if 0,5 is a number, separate entries by semicolons, or by commas and spaces, as in [0,5; 1,25]"
 
 
-def _example_of_shape(shape: tuple[int, int], entry: str = "a") -> str:
+def _make_example(shape: MatrixShape, entry: str = "a") -> str:
     """Return an example of a typed answer of this shape: [a, b], or [[a, b], [c, d]]."""
     rows, columns = shape
     if max(shape) > _MAX_SIZE_SHOWN:
@@ -690,16 +694,15 @@ def _example_of_shape(shape: tuple[int, int], entry: str = "a") -> str:
 
 
 _MAX_SIZE_SHOWN = 3
+"""Maximum number of rows or columns of an example that is shown completely."""
 
 
-def _require_scalars(rows: Matrix, description: str) -> None:
-    """Raise _Refusal if any entry is a list or a statement; entries that were left blank are allowed."""
-    try:
-        for entry in (entry for row in rows for entry in row if not has_blank(entry)):
-            refuse_statements(entry)
-    except ParseError as error:
-        raise _Refusal(describe_parse_error(error, description)) from None
+def _require_scalars(rows: Matrix) -> None:
+    """Raise ParseError if any entry is a list or a statement; blank entries are allowed."""
+    for entry in (entry for row in rows for entry in row if not has_blank(entry)):
+        refuse_statements(entry)
 
 
-def _symbols_in(rows: Matrix) -> set[str]:
+def _find_symbols(rows: Matrix) -> set[str]:
+    """Return the names of the variables in the entries."""
     return set().union(*(find_names(entry) for row in rows for entry in row))

@@ -1,4 +1,4 @@
-"""Parse a text as the answer to one part of a problem, in the form that is expected there."""
+"""Parse a text as the answer to one part of a problem, in the form that the part expects."""
 
 import re
 from dataclasses import dataclass, replace
@@ -18,15 +18,16 @@ from qdot.grader.judging.answer import (
     replace_decimal_commas,
 )
 from qdot.grader.judging.choices import read_choice, read_matching, read_selection
-from qdot.grader.judging.functions import constant_text, is_function_table, read_table
+from qdot.grader.judging.functions import find_constant_text, is_function_table, read_table
 
 
 @dataclass(frozen=True)
 class ExpectedForm:
-    """The form in which a part's answer is expected, and the names that it may contain.
+    """The form in which the answer to a part is expected, and the names that the answer may contain.
 
-    The entries of a vector may be named by `labels`, and the columns of a matrix by `column_names`. The unit of a
-    determinant is m^`metre_power`.
+    `answer` is the correct answer or any other answer of the same form. `domain` contains the symbols. The entries of a
+    vector may be named by `labels`, and the columns of a matrix by `columns`. The unit of a determinant is m to the
+    power `metre_power`, which is None for other answers.
     """
 
     answer: answer_types.Answer
@@ -37,52 +38,52 @@ class ExpectedForm:
     metre_power: int | None = None
 
 
-def expected_form(problem: Problem, part: Part) -> ExpectedForm:
-    """Return the form in which a part's answer is expected."""
+def find_expected_form(problem: Problem, part: Part) -> ExpectedForm:
+    """Return the form in which the answer to a part is expected."""
     question, joints = ALL_QUESTIONS[part.kind], tuple(q.name for q in problem.chain.q)
     labels, columns = question.list_typed_names(problem.chain, part), question.column_names(problem.chain)
     return ExpectedForm(part.answer, problem.domain, joints, labels, columns, find_power_of_metres(part))
 
 
 def read_answer(problem: Problem, part: Part, text: str, points_seed: str = "") -> ParsedAnswer:
-    """Parse a text as the answer to a part; `points_seed` determines at which points a Python function was called.
+    """Parse a text as the answer to a part; `points_seed` determines where a student's Python function was called.
 
     >>> from qdot import generate
     >>> problem = generate("planar-2r/7", ["position"])
     >>> read_answer(problem, problem["position"], "[a1, a2, a3]").refusal
     Judgement(wrong, 0: your answer is 3 x 1, but it must be 2 x 1; write it as in [a, b])
     """
-    return read_in_form(expected_form(problem, part), text, points_seed)
+    return read_in_form(find_expected_form(problem, part), text, points_seed)
 
 
 def read_in_form(expected: ExpectedForm, text: str, points_seed: str = "") -> ParsedAnswer:
     """Parse a text in the expected form, as `read_answer` does."""
     if is_function_table(text):
-        constant = constant_text(text)
+        constant = find_constant_text(text)
         if constant is None:
             return ParsedAnswer(text, table=read_table(text, expected.domain, points_seed))
         return replace(read_in_form(expected, constant), text=text)
     if expected.metre_power not in (None, CUBIC_POWER) and _CUBIC_METRES.search(text):
-        return refuse(
-            text, f"the unit m^3 does not fit: the result is in m^{expected.metre_power}; write only the formula"
-        )
+        unit = f"m^{expected.metre_power}"
+        return refuse(text, f"the unit m^3 does not fit: the result is in {unit}; write only the formula")
     parsed = _AnswerReader(text, expected).visit(expected.answer)
     is_formula = isinstance(expected.answer, answer_types.Expression | answer_types.Matrix)
-    if parsed.refusal is not None and is_formula and (with_point := replace_decimal_commas(text)) != text:
-        # Pages in many languages print decimal commas.
-        parsed_with_point = _AnswerReader(with_point, expected).visit(expected.answer)
-        return parsed if parsed_with_point.refusal is not None else replace(parsed_with_point, text=text)
+    text_with_points = replace_decimal_commas(text)  # pages in many languages print decimal commas
+    if parsed.refusal is not None and is_formula and text_with_points != text:
+        parsed_again = _AnswerReader(text_with_points, expected).visit(expected.answer)
+        return parsed if parsed_again.refusal is not None else replace(parsed_again, text=text)
     return parsed
 
 
 _CUBIC_METRES = re.compile(r"(?<![\w])(?:m|\\mathrm\{m\}|\\text\{m\})(?:\^\(?3\)?|\^\{3\}|³|\*\*3)[\])]?[ .$]{0,9}$")
 """Matches cubic metres at the end of an answer."""
 CUBIC_POWER = 3
+"""The power of metres that `_CUBIC_METRES` matches."""
 
 
 @dataclass(frozen=True)
 class _AnswerReader(answer_types.AnswerVisitor[ParsedAnswer]):
-    """Parses a text in the form of the expected answer."""
+    """Parses a text in the form of the expected answer; each method is for one type of answer."""
 
     text: str
     expected: ExpectedForm
@@ -92,11 +93,11 @@ class _AnswerReader(answer_types.AnswerVisitor[ParsedAnswer]):
         return read_formula(self.text, self.expected.domain, self.expected.labels)
 
     def visit_matrix(self, answer: answer_types.Matrix) -> ParsedAnswer:
-        """Parse rows of formulas."""
+        """Parse a matrix of formulas."""
         return read_matrix(self.text, answer.shape, self.expected.domain, self.expected.labels, self.expected.columns)
 
     def visit_direction(self, answer: answer_types.Direction) -> ParsedAnswer:
-        """Parse a vector."""
+        """Parse a vector that is a direction."""
         return read_matrix(self.text, answer.shape, self.expected.domain, self.expected.labels)
 
     def visit_number(self, answer: answer_types.Number) -> ParsedAnswer:
@@ -108,11 +109,11 @@ class _AnswerReader(answer_types.AnswerVisitor[ParsedAnswer]):
         return read_conditions(self.text, self.expected.domain, self.expected.joints)
 
     def visit_choice(self, answer: answer_types.Choice) -> ParsedAnswer:
-        """Parse an option."""
+        """Parse the letter or the text of one option."""
         return read_choice(self.text, answer.options)
 
     def visit_selection(self, answer: answer_types.Selection) -> ParsedAnswer:
-        """Parse letters."""
+        """Parse the letters of several options."""
         return read_selection(self.text, len(answer.options))
 
     def visit_matching(self, answer: answer_types.Matching) -> ParsedAnswer:

@@ -1,4 +1,7 @@
-"""Parse and judge answers that choose options by letters: one option, several, one for each item, or true or false."""
+"""Parse and judge answers that choose options by letters: one option, several, one for each item, or true or false.
+
+An answer that was refused when it was parsed must not be judged.
+"""
 
 import re
 import unicodedata
@@ -15,7 +18,7 @@ BLANK_TEXTS = ("", "blank", "ellipsis", "none")
 """Texts that mean no answer."""
 
 
-# --- reading ---
+# --- parsing ---
 
 
 MAX_LENGTH = 1000
@@ -23,7 +26,7 @@ MAX_LENGTH = 1000
 
 
 def read_choice(text: str, options: Sequence[str]) -> ParsedAnswer:
-    """Parse one option, given by its letter (upper or lower case, in brackets or quotes) or by its text."""
+    """Parse the choice of one option by its letter (in upper or lower case, brackets or quotes) or by its text."""
     chosen = find_option(text, options)
     names = options if tuple(options) == TRUE_FALSE else LETTERS[: len(options)]
     return _parse(text, None if chosen is None else [chosen], f"is not one of the options {', '.join(names)}")
@@ -45,7 +48,10 @@ def read_matching(text: str, items: Sequence[str], option_count: int) -> ParsedA
 
 
 def _parse(text: str, option_indices: Sequence[int] | None, complaint: str) -> ParsedAnswer:
-    """Return the chosen options as an answer; refuse a blank text, or a text without options with the given reason."""
+    """Return an answer with the indices of the chosen options, or a refused answer.
+
+    The text is refused if it is blank, or if `option_indices` is None; the reason is the text and the `complaint`.
+    """
     if _strip_label(text) in BLANK_TEXTS:
         return ParsedAnswer(text, BLANK_JUDGEMENT)
     if option_indices is None:
@@ -80,6 +86,7 @@ def _normalize(text: str) -> str:
 
 
 def _strip_label(text: str) -> str:
+    """Return a normalized text without a word such as "Answer:" before a letter, and without quotes and brackets."""
     return _LABEL_BEFORE_LETTER.sub("", _normalize(text)).strip("\"'()[]{}.„“”‚‘’«» ")
 
 
@@ -90,7 +97,7 @@ _LABEL_BEFORE_LETTER = re.compile(
 
 
 def find_option(text: str, options: Sequence[str]) -> int | None:
-    """Return the index of the option with this letter or text; None if no option or several options match."""
+    """Return the index of the option with this letter or text; None if no option or more than one option matches."""
     plain = _strip_label(text)
     if tuple(options) == TRUE_FALSE:
         plain = {"t": "true", "f": "false"}.get(plain, plain)
@@ -109,12 +116,11 @@ def find_option(text: str, options: Sequence[str]) -> int | None:
 
 
 _CERTIFICATE = Certificate("exact", 1, 0.0)
+"""The certificate of every comparison of letters, which is exact."""
 
 
 def judge_choice(parsed: ParsedAnswer, options: Sequence[str], correct_index: int) -> Judgement:
     """Judge the choice of one option."""
-    if parsed.refusal is not None:
-        return parsed.refusal
     (chosen,) = parsed.chosen
     if chosen == correct_index:
         return correct_judgement(_CERTIFICATE)
@@ -128,29 +134,20 @@ def judge_selection(parsed: ParsedAnswer, option_count: int, correct_indices: Se
     Each correct letter earns an equal share of the points. Each wrong letter costs an equal share of them, but the
     result is never negative.
     """
-    if parsed.refusal is not None:
-        return parsed.refusal
-    hit_count, miss_count = (
-        len(set(parsed.chosen) & set(correct_indices)),
-        len(set(parsed.chosen) - set(correct_indices)),
-    )
-    if hit_count == len(correct_indices) and not miss_count:
+    hit_count = len(set(parsed.chosen) & set(correct_indices))
+    miss_count, missing_count = len(set(parsed.chosen) - set(correct_indices)), len(correct_indices) - hit_count
+    if not missing_count and not miss_count:
         return correct_judgement(_CERTIFICATE)
-    share = Fraction(hit_count, len(correct_indices)) - Fraction(
-        miss_count, max(option_count - len(correct_indices), 1)
-    )
+    wrong_option_count = max(option_count - len(correct_indices), 1)
+    share = Fraction(hit_count, len(correct_indices)) - Fraction(miss_count, wrong_option_count)
     verbs = ["is" if count == 1 else "are" for count in (hit_count, miss_count)]
     reason = f"{hit_count} of your letters {verbs[0]} right and {miss_count} {verbs[1]} wrong"
-    missed_words = (
-        f"; {len(correct_indices) - hit_count} more belong to the answer" if hit_count < len(correct_indices) else ""
-    )
-    return partial_judgement(float(max(share, Fraction(0))), reason + missed_words, _CERTIFICATE)
+    reason += f"; {missing_count} more belong to the answer" if missing_count else ""
+    return partial_judgement(float(max(share, Fraction(0))), reason, _CERTIFICATE)
 
 
 def judge_matching(parsed: ParsedAnswer, items: Sequence[str], correct_indices: Sequence[int]) -> Judgement:
     """Judge the letter for each item; a letter that is given more than once counts as wrong."""
-    if parsed.refusal is not None:
-        return parsed.refusal
     pairs = zip(items, parsed.chosen, correct_indices, strict=True)
     wrong_items = [item for item, chosen, expected in pairs if chosen != expected or parsed.chosen.count(chosen) > 1]
     if not wrong_items:

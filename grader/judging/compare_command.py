@@ -20,14 +20,15 @@ from qdot.grader.judging.verdict import Judgement, Outcome
 from qdot.grader.sandbox.clock import Budget
 
 COMPARISON_TYPES = ("expression", "matrix", "angles", "singular")
+"""The types of answers that can be compared: a formula, a matrix, a set of angles, a set of singular configurations."""
 
 
 def compare(kind: str, student: str, reference: Any, joints: Sequence[str] = ()) -> Judgement:
-    """Compare a student's text with a reference; `kind` is one of TYPES.
+    """Compare a student's text with a reference; `kind` is one of COMPARISON_TYPES.
 
     The reference is a text, a list of texts, or a list of rows of texts. A symbol's name determines its role: theta* is
-    an angle, a*, d* and L* are lengths, others any number. Raises QdotError if the reference can't be parsed or the
-    type is unknown.
+    an angle; a*, d* and L* are lengths; any other name stands for any number. Raises QdotError if the reference can't
+    be parsed or the type is unknown.
     """
     if kind not in COMPARISON_TYPES:
         raise QdotError(f"type {kind!r} is not one of {', '.join(COMPARISON_TYPES)}")
@@ -36,22 +37,26 @@ def compare(kind: str, student: str, reference: Any, joints: Sequence[str] = ())
         trees = [parse_formula(text) for text in texts]
     except ParseError as error:
         raise QdotError(f"the reference can't be parsed: {error}") from None
-    domain = _default_domain(trees, student, joints)
+    domain = _make_default_domain(trees, student, joints)
     trees = [parse_reference(text, frozenset(domain.roles)) for text in texts]
     seed = hashlib.sha256(repr((kind, student, reference)).encode("utf-8", "surrogatepass")).hexdigest()
     if kind == "expression":
-        return judge_expression(read_formula(student, domain), trees[0], domain, seed)
+        parsed = read_formula(student, domain)
+        return parsed.refusal or judge_expression(parsed, trees[0], domain, seed)
     if kind == "matrix":
-        rows = _reference_rows(reference, frozenset(domain.roles))
-        return judge_matrix(read_matrix(student, (len(rows), len(rows[0])), domain), rows, domain, seed)
+        rows = _parse_rows(reference, frozenset(domain.roles))
+        parsed = read_matrix(student, (len(rows), len(rows[0])), domain)
+        return parsed.refusal or judge_matrix(parsed, rows, domain, seed)
     parsed = read_conditions(student, domain)
     if kind == "angles":
-        return judge_angles(parsed, Node("set", tuple(trees)) if len(trees) > 1 else trees[0], domain, seed)
+        angles = Node("set", tuple(trees)) if len(trees) > 1 else trees[0]
+        return parsed.refusal or judge_angles(parsed, angles, domain, seed)
     variables = joints or sorted(name for name in domain.roles if name.startswith("theta"))
-    return judge_singular(parsed, group_by_joints(trees, variables), variables, domain, seed)
+    return parsed.refusal or judge_singular(parsed, group_by_joints(trees, variables), variables, domain, seed)
 
 
 def _flatten_reference(reference: Any) -> list[str]:
+    """Return all texts of a reference in one list. Raises QdotError if the reference has another form."""
     if isinstance(reference, str) and reference.strip():
         return [reference]
     if isinstance(reference, (int, float)) and not isinstance(reference, bool):
@@ -61,7 +66,8 @@ def _flatten_reference(reference: Any) -> list[str]:
     raise QdotError(f"the reference must be a text, a list of texts or a list of rows, not {str(reference)[:60]!r}")
 
 
-def _reference_rows(reference: Any, symbol_names: frozenset[str]) -> list[list[Node]]:
+def _parse_rows(reference: Any, symbol_names: frozenset[str]) -> list[list[Node]]:
+    """Return the reference for a matrix as rows of trees. Raises QdotError if the rows have different lengths."""
     if isinstance(reference, str):
         try:
             return as_matrix(parse_formula(reference, symbol_names))
@@ -74,8 +80,8 @@ def _reference_rows(reference: Any, symbol_names: frozenset[str]) -> list[list[N
     return [[parse_reference(str(entry), symbol_names) for entry in row] for row in rows]
 
 
-def _default_domain(reference_nodes: Sequence[Node], student: str, joints: Sequence[str]) -> Domain:
-    """Return the default roles of the joints and of all symbols in the reference and in the student's text."""
+def _make_default_domain(reference_nodes: Sequence[Node], student: str, joints: Sequence[str]) -> Domain:
+    """Return a domain of the joints and of all symbols in the reference and in the student's text."""
     symbols = set().union(*(find_names(node) for node in reference_nodes), joints)
     with contextlib.suppress(ParseError):  # the judgement will report what can't be parsed
         symbols |= find_names(parse_formula(student, symbols))
@@ -93,16 +99,14 @@ def compare_line(line: str, number: int) -> dict[str, Any]:
         raise QdotError(f"line {number} is not JSON: {error}") from None
     if not isinstance(request, dict):
         raise QdotError(f"line {number}: a request must be an object with reference and student (and type, id, joints)")
-    missing_keys = [key for key in ("reference", "student") if key not in request]
-    if missing_keys:
-        raise QdotError(
-            f"line {number}: {' and '.join(missing_keys)} missing; a request must have reference and student"
-        )
+    if missing_keys := [key for key in ("reference", "student") if key not in request]:
+        names = " and ".join(missing_keys)
+        raise QdotError(f"line {number}: {names} missing; a request must have reference and student")
     return {"id": request.get("id"), **judgement_content(judge_request(request, number))}
 
 
 def compare_lines(lines: Iterable[str], errors: list[str]) -> Iterator[str]:
-    """Yield one line of JSON for each nonempty line of a batch; append the errors in invalid requests to `errors`."""
+    """Yield one line of JSON for each nonempty line of a batch. Errors in invalid requests are added to `errors`."""
     for number, line in enumerate(lines, 1):
         if not line.strip():
             continue
@@ -117,7 +121,10 @@ def compare_lines(lines: Iterable[str], errors: list[str]) -> Iterator[str]:
 
 
 def judge_request(request: Mapping[str, Any], number: int) -> Judgement:
-    """Return the judgement on one request; a failure in qdot's code is UNGRADED and does not stop the batch."""
+    """Return the judgement on the request in the line with this number. Raises QdotError if the request is invalid.
+
+    If qdot's own code fails or takes too long, the outcome is UNGRADED.
+    """
     joints = request.get("joints") or ()
     if not isinstance(joints, (list, tuple)) or not all(isinstance(joint, str) for joint in joints):
         raise QdotError(f'line {number}: joints must be a list of names, such as ["theta1", "theta2"]')
@@ -130,15 +137,14 @@ def judge_request(request: Mapping[str, Any], number: int) -> Judgement:
     except QdotError as error:
         raise QdotError(f"line {number}: {error}") from None
     except OutOfTime:
-        return Judgement(
-            Outcome.UNGRADED, 0.0, f"the comparison takes longer than {budget.seconds:g} s of processor time"
-        )
+        reason = f"the comparison takes longer than {budget.seconds:g} s of processor time"
     except Exception as error:  # a failure of qdot is reported and is never a verdict
-        return Judgement(Outcome.UNGRADED, 0.0, f"qdot failed: {type(error).__name__}: {error}"[:300])
+        reason = f"qdot failed: {type(error).__name__}: {error}"[:300]
+    return Judgement(Outcome.UNGRADED, 0.0, reason)
 
 
 def as_text(answer: Any, depth: int = 0) -> str:
-    """Return an answer (a text, a number or nested lists of these) as one text; "" for null."""
+    """Return an answer (a text, a number, or nested lists of texts and numbers) as one text; "" for null."""
     if answer is None:
         return ""
     if isinstance(answer, list):  # lists too deep for the parser are omitted; it refuses the rest
@@ -158,8 +164,5 @@ def guess_type(reference: str) -> str:
 
 def judgement_content(judgement: Judgement) -> dict[str, Any]:
     """Return the outcome, reason and certificate as data for JSON."""
-    return {
-        "outcome": judgement.outcome.value,
-        "reason": judgement.reason,
-        "certificate": as_json(judgement.certificate),
-    }
+    certificate = as_json(judgement.certificate)
+    return {"outcome": judgement.outcome.value, "reason": judgement.reason, "certificate": certificate}

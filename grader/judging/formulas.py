@@ -1,6 +1,11 @@
-"""Judge one parsed answer against a reference: expressions, matrices, numbers, directions, singular sets."""
+"""Judge a parsed answer by comparing it with a reference: formulas, matrices, numbers, directions, singular sets.
 
-from collections.abc import Sequence
+A reference is the correct answer. The parsed answer must not have been refused. A seed determines the random
+configurations at which answers are compared. A certificate records how a comparison was made, with a counterexample if
+the answer is wrong.
+"""
+
+from collections.abc import Mapping, Sequence
 from dataclasses import replace
 from itertools import islice
 
@@ -39,10 +44,6 @@ from qdot.grader.judging.verdict import (
     Judgement,
     Outcome,
     correct_judgement,
-    describe_configuration,
-    describe_number,
-    describe_point,
-    describe_values,
     missing_judgement,
     name_entry,
     partial_judgement,
@@ -50,21 +51,18 @@ from qdot.grader.judging.verdict import (
 )
 
 IMAGINARY_TOLERANCE = 1e-12
-"""An imaginary part below this fraction of a number is a rounding error."""
+"""An imaginary part below this fraction of the absolute value is taken for a rounding error."""
 
 
 def judge_expression(
     parsed: ParsedAnswer, reference: Node, domain: Domain, seed: str, rounding: Rounding | None = None
 ) -> Judgement:
     """Judge a formula; `rounding` is the error that is allowed for decimals in it."""
-    if parsed.refusal is not None:
-        return parsed.refusal
     comparison = compare_entries(parsed.entries, [reference], domain, seed, rounding)
     if all(comparison.is_correct):
         return correct_judgement(comparison.certificate)
-    return wrong_judgement(
-        describe_unknown_symbols(parsed, domain) or _describe_difference(comparison, 1), comparison.certificate
-    )
+    reason = describe_unknown_symbols(parsed, domain) or _describe_difference(comparison, 1)
+    return wrong_judgement(reason, comparison.certificate)
 
 
 def judge_matrix(
@@ -75,12 +73,10 @@ def judge_matrix(
     The share is the number of correct nonzero entries, minus the number of wrong entries that should be zero, divided
     by the number of nonzero entries in the reference. So a matrix of zeros earns nothing.
     """
-    if parsed.refusal is not None:
-        return parsed.refusal
-    expected = [entry for row in reference for entry in row]
-    blanks = parsed.blanks
-    entries_with_reference = zip(parsed.entries, expected, blanks, strict=True)
-    filled_entries = [reference_entry if blank else entry for entry, reference_entry, blank in entries_with_reference]
+    expected, blanks = [entry for row in reference for entry in row], parsed.blanks
+    # A blank entry is replaced by the correct entry, so that it is never the counterexample.
+    answered = zip(parsed.entries, expected, blanks, strict=True)
+    filled_entries = [correct_entry if is_blank else entry for entry, correct_entry, is_blank in answered]
     comparison = compare_entries(filled_entries, expected, domain, seed, rounding)
     return judge_compared_matrix(comparison, blanks, reference, describe_unknown_symbols(parsed, domain))
 
@@ -88,9 +84,10 @@ def judge_matrix(
 def judge_compared_matrix(
     comparison: Comparison, blanks: Sequence[bool], reference: Matrix, unknown_symbols_message: str = ""
 ) -> Judgement:
-    """Return the judgement on a matrix whose entries were compared with those of the reference solution.
+    """Return the judgement on a matrix whose entries were compared with the entries of the reference.
 
-    `unknown_symbols_message` says which symbols of the answer are unknown; it is empty if there are none.
+    `blanks` is whether each entry was left blank. `unknown_symbols_message` names the symbols that the problem doesn't
+    define; "" means that there are none.
     """
     columns = len(reference[0])
     is_correct = [is_equal and not blank for is_equal, blank in zip(comparison.is_correct, blanks, strict=True)]
@@ -103,14 +100,17 @@ def judge_compared_matrix(
             reason = f"{_describe_count(is_correct, blanks, is_zero)}; {reason}"
         share = float(share_of_entries(is_correct, is_zero, blanks))
         judgement = partial_judgement(share, reason, comparison.certificate)
-    marks = tuple(tuple(is_correct[i : i + columns]) for i in range(0, len(is_correct), columns))
-    return replace(judgement, entries=marks)
+    entry_flags = tuple(tuple(is_correct[i : i + columns]) for i in range(0, len(is_correct), columns))
+    return replace(judgement, entries=entry_flags)
 
 
 def _describe_count(
     is_correct: Sequence[bool], blanks: Sequence[bool], is_zero: Sequence[bool], noun: str = "entries"
 ) -> str:
-    """Return a phrase with the number of correct entries; entries that are zero in the reference don't count."""
+    """Return a clause with the number of correct entries. Entries that are zero in the reference don't count.
+
+    `is_zero` is whether each entry of the reference is zero. If all of them are zero, all entries count.
+    """
     zeros = list(is_zero) if not all(is_zero) else [False] * len(is_zero)
     correct_count = sum(is_right and not zero for is_right, zero in zip(is_correct, zeros, strict=True))
     total = len(zeros) - sum(zeros)
@@ -123,16 +123,20 @@ def _describe_count(
 
 
 def _describe_difference(comparison: Comparison, columns: int) -> str:
-    """Return a phrase on the first entry that differs, with both values; "" if no answered entry differs."""
+    """Return a clause on the first entry that differs, with both values; "" if no answered entry differs.
+
+    `columns` is the number of columns of the answer.
+    """
     example = comparison.certificate.counterexample
     if not isinstance(example, EntryDifference):
         return ""
     entry_name = name_entry(example.entry, columns) + " " if len(comparison.is_correct) > 1 else ""
-    return f"{entry_name}differs{describe_point(example.at)}{describe_values(example)}"
+    values = f"yours {format_value(example.yours)}, expected {format_value(example.expected)}"
+    return f"{entry_name}differs{_describe_point(example.at)}: {values}"
 
 
 def describe_unknown_symbols(parsed: ParsedAnswer, domain: Domain) -> str:
-    """Return a message about symbols in the answer that the problem doesn't define; "" if there are none."""
+    """Return a clause about symbols in an answer that the problem doesn't define; "" if there are none."""
     unknown = parsed.symbols - set(domain.roles)
     if not unknown:
         return ""
@@ -144,29 +148,24 @@ def describe_unknown_symbols(parsed: ParsedAnswer, domain: Domain) -> str:
 def judge_numbers(
     parsed: ParsedAnswer, reference: Sequence[float], units: Sequence[str], tolerance: float, floor: float
 ) -> Judgement:
-    """Judge numbers, each correct within a relative tolerance (or the absolute floor, for values near zero).
+    """Judge numbers. Each number is correct within a relative tolerance, or within the absolute error `floor`.
 
     The share is computed as for a vector: numbers that are zero earn nothing.
     """
-    if parsed.refusal is not None:
-        return parsed.refusal
-    blanks = parsed.blanks
-    filled_entries = [
-        Node("name", value="E") if blank else entry for blank, entry in zip(blanks, parsed.entries, strict=True)
-    ]
-    values = evaluate(compile_program(filled_entries), {}, 1)[0][:, 0]
-    is_correct = [
-        bool(np.isfinite(value) and abs(value - expected) <= max(tolerance * abs(expected), floor) and not blank)
-        for value, expected, blank in zip(values, reference, blanks, strict=True)
-    ]
+    blanks, expected = parsed.blanks, np.array(reference)
+    entries = [ZERO if is_blank else entry for is_blank, entry in zip(blanks, parsed.entries, strict=True)]
+    values = evaluate(compile_program(entries), {}, 1)[0][:, 0]
+    with np.errstate(all="ignore"):
+        is_close = np.isfinite(values) & (np.abs(values - expected) <= np.maximum(tolerance * np.abs(expected), floor))
+    is_correct = [bool(flag) for flag in is_close & ~np.array(blanks)]
     if all(is_correct):
         judgement = correct_judgement(Certificate("numeric", 1, 0.0), f"right to {100 * tolerance:g} %")
     else:
-        first_wrong, zeros = is_correct.index(False), [abs(expected_value) <= floor for expected_value in reference]
-        answer_value = "blank" if blanks[first_wrong] else to_json_number(complex(values[first_wrong]))
-        example = EntryDifference(first_wrong, {}, answer_value, float(f"{reference[first_wrong]:.4g}"))
-        difference = " was left blank" if blanks[first_wrong] else describe_number(example, units[first_wrong])
-        reason = f"{_describe_count(is_correct, blanks, zeros, 'numbers')}; number {first_wrong + 1}{difference}"
+        wrong, zeros = is_correct.index(False), [abs(value) <= floor for value in reference]
+        answer_value = "blank" if blanks[wrong] else to_json_number(complex(values[wrong]))
+        example = EntryDifference(wrong, {}, answer_value, float(f"{reference[wrong]:.4g}"))
+        difference = " was left blank" if blanks[wrong] else _describe_number(example, units[wrong])
+        reason = f"{_describe_count(is_correct, blanks, zeros, 'numbers')}; number {wrong + 1}{difference}"
         share = share_of_entries(is_correct, zeros, blanks)
         judgement = partial_judgement(float(share), reason, Certificate("numeric", 1, 0.0, example))
     return replace(judgement, entries=tuple((is_right,) for is_right in is_correct))
@@ -178,11 +177,8 @@ def judge_direction(
     """Judge a vector, which is correct if it is the reference times any nonzero factor.
 
     Without `tolerance`, both vectors are formulas, which must be equal up to the factor at every configuration. With
-    `tolerance`, both vectors are numeric, and `tolerance` is the largest allowed norm of the difference of the unit
-    vectors.
+    `tolerance`, both vectors are numeric. The difference of their unit vectors must then have at most this norm.
     """
-    if parsed.refusal is not None:
-        return parsed.refusal
     if any(parsed.blanks):
         return missing_judgement("you left part of the vector blank")
     if tolerance:
@@ -194,7 +190,11 @@ _ZERO_VECTOR_REASON = "the zero vector has no direction"
 
 
 def _judge_symbolic_direction(parsed: ParsedAnswer, reference: Sequence[Node], domain: Domain, seed: str) -> Judgement:
-    """Judge a symbolic direction by comparing entry_i r_k with r_i entry_k, where reference entry r_k is not zero."""
+    """Judge a direction given by formulas.
+
+    For a vector a and a reference r, a_i r_k is compared with r_i a_k for each i. The first entry r_k of the reference
+    that is not zero is called the pivot.
+    """
     entries, zeros = parsed.entries, [ZERO] * len(reference)
     pivot = compare_entries(reference, zeros, domain, f"{seed}/pivot").is_correct.index(False)
     if all(compare_entries(entries, zeros, domain, f"{seed}/zero").is_correct):
@@ -204,21 +204,22 @@ def _judge_symbolic_direction(parsed: ParsedAnswer, reference: Sequence[Node], d
     comparison = compare_entries(student_products, reference_products, domain, seed)
     if all(comparison.is_correct):
         return correct_judgement(comparison.certificate)
-    certificate = _certificate_for_pivot(comparison.certificate, reference[pivot], entries[pivot], pivot)
+    certificate = _make_pivot_certificate(comparison.certificate, reference[pivot], entries[pivot], pivot)
     example = certificate.counterexample
     entry, at = comparison.is_correct.index(False), ""
     if isinstance(example, EntryDifference):
-        entry, at = example.entry, describe_point(example.at)
+        entry, at = example.entry, _describe_point(example.at)
     problem = "should be 0" if entry == pivot else f"does not have the right ratio to entry {pivot + 1}"
     reason = f"your vector does not have the right direction: entry {entry + 1} {problem}{at}"
     return wrong_judgement(describe_unknown_symbols(parsed, domain) or reason, certificate)
 
 
-def _certificate_for_pivot(certificate: Certificate, expected: Node, answered: Node, pivot: int) -> Certificate:
-    """Return the certificate with the student's entry, and with the value that fits the student's pivot.
+def _make_pivot_certificate(certificate: Certificate, expected: Node, answered: Node, pivot: int) -> Certificate:
+    """Return a certificate that shows the student's entry, and the value that would fit the student's pivot.
 
-    The comparison multiplied both values by the `expected` pivot. If this pivot is zero at the counterexample, the
-    student's pivot is not, so the counterexample shows the pivot instead.
+    `expected` and `answered` are the pivots of the reference and of the answer, at the index `pivot`. The comparison
+    multiplied both values by the expected pivot. If the expected pivot is zero at the counterexample, the student's
+    pivot is not zero, so the counterexample shows the pivot instead.
     """
     example = certificate.counterexample
     if not isinstance(example, EntryDifference):
@@ -234,52 +235,40 @@ def _certificate_for_pivot(certificate: Certificate, expected: Node, answered: N
 
 
 def _judge_numeric_direction(parsed: ParsedAnswer, reference: Sequence[Node], tolerance: float) -> Judgement:
+    """Judge a direction given by numbers."""
     if parsed.symbols:
         return wrong_judgement(describe_symbols_in_numbers(parsed.symbols))
-    answer_vector, reference_vector = (
-        evaluate(compile_program(list(nodes)), {}, 1)[0][:, 0] for nodes in (parsed.entries, reference)
-    )
-    if not np.all(np.isfinite(answer_vector)) or np.any(
-        np.abs(answer_vector.imag) > IMAGINARY_TOLERANCE * np.abs(answer_vector)
-    ):
+    values = evaluate(compile_program([*parsed.entries, *reference]), {}, 1)[0][:, 0]
+    answer, expected = values[: len(reference)], values[len(reference) :].real
+    if not np.all(np.isfinite(answer)) or np.any(np.abs(answer.imag) > IMAGINARY_TOLERANCE * np.abs(answer)):
         return wrong_judgement("an entry of the vector is not a finite real number")
-    norm = float(np.linalg.norm(answer_vector.real))
+    norm = float(np.linalg.norm(answer.real))
     if norm == 0.0:
         return wrong_judgement(_ZERO_VECTOR_REASON)
-    unit_vector, expected_unit_vector = (
-        answer_vector.real / norm,
-        reference_vector.real / np.linalg.norm(reference_vector.real),
-    )
+    unit_vector, expected_unit_vector = answer.real / norm, expected / np.linalg.norm(expected)
     expected_unit_vector = expected_unit_vector * (1.0 if float(unit_vector @ expected_unit_vector) >= 0 else -1.0)
-    distance = float(np.linalg.norm(unit_vector - expected_unit_vector))
-    if distance <= tolerance:
+    differences = np.abs(unit_vector - expected_unit_vector)
+    if float(np.linalg.norm(differences)) <= tolerance:
         return correct_judgement(Certificate("numeric", 1, 0.0))
-    entry = int(np.abs(unit_vector - expected_unit_vector).argmax())
-    example = EntryDifference(
-        entry, {}, float(f"{unit_vector[entry]:.6g}"), float(f"{expected_unit_vector[entry]:.4g}")
-    )
-    reason = f"scaled to length 1, entry {entry + 1}{describe_number(example)}"
-    return wrong_judgement(
-        f"your vector does not have the right direction: {reason}", Certificate("numeric", 1, 0.0, example)
-    )
+    entry = int(differences.argmax())
+    values_of_both = float(f"{unit_vector[entry]:.6g}"), float(f"{expected_unit_vector[entry]:.4g}")
+    example = EntryDifference(entry, {}, *values_of_both)
+    difference = f"scaled to length 1, entry {entry + 1}{_describe_number(example)}"
+    reason = f"your vector does not have the right direction: {difference}"
+    return wrong_judgement(reason, Certificate("numeric", 1, 0.0, example))
 
 
 def judge_singular(
-    parsed: ParsedAnswer,
-    reference: Sequence[Sequence[Node]],
-    joints: Sequence[str],
-    domain: Domain,
-    seed: str,
+    parsed: ParsedAnswer, reference: Sequence[Sequence[Node]], joints: Sequence[str], domain: Domain, seed: str,
     rounding: Rounding | None = None,
-) -> Judgement:
+) -> Judgement:  # fmt: skip
     """Judge a set of singular configurations by the configurations that it contains.
 
-    For each condition, the reference contains a list of its values, or the condition itself. The share depends on how
-    many conditions are found completely or in part, and on how many claimed conditions are not singular
+    For each condition, the reference contains a list of joint values, or the condition itself. The share depends on how
+    many conditions are found completely or in part, and on how many of the student's conditions are not singular
     (`share_of_set`).
     """
-    if parsed.refusal is not None or parsed.tree is None:
-        return parsed.refusal or missing_judgement()
+    assert parsed.tree is not None
     reference_pieces = [[piece for tree in group for piece in parse_pieces(tree, joints)] for group in reference]
     space = ConfigurationSpace(joints, domain, rounding)
     try:
@@ -300,24 +289,25 @@ def judge_singular(
 
 def judge_angles(parsed: ParsedAnswer, reference: Node, domain: Domain, seed: str) -> Judgement:
     """Judge a set of angles, modulo 2 pi."""
-    if parsed.refusal is not None or parsed.tree is None:
-        return parsed.refusal or missing_judgement()
+    assert parsed.tree is not None
     joint, angle_domain = Node("name", value="angle"), Domain({**domain.roles, "angle": "angle"})
     reference_pieces = [parse_pieces(Node("in", (joint, reference)), ["angle"])]
+    space = ConfigurationSpace(["angle"], angle_domain)
     try:
         claimed_pieces = parse_typed_set(Node("in", (joint, parsed.tree)), ["angle"])
-        return _judge_set(claimed_pieces, reference_pieces, ConfigurationSpace(["angle"], angle_domain), seed, "angle")
+        return _judge_set(claimed_pieces, reference_pieces, space, seed, "an angle")
     except ParseError as error:
         return wrong_judgement(describe_parse_error(error, "a set of angles"))
 
 
 def _judge_set(
-    claimed: Sequence[Piece],
-    conditions: Sequence[Sequence[Piece]],
-    space: ConfigurationSpace,
-    seed: str,
-    noun: str = "singular configuration",
-) -> Judgement:
+    claimed: Sequence[Piece], conditions: Sequence[Sequence[Piece]], space: ConfigurationSpace, seed: str,
+    noun: str = "a singular configuration",
+) -> Judgement:  # fmt: skip
+    """Judge the student's (`claimed`) pieces of a set by comparing the set with that of the conditions.
+
+    A piece is a set of configurations given by equations that all hold; a condition is the union of its pieces.
+    """
     reference_pieces = [piece for condition in conditions for piece in condition]
     comparison = compare_sets(claimed, reference_pieces, space, seed)
     if comparison.are_equal and claimed:
@@ -327,21 +317,19 @@ def _judge_set(
         tolerant_space = ConfigurationSpace(space.joints, space.domain, ROUNDED_JOINT_VALUE)
         tolerant_comparison = compare_sets(claimed, reference_pieces, tolerant_space, seed)
     # A piece that is not singular everywhere may cover part of the reference; only sound pieces count for the share.
-    sound_pieces = [piece for piece, is_sound in zip(claimed, tolerant_comparison.is_sound, strict=True) if is_sound]
+    soundness = list(zip(claimed, tolerant_comparison.is_sound, strict=True))
+    sound_pieces = [piece for piece, is_sound in soundness if is_sound]
     matches = _count_matched(compare_sets(sound_pieces, reference_pieces, tolerant_space, seed).is_covered, conditions)
-    claims = [
-        (_restricted_joints(piece, space), is_sound)
-        for piece, is_sound in zip(claimed, tolerant_comparison.is_sound, strict=True)
-    ]
-    true_joints = {joints for joints, is_sound in claims if is_sound}
-    false_count = count_false_conditions([joints for joints, is_sound in claims if is_sound is False], true_joints)
+    true_joints = {_find_restricted_joints(piece, space) for piece in sound_pieces}
+    false_joints = [_find_restricted_joints(piece, space) for piece, is_sound in soundness if is_sound is False]
+    false_count = count_false_conditions(false_joints, true_joints)
     share = share_of_set(matches, false_count, is_rounded=comparison.is_only_rounded)
     reason = _describe_set_difference(tolerant_comparison, space.joints, noun)
     if comparison.is_only_rounded:
-        soundness = zip(claimed, comparison.is_sound, strict=True)
-        rounded_pieces = [piece for piece, is_sound in soundness if not is_sound and piece in sound_pieces]
+        exactness = zip(claimed, comparison.is_sound, strict=True)
+        rounded_pieces = [piece for piece, is_exact in exactness if not is_exact and piece in sound_pieces]
         at = compare_sets(rounded_pieces, reference_pieces, space, seed).surplus or {}
-        rounding = f"correct except for rounding{describe_configuration(at, space.joints)}"
+        rounding = f"correct except for rounding{_describe_configuration(at, space.joints)}"
         reason = f"{rounding}; write {_EXACT_VALUE_HINT}{reason and f'; {reason}'}"
     if tolerant_comparison.surplus is not None and _are_degrees(claimed, reference_pieces, space, seed):
         reason = f"these values are in degrees, but the question asks for radians; {reason}"
@@ -353,23 +341,24 @@ def _judge_set(
 _EXACT_VALUE_HINT = "the exact value, such as pi/3 or acos(1/3)"
 
 
-def _restricted_joints(piece: Piece, space: ConfigurationSpace) -> frozenset[str]:
-    """Return the joints that a piece restricts."""
+def _find_restricted_joints(piece: Piece, space: ConfigurationSpace) -> frozenset[str]:
+    """Return the joints that a piece of a set restricts."""
     return frozenset(space.joints) & {name for atom in piece for name in (*find_names(atom.expression), atom.joint)}
 
 
 def _count_matched(covered: Sequence[bool | None], conditions: Sequence[Sequence[Piece]]) -> list[tuple[int, int]]:
-    """Return for each condition the number of pieces that are covered, and the number of nonempty pieces."""
-    remaining = iter(covered)
-    groups = (
-        [is_covered for is_covered in islice(remaining, len(condition)) if is_covered is not None]
-        for condition in conditions
-    )
-    return [(sum(group), len(group)) for group in groups if group]
+    """Return for each condition the number of its pieces that are covered, and the number of its nonempty pieces.
+
+    `covered` is whether each piece of all conditions is covered; None for an empty piece. Empty conditions are omitted.
+    """
+    remaining_flags = iter(covered)
+    groups = [list(islice(remaining_flags, len(condition))) for condition in conditions]
+    counts = [(group.count(True), len(group) - group.count(None)) for group in groups]
+    return [(covered_count, total) for covered_count, total in counts if total]
 
 
 def _describe_matches(match_counts: Sequence[tuple[int, int]], false_count: int) -> str:
-    """Return a phrase that counts the conditions found completely, those found in part, and the false ones."""
+    """Return a clause with the numbers of conditions that were found completely, found in part, and false."""
     complete_count = sum(found_count == expected_count for found_count, expected_count in match_counts)
     partial_count = sum(0 < found_count < expected_count for found_count, expected_count in match_counts)
     if len(match_counts) == 1:
@@ -394,7 +383,7 @@ def group_by_joints(reference: Sequence[Node], joints: Sequence[str]) -> list[li
 def _are_degrees(
     claimed: Sequence[Piece], reference_pieces: Sequence[Piece], space: ConfigurationSpace, seed: str
 ) -> bool:
-    """Return whether all joint values would be correct after conversion from degrees to radians."""
+    """Return whether all joint values of the student would be correct after conversion from degrees to radians."""
     if any(atom.joint is None for piece in claimed for atom in piece):
         return False
     degree = Node("/", (Node("name", value="pi"), number_node(180)))
@@ -403,17 +392,44 @@ def _are_degrees(
 
 
 def _make_set_certificate(comparison: SetComparison) -> Certificate:
+    """Return the certificate of a comparison of two sets."""
     example = None if comparison.are_equal else SetDifference(comparison.missing, comparison.surplus)
     count = comparison.fewest_configurations
     return Certificate("numeric", count, chance_of_missing(count), example)
 
 
 def _describe_set_difference(comparison: SetComparison, joints: Sequence[str], noun: str) -> str:
+    """Return clauses about a missing and a surplus configuration; "" if there are none."""
     reasons = []
     if comparison.missing is not None:
-        article = "an" if noun[0] in "aeiou" else "a"
-        reasons.append(f"{article} {noun} is missing{describe_configuration(comparison.missing, joints)}")
+        reasons.append(f"{noun} is missing{_describe_configuration(comparison.missing, joints)}")
     if comparison.surplus is not None:
-        subject = "this angle is wrong" if noun == "angle" else "this configuration is not singular"
-        reasons.append(f"{subject}{describe_configuration(comparison.surplus, joints)}")
+        subject = "this angle is wrong" if noun == "an angle" else "this configuration is not singular"
+        reasons.append(f"{subject}{_describe_configuration(comparison.surplus, joints)}")
     return "; ".join(reasons)
+
+
+# --- phrases that describe a counterexample within a reason; `feedback_levels` can remove these phrases ---
+
+
+def _describe_point(point: Mapping[str, float]) -> str:
+    """Return the configuration at which an entry differs in words, as in " at theta1 = 0.61"; "" without symbols."""
+    assignments = ", ".join(f"{name} = {value:g}" for name, value in point.items())
+    return f" at {assignments}" if assignments else ""
+
+
+def _describe_number(example: EntryDifference, unit: str = "") -> str:
+    """Return both values, as in " is 0.41, and 0.77 rad/s is right"."""
+    expected_words = f"{example.expected:.4g} {unit}".rstrip() if isinstance(example.expected, float) else ""
+    return f" is {format_value(example.yours)}, and {expected_words} is right"
+
+
+def _describe_configuration(values: Mapping[str, float], joints: Sequence[str]) -> str:
+    """Return a configuration in words, as in ": theta1 = 0.61, theta2 = -1.32"; the joints come first."""
+    names = [name for name in dict.fromkeys((*joints, *values)) if name in values]
+    return f": {', '.join(f'{name} = {values[name]:.4g}' for name in names) or '(any)'}"
+
+
+def format_value(value: float | str | None) -> str:
+    """Return a value in the form that is used in a reason."""
+    return f"{value:.6g}" if isinstance(value, float) else str(value)

@@ -1,14 +1,17 @@
-"""Judge answers that are Python functions by their values at random points.
+"""Judge answers that are Python functions by their values at random configurations.
 
-A function that accepts symbols is converted to a formula in the sandbox and is not judged here (see `callables`). The
-values judged here are double-precision numbers from the student's code, which can't be recomputed with more digits.
-They must be correct to nine digits, relative to the size of the terms, or within the assignment's tolerance. Nobody
-knows the points beforehand.
+A function that accepts symbols is converted to a formula in the sandbox and is not judged here (see `callables`). A
+function that accepts only numbers is called in the sandbox. Its answer is a table of values: JSON after a prefix.
+
+The values are double-precision numbers from the student's code, which can't be recomputed with more digits. They must
+be correct to nine digits, relative to the size of the terms, or within the assignment's tolerance. Nobody knows the
+configurations beforehand.
 """
 
 import hashlib
 import json
 from collections.abc import Iterable, Mapping, Sequence
+from contextlib import suppress
 
 import numpy as np
 
@@ -32,12 +35,17 @@ from qdot.grader.sandbox.contained.callables import TABLE_PREFIX
 from qdot.grader.sandbox.sandbox import Calls
 
 SAMPLE_COUNT = 50
+"""Number of configurations at which a function is called."""
 RELATIVE_TOLERANCE = 1e-9
+"""Allowed error of a value, relative to the size of the terms in the reference."""
 FUNCTION_TEXT = f"a Python function; its values at {SAMPLE_COUNT} random configurations were compared"
 
 
 def make_calls(problem: Problem, domain: Domain, seed: str) -> Calls:
-    """Return the arguments of the calls of a student's function: the joints, and all symbols with their values."""
+    """Return the arguments with which a student's function is called: the joints, and all symbols with their values.
+
+    `domain` contains the symbols of the problem.
+    """
     values = _sample_points(domain, seed)
     symbols = tuple(sorted(values))
     points = np.array([values[symbol] for symbol in symbols]).T.tolist()
@@ -45,6 +53,7 @@ def make_calls(problem: Problem, domain: Domain, seed: str) -> Calls:
 
 
 def _sample_points(domain: Domain, seed: str) -> dict[str, np.ndarray]:
+    """Return `SAMPLE_COUNT` random values of each symbol."""
     return domain.sample(set(domain.roles), SAMPLE_COUNT, Stream(hashlib.sha256(seed.encode()).hexdigest()))
 
 
@@ -54,12 +63,12 @@ def is_function_table(answer: str) -> bool:
 
 
 def read_table(text: str, domain: Domain, seed: str) -> FunctionValues:
-    """Parse the values of a function at the points that `seed` determines."""
+    """Parse a table of the values of a function at the configurations that `seed` determines."""
     return FunctionValues(*parse_table(text), _sample_points(domain, seed))
 
 
-def constant_text(text: str) -> str | None:
-    """Return the text of a matrix if a function has the same value at all points, else None."""
+def find_constant_text(text: str) -> str | None:
+    """Return the value of a function as the text of a matrix if all values in a table are equal; otherwise None."""
     shape, values = parse_table(text)
     if shape is None or not np.all(values == values[0]) or np.any(values.imag != 0):
         return None
@@ -68,22 +77,26 @@ def constant_text(text: str) -> str | None:
 
 
 def parse_table(answer: str) -> tuple[tuple[int, ...] | None, np.ndarray]:
-    """Return the shape and values (points, entries) of a table; (None, no values) if the text is not a table."""
-    try:
+    """Return the shape of a value, and all values (points, entries), in a table.
+
+    Return None and no values if the text is not a table, which happens if a student typed the prefix.
+    """
+    with suppress(ValueError, TypeError, KeyError, OverflowError, RecursionError):
         content = json.loads(answer.removeprefix(TABLE_PREFIX))
         shape = tuple(int(size) for size in content["shape"])
         pairs = np.array(content["values"], dtype=float)
         if pairs.ndim == 3 and pairs.shape[2] == 2 and pairs.shape[1] == int(np.prod(shape)) and len(shape) <= 2:
             return shape, pairs[..., 0] + 1j * pairs[..., 1]
-    except (ValueError, TypeError, KeyError, OverflowError, RecursionError):
-        pass
     return None, np.zeros((0, 0))
 
 
 def judge_function(
     part: Part, function_values: FunctionValues, joints: Sequence[str], symbol_names: Iterable[str]
 ) -> Judgement:
-    """Judge the values of a function of the `joints`. A malformed table was typed by the student, and is wrong."""
+    """Judge the values of a student's function. A malformed table is wrong, because the student typed it.
+
+    Counterexamples show the values of the `joints` and of the symbols in the reference.
+    """
     if not part.answer.list_entries():
         return wrong_judgement("your answer is a function, but the question does not ask for a formula")
     reference = part.answer.parse_trees(symbol_names)
@@ -93,11 +106,8 @@ def judge_function(
         return wrong_judgement("these are not the values of a function")
     is_matrix = len(shape) == 2 and 1 not in shape
     if values.shape[1] != len(nodes) or (is_matrix and shape != expected_shape):
-        returned_words, expected_words = (
-            " x ".join(map(str, shape)) or "one number",
-            " x ".join(map(str, expected_shape)),
-        )
-        return wrong_judgement(f"your function returns {returned_words}, but it must return {expected_words}")
+        size_words, expected_words = " x ".join(map(str, shape)) or "one number", " x ".join(map(str, expected_shape))
+        return wrong_judgement(f"your function returns {size_words}, but it must return {expected_words}")
     expected, size = evaluate(compile_program(nodes), function_values.arguments, SAMPLE_COUNT)
     answer_values = _scale_to(expected, values.T) if part.answer.counts_up_to_a_factor else values.T
     shown_names = set(joints).union(*map(find_names, nodes))
@@ -114,25 +124,25 @@ def _scale_to(expected: np.ndarray, answer_values: np.ndarray) -> np.ndarray:
 
 
 def _compare_values(
-    answer_values: np.ndarray,
-    expected_values: np.ndarray,
-    term_size: np.ndarray,
-    arguments: Mapping[str, np.ndarray],
-    rounding: Rounding | None,
-) -> Comparison:
+    answer_values: np.ndarray, expected_values: np.ndarray, term_size: np.ndarray,
+    arguments: Mapping[str, np.ndarray], rounding: Rounding | None,
+) -> Comparison:  # fmt: skip
+    """Compare arrays of shape (entries, points). Points at which the expected value is undefined don't count.
+
+    `term_size` is the size of the terms in the expected values, and `arguments` are the values of the symbols.
+    """
     relative_error, absolute_error = (rounding.relative, rounding.absolute) if rounding is not None else (0.0, 0.0)
     with np.errstate(all="ignore"):
         largest_terms = np.nanmax(np.where(np.isfinite(term_size), term_size, 0.0), axis=0)
         scale = np.where(term_size > 0, term_size, np.where(largest_terms > 0, largest_terms, 1.0))
-        is_within = (
-            np.abs(answer_values - expected_values) <= max(RELATIVE_TOLERANCE, relative_error) * scale + absolute_error
-        )
-    defined = np.isfinite(expected_values)
-    is_correct = list(map(bool, (is_within | ~defined).all(axis=1) & defined.any(axis=1)))
+        tolerance = max(RELATIVE_TOLERANCE, relative_error) * scale + absolute_error
+        is_within = np.abs(answer_values - expected_values) <= tolerance
+    is_defined = np.isfinite(expected_values)
+    is_correct = list(map(bool, (is_within | ~is_defined).all(axis=1) & is_defined.any(axis=1)))
     example = None
     if not all(is_correct):
         entry = is_correct.index(False)
-        point = int(np.argmax(~is_within[entry] & defined[entry]))
+        point = int(np.argmax(~is_within[entry] & is_defined[entry]))
         values_of_both = complex(answer_values[entry, point]), complex(expected_values[entry, point])
         values = {name: float(f"{column[point]:.6g}") for name, column in sorted(arguments.items())}
         example = EntryDifference(entry, values, *show_difference(*values_of_both))

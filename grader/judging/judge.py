@@ -1,4 +1,4 @@
-"""Judge an answer of any type to one part of a problem, by comparing it with the reference."""
+"""Judge an answer of any type to one part of a problem, by comparing it with the correct answer (the reference)."""
 
 import secrets
 from dataclasses import dataclass
@@ -14,23 +14,24 @@ from qdot.grader.judging.functions import judge_function
 from qdot.grader.judging.verdict import Judgement
 
 
-def judge(problem: Problem, part: Part, answer: str, seed: str | None = None, points_seed: str = "") -> Judgement:
+def judge(problem: Problem, part: Part, answer: str, seed: str | None = None) -> Judgement:
     """Judge the text of an answer to a part.
 
-    `seed` determines the points at which the answer is compared (random by default). `points_seed` determines the
-    points at which a Python function was called in the sandbox.
+    `seed` determines the configurations at which the answer is compared; these are random if `seed` is None.
 
     >>> from qdot import generate
     >>> problem = generate("polar-rp/1", ["determinant"])
     >>> judge(problem, problem["determinant"], "-0.7 - d2")
     Judgement(correct, 1: right)
     """
-    parsed = read_answer(problem, part, answer, points_seed)
+    parsed = read_answer(problem, part, answer)
     return judge_parsed(problem, part, parsed, secrets.token_hex(16) if seed is None else seed)
 
 
 def judge_parsed(problem: Problem, part: Part, parsed: ParsedAnswer, seed: str) -> Judgement:
-    """Judge a parsed answer to a part; `seed` determines the points at which it is compared."""
+    """Judge a parsed answer to a part; `seed` determines the configurations at which it is compared."""
+    if parsed.refusal is not None:
+        return parsed.refusal
     if parsed.table is not None:
         return judge_function(part, parsed.table, [q.name for q in problem.chain.q], problem.domain.roles)
     return _AnswerJudge(problem, part, parsed, problem.domain, seed).visit(part.answer)
@@ -52,13 +53,12 @@ class _AnswerJudge(answer_types.AnswerVisitor[Judgement]):
         return judge_expression(self.parsed, expected, self.domain, self.seed, self.part.rounding)
 
     def visit_matrix(self, answer: answer_types.Matrix) -> Judgement:
-        """Compare entry by entry."""
-        return judge_matrix(
-            self.parsed, answer.parse_trees(self.domain.roles), self.domain, self.seed, self.part.rounding
-        )
+        """Compare a matrix entry by entry."""
+        expected = answer.parse_trees(self.domain.roles)
+        return judge_matrix(self.parsed, expected, self.domain, self.seed, self.part.rounding)
 
     def visit_direction(self, answer: answer_types.Direction) -> Judgement:
-        """Compare vectors up to a factor."""
+        """Compare a vector up to a factor."""
         expected = [entry for row in answer.parse_trees(self.domain.roles) for entry in row]
         return judge_direction(self.parsed, expected, self.domain, self.seed, answer.tolerance_with(self.part.rounding))
 
@@ -78,9 +78,9 @@ class _AnswerJudge(answer_types.AnswerVisitor[Judgement]):
         return judge_choice(self.parsed, answer.options, answer.correct)
 
     def visit_selection(self, answer: answer_types.Selection) -> Judgement:
-        """Count the correct options."""
+        """Judge the choice of several options."""
         return judge_selection(self.parsed, len(answer.options), answer.correct)
 
     def visit_matching(self, answer: answer_types.Matching) -> Judgement:
-        """Count the correct pairs."""
+        """Judge the letters chosen for items."""
         return judge_matching(self.parsed, answer.items, answer.correct)

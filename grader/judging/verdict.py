@@ -1,10 +1,10 @@
 """Define the verdict on an answer: outcome, points, reason, and the certificate of the comparison."""
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Mapping
 from dataclasses import dataclass
 from enum import StrEnum
 
-from qdot.exercises.formula.equality import Certificate, EntryDifference
+from qdot.exercises.formula.equality import Certificate
 
 
 class Outcome(StrEnum):
@@ -43,10 +43,10 @@ class Judgement:
 class Diagnosis:
     """The names of the mistakes that together explain a wrong answer, and the feedback for the student (`says`).
 
-    If no mistake is named, the feedback says the student what to look at. `cause` is a single mistake (its name and
-    the values in its message) that explains the whole answer. If the mistake was already found in an earlier part,
-    `inherited` is that part, and the mistake is not named again. `signature` lists the mistakes and where they were
-    made, including inherited ones.
+    If no mistake is named, the feedback tells the student what to look at. `cause` is a single mistake that explains
+    the whole answer: the name of the mistake and the values in the message about it. If the mistake was already found
+    in an earlier part, `inherited` is that part, and the mistake is not named again. `signature` lists the mistakes and
+    their locations, including an inherited mistake.
     """
 
     mistakes: tuple[str, ...]
@@ -60,24 +60,23 @@ class Diagnosis:
     @property
     def is_single_mistake(self) -> bool:
         """Whether a single known mistake, made here or in an earlier part, explains the answer."""
-        return (
-            self.inherited is not None
-            or self.are_alternatives
-            or (len(self.mistakes) == 1 and len(self.signature) <= 1)
-        )
+        is_only_mistake = len(self.mistakes) == 1 and len(self.signature) <= 1
+        return self.inherited is not None or self.are_alternatives or is_only_mistake
 
     @property
     def names(self) -> str:
-        """The names of the mistakes as written in results.jsonl, "" for none."""
+        """The names of the mistakes as written in results.jsonl; "" if there are none."""
         return (" or " if self.are_alternatives else " and ").join(self.mistakes)
 
 
 IGNORED_WORDS = ("degrees", "every", "zero")
-"""Words of a message that don't identify the mistake: numbers of the student's own arm, and properties of J."""
+"""Values in a message that don't identify the mistake: numbers of the student's own arm, and properties of J."""
 
 
 def locate_mistake(mistake: str, words: Mapping[str, object]) -> str:
     """Return a mistake's name and location, such as the joint, as a text that doesn't depend on the arm's numbers.
+
+    `words` are the values in the message about the mistake.
 
     >>> locate_mistake("offset-sign", {"joint": 2, "degrees": "45°"})
     'offset-sign joint=2'
@@ -88,11 +87,12 @@ def locate_mistake(mistake: str, words: Mapping[str, object]) -> str:
 
 @dataclass(frozen=True)
 class Verdict:
-    """The judgement on one part with its points (None if ungraded), the answer's text, and its diagnosis.
+    """The judgement on one part with the points (None if ungraded), the text of the answer, and the diagnosis.
 
-    `group` is the key that all equivalent wrong answers share (`diagnosis.groups`). `follows` marks the entries that
-    follow from the earlier answer. `attempt` is True if a symbolic answer is a real attempt at this arm (a correct
-    answer always is). It is None for options, or if this is unknown.
+    `group` is the key that all equivalent wrong answers share (`diagnosis.groups`). If the answer follows from a wrong
+    answer to an earlier part, `followed_from` is that part, and `follows` says which entries follow. `attempt` is
+    whether a symbolic answer is a real attempt at this arm; a correct answer always is. `attempt` is None for options,
+    or if this is unknown.
     """
 
     part: str
@@ -130,37 +130,6 @@ def partial_judgement(share: float, reason: str, certificate: Certificate | None
 def correct_judgement(certificate: Certificate | None = None, reason: str = "right") -> Judgement:
     """Return the judgement on an answer that passed every comparison."""
     return Judgement(Outcome.CORRECT, 1.0, reason, certificate)
-
-
-# --- phrases that describe a counterexample within a reason; `feedback_levels` can remove them ---
-
-
-def describe_point(point: Mapping[str, float]) -> str:
-    """Return in words the point at which an entry differs, as in " at theta1 = 0.61"; "" without symbols."""
-    assignments = ", ".join(f"{name} = {value:g}" for name, value in point.items())
-    return f" at {assignments}" if assignments else ""
-
-
-def describe_values(example: EntryDifference) -> str:
-    """Return both values, as in ": yours 0.41, expected 0.77"."""
-    return f": yours {format_value(example.yours)}, expected {format_value(example.expected)}"
-
-
-def describe_number(example: EntryDifference, unit: str = "") -> str:
-    """Return both values, as in " is 0.41, and 0.77 rad/s is right"."""
-    expected_words = f"{example.expected:.4g} {unit}".rstrip() if isinstance(example.expected, float) else ""
-    return f" is {format_value(example.yours)}, and {expected_words} is right"
-
-
-def describe_configuration(values: Mapping[str, float], joints: Sequence[str]) -> str:
-    """Return a configuration in words, as in ": theta1 = 0.61, theta2 = -1.32"; the joints come first."""
-    names = [name for name in (*joints, *(n for n in values if n not in joints)) if name in values]
-    return f": {', '.join(f'{name} = {values[name]:.4g}' for name in names) or '(any)'}"
-
-
-def format_value(value: float | str | None) -> str:
-    """Return a value in the form used in a reason."""
-    return f"{value:.6g}" if isinstance(value, float) else str(value)
 
 
 def name_entry(index: int, columns: int) -> str:

@@ -181,11 +181,11 @@ def draw_mistakes(count_by_title: Mapping[str, int]) -> str:
     return _chart("mistakes", 0.3 + 0.27 * len(names), draw)
 
 
-def draw_groups(number: int, names: Sequence[str], shares: Sequence[Sequence[float]]) -> str:
+def draw_groups(number: int, shares_by_group: Mapping[str, Sequence[float]]) -> str:
     """Draw a row for each group: a dot for each student, and a line at the group's mean."""
 
     def draw(axes: "Axes") -> None:
-        for row, values in enumerate(shares):
+        for row, values in enumerate(shares_by_group.values()):
             levels: dict[float, int] = {}
             for value in sorted(values):
                 level = levels[value] = levels.get(value, -1) + 1
@@ -193,12 +193,12 @@ def draw_groups(number: int, names: Sequence[str], shares: Sequence[Sequence[flo
                 axes.plot(value, row + offset, "o", color=COLOURS["bar"], markersize=3.4, markeredgewidth=0)
             mean = sum(values) / len(values)
             axes.plot([mean, mean], [row - 0.42, row + 0.42], color=COLOURS["ink"], linewidth=2.2)
-        _by_row(axes, names)
+        _by_row(axes, list(shares_by_group))
         axes.grid(axis="x")
         axes.set(xlim=(-3, 103), xticks=range(0, 101, 25))
         axes.set_xlabel("% of the points; a line at the mean")
 
-    return _chart(f"variants-{number}", 0.75 + 0.55 * len(names), draw)
+    return _chart(f"variants-{number}", 0.75 + 0.55 * len(shares_by_group), draw)
 
 
 def _by_row(axes: "Axes", names: Sequence[str]) -> None:

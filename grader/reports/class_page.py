@@ -104,7 +104,7 @@ def make_class_page(assignment: Assignment, results: Sequence[Result]) -> str:
         "outcome_chart": charts.draw_outcomes(names, [part.outcome_counts for part in parts]) if graded_ids else "",
         "interval_chart": charts.draw_intervals(names, [part.discrimination for part in parts]),
         "mistake_chart": charts.draw_mistakes({each.title: len(each.students) for each in charted}),
-        "variant_charts": [charts.draw_groups(i, each.groups, each.shares) for i, each in enumerate(compared)],
+        "variant_charts": [charts.draw_groups(i, each.shares_by_group) for i, each in enumerate(compared)],
     }
     return render(
         "reports/report.html.j2", **page_charts, title=assignment.title, results=results, graded=len(graded_ids),

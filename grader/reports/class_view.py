@@ -10,7 +10,7 @@ from qdot.exercises.assignment.lateness import describe_duration
 from qdot.exercises.mistakes.catalogue import CATALOGUE
 from qdot.exercises.short_questions import ALL_QUESTIONS
 from qdot.grader.grading.marking import map_max_points
-from qdot.grader.grading.result import AppliedOverride, PartResult, Result
+from qdot.grader.grading.result import Override, PartResult, Result
 from qdot.grader.judging.verdict import Outcome
 from qdot.grader.reports.answers import make_visible
 from qdot.grader.reports.tables import UNMARKED_STATES, is_marked, work_status
@@ -66,7 +66,7 @@ class AnswerGroup:
     points_range: tuple[float, float]
     max_points: float
     follow_through_count: int
-    override: AppliedOverride | None
+    override: Override | None
 
     @property
     def count(self) -> int:

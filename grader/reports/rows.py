@@ -9,7 +9,7 @@ from qdot.exercises.common.errors import QdotError, shorten
 from qdot.exercises.mistakes.base import name_chapter
 from qdot.exercises.short_questions import ALL_QUESTIONS
 from qdot.grader.grading.marking import format_points
-from qdot.grader.grading.result import AppliedOverride, PartResult, Result
+from qdot.grader.grading.result import Override, PartResult, Result
 from qdot.grader.reports.feedback_levels import limit_feedback
 from qdot.grader.reports.tables import UNMARKED_STATES, work_status
 
@@ -83,7 +83,7 @@ def describe_decisions(result: Result) -> list[str]:
     return notes if result.override is None else [*notes, describe_override(result.override, "Total")]
 
 
-def describe_override(override: AppliedOverride, subject: str) -> str:
+def describe_override(override: Override, subject: str) -> str:
     """Return a note for a student on an override; `subject` is the total, or the points of a part."""
     if override.points is None:
         return f"Your instructor says: {override.comment}"

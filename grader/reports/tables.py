@@ -9,7 +9,7 @@ from qdot.exercises.common.console import escape_controls
 from qdot.exercises.common.input_file import csv_text
 from qdot.exercises.common.json_form import as_json
 from qdot.grader.grading.marking import format_points, sum_points
-from qdot.grader.grading.result import AppliedOverride, Result
+from qdot.grader.grading.result import Override, Result
 
 SUMMARY_COLUMNS = ("score", "max_score", "percent", "status", "late_penalty", "override", "note")
 """The last columns of grades.csv."""
@@ -109,7 +109,7 @@ def count_overridden(result: Result) -> int:
     return sum(override.points is not None for override in result.overrides.values())
 
 
-def _describe_override(name: str, override: AppliedOverride) -> str:
+def _describe_override(name: str, override: Override) -> str:
     if override.points is None:
         return f"{name}: {override.comment}"
     previous_points = "ungraded" if override.was is None else format_points(override.was)

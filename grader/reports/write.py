@@ -9,7 +9,7 @@ from qdot.exercises.assignment.assignment import Assignment, Student
 from qdot.exercises.common.errors import QdotError
 from qdot.exercises.common.files import clean_up_after, sync_disks_after, write_atomically
 from qdot.exercises.common.parallel import keep_state, map_in_order
-from qdot.grader.grading.final_result import ungraded_result
+from qdot.grader.grading.final_result import make_ungraded_result
 from qdot.grader.grading.history import results_path, store_previous_results
 from qdot.grader.grading.result import Result
 from qdot.grader.reports.feedback import make_feedback_page, page_fingerprint
@@ -70,7 +70,7 @@ def _check_writable(assignment: Assignment, student: Student, result: Result) ->
         grades_csv([result], assignment.roster)
         return result
     except Exception as error:  # an error in one student's result must not stop the others
-        return ungraded_result(assignment, student, result.file, error)
+        return make_ungraded_result(assignment, student, result.file, error)
 
 
 def write_page(assignment: Assignment, student: Student, result: Result) -> None:
@@ -87,7 +87,7 @@ def _write_or_mark_ungraded(assignment: Assignment, student_and_result: tuple[St
     except QdotError:
         raise
     except Exception as error:  # an error in one page must not stop the others
-        result = ungraded_result(assignment, student, result.file, error)
+        result = make_ungraded_result(assignment, student, result.file, error)
         with contextlib.suppress(Exception):
             write_page(assignment, student, result)
     return result

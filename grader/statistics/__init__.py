@@ -1,6 +1,6 @@
-"""Compute statistics for the class overview.
+"""Compute statistics for the report on a class.
 
-This package imports results, and the modules that judge answers.
+This package imports problems and their certificates.
 
     statistics                  compute the discrimination of parts, the reliability, and permutation tests
     fairness_tests              test whether some variants were harder than others

@@ -1,8 +1,8 @@
-"""Test whether students with some variants of a problem did better than others by more than chance.
+"""Test whether students with some arms did better than students with other arms by more than chance.
 
 Each student gets a different arm of about the same difficulty. The arms are grouped by visible features: the kinds of
-joints, offsets, senses of the axes, and so on. A permutation test computes how often random groups differ as much. The
-p-values are corrected by Holm's method, because there are many such tests.
+joints, offsets, senses of the axes, and so on. A permutation test computes how often random groups of students differ
+as much. The p-values are corrected by Holm's method, because there are many such tests.
 """
 
 from collections import Counter
@@ -19,7 +19,7 @@ from qdot.exercises.singularities.difficulty import difficulty_band
 from qdot.grader.statistics.statistics import holm_correction, permutation_p_value
 
 MIN_GROUP_SIZE = 3
-"""Minimum number of students in a group; smaller groups are merged into OTHERS."""
+"""Minimum number of students in a group; smaller groups are merged into `OTHERS_GROUP`."""
 OTHERS_GROUP = "others"
 SIGNIFICANCE_LEVEL = 0.05
 """A corrected p-value below this is reported as "hardly chance"."""
@@ -27,7 +27,7 @@ SIGNIFICANCE_LEVEL = 0.05
 
 @dataclass(frozen=True)
 class Comparison:
-    """The shares of a problem's points (in %) of the students in each group, and the p-value of the differences.
+    """The shares of a problem's points (in %) of the students in each group of arms with the same `feature`.
 
     `p_value` is the p-value of the permutation test, and `corrected_p_value` the p-value after Holm's correction for
     all comparisons of the class.
@@ -35,15 +35,9 @@ class Comparison:
 
     slot: str
     feature: str
-    groups: tuple[str, ...]
-    shares: tuple[tuple[float, ...], ...]
+    shares_by_group: Mapping[str, tuple[float, ...]]
     p_value: float
     corrected_p_value: float = 1.0
-
-    @property
-    def shares_of_groups(self) -> dict[str, tuple[float, ...]]:
-        """The shares by the name of their group."""
-        return dict(zip(self.groups, self.shares, strict=True))
 
     @property
     def verdict(self) -> str:
@@ -52,11 +46,13 @@ class Comparison:
 
 
 def _describe_twists(chain: Chain) -> str:
+    """Return how many twist angles (alpha) of the DH table are negative or 180°."""
     twists = [row.alpha for row in convention_of(chain).rows if row.alpha.is_number]
     return f"{count_noun(sum(bool(twist < 0) or twist == sp.pi for twist in twists), 'twist')} negative or 180°"
 
 
 def _describe_base(chain: Chain) -> str:
+    """Return how the base frame differs from the world frame."""
     base = convention_of(chain).base
     if base.is_world:
         return "base frame = world frame"
@@ -64,16 +60,19 @@ def _describe_base(chain: Chain) -> str:
 
 
 def _describe_point(chain: Chain) -> str:
+    """Return whether the point P is the origin of the last frame."""
     return f"P {'at' if convention_of(chain).point.is_origin else 'not at'} the origin of the last frame"
 
 
 def _describe_directions(chain: Chain) -> str:
+    """Return how many axes are oblique when the arm is at home."""
     axes = axes_of(chain)[0]
     oblique_count = sum(sum(entry != 0 for entry in axis.direction) > 1 for axis in axes)
     return f"{oblique_count} of {chain.n} axes at home not parallel to a coordinate axis"
 
 
 def _describe_components(chain: Chain) -> str:
+    """Return how many axes have a direction with a negative component when the arm is at home."""
     axes = axes_of(chain)[0]
     count = sum(any(bool(entry < 0) for entry in axis.direction if entry.is_number) for axis in axes)
     return f"{count} of {chain.n} axes at home with a negative component"
@@ -104,8 +103,8 @@ def compare_groups(
 ) -> list[Comparison]:
     """Return a comparison for every feature in which the arms of a slot of the assignment differ.
 
-    `shares` are the percentages of the points that the students earned. `varied` means that the family samples the
-    structure. Groups of fewer than three students are merged into "others".
+    `chains` are the students' arms, and `shares` the percentages of the points that the students earned. `varied`
+    means that the family also samples the structure: the kinds and the order of joints and links.
     """
     comparisons = []
     show_tables = {convention_of(chain).shows_table for chain in chains}
@@ -120,17 +119,16 @@ def compare_groups(
             continue
         p_value = permutation_p_value(shares, names, f"{seed}/{slot}/{feature}")
         pairs = list(zip(shares, names, strict=True))
-        group_shares = tuple(tuple(share for share, name in pairs if name == group) for group in groups)
-        assert p_value is not None
-        comparisons.append(Comparison(slot, feature, tuple(groups), group_shares, p_value))
+        shares_by_group = {group: tuple(share for share, name in pairs if name == group) for group in groups}
+        comparisons.append(Comparison(slot, feature, shares_by_group, p_value))
     return comparisons
 
 
 def correct_p_values(comparisons: Sequence[Comparison]) -> list[Comparison]:
     """Return the comparisons with their corrected p-values, the smallest p-values first."""
-    values = holm_correction([each.p_value for each in comparisons])
-    corrected = [replace(each, corrected_p_value=value) for each, value in zip(comparisons, values, strict=True)]
-    return sorted(corrected, key=lambda each: (each.corrected_p_value, each.p_value, each.slot, each.feature))
+    values = holm_correction([test.p_value for test in comparisons])
+    corrected = [replace(test, corrected_p_value=value) for test, value in zip(comparisons, values, strict=True)]
+    return sorted(corrected, key=lambda test: (test.corrected_p_value, test.p_value, test.slot, test.feature))
 
 
 def describe_p_value(p_value: float) -> str:

@@ -1,4 +1,4 @@
-"""Count the students of a class who share an answer with another, from the certificates of their problems."""
+"""Count the students of a class whose correct answer is the same as another student's, from their certificates."""
 
 from collections import Counter
 
@@ -13,20 +13,21 @@ MIN_SHARING_STUDENTS, MIN_SHARING_FRACTION = 3, 0.05
 
 
 def describe_shared_answers(assignment: Assignment) -> list[str]:
-    """Return a line for each slot of the assignment in which many students share an answer.
+    """Return a line for each slot of the assignment in which many students share a correct answer.
 
-    Two students share an answer if their parts have the same digest, which covers the question, the given data and the
+    Two students share an answer if their parts have the same digest, which covers the question, the data and the
     correct answer.
     """
     parts: dict[str, list[dict[str, str]]] = {slot.name: [] for slot in assignment.slots}
     for student in assignment.roster:
-        for name, digests in _answer_digests(assignment, student.id).items():
+        for name, digests in _read_digests(assignment, student.id).items():
             if name in parts:
                 parts[name].append(digests)
     return [line for slot in assignment.slots if (line := _describe_sharing(slot, parts[slot.name]))]
 
 
-def _answer_digests(assignment: Assignment, student: str) -> dict[str, dict[str, str]]:
+def _read_digests(assignment: Assignment, student: str) -> dict[str, dict[str, str]]:
+    """Return the digests of a student's parts by slot and part; {} if the certificate is damaged or out of date."""
     try:
         certificate = read_certificate(certificate_path(assignment, student), assignment.key, student)
     except QdotError:
@@ -37,6 +38,7 @@ def _answer_digests(assignment: Assignment, student: str) -> dict[str, dict[str,
 
 
 def _describe_sharing(slot: Slot, digests: list[dict[str, str]]) -> str:
+    """Return the line on a slot, given the digests of each student by part; "" if few students share an answer."""
     sharing: dict[int, list[str]] = {}
     for question in slot.questions:
         digest_counts = Counter(parts[question] for parts in digests if question in parts)

@@ -1,6 +1,7 @@
 """Compute statistics of a class from plain numbers: discrimination, reliability, p-values of permutation tests.
 
-A function returns None if there are too few numbers. Notation: n students, k parts, r a correlation.
+Discrimination and reliability are None if there are too few students. Notation: n is the number of students, k the
+number of parts, and r a correlation.
 """
 
 import math
@@ -16,7 +17,10 @@ MIN_STUDENTS = 10
 """Minimum number of students for a correlation or a reliability."""
 PERMUTATIONS = 4999
 """Number of random permutations of the marks in a test."""
+BATCH_SIZE = 500
+"""Number of permutations that are in memory at the same time."""
 _TOLERANCE = 1e-9
+"""Differences below this are taken for rounding errors."""
 
 Numbers = Sequence[float]
 
@@ -44,8 +48,8 @@ def correlation(first: Numbers, second: Numbers) -> float | None:
 def discrimination(rows: Sequence[Numbers], part: int) -> Interval | None:
     """Return the corrected item-total correlation of a part: its correlation with the sum of the other parts.
 
-    Each of the `rows` has the points of one student. Return None if there are fewer than `MIN_STUDENTS` students or
-    only one part, or if the points don't vary.
+    Each of the `rows` has the points of one student; `part` is an index. Return None if there are fewer than
+    `MIN_STUDENTS` students or only one part, or if the points don't vary.
     """
     if len(rows) < MIN_STUDENTS or len(rows[0]) < 2:
         return None
@@ -66,7 +70,10 @@ def fisher_interval(r: float, n: int) -> Interval:
 
 
 def reliability(rows: Sequence[Numbers]) -> float | None:
-    """Return Cronbach's alpha: k/(k − 1) · (1 − sum of the parts' variances / variance of the totals)."""
+    """Return Cronbach's alpha: k/(k − 1) · (1 − sum of the parts' variances / variance of the totals).
+
+    Each of the `rows` has the points of one student. Return None in the same cases as `discrimination`.
+    """
     if len(rows) < MIN_STUDENTS or len(rows[0]) < 2:
         return None
     k = len(rows[0])
@@ -78,16 +85,14 @@ def reliability(rows: Sequence[Numbers]) -> float | None:
 # --- chance ---
 
 
-def permutation_p_value(values: Numbers, groups: Sequence[Hashable], seed: str) -> float | None:
-    """Return the p-value of a permutation test: how often random groups differ in their means as much as these.
+def permutation_p_value(values: Numbers, groups: Sequence[Hashable], seed: str) -> float:
+    """Return the p-value of a permutation test: how often random groups differ in their means as much as these groups.
 
-    The statistic is the variance between the groups' means, weighted by group size. No normal distribution is assumed.
-    The observed grouping counts as one of `PERMUTATIONS` + 1, so that p is never 0. Return None if there is only one
-    group.
+    `groups` has the group of each of the values. The statistic is the variance between the groups' means, weighted by
+    group size. No normal distribution is assumed. The observed grouping counts as one of `PERMUTATIONS` + 1, so that p
+    is never 0.
     """
     names = list(dict.fromkeys(groups))
-    if len(names) < 2:
-        return None
     deviations = np.asarray(values, dtype=float) - math.fsum(values) / len(values)
     membership = np.array([[group == name for name in names] for group in groups], dtype=float)
     sizes = membership.sum(axis=0)
@@ -97,26 +102,25 @@ def permutation_p_value(values: Numbers, groups: Sequence[Hashable], seed: str) 
 
     observed_variance = float(between_group_variance(deviations))
     scale = max(float((deviations**2).sum()), _TOLERANCE)
-    exceeding_count = sum(
-        int((between_group_variance(deviations[order]) >= observed_variance - _TOLERANCE * scale).sum())
-        for order in _permutations(len(deviations), seed)
-    )
-    return (1 + exceeding_count) / (1 + PERMUTATIONS)
+    threshold, count = observed_variance - _TOLERANCE * scale, 0
+    for orders in _generate_permutations(len(deviations), seed):
+        count += int((between_group_variance(deviations[orders]) >= threshold).sum())
+    return (1 + count) / (1 + PERMUTATIONS)
 
 
-def _permutations(n: int, seed: str, batch_size: int = 500) -> Iterator[np.ndarray]:
-    """Yield arrays of up to `batch_size` permutations of n numbers.
+def _generate_permutations(n: int, seed: str) -> Iterator[np.ndarray]:
+    """Yield arrays of up to `BATCH_SIZE` permutations of the numbers 0 to n − 1, one permutation in each row.
 
-    They are the ranks of raw PCG64 output, which is the same in all versions of NumPy.
+    The permutations are the ranks of raw PCG64 output, which is the same in all versions of NumPy.
     """
     generator = np.random.PCG64(Stream(seed).integer_below(1 << 62))
-    for start in range(0, PERMUTATIONS, batch_size):
-        size = min(batch_size, PERMUTATIONS - start)
+    for start in range(0, PERMUTATIONS, BATCH_SIZE):
+        size = min(BATCH_SIZE, PERMUTATIONS - start)
         yield np.argsort(generator.random_raw((size, n)), axis=1, kind="stable")
 
 
 def holm_correction(p_values: Numbers) -> list[float]:
-    """Correct p-values by Holm's method, because the smallest of many p-values may be small by chance.
+    """Return p-values corrected by Holm's method, because the smallest of many p-values may be small by chance.
 
     >>> holm_correction([0.01, 0.04, 0.03])
     [0.03, 0.06, 0.06]

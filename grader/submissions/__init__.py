@@ -1,9 +1,9 @@
-"""Finds and unpacks the files that students submit, splits them into cells, and locates the answers.
+"""Find and unpack the files that students submit, split them into cells, and locate the answers.
 
-It imports the sandbox and judging.
+This package imports the sandbox and the problems; the package grading imports this package.
 
-    cells, archives     a file as cells; zip and tar archives, within limits
-    layouts, roster     how platforms name submissions; which student submitted them
-    submission          the files of each student, the one to grade first
-    answer_locator      the cell with the answer to each part
+    cells, archives     split a file into cells; unpack zip and tar archives, within limits
+    layouts, roster     recognise how platforms name submissions; find the student who submitted them
+    submission          list the files of each student, and read the notebook to grade
+    answer_locator      find the answer to each part in the cells
 """

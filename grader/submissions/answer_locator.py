@@ -1,7 +1,8 @@
 """Locate the answer to each part in a notebook, by the variable's name and by the answer cell's metadata.
 
-The value of the variable at the end of the notebook counts, because students who run all cells see the same value. If
-another value is used to save an answer, a note says so. Cells are numbered from the top, including text cells.
+An answer cell is a cell whose metadata name a part. The value of the part's variable at the end of the notebook counts,
+because students who run all cells see the same value. If another value is used to save an answer, a note for the
+student says so. In notes, cells are numbered from the top, including text cells.
 """
 
 import ast
@@ -15,7 +16,7 @@ from dataclasses import dataclass, field
 from qdot.exercises.problem.problem import Problem, name_answer_variable
 from qdot.grader.sandbox.contained.ipython import translate_to_python
 from qdot.grader.sandbox.sandbox import Run
-from qdot.grader.submissions.cells import Cell, OverLimit, first_syntax_error, parse_python, printable_name
+from qdot.grader.submissions.cells import Cell, OverLimit, find_first_syntax_error, make_printable, parse_python
 
 MAX_SEARCHED = 50
 """Maximum number of text cells, and of variables with similar names, that are searched for an answer."""
@@ -24,17 +25,18 @@ MAX_CELL_CHARACTERS = 30_000
 """Maximum length in characters of a cell that is parsed for answers; longer cells are only run."""
 
 MAX_PARSED_CHARACTERS = 3_000_000
-"""Maximum total number of characters that are parsed for a notebook; each text is parsed only once."""
+"""Maximum total number of characters that are parsed for a notebook; equal texts are parsed only once."""
 
 RunCells = Callable[[Sequence[str | None], Sequence[str]], Run]
-"""Runs cells, except those that are None, and returns the run with the values of the variables of the given names."""
+"""A function that runs cells, except those that are None, and returns the run with the values of named variables."""
 
 
 @dataclass
 class Answers:
-    """The answers of a notebook: its run, the reason why each missing answer is missing (by variable), and notes.
+    """The answers of a notebook: its run with the answers by variable, and notes for the student.
 
-    `forbidden_stops` has a note for the staff on each cell that stopped because it tried something forbidden.
+    `reasons` maps the variable of each missing answer to the reason why the answer is missing. `forbidden_stops` has a
+    note for the staff on each cell that stopped because it tried something forbidden.
     """
 
     run: Run
@@ -42,13 +44,13 @@ class Answers:
     notes: list[str] = field(default_factory=list)
     forbidden_stops: list[str] = field(default_factory=list)
 
-    def texts_by_part(self, slot: str, problem: Problem) -> dict[str, str]:
+    def map_texts(self, slot: str, problem: Problem) -> dict[str, str]:
         """Return the texts of the answers to a problem, by the name of the part."""
         names = {part.name: name_answer_variable(slot, part.name) for part in problem.parts}
         return {part: self.run.answers[name] for part, name in names.items() if name in self.run.answers}
 
-    def reason_missing(self, slot: str, part: str) -> str:
-        """Return why there is no answer to a part; empty if there is one."""
+    def explain_missing(self, slot: str, part: str) -> str:
+        """Return the reason why there is no answer to a part; empty if there is an answer."""
         return self.reasons.get(name_answer_variable(slot, part), "")
 
 
@@ -72,14 +74,10 @@ def find_answers(cells: Sequence[Cell], parts: Sequence[str], run_cells: RunCell
         return run_cells([*sources, *(sources[index] for index in cells_lacking_name)], list(names.values()))
 
     stop_notes = {index: _describe_stop(notebook, index, result) for index in sorted({*errors, *result.failed_imports})}
-    answers = Answers(result, notes=notebook.notes)
+    forbidden_cells = [index for index, error in sorted(errors.items()) if error.startswith("PermissionError")]
+    answers = Answers(result, {}, notebook.notes, [stop_notes[index] for index in forbidden_cells])
     answers.notes += _find_first_stop(notebook, stop_notes)
-    answers.forbidden_stops += [
-        stop_notes[index] for index in sorted(errors) if errors[index].startswith("PermissionError")
-    ]
-    answers.notes += [
-        _describe_lost_symbol(name, *replacement) for name, replacement in result.replaced_symbols.items()
-    ]
+    answers.notes += [_describe_lost_symbol(name, *number) for name, number in result.replaced_symbols.items()]
     answers.notes += [*_describe_overtime(notebook, result), *filter(None, [_describe_end(result)])]
     for part, name in names.items():
         if _is_missing(result, name):
@@ -111,7 +109,11 @@ def guess_parts(cells: Sequence[Cell], questions: Sequence[str]) -> list[str]:
 
 
 class _Notebook:
-    """A notebook's cells: the names that each cell sets, the source that is run for it, and notes on changes to it."""
+    """A notebook's cells, with the source that is run for each cell and the names that this source sets.
+
+    `names` maps each part to its variable. `notes` describe changes of the source, made to save answers. Cells are
+    given by their indices.
+    """
 
     def __init__(self, cells: Sequence[Cell], names: Mapping[str, str]) -> None:
         self.cells, self.names, self.notes = cells, names, list[str]()
@@ -119,9 +121,9 @@ class _Notebook:
         self.sources = {index: cell.source for index, cell in enumerate(cells) if cell.is_code}
         slots = "|".join(sorted({re.escape(part.split(".")[0]) for part in names})) or "$^"
         self._relevant = re.compile(rf"\b(?:{slots})_?\w", re.IGNORECASE)
-        self.names_set = {index: self._names_set_by(index) for index in self.sources}
+        self.names_set = {index: self._find_names_set(index) for index in self.sources}
 
-    def _names_set_by(self, index: int) -> set[str]:
+    def _find_names_set(self, index: int) -> set[str]:
         """Return the names that a cell sets; an empty set if the cell can't contain an answer."""
         cell = self.cells[index]
         if cell.part not in self.names and not self._relevant.search(cell.source):
@@ -129,7 +131,7 @@ class _Notebook:
         tree = self._parse_cell(cell.source)
         if tree is None:  # guess the names; the run will report the error in the cell
             return set(re.findall(r"(?m)^[ \t]*(\w+)\b[^\n=!<>]*=(?!=)", cell.source[:MAX_CELL_CHARACTERS]))
-        return set(_bound_names(tree, cell.source))
+        return set(_find_bound_names(tree, cell.source))
 
     def find_setters(self, name: str) -> list[int]:
         """Return the indices of the cells that set a variable."""
@@ -140,18 +142,18 @@ class _Notebook:
         return [index for index, cell in enumerate(self.cells) if cell.part == part]
 
     def locate(self, part: str) -> None:
-        """If no cell sets the variable of a part, find the answer elsewhere, and assign it in the source to run."""
+        """If no cell sets the variable of a part, find the answer elsewhere and assign it in the source that is run."""
         name, setters = self.names[part], self.find_setters(self.names[part])
         marked_cells = [index for index in self.find_marked_cells(part) if index in self.sources]
-        assigning_cells = [index for index in marked_cells if isinstance(self._answer_statement(index), ast.Assign)]
+        assigning_cells = [index for index in marked_cells if isinstance(self._find_statement(index), ast.Assign)]
         if setters:
             if assigning_cells and not set(marked_cells) & set(setters):
                 note = f"{name} is set in {_name_cells(setters)}, and qdot used this value"
                 self.notes.append(f"{note}; its answer cell, {_name_cells(assigning_cells)}, does not set it")
             return
-        several = f", the last of {_name_cells(marked_cells)}," if len(marked_cells) > 1 else ""
+        position = f", the last of {_name_cells(marked_cells)}," if len(marked_cells) > 1 else ""
         for index in reversed(assigning_cells or marked_cells):
-            if self._use_as_answer(index, part, f"{_name_cells([index])}{several} is the answer cell of {name}"):
+            if self._use_as_answer(index, part, f"{_name_cells([index])}{position} is the answer cell of {name}"):
                 return
         assignment = re.compile(rf"(?m)^ *`*{name} *=(?!=)")
         texts = [(index, cell) for index, cell in enumerate(self.cells) if index not in self.sources]
@@ -163,12 +165,9 @@ class _Notebook:
         """Use a misspelt variable, such as P1_Jacobian, for one that no cell sets, if exactly one name is similar."""
         answer_names, start = list(self.names.values()), name[:2].casefold()
         other_names = sorted(set().union(*self.names_set.values()) - set(answer_names))
-        candidates = [x for x in other_names if abs(len(x) - len(name)) < 3 and x[:2].casefold() == start]
-        similar_names = [
-            candidate
-            for candidate in candidates[:MAX_SEARCHED]
-            if difflib.get_close_matches(candidate.casefold(), answer_names, 1, 0.87) == [name]
-        ]
+        names = [other for other in other_names if abs(len(other) - len(name)) < 3 and other[:2].casefold() == start]
+        find_similar = functools.partial(difflib.get_close_matches, possibilities=answer_names, n=1, cutoff=0.87)
+        similar_names = [other for other in names[:MAX_SEARCHED] if find_similar(other.casefold()) == [name]]
         if len(similar_names) != 1:
             return
         (similar_name,) = similar_names
@@ -181,7 +180,7 @@ class _Notebook:
                 self.notes.append(f"no cell sets {name}; qdot used {similar_name} in {_name_cells([index])} instead")
                 return
 
-    def _answer_statement(self, index: int) -> "ast.Assign | ast.Expr | None":
+    def _find_statement(self, index: int) -> "ast.Assign | ast.Expr | None":
         """Return the statement with the answer in an answer cell, whatever its variable is called; None if unknown."""
         tree = self._parse_cell(self.sources[index])
         if tree is None or not tree.body:
@@ -199,7 +198,7 @@ class _Notebook:
 
     def _use_as_answer(self, index: int, part: str, reason: str) -> bool:
         """Use the value of an answer cell as the answer to its part; return False if the cell has no value to use."""
-        name, statement = self.names[part], self._answer_statement(index)
+        name, statement = self.names[part], self._find_statement(index)
         if statement is None:
             return False
         target = statement.targets[-1] if isinstance(statement, ast.Assign) else None
@@ -216,7 +215,7 @@ class _Notebook:
         return True
 
     def _replace_text(self, index: int, line_number: int, begin: int, end: int, text: str) -> None:
-        """Replace the bytes from `begin` to `end` of a line by a text; Python's syntax trees count bytes."""
+        """Replace the bytes from `begin` to `end` of a line of a cell by a text; Python's syntax trees count bytes."""
         lines = translate_to_python(self.sources[index]).split("\n")
         line = lines[line_number - 1].encode()
         lines[line_number - 1] = (line[:begin] + text.encode() + line[end:]).decode()
@@ -230,7 +229,7 @@ class _Notebook:
             return False
         reason = f"{_name_cells([index])} is a text cell, not a code cell"
         tree = self._parse(code)
-        self.sources[index], self.names_set[index] = code, set(_bound_names(tree, code)) if tree else {name}
+        self.sources[index], self.names_set[index] = code, set(_find_bound_names(tree, code)) if tree else {name}
         if name in self.names_set[index]:
             self.notes.append(f"{reason}; qdot ran its text as code for {name}")
         elif not self._use_as_answer(index, part, f"{reason},"):
@@ -266,11 +265,11 @@ class _Notebook:
             code = "\n".join(lines).strip().strip("`")
             if self._parse(code) is not None:
                 return code
-            del lines[max(0, min(first_syntax_error(code), len(lines)) - 1) :]
+            del lines[max(0, min(find_first_syntax_error(code), len(lines)) - 1) :]
         return None
 
 
-def _bound_names(tree: ast.AST, source: str) -> Iterator[str]:
+def _find_bound_names(tree: ast.AST, source: str) -> Iterator[str]:
     """Yield the names that statements set, except inside functions."""
     search_expressions = ":=" in source or "for" in source
     unvisited_nodes = [tree]  # no recursion: the tree of a sum of a thousand terms is a thousand levels deep
@@ -297,7 +296,7 @@ def _only_displays(statement: ast.Expr) -> bool:
 
 
 def _is_likely_code(statement: ast.stmt) -> bool:
-    """Return whether a statement is likely to be code; a word or two of prose may be valid Python, too."""
+    """Return whether a statement is likely to be code. A word or two of prose may also be valid Python."""
     is_code = isinstance(statement, ast.Expr) and isinstance(statement.value, (ast.Call, ast.BinOp, ast.List, ast.Dict))
     return is_code or isinstance(statement, ast.Assign)
 
@@ -306,10 +305,12 @@ def _is_likely_code(statement: ast.stmt) -> bool:
 
 
 def _is_blank(text: str) -> bool:
+    """Return whether an answer is empty or contains only placeholders."""
     return re.fullmatch(r"(?:blank|[\s\[\](){},\"'])*", text) is not None
 
 
 def _is_missing(run: Run, name: str) -> bool:
+    """Return whether a variable has no value or a blank value."""
     return name not in run.answers or _is_blank(run.answers[name])
 
 
@@ -318,10 +319,9 @@ def _use_earlier_value(answers: Answers, name: str) -> None:
     run = answers.run
     earlier_values = [text for text in run.earlier_values.get(name, ()) if not _is_blank(text)]
     if earlier_values:
-        reason = run.unreadable_reasons.get(name, "")
+        reason = run.unreadable_reasons.pop(name, "")
         state = "left blank" if name in run.answers else f"unreadable ({reason})"
         run.answers[name] = earlier_values[-1]
-        run.unreadable_reasons.pop(name, None)
         answers.notes.append(f"{name} is {state} at the end of the notebook; qdot used its earlier value")
 
 
@@ -330,9 +330,8 @@ def _use_second_run(answers: Answers, name: str, setters: Sequence[int], second_
     value = second_run.answers.get(name)
     if value is not None and not _is_blank(value):
         answers.run.answers[name] = value
-        error = answers.run.cell_errors[setters[-1]]
-        message = f"{_name_cells(setters)} stopped ({error}); qdot ran it again after all other cells and got {name}"
-        answers.notes.append(message)
+        cause = f"{_name_cells(setters)} stopped ({answers.run.cell_errors[setters[-1]]})"
+        answers.notes.append(f"{cause}; qdot ran it again after all other cells and got {name}")
 
 
 def _note_several_values(answers: Answers, part: str, name: str, notebook: _Notebook) -> None:
@@ -341,22 +340,20 @@ def _note_several_values(answers: Answers, part: str, name: str, notebook: _Note
     setters = notebook.find_setters(name)
     if len(setters) < 2 or any(note.startswith(f"{name} is ") for note in answers.notes):
         return
-    stopped = [index for index in setters if index in errors]
+    stopped_cells = [index for index in setters if index in errors]
     values = {text for text in answers.run.earlier_values.get(name, ()) if not _is_blank(text)}
-    several = f"{name} is set in {_name_cells(setters)}"
-    if stopped:
-        answers.notes.append(f"{several}, but {_name_cells(stopped)} stopped ({errors[stopped[-1]]})")
+    fact = f"{name} is set in {_name_cells(setters)}"
+    if stopped_cells:
+        answers.notes.append(f"{fact}, but {_name_cells(stopped_cells)} stopped ({errors[stopped_cells[-1]]})")
     elif len(values) > 1 and sum(notebook.cells[index].part in (part, None) for index in setters) > 1:
-        answers.notes.append(f"{several}; qdot used its value at the end of the notebook")
+        answers.notes.append(f"{fact}; qdot used its value at the end of the notebook")
 
 
 def _describe_lost_symbol(name: str, index: int, value: str) -> str:
-    """Return a note that a number replaced a symbol in the answers after a cell."""
-    name, value = printable_name(name), printable_name(value)
-    return (
-        f"{name} = {value} in {_name_cells([index])} replaces the symbol by a number, also in later answers. Use .subs "
-        f"to insert a value, and {name} = symbols('{name}') to restore the symbol"
-    )
+    """Return a note that a number, which a cell assigned to a symbol, replaced the symbol in answers."""
+    name, value = make_printable(name), make_printable(value)
+    problem = f"{name} = {value} in {_name_cells([index])} replaces the symbol by a number, also in later answers"
+    return f"{problem}. Use .subs to insert a value, and {name} = symbols('{name}') to restore the symbol"
 
 
 def _describe_overtime(notebook: _Notebook, run: Run) -> list[str]:
@@ -364,7 +361,8 @@ def _describe_overtime(notebook: _Notebook, run: Run) -> list[str]:
     notes = []
     for index, error in run.cell_errors.items():
         if error.startswith(OVERTIME_ERRORS):
-            used_names = [x for x in notebook.names.values() if x in notebook.names_set[index] and x in run.answers]
+            names_set = notebook.names_set[index]
+            used_names = [name for name in notebook.names.values() if name in names_set and name in run.answers]
             effect = f"; qdot used {' and '.join(used_names)}, which the cell had already set" if used_names else ""
             notes.append(f"{_name_cells([index])} was stopped: {error}{effect}")
     return notes
@@ -375,7 +373,7 @@ OVERTIME_ERRORS = "it took longer than", "it waited longer than"
 
 
 def _describe_stop(notebook: _Notebook, index: int, run: Run) -> str:
-    """Return a note on where a cell stopped, or after which failed import it continued, and why."""
+    """Return a note on the line at which a cell stopped, or on a failed import after which it continued."""
     reasons = [_describe_missing_import(notebook, index, run)]
     if index in run.cell_errors:
         location = f" at {_quote_line(notebook, index, run.stop_lines[index])}" if index in run.stop_lines else ""
@@ -392,26 +390,30 @@ def _describe_missing_import(notebook: _Notebook, index: int, run: Run) -> str:
 
 
 def _quote_line(notebook: _Notebook, index: int, line_number: int) -> str:
+    """Return the number of a line in a cell, and its text."""
     lines = notebook.sources[index].split("\n")[line_number - 1 : line_number]
-    return ", ".join([f"line {line_number}", *(printable_name(line.strip()) for line in lines)])
+    return ", ".join([f"line {line_number}", *(make_printable(line.strip()) for line in lines)])
 
 
-def _find_first_stop(notebook: _Notebook, stops: Mapping[int, str]) -> list[str]:
-    """Return the note on the first cell that stopped above all answers, because they may depend on it; else ""."""
+def _find_first_stop(notebook: _Notebook, stop_notes: Mapping[int, str]) -> list[str]:
+    """Return the note on the first cell that stopped if this cell is above all answers, which may depend on it.
+
+    The note is in a list, which is empty otherwise. `stop_notes` are the notes by the index of the cell.
+    """
     first_answer = min((index for index, names in notebook.names_set.items() if names), default=len(notebook.cells))
-    return [stops[index] for index in sorted(stops) if index < first_answer][:1]
+    return [stop_notes[index] for index in sorted(stop_notes) if index < first_answer][:1]
 
 
-def _explain_missing(part: str, name: str, notebook: _Notebook, run: Run, stops: Mapping[int, str]) -> str:
-    """Return a phrase that says why a part has no answer."""
+def _explain_missing(part: str, name: str, notebook: _Notebook, run: Run, stop_notes: Mapping[int, str]) -> str:
+    """Return a clause that says why a part has no answer; `name` is the part's variable."""
     if name in run.unreadable_reasons:
         return f"qdot can't parse the value of {name}: {run.unreadable_reasons[name]}"
     cells = [*notebook.find_setters(name), *notebook.find_marked_cells(part)]
-    stopped = next((index for index in cells if index in run.cell_errors), None)
-    if stopped is not None:
-        error = run.cell_errors[stopped]
-        cause = _describe_missing_import(notebook, stopped, run) or _find_cause(error, stopped, notebook, stops)
-        cause = cause or next((advice for sign, advice in _ADVICE_BY_ERROR.items() if sign in error), "")
+    stopped_cell = next((index for index in cells if index in run.cell_errors), None)
+    if stopped_cell is not None:
+        error, notes_above = run.cell_errors[stopped_cell], {k: v for k, v in stop_notes.items() if k < stopped_cell}
+        cause = _describe_missing_import(notebook, stopped_cell, run) or _find_cause(error, notebook, notes_above)
+        cause = cause or next((advice for pattern, advice in _ADVICE_BY_ERROR.items() if pattern in error), "")
         return f"the cell of this answer stopped: {error}" + (f"; {cause}" if cause else "")
     if run.end != "done":
         return _describe_end(run)
@@ -423,7 +425,7 @@ def _explain_missing(part: str, name: str, notebook: _Notebook, run: Run, stops:
 
 
 def _describe_end(run: Run) -> str:
-    """Return a note on how a run ended early, and in which cell; empty if it did not end early."""
+    """Return a note on how a run ended early, and in which cell; empty if the run did not end early."""
     return run.describe_end() if run.last_begun_cell is None else run.describe_end(_name_cells([run.last_begun_cell]))
 
 
@@ -434,17 +436,17 @@ _ADVICE_BY_ERROR = {
 """Advice on errors that beginners may not understand, by a part of the error's message."""
 
 
-def _find_cause(error: str, stopped: int, notebook: _Notebook, stops: Mapping[int, str]) -> str:
-    """Return the note on the likely cause if a cell lacks a name; empty if there is none.
+def _find_cause(error: str, notebook: _Notebook, notes_above: Mapping[int, str]) -> str:
+    """Return the note on the likely cause if the error of a cell is an undefined name; otherwise "".
 
-    The cause is a cell above that stopped: the first one that mentions the name, else the first one.
+    The cause is a cell above that stopped, preferably the first cell that mentions the name. `notes_above` are the
+    notes on these cells.
     """
     name_error = re.match(r"NameError: name '(\w+)'", error)
-    stops_above = [index for index in sorted(stops) if index < stopped] if name_error else []
-    likely_stops = [
-        index for index in stops_above if name_error and name_error[1] in notebook.sources[index]
-    ] or stops_above
-    return stops[likely_stops[0]] if likely_stops else ""
+    if name_error is None:
+        return ""
+    likely_cells = [index for index in sorted(notes_above) if name_error[1] in notebook.sources[index]]
+    return next((notes_above[index] for index in (*likely_cells, *sorted(notes_above))), "")
 
 
 def _name_cells(indices: Sequence[int]) -> str:

@@ -1,7 +1,7 @@
 """List, read and unpack the files in untrusted zip and tar archives, within limits.
 
-No file is written to the path given in an archive, except by `unpack_temporarily`, which writes it below a temporary
-folder. Archives inside archives are not opened.
+Only `unpack_temporarily` writes files, below a temporary folder. All other functions read archives in memory. Archives
+inside archives are not opened.
 """
 
 import contextlib
@@ -18,11 +18,10 @@ import unicodedata
 import zipfile
 import zlib
 from collections.abc import Iterator
-from dataclasses import dataclass
 from pathlib import Path, PurePosixPath
 
 from qdot.grader.sandbox.own_folder import make_temporary_folder
-from qdot.grader.submissions.cells import MAX_FILE_BYTES, NOTEBOOK_ADVICE, OverLimit, Unreadable, printable_name
+from qdot.grader.submissions.cells import MAX_FILE_BYTES, NOTEBOOK_ADVICE, OverLimit, Unreadable, make_printable
 
 MAX_FILES = 10_000
 """Maximum number of files in an archive that a student submits."""
@@ -37,37 +36,29 @@ ARCHIVE_ERRORS = (
 """The exceptions that the libraries raise for damaged or malicious archives."""
 
 
-@dataclass(frozen=True)
-class ArchiveMember:
-    """A file in an archive: its name in the archive, and its size in bytes according to the archive."""
-
-    name: str
-    size: int
-
-
 def is_archive(first_bytes: bytes) -> bool:
-    """Return whether the first 512 bytes of a file are those of an archive that qdot can open."""
+    """Return whether a file whose first 512 bytes are `first_bytes` is an archive that qdot can open."""
     return first_bytes.startswith((b"PK\x03\x04", b"PK\x05\x06", b"\x1f\x8b")) or first_bytes[257:262] == b"ustar"
 
 
-def list_members(path: Path) -> list[ArchiveMember]:
-    """Return the files in an archive. Raises Unreadable if it can't be opened."""
-    label = printable_name(path.name)
+def list_members(path: Path) -> dict[str, int]:
+    """Return the sizes in bytes of the files in an archive, by name. Raises Unreadable if it can't be opened."""
+    label = make_printable(path.name)
     try:
-        with path.open("rb") as file:
-            is_zip = file.read(2) == b"PK"
-        members = _list_zip(path) if is_zip else _list_tar(path)
+        if zipfile.is_zipfile(path):
+            sizes = _list_zip(path)
+        else:
+            sizes = {info.name: info.size for info, _ in _list_tar(path) if info.isfile()}
     except ARCHIVE_ERRORS:
         raise Unreadable(f"qdot can't open the archive {label}, because it is damaged; {NOTEBOOK_ADVICE}") from None
-    names = {member.name for member in members}
-    if "[Content_Types].xml" in names or "mimetype" in names:
+    if "[Content_Types].xml" in sizes or "mimetype" in sizes:
         raise Unreadable(f"{label} is an office document, not a notebook; {NOTEBOOK_ADVICE}")
-    return members
+    return sizes
 
 
 def read_member(path: Path, name: str) -> bytes:
-    """Return the content of a file in an archive. Raises Unreadable if it can't be unpacked."""
-    label = f"{printable_name(name)} in {printable_name(path.name)}"
+    """Return the content of a file in an archive. Raises Unreadable if the file can't be unpacked."""
+    label = f"{make_printable(name)} in {make_printable(path.name)}"
     try:
         data = _read_content(path, name)
     except ARCHIVE_ERRORS as error:
@@ -79,59 +70,58 @@ def read_member(path: Path, name: str) -> bytes:
 
 
 def _read_content(path: Path, name: str) -> bytes:
+    """Return the first bytes of a file in an archive, up to one byte more than the limit. Raises ARCHIVE_ERRORS."""
     if zipfile.is_zipfile(path):
         with zipfile.ZipFile(path) as archive, archive.open(name) as file:
             return file.read(MAX_FILE_BYTES + 1)
-    for member, tar in _list_tar_members(path):
-        if member.name == name and (content := tar.extractfile(member)) is not None:
+    for info, tar in _list_tar(path):
+        if info.name == name and (content := tar.extractfile(info)) is not None:
             return content.read(MAX_FILE_BYTES + 1)
     raise KeyError(name)
 
 
-def _list_zip(path: Path) -> list[ArchiveMember]:
-    _check_zip_directory(path)
-    with zipfile.ZipFile(path) as archive:
-        files = [
-            info for info in archive.infolist() if not info.is_dir() and not stat.S_ISLNK(info.external_attr >> 16)
-        ]
-        return [ArchiveMember(info.filename, info.file_size) for info in files]
+def _list_zip(path: Path) -> dict[str, int]:
+    """Return the sizes of the files in a zip, by name. Raises OverLimit if there are too many files.
 
-
-def _check_zip_directory(path: Path) -> None:
-    """Raise OverLimit if a zip's list of files would take too long to read.
-
-    The last bytes of the zip contain the length of that list.
+    Parsing a very long list of files would take too much memory, so the length of the list is checked first. The record
+    at the end of a zip, which has at most 65,557 bytes, contains this length in bytes.
     """
     with path.open("rb") as file:
         file.seek(max(0, path.stat().st_size - 65_557))
         last_bytes = file.read()
     position = last_bytes.rfind(b"PK\x05\x06")
-    if position >= 0 and int.from_bytes(last_bytes[position + 12 : position + 16], "little") > 150 * MAX_FILES:
+    list_length = int.from_bytes(last_bytes[position + 12 : position + 16], "little") if position >= 0 else 0
+    if list_length > 150 * MAX_FILES:  # an entry of the list has about 46 bytes and the file's path
         raise _make_file_count_error(path)
+    with zipfile.ZipFile(path) as archive:
+        files = [info for info in archive.infolist() if not info.is_dir() and not _is_link(info)]
+        return {info.filename: info.file_size for info in files}
+
+
+def _is_link(info: zipfile.ZipInfo) -> bool:
+    """Return whether an entry of a zip is a symbolic link."""
+    return stat.S_ISLNK(info.external_attr >> 16)
 
 
 def _make_file_count_error(path: Path) -> OverLimit:
-    return OverLimit(f"{printable_name(path.name)} contains more than {MAX_FILES} files; {NOTEBOOK_ADVICE}")
+    """Return the error for an archive with too many files."""
+    return OverLimit(f"{make_printable(path.name)} contains more than {MAX_FILES} files; {NOTEBOOK_ADVICE}")
 
 
-def _list_tar(path: Path) -> list[ArchiveMember]:
-    return [ArchiveMember(member.name, member.size) for member, _ in _list_tar_members(path) if member.isfile()]
-
-
-def _list_tar_members(path: Path) -> Iterator[tuple[tarfile.TarInfo, tarfile.TarFile]]:
-    """Yield the members of a tar archive, compressed or not. Raises OverLimit if it is too large."""
+def _list_tar(path: Path) -> Iterator[tuple[tarfile.TarInfo, tarfile.TarFile]]:
+    """Yield each entry of a tar archive, which may be compressed, and the open archive. Raises OverLimit."""
     with path.open("rb") as file:
-        is_compressed = file.read(2) == b"\x1f\x8b"
-    with path.open("rb") as file, gzip.GzipFile(fileobj=file) as unzipped:
-        content = io.BytesIO((unzipped if is_compressed else file).read(MAX_FILE_BYTES + 1))
+        is_compressed = file.peek(2).startswith(b"\x1f\x8b")
+        reader: io.BufferedIOBase = gzip.GzipFile(fileobj=file) if is_compressed else file
+        content = io.BytesIO(reader.read(MAX_FILE_BYTES + 1))
     if content.getbuffer().nbytes > MAX_FILE_BYTES:
         size = f"{MAX_FILE_BYTES // 1_000_000} MB"
-        raise OverLimit(f"{printable_name(path.name)} unpacks to more than {size}; {NOTEBOOK_ADVICE}")
+        raise OverLimit(f"{make_printable(path.name)} unpacks to more than {size}; {NOTEBOOK_ADVICE}")
     with tarfile.open(fileobj=content, mode="r:") as tar:
-        for number, member in enumerate(tar):
+        for number, info in enumerate(tar):
             if number >= MAX_FILES:
                 raise _make_file_count_error(path)
-            yield member, tar
+            yield info, tar
 
 
 # --- a platform's download ---
@@ -139,28 +129,29 @@ def _list_tar_members(path: Path) -> Iterator[tuple[tarfile.TarInfo, tarfile.Tar
 
 @contextlib.contextmanager
 def unpack_temporarily(path: Path) -> Iterator[tuple[Path, list[str]]]:
-    """Unpack a platform's zip into a temporary folder; yield the folder, and a line for each skipped file.
+    """Unpack a platform's zip into a temporary folder. Yield the folder, and a message about each skipped file.
 
     Raises Unreadable if the zip can't be unpacked.
     """
     with make_temporary_folder("qdot-submissions-") as folder:
         try:
             with zipfile.ZipFile(path) as archive:
-                skipped_files = _unpack(archive, folder)
+                messages = _unpack(archive, folder)
         except ARCHIVE_ERRORS as error:
             raise Unreadable(f"{path} can't be unpacked: {error}") from None
-        yield folder, skipped_files
+        yield folder, messages
 
 
 def _unpack(archive: zipfile.ZipFile, folder: Path) -> list[str]:
-    skipped_files, total, files = [], 0, [info for info in archive.infolist() if not info.is_dir()]
+    """Unpack a zip into a folder, and return a message about each skipped file. Raises Unreadable."""
+    messages, total, files = [], 0, [info for info in archive.infolist() if not info.is_dir()]
     if len(files) > MAX_DOWNLOAD_FILES:
         raise Unreadable(f"{archive.filename} contains more than {MAX_DOWNLOAD_FILES} files")
     for info in files:
         path, reason = _find_safe_path(info.filename), ""
         if path is None:
             reason = "its name leads out of the folder"
-        elif stat.S_ISLNK(info.external_attr >> 16):
+        elif _is_link(info):
             reason = "it is a symbolic link"
         elif info.flag_bits & 1:
             reason = "it needs a password"
@@ -170,14 +161,14 @@ def _unpack(archive: zipfile.ZipFile, folder: Path) -> list[str]:
             except ARCHIVE_ERRORS:
                 reason = "it is damaged"
         if reason:
-            skipped_files.append(f"{printable_name(info.filename)}: {reason}; not unpacked")
+            messages.append(f"{make_printable(info.filename)}: {reason}; not unpacked")
         if total > MAX_DOWNLOAD_BYTES:
             raise Unreadable(f"{archive.filename} unpacks to more than {MAX_DOWNLOAD_BYTES // 1_000_000_000} GB")
-    return skipped_files
+    return messages
 
 
 def _find_safe_path(name: str) -> PurePosixPath | None:
-    """Return the path of a file relative to the folder for unpacking; None if its name leads out of that folder."""
+    """Return the path of a file, relative to the folder for unpacking; None if its name leads out of that folder."""
     path = PurePosixPath(name.replace("\\", "/"))
     if path.is_absolute() or ".." in path.parts or not path.parts or "\0" in name:
         return None
@@ -188,7 +179,8 @@ def _find_safe_path(name: str) -> PurePosixPath | None:
 def _write_member(archive: zipfile.ZipFile, info: zipfile.ZipInfo, target: Path) -> int:
     """Write a file with the modification time stored in the archive, and return the number of bytes written.
 
-    If the file is too large, only one byte more than the limit is written; the caller sees that it is too large.
+    If a file is too large, only one byte more than the limit is written. Reading that file then reports that it is too
+    large.
     """
     target.parent.mkdir(parents=True, exist_ok=True)
     remaining = MAX_FILE_BYTES + 1

@@ -1,8 +1,8 @@
-"""Split a submitted file into cells: notebooks of any version, scripts and Markdown. Other files are refused.
+"""Split a submitted file into cells: notebooks, scripts and Markdown. Other files are refused.
 
-Nothing is executed. No notebook library is used: only the text of the cells is needed, and for a damaged, hostile or
-enormous file the student must get one clear sentence. Scripts and Markdown are split in the formats of jupytext. A
-large file is parsed by this module in a separate process, with limits of memory and time.
+Nothing is executed. No notebook library is used, because only the text of the cells is needed, and because the student
+must get one clear sentence about a damaged, hostile or enormous file. Scripts and Markdown are split in the formats of
+jupytext. A large file is parsed by this module in a separate process, with limits of memory and time.
 """
 
 import ast
@@ -33,7 +33,7 @@ MAX_CODE_CHARACTERS, MAX_CELLS = 20_000_000, 25_000
 MAX_BYTES_IN_THIS_PROCESS = 1_000_000
 """Maximum size in bytes of a file that this process parses itself, which then takes little memory and time."""
 
-MEMORY, SECONDS = 2_000_000_000, 20
+MAX_MEMORY_BYTES, MAX_SECONDS = 2_000_000_000, 20
 """Maximum memory in bytes, and processor time in seconds, for parsing a larger file in a separate process."""
 
 MAX_SCRIPT_CHARACTERS = 200_000
@@ -45,7 +45,7 @@ class Unreadable(Exception):
 
 
 class OverLimit(Unreadable):
-    """Raised if a submission exceeds a limit: the submission gets no mark, but qdot has not failed."""
+    """Raised if a submission exceeds a limit. The submission then gets no mark, but this is no failure of qdot."""
 
 
 @dataclass(frozen=True)
@@ -59,22 +59,22 @@ class Cell:
 
 @dataclass(frozen=True)
 class Content:
-    """The content of a submitted file.
+    """The content of a submitted file: the cells, qdot's metadata of the notebook, and a note on the file's format.
 
-    `qdot_metadata` is qdot's metadata in the file, and `unknown_metadata` has the keys of other metadata. `note` is a
-    note on the file's format.
+    The note is empty for a notebook. `unknown_metadata` lists the keys of cell metadata that qdot did not write.
     """
 
     cells: tuple[Cell, ...]
     qdot_metadata: Mapping[str, Any]
     note: str = ""
-    unknown_metadata: tuple[str, ...] = ()
+    unknown_metadata: Sequence[str] = ()
 
 
 SCRIPT_ENDINGS, MARKDOWN_ENDINGS = (".py",), (".md", ".rmd", ".qmd", ".markdown")
 """Endings of the names of scripts and of Markdown files."""
 
 NOTEBOOK_ADVICE = "submit the notebook itself, the file that ends with .ipynb"
+"""Advice at the end of messages about other files."""
 
 OTHER_FILE_TYPES = (
     (b"%PDF", "a PDF"), (b"\xd0\xcf\x11\xe0", "an office document"), (b"{\\rtf", "a text document (RTF)"),
@@ -84,10 +84,10 @@ OTHER_FILE_TYPES = (
 """First bytes of files that are not notebooks, and what they are called in messages."""
 
 
-def printable_name(name: str) -> str:
+def make_printable(name: str) -> str:
     r"""Return a file's name for use in a sentence: one line of limited length.
 
-    >>> print(printable_name("a\nb.ipynb"))
+    >>> print(make_printable("a\nb.ipynb"))
     a�b.ipynb
     """
     printable_text = "".join(ch if ch.isprintable() else "\N{REPLACEMENT CHARACTER}" for ch in name)
@@ -96,7 +96,7 @@ def printable_name(name: str) -> str:
 
 def read_cells(name: str, data: bytes) -> Content:
     """Return the content of a file, recognised by its first bytes, else by its name. Raises Unreadable."""
-    label = printable_name(name)
+    label = make_printable(name)
     if not data.strip():
         raise Unreadable(f"{label} is empty")
     if len(data) <= MAX_BYTES_IN_THIS_PROCESS:
@@ -107,19 +107,21 @@ def read_cells(name: str, data: bytes) -> Content:
 def _read_in_subprocess(label: str, data: bytes) -> Content:
     """Return the content of a file, parsed by another process within limits. Raises Unreadable."""
     try:
-        program = [sys.executable, "-I", __file__, label, str(MEMORY), str(SECONDS)]
-        process = subprocess.run(program, input=data, capture_output=True, timeout=10 * SECONDS)
+        program = [sys.executable, "-I", __file__, label, str(MAX_MEMORY_BYTES), str(MAX_SECONDS)]
+        process = subprocess.run(program, input=data, capture_output=True, timeout=10 * MAX_SECONDS)
         report = json.loads(process.stdout)
     except (subprocess.TimeoutExpired, ValueError):  # the process was killed, or ran out of memory
         raise OverLimit(_TOO_LARGE.format(label)) from None
     if "why" in report:
         raise (OverLimit if report["is_over_limit"] else Unreadable)(report["why"])
-    cells = tuple(Cell(**cell) for cell in report.pop("cells"))
-    return Content(cells, **{**report, "unknown_metadata": tuple(report["unknown_metadata"])})
+    return Content(tuple(Cell(**cell) for cell in report.pop("cells")), **report)
 
 
 def print_content(label: str, memory: str, seconds: str) -> None:
-    """Print the content of the file on standard input as JSON, or why it is unreadable."""
+    """Print the content of the file on standard input as JSON, or the reason why that file is unreadable.
+
+    `label` is the file's name for messages. The other arguments limit this process, in bytes and in seconds.
+    """
     with contextlib.suppress(ImportError):  # raised on Windows
         import resource
 
@@ -133,9 +135,11 @@ def print_content(label: str, memory: str, seconds: str) -> None:
 
 
 _TOO_LARGE = "reading {} takes too much memory or time; clear its outputs and submit it again"
+"""The message on a file that takes too much memory or time; the braces stand for the file's name."""
 
 
 def _read_within_limits(name: str, label: str, data: bytes) -> Content:
+    """Return the content of a file, whose name in messages is `label`. Raises Unreadable, also for too many cells."""
     content = _parse_content(name, label, data)
     if sum(len(cell.source) for cell in content.cells if cell.is_code) > MAX_CODE_CHARACTERS:
         size = f"{MAX_CODE_CHARACTERS // 1_000_000} MB"
@@ -146,8 +150,9 @@ def _read_within_limits(name: str, label: str, data: bytes) -> Content:
 
 
 def _parse_content(name: str, label: str, data: bytes) -> Content:
-    for begin, kind in OTHER_FILE_TYPES:
-        if data.startswith(begin):
+    """Return the content of a file of any size. Raises Unreadable."""
+    for first_bytes, kind in OTHER_FILE_TYPES:
+        if data.startswith(first_bytes):
             raise Unreadable(f"{label} is {kind}, not a notebook; {NOTEBOOK_ADVICE}")
     text = _decode(label, data)
     suffix = PurePath(name).suffix.lower()
@@ -173,11 +178,12 @@ def _decode(label: str, data: bytes) -> str:
         encodings = ["utf-16-le"]
     for encoding in encodings:
         with contextlib.suppress(UnicodeDecodeError):
-            return _unix_lines(data.decode(encoding))
+            return _use_unix_newlines(data.decode(encoding))
     raise Unreadable(f"{label} is not a Jupyter notebook: it is not text")
 
 
-def _unix_lines(text: str) -> str:
+def _use_unix_newlines(text: str) -> str:
+    """Return a text with the line ends of Windows and of old Macs replaced by newlines."""
     return text.replace("\r\n", "\n").replace("\r", "\n") if "\r" in text else text
 
 
@@ -185,87 +191,76 @@ def _unix_lines(text: str) -> str:
 
 
 def _parse_notebook(label: str, text: str) -> Content:
-    """Return the content of a notebook of any version. Raises Unreadable, with a message for students."""
+    """Return the content of a notebook. Raises Unreadable, with a message for students."""
     if sum(map(text.count, ",[{")) > MAX_JSON_VALUES:
         raise OverLimit(_TOO_LARGE.format(label))
     try:
         data = json.loads(text, object_pairs_hook=_drop_outputs, parse_int=float)
     except json.JSONDecodeError as error:
-        raise Unreadable(f"{label} {_describe_json_error(text, error)}") from None
+        cause = ""
+        if re.search(r"(?m)^(<{7} .*|={7}|>{7} .*)$", text):
+            cause = ", because it contains conflict markers of Git; finish the merge and submit it again"
+        problem = f"is not a Jupyter notebook, or it is incomplete (line {error.lineno})"
+        raise Unreadable(f"{label} {problem}{cause}") from None
     except RecursionError:
         raise Unreadable(f"{label} is not a Jupyter notebook: it is nested too deeply") from None
-    raw_cells = _list_cells(data)
-    if raw_cells is None:
+    if not isinstance(data.get("cells"), list):
         raise Unreadable(f"{label} is not a Jupyter notebook: it is JSON, but has no valid cells")
-    metadata = [_qdot_metadata(cell) for cell in raw_cells]
+    raw_cells = [cell for cell in data["cells"] if isinstance(cell, dict)]
+    metadata = [find_qdot_metadata(cell) for cell in raw_cells]
     parts = [part if isinstance(part := entry.get("part"), str) else None for entry in metadata]
-    kinds = [cell.get("cell_type") == "code" for cell in raw_cells]
-    cells = map(Cell, map(_cell_text, raw_cells), parts, kinds)
+    are_code = [cell.get("cell_type") == "code" for cell in raw_cells]
+    cells = tuple(map(Cell, map(_get_cell_text, raw_cells), parts, are_code))
     items = [item for entry in metadata for item in entry.items()]
-    foreign_keys = {printable_name(key) for key, value in items if key != "part" or _is_malformed(value)}
-    return Content(tuple(cells), _qdot_metadata(data), "", tuple(sorted(foreign_keys)))
-
-
-_CONFLICT_MARKER = re.compile(r"(?m)^(?:<{7} .*|={7}|>{7} .*)$")
-
-
-def _describe_json_error(text: str, error: json.JSONDecodeError) -> str:
-    """Return a phrase that says what is wrong with a text that is not valid JSON."""
-    line_numbers = [text.count("\n", 0, marker.start()) + 1 for marker in islice(_CONFLICT_MARKER.finditer(text), 6)]
-    if line_numbers:
-        lines = f"line {line_numbers[0]}" if len(line_numbers) == 1 else f"lines {', '.join(map(str, line_numbers))}"
-        return (
-            f"contains conflict markers of Git ({lines}), because a merge was not finished. Choose one of the two "
-            "versions, check that the notebook opens in Jupyter, and submit it again"
-        )
-    return f"is not a Jupyter notebook, or it is incomplete (line {error.lineno})"
+    unknown_keys = {make_printable(key) for key, value in items if key != "part" or not _is_part_name(value)}
+    return Content(cells, find_qdot_metadata(data), "", sorted(unknown_keys))
 
 
 def _drop_outputs(pairs: list[tuple[str, Any]]) -> dict[str, Any]:
+    """Return a JSON object without outputs, which would take much memory."""
     return {key: value for key, value in pairs if key != "outputs"}
 
 
-def _list_cells(data: dict[str, Any]) -> list[dict[str, Any]] | None:
-    """Return a notebook's cells as they are in its JSON; up to format version 3, they are in worksheets."""
-    worksheets = data.get("worksheets")
-    candidates = [data.get("cells")]
-    if isinstance(worksheets, list):
-        candidates += [_dict_or_empty(sheet).get("cells") for sheet in worksheets]
-    cell_lists = [cells for cells in candidates if isinstance(cells, list)]
-    return [cell for cells in cell_lists for cell in cells if isinstance(cell, dict)] if cell_lists else None
+def _get_cell_text(cell: dict[str, Any]) -> str:
+    """Return a cell's text."""
+    source = cell.get("source", "")
+    return _use_unix_newlines("".join(map(str, source)) if isinstance(source, list) else str(source))
 
 
-def _cell_text(cell: dict[str, Any]) -> str:
-    """Return a cell's text; up to format version 3, the text of a code cell is called input."""
-    source = cell.get("source", cell.get("input", ""))
-    return _unix_lines("".join(map(str, source)) if isinstance(source, list) else str(source))
+def _is_part_name(value: Any) -> bool:
+    """Return whether a value is the name of a part, such as "p1.jacobian"."""
+    return isinstance(value, str) and re.fullmatch(r"[A-Za-z0-9]+\.[A-Za-z0-9-]+", value) is not None
 
 
-def _is_malformed(part: Any) -> bool:
-    return not isinstance(part, str) or not re.fullmatch(r"[A-Za-z0-9]+\.[A-Za-z0-9-]+", part)
+def find_qdot_metadata(item: dict[str, Any]) -> dict[str, Any]:
+    """Return qdot's metadata of a notebook or of a cell; an empty dictionary if there are none."""
+    return dict_or_empty(dict_or_empty(item.get("metadata")).get("qdot"))
 
 
-def _qdot_metadata(holder: dict[str, Any]) -> dict[str, Any]:
-    return _dict_or_empty(_dict_or_empty(holder.get("metadata")).get("qdot"))
-
-
-def _dict_or_empty(value: Any) -> dict[str, Any]:
+def dict_or_empty(value: Any) -> dict[str, Any]:
+    """Return a value that should be a dictionary; an empty dictionary if the value is anything else."""
     return value if isinstance(value, dict) else {}
 
 
 # --- scripts and Markdown ---
 
 _PART_NAME = re.compile(r"""\bpart['"]?\s*[:=]\s*['"]?([A-Za-z0-9]+\.[A-Za-z0-9-]+)""")
+"""Matches the option of a cell that names its part, as in part="p1.jacobian"; the group is the part."""
 _CELL_HEADER = re.compile(r"# ?%%((?:\s.*)?)")
+"""Matches the line before a cell of a script; the group is what follows # %%."""
 _FENCE_LINE = re.compile(r"\s*(`{3,}|~{3,})\s*(.*)")
+"""Matches a line of Markdown that begins or ends a block of code; the groups are the fence and the text after it."""
 _PYTHON_FENCE = re.compile(r"\{?\s*(\{code-cell\}|code-cell|ipython3?|python3?|py|sympy)\b", re.IGNORECASE)
+"""Matches the text after a fence that begins a block of Python code."""
 
 
 def _make_text_content(cells: Iterator[Cell], kind: str) -> Content:
+    """Return the content of a file that is not a notebook but of this kind, with a note that says so."""
     return Content(tuple(islice(cells, MAX_CELLS + 1)), {}, f"it is {kind}, which qdot converted to a notebook")
 
 
 def _find_part(text: str) -> str | None:
+    """Return the part, such as "p1.jacobian", that the options of a cell name; None if they name no part."""
     match = _PART_NAME.search(text)
     return match.group(1) if match else None
 
@@ -303,27 +298,26 @@ def _find_statements(text: str, lines: list[str]) -> list[int]:
     """Return the indices of the lines on which statements begin; guess by indentation if the script can't be parsed."""
     tree = parse_python(text, MAX_SCRIPT_CHARACTERS)
     if tree is not None:
-        statement_starts = (
-            min([node.lineno, *(d.lineno for d in getattr(node, "decorator_list", ()))]) for node in tree.body
-        )
-        return sorted({number - 1 for number in statement_starts})
+        first_nodes = ([*getattr(node, "decorator_list", ()), node][0] for node in tree.body)
+        return sorted({node.lineno - 1 for node in first_nodes})
     continuation = r"[\s#)\]}]|(else|elif|except|finally)\b"
     return [number for number, line in enumerate(lines) if line and not re.match(continuation, line)]
 
 
 def parse_python(source: str, max_length: int) -> ast.Module | None:
-    """Return the syntax tree of a text; None if it is not Python or longer than `max_length`. Nothing is executed."""
+    """Return the syntax tree of a text; None if the text is not Python or longer than `max_length` characters."""
     tree = _parse(source) if len(source) <= max_length else None
     return tree if isinstance(tree, ast.Module) else None
 
 
-def first_syntax_error(source: str) -> int:
-    """Return the line number of the first syntax error; 1 if it is unknown."""
+def find_first_syntax_error(source: str) -> int:
+    """Return the line number of the first syntax error in a text; 1 if it is unknown."""
     error = _parse(source)
     return error.lineno or 1 if isinstance(error, SyntaxError) else 1
 
 
 def _parse(source: str) -> ast.Module | Exception:
+    """Return the syntax tree of a text, or the exception that Python's parser raised."""
     try:
         with warnings.catch_warnings():
             warnings.simplefilter("ignore")
@@ -333,7 +327,10 @@ def _parse(source: str) -> ast.Module | Exception:
 
 
 def _split_markdown(text: str) -> Iterator[Cell]:
-    """Yield each fenced block of Python code as a code cell, and the text between blocks as text cells."""
+    """Yield each fenced block of Python code as a code cell, and the text between blocks as text cells.
+
+    `info` is the text after the fence that opens a block, such as "python".
+    """
     fence, info, body = "", "", list[str]()
     for line in text.split("\n"):
         match = _FENCE_LINE.fullmatch(line)
@@ -341,14 +338,14 @@ def _split_markdown(text: str) -> Iterator[Cell]:
             yield Cell("\n".join(body), None, False)
             (fence, info), body = match.groups(), []
         elif fence and match and match.group(1).startswith(fence) and not match.group(2):
-            yield _fenced_cell(info, body)
+            yield _make_fenced_cell(info, body)
             fence, body = "", []
         else:
             body.append(line)
-    yield _fenced_cell(info, body) if fence else Cell("\n".join(body), None, False)
+    yield _make_fenced_cell(info, body) if fence else Cell("\n".join(body), None, False)
 
 
-def _fenced_cell(info: str, body: list[str]) -> Cell:
+def _make_fenced_cell(info: str, body: list[str]) -> Cell:
     """Return the code cell of a fenced block, without the options that MyST writes above the code."""
     header = 0
     if body[:1] == ["---"] and "---" in body[1:]:
@@ -358,13 +355,14 @@ def _fenced_cell(info: str, body: list[str]) -> Cell:
     return Cell("\n".join(body[header:]), _find_part("\n".join([info, *body[:header]])))
 
 
-# --- cells that need not be run ---
+# --- cells that do not have to be run ---
 
 
 def empty_self_checks(cells: Sequence[Cell], problems: "Problems") -> Sequence[Cell]:
     """Return the cells with qdot's self-checks emptied; unchanged if the code of another cell mentions self-checks.
 
-    Self-checks only print results, but take half of the time of all cells together.
+    `problems` are the student's problems. Self-checks only print results, but take half of the time of all cells
+    together.
     """
     from qdot.exercises.notebook.self_check import SELF_CHECK, write_self_check_cells
 

@@ -1,6 +1,6 @@
 """Find the student who made a submission, by looking up a platform's identifiers and names in the roster.
 
-It never guesses: if several students fit, it returns all of them.
+The owner is never guessed: if several students fit, all of them are returned.
 """
 
 import re
@@ -9,20 +9,18 @@ from collections.abc import Iterator, Sequence
 from dataclasses import dataclass
 from typing import TYPE_CHECKING
 
-from qdot.grader.submissions.layouts import SubmittedPath
+from qdot.grader.submissions.layouts import SubmittedPath, check_safely
 
 if TYPE_CHECKING:
     from qdot.exercises.assignment.assignment import Student
 
-_IDENTIFIER_COLUMNS = re.compile(
-    r"id\b|identif|login|user|mail|sis\b|matri|participant|(student|candidate).?(no|nr|number)"
-)
-"""Names of the roster columns that may identify a student to a platform; a seat number does not."""
+_ID_COLUMN = re.compile(r"id\b|identif|login|user|mail|sis\b|matri|participant|(student|candidate).?(no|nr|number)")
+"""Matches the names of the roster columns that may contain identifiers of platforms; a seat number is none."""
 
 
 @dataclass(frozen=True)
 class PossibleOwners:
-    """The students who may have made a submission: one if that is certain, otherwise all who fit and the reason."""
+    """The students who may have made a submission: only the owner if certain, otherwise all who fit, and the reason."""
 
     students: tuple[str, ...]
     reason: str = ""
@@ -41,21 +39,20 @@ class Roster:
         self._other_ids: dict[str, set[str]] = {}
         self._names: dict[str, set[str]] = {}
         for student in students:
-            identifiers = [value for column, value in student.other_columns if _IDENTIFIER_COLUMNS.search(column)]
+            identifiers = [value for column, value in student.other_columns if _ID_COLUMN.search(column)]
             for text in (student.email, student.email.partition("@")[0], *identifiers):
                 if text.strip():
                     self._other_ids.setdefault(_fold_case(text), set()).add(student.id)
             for name in set(_list_spellings(student.name)):
                 self._names.setdefault(name, set()).add(student.id)
 
-    def find_by_identifier(self, text: str) -> PossibleOwners | None:
-        """Return the student with this identifier in the roster, ignoring case; None if there is none."""
-        student_id = self._student_ids.get(_fold_case(text))
-        return None if student_id is None else PossibleOwners((student_id,))
-
     def find_owner(self, submitted: SubmittedPath) -> PossibleOwners:
-        """Find the owner of a submission by its identifiers or, if these are unknown, its name; return all who fit."""
-        texts = list(map(_fold_case, submitted.ids))
+        """Return the student after whom a submitted path is named, or all students who fit the identifiers and name."""
+        path = submitted.path
+        path_name = _fold_case(path.name if check_safely(path.is_dir) else path.stem)
+        if path_name in self._student_ids:
+            return PossibleOwners((self._student_ids[path_name],))
+        texts = [*map(_fold_case, submitted.ids), path_name]
         by_student_id = {self._student_ids[text] for text in texts if text in self._student_ids}
         ids = by_student_id or {owner for text in texts for owner in self._other_ids.get(text, ())}
         names = self._find_by_name(submitted.name)
@@ -70,15 +67,16 @@ class Roster:
         return PossibleOwners(tuple(sorted(names)), "several students have this name" if len(names) > 1 else "")
 
     def _find_by_name(self, name: str) -> set[str]:
-        """Return the students with this name.
+        """Return the students with this name; an empty set if there are none.
 
-        The name is tried unchanged, then without accents, then without a group's name before it.
+        The name is tried unchanged, then without accents, then without a group's name before the student's name.
         """
         spellings = [name, _strip_accents(name), *(name.split("-", n)[-1] for n in range(1, name.count("-") + 1))]
         return next(filter(None, (self._names.get("".join(_split_words(spelling))) for spelling in spellings)), set())
 
 
 def _fold_case(text: str) -> str:
+    """Return a text in which case and the encoding of letters no longer matter."""
     return unicodedata.normalize("NFC", text.strip()).casefold()
 
 
@@ -87,11 +85,12 @@ def _strip_accents(name: str) -> str:
 
 
 def _split_words(name: str) -> list[str]:
+    """Return the words of a name in lower case, without punctuation."""
     return re.findall(r"[^\W_]+", unicodedata.normalize("NFC", name).casefold())
 
 
 def _list_spellings(name: str) -> Iterator[str]:
-    """Yield the spellings of a name that platforms use: without accents, or "Ada King Lovelace" as kinglovelaceada."""
+    """Yield the spellings of a name that platforms use, without spaces: "Ada King Lovelace" may be kinglovelaceada."""
     for spelling in (name, _strip_accents(name)):
         words = _split_words(spelling)
         for first in range(len(words)):

@@ -1,4 +1,7 @@
-"""Find the submissions in a folder, read them, and report those that can't be graded."""
+"""Find the files that each student submitted, choose those that may be the notebook, and read a notebook.
+
+Functions that read a student's file raise Unreadable with a reason for the student if the file can't be graded.
+"""
 
 import contextlib
 import csv
@@ -9,14 +12,14 @@ import stat
 import zipfile
 from collections import defaultdict
 from collections.abc import Callable, Iterator, Mapping, Sequence
-from dataclasses import dataclass, field, replace
+from dataclasses import dataclass, field
 from functools import partial
 from pathlib import Path, PurePosixPath
 from typing import TYPE_CHECKING, Any, TypeVar
 
 from qdot.exercises.common.console import note
 from qdot.exercises.common.errors import QdotError, list_some
-from qdot.grader.submissions.archives import ArchiveMember, is_archive, list_members, read_member, unpack_temporarily
+from qdot.grader.submissions.archives import is_archive, list_members, read_member, unpack_temporarily
 from qdot.grader.submissions.cells import (
     MARKDOWN_ENDINGS,
     MAX_FILE_BYTES,
@@ -25,33 +28,36 @@ from qdot.grader.submissions.cells import (
     Cell,
     OverLimit,
     Unreadable,
-    printable_name,
+    make_printable,
     read_cells,
 )
-from qdot.grader.submissions.layouts import SubmittedPath, find_submitted_paths, list_nested_folders, safe_check
-from qdot.grader.submissions.roster import PossibleOwners, Roster
+from qdot.grader.submissions.layouts import SubmittedPath, check_safely, find_submitted_paths, list_nested_folders
+from qdot.grader.submissions.roster import Roster
 
 if TYPE_CHECKING:  # not imported at run time: a student's `qdot check` needs no assignment
     from qdot.exercises.assignment.assignment import Assignment, Student
 
 MAX_FILES, MAX_NOTEBOOKS = 20_000, 50
-"""Maximum number of files that a student may submit, and maximum number of notebooks of theirs that are graded."""
+"""Maximum number of files that a student may submit, and maximum number of these files that are graded."""
 NOT_FETCHED_FILE = ".not-fetched.csv"
-"""A table (columns student, why) in the folder of submissions: the students whose work could not be fetched.
+"""A table (columns student, why) in the folder of submissions: the students whose submissions could not be downloaded.
 
-They get no mark, rather than zero points for submitting nothing. Layouts ignore this file because it is hidden.
+These students get no mark, rather than zero points for submitting nothing. The file's name begins with a point, so that
+the table is not taken for a submission.
 """
 
 
 @dataclass(frozen=True)
 class Submission:
-    """A submitted notebook: its file, when it was received, and its content.
+    """A submitted notebook: the file, the time when it was received, and the content.
 
-    `qdot_metadata` is its metadata about the assignment. `notes` say what was unusual when it was parsed.
-    `time_source` is the source of the time: a platform, or "file". `late` is whether the platform itself flagged it
-    as late, None if the platform doesn't say. `modules` are the Python files beside it, which its cells may import.
+    `qdot_metadata` is the notebook's metadata about the assignment. `notes` say what was unusual when the file was
+    parsed. `time_source` is the source of the time: a platform's name, or "file". `late` is whether the platform itself
+    flagged the submission as late; None if the platform doesn't report this. `unknown_metadata` lists the keys of cell
+    metadata that qdot did not write. `modules` maps the names of the Python files beside the notebook, which cells may
+    import, to their texts.
 
-    If it can't be read, `unreadable_reason` says why, and `over_limit` is whether reading it exceeds a limit.
+    If the file can't be read, `unreadable_reason` says why, and `over_limit` is whether a limit is the reason.
     """
 
     file: Path
@@ -60,7 +66,7 @@ class Submission:
     cells: tuple[Cell, ...] = ()
     qdot_metadata: Mapping[str, Any] = field(default_factory=dict)
     notes: tuple[str, ...] = ()
-    unknown_metadata: tuple[str, ...] = ()
+    unknown_metadata: Sequence[str] = ()
     time_source: str = "file"
     late: bool | None = None
     modules: Mapping[str, str] = field(default_factory=dict)
@@ -68,22 +74,22 @@ class Submission:
     over_limit: bool = False
 
     def is_for(self, assignment: "Assignment") -> bool:
-        """Return whether the name or the metadata of the file name the assignment."""
+        """Return whether the file's name is the assignment's, or the metadata name the assignment."""
         return self.file.name == f"{assignment.key}.ipynb" or self.qdot_metadata.get("assignment") == assignment.key
 
     @property
     def fingerprint(self) -> str:
-        """A short text that changes whenever the submission changes."""
-        content = (self.sha256, self.unreadable_reason, self.notes, self.late, *sorted(self.modules.items()))
-        return repr(content)
+        """A text that changes whenever the submission changes."""
+        return repr((self.sha256, self.unreadable_reason, self.notes, self.late, *sorted(self.modules.items())))
 
 
 @dataclass(frozen=True)
 class StudentFiles:
-    """The files of a student, in the order in which they are candidates for grading.
+    """The files of a student; the file that is most likely the notebook comes first.
 
-    `ungraded_reason` is the reason why none of them can be graded; `over_limit` means that this reason is a limit.
-    `failure` is an error of qdot or of the machine during the search.
+    `platform`, `received` and `late` are what the platform reports about the submission. `ungraded_reason` is the
+    reason why none of the files can be graded; `over_limit` is whether this reason is a limit. `failure` is the message
+    on an error of qdot or of the machine, if the search for the files failed.
     """
 
     files: tuple[Path, ...]
@@ -98,7 +104,7 @@ class StudentFiles:
 
 @dataclass(frozen=True)
 class SubmissionFolder:
-    """The files in a folder of submissions, by the students to whom they belong.
+    """The files in a folder of submissions, by the students to whom the files belong.
 
     `not_on_roster` has the names of files that belong to no student on the roster. `uncertain_owners` has a message
     on each file whose owner is uncertain.
@@ -110,29 +116,27 @@ class SubmissionFolder:
 
 
 def find_submissions(assignment: "Assignment", root: Path) -> SubmissionFolder:
-    """Return the files of each student, those of nobody on the roster, and those that fit several students.
+    """Return the files of each student in a folder of submissions, and the files without a certain owner.
 
-    Of a student's files, the notebook with the assignment's file name comes first, else the one whose metadata name the
-    assignment, else the first by name. Raises QdotError if `root` is not a folder.
+    Of a student's files, the notebook with the assignment's file name comes first, else the notebook whose metadata
+    name the assignment, else the first notebook by name. Raises QdotError if `root` is not a folder.
     """
-    if not root.exists():
-        raise QdotError(f"{root} does not exist; put the submissions there, as STUDENT/*.ipynb or STUDENT.ipynb")
     if not root.is_dir():
         raise QdotError(f"{root} is not a folder; expected a folder with STUDENT/*.ipynb or STUDENT.ipynb")
     folder = SubmissionFolder({})
     certain_paths, doubtful_paths = defaultdict[str, list[SubmittedPath]](list), defaultdict[str, list[Path]](list)
-    root, find_owner = _find_root(assignment.roster, root)
+    root, roster = _find_root(assignment.roster, root)
     for submitted_path in find_submitted_paths(root):
-        name = printable_name(submitted_path.path.name)
+        name = make_printable(submitted_path.path.name)
         try:
-            owner = find_owner(submitted_path)
+            owner = roster.find_owner(submitted_path)
         except Exception as error:  # a problem with one submission must not affect the others
             folder.uncertain_owners.append(f"{name}: qdot failed to find the owner ({error}); not graded")
             continue
         is_likely = submitted_path.platform or _rank_by_ending(submitted_path.path.name) < _DOCUMENT_RANK
         if owner.is_certain:
             certain_paths[owner.students[0]].append(submitted_path)
-        elif is_likely or safe_check(submitted_path.path.is_dir):  # other files, such as a README, are ignored
+        elif is_likely or check_safely(submitted_path.path.is_dir):  # other files, such as a README, are ignored
             for student in owner.students:
                 doubtful_paths[student].append(submitted_path.path)
             if owner.students:
@@ -147,68 +151,67 @@ def find_submissions(assignment: "Assignment", root: Path) -> SubmissionFolder:
     return folder
 
 
-def _find_root(students: "Sequence[Student]", root: Path) -> tuple[Path, Callable[[SubmittedPath], PossibleOwners]]:
-    """Return the folder with the submissions and a function that finds owners.
+def _find_root(students: "Sequence[Student]", root: Path) -> tuple[Path, Roster]:
+    """Return the folder with the submissions, and the roster in which their owners can be looked up.
 
-    The folder is `root` or, if nothing in it has an owner, a folder that is the only entry of its parent.
+    The folder is `root`. If nothing in `root` has an owner and its only entry is a folder, this inner folder is tried,
+    and so on.
     """
     roster = Roster(students)
-
-    def find_owner(submitted: SubmittedPath) -> PossibleOwners:
-        path = submitted.path
-        name = path.name if safe_check(path.is_dir) else path.stem
-        return roster.find_by_identifier(name) or roster.find_owner(replace(submitted, ids=(*submitted.ids, name)))
-
     for folder in list_nested_folders(root):
-        if any(find_owner(submitted).students for submitted in find_submitted_paths(folder)):
-            return folder, find_owner
-    return root, find_owner
+        if any(roster.find_owner(submitted).students for submitted in find_submitted_paths(folder)):
+            return folder, roster
+    return root, roster
 
 
 def find_paths_of_student(students: "Sequence[Student]", root: Path, student: str) -> tuple[list[Path], list[Path]]:
-    """Return the files and folders of a student, and those that may or may not be the student's."""
-    inner_root, find_owner = _find_root(students, root)
+    """Return the files and folders that certainly belong to a student, and those that may belong to this student."""
+    inner_root, roster = _find_root(students, root)
     certain_paths, doubtful_paths = list[Path](), list[Path]()
     for submitted_path in find_submitted_paths(inner_root):
         with contextlib.suppress(Exception):  # as in find_submissions, the submission then has no owner
-            owner = find_owner(submitted_path)
+            owner = roster.find_owner(submitted_path)
             if student in owner.students:
                 (certain_paths if owner.is_certain else doubtful_paths).append(submitted_path.path)
     return certain_paths, doubtful_paths
 
 
 def _read_not_fetched(table: Path) -> dict[str, StudentFiles]:
-    """Return the students whose work could not be fetched, from the fetching program's table. Raises QdotError."""
+    """Return the students whose submissions could not be downloaded, according to a table. Raises QdotError."""
     if not table.exists():
         return {}
     try:
         rows = list(csv.DictReader(table.read_text(encoding="utf-8").splitlines()))
-        return {
-            row["student"]: StudentFiles((), failure=f"it could not be fetched: {row['why'] or 'unknown reason'}")
-            for row in rows
-        }
+        reasons = {row["student"]: f"it could not be fetched: {row['why'] or 'unknown reason'}" for row in rows}
+        return {student: StudentFiles((), failure=reason) for student, reason in reasons.items()}
     except (OSError, ValueError, KeyError, csv.Error):
         raise QdotError(f"{table}: expected a table with the columns student and why; fix or remove it") from None
 
 
-def find_files_of_student(
-    path: Path, key: str, platform: str, received: datetime.datetime | None
+def find_student_files(
+    assignment: "Assignment", path: Path, received: datetime.datetime | None = None, time_source: str = "option"
 ) -> StudentFiles | None:
-    """Return a student's files: the file `path`, or all files in the folder `path`; None if there are none."""
-    return _select_files([SubmittedPath(path, platform=platform, received=received)], key)
+    """Return a student's files: the file `path`, or all files in the folder `path`; None if there are none.
+
+    `time_source` is the source of the time `received`. Raises QdotError if the path does not exist.
+    """
+    if not path.exists():
+        raise QdotError(f"{path} does not exist; expected the student's notebook, or a folder that contains it")
+    submitted_path = SubmittedPath(path, platform=time_source if received else "", received=received)
+    return _select_files([submitted_path], assignment.key)
 
 
 @contextlib.contextmanager
 def open_submissions(submissions: Path) -> Iterator[Path]:
-    """Yield the folder of submissions; unpack a platform's zip into a temporary folder. Raises QdotError."""
+    """Yield the folder of submissions. A platform's zip is unpacked into a temporary folder. Raises QdotError."""
     if not submissions.is_file() or not zipfile.is_zipfile(submissions):
         if submissions.is_file() and submissions.suffix.lower() == ".zip":
             raise QdotError(f"{submissions} can't be unpacked: it is damaged, or not a zip file; download it again")
         yield submissions
         return
     try:
-        with unpack_temporarily(submissions) as (folder, left_out):
-            for message in left_out:
+        with unpack_temporarily(submissions) as (folder, messages):
+            for message in messages:
                 note(message)
             yield folder
     except Unreadable as error:
@@ -222,19 +225,17 @@ UNCERTAIN_OWNER = (
 
 
 def _select_files(submitted: Sequence[SubmittedPath], key: str, doubtful: Sequence[Path] = ()) -> StudentFiles | None:
-    """Return a student's files, beginning with the one to grade; None if there are none.
+    """Return a student's files, the most likely notebook first; None if there are none.
 
     If there are several times, the last one is the time of submission. `doubtful` files may be another student's.
     """
     late_flags = [entry.late for entry in submitted if entry.late is not None]
-    is_late, received_times = (
-        any(late_flags) if late_flags else None,
-        [entry.received for entry in submitted if entry.received],
-    )
+    is_late = any(late_flags) if late_flags else None
+    received = max((entry.received for entry in submitted if entry.received), default=None)
     platform = next((entry.platform for entry in reversed(submitted) if entry.platform), "")
-    select = partial(StudentFiles, platform=platform, received=max(received_times, default=None), late=is_late)
+    select = partial(StudentFiles, platform=platform, received=received, late=is_late)
     try:
-        refusals = {path: _refusal_reason(path) for entry in submitted for path in _list_files(entry.path)}
+        refusals = {path: _explain_refusal(path) for entry in submitted for path in _list_files(entry.path)}
         files = [path for path, refusal in refusals.items() if not refusal]
         if len(files) > MAX_FILES:
             message = f"you submitted more than {MAX_FILES:,} files; submit only the notebook"
@@ -244,8 +245,9 @@ def _select_files(submitted: Sequence[SubmittedPath], key: str, doubtful: Sequen
         paths = tuple(entry.path for entry in submitted)
         return StudentFiles(paths, failure=f"qdot failed to find the notebook: {type(error).__name__}: {error}")
     refused = [path for path, refusal in refusals.items() if refusal]
+    names = ", ".join(make_printable(path.name) for path in refused[:3])
     reasons = " and ".join(dict.fromkeys(refusals[path] for path in refused[:3]))
-    message = f"{', '.join(printable_name(path.name) for path in refused[:3])}: {reasons}; submit the file itself"
+    message = f"{names}: {reasons}; submit the file itself"
     if files:
         return select(tuple(files), (message,) if refused else ())
     if refused:
@@ -253,8 +255,8 @@ def _select_files(submitted: Sequence[SubmittedPath], key: str, doubtful: Sequen
     return StudentFiles(tuple(doubtful), (), UNCERTAIN_OWNER) if doubtful else None
 
 
-def _refusal_reason(path: Path) -> str:
-    """Return a phrase that says why a path is not opened; empty for a regular file."""
+def _explain_refusal(path: Path) -> str:
+    """Return a phrase that says why qdot does not open a path; empty for a regular file, which is opened."""
     try:
         mode = path.lstat().st_mode
     except OSError as error:
@@ -271,11 +273,10 @@ def _list_files(path: Path) -> Iterator[Path]:
 
     Links are yielded but not followed. A folder that can't be read is yielded itself.
     """
-    if path.is_symlink() or not safe_check(path.is_dir):
+    if path.is_symlink() or not check_safely(path.is_dir):
         yield path
         return
-    count = 0
-    unreadable_paths, unvisited_paths = list[Path](), [path]
+    count, unreadable_paths, unvisited_paths = 0, list[Path](), [path]
     while unvisited_paths:  # os.walk is recursive, but folders may be nested very deeply
         folder = unvisited_paths.pop()
         try:
@@ -295,7 +296,7 @@ def _list_files(path: Path) -> Iterator[Path]:
 
 
 def _is_hidden(name: str) -> bool:
-    """Return whether operating systems or Jupyter make files of this name: .ipynb_checkpoints, __MACOSX, Thumbs.db."""
+    """Return whether a name is hidden or typical of files that programs make: .ipynb_checkpoints, Thumbs.db."""
     return (name.startswith(".") and name != "..") or name in ("__MACOSX", "Thumbs.db", "desktop.ini", "__pycache__")
 
 
@@ -309,108 +310,116 @@ _ENDINGS_BY_RANK = (
     (*SCRIPT_ENDINGS, *MARKDOWN_ENDINGS),
     (".txt", ".html", ".htm", ".pdf", ".docx", ".doc", ".odt", ".rtf"),
 )
+"""Endings of file names, the most likely for a notebook first."""
 _DOCUMENT_RANK = 4
 """The index in `_ENDINGS_BY_RANK` of documents that are not notebooks; files with unknown endings come after it."""
 
 
 def _rank_by_ending(name: str) -> int:
-    """Return how unlikely a file with this name is to be the notebook.
+    """Return the index of the ending of a file's name in `_ENDINGS_BY_RANK`, or its length for an unknown ending.
 
-    This is an index in `_ENDINGS_BY_RANK`, 0 for the most likely, or its length if the ending is not in it.
+    A file with a lower rank is more likely the notebook.
     """
     ranks = (rank for rank, endings in enumerate(_ENDINGS_BY_RANK) if name.lower().endswith(endings))
     return next(ranks, len(_ENDINGS_BY_RANK))
 
 
-def _archive_depth(name: str) -> int:
+def _find_archive_depth(name: str) -> int:
     """Return the depth of a path in an archive; a path that leads out of the archive counts as the deepest."""
     parts = PurePosixPath(name.replace("\\", "/")).parts
     return 1000 if ".." in parts else len(parts)
 
 
-T = TypeVar("T")
+AnyFile = TypeVar("AnyFile")
 
 
-def sort_candidates(files: Sequence[T], name_of: Callable[[T], str], read: Callable[[T], bytes], key: str) -> list[T]:
-    """Return the files sorted by how likely they are to be the notebook of the assignment `key`, most likely first."""
+def sort_candidates(
+    files: Sequence[AnyFile], name_of: Callable[[AnyFile], str], read: Callable[[AnyFile], bytes], key: str
+) -> list[AnyFile]:
+    """Return the files sorted by how likely they are to be the notebook of the assignment `key`, most likely first.
+
+    `name_of` returns the name of a file, and `read` its content.
+    """
     marker = f'"assignment": "{key}"'.encode()
 
-    def rank(file: T) -> tuple[int, bool, bool, int, str]:
+    def rank(file: AnyFile) -> tuple[int, bool, bool, int, str]:
         name, ending_rank = name_of(file), _rank_by_ending(name_of(file))
         is_unmarked = len(files) > 1 and ending_rank <= 1 and marker not in read(file)
-        return ending_rank, PurePosixPath(name).name != f"{key}.ipynb", is_unmarked, _archive_depth(name), name
+        return ending_rank, PurePosixPath(name).name != f"{key}.ipynb", is_unmarked, _find_archive_depth(name), name
 
     return sorted(files, key=rank)
 
 
 def _read_small(path: Path) -> bytes:
-    """Return the content of a file; empty if it is very large or unreadable."""
-    try:
+    """Return the content of a file; empty if the file is very large or unreadable."""
+    with contextlib.suppress(OSError):
         return path.read_bytes() if path.stat().st_size <= MAX_FILE_BYTES // 4 else b""
-    except OSError:
-        return b""
+    return b""
 
 
-def _read_small_member(archive: Path, member: ArchiveMember) -> bytes:
-    """Return the content of a file in an archive; empty if it is very large or unreadable."""
-    try:
-        return read_member(archive, member.name) if member.size <= MAX_FILE_BYTES // 4 else b""
-    except Unreadable:
-        return b""  # the error is reported later if this is the file to grade
+def _read_small_member(archive: Path, sizes: Mapping[str, int], name: str) -> bytes:
+    """Return the content of a file in an archive; empty if the file is very large or unreadable."""
+    with contextlib.suppress(Unreadable):  # the error is reported later if this is the file to grade
+        return read_member(archive, name) if sizes[name] <= MAX_FILE_BYTES // 4 else b""
+    return b""
 
 
 def select_likely_notebooks(files: Sequence[Path]) -> tuple[tuple[Path, ...], str]:
-    """Return those of a student's sorted files that are likely notebooks, and a note.
+    """Return the likely notebooks among a student's sorted files, and a note, which is usually empty.
 
-    If there are more than `MAX_NOTEBOOKS`, return the first one and the newest of the others; the note says so.
+    If there are more than `MAX_NOTEBOOKS`, the first notebook and the newest of the others are returned. The note says
+    so.
     """
     highest_rank = min(max(2, _rank_by_ending(files[0].name)), _DOCUMENT_RANK - 1)
-    likely = [path for path in files if _rank_by_ending(path.name) <= highest_rank]
-    if len(likely) <= MAX_NOTEBOOKS:
-        return tuple(likely) or tuple(files[:1]), ""
-    newest_files = {*likely[:1], *sorted(likely[1:], key=_modification_time, reverse=True)[: MAX_NOTEBOOKS - 1]}
-    note = (
-        f"{len(likely)} notebooks were submitted, but qdot reads at most {MAX_NOTEBOOKS}: {likely[0].name} and the "
-        f"{MAX_NOTEBOOKS - 1} newest of the others"
-    )
-    return tuple(path for path in likely if path in newest_files), note
+    likely_paths = [path for path in files if _rank_by_ending(path.name) <= highest_rank]
+    if len(likely_paths) <= MAX_NOTEBOOKS:
+        return tuple(likely_paths) or tuple(files[:1]), ""
+    first, *others = likely_paths
+    chosen_paths = {first, *sorted(others, key=find_modification_time, reverse=True)[: MAX_NOTEBOOKS - 1]}
+    choice = f"{first.name} and the {MAX_NOTEBOOKS - 1} newest of the others"
+    note = f"{len(likely_paths)} notebooks were submitted, but qdot reads at most {MAX_NOTEBOOKS}: {choice}"
+    return tuple(path for path in likely_paths if path in chosen_paths), note
 
 
-def _modification_time(path: Path) -> int:
-    """Return the time at which a file was last changed, in seconds since 1970; 0 if it is unknown."""
-    try:
-        return int(path.lstat().st_mtime)
-    except OSError:
-        return 0
+MAX_TIME = 253_370_764_800
+"""The beginning of the year 9999, in seconds since 1970; a file's time may be later than Python's datetime allows."""
+
+
+def find_modification_time(path: Path) -> datetime.datetime:
+    """Return the time at which a file was last changed, from 1970 to 9999; the beginning of 1970 if it is unknown."""
+    seconds = 0
+    with contextlib.suppress(OSError):
+        seconds = min(max(int(path.lstat().st_mtime), 0), MAX_TIME)
+    return datetime.datetime.fromtimestamp(seconds, datetime.UTC)
 
 
 # --- reading ---
 
 
 def find_python_files(path: Path) -> tuple[Path, ...]:
-    """Return the Python files in a notebook's folder, without links. All of them must be the same student's."""
+    """Return the Python files in a notebook's folder, without links. The folder must be that of one student."""
     try:
-        return tuple(sorted(file for file in path.parent.glob("*.py") if not _refusal_reason(file)))
+        return tuple(sorted(file for file in path.parent.glob("*.py") if not _explain_refusal(file)))
     except OSError:
         return ()
 
 
 def read_submission(path: Path, key: str = "", siblings: Sequence[Path] = ()) -> Submission:
-    """Return a submission from a notebook, script, Markdown file or archive, with the Python files that it may import.
+    """Return the submission in a notebook, script, Markdown file or archive, with the Python files that it may import.
 
-    `siblings` are files that may be in the same folder. Raises Unreadable, with the reason, if it can't be graded.
+    `key` is the key of the assignment. `siblings` are files that may be in the same folder. Raises Unreadable.
     """
-    label = printable_name(path.name)
+    label = make_printable(path.name)
     try:
         status = path.stat()
         if not stat.S_ISREG(status.st_mode):
             raise Unreadable(f"{label} is not a file")
-        data = path.read_bytes() if status.st_size <= MAX_FILE_BYTES else None
+        if status.st_size > MAX_FILE_BYTES:
+            limit = f"{MAX_FILE_BYTES // 1_000_000} MB"
+            raise OverLimit(f"{label} is larger than {limit}; clear its outputs and submit it again")
+        data = path.read_bytes()
     except OSError as error:
         raise Unreadable(f"{label} can't be read: {error.strerror}") from None
-    if data is None:
-        advice = "clear its outputs and submit it again"
-        raise OverLimit(f"{label} is larger than {MAX_FILE_BYTES // 1_000_000} MB; {advice}")
     name, notes, digest = path.name, list[str](), hashlib.sha256(data).hexdigest()
     same_folder = [sibling for sibling in siblings if sibling.parent == path.parent and sibling != path]
     neighbours: list[_Neighbour] = [(sibling.name, partial(_read_small, sibling)) for sibling in same_folder]
@@ -419,9 +428,9 @@ def read_submission(path: Path, key: str = "", siblings: Sequence[Path] = ()) ->
         notes.append(note)
     content = read_cells(name, data)
     if content.note:
-        notes.append(f"{printable_name(name)} is not an .ipynb file: {content.note}")
-    described = (content.cells, content.qdot_metadata, tuple(notes), content.unknown_metadata)
-    return Submission(path, modification_time(status), digest, *described, modules=_read_modules(neighbours))
+        notes.append(f"{make_printable(name)} is not an .ipynb file: {content.note}")
+    description = content.cells, content.qdot_metadata, tuple(notes), content.unknown_metadata
+    return Submission(path, find_modification_time(path), digest, *description, modules=_read_modules(neighbours))
 
 
 MAX_MODULES, MAX_MODULE_BYTES = 20, 200_000
@@ -433,59 +442,44 @@ _Neighbour = tuple[str, Callable[[], bytes]]
 
 
 def _read_modules(neighbours: Sequence[_Neighbour]) -> dict[str, str]:
-    """Return the texts of the files that Python can import, by file name."""
-    importable = [
-        neighbour for neighbour in neighbours if neighbour[0].endswith(".py") and neighbour[0][:-3].isidentifier()
-    ]
-    contents = [(name, read_content()) for name, read_content in importable[:MAX_MODULES]]
+    """Return the texts of those files that Python can import, by file name."""
+    modules = [(name, read) for name, read in neighbours if name.endswith(".py") and name[:-3].isidentifier()]
+    contents = [(name, read()) for name, read in modules[:MAX_MODULES]]
     return {name: data.decode("utf-8-sig", "replace") for name, data in contents if len(data) <= MAX_MODULE_BYTES}
-
-
-MAX_TIME = 253_370_764_800
-"""The beginning of the year 9999 in seconds since 1970; a file's time may be later than Python's datetime allows."""
-
-
-def modification_time(status: os.stat_result) -> datetime.datetime:
-    """Return the time at which a file was last changed, or the nearest time that datetime can represent."""
-    return datetime.datetime.fromtimestamp(min(max(int(status.st_mtime), 0), MAX_TIME), datetime.UTC)
 
 
 def _read_from_archive(path: Path, key: str) -> tuple[str, bytes, str, list[_Neighbour]]:
     """Return the name and content of the notebook in an archive, a note, and the files in the notebook's folder.
 
-    Raises Unreadable if there is no notebook or it can't be unpacked.
+    Raises Unreadable if the archive contains no notebook or can't be unpacked.
     """
-    files = [member for member in list_members(path) if not any(map(_is_hidden, PurePosixPath(member.name).parts))]
-    label = printable_name(path.name)
-    candidates = [member for member in files if _rank_by_ending(member.name) in (0, 1, 3)]
+    sizes, label = list_members(path), make_printable(path.name)
+    names = [name for name in sizes if not any(map(_is_hidden, PurePosixPath(name).parts))]
+    candidates = [name for name in names if _rank_by_ending(name) in (0, 1, 3)]
     if not candidates:
-        has_archive = any(_rank_by_ending(member.name) == 2 for member in files)
+        has_archive = any(_rank_by_ending(name) == 2 for name in names)
         content = "contains only another archive, which qdot does not open" if has_archive else "contains no notebook"
         raise Unreadable(f"{label} {content}; {NOTEBOOK_ADVICE}")
-    candidates.sort(key=lambda member: (_rank_by_ending(member.name), _archive_depth(member.name), member.name))
-    read = partial(_read_small_member, path)
-    best_member, *other_members = sort_candidates(candidates[:20], lambda member: member.name, read, key)
-    best_name, best_rank, best_path = (
-        printable_name(best_member.name),
-        _rank_by_ending(best_member.name),
-        PurePosixPath(best_member.name),
-    )
-    if best_member.size > MAX_FILE_BYTES:
-        raise OverLimit(f"{best_name} in {label} is larger than {MAX_FILE_BYTES // 1_000_000} MB; clear its outputs")
-    note = f"{label} is an archive; qdot graded {best_name} in it"
-    names = [printable_name(member.name) for member in other_members if _rank_by_ending(member.name) <= best_rank]
-    note += f", not {', '.join(names[:5])}" if names else ""
-    member_paths = [(PurePosixPath(member.name), member) for member in files if member != best_member]
-    same_folder = [(path.name, member) for path, member in member_paths if path.parent == best_path.parent]
-    neighbours: list[_Neighbour] = [(name, partial(read, member)) for name, member in same_folder]
-    return best_path.name, read_member(path, best_member.name), note, neighbours
+    candidates.sort(key=lambda name: (_rank_by_ending(name), _find_archive_depth(name), name))
+    read = partial(_read_small_member, path, sizes)
+    best, *others = sort_candidates(candidates[:20], str, read, key)
+    if sizes[best] > MAX_FILE_BYTES:
+        limit = f"{MAX_FILE_BYTES // 1_000_000} MB"
+        raise OverLimit(f"{make_printable(best)} in {label} is larger than {limit}; clear its outputs")
+    note = f"{label} is an archive; qdot graded {make_printable(best)} in it"
+    likely_names = [make_printable(name) for name in others if _rank_by_ending(name) <= _rank_by_ending(best)]
+    note += f", not {', '.join(likely_names[:5])}" if likely_names else ""
+    folder = PurePosixPath(best).parent
+    same_folder = [name for name in names if name != best and PurePosixPath(name).parent == folder]
+    neighbours: list[_Neighbour] = [(PurePosixPath(name).name, partial(read, name)) for name in same_folder]
+    return PurePosixPath(best).name, read_member(path, best), note, neighbours
 
 
 # --- metadata ---
 
 
 def explain_wrong_assignment(submission: Submission, assignment: "Assignment") -> str | None:
-    """Return a message if, according to its metadata, a notebook belongs to another assignment; else None."""
+    """Return a message if the metadata of a notebook name another assignment; None otherwise."""
     claimed_key = submission.qdot_metadata.get("assignment")
     if isinstance(claimed_key, str) and claimed_key != assignment.key:
         return f"this notebook belongs to the assignment {claimed_key[:80]!r}, but this is {assignment.key!r}"
@@ -500,26 +494,21 @@ Notes = list[tuple[str, str]]
 
 
 def find_oddities(submission: Submission, assignment: "Assignment", student: str) -> Notes:
-    """Return notes on peculiar metadata. They don't affect marks: the student's own problems are graded in any case."""
+    """Return notes on unusual metadata, which don't affect marks: the student's own problems are graded in any case."""
     claims, notes = submission.qdot_metadata, Notes()
     claimed_student, digest = claims.get("student"), claims.get("digest")
     if isinstance(claimed_student, str) and claimed_student != student:
-        message = (
-            "this notebook was released to another student. It was graded against your own problems, and no answer in "
-            "it earns points for following from a wrong one"
-        )
+        rule = "no answer in it earns points for following from a wrong one"
+        message = f"this notebook was released to another student. It was graded against your own problems, and {rule}"
         notes.append((f"the notebook was released to {claimed_student[:80]!r}", message))
     if claims.get("kind") == "solution":
         notes.append(("this is the staff's notebook with the solutions", ""))
-    if isinstance(digest, str) and digest not in (
-        assignment.problems_digest_of(student),
-        assignment.problems_digest_of(str(claimed_student)),
-    ):
+    if isinstance(digest, str) and digest not in map(assignment.problems_digest_of, (student, str(claimed_student))):
         message = "this notebook was made from another version of the assignment. Ask your instructor for the right one"
         notes.append((OTHER_VERSION, message))
     parts = {f"{slot.name}.{question}" for slot in assignment.slots for question in slot.questions}
     if unknown := sorted({cell.part for cell in submission.cells if cell.part is not None} - parts):
-        listing = list_some(list(map(printable_name, unknown)), 3)
+        listing = list_some(list(map(make_printable, unknown)), 3)
         notes.append((f"cells are marked as answers to parts that the assignment does not have: {listing}", ""))
     if submission.unknown_metadata:
         listing = list_some(submission.unknown_metadata, 5)

@@ -68,7 +68,7 @@ test("what can't be read differs nowhere, also after an answer that did", async 
   ]) {
     await page.getByLabel("Your answer").fill(text);
     await page.getByRole("button", { name: "Check", exact: true }).click();
-    await page.locator(".verdict", { hasText: poses ? "Not right" : "Couldn't be parsed" }).waitFor();
+    await page.locator(".verdict", { hasText: poses ? "Not right" : "couldn't parse this" }).waitFor();
     assert.equal(await page.locator(".verdict").getByText("Show the pose in which").count(), poses, text);
   }
 });

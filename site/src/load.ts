@@ -6,7 +6,7 @@ import type { Sizes } from "./offline/keep.js";
 import { translateSolutions, translateIndex, translateProblem } from "./text/problems.js";
 import { language } from "./text/text.js";
 
-/** The site's root relative to the page. A page shown at any address (such as 404) takes it from its script's address. */
+/** The site's root relative to the page; a page shown at any address, such as 404, uses its script's address. */
 export const ROOT = typeof document === "undefined" ? "" : rootOf(document.body.dataset);
 
 function rootOf({ root, anywhere }: DOMStringMap): string {
@@ -27,10 +27,10 @@ function load<T>(path: string): Promise<T> {
   return file;
 }
 
-/** Return the page's language, a file, and its translation into this language; null for English, or if there is none. */
+/** Return the page's language, a file, and its translation; null for English, or if there is no translation. */
 async function withTranslation<T, U>(name: string): Promise<[string, T, U | null]> {
   const { code } = language();
-  const translation = code === "en" ? null : load<U>(`${name}.${code}.json`).catch(() => null); // the page then shows English
+  const translation = code === "en" ? null : load<U>(`${name}.${code}.json`).catch(() => null);
   return [code, await load<T>(`${name}.json`), await translation];
 }
 

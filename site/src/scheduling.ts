@@ -8,7 +8,7 @@ export function afterPaint(work: () => void): void {
   else requestAnimationFrame(() => setTimeout(work));
 }
 
-/** Return how often a component was painted, up to `last`: it shows its parts step by step, so that no step takes long. */
+/** Return how often a component was painted, up to `last`. It shows its parts step by step, so no step takes long. */
 export function useSteps(last: number): number {
   const [step, setStep] = useState(0);
   useEffect(() => {

@@ -10,7 +10,7 @@ type Waiting = { readonly latex: string; readonly block: boolean };
 const waiting = new Map<HTMLElement, Waiting>();
 let running: Promise<void> | null = null;
 
-/** Typeset every formula in an element: LaTeX in elements of class "tex" is replaced. Most formulas are MathML already. */
+/** Typeset the LaTeX in elements of class "tex" inside an element. Most formulas are MathML already. */
 export function typeset(root: HTMLElement): Promise<void> {
   afterPaint(() => makeReachable(root));
   for (const element of root.querySelectorAll<HTMLElement>(".tex:not([data-set])")) {

@@ -19,9 +19,10 @@ from qdot.exercises.exports.known_wrong import find_known_wrong_answers
 from qdot.exercises.exports.registry import EXPORT_FORMATS
 from qdot.exercises.notebook.notebook import make_solution_notebook, write_notebook
 from qdot.exercises.problem.problem import Part, Problem, name_answer_variable
-from qdot.grader.grading.batch import find_student, find_student_files, grade_one, make_limits
+from qdot.grader.grading.batch import find_student, grade_one, make_limits
 from qdot.grader.grading.certify import find_failures
 from qdot.grader.sandbox.sandbox import Limits
+from qdot.grader.submissions.submission import find_student_files
 from tests.platforms.given import SECRET
 from tests.platforms.records import Counts
 

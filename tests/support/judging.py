@@ -18,9 +18,8 @@ from qdot.grader.judging.verdict import Diagnosis, Judgement
 def judge_expression(
     student: str, reference: str, domain: Domain, seed: str, rounding: Rounding | None = None
 ) -> Judgement:
-    return formulas.judge_expression(
-        read_formula(student, domain), parse_formula(reference, domain.roles), domain, seed, rounding
-    )
+    given, due = read_formula(student, domain), parse_formula(reference, domain.roles)
+    return given.refusal or formulas.judge_expression(given, due, domain, seed, rounding)
 
 
 def judge_matrix(
@@ -29,14 +28,15 @@ def judge_matrix(
 ) -> Judgement:  # fmt: skip
     rows = [[parse_formula(entry, domain.roles) for entry in row] for row in reference]
     given = read_matrix(student, (len(rows), len(rows[0])), domain, labels)
-    return formulas.judge_matrix(given, rows, domain, seed, rounding)
+    return given.refusal or formulas.judge_matrix(given, rows, domain, seed, rounding)
 
 
 def judge_numbers(
     student: str, reference: Sequence[float], units: Sequence[str], tolerance: float, floor: float,
     labels: Sequence[str] = (),
 ) -> Judgement:  # fmt: skip
-    return formulas.judge_numbers(read_numbers(student, len(reference), labels), reference, units, tolerance, floor)
+    given = read_numbers(student, len(reference), labels)
+    return given.refusal or formulas.judge_numbers(given, reference, units, tolerance, floor)
 
 
 def judge_singular(
@@ -45,11 +45,13 @@ def judge_singular(
 ) -> Judgement:  # fmt: skip
     pieces = [parse_formula(text, domain.roles) for text in reference]
     due = formulas.group_by_joints(pieces, joints)
-    return formulas.judge_singular(read_conditions(student, domain), due, joints, domain, seed, rounding)
+    given = read_conditions(student, domain)
+    return given.refusal or formulas.judge_singular(given, due, joints, domain, seed, rounding)
 
 
 def judge_angles(student: str, reference: str, domain: Domain, seed: str) -> Judgement:
-    return formulas.judge_angles(read_conditions(student, domain), parse_formula(reference, domain.roles), domain, seed)
+    given, due = read_conditions(student, domain), parse_formula(reference, domain.roles)
+    return given.refusal or formulas.judge_angles(given, due, domain, seed)
 
 
 def judge_direction(
@@ -58,19 +60,22 @@ def judge_direction(
 ) -> Judgement:  # fmt: skip
     given = read_matrix(student, (len(reference), 1), domain, labels)
     due = [parse_formula(entry, domain.roles) for entry in reference]
-    return formulas.judge_direction(given, due, domain, seed, tolerance)
+    return given.refusal or formulas.judge_direction(given, due, domain, seed, tolerance)
 
 
 def judge_choice(student: str, options: Sequence[str], right: int) -> Judgement:
-    return choices.judge_choice(choices.read_choice(student, options), options, right)
+    given = choices.read_choice(student, options)
+    return given.refusal or choices.judge_choice(given, options, right)
 
 
 def judge_selection(student: str, options: int, right: Sequence[int]) -> Judgement:
-    return choices.judge_selection(choices.read_selection(student, options), options, right)
+    given = choices.read_selection(student, options)
+    return given.refusal or choices.judge_selection(given, options, right)
 
 
 def judge_matching(student: str, items: Sequence[str], options: int, right: Sequence[int]) -> Judgement:
-    return choices.judge_matching(choices.read_matching(student, items, options), items, right)
+    given = choices.read_matching(student, items, options)
+    return given.refusal or choices.judge_matching(given, items, right)
 
 
 def diagnose(problem: Problem, part: Part, text: str, seed: str, points_seed: str = "") -> Diagnosis | None:

@@ -52,7 +52,7 @@ def as_table(chain: Chain) -> Chain:
     x, y, z = chain.point.offset
     if chain.point.frame < chain.n:
         return chain
-    if last.kind == "P":
+    if last.is_prismatic:
         others[-1] = replace(others[-1], a=others[-1].a + x)
         return replace(chain, joints=(*others, replace(last, d=last.d + z)), tool=None)
     x += last.a

@@ -8,8 +8,14 @@ from typing import Any
 from qdot.exercises.assignment.assignment import Assignment
 from qdot.exercises.common.json_form import from_json
 from qdot.grader.grading.marking import sum_points
-from qdot.grader.grading.result import CountingSubmission, PartResult, ProblemResult, Result
+from qdot.grader.grading.result import CountingSubmission, Override, PartResult, ProblemResult, Result
 from qdot.grader.judging.verdict import Outcome
+
+
+def make_override(points: float | None, comment: str = "", group: str | None = None) -> Override:
+    """Return an override as overrides.csv contains it, without the grader's points."""
+    return Override(points, comment, None, group)
+
 
 SHARES = {"correct": 1.0, "partial": 0.5, "wrong": 0.0, "missing": 0.0, "ungraded": None}
 

@@ -41,7 +41,7 @@ def shape_of(chain: Chain, is_random: bool) -> str:
     if all(row.startswith("w") for row in chain.task):
         return "wrist"
     where = "planar" if is_drawn_flat(chain) else "spatial"
-    if any(joint.kind == "P" for joint in chain.joints):
+    if bool(chain.prismatic_joints):
         return f"{where}, with slides"
     return f"{where}, square" if len(chain.task) == chain.n else f"{where}, not square"
 

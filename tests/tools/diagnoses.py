@@ -190,7 +190,7 @@ def random_answers(problem: Problem, part: Part, count: int) -> Iterator[str]:
     """Yield answers of the right type that are wrong in a way that is nobody's mistake."""
     rng = random.Random(f"{problem.id}/{part.name}")
     given = part.details.given_joints  # a term with their sines may vanish where it is asked
-    turned = [q for joint, q in zip(problem.chain.joints, problem.chain.q, strict=True) if joint.kind == "R"]
+    turned = [q for joint, q in zip(problem.chain.joints, problem.chain.q, strict=True) if joint.is_revolute]
     joints = [q.name for q in turned if q not in given]
     lengths = [s.name for s in problem.chain.parameters] or ["1"]
 

@@ -16,7 +16,7 @@ import numpy as np
 import sympy as sp
 
 from qdot.exercises.arm.chain import Chain
-from qdot.exercises.arm.derivation import structure
+from qdot.exercises.arm.derivation import symbolic_arm_of
 from qdot.exercises.arm.derivation_graph import StageResults, compute_numeric_stages
 from qdot.exercises.common.console import say
 from qdot.exercises.common.files import write_atomically
@@ -87,7 +87,7 @@ def keys_in_formulas(arms: Sequence[Chain], groups: Sequence[str]) -> dict[str, 
     factor.
     """
     keys: dict[str, list[Key]] = {group: [()] * len(arms) for group in groups}
-    known = [structure(arm) for arm in arms]
+    known = [symbolic_arm_of(arm) for arm in arms]
     alike: dict[Chain, list[int]] = {}
     for index, its in enumerate(known):
         alike.setdefault(its.chain, []).append(index)

@@ -43,7 +43,7 @@ def _case(table: Table, name: str) -> dict[str, Any]:
         path.write_text(toml, encoding="utf-8")
         robot = read_robot_file(path)
     chain, stream = robot.chain, Stream(name)
-    q = [round(stream.uniform(-3, 3) if joint.kind == "R" else stream.uniform(0.1, 1), 3) for joint in chain.joints]
+    q = [round(stream.uniform(-3, 3) if joint.is_revolute else stream.uniform(0.1, 1), 3) for joint in chain.joints]
     whole = as_written(kept, q)
     off = np.abs(whole - NumericChain(chain, {}).jacobian(np.array(q))).max()
     if off > (1e-8 if robot.is_table_rounded else 1e-12):

@@ -213,7 +213,7 @@ def in_rates(problem: Problem, part: Part) -> Iterator[tuple[str, list[float]]]:
     """Yield slips in joint rates."""
     assert isinstance(part.answer, Number)
     right = np.array([float(value) for value in part.answer.reference])
-    turning = np.array([joint.kind == "R" for joint in problem.chain.joints])
+    turning = np.array([joint.is_revolute for joint in problem.chain.joints])
     yield "rates in degrees per second", [*np.where(turning, np.degrees(right), right)]
     yield "everything with the other sign", [*-right]
     for k in range(len(right)):

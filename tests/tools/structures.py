@@ -66,14 +66,14 @@ def normal_form(rows: tuple[StructureRow, ...]) -> tuple[StructureRow, ...]:
     first = rows[0]
     normal_rows = [
         StructureRow("R", first.a, False, first.twist)
-        if first.kind == "R"
+        if first.is_revolute
         else StructureRow("P", False, False, first.twist)
     ]
     for row in rows[1:]:
         before = normal_rows[-1]
-        if row.kind == "R" and row.d and not before.twist:
+        if row.is_revolute and row.d and not before.twist:
             normal_rows[-1] = (
-                StructureRow("R", before.a, len(normal_rows) > 1, before.twist) if before.kind == "R" else before
+                StructureRow("R", before.a, len(normal_rows) > 1, before.twist) if before.is_revolute else before
             )
             normal_rows.append(StructureRow("R", row.a, False, row.twist))
         else:
@@ -170,7 +170,7 @@ def class_key(rows: Sequence[StructureRow], task: Sequence[str] = ()) -> Key:
 def _bodies(rows: Sequence[StructureRow]) -> list[_Body]:
     bodies, axes = [_Body()], (0, 1, 2)
     for row in rows:
-        if row.kind == "R":
+        if row.is_revolute:
             bodies[-1].behind = axes[2]
             bodies.append(_Body(offsets={BEFORE} if row.d else set()))
             axes = (0, 1, 2)

@@ -59,4 +59,4 @@ def test_a_wrong_formula_is_found() -> None:
 def test_arms_are_the_same_for_a_seed() -> None:
     first, again = ([robot.chain for robot in arms(20, "b")] for _ in range(2))
     assert first == again and len({chain.n for chain in first}) > 3
-    assert any(joint.kind == "P" for chain in first for joint in chain.joints)
+    assert any(joint.is_prismatic for chain in first for joint in chain.joints)

@@ -1,9 +1,9 @@
-"""The conventions in which arms are presented: one class for each, with everything that depends on the convention.
+"""Define the conventions in which arms are presented: one class for each, with all that depends on the convention.
 
     base           the base class, with the properties and methods of every convention
     standard_dh    the standard (distal) Denavit-Hartenberg table
     modified_dh    the modified (proximal) Denavit-Hartenberg table of Craig
-    screws         the joint axes at home
+    screws         the joint axes at home, without frames on the links
 
 All other code calls methods of `convention_of(chain)`; it does not test which convention an arm has.
 """
@@ -19,14 +19,14 @@ if TYPE_CHECKING:
     from qdot.exercises.arm.chain import Chain
 
 REGISTRY: dict[str, type[Convention]] = {convention.name: convention for convention in (StandardDh, ModifiedDh, Screws)}
-"""All conventions by name; the first is the default."""
+"""Maps the name of each convention to its class; the first convention is the default."""
 
 ALIASES = {alias: convention.name for convention in REGISTRY.values() for alias in convention.aliases}
-"""Other common names of conventions, each with the name that is used here."""
+"""Maps other common names of conventions to the names that are used here."""
 
 
 def convention_of(chain: "Chain") -> Convention:
-    """Return the convention in which an arm is presented, as an object for this arm.
+    """Return the convention in which an arm is presented, as an object that knows the arm.
 
     >>> from qdot.exercises.arm.chain import Chain, Joint
     >>> arm = Chain("arm", (Joint("R", "theta1", 0, "a1", 0),), ("vx",), convention="modified-dh")

@@ -1,7 +1,7 @@
-"""The base class of all conventions.
+"""Define the base class of all conventions, which describes the standard table; subclasses override what differs.
 
 All results are derived from the standard (distal) Denavit-Hartenberg table. A convention determines how an arm is
-presented, not how it moves. This class describes the standard table; subclasses override what differs.
+presented, not how it moves.
 """
 
 import re
@@ -16,12 +16,15 @@ from qdot.exercises.arm.vectors import rot_x, rot_z
 
 if TYPE_CHECKING:
     from qdot.exercises.arm.chain import Base, Chain, Joint, Point
-    from qdot.exercises.arm.standard_table import WrittenRow
     from qdot.exercises.writing.languages import Catalogue
 
 FRAMES, FRAMES_OF_JOINTS, SCREWS = "frames", "frames of joints", "screws"
-"""Features that a convention may have, and that a question or a mistake may require: frames on the links; frames on the
-links with the z axis along the joint that moves the link; the joint axes at home and their screws."""
+"""The features that a convention may have. A question or a mistake may apply only to conventions with a feature.
+
+- FRAMES: every link has a frame.
+- FRAMES_OF_JOINTS: the z axis of a link's frame is the axis of the joint that moves the link.
+- SCREWS: an arm is described by its joint axes at home and their screws.
+"""
 
 VELOCITY_NAMES = ("vx", "vy", "vz", "wx", "wy", "wz")
 """The components of a six-dimensional velocity, linear first (6.6)."""
@@ -31,7 +34,10 @@ _ORIGIN = re.compile(r"the origin O(\d+)")
 
 
 class Convention:
-    """The presentation of one arm in a convention. Names of axes and vectors are LaTeX without dollar signs."""
+    """The presentation of one arm in a convention.
+
+    The names of axes, vectors and points that its methods return are LaTeX without dollar signs.
+    """
 
     name: ClassVar[str]
     """The name of the convention in files and in problem ids."""
@@ -42,7 +48,7 @@ class Convention:
     features: ClassVar[frozenset[str]] = frozenset({FRAMES})
     """The features of the convention."""
     twist_orders: ClassVar[tuple[str, ...]] = ()
-    """The possible orders of omega and v in a twist, the default first; empty if there is no choice."""
+    """The possible orders of omega and v in a twist, the default first; empty if the convention has one order only."""
     joint_keys: ClassVar[tuple[str, ...]] = ("kind", "theta", "d", "a", "alpha")
     """The keys of a joint in a ROBOT.toml."""
     shows_table: ClassVar[bool] = True
@@ -50,9 +56,9 @@ class Convention:
     is_drawn_at_home: ClassVar[bool] = False
     """Whether the figure shows the arm with all joint variables zero, and the joint axes there."""
     fixed_frame: ClassVar[str] = "w"
-    """The letter of the frame that doesn't move."""
+    """The letter of the frame that doesn't move, in which positions and directions are expressed."""
     specific_mistakes: ClassVar[frozenset[str]] = frozenset()
-    """Mistakes that can only happen in this convention."""
+    """The names of mistakes that can only happen in this convention."""
     caption: ClassVar[str] = "Denavit–Hartenberg parameters"
     """The caption of the table that describes an arm."""
     columns: ClassVar[tuple[str, ...]] = (r"\theta_i", "d_i", "a_i", r"\alpha_i")
@@ -81,12 +87,12 @@ class Convention:
 
     @property
     def is_proximal(self) -> bool:
-        """Whether the z axis of frame i is the axis of joint i, which is not so in the standard table."""
+        """Whether the z axis of frame i is the axis of joint i; in the standard table, it is that of joint i + 1."""
         return FRAMES_OF_JOINTS in self.features
 
     @property
     def has_standard_frames(self) -> bool:
-        """Whether its frames are those of the standard table."""
+        """Whether the links have frames, and these are the frames of the standard table."""
         return bool(self.frame_numbers) and not self.is_proximal
 
     # --- table and frames ---
@@ -112,7 +118,7 @@ class Convention:
         return [theta, d, a, alpha]
 
     @staticmethod
-    def row_steps(row: "Joint | WrittenRow") -> "Iterator[tuple[str, sp.Expr, sp.Expr]]":
+    def row_steps(row: "Joint") -> "Iterator[tuple[str, sp.Expr, sp.Expr]]":
         """Yield the axis, the angle (rad) and the length (m) of each screw motion of which a row consists."""
         yield "z", row.theta, row.d
         yield "x", row.alpha, row.a
@@ -126,8 +132,8 @@ class Convention:
         """Return r_i, from O_{i-1} to O_i in frame i-1 (below 6.13; 3 x 1, m)."""
         return sp.Matrix([row.a * sp.cos(row.theta), row.a * sp.sin(row.theta), row.d])
 
-    def distance_along_axis(self, row: "Joint | WrittenRow") -> sp.Expr:
-        """Return the distance (m) along the axis of a joint from its standard origin to the frame on the axis."""
+    def distance_along_axis(self, row: "Joint") -> sp.Expr:
+        """Return the distance (m) along a joint's axis from the standard origin on it to the convention's origin."""
         return sp.S.Zero
 
     def frame_on_axis(self, joint: int) -> int:
@@ -135,25 +141,25 @@ class Convention:
         return joint - 1
 
     def step_to_standard_frame(self, frame: int) -> tuple[sp.Expr, sp.Expr]:
-        """Return alpha (rad) and a (m) of Rx(alpha) Tx(a), which leads from the convention's to the standard frame."""
+        """Return alpha (rad) and a (m) of the step Rx(alpha) Tx(a) from the convention's to the standard frame."""
         return sp.S.Zero, sp.S.Zero
 
-    def numeric_frames(self, frames: np.ndarray, corners: np.ndarray, base_origin: np.ndarray) -> np.ndarray:
-        """Convert numeric poses of the standard frames to those of the convention's frames, (…, n + 1, 4, 4).
+    def convert_standard_frames(self, frames: np.ndarray, corners: np.ndarray, base_origin: np.ndarray) -> np.ndarray:
+        """Convert numeric poses of the standard frames to the poses of the convention's frames, (…, n + 1, 4, 4).
 
-        - `corners`: the points at which link i bends from the axis of joint i into x_i, (…, n, 3).
+        - `corners`: for each link i, the point at which the link bends from the axis of joint i into x_i, (…, n, 3).
         - `base_origin`: the position of O_0, (3).
         """
         return frames
 
-    def first_joints(self, count: int) -> "Chain":
-        """Return the arm that consists of the first joints, with the origin of its last frame as point of interest."""
+    def keep_first_joints(self, count: int) -> "Chain":
+        """Return the arm of the first `count` joints; its point of interest is the origin of its last frame."""
         return replace(self.chain, joints=self.chain.joints[:count], tool=None)
 
     # --- names ---
 
     def axis_name(self, joint: int | None = None, at_home: bool = False) -> str:
-        """Return the name of a joint's axis; if no joint is given, the name of the axis of a revolute joint i."""
+        """Return the name of a joint's axis; for None, return the name of the axis of a revolute joint i."""
         return f"z_{{{self._axis_index(joint)}}}"
 
     @property
@@ -162,7 +168,7 @@ class Convention:
         return self.axis_name()
 
     def vector_name(self, joint: int | None = None) -> str:
-        """Return the name of the vector from the axis of a joint to the point of interest."""
+        """Return the name of the vector from a joint's axis to the point of interest; for None, the joint is i."""
         return f"p^*_{{{self._axis_index(joint)}}}"
 
     def typed_axis(self, joint: int) -> str:
@@ -182,7 +188,7 @@ class Convention:
         return f"$O_{{{self.frame_on_axis(joint)}}}$"
 
     def reference_frame_name(self, catalogue: "Catalogue") -> str:
-        """Return the name of the frame in which everything is expressed."""
+        """Return the name of the frame in which positions and directions are expressed."""
         return catalogue.gettext("the base frame $O_0$") if self.base.is_world else catalogue.gettext("the world frame")
 
     def origin_name(self, frame: int) -> str | None:
@@ -190,18 +196,20 @@ class Convention:
         return f"O_{frame}"
 
     def origin_in_words(self, frame: int) -> str | None:
-        """Return the origin of a standard frame in words; None if the convention has no name for it."""
+        """Return the origin of a standard frame in words; None if the convention has no name for the origin."""
         name = self.origin_name(frame)
         return "the point" if name == "P" else name and f"the origin {name.replace('_', '')}"
 
     def rename_origins(self, statement: str) -> str:
-        """Replace the origins of standard frames in a statement by the convention's names for them.
+        """Replace the origins of standard frames in a statement by the convention's names for these points.
+
+        If the convention has no name for one of them, return a statement that is true for every singular configuration.
 
         >>> from qdot.exercises.arm.chain import Chain, Joint
         >>> from qdot.exercises.arm.conventions import REGISTRY
-        >>> turns = (Joint("R", f"theta{i}", 0, f"a{i}", 0) for i in (1, 2))
-        >>> arm, words = Chain("arm", tuple(turns), ("vx",)), "the origin O1 lies on the axis of joint 2"
-        >>> [each(arm).rename_origins(words)[:15] for each in REGISTRY.values()]
+        >>> joints = (Joint("R", f"theta{i}", 0, f"a{i}", 0) for i in (1, 2))
+        >>> arm, statement = Chain("arm", tuple(joints), ("vx",)), "the origin O1 lies on the axis of joint 2"
+        >>> [convention(arm).rename_origins(statement)[:15] for convention in REGISTRY.values()]
         ['the origin O1 l', 'the origin O2 l', "q2' lies on the"]
         """
         names = {match[0]: self.origin_in_words(int(match[1])) for match in _ORIGIN.finditer(statement)}
@@ -223,15 +231,12 @@ class Convention:
         return (*VELOCITY_NAMES[3:], *VELOCITY_NAMES[:3]) if self.is_omega_first else VELOCITY_NAMES
 
     def reorder_velocity_rows(self, rows: sp.Matrix) -> sp.Matrix:
-        """Reorder six rows, linear first, into the order of the arm's twists; applied twice, it changes nothing."""
+        """Reorder six rows from linear first into the order of the arm's twists, or back."""
         return rows[3:, :].col_join(rows[:3, :]) if self.is_omega_first else rows
 
     @property
     def twist_row_order(self) -> list[int]:
-        """The indices that reorder a twist (omega, v), as screws are derived, into the order of the arm's twists.
-
-        The same indices reorder it back.
-        """
+        """The indices that reorder a derived twist (omega, v) into the order of the arm's twists, or back."""
         return [0, 1, 2, 3, 4, 5] if self.is_omega_first else [3, 4, 5, 0, 1, 2]
 
     def reorder_twists(self, twists: sp.Matrix) -> sp.Matrix:

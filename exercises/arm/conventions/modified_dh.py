@@ -1,8 +1,9 @@
-"""The modified (proximal) Denavit-Hartenberg tables of Craig: z_i is the axis of joint i, which moves frame i.
+"""Define the convention of Craig's modified (proximal) Denavit-Hartenberg tables: joint i moves frame i about z_i.
 
-A row is Rx(alpha_{i-1}) Tx(a_{i-1}) Rz(theta_i) Tz(d_i). Rx and Tx commute, so they can be moved to the end of the row
-before. Therefore both tables hold the same numbers: `alpha` and `a` of row i of the standard table are those of row
-i + 1 of the modified table. `alpha` and `a` of the last standard row determine where P is in the last modified frame.
+A row is Rx(alpha_{i-1}) Tx(a_{i-1}) Rz(theta_i) Tz(d_i). Rx and Tx commute, so they can be moved to the end of the
+preceding row. Therefore the standard and the modified table of an arm contain the same numbers: `alpha` and `a` are in
+row i of the standard table and in row i + 1 of the modified table. The last standard row has no such row i + 1; its
+`alpha` and `a` determine where P is in the last modified frame.
 """
 
 from collections.abc import Iterator
@@ -17,7 +18,6 @@ from qdot.exercises.arm.vectors import cross
 
 if TYPE_CHECKING:
     from qdot.exercises.arm.chain import Base, Chain, Joint, Point
-    from qdot.exercises.arm.standard_table import WrittenRow
 
 Entry = TypeVar("Entry")
 
@@ -35,8 +35,12 @@ class ModifiedDh(Convention):
     frame_index = "i"
     twist_axis = "x_{i-1}"
 
-    def _base_and_rows(self) -> "tuple[Base, list[Joint]]":
-        """Return base and rows; the base's tilt about x, and its shift along x if possible, move into the first row."""
+    def _split_base(self) -> "tuple[Base, list[Joint]]":
+        """Return the base and the rows of the modified table.
+
+        The tilt of the standard base about x belongs to the first row of the modified table. The shift of the base
+        along x also belongs to that row, if the base has neither yaw nor another shift.
+        """
         base, joints = self.chain.base, self.chain.joints
         if base.yaw != 0 or any(base.position[1:]):
             remaining_base, first_link = replace(base, tilt=sp.S.Zero), (sp.S.Zero, base.tilt)
@@ -48,13 +52,13 @@ class ModifiedDh(Convention):
 
     @property
     def base(self) -> "Base":
-        """The pose of frame O_0 in the world; it is never tilted."""
-        return self._base_and_rows()[0]
+        """The pose of frame O_0 in the world; this frame is never tilted."""
+        return self._split_base()[0]
 
     @property
     def rows(self) -> "list[Joint]":
         """The rows of the table, whose `a` and `alpha` come before their joint."""
-        return self._base_and_rows()[1]
+        return self._split_base()[1]
 
     @property
     def point(self) -> "Point":
@@ -69,7 +73,7 @@ class ModifiedDh(Convention):
         return [alpha, a, d, theta]
 
     @staticmethod
-    def row_steps(row: "Joint | WrittenRow") -> "Iterator[tuple[str, sp.Expr, sp.Expr]]":
+    def row_steps(row: "Joint") -> "Iterator[tuple[str, sp.Expr, sp.Expr]]":
         """Yield the two screw motions of a row: along and about x, then along and about the joint's z axis."""
         yield "x", row.alpha, row.a
         yield "z", row.theta, row.d
@@ -78,8 +82,8 @@ class ModifiedDh(Convention):
         """Return r_i, from O_{i-1} to O_i in frame i-1 (3 x 1, m)."""
         return sp.Matrix([row.a, -row.d * sp.sin(row.alpha), row.d * sp.cos(row.alpha)])
 
-    def distance_along_axis(self, row: "Joint | WrittenRow") -> sp.Expr:
-        """Return d (m), because the frame of a joint comes after it."""
+    def distance_along_axis(self, row: "Joint") -> sp.Expr:
+        """Return d (m), because the frame on a joint's axis follows the joint's motion."""
         return row.d
 
     def frame_on_axis(self, joint: int) -> int:
@@ -87,11 +91,11 @@ class ModifiedDh(Convention):
         return joint
 
     def step_to_standard_frame(self, frame: int) -> tuple[sp.Expr, sp.Expr]:
-        """Return alpha (rad) and a (m) of the link, the step from its modified frame to its standard frame."""
+        """Return alpha (rad) and a (m) of a link, which lead from the link's modified frame to its standard frame."""
         link = self.chain.joints[frame - 1] if frame else self.rows[0]
         return link.alpha, link.a
 
-    def numeric_frames(self, frames: np.ndarray, corners: np.ndarray, base_origin: np.ndarray) -> np.ndarray:
+    def convert_standard_frames(self, frames: np.ndarray, corners: np.ndarray, base_origin: np.ndarray) -> np.ndarray:
         """Convert numeric poses of the standard frames to those of the modified frames, (…, n + 1, 4, 4).
 
         Frame i has the x axis of standard frame i, the axis of joint i as its z axis, and corner i-1 as its origin.
@@ -105,16 +109,16 @@ class ModifiedDh(Convention):
         poses[..., :3, 1] = cross(poses[..., :3, 2], poses[..., :3, 0])
         return poses
 
-    def first_joints(self, count: int) -> "Chain":
-        """Return the arm that consists of the first joints; its last row has neither `a` nor `alpha`."""
-        shortened = super().first_joints(count)
+    def keep_first_joints(self, count: int) -> "Chain":
+        """Return the arm of the first `count` joints; its last row has neither `a` nor `alpha`."""
+        shortened = super().keep_first_joints(count)
         last_row = [replace(joint, a=sp.S.Zero, alpha=sp.S.Zero) for joint in shortened.joints[-1:]]
         return replace(shortened, joints=(*shortened.joints[:-1], *last_row))
 
     def origin_name(self, frame: int) -> str | None:
-        """Return the name of a standard origin; None if neither P nor a modified frame's origin is always there."""
+        """Return the name of a standard origin; None if it always coincides with neither P nor a modified origin."""
         chain = self.chain
-        if frame < chain.n and (chain.joints[frame].kind, chain.joints[frame].d) == ("R", 0):
+        if frame < chain.n and chain.joints[frame].is_revolute and chain.joints[frame].d == 0:
             return f"O_{frame + 1}"
         if frame == chain.point.frame and chain.point.is_origin:
             return "P"

@@ -1,8 +1,8 @@
-"""The convention of screws: an arm is described by its joint axes at home in the space frame, without link frames.
+"""Define the convention of screws: an arm is described by its joint axes at home in the space frame {s}.
 
-A prime marks an axis that earlier joints have moved: omega_i is an axis at home, omega_i' a moved one. Twists are
-(omega, v) or (v, omega), depending on the arm's `twist_order`. Results are derived from the standard table, which
-students do not see.
+The links have no frames. Home is the configuration in which all joint variables are zero. omega_i is an axis at home;
+the prime of omega_i' marks the same axis after earlier joints have moved. Twists are (omega, v) or (v, omega),
+depending on the arm's `twist_order`. Results are derived from the standard table, which students do not see.
 """
 
 from typing import TYPE_CHECKING, ClassVar
@@ -14,7 +14,7 @@ if TYPE_CHECKING:
 
 
 class Screws(Convention):
-    """Screws: joint axes with the directions omega_i (revolute) or v_i (prismatic), through the points q_i."""
+    """Joint axes with the directions omega_i (revolute) or v_i (prismatic), through the points q_i."""
 
     name, title = "screws", "axes"
     aliases = ("axes", "twists", "poe", "lynch-park", "product-of-exponentials")
@@ -27,7 +27,7 @@ class Screws(Convention):
 
     @property
     def frame_numbers(self) -> range:
-        """No numbers, because the links have no frames."""
+        """An empty range, because the links have no frames."""
         return range(0)
 
     @property
@@ -35,12 +35,9 @@ class Screws(Convention):
         """Whether the angular velocity comes first in twists, which is the default."""
         return self.chain.twist_order == self.twist_orders[0]
 
-    def _is_prismatic(self, joint: int) -> bool:
-        return self.chain.joints[joint - 1].kind == "P"
-
     def axis_name(self, joint: int | None = None, at_home: bool = False) -> str:
         """Return the name of an axis direction, with a prime unless the axis is at home."""
-        letter = "v" if joint is not None and self._is_prismatic(joint) else r"\omega"
+        letter = "v" if joint is not None and self.chain.joints[joint - 1].is_prismatic else r"\omega"
         return f"{letter}_{{{joint or 'i'}}}{'' if at_home else chr(39)}"
 
     @property
@@ -59,14 +56,14 @@ class Screws(Convention):
 
     def typed_axis(self, joint: int) -> str:
         """Return the direction of an axis as students type it."""
-        return f"{'v' if self._is_prismatic(joint) else 'omega'}{joint}"
+        return f"{'v' if self.chain.joints[joint - 1].is_prismatic else 'omega'}{joint}"
 
     def vector_start(self, joint: int, catalogue: "Catalogue") -> str:
         """Return the name of the point on a joint's axis at which the vector to the point of interest starts."""
         return catalogue.gettext("a point on the axis")
 
     def reference_frame_name(self, catalogue: "Catalogue") -> str:
-        """Return the name of the frame in which everything is expressed."""
+        """Return the name of the frame in which positions and directions are expressed."""
         return catalogue.gettext("the space frame {s}")
 
     def origin_name(self, frame: int) -> str | None:
@@ -75,4 +72,4 @@ class Screws(Convention):
 
     def origin_in_words(self, frame: int) -> str | None:
         """Return the name of the point on the axis of the next joint; None if that joint is prismatic."""
-        return f"q{frame + 1}'" if frame < self.chain.n and not self._is_prismatic(frame + 1) else None
+        return f"q{frame + 1}'" if frame < self.chain.n and self.chain.joints[frame].is_revolute else None

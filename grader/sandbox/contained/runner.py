@@ -218,7 +218,7 @@ ADVICE_BY_ERROR = {
 
 def evaluate_answer(answer: Any, name: str, request: dict[str, Any]) -> Any:
     """Return an answer; if it is a function, return its result instead."""
-    if not isinstance(answer, callables.FUNCTION_TYPES):
+    if not issubclass(type(answer), callables.FUNCTION_TYPES):  # isinstance would believe an object's `__class__`
         return answer
     calls = next((calls for prefix, calls in request["calls"].items() if name.startswith(f"{prefix}_")), None)
     return callables.TABLE_PREFIX if calls is None else callables.evaluate_function(answer, calls)

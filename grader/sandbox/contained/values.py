@@ -32,27 +32,32 @@ def format_value(value: Any, depth: int = 0) -> str:
     """Return a value as the text of an expression. Raises TypeError if it is not an expression."""
     if depth > 6:
         raise TypeError("lists are nested too deeply")
-    if isinstance(value, str):
+    if _has_type(value, str):
         return str.__str__(value)  # the actual characters, even for a subclass
-    if isinstance(value, (sympy.MatrixBase, numpy.ndarray, sympy.NDimArray)):
+    if _has_type(value, sympy.MatrixBase, numpy.ndarray, sympy.NDimArray):
         return _format_array(value, depth + 1)
-    if isinstance(value, sympy.Basic):
+    if _has_type(value, sympy.Basic):
         return _format_sympy(value, depth)
-    if isinstance(value, mpmath.matrix):
+    if _has_type(value, mpmath.matrix):
         return format_value(value.tolist(), depth + 1)
-    if isinstance(value, (mpmath.mpf, mpmath.mpc)):
+    if _has_type(value, mpmath.mpf, mpmath.mpc):
         return format_value(complex(value) if value.imag else float(value.real))
-    if isinstance(value, numpy.generic):
+    if _has_type(value, numpy.generic):
         return format_value(value.item(), depth + 1)
     if value is Ellipsis:
         return "blank"
-    if isinstance(value, (Fraction, Decimal)):
-        return format_value(float(value) if isinstance(value, Decimal) else sympy.Rational(*value.as_integer_ratio()))
-    if value is None or isinstance(value, (bool, int, float)):
+    if _has_type(value, Fraction, Decimal):
+        return format_value(float(value) if _has_type(value, Decimal) else sympy.Rational(*value.as_integer_ratio()))
+    if value is None or _has_type(value, bool, int, float):
         return repr(value)
-    if isinstance(value, complex):
+    if _has_type(value, complex):
         return f"({value.real!r} + I*({value.imag!r}))"
     return _format_container(value, depth + 1)
+
+
+def _has_type(value: Any, *types: type) -> bool:
+    """Return whether a value has one of these types; `isinstance` would believe a value that sets `__class__`."""
+    return issubclass(type(value), types)
 
 
 def _format_array(value: Any, depth: int) -> str:
@@ -102,13 +107,13 @@ def _evaluate(value: Any) -> Any:
 
 def _format_container(value: Any, depth: int) -> str:
     """Return a list, set or dictionary as text. Raises TypeError for anything else."""
-    if isinstance(value, dict):
+    if _has_type(value, dict):
         return "{" + ", ".join(f"{format_value(k, depth)}: {format_value(v, depth)}" for k, v in value.items()) + "}"
-    if isinstance(value, (list, tuple)):
+    if _has_type(value, list, tuple):
         return "[" + ", ".join(format_value(item, depth) for item in value) + "]"
-    if isinstance(value, (set, frozenset)):
+    if _has_type(value, set, frozenset):
         return "{" + ", ".join(sorted(format_value(item, depth) for item in value)) + "}"
-    if isinstance(value, type) and issubclass(value, sympy.Basic):
+    if _has_type(value, type) and issubclass(value, sympy.Basic):
         raise TypeError(f"{value.__name__} has no argument; write {value.__name__}(theta1), for example")
     name = type(value).__name__
     raise TypeError(f"a {name} is not an expression{ADVICE_BY_TYPE.get(name, '')}")

@@ -1,4 +1,4 @@
-// Draw the arm's body as lines: a planar arm as in the textbook; a spatial arm until three.js is loaded or without WebGL.
+// Draw the arm's body as lines: planar arms as in the textbook, spatial arms without WebGL or until three.js is loaded.
 
 import type { JSX } from "preact";
 

@@ -6,7 +6,7 @@ import { type Arm, armOf, measuresOf, stateAt } from "./model.js";
 /** Smallest singular value of J, as a share of the largest, below which an arm counts as singular. */
 const SINGULAR = 1e-5;
 
-/** Return a predicate on configurations of a problem's arm: whether they are singular. A configuration may set lengths. */
+/** Return a predicate that decides whether a configuration of a problem's arm, possibly with lengths, is singular. */
 export function singularIn({ robot }: Pick<Problem, "robot">): (at: Readonly<Record<string, number>>) => boolean {
   const { joints } = armOf(robot);
   const names = new Set(joints.map(({ name }) => name));

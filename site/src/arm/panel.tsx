@@ -1,4 +1,4 @@
-// The stage of the page: the arm with its layers, numbers, map of det J and welding path. CSS sets its height by --stage.
+// The stage of the page: the arm with layers, numbers, map of det J and welding path. CSS sets its height by --stage.
 
 import "./arm.css";
 

@@ -1,7 +1,7 @@
 // A straight path of P at constant speed: p(s) = A + s u, with the joint values and joint rates along it.
 //
-// Newton's method finds the joint values from those of the place before, so the arm stays on its first branch. The rates
-// are qd = J^-1 u speed (6.7), of least norm if the arm has redundant joints. Angular rows of the task stay zero. Follows
+// Newton's method finds the joint values from the previous ones, so the arm stays on its first branch. The rates are
+// qd = J^-1 u speed (6.7), of least norm if the arm has redundant joints. Angular rows of the task stay zero. Follows
 // ../../../exercises/arm/path.py, for more tasks.
 
 import { taskError } from "./reach.js";

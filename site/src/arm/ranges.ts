@@ -7,7 +7,7 @@ import { axonometric, FIRST_ORBIT, flatPlane } from "./view.js";
 
 export type Range = { readonly low: number; readonly high: number };
 
-/** Return the range of a joint: a full turn, or for a prismatic joint more than figures show (the chapter: no limit). */
+/** Return the range of a joint: a full turn; for a prismatic joint, more than figures show (the chapter: no limit). */
 export function rangeOf(arm: Arm, index: number): Range {
   const joint = arm.joints[index]!;
   if (joint.kind === "R") return { low: -Math.PI, high: Math.PI };

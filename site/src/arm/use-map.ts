@@ -16,7 +16,7 @@ interface ComputedMap {
   readonly kinds: readonly Stretch[];
 }
 
-/** Return the map over two joints, computed when `settledKey` changes; before, the last map over the same joints, or null. */
+/** Return the map over two joints, computed when `settledKey` changes; until then the last such map, or null. */
 export function useMap(arm: Arm, pose: Pose, pair: Pair, shown: Shown, settledKey: string): ComputedMap | null {
   const [map, setMap] = useState<ComputedMap | null>(null);
   useEffect(() => {

@@ -43,7 +43,7 @@ export function axonometric({ azimuth, elevation }: Orbit): Axes {
   return { right: [-sa, ca, 0], up: [-se * ca, -se * sa, ce], toward: [ce * ca, ce * sa, se] };
 }
 
-/** Return the world axis perpendicular to all motion of the arm, or null. Follows ../../../exercises/figure/plane.py. */
+/** Return the world axis perpendicular to all motion of an arm, or null, as ../../../exercises/figure/plane.py. */
 export function flatPlane(arm: Arm): "x" | "y" | "z" | null {
   const cached = PLANES.get(arm);
   if (cached !== undefined) return cached;

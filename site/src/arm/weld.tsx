@@ -15,7 +15,7 @@ import type { Stage, Welding as Welded } from "./stage.js";
 import type { Vec3 } from "./vector.js";
 import { pixel, type Pixel, type View } from "./view.js";
 
-/** A weld from the pose at A to point B, its speed (m/s), and the limits of revolute (rad/s) and prismatic (m/s) joints. */
+/** A weld from the pose at A to point B, its speed (m/s), and limits of revolute (rad/s) and prismatic joints (m/s). */
 export interface Weld {
   readonly from: Pose;
   readonly target: Vec3;
@@ -224,7 +224,7 @@ function Field({ label, say, unit, value, step, least = -20, most = 20, onSet }:
   );
 }
 
-/** Return how a path ends: it stops short, a joint exceeds its limit, or all joints keep theirs; null without a path. */
+/** Return whether a path stops short, a joint exceeds its limit, or all joints keep theirs; null without a path. */
 export function verdictOf(
   arm: Arm,
   welding: Pick<Welded, "weld" | "journey"> | null,

@@ -1,4 +1,4 @@
-// The world frame in a drawing, and the base's position in it as dashed lines; nothing if base and world frame coincide.
+// The world frame in a drawing, and the base's position as dashed lines; nothing if base and world frame coincide.
 
 import type { JSX } from "preact";
 

@@ -4,7 +4,7 @@ import type { Kind } from "./classify.js";
 
 export type Spot = readonly [u: number, v: number];
 
-/** Values at cell centres (u_i, v_j), `values[j][i]`, with one more row around, so that lines reach the range's ends. */
+/** Values at cell centres (u_i, v_j), `values[j][i]`, with one more row around, so lines reach the range's ends. */
 export interface Grid {
   readonly us: readonly number[];
   readonly vs: readonly number[];

@@ -126,7 +126,8 @@ export function candidatesOf(link: Link, index: Index, lessons: readonly LinkedL
   if (!lesson) return matching;
   const inLesson = matching.filter(({ question }) => lesson.questions.includes(question));
   const ofLesson = inLesson.filter(({ family }) => lesson.families.includes(family));
-  const candidates = link.wish.family || ofLesson.length === 0 ? inLesson : ofLesson; // all arms if the link names one, else the lesson's
+  // a link that names an arm is not restricted to the lesson's arms
+  const candidates = link.wish.family || ofLesson.length === 0 ? inLesson : ofLesson;
   return candidates.length > 0 ? candidates : message("link.not-in-lesson", { name: lesson.id });
 }
 

@@ -1,4 +1,4 @@
-// The script of a package for learning platforms: a round with the student's own arms, reported to the platform by SCORM.
+// The script of a SCORM package: a round with the student's own arms, reported to the learning platform.
 import "../site.css";
 
 import { type JSX, render } from "preact";

@@ -48,7 +48,7 @@ export function parentPage(around: Around, origins: Origins, storage: Storage | 
     ...stored,
     takes: around.isFramed,
     tell(news) {
-      if (around.isFramed) around.post(resultMessage(news, isFirst), origins.named || origins.own); // only to this origin
+      if (around.isFramed) around.post(resultMessage(news, isFirst), origins.named || origins.own);
       isFirst = false;
       return stored.tell(news);
     },

@@ -65,7 +65,7 @@ export function withAngle(wave: Node, old: Node, angle: Node): Node {
   return angleText(wave.args[0] as Node) === angleText(old) ? { ...wave, args: [angle] } : wave;
 }
 
-/** Return angles that may be correct: sums of successive joints, and the angle with a joint added, removed or negated. */
+/** Return angles that may be correct: sums of successive joints; the angle with a joint added, removed or negated. */
 export function otherAngles(angle: Node, angles: readonly Node[]): Node[] {
   const joints = angles.filter(({ kind }) => kind === "name");
   const sum = sumIn(angle);

@@ -27,7 +27,7 @@ type Known = ReadonlySet<string>;
 /** The expected rows and columns. */
 export type Shape = Pick<ValuesKey, "rows" | "columns">;
 
-/** Return what is parsed, or a verdict that says why not; if the shape is wrong, the text may be a table without commas. */
+/** Return the parsed rows, or a verdict; if the shape is wrong, the text is tried as a table without commas. */
 export function parseAs(
   parse: (text: string) => Rows | Verdict,
   text: string,

@@ -14,8 +14,8 @@ import type { Verdict } from "./verdict.js";
 export { ownColumns } from "./typed-jacobian.js";
 
 /**
- * Judge an answer; `isSingular` decides whether a configuration of this problem's arm is singular. A formula that can't be
- * parsed is parsed once more with commas between digits as decimal commas, but several numbers stay separate.
+ * Judge an answer; `isSingular` decides whether a configuration of this problem's arm is singular. A formula that can't
+ * be parsed is parsed once more with commas between digits as decimal commas, but several numbers stay separate.
  */
 export function judge(problem: Problem, part: Part, answer: string, isSingular: IsSingular): Verdict {
   const first = judged(problem, part, answer, isSingular);
@@ -60,7 +60,7 @@ function offsetsOf({ joints, convention }: Robot, angles: ReadonlySet<string>): 
 
 const isUnsound = ({ reasons }: Verdict): boolean => reasons.some(({ key }) => key === "verdict.unsound");
 
-/** Return the verdict on conditions. If separate values claim too much but "and" would be right, the verdict says so. */
+/** Return the verdict on conditions. If separate values claim too much, but "and" is right, it says so. */
 function suggestAnd(answer: string, judgeText: (text: string) => Verdict): Verdict {
   const verdict = judgeText(answer);
   const values = answer.trim().split(/\s*[,;\n]\s*/);

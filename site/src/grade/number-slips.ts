@@ -11,7 +11,7 @@ export const EXACT = 1e-5;
 const STORED = 1e-5;
 /** Numbers are assumed to have at least this many digits. */
 const FEWEST_DIGITS = 3;
-/** Highest accepted probability that one of the pairs explains a wrong answer by chance, as in ../../../grader/pairs.py. */
+/** Highest accepted probability that some pair explains a wrong answer by chance, as in ../../../grader/pairs.py. */
 const BY_CHANCE = 0.01;
 /** Relative tolerance for numbers that are close, of the number or of a tenth of the largest. */
 const CLOSE = 0.03;
@@ -156,7 +156,7 @@ function whereOf(places: readonly number[], count: number): Message {
     : message("slip.entries", { entries: numbers.join(", ") });
 }
 
-/** Return whether all numbers are right to one or two digits, and one of them to two, as in ../../../grader/rounded.py. */
+/** Return whether all numbers are right to one or two digits, and some to two, as in ../../../grader/rounded.py. */
 function isToFewDigits({ values, right, key }: TypedNumbers): boolean {
   const toTwo = values.map((value, i) => right[i]! || isRoundedTo(2, value, key.right[i]!));
   return values.every((value, i) => toTwo[i]! || isRoundedTo(1, value, key.right[i]!)) && toTwo.some(Boolean);

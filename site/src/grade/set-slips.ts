@@ -164,7 +164,7 @@ function isFixed(piece: readonly At[], joint: string, angles: ReadonlySet<string
   return piece.every((at) => Math.abs(difference(at)) < 1e-6);
 }
 
-/** Report the slip in a formula that should vanish: with the slip undone, it vanishes on a piece that no claim covers. */
+/** Report the slip in a formula that should vanish: once undone, it vanishes on a piece that no claim covers. */
 function findFormulaSlip({ open, symbols, joints }: Claims, claim: Piece): Message | null {
   const [atom, ...more] = claim;
   if (!atom || atom.joint !== null || more.length > 0) return null;

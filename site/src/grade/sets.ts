@@ -98,7 +98,7 @@ function posesOf(key: ConfigurationsKey, tree: Node): Conditions {
   return ofConditions.filter((pieces) => pieces.length > 0).map((pieces) => pieces.map((piece) => piece.map(poseOf)));
 }
 
-/** Substitute the listed values of an integer, as in theta2 = k*pi, k = 0, 1. With dots after them, it is any integer. */
+/** Substitute the listed values of an integer, as in theta2 = k*pi, k = 0, 1; dots after them mean any integer. */
 function substituteIntegers(tree: Node): Node {
   const at = tree.kind === "list" ? tree.args.findIndex(isWholeNumber) : 0;
   const later = tree.args.slice(at + 1);

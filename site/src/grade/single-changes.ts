@@ -1,7 +1,7 @@
 // Find changes that undo a slip: with them, an entry has the expected value at the first configuration of a key.
 //
-// For each piece (subexpression) of an entry, we compute the value that would make the entry right, and then the changes
-// that give the piece this value. slips.ts checks each changed entry at all configurations.
+// For each piece (subexpression) of an entry, we compute the value that would make the entry right, and then the
+// changes that give the piece this value. slips.ts checks each changed entry at all configurations.
 
 import type { ValuesKey } from "../bank.js";
 import { evaluate } from "../read/evaluate.js";
@@ -189,7 +189,7 @@ function wantedOf({ tree, put }: Pick<Piece, "tree" | "put">, expected: number, 
   const step = 0.37 * Math.abs(here) + 0.05;
   const worth = (value: number) => evaluate(put(decimal(value)), at).re;
   const [a, b, c] = [worth(here), worth(here + step), worth(here - step)];
-  const ratio = ((expected - a) * (b - c)) / ((expected - c) * (b - a)); // half the cross-ratio of x, here and here ± step
+  const ratio = ((expected - a) * (b - c)) / ((expected - c) * (b - a)); // cross-ratio of x, here and here ± step
   const change = ((ratio / 2) * step) / (1 - ratio / 2);
   return Number.isFinite(change) ? here + change : null;
 }

@@ -1,7 +1,7 @@
 // Find slips in formulas: changes by which wrong entries become right.
 //
-// A slip counts only if the entry with the slip undone is right at all configurations of the key. A known mistake of the
-// problem counts only if it gives the entries while all others are as expected. Each entry is explained by one of them.
+// A slip counts only if the entry with the slip undone is right at all configurations of the key. A known mistake of
+// the problem counts only if it gives the entries while all others are as expected. One of them explains each entry.
 
 import type { ValuesKey } from "../bank.js";
 import { evaluate } from "../read/evaluate.js";
@@ -98,7 +98,7 @@ const SIX_DIGITS = 1e-5;
 /** How many times this tolerance a symbol's terms must be, for their absence to be noticed. */
 const TELLING = 100;
 
-/** Ways in which all terms with a rate, velocity or force may be wrong; `off`: the change of the factor that this makes. */
+/** Ways in which all terms with a rate, velocity or force may be wrong; `off` is the change of the symbol's value. */
 const SYMBOL_SLIPS = [
   { kind: "slip.symbol-missing", off: (x: number) => x, isIn: false },
   { kind: "slip.symbol-sign", off: (x: number) => 2 * x, isIn: true },

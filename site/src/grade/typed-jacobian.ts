@@ -6,13 +6,13 @@ import { parse } from "../read/reader.js";
 import { catchParseError, hasBlank } from "../read/tree.js";
 import { matrixOf, withShape } from "./forms.js";
 
-/** Returns the linear part of each column of a typed Jacobian at a pose (m/s for 1 rad/s or 1 m/s); null if undefined. */
+/** Returns the linear part of each column of a typed Jacobian at a pose (m/s at unit joint rate); null if undefined. */
 export type OwnColumns = (pose: Readonly<Record<string, number>>) => readonly (readonly number[])[] | null;
 
 const LINEAR: readonly TaskRow[] = ["vx", "vy", "vz"];
 const ALL: readonly TaskRow[] = [...LINEAR, "wx", "wy", "wz"];
 
-/** Return an answer to a question for J as a function of the pose; null for other questions, or if it can't be parsed. */
+/** Return an answer to a question for J as a function of the pose; null for other questions or invalid answers. */
 export function ownColumns(problem: Problem, part: Part, answer: string): OwnColumns | null {
   const { robot, symbols } = problem;
   const { key } = part;

@@ -276,7 +276,7 @@ function differenceMessage(
   return entries.length === 1 ? message("verdict.differs", values) : message("verdict.entry", { ...place, ...values });
 }
 
-/** Return the index of the mistake that gives this answer, or `some` of its entries while all others are as expected. */
+/** Return the index of the mistake that gives this answer, or `some` of its entries if all others are as expected. */
 function findMistake(
   valuesAt: ValuesAt,
   mistakes: Mistakes,

@@ -8,8 +8,8 @@ export type At = Readonly<Record<string, number>>;
 
 /**
  * `share` of the points, from 0 to 1; `sure`: the exact method would agree except with negligible probability; `at`: a
- * configuration at which the answer differs; `entries`: which entries of a matrix are right; `mistake`: an index into the
- * problem's texts on mistakes; `slips`: other mistakes, each in a part of the answer.
+ * configuration at which the answer differs; `entries`: which entries of a matrix are right; `mistake`: an index into
+ * the problem's texts on mistakes; `slips`: other mistakes, each in a part of the answer.
  */
 export interface Verdict {
   readonly outcome: "correct" | "partial" | "wrong" | "missing";

@@ -215,7 +215,8 @@ function Practice(props: LessonProps & Classes & { hasArrived: boolean; onIdea: 
             again.current = true;
             setNote(outcomeOf(row, after, how));
             onSkill(withRow(skill, classes, at, after));
-            storeProgress(storage, progressAfter(storedProgress(storage), item, right, now)); // a wrong answer is asked again on the practice page
+            // a wrong answer is asked again on the practice page
+            storeProgress(storage, progressAfter(storedProgress(storage), item, right, now));
           }}
           onNext={() => {
             again.current = false;

@@ -1,5 +1,5 @@
-// The eight lessons: ideas to try on the arm, and goals that the page recognises. Lengths in metres, rates in rad/s. The
-// questions that each lesson practises are in practice/topics.ts.
+// The eight lessons: ideas to try on the arm, and goals that the page recognises. Lengths in metres, rates in rad/s.
+// The questions that each lesson practises are in practice/topics.ts.
 
 import { kindHere } from "../arm/descriptions.js";
 import { pStar } from "../arm/model.js";

@@ -57,7 +57,7 @@ function Storing({ problems }: { problems: readonly string[] }): JSX.Element {
     const control = new AbortController();
     setController(control);
     left.current = new Set(missing);
-    void navigator.storage?.persist?.().catch(() => false); // so that the browser keeps the files when space gets scarce
+    void navigator.storage?.persist?.().catch(() => false); // keeps the files when space is scarce
     const failed = await fetchAll(
       cache,
       missing,

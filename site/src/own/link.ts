@@ -1,11 +1,11 @@
-// Write a table and a pose as the end of an address, behind #, and parse it. Anyone may have typed the address: its cells
-// are only text, and an invalid table is refused.
+// Write a table and a pose as the end of an address, behind #, and parse it. Anyone may have typed the address: its
+// cells are only text, and an invalid table is refused.
 //
 //     #dh=R_q1_0_0.5_0~R_q2_0_0.4_0&at=30_45      a row is kind, theta, d, a, alpha; the pose in degrees and metres
 //     #mdh=…&angles=degrees&tool=0_0_0.1&place=…&turn=…&task=vx_vy&name=…
 //     #robot=panda
 //
-// Cells contain "~" and "_" only as %7E and %5F, because programs that pass an address on may leave these signs as they are.
+// Cells contain "~" and "_" only as %7E and %5F: no program that passes an address on changes these two escapes.
 
 import { ENTRIES, isTaskRow, LONGEST, MOST_JOINTS, type Table, type Triple, type TypedRow, ZEROS } from "./table.js";
 

@@ -87,7 +87,7 @@ export function OwnArm({ known }: { known: KnownArms }): JSX.Element {
 
   const changeTable = useCallback(
     (table: Table): void => {
-      pose.current ??= first ?? (stage ? namedPose(stage.arm, stage.pose) : undefined); // the pose until the arm is moved
+      pose.current ??= first ?? (stage ? namedPose(stage.arm, stage.pose) : undefined);
       setOwn({ table, robot: null, at: null, fault: null });
     },
     [first, stage?.pose],

@@ -158,7 +158,7 @@ export function constant(text: string, angles: Angles | null): number {
 
 type Variable = readonly [rest: number, reversed: boolean];
 
-/** Return the constant that a cell adds to its joint variable, and whether the variable is negative. Throws ParseError. */
+/** Return the constant that a cell adds to its joint variable, and whether that is negative. Throws ParseError. */
 export function withVariable(text: string, kind: Kind, index: number, angles: Angles | null): Variable {
   const names = [variableOf(index), `${kind === "R" ? "theta" : "d"}${index + 1}`];
   const tree = parseCell(text, new Set(names));

@@ -1,5 +1,5 @@
-// Choose the next question. One answered wrongly returns after two others, then after a day, three days and a week, as in
-// Leitner's boxes.
+// Choose the next question. One answered wrongly returns after two minutes, then after a day, three days and a week
+// (Leitner's boxes).
 
 import type { Index, Listed } from "../bank.js";
 import { randomNumbers } from "../random.js";

@@ -70,7 +70,7 @@ export function Feedback({ problem, verdict, isDrawn, notes = [] }: FeedbackProp
   );
 }
 
-/** Return the message on the symbols of a missing factor; if joints change a lost factor of det J, it loses singularities. */
+/** Return the message on a missing factor with some symbols; a factor of det J with joints has singularities. */
 export function missingIn(symbols: string, ofDeterminant: boolean): Message {
   const what = symbols.replaceAll("theta", "θ");
   const isMoving = ofDeterminant && /theta|d\d/.test(symbols);

@@ -5,7 +5,7 @@ const SETTLING = 700;
 /** Events by which a reader turns to something else. */
 const READER_EVENTS = ["wheel", "touchstart", "pointerdown", "keydown"] as const;
 
-/** Scroll an element (the top of a tall one) into view, and again after the page has settled, unless the reader acts. */
+/** Scroll an element (the top of a tall one) into view, and again once the page has settled, unless the reader acts. */
 export function bringIntoView(element: Element): void {
   scrollTo(element);
   const wait = setTimeout(() => {

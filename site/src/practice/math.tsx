@@ -25,7 +25,7 @@ export function Tex({ latex, block = false }: { latex: string; block?: boolean }
   return <span ref={place} class="formula" />;
 }
 
-/** A text with LaTeX between dollar signs. Braces contain a space, as in c_{1 2}, because {12} would be a placeholder. */
+/** A text with LaTeX between dollar signs. Braces contain a space, as in c_{1 2}: {12} would be a placeholder. */
 export function Rich({ text }: { text: string }): JSX.Element {
   return (
     <>

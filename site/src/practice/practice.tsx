@@ -57,7 +57,7 @@ function Session({ index }: { index: Index }) {
   const [skills, setSkills] = useState<Skills>(() => storedSkills(storage));
   const [moves, setMoves] = useState(0);
   const [isAnsweringDue, setAnsweringDue] = useState(false); // whether due questions are being answered
-  const [aim, setAim] = useState<ClassOfTopic | null>(null); // the class of the current question, if it is due for review
+  const [aim, setAim] = useState<ClassOfTopic | null>(null); // the class of the current review question
   const [notes, setNotes] = useState<readonly string[]>([]);
   const again = useRef(false); // whether this question was answered before
   const asked = useRef<string[]>([]); // names of questions asked from due classes
@@ -74,7 +74,7 @@ function Session({ index }: { index: Index }) {
   };
   const choose = (wanted: Wish, from: number | null): void =>
     show(chosenBy(index, wanted, progress, from, item ? nameOf(item) : ""));
-  /** Show the next due question: one answered wrongly, then one of a class to review; if none is left, one as wished. */
+  /** Show the next due question: one answered wrongly, else one of a class to review, else one as wished. */
   const showDue = (isFirst: boolean): void => {
     const [first] = due.filter((dueItem) => isFirst || !item || nameOf(dueItem) !== nameOf(item));
     if (first) return show({ place, item: first });

@@ -50,7 +50,7 @@ function isMetre({ kind, args: [base, exponent], text }: Node): boolean {
   return kind === "name" && text === METRE;
 }
 
-/** Return whether the factors before m can have it as unit: a number, fraction or list; before the last m, also others. */
+/** Return whether the factors before m can have it as unit: numbers, fractions, lists; others before the last m. */
 function hasUnit(factors: Node, isLast: boolean): boolean {
   const { kind, args, text } = factors.kind === "*" ? (factors.args[1] as Node) : factors;
   if (isLast) return kind !== "name" || !VOCABULARY.whole_numbers.includes(text);

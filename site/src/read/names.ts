@@ -50,8 +50,8 @@ export function piecesOf(raw: string, known: ReadonlySet<string>): readonly Piec
   if (functionName !== undefined) return [{ kind: "function", parts: [functionName] }];
   const conventional = conventionalPiece(name, known);
   if (conventional) return [conventional];
-  for (const wholePattern of VOCABULARY.whole_numbers) {
-    if (name === `${wholePattern}pi` || name === `pi${wholePattern}`) return [namePiece(wholePattern), namePiece("pi")]; // kπ
+  for (const letter of VOCABULARY.whole_numbers) {
+    if (name === `${letter}pi` || name === `pi${letter}`) return [namePiece(letter), namePiece("pi")]; // kπ
   }
   if (/^[ij]/.test(name) && known.has(name.slice(1))) return [namePiece("I"), namePiece(name.slice(1))]; // e^(iθ1)
   const product = splitProduct(name, known);

@@ -36,8 +36,8 @@ const UNIT_NAMES = unitsPattern([...UNITS.keys()]);
 const UNIT_AT_END = compile(`${VOCABULARY.patterns.before_unit}(${UNIT_NAMES})$`);
 
 /**
- * Habits of typing: a text before the result, a unit in brackets after it, degrees inside it, roots by their sign. `mark`
- * is a text that each occurrence contains; looking for it first saves time.
+ * Habits of typing: a text before the result, a unit in brackets after it, degrees inside it, roots by their sign.
+ * `mark` is a text that each occurrence contains; looking for it first saves time.
  */
 const HABITS = VOCABULARY.habits.map(({ mark, pattern: source, meant }) => ({
   mark,
@@ -45,7 +45,7 @@ const HABITS = VOCABULARY.habits.map(({ mark, pattern: source, meant }) => ({
   meant: meant.replace(/\\([12])/g, "$$$1"),
 }));
 
-/** The plain characters for digits of all scripts, wide signs, typographic spaces and invisible marks; made when needed. */
+/** Plain characters for digits of all scripts, wide signs, typographic spaces and invisible marks; made when needed. */
 let lookAlikes: ReadonlyMap<string, string> | null = null;
 
 function withoutLookAlikes(text: string): string {
@@ -65,7 +65,7 @@ function withoutLookAlikes(text: string): string {
 const SYMBOLS_IN_A_ROW = pattern("symbols_in_a_row", "g");
 const SIGNED_SYMBOL = pattern("signed_symbol", "g");
 
-/** Count equal symbols in + a1 - a1 + a1 …; the first and last term stay, because they may belong to their neighbours. */
+/** Count equal symbols in + a1 - a1 + a1 …; the first and last term stay, as they may belong to their neighbours. */
 function countTerms(row: string, known: ReadonlySet<string>): string {
   const terms = [...row.matchAll(SIGNED_SYMBOL)].map(([, sign = "", symbol = ""]) => ({ sign, symbol }));
   const inner = terms.slice(1, -1);
@@ -150,9 +150,9 @@ const RATES = pattern("rate_as_derivative", "g");
 const VECTORS = pattern("entry_of_vector", "g");
 
 /**
- * Replace rates written as derivatives, and joints written as entries q[0] or q(1) of a vector, by their names. In square
- * brackets, the first joint has index 0, as in Python; or 1, as in Maple, if index 0 is missing and the last one would
- * otherwise be unknown. In parentheses, it has index 1, as in Matlab.
+ * Replace rates written as derivatives, and joints written as entries q[0] or q(1) of a vector, by their names. In
+ * square brackets, the first joint has index 0, as in Python. It has index 1, as in Maple, if index 0 is missing and
+ * the last joint would otherwise be unknown. In parentheses, it has index 1, as in Matlab.
  */
 function withJointNames(answer: string, known: ReadonlySet<string>): string {
   let text = answer;

@@ -52,7 +52,8 @@ export function sizeOf(tree: Node, most: number): number {
 function applyOperation(top: Node, operands: readonly Node[]): Node {
   if (top.kind === "eq" && operands.every(isList)) return equation(operands as [Node, Node]);
   if (!OPERATIONS.has(top.kind) || !operands.some(isList)) return { ...top, args: operands };
-  const args = operands.map((arg) => (isBracket(arg) ? (arg.args[0] as Node) : arg)); // in [a + b] c, the square brackets only group
+  // in [a + b] c, the square brackets only group
+  const args = operands.map((arg) => (isBracket(arg) ? (arg.args[0] as Node) : arg));
   const [left, right] = args as [Node, Node];
   if (!args.some(isList)) return { ...top, args };
   if (top.kind === "^") return isList(left) && !isList(right) ? power(rowsOf(left), right) : refuse("^", args);

@@ -408,7 +408,7 @@ class Parser {
     return factor;
   }
 
-  /** Return whether a factor between bars begins here, as in a1|s2|, and not an alternative after a bar, as in 0 | pi. */
+  /** Return whether a factor between bars begins here, as in a1|s2|, and no alternative after a bar, as in 0 | pi. */
   private isBarOfFactor(): boolean {
     if (this.inBars) return false;
     let depth = 0;

@@ -1,5 +1,5 @@
-// Convert vectors and matrices without commas: entries in lines or columns, Matlab's [a b; c d], 0,5; 1,25. The rules of
-// ../../../exercises/formula/tables.py, for texts that otherwise do not have the expected shape.
+// Convert vectors and matrices without commas: entries in lines or columns, Matlab's [a b; c d], 0,5; 1,25. The rules
+// of ../../../exercises/formula/tables.py, for texts that otherwise do not have the expected shape.
 
 import { withoutUnits } from "./notation.js";
 import { compile, pattern, strip, VOCABULARY, wholePattern } from "./vocabulary.js";

@@ -72,7 +72,7 @@ export function chainOf({ kind, args, text }: Node): readonly Node[] {
   return [args[0]?.args[0] as Node, ...args.map((arg) => arg.args[1] as Node)];
 }
 
-/** Rebuild a tree from its leaves by `make`, which gets a node and its new arguments. No recursion, as trees may be deep. */
+/** Rebuild a tree from its leaves by `make`, which gets a node and its new arguments, without recursion. */
 export function rebuild(tree: Node, make: (top: Node, args: readonly Node[]) => Node): Node {
   const results: Node[] = [];
   const todo: (readonly [top: Node, isReady: boolean])[] = [[tree, false]];
@@ -150,8 +150,8 @@ export const isRectangle = (items: readonly Node[]): boolean =>
   items.every(({ kind, args }) => kind === "list" && args.length === items[0]?.args.length);
 
 /**
- * Return rows of scalars from a list of rows, a list of scalars (a column), or a scalar (1 x 1). Throws ParseError if rows
- * differ in length or lists are nested deeper.
+ * Return rows of scalars from a list of rows, a list of scalars (a column), or a scalar (1 x 1). Throws ParseError if
+ * rows differ in length or lists are nested deeper.
  */
 export function asMatrix(tree: Node): Node[][] {
   const isRows = ({ kind, args }: Node): boolean =>

@@ -12,7 +12,7 @@ export const LANGUAGES: Readonly<Record<string, { name: string; load: () => Prom
   de: { name: "Deutsch", load: async () => ({ code: "de", catalogue: (await import("./de.json")).default }) },
 };
 
-/** Return the code of the language in use; by default the browser's first language that the site supports, or English. */
+/** Return the code of the language in use; by default the browser's first supported language, or English. */
 export function chosenLanguage(): string {
   const named = new URLSearchParams(window.location.search).get(PARAMETER);
   if (named && named in LANGUAGES) return named;

@@ -5,7 +5,7 @@ import numpy as np
 import pytest
 import sympy as sp
 
-from qdot.exercises.arm.axes_to_dh import Axis, point_by_rotations, recognize_exact
+from qdot.exercises.arm.axes_to_dh import Axis, move_point_along_axes, recognize_exact
 from qdot.exercises.arm.chain import Chain
 from qdot.exercises.arm.derivation import derive
 from qdot.exercises.arm.mpmath_kinematics import PRECISE_CONTEXT, determinant, inverse, solve_linear
@@ -35,7 +35,7 @@ def test_oblique_axes_are_told_as_they_were_given(seed: int) -> None:
     base, joints, tool = dh_of_axes(axes, point, len(axes))
     found, there = axes_of(Chain("oblique", joints, ("vx",), base, tool))
     gone = [there - point, *(one.direction - axis.direction for one, axis in zip(found, axes, strict=True))]
-    gone += [(f.point - a.point).cross(a.direction) for f, a in zip(found, axes, strict=True) if a.kind == "R"]
+    gone += [(f.point - a.point).cross(a.direction) for f, a in zip(found, axes, strict=True) if a.is_revolute]
     assert all(abs(sp.N(entry.xreplace(LENGTHS), 40)) < 1e-30 for vector in gone for entry in vector)
 
 
@@ -70,7 +70,7 @@ def test_open_places_of_parallel_axes_have_no_roots(seed: int) -> None:
     q = np.array([stream.uniform(-2, 2) for _ in axes])
     lengths = {A1: 0.7, A2: 0.3, h: 0.45}
     at = {**lengths, **dict(zip(chain.q, q, strict=True))}
-    place = point_by_rotations(axes, point, q, lengths)
+    place = move_point_along_axes(axes, point, q, lengths)
     assert np.allclose(np.array(derive(chain).position.xreplace(at).evalf(), dtype=float).ravel(), place, atol=1e-12)
 
 

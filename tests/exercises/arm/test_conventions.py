@@ -10,10 +10,11 @@ import pytest
 import sympy as sp
 from jinja2.runtime import Macro
 
+from qdot.exercises.arm.axes_to_dh import Axis
 from qdot.exercises.arm.chain import CONVENTIONS, Base, Chain, Joint, Point
 from qdot.exercises.arm.conventions import REGISTRY
 from qdot.exercises.arm.kinematics import NumericChain
-from qdot.exercises.arm.library import robot_path, robots
+from qdot.exercises.arm.library import find_robot_path, robots
 from qdot.exercises.arm.robot_file import Robot, read_robot_file
 from qdot.exercises.arm.robot_text import robot_text
 from qdot.exercises.arm.standard_table import axes_of
@@ -209,7 +210,7 @@ def test_an_arm_whose_table_is_rounded_is_known(text: str, rounded: bool, tmp_pa
 
 
 def test_no_real_robot_is_rounded() -> None:
-    assert [name for name in robots() if read_robot_file(robot_path(name)).is_table_rounded] == []
+    assert [name for name in robots() if read_robot_file(find_robot_path(name)).is_table_rounded] == []
 
 
 URDF = """<?xml version="1.0"?>
@@ -265,7 +266,7 @@ def urdf(tmp_path: Path) -> Callable[..., Path]:
         ('<child link="b"/>', "", "joint 'elbow': the child is missing"),
         ('xyz="1 0 1"', 'xyz="0 0 0"', "joint 'slide': its axis is the zero vector"),
         ('xyz="1 0 1"', 'xyz="1 0 nan"', "joint 'slide': axis xyz = '1 0 nan'"),
-        ('upper="0.5"/>', 'upper="0.5"/><mimic joint="elbow"/>', "joint 'slide': it copies"),
+        ('upper="0.5"/>', 'upper="0.5"/><mimic joint="elbow"/>', "joint 'slide': the joint copies"),
         ('lower="-1" upper="2.5"', 'lower="1" upper="-2.5"', r"joint 'elbow': its lower limit 1 .* -2\.5"),
         ('<child link="camera"/>', '<child link="tool"/>', "link 'tool' is also the child of joint 'mount'"),
     ],
@@ -380,7 +381,8 @@ def test_skew_axes_stay_exact(tmp_path: Path) -> None:
     robot = read(tmp_path, text)
     assert abs(robot.chain.joints[0].alpha) == sp.atan(sp.sqrt(5) / 2)
     assert 'axis = ["1/3", "2/3", "2/3"]' in robot_text(robot, "screws")
-    assert robot.written_arm and robot.written_arm.rows[1][0] == (R(1, 3), R(2, 3), R(2, 3))
+    axis = robot.written_arm and robot.written_arm.rows[1]
+    assert isinstance(axis, Axis) and tuple(axis.direction) == (R(1, 3), R(2, 3), R(2, 3))
 
 
 def test_an_axis_that_is_turned_by_an_open_angle_can_not_be_written() -> None:

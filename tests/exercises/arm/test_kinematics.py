@@ -69,7 +69,7 @@ def test_another_task_leaves_the_arm_as_it_is() -> None:
     arm = planar(FIRST, SECOND).with_task("vx", "wz")
     assert arm.task == ("vx", "wz")
     assert arm.joints == (FIRST, SECOND)
-    assert arm.linear_rows == ("x",)
+    assert arm.linear_axes == ("x",)
 
 
 RIGHT = st.sampled_from([sp.S.Zero, sp.pi / 2, sp.pi, -sp.pi / 2])

@@ -21,7 +21,7 @@ import sympy as sp
 
 from qdot.exercises.arm.derivation import derive
 from qdot.exercises.arm.kinematics import NumericChain
-from qdot.exercises.arm.library import ROBOT_FOLDER, robot_path, robots
+from qdot.exercises.arm.library import ROBOT_FOLDER, find_robot_path, robots
 from qdot.exercises.arm.robot_file import Robot, read_robot_file
 from qdot.exercises.arm.robot_text import robot_text
 from qdot.exercises.assignment.assignment import load_assignment
@@ -244,10 +244,10 @@ def test_robots_stand_in_the_order_of_their_numbers() -> None:
 
 def test_a_robot_is_found_by_its_name_unless_there_is_a_file(tmp_path: Path) -> None:
     for given in ("panda", "PANDA", "LR-Mate 200iD", "iiwa_14", "Puma-560"):
-        assert robot_path(given) == ROBOT_FOLDER / f"{re.sub('[-_ ]', '', given.lower())}.toml"
+        assert find_robot_path(given) == ROBOT_FOLDER / f"{re.sub('[-_ ]', '', given.lower())}.toml"
     own = tmp_path / "panda"
     own.write_text("mine", encoding="utf-8")
-    assert robot_path("panda", tmp_path) == robot_path(str(own)) == own
+    assert find_robot_path("panda", tmp_path) == find_robot_path(str(own)) == own
 
 
 @pytest.mark.parametrize(
@@ -262,7 +262,7 @@ def test_a_robot_is_found_by_its_name_unless_there_is_a_file(tmp_path: Path) -> 
 )  # fmt: skip
 def test_what_is_neither_file_nor_robot_is_told(given: str, said: str) -> None:
     with pytest.raises(QdotError, match=said):
-        robot_path(given)
+        find_robot_path(given)
 
 
 # --- in commands and assignments ---

@@ -78,13 +78,13 @@ def test_what_hangs_on_the_frames_is_certified(family: str) -> None:
 def test_a_certificate_sees_a_table_that_leads_elsewhere(monkeypatch: pytest.MonkeyPatch) -> None:
     problem = generate("elbow-3r/1@modified-dh", ["transform"])
 
-    table = ModifiedDh._base_and_rows
+    table = ModifiedDh._split_base
 
     def wrong(convention: ModifiedDh) -> tuple[Base, list[Joint]]:
         base, (first, second, third) = table(convention)
         return base, [first, replace(second, alpha=-second.alpha), third]
 
-    monkeypatch.setattr(ModifiedDh, "_base_and_rows", wrong)
+    monkeypatch.setattr(ModifiedDh, "_split_base", wrong)
     failed = {check.name for check in certify(problem).failures}
     assert {"modified table: axes", "modified table: point"} <= failed
 

@@ -179,7 +179,7 @@ def _by_axes(arm: Arm, told: Mapping[str, Any], values: Values) -> np.ndarray:
 
 
 def _slides(arm: Arm) -> np.ndarray:
-    return np.array([[joint.kind == "P"] for joint in _chain(arm).joints])
+    return np.array([[joint.is_prismatic] for joint in _chain(arm).joints])
 
 
 @_with("jacobian")

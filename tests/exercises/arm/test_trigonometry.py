@@ -5,7 +5,7 @@ import sympy as sp
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from qdot.exercises.arm.trigonometry import _polynomial_factors as polynomial_factors
+from qdot.exercises.arm.trigonometry import _factor_polynomial as polynomial_factors
 from qdot.exercises.arm.trigonometry import are_identical, compute_fourier_form, factor_trig, textbook_form
 
 T1, T2, T3, A1, A2, A3 = sp.symbols("theta1 theta2 theta3 a1 a2 a3")

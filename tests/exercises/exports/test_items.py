@@ -144,7 +144,7 @@ def _expected(problem: Problem, found: NumericPart) -> np.ndarray:
         "inverse-velocity": lambda: np.linalg.solve(jacobian, velocity),
         "twist": lambda: whole @ rates,
         "joint-torques": lambda: jacobian.T @ np.array([values[name] for name in found.part.symbols]),
-        "position": lambda: arm.point(q)[["xyz".index(axis) for axis in chain.linear_rows]],
+        "position": lambda: arm.point(q)[["xyz".index(axis) for axis in chain.linear_axes]],
     }
     expected: np.ndarray = np.asarray(kinds[found.part.kind]())
     return expected.reshape(found.values.shape)

@@ -69,7 +69,7 @@ def test_an_axis_changes_one_thing(family: str) -> None:
 def differences(one: Chain, other: Chain) -> set[str]:
     seen = [
         {
-            "lengths": [(joint.a, joint.d if joint.kind == "R" else 0) for joint in chain.joints],
+            "lengths": [(joint.a, joint.d if joint.is_revolute else 0) for joint in chain.joints],
             "zeros": chain.offsets, "twists": [joint.alpha for joint in chain.joints], "base": chain.base,
             "point": chain.point, "task": chain.task,
         }
@@ -106,7 +106,7 @@ def test_numbers_are_those_of_a_careful_author(family: str, variation: str) -> N
         angles = [value for value in (*arm.offsets, arm.base.yaw, arm.base.tilt) if value.has(sp.pi)]
         assert all((20 * value).is_Integer for value in values if value.is_Rational), arm
         assert all((12 * angle / sp.pi).is_Integer for angle in angles), arm
-        links = [joint.a for joint in arm.joints] + [joint.d for joint in arm.joints if joint.kind == "R"]
+        links = [joint.a for joint in arm.joints] + [joint.d for joint in arm.joints if joint.is_revolute]
         given = [float(length) for length in links if length.is_number and length != 0]
         assert all(abs(x - y) > 0.045 for i, x in enumerate(given) for y in given[:i]), arm
 

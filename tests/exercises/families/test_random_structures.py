@@ -8,7 +8,7 @@ import pytest
 import sympy as sp
 
 from qdot.exercises.arm.chain import TASK_ROWS, Chain
-from qdot.exercises.arm.derivation import structure
+from qdot.exercises.arm.derivation import symbolic_arm_of
 from qdot.exercises.arm.vectors import rot_x, rot_z
 from qdot.exercises.common.errors import QdotError
 from qdot.exercises.common.stream import Stream
@@ -101,7 +101,7 @@ def conditions_of(structure: Structure) -> tuple[tuple[str, ...], ...]:
 def drawn(chain: Chain) -> tuple[tuple[StructureRow, ...], tuple[str, ...]]:
     """The structure of an arm, and its task in the axes of the base; lengths that P has are put back into the table."""
     rows = tuple(
-        StructureRow(j.kind, j.a != 0, bool((j.d if j.kind == "R" else j.theta) != 0), j.alpha != 0)
+        StructureRow(j.kind, j.a != 0, bool((j.d if j.is_revolute else j.theta) != 0), j.alpha != 0)
         for j in as_table(chain).joints
     )
     rotation = rot_z(chain.base.yaw) * rot_x(chain.base.tilt)
@@ -183,7 +183,7 @@ def test_axes_of_the_world_are_named_anew_with_the_task() -> None:
 def test_every_arm_is_clean_and_all_its_conditions_can_hold(family: str, seeds: range) -> None:
     for seed in seeds:
         chain = sample_chain(ProblemId(family, seed, variation="full"))
-        assert is_clean(structure(chain).chain)
+        assert is_clean(symbolic_arm_of(chain).chain)
         for component in singular_set(chain) or ():
             for _, values in component.solutions or ():
                 assert all(value.is_real is not False for value in values)

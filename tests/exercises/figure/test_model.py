@@ -181,7 +181,7 @@ def test_a_flat_arm_in_that_pose_has_its_point_at_the_same_place(family: str) ->
 def test_a_slide_is_longer_than_any_link_in_the_plane_only(family: str, least: float, most: float) -> None:
     """In the plane its sleeve and its rod are seen from the side, and take room."""
     chain = sample_chain(ProblemId(family, 0))
-    slide = next(i for i, joint in enumerate(chain.joints) if joint.kind == "P")
+    slide = next(i for i, joint in enumerate(chain.joints) if joint.is_prismatic)
     lengths = [abs(float(v)) for joint in chain.joints for v in (joint.a, joint.d) if v.is_number]
     extensions = list_candidate_poses(chain, chain)[:, slide] / (max([*lengths, 0.0]) or DEFAULT_LENGTH)
     assert least <= extensions.min() and extensions.max() <= most

@@ -43,7 +43,7 @@ def _motions(problem: Problem, values: Values, k: int) -> tuple[list[np.ndarray]
     """Return the exponentials at place k, those of joints that turn about the origin, and M."""
     number, (axes, point) = _given(values, k), axes_of(problem.chain)
     made = [
-        exponential([number(entry) for entry in axis.direction], number(q), axis.kind == "P")
+        exponential([number(entry) for entry in axis.direction], number(q), axis.is_prismatic)
         for axis, q in zip(axes, problem.chain.q, strict=True)
     ]
     return made, shift(*(number(entry) for entry in point))

@@ -11,7 +11,7 @@ import sympy as sp
 
 from qdot.exercises.answer_types import Choice, Direction, Number
 from qdot.exercises.arm.chain import Point
-from qdot.exercises.arm.derivation import structure
+from qdot.exercises.arm.derivation import symbolic_arm_of
 from qdot.exercises.common.stream import Stream
 from qdot.exercises.generation import generate
 from qdot.exercises.problem.problem import ProblemId
@@ -53,7 +53,7 @@ def test_lost_direction_of_the_chapters_arms(textbook_arms: dict[str, Any]) -> N
         "elbow_RRR_shoulder_offset_(Scorbot_point_P)": [c1 * c2, s1 * c2, -s2], "ZYZ_wrist": [c1, s1, 0],
     }  # fmt: skip
     for name, vector in expected.items():
-        generic = structure(textbook_arms[name].chain).chain
+        generic = symbolic_arm_of(textbook_arms[name].chain).chain
         component = (singular_set(generic) or ())[0]
         formula = lost_direction_formula(generic, component.at(component.value_combinations()[0]))
         assert formula is not None
@@ -114,7 +114,7 @@ def test_values_of_arm_and_structure_belong_together() -> None:
         for branch in match_branches(chain):
             ((_, own),) = branch.component.value_combinations()[0]
             ((_, theirs),) = branch.of_structure.value_combinations()[0]
-            numbers = dict(structure(chain).values)
+            numbers = dict(symbolic_arm_of(chain).values)
             apart = sp.N((own + offset - theirs.xreplace(numbers)) / (2 * sp.pi))
             assert abs(apart - round(apart)) < 1e-9
 

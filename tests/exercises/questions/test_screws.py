@@ -10,7 +10,7 @@ import pytest
 import sympy as sp
 
 from qdot.exercises.answer_types import Choice
-from qdot.exercises.arm.axes_to_dh import Axis, point_by_rotations
+from qdot.exercises.arm.axes_to_dh import Axis, move_point_along_axes
 from qdot.exercises.arm.chain import Chain, Joint, Point
 from qdot.exercises.arm.robot_file import Robot, read_robot
 from qdot.exercises.arm.standard_table import axes_of
@@ -33,7 +33,7 @@ from qdot.exercises.questions.screws import (
 )
 from qdot.exercises.short_questions import SHORT_QUESTIONS
 from qdot.exercises.short_questions.choice import FormulaOptions
-from qdot.exercises.solve.solver import ReadyResult, text_stages
+from qdot.exercises.solve.solver import ReadyResult, text_events
 from qdot.exercises.verify import certificate
 from qdot.exercises.verify.certificate import certify
 from qdot.exercises.writing.markup import to_text
@@ -229,7 +229,7 @@ def test_an_own_arm_is_told_by_the_points_of_its_file_and_without_brackets(tmp_p
     joints = ("[0, 0, 1] at [0.1, 0.2, 0.5]", "[0, 1, 1]", "[1, 1, 0] at [0.1, 0.4, 0.1]")
     chain = read_robot(robot_of(tmp_path / "oblique.toml", '[0, "0.4 + a2", 0.1]', *joints))
     texts = {}
-    for stage in text_stages(Robot(chain)):
+    for stage in text_events(Robot(chain)):
         if isinstance(stage, ReadyResult):
             texts[stage.name] = to_text(stage.content)
             if stage.name == "body-jacobian":  # what follows holds no points
@@ -244,12 +244,12 @@ def test_an_own_arm_is_told_by_the_points_of_its_file_and_without_brackets(tmp_p
     values = lengths | dict(zip(chain.q, q, strict=True))
     for joint, place in get_solution_steps(chain).point_positions:
         moved = np.where(np.arange(1, 4) < joint, 0, q)
-        assert np.allclose(_floats(place, values), point_by_rotations(axes, home, moved, lengths))
+        assert np.allclose(_floats(place, values), move_point_along_axes(axes, home, moved, lengths))
     _, details = next(question for question in QUESTIONS if question.name == "space-jacobian").ask(chain, Stream("x"))
     assert isinstance(details, SpaceJacobianDetails)
     for number, one in enumerate(details.moved_screws):
         if one.kind == "R":
-            there = point_by_rotations(axes[:number], sp.Matrix(chain.axis_points[number]), q[:number], lengths)
+            there = move_point_along_axes(axes[:number], sp.Matrix(chain.axis_points[number]), q[:number], lengths)
             assert np.allclose(_floats(one.point, values), there)
             assert np.allclose(_floats(one.moment + one.direction.cross(one.point), values), 0)
 
@@ -285,8 +285,8 @@ def test_the_body_jacobian_of_skew_axes_is_short_and_how_the_told_axes_move_the_
     values = lengths | dict(zip(chain.q, q, strict=True))
 
     def pose(at: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
-        place = point_by_rotations(axes, home, at, lengths)
-        turned = [point_by_rotations(axes, home + sp.eye(3)[:, k], at, lengths) - place for k in range(3)]
+        place = move_point_along_axes(axes, home, at, lengths)
+        turned = [move_point_along_axes(axes, home + sp.eye(3)[:, k], at, lengths) - place for k in range(3)]
         return np.array(turned).T, place
 
     turn, _ = pose(q)

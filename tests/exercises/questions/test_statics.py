@@ -43,7 +43,7 @@ def test_a_joint_carries_the_moment_of_the_load_about_its_own_axis(family: str) 
     for i, joint in enumerate(chain.joints):
         z, arm = found.z[:, i], found.p_star[:, i]
         carried = force if i < chain.point.frame else sp.zeros(3, 1)
-        expected = z.dot(arm.cross(carried) + moment) if joint.kind == "R" else z.dot(carried)
+        expected = z.dot(arm.cross(carried) + moment) if joint.is_revolute else z.dot(carried)
         difference = sp.sympify(expected - part.answer_as(Matrix).reference[i])
         values = {s: sp.Float(0.3 + 0.37 * k) for k, s in enumerate(sorted(difference.free_symbols, key=str))}
         assert abs(difference.xreplace(values).evalf()) < 1e-12
@@ -55,7 +55,7 @@ def test_the_prompt_names_every_unit_and_load(family: str) -> None:
     part = problem["joint-torques"]
     text = write_prompt(problem, part)
     for i, joint in enumerate(problem.chain.joints, 1):
-        assert f"$\\tau_{{{i}}}$ in {'N m' if joint.kind == 'R' else 'N'}" in text
+        assert f"$\\tau_{{{i}}}$ in {'N m' if joint.is_revolute else 'N'}" in text
     assert all(f"`{name}`" in text for name in part.symbols)
     units = {"f": "N", "m": "N m"}
     assert all(problem.symbols[name].unit == units[name[0]] for name in part.symbols)

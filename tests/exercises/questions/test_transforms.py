@@ -6,7 +6,7 @@ import sympy as sp
 from qdot.exercises.answer_types import Matrix
 from qdot.exercises.arm.chain import Chain, Joint
 from qdot.exercises.arm.conventions import convention_of
-from qdot.exercises.arm.derivation import derive, structure
+from qdot.exercises.arm.derivation import derive, symbolic_arm_of
 from qdot.exercises.arm.transforms import count_last_pose_terms
 from qdot.exercises.common.stream import Stream
 from qdot.exercises.families import FAMILIES
@@ -92,4 +92,6 @@ def test_the_tool_jacobian_is_the_other_one_turned(family: str) -> None:
 
 @pytest.mark.parametrize(("family", "terms"), [("planar-2r", 8), ("cartesian", 4)])
 def test_zeros_and_ones_are_no_terms_by_which_a_transform_is_too_long(family: str, terms: int) -> None:
-    assert count_last_pose_terms(structure(sample_chain(ProblemId(family, 0, variation="chapter"))).chain) == terms
+    assert (
+        count_last_pose_terms(symbolic_arm_of(sample_chain(ProblemId(family, 0, variation="chapter"))).chain) == terms
+    )

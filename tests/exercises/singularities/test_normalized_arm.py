@@ -14,11 +14,11 @@ from qdot.exercises.problem.problem import Problem, ProblemId
 from qdot.exercises.singularities.classification import (
     classify,
     classify_conditions,
-    generalize,
+    generalize_conditions,
     sample_condition,
     split_by_value,
 )
-from qdot.exercises.singularities.normalized_arm import first_joint_moves_all, normalize_arm, normalized_pieces
+from qdot.exercises.singularities.normalized_arm import first_joint_moves_all, normalize_arm, normalize_conditions
 from qdot.exercises.singularities.singularity import Component, Values, singular_set
 from qdot.exercises.singularities.singularity_kinds import classify_samples
 from qdot.exercises.verify.appearance import sample_component, statement_holds
@@ -42,7 +42,9 @@ def test_zeros_of_joints_and_the_place_of_the_base_are_left_out() -> None:
 
 def test_the_same_configurations_are_the_same_pieces() -> None:
     chains = [two_links(sp.S.Zero, offset) for offset in (sp.S.Zero, sp.pi / 6, -sp.pi / 2, sp.pi)]
-    pieces = {tuple(normalized_pieces(chain, component)) for chain in chains for component in singular_set(chain) or ()}
+    pieces = {
+        tuple(normalize_conditions(chain, component)) for chain in chains for component in singular_set(chain) or ()
+    }
     assert pieces == {("theta2 = 0", "theta2 = pi")}
 
 
@@ -51,7 +53,7 @@ def test_a_slide_is_counted_from_its_own_zero() -> None:
     chain = Chain("far", rows, ("vx", "vy"))
     (component,) = singular_set(chain) or ()
     assert component.pieces() == ["d2 = -4"]
-    assert normalized_pieces(chain, component) == ["d2 = 0"]
+    assert normalize_conditions(chain, component) == ["d2 = 0"]
 
 
 @pytest.mark.parametrize(
@@ -109,7 +111,7 @@ def test_an_arm_with_its_lengths_put_in_again_moves_as_before(problem: Problem) 
 @few_families
 def test_what_is_told_of_a_structure_holds_for_the_arm(problem: Problem) -> None:
     for component in singular_set(problem.chain) or ():
-        pieces, (_, known) = normalized_pieces(problem.chain, component), generalize(problem.chain)
+        pieces, (_, known) = normalize_conditions(problem.chain, component), generalize_conditions(problem.chain)
         if all(piece in known for piece in pieces):
             kind, own = (
                 classify(problem.chain, component),
@@ -129,7 +131,7 @@ def test_arms_with_special_lengths_are_looked_at_by_themselves() -> None:
         chain = two_links(sp.S.Zero, sp.S.Zero, lengths=(sp.Rational(1, 2), sp.Rational(second, 10)))
         (component,) = singular_set(chain) or ()
         kinds[second] = [kind for _, part in values_of(chain) for kind in [classify(chain, part).kind]]
-        assert bool(generalize(chain)[1]) is (second == 4), component
+        assert bool(generalize_conditions(chain)[1]) is (second == 4), component
     assert kinds == {4: ["boundary", "boundary"], 5: ["boundary", "internal"]}
 
 

@@ -7,7 +7,7 @@ import pytest
 import sympy as sp
 
 from qdot.exercises.arm.chain import Chain, Joint
-from qdot.exercises.arm.derivation import structure
+from qdot.exercises.arm.derivation import symbolic_arm_of
 from qdot.exercises.arm.kinematics import NumericChain
 from qdot.exercises.common.stream import Stream
 from qdot.exercises.generation import sample_chain
@@ -16,14 +16,14 @@ from qdot.exercises.singularities import reason
 from qdot.exercises.singularities.appearance import ZERO_TOLERANCE, Statement, describe_appearance, find_reason
 from qdot.exercises.singularities.axes import Sample
 from qdot.exercises.singularities.classification import sample_condition
-from qdot.exercises.singularities.meanings import candidate_meanings
+from qdot.exercises.singularities.meanings import list_candidate_meanings
 from qdot.exercises.singularities.singularity import singular_set
 from tests.exercises.arm.sets import rank_ratios, rows_of
 from tests.support.suites import few_families, of_families
 
 
 def arm(family: str, seed: int = 1) -> Chain:
-    return structure(sample_chain(ProblemId(family, seed, variation="chapter"))).chain
+    return symbolic_arm_of(sample_chain(ProblemId(family, seed, variation="chapter"))).chain
 
 
 def samples_of(chain: Chain, condition: str) -> tuple[Sample, ...]:
@@ -62,7 +62,7 @@ def test_the_reason_that_is_told_holds_at_no_regular_configuration(
         assert all(sample.evaluate(said.measure) < ZERO_TOLERANCE for sample in others), said.words
         assert sum(map(said.predicate, others)) >= 0.9 * len(others), said.words  # here and there it can't be told
         with monkeypatch.context() as changed:
-            changed.setattr(reason, "_starts", starts)
+            changed.setattr(reason, "_sample_starts", starts)
             found = {id(sample.arm): zeros(sample.arm, said) for sample in others}
         for sample in others:
             for q in found[id(sample.arm)]:
@@ -90,7 +90,7 @@ def test_how_a_slide_runs_past_a_link_is_a_reason_where_the_link_has_a_length(
     theta1, theta2, d3 = sp.symbols("theta1 theta2 d3")
     joints = (Joint("R", theta1, 0, length, 0), Joint("R", theta2, 0, 0, sp.pi / 2), Joint("P", 0, d3, 0, 0))
     chain = Chain("RRP", joints, ("vx", "vy", "wz"))
-    told = {one.kind for one in candidate_meanings(chain, samples_of(chain, "sin(theta2)"))}
+    told = {one.kind for one in list_candidate_meanings(chain, samples_of(chain, "sin(theta2)"))}
     assert ({"along", "across"} <= told) == is_told
 
 

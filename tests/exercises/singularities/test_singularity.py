@@ -18,7 +18,7 @@ from qdot.exercises.formula.conditions import ConfigurationSpace
 from qdot.exercises.singularities.classification import domain_of
 from qdot.exercises.singularities.singularity import (
     Search,
-    common_zeros,
+    find_common_zeros,
     singular_set,
     solve_condition,
     tidy_branches,
@@ -168,7 +168,7 @@ def test_a_condition_may_hold_at_one_root_of_an_angle_only() -> None:
     """Both minors are zero at theta1 = 0 and not at pi: 1 - cos(theta1) = 0 says so."""
     theta = sp.Symbol("theta1")
     minors = (factor_trig(sp.sin(theta)), factor_trig(1 - sp.cos(theta)))
-    (conjunction,) = common_zeros(minors, Search((theta,))) or [()]
+    (conjunction,) = find_common_zeros(minors, Search((theta,))) or [()]
     assert conjunction == (1 - sp.cos(theta),)
     chain = Chain("arm", (Joint("R", theta, 0, 1, 0),), ("vx",))
     assert solve_condition(conjunction[0], chain) == (theta, (0,))

@@ -10,11 +10,11 @@ import sympy as sp
 from qdot.exercises.arm import derivation
 from qdot.exercises.arm.chain import TASK_ROWS, Chain, Joint, Point
 from qdot.exercises.arm.kinematics import NumericChain
-from qdot.exercises.arm.library import robot_path
+from qdot.exercises.arm.library import find_robot_path
 from qdot.exercises.arm.robot_file import read_robot_file
 from qdot.exercises.common.time_limit import DEFAULT_SECONDS, time_limit
 from qdot.exercises.singularities.numeric_rank_check import _RankTest, check_rank_loss, find_covering_branches
-from qdot.exercises.singularities.reciprocal import elimination_applies, polynomial_chain, reciprocal_set
+from qdot.exercises.singularities.reciprocal import elimination_applies, polynomial_arm, reciprocal_set
 from qdot.exercises.singularities.singularity import singular_set
 from qdot.exercises.solve import special_lengths
 from qdot.exercises.solve.solver import Solution, solve
@@ -51,7 +51,7 @@ def _joints(rows: Rows) -> tuple[Joint, ...]:
 def _arm(name: str) -> Chain:
     if name in ARMS:
         return Chain(name, _joints(ARMS[name]), TASK_ROWS, title=name)
-    return read_robot_file(robot_path(name)).chain
+    return read_robot_file(find_robot_path(name)).chain
 
 
 @cache
@@ -122,7 +122,7 @@ def test_conditions_without_a_configuration_are_told_as_undecided(monkeypatch: p
         return solve(replace(_arm("iiwa"), name=f"undecided beside {len(before)}"))
 
     usual = _solved("iiwa")
-    solution = solved(*reciprocal_set(*polynomial_chain(_arm("iiwa"))[:1]).branches)
+    solution = solved(*reciprocal_set(*polynomial_arm(_arm("iiwa"))[:1]).branches)
     assert solution.redundant is not None and solution.redundant.undecided == (both,)
     assert _conditions(solution) == _conditions(usual) and solution.redundant.doubtful == ()
     for said in (solution.note or "", " ".join(written(solution.chain, "text").split())):
@@ -236,7 +236,7 @@ def test_special_lengths_are_told_by_elimination(monkeypatch: pytest.MonkeyPatch
     chain = _of_position([(0, 0, 0, 90), (0, 0, "a2", 0), (0, 0, "a3", 90), (0, 0, "a4", 0)])
     a2, a3, a4 = chain.parameters
     monkeypatch.setattr(derivation, "LONG_MINOR_TERMS", 0)
-    monkeypatch.setattr(special_lengths, "length_relations", lambda *_: [(a3, a4), (a3, 2 * a2)])
+    monkeypatch.setattr(special_lengths, "list_length_relations", lambda *_: [(a3, a4), (a3, 2 * a2)])
     (special,) = solve(chain).special
     assert special.relation == "a3 = a4"
     assert [[str(c) for c in one.conditions] for one in special.components] == [["cos(theta4) + 1"]]

@@ -13,7 +13,7 @@ import pytest
 import sympy as sp
 
 from qdot.exercises.arm import derivation
-from qdot.exercises.arm.axes_to_dh import Axis, point_by_rotations
+from qdot.exercises.arm.axes_to_dh import Axis, move_point_along_axes
 from qdot.exercises.arm.chain import TASK_ROWS, Chain, Joint
 from qdot.exercises.arm.derivation import derive
 from qdot.exercises.arm.entry import to_sympy
@@ -25,7 +25,7 @@ from qdot.exercises.formula.set_parser import parse_pieces
 from qdot.exercises.questions import QUESTIONS
 from qdot.exercises.singularities.classification import Classification, domain_of
 from qdot.exercises.singularities.singularity import Component
-from qdot.exercises.solve.solver import ReadyResult, Solution, solve, text_stages
+from qdot.exercises.solve.solver import ReadyResult, Solution, solve, text_events
 from qdot.exercises.solve.special_lengths import _normalize_condition
 from qdot.exercises.solve.time_limited import write_solution
 from qdot.exercises.writing.markup import to_text
@@ -330,7 +330,7 @@ def test_a_file_that_is_not_there_or_no_text(tmp_path: Path) -> None:
 def hardly_any_terms(monkeypatch: pytest.MonkeyPatch) -> Iterator[None]:
     """Let a determinant of more than one term be too long."""
     monkeypatch.setattr(derivation, "MAX_MINOR_TERMS", 1)
-    kept: tuple[Any, ...] = (derivation._expanded_minors, derivation._generic_minors)
+    kept: tuple[Any, ...] = (derivation._expand_minors, derivation._derive_minors)
     for minors in kept:
         minors.cache_clear()
     yield
@@ -526,7 +526,7 @@ def test_json_of_an_arm_told_by_axes_has_its_space_and_body_jacobian(tmp_path: P
     axes = [Axis(kind, sp.Matrix(along), sp.Matrix(through)) for kind, along, through in told]
 
     def moved(count: int, point: Any) -> np.ndarray:
-        return point_by_rotations(axes[:count], sp.Matrix(point), q[:count], lengths)
+        return move_point_along_axes(axes[:count], sp.Matrix(point), q[:count], lengths)
 
     space = []
     for i, (kind, along, through) in enumerate(told):
@@ -563,7 +563,7 @@ def test_numbers_that_are_rounded_are_told_to_be(arm: str, rpy: str, tmp_path: P
     path = tmp_path / "arm.toml"
     path.write_text(arm.replace("[[joint]]", f"base = {{rpy = {rpy}}}\n[[joint]]", 1))
     robot = read_robot_file(path)
-    stages = (stage for stage in text_stages(robot) if isinstance(stage, ReadyResult))
+    stages = (stage for stage in text_events(robot) if isinstance(stage, ReadyResult))
     texts = {stage.name: " ".join(to_text(stage.content).split()) for stage in stages}
     rounded = rpy == ROUNDED
     assert ("rounded" in texts["arm"]) == ("rounded" in texts["singular-angles"]) == rounded

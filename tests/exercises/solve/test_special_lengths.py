@@ -11,11 +11,11 @@ from qdot.exercises.families import FAMILIES
 from qdot.exercises.generation import sample_chain
 from qdot.exercises.problem.problem import ProblemId
 from qdot.exercises.singularities.classification import Classification
-from qdot.exercises.singularities.existence_conditions import existence_condition
+from qdot.exercises.singularities.existence_conditions import find_existence_condition
 from qdot.exercises.singularities.singularity import singular_set
-from qdot.exercises.solve.certified_singularities import certified_statement
-from qdot.exercises.solve.solver import Singularities, singular_stages, solve
-from qdot.exercises.solve.special_lengths import length_relations
+from qdot.exercises.solve.certified_singularities import certify_statement
+from qdot.exercises.solve.solver import Singularities, singular_events, solve
+from qdot.exercises.solve.special_lengths import list_length_relations
 from qdot.exercises.verify.appearance import sample_component
 from qdot.exercises.writing import solution_steps as steps_module
 from qdot.exercises.writing.problem_texts import get_solution_steps
@@ -54,7 +54,7 @@ def reach(condition: sp.Expr, lengths: dict[sp.Symbol, float]) -> tuple[float, f
 
 @pytest.mark.parametrize(("condition", "wanted"), NEEDS, ids=str)
 def test_a_condition_holds_somewhere_for_the_lengths_that_are_told(condition: sp.Expr, wanted: str | None) -> None:
-    need = existence_condition(condition, TURNING)
+    need = find_existence_condition(condition, TURNING)
     if wanted is None or need is None:
         assert need is None or wanted is not None
         return
@@ -73,8 +73,8 @@ def test_a_condition_holds_somewhere_for_the_lengths_that_are_told(condition: sp
 
 
 def test_where_a_slide_moves_in_a_condition_nothing_is_told() -> None:
-    assert existence_condition(A1 + D3 * c(T2), SLIDING) is None
-    assert existence_condition(A1 + A2 * c(T2), SLIDING) is not None
+    assert find_existence_condition(A1 + D3 * c(T2), SLIDING) is None
+    assert find_existence_condition(A1 + A2 * c(T2), SLIDING) is not None
 
 
 @of_families([name for name, each in FAMILIES.items() if not each.has_varied_structure])
@@ -82,7 +82,7 @@ def test_what_is_told_of_a_family_is_so_in_numbers(family: str) -> None:
     chain = sample_chain(ProblemId(family, 0, variation="chapter"), FAMILIES[family])
     for component in singular_set(chain) or ():
         for condition in component.conditions:
-            need = existence_condition(condition, chain)
+            need = find_existence_condition(condition, chain)
             if need is None or len(condition.free_symbols & set(chain.q)) > 3:
                 continue
             symbols = sorted(condition.free_symbols - set(chain.q), key=str)
@@ -97,9 +97,9 @@ def test_what_is_told_of_a_family_is_so_in_numbers(family: str) -> None:
 
 def test_a_relation_at_which_a_condition_begins_to_hold_is_looked_at_first() -> None:
     component = SingularComponent((A1 + A2 * c(T2) + A3 * c(T2 + T3),), None, Classification("internal", True, ""))
-    assert length_relations(TURNING, (component,))[0] == (A1, A2 + A3)
-    assert len({str(one) for one in length_relations(TURNING, (component,))}) == len(
-        length_relations(TURNING, (component,))
+    assert list_length_relations(TURNING, (component,))[0] == (A1, A2 + A3)
+    assert len({str(one) for one in list_length_relations(TURNING, (component,))}) == len(
+        list_length_relations(TURNING, (component,))
     )
 
 
@@ -111,7 +111,7 @@ def test_a_value_that_is_the_same_in_other_words_is_no_difference() -> None:
         Joint("R", "theta1", 0, 0, -half), Joint("R", "theta2", "d2", "a2", 0), Joint("R", "theta3", 0, "a3", half),
         Joint("R", "theta4", "d4", 0, 0),
     )  # fmt: skip
-    *_, found = singular_stages(Chain("puma", rows, ("vx", "vy", "vz")))
+    *_, found = singular_events(Chain("puma", rows, ("vx", "vy", "vz")))
     assert isinstance(found, Singularities) and found.singular
     assert not [one.relation for one in found.special_cases if one.relation == "a3 = d4"]
 
@@ -165,6 +165,6 @@ def test_words_are_sound_where_they_are_so_of_every_configuration() -> None:
     chain = Chain("mine", PLANAR, ("vx", "vy"))
     (component,) = get_solution_steps(chain).components
     samples = sample_component(chain, component)
-    assert certified_statement(chain, "arm stretched out or folded back", samples)
-    assert certified_statement(chain, "arm stretched out", samples) == ""
-    assert certified_statement(chain, "arm stretched out or folded back", []) == ""
+    assert certify_statement(chain, "arm stretched out or folded back", samples)
+    assert certify_statement(chain, "arm stretched out", samples) == ""
+    assert certify_statement(chain, "arm stretched out or folded back", []) == ""

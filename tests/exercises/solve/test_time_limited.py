@@ -13,10 +13,10 @@ from typing import Any
 
 import pytest
 
-from qdot.exercises.arm.library import robot_path
+from qdot.exercises.arm.library import find_robot_path
 from qdot.exercises.arm.robot_file import Robot, read_robot_file
 from qdot.exercises.common.time_limit import OutOfTime, parse_seconds, time_limit
-from qdot.exercises.solve.solver import data_stages, solve, text_stages
+from qdot.exercises.solve.solver import data_events, solve, text_events
 from qdot.exercises.solve.time_limited import write_solution
 from tests.repository.test_schemas import errors
 from tests.support.command import fails, run
@@ -186,7 +186,7 @@ def test_where_all_is_there_nothing_is_missing(tmp_path: Path) -> None:
     """Ctrl-C between the last result and the end."""
     robot = _robot(tmp_path, GIVEN)
     for form in ("text", "latex", "json"):
-        left = [None for _ in (data_stages(robot.chain) if form == "json" else text_stages(robot))]
+        left = [None for _ in (data_events(robot.chain) if form == "json" else text_events(robot))]
 
         def shown(what: str, left: list[None] = left) -> AbstractContextManager[object]:
             if not left:
@@ -259,7 +259,7 @@ def test_times_are_read_as_numbers() -> None:
 @pytest.mark.whole
 def test_conditions_that_were_tested_are_kept_where_what_they_look_like_is_not() -> None:
     """Of seven joints: the time ends behind the test in numbers."""
-    robot = read_robot_file(robot_path("iiwa7"))
+    robot = read_robot_file(find_robot_path("iiwa7"))
 
     def ended(title: str) -> AbstractContextManager[object]:
         if title == LOOKING:

@@ -13,7 +13,7 @@ from qdot.exercises.problem.problem import ProblemId
 from qdot.exercises.questions.singular import KindDetails
 from qdot.exercises.singularities import classification
 from qdot.exercises.singularities.classification import Classification, classify, sample_condition, split_by_value
-from qdot.exercises.singularities.normalized_arm import normalize_arm, normalized_pieces
+from qdot.exercises.singularities.normalized_arm import normalize_arm, normalize_conditions
 from qdot.exercises.singularities.singularity import Component, singular_set
 from qdot.exercises.verify import appearance
 from qdot.exercises.verify.appearance import statement_holds
@@ -32,7 +32,7 @@ def parts(chain: Chain) -> Iterator[tuple[list[str], str]]:
     for component in singular_set(chain) or ():
         values = split_by_value(component, classify(chain, component))
         for part in (component, *(part for _, part in values)):
-            yield normalized_pieces(chain, part), classify(chain, part).meaning
+            yield normalize_conditions(chain, part), classify(chain, part).meaning
 
 
 def are_so(chain: Chain, pieces: list[str], words: str) -> set[bool]:

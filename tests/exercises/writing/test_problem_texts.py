@@ -105,7 +105,7 @@ def test_statement_gives_table_point_task_and_symbols(problem: Problem) -> None:
     for name in [*chain.q, *chain.rates, *chain.parameters]:
         assert f"`{name}`" in text
     assert "not to scale" in text
-    turns = any(joint.kind == "R" for joint in chain.joints)
+    turns = any(joint.is_revolute for joint in chain.joints)
     assert ("degrees" in text and "radians" in text) or not turns
     assert "$P$" in text and "$T_{i-1,i}" in text
     assert ("world frame" in text) == (not chain.base.is_world) or "is the world frame" in text

@@ -9,7 +9,7 @@ from pathlib import Path
 
 import pytest
 
-from qdot.exercises.arm.library import robot_path
+from qdot.exercises.arm.library import find_robot_path
 from qdot.exercises.arm.robot_file import read_robot_file
 from qdot.exercises.assignment.assignment import load_assignment
 from qdot.exercises.assignment.sets import DEFAULT_SET, SETS
@@ -58,7 +58,7 @@ def test_one_family_tells_of_every_question_whether_it_can_be_asked_and_why_not(
 
 def test_a_robot_is_told_as_a_family_is(tmp_path: Path) -> None:
     """One of the library, by any spelling of its name, and one of a file, with what is odd about it."""
-    for name, file in (("UR-5", robot_path("ur5")), (str(tmp_path / "my arm.toml"), tmp_path / "my arm.toml")):
+    for name, file in (("UR-5", find_robot_path("ur5")), (str(tmp_path / "my arm.toml"), tmp_path / "my arm.toml")):
         if not file.exists():
             row = '[[joint]]\nkind = "R"\ntheta = "q%d"\nd = 0\na = %s\nalpha = 0\n'
             file.write_text('name = "mine"\n' + row % (1, 400) + row % (2, '"a2"'))
@@ -81,8 +81,9 @@ def test_a_robot_that_is_taken_for_a_family_is_told_as_what_it_is() -> None:
 
 
 def test_what_a_robot_can_not_be_asked_points_to_what_it_can() -> None:
-    scorbot = read_robot_family(robot_path("scorbot"))
-    for family, command in ((scorbot, "scorbot"), (read_robot_family(robot_path("scorbot", Path("x/.."))), "scorbot"),
+    scorbot = read_robot_family(find_robot_path("scorbot"))
+    scorbot_elsewhere = read_robot_family(find_robot_path("scorbot", Path("x/..")))
+    for family, command in ((scorbot, "scorbot"), (scorbot_elsewhere, "scorbot"),
                             ("planar-3r", "planar-3r")):  # fmt: skip
         with pytest.raises(QdotError, match=f"`qdot families {command}`"):
             check_questions(family, ["determinant"])
@@ -94,7 +95,7 @@ def test_what_a_robot_can_not_be_asked_points_to_what_it_can() -> None:
 def test_what_can_be_asked_is_told_of_a_convention(name: str) -> None:
     chain = (
         sample_chain(ProblemId(name, 0, convention="screws")) if name in FAMILIES
-        else replace(read_robot_file(robot_path(name)).chain, convention="screws")
+        else replace(read_robot_file(find_robot_path(name)).chain, convention="screws")
     )  # fmt: skip
     row = json.loads(run("families", name, "--convention", "screws", "--json"))
     assert row["questions"] == [one for one, question in QUESTIONS.items() if question.find_obstacle(chain) is None]

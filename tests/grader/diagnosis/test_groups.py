@@ -17,15 +17,15 @@ from qdot.exercises.problem.problem import Part, Problem, ProblemId
 from qdot.grader.cli.main import app
 from qdot.grader.diagnosis.groups import KEY_LENGTH, KEY_LETTERS, find_group
 from qdot.grader.grading.attempt import make_part_result
-from qdot.grader.grading.final_result import GradedNotebook, final_result
+from qdot.grader.grading.final_result import GradedNotebook, compute_final_result
 from qdot.grader.grading.history import describe_mark_changes
 from qdot.grader.grading.marking import mark
-from qdot.grader.grading.overrides import Override, Overrides, describe_unused_groups, read_overrides
+from qdot.grader.grading.overrides import Overrides, describe_unused_groups, read_overrides
 from qdot.grader.grading.result import (
-    AppliedOverride,
     CountingSubmission,
     MarkingVersions,
     NotebookMarks,
+    Override,
     PartResult,
     Result,
 )
@@ -38,7 +38,7 @@ from qdot.grader.reports.rows import make_rows
 from qdot.grader.reports.tables import count_overridden, grades_csv, is_marked
 from tests.support.command import runner
 from tests.support.handing_in import a_class, grade, hand_in, one_process, right
-from tests.support.results import change, read_results, result
+from tests.support.results import change, make_override, read_results, result
 from tests.support.suites import several
 
 SECRET = "secret"
@@ -234,7 +234,7 @@ def test_a_line_marks_and_explains_a_group_also_for_who_comes_later(assignment: 
     results, _ = grade(assignment)
     for name in ("ada", "bo", "cy"):
         part = determinant(results[name])
-        assert part.override == AppliedOverride(0.5, "theta1, again?", 0.0, group)
+        assert part.override == Override(0.5, "theta1, again?", 0.0, group)
         assert (part.points, part.outcome, results[name].score) == (0.5, "wrong", 3.5)
     assert determinant(results["di"]).override is None
 
@@ -260,8 +260,8 @@ def test_a_comment_alone_leaves_the_points(assignment: Assignment) -> None:
     (assignment.folder / "overrides.csv").write_bytes(text.encode("utf-16"))
     results, _ = grade(assignment)
     part = determinant(results["ada"])
-    assert (part.points, part.override) == (0.0, AppliedOverride(None, "look at θ1", 0.0, group))
-    assert determinant(results["bo"]).override == AppliedOverride(1.0, "", 0.0), "a student's own line"
+    assert (part.points, part.override) == (0.0, Override(None, "look at θ1", 0.0, group))
+    assert determinant(results["bo"]).override == Override(1.0, "", 0.0), "a student's own line"
     page = make_feedback_page(assignment, assignment.roster[0], results["ada"])
     assert "look at θ1</strong>" in page and "set by your instructor" not in page
     assert make_rows(results["ada"])[2].message.endswith("look at θ1")
@@ -274,8 +274,8 @@ def test_a_comment_alone_leaves_the_points(assignment: Assignment) -> None:
 def test_what_qdot_failed_on_has_no_group_and_old_results_have_none(assignment: Assignment) -> None:
     made = result(assignment, "ada", ["correct", "correct", "wrong"])
     marked = NotebookMarks(sha256="0", made_from=MarkingVersions(), problems=made.problems)
-    overrides = Overrides(by_group={"p1.position/bcdfgh": Override(0)})
-    one = final_result(assignment, assignment.roster[0], [GradedNotebook(marked=marked)], overrides)
+    overrides = Overrides(by_group={"p1.position/bcdfgh": make_override(0)})
+    one = compute_final_result(assignment, assignment.roster[0], [GradedNotebook(marks=marked)], overrides)
     assert one.score == 3
 
 
@@ -303,13 +303,13 @@ def test_what_is_wrong_in_a_line_for_a_group_is_told(tmp_path: Path, line: str, 
 
 def test_a_group_that_nobody_is_in_is_told_with_those_that_there_are(assignment: Assignment) -> None:
     group, typed, empty = "p1.determinant/kqvxwz", "p1.determinant/kqvxwb", "p1.position/bcdfgh"
-    of_groups = {typed: Override(1.0, "", typed), empty: Override(1.0, "", empty)}
-    overrides = Overrides(by_group=of_groups, line_numbers={typed: 2, empty: 3})
+    of_groups = {typed: make_override(1.0, "", typed), empty: make_override(1.0, "", empty)}
+    overrides = Overrides(by_group=of_groups)
     first, other = describe_unused_groups(assignment, overrides, [group, "p1.determinant/zzzzzz"])
     where = assignment.folder / "overrides.csv"
-    assert first.startswith(f"{where}: line 2: ") and f"{typed!r} (did you mean {group!r}?)" in first
+    assert first.startswith(f"{where}: ") and f"{typed!r} (did you mean {group!r}?)" in first
     assert first.endswith(f"{group}, p1.determinant/zzzzzz; `qdot report` shows all groups")
-    assert other.startswith(f"{where}: line 3: ") and repr(empty) in other and "p1.determinant" not in other
+    assert other.startswith(f"{where}: ") and repr(empty) in other and "p1.determinant" not in other
     assert describe_unused_groups(assignment, overrides, list(of_groups)) == []
 
 
@@ -323,7 +323,7 @@ def test_the_page_shows_groups_with_their_key_and_the_command_tells_an_unknown_o
         return errors, list(read_results(assignment.folder).values())
 
     errors, results = settled("1", "x", "p1.determinant/bcdfgh")
-    assert "line 2: " in errors and "'p1.determinant/bcdfgh'" in errors
+    assert "overrides.csv: the group 'p1.determinant/bcdfgh'" in errors
     first, other = group_wrong_answers(results)
     assert (first.students, other.students) == (("ada", "bo", "cy"), ("di",))
     assert (first.part, first.points_range, first.max_points) == ("p1.determinant", (0.0, 0.0), 1.0)

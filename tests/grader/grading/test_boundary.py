@@ -9,6 +9,7 @@ import os
 import sys
 from collections.abc import Callable
 from pathlib import Path
+from types import SimpleNamespace
 from typing import Any
 
 import pytest
@@ -24,7 +25,7 @@ from qdot.grader.reports.write import write_reports
 from qdot.grader.sandbox.contained import folders
 from qdot.grader.sandbox.sandbox import Limits, Sandbox
 from qdot.grader.submissions import submission
-from qdot.grader.submissions.submission import find_submissions, modification_time
+from qdot.grader.submissions.submission import find_modification_time, find_submissions
 from tests.support.handing_in import a_class, hand_in, one_process, right
 from tests.support.results import by_student, file_of, read_results
 from tests.support.suites import few_of
@@ -76,7 +77,7 @@ STEPS: dict[str, tuple[object, str]] = {
     "marked": (attempt, "mark"),
     "judged": (marking, "judge_parsed"),
     "kept": (batch._GradingWorker, "store_marks"),
-    "settled": (batch, "final_result"),
+    "settled": (batch, "compute_final_result"),
     "made a line": (write, "results_jsonl"),
     "made a row": (write, "grades_csv"),
     "made a page": (write, "make_feedback_page"),
@@ -266,5 +267,6 @@ def test_of_thousands_of_notebooks_the_newest_counts(assignment: Assignment, mon
 
 @pytest.mark.parametrize(("seconds", "year"), [(10**12, 9999), (-(10**12), 1970), (1_700_000_000, 2023)])
 def test_a_files_time_has_a_date_whatever_it_is(seconds: int, year: int) -> None:
-    time = modification_time(os.stat_result((0,) * 8 + (seconds, 0)))
+    path: Any = SimpleNamespace(lstat=lambda: os.stat_result((0,) * 8 + (seconds, 0)))
+    time = find_modification_time(path)
     assert time.year == year and time.astimezone().isoformat()

@@ -16,14 +16,14 @@ from qdot.exercises.assignment.lateness import LateRule
 from qdot.exercises.assignment.release import init_assignment, release_notebooks
 from qdot.exercises.common.errors import QdotError
 from qdot.grader.cli.demo import fill_in_answers
-from qdot.grader.grading.final_result import GradedNotebook, final_result
-from qdot.grader.grading.overrides import Override, Overrides, read_overrides
-from qdot.grader.grading.result import AppliedOverride, Lateness, MarkingVersions, NotebookMarks, ProblemResult, Result
+from qdot.grader.grading.final_result import GradedNotebook, compute_final_result
+from qdot.grader.grading.overrides import Overrides, read_overrides
+from qdot.grader.grading.result import Lateness, MarkingVersions, NotebookMarks, Override, ProblemResult, Result
 from qdot.grader.reports.feedback import make_feedback_page
 from qdot.grader.reports.tables import SUMMARY_COLUMNS, grades_csv, work_status
 from tests.support import command
 from tests.support.handing_in import UNCERTIFIED, one_process
-from tests.support.results import file_of, part, read_results
+from tests.support.results import file_of, make_override, part, read_results
 
 DUE = datetime.datetime(2027, 1, 15, 12, tzinfo=datetime.UTC)
 HOUR = datetime.timedelta(hours=1)
@@ -61,7 +61,7 @@ def one(assignment: Assignment, hours: float, *points: float | None, **overrides
     handed_in = [GradedNotebook("hw.ipynb", DUE + hours * HOUR, marked(*points))]
     named = {{"total": ""}.get(name, f"p1.{name}"): override for name, override in overrides.items()}
     student = assignment.roster[0]
-    return final_result(assignment, student, handed_in, Overrides({student.id: named}))
+    return compute_final_result(assignment, student, handed_in, Overrides({student.id: named}))
 
 
 @pytest.mark.parametrize(
@@ -89,23 +89,23 @@ def test_overrides_are_read_as_spreadsheets_write_them(folder: Path) -> None:
     assert read_overrides(load_assignment(folder)) == Overrides()
     (folder / "overrides.csv").write_text('﻿Student;Part;Points;Comment\ns1;p1.position;1,5;"a; b"\ns2;;2;\n\n')
     of_students = read_overrides(load_assignment(folder)).by_student
-    assert of_students == {"s1": {"p1.position": Override(1.5, "a; b")}, "s2": {"": Override(2.0)}}
+    assert of_students == {"s1": {"p1.position": make_override(1.5, "a; b")}, "s2": {"": make_override(2.0)}}
     (folder / "overrides.csv").write_text('student,part,points\ns1,p1.position,33.3333%\ns1,,"12,5 %"\n')
-    shares = {"p1.position": Override(0.6667), "": Override(0.3375)}
+    shares = {"p1.position": make_override(0.6667), "": make_override(0.3375)}
     assert read_overrides(load_assignment(folder)).by_student == {"s1": shares}
 
 
 def test_an_override_keeps_what_the_grader_said(folder: Path) -> None:
     assignment = load_assignment(folder)
     assert work_status(one(assignment, -1, None, 0.7)) == "ungraded"
-    for settled in ({"position": Override(1)}, {"total": Override(1)}):
+    for settled in ({"position": make_override(1)}, {"total": make_override(1)}):
         assert work_status(one(assignment, -1, None, 0.7, **settled)) == "graded", (
             "a person settles what qdot failed on"
         )
-    result = one(assignment, -1, 0.5, 0.7, position=Override(1.25, "the sketch is right"))
+    result = one(assignment, -1, 0.5, 0.7, position=make_override(1.25, "the sketch is right"))
     part = result.parts["p1.position"]
     assert (part.outcome, part.reason, part.points) == ("partial", "the reason", 1.25)
-    assert part.override == AppliedOverride(1.25, "the sketch is right", 0.5)
+    assert part.override == Override(1.25, "the sketch is right", 0.5)
     assert (result.score, result.override) == (1.95, None)
 
 
@@ -175,7 +175,7 @@ def test_an_extension_is_a_time_of_the_students_own(folder: Path) -> None:
     scores = []
     for student, hours in itertools.product(assignment.roster, (24, 24.5, 250)):
         handed_in = [GradedNotebook("hw.ipynb", DUE + hours * HOUR, marked(2.0, 0.7))]
-        scores.append(final_result(assignment, student, handed_in).score)
+        scores.append(compute_final_result(assignment, student, handed_in).score)
     assert scores == [2.7, 2.43, 1.35, 2.7, 2.7, 1.35, 2.43, 2.16, 0.0]
     for wrong in ("2027-01-16", "16.1.2027", "Friday"):
         (folder / "roster.csv").write_text(f"student,due\ns1,{wrong}\n")
@@ -195,9 +195,9 @@ def test_times_without_a_zone_are_the_machines_or_the_assignments(folder: Path) 
 def test_parts_that_were_set_lose_for_lateness_and_a_total_that_was_set_does_not(folder: Path) -> None:
     (folder / "assignment.toml").write_text(TOML.format(RULE))
     assignment = load_assignment(folder)
-    assert one(assignment, 1, 0.0, 0.7, position=Override(1)).score == 1.53
-    result = one(assignment, 1, 0.0, 0.7, position=Override(1), total=Override(2.5, "ill"))
-    assert (result.score, result.override) == (2.5, AppliedOverride(2.5, "ill", 1.53))
+    assert one(assignment, 1, 0.0, 0.7, position=make_override(1)).score == 1.53
+    result = one(assignment, 1, 0.0, 0.7, position=make_override(1), total=make_override(2.5, "ill"))
+    assert (result.score, result.override) == (2.5, Override(2.5, "ill", 1.53))
     (row,) = csv.DictReader(grades_csv([result], assignment.roster).splitlines())
     assert [row[name] for name in SUMMARY_COLUMNS[:-1]] == [
         "2.5", "2.7", "92.6", "late", "0.17", "p1.position: 1 (was 0); total: 2.5 (was 1.53), ill",
@@ -223,7 +223,7 @@ def test_many_notebooks_in_a_folder_are_one_attempt_and_attempts_have_a_limit(fo
 def best(assignment: Assignment, *handed_in: GradedNotebook, **overrides: Override) -> Result:
     named = {f"p1.{name}": override for name, override in overrides.items()}
     student = assignment.roster[0]
-    return final_result(
+    return compute_final_result(
         replace(assignment, attempts=AttemptPolicy(5)), student, handed_in, Overrides({student.id: named})
     )
 
@@ -239,10 +239,10 @@ def test_the_best_counts_after_what_lateness_takes_off(folder: Path) -> None:
     assert result.attempts[1].received == "2027-01-15T13:00:00+00:00"
     said = "2 notebooks were submitted; a.ipynb counts, the best, not b.ipynb"
     assert result.notes == result.staff_notes == (said,)
-    soon = replace(early, file="c.ipynb", received=DUE - HOUR - HOUR / 60, marked=None)
+    soon = replace(early, file="c.ipynb", received=DUE - HOUR - HOUR / 60, marks=None)
     note = best(assignment, soon, early).notes[0]
     assert "a.ipynb counts, not c.ipynb" in note and "within 10 min" in note
-    assert file_of(best(assignment, early, late, position=Override(2))) == "a.ipynb"
+    assert file_of(best(assignment, early, late, position=make_override(2))) == "a.ipynb"
     assert file_of(best(assignment, early, replace(early, file="c.ipynb"))) == "a.ipynb"
 
 
@@ -329,9 +329,9 @@ def test_an_override_survives_every_regrade_and_is_in_every_report(folder: Path,
 
 def test_a_comment_is_no_formula_and_no_markup(folder: Path) -> None:
     assignment = load_assignment(folder)
-    result = one(assignment, -1, 0.0, 0.7, total=Override(1, "=1+1 <b>\x07"))
+    result = one(assignment, -1, 0.0, 0.7, total=make_override(1, "=1+1 <b>\x07"))
     page = make_feedback_page(assignment, assignment.roster[0], replace(result, obstacle="it can't be read"))
     assert "=1+1 &lt;b&gt;␇" in page
-    result = replace(result, override=AppliedOverride(1, "", 0.7))
+    result = replace(result, override=Override(1, "", 0.7))
     (row,) = csv.DictReader(grades_csv([result], assignment.roster).splitlines())
     assert row["override"] == "total: 1 (was 0.7)"

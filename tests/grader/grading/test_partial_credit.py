@@ -101,7 +101,7 @@ def test_equal_mistakes_in_a_determinant_earn_equal_shares_whatever_the_arm(fami
         if not factors:  # a determinant that is a number: right or not
             made = dict.fromkeys(("the sign", "twice"), (-reference, 0.0))
         for mistake, (answer, share) in made.items():
-            if answer is None or (problem.chain.joints[0].kind == "P" and "too many" in mistake):
+            if answer is None or (problem.chain.joints[0].is_prismatic and "too many" in mistake):
                 continue
             judgement = share_earned(problem, part, expression_text(answer), "f")
             assert judgement.share == share, (mistake, answer, judgement)

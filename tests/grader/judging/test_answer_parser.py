@@ -21,10 +21,10 @@ from qdot.exercises.notebook.notebook import make_notebook_metadata, make_studen
 from qdot.exercises.problem.problem import Problem, ProblemId
 from qdot.exercises.short_questions import ALL_QUESTIONS
 from qdot.grader.grading import check
-from qdot.grader.grading.check import check_notebook, claimed_form
+from qdot.grader.grading.check import check_notebook, find_claimed_form
 from qdot.grader.grading.marking import mark
 from qdot.grader.judging.answer import OR_HINT
-from qdot.grader.judging.answer_parser import ExpectedForm, expected_form, read_answer, read_in_form
+from qdot.grader.judging.answer_parser import ExpectedForm, find_expected_form, read_answer, read_in_form
 from qdot.grader.judging.judge import judge
 from qdot.grader.judging.verdict import Outcome
 from qdot.grader.sandbox.sandbox import Sandbox
@@ -220,7 +220,7 @@ def says_its_forms(problem: Problem) -> None:
     """Of arms that are drawn with their structure and of own ones, too: nothing is known but what the notebook says."""
     said = json.loads(json.dumps(make_notebook_metadata("student", "hw", "ada", [("p1", problem)])))
     for part in problem.parts:
-        due, claimed = expected_form(problem, part), claimed_form(said, "p1", part.name)
+        due, claimed = find_expected_form(problem, part), find_claimed_form(said, "p1", part.name)
         if part.answer.offered_options:
             assert claimed is None
             continue
@@ -242,11 +242,13 @@ UNTOLD: tuple[object, ...] = (
 @pytest.mark.parametrize("form", UNTOLD, ids=str)
 def test_what_a_notebook_says_of_forms_may_be_anything(form: object) -> None:
     said: dict[str, object] = {"symbols": {"p1": ["theta1"]}, "joints": {"p1": ["theta1"]}}
-    assert claimed_form(said | {"answers": {"p1": {"jacobian": FORMS}}}, "p1", "jacobian") is not None
-    assert claimed_form(said | {"answers": {"p1": {"jacobian": form}}}, "p1", "jacobian") is None
+    assert find_claimed_form(said | {"answers": {"p1": {"jacobian": FORMS}}}, "p1", "jacobian") is not None
+    assert find_claimed_form(said | {"answers": {"p1": {"jacobian": form}}}, "p1", "jacobian") is None
     for key in ("symbols", "joints"):
         for claim in (5, {}, {"p1": 5}, {"p1": [3]}):
-            assert claimed_form(said | {"answers": {"p1": {"jacobian": FORMS}}, key: claim}, "p1", "jacobian") is None
+            assert (
+                find_claimed_form(said | {"answers": {"p1": {"jacobian": FORMS}}, key: claim}, "p1", "jacobian") is None
+            )
 
 
 NAMED_VECTORS = (

@@ -16,9 +16,9 @@ import sympy as sp
 from qdot.exercises.answer_types import LETTERS, Choice, Number
 from qdot.exercises.notebook.notebook import make_notebook_metadata
 from qdot.exercises.problem.problem import Part, Problem
-from qdot.grader.grading.check import claimed_form, is_readable
+from qdot.grader.grading.check import find_claimed_form, is_readable
 from qdot.grader.judging.answer import ParsedAnswer
-from qdot.grader.judging.answer_parser import expected_form, read_answer
+from qdot.grader.judging.answer_parser import find_expected_form, read_answer
 from qdot.grader.judging.functions import make_calls
 from qdot.grader.judging.judge import judge_parsed
 from qdot.grader.sandbox.sandbox import Sandbox
@@ -116,7 +116,11 @@ def test_check_says_of_every_form_whether_the_grader_can_read_it(typed: list[Typ
     for one in typed:
         if one.text is not None:
             part = part_of(one.form)
-            due = expected_form(problem(), part) if part.answer.offered_options else claimed_form(said, "p1", part.name)
+            due = (
+                find_expected_form(problem(), part)
+                if part.answer.offered_options
+                else find_claimed_form(said, "p1", part.name)
+            )
             strange = not part.answer.is_set and one.given.symbols - set(problem().domain.roles)
             readable_there = one.given.refusal is None and not strange
             assert due is not None and is_readable(one.text, due) == readable_there, one.form

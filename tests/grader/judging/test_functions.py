@@ -112,7 +112,7 @@ def test_a_wrong_function_is_shown_a_configuration_of_what_counts(sandbox: Sandb
     problem = drawn("planar-2r", 3)
     calls = {"p1": make_calls(problem, problem.domain, "points")}
     run = sandbox.run(["p1_position = lambda theta1, theta2: [0.5 * float(theta1), 1]"], ["p1_position"], calls)
-    answers = Answers(run).texts_by_part("p1", problem)
+    answers = Answers(run).map_texts("p1", problem)
     (found,) = (v for v in mark(problem, answers, secret="secret", points_seed="points") if v.part == "position")
     assert found.judgement.certificate is not None
     assert "qd1" not in found.judgement.reason
@@ -155,7 +155,7 @@ def test_functions_of_every_question_get_what_their_formulas_would(
         wanted = [name_answer_variable("p1", part.name) for part in parts]
         run = sandbox.run(cells, wanted, calls)
         assert not run.unreadable_reasons, run.unreadable_reasons
-        for verdict in mark(problem, Answers(run).texts_by_part("p1", problem), secret="secret", points_seed="points"):
+        for verdict in mark(problem, Answers(run).map_texts("p1", problem), secret="secret", points_seed="points"):
             if verdict.part in {part.name for part in parts if not is_zero(part)}:
                 said = f"{verdict.part}, {way}: {verdict.judgement.reason} {verdict.answer}"
                 assert (verdict.judgement.outcome is Outcome.CORRECT) == (due is Outcome.CORRECT), said

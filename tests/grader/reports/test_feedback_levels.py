@@ -11,7 +11,7 @@ from qdot.exercises.problem.problem import Part
 from qdot.grader.grading.attempt import make_part_result
 from qdot.grader.grading.marking import WRONG_OR_PARTIAL, mark
 from qdot.grader.grading.result import PartResult
-from qdot.grader.judging.verdict import format_value
+from qdot.grader.judging.formulas import format_value
 from qdot.grader.reports.feedback_levels import limit_feedback
 from tests.support import results
 from tests.support.problems import drawn, parts_in_turn

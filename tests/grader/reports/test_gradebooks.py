@@ -12,7 +12,7 @@ import pytest
 
 from qdot.exercises.assignment.assignment import Assignment, Student, load_assignment
 from qdot.exercises.common.errors import QdotError
-from qdot.grader.grading.result import AppliedOverride, Result
+from qdot.grader.grading.result import Override, Result
 from qdot.grader.reports.excel import make_workbook
 from qdot.grader.reports.formats import write_requested_reports
 from qdot.grader.reports.gradebooks import RESERVED_WORDS, make_canvas_csv, make_moodle_csv
@@ -215,7 +215,7 @@ def test_more_than_a_hundred_points_go_to_moodle_as_per_cent_alone(make: Make) -
 
 def test_what_a_person_set_is_a_mark_and_what_could_not_be_read_is_none(make: Make) -> None:
     assignment = make(MOODLE_EXPORT)
-    override = AppliedOverride(0.0, "not handed in, no excuse", 0.0)
+    override = Override(0.0, "not handed in, no excuse", 0.0)
     first, second, third = three(assignment)
     results = [
         replace(first, obstacle="this is no notebook", score=0.0),

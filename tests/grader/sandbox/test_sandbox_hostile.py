@@ -224,7 +224,9 @@ def test_an_attack_that_ends_the_notebook_keeps_the_answers_before(name: str, ma
 
 
 LIES = {
-    "an object that says it is a text": ("class L:\n    __class__ = str\n    def __str__(self): return 'x'\nc = L()", "descriptor '__str__' requires"),
+    "an object that says it is a text": ("class L:\n    __class__ = str\n    def __str__(self): return 'x'\nc = L()", "a L is not an expression"),
+    "an object that says it is a type": ("class L:\n    __class__ = type\n    def __str__(self): return 'x'\nc = L()", "a L is not an expression"),
+    "an object whose class is none": ("class L:\n    __class__ = 5\n    def __str__(self): return 'x'\nc = L()", "a L is not an expression"),
     "a text whose slice is something else": ("class L(str):\n    def __getitem__(self, k): return {}\nc = L('right')", "right"),
     "a text that is another each time": ("class L(str):\n    def __str__(self): return str(id([]))\nc = L('right')", "right"),
     "a list that is never the same": ("class L(list):\n    def __iter__(self):\n        self.append(1)\n        return iter([len(self)])\nc = L()", "["),

@@ -290,7 +290,7 @@ def bare(cell: dict[str, Any], _: int) -> None:
 
 
 CASES: dict[str, Case] = {
-    "version 3": of(version_3),
+    "version 3": refused(version_3, "is not a Jupyter notebook: it is JSON, but has no valid cells"),
     "version 4.0": of(again(nbformat_minor=0)),
     "saved by Colab": of(colab(keeps=True)),
     "saved by Colab, nothing of ours kept": of(colab(keeps=False), "Copy_of_hw.ipynb"),
@@ -446,7 +446,7 @@ def test_a_large_file_is_read_within_limits_of_its_own(monkeypatch: pytest.Monke
     with pytest.raises(Unreadable, match="incomplete") as caught:
         read_cells(HW, large[:-1])
     assert not isinstance(caught.value, OverLimit)
-    monkeypatch.setattr(reading, "MEMORY", 60_000_000)
+    monkeypatch.setattr(reading, "MAX_MEMORY_BYTES", 60_000_000)
     with pytest.raises(OverLimit, match="too much memory or time"):
         read_cells("hw.py", b"# %%\n" * 2_000_000)
 
@@ -540,7 +540,7 @@ def test_options_of_myst_are_left_out_where_they_open_a_cell(body: str, code: st
 BROKEN = [
     (
         '{\n<<<<<<< HEAD\n "cells": []\n=======\n "cells": [1]\n>>>>>>> 1a2b\n}',
-        "conflict markers of Git (lines 2, 4, 6)",
+        "(line 2), because it contains conflict markers of Git",
     ),
     ('{"cells": [],\n}', "is not a Jupyter notebook, or it is incomplete"),
     ('{"cells": [{"source": "a, ]"', "is not a Jupyter notebook, or it is incomplete (line 1)"),
