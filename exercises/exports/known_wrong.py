@@ -16,12 +16,7 @@ from sympy.polys.polyerrors import BasePolynomialError
 from qdot.exercises.answer_types import ConditionSet, Number
 from qdot.exercises.arm.chain import Chain
 from qdot.exercises.arm.derivation import derive, symbolic_arm_of
-from qdot.exercises.arm.derivation_graph import (
-    RESULT,
-    compute_numeric_stages,
-    compute_symbolic_stages,
-    to_sympy_matrix,
-)
+from qdot.exercises.arm.derivation_graph import RESULT, compute_numeric_stages, compute_symbolic_stages, to_sympy_matrix
 from qdot.exercises.arm.standard_table import wrap_angle
 from qdot.exercises.common.stream import Stream
 from qdot.exercises.formula.equality import READABLE_POINTS, Domain, compare_entries

@@ -101,8 +101,7 @@ def _make_presence_test(part: str, name: str, points: float) -> dict[str, Any]:
     """Return a test that only checks whether an answer is given, for the `grader.check` that students call."""
     case = {
         "code": f">>> 'blank' in str({name_answer_variable(*part.split('.', 1))})\nFalse",
-        "hidden": False,
-        "locked": False,
+        "hidden": False, "locked": False,
         "success_message": "You have given an answer; it will be graded after you submit.",
         "failure_message": "You have not given an answer yet.",
     }  # fmt: skip
