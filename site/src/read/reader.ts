@@ -239,8 +239,6 @@ class Parser {
     this.expect(":");
   }
 
-  // bound once, because a text of ten thousand brackets calls them for each bracket
-  private readonly parseRelation = (): Node => this.relation();
   private isCommaAnd(): boolean {
     return this.peek() === "," && ["and", "&"].includes(this.textAt(1));
   }
@@ -258,7 +256,7 @@ class Parser {
     while (this.isCommaAnd()) {
       const before = this.at;
       this.at += 2;
-      const term = this.parseRelation();
+      const term = this.relation();
       if (!this.isCondition(term)) {
         this.at = before;
         break;
@@ -272,16 +270,14 @@ class Parser {
     return node("and", ...terms);
   }
 
-  private readonly parseConjunction = (): Node => this.conjunction();
-  private readonly parseAlternatives = (): Node => this.several("or", this.parseConjunction, "or", "|");
+  private readonly alternatives = (): Node => this.several("or", this.conjunction, "or", "|");
 
   private disjunction(): Node {
-    return this.deeper(this.parseAlternatives, "read.brackets");
+    return this.deeper(this.alternatives, "read.brackets");
   }
 
-  private conjunction(): Node {
-    return this.several("and", this.parseRelation, "and", "&");
-  }
+  // Functions that others call back are fields: binding them for each of ten thousand brackets would take long.
+  private readonly conjunction = (): Node => this.several("and", this.relation, "and", "&");
 
   private several(kind: "or" | "and", parseTerm: () => Node, word: string, sign: string): Node {
     const first = parseTerm();
@@ -291,7 +287,7 @@ class Parser {
     return node(kind, ...terms);
   }
 
-  private relation(): Node {
+  private readonly relation = (): Node => {
     const first = this.modulo(this.sum());
     if (this.take("in")) return node("in", first, this.modulo(this.sum()));
     const sides = [first];
@@ -300,7 +296,7 @@ class Parser {
     const equations = sides.slice(1).map((right, i) => node("eq", sides[i] as Node, right));
     if (equations.length > 1) return { ...node("and", ...equations), text: CHAIN }; // theta1 = theta2 = 0
     return equations[0] ?? first;
-  }
+  };
 
   /** Parse the right side of an equation: a value, or several, as in theta2 = 0 or pi. */
   private values(): Node {
@@ -333,12 +329,12 @@ class Parser {
 
   private sum(): Node {
     const isEither = this.take("±");
-    let top = isEither ? this.product() : this.signed(this.parseProduct);
+    let top = isEither ? this.product() : this.signed(this.product);
     if (isEither) top = node("set", top, node("neg", top));
     for (let op = this.peek(); op === "+" || op === "-" || op === "±"; op = this.peek()) {
       const isAfterBareArgument = this.at === this.bareArgumentEnd;
       this.at += 1;
-      const right = this.signed(this.parseProduct);
+      const right = this.signed(this.product);
       if (isAfterBareArgument && right.kind === "name" && ANGLE.test(right.text))
         throw this.fail("read.reach", { sign: op, name: right.text });
       top = op === "±" ? node("set", node("+", top, right), node("-", top, right)) : node(op, top, right);
@@ -356,20 +352,16 @@ class Parser {
     return negative ? node("neg", next()) : next();
   }
 
-  private readonly parseProduct = (): Node => this.product();
-  private readonly parsePower = (): Node => this.power();
-  private readonly parsePrimary = (): Node => this.primary();
-
-  private product(): Node {
+  private readonly product = (): Node => {
     let top = this.power();
     let divisorEnd = -1;
     for (;;) {
       if (this.take("*", ".")) {
-        top = node("*", top, this.signed(this.parsePower));
+        top = node("*", top, this.signed(this.power));
         divisorEnd = -1;
       } else if (this.take("/")) {
         const here = this.at;
-        const divisor = this.signed(this.parsePower);
+        const divisor = this.signed(this.power);
         top = node("/", top, divisor);
         divisorEnd = this.isSymbol(here) && divisor.kind === "name" ? this.at : -1;
       } else if (this.here().kind === "number" && this.tokens[this.at - 1]?.kind === "number") {
@@ -387,7 +379,7 @@ class Parser {
       else if (this.startsFactor()) top = node("*", top, this.factor());
       else return top;
     }
-  }
+  };
 
   /** Return whether a divisor is a single name. */
   private isSymbol(at: number): boolean {
@@ -472,13 +464,13 @@ class Parser {
     return kind === "number" || (kind === "name" && !WORDS.has(text)) || text === "(" || text === "[";
   }
 
-  private power(): Node {
+  private readonly power = (): Node => {
     const base = this.primary();
     if (this.peek() !== "**" && this.peek() !== "^") return base;
     const ofLast = base === this.joinedProduct;
     const exponents: Node[] = [];
     while (this.take("**", "^")) {
-      exponents.push(this.signed(this.parsePrimary));
+      exponents.push(this.signed(this.primary));
       if (exponents.length > LIMITS.depth) throw this.fail("read.powers", { most: LIMITS.depth });
     }
     const raised = exponents[0];
@@ -494,9 +486,9 @@ class Parser {
     const [left, right] = base.args;
     if (ofLast && left && right) return node("*", left, node("^", right, tower)); // a1c2^2
     return node("^", base, tower);
-  }
+  };
 
-  private primary(): Node {
+  private readonly primary = (): Node => {
     const { kind, text } = this.here();
     if (kind === "number") {
       this.at += 1;
@@ -512,7 +504,7 @@ class Parser {
     if (this.take("{")) return this.bracketed("}", "set");
     if (this.take("|")) return this.deeper(() => this.absolute(), "read.brackets");
     throw this.fail("read.operand", { found: this.describeToken() });
-  }
+  };
 
   /** Parse |a1*sin(theta2)| to its second bar; a bar between two conditions means "or". */
   private absolute(): Node {
@@ -665,7 +657,7 @@ class Parser {
   }
 
   private functionOf(called: string): Node {
-    const power = this.take("^", "**") ? this.signed(this.parsePrimary) : null; // sin^2(x)
+    const power = this.take("^", "**") ? this.signed(this.primary) : null; // sin^2(x)
     const opened = this.peek();
     const args = this.take("(") ? this.args(")") : this.take("[") ? this.args("]") : [this.bareArgument(called)];
     this.bracesAreLists ||= opened === "[";
