@@ -124,7 +124,7 @@ function Rates(props: Pick<WeldProps, "arm"> & Readonly<Record<"rates" | "limits
           const rate = rates[i]!;
           const exceeds = Math.abs(rate) > limits[i]!;
           return (
-            <tr key={name} class={exceeds ? "arm-exceeds" : ""}>
+            <tr key={name} class={exceeds ? "arm-over" : ""}>
               <th scope="row" class={jointClass(i)}>
                 <Letters name={name} dot />
               </th>
