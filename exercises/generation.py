@@ -15,8 +15,12 @@ from qdot.exercises.families import FAMILIES, Family
 from qdot.exercises.families.listing import FamilyListing, listing
 from qdot.exercises.problem.problem import ENGINE, Part, Problem, ProblemId
 from qdot.exercises.questions import QUESTIONS, Question
+from qdot.exercises.questions.custom import Definition, make_question
 from qdot.exercises.short_questions import ALL_QUESTIONS, SHORT_QUESTIONS
 from qdot.exercises.singularities.difficulty import HARDEST_BAND, describe_band, difficulty, difficulty_band
+
+KnownQuestions = Mapping[str, Question]
+"""Questions by name: all built-in ones, and perhaps those that an instructor has defined."""
 
 MAX_ATTEMPTS = 8
 """Maximum number of arms that are tried until every question finds something to ask about.
@@ -53,7 +57,9 @@ def look_up_family(name: str | Family) -> Family:
     raise make_name_error("family", name, list(FAMILIES))
 
 
-def sample_chain(identity: ProblemId, family: Family | None = None, attempt: int = 0) -> Chain:
+def sample_chain(
+    identity: ProblemId, family: Family | None = None, attempt: int = 0, known: KnownQuestions = ALL_QUESTIONS
+) -> Chain:  # fmt: skip
     """Return the arm of a problem. Give `family` if it is not registered (an instructor's own robot).
 
     If a question found nothing to ask of the first arm, a higher `attempt` samples another arm. Raises QdotError if
@@ -67,7 +73,7 @@ def sample_chain(identity: ProblemId, family: Family | None = None, attempt: int
     stream = Stream(f"qdot/{identity.engine}/{identity.family_and_seed}/arm" + (f"/{attempt}" if attempt else ""))
     axes = list_variation_axes(identity.variation)
     if family.sample_structure is not None:
-        accepts = lambda chain: not _find_objection(present_arm(chain), identity.questions)  # noqa: E731
+        accepts = lambda chain: not _find_objection(present_arm(chain), identity.questions, known)  # noqa: E731
         return present_arm(family.sample_structure(stream, axes, identity.band, accepts))
     quizzes = [name for name in identity.questions if name in SHORT_QUESTIONS]
     arms = map(present_arm, _sample_arms(family, stream, axes))
@@ -100,10 +106,12 @@ def _sample_arms(family: Family, stream: Stream, axes: tuple[str, ...]) -> Itera
         yield family.sample(stream.substream(f"draw {sample_number}"), axes)
 
 
-def _find_objection(chain: Chain, questions: Sequence[str]) -> str | None:
+def _find_objection(
+    chain: Chain, questions: Sequence[str], known: KnownQuestions = ALL_QUESTIONS
+) -> str | None:  # fmt: skip
     """Return why one of the questions doesn't apply to an arm; None if all apply. Unknown questions are skipped."""
     for name in questions:
-        if name in ALL_QUESTIONS and (objection := ALL_QUESTIONS[name].find_obstacle(chain)) is not None:
+        if name in known and (objection := known[name].find_obstacle(chain)) is not None:
             return f"question {name!r} does not apply to {chain.name}: {objection}"
     return None
 
@@ -197,13 +205,14 @@ def compute_listing(family: Family) -> FamilyListing:
 def check_questions(
     family: str | Family, questions: Sequence[str], band: tuple[int, int] | None = None,
     variation: str = DEFAULT_VARIATION, convention: str = "",
+    definitions: Sequence[Definition] = (),
 ) -> None:  # fmt: skip
     """Raise QdotError if a question is unknown, is asked twice, or doesn't apply to the family's arms."""
-    known_family = look_up_family(family)
-    _check_names(questions)
+    known_family, known = look_up_family(family), _add_definitions(definitions)
+    _check_names(questions, known)
     if FAMILIES.get(known_family.name) is known_family:
         for name in questions:
-            if (reason := ALL_QUESTIONS[name].find_convention_objection(convention or CONVENTIONS[0])) is not None:
+            if (reason := known[name].find_convention_objection(convention or CONVENTIONS[0])) is not None:
                 raise QdotError(f"question {name!r} does not apply to {known_family.name}: {reason}")
     entry = None if convention else _look_up_listing(known_family)
     if entry is not None:
@@ -216,24 +225,34 @@ def check_questions(
             hint = f"`qdot families {known_family.name}` lists the questions that do"
             raise QdotError(f"question {inapplicable!r} applies to no arm of {known_family.name}; {hint}")
     identity = ProblemId(known_family.name, 0, tuple(questions), band=band, variation=variation, convention=convention)
-    _check_questions_apply(sample_chain(identity, known_family), questions, known_family, convention)
+    chain = sample_chain(identity, known_family, known=known)
+    _check_questions_apply(chain, questions, known_family, convention, known)
 
 
-def _check_names(questions: Sequence[str]) -> None:
+def _add_definitions(definitions: Sequence[Definition]) -> KnownQuestions:
+    """Return all built-in questions, and those of the definitions."""
+    return {**ALL_QUESTIONS, **{definition.name: make_question(definition) for definition in definitions}}
+
+
+def _check_names(questions: Sequence[str], known: KnownQuestions) -> None:
     for name in questions:
-        if name not in ALL_QUESTIONS:
-            raise make_name_error("question", name, list(ALL_QUESTIONS))
+        if name not in known:
+            raise make_name_error("question", name, list(known))
         if list(questions).count(name) > 1:
             raise QdotError(f"question {name!r} is listed twice")
-        source = next((question for question in ALL_QUESTIONS[name].shown_answers if question in questions), None)
+        source = next((question for question in known[name].shown_answers if question in questions), None)
         if source is not None:
             advice = "put them into separate [[problem]] tables, with different arms"
             raise QdotError(f"question {name!r} shows the answer to {source!r} among its options; {advice}")
 
 
-def _check_questions_apply(chain: Chain, questions: Sequence[str], family: Family, convention: str) -> None:
-    objection = _find_objection(chain, questions)
+def _check_questions_apply(
+    chain: Chain, questions: Sequence[str], family: Family, convention: str, known: KnownQuestions
+) -> None:  # fmt: skip
+    objection = _find_objection(chain, questions, known)
     if objection is not None:
+        if any(known[name].find_obstacle(chain) for name in questions if name not in ALL_QUESTIONS):
+            raise QdotError(objection)
         argument = (family.robot_argument or family.name) + (f" --convention {convention}" if convention else "")
         raise QdotError(f"{objection}; `qdot families {argument}` lists the questions that do")
 
@@ -241,39 +260,43 @@ def _check_questions_apply(chain: Chain, questions: Sequence[str], family: Famil
 def generate(
     identity: ProblemId | str, questions: Sequence[str] = (), *, points: Sequence[float] | None = None,
     family: Family | None = None,
+    definitions: Sequence[Definition] = (),
 ) -> Problem:  # fmt: skip
     """Return the problem for a ProblemId or a text FAMILY/SEED. It asks the given `questions`, or all that apply.
 
     `points` are the points of each part; the default depends on its question. `family` is needed only if the family is
-    not registered (an instructor's own robot). Each part has its own random stream, so it does not depend on the other
-    questions. Lengths are in metres, angles in radians, everything in the base frame. Raises QdotError if the family or
-    a question is unknown, or if a question doesn't apply to the arm.
+    not registered (an instructor's own robot). `definitions` are an instructor's own questions. Each part has its own
+    random stream, so it does not depend on the other questions. Lengths are in metres, angles in radians, everything in
+    the base frame. Raises QdotError if the family or a question is unknown, or if a question doesn't apply to the arm.
 
     >>> generate("planar-2r/7", ["position", "jacobian"])
     Problem(planar-2r/7: position, jacobian)
     """
     identity = ProblemId.parse(identity) if isinstance(identity, str) else identity
     identity = replace(identity, questions=tuple(questions)) if questions else identity
-    _check_names(identity.questions)
+    known = _add_definitions(definitions)
+    _check_names(identity.questions, known)
     known_family = family or look_up_family(identity.family)
     may_retry = known_family.has_varied_structure or any(name in SHORT_QUESTIONS for name in identity.questions)
     for attempt in range(MAX_ATTEMPTS if may_retry else 1):
-        chain = sample_chain(identity, family, attempt)
-        _check_questions_apply(chain, identity.questions, known_family, identity.convention)
+        chain = sample_chain(identity, family, attempt, known)
+        _check_questions_apply(chain, identity.questions, known_family, identity.convention, known)
         try:
-            return Problem(identity, chain, _make_parts(identity, chain, points))
+            return Problem(identity, chain, _make_parts(identity, chain, points, known))
         except RuntimeError:
             if not may_retry or attempt == MAX_ATTEMPTS - 1:
                 raise
     raise AssertionError("a loop of at least one attempt ended without a result")
 
 
-def _make_parts(identity: ProblemId, chain: Chain, points: Sequence[float] | None) -> tuple[Part, ...]:
+def _make_parts(
+    identity: ProblemId, chain: Chain, points: Sequence[float] | None, known: KnownQuestions
+) -> tuple[Part, ...]:  # fmt: skip
     """Return the parts of a problem. Raises RuntimeError if a question finds nothing to ask of the arm."""
     names = identity.questions or list_applicable_questions(chain)
     parts = []
     for index, name in enumerate(names):
-        question = ALL_QUESTIONS[name]
+        question = known[name]
         answer, details = question.ask(chain, Stream(f"qdot/{identity.engine}/{identity.family_and_seed}/{name}"))
         part_points = question.points if points is None else points[index]
         needs = tuple(need for need in question.prerequisites if need in names)

@@ -30,8 +30,8 @@ class NumericArithmetic:
     """
 
     def __init__(self, joints: Sequence[str], values: Mapping[str, np.ndarray]) -> None:
-        self._values = {name: np.asarray(value, dtype=float) for name, value in values.items()}
-        self.configuration_count = len(next(iter(self._values.values())))
+        self.values = {name: np.asarray(value, dtype=float) for name, value in values.items()}
+        self.configuration_count = len(next(iter(self.values.values())))
         self._joints = list(joints)
         self._stepped_entries: dict[sp.Expr, np.ndarray] = {}
 
@@ -47,14 +47,14 @@ class NumericArithmetic:
 
     def _stepped_values(self, name: str) -> np.ndarray:
         """Return the stepped value (N, n + 1) of a symbol."""
-        stepped = np.repeat(self._values[name].astype(complex)[:, None], len(self._joints) + 1, axis=1)
+        stepped = np.repeat(self.values[name].astype(complex)[:, None], len(self._joints) + 1, axis=1)
         if name in self._joints:
             stepped[:, 1 + self._joints.index(name)] += DERIVATIVE_STEP * 1j
         return stepped
 
     def symbol_value(self, name: str) -> np.ndarray:
         """Return the value of a symbol, (N,)."""
-        return self._values[name]
+        return self.values[name]
 
     def constant(self, value: sp.Expr) -> np.ndarray:
         """Return a constant, repeated for each configuration, (N,)."""

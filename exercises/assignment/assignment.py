@@ -8,7 +8,7 @@ import datetime
 import hashlib
 import os
 import unicodedata
-from collections.abc import Callable, Sequence
+from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, field, replace
 from fractions import Fraction
 from pathlib import Path
@@ -43,8 +43,14 @@ from qdot.exercises.problem.problem import (
     find_convention,
     find_twist_order,
 )
+from qdot.exercises.questions import Question
+from qdot.exercises.questions.custom import Definition, make_question
+from qdot.exercises.questions.custom.reader import read_definitions, read_question_file
 from qdot.exercises.short_questions import ALL_QUESTIONS
 from qdot.exercises.singularities.difficulty import HARDEST_BAND
+from qdot.exercises.writing.custom_texts import fill_text
+from qdot.exercises.writing.languages import load_catalogue
+from qdot.exercises.writing.wording import Wording
 
 Parsed = TypeVar("Parsed")
 
@@ -113,6 +119,8 @@ class AssignmentFile(pydantic.BaseModel):
     """How the arms are described. By default, by a standard DH table."""
     twist_order: str | None = None
     """The order of the two halves of a twist, if the arms are described by screw axes."""
+    question: dict[str, Any] = {}
+    """Questions of your own, each in a table [question.NAME]; see [Write your own question](custom-questions.md)."""
     problem: list[ProblemEntry] = pydantic.Field(min_length=1)
     """One table for each problem."""
 
@@ -144,6 +152,7 @@ class Slot:
     for a family. `variation` is how much the arms differ from the family's textbook arm. `convention` describes the
     arms, and `twist_order` is the order of their twists. `decimals` has the tolerance of each question that accepts
     rounded decimals. `credit` has the rule for partial credit of each question for which the assignment sets one.
+    `definitions` are the instructor's own questions that the slot asks.
     """
 
     name: str
@@ -157,11 +166,17 @@ class Slot:
     twist_order: str = ""
     decimals: tuple[tuple[str, Rounding], ...] = ()
     credit: tuple[tuple[str, Credit], ...] = ()
+    definitions: tuple[Definition, ...] = ()
 
     @property
     def max_points(self) -> tuple[float, ...]:
         """The points of each question, the same for every student."""
-        return self.points or tuple(ALL_QUESTIONS[name].points for name in self.questions)
+        return self.points or tuple(self.find_question(name).points for name in self.questions)
+
+    def find_question(self, name: str) -> Question:
+        """Return a question that the slot asks."""
+        definitions = {definition.name: definition for definition in self.definitions}
+        return make_question(definitions[name]) if name in definitions else ALL_QUESTIONS[name]
 
     @property
     def points_by_question(self) -> dict[str, float]:
@@ -186,7 +201,9 @@ class Slot:
 
     def generate_from_seed(self, seed: int) -> Problem:
         """Return the problem of this slot with a given seed."""
-        problem = generation.generate(self.make_id_from_seed(seed), points=self.points, family=self.family)
+        problem = generation.generate(
+            self.make_id_from_seed(seed), points=self.points, family=self.family, definitions=self.definitions
+        )
         roundings, credit = dict(self.decimals), dict(self.credit)
         parts = (replace(p, rounding=roundings.get(p.name), credit=credit.get(p.name, Credit())) for p in problem.parts)
         return replace(problem, parts=tuple(parts))
@@ -230,7 +247,9 @@ class Assignment:
         slots = tuple(replace(slot, variation=find_canonical_name(variation)) for slot in self.slots)
         for slot in slots:
             try:
-                generation.check_questions(slot.family, slot.questions, slot.band, slot.variation, slot.convention)
+                generation.check_questions(
+                    slot.family, slot.questions, slot.band, slot.variation, slot.convention, slot.definitions
+                )
             except QdotError as error:
                 raise QdotError(f"{slot.name}, with variation {slot.variation}: {error}") from None
         return replace(self, slots=slots)
@@ -259,7 +278,8 @@ class Assignment:
         slots = [
             (slot.name, slot.family.name, slot.questions, slot.band, slot.robot_digest, slot.variation, *settings)
             for slot in self.slots
-            for settings in [filter(None, (slot.convention, slot.twist_order))]
+            for definitions in ["/".join(definition.digest for definition in slot.definitions)]
+            for settings in [filter(None, (slot.convention, slot.twist_order, definitions))]
         ]
         return _compute_short_hash(repr((ENGINE, self.secret, self.key, slots)))
 
@@ -267,7 +287,7 @@ class Assignment:
     def notebook_digest(self) -> str:
         """A short hash that changes whenever the notebooks change: the problems, the title, the points or the hints."""
         hints_marker = ("hints",) if self.hints else ()  # without hints, the digest is the same as in older versions
-        slots = [(slot.points, slot.decimals) for slot in self.slots]
+        slots = [(slot.points, slot.decimals, *slot.definitions) for slot in self.slots]
         return _compute_short_hash(repr((self.problems_digest, self.title, slots, *hints_marker)))
 
     @property
@@ -313,7 +333,10 @@ def load_assignment(folder: Path) -> Assignment:
     _parse(file, ("convention",), find_convention, content.convention or CONVENTIONS[0])
     _parse(file, ("twist_order",), find_twist_order, content.twist_order or TWIST_ORDERS[0])
     notes: list[str] = []
-    slots = tuple(_read_slot(file, content, index, variation, notes) for index in range(len(content.problem)))
+    definitions = _read_all_definitions(file, content)
+    slots = tuple(
+        _read_slot(file, content, index, variation, notes, definitions) for index in range(len(content.problem))
+    )
     with file.locate_errors("twist_order"):
         uses_twist_order = any(_has_twist_order(slot.convention, slot.family) for slot in slots)
         if content.twist_order is not None and not uses_twist_order:
@@ -326,6 +349,34 @@ def load_assignment(folder: Path) -> Assignment:
         content.hints, late, attempts, content.sandbox, gradebook,
         read_replacements(folder),
     )  # fmt: skip
+
+
+def _read_all_definitions(file: TomlFile, content: AssignmentFile) -> dict[str, Definition]:
+    """Return the instructor's questions of assignment.toml and of the files that its problems name, by name.
+
+    The name of such a file stands for all its questions; they replace it in `content`. Raises QdotError.
+    """
+    definitions = read_definitions(file, ALL_QUESTIONS)
+    for index, entry in enumerate(content.problem):
+        if not isinstance(entry.questions, list):
+            continue
+        names: list[str] = []
+        for name in entry.questions:
+            if not name.lower().endswith(QUESTION_FILE_EXTENSION):
+                names.append(name)
+                continue
+            with file.locate_errors("problem", index, "questions"):
+                found = read_question_file(file.path.parent / name, ALL_QUESTIONS)
+                clash = next((name for name in found if definitions.get(name, found[name]) != found[name]), None)
+                if clash is not None:
+                    raise QdotError(f"two different questions are called {clash!r}")
+            definitions |= found
+            names += found
+        entry.questions = names
+    return definitions
+
+
+QUESTION_FILE_EXTENSION = ".toml"
 
 
 def _parse(file: TomlFile, key_path: Sequence[str | int], parse: Callable[..., Parsed], *values: object) -> Parsed:
@@ -366,7 +417,10 @@ def _validate(file: TomlFile) -> AssignmentFile:
         raise QdotError(EXPECTED_FORMS.get(str(key_path[-1]), EXPECTED_FORMS["problem"]))
 
 
-def _read_slot(file: TomlFile, content: AssignmentFile, index: int, variation: str, notes: list[str]) -> Slot:
+def _read_slot(
+    file: TomlFile, content: AssignmentFile, index: int, variation: str, notes: list[str],
+    definitions: Mapping[str, Definition],
+) -> Slot:  # fmt: skip
     """Read the slot at an index; its variation and convention override the assignment's (see `ProblemEntry`).
 
     `variation` is the assignment's. Warnings about an instructor's robot are appended to `notes`. Raises QdotError.
@@ -399,15 +453,36 @@ def _read_slot(file: TomlFile, content: AssignmentFile, index: int, variation: s
         parse("difficulty", generation.check_questions, family, (), band, variation, convention)
     questions_key = "family" if entry.questions is None else "questions"
     questions = parse(questions_key, _choose_questions, family, entry.questions, convention)
-    parse(questions_key, generation.check_questions, family, questions, band, variation, convention)
+    asked_definitions = tuple(definitions[name] for name in questions if name in definitions)
+    for definition in asked_definitions:
+        is_in_this_file = definition.name in file.content.get("question", {})
+        place = ("question", definition.name) if is_in_this_file else ("problem", index, questions_key)
+        settings = family, (definition.name,), band, variation, convention, (definition,)
+        _parse(file, place, generation.check_questions, *settings)
+        _parse(file, place, _check_texts, definition, *settings[:1], variation, convention)
+    parse(
+        questions_key, generation.check_questions, family, questions, band, variation, convention, asked_definitions
+    )  # fmt: skip
     points = None if entry.points is None else tuple(entry.points)
     parse("points", _check_points, points, len(questions))
     decimals = parse("decimals", read_decimals, entry.decimals, questions)
     credit = parse("credit", parse_credit_policy, entry.credit, questions)
     return Slot(
         f"p{index + 1}", family, questions, points, band, robot_digest, variation, convention, twist_order,
-        decimals=decimals, credit=credit,
+        decimals=decimals, credit=credit, definitions=asked_definitions,
     )  # fmt: skip
+
+
+def _check_texts(definition: Definition, family: Family, variation: str, convention: str) -> None:
+    """Raise QdotError if a text of an instructor's question can't be filled in for an arm of the family."""
+    identity = ProblemId(family.name, 0, (definition.name,), variation=variation, convention=convention)
+    problem = generation.generate(identity, family=family, definitions=(definition,))
+    for language, texts in definition.texts:
+        for key, text in texts.list_texts():
+            try:
+                fill_text(text, problem.parts[0], Wording(problem.chain, load_catalogue(language)))
+            except QdotError as error:
+                raise QdotError(f"{key}: {error}") from None
 
 
 def _choose_twist_order(setting: str | None, default: str | None, family: Family, convention: str) -> str:

@@ -10,7 +10,7 @@ import sympy as sp
 from qdot.exercises.answer_types import LETTERS, TRUE_FALSE, Choice, ConditionSet, Matching, Number, Selection
 from qdot.exercises.formula.latex import parse_latex
 from qdot.exercises.problem.problem import Part, Problem
-from qdot.exercises.short_questions import ALL_QUESTIONS
+from qdot.exercises.short_questions import question_of
 from qdot.exercises.short_questions.options import Options
 from qdot.exercises.writing.fit import estimate_width
 from qdot.exercises.writing.latex import tex
@@ -176,7 +176,7 @@ def make_box(problem: Problem, part: Part, solution: str = "") -> AnswerBox | No
 
 
 def _make_number_box(problem: Problem, part: Part, answer: Number, working_space: int) -> AnswerBox:
-    chain, question = problem.chain, ALL_QUESTIONS[part.kind]
+    chain, question = problem.chain, question_of(part)
     typed_labels = (tex(sp.Symbol(name), chain) for name in question.typed_names(chain))
     labels = tuple(question.entry_names(chain, part) or typed_labels)
     units = tuple(map(format_unit, answer.units))

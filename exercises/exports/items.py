@@ -24,7 +24,7 @@ from qdot.exercises.exports.markup import Picture, draw_arm, draw_prompt_figure,
 from qdot.exercises.exports.numbers import NumericPart, ask_in_numbers
 from qdot.exercises.mistakes.base import name_chapter
 from qdot.exercises.problem.problem import Part, Problem
-from qdot.exercises.short_questions import ALL_QUESTIONS
+from qdot.exercises.short_questions import ALL_QUESTIONS, question_of
 from qdot.exercises.short_questions.options import list_blames
 from qdot.exercises.writing.latex import tex
 from qdot.exercises.writing.problem_texts import (
@@ -177,7 +177,8 @@ def make_items(request: ExportRequest) -> Generator[QuizItem, None, None]:
             if item is not None:
                 yield _add_variant_key(item, variant)
                 continue
-            note = f"{variant.slot.name}: {part.name} is left out, because the platform can't compare formulas"
+            cause = "a person has to mark it" if part.type == "text" else "the platform can't compare formulas"
+            note = f"{variant.slot.name}: {part.name} is left out, because {cause}"
             if note not in reported_notes:
                 reported_notes.add(note)
                 request.report(note)
@@ -229,7 +230,7 @@ def _make_item(request: ExportRequest, slot: Slot, problem: Problem, part: Part)
             return None
         form = _make_number_form(problem, part, numeric_part, tells_mistakes)
         question = _write_numeric_question(problem, part, numeric_part, form.fields, len(form.fields))
-    title, figure = ALL_QUESTIONS[part.kind].title, draw_prompt_figure(problem, part, part.name)
+    title, figure = question_of(part).title, draw_prompt_figure(problem, part, part.name)
     figures = () if figure is None else (figure,)
     body = (draw_arm(problem), write_statement(problem, "", explains_typing=False), *figures, question)
     category = request.assignment.title, f"{slot.name} {slot.family.name}", title
@@ -281,7 +282,7 @@ def write_question_alone(problem: Problem, part: Part) -> str:
 
 def list_entry_labels(problem: Problem, part: Part, shape: tuple[int, ...]) -> tuple[str, ...]:
     """Return the LaTeX labels of the entries of an answer with a given shape, row by row."""
-    chain, question, count = problem.chain, ALL_QUESTIONS[part.kind], int(np.prod(shape))
+    chain, question, count = problem.chain, question_of(part), int(np.prod(shape))
     typed_names = (tex(sp.Symbol(name), chain) for name in question.typed_names(chain))
     entry_names = tuple(question.entry_names(chain, part) or typed_names)
     if len(entry_names) == count:
@@ -328,7 +329,7 @@ def _make_number_form(problem: Problem, part: Part, numeric_part: NumericPart, e
         for index, label in enumerate(list_entry_labels(problem, part, numeric_part.values.shape))
     ]
     rows = [tuple(fields[k : k + columns]) for k in range(0, len(fields), columns)]
-    if last_row := ALL_QUESTIONS[part.kind].constant_last_row:
+    if last_row := question_of(part).constant_last_row:
         rows[-1] = tuple(last_row)
     return NumberForm(tuple(rows))
 

@@ -26,8 +26,8 @@ from qdot.exercises.mistakes.base import name_chapter
 from qdot.exercises.mistakes.catalogue import PredictedAnswer, generate_mistaken_answers, predict_wrong_answers
 from qdot.exercises.mistakes.configurations import sample_configurations
 from qdot.exercises.problem.problem import Part, Problem, ResultChoiceDetails
-from qdot.exercises.questions import QUESTIONS
 from qdot.exercises.questions.results import compute_answer, is_derived
+from qdot.exercises.short_questions import question_of
 from qdot.exercises.short_questions.wrong_formulas import (
     MAX_JOINTS_FOR_MINORS,
     NOT_A_NUMBER,
@@ -139,7 +139,7 @@ def _derive_wrong_formulas(question: _StructureQuestion, index: int) -> sp.Matri
     `index` is the index of the mistake's numeric wrong answer.
     """
     chain, part = question.chain, question.part
-    if chain.n > MAX_JOINTS_FOR_MINORS and QUESTIONS[part.kind].is_made_of_minors:
+    if chain.n > MAX_JOINTS_FOR_MINORS and question_of(part).is_made_of_minors:
         return None  # the derivation would take minutes
     mistakes = dict(_find_numeric_wrong_answers(question)[index].working.changes)
     formulas = to_sympy_matrix(compute_answer(derive_simplified_formulas(chain).with_mistakes(mistakes), part))

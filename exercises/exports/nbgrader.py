@@ -20,7 +20,6 @@ from qdot.exercises.exports.repositories import read_assignment_files
 from qdot.exercises.exports.wheel import make_wheel
 from qdot.exercises.notebook.notebook import KERNEL, write_notebook, write_points
 from qdot.exercises.problem.problem import name_answer_variable
-from qdot.exercises.short_questions import ALL_QUESTIONS
 from qdot.exercises.writing.render import render
 
 Cell = dict[str, Any]
@@ -125,7 +124,7 @@ def _make_source_notebook(title: str, key: str, slots: tuple[Slot, ...]) -> dict
     for number, slot in enumerate(slots, 1):
         for index, (part, part_points) in enumerate(slot.points_by_question.items(), 1):
             name = f"{slot.name}.{part}"
-            heading = f"### {number}.{index} {ALL_QUESTIONS[part].title} ({write_points(part_points)})"
+            heading = f"### {number}.{index} {slot.find_question(part).title} ({write_points(part_points)})"
             answer, metadata = f"{name_answer_variable(slot.name, part)} = blank", make_answer_metadata(name)
             cells.append(new_markdown_cell(heading, id=f"{make_grade_id(name)}-question"))
             cells.append(new_code_cell(answer, id=make_grade_id(name), metadata=metadata))

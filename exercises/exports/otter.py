@@ -21,7 +21,6 @@ from qdot.exercises.exports.repositories import read_assignment_files
 from qdot.exercises.exports.wheel import make_wheel
 from qdot.exercises.notebook.notebook import KERNEL, write_notebook, write_points
 from qdot.exercises.problem.problem import name_answer_variable
-from qdot.exercises.short_questions import ALL_QUESTIONS
 from qdot.exercises.writing.render import escape_markdown, render
 
 ASSIGNMENT_FOLDER = "qdot"
@@ -52,7 +51,7 @@ def export_otter(request: ExportRequest) -> Generator[ExportedFile, None, None]:
 def list_parts(assignment: Assignment) -> list[OtterPart]:
     """Return all parts of an assignment, in order."""
     return [
-        (f"{slot.name}.{kind}", make_grade_id(f"{slot.name}.{kind}"), points, ALL_QUESTIONS[kind].title)
+        (f"{slot.name}.{kind}", make_grade_id(f"{slot.name}.{kind}"), points, slot.find_question(kind).title)
         for slot in assignment.slots
         for kind, points in slot.points_by_question.items()
     ]

@@ -12,7 +12,7 @@ from qdot.exercises.exports.bank import iterate_bank
 from qdot.exercises.exports.export_format import ExportedFile, ExportRequest, list_robot_files
 from qdot.exercises.notebook.notebook import write_points
 from qdot.exercises.problem.problem import Part
-from qdot.exercises.short_questions import ALL_QUESTIONS
+from qdot.exercises.short_questions import question_of
 from qdot.exercises.writing.render import render
 
 BANK_FILE = "bank.json"
@@ -54,7 +54,7 @@ def _make_question_files(
     yield ExportedFile(f"{folder}/info.json", _write_json(info))
     elements = [
         {
-            "name": part.name, "title": ALL_QUESTIONS[part.kind].title, "points": write_points(part.points),
+            "name": part.name, "title": question_of(part).title, "points": write_points(part.points),
             "element": choose_element(part.answer), "weight": max(1, round(part.points)),
         }
         for part in parts

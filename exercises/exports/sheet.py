@@ -29,7 +29,7 @@ from qdot.exercises.exports.marking import MarkingInstructions, explain_marking
 from qdot.exercises.exports.markup import Picture, draw_arm, draw_prompt_figure, draw_solution_figure
 from qdot.exercises.notebook.notebook import write_points
 from qdot.exercises.problem.problem import Part, Problem
-from qdot.exercises.short_questions import ALL_QUESTIONS
+from qdot.exercises.short_questions import question_of
 from qdot.exercises.writing.on_paper import remove_options, remove_typing_remarks
 from qdot.exercises.writing.problem_texts import write_hints, write_prompt, write_solutions, write_statement
 from qdot.exercises.writing.short_answer import write_short_answer
@@ -222,7 +222,7 @@ def _make_sheet_part(request: ExportRequest, label: str, problem: Problem, part:
     options = arrange_options(problem, part, width_share) if is_printed else None
     earned_share = request.earned_share if request.sheet == "marking" else None
     return SheetPart(
-        label, ALL_QUESTIONS[part.kind].make_title(problem.chain), write_points(part.points), part.points,
+        label, question_of(part).make_title(problem.chain), write_points(part.points), part.points,
         prompt=text if options is None else remove_options(text),
         hints=tuple(remove_typing_remarks(h, problem) for h in (write_hints(problem, part) if gives_hints else ())),
         figure=figure, options=options,

@@ -20,7 +20,7 @@ from qdot.exercises.exports.moodle import MAX_ID_LENGTH, make_category_path, mak
 from qdot.exercises.exports.stack_parts import QuestionTest, StackPart, convert_part, remove_rounding
 from qdot.exercises.problem.problem import Part, Problem
 from qdot.exercises.questions.results import is_product
-from qdot.exercises.short_questions import ALL_QUESTIONS
+from qdot.exercises.short_questions import question_of
 from qdot.exercises.writing.markup import to_html_for_mathjax
 from qdot.exercises.writing.problem_texts import write_hints, write_prompt, write_solution, write_statement
 from qdot.exercises.writing.render import render
@@ -96,7 +96,7 @@ def _make_questions(
 def _make_question(request: ExportRequest, slot: Slot, problem: Problem, stack_part: StackPart) -> StackQuestion:
     assignment, part = request.assignment, stack_part.part
     number = [problem_part.name for problem_part in problem.parts].index(part.name) + 1
-    title = ALL_QUESTIONS[part.kind].title
+    title = question_of(part).title
     category_names = assignment.title, slot.name, f"{number}. {title}"
     category = make_category_path(list(map(make_moodle_name, category_names)))
     html_statement, html_prompt = _write_html(write_statement(problem, "")), _write_html(_write_prompt(problem, part))

@@ -13,7 +13,7 @@ from fractions import Fraction
 import numpy as np
 import sympy as sp
 
-from qdot.exercises.answer_types import LETTERS, Choice, ConditionSet, Direction, Matching, Number, Selection
+from qdot.exercises.answer_types import LETTERS, Choice, ConditionSet, Direction, Matching, Number, Selection, Words
 from qdot.exercises.common.stream import Stream
 from qdot.exercises.exports import known_wrong, stack_maxima
 from qdot.exercises.formula.equality import READABLE_POINTS
@@ -140,6 +140,8 @@ def convert_part(problem: Problem, part: Part) -> StackPart | str:
             return _convert_choice(part)
         case Selection() | Matching():
             return "questions with several right letters are not supported; use an export format for quizzes"
+        case Words():
+            return "a person has to mark it"
         case answer if answer.is_symbolic:
             return _convert_formulas(problem, part)
         case answer:

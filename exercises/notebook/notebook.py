@@ -18,7 +18,7 @@ from qdot.exercises.notebook.self_check import Problems, write_check_cell, write
 from qdot.exercises.notebook.setup_cell import write_setup_cell
 from qdot.exercises.problem.problem import ENGINE, Part, Problem, name_answer_variable
 from qdot.exercises.questions.differentiation import find_power_of_metres
-from qdot.exercises.short_questions import ALL_QUESTIONS
+from qdot.exercises.short_questions import question_of
 from qdot.exercises.writing.problem_texts import (
     write_answer_code,
     write_hints,
@@ -119,7 +119,7 @@ def _describe_form(problem: Problem, part: Part) -> dict[str, object]:
 
     `metres` is k if the unit of a determinant is m^k.
     """
-    question = ALL_QUESTIONS[part.kind]
+    question = question_of(part)
     labels, columns = question.list_typed_names(problem.chain, part), question.column_names(problem.chain)
     form: dict[str, object] = {
         "type": part.type, "shape": list(part.shape or ()), "units": list(part.answer.expected_units),
@@ -164,7 +164,7 @@ def _write_prompt(label: str, name: str, problem: Problem, part: Part, with_hint
         "figure": figure,
         "hints": write_hints(problem, part) if with_hints else (),
     }
-    title, points = ALL_QUESTIONS[part.kind].make_title(problem.chain), write_points(part.points)
+    title, points = question_of(part).make_title(problem.chain), write_points(part.points)
     return render("notebook/prompt.md.j2", number=label, title=title, points=points, **texts)
 
 

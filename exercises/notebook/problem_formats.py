@@ -3,7 +3,7 @@
 import json
 import re
 import textwrap
-from collections.abc import Callable, Mapping
+from collections.abc import Callable, Mapping, Sequence
 from typing import Any
 
 from qdot.exercises.common.errors import make_name_error
@@ -12,7 +12,7 @@ from qdot.exercises.figure.words import describe_figure
 from qdot.exercises.notebook import notebook
 from qdot.exercises.problem.problem import Part, Problem
 from qdot.exercises.problem.record import Json, make_robot_json, make_symbol_json
-from qdot.exercises.short_questions import ALL_QUESTIONS
+from qdot.exercises.short_questions import question_of
 from qdot.exercises.writing import problem_texts
 from qdot.exercises.writing.markup import escape_latex, to_html, to_latex, to_text
 from qdot.exercises.writing.render import render
@@ -40,7 +40,7 @@ def show(
         return json.dumps(make_problem_json(problem, solution, certificate), indent=2, ensure_ascii=False) + "\n"
     if format not in FORMATS:
         raise make_name_error("format", format, ["text", "latex", "html", "json", "ipynb"])
-    return FORMATS[format](problem, solution, hinted)
+    return FORMATS[format](problem.title, [("p1", problem)], solution, hinted)
 
 
 def _describe_parts(
@@ -55,7 +55,7 @@ def _describe_parts(
     return [
         {
             "name": part.name,
-            "title": ALL_QUESTIONS[part.kind].make_title(problem.chain),
+            "title": question_of(part).make_title(problem.chain),
             "points": notebook.write_points(part.points),
             "prompt": convert(problem_texts.write_prompt(problem, part)),
             "hints": [
@@ -73,47 +73,76 @@ def _describe_parts(
     ]
 
 
-def _write_footer(problem: Problem) -> str:
-    return f"{problem.id}, engine {problem.id.engine}"
+def show_assignment(
+    title: str, problems: Sequence[tuple[str, Problem]], solution: bool = False, format: str = "text",
+    hinted: bool = False,
+) -> str:  # fmt: skip
+    """Return a student's problems, with the names of their slots, in one document; see `show` for the formats."""
+    if format == "json":
+        slots = [{"slot": slot, **make_problem_json(problem, solution)} for slot, problem in problems]
+        return json.dumps({"title": title, "problems": slots}, indent=2, ensure_ascii=False) + "\n"
+    if format not in FORMATS:
+        raise make_name_error("format", format, ["text", "latex", "html", "json", "ipynb"])
+    return FORMATS[format](title, problems, solution, hinted)
 
 
-def _write_text(problem: Problem, solution: bool, with_hints: bool) -> str:
-    parts = _describe_parts(problem, solution, with_hints, lambda text: to_text(text).rstrip(), HINT_LEAD)
-    texts = {
-        "title": f"{problem.title} ({problem.id})",
-        "statement": to_text(problem_texts.write_statement(problem, "")),
-    }
-    figure = textwrap.fill(f"Figure: {describe_figure(problem.chain)}", 100)
-    return render("notebook/problem.txt.j2", **texts, figure=figure, parts=parts, footer=_write_footer(problem))
+def _describe_problems(
+    title: str, problems: Sequence[tuple[str, Problem]], describe: Callable[[str, Problem], dict[str, object]]
+) -> dict[str, object]:
+    """Return the title and the problems for a template; several problems are numbered."""
+    is_several = len(problems) > 1 or title != problems[0][1].title
+    headings = [f"Problem {number}: {problem.title}" for number, (_, problem) in enumerate(problems, 1)]
+    described = [
+        {"heading": heading if is_several else "", **describe(slot, problem)}
+        for heading, (slot, problem) in zip(headings, problems, strict=True)
+    ]
+    footer = "; ".join(f"{problem.id}, engine {problem.id.engine}" for _, problem in problems)
+    return {"title": title, "problems": described, "footer": footer}
 
 
-def _write_latex(problem: Problem, solution: bool, with_hints: bool) -> str:
-    parts = _describe_parts(problem, solution, with_hints, lambda text: to_latex(text).rstrip(), HINT_LEAD)
-    title, figure = escape_latex(problem.title), escape_latex(describe_figure(problem.chain))
-    latex_statement = to_latex(problem_texts.write_statement(problem, ""))
-    return render("notebook/problem.tex.j2", title=title, statement=latex_statement, figure=figure, parts=parts)
+def _write_text(title: str, problems: Sequence[tuple[str, Problem]], solution: bool, with_hints: bool) -> str:
+    def describe(_: str, problem: Problem) -> dict[str, object]:
+        figure = textwrap.fill(f"Figure: {describe_figure(problem.chain)}", 100)
+        parts = _describe_parts(problem, solution, with_hints, lambda text: to_text(text).rstrip(), HINT_LEAD)
+        return {"statement": to_text(problem_texts.write_statement(problem, "")), "figure": figure, "parts": parts}
+
+    views = _describe_problems(title, problems, describe)
+    if len(problems) == 1 and title == problems[0][1].title:
+        views["title"] = f"{title} ({problems[0][1].id})"
+    return render("notebook/problem.txt.j2", **views)
 
 
-def _write_html(problem: Problem, solution: bool, with_hints: bool) -> str:
-    parts = _describe_parts(problem, solution, with_hints, to_html, with_figures=True)
-    texts = {
-        "title": problem.title,
-        "statement": to_html(problem_texts.write_statement(problem, "")),
-        "figure": draw_figure_svg(problem.chain),
-    }
-    return render("notebook/problem.html.j2", **texts, parts=parts, footer=_write_footer(problem))
+def _write_latex(title: str, problems: Sequence[tuple[str, Problem]], solution: bool, with_hints: bool) -> str:
+    def describe(_: str, problem: Problem) -> dict[str, object]:
+        statement, figure = (
+            to_latex(problem_texts.write_statement(problem, "")),
+            escape_latex(describe_figure(problem.chain)),
+        )
+        parts = _describe_parts(problem, solution, with_hints, lambda text: to_latex(text).rstrip(), HINT_LEAD)
+        return {"statement": statement, "figure": figure, "parts": parts}
+
+    return render("notebook/problem.tex.j2", **_describe_problems(escape_latex(title), problems, describe))
 
 
-def _write_ipynb(problem: Problem, solution: bool, with_hints: bool) -> str:
+def _write_html(title: str, problems: Sequence[tuple[str, Problem]], solution: bool, with_hints: bool) -> str:
+    def describe(slot: str, problem: Problem) -> dict[str, object]:
+        statement, figure = to_html(problem_texts.write_statement(problem, "")), draw_figure_svg(problem.chain, slot)
+        parts = _describe_parts(problem, solution, with_hints, to_html, with_figures=True)
+        return {"statement": statement, "figure": figure, "parts": parts, "slot": slot}
+
+    return render("notebook/problem.html.j2", **_describe_problems(title, problems, describe))
+
+
+def _write_ipynb(title: str, problems: Sequence[tuple[str, Problem]], solution: bool, with_hints: bool) -> str:
     make_notebook = notebook.make_solution_notebook if solution else notebook.make_student_notebook
-    key = re.sub("[/@+]", "-", str(problem.id))
-    return notebook.write_notebook(make_notebook(problem.title, key, "", [("p1", problem)], with_hints))
+    key = re.sub("[^A-Za-z0-9._-]", "-", str(problems[0][1].id) if len(problems) == 1 else title)
+    return notebook.write_notebook(make_notebook(title, key, "", list(problems), with_hints))
 
 
-FORMATS: dict[str, Callable[[Problem, bool, bool], str]] = {
+FORMATS: dict[str, Callable[[str, Sequence[tuple[str, Problem]], bool, bool], str]] = {
     "text": _write_text, "latex": _write_latex, "html": _write_html, "ipynb": _write_ipynb,
 }  # fmt: skip
-"""The function that writes a problem in a format, for every format except JSON."""
+"""The function that writes problems in a format, for every format except JSON."""
 
 
 # --- JSON ---

@@ -14,12 +14,18 @@ def write_setup_cell(problems: Problems) -> str:
     for _, problem in problems:
         for name, info in problem.symbols.items():
             names_by_role.setdefault(info.role, {})[name] = None
-    return write_setup_cell_for_names(*(sorted(names, key=natural_sort_key) for names in names_by_role.values()))
+    has_custom_questions = any(part.details.question for _, problem in problems for part in problem.parts)
+    names = (sorted(names, key=natural_sort_key) for names in names_by_role.values())
+    return write_setup_cell_for_names(*names, has_custom_questions=has_custom_questions)
 
 
-def write_setup_cell_for_names(*names: Sequence[str]) -> str:
-    """Return a first cell that defines symbols with these names; each list of names has its own line of code."""
-    return render("notebook/setup.py.j2", symbol_lines=list(map(_define_symbols, filter(None, names))))
+def write_setup_cell_for_names(*names: Sequence[str], has_custom_questions: bool = False) -> str:
+    """Return a first cell that defines symbols with these names; each list of names has its own line of code.
+
+    With custom questions, the cell imports all functions of their answers.
+    """
+    lines = list(map(_define_symbols, filter(None, names)))
+    return render("notebook/setup.py.j2", symbol_lines=lines, has_custom_questions=has_custom_questions)
 
 
 def _define_symbols(names: Sequence[str]) -> str:

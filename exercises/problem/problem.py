@@ -5,7 +5,7 @@ from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field, replace
 from fractions import Fraction
 from functools import cached_property
-from typing import TypeVar
+from typing import Any, TypeVar
 
 import sympy as sp
 
@@ -202,6 +202,11 @@ class Details:
     pose: Mapping[str, float] | None = None
     has_drawn_options: bool = field(default=False, metadata=recorded_as("drawn"))
 
+    @property
+    def question(self) -> Any:
+        """The question if an instructor has defined it, else None."""
+        return None
+
     def list_given_values(self, chain: Chain) -> Mapping[str, float]:
         """Return the lengths, joint values and velocities that the question gives, by name; {} if it gives none."""
         return {}
@@ -280,6 +285,16 @@ class Part:
         return self.details.symbols or {}
 
 
+def table_numbers(chain: Chain) -> dict[str, sp.Expr]:
+    """Return the lengths in the arm's table that are nonzero numbers, named a1, d1, …; {} if the arm shows no table."""
+    numbers = {}
+    for number, joint in enumerate(chain.joints if convention_of(chain).shows_table else (), 1):
+        for letter, value in (("a", joint.a), ("d", joint.d if joint.kind == "R" else sp.S.Zero)):
+            if value.is_number and value != 0:
+                numbers[f"{letter}{number}"] = value
+    return numbers
+
+
 @dataclass(frozen=True)
 class Problem:
     """An arm and the questions asked about it."""
@@ -320,10 +335,8 @@ class Problem:
         for symbol in self.chain.parameters:
             is_angle = symbol.name.startswith(("alpha", "beta"))
             symbols[symbol.name] = SymbolInfo("angle" if is_angle else "length", "rad" if is_angle else "m")
-        for number, joint in enumerate(self.chain.joints if convention_of(self.chain).shows_table else (), 1):
-            for letter, value in (("a", joint.a), ("d", joint.d if joint.is_revolute else sp.S.Zero)):
-                if value.is_number and value != 0:
-                    symbols.setdefault(f"{letter}{number}", SymbolInfo("length", "m", value))
+        for name, value in table_numbers(self.chain).items():
+            symbols.setdefault(name, SymbolInfo("length", "m", value))
         for part in self.parts:
             symbols.update(part.symbols)
         return symbols

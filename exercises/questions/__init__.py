@@ -18,9 +18,11 @@ Beside the questions:
     reference           the derivation in textbook form, from which reference answers are derived
     geometry            configurations for questions on singularities
     lost_lines          the lines of an arm along which a motion is lost
+    custom              questions that instructors define
     results             answers computed from a derivation, correct or with mistakes in it
 """
 
+from qdot.exercises.problem.problem import Part
 from qdot.exercises.questions import (
     concepts,
     differentiation,
@@ -61,4 +63,11 @@ _ALL = {
 QUESTIONS: dict[str, Question] = {name: _ALL[name] for name in sorted(_ALL, key=_ORDER.index)}
 """All questions of the chapter by name, in the order of the chapter."""
 
-__all__ = ["QUESTIONS", "Question"]
+
+def find_question(part: Part) -> Question | None:
+    """Return the question that a part asks, of the chapter or of an instructor; None if it is a short question."""
+    question: Question | None = part.details.question or QUESTIONS.get(part.kind)
+    return question
+
+
+__all__ = ["QUESTIONS", "Question", "find_question"]

@@ -11,21 +11,21 @@ from qdot.exercises.arm.derivation import derive
 from qdot.exercises.arm.derivation_graph import RESULT, StageResults
 from qdot.exercises.formula.trees import Node
 from qdot.exercises.problem.problem import Part
-from qdot.exercises.questions import QUESTIONS
+from qdot.exercises.questions import find_question
 
 
 def is_derived(part: Part) -> bool:
     """Return whether the answer to a part is computed from the stages of a derivation."""
-    return part.kind in QUESTIONS and QUESTIONS[part.kind].formula is not None
+    return (question := find_question(part)) is not None and question.formula is not None
 
 
 def is_made_of_jacobian(part: Part) -> bool:
     """Return whether the answer to a part is derived from a given Jacobian."""
-    return part.kind in QUESTIONS and QUESTIONS[part.kind].is_made_of_jacobian
+    return (question := find_question(part)) is not None and question.is_made_of_jacobian
 
 
 def _is_made_of_minors(part: Part) -> bool:
-    return part.kind in QUESTIONS and QUESTIONS[part.kind].is_made_of_minors
+    return (question := find_question(part)) is not None and question.is_made_of_minors
 
 
 def is_product(part: Part) -> bool:
@@ -50,7 +50,8 @@ def compute_answer(stages: StageResults, part: Part) -> np.ndarray:
     Mistakes in the final result (RESULT) are applied last. Raises TypeError if the answer to the part is not computed
     from the stages of a derivation.
     """
-    formula = QUESTIONS[part.kind].formula
+    question = find_question(part)
+    formula = None if question is None else question.formula
     if formula is None:
         raise TypeError(f"the answer to {part.kind!r} is not computed by a derivation")
     answer = formula(stages, part.details)

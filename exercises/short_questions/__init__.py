@@ -14,7 +14,8 @@ Beside the questions:
     option_mistakes        why each option is wrong
 """
 
-from qdot.exercises.questions import QUESTIONS, Question
+from qdot.exercises.problem.problem import Part
+from qdot.exercises.questions import QUESTIONS, Question, find_question
 from qdot.exercises.short_questions import choice, configurations, selections, single_configuration
 
 SHORT_QUESTIONS: dict[str, Question] = {
@@ -30,4 +31,10 @@ SHORT_QUESTIONS: dict[str, Question] = {
 ALL_QUESTIONS: dict[str, Question] = {**QUESTIONS, **SHORT_QUESTIONS}
 """All questions by name: first those of the chapter, then the short ones."""
 
-__all__ = ["ALL_QUESTIONS", "SHORT_QUESTIONS"]
+
+def question_of(part: Part) -> Question:
+    """Return the question that a part asks: a built-in one, or one that the instructor has defined."""
+    return find_question(part) or SHORT_QUESTIONS[part.kind]
+
+
+__all__ = ["ALL_QUESTIONS", "SHORT_QUESTIONS", "question_of"]

@@ -94,12 +94,31 @@ def singular_set(chain: Chain) -> tuple[Component, ...] | None:
     return _find_components(derive(chain))
 
 
+def zero_set(expressions: Sequence[sp.Expr], chain: Chain, is_symbolic: bool) -> tuple[Component, ...] | None:
+    """Return the components of the configurations at which expressions vanish together; None if they always do.
+
+    The expressions are in the symbols of the arm, or if `is_symbolic` in those of the symbolic arm. Raises TooLong, and
+    ValueError for expressions that can't be factored.
+    """
+    derivation = derive(chain)
+    factored = tuple(factor_trig(sp.expand(expression)) for expression in expressions)
+    if is_symbolic:
+        zeros = _find_zeros(derivation, factored)
+        conjunctions = zeros and [tuple(map(derivation.substitute_values, conditions)) for conditions in zeros]
+    else:
+        conjunctions = find_common_zeros(factored, Search(chain.q))
+    if conjunctions is None:
+        return None
+    components = (solve_conjunction(conditions, chain) for conditions in conjunctions)
+    return tuple(dict.fromkeys(component for component in components if component is not None))
+
+
 def find_special_length_components(chain: Chain) -> tuple[Component, ...]:
     """Return further components, which are empty unless the symbolic lengths satisfy special relations."""
     derivation = derive(chain)
     inverse = sp.Symbol("d_inverse")
     components = []
-    for conditions, is_possible in _substitute_values(derivation, _find_zeros(derivation)):
+    for conditions, is_possible in _substitute_values(derivation, _find_zeros(derivation, derivation.symbolic_minors)):
         lengths = sorted(sp.Tuple(*conditions).free_symbols - set(chain.q), key=str)
         nonzero_lengths = 1 - inverse * sp.Mul(*lengths)
         unknowns = (*chain.q, *lengths, inverse)
@@ -114,7 +133,7 @@ def never_vanishes(condition: sp.Expr, chain: Chain) -> bool:
 
 
 def _find_components(derivation: Derivation) -> tuple[Component, ...] | None:
-    zeros = _find_zeros(derivation)
+    zeros = _find_zeros(derivation, derivation.symbolic_minors)
     if zeros is None:
         return None
     components = []
@@ -128,21 +147,27 @@ def _find_components(derivation: Derivation) -> tuple[Component, ...] | None:
     return tuple(components)
 
 
-def _find_zeros(derivation: Derivation) -> Zeros:
-    """Return the common zeros of the symbolic arm's minors.
+def _find_zeros(derivation: Derivation, expressions: tuple[Factored, ...]) -> Zeros:
+    """Return the common zeros of the symbolic arm's minors, or of other expressions in its symbols.
 
     The search runs once for each symbolic arm. The search runs again for an arm whose numbers make a constant zero that
     was assumed to be nonzero.
     """
-    minors, joints = derivation.symbolic_minors, derivation.symbolic_joints
-    zeros, assumed_nonzero = _search_zeros(minors, joints)
+    joints = derivation.symbolic_joints
+    zeros, assumed_nonzero = _search_zeros(expressions, joints)
+    is_zero = _make_zero_test(derivation)
+    return find_common_zeros(expressions, Search(joints, is_zero)) if any(map(is_zero, assumed_nonzero)) else zeros
+
+
+def _make_zero_test(derivation: Derivation) -> Callable[[sp.Expr], bool]:
+    """Return a function that tests whether a constant of the structure is zero for the arm's numbers."""
+    lengths = {symbol: sp.Rational(7 + 4 * i, 11 + 6 * i) for i, symbol in enumerate(derivation.chain.parameters)}
 
     def is_zero(constant: sp.Expr) -> bool:
         value = derivation.substitute_values(constant)
-        lengths = {symbol: sp.Rational(7 + 4 * i, 11 + 6 * i) for i, symbol in enumerate(derivation.chain.parameters)}
         return bool(abs(sp.N(value.xreplace(lengths), 30)) < _ZERO_TOLERANCE)
 
-    return find_common_zeros(minors, Search(joints, is_zero)) if any(map(is_zero, assumed_nonzero)) else zeros
+    return is_zero
 
 
 def _substitute_values(derivation: Derivation, zeros: Zeros) -> Iterator[tuple[tuple[sp.Expr, ...], bool]]:

@@ -21,7 +21,7 @@ from qdot.exercises.notebook.notebook import draw_singular_configurations
 from qdot.exercises.problem.problem import Part, Problem
 from qdot.exercises.problem.record import Json, make_robot_json
 from qdot.exercises.questions.inversion import list_table_lengths
-from qdot.exercises.short_questions import ALL_QUESTIONS
+from qdot.exercises.short_questions import question_of
 from qdot.exercises.singularities.difficulty import difficulty_band
 from qdot.exercises.site.keys import make_key
 from qdot.exercises.writing.languages import ENGLISH, Catalogue, load_catalogue
@@ -93,7 +93,7 @@ def translate_record(problem: Problem, record: Json, language: str) -> Json:
     parts = []
     for part in problem.parts:
         shown_hints = [html_with_latex(hint) for hint in write_hints(problem, part, language)]
-        texts: Json = {"name": part.name, "title": words.translate_question(ALL_QUESTIONS[part.kind].title)}
+        texts: Json = {"name": part.name, "title": words.translate_question(question_of(part).title)}
         texts |= {"prompt": to_html(write_prompt(problem, part, language)), "hints": shown_hints}
         parts.append(texts | {"options": _list_options(problem, part, language)})
     translated_sentences = [_translate_sentence(words, *row) for row in record["said"]]
@@ -213,7 +213,7 @@ class MistakeSentences:
 
 def _make_part_record(problem: Problem, part: Part, sentences: MistakeSentences) -> Json:
     """Return the record of a part, as in `make_site_record`; its mistakes are added to `sentences`."""
-    chain, question, prompt_text = problem.chain, ALL_QUESTIONS[part.kind], write_prompt(problem, part)
+    chain, question, prompt_text = problem.chain, question_of(part), write_prompt(problem, part)
     svg = draw_part_svg(chain, part, part.name)
     record: Json = {"name": part.name, "kind": part.kind, "title": question.title, "type": part.type}
     record |= {"shape": part.shape and list(part.shape), "points": part.points, "prompt": to_html(prompt_text)}
@@ -226,7 +226,7 @@ def _make_part_record(problem: Problem, part: Part, sentences: MistakeSentences)
 
 def _list_labels(chain: Chain, part: Part) -> list[list[str]]:
     """Return the labels of an answer's rows and columns in LaTeX; empty if the prompt has no labels."""
-    question = ALL_QUESTIONS[part.kind]
+    question = question_of(part)
     rows, columns = question.row_and_column_labels(chain)
     if part.shape is not None and part.shape[1] == 1:
         names = question.entry_names(chain, part) or question.typed_names(chain)

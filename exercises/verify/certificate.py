@@ -17,6 +17,7 @@ from qdot.exercises.formula.trees import ParseError, find_names
 from qdot.exercises.problem.problem import Part, Problem, ProblemId
 from qdot.exercises.problem.record import Digests, compute_digests
 from qdot.exercises.verify import concepts, formulas, numbers, path, quizzes, rank, screws, singular
+from qdot.exercises.verify.custom import check_custom
 from qdot.exercises.verify.formulas import PartCheck
 from qdot.exercises.verify.numeric_reference import Check, Checks, NumericReference
 
@@ -64,7 +65,8 @@ def certify(problem: Problem) -> ProblemCertificate:
     for part in problem.parts:
         checks.append(_check_parsable(numeric, part))
         if checks[-1].passed:
-            check = CHECKS.get(part.kind) or _failing_check("CHECKS", "kind of question")
+            by_kind = CHECKS.get(part.kind) or _failing_check("CHECKS", "kind of question")
+            check = by_kind if part.details.question is None else check_custom
             checks += [Check(f"{part.name}: {name}", passed, detail) for name, passed, detail in check(numeric, part)]
     return ProblemCertificate(problem.id, problem.id.engine, tuple(checks), compute_digests(problem))
 

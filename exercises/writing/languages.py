@@ -65,6 +65,11 @@ class Catalogue:
         self.is_english = translations is None
         self.translations = translations if translations is not None else NullTranslations()
 
+    @property
+    def language(self) -> str:
+        """The name of the language, such as "de"."""
+        return ENGLISH if self.is_english else self.translations.info().get("language", "")
+
     def gettext(self, message: str, **values: object) -> str:
         """Return a message with values filled in."""
         return self.translations.gettext(message) % values

@@ -12,7 +12,7 @@ from qdot.exercises.answer_types import LETTERS
 from qdot.exercises.arm.chain import Chain
 from qdot.exercises.arm.derivation import derive
 from qdot.exercises.problem.problem import Part, Problem
-from qdot.exercises.short_questions import ALL_QUESTIONS
+from qdot.exercises.short_questions import question_of
 from qdot.exercises.short_questions.options import ConfigurationOptions, Options
 from qdot.exercises.writing.languages import ENGLISH, load_catalogue
 from qdot.exercises.writing.latex import tex_angle
@@ -60,13 +60,15 @@ def write_option(problem: Problem, part: Part, index: int, language: str = ENGLI
     return option_line[1] if option_line is not None else messages.translate_phrase(part.answer.offered_options[index])
 
 
-def write_hints(problem: Problem, part: Part, language: str = ENGLISH) -> tuple[str, str, str]:
-    """Return three hints for this arm, from vague to detailed; no hint contains the answer."""
+def write_hints(problem: Problem, part: Part, language: str = ENGLISH) -> tuple[str, ...]:
+    """Return three hints for this arm, from vague to detailed; no hint contains the answer.
+
+    A question that an instructor has defined may have none.
+    """
     chain, steps, messages = problem.chain, get_solution_steps(problem.chain), load_catalogue(language)
     text = _get_question_macros(part, language).hints(part, chain, derive(chain), Wording(chain, messages), steps)
     with_legends = (add_angle_legend(steps, hint, language) for hint in re.split(r"^---$", text, flags=re.MULTILINE))
-    vague, plan, detailed = map(messages.localize_formulas, with_legends)
-    return vague, plan, detailed
+    return tuple(filter(str.strip, map(messages.localize_formulas, with_legends)))
 
 
 def write_solution(problem: Problem, part: Part, language: str = ENGLISH) -> str:
@@ -150,11 +152,7 @@ def get_solution_steps(chain: Chain) -> SolutionSteps:
 
 
 def _get_question_macros(part: Part, language: str) -> Any:
-    return (
-        make_environment(language)
-        .get_template(f"questions/{ALL_QUESTIONS[part.kind].template or part.kind}.md.j2")
-        .module
-    )
+    return make_environment(language).get_template(f"questions/{question_of(part).template or part.kind}.md.j2").module
 
 
 def _clean_whitespace(text: str) -> str:

@@ -12,6 +12,7 @@ from typing import Any
 import jinja2
 from jinja2.ext import Extension
 
+from qdot.exercises.writing.custom_texts import write_hints, write_options, write_text
 from qdot.exercises.writing.languages import ENGLISH, load_catalogue
 from qdot.exercises.writing.latex import tex, tex_angle, tex_length, tex_lines, tex_value, tex_zero
 
@@ -87,7 +88,8 @@ def make_environment(language: str = ENGLISH) -> jinja2.Environment:
         "tex": tex, "tex_lines": tex_lines, "tex_length": tex_length, "tex_angle": tex_angle, "tex_value": tex_value,
         "tex_zero": tex_zero, "phrase": messages.translate_phrase, "plain": escape_markdown,
         "mistake": lambda blame: messages.translate_title_in_sentence(blame.mistake, blame.title),
-        "json": lambda value: json.dumps(value, ensure_ascii=False),
+        "json": lambda value: json.dumps(value, ensure_ascii=False), "custom_text": write_text,
+        "custom_hints": write_hints, "custom_options": write_options,
     }  # fmt: skip
     templates.install_gettext_translations(messages.translations, newstyle=True)  # type: ignore[attr-defined]  # by the extension
     return templates

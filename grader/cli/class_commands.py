@@ -7,7 +7,7 @@ import sys
 from collections import Counter
 from collections.abc import Iterable, Sequence
 from contextlib import closing
-from dataclasses import asdict
+from dataclasses import asdict, replace
 from pathlib import Path
 from typing import Annotated, Any
 
@@ -19,8 +19,10 @@ from qdot.exercises.common.console import note, say, show_progress
 from qdot.exercises.common.errors import QdotError, count_noun, list_some
 from qdot.exercises.common.extras import find_qdot_version
 from qdot.exercises.families import FAMILIES
-from qdot.exercises.generation import look_up_family
+from qdot.exercises.generation import check_questions, look_up_family
+from qdot.exercises.generation import generate as generate_problem
 from qdot.exercises.problem.problem import ProblemId
+from qdot.exercises.short_questions import ALL_QUESTIONS
 from qdot.grader.cli.options import (
     ConventionOption,
     JobsOption,
@@ -90,7 +92,12 @@ def generate(
 def verify(
     what: Annotated[
         list[str],
-        name_argument("PROBLEM… | DIR", "Problems (FAMILY/SEED) or an assignment folder.", FAMILIES, suffix="/1"),
+        name_argument(
+            "PROBLEM… | DIR",
+            "Problems (FAMILY/SEED), an assignment folder, or a file of questions.",
+            FAMILIES,
+            suffix="/1",
+        ),
     ] = [],  # noqa: B006
     family: Annotated[str, name_option("Verify problems of a family, or of `all`.", names=[*FAMILIES, "all"])] = "",
     count: Annotated[int, typer.Option(min=1, help="With --family: how many problems, with seeds 0, 1, 2, …")] = 100,
@@ -107,9 +114,13 @@ def verify(
     the certificates written by `qdot generate`; a problem without a certificate fails. Prints each failure with its
     cause, and exits with code 1 if a problem fails.
 
+    With a file of your own questions, verifies each question on arms of the families, and prints three answers.
+
     Examples:
       qdot verify planar-2r/7
           one problem
+      qdot verify questions.toml --family planar-2r --count 20
+          your own questions, on 20 arms of a family
       qdot verify homework
           a class: do problems and notebooks still match what was distributed?
       qdot verify --family all --count 1000
@@ -117,19 +128,10 @@ def verify(
     """
     from qdot.grader.grading.certify import verify_all
 
-    if not family and not what:
-        raise QdotError("give problems (planar-2r/7), an assignment folder, or --family FAMILY (or all) with --count")
-    if family and what:
-        raise QdotError(f"give either --family, which verifies a whole family, or {what[0]!r}")
-    folders = [Path(item) for item in what if Path(item).is_dir()]
-    if folders and (variation or convention or twist_order):
-        advice = f"for an assignment, set them in {folders[0]}/assignment.toml"
-        raise QdotError(f"--variation, --convention and --twist-order apply to problems only; {advice}")
-    identities = [ProblemId.parse(item, NO_FOLDER_HINT) for item in what if not Path(item).is_dir()]
+    family_problems = []
     if family:
-        identities = _list_family_problems(list(FAMILIES) if family == "all" else [family], first_seed, count)
-    identities = [each.with_variation(variation).with_convention(convention, twist_order) for each in identities]
-    tasks = [*map(VerificationTask, identities), *(task for folder in folders for task in _list_class_tasks(folder))]
+        family_problems = _list_family_problems(list(FAMILIES) if family == "all" else [family], first_seed, count)
+    tasks = _list_verification_tasks(what, family_problems, variation, convention, twist_order)
     failure_counts, passed_counts = Counter[FailureKind](), Counter[str]()
     printed_messages: set[str] = set()
     with show_progress("verifying", len(tasks)) as counter, closing(verify_all(tasks, jobs)) as verified_tasks:
@@ -154,6 +156,28 @@ NO_FOLDER_HINT = "; there is no folder with that name either"
 """The end of the message about an argument that is neither a problem nor a folder."""
 
 
+def _list_verification_tasks(
+    what: Sequence[str], family_problems: Sequence[ProblemId], variation: str, convention: str, twist_order: str
+) -> list[VerificationTask]:
+    """Return the tasks for the arguments of `qdot verify`. Raises QdotError if they don't go together."""
+    folders = [Path(item) for item in what if Path(item).is_dir()]
+    question_files = [Path(item) for item in what if item.lower().endswith(".toml")]
+    if not family_problems and not what:
+        raise QdotError("give problems (planar-2r/7), an assignment folder, or --family FAMILY (or all) with --count")
+    if question_files and (not family_problems or len(question_files) < len(what)):
+        raise QdotError(f"name the families for the questions of {question_files[0]}, as in --family planar-2r")
+    if family_problems and what and not question_files:
+        raise QdotError(f"give either --family, which verifies a whole family, or {what[0]!r}")
+    if folders and (variation or convention or twist_order):
+        advice = f"for an assignment, set them in {folders[0]}/assignment.toml"
+        raise QdotError(f"--variation, --convention and --twist-order apply to problems only; {advice}")
+    identities = family_problems or [ProblemId.parse(i, NO_FOLDER_HINT) for i in what if not Path(i).is_dir()]
+    identities = [each.with_variation(variation).with_convention(convention, twist_order) for each in identities]
+    if question_files:
+        return [task for path in question_files for task in _list_question_tasks(path, identities)]
+    return [*map(VerificationTask, identities), *(task for folder in folders for task in _list_class_tasks(folder))]
+
+
 def _list_family_problems(families: Sequence[str], first_seed: int, count: int) -> list[ProblemId]:
     """Return the ids of `count` problems, family by family, so that each process derives an arm's structure only once.
 
@@ -172,6 +196,38 @@ def _list_class_tasks(folder: Path) -> list[VerificationTask]:
     for student in find_former_students(assignment):
         note(f"{student} is not on the roster but has a notebook or certificate, which was verified too")
     return list_tasks(assignment)
+
+
+SAMPLE_COUNT = 3
+"""The number of sample answers that are printed for each question of a file."""
+
+
+def _list_question_tasks(path: Path, identities: Sequence[ProblemId]) -> list[VerificationTask]:
+    """Return a task for each question of a file and each arm to which it applies, and print sample answers.
+
+    `identities` are the problems with these arms. Raises QdotError if a question applies to none of the families.
+    """
+    from qdot.exercises.questions.custom.reader import read_question_file
+
+    tasks = []
+    families = list(dict.fromkeys(identity.family for identity in identities))
+    for definition in read_question_file(path, ALL_QUESTIONS).values():
+        refusals: dict[str, str] = {}
+        for family in families:
+            try:
+                check_questions(family, (definition.name,), definitions=(definition,))
+            except QdotError as error:
+                refusals[family] = str(error)
+        if len(refusals) == len(families):
+            raise QdotError(f"{path}: {refusals[families[0]]}")
+        for refusal in refusals.values():
+            note(refusal)
+        asked = [replace(each, questions=(definition.name,)) for each in identities if each.family not in refusals]
+        tasks += [VerificationTask(identity, definitions=(definition,)) for identity in asked]
+        for identity in asked[:SAMPLE_COUNT]:
+            part = generate_problem(identity, definitions=(definition,)).parts[0]
+            say(f"{definition.name} for {identity}: {part.answer.as_json() or part.answer.type}")
+    return tasks
 
 
 def compare(

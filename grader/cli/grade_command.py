@@ -204,6 +204,9 @@ def _check_graded(results: list[Result]) -> None:
     if over_limit:
         advice = "the feedback says which limit, and you can set points in overrides.csv"
         note(f"no mark, because the submission exceeds a limit: {list_some(over_limit, 5)}; {advice}")
+    to_mark = [result.student for result in results if find_work_status(result) == "to mark"]
+    if to_mark:
+        note(f"answers in words have no points yet: {list_some(to_mark, 5)}; set their points in overrides.csv")
     if any(find_work_status(result) == "ungraded" for result in results):
         reasons = "feedback and grades.csv call them 'ungraded' and give the reason"
         raise QdotError(f"qdot failed on some answers, which have no mark; {reasons}. Please report it")

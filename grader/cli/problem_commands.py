@@ -23,6 +23,7 @@ from qdot.exercises.common.time_limit import MIN_SECONDS, parse_seconds
 from qdot.exercises.families import Family
 from qdot.exercises.families.own import read_robot_family
 from qdot.exercises.generation import find_listing, look_up_family, select_quiz_questions
+from qdot.exercises.notebook.problem_formats import show_assignment
 from qdot.exercises.problem.problem import find_convention
 from qdot.exercises.short_questions import SHORT_QUESTIONS
 from qdot.grader.cli.options import (
@@ -178,8 +179,11 @@ def show(
     variation: VariationOption = "",
     convention: ConventionOption = "",
     twist_order: TwistOption = "",
+    student: Annotated[
+        str, typer.Option("--student", metavar="ID", help="With an assignment folder: show this student's problems.")
+    ] = "",
 ) -> None:
-    """Show one problem, optionally with hints or solution.
+    """Show one problem, or an assignment with one student's numbers, optionally with hints or solution.
 
     Prints the statement, the figure and the questions. --hints adds three hints to each question, from gentle to nearly
     complete; in HTML and notebooks, students open them one by one (JSON always has them). --solution adds the answers
@@ -187,15 +191,29 @@ def show(
     The same FAMILY/SEED shows the same problem on every machine; FAMILY/SEED@VARIATION is short for --variation,
     FAMILY/SEED@CONVENTION for --convention, and FAMILY/SEED@v-omega for --twist-order.
 
+    For the folder of an assignment, the problems are those of a made-up student, who is not on the roster. --student
+    shows the problems of a student on the roster.
+
     Examples:
       qdot show planar-2r/7
           a problem as students see it
+      qdot show homework --solution
+          a preview of an assignment
       qdot show planar-2r/7 --solution
           with answers and worked steps
       qdot show elbow-3r/3@full --questions jacobian,determinant --format html > problem.html
           two questions
     """
     check_choice(format, SHOW_FORMATS, "--format")
+    if "/" not in problem or Path(problem).is_dir():
+        say(
+            _preview_assignment(
+                Path(problem), student, solution, format, hints, ask, variation, convention, twist_order
+            )
+        )
+        return
+    if student:
+        raise QdotError("--student needs the folder of an assignment, as in 'qdot show homework --student ID'")
     identity = ProblemId.parse(problem).with_variation(variation).with_convention(convention, twist_order)
     if ask is not None:
         names = tuple(name.strip() for name in ask.split(","))
@@ -207,6 +225,27 @@ def show(
     generated_problem = make_problem(identity)
     certificate = qdot.certify(generated_problem).as_json() if format == "json" else None  # loaded only if needed
     say(show_problem(generated_problem, solution, format, certificate, hints))
+
+
+SAMPLE_STUDENT = "preview"
+"""The identifier of the made-up student of a preview; no roster has it, because a preview is no student's secret."""
+
+
+def _preview_assignment(
+    folder: Path, student: str, solution: bool, format: str, hints: bool, *problem_options: str | None
+) -> str:  # fmt: skip
+    """Return the problems of an assignment for one student. Raises QdotError for options that belong to a problem."""
+    if any(problem_options):
+        raise QdotError(
+            "--questions, --variation, --convention and --twist-order belong to a problem; edit assignment.toml"
+        )
+    from qdot.exercises.assignment.assignment import load_assignment
+    from qdot.grader.grading.batch import find_student
+
+    assignment = load_assignment(folder)
+    identifier = find_student(assignment, student).id if student else SAMPLE_STUDENT
+    problems = assignment.generate_problems(identifier)
+    return show_assignment(assignment.title, problems, solution, format, hints or assignment.hints)
 
 
 def robots(as_json: JsonOption = False) -> None:

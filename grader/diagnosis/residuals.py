@@ -11,7 +11,7 @@ from itertools import combinations
 import numpy as np
 
 from qdot.exercises.arm.derivation_graph import StageResults, links_to_point
-from qdot.exercises.questions import QUESTIONS
+from qdot.exercises.short_questions import question_of
 from qdot.grader.diagnosis.wrong_answer import WrongAnswer
 from qdot.grader.judging.verdict import Diagnosis
 
@@ -23,7 +23,7 @@ MAX_LINKS = 8
 
 def explain_missing_links(answer: WrongAnswer) -> Diagnosis | None:
     """Return the diagnosis that an answer of the expected shape lacks the contributions of some links, or None."""
-    w, correct_values, question = answer.correct_working, answer.correct_values, QUESTIONS[answer.part.kind]
+    w, correct_values, question = answer.correct_working, answer.correct_values, question_of(answer.part)
     linear_rows, residual = question.link_sum_rows(w.chain), correct_values - answer.numeric.values
     if not linear_rows or residual.shape[1] > w.n:
         return None

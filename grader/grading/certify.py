@@ -11,6 +11,7 @@ from contextlib import closing
 from dataclasses import dataclass, replace
 from typing import Any
 
+from qdot.exercises.answer_types import Words
 from qdot.exercises.assignment.assignment import Assignment
 from qdot.exercises.assignment.certified_problems import raise_failures
 from qdot.exercises.assignment.release import Certifier, certificate_path, notebook_path
@@ -22,6 +23,7 @@ from qdot.exercises.families import Family
 from qdot.exercises.generation import generate
 from qdot.exercises.problem.problem import ENGINE, Problem, ProblemId
 from qdot.exercises.problem.record import compute_digests
+from qdot.exercises.questions.custom import Definition
 from qdot.exercises.singularities.difficulty import difficulty
 from qdot.exercises.verify.certificate import ProblemCertificate, certify
 from qdot.grader.grading import certificates
@@ -34,13 +36,15 @@ from qdot.grader.judging.verdict import Outcome
 class VerificationTask:
     """A problem to verify.
 
-    `family` is set if the arm is an instructor's robot. `record` is the problem's record in the certificate.
-    `file_failures` lists the failures found in the student's certificate and notebook. `is_in_assignment` is False if
-    the problem is no longer in the assignment, so that qdot can't generate the problem.
+    `family` is set if the arm is an instructor's robot. `definitions` are the instructor's own questions that the
+    problem asks. `record` is the problem's record in the certificate. `file_failures` lists the failures found in the
+    student's certificate and notebook. `is_in_assignment` is False if the problem is no longer in the assignment, so
+    that qdot can't generate the problem.
     """
 
     identity: ProblemId
     family: Family | None = None
+    definitions: tuple[Definition, ...] = ()
     record: ProblemRecord | None = None
     student: str = ""
     file_failures: tuple[Failure, ...] = ()
@@ -69,6 +73,8 @@ def find_failures(problem: Problem, certificate: ProblemCertificate | None = Non
     result = certificate or certify(problem)
     failures = [f"{check.name}: {check.detail}" for check in result.failures]
     for part in problem.parts:
+        if isinstance(part.answer, Words):  # a person marks it
+            continue
         judgement = judge(problem, part, part.answer.as_typed(), f"certify/{problem.id}/{part.name}")
         if judgement.outcome is not Outcome.CORRECT:
             failures.append(f"{part.name}: the reference answer is judged {judgement.outcome}: {judgement.reason}")
@@ -138,7 +144,7 @@ def _list_tasks_of_student(assignment: Assignment, student: str) -> list[Verific
             message = f"{student}: {path} has no {slot.name}; it was added to assignment.toml after the release"
             slot_failures.insert(0, Failure(FailureKind.UNCERTIFIED, message))
         identity = assignment.make_problem_id(slot, student)
-        tasks.append(VerificationTask(identity, slot.family, record, student, tuple(slot_failures)))
+        tasks.append(VerificationTask(identity, slot.family, slot.definitions, record, student, tuple(slot_failures)))
     for name, record in records.items():
         identity = replace(ProblemId.parse(record.problem), questions=record.questions)
         task = VerificationTask(identity, student=student, is_in_assignment=False)
@@ -192,7 +198,7 @@ def _verify_task(_: None, task: VerificationTask) -> list[Failure]:
         )
         return [task.make_failure(FailureKind.OTHER_ENGINE, message), *task.file_failures]
     try:
-        problem = generate(task.identity, family=task.family)
+        problem = generate(task.identity, family=task.family, definitions=task.definitions)
         failures = _find_changes(task, problem, record) if record is not None else []
         failures += [task.make_failure(FailureKind.UNSOUND, message) for message in find_failures(problem)]
     except (RuntimeError, QdotError) as error:

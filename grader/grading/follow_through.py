@@ -35,7 +35,8 @@ from qdot.exercises.formula.program import compile_program, evaluate
 from qdot.exercises.formula.trees import ZERO, Node, ParseError, count_nodes, find_names
 from qdot.exercises.mistakes.configurations import sample_configurations, sample_values
 from qdot.exercises.problem.problem import Part, Problem
-from qdot.exercises.questions import QUESTIONS
+from qdot.exercises.questions import QUESTIONS, find_question
+from qdot.exercises.short_questions import question_of
 from qdot.grader.judging.answer import ParsedAnswer
 from qdot.grader.judging.formulas import judge_direction, judge_expression, judge_matrix, judge_numbers, judge_singular
 from qdot.grader.judging.verdict import Judgement
@@ -82,7 +83,7 @@ def find_follow_through(
     lists the earlier parts with wrong answers. `attempts` lists the parts whose answers are real attempts at this arm.
     """
     answer = answers[part.name]
-    if answer.refusal is not None or answer.table is not None or part.kind not in QUESTIONS:
+    if answer.refusal is not None or answer.table is not None or find_question(part) is None:
         return None
     context = _Context(problem, answers, wrong_parts, f"{seed}/follow", is_copied)
     results: list[FollowThrough] = []
@@ -125,7 +126,7 @@ class _Context:
 
         The second item lists the names of the parts with wrong answers that the set depends on.
         """
-        for sources in QUESTIONS[part.kind].prerequisite_sets:
+        for sources in question_of(part).prerequisite_sets:
             usable_rows = {name: rows for name in sources if (rows := self.find_rows(name)) is not None}
             wrong_names = list(dict.fromkeys(name for _, names_before in usable_rows.values() for name in names_before))
             if wrong_names and len(usable_rows) == len({*sources}):
@@ -243,7 +244,7 @@ class _Context:
 
         The answer consists of rows of formulas, or is an array of numbers if the question asks for numbers.
         """
-        question = QUESTIONS[part.kind]
+        question = question_of(part)
         compute_rows = question.zero_formula or question.formula
         is_long = question.is_long_in_formulas and any(len(rows) > MAX_ROWS for rows in source_rows.values())
         if compute_rows is None or is_long:

@@ -16,7 +16,7 @@ from qdot.exercises.assignment.assignment import Assignment
 from qdot.exercises.common.time_limit import OutOfTime
 from qdot.exercises.problem.credit import MISTAKE_FACTOR
 from qdot.exercises.problem.problem import Part, Problem
-from qdot.exercises.short_questions import ALL_QUESTIONS
+from qdot.exercises.short_questions import question_of
 from qdot.grader.diagnosis.advice import advise
 from qdot.grader.diagnosis.diagnosis import Cause, diagnose
 from qdot.grader.diagnosis.groups import find_group
@@ -188,7 +188,7 @@ class _ProblemMarking:
         mistake = _search(budget, diagnose, *answer, causes)
         diagnosis = None if follows_from_attempt else mistake or _search(budget, advise, *answer)
         if diagnosis is not None and diagnosis.cause is not None:
-            self.causes.append(Cause(*diagnosis.cause, part.name, ALL_QUESTIONS[part.kind].title))
+            self.causes.append(Cause(*diagnosis.cause, part.name, question_of(part).title))
         attempt = None
         if part.answer.is_symbolic:
             is_close = _is_half_right(self.judgements[part.name]) or (mistake is not None and mistake.is_single_mistake)

@@ -20,7 +20,7 @@ from qdot.exercises.figure.arm_figure import draw_figure_svg, draw_part_svg
 from qdot.exercises.mistakes.base import name_chapter
 from qdot.exercises.notebook.notebook import draw_singular_configurations
 from qdot.exercises.problem.problem import ENGINE, Part, Problem
-from qdot.exercises.short_questions import ALL_QUESTIONS
+from qdot.exercises.short_questions import question_of
 from qdot.exercises.writing.markup import to_html_for_mathjax
 from qdot.exercises.writing.problem_texts import (
     write_hints,
@@ -244,7 +244,7 @@ def _describe_outcome(problem: Problem, verdict: Verdict) -> str:
     outcome, entries = verdict.judgement.outcome, verdict.judgement.entries
     sentence = _OUTCOME_SENTENCES[outcome]
     if verdict.followed_from is not None:
-        earlier_title = ALL_QUESTIONS[problem[verdict.followed_from].kind].title
+        earlier_title = question_of(problem[verdict.followed_from]).title
         return f"This follows from your answer to “{earlier_title}”, which is not right."
     if outcome in (Outcome.WRONG, Outcome.PARTIAL) and entries is not None and sum(map(len, entries)) > 1:
         flags = {(i, j): is_correct for i, row in enumerate(entries, 1) for j, is_correct in enumerate(row, 1)}

@@ -7,8 +7,9 @@ from qdot.exercises import answer_types
 from qdot.exercises.formula.equality import Domain
 from qdot.exercises.problem.problem import Part, Problem
 from qdot.exercises.questions.differentiation import find_power_of_metres
-from qdot.exercises.short_questions import ALL_QUESTIONS
+from qdot.exercises.short_questions import question_of
 from qdot.grader.judging.answer import (
+    BLANK_JUDGEMENT,
     ParsedAnswer,
     read_conditions,
     read_formula,
@@ -17,7 +18,7 @@ from qdot.grader.judging.answer import (
     refuse,
     replace_decimal_commas,
 )
-from qdot.grader.judging.choices import read_choice, read_matching, read_selection
+from qdot.grader.judging.choices import BLANK_TEXTS, read_choice, read_matching, read_selection
 from qdot.grader.judging.functions import find_constant_text, is_function_table, read_table
 
 
@@ -40,7 +41,7 @@ class ExpectedForm:
 
 def find_expected_form(problem: Problem, part: Part) -> ExpectedForm:
     """Return the form in which the answer to a part is expected."""
-    question, joints = ALL_QUESTIONS[part.kind], tuple(q.name for q in problem.chain.q)
+    question, joints = question_of(part), tuple(q.name for q in problem.chain.q)
     labels, columns = question.list_typed_names(problem.chain, part), question.column_names(problem.chain)
     return ExpectedForm(part.answer, problem.domain, joints, labels, columns, find_power_of_metres(part))
 
@@ -119,3 +120,9 @@ class _AnswerReader(answer_types.AnswerVisitor[ParsedAnswer]):
     def visit_matching(self, answer: answer_types.Matching) -> ParsedAnswer:
         """Parse a letter for each item."""
         return read_matching(self.text, answer.items, len(answer.options))
+
+    def visit_text(self, answer: answer_types.Words) -> ParsedAnswer:
+        """Accept any text that is not blank."""
+        return ParsedAnswer(
+            self.text, BLANK_JUDGEMENT if self.text.strip().strip("\"'").strip() in BLANK_TEXTS else None
+        )

@@ -11,7 +11,7 @@ from qdot.grader.judging.answer_parser import read_answer
 from qdot.grader.judging.choices import judge_choice, judge_matching, judge_selection
 from qdot.grader.judging.formulas import judge_direction, judge_expression, judge_matrix, judge_numbers, judge_singular
 from qdot.grader.judging.functions import judge_function
-from qdot.grader.judging.verdict import Judgement
+from qdot.grader.judging.verdict import AWAITS_PERSON, Judgement, Outcome
 
 
 def judge(problem: Problem, part: Part, answer: str, seed: str | None = None) -> Judgement:
@@ -72,6 +72,10 @@ class _AnswerJudge(answer_types.AnswerVisitor[Judgement]):
         joints = [q.name for q in self.problem.chain.q]
         expected = answer.group_by_condition([piece for (piece,) in answer.parse_trees(self.domain.roles)])
         return judge_singular(self.parsed, expected, joints, self.domain, self.seed, self.part.rounding)
+
+    def visit_text(self, answer: answer_types.Words) -> Judgement:
+        """Leave the points to a person."""
+        return self.parsed.refusal or Judgement(Outcome.UNGRADED, 0.0, AWAITS_PERSON)
 
     def visit_choice(self, answer: answer_types.Choice) -> Judgement:
         """Judge the choice of one option."""

@@ -10,8 +10,8 @@ from qdot.exercises.formula.equality import Certificate
 class Outcome(StrEnum):
     """The outcome of judging an answer.
 
-    CORRECT means that every comparison passed. UNGRADED means that there is no mark, because qdot failed or a limit
-    was exceeded.
+    CORRECT means that every comparison passed. UNGRADED means that there is no mark: qdot failed, a limit was exceeded,
+    or a person marks the answer.
     """
 
     CORRECT = "correct"
@@ -109,6 +109,10 @@ class Verdict:
     def __repr__(self) -> str:
         earned = "no mark yet" if self.points is None else f"{self.points:g} of {self.max_points:g}"
         return f"Verdict({self.part}: {self.judgement.outcome.value}, {earned})"
+
+
+AWAITS_PERSON = "a person marks this answer"
+"""The reason why an answer in words has no points yet."""
 
 
 def missing_judgement(reason: str = "you submitted nothing for this part") -> Judgement:

@@ -9,7 +9,6 @@ from dataclasses import dataclass
 from qdot.exercises.assignment.assignment import Assignment, Student
 from qdot.exercises.assignment.lateness import describe_duration
 from qdot.exercises.mistakes.catalogue import CATALOGUE
-from qdot.exercises.short_questions import ALL_QUESTIONS
 from qdot.grader.grading.marking import map_max_points
 from qdot.grader.grading.result import Override, PartResult, Result
 from qdot.grader.judging.verdict import Outcome
@@ -143,7 +142,9 @@ def summarize_parts(assignment: Assignment, results: Sequence[Result]) -> list[P
     for index, (name, max_points) in enumerate(map_max_points(assignment).items()):
         answers = [parts[name] for parts in student_parts]
         shares = [part.points / max_points for part in answers if part.points is not None]
-        count, title = Counter(part.outcome for part in answers), ALL_QUESTIONS[name.split(".", 1)[1]].title
+        slot_name, question = name.split(".", 1)
+        slot = next(slot for slot in assignment.slots if slot.name == slot_name)
+        count, title = Counter(part.outcome for part in answers), slot.find_question(question).title
         counts = {outcome: count[outcome] for outcome in Outcome}
         mean_share = statistics.fmean(shares) if shares else None
         interval = discrimination(point_rows, index) if point_rows else None

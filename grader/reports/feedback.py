@@ -17,7 +17,7 @@ from qdot.exercises.assignment.store import load_stored_problems
 from qdot.exercises.common.json_form import as_json
 from qdot.exercises.formula.equality import Certificate
 from qdot.exercises.problem.problem import Problem
-from qdot.exercises.short_questions import ALL_QUESTIONS
+from qdot.exercises.short_questions import question_of
 from qdot.exercises.writing.markup import to_html
 from qdot.exercises.writing.problem_texts import write_solution
 from qdot.exercises.writing.render import render
@@ -189,7 +189,7 @@ def _show_parts(
         table = make_counterexample_table(problem, part, example) if is_wrong and example else None
         reason = _write_reason(result, without_numbers=table is not None)
         part_on_page = PartOnPage(
-            id=f"part-{number}-{index}", number=numbers[part.name], title=ALL_QUESTIONS[part.kind].title, result=result,
+            id=f"part-{number}-{index}", number=numbers[part.name], title=question_of(part).title, result=result,
             word=_describe_outcome(result), reason=_number_parts(reason, problem, numbers),
             advice=_number_parts(result.advice or "", problem, numbers),
             override=make_visible(describe_override(result.override, "Points")) if result.override else "",
@@ -228,7 +228,7 @@ def _mark_entries(entries: EntryFlags, follows: EntryFlags | None) -> list[list[
 def _number_parts(text: str, problem: Problem, numbers: Mapping[str, str]) -> str:
     """Return a text with the names of parts, as in "to 'jacobian'", replaced by their numbers on the page."""
     for name, number in numbers.items():
-        names = f"{re.escape(name)}|{re.escape(ALL_QUESTIONS[problem[name].kind].title)}"
+        names = f"{re.escape(name)}|{re.escape(question_of(problem[name]).title)}"
         text = re.sub(rf"(\bto|\bin) '(?:{names})'", rf"\1 {number}", text)
     return text
 

@@ -51,7 +51,10 @@ def make_rows(result: Result, feedback: str = FEEDBACK[-1]) -> list[PartRow]:
         override_text = "" if part.override is None else describe_override(part.override, "Points")
         sentences = [text.rstrip(".") for text in (shown_part.advice, shown_part.reason, override_text) if text]
         message = shorten(name_chapter(" ".join(". ".join(sentences).split())), MAX_MESSAGE_LENGTH)
-        rows.append(PartRow(name, ALL_QUESTIONS[part.name].title, part.outcome, part.points, part.max_points, message))
+        title = (
+            ALL_QUESTIONS[part.name].title if part.name in ALL_QUESTIONS else part.name.replace("-", " ").capitalize()
+        )
+        rows.append(PartRow(name, title, part.outcome, part.points, part.max_points, message))
     return rows
 
 

@@ -10,6 +10,7 @@ from qdot.exercises.common.input_file import csv_text
 from qdot.exercises.common.json_form import as_json
 from qdot.grader.grading.marking import format_points, sum_points
 from qdot.grader.grading.result import Result
+from qdot.grader.judging.verdict import AWAITS_PERSON
 
 SUMMARY_COLUMNS = ("score", "max_score", "percent", "status", "late_penalty", "override", "note")
 """The last columns of grades.csv."""
@@ -75,7 +76,7 @@ def is_marked(result: Result, *, count_zero: bool = False) -> bool:
     return state in ("graded", "late") or (state not in UNMARKED_STATES and counts_anyway)
 
 
-UNMARKED_STATES = ("ungraded", "over limit")
+UNMARKED_STATES = ("ungraded", "over limit", "to mark")
 """States of work that has no mark until a person sets one."""
 
 
@@ -86,12 +87,16 @@ def find_work_status(result: Result) -> str:
     - "unusable": the submission has no notebook of this assignment
     - "over limit": a part exceeded a limit of grading
     - "ungraded": qdot failed to grade a part
+    - "to mark": a person has to mark an answer in words
     - "late": it was graded and submitted late
     - "graded": it was graded and submitted in time
     """
     ungraded_parts = [part for part in result.parts.values() if part.points is None]
     if ungraded_parts and result.override is None:
-        return "over limit" if all(part.over_limit for part in ungraded_parts) else "ungraded"
+        if all(part.reason == AWAITS_PERSON for part in ungraded_parts):
+            return "to mark"
+        has_limit = all(part.over_limit or part.reason == AWAITS_PERSON for part in ungraded_parts)
+        return "over limit" if has_limit else "ungraded"
     if result.submission is None:
         return "missing"
     if result.obstacle is not None:

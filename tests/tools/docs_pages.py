@@ -30,6 +30,8 @@ from qdot.exercises.generation import compute_listing, sample_chain
 from qdot.exercises.mistakes.catalogue import SECTIONS
 from qdot.exercises.problem.problem import ProblemId
 from qdot.exercises.questions import QUESTIONS
+from qdot.exercises.questions.custom.reader import FORMS as QUESTION_FORMS
+from qdot.exercises.questions.custom.reader import QuestionEntry
 from qdot.exercises.short_questions import SHORT_QUESTIONS
 from qdot.exercises.writing.render import render
 from qdot.exercises.writing.wording import Wording
@@ -50,6 +52,7 @@ def documents() -> Mapping[str, str]:
         "questions.md": questions_page(),
         "errata.md": render("docs/errata.md.j2", errata=read_errata()),
         "assignment.md": assignment_page(),
+        "schemas/assignment.json": assignment_schema(),
         "mistakes.md": mistakes_page(),
         "variation.md": variation_page(),
         "robots.md": robots_page(),
@@ -174,16 +177,31 @@ def assignment_page() -> str:
     inner_tables = {
         table: {name: _value_form(form) for name, form in forms.items()} for table, forms in inner_forms.items()
     }
-    sections = {whole: _describe_keys(AssignmentFile), "For each problem": _describe_keys(ProblemEntry)}
+    sections = {
+        whole: _describe_keys(AssignmentFile, EXPECTED_FORMS),
+        "For each problem": _describe_keys(ProblemEntry, EXPECTED_FORMS),
+        "For each question of your own": _describe_keys(QuestionEntry, QUESTION_FORMS),
+    }
     return render("docs/assignment.md.j2", sections=sections, inner_tables={whole: inner_tables})
 
 
-def _describe_keys(model: type[pydantic.BaseModel]) -> list[dict[str, str]]:
+def assignment_schema() -> str:
+    """Return docs/schemas/assignment.json, with which editors complete and check assignment.toml."""
+    schema = AssignmentFile.model_json_schema()
+    question = QuestionEntry.model_json_schema()
+    schema["$defs"] |= question.pop("$defs", {}) | {"QuestionEntry": question}
+    reference = {"$ref": "#/$defs/QuestionEntry"}
+    schema["properties"]["question"] |= {"additionalProperties": reference}
+    about = {"$schema": "https://json-schema.org/draft/2020-12/schema", "title": "assignment.toml of qdot"}
+    return json.dumps({**schema, **about}, indent=2, ensure_ascii=False) + "\n"
+
+
+def _describe_keys(model: type[pydantic.BaseModel], forms: Mapping[str, str]) -> list[dict[str, str]]:
     return [
         {
             "name": name,
             "description": field.description or "",
-            "form": _value_form(EXPECTED_FORMS[name]),
+            "form": _value_form(forms[name]),
             "default": _describe_default(field),
         }
         for name, field in model.model_fields.items()

@@ -1,0 +1,83 @@
+"""What an instructor writes to define a question: its texts, and the formula or the options of its answer."""
+
+import hashlib
+from dataclasses import dataclass, fields
+
+TEXT_ANSWER = "text"
+"""The answer of a question that a person marks."""
+
+SAMPLED_KINDS = {"angle": "rad", "length": "m", "rate": "rad/s", "velocity": "m/s", "force": "N"}
+"""The kinds of random values of a symbol, and the unit of each."""
+
+GIVEN_GROUPS = ("pose", "rates", "velocity")
+"""The groups of values that a question may give: joint variables, joint rates, and the velocity of the task."""
+
+
+@dataclass(frozen=True)
+class Option:
+    """An option of a choice: a formula or a text, and whether it is correct."""
+
+    content: str
+    is_formula: bool
+    is_correct: bool
+
+
+@dataclass(frozen=True)
+class GivenValue:
+    """A value that the question states: the symbol or group, and how the value is sampled.
+
+    `kind` is one of SAMPLED_KINDS, or "" for a random number from `low` to `high`. If these are equal, the value is the
+    same for all students.
+    """
+
+    name: str
+    kind: str = ""
+    low: float = 0.0
+    high: float = 0.0
+
+
+@dataclass(frozen=True)
+class Texts:
+    """The texts of a question in one language: Markdown with formulas in braces (`placeholders`)."""
+
+    title: str
+    prompt: str
+    hints: tuple[str, ...] = ()
+    solution: str = ""
+
+    def list_texts(self) -> list[tuple[str, str]]:
+        """Return the texts, each after its key."""
+        return [("prompt", self.prompt), *(("hints", hint) for hint in self.hints), ("solution", self.solution)]
+
+
+@dataclass(frozen=True)
+class Definition:
+    """A custom question. `answer` is a formula, TEXT_ANSWER, or "" if the question has options.
+
+    `rows` are the LaTeX names of the entries of a vector; a vector of three may have the names of only the components
+    that are asked for, such as v_x and v_y. `units` maps further symbols of the answer, such as the mass of a load, to
+    their units. `unit` and `digits` belong to numbers. If `is_up_to_factor`, every nonzero multiple of a vector is
+    correct, too. `texts` maps each language to its texts.
+    """
+
+    name: str
+    answer: str
+    texts: tuple[tuple[str, Texts], ...]
+    options: tuple[Option, ...] = ()
+    given: tuple[GivenValue, ...] = ()
+    rows: tuple[str, ...] = ()
+    units: tuple[tuple[str, str], ...] = ()
+    unit: str = ""
+    digits: int = 3
+    is_up_to_factor: bool = False
+    points: float = 1.0
+
+    @property
+    def digest(self) -> str:
+        """A short text that changes whenever the question changes in anything but its texts and points."""
+        content = {item.name: getattr(self, item.name) for item in fields(self) if item.name not in ("texts", "points")}
+        return hashlib.sha256(repr(content).encode()).hexdigest()[:16]
+
+    def texts_in(self, language: str) -> Texts:
+        """Return the texts in a language, or in the first language if there are none."""
+        return dict(self.texts).get(language, self.texts[0][1])

@@ -1,0 +1,376 @@
+"""Parse the formulas of custom questions, such as "ddt((o1 + o2)/2)", and compute their values.
+
+A formula has the syntax of a Python expression, with ^ for powers. It is parsed into Python's syntax tree and never
+executed: `compute` evaluates a fixed list of operations on the named quantities of an arm (`quantities`). Values are
+arrays as in `derivation_graph`: up to two axes for rows and columns, followed by one axis of the arithmetic.
+"""
+
+import ast
+import unicodedata
+from collections.abc import Callable, Mapping, Sequence
+from fractions import Fraction
+from functools import lru_cache
+from typing import Protocol
+
+import numpy as np
+
+from qdot.exercises.arm.arithmetic import apply_matrix, cofactor_signs, cross, determinant, matrix_product, minors
+from qdot.exercises.common.errors import QdotError, make_name_error
+from qdot.exercises.formula.names import normalize_name
+
+MAX_CHARACTERS = 500
+"""Maximum number of characters of a formula."""
+
+MAX_DEPTH = 50
+"""Maximum depth of the syntax tree of a formula."""
+
+MAX_POWER = 8
+"""Maximum absolute value of an exponent."""
+
+SCALAR_FUNCTIONS = ("sin", "cos", "tan", "asin", "acos", "atan", "sqrt", "exp", "log", "abs")
+"""Functions that are applied to each entry."""
+
+_OPERATORS: dict[type[ast.operator], str] = {
+    ast.Add: "+", ast.Sub: "-", ast.Mult: "*", ast.MatMult: "*", ast.Div: "/", ast.Pow: "^",
+}  # fmt: skip
+_AXES = {"x": 0, "y": 1, "z": 2}
+_SHAPE_WORDS = {0: "a number", 1: "a vector", 2: "a matrix"}
+
+
+class FormulaError(QdotError):
+    """Raised if a formula can't be parsed, has an unknown name, or makes no sense for an arm."""
+
+
+class Quantities(Protocol):
+    """The named quantities of an arm in one arithmetic, from which formulas are computed."""
+
+    @property
+    def names(self) -> tuple[str, ...]:
+        """All known names."""
+
+    def look_up(self, name: str) -> np.ndarray | None:
+        """Return the value of a name or of a call such as "det(J)" that has a result of its own; None if unknown."""
+
+    def constant(self, value: Fraction) -> np.ndarray:
+        """Return a number."""
+
+    def apply(self, function: str, value: np.ndarray) -> np.ndarray:
+        """Return a function of SCALAR_FUNCTIONS of each entry."""
+
+    def derivative(self, formula: ast.expr, rates: Mapping[str, np.ndarray]) -> np.ndarray:
+        """Return the derivative of a formula while the symbols change at the given rates."""
+
+    @property
+    def time_rates(self) -> Mapping[str, np.ndarray]:
+        """The rate of each symbol that changes with time."""
+
+    def with_values(self, formula: ast.expr, values: Mapping[str, np.ndarray]) -> np.ndarray:
+        """Return the value of a formula with other values of some symbols."""
+
+
+@lru_cache(maxsize=1024)
+def parse(text: str) -> ast.expr:
+    """Return the syntax tree of a formula. Raises FormulaError.
+
+    >>> ast.unparse(parse("ddt((o_1 + o_2)/2)"))
+    'ddt((o1 + o2) / 2)'
+    """
+    if len(text) > MAX_CHARACTERS:
+        raise FormulaError(f"the formula has {len(text)} characters; the limit is {MAX_CHARACTERS}")
+    source = unicodedata.normalize("NFKC", text).replace("^", "**").replace("·", "*").replace("−", "-")
+    try:
+        tree = ast.parse(source.strip(), mode="eval").body
+    except (SyntaxError, ValueError, MemoryError, RecursionError) as error:
+        at = f" at character {error.offset}" if isinstance(error, SyntaxError) and error.offset else ""
+        raise FormulaError(f"{text!r} is not a formula{at}; write, for example, ddt((o1 + o2)/2)") from None
+    level: list[ast.AST] = [tree]
+    for _ in range(MAX_DEPTH):
+        level = [child for node in level for child in ast.iter_child_nodes(node)]
+    if level:
+        raise FormulaError(f"the formula is nested more than {MAX_DEPTH} deep")
+    for node in ast.walk(tree):
+        _check_node(node, text)
+        if isinstance(node, ast.Name):
+            node.id = normalize_name(node.id)
+    return tree
+
+
+def _check_node(node: ast.AST, text: str) -> None:
+    """Raise FormulaError if a part of a syntax tree has no meaning in a formula."""
+    if isinstance(node, ast.Constant):
+        is_known = type(node.value) in (int, float)
+    elif isinstance(node, ast.Call):
+        is_known = isinstance(node.func, ast.Name)
+    else:
+        is_known = isinstance(node, (
+            ast.Name, ast.BinOp, ast.UnaryOp, ast.List, ast.Attribute, ast.Subscript, ast.Tuple, ast.keyword,
+            ast.operator, ast.UAdd, ast.USub, ast.expr_context,
+        )) and not (isinstance(node, ast.operator) and type(node) not in _OPERATORS)  # fmt: skip
+    if not is_known:
+        part = ast.unparse(node) if isinstance(node, ast.expr) else type(node).__name__
+        raise FormulaError(f"{part!r} in {text!r} is not part of the formula language")
+
+
+def find_names(formula: ast.expr) -> set[str]:
+    """Return the names in a formula, without those of functions."""
+    functions = {id(node.func) for node in ast.walk(formula) if isinstance(node, ast.Call)}
+    return {node.id for node in ast.walk(formula) if isinstance(node, ast.Name) and id(node) not in functions}
+
+
+def find_calls(formula: ast.expr) -> set[str]:
+    """Return the names of the functions that a formula calls."""
+    calls = (node for node in ast.walk(formula) if isinstance(node, ast.Call))
+    return {call.func.id for call in calls if isinstance(call.func, ast.Name)}
+
+
+def compute(formula: ast.expr, quantities: Quantities) -> np.ndarray:
+    """Return the value of a formula, with up to two axes for rows and columns before the last axis.
+
+    Raises FormulaError for unknown names, and for operations that have no meaning for the shapes of their operands.
+    """
+    if (value := quantities.look_up(ast.unparse(formula))) is not None:
+        return value
+    if isinstance(formula, ast.Constant):
+        return quantities.constant(Fraction(str(formula.value)))
+    if isinstance(formula, ast.Name):
+        raise _make_name_error("name", formula.id, quantities.names)
+    if isinstance(formula, ast.UnaryOp):
+        operand = compute(formula.operand, quantities)
+        return -operand if isinstance(formula.op, ast.USub) else operand
+    if isinstance(formula, ast.BinOp):
+        return _compute_operation(formula, quantities)
+    if isinstance(formula, ast.List):
+        return _stack([compute(entry, quantities) for entry in formula.elts], formula)
+    if isinstance(formula, ast.Attribute):
+        return _take_component(formula, compute(formula.value, quantities))
+    if isinstance(formula, ast.Subscript):
+        return _take_entry(formula, compute(formula.value, quantities))
+    if isinstance(formula, ast.Call):
+        return _compute_call(formula, quantities)
+    raise FormulaError(f"{ast.unparse(formula)!r} can't stand alone in a formula")
+
+
+def rank_of(value: np.ndarray) -> int:
+    """Return the number of axes of a value: 0 for a number, 1 for a vector, 2 for a matrix."""
+    return value.ndim - 1
+
+
+def describe_shape(value: np.ndarray) -> str:
+    """Return what a value is, in words.
+
+    >>> describe_shape(np.zeros((2, 3, 1)))
+    'a 2 x 3 matrix'
+    """
+    sizes = " x ".join(map(str, value.shape[:-1]))
+    return f"a {sizes} matrix" if rank_of(value) == 2 else f"a vector of {sizes}" if rank_of(value) else "a number"
+
+
+def _make_name_error(kind: str, name: str, known: Sequence[str]) -> FormulaError:
+    return FormulaError(str(make_name_error(kind, name, list(known))))
+
+
+def _make_shape_error(formula: ast.expr, *values: np.ndarray) -> FormulaError:
+    operands = " and ".join(map(describe_shape, values))
+    return FormulaError(f"{ast.unparse(formula)!r} has no meaning for {operands}")
+
+
+def _compute_operation(formula: ast.BinOp, quantities: Quantities) -> np.ndarray:
+    operator = _OPERATORS[type(formula.op)]
+    left = compute(formula.left, quantities)
+    if operator == "^":
+        return _compute_power(formula, left, quantities)
+    right = compute(formula.right, quantities)
+    ranks = rank_of(left), rank_of(right)
+    if operator in "+-":
+        if left.shape[:-1] != right.shape[:-1]:
+            raise _make_shape_error(formula, left, right)
+        return left + right if operator == "+" else left - right
+    if operator == "/":
+        if ranks[1]:
+            raise _make_shape_error(formula, left, right)
+        return left / right
+    if 0 in ranks:
+        return left * right
+    if ranks[0] == 2 and left.shape[1] == right.shape[0]:
+        return apply_matrix(left, right) if ranks[1] == 1 else matrix_product(left, right)
+    advice = "; write dot(a, b) or cross(a, b)" if ranks == (1, 1) else ""
+    raise FormulaError(f"{_make_shape_error(formula, left, right)}{advice}")
+
+
+def _compute_power(formula: ast.BinOp, base: np.ndarray, quantities: Quantities) -> np.ndarray:
+    try:
+        exponent = Fraction(str(ast.literal_eval(formula.right)))
+    except ValueError:
+        raise FormulaError(f"the exponent in {ast.unparse(formula)!r} must be a number") from None
+    if exponent == Fraction(1, 2) and not rank_of(base):
+        return quantities.apply("sqrt", base)
+    if exponent.denominator != 1 or abs(exponent) > MAX_POWER or (rank_of(base) == 1):
+        raise FormulaError(
+            f"the exponent in {ast.unparse(formula)!r} must be a whole number from -{MAX_POWER} to {MAX_POWER}, and "
+            "its base a number or a square matrix"
+        )
+    if exponent < 0:
+        base = 1 / base if not rank_of(base) else _invert(base, formula)
+    power = base * 0 + 1 if not rank_of(base) else None
+    for _ in range(abs(int(exponent))):
+        power = base if power is None else power * base if not rank_of(base) else matrix_product(power, base)
+    if power is None:
+        raise FormulaError(f"{ast.unparse(formula)!r} is a matrix to the power 0")
+    return power
+
+
+def _stack(entries: list[np.ndarray], formula: ast.expr) -> np.ndarray:
+    """Return a vector of numbers, or a matrix of rows."""
+    if not entries or len({entry.shape[:-1] for entry in entries}) > 1 or rank_of(entries[0]) > 1:
+        raise FormulaError(f"{ast.unparse(formula)!r} is neither a vector [a, b] nor a matrix [[a, b], [c, d]]")
+    return np.stack(np.broadcast_arrays(*entries))
+
+
+def _take_component(formula: ast.Attribute, value: np.ndarray) -> np.ndarray:
+    if formula.attr not in _AXES:
+        raise FormulaError(f"{ast.unparse(formula)!r}: the components of a vector are .x, .y and .z")
+    if value.shape[:-1] != (3,):
+        raise FormulaError(
+            f"{ast.unparse(formula)!r}: only a vector of 3 has .x, .y and .z, but this is {describe_shape(value)}"
+        )
+    return np.asarray(value[_AXES[formula.attr]])
+
+
+def _take_entry(formula: ast.Subscript, value: np.ndarray) -> np.ndarray:
+    indices = formula.slice.elts if isinstance(formula.slice, ast.Tuple) else [formula.slice]
+    numbers = [index.value for index in indices if isinstance(index, ast.Constant) and isinstance(index.value, int)]
+    sizes = value.shape[:-1]
+    if (
+        len(numbers) < len(indices)
+        or len(numbers) != len(sizes)
+        or not all(1 <= number <= size for number, size in zip(numbers, sizes, strict=True))
+    ):
+        form = "J[1, 2] is the entry in row 1 and column 2; p[1] is the first entry of a vector"
+        raise FormulaError(f"{ast.unparse(formula)!r} is no entry of {describe_shape(value)}; {form}")
+    return np.asarray(value[tuple(number - 1 for number in numbers)])
+
+
+# --- functions ---
+
+
+def _compute_call(formula: ast.Call, quantities: Quantities) -> np.ndarray:
+    assert isinstance(formula.func, ast.Name)
+    name = formula.func.id
+    if formula.keywords and name != "at":
+        raise FormulaError(f"{ast.unparse(formula)!r}: only at(…) has arguments with names, as in at(p, theta1 = 0)")
+    if name in SPECIAL_FUNCTIONS:
+        return SPECIAL_FUNCTIONS[name](formula, quantities)
+    arguments = [compute(argument, quantities) for argument in formula.args]
+    if name in SCALAR_FUNCTIONS:
+        (argument,) = _check_arguments(formula, arguments, (0,))
+        return quantities.apply(name, argument)
+    if name not in MATRIX_FUNCTIONS:
+        raise _make_name_error("function", name, list_functions())
+    ranks, function = MATRIX_FUNCTIONS[name]
+    return function(formula, *_check_arguments(formula, arguments, ranks))
+
+
+def list_functions() -> list[str]:
+    """Return the names of all functions of the language."""
+    return [*SCALAR_FUNCTIONS, *MATRIX_FUNCTIONS, *SPECIAL_FUNCTIONS]
+
+
+def _check_arguments(formula: ast.Call, arguments: list[np.ndarray], ranks: tuple[int, ...]) -> list[np.ndarray]:
+    """Return the arguments of a function. Raises FormulaError if their number or their numbers of axes are wrong."""
+    if [rank_of(argument) for argument in arguments] != list(ranks):
+        expected, found = " and ".join(_SHAPE_WORDS[rank] for rank in ranks), map(describe_shape, arguments)
+        raise FormulaError(f"{ast.unparse(formula)!r} needs {expected}, but has {' and '.join(found) or 'nothing'}")
+    return arguments
+
+
+def _require_square(formula: ast.expr, matrix: np.ndarray) -> np.ndarray:
+    if matrix.shape[0] != matrix.shape[1]:
+        raise FormulaError(f"{ast.unparse(formula)!r} needs a square matrix, but this is {describe_shape(matrix)}")
+    return matrix
+
+
+def _invert(matrix: np.ndarray, formula: ast.expr) -> np.ndarray:
+    _require_square(formula, matrix)
+    cofactors = cofactor_signs(len(matrix))[..., None] * minors(matrix)
+    with np.errstate(all="ignore"):
+        return np.asarray(cofactors.swapaxes(0, 1) / determinant(matrix))
+
+
+def _cross(formula: ast.expr, a: np.ndarray, b: np.ndarray) -> np.ndarray:
+    if len(a) != 3 or len(b) != 3:
+        raise _make_shape_error(formula, a, b)
+    return cross(a, b)
+
+
+def _dot(formula: ast.expr, a: np.ndarray, b: np.ndarray) -> np.ndarray:
+    if len(a) != len(b):
+        raise _make_shape_error(formula, a, b)
+    return np.asarray((a * b).sum(axis=0))
+
+
+def _least_norm(formula: ast.expr, matrix: np.ndarray, vector: np.ndarray) -> np.ndarray:
+    """Return the shortest vector that the matrix maps to `vector`: M^T (M M^T)^-1 v."""
+    if len(matrix) != len(vector) or len(matrix) > matrix.shape[1]:
+        raise _make_shape_error(formula, matrix, vector)
+    transposed = matrix.swapaxes(0, 1)
+    return apply_matrix(transposed, apply_matrix(_invert(matrix_product(matrix, transposed), formula), vector))
+
+
+MATRIX_FUNCTIONS: dict[str, tuple[tuple[int, ...], Callable[..., np.ndarray]]] = {
+    "det": ((2,), lambda formula, a: determinant(_require_square(formula, a))),
+    "inv": ((2,), lambda formula, a: _invert(a, formula)),
+    "transpose": ((2,), lambda formula, a: np.asarray(a.swapaxes(0, 1))),
+    "cross": ((1, 1), _cross),
+    "dot": ((1, 1), _dot),
+    "least_norm": ((2, 1), _least_norm),
+}
+"""The functions of vectors and matrices: the numbers of axes of their arguments, and how they are computed."""
+
+
+def _norm(formula: ast.Call, quantities: Quantities) -> np.ndarray:
+    (vector,) = _check_arguments(formula, [compute(argument, quantities) for argument in formula.args], (1,))
+    return quantities.apply("sqrt", np.asarray((vector * vector).sum(axis=0)))
+
+
+def _differentiate(formula: ast.Call, quantities: Quantities) -> np.ndarray:
+    """Return diff(f, symbol): the derivative of f with respect to a symbol."""
+    match formula.args:
+        case [operand, ast.Name(id=name)]:
+            _require_symbol(name, quantities)
+            return quantities.derivative(operand, {name: quantities.constant(Fraction(1))})
+    raise FormulaError(f"{ast.unparse(formula)!r}: write diff(f, theta1), with a formula and a symbol")
+
+
+def _differentiate_by_time(formula: ast.Call, quantities: Quantities) -> np.ndarray:
+    """Return ddt(f): the derivative of f with respect to time."""
+    if len(formula.args) != 1:
+        raise FormulaError(f"{ast.unparse(formula)!r}: ddt needs one formula, as in ddt(p)")
+    return quantities.derivative(formula.args[0], quantities.time_rates)
+
+
+def _substitute(formula: ast.Call, quantities: Quantities) -> np.ndarray:
+    """Return at(f, theta1 = 0, …): the value of f at given values of some symbols."""
+    if len(formula.args) != 1 or not formula.keywords:
+        raise FormulaError(f"{ast.unparse(formula)!r}: write at(f, theta1 = 0), with a formula and values of symbols")
+    values = {}
+    for keyword in formula.keywords:
+        name = normalize_name(str(keyword.arg))
+        _require_symbol(name, quantities)
+        values[name] = compute(keyword.value, quantities)
+        if rank_of(values[name]):
+            raise FormulaError(f"{ast.unparse(formula)!r}: the value of {name} must be a number")
+    return quantities.with_values(formula.args[0], values)
+
+
+def _require_symbol(name: str, quantities: Quantities) -> None:
+    value = quantities.look_up(name)
+    if value is None:
+        raise _make_name_error("symbol", name, quantities.names)
+    if rank_of(value):
+        raise FormulaError(f"{name!r} is {describe_shape(value)}, but a symbol is needed, such as a joint variable")
+
+
+SPECIAL_FUNCTIONS: dict[str, Callable[[ast.Call, Quantities], np.ndarray]] = {
+    "norm": _norm, "diff": _differentiate, "ddt": _differentiate_by_time, "at": _substitute,
+}  # fmt: skip
+"""The functions that need more than the values of their arguments."""

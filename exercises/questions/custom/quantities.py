@@ -1,0 +1,263 @@
+"""The quantities of an arm that the formulas of custom questions name, as results of a derivation in any arithmetic."""
+
+import ast
+import re
+from abc import ABC, abstractmethod
+from collections.abc import Callable, Mapping
+from fractions import Fraction
+from functools import cached_property
+from typing import Any
+
+import numpy as np
+import sympy as sp
+
+from qdot.exercises.arm.arithmetic import (
+    NumericArithmetic,
+    SympyArithmetic,
+    TreeArithmetic,
+    apply_matrix,
+    matrix_product,
+)
+from qdot.exercises.arm.chain import Chain
+from qdot.exercises.arm.conventions import convention_of
+from qdot.exercises.arm.conventions.base import FRAMES
+from qdot.exercises.arm.derivation_graph import StageResults, convention_rotation
+from qdot.exercises.formula import algebra
+from qdot.exercises.formula.trees import ZERO, Node, ParseError, replace_names
+from qdot.exercises.questions.custom.language import FormulaError, compute
+
+RESULTS: dict[str, Callable[[StageResults], np.ndarray]] = {
+    "p": lambda w: w["point"],
+    "v": lambda w: apply_matrix(w["linear"], w["joint rates"]),
+    "w": lambda w: apply_matrix(w["angular"], w["joint rates"]),
+    "J": lambda w: w["jacobian"],
+    "Jv": lambda w: w["linear"],
+    "Jw": lambda w: w["angular"],
+    "qd": lambda w: w["joint rates"],
+    "q": lambda w: w.symbol_vector(w.chain.q),
+    "qdd": lambda w: w.symbol_vector(name_accelerations(w.chain)),
+    "det(J)": lambda w: w["determinant"],
+    "inv(J)": lambda w: w["inverse"],
+    "transpose(J)": lambda w: w["transposed jacobian"],
+}
+"""The results that a formula may name: position p, velocity v and angular velocity w of the tool, Jacobians (J of the
+task; Jv and Jw, 3 x n), and joint variables, rates and accelerations. Some calls have a result of their own."""
+
+SQUARE_RESULTS = ("det(J)", "inv(J)")
+"""The results of arms with a square Jacobian only."""
+
+_FRAME_NAME = re.compile(r"(?:(o|[xyz])(\d)|([RT])(\d)(\d))")
+"""Origins and axes of frames, as in o1 and z0; rotations and transforms between frames, as in R01 and T02."""
+
+STENCIL = ((1, 4 / 5), (2, -1 / 5), (3, 4 / 105), (4, -1 / 280))
+"""The steps and weights of central differences of order eight."""
+STEP = 0.02
+"""The step of these differences; their error is about 1e-12 for the sines and cosines of an arm."""
+
+
+def name_accelerations(chain: Chain) -> tuple[str, ...]:
+    """Return the names of the joint accelerations: qdd1, qdd2, …"""
+    return tuple(f"qdd{number}" for number in range(1, chain.n + 1))
+
+
+def has_frames(chain: Chain) -> bool:
+    """Return whether the arm's convention gives every link a frame."""
+    return FRAMES in convention_of(chain).features
+
+
+def parse_frame_name(name: str, chain: Chain) -> tuple[str, int, int] | None:
+    """Return the letter and the frames of a name such as o1, z0 or R12; None for other names, or unknown frames.
+
+    The letter is o for an origin; x, y or z for an axis; R for a rotation and T for a transform from the second frame
+    to the first.
+    """
+    match = _FRAME_NAME.fullmatch(name)
+    if match is None or not has_frames(chain):
+        return None
+    axis, frame, matrix, first, last = match.groups()
+    letter, first_frame, last_frame = (axis, int(frame), int(frame)) if axis else (matrix, int(first), int(last))
+    return (letter, first_frame, last_frame) if max(first_frame, last_frame) <= chain.n else None
+
+
+def list_result_names(chain: Chain) -> list[str]:
+    """Return the names of all results that a formula on an arm may use."""
+    frames = range(chain.n + 1) if has_frames(chain) else ()
+    axes = [f"{letter}{frame}" for letter in "oxyz" for frame in frames]
+    transforms = [f"{letter}{i}{j}" for letter in "RT" for i in frames for j in frames if i < j]
+    return [*(name for name in RESULTS if name.isalpha()), *axes, *transforms]
+
+
+class WorkingQuantities(ABC):
+    """The quantities of a working; `symbols` are the names of all symbols that a formula may use.
+
+    `numbers` are entries of the table that are numbers, by their names.
+    """
+
+    def __init__(self, working: StageResults, symbols: frozenset[str], numbers: Mapping[str, sp.Expr]) -> None:
+        self.working, self.symbols, self.numbers = working, symbols, numbers
+
+    @cached_property
+    def names(self) -> tuple[str, ...]:
+        """All known names."""
+        return (*list_result_names(self.working.chain), *sorted(self.symbols), *sorted(self.numbers), "pi")
+
+    def look_up(self, name: str) -> np.ndarray | None:
+        """Return the value of a name, or of a call that has a result of its own; None if there is none."""
+        if name in self.symbols:
+            return self.working.arithmetic.symbol_value(name)
+        if name in RESULTS:
+            is_square = len(self.working.chain.task) == self.working.n
+            return np.asarray(RESULTS[name](self.working)) if is_square or name not in SQUARE_RESULTS else None
+        if name == "pi" or name in self.numbers:
+            return self.working.arithmetic.constant(sp.pi if name == "pi" else self.numbers[name])
+        frame = parse_frame_name(name, self.working.chain)
+        return None if frame is None else self._look_up_frame(*frame)
+
+    def _look_up_frame(self, letter: str, first: int, last: int) -> np.ndarray:
+        """Return an origin or an axis of a frame, or the rotation or transform from one frame to another."""
+        w = self.working
+        if letter in "oxyz":
+            return self._origin(first) if letter == "o" else convention_rotation(w, first)[:, "xyz".index(letter)]
+        to_first = convention_rotation(w, first).swapaxes(0, 1)
+        rotation = matrix_product(to_first, convention_rotation(w, last))
+        if letter == "R":
+            return rotation
+        origin = apply_matrix(to_first, self._origin(last) - self._origin(first))
+        last_row = self.constant(Fraction(0)), self.constant(Fraction(1))
+        upper_rows = np.concatenate([rotation, origin[:, None]], axis=1)
+        return np.concatenate([upper_rows, np.stack([last_row[0]] * 3 + [last_row[1]])[None]])
+
+    def _origin(self, frame: int) -> np.ndarray:
+        """Return the origin of a frame of the arm's convention, (3, …)."""
+        if not convention_of(self.working.chain).is_proximal:
+            return np.asarray(self.working["origins"][frame])
+        if frame:
+            return np.asarray(self.working["frames on axes"][frame - 1])
+        return np.asarray(self.working.arithmetic.drop_derivatives(self.working["table"].base[0]))
+
+    def constant(self, value: Fraction) -> np.ndarray:
+        """Return a number."""
+        return self.working.arithmetic.constant(sp.Rational(value.numerator, value.denominator))
+
+    @property
+    def time_rates(self) -> Mapping[str, np.ndarray]:
+        """The rate of each symbol that changes with time: of the joint variables and of their rates."""
+        chain, value_of = self.working.chain, self.working.arithmetic.symbol_value
+        rates = {q.name: value_of(rate.name) for q, rate in zip(chain.q, chain.rates, strict=True)}
+        accelerations = zip(chain.rates, name_accelerations(chain), strict=True)
+        return {**rates, **{rate.name: value_of(name) for rate, name in accelerations if name in self.symbols}}
+
+    @abstractmethod
+    def apply(self, function: str, value: np.ndarray) -> np.ndarray:
+        """Return a function of each entry."""
+
+    @abstractmethod
+    def derivative(self, formula: ast.expr, rates: Mapping[str, np.ndarray]) -> np.ndarray:
+        """Return the derivative of a formula while the symbols change at the given rates."""
+
+    @abstractmethod
+    def with_values(self, formula: ast.expr, values: Mapping[str, np.ndarray]) -> np.ndarray:
+        """Return the value of a formula with other values of some symbols."""
+
+
+class NumericQuantities(WorkingQuantities):
+    """The quantities as numbers at several configurations. Derivatives are central differences of order eight."""
+
+    def apply(self, function: str, value: np.ndarray) -> np.ndarray:
+        """Return a function of each entry; nan where it is not defined."""
+        with np.errstate(all="ignore"):
+            return np.asarray(NUMPY_FUNCTIONS[function](value))
+
+    def derivative(self, formula: ast.expr, rates: Mapping[str, np.ndarray]) -> np.ndarray:
+        """Return the derivative by central differences."""
+        return differentiate_numerically(self, formula, rates)
+
+    def with_values(self, formula: ast.expr, values: Mapping[str, np.ndarray]) -> np.ndarray:
+        """Return the value of a formula in the same working, with its mistakes, at other configurations."""
+        w, arithmetic = self.working, self.working.arithmetic
+        assert isinstance(arithmetic, NumericArithmetic)
+        changed = NumericArithmetic([q.name for q in w.chain.q], {**arithmetic.values, **values})
+        return compute(
+            formula, NumericQuantities(StageResults(w.chain, changed, w.changes), self.symbols, self.numbers)
+        )
+
+
+NUMPY_FUNCTIONS: dict[str, Callable[[Any], Any]] = {
+    "sin": np.sin, "cos": np.cos, "tan": np.tan, "asin": np.arcsin, "acos": np.arccos, "atan": np.arctan,
+    "sqrt": np.sqrt, "exp": np.exp, "log": np.log, "abs": np.abs,
+}  # fmt: skip
+
+
+def differentiate_numerically(quantities: Any, formula: ast.expr, rates: Mapping[str, np.ndarray]) -> np.ndarray:
+    """Return the derivative of a formula while the symbols change at the given rates, by central differences."""
+    derivative: Any = 0
+    for step, weight in STENCIL:
+        for sign in (1, -1):
+            shifted = {name: quantities.look_up(name) + sign * step * STEP * rate for name, rate in rates.items()}
+            derivative = derivative + sign * weight / STEP * quantities.with_values(formula, shifted)
+    return np.asarray(derivative)
+
+
+class SymbolicQuantities(WorkingQuantities):
+    """The quantities as SymPy expressions."""
+
+    def apply(self, function: str, value: np.ndarray) -> np.ndarray:
+        """Return a function of each entry."""
+        return self._for_each_entry(getattr(sp, {"abs": "Abs"}.get(function, function)), value)
+
+    def derivative(self, formula: ast.expr, rates: Mapping[str, np.ndarray]) -> np.ndarray:
+        """Return the sum of the partial derivatives, each times its rate."""
+        value = compute(formula, self)
+
+        def differentiate(entry: sp.Expr) -> sp.Expr:
+            partials = (sp.diff(entry, sp.Symbol(name)) * rate[0] for name, rate in rates.items())
+            return sp.Add(*partials)
+
+        return self._for_each_entry(differentiate, value)
+
+    def with_values(self, formula: ast.expr, values: Mapping[str, np.ndarray]) -> np.ndarray:
+        """Return the value of a formula with expressions in the place of symbols."""
+        substitution = {sp.Symbol(name): value[0] for name, value in values.items()}
+        return self._for_each_entry(lambda entry: entry.xreplace(substitution), compute(formula, self))
+
+    @staticmethod
+    def _for_each_entry(function: Callable[[sp.Expr], sp.Expr], value: np.ndarray) -> np.ndarray:
+        return np.asarray(np.frompyfunc(lambda entry: function(sp.sympify(entry)), 1, 1)(value))
+
+
+class TreeQuantities(WorkingQuantities):
+    """The quantities as formula trees, the form in which students' answers are parsed."""
+
+    def apply(self, function: str, value: np.ndarray) -> np.ndarray:
+        """Return a function of each entry."""
+        return self._for_each_entry(lambda node: algebra.apply_function(function, node), value)
+
+    def derivative(self, formula: ast.expr, rates: Mapping[str, np.ndarray]) -> np.ndarray:
+        """Return the sum of the partial derivatives, each times its rate. Raises FormulaError if there is none."""
+
+        def differentiate(node: Node) -> Node:
+            try:
+                return sum((algebra.differentiate(node, name) * rate[0] for name, rate in rates.items()), ZERO)
+            except ParseError:
+                raise FormulaError("the formula has no derivative") from None
+
+        return self._for_each_entry(differentiate, compute(formula, self))
+
+    def with_values(self, formula: ast.expr, values: Mapping[str, np.ndarray]) -> np.ndarray:
+        """Return the value of a formula with trees in the place of symbols."""
+        trees = {name: value[0] for name, value in values.items()}
+        return self._for_each_entry(lambda node: replace_names(node, trees), compute(formula, self))
+
+    @staticmethod
+    def _for_each_entry(function: Callable[[Node], Node], value: np.ndarray) -> np.ndarray:
+        return np.asarray(np.frompyfunc(function, 1, 1)(value))
+
+
+QUANTITIES: dict[type, type[WorkingQuantities]] = {
+    NumericArithmetic: NumericQuantities, SympyArithmetic: SymbolicQuantities, TreeArithmetic: TreeQuantities,
+}  # fmt: skip
+
+
+def make_quantities(w: StageResults, symbols: frozenset[str], numbers: Mapping[str, sp.Expr]) -> WorkingQuantities:
+    """Return the quantities of a working in its arithmetic."""
+    return QUANTITIES[type(w.arithmetic)](w, symbols, numbers)

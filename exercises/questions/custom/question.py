@@ -1,0 +1,413 @@
+"""Make a question from an instructor's definition: how its answer is computed or sampled, and to which arms it applies.
+
+A formula is derived by the stages of `derivation_graph`, so mistakes in a stage lead to the wrong answers that students
+give.
+"""
+
+import ast
+from collections.abc import Callable, Iterator, Mapping, Sequence
+from dataclasses import KW_ONLY, dataclass, field
+from functools import lru_cache
+from itertools import product
+
+import numpy as np
+import sympy as sp
+
+from qdot.exercises.answer_types import Choice, ConditionSet, Direction, Expression, Matrix, Number, Selection, Words
+from qdot.exercises.arm.chain import Chain
+from qdot.exercises.arm.derivation import TooLong, derive, symbolic_arm_of
+from qdot.exercises.arm.derivation_graph import StageResults, compute_symbolic_stages, to_sympy_matrix
+from qdot.exercises.arm.trigonometry import textbook_form
+from qdot.exercises.common.stream import Stream
+from qdot.exercises.formula.parser import parse_formula
+from qdot.exercises.formula.program import compile_program, evaluate
+from qdot.exercises.formula.sympy_text import expression_text
+from qdot.exercises.problem.problem import Details, SymbolInfo, table_numbers
+from qdot.exercises.questions import inversion
+from qdot.exercises.questions.base import AnswerAndDetails, Question, find_term_count_objection
+from qdot.exercises.questions.custom.definition import TEXT_ANSWER, Definition, GivenValue
+from qdot.exercises.questions.custom.language import (
+    FormulaError,
+    compute,
+    describe_shape,
+    find_calls,
+    find_names,
+    parse,
+)
+from qdot.exercises.questions.custom.quantities import make_quantities, name_accelerations
+from qdot.exercises.questions.reference import derive_reference
+from qdot.exercises.singularities.singularity import Component, zero_set
+
+MAX_TRIES = 20
+"""Maximum number of random values that are tried until the answer is a finite number."""
+
+SOURCES = {
+    "p": ("position",), "v": ("position",), "J": ("jacobian",), "det(J)": ("determinant", "jacobian"),
+    "inv(J)": ("inverse-jacobian", "jacobian"),
+}  # fmt: skip
+"""The built-in questions from whose answers a result in a formula can be derived, by names and calls."""
+
+
+def _find_sources(formula: ast.expr) -> Iterator[str]:
+    """Yield the names and calls of a formula that are in SOURCES; the J in det(J) does not count again."""
+    stack: list[ast.AST] = [formula]
+    while stack:
+        node = stack.pop()
+        if isinstance(node, ast.expr) and (text := ast.unparse(node)) in SOURCES:
+            yield text
+        else:
+            stack.extend(ast.iter_child_nodes(node))
+
+
+_MIN_SHARE = sp.Rational(1, 1000)
+"""The error allowed near zero, as a share of the largest number of an answer."""
+
+ZEROS = "zeros"
+"""The function whose result is a set of configurations; it must be the whole answer."""
+
+
+@dataclass(frozen=True, kw_only=True)
+class CustomDetails(Details):
+    """Details of a custom question: its definition, and the values that the question gives to this student.
+
+    `configuration` has the lengths and joint values, if any are given, and `values` has the other given values.
+    `order` holds the indices of the options in the order shown.
+    """
+
+    definition: Definition
+    configuration: inversion.Configuration | None = None
+    values: Mapping[sp.Symbol, sp.Expr] = field(default_factory=dict)
+    order: tuple[int, ...] = ()
+
+    @property
+    def question(self) -> Question:
+        """The question of the definition."""
+        return make_question(self.definition)
+
+    @property
+    def all_values(self) -> dict[sp.Symbol, sp.Expr]:
+        """All given values, for substitution."""
+        return {**(self.configuration.values if self.configuration else {}), **self.values}
+
+    def list_given_values(self, chain: Chain) -> Mapping[str, float]:
+        """Return the given lengths, joint values and other values."""
+        numbers = self.configuration.numbers if self.configuration else {}
+        return numbers | {symbol.name: float(value) for symbol, value in self.values.items()}
+
+
+@dataclass(frozen=True)
+class CustomQuestion(Question):
+    """A question that an instructor has defined."""
+
+    _: KW_ONLY
+    definition: Definition
+
+
+@lru_cache(maxsize=1024)
+def make_question(definition: Definition) -> CustomQuestion:
+    """Return the question of a definition. Raises FormulaError if a formula can't be parsed."""
+    maker = QuestionMaker(definition)
+    if definition.options:
+        sample = maker.sample_choice
+    elif maker.is_set:
+        sample = maker.find_zeros
+    elif definition.answer == TEXT_ANSWER:
+        sample = maker.ask_for_words
+    else:
+        sample = maker.sample_number if definition.given else maker.derive_formulas
+    prerequisites = tuple(dict.fromkeys(name for names in maker.prerequisite_sets for name in names))
+    return CustomQuestion(
+        definition.name, definition.texts[0][1].title, "", definition=definition, points=definition.points,
+        template="custom", sample=sample, prerequisites=prerequisites, find_arm_objection=maker.find_objection,
+        formula=maker.compute_answer if maker.formulas and not maker.is_set else None,
+        alternative_prerequisites=maker.prerequisite_sets,
+        entry_names=lambda chain, part: definition.rows,
+    )  # fmt: skip
+
+
+class QuestionMaker:
+    """Computes, samples and checks the answer of a definition."""
+
+    def __init__(self, definition: Definition) -> None:
+        self.definition = definition
+        tree = parse(definition.answer) if definition.answer not in ("", TEXT_ANSWER) else None
+        self.is_set = isinstance(tree, ast.Call) and isinstance(tree.func, ast.Name) and tree.func.id == ZEROS
+        self.formulas = [] if tree is None else tree.args if isinstance(tree, ast.Call) and self.is_set else [tree]
+        self.options = [parse(option.content) if option.is_formula else None for option in definition.options]
+
+    @property
+    def _all_formulas(self) -> list[ast.expr]:
+        return [*self.formulas, *filter(None, self.options)]
+
+    @property
+    def prerequisite_sets(self) -> tuple[tuple[str, ...], ...]:
+        """The sets of built-in questions from whose answers a student can derive this one."""
+        used = [SOURCES[name] for formula in self.formulas for name in _find_sources(formula)]
+        sets = (tuple(dict.fromkeys(names)) for names in product(*used))
+        return () if self.has_numeric_derivative or not used else tuple(dict.fromkeys(sets))
+
+    @property
+    def has_numeric_derivative(self) -> bool:
+        """Whether a number comes from a derivative, for which a student's earlier answer can't replace a result."""
+        return bool(self.definition.given) and any(
+            find_calls(formula) & {"ddt", "diff", "at"} for formula in self.formulas
+        )
+
+    # --- symbols ---
+
+    def _uses_accelerations(self) -> bool:
+        """Return whether a formula contains joint accelerations: by name, or because a velocity is differentiated."""
+        names = set().union(*map(find_names, self._all_formulas))
+        calls = set().union(*map(find_calls, self._all_formulas))
+        is_named = any(name.startswith("qdd") for name in names)
+        differentiates_rates = "ddt" in calls and any(name in ("v", "w") or name.startswith("qd") for name in names)
+        return is_named or differentiates_rates or any("ddt(ddt(" in ast.unparse(f) for f in self._all_formulas)
+
+    def list_new_symbols(self, chain: Chain) -> dict[str, SymbolInfo] | None:
+        """Return the symbols of the answer that the arm does not have: accelerations, and those with a unit."""
+        symbols = {name: SymbolInfo("force", unit) for name, unit in self.definition.units}
+        if self._uses_accelerations():
+            kinds = zip(name_accelerations(chain), chain.joints, strict=True)
+            symbols |= {name: SymbolInfo("rate", "rad/s^2" if j.kind == "R" else "m/s^2") for name, j in kinds}
+        return symbols or None
+
+    def _compute(self, formula: ast.expr, w: StageResults) -> np.ndarray:
+        chain = w.chain
+        own_symbols = (*chain.q, *chain.rates, *chain.parameters, *chain.task, *(self.list_new_symbols(chain) or ()))
+        return compute(formula, make_quantities(w, frozenset(map(str, own_symbols)), table_numbers(chain)))
+
+    # --- formulas ---
+
+    def compute_answer(self, w: StageResults, _: Details) -> np.ndarray:
+        """Return the answer, (rows, columns, …), in the arithmetic of a working."""
+        value = self.select_rows(self._compute(self.formulas[0], w))
+        return value[None] if value.ndim == 1 else value
+
+    def select_rows(self, value: np.ndarray) -> np.ndarray:
+        """Return the components that the names in `rows` end in, such as v_x and v_y; all if each one has a name."""
+        rows = self.definition.rows
+        if not rows or value.ndim == 1 or len(rows) == len(value):
+            return value
+        axes = [row.rstrip("}")[-1:] for row in rows]
+        if value.shape[:-1] != (3,) or not all(axis in tuple("xyz") for axis in axes):
+            expected = "names of components that end in x, y or z" if len(value) == 3 else f"{len(value)} names"
+            raise FormulaError(
+                f"rows has {len(rows)} names, but the answer is {describe_shape(value)}: write {expected}"
+            )
+        return value[["xyz".index(axis) for axis in axes]]
+
+    def derive_formulas(self, chain: Chain, rng: Stream) -> AnswerAndDetails:
+        """Return the answer as formulas in textbook form."""
+        details = CustomDetails(definition=self.definition, symbols=self.list_new_symbols(chain))
+        matrix = _derive_answer(self.definition, chain)
+        if self.definition.is_up_to_factor:
+            return Direction(matrix), details
+        return (Expression(matrix[0]) if matrix.shape == (1, 1) else Matrix(matrix)), details
+
+    def derive(
+        self, chain: Chain, compute_value: Callable[[StageResults], np.ndarray], formulas: Sequence[ast.expr] = ()
+    ) -> sp.Matrix:
+        """Return a value as formulas in textbook form.
+
+        If possible, it is derived for the symbolic arm, and the arm's numbers are substituted at the end. A formula
+        that names joint variables or lengths is derived for the arm itself, because the symbolic arm has other ones.
+        """
+        if self.names_arm_symbols(chain, formulas):
+            return to_sympy_matrix(compute_value(derive_reference(chain, {}))).applyfunc(_simplify)
+        symbolic_arm = symbolic_arm_of(chain).chain
+        matrix = to_sympy_matrix(compute_value(derive_reference(symbolic_arm, {}))).applyfunc(_simplify)
+        return derive(chain).substitute_matrix(matrix)
+
+    def derive_text_formula(self, text: str, chain: Chain) -> sp.Matrix | sp.Expr:
+        """Return the value of a formula in a text of the question. Raises FormulaError."""
+        formula = parse(text)
+        matrix = self.derive(chain, lambda w: self._compute(formula, w), [formula])
+        return matrix[0] if matrix.shape == (1, 1) else matrix
+
+    def names_arm_symbols(self, chain: Chain, formulas: Sequence[ast.expr] = ()) -> bool:
+        """Return whether formulas, by default those of the answer, name joint variables or lengths of the arm."""
+        used = formulas or self._all_formulas
+        names = {*(q.name for q in (*chain.q, *chain.parameters)), *table_numbers(chain), "q"}
+        keywords = (node.arg for f in used for node in ast.walk(f) if isinstance(node, ast.keyword))
+        return not names.isdisjoint({*set().union(*map(find_names, used)), *keywords})
+
+    # --- numbers ---
+
+    def sample_number(self, chain: Chain, rng: Stream) -> AnswerAndDetails | None:
+        """Return the numeric answer at random values of what is given."""
+        for _ in range(MAX_TRIES):
+            details = self._sample_values(chain, rng)
+            matrix = to_sympy_matrix(self.compute_answer(compute_symbolic_stages(chain), details))
+            numbers = [_evaluate(entry, details.all_values) for entry in matrix]
+            if all(number is not None for number in numbers):
+                return self._make_number(sp.Matrix(matrix.rows, matrix.cols, numbers)), details
+        return None
+
+    def _make_number(self, values: sp.Matrix) -> Number:
+        units, digits = (self.definition.unit,) * len(values), self.definition.digits
+        largest = max(abs(float(value)) for value in values)
+        tolerance = 5 * 10.0**-digits
+        return Number(values, units, tolerance, tolerance * float(_MIN_SHARE) * 200 * largest)
+
+    def _sample_values(self, chain: Chain, rng: Stream) -> CustomDetails:
+        """Return details with random values of everything that the question gives."""
+        given, values = {value.name: value for value in self.definition.given}, dict[sp.Symbol, sp.Expr]()
+        joint_names = {q.name for q in chain.q}
+        configuration = None
+        if "pose" in given or joint_names & set(given):
+            situation = inversion.sample_situation(chain, rng)
+            joints = {q: _sample(given[q.name], rng) if q.name in given else situation.joints[q] for q in chain.q}
+            configuration = inversion.Configuration(situation.lengths, joints)
+        elif chain.parameters:
+            configuration = inversion.Configuration(inversion.sample_lengths(chain, rng), {})
+        groups: dict[str, Sequence[sp.Symbol]] = {
+            "rates": chain.rates,
+            "velocity": [sp.Symbol(row) for row in chain.task],
+        }
+        for name, value in given.items():
+            named = groups.get(name, [] if name == "pose" or name in joint_names else [sp.Symbol(name)])
+            kind = {"rates": "rate", "velocity": "velocity"}.get(name, value.kind)
+            values |= {symbol: _sample(GivenValue(name, kind, value.low, value.high), rng) for symbol in named}
+        symbols = self.list_new_symbols(chain)
+        return CustomDetails(definition=self.definition, configuration=configuration, values=values, symbols=symbols)
+
+    def ask_for_words(self, chain: Chain, rng: Stream) -> AnswerAndDetails:
+        """Return an answer in words, which a person marks."""
+        return Words(), CustomDetails(definition=self.definition)
+
+    # --- sets and options ---
+
+    def find_zeros(self, chain: Chain, rng: Stream) -> AnswerAndDetails | None:
+        """Return the configurations at which the formulas are all zero."""
+        components = _find_zeros(self.definition, chain)
+        return (ConditionSet(components), CustomDetails(definition=self.definition)) if components else None
+
+    def derive_zeros(self, chain: Chain) -> tuple[Component, ...] | None:
+        """Return the components of the set; None if the formulas are zero everywhere."""
+        is_of_arm = self.names_arm_symbols(chain)
+        w = derive_reference(chain if is_of_arm else symbolic_arm_of(chain).chain, {})
+        values = [self._compute(formula, w) for formula in self.formulas]
+        if any(value.ndim > 1 for value in values):
+            raise FormulaError("zeros needs numbers, not vectors: write zeros(p.x), for example")
+        return zero_set([to_sympy_matrix(value)[0] for value in values], chain, is_symbolic=not is_of_arm)
+
+    def sample_choice(self, chain: Chain, rng: Stream) -> AnswerAndDetails | None:
+        """Return the options in random order."""
+        order = rng.permutation(tuple(range(len(self.options))))
+        options = [self.definition.options[index] for index in order]
+        texts = tuple(self._option_text(chain, index) for index in order)
+        correct = tuple(position for position, option in enumerate(options) if option.is_correct)
+        answer = Choice(texts, correct[0]) if len(correct) == 1 else Selection(texts, correct)
+        return answer, CustomDetails(definition=self.definition, order=tuple(order))
+
+    def _option_text(self, chain: Chain, index: int) -> str:
+        formula = self.options[index]
+        if formula is None:
+            return self.definition.options[index].content
+        matrix = self.derive(chain, lambda w: self._compute(formula, w))
+        return expression_text(matrix[0]) if matrix.shape == (1, 1) else str([expression_text(e) for e in matrix])
+
+    # --- whether it can be asked ---
+
+    def find_objection(self, chain: Chain) -> str | None:
+        """Return why the question can't be asked of an arm, or None."""
+        return _find_objection(self.definition, chain)
+
+    def check(self, chain: Chain) -> str | None:
+        """Return why the question can't be asked of an arm, or None; not cached."""
+        try:
+            texts = [self._option_text(chain, index) for index in range(len(self.options))]
+            repeated = next((text for k, text in enumerate(texts) if text in texts[:k]), None)
+            if repeated is not None:
+                first, second = (
+                    o.content for o, t in zip(self.definition.options, texts, strict=True) if t == repeated
+                )
+                return f"its options {first!r} and {second!r} are equal for this arm"
+            if self.is_set:
+                return self._check_zeros(chain)
+            if self.formulas and self.definition.given:
+                return None if self.sample_number(chain, Stream("check")) else "its answer is not a finite number"
+            if self.formulas:
+                matrix = self.derive_formulas(chain, Stream("check"))[0].as_matrix()
+                if _is_constant(matrix):
+                    return f"its answer is {'always zero' if matrix.is_zero_matrix else 'the same everywhere'}"
+                return find_term_count_objection(sum(len(sp.Add.make_args(entry)) for entry in matrix))
+        except (FormulaError, TooLong, ValueError) as error:
+            return str(error)
+        return None
+
+    def _check_zeros(self, chain: Chain) -> str | None:
+        found = self.find_zeros(chain, Stream("check"))
+        return None if found else "its formula is never zero, or always, so there is no set to ask for"
+
+
+@lru_cache(maxsize=1024)
+def _derive_answer(definition: Definition, chain: Chain) -> sp.ImmutableMatrix:
+    """Return the answer as formulas in textbook form; cached, because the check of a question needs it, too."""
+    maker = QuestionMaker(definition)
+    if maker.names_arm_symbols(chain):
+        return _derive_for_symbolic_arm(definition, chain)
+    return sp.ImmutableMatrix(
+        derive(chain).substitute_matrix(_derive_for_symbolic_arm(definition, symbolic_arm_of(chain).chain))
+    )
+
+
+@lru_cache(maxsize=1024)
+def _derive_for_symbolic_arm(definition: Definition, chain: Chain) -> sp.ImmutableMatrix:
+    """Return the answer for a symbolic arm, or for an arm whose symbols it names; cached for all arms of a class."""
+    details = CustomDetails(definition=definition)
+    value = QuestionMaker(definition).compute_answer(derive_reference(chain, {}), details)
+    return sp.ImmutableMatrix(to_sympy_matrix(value).applyfunc(_simplify))
+
+
+@lru_cache(maxsize=1024)
+def _find_zeros(definition: Definition, chain: Chain) -> tuple[Component, ...] | None:
+    """Return the configurations at which the formulas of a definition are all zero; cached."""
+    return QuestionMaker(definition).derive_zeros(chain)
+
+
+@lru_cache(maxsize=4096)
+def _find_objection(definition: Definition, chain: Chain) -> str | None:
+    return QuestionMaker(definition).check(chain)
+
+
+def _simplify(entry: sp.Expr) -> sp.Expr:
+    """Return an entry in textbook form if it is a polynomial in sines and cosines."""
+    try:
+        return textbook_form(sp.expand(entry))
+    except (ValueError, sp.PolynomialError):
+        return entry
+
+
+def _is_constant(matrix: sp.Matrix) -> bool:
+    """Return whether a matrix has the same value at three arbitrary values of its symbols."""
+    symbols = sorted(matrix.free_symbols, key=str)
+    points = [{symbol: sp.Rational(7 * k + 3 * i + 4, 11 + i) for i, symbol in enumerate(symbols)} for k in range(3)]
+    program = compile_program([parse_formula(expression_text(entry)) for entry in matrix])
+    names = {symbol.name: np.array([float(point[symbol]) for point in points]) for symbol in symbols}
+    values = evaluate(program, names, len(points))[0].T
+    return all(np.allclose(value, values[0], rtol=1e-9, atol=1e-9) for value in values[1:])
+
+
+def _evaluate(entry: sp.Expr, values: Mapping[sp.Symbol, sp.Expr]) -> sp.Expr | None:
+    """Return the value of an entry with ten digits; None if it is not a finite real number."""
+    number = sp.N(entry.xreplace(dict(values)).xreplace(dict(values)), 30)
+    if number.free_symbols:
+        missing = ", ".join(sorted(map(str, number.free_symbols)))
+        raise FormulaError(f"the answer contains {missing}, which the question does not give; add it to `given`")
+    is_finite = number.is_real and number.is_finite
+    return sp.Float(f"{float(number):.10g}") if is_finite else None
+
+
+def _sample(given: GivenValue, rng: Stream) -> sp.Expr:
+    """Return a random value: an angle in steps of 5 degrees, any other value with two significant digits."""
+    if given.kind == "angle":
+        return sp.pi * sp.Rational(rng.integer(-35, 35), 36)
+    if given.kind == "length":
+        return sp.Rational(rng.integer(2, 16), 20)
+    if given.kind in ("rate", "velocity"):
+        return sp.Rational(rng.choice([k for k in range(-8, 9) if k]), 20 if given.kind == "velocity" else 10)
+    if given.kind == "force":
+        return sp.S(rng.choice([k for k in range(-20, 21) if k]))
+    low, high = sp.Rational(str(given.low)), sp.Rational(str(given.high))
+    return low + (high - low) * sp.Rational(rng.integer(0, 20), 20)

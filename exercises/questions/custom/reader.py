@@ -1,0 +1,226 @@
+"""Read the [question.NAME] tables of a TOML file."""
+
+import re
+from collections.abc import Collection
+from pathlib import Path
+from typing import Any, Literal
+
+import pydantic
+
+from qdot.exercises.answer_types import LETTERS
+from qdot.exercises.common.errors import QdotError, make_name_error
+from qdot.exercises.common.input_file import TomlFile, read_toml
+from qdot.exercises.questions.custom.definition import (
+    GIVEN_GROUPS,
+    SAMPLED_KINDS,
+    TEXT_ANSWER,
+    Definition,
+    GivenValue,
+    Option,
+    Texts,
+)
+from qdot.exercises.questions.custom.question import make_question
+
+ENGLISH = "en"
+LANGUAGES = ("de",)
+"""The languages in which a question may have further texts."""
+
+MAX_TEXT_LENGTH, MAX_OPTIONS, HINT_COUNT = 5000, len(LETTERS), 3
+
+
+class OptionEntry(pydantic.BaseModel):
+    """One option, if it is not written as a text alone."""
+
+    model_config = pydantic.ConfigDict(extra="forbid", strict=True, use_attribute_docstrings=True)
+    text: str | None = None
+    """What the option says. Each option has either `text` or `formula`."""
+    formula: str | None = None
+    """The formula that the option shows."""
+    right: bool = False
+    """Whether the option is correct."""
+
+
+class TextsEntry(pydantic.BaseModel):
+    """The texts of a question in another language, in [question.NAME.de]."""
+
+    model_config = pydantic.ConfigDict(extra="forbid", strict=True, use_attribute_docstrings=True)
+    title: str | None = None
+    """The title in this language."""
+    prompt: str
+    """The prompt in this language."""
+    hints: list[str] = []
+    """The hints in this language."""
+    solution: str = ""
+    """The solution in this language."""
+
+
+class QuestionEntry(pydantic.BaseModel):
+    """One [question.NAME]: a question of your own."""
+
+    model_config = pydantic.ConfigDict(extra="forbid", strict=True, use_attribute_docstrings=True)
+    title: str | None = None
+    """The title that students see. By default, the name of the question."""
+    prompt: str
+    """What is asked, in Markdown. {name} in braces is replaced by what the student's own problem has."""
+    answer: str | None = None
+    """The formula of the answer, or "text" if a person marks it. Each question has either `answer` or `options`."""
+    options: list[str | OptionEntry] | None = None
+    """The options of a choice, shuffled for each student. If none is marked as right, the first one is."""
+    shown: Literal["text", "formula"] = "text"
+    """What options written as texts alone are: texts or formulas."""
+    given: list[str] | dict[str, str | float | int | list[float | int]] = []
+    """What the question gives: groups ("pose", "rates", "velocity"), or a kind, a range or a value for each symbol."""
+    rows: list[str] = []
+    """The names of the entries of a vector in LaTeX, as in ["v_x", "v_y"]."""
+    units: dict[str, str] = {}
+    """The units of symbols that the arm does not have, as in {m = "kg"}."""
+    unit: str = ""
+    """The unit of a number."""
+    digits: int = pydantic.Field(default=3, ge=2, le=9)
+    """The number of significant digits that a number needs."""
+    up_to_factor: bool = False
+    """Whether every nonzero multiple of a vector of formulas is correct, too, as for a direction."""
+    points: float = pydantic.Field(default=1.0, gt=0, lt=1e6)
+    """The points of the question, if its [[problem]] does not set them."""
+    hints: list[str] = []
+    """Three hints, from vague to detailed."""
+    solution: str = ""
+    """How the answer is found. The answer itself is added."""
+    de: TextsEntry | None = None
+    """The texts in German."""
+
+
+FORMS = {
+    "title": 'expected a text, as in title = "Velocity of the middle of link 2"',
+    "prompt": 'expected a text, as in prompt = "Find the velocity of the middle of link 2 in {base}."',
+    "answer": 'expected a formula in quotes, as in answer = "ddt((o1 + o2)/2)", or answer = "text"',
+    "options": 'expected a list of texts, as in options = ["z1", "x1", "z0"], or of tables, as in '
+    '[{formula = "z1", right = true}, {text = "none of these"}]',
+    "shown": 'expected "text" or "formula"',
+    "given": 'expected a list of groups, as in given = ["pose", "rates"], or a table of symbols, as in '
+    'given = {theta1 = "angle", m = [1, 5]}; kinds are ' + ", ".join(SAMPLED_KINDS),
+    "rows": 'expected a list of names in LaTeX, as in rows = ["v_x", "v_y"]',
+    "units": 'expected a table, as in units = {m = "kg", g = "m/s^2"}',
+    "unit": 'expected a text, as in unit = "m/s"',
+    "digits": "expected a whole number from 2 to 9, as in digits = 3",
+    "up_to_factor": "expected true or false, without quotes",
+    "points": "expected a positive number, as in points = 2",
+    "hints": "expected a list of three texts, from vague to detailed",
+    "solution": "expected a text in quotes",
+    "de": "expected the texts in German: prompt, and perhaps title, hints and solution",
+}  # fmt: skip
+"""The expected form of each key, for messages and for the docs."""
+
+
+def read_definitions(file: TomlFile, known_names: Collection[str]) -> dict[str, Definition]:
+    """Return the questions that the [question.NAME] tables of a file define, by name.
+
+    `known_names` are the names of the built-in questions. Raises QdotError with the file, the line and the key.
+    """
+    tables = file.content.get("question", {})
+    if not isinstance(tables, dict):
+        with file.locate_errors("question"):
+            raise QdotError("write [question.NAME], with the name of the question")
+    definitions = {}
+    for name in tables:
+        with file.locate_errors("question", name):
+            _check_name(name, known_names)
+            if not isinstance(tables[name], dict):
+                raise QdotError(f"expected a table, [question.{name}]")
+        file.check_keys(("question", name), tuple(QuestionEntry.model_fields), ("prompt",))
+        definitions[name] = _read_definition(file, name, tables[name])
+    return definitions
+
+
+def read_question_file(path: Path, known_names: Collection[str]) -> dict[str, Definition]:
+    """Return the questions that a file defines. Raises QdotError with the file, the line and the key."""
+    file = read_toml(path, "it should define questions, each in a table [question.NAME]", float)
+    file.check_keys((), ("question",), ("question",))
+    return read_definitions(file, known_names)
+
+
+def _check_name(name: str, known_names: Collection[str]) -> None:
+    if not re.fullmatch(r"[a-z][a-z0-9]*(-[a-z0-9]+)*", name) or len(name) > 40:
+        raise QdotError("the name of a question has small letters, digits and hyphens, as in tip-speed")
+    if name in known_names:
+        raise QdotError(f"{name!r} is the name of a built-in question; choose another name")
+
+
+def _read_definition(file: TomlFile, name: str, table: dict[str, Any]) -> Definition:
+    try:
+        entry = QuestionEntry.model_validate(table)
+    except pydantic.ValidationError as error:
+        key = str(error.errors()[0]["loc"][0])
+        with file.locate_errors("question", name, key):
+            raise QdotError(FORMS[key]) from None
+    if (entry.answer is None) == (entry.options is None):
+        with file.locate_errors("question", name):
+            raise QdotError("a question needs either an answer or options")
+    for key in ("prompt", "solution"):
+        if len(getattr(entry, key)) > MAX_TEXT_LENGTH:
+            with file.locate_errors("question", name, key):
+                raise QdotError(f"the text has more than {MAX_TEXT_LENGTH} characters")
+    with file.locate_errors("question", name, "hints"):
+        if len(entry.hints) not in (0, HINT_COUNT):
+            raise QdotError(FORMS["hints"])
+    with file.locate_errors("question", name, "options"):
+        options = _read_options(entry)
+    with file.locate_errors("question", name, "given"):
+        given = _read_given(entry)
+    title = entry.title or name.replace("-", " ").capitalize()
+    texts = [(ENGLISH, Texts(title, entry.prompt, tuple(entry.hints), entry.solution))]
+    if entry.de is not None:
+        texts.append(("de", Texts(entry.de.title or title, entry.de.prompt, tuple(entry.de.hints), entry.de.solution)))
+    definition = Definition(
+        name, entry.answer or "", tuple(texts), options, given, tuple(entry.rows), tuple(sorted(entry.units.items())),
+        entry.unit, entry.digits, entry.up_to_factor, entry.points,
+    )  # fmt: skip
+    with file.locate_errors("question", name, "answer" if entry.options is None else "options"):
+        make_question(definition)  # parses the formulas
+    return definition
+
+
+def _read_options(entry: QuestionEntry) -> tuple[Option, ...]:
+    options = []
+    for item in entry.options or ():
+        if isinstance(item, str):
+            options.append(Option(item, entry.shown == "formula", False))
+        elif (item.text is None) == (item.formula is None):
+            raise QdotError("an option needs either text or formula")
+        else:
+            options.append(Option(str(item.formula or item.text), item.formula is not None, item.right))
+    if options and not any(option.is_correct for option in options):
+        options[0] = Option(options[0].content, options[0].is_formula, True)
+    if entry.options is not None and not 2 <= len(options) <= MAX_OPTIONS:
+        raise QdotError(f"a question has from 2 to {MAX_OPTIONS} options")
+    if entry.options is not None and all(option.is_correct for option in options):
+        raise QdotError("all options are right; at least one must be wrong")
+    repeated = next((option.content for k, option in enumerate(options) if option.content in [
+        earlier.content for earlier in options[:k]]), None)  # fmt: skip
+    if repeated is not None:
+        raise QdotError(f"two options are {repeated!r}")
+    return tuple(options)
+
+
+def _read_given(entry: QuestionEntry) -> tuple[GivenValue, ...]:
+    if entry.given and (entry.answer in (None, TEXT_ANSWER)):
+        raise QdotError("values are given only with a formula as the answer")
+    if isinstance(entry.given, list):
+        unknown = next((name for name in entry.given if name not in GIVEN_GROUPS), None)
+        if unknown is not None:
+            raise make_name_error("group", unknown, GIVEN_GROUPS)
+        return tuple(map(GivenValue, entry.given))
+    return tuple(_read_given_value(name, value) for name, value in entry.given.items())
+
+
+def _read_given_value(name: str, value: str | float | list[float]) -> GivenValue:
+    if name in GIVEN_GROUPS:
+        raise QdotError(f'write given = ["{name}"], or name each symbol')
+    if isinstance(value, str):
+        if value not in SAMPLED_KINDS:
+            raise make_name_error("kind of value", value, tuple(SAMPLED_KINDS))
+        return GivenValue(name, value)
+    limits = value if isinstance(value, list) else [value, value]
+    if len(limits) != 2 or not limits[0] <= limits[1] or not all(abs(limit) < 1e6 for limit in limits):
+        raise QdotError(f"{name}: expected a range [low, high], a number, or a kind ({', '.join(SAMPLED_KINDS)})")
+    return GivenValue(name, "", float(limits[0]), float(limits[1]))

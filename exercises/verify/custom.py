@@ -1,0 +1,278 @@
+"""Check the answers of custom questions against numbers from the arm's geometry and from finite differences."""
+
+import ast
+from collections.abc import Callable, Mapping
+from fractions import Fraction
+from functools import cached_property
+
+import numpy as np
+import sympy as sp
+
+from qdot.exercises.answer_types import ConditionSet, Number
+from qdot.exercises.arm.chain import Chain
+from qdot.exercises.arm.conventions import convention_of
+from qdot.exercises.arm.kinematics import NumericChain
+from qdot.exercises.problem.problem import Part, table_numbers
+from qdot.exercises.questions.custom.language import compute
+from qdot.exercises.questions.custom.quantities import (
+    NUMPY_FUNCTIONS,
+    differentiate_numerically,
+    list_result_names,
+    name_accelerations,
+    parse_frame_name,
+)
+from qdot.exercises.questions.custom.question import CustomDetails, QuestionMaker
+from qdot.exercises.singularities.singularity import Component
+from qdot.exercises.verify.formulas import DIFFERENCE_TOLERANCE, check_agreement
+from qdot.exercises.verify.numeric_reference import (
+    Check,
+    Checks,
+    NumericReference,
+    choose_random_configurations,
+    compute_modified_frames,
+    exponential_jacobian,
+)
+
+
+class GeometryQuantities:
+    """The named quantities of an arm at N configurations, from products of 4 x 4 matrices and exponentials.
+
+    `values` has the values (N,) of all symbols. No derivation is used.
+    """
+
+    def __init__(self, chain: Chain, values: Mapping[str, np.ndarray]) -> None:
+        self.chain, self.values = chain, dict(values)
+        self.count = len(next(iter(self.values.values())))
+        self.numbers = table_numbers(chain)
+        self.q = np.stack([self.values[q.name] for q in chain.q], axis=1)
+
+    @property
+    def names(self) -> tuple[str, ...]:
+        """All known names."""
+        return (*list_result_names(self.chain), *self.values, *self.numbers, "pi")
+
+    @cached_property
+    def arms(self) -> list[tuple[NumericChain, dict[str, float], np.ndarray]]:
+        """The arms with their symbolic lengths, each with its configurations, which are consecutive; (…, n)."""
+        names = [symbol.name for symbol in self.chain.parameters]
+        lengths = np.stack([self.values[name] for name in names], axis=1) if names else np.zeros((self.count, 0))
+        starts = [k for k in range(self.count) if k == 0 or (lengths[k] != lengths[k - 1]).any()]
+        groups = np.split(self.q, starts[1:])
+        numbers = [dict(zip(names, map(float, lengths[start]), strict=True)) for start in starts]
+        return [(NumericChain(self.chain, each), each, q) for each, q in zip(numbers, groups, strict=True)]
+
+    @cached_property
+    def point(self) -> np.ndarray:
+        """The position of the point, (3, N)."""
+        return np.concatenate([arm.point(q) for arm, _, q in self.arms]).T
+
+    @cached_property
+    def jacobian(self) -> np.ndarray:
+        """The geometric Jacobian by exponentials, (6, n, N)."""
+        return np.moveaxis(np.concatenate([exponential_jacobian(arm, q) for arm, _, q in self.arms]), 0, -1)
+
+    @cached_property
+    def frames(self) -> np.ndarray:
+        """The frames of the arm's convention, (n + 1, 4, 4, N)."""
+        is_proximal = convention_of(self.chain).is_proximal
+        frames = [
+            compute_modified_frames(self.chain, lengths, q) if is_proximal else arm.frames(q)
+            for arm, lengths, q in self.arms
+        ]
+        return np.moveaxis(np.concatenate(frames), 0, -1)
+
+    def look_up(self, name: str) -> np.ndarray | None:
+        """Return the value of a name, (…, N); None if it is unknown."""
+        if name in self.values:
+            return self.values[name]
+        if name == "pi" or name in self.numbers:
+            return np.full(self.count, float(sp.pi if name == "pi" else self.numbers[name]))
+        vectors = {"q": [q.name for q in self.chain.q], "qd": [rate.name for rate in self.chain.rates]}
+        vectors["qdd"] = list(name_accelerations(self.chain))
+        if name in vectors:
+            return np.stack([self.values[symbol] for symbol in vectors[name]])
+        rows = {"J": self.chain.task_rows, "Jv": [0, 1, 2], "Jw": [3, 4, 5], "v": [0, 1, 2], "w": [3, 4, 5]}
+        if name in rows:
+            matrix = self.jacobian[rows[name]]
+            rates = np.stack([self.values[rate.name] for rate in self.chain.rates])
+            return np.einsum("ijk,jk->ik", matrix, rates) if name in "vw" else matrix
+        if name == "p":
+            return self.point
+        frame = parse_frame_name(name, self.chain)
+        if frame is None:
+            return None
+        letter, first, last = frame
+        if letter in "oxyz":
+            return np.asarray(self.frames[first][:3, "xyzo".index(letter)])
+        relative = np.einsum("ijk,jlk->ilk", self._invert(self.frames[first]), self.frames[last])
+        return relative if letter == "T" else relative[:3, :3]
+
+    @staticmethod
+    def _invert(pose: np.ndarray) -> np.ndarray:
+        return np.moveaxis(np.linalg.inv(np.moveaxis(pose, -1, 0)), 0, -1)
+
+    def constant(self, value: Fraction) -> np.ndarray:
+        """Return a number, (N,)."""
+        return np.full(self.count, float(value))
+
+    def apply(self, function: str, value: np.ndarray) -> np.ndarray:
+        """Return a function of each entry."""
+        with np.errstate(all="ignore"):
+            return np.asarray(NUMPY_FUNCTIONS[function](value))
+
+    @property
+    def time_rates(self) -> Mapping[str, np.ndarray]:
+        """The rate of each symbol that changes with time."""
+        chain = self.chain
+        rates = {q.name: self.values[rate.name] for q, rate in zip(chain.q, chain.rates, strict=True)}
+        accelerations = zip(chain.rates, name_accelerations(chain), strict=True)
+        return rates | {rate.name: self.values[name] for rate, name in accelerations if name in self.values}
+
+    def derivative(self, formula: ast.expr, rates: Mapping[str, np.ndarray]) -> np.ndarray:
+        """Return the derivative by central differences."""
+        return differentiate_numerically(self, formula, rates)
+
+    def with_values(self, formula: ast.expr, values: Mapping[str, np.ndarray]) -> np.ndarray:
+        """Return the value of a formula at other values of some symbols."""
+        return compute(formula, GeometryQuantities(self.chain, {**self.values, **values}))
+
+
+def check_custom(numeric: NumericReference, part: Part) -> Checks:
+    """Check the answer of a custom question, according to its type."""
+    details = part.details_as(CustomDetails)
+    maker = QuestionMaker(details.definition)
+    if details.definition.options:
+        yield from _check_options(numeric, part, maker)
+    elif isinstance(part.answer, ConditionSet):
+        yield from _check_zeros(numeric, part.answer, maker)
+    elif isinstance(part.answer, Number):
+        yield _check_number(numeric, part.answer, details, maker)
+    elif maker.formulas:
+        yield from _check_formula(numeric, part, maker)
+
+
+def _geometry(numeric: NumericReference, values: Mapping[str, np.ndarray] | None = None) -> GeometryQuantities:
+    return GeometryQuantities(numeric.chain, numeric.symbol_values if values is None else values)
+
+
+def _as_rows(value: np.ndarray) -> np.ndarray:
+    """Return a value (…, N) as matrices (N, rows, columns)."""
+    rows = value[None] if value.ndim == 1 else value
+    return np.moveaxis(rows if rows.ndim == 3 else rows[:, None], -1, 0)
+
+
+def _check_formula(numeric: NumericReference, part: Part, maker: QuestionMaker) -> Checks:
+    reference = numeric.evaluate_printed_formulas(part.answer.as_matrix())
+    expected = _as_rows(maker.select_rows(compute(maker.formulas[0], _geometry(numeric))))
+    yield check_agreement("geometry and differences", reference, expected, DIFFERENCE_TOLERANCE)
+    varies = np.ptp(reference, axis=0).max() > DIFFERENCE_TOLERANCE
+    yield Check("it varies", bool(varies), "its values differ between configurations" if varies else "it is constant")
+
+
+def _check_number(
+    numeric: NumericReference, answer: Number, details: CustomDetails, maker: QuestionMaker
+) -> Check:  # fmt: skip
+    values = {name: value[:1] for name, value in numeric.symbol_values.items()}
+    given = details.list_given_values(numeric.chain)
+    values |= {name: np.array([number]) for name, number in given.items()}
+    expected = _as_rows(maker.select_rows(compute(maker.formulas[0], _geometry(numeric, values))))
+    reference = np.array(answer.reference.tolist(), dtype=float)[None]
+    return check_agreement("geometry and differences", reference, expected, DIFFERENCE_TOLERANCE)
+
+
+# --- options ---
+
+
+def _check_options(numeric: NumericReference, part: Part, maker: QuestionMaker) -> Checks:
+    """Check that no two options show the same, at several configurations."""
+    details, quantities = part.details_as(CustomDetails), _geometry(numeric)
+    formulas = [(index, formula) for index in details.order if (formula := maker.options[index]) is not None]
+    values = [(index, compute(formula, quantities)) for index, formula in formulas]
+    pairs = [(first, second) for k, first in enumerate(values) for second in values[k + 1 :]]
+    equal = [
+        f"{details.definition.options[i].content} and {details.definition.options[j].content}"
+        for (i, a), (j, b) in pairs
+        if a.shape == b.shape and np.allclose(a, b, rtol=1e-9, atol=1e-9)
+    ]
+    yield Check(
+        "options differ", not equal, f"{equal[0]} are equal" if equal else f"{len(part.answer.offered_options)} options"
+    )
+    contents = [details.definition.options[index].content for index in details.order]
+    yield Check("options have different texts", len(set(contents)) == len(contents), ", ".join(contents))
+
+
+# --- configurations at which formulas are zero ---
+
+START_COUNT, STEP_COUNT = 16, 25
+"""The number of configurations from which zeros are searched, and of Newton's steps from each."""
+ZERO_TOLERANCE, MATCH_TOLERANCE, DIFFERENCE_STEP = 1e-9, 1e-5, 1e-6
+"""The size of a value that is taken as zero, the error allowed for a configuration, and the step of differences."""
+
+Function = Callable[[np.ndarray], np.ndarray]
+"""A function of configurations (N, n) with values (N, m)."""
+
+
+def _check_zeros(numeric: NumericReference, answer: ConditionSet, maker: QuestionMaker) -> Checks:
+    """Check that the formulas vanish at the listed configurations, and that Newton's method finds no other zero."""
+    chain = numeric.chain
+    lengths = {symbol.name: float(numeric.symbol_values[symbol.name][0]) for symbol in chain.parameters}
+
+    def evaluate(q: np.ndarray) -> np.ndarray:
+        values = {name: np.resize(value, len(q)) for name, value in numeric.symbol_values.items()}
+        values |= {name: np.full(len(q), length) for name, length in lengths.items()}
+        quantities = _geometry(numeric, values | {joint.name: q[:, i] for i, joint in enumerate(chain.q)})
+        return np.stack([compute(formula, quantities) for formula in maker.formulas], axis=1)
+
+    starts = choose_random_configurations(chain, numeric.rng, START_COUNT)
+    zeros = _find_zeros(evaluate, starts)
+    distances = [_measure_distances(component, chain, lengths) for component in answer.components]
+    is_listed = np.array([np.abs(function(zeros)).max(axis=1) < MATCH_TOLERANCE for function in distances]).any(axis=0)
+    extra = zeros[~is_listed] if distances else zeros
+    detail = f"{np.round(extra[0], 4)} is a zero, too" if len(extra) else f"{len(zeros)} zeros found by Newton's method"
+    yield Check("complete", not len(extra), detail)
+    for component, function in zip(answer.components, distances, strict=True):
+        listed = _find_zeros(function, starts[:6])
+        if len(listed) and np.abs(evaluate(listed)).max() > MATCH_TOLERANCE:
+            yield Check("sound", False, f"the formulas are not zero at {component.pieces()[0]}")
+            return
+    yield Check("sound", True, "the formulas vanish at each listed configuration")
+
+
+def _measure_distances(component: Component, chain: Chain, lengths: Mapping[str, float]) -> Function:
+    """Return a function of configurations that vanishes on a component."""
+    numbers = {sp.Symbol(name): sp.Float(value) for name, value in lengths.items()}
+    if component.solutions is None:
+        formulas = [sp.lambdify(chain.q, condition.xreplace(numbers), "numpy") for condition in component.conditions]
+        return lambda q: np.stack([formula(*q.T) + 0 * q[:, 0] for formula in formulas], axis=1)
+    columns = []
+    for joint, values in component.solutions:
+        index = chain.q.index(joint)
+        columns.append((index, chain.joints[index].kind == "R", [float(sp.N(v.xreplace(numbers))) for v in values]))
+
+    def measure(q: np.ndarray) -> np.ndarray:
+        distances = []
+        for index, is_angle, values in columns:
+            differences = q[:, [index]] - np.array(values)
+            if is_angle:
+                differences = (differences + np.pi) % (2 * np.pi) - np.pi
+            nearest = np.abs(differences).argmin(axis=1)
+            distances.append(np.take_along_axis(differences, nearest[:, None], axis=1)[:, 0])
+        return np.stack(distances, axis=1)
+
+    return measure
+
+
+def _find_zeros(function: Function, starts: np.ndarray) -> np.ndarray:
+    """Return the zeros of a function that Newton's method finds from some configurations, by its smallest steps."""
+    q = starts.copy()
+    nudges = DIFFERENCE_STEP * np.eye(q.shape[1])
+    with np.errstate(all="ignore"):
+        for _ in range(STEP_COUNT):
+            values = function(q)
+            if (np.abs(values).max(axis=1) < ZERO_TOLERANCE).all() or not np.isfinite(values).all():
+                break
+            slopes = [(function(q + nudge) - function(q - nudge)) / (2 * DIFFERENCE_STEP) for nudge in nudges]
+            inverse = np.linalg.pinv(np.nan_to_num(np.stack(slopes, axis=2)), rcond=1e-6)
+            steps = (inverse @ np.nan_to_num(values)[:, :, None])[:, :, 0]
+            q = q - steps * np.minimum(1.0, 0.5 / np.maximum(np.abs(steps).max(axis=1, keepdims=True), 1e-12))
+        return q[np.abs(function(q)).max(axis=1) < ZERO_TOLERANCE]

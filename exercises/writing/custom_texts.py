@@ -1,0 +1,116 @@
+"""Fill in the texts of custom questions: {name} in braces becomes what the student's own problem has, typeset.
+
+A placeholder is a group of values ({pose}, {rates}, {velocity}, {given}), {base} for the frame in which results are
+expressed, the name of a given value, or a formula of the question language. In a formula between dollar signs, a brace
+directly after a letter or one of _ ^ } ] belongs to LaTeX. Double braces stand for a brace.
+"""
+
+import re
+from collections.abc import Mapping
+from typing import TYPE_CHECKING
+
+import sympy as sp
+
+from qdot.exercises.arm.chain import Chain
+from qdot.exercises.problem.problem import Part
+from qdot.exercises.questions.custom.definition import GIVEN_GROUPS, SAMPLED_KINDS, Texts
+from qdot.exercises.questions.custom.language import FormulaError
+from qdot.exercises.questions.custom.question import CustomDetails, QuestionMaker
+from qdot.exercises.writing.latex import tex, tex_length, tex_value
+
+if TYPE_CHECKING:
+    from qdot.exercises.writing.wording import Wording
+
+_PIECE = re.compile(r"\{\{|\}\}|(?P<dollar>\$\$?)|\{(?P<content>[^{}]*)\}")
+_LATEX_BRACE = re.compile(r"[A-Za-z_^}\]]$")
+
+
+def write_text(part: Part, name: str, wording: "Wording") -> str:
+    """Return the prompt or the solution of a custom question."""
+    return fill_text(str(getattr(_texts(part, wording), name)), part, wording)
+
+
+def write_hints(part: Part, wording: "Wording") -> list[str]:
+    """Return the hints of a custom question."""
+    return [fill_text(hint, part, wording) for hint in _texts(part, wording).hints]
+
+
+def write_options(part: Part, wording: "Wording") -> list[str]:
+    """Return the options of a custom question in the order in which they are shown."""
+    details = part.details_as(CustomDetails)
+    options = (details.definition.options[index] for index in details.order)
+    return [
+        fill_text(f"{{{option.content}}}" if option.is_formula else option.content, part, wording) for option in options
+    ]
+
+
+def _texts(part: Part, wording: "Wording") -> Texts:
+    return part.details_as(CustomDetails).definition.texts_in(wording.messages.language)
+
+
+def fill_text(text: str, part: Part, wording: "Wording") -> str:
+    """Return a text of a custom question with its placeholders filled in. Raises FormulaError for unknown ones."""
+    pieces, position, in_formula = [], 0, False
+    for match in _PIECE.finditer(text):
+        pieces.append(text[position : match.start()])
+        position = match.end()
+        if match["dollar"]:
+            in_formula = not in_formula
+            pieces.append(match[0])
+        elif match[0] in ("{{", "}}"):
+            pieces.append(match[0][0])
+        elif in_formula and _LATEX_BRACE.search(text[: match.start()]):
+            pieces.append(match[0])
+        else:
+            filled, is_formula = _fill_placeholder(match["content"].strip(), part, wording)
+            pieces.append(filled if in_formula or not is_formula else f"${filled}$")
+    return "".join([*pieces, text[position:]])
+
+
+def _fill_placeholder(content: str, part: Part, wording: "Wording") -> tuple[str, bool]:
+    """Return what a placeholder stands for, and whether it is LaTeX for a formula."""
+    details, chain = part.details_as(CustomDetails), wording.chain
+    if content == "base":
+        return wording.frame, False
+    values = {symbol.name: text for symbol, text in _write_values(details, chain).items()}
+    if content in (*GIVEN_GROUPS, "given"):
+        names = {
+            "pose": [symbol.name for symbol in (*chain.q, *chain.parameters)],
+            "rates": [rate.name for rate in chain.rates], "velocity": list(chain.task), "given": list(values),
+        }[content]  # fmt: skip
+        texts = [values[name] for name in names if name in values]
+        if not texts:
+            raise FormulaError(f"{{{content}}}: the question gives no such values; add {content!r} to `given`")
+        return ",$ $".join(texts), True
+    if content in values:
+        return values[content], True
+    maker = QuestionMaker(details.definition)
+    return tex(maker.derive_text_formula(content, chain), chain), True
+
+
+def _write_values(details: CustomDetails, chain: Chain) -> Mapping[sp.Symbol, str]:
+    """Return each given symbol with its value and unit, as LaTeX."""
+    texts = {}
+    units = {value.name: SAMPLED_KINDS.get(value.kind, "") for value in details.definition.given}
+    units |= dict(details.definition.units)
+    for symbol, value in details.all_values.items():
+        if symbol in chain.q:
+            text = tex_value(value, symbol)
+        elif symbol in chain.parameters:
+            text = tex_length(value)
+        else:
+            text = _with_unit(value, _unit_of(symbol, chain) or units.get(symbol.name, ""))
+        texts[symbol] = f"{tex(symbol, chain)} = {text}"
+    return texts
+
+
+def _unit_of(symbol: sp.Symbol, chain: Chain) -> str:
+    """Return the unit of a joint rate or of a component of the task's velocity; "" for other symbols."""
+    if symbol in chain.rates:
+        return "rad/s" if chain.joints[chain.rates.index(symbol)].kind == "R" else "m/s"
+    return {"v": "m/s", "w": "rad/s"}[symbol.name[0]] if symbol.name in chain.task else ""
+
+
+def _with_unit(value: sp.Expr, unit: str) -> str:
+    number = f"{float(value):g}"
+    return rf"{number}\,\text{{{unit}}}" if unit else number

@@ -1,0 +1,359 @@
+"""Questions that an instructor writes: certified, marked, refused with a reason; the gallery; formulas by chance."""
+
+import ast
+from collections.abc import Callable, Sequence
+from pathlib import Path
+
+import pytest
+import sympy as sp
+
+from qdot import generate
+from qdot.exercises.answer_types import ConditionSet, Number, Words
+from qdot.exercises.assignment.assignment import Assignment, Student, load_assignment
+from qdot.exercises.assignment.release import init_assignment
+from qdot.exercises.common.errors import QdotError
+from qdot.exercises.common.stream import Stream
+from qdot.exercises.formula.parser import parse_formula
+from qdot.exercises.formula.trees import find_names
+from qdot.exercises.notebook.problem_formats import show_assignment
+from qdot.exercises.problem.problem import Part, Problem
+from qdot.exercises.questions.custom import Definition, make_question
+from qdot.exercises.questions.custom.definition import GivenValue, Texts
+from qdot.exercises.questions.custom.language import FormulaError, parse
+from qdot.exercises.writing.problem_texts import write_hints, write_prompt, write_solution
+from qdot.grader.grading.certify import find_failures
+from qdot.grader.grading.marking import mark
+from qdot.grader.judging.judge import judge
+from qdot.grader.judging.verdict import Outcome
+from tests.support import ROOT
+from tests.support.suites import several
+
+GALLERY = {
+    "acceleration": "planar-2r", "axis-in-the-base-frame": "elbow-3r", "ellipse-area": "planar-2r",
+    "load-torques": "planar-2r", "middle-of-a-link": "elbow-3r", "near-a-singularity": "planar-2r",
+    "parallel-columns": "planar-3r", "self-motion": "planar-3r", "stretched-height": "elbow-3r",
+    "tip-speed": "polar-rp", "why-not": "scara", "wrist-centre": "scara",
+}  # fmt: skip
+"""The questions of the gallery, each with a family that it suits."""
+GALLERY_FOLDER = ROOT / "docs" / "questions" / "gallery"
+
+
+def make_assignment(folder: Path, text: str) -> Assignment:
+    init_assignment(folder / "hw", "T", "hw", [Student("s1", "Ada")], "0123456789abcdef")
+    (folder / "hw" / "assignment.toml").write_text(f'title = "T"\nkey = "hw"\n{text}', encoding="utf-8")
+    return load_assignment(folder / "hw")
+
+
+def make_problem(folder: Path, question: str, family: str = "planar-2r", more: str = "") -> Problem:
+    """Return a problem that asks one question, of which `question` has the keys."""
+    text = f'{more}[question.mine]\n{question}\n[[problem]]\nfamily = "{family}"\nquestions = ["mine"]\n'
+    return make_assignment(folder, text).generate_problems("s1")[0][1]
+
+
+def outcome_of(problem: Problem, answer: str) -> Outcome:
+    return judge(problem, problem.parts[0], answer, "seed").outcome
+
+
+# --- the gallery ---
+
+
+def test_every_question_of_the_gallery_is_tried() -> None:
+    assert sorted(path.stem for path in GALLERY_FOLDER.glob("*.toml")) == sorted(GALLERY)
+
+
+@pytest.mark.parametrize("name", GALLERY)
+def test_a_question_of_the_gallery_is_certified_and_marked(name: str, tmp_path: Path) -> None:
+    variation = 'variation = "chapter"\n' if name == "near-a-singularity" else ""
+    path = GALLERY_FOLDER / f"{name}.toml"
+    tables = f'[[problem]]\nfamily = "{GALLERY[name]}"\nquestions = ["position", "{path}"]\n'
+    assignment = make_assignment(tmp_path, variation + tables)
+    ((_, problem),) = assignment.generate_problems("s1")
+    part = problem.parts[1]
+    assert find_failures(problem) == []
+    texts = [write_prompt(problem, part), write_solution(problem, part), *write_hints(problem, part)]
+    assert all("{" not in text.replace("{{", "") or "$" in text for text in texts)
+    assert write_prompt(problem, part, "de").strip()
+    if not isinstance(part.answer, Words):
+        assert mark(problem, {part.name: part.answer.as_typed()}, secret="s")[1].points == part.points
+
+
+# --- each kind of answer ---
+
+
+def test_a_formula_is_taken_in_any_form_and_earns_partial_credit(tmp_path: Path) -> None:
+    problem = make_problem(tmp_path, 'prompt = "x"\nanswer = "ddt((o1 + o2)/2)"\nrows = ["v_x", "v_y"]')
+    first, second = problem.parts[0].answer.list_formulas()
+    assert (
+        outcome_of(problem, f"[{sp.expand(sp.sympify(first))}, {second} + sin(theta1)^2 + cos(theta1)^2 - 1]")
+        == "correct"
+    )
+    assert outcome_of(problem, f"[{first}, 2*({second})]") == "partial"
+    assert outcome_of(problem, f"[{second}, {first}]") == "wrong"
+
+
+def test_a_mistake_in_the_derivation_is_named_and_followed_through(tmp_path: Path) -> None:
+    """Relative for absolute angles in the position, and the determinant's formula of one's own Jacobian."""
+    text = (
+        'variation = "chapter"\n[question.area]\nprompt = "x"\nanswer = "2*det(J)"\n'
+        '[[problem]]\nfamily = "planar-2r"\nquestions = ["jacobian", "area"]\n'
+    )
+    ((_, problem),) = make_assignment(tmp_path, text).generate_problems("s1")
+    jacobian = "[[-a1*sin(theta1), -a2*sin(theta2)], [a1*cos(theta1), a2*cos(theta2)]]"
+    answers = {"jacobian": jacobian, "area": "2*a1*a2*(-sin(theta1)*cos(theta2) + cos(theta1)*sin(theta2))"}
+    _, area = mark(problem, answers, secret="s")
+    assert (area.followed_from, area.points) == ("jacobian", 0.8)
+    _, wrong_sign = mark(problem, {"area": "-2*a1*a2*sin(theta2)"}, secret="s")
+    assert wrong_sign.diagnosis is not None and wrong_sign.diagnosis.mistakes
+
+
+def test_numbers_belong_to_the_given_values(tmp_path: Path) -> None:
+    question = (
+        'prompt = "At {pose} with {rates}: {given}."\nanswer = "norm(v)"\nunit = "m/s"\ngiven = ["pose", "rates"]'
+    )
+    problem = make_problem(tmp_path, question, "polar-rp")
+    answer = problem.parts[0].answer_as(Number)
+    assert outcome_of(problem, f"{float(answer.reference[0]):.3g}") == "correct"
+    assert outcome_of(problem, f"{1.02 * float(answer.reference[0]):.4g}") == "wrong"
+    assert (
+        r"\text{m/s}" in write_prompt(problem, problem.parts[0])
+        and "{" not in write_prompt(problem, problem.parts[0])[:10]
+    )
+
+
+def test_a_set_of_configurations_is_complete(tmp_path: Path) -> None:
+    problem = make_problem(tmp_path, 'prompt = "x"\nanswer = "zeros(det(J), p.x)"', more='variation = "chapter"\n')
+    assert isinstance(problem.parts[0].answer, ConditionSet) and find_failures(problem) == []
+    alternatives = "[And(Eq(sin(theta2), 0), Eq(cos(theta1), 0))]"
+    assert outcome_of(problem, alternatives) == "correct"
+    assert outcome_of(problem, "[Eq(theta2, 0)]") != "correct"
+
+
+def test_options_are_shuffled_and_several_may_be_right(tmp_path: Path) -> None:
+    question = 'prompt = "x"\noptions = ["x2", "y2", "x1", "y1"]\nshown = "formula"'
+    text = f'[question.mine]\n{question}\n[[problem]]\nfamily = "elbow-3r"\nquestions = ["mine"]\n'
+    assignment = make_assignment(tmp_path, text)
+    letters = {
+        problem.parts[0].answer.as_typed()
+        for student in "abcdef"
+        for _, problem in assignment.generate_problems(student)
+    }
+    assert len(letters) > 1
+    several_right = (
+        'prompt = "x"\noptions = [{text = "no"}, {formula = "x1", right = true}, {formula = "x2", right = true}]'
+    )
+    problem = make_problem(tmp_path / "2", several_right, "elbow-3r")
+    assert problem.parts[0].type == "selection" and find_failures(problem) == []
+    right = "".join(problem.parts[0].answer.as_json())
+    assert outcome_of(problem, right) == "correct" and outcome_of(problem, right[0]) == "partial"
+
+
+def test_a_text_waits_for_a_person(tmp_path: Path) -> None:
+    problem = make_problem(tmp_path, 'prompt = "Why?"\nanswer = "text"')
+    assert find_failures(problem) == []
+    (answered,) = mark(problem, {"mine": "Because det J is zero."}, secret="s")
+    assert (answered.judgement.outcome, answered.points) == (Outcome.UNGRADED, None)
+    (blank,) = mark(problem, {"mine": "\nblank\n"}, secret="s")
+    assert (blank.judgement.outcome, blank.points) == (Outcome.MISSING, 0)
+
+
+def test_accelerations_and_symbols_with_units_may_be_typed(tmp_path: Path) -> None:
+    problem = make_problem(tmp_path, 'prompt = "x"\nanswer = "ddt(v)"\nrows = ["a_x", "a_y"]')
+    assert {"qdd1", "qdd2"} <= set(problem.symbols) and "qdd1" in write_prompt(problem, problem.parts[0])
+    load = 'prompt = "x"\nanswer = "transpose(Jv)*[0, m*g, 0]"\nunits = {m = "kg", g = "m/s^2"}'
+    problem = make_problem(tmp_path / "2", load)
+    assert outcome_of(problem, problem.parts[0].answer.as_typed().replace("m*", "1.0*m*")) == "correct"
+
+
+def test_a_preview_shows_one_students_problems(tmp_path: Path) -> None:
+    text = '[question.mine]\nprompt = "At {pose}"\nanswer = "p"\ngiven = ["pose"]\n'
+    assignment = make_assignment(tmp_path, text + '[[problem]]\nfamily = "planar-2r"\nquestions = ["mine"]\n')
+    shown = show_assignment("T", assignment.generate_problems("preview"), solution=True)
+    assert shown.startswith("T\n=\n") and "Problem 1: Planar 2R arm" in shown and "At θ₁ =" in shown
+
+
+def test_a_wording_changes_no_problem_and_another_answer_does(tmp_path: Path) -> None:
+    questions = ['prompt = "x"\nanswer = "p"', 'prompt = "y"\nanswer = "p"', 'prompt = "x"\nanswer = "2*p"']
+    text = '[question.mine]\n{}\n[[problem]]\nfamily = "planar-2r"\nquestions = ["mine"]\n'
+    made = [make_assignment(tmp_path / str(k), text.format(question)) for k, question in enumerate(questions)]
+    assert made[0].problems_digest == made[1].problems_digest != made[2].problems_digest
+    assert made[0].notebook_digest != made[1].notebook_digest
+
+
+# --- refused, with the reason ---
+
+BAD = {
+    'answer = "ddt(o1 + o7)"': "unknown name 'o7'", 'answer = "foo(p)"': "unknown function 'foo'",
+    'answer = "p*p"': "write dot(a, b) or cross(a, b)", 'answer = "det(Jv)"': "needs a square matrix",
+    'answer = "(p"': "is not a formula", 'answer = "p - p"': "always zero", 'answer = "1"': "the same everywhere",
+    'answer = "p.w"': ".x, .y and .z", 'answer = "J[3, 1]"': "row 1 and column 2",
+    'answer = "zeros(p)"': "zeros(p.x)", 'answer = "zeros(a1)"': "never zero, or always",
+    'answer = "norm(v)"\ngiven = ["pose"]': "qd1, qd2", 'answer = "p"\nrows = ["a", "b"]': "end in x, y or z",
+    'answer = "p"\ngiven = ["poses"]': "did you mean 'pose'", 'answer = 3': "a formula in quotes",
+    'answr = "p"': "did you mean 'answer'", 'options = ["a"]': "from 2 to 8 options",
+    'options = ["z0", "z1"]\nshown = "formula"': "are equal for this arm", 'options = ["a", "a"]': "two options",
+    'answer = "p"\nhints = ["a"]': "three texts", 'answer = "p"\noptions = ["a", "b"]': "either an answer or options",
+    'answer = "__import__(\'os\')"': "not part of the formula language", 'answer = "p"\ndigits = 1': "from 2 to 9",
+    'answer = "(lambda: 0)()"': "not part of the formula language", 'answer = "2^99"': "from -8 to 8",
+    'answer = "inv(J)*[vx, vy]"\ngiven = {theta1 = 0, theta2 = 0}': "vx",
+}  # fmt: skip
+
+
+@pytest.mark.parametrize("question", BAD)
+def test_what_can_not_be_asked_is_refused_with_file_line_and_reason(question: str, tmp_path: Path) -> None:
+    with pytest.raises(QdotError) as refused:
+        make_problem(tmp_path, f'prompt = "x"\n{question}')
+    message = str(refused.value)
+    assert BAD[question] in message and "\n" not in message
+    assert "assignment.toml: line " in message and "question: mine" in message
+
+
+@pytest.mark.parametrize(
+    ("text", "reason"),
+    {"{foo}": "unknown name 'foo'", "{rates}": "add 'rates'", "{p": "", "{p.x.y}": ".x, .y and .z"}.items(),
+)  # fmt: skip
+def test_placeholders_are_checked(text: str, reason: str, tmp_path: Path) -> None:
+    question = f"prompt = 'Find {text}'\nanswer = \"p\""
+    if reason:
+        with pytest.raises(QdotError, match=f"prompt: .*{reason}"):
+            make_problem(tmp_path, question)
+    else:
+        made = make_problem(tmp_path, question)
+        assert text in write_prompt(made, made.parts[0])
+
+
+def test_latex_keeps_its_braces(tmp_path: Path) -> None:
+    problem = make_problem(
+        tmp_path,
+        r"""prompt = 'Let $\frac{a}{b}^{2}_{i}$ and $M = {p.x}$ in {{braces}}.'
+answer = "p" """,
+    )
+    text = write_prompt(problem, problem.parts[0])
+    assert r"$\frac{a}{b}^{2}_{i}$" in text and "in {braces}." in text and r"\cos" in text
+
+
+def test_names_are_checked(tmp_path: Path) -> None:
+    for name in ("Mine", "position", "my_question", "x" * 41):
+        with pytest.raises(QdotError, match="question: "):
+            make_assignment(
+                tmp_path / name, f'[question.{name}]\nprompt = "x"\nanswer = "p"\n[[problem]]\nfamily = "planar-2r"\n'
+            )
+
+
+def test_a_long_or_deep_formula_is_refused_at_once() -> None:
+    for text in ("(" * 300 + "p" + ")" * 300, "+".join(["p"] * 100), "p" + ".x" * 300, "-" * 490 + "p"):
+        with pytest.raises(FormulaError):
+            parse(text)
+
+
+# --- formulas by chance ---
+
+SCALARS = (
+    "p.x",
+    "p.y",
+    "v.x",
+    "det(J)",
+    "theta1",
+    "J[1, 2]",
+    "norm(o1)",
+    "dot(z1, p)",
+    "sin(theta2)",
+    "x1.y",
+    "2",
+    "1/3",
+)
+VECTORS = ("p", "v", "o1", "z0", "x2", "qd1*p", "cross(z0, p)", "J*qd")
+FUZZ_FAMILIES = ("planar-2r", "polar-rp", "elbow-3r")
+
+
+def random_formula(stream: Stream, depth: int = 0) -> str:
+    """Return a formula of the question language; many have no meaning."""
+    if depth > 2 or stream.integer(0, 3) == 0:
+        return stream.choice(SCALARS + VECTORS)
+    first, second = random_formula(stream, depth + 1), random_formula(stream, depth + 1)
+    forms = (
+        f"({first} + {second})", f"({first} - {second})", f"{first}*{second}", f"ddt({first})", f"{first}/a2",
+        f"diff({first}, theta1)", f"at({first}, theta1 = 0)", f"dot({first}, {second})", f"norm({first})",
+        f"({first})^2",         f"[{first}, {second}]", f"cross({first}, {second})", f"sin({first})",
+    )  # fmt: skip
+    return stream.choice(forms)
+
+
+def change_entry(entry: str, kind: int) -> str:
+    changes: Sequence[Callable[[str], str]] = (
+        lambda e: f"-({e})", lambda e: f"2*({e})", lambda e: f"({e}) + 1/7", lambda e: f"({e}) + theta1/9",
+        lambda e: e.replace("sin", "cos", 1), lambda e: e.replace("theta1", "theta2"), lambda e: f"({e})*cos(theta1)",
+        lambda e: f"({e}) - qd1/5", lambda e: e.replace("+", "-", 1), lambda e: f"({e})^2",
+    )  # fmt: skip
+    return changes[kind](entry)
+
+
+def check_formula_by_chance(number: int) -> bool:
+    """Certify a random question, or return False if it is refused with a reason."""
+    stream = Stream(f"custom/{number}")
+    family, answer = FUZZ_FAMILIES[number % len(FUZZ_FAMILIES)], random_formula(stream)
+    try:
+        definition = Definition("mine", answer, (("en", Texts("Mine", "x")),))
+        problem = generate(f"{family}/{number}", ["mine"], definitions=[definition])
+    except QdotError as error:
+        assert str(error).strip() and "Traceback" not in str(error)
+        return False
+    part = problem.parts[0]
+    assert find_failures(problem) == [], answer
+    entries = part.answer.list_formulas()
+    forms = ("({})*1", "sin(theta1)^2 + cos(theta1)^2 - 1 + {}", "-(-({}))")
+    for form in forms:
+        assert outcome_of(problem, typed(part, [form.format(entry) for entry in entries])) == "correct", answer
+    for kind in range(10):
+        changed = [change_entry(entry, kind) for entry in entries]
+        if not any(differ(problem, a, b) for a, b in zip(entries, changed, strict=True)):
+            continue
+        assert outcome_of(problem, typed(part, changed)) != "correct", (answer, kind)
+    return True
+
+
+def typed(part: Part, entries: list[str]) -> str:
+    rows, columns = part.shape or (1, 1)
+    if part.shape is None:
+        return entries[0]
+    return "[" + ", ".join("[" + ", ".join(entries[r * columns : (r + 1) * columns]) + "]" for r in range(rows)) + "]"
+
+
+def differ(problem: Problem, first: str, second: str) -> bool:
+    """Return whether two formulas differ at a random configuration."""
+    names = sorted({*problem.symbols, *find_names(parse_formula(first)), *find_names(parse_formula(second))})
+    values = {sp.Symbol(name): sp.Float(0.3 + 0.17 * k) for k, name in enumerate(names)}
+    values |= {sp.Symbol(n): info.value for n, info in problem.symbols.items() if info.value is not None}
+    a, b = (sp.sympify(text.replace("^", "**")).xreplace(values) for text in (first, second))
+    return abs(complex(sp.N(a)) - complex(sp.N(b))) > 1e-6
+
+
+@pytest.mark.parametrize("block", range(several(2, 10)))
+def test_formulas_by_chance_are_certified_or_refused(block: int) -> None:
+    certified = sum(check_formula_by_chance(number) for number in range(20 * block, 20 * block + 20))
+    assert certified > 2
+
+
+def test_the_parser_reads_no_code() -> None:
+    for text in (
+        "p if p else v",
+        "[x for x in p]",
+        "p and v",
+        "p < v",
+        "'a'",
+        "f'{p}'",
+        "p := v",
+        "lambda x: x",
+        "p[0:1]",
+    ):
+        with pytest.raises(FormulaError):
+            parse(text)
+    assert isinstance(parse("p.x^2"), ast.BinOp)
+
+
+def test_a_definition_is_one_question_in_every_process() -> None:
+    definition = Definition(
+        "mine", "norm(v)", (("en", Texts("Mine", "x")),), given=(GivenValue("pose"), GivenValue("rates"))
+    )
+    assert make_question(definition) is make_question(definition)
+    first, second = (generate("planar-2r/3", ["mine"], definitions=[definition]).parts[0].answer for _ in range(2))
+    assert first == second
