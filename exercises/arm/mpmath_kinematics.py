@@ -136,8 +136,15 @@ def inverse(matrix: Sequence[Vector]) -> list[Vector]:
 
 
 def determinant(matrix: Sequence[Vector]) -> Any:
-    """Return the determinant of a square matrix, given as rows; 0 if the matrix is singular up to rounding."""
-    return PRECISE_CONTEXT.det(matrix)
+    """Return the determinant of a square matrix, given as rows; 0 if the matrix is singular up to rounding.
+
+    >>> determinant([[0, 1], [0, 2]])
+    mpf('0.0')
+    """
+    try:
+        return PRECISE_CONTEXT.det(matrix)
+    except TypeError:  # mpmath finds no pivot if a column has only zeros from the diagonal down
+        return PRECISE_CONTEXT.zero
 
 
 def gram_matrix(matrix: Sequence[Vector]) -> list[Vector]:

@@ -128,8 +128,8 @@ def _find_numeric_wrong_answers(question: _StructureQuestion) -> tuple[Predicted
     roles = classification.domain_of(chain).roles
     names = {*roles, *(rate.name for rate in chain.rates), *chain.task, *part.symbols}
     samples = Domain(roles).sample(names, READABLE_POINTS + SAMPLE_COUNT, Stream(f"known/{question.kind}"))
-    working = compute_numeric_stages(chain, {name: values[READABLE_POINTS:] for name, values in samples.items()})
-    return tuple(_select_distinct(compute_answer(working, part), predict_wrong_answers(working, part)))
+    stages = compute_numeric_stages(chain, {name: values[READABLE_POINTS:] for name, values in samples.items()})
+    return tuple(_select_distinct(compute_answer(stages, part), predict_wrong_answers(stages, part)))
 
 
 @lru_cache(maxsize=2048)
@@ -141,7 +141,7 @@ def _derive_wrong_formulas(question: _StructureQuestion, index: int) -> sp.Matri
     chain, part = question.chain, question.part
     if chain.n > MAX_JOINTS_FOR_MINORS and question_of(part).is_made_of_minors:
         return None  # the derivation would take minutes
-    mistakes = dict(_find_numeric_wrong_answers(question)[index].working.changes)
+    mistakes = dict(_find_numeric_wrong_answers(question)[index].stages.changes)
     formulas = to_sympy_matrix(compute_answer(derive_simplified_formulas(chain).with_mistakes(mistakes), part))
     if formulas.has(*NOT_A_NUMBER) or len(str(formulas.tolist())) > MAX_UNSIMPLIFIED_CHARACTERS:
         return None
@@ -157,7 +157,7 @@ def _find_wrong_formulas(problem: Problem, part: Part, mistake_count: int) -> It
     question = _StructureQuestion(symbolic_arm_of(problem.chain).chain, part.kind, result_choice, part)
     reference = part.answer.as_matrix()
     for index, wrong in enumerate(_find_numeric_wrong_answers(question)[:mistake_count]):
-        changes = wrong.working.changes
+        changes = wrong.stages.changes
         if all(stage == RESULT for stage, _ in changes):
             entries = np.array(reference.tolist(), dtype=object)[..., None]
             for _, change in changes:
@@ -190,8 +190,8 @@ def compare_entry_by_entry(problem: Problem, first: sp.Matrix, second: sp.Matrix
 def _find_wrong_numbers(problem: Problem, part: Part, max_count: int) -> Iterator[KnownWrongAnswer]:
     stream = Stream(f"known/{problem.id}/{part.name}")
     samples = sample_configurations(problem.chain, part, make_domain(problem), SAMPLE_COUNT, stream)
-    working = compute_numeric_stages(problem.chain, samples)
-    wrong_answers = _select_distinct(compute_answer(working, part), predict_wrong_answers(working, part))
+    stages = compute_numeric_stages(problem.chain, samples)
+    wrong_answers = _select_distinct(compute_answer(stages, part), predict_wrong_answers(stages, part))
     expected_numbers = np.array([float(value) for value in part.answer.as_matrix()])
     tolerances = np.array(list_tolerances(part))
     earlier_answers = [expected_numbers]

@@ -102,11 +102,11 @@ def _take_numbers(problem: Problem, part: Part, is_direction: bool) -> NumericPa
     if is_derived(part):
         roles: Mapping[str, Any] = domain_of(problem.chain).roles
         domain, stream = Domain({**roles, **dict.fromkeys(part.symbols, "signed")}), f"{problem.id}/{part.name}/wrong"
-        working = compute_numeric_stages(
+        stages = compute_numeric_stages(
             problem.chain, sample_configurations(problem.chain, part, domain, 1, Stream(stream))
         )
-        _check_agreement(problem, part, reference, compute_answer(working, part)[..., 0], is_direction)
-        predictions = _list_wrong_answers(working, part)
+        _check_agreement(problem, part, reference, compute_answer(stages, part)[..., 0], is_direction)
+        predictions = _list_wrong_answers(stages, part)
         wrong_answers += [(name_chapter(wrong.sentence), wrong.answer[..., 0]) for wrong in predictions]
     return NumericPart(part, reference, None, tuple(wrong_answers))
 
@@ -128,12 +128,12 @@ def _check_agreement(
         raise QdotError(f"{problem.id}: {part.name}: its numbers do not agree; please report it")
 
 
-def _list_wrong_answers(working: StageResults, part: Part) -> list[catalogue.PredictedAnswer]:
+def _list_wrong_answers(stages: StageResults, part: Part) -> list[catalogue.PredictedAnswer]:
     """Return the answers that mistakes lead to; if the derivation is long, only for a few likely mistakes."""
-    if working.n > MAX_JOINTS_FOR_ALL_MISTAKES and is_made_of_jacobian(part):
+    if stages.n > MAX_JOINTS_FOR_ALL_MISTAKES and is_made_of_jacobian(part):
         mistakes = [m for m in catalogue.list_likely_mistakes(part) if m.name in catalogue.MISTAKES_FOR_ONE_NUMBER]
-        return [wrong for mistake in mistakes for wrong in catalogue.apply_mistake(mistake, working, part)]
-    return list(catalogue.predict_wrong_answers(working, part))
+        return [wrong for mistake in mistakes for wrong in catalogue.apply_mistake(mistake, stages, part)]
+    return list(catalogue.predict_wrong_answers(stages, part))
 
 
 # --- formulas ---
@@ -146,11 +146,9 @@ def _evaluate_formulas(problem: Problem, part: Part) -> NumericPart | None:
     configurations = list(_sample_configurations(chain, part, stream))
     values = _collect_values(chain, part, configurations)
     as_number = replace(part, answer=_make_number(part, sp.ones(*reference.shape)))
-    working = compute_numeric_stages(chain, values)
-    derived_answer = compute_answer(working, as_number)
-    mistakes = [
-        wrong for wrong in _list_wrong_answers(working, as_number) if wrong.answer.shape == derived_answer.shape
-    ]
+    stages = compute_numeric_stages(chain, values)
+    derived_answer = compute_answer(stages, as_number)
+    mistakes = [wrong for wrong in _list_wrong_answers(stages, as_number) if wrong.answer.shape == derived_answer.shape]
     best_index = _choose_configuration(derived_answer, mistakes)
     if best_index is None:
         return None

@@ -64,12 +64,12 @@ _POSITION_STAGES = frozenset({"table", "rotations", "own links", "links"})
 class PredictedAnswer:
     """The wrong answer that a variant of a mistake gives, (rows, columns, …), and the derivation with this mistake.
 
-    The entries are numbers, formula trees or SymPy expressions, depending on the arithmetic of `working`.
+    The entries are numbers, formula trees or SymPy expressions, depending on the arithmetic of `stages`.
     """
 
     mistake: Mistake
     variant: MistakeVariant
-    working: StageResults
+    stages: StageResults
     answer: np.ndarray
 
     @property
@@ -82,8 +82,8 @@ class PredictedAnswer:
         """How often this variant is made, relative to other variants that give the same answer."""
         frequency = self.mistake.frequency
         if "linear" in self.variant.changes:  # a propagated quantity such as p* may itself be the answer
-            return frequency if self.working.depends_on("linear") else max(frequency, 1.0)
-        is_propagated = any(stage == "linear" for stage, _ in self.working.changes)
+            return frequency if self.stages.depends_on("linear") else max(frequency, 1.0)
+        is_propagated = any(stage == "linear" for stage, _ in self.stages.changes)
         return frequency * PROPAGATION_FACTOR if is_propagated else frequency
 
 
@@ -131,11 +131,11 @@ def apply_mistake(
         if effective_variant is None:
             continue
         changes: dict[str, Change] = dict(effective_variant.changes)
-        workings = [w.with_mistakes(changes)]
+        derivations = [w.with_mistakes(changes)]
         if _POSITION_STAGES & changes.keys() and "linear" not in changes:
-            workings.append(w.with_mistakes({**changes, "linear": propagate_linear_rows}))
-        answers = [(working, answer) for working in workings if (answer := _compute_result(working, part)) is not None]
-        yield from (PredictedAnswer(mistake, effective_variant, *working_and_answer) for working_and_answer in answers)
+            derivations.append(w.with_mistakes({**changes, "linear": propagate_linear_rows}))
+        answers = [(stages, answer) for stages in derivations if (answer := _compute_result(stages, part)) is not None]
+        yield from (PredictedAnswer(mistake, effective_variant, *stages_and_answer) for stages_and_answer in answers)
         if all(_is_same_answer(answer, correct_answer) for _, answer in answers):
             idle_joints.update(effective_variant.joints)
 
@@ -148,11 +148,11 @@ def _is_same_answer(answer: np.ndarray, correct_answer: np.ndarray) -> bool:
     return np.allclose(answer, correct_answer, rtol=1e-9, atol=1e-9, equal_nan=True)
 
 
-def _compute_result(working: StageResults, part: Part) -> np.ndarray | None:
+def _compute_result(stages: StageResults, part: Part) -> np.ndarray | None:
     """Return the answer that a derivation gives; None if its mistake is at a joint that the question leaves out."""
     try:
         with np.errstate(all="ignore"):  # J may be rank-deficient
-            return compute_answer(working, part)
+            return compute_answer(stages, part)
     except IndexError:  # the joint of the mistake comes after the frame that the question asks about
         return None
 

@@ -128,7 +128,7 @@ def _find_variants(symbolic_chain: Chain, subject: OptionSubject) -> tuple[_Vari
         is_suitable = mistake.name in SCREW_MISTAKES or not subject.depends_on_home_position
         if is_suitable and options.is_plausible(mistake) and _is_new_answer(values, known_values):
             blame = Blame.from_mistake(mistake, wrong.variant.words.items())
-            variants.append(_Variant(blame, values, wrong.working.changes))
+            variants.append(_Variant(blame, values, wrong.stages.changes))
     return tuple(variants)
 
 

@@ -253,11 +253,11 @@ class _Context:
             if part.answer.is_numeric:
                 values = sample_configurations(self.problem.chain, part, self.domain, 1, Stream(self.seed))
                 numeric_rows = {name: _evaluate_at(rows, values) for name, rows in source_rows.items()}
-                working = _substitute(compute_numeric_stages(self.problem.chain, values), numeric_rows)
-                return compute_rows(working, part.details)[..., 0].ravel().astype(float)
+                stages = _substitute(compute_numeric_stages(self.problem.chain, values), numeric_rows)
+                return compute_rows(stages, part.details)[..., 0].ravel().astype(float)
             tree_rows = {name: TreeArithmetic.matrix(rows) for name, rows in source_rows.items()}
-            working = _substitute(compute_tree_stages(self.problem.chain), tree_rows)
-            rows = TreeArithmetic.rows(compute_rows(working, part.details))
+            stages = _substitute(compute_tree_stages(self.problem.chain), tree_rows)
+            rows = TreeArithmetic.rows(compute_rows(stages, part.details))
             return rows if sum(count_nodes(entry) for row in rows for entry in row) <= 20 * MAX_NODES else None
         except ParseError:
             return None
@@ -304,14 +304,14 @@ class _Context:
         return judge_numbers(answer, values.tolist(), number.units, tolerance, 0.001 * largest_value)
 
 
-def _substitute(working: StageResults, rows_by_part: Mapping[str, np.ndarray]) -> StageResults:
+def _substitute(stages: StageResults, rows_by_part: Mapping[str, np.ndarray]) -> StageResults:
     """Return a derivation that uses these answers to earlier parts, arrays of shape (rows, columns, …)."""
     changes: dict[str, Change] = {}
     for name, rows in rows_by_part.items():
         substitution = QUESTIONS[name].substitution
         assert substitution is not None, name
         changes.update(substitution(rows))
-    return working.with_mistakes(changes)
+    return stages.with_mistakes(changes)
 
 
 def _evaluate_at(rows: Rows, values: Mapping[str, np.ndarray]) -> np.ndarray:

@@ -168,7 +168,7 @@ def draw_mistakes(count_by_title: Mapping[str, int]) -> str:
 def draw_groups(number: int, shares_by_group: Mapping[str, Sequence[float]]) -> str:
     """Draw a row for each group of arms: a dot for each student's share of the points, and a line at the mean.
 
-    `shares` are in %. `number` distinguishes this chart from the other charts of groups on the page.
+    The shares are in %. `number` distinguishes this chart from the other charts of groups on the page.
     """
 
     def draw(axes: "Axes") -> None:

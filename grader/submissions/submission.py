@@ -121,6 +121,8 @@ def find_submissions(assignment: "Assignment", root: Path) -> SubmissionFolder:
     Of a student's files, the notebook with the assignment's file name comes first, else the notebook whose metadata
     name the assignment, else the first notebook by name. Raises QdotError if `root` is not a folder.
     """
+    if not root.exists():
+        raise QdotError(f"{root} does not exist; put the submissions there, as STUDENT/*.ipynb or STUDENT.ipynb")
     if not root.is_dir():
         raise QdotError(f"{root} is not a folder; expected a folder with STUDENT/*.ipynb or STUDENT.ipynb")
     folder = SubmissionFolder({})

@@ -168,7 +168,7 @@ def _short_determinant(wrong: PredictedAnswer) -> sp.Matrix:
     """Return the determinant of a wrong Jacobian of many joints, from entries in their shortest form."""
     if "determinant" in wrong.variant.changes or RESULT in wrong.variant.changes:
         return sp.Matrix([[sp.nan]])
-    entries = np.frompyfunc(_short, 1, 1)(wrong.working["jacobian"])
+    entries = np.frompyfunc(_short, 1, 1)(wrong.stages["jacobian"])
     return sp.Matrix([[sp.expand(determinant(entries).item())]])
 
 

@@ -92,9 +92,9 @@ def keys_in_formulas(arms: Sequence[Chain], groups: Sequence[str]) -> dict[str, 
     for index, its in enumerate(known):
         alike.setdefault(its.chain, []).append(index)
     for generic, members in alike.items():
-        working = _evaluate(generic, [dict(known[index].values) for index in members])
+        stages = _evaluate(generic, [dict(known[index].values) for index in members])
         for group in groups:
-            outcome = READ[group](working).reshape(-1, len(members), POSES)
+            outcome = READ[group](stages).reshape(-1, len(members), POSES)
             if group == "singular":
                 outcome = outcome / outcome[..., :1]
             rows = np.round(np.moveaxis(outcome, 1, 0).reshape(len(members), -1), DIGITS) + 0.0
@@ -104,7 +104,7 @@ def keys_in_formulas(arms: Sequence[Chain], groups: Sequence[str]) -> dict[str, 
 
 
 def _evaluate(generic: Chain, stand_for: Sequence[dict[sp.Symbol, sp.Expr]]) -> StageResults:
-    """Return the working for arms of one structure, each in the same configurations."""
+    """Return the stages for arms of one structure, each in the same configurations."""
     values = {
         symbol.name: np.array(
             [_value(its.get(symbol, symbol), pose, generic.q) for its in stand_for for pose in range(POSES)]

@@ -105,17 +105,17 @@ def test_all_routes_agree(chain: Chain, seed: int) -> None:
     arm = NumericChain(chain, {"h": 0.37})
     poses, jacobian = arm.frames(q), arm.jacobian(q)
     frames, point = frames_and_point(chain)
-    working = compute_symbolic_stages(chain)
-    for i, (frame, rotation) in enumerate(zip(frames, working["rotations"], strict=True)):
+    stages = compute_symbolic_stages(chain)
+    for i, (frame, rotation) in enumerate(zip(frames, stages["rotations"], strict=True)):
         np.testing.assert_allclose(values_of(frame.rotation, chain, q), poses[i, :3, :3], atol=1e-12)
         np.testing.assert_allclose(values_of(to_sympy_matrix(rotation), chain, q), poses[i, :3, :3], atol=1e-12)
         np.testing.assert_allclose(values_of(frame.origin, chain, q)[:, 0], poses[i, :3, 3], atol=1e-12)
     np.testing.assert_allclose(values_of(point, chain, q)[:, 0], arm.point(q), atol=1e-12)
-    propagated = to_sympy_matrix(np.concatenate([propagate_linear_rows(working), working["angular"]]))
+    propagated = to_sympy_matrix(np.concatenate([propagate_linear_rows(stages), stages["angular"]]))
     np.testing.assert_allclose(values_of(propagated, chain, q), jacobian, atol=1e-12)
     np.testing.assert_allclose(values_of(point.jacobian(chain.q), chain, q), jacobian[:3], atol=1e-12)
     for i in range(chain.n):
-        p_star = values_of(to_sympy_matrix(working["arms"][i]), chain, q)[:, 0]
+        p_star = values_of(to_sympy_matrix(stages["arms"][i]), chain, q)[:, 0]
         np.testing.assert_allclose(p_star, arm.point(q) - poses[i, :3, 3], atol=1e-12)
 
 

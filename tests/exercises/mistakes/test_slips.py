@@ -155,7 +155,7 @@ def checked(arm: Chain) -> list[str]:
     """Check every slip of the mistakes in rows on an arm, and return the names of those that there were."""
     stream, found = Stream(f"rows/{arm.name}"), []
     known = {symbol: stream.uniform(0.3, 1.7) for symbol in (*arm.parameters, *arm.q)}
-    working = compute_numeric_stages(arm, {symbol.name: np.array([value]) for symbol, value in known.items()})
+    stages = compute_numeric_stages(arm, {symbol.name: np.array([value]) for symbol, value in known.items()})
     for name in (*ENTRIES, "lengths-exchanged", "row-misread", "a-and-d-exchanged"):
         for slip in CATALOGUE[name].generate_variants(arm, (3, 1)):
             if slip.words.get("entry") == "constant of the joint variable":
@@ -163,7 +163,7 @@ def checked(arm: Chain) -> list[str]:
             point = convention_of(arm).point
             rows = read_wrongly(name, slip, convention_of(arm).rows)
             expected = led_to(convention_of(arm).base, rows, point.offset, known)
-            made = np.asarray(working.with_mistakes(slip.changes)["point"])[:, 0]
+            made = np.asarray(stages.with_mistakes(slip.changes)["point"])[:, 0]
             assert np.allclose(made, expected, atol=1e-9), (name, slip.words)
             found.append(name)
     return found

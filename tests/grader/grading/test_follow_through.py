@@ -260,7 +260,7 @@ EARLY = ("relative-angle", "sine-for-cosine", "link-subtracted", "chain-rule", "
 
 @few_families
 def test_what_follows_from_a_mistake_is_followed_on_every_family(family: str, drawn: Draw) -> None:
-    """All answers of one working in which one thing went wrong: each is right, follows, or builds on what is easy."""
+    """All answers of one derivation with one mistake: each answer is right, follows, or builds on what is easy."""
     problem = drawn(family, 0)
     later = [part for part in problem.parts if any(list_earlier_parts(part)) and is_derived(part) and _is_formula(part)]
     if problem.chain.n > 3 or not later:
@@ -270,7 +270,7 @@ def test_what_follows_from_a_mistake_is_followed_on_every_family(family: str, dr
     for mistake in EARLY:
         for wrong in list(apply_mistake(CATALOGUE[mistake], w, later[0]))[: several(1, 2)]:
             parts = [part for part in problem.parts if is_derived(part) and _is_formula(part)]
-            texts = {part.name: written(part, wrong.working) for part in parts}
+            texts = {part.name: written(part, wrong.stages) for part in parts}
             if any(len(text) > 4000 or "zoo" in text or "nan" in text for text in texts.values()):
                 continue
             verdicts = marked(problem, texts)
