@@ -53,7 +53,7 @@ class Meaning:
 class MeasuredMeaning(Meaning):
     """A statement with a measure that is zero if the statement holds.
 
-    The kinds "straight" and "doubled" have the same measure, and so have "far" and "near"; `holds` tells them apart.
+    The kinds "straight" and "doubled" have the same measure, and so have "far" and "near"; `holds` separates them.
     """
 
     measure: Measure

@@ -192,8 +192,9 @@ def assignment_schema() -> str:
     schema["$defs"] |= question.pop("$defs", {}) | {"QuestionEntry": question}
     reference = {"$ref": "#/$defs/QuestionEntry"}
     schema["properties"]["question"] |= {"additionalProperties": reference}
-    about = {"$schema": "https://json-schema.org/draft/2020-12/schema", "title": "assignment.toml of qdot"}
-    return json.dumps({**schema, **about}, indent=2, ensure_ascii=False) + "\n"
+    about = {"$schema": "https://json-schema.org/draft/2020-12/schema", "$id": "urn:qdot:schema:assignment:1"}
+    title = "assignment.toml, for editors that complete and check it"
+    return json.dumps({**about, "version": 1, **schema, "title": title}, indent=1, ensure_ascii=False) + "\n"
 
 
 def _describe_keys(model: type[pydantic.BaseModel], forms: Mapping[str, str]) -> list[dict[str, str]]:

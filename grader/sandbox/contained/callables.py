@@ -2,7 +2,7 @@
 
 A function is first called with symbols, and the grader compares the resulting formula exactly. During this call, the
 functions of `math` and NumPy accept symbols. Some functions need numbers, because they fill an array, invert a matrix
-or test a sign. Such a function is called with numbers instead, at points that the grader chooses anew for every
+or test a sign. Such a function is called with numbers instead, at points that the grader chooses again for every
 submission, and the function's values are reported.
 """
 
