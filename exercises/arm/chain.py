@@ -237,8 +237,8 @@ class Chain:
         if self.base.tilt not in (0, sp.pi):
             return False
         if all(joint.alpha in (0, sp.pi) for joint in self.joints[:-1]):
-            return all(joint.kind == "R" and joint.d == 0 for joint in self.joints) and self.point.offset[2] == 0
-        if [joint.kind for joint in self.joints] != ["R", "P"] or self.joints[0].d != 0:
+            return all(joint.is_revolute and joint.d == 0 for joint in self.joints) and self.point.offset[2] == 0
+        if [joint.kind for joint in self.joints] != [REVOLUTE, PRISMATIC] or self.joints[0].d != 0:
             return False
         is_in_plane = self.joints[0].alpha in (sp.pi / 2, -sp.pi / 2) and self.joints[1].theta in (0, sp.pi)
         return bool(is_in_plane and self.point.offset[1] == 0)

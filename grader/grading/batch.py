@@ -167,7 +167,7 @@ class _StoredMarks:
     """The content of a file in graded/.cache: a notebook's marks, and a digest of everything that decides them."""
 
     key: str
-    marks: NotebookMarks
+    marked: NotebookMarks
 
 
 class _GradingWorker:
@@ -217,7 +217,7 @@ class _GradingWorker:
             stored_marks = from_json(_StoredMarks, self._find_path(student, attempt).read_bytes())
         except (OSError, ValueError):
             return None  # nothing stored yet, or damaged
-        return stored_marks.marks if stored_marks.key == self._compute_key(student, attempt) else None
+        return stored_marks.marked if stored_marks.key == self._compute_key(student, attempt) else None
 
     def store_marks(self, student: str, attempt: Submission | None, marks: NotebookMarks) -> None:
         """Store the marks of a notebook, unless qdot failed to grade it, so that the next run tries again."""

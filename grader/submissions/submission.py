@@ -512,6 +512,9 @@ def find_oddities(submission: Submission, assignment: "Assignment", student: str
     if unknown := sorted({cell.part for cell in submission.cells if cell.part is not None} - parts):
         listing = list_some(list(map(make_printable, unknown)), 3)
         notes.append((f"cells are marked as answers to parts that the assignment does not have: {listing}", ""))
+    if submission.unknown_metadata:
+        listing = list_some(submission.unknown_metadata, 5)
+        notes.append((f"the metadata of its cells were changed, which does not affect the marks: {listing}", ""))
     if submission.late:
         notes.append(("the platform marked it as late", ""))
     return notes

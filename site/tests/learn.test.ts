@@ -213,7 +213,7 @@ function seen(
 const wanted = (pose: number[], direction: number) =>
   seen(PLAIN, pose, { rates: [...ratesOf("wanted", { rates: [], direction }, stateAt(PLAIN, pose))] });
 const FIRST = degrees(60, 100);
-const weld = { ...firstWeld(PLAIN, FIRST, reachOf(PLAIN)), turns: 20 };
+const weld = { ...firstWeld(PLAIN, FIRST, reachOf(PLAIN)), revoluteLimit: 20 };
 const short: Weld = { ...weld, target: stateAt(PLAIN, degrees(62, 98)).point, speed: 0.02 };
 /** Of each goal: a way to reach it. */
 const WAYS: Readonly<Record<string, readonly GoalState[]>> = {
@@ -230,7 +230,7 @@ const WAYS: Readonly<Record<string, readonly GoalState[]>> = {
   kinds: [seen(ELBOW, degrees(20, 30, 0)), seen(ELBOW, [0.3, 2.2, innerAngle(2.2)])],
   path: [
     seen(PLAIN, FIRST, { weld, place: 10 }),
-    seen(PLAIN, FIRST, { weld: { ...weld, turns: 0.05 } }),
+    seen(PLAIN, FIRST, { weld: { ...weld, revoluteLimit: 0.05 } }),
     seen(PLAIN, FIRST, { weld: short }),
   ],
 };
@@ -245,7 +245,7 @@ for (const lesson of LESSONS)
     const arm = lesson.arm === "plain" ? PLAIN : ELBOW;
     const pose = lesson.arm === "plain" ? FIRST : degrees(40, 30, 60);
     const rates = ratesOf(lesson.tool, { rates: [0.5, 0.5], direction: 0 }, stateAt(arm, pose));
-    const first = seen(arm, pose, { rates: [...rates], weld: { ...weld, turns: 0.6 } });
+    const first = seen(arm, pose, { rates: [...rates], weld: { ...weld, revoluteLimit: 0.6 } });
     lesson.goals.forEach(({ reached, text }, i) => {
       expect(en).toHaveProperty([text]);
       expect(reached(WAYS[lesson.id]![i]!), text).toBe(true);

@@ -39,8 +39,8 @@ interface DrawingProps extends Stage {
   readonly room?: readonly [number, number] | undefined;
   /** Whether the first pose is drawn larger until the arm moves out of sight. */
   readonly near?: boolean;
-  /** Places that must be visible in the enlarged view, besides the arm. */
-  readonly besides?: readonly Vec3[];
+  /** Points that must be visible in the enlarged view, besides the arm. */
+  readonly extraPoints?: readonly Vec3[];
   /** Text in a corner of the drawing. */
   readonly readout?: ComponentChildren;
   /** The ends A and B of a path; B can be dragged. */
@@ -52,22 +52,22 @@ interface DrawingProps extends Stage {
 type Held =
   { readonly link: number; readonly share: number } | "point" | "target" | { readonly from: Orbit; readonly at: Pixel };
 
-const TURN = Math.PI / 180;
+const DEGREE = Math.PI / 180;
 /** After the view has changed, each move reduces the offset from the pointer to this fraction. */
-const CAUGHT_UP = 0.85;
+const OFFSET_DECAY = 0.85;
 
 export function Drawing(props: DrawingProps): JSX.Element {
   const { arm, state, reach, layers, chosen, choose, lit, point, move, target } = props;
   const box = useRef<HTMLDivElement>(null);
   const [width, height] = useSize(box, props.room ?? [560, 420]);
-  const [orbit, setOrbit, begun] = useOrbit(props);
+  const [orbit, setOrbit, firstOrbit] = useOrbit(props);
   const [held, setHeld] = useState<Held | null>(null);
   const [hasDragged, setDragged] = useState(false); // whether the reader has dragged something
   const [solid, setSolid] = useState(false);
   const extent = useMemo(() => extentOf(arm), [arm]);
   const flat = useMemo(() => flatPlane(arm) !== null, [arm]);
   const fullView = useMemo(() => viewOf(arm, extent, width, height, orbit), [arm, extent, width, height, orbit]);
-  const view = useNearView(props, fullView, begun, flat);
+  const view = useNearView(props, fullView, firstOrbit, flat);
   const columns = useMemo(
     () => (layers.ellipse ? drawnColumns(arm, state, reach) : null),
     [arm, state, reach, layers.ellipse],
@@ -87,7 +87,7 @@ export function Drawing(props: DrawingProps): JSX.Element {
     isLost && messageKind,
   ]);
 
-  const placeOf = (event: PointerEvent): Pixel => {
+  const pixelOf = (event: PointerEvent): Pixel => {
     const corner = box.current!.getBoundingClientRect();
     const { clientLeft, clientTop } = box.current!;
     return [event.clientX - corner.left - clientLeft, event.clientY - corner.top - clientTop];
@@ -96,24 +96,24 @@ export function Drawing(props: DrawingProps): JSX.Element {
     if (event.button !== 0) return;
     event.stopPropagation();
     box.current!.setPointerCapture(event.pointerId);
-    pointer.current = placeOf(event);
-    slipped.current = [0, 0];
-    setHeld(what(placeOf(event)));
+    pointer.current = pixelOf(event);
+    offset.current = [0, 0];
+    setHeld(what(pixelOf(event)));
     setDragged(true);
   };
   const pointer = useRef<Pixel>([0, 0]);
-  const slipped = useRef<Pixel>([0, 0]); // offset of the dragged thing from the pointer after the view has changed
-  const holding = held === "point" ? state.point : held === "target" ? target?.at : draggedPoint(held, links);
+  const offset = useRef<Pixel>([0, 0]); // offset of the dragged thing from the pointer after the view has changed
+  const heldPoint = held === "point" ? state.point : held === "target" ? target?.at : draggedPoint(held, links);
   useLayoutEffect(() => {
-    if (!holding) return;
-    const [x, y] = pixel(view, holding);
-    slipped.current = [pointer.current[0] - x, pointer.current[1] - y];
+    if (!heldPoint) return;
+    const [x, y] = pixel(view, heldPoint);
+    offset.current = [pointer.current[0] - x, pointer.current[1] - y];
   }, [view.scale, view.centre]);
   const drag = (event: PointerEvent): void => {
     if (held === null) return;
-    pointer.current = placeOf(event);
-    slipped.current = [CAUGHT_UP * slipped.current[0], CAUGHT_UP * slipped.current[1]];
-    const [x, y] = [pointer.current[0] - slipped.current[0], pointer.current[1] - slipped.current[1]];
+    pointer.current = pixelOf(event);
+    offset.current = [OFFSET_DECAY * offset.current[0], OFFSET_DECAY * offset.current[1]];
+    const [x, y] = [pointer.current[0] - offset.current[0], pointer.current[1] - offset.current[1]];
     const from = (place: Vec3): Pixel => {
       const [px, py] = pixel(view, place);
       return [x - px, y - py];
@@ -128,27 +128,27 @@ export function Drawing(props: DrawingProps): JSX.Element {
   };
   useEffect(() => preventScrolling(box.current!), []);
   /** Change the view by a key: rotate it, or return to the first view. */
-  const looked = useCallback(
+  const changeView = useCallback(
     (key: string): void => {
-      const turn = TURNS[key];
-      setOrbit((now) => (turn ? rotateOrbit(now, ...turn) : begun));
+      const change = VIEW_KEYS[key];
+      setOrbit((now) => (change ? rotateOrbit(now, ...change) : firstOrbit));
     },
-    [begun],
+    [firstOrbit],
   );
   const pressKey = (event: KeyboardEvent): void => {
     if (event.ctrlKey || event.metaKey || event.altKey) return;
-    const size = event.shiftKey ? 10 : 2;
+    const factor = event.shiftKey ? 10 : 2;
     const step = ARROWS[event.key];
     const number = Number(event.key);
     if (event.key.toLowerCase() === "p") choose(-1);
     else if (number >= 1 && number <= arm.joints.length) choose(number - 1);
-    else if (event.key === "0" || (!flat && TURNS[event.key])) looked(event.key);
+    else if (event.key === "0" || (!flat && VIEW_KEYS[event.key])) changeView(event.key);
     else if (step && chosen < 0) {
-      const metres = size * 0.005 * view.scale;
+      const metres = factor * 0.005 * view.scale;
       move(movePoint(arm, state.pose, vectorFromPixels(view, [step[0] * metres, step[1] * metres])));
     } else if (step && step[0] === 0) choose((chosen + step[1] + arm.joints.length) % arm.joints.length);
     else if (step) {
-      const by = step[0] * size * (arm.joints[chosen]!.kind === "R" ? TURN : 0.005);
+      const by = step[0] * factor * (arm.joints[chosen]!.kind === "R" ? DEGREE : 0.005);
       move(state.pose.with(chosen, within(arm, chosen, state.pose[chosen]! + by)));
     } else return;
     event.preventDefault();
@@ -202,7 +202,7 @@ export function Drawing(props: DrawingProps): JSX.Element {
           />
           {target && <Target at={pixel(view, target.at)} onDown={(event) => hold(event, () => "target")} />}
         </svg>
-        {!flat && <ViewButtons onKey={looked} />}
+        {!flat && <ViewButtons onKey={changeView} />}
       </div>
       {props.readout}
       <div class="arm-said">
@@ -247,11 +247,11 @@ function useOrbit({ arm, home, isSent }: DrawingProps): [Orbit, StateUpdater, Or
 
 type StateUpdater = (next: Orbit | ((now: Orbit) => Orbit)) => void;
 
-const NO_PLACES: readonly Vec3[] = [];
+const NO_POINTS: readonly Vec3[] = [];
 
 /** Return the view of the whole reach, or an enlarged view of the first pose as long as the arm stays in sight. */
 function useNearView(props: DrawingProps, fullView: View, firstOrbit: Orbit, flat: boolean): View {
-  const { arm, state, home, reach, layers, isConcealed, near, target, besides = NO_PLACES } = props;
+  const { arm, state, home, reach, layers, isConcealed, near, target, extraPoints = NO_POINTS } = props;
   const pathEnds = target ? [target.at] : []; // the view must not follow B while B is dragged
   const [hasLeft, setLeft] = useState(false);
   const { width, height } = fullView;
@@ -263,7 +263,7 @@ function useNearView(props: DrawingProps, fullView: View, firstOrbit: Orbit, fla
     const shownArrows = [...(layers.columns ? arrows : []), ...(layers.ellipse ? edgesOf(arrows, page) : [])];
     const heads = shownArrows.map((arrow) => add(first.point, arrow));
     const isLost = drawnLostDirection(arm, first, measuresOf(first), isConcealed) !== null;
-    const visible = [...heads, ...pathEnds, ...besides];
+    const visible = [...heads, ...pathEnds, ...extraPoints];
     return framingOf(arm, first, visible, page, { flat, lines: isLost ? 2 : 1 });
   }, [
     near,
@@ -275,7 +275,7 @@ function useNearView(props: DrawingProps, fullView: View, firstOrbit: Orbit, fla
     layers.columns,
     layers.ellipse,
     pathEnds.length,
-    besides,
+    extraPoints,
     isConcealed,
   ]);
   const nearer = useMemo(() => (framing ? withFraming(fullView, framing) : fullView), [framing, fullView]);
@@ -287,13 +287,13 @@ function useNearView(props: DrawingProps, fullView: View, firstOrbit: Orbit, fla
 
 /** Return the boxes (pixels) of texts and buttons, which labels avoid; measured again only if `changes` differ. */
 function useCovered(box: { readonly current: HTMLElement | null }, changes: readonly unknown[]): Covered {
-  const [covered, setCovered] = useState<Covered>(NOTHING);
+  const [covered, setCovered] = useState<Covered>(NO_BOXES);
   useLayoutEffect(() => {
     const parent = box.current?.parentElement;
     if (!box.current || !parent) return;
     const { left, top } = box.current.getBoundingClientRect();
     const { clientLeft, clientTop } = box.current;
-    const boxes = [...parent.querySelectorAll(OVER)]
+    const boxes = [...parent.querySelectorAll(OVERLAYS)]
       .map((element) => element.getBoundingClientRect())
       .filter(({ width, height }) => width > 0 && height > 0)
       .map((rect) => ({
@@ -307,10 +307,10 @@ function useCovered(box: { readonly current: HTMLElement | null }, changes: read
   return covered;
 }
 
-const NOTHING: Covered = [];
+const NO_BOXES: Covered = [];
 const NO_ENDS = {};
 /** Texts and buttons over a drawing. The hint's box is as wide as the page, so its words are measured. */
-const OVER = ".arm-readout, .arm-lost-words, .arm-hint > span, .arm-view";
+const OVERLAYS = ".arm-readout, .arm-lost-words, .arm-hint > span, .arm-view";
 
 /** What a finger can drag. */
 const GRIPS = ".arm-grip, .arm-point, .arm-target";
@@ -326,7 +326,7 @@ function preventScrolling(box: HTMLElement): () => void {
 }
 
 /** Keys that rotate the view about the vertical, up or down, or zoom it: [azimuth, elevation, zoom factor]. */
-const TURNS: Readonly<Record<string, readonly [number, number, number]>> = {
+const VIEW_KEYS: Readonly<Record<string, readonly [number, number, number]>> = {
   a: [-0.12, 0, 1],
   d: [0.12, 0, 1],
   w: [0, 0.1, 1],

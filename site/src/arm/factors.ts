@@ -8,14 +8,14 @@ import { randomPoses } from "../random.js";
 import { rangeOf } from "./ranges.js";
 
 /** A factor: its HTML, its value at a pose, and its maximum absolute value over the ranges of the joints. */
-export type LiveFactor = { readonly html: string; readonly at: (pose: Pose) => number; readonly most: number };
+export type LiveFactor = { readonly html: string; readonly at: (pose: Pose) => number; readonly max: number };
 
 const SAMPLES = 300;
 
 /** The maximum of |det J| and the factors of det J. */
 export interface Sizes {
   /** The maximum of |det J|, or of the product of singular values if J is not square. */
-  readonly most: number;
+  readonly max: number;
   readonly factors: readonly LiveFactor[];
 }
 
@@ -24,7 +24,7 @@ export function sizesOf(arm: Arm, robot: Robot, factors: readonly Factor[]): () 
   let sizes: Sizes | undefined;
   const volumeAt = (pose: Pose): number => Math.abs(signedVolume(arm, pose));
   return () =>
-    (sizes ??= { most: Math.max(1e-9, ...samplesOf(arm).map(volumeAt)), factors: liveFactors(arm, robot, factors) });
+    (sizes ??= { max: Math.max(1e-9, ...samplesOf(arm).map(volumeAt)), factors: liveFactors(arm, robot, factors) });
 }
 
 /** Return poses over the whole ranges of the joints. */
@@ -44,6 +44,6 @@ function liveFactors(arm: Arm, robot: Robot, factors: readonly Factor[]): LiveFa
   return factors.map(([html, typed]) => {
     const tree = parse(typed, known);
     const at = (pose: Pose): number => realValue(tree, { ...robot.values, ...namedPose(arm, pose) });
-    return { html, at, most: Math.max(1e-9, ...samples.map((pose) => Math.abs(at(pose)))) };
+    return { html, at, max: Math.max(1e-9, ...samples.map((pose) => Math.abs(at(pose)))) };
   });
 }

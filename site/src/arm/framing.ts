@@ -9,9 +9,9 @@ import { axonometric, FIRST_ORBIT, type Orbit, pixel, type View } from "./view.j
 /** The centre of the drawing, and how many times larger it is than the view of the whole reach. */
 export type Framing = { readonly centre: Vec3; readonly times: number };
 
-const LARGEST = 1.9;
+const MAX_ZOOM = 1.9;
 /** A small drawing without room for arrows and letters is enlarged at least by this factor. */
-const LEAST = 0.7;
+const MIN_ZOOM = 0.7;
 /** Margin in pixels for arrows and letters; in a flat drawing also for arcs and ground. A low drawing has less. */
 const [FLAT, SOLID] = [58, 44];
 const SHARE = 0.2;
@@ -35,10 +35,16 @@ function pointsOfArm(arm: Arm, state: State): Vec3[] {
 /** Whether an arm is drawn flat, and how many lines of text stand at the foot of the drawing. */
 type Surroundings = { readonly flat: boolean; readonly lines?: number };
 
-/** Return the framing that shows the arm at a state and the points `besides`, starting from the view of the reach. */
-export function framingOf(arm: Arm, state: State, besides: readonly Vec3[], view: View, around: Surroundings): Framing {
+/** Return the framing that shows the arm at a state and the points `extraPoints`, starting from the view of the reach. */
+export function framingOf(
+  arm: Arm,
+  state: State,
+  extraPoints: readonly Vec3[],
+  view: View,
+  around: Surroundings,
+): Framing {
   const { flat, lines = 1 } = around;
-  const pixels = [...pointsOfArm(arm, state), ...besides].map((place) => pixel(view, place));
+  const pixels = [...pointsOfArm(arm, state), ...extraPoints].map((place) => pixel(view, place));
   const bodies = flat ? [] : bodiesOf(arm, state, view);
   const side = Math.min(flat ? FLAT : SOLID, SHARE * view.height);
   const beside = side + Math.min(WORDS, 0.05 * view.height);
@@ -49,7 +55,7 @@ export function framingOf(arm: Arm, state: State, besides: readonly Vec3[], view
     fitOf(xs!, [side, side + buttons], bodies[0], [EDGE, EDGE + buttons]),
     fitOf(ys!, [beside, beside], bodies[1], [EDGE, foot]),
   ];
-  const times = Math.max(LEAST, Math.min(LARGEST, wide.fitting(view.width), high.fitting(view.height)));
+  const times = Math.max(MIN_ZOOM, Math.min(MAX_ZOOM, wide.fitting(view.width), high.fitting(view.height)));
   const across = (wide.middle(times) - view.width / 2) / view.scale;
   const up = (view.height / 2 - high.middle(times)) / view.scale;
   return { centre: addScaled(addScaled(view.centre, view.right, across), view.up, up), times };
@@ -115,9 +121,9 @@ export function withFraming(view: View, { centre, times }: Framing): View {
   return { ...view, centre, scale: times * view.scale };
 }
 
-/** Return whether the whole arm and the points `besides` are visible in a view. */
-export function isSeen(arm: Arm, state: State, view: View, besides: readonly Vec3[] = []): boolean {
-  return [...pointsOfArm(arm, state), ...besides].every((place) => {
+/** Return whether the whole arm and the points `extraPoints` are visible in a view. */
+export function isSeen(arm: Arm, state: State, view: View, extraPoints: readonly Vec3[] = []): boolean {
+  return [...pointsOfArm(arm, state), ...extraPoints].every((place) => {
     const [x, y] = pixel(view, place);
     return x > EDGE && x < view.width - EDGE && y > EDGE && y < view.height - EDGE;
   });

@@ -99,18 +99,18 @@ const LOW = 0.06;
 export function Determinant(props: Pick<Stage, "arm" | "state" | "measures" | "sizes">): JSX.Element {
   const { arm, state, measures, sizes } = props;
   const near = nearness(arm, measures);
-  const { most, factors } = sizes();
+  const { max, factors } = sizes();
   const size = measures.det ?? measures.volume;
   return (
     <dl class="arm-factors">
       <div>
         <dt>{say(sizeName(arm))}</dt>
         <dd>{inDigits(digits(size))}</dd>
-        <Bar share={Math.abs(size) / most} low={near !== "regular"} />
+        <Bar share={Math.abs(size) / max} low={near !== "regular"} />
       </div>
-      {factors.map(({ html, at, most }) => {
+      {factors.map(({ html, at, max }) => {
         const value = at(state.pose);
-        const share = Math.min(1, Math.abs(value) / most);
+        const share = Math.min(1, Math.abs(value) / max);
         return (
           <div key={html} class={share < LOW ? "arm-vanishing" : ""}>
             <dt dangerouslySetInnerHTML={{ __html: html }} />

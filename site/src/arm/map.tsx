@@ -105,7 +105,7 @@ export function SingularMap(props: Pick<Stage, "arm" | "pose" | "measures" | "mo
     ),
     [arm, pair, radians, ...place],
   );
-  const legend = useMemo(() => (terrain ? <Legend kinds={kinds} lost={terrain.most === 0} /> : null), [terrain, kinds]);
+  const legend = useMemo(() => (terrain ? <Legend kinds={kinds} lost={terrain.max === 0} /> : null), [terrain, kinds]);
   const [x, y] = px(here);
   const name = shown === "least" ? say("arm.map.least") : say(sizeName(arm));
   const joints = pair.map((joint) => plainLetters(arm.joints[joint]!.name));

@@ -48,13 +48,13 @@ export function drawnColumns(arm: Arm, state: State, reach: number): readonly Ve
 /** Half the disc of P, and the length from which an arrow begins at P itself (pixels). */
 const [DISC, CLEAR] = [9, 26];
 /** An arrow that is shorter (pixels) is not drawn. */
-const LEAST = 3;
+const MIN_ARROW_LENGTH = 3;
 
 /** Return where the arrow of a column begins: at P or, if the arrow is short, at most at the rim of P's disc. */
 export function tailOf(view: View, point: Vec3, column: Vec3): Vec3 {
   const [x, y] = vectorInPixels(view, column);
   const length = Math.hypot(x, y);
-  if (length < LEAST || length > CLEAR) return point;
+  if (length < MIN_ARROW_LENGTH || length > CLEAR) return point;
   const out = Math.min(DISC, CLEAR - length) / length;
   return add(point, vectorFromPixels(view, [out * x, out * y]));
 }
@@ -200,7 +200,8 @@ function wantedLabels({ arm, state, view, reach, layers, flat, ends }: MarksProp
     wanted.push({ name, style: "arm-end", at: pixel(view, place), toward: [-0.7, 0.7], gap: FACE });
   wanted.push(...worldLabels(arm, view, flat));
   if (layers.lengths) wanted.push(...lengthLabels(arm, state, view));
-  for (const column of arrows.columns) if (lengthOf(view, column) > LEAST) wanted.push(headLabel(view, column));
+  for (const column of arrows.columns)
+    if (lengthOf(view, column) > MIN_ARROW_LENGTH) wanted.push(headLabel(view, column));
   for (const axis of areNamed ? arrows.axes : [])
     if (lengthOf(view, axis) > 14 && (flat || axis.style !== GREY))
       wanted.push({ ...headLabel(view, axis), isClose: true });

@@ -129,7 +129,7 @@ export function crossings(journey: Journey, speed: number, limits: readonly numb
 export function suggestTarget(arm: Arm, pose: Pose, reach: number, regular: boolean): Vec3 {
   const { point } = stateAt(arm, pose);
   let best: Vec3 = point;
-  let most = -Infinity;
+  let max = -Infinity;
   for (const direction of directionsOf(arm)) {
     for (const share of regular ? [0.5, 0.35] : [0.9, 0.6, 0.4]) {
       const target = addScaled(point, direction, share * reach);
@@ -139,7 +139,7 @@ export function suggestTarget(arm: Arm, pose: Pose, reach: number, regular: bool
       const score = regular
         ? (arrives ? 1 : 0) + Math.min(least, 0.25)
         : (arrives ? 0.4 : Math.min(covered, 0.8)) - Math.min(1, 4 * least) + (covered < 0.35 ? -1 : 0);
-      if (score > most + 1e-9) [best, most] = [target, score];
+      if (score > max + 1e-9) [best, max] = [target, score];
     }
   }
   return best.map((value) => Math.round(value * 100) / 100) as unknown as Vec3;

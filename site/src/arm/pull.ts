@@ -1,7 +1,7 @@
 // Detect a pull up or down on a bar, by a finger or the mouse.
 
 /** A shorter pull (pixels) is a tap. */
-const LEAST = 24;
+const MIN_DISTANCE = 24;
 
 /** Return the pointerdown listener of a bar that reports pulls. The bar's `touch-action: pan-x` prevents scrolling. */
 export function onPull(report: (way: "up" | "down") => void): (start: PointerEvent) => void {
@@ -10,7 +10,8 @@ export function onPull(report: (way: "up" | "down") => void): (start: PointerEve
     const end = ({ type, clientX, clientY }: PointerEvent): void => {
       listening.abort();
       const [across, down] = [clientX - start.clientX, clientY - start.clientY];
-      if (type === "pointerup" && Math.abs(down) > Math.max(LEAST, Math.abs(across))) report(down < 0 ? "up" : "down");
+      if (type === "pointerup" && Math.abs(down) > Math.max(MIN_DISTANCE, Math.abs(across)))
+        report(down < 0 ? "up" : "down");
     };
     for (const event of ["pointerup", "pointercancel"] as const)
       addEventListener(event, end, { signal: listening.signal });

@@ -26,7 +26,7 @@ export interface Stage {
 const UP = new THREE.Vector3(0, 1, 0);
 const SIDES = 40;
 /** More solids of one kind than any arm needs. */
-const MOST_PIECES = 100;
+const MAX_PIECES = 100;
 
 /** Unit solids, of which the arm has many copies. */
 type Solid = "bar" | "ball" | "box";
@@ -109,7 +109,7 @@ export function stageOn(canvas: HTMLCanvasElement): Stage {
 /** Return an instanced mesh of a solid, added to the scene. */
 function copiesIn(scene: THREE.Scene, solid: THREE.BufferGeometry): THREE.InstancedMesh {
   const matt = new THREE.MeshStandardMaterial({ roughness: 0.75, metalness: 0 });
-  const copies = new THREE.InstancedMesh(solid, matt, MOST_PIECES);
+  const copies = new THREE.InstancedMesh(solid, matt, MAX_PIECES);
   copies.frustumCulled = false; // the whole arm is always in view
   scene.add(copies);
   return copies;

@@ -5,7 +5,7 @@ import type { Terrain } from "./terrain.js";
 type Rgb = readonly [number, number, number];
 
 /** Paint a terrain on a canvas, one pixel per inner grid point; the page smooths the image. */
-export function shade(canvas: HTMLCanvasElement | null, { grid, most }: Terrain, signed: boolean): void {
+export function shade(canvas: HTMLCanvasElement | null, { grid, max }: Terrain, signed: boolean): void {
   const context = canvas?.getContext("2d");
   if (!canvas || !context) return;
   const color = (name: string): Rgb => rgbOf(colorOf(canvas, name));
@@ -16,7 +16,7 @@ export function shade(canvas: HTMLCanvasElement | null, { grid, most }: Terrain,
   const image = context.createImageData(columns, rows);
   grid.values.slice(1, -1).forEach((row, j) =>
     row.slice(1, -1).forEach((value, i) => {
-      const depth = most > 0 ? Math.abs(value / most) ** 0.7 : 0;
+      const depth = max > 0 ? Math.abs(value / max) ** 0.7 : 0;
       const toward = signed && value < 0 ? below : above;
       const at = 4 * ((rows - 1 - j) * columns + i);
       paper.forEach((part, k) => (image.data[at + k] = part + depth * (toward[k]! - part)));

@@ -11,10 +11,10 @@ export type Shown = "det" | "least";
 /** The joints along the map's two axes. */
 export type Pair = readonly [across: number, up: number];
 
-/** `most` is the largest absolute value; 0 if J has lost rank everywhere, so that values are only rounding errors. */
+/** `max` is the largest absolute value; 0 if J has lost rank everywhere, so that values are only rounding errors. */
 export interface Terrain {
   readonly grid: Grid;
-  readonly most: number;
+  readonly max: number;
   readonly lines: readonly (readonly Spot[])[];
   readonly spots: readonly Spot[];
 }
@@ -55,9 +55,9 @@ export function terrainOf(arm: Arm, pose: Pose, pair: Pair, shown: Shown): Terra
   ];
   const volumes = gridOf(...ranges, CELLS, volume);
   const grid = shown === "det" ? volumes : gridOf(...ranges, CELLS, least);
-  const most = Math.max(...grid.values.flat().map(Math.abs));
+  const max = Math.max(...grid.values.flat().map(Math.abs));
   const size = Math.max(...volumes.values.flat().map(Math.abs));
-  if (size < LOST * sizeOf(arm)) return { grid, most: 0, lines: [], spots: [] };
+  if (size < LOST * sizeOf(arm)) return { grid, max: 0, lines: [], spots: [] };
   const square = arm.task.length === arm.joints.length;
   const magnitude = (u: number, v: number): number => Math.abs(volume(u, v));
   const crossed = square ? zeroLines(volumes, volume) : [];
@@ -67,7 +67,7 @@ export function terrainOf(arm: Arm, pose: Pose, pair: Pair, shown: Shown): Terra
   const spots = minima(positive, magnitude, 1e-7 * size).filter(
     (spot) => isInside(spot, ranges) && lines.every((line) => isApart(line, spot, grid)),
   );
-  return { grid, most, lines, spots };
+  return { grid, max, lines, spots };
 }
 
 function isInside([u, v]: Spot, [[u0, u1], [v0, v1]]: readonly [Spot, Spot]): boolean {

@@ -20,16 +20,22 @@ export interface Weld {
   readonly from: Pose;
   readonly target: Vec3;
   readonly speed: number;
-  readonly turns: number;
-  readonly slides: number;
+  readonly revoluteLimit: number;
+  readonly prismaticLimit: number;
 }
 
 export function firstWeld(arm: Arm, pose: Pose, reach: number): Weld {
-  return { from: pose, target: suggestTarget(arm, pose, reach, false), speed: 0.1, turns: 0.6, slides: 0.3 };
+  return {
+    from: pose,
+    target: suggestTarget(arm, pose, reach, false),
+    speed: 0.1,
+    revoluteLimit: 0.6,
+    prismaticLimit: 0.3,
+  };
 }
 
-export function limitsOf(arm: Arm, { turns, slides }: Weld): number[] {
-  return arm.joints.map(({ kind }) => (kind === "R" ? turns : slides));
+export function limitsOf(arm: Arm, { revoluteLimit, prismaticLimit }: Weld): number[] {
+  return arm.joints.map(({ kind }) => (kind === "R" ? revoluteLimit : prismaticLimit));
 }
 
 type WeldProps = Pick<Stage, "arm" | "pose" | "reach"> & NonNullable<Stage["welding"]>;
@@ -47,9 +53,25 @@ const Rate = ({ of }: { of: string }): JSX.Element => (
 
 /** The numeric fields besides the coordinates of B. */
 const FIELDS = [
-  { name: "speed", text: "arm.weld.speed", label: "v", unit: "m/s", step: 0.01, least: 0.01, most: 2 },
-  { name: "turns", text: "arm.weld.turns", label: <Rate of="θ" />, unit: "rad/s", step: 0.1, least: 0.1, most: 20 },
-  { name: "slides", text: "arm.weld.slides", label: <Rate of="d" />, unit: "m/s", step: 0.05, least: 0.05, most: 10 },
+  { name: "speed", text: "arm.weld.speed", label: "v", unit: "m/s", step: 0.01, min: 0.01, max: 2 },
+  {
+    name: "revoluteLimit",
+    text: "arm.weld.turns",
+    label: <Rate of="θ" />,
+    unit: "rad/s",
+    step: 0.1,
+    min: 0.1,
+    max: 20,
+  },
+  {
+    name: "prismaticLimit",
+    text: "arm.weld.slides",
+    label: <Rate of="d" />,
+    unit: "m/s",
+    step: 0.05,
+    min: 0.05,
+    max: 10,
+  },
 ] as const;
 
 export function Welding(props: WeldProps): JSX.Element {
@@ -62,9 +84,9 @@ export function Welding(props: WeldProps): JSX.Element {
   const rates = station.slopes.map((slope) => slope * weld.speed);
   const at = say("arm.weld.at", { s: decimals(place, 3), time: decimals(place / weld.speed, 2) });
   const [part, setPart] = useState<(typeof PARTS)[number]>("chart");
-  const set = (part: Partial<Weld>): void => {
+  const set = (changes: Partial<Weld>): void => {
     setPlaying(false);
-    change({ ...weld, ...part });
+    change({ ...weld, ...changes });
   };
   const step = (): void => goTo(place >= end - 1e-9 ? 0 : Math.min(end, place + journey.path.length / STEPS));
   const play = (): void => {
@@ -143,7 +165,7 @@ function Rates(props: Pick<WeldProps, "arm"> & Readonly<Record<"rates" | "limits
 }
 
 /** Where the path begins and ends, the speed of P, and the limits of the joints. */
-function SetUp(props: WeldProps & { readonly onSet: (part: Partial<Weld>) => void }): JSX.Element {
+function SetUp(props: WeldProps & { readonly onSet: (changes: Partial<Weld>) => void }): JSX.Element {
   const { arm, pose, reach, weld, onSet } = props;
   const suggest = (regular: boolean) => (): void =>
     onSet({ from: pose, target: suggestTarget(arm, pose, reach, regular) });
@@ -153,7 +175,7 @@ function SetUp(props: WeldProps & { readonly onSet: (part: Partial<Weld>) => voi
     ["arm.weld.singular", suggest(false)],
   ] as const;
   const axes = arm.task.filter((row) => row < 3);
-  const slides = arm.joints.some(({ kind }) => kind === "P");
+  const hasPrismatic = arm.joints.some(({ kind }) => kind === "P");
   return (
     <>
       <div class="arm-row">
@@ -177,7 +199,7 @@ function SetUp(props: WeldProps & { readonly onSet: (part: Partial<Weld>) => voi
             }
           />
         ))}
-        {FIELDS.filter(({ name }) => name !== "slides" || slides).map(({ name, text, ...field }) => (
+        {FIELDS.filter(({ name }) => name !== "prismaticLimit" || hasPrismatic).map(({ name, text, ...field }) => (
           <Field key={name} {...field} say={say(text)} value={weld[name]} onSet={(value) => onSet({ [name]: value })} />
         ))}
       </div>
@@ -192,13 +214,13 @@ interface FieldProps {
   readonly unit: string;
   readonly value: number;
   readonly step: number;
-  readonly least?: number;
-  readonly most?: number;
+  readonly min?: number;
+  readonly max?: number;
   readonly onSet: (value: number) => void;
 }
 
 /** A numeric field with its letter and unit. */
-function Field({ label, say, unit, value, step, least = -20, most = 20, onSet }: FieldProps): JSX.Element {
+function Field({ label, say, unit, value, step, min = -20, max = 20, onSet }: FieldProps): JSX.Element {
   return (
     <label class="arm-field">
       <span aria-hidden="true">
@@ -210,11 +232,11 @@ function Field({ label, say, unit, value, step, least = -20, most = 20, onSet }:
         title={say}
         value={decimals(value, 3)}
         step={step}
-        min={least}
-        max={most}
+        min={min}
+        max={max}
         onChange={(event) => {
           const next = event.currentTarget.valueAsNumber;
-          if (Number.isFinite(next)) onSet(Math.min(most, Math.max(least, next)));
+          if (Number.isFinite(next)) onSet(Math.min(max, Math.max(min, next)));
         }}
       />
       <span class="arm-unit" aria-hidden="true">
@@ -236,7 +258,7 @@ export function verdictOf(
 }
 
 /** Up to this many joints that exceed their limits are listed; of more, only the first. */
-const FEW = 2;
+const MAX_LISTED = 2;
 
 /** Return how the journey goes, in sentences: whether it arrives, and which joints exceed their limits from where. */
 export function verdict(arm: Arm, journey: Journey, weld: Weld): string {
@@ -253,7 +275,7 @@ export function verdict(arm: Arm, journey: Journey, weld: Weld): string {
     .flatMap((s, i) => (s === null ? [] : [{ s, i }]))
     .sort((a, b) => a.s - b.s);
   const joint = (i: number): string => plainLetters(arm.joints[i]!.name);
-  if (exceeding.length > FEW) {
+  if (exceeding.length > MAX_LISTED) {
     const { s, i } = exceeding[0]!;
     sentences.push(say("arm.weld.exceed", { count: exceeding.length, joint: joint(i), s: decimals(s, 3) }));
   } else

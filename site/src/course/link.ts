@@ -23,9 +23,9 @@ export interface Link {
 export type LinkedLesson = Omit<Topic, "title">;
 
 export const COUNT = 5;
-export const MOST = 100;
-export const MOST_TRIES = 20;
-const LONGEST = 100;
+export const MAX_QUESTIONS = 100;
+export const MAX_TRIES = 20;
+const MAX_CHARACTERS = 100;
 const KNOWN = [
   ...["embed", "lesson", "arm", "question", "difficulty", "variation", "n", "seed", "name", "tries"],
   ...["origin", "lang"],
@@ -57,7 +57,7 @@ export function readLink(search: string, languages: readonly string[]): Link | M
     const name = SYNONYMS[typedName] ?? typedName;
     if (!KNOWN.includes(name)) return message("link.unknown", { name: short(typedName), known: KNOWN.join(", ") });
     if (values.has(name)) return message("link.twice", { name: typedName });
-    if (value.length > LONGEST) return message("link.long", { name: typedName, most: LONGEST });
+    if (value.length > MAX_CHARACTERS) return message("link.long", { name: typedName, most: MAX_CHARACTERS });
     values.set(name, value);
   }
   const valueOf = (name: string): string => values.get(name) ?? "";
@@ -67,8 +67,8 @@ export function readLink(search: string, languages: readonly string[]): Link | M
   const fault =
     [
       !["", "0", "1"].includes(valueOf("embed")) && message("link.embed", { value: valueOf("embed") }),
-      !(count >= 1 && count <= MOST) && message("link.count", { value: valueOf("n"), most: MOST }),
-      !(tries >= 0 && tries <= MOST_TRIES) && message("link.tries", { value: valueOf("tries"), most: MOST_TRIES }),
+      !(count >= 1 && count <= MAX_QUESTIONS) && message("link.count", { value: valueOf("n"), most: MAX_QUESTIONS }),
+      !(tries >= 0 && tries <= MAX_TRIES) && message("link.tries", { value: valueOf("tries"), most: MAX_TRIES }),
       !(difficulty <= 4) && message("practice.unknown-difficulty", { name: valueOf("difficulty") }),
       values.has("origin") && !isOrigin(valueOf("origin")) && message("link.origin", { value: valueOf("origin") }),
       valueOf("lang") !== "" &&

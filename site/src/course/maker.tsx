@@ -11,7 +11,7 @@ import { Choice, WishChoices } from "../practice/wish-choices.js";
 import { LANGUAGES } from "../text/languages.js";
 import { textOf, say, type TextKey } from "../text/text.js";
 import { newSeed } from "../random.js";
-import { candidatesOf, EMPTY, isOrigin, type Link, MOST, MOST_TRIES, writeLink } from "./link.js";
+import { candidatesOf, EMPTY, isOrigin, type Link, MAX_QUESTIONS, MAX_TRIES, writeLink } from "./link.js";
 
 /** Height of the frame (pixels): enough for arm and question one above the other. */
 const HEIGHT = 900;
@@ -19,14 +19,14 @@ const HEIGHT = 900;
 export function Maker({ index }: { index: Index }): JSX.Element {
   const [link, setLink] = useState<Link>(() => ({ ...EMPTY, seed: newSeed() }));
   const candidates = candidatesOf(link, index, LESSONS);
-  const most = "length" in candidates ? Math.min(candidates.length, MOST) : 0;
-  const count = Math.min(link.wish.count, most);
+  const max = "length" in candidates ? Math.min(candidates.length, MAX_QUESTIONS) : 0;
+  const count = Math.min(link.wish.count, max);
   const hasWrongOrigin = link.origin !== "" && !isOrigin(link.origin);
   const made = { ...link, wish: { ...link.wish, count }, origin: hasWrongOrigin ? "" : link.origin };
   const page = new URL("practice.html", window.location.href).href;
   return (
     <div class="maker">
-      <Choices index={index} link={link} most={most} hasWrongOrigin={hasWrongOrigin} onLink={setLink} />
+      <Choices index={index} link={link} max={max} hasWrongOrigin={hasWrongOrigin} onLink={setLink} />
       {"length" in candidates ? (
         <>
           <p class="muted" role="status">
@@ -55,12 +55,12 @@ const escaped = (text: string): string =>
 interface ChoicesProps {
   readonly index: Index;
   readonly link: Link;
-  readonly most: number;
+  readonly max: number;
   readonly hasWrongOrigin: boolean;
   readonly onLink: (link: Link) => void;
 }
 
-function Choices({ index, link, most, hasWrongOrigin, onLink }: ChoicesProps): JSX.Element {
+function Choices({ index, link, max, hasWrongOrigin, onLink }: ChoicesProps): JSX.Element {
   const { wish } = link;
   const lesson = LESSONS.find(({ id }) => id === link.lesson);
   const change = (changed: Partial<Link>): void => onLink({ ...link, ...changed });
@@ -82,17 +82,11 @@ function Choices({ index, link, most, hasWrongOrigin, onLink }: ChoicesProps): J
       <Count
         label="maker.count"
         value={wish.count}
-        least={1}
-        most={most}
+        min={1}
+        max={max}
         onValue={(count) => change({ wish: { ...wish, count } })}
       />
-      <Count
-        label="maker.tries"
-        value={link.tries}
-        least={0}
-        most={MOST_TRIES}
-        onValue={(tries) => change({ tries })}
-      />
+      <Count label="maker.tries" value={link.tries} min={0} max={MAX_TRIES} onValue={(tries) => change({ tries })} />
       <Words label="maker.name" value={link.name} onValue={(name) => change({ name })} />
       <Words label="maker.seed" value={link.seed} onValue={(seed) => change({ seed })} />
       <Words
@@ -121,24 +115,24 @@ function Choices({ index, link, most, hasWrongOrigin, onLink }: ChoicesProps): J
 interface CountProps {
   readonly label: TextKey;
   readonly value: number;
-  readonly least: number;
-  readonly most: number;
+  readonly min: number;
+  readonly max: number;
   readonly onValue: (value: number) => void;
 }
 
-function Count({ label, value, least, most, onValue }: CountProps): JSX.Element {
+function Count({ label, value, min, max, onValue }: CountProps): JSX.Element {
   return (
     <label>
       {say(label)}
       <input
         type="number"
-        min={least}
-        max={most}
+        min={min}
+        max={max}
         step={1}
-        value={Math.min(value, Math.max(most, least))}
+        value={Math.min(value, Math.max(max, min))}
         onChange={(event) => {
           const typed = Math.round(Number(event.currentTarget.value));
-          const count = Math.min(Math.max(Number.isFinite(typed) ? typed : least, least), Math.max(most, least));
+          const count = Math.min(Math.max(Number.isFinite(typed) ? typed : min, min), Math.max(max, min));
           event.currentTarget.value = String(count); // the typed number may be out of range
           onValue(count);
         }}

@@ -5,7 +5,7 @@ import { message } from "../text/text.js";
 import { storedInBrowser, isComplete, type News, type Recipient } from "./recipient.js";
 
 /** Longer answers are cut in messages. */
-const LONGEST = 4000;
+const MAX_CHARACTERS = 4000;
 
 /** What is sent, as docs/site.md describes it; a change that receivers would notice needs another version. */
 export type ResultMessage = ReturnType<typeof resultMessage>;
@@ -25,7 +25,7 @@ export function resultMessage({ round, standing, score, given }: News, isFirst: 
       share: given.verdict.share,
       outcome: given.verdict.outcome,
       tries: standing[given.place]!.tries,
-      typed: given.answer.slice(0, LONGEST),
+      typed: given.answer.slice(0, MAX_CHARACTERS),
     },
   };
 }

@@ -52,7 +52,7 @@ export function afterAnswer(round: Round, standing: Standing, place: number, sha
   const earned = share >= 1 ? 1 : Math.round(share * asked.credit * MILLE) / MILLE;
   return standing.with(place, {
     ...tried,
-    tries: Math.min(tried.tries + 1, MOST_TRIES),
+    tries: Math.min(tried.tries + 1, MAX_TRIES),
     share: Math.max(tried.share, earned),
   });
 }
@@ -92,7 +92,7 @@ export function nextPlace(round: Round, standing: Standing, after: number): numb
 
 /** Shares are stored in thousandths. */
 const MILLE = 1000;
-const MOST_TRIES = 63;
+const MAX_TRIES = 63;
 const DIGITS = "ABCDEFGHIJKLMNOPQRSTUVWXYZabcdefghijklmnopqrstuvwxyz0123456789-_";
 /** Digits of a question: 64³ exceeds 1001 shares times 64 numbers of tries times 2 (solution shown or not). */
 const EACH = 3;
@@ -105,7 +105,7 @@ const FORMAT = "q1";
  */
 export function asText(round: Round, standing: Standing): string {
   const codes = standing.map(({ tries, share, shown }) => {
-    const number = (Math.round(share * MILLE) * (MOST_TRIES + 1) + tries) * 2 + Number(shown);
+    const number = (Math.round(share * MILLE) * (MAX_TRIES + 1) + tries) * 2 + Number(shown);
     return [number >> 12, (number >> 6) & 63, number & 63].map((k) => DIGITS[k]).join("");
   });
   return `${FORMAT}.${fingerprintOf(round)}.${codes.join("").replace(/(?:AAA)+$/, "")}`;
@@ -129,7 +129,7 @@ function triedFrom(signs: string): Tried | null {
   const digits = [...signs].map((sign) => DIGITS.indexOf(sign));
   if (digits.some((digit) => digit < 0)) return null;
   const number = digits.reduce((sum, digit) => sum * 64 + digit, 0);
-  const tries = (number >> 1) & MOST_TRIES;
+  const tries = (number >> 1) & MAX_TRIES;
   const share = (number >> 7) / MILLE;
   return share <= 1 ? { tries, share, shown: (number & 1) === 1 } : null;
 }

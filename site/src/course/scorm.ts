@@ -30,7 +30,7 @@ interface Model {
 }
 
 /** How many answers are recorded: every platform has room for this number. */
-const MOST_RECORDED = 250;
+const MAX_RECORDED = 250;
 
 const SCORM12: Model = {
   api: "API",
@@ -52,7 +52,7 @@ const SCORM12: Model = {
     ["cmi.core.session_time", clock(seconds)],
     ["cmi.core.exit", "suspend"],
   ],
-  answer: { type: "fill-in", most: 255, between: ",", pair: ".", name: "student_response", wrong: "wrong" },
+  answer: { type: "fill-in", maxLength: 255, between: ",", pair: ".", name: "student_response", wrong: "wrong" },
   moment: (now) => ["time", clock(now.getHours() * 3600 + now.getMinutes() * 60 + now.getSeconds())],
 };
 
@@ -79,7 +79,7 @@ const SCORM2004: Model = {
     ["cmi.exit", "suspend"],
   ],
   answer: {
-    ...{ type: "long-fill-in", most: 4000, between: "[,]", pair: "[.]" },
+    ...{ type: "long-fill-in", maxLength: 4000, between: "[,]", pair: "[.]" },
     ...{ name: "learner_response", wrong: "incorrect" },
   },
   moment: (now) => ["timestamp", `${now.toISOString().slice(0, "2026-11-25T22:42:51.12".length)}Z`],
@@ -91,7 +91,9 @@ export const MODELS: Readonly<Record<Version, Model>> = { "1.2": SCORM12, "2004"
  * How a data model records answers: `type` and maximum length (`most`) of typed answers; the separators `between`
  * letters and inside a `pair` of letters; the `name` of the element; and the result of a `wrong` answer.
  */
-type AnswerModel = Readonly<Record<"type" | "between" | "pair" | "name" | "wrong", string>> & { readonly most: number };
+type AnswerModel = Readonly<Record<"type" | "between" | "pair" | "name" | "wrong", string>> & {
+  readonly maxLength: number;
+};
 
 /** Return the elements that record an answer as the n-th interaction. */
 function interaction(model: Model, n: number, { place, part, answer, verdict }: Given, round: Round): Elements {
@@ -116,7 +118,7 @@ function responseOf({ key }: Part, answer: string, model: AnswerModel): [type: s
     if (key.type === "matching")
       return ["matching", letters.map((letter, i) => `${i + 1}${model.pair}${letter}`).join(model.between)];
   }
-  return [model.type, answer.replace(/\s+/g, " ").trim().slice(0, model.most)];
+  return [model.type, answer.replace(/\s+/g, " ").trim().slice(0, model.maxLength)];
 }
 
 /** Format a number for both data models: digits and a point. */
@@ -132,7 +134,7 @@ export function clock(seconds: number): string {
 }
 
 /** How many windows above one another are searched. */
-const MOST_ABOVE = 50;
+const MAX_PARENTS = 50;
 
 /** A window in the search; windows of other origins refuse access. */
 export type Above = { readonly parent: Above | null; readonly opener?: Above | null };
@@ -146,7 +148,7 @@ export function findApi(name: string, from: Above): Api | null {
 
 function findAbove(name: string, from: Above): Api | null {
   let window: Above | null = from;
-  for (let i = 0; window && i < MOST_ABOVE; i += 1) {
+  for (let i = 0; window && i < MAX_PARENTS; i += 1) {
     const api = tryAccess(() => (window as unknown as Record<string, unknown>)[name]);
     if (api !== null && (typeof api === "object" || typeof api === "function")) return api as Api;
     const above: Above | null = tryAccess(() => window!.parent) ?? null;
@@ -186,7 +188,7 @@ export function connect(version: Version, from: Above): Platform | null {
   /** Record an answer. A platform need not store it, so failures are ignored. */
   const record = (given: Given, round: Round): void => {
     const count = Number(get("cmi.interactions._count") || NaN);
-    if (count < MOST_RECORDED) for (const [name, value] of interaction(model, count, given, round)) set(name, value);
+    if (count < MAX_RECORDED) for (const [name, value] of interaction(model, count, given, round)) set(name, value);
   };
   const report = (news: News): boolean => {
     if (!takes || hasEnded) return true;

@@ -13,7 +13,7 @@ export type Piece = readonly Atom[];
 const WHOLE_NUMBERS = VOCABULARY.whole_numbers;
 /** Whole numbers from -6 to 6: for a multiple of pi/6, these give all values modulo full turns. */
 const WHOLE = Array.from({ length: 13 }, (_, k) => (k < 6 ? node("neg", integer(6 - k)) : integer(k - 6)));
-const MOST_PIECES = 500;
+const MAX_PIECES = 500;
 /** Limits: nodes in the cases of all whole numbers together, and nodes added for each case. */
 const MOST_CASES = 100_000;
 const CASE = 10;
@@ -120,7 +120,7 @@ function alternatives(tree: Node, joints: ReadonlySet<string>): Piece[] {
 /** Return the pieces of an intersection: every combination of one piece of each set. */
 function intersect(sets: readonly (readonly Piece[])[]): Piece[] {
   const count = sets.reduce((product, set) => product * set.length, 1);
-  if (count > MOST_PIECES) throw new ParseError("read.cases", { count, most: MOST_PIECES });
+  if (count > MAX_PIECES) throw new ParseError("read.cases", { count, most: MAX_PIECES });
   return sets.reduce<Piece[]>((all, set) => all.flatMap((one) => set.map((other) => [...one, ...other])), [[]]);
 }
 

@@ -7,19 +7,19 @@ import { message, type Message } from "../text/text.js";
 import { type Kind, KINDS, meansOf, singleChanges } from "./single-changes.js";
 import type { Atom, Piece } from "./claims.js";
 import { displayName } from "./values.js";
-import type { At } from "./verdict.js";
+import type { SymbolValues } from "./verdict.js";
 
 const HALF_TURN = Math.PI;
 const DEGREE = Math.PI / 180;
 /** Angles from the first limit on are hardly radians; angles below the second are hardly degrees. */
-const DEGREES_FROM = 10;
-const RADIANS_TO = 0.12;
+const MIN_DEGREES = 10;
+const MAX_TINY_RADIANS = 0.12;
 /** At most this many slips are reported. */
-const MOST_TOLD = 3;
+const MAX_SLIPS = 3;
 /** At most this many wrong claims are examined: whole numbers make hundreds. */
-const MOST_CLAIMS = 24;
+const MAX_CLAIMS = 24;
 /** Relative tolerance for zero at a configuration whose values have nine decimals. */
-const VANISHES = 1e-7;
+const ZERO_TOLERANCE = 1e-7;
 /** A symbol that nobody types. */
 const ONE = " one";
 
@@ -29,21 +29,21 @@ export interface Claims {
   /** Claims that contain regular configurations. */
   readonly bad: readonly Piece[];
   /** Pieces of the right set that no claim covers. */
-  readonly open: readonly (readonly At[])[];
+  readonly open: readonly (readonly SymbolValues[])[];
   /** All pieces of the right set, each by some configurations. */
-  readonly poses: readonly (readonly At[])[];
+  readonly poses: readonly (readonly SymbolValues[])[];
   readonly joints: readonly string[];
   readonly angles: ReadonlySet<string>;
   /** Nonzero constants that the table adds to joint variables (rad). */
   readonly offsets: ReadonlyMap<string, number>;
   readonly symbols: readonly string[];
-  readonly holds: (claim: Piece, at: At) => boolean;
+  readonly holds: (claim: Piece, at: SymbolValues) => boolean;
   /** Return whether all configurations on a claim are singular after a substitution of joint values. */
-  readonly isSound: (claim: Piece, instead: (at: At) => At) => boolean;
+  readonly isSound: (claim: Piece, substitute: (at: SymbolValues) => SymbolValues) => boolean;
 }
 
 /** A slip, with the claim of the answer, or the piece of the right set, to which it belongs. */
-export type SetSlip = { readonly slip: Message; readonly claim?: Piece; readonly piece?: readonly At[] };
+export type SetSlip = { readonly slip: Message; readonly claim?: Piece; readonly piece?: readonly SymbolValues[] };
 
 /** Return what went wrong in a set that is not right; too wide conditions first. */
 export function slipsInSet(set: Claims): SetSlip[] {
@@ -52,13 +52,13 @@ export function slipsInSet(set: Claims): SetSlip[] {
     const key = JSON.stringify(setSlip.slip);
     if (!slips.has(key)) slips.set(key, setSlip);
   };
-  for (const claim of set.bad.slice(0, MOST_CLAIMS)) {
-    if (slips.size === MOST_TOLD) break;
+  for (const claim of set.bad.slice(0, MAX_CLAIMS)) {
+    if (slips.size === MAX_SLIPS) break;
     const slip = slipInClaim(set, claim);
     if (slip) add({ slip, claim });
   }
   if (set.bad.length === 0) findMissing(set).forEach(add);
-  return [...slips.values()].slice(0, MOST_TOLD);
+  return [...slips.values()].slice(0, MAX_SLIPS);
 }
 
 /** Return why a claim is too wide: the change that makes it right, or what it lacks. */
@@ -72,7 +72,7 @@ function slipInClaim(set: Claims, claim: Piece): Message | null {
   );
 }
 
-const unchanged = (at: At): At => at;
+const unchanged = (at: SymbolValues): SymbolValues => at;
 
 /** Return whether a claim with substitutions is sound, and covers a piece that no claim covers. */
 function fits({ open, holds, isSound }: Claims, claim: Piece, meant = unchanged, typed = unchanged): boolean {
@@ -81,15 +81,15 @@ function fits({ open, holds, isSound }: Claims, claim: Piece, meant = unchanged,
 
 const rotated =
   (joint: string, by: number) =>
-  (at: At): At => ({ ...at, [joint]: (at[joint] ?? NaN) + by });
+  (at: SymbolValues): SymbolValues => ({ ...at, [joint]: (at[joint] ?? NaN) + by });
 
 const exchanged =
   (joint: string, other: string) =>
-  (at: At): At => ({ ...at, [joint]: at[other] ?? NaN, [other]: at[joint] ?? NaN });
+  (at: SymbolValues): SymbolValues => ({ ...at, [joint]: at[other] ?? NaN, [other]: at[joint] ?? NaN });
 
 const mirrored =
   (joint: string) =>
-  (at: At): At => ({ ...at, [joint]: -(at[joint] ?? NaN) });
+  (at: SymbolValues): SymbolValues => ({ ...at, [joint]: -(at[joint] ?? NaN) });
 
 /** Report values in degrees, or in radians that were converted twice. */
 function findUnitSlip(set: Claims, claim: Piece): Message | null {
@@ -97,8 +97,8 @@ function findUnitSlip(set: Claims, claim: Piece): Message | null {
     const other = claim.map((atom) => scaleAngle(atom, set.angles, factor, isInRange));
     return other.some((atom, i) => atom !== claim[i]) && fits(set, other);
   };
-  if (scaled(DEGREE, (size) => size >= DEGREES_FROM)) return message("slip.degrees");
-  if (scaled(1 / DEGREE, (size) => size > 0 && size <= RADIANS_TO)) return message("slip.radians");
+  if (scaled(DEGREE, (size) => size >= MIN_DEGREES)) return message("slip.degrees");
+  if (scaled(1 / DEGREE, (size) => size > 0 && size <= MAX_TINY_RADIANS)) return message("slip.radians");
   return null;
 }
 
@@ -148,16 +148,16 @@ function findValueSlip(set: Claims, claim: Piece): Message | null {
 
 /** Report a joint that is claimed to be singular at some value, but is singular at none. */
 function findFreeJoint({ poses, angles }: Claims, claim: Piece): Message | null {
-  const [atom, ...more] = claim;
-  if (!atom || atom.joint === null || more.length > 0 || namesIn(atom.zero).size > 0) return null;
+  const [atom, ...others] = claim;
+  if (!atom || atom.joint === null || others.length > 0 || namesIn(atom.zero).size > 0) return null;
   const { joint } = atom;
   const isFree = poses.every((piece) => !isFixed(piece, joint, angles));
   return isFree ? message("slip.called-singular", { joint: displayName(joint) }) : null;
 }
 
 /** Return whether a joint has the same value in all poses of a piece. */
-function isFixed(piece: readonly At[], joint: string, angles: ReadonlySet<string>): boolean {
-  const difference = (at: At) => {
+function isFixed(piece: readonly SymbolValues[], joint: string, angles: ReadonlySet<string>): boolean {
+  const difference = (at: SymbolValues) => {
     const change = (at[joint] ?? NaN) - (piece[0]?.[joint] ?? NaN);
     return angles.has(joint) ? Math.sin(change / 2) : change;
   };
@@ -166,8 +166,8 @@ function isFixed(piece: readonly At[], joint: string, angles: ReadonlySet<string
 
 /** Report the slip in a formula that should vanish: once undone, it vanishes on a piece that no claim covers. */
 function findFormulaSlip({ open, symbols, joints }: Claims, claim: Piece): Message | null {
-  const [atom, ...more] = claim;
-  if (!atom || atom.joint !== null || more.length > 0) return null;
+  const [atom, ...others] = claim;
+  if (!atom || atom.joint !== null || others.length > 0) return null;
   // one is added to what should be zero, so that relative tolerances apply
   const entry = node("+", atom.zero, name(ONE));
   const slips = new Map<Kind, string>();
@@ -189,16 +189,16 @@ const KINDS_IN_FORMULAS = KINDS.filter(
 );
 
 /** Return a pose in which all joints have other values: there only identities vanish. */
-const elsewhere = (at: At, joints: readonly string[]): At => ({
+const elsewhere = (at: SymbolValues, joints: readonly string[]): SymbolValues => ({
   ...at,
   ...Object.fromEntries(joints.map((joint, i) => [joint, (at[joint] ?? NaN) + 0.37 + 0.21 * i])),
 });
 
 /** Return whether an expression exceeds zero by `ONE` in a pose, for several values of `ONE`. */
-function vanishes(tree: Node, at: At): boolean {
+function vanishes(tree: Node, at: SymbolValues): boolean {
   return [1, 1.7].every((value) => {
     const { re, size } = evaluate(tree, { ...at, [ONE]: value });
-    return Math.abs(re - value) <= VANISHES * Math.max(1, size);
+    return Math.abs(re - value) <= ZERO_TOLERANCE * Math.max(1, size);
   });
 }
 
@@ -230,7 +230,7 @@ function findMissing({ claims, open, angles, joints, holds, isSound }: Claims): 
     );
     if (piece) return [{ slip: message("slip.half-turn", { joint: displayName(joint) }), piece }];
   }
-  const isOfJoints = (piece: readonly At[]) => joints.some((joint) => isFixed(piece, joint, angles));
+  const isOfJoints = (piece: readonly SymbolValues[]) => joints.some((joint) => isFixed(piece, joint, angles));
   const [values, tie] = [open.find(isOfJoints), open.find((piece) => !isOfJoints(piece))];
   return [
     ...(values ? [{ slip: message("slip.values-left-out"), piece: values }] : []),

@@ -29,30 +29,30 @@ import { message, type Message } from "../text/text.js";
 import { type Atom, parseClaims, type Piece } from "./claims.js";
 import { falseConditions, shareOfSet } from "./credit.js";
 import { slipsInSet } from "./set-slips.js";
-import { type At, correct, graded, parseOrVerdict, missing, type Verdict, wrong } from "./verdict.js";
+import { type SymbolValues, correct, graded, parseOrVerdict, missing, type Verdict, wrong } from "./verdict.js";
 import { isBlank } from "./forms.js";
 import { anyNumber, atText } from "./values.js";
 
 /** Tolerance of a condition (rad or m), and of a value, which keys state with nine decimals. */
-const NEAR = 1e-6;
-const STATED = 1e-9;
+const CONDITION_TOLERANCE = 1e-6;
+const VALUE_TOLERANCE = 1e-9;
 /** Relative tolerance of a typed value, and the distance (rad or m) up to which it counts as rounded. */
-const TYPED = 1e-12;
-const ROUNDED = 5e-3;
-const STARTS = 12;
-const STEPS = 40;
-const NUDGE = 1e-6;
+const TYPED_TOLERANCE = 1e-12;
+const ROUNDED_WITHIN = 5e-3;
+const START_COUNT = 12;
+const MAX_STEPS = 40;
+const DIFFERENCE_STEP = 1e-6;
 /** Damping, which keeps steps short if conditions depend on each other. */
 const DAMPING = 1e-7;
-const TURN = 2 * Math.PI;
+const FULL_TURN = 2 * Math.PI;
 /** A smaller value, relative to its terms, is a rounding error. */
-const ROUNDING = 4e-16;
+const ROUNDING_ERROR = 4e-16;
 /** If no pose is found, this many random poses are checked; below the second limit, a condition almost holds. */
-const CHECKED = 2000;
-const NEAR_MISS = 1e-3;
+const CHECKED_POSES = 2000;
+const CLOSE_RESIDUAL = 1e-3;
 
 /** Return whether the arm is singular in a pose. */
-export type IsSingular = (at: At) => boolean;
+export type IsSingular = (at: SymbolValues) => boolean;
 
 type Space = { readonly joints: readonly string[]; readonly angles: ReadonlySet<string> };
 
@@ -82,30 +82,32 @@ export function judgeSet(
 }
 
 /** For each condition, the poses on each of its pieces. */
-type Conditions = readonly (readonly At[])[][];
+type Conditions = readonly (readonly SymbolValues[])[][];
 
 /** Return the poses of each nonempty piece; names that the problem does not have get arbitrary numbers. */
 function posesOf(key: ConfigurationsKey, tree: Node): Conditions {
   const unknown = [...namesIn(tree)].filter((symbol) => !key.symbols.includes(symbol));
-  const poseOf = (values: readonly number[], k: number): At => ({
+  const poseOf = (values: readonly number[], k: number): SymbolValues => ({
     ...Object.fromEntries(unknown.map((symbol) => [symbol, anyNumber(symbol, k)])),
     ...Object.fromEntries(key.symbols.map((symbol, i) => [symbol, values[i] as number])),
   });
   let start = 0;
-  const ofConditions = (key.conditions ?? [key.pieces.length]).map((count) =>
+  const piecesByCondition = (key.conditions ?? [key.pieces.length]).map((count) =>
     key.pieces.slice(start, (start += count)).filter((piece) => piece.length > 0),
   );
-  return ofConditions.filter((pieces) => pieces.length > 0).map((pieces) => pieces.map((piece) => piece.map(poseOf)));
+  return piecesByCondition
+    .filter((pieces) => pieces.length > 0)
+    .map((pieces) => pieces.map((piece) => piece.map(poseOf)));
 }
 
 /** Substitute the listed values of an integer, as in theta2 = k*pi, k = 0, 1; dots after them mean any integer. */
 function substituteIntegers(tree: Node): Node {
   const at = tree.kind === "list" ? tree.args.findIndex(isWholeNumber) : 0;
-  const later = tree.args.slice(at + 1);
+  const following = tree.args.slice(at + 1);
   const isStatement = ({ kind }: Node): boolean => ["eq", "in", "and", "or", "dict", "list"].includes(kind);
-  if (at <= 0 || later.some(isStatement)) return tree;
+  if (at <= 0 || following.some(isStatement)) return tree;
   const [integerName, listed] = (tree.args[at] as Node).args as readonly [Node, Node];
-  const values = [...(listed.kind === "list" || listed.kind === "set" ? listed.args : [listed]), ...later];
+  const values = [...(listed.kind === "list" || listed.kind === "set" ? listed.args : [listed]), ...following];
   const conditions = node("list", ...tree.args.slice(0, at));
   if (values.some(hasBlank)) return conditions;
   const flat = values.flatMap((value) => (value.kind === "set" ? value.args : [value]));
@@ -167,11 +169,12 @@ function ambiguityIn(answer: string, tree: Node, key: ConfigurationsKey): Verdic
 
 /** Return whether a product with a joint is between two equals signs: the joint might begin another condition. */
 function hasProductInChain(tree: Node, joints: readonly string[]): boolean {
-  const isOpen = ({ kind, args: [, last] }: Node): boolean =>
+  const endsInJoint = ({ kind, args: [, last] }: Node): boolean =>
     kind === "*" && last?.kind === "name" && joints.includes(last.text);
   return anyNode(
     tree,
-    (statement) => statement.kind === "and" && statement.text === CHAIN && chainOf(statement).slice(1, -1).some(isOpen),
+    (statement) =>
+      statement.kind === "and" && statement.text === CHAIN && chainOf(statement).slice(1, -1).some(endsInJoint),
   );
 }
 
@@ -194,16 +197,16 @@ function compare(typed: readonly Piece[], conditions: Conditions, space: Table, 
   const rounded = typed.find((claim, i) => claim !== claims[i] && counterexamples[i] === null);
   const sound = claims.filter((_, i) => counterexamples[i] === null);
   const bad = claims.filter((_, i) => counterexamples[i] !== null && counterexamples[i] !== "nowhere");
-  const missedBy = (by: readonly Piece[], piece: readonly At[]) =>
+  const findUncovered = (by: readonly Piece[], piece: readonly SymbolValues[]) =>
     piece.find((at) => !by.some((claim) => holdsAt(claim, at, space)));
-  const uncovered = poses.flatMap((piece): At[] => {
-    const at = missedBy([...sound, ...bad], piece);
+  const uncovered = poses.flatMap((piece): SymbolValues[] => {
+    const at = findUncovered([...sound, ...bad], piece);
     return at ? [at] : [];
   });
   if (claims.length > 0 && uncovered.length === 0 && bad.length === 0 && !rounded)
     return correct(message("verdict.set"), false);
   // A claim beyond the right set must not earn points for what it happens to cover.
-  const isCovered = (piece: readonly At[]) => missedBy(sound, piece) === undefined;
+  const isCovered = (piece: readonly SymbolValues[]) => findUncovered(sound, piece) === undefined;
   const share = shareOfSet(
     conditions.map((pieces) => [pieces.filter(isCovered).length, pieces.length]),
     falseConditions(
@@ -216,24 +219,26 @@ function compare(typed: readonly Piece[], conditions: Conditions, space: Table, 
     claims,
     bad,
     poses,
-    open: poses.filter((piece) => missedBy(claims, piece) !== undefined),
+    open: poses.filter((piece) => findUncovered(claims, piece) !== undefined),
     ...space,
     holds: (claim, at) => holdsAt(claim, at, space),
-    isSound: (claim, instead) =>
-      counterexample(claim, space, (at) => isSingular(instead(at)), 0, poses.flat()) === null,
+    isSound: (claim, substitute) =>
+      counterexample(claim, space, (at) => isSingular(substitute(at)), 0, poses.flat()) === null,
   });
   const [slip] = slips;
-  const verdict = (reasons: readonly Message[], at?: At) =>
+  const verdict = (reasons: readonly Message[], at?: SymbolValues) =>
     graded(share, [...(rounded ? [message("verdict.rounded")] : []), ...reasons], {
       ...(at ? { at } : {}),
       ...(slip ? { slips: slips.map((setSlip) => setSlip.slip) } : {}),
     });
   // show the pose to which the first slip refers
-  const ofSlip = slip?.claim && counterexamples[claims.indexOf(slip.claim)];
-  const regularPose = [ofSlip, ...counterexamples].find((result) => typeof result === "object" && result !== null);
+  const counterexampleOfSlip = slip?.claim && counterexamples[claims.indexOf(slip.claim)];
+  const regularPose = [counterexampleOfSlip, ...counterexamples].find(
+    (result) => typeof result === "object" && result !== null,
+  );
   if (regularPose)
     return verdict([message("verdict.unsound", { at: atText(jointValues(regularPose, space)) })], regularPose);
-  const missed = (slip?.piece && missedBy(claims, slip.piece)) ?? uncovered[0];
+  const missed = (slip?.piece && findUncovered(claims, slip.piece)) ?? uncovered[0];
   if (missed) return verdict([message("verdict.uncovered", { at: atText(jointValues(missed, space)) })], missed);
   if (rounded) {
     const values = rounded.map(({ joint, zero }) => [joint, evaluate(zero, {}).re]);
@@ -249,35 +254,35 @@ function jointsOf(piece: Piece, { joints }: Space): string {
   return joints.filter((joint) => named.has(joint)).join(" ");
 }
 
-function jointValues(at: At, { joints }: Space): At {
+function jointValues(at: SymbolValues, { joints }: Space): SymbolValues {
   return Object.fromEntries(joints.map((joint) => [joint, at[joint] as number]));
 }
 
 /** Return whether a piece holds in a pose, within tolerances. */
-function holdsAt(piece: Piece, at: At, space: Space): boolean {
+function holdsAt(piece: Piece, at: SymbolValues, space: Space): boolean {
   return piece.every((atom) => {
     const { re, im, size } = evaluate(atom.zero, at);
     if (atom.joint !== null) {
-      const tolerance = namesIn(atom.zero).size === 0 ? STATED : NEAR;
+      const tolerance = namesIn(atom.zero).size === 0 ? VALUE_TOLERANCE : CONDITION_TOLERANCE;
       return Math.abs(im) < tolerance && distance(atom.joint, at[atom.joint] as number, re, space) < tolerance;
     }
     if (!Number.isFinite(re)) return false;
     const slope = Math.hypot(...space.joints.map((joint) => slopeOf(atom.zero, at, joint)));
-    return Math.hypot(re, im) <= Math.max(NEAR * slope, 1e-11 * size);
+    return Math.hypot(re, im) <= Math.max(CONDITION_TOLERANCE * slope, 1e-11 * size);
   });
 }
 
 function distance(joint: string, a: number, b: number, { angles }: Space): number {
   const difference = Math.abs(a - b);
   if (!angles.has(joint)) return difference;
-  const remainder = difference % TURN;
-  return Math.min(remainder, TURN - remainder);
+  const remainder = difference % FULL_TURN;
+  return Math.min(remainder, FULL_TURN - remainder);
 }
 
-function slopeOf(zero: Piece[number]["zero"], at: At, joint: string): number {
-  const above = evaluate(zero, { ...at, [joint]: (at[joint] as number) + NUDGE }).re;
-  const below = evaluate(zero, { ...at, [joint]: (at[joint] as number) - NUDGE }).re;
-  return (above - below) / (2 * NUDGE);
+function slopeOf(zero: Piece[number]["zero"], at: SymbolValues, joint: string): number {
+  const above = evaluate(zero, { ...at, [joint]: (at[joint] as number) + DIFFERENCE_STEP }).re;
+  const below = evaluate(zero, { ...at, [joint]: (at[joint] as number) - DIFFERENCE_STEP }).re;
+  return (above - below) / (2 * DIFFERENCE_STEP);
 }
 
 /** Return a regular pose on a piece; null if all found poses are singular; "nowhere" or "close" if no pose is found. */
@@ -286,14 +291,14 @@ function counterexample(
   space: Space,
   isSingular: IsSingular,
   seed: number,
-  lengths: readonly At[],
-): At | "nowhere" | "close" | null {
+  lengths: readonly SymbolValues[],
+): SymbolValues | "nowhere" | "close" | null {
   const random = randomNumbers((seed + 1) * 0x9e3779b9);
-  const fixedValues = (k: number): At => lengths[k % Math.max(lengths.length, 1)] ?? {};
+  const fixedValues = (k: number): SymbolValues => lengths[k % Math.max(lengths.length, 1)] ?? {};
   const zeros = zerosOf(piece);
   const free = space.joints.filter((joint) => zeros.some((zero) => namesIn(zero).has(joint)));
   let foundCount = 0;
-  for (let start = 0; start < STARTS; start += 1) {
+  for (let start = 0; start < START_COUNT; start += 1) {
     const at = solve(piece, zeros, free, randomPose(fixedValues(start), space, random));
     if (!at || !holdsAt(piece, at, space)) continue;
     foundCount += 1;
@@ -301,22 +306,22 @@ function counterexample(
   }
   if (foundCount > 0) return null;
   const nearest = Math.min(
-    ...Array.from({ length: CHECKED }, (_, k) => missOf(zeros, randomPose(fixedValues(k), space, random))),
+    ...Array.from({ length: CHECKED_POSES }, (_, k) => missOf(zeros, randomPose(fixedValues(k), space, random))),
   );
-  return nearest < NEAR_MISS ? "close" : "nowhere";
+  return nearest < CLOSE_RESIDUAL ? "close" : "nowhere";
 }
 
 /** Return how far the conditions are from zero in a pose, relative to their terms. */
-function missOf(zeros: readonly Node[], at: At): number {
+function missOf(zeros: readonly Node[], at: SymbolValues): number {
   const misses = zeros.map((zero) => {
     const { re, im, size } = evaluate(zero, at);
-    return Math.abs(im) < NEAR ? Math.abs(re) / Math.max(size, 1e-300) : Infinity;
+    return Math.abs(im) < CONDITION_TOLERANCE ? Math.abs(re) / Math.max(size, 1e-300) : Infinity;
   });
   return misses.some(Number.isNaN) ? Infinity : Math.max(...misses);
 }
 
 /** Return a claim on values with rounded values replaced by exact ones: pi for 3.14 or 355/113. */
-function withExactValues(claim: Piece, poses: readonly (readonly At[])[], space: Space): Piece {
+function withExactValues(claim: Piece, poses: readonly (readonly SymbolValues[])[], space: Space): Piece {
   if (claim.some(({ joint }) => joint === null)) return claim;
   const atoms = claim.map((atom) => {
     const exact = exactValueOf(atom, poses, space);
@@ -326,23 +331,25 @@ function withExactValues(claim: Piece, poses: readonly (readonly At[])[], space:
 }
 
 /** Return the value of a joint on some piece of which the typed value is a rounded one; null if there is none. */
-function exactValueOf({ joint, zero }: Atom, poses: readonly (readonly At[])[], space: Space): number | null {
+function exactValueOf({ joint, zero }: Atom, poses: readonly (readonly SymbolValues[])[], space: Space): number | null {
   if (joint === null || namesIn(zero).size > 0) return null;
   const value = evaluate(zero, {}).re;
   const nearest = poses
     .map((others) => others.map((other) => other[joint] as number))
-    .filter((values) => values.every((exact) => distance(joint, exact, values[0] as number, space) < STATED))
-    .map(([exact]) => ({ exact: exact as number, off: distance(joint, value, exact as number, space) }))
-    .filter(({ off }) => off < ROUNDED)
-    .sort((a, b) => a.off - b.off)[0];
+    .filter((values) => values.every((exact) => distance(joint, exact, values[0] as number, space) < VALUE_TOLERANCE))
+    .map(([exact]) => ({ exact: exact as number, error: distance(joint, value, exact as number, space) }))
+    .filter(({ error }) => error < ROUNDED_WITHIN)
+    .sort((a, b) => a.error - b.error)[0];
   if (!nearest) return null;
   // values found by a search are stored with nine decimals
   const isNumeric = nearest.exact !== 0 && Math.round(nearest.exact * 1e9) / 1e9 === nearest.exact;
-  return nearest.off >= (isNumeric ? STATED : TYPED * Math.max(1, Math.abs(nearest.exact))) ? nearest.exact : null;
+  return nearest.error >= (isNumeric ? VALUE_TOLERANCE : TYPED_TOLERANCE * Math.max(1, Math.abs(nearest.exact)))
+    ? nearest.exact
+    : null;
 }
 
-function randomPose(fixedValues: At, { joints, angles }: Space, random: () => number): At {
-  const values = joints.map((joint) => [joint, angles.has(joint) ? TURN * (random() - 0.5) : 0.2 + random()]);
+function randomPose(fixedValues: SymbolValues, { joints, angles }: Space, random: () => number): SymbolValues {
+  const values = joints.map((joint) => [joint, angles.has(joint) ? FULL_TURN * (random() - 0.5) : 0.2 + random()]);
   return { ...fixedValues, ...Object.fromEntries(values) };
 }
 
@@ -351,19 +358,24 @@ const zerosOf = (piece: Piece): Node[] =>
   piece.map(({ joint, zero }) => (joint === null ? zero : node("-", name(joint), zero)));
 
 /** Return the pose moved by Gauss-Newton steps of least norm to where a piece holds; null if the steps fail. */
-function solve(piece: Piece, zeros: readonly Node[], free: readonly string[], start: At): At | null {
+function solve(
+  piece: Piece,
+  zeros: readonly Node[],
+  free: readonly string[],
+  start: SymbolValues,
+): SymbolValues | null {
   let at = start;
   for (const { joint, zero } of piece) if (joint !== null) at = { ...at, [joint]: evaluate(zero, at).re };
-  for (let step = 0; step < STEPS; step += 1) {
+  for (let step = 0; step < MAX_STEPS; step += 1) {
     const here = at;
-    const off = zeros.map((zero) => {
+    const error = zeros.map((zero) => {
       const { re, size } = evaluate(zero, here);
-      return Number.isFinite(size) && Math.abs(re) <= ROUNDING * size ? 0 : re;
+      return Number.isFinite(size) && Math.abs(re) <= ROUNDING_ERROR * size ? 0 : re;
     });
-    if (off.every((value) => value === 0)) break;
+    if (error.every((value) => value === 0)) break;
     const moves = leastNorm(
       zeros.map((zero) => free.map((joint) => slopeOf(zero, here, joint))),
-      off,
+      error,
     );
     if (!moves.every(Number.isFinite)) return null;
     const changes = free.map((joint, i) => [joint, here[joint]! - Math.max(-1, Math.min(1, moves[i]!))]);

@@ -29,7 +29,7 @@ import {
   times,
   waves,
 } from "./terms.js";
-import type { At } from "./verdict.js";
+import type { SymbolValues } from "./verdict.js";
 
 /** Relative tolerance for equal values at one configuration. */
 const NEAR = 1e-7;
@@ -75,14 +75,14 @@ interface Piece {
 /** What may complete or replace parts of an entry, with values at the first configuration. */
 export interface Means {
   readonly library: Library;
-  readonly at: At;
+  readonly at: SymbolValues;
   readonly terms: Terms;
   /** The terms of which pairs are tried. */
   readonly fewTerms: Terms;
   readonly factors: readonly ValuedTree[];
 }
 
-export function meansOf(entries: readonly Node[], at: At, { symbols }: Pick<ValuesKey, "symbols">): Means {
+export function meansOf(entries: readonly Node[], at: SymbolValues, { symbols }: Pick<ValuesKey, "symbols">): Means {
   const library = libraryOf(symbols, entries);
   const factors = [...waves(library, at), ...library.lengths.map((length) => withValue(length, at))];
   return { library, at, terms: termsOf(library, at), fewTerms: termsOf(library, at, MOST_PAIRED), factors };
@@ -153,7 +153,7 @@ function* sumsOfThree(tree: Node, target: number, { at, fewTerms }: Means) {
 const MOST_MULTIPLIED = 64;
 
 /** Return the values of an entry's terms when it is multiplied out; null if there are too many. */
-function multipliedOut(tree: Node, at: At): number[] | null {
+function multipliedOut(tree: Node, at: SymbolValues): number[] | null {
   const [left, right] = tree.args;
   if (tree.kind === "neg" && left) return multipliedOut(left, at)?.map((value) => -value) ?? null;
   if (!left || !right || !["+", "-", "*"].includes(tree.kind)) return [evaluate(tree, at).re];
@@ -183,7 +183,7 @@ function termText(tree: Node): string {
 const termsText = (trees: readonly Node[]): string => [...new Set(trees.map(termText))].sort().join(", ");
 
 /** Return the value that a piece needs for the entry to be right at a configuration; null if there is none. */
-function wantedOf({ tree, put }: Pick<Piece, "tree" | "put">, expected: number, at: At): number | null {
+function wantedOf({ tree, put }: Pick<Piece, "tree" | "put">, expected: number, at: SymbolValues): number | null {
   // If the piece occurs once, the entry is (p x + q) / (r x + s) in its value x; such functions keep cross-ratios.
   const here = evaluate(tree, at).re;
   const step = 0.37 * Math.abs(here) + 0.05;

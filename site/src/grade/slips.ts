@@ -9,11 +9,11 @@ import { sizeOf } from "../read/products.js";
 import { namesIn, type Node } from "../read/tree.js";
 import { message, type Message } from "../text/text.js";
 import { type Change, type Kind, KINDS, type Means, meansOf, singleChanges, withTwoTerms } from "./single-changes.js";
-import type { At, Slip } from "./verdict.js";
+import type { SymbolValues, Slip } from "./verdict.js";
 
 /** Maximum number of nodes of an entry that is examined, and of all entries. */
-const LONGEST = 400;
-const LONGEST_ANSWER = 1200;
+const MAX_ENTRY_SIZE = 400;
+const MAX_ANSWER_SIZE = 1200;
 /** At most this many slips are reported. */
 const MOST_TOLD = 3;
 /** At most this many entries are listed, unless they are a column or all others. */
@@ -25,7 +25,7 @@ export interface Answer {
   readonly entries: readonly Node[];
   /** Indices of entries that are not right. */
   readonly wrong: readonly number[];
-  readonly at: (k: number) => At;
+  readonly at: (k: number) => SymbolValues;
   readonly isRight: (index: number, entry: Node) => boolean;
   /** Return the index of the mistake that gives `some` entries while all others are as expected. */
   readonly mistakeIn: (some: ReadonlySet<number>) => number | undefined;
@@ -148,7 +148,7 @@ function isOffBy({ entries, at }: Answer, index: number, key: ValuesKey, symbols
 function slipsAndMistakes(answer: Answer, key: ValuesKey): Finding[] {
   const { entries, wrong, at } = answer;
   const mistakes = mistakesIn(answer, key);
-  if (wrong.reduce((sum, i) => sum + sizeOf(entries[i] as Node, LONGEST_ANSWER + 1), 0) > LONGEST_ANSWER)
+  if (wrong.reduce((sum, i) => sum + sizeOf(entries[i] as Node, MAX_ANSWER_SIZE + 1), 0) > MAX_ANSWER_SIZE)
     return mistakes;
   const means = meansOf(entries, at(0), key);
   const slipsAt = new Map(wrong.map((i) => [i, slipsByName(answer, i, key, means)]));
@@ -201,7 +201,7 @@ function slipsByName(answer: Answer, index: number, key: ValuesKey, means: Means
   const entry = answer.entries[index] as Node;
   const slips = new Map<string, TypedSlip>();
   const expected = key.right[index]?.[0];
-  if (sizeOf(entry, LONGEST + 1) > LONGEST || typeof expected !== "number") return slips;
+  if (sizeOf(entry, MAX_ENTRY_SIZE + 1) > MAX_ENTRY_SIZE || typeof expected !== "number") return slips;
   // a zero has no terms to which another could be added
   if (isZero(entry)) return slips.set("slip.zero", { kind: "slip.zero" });
   const collect = (some: Iterable<Change>) => {

@@ -3,7 +3,7 @@
 import { anyNode, call, integer, name, namesIn, type Node, node } from "../read/tree.js";
 import { evaluate } from "../read/evaluate.js";
 import { anglesIn, angleText } from "./angles.js";
-import type { At } from "./verdict.js";
+import type { SymbolValues } from "./verdict.js";
 
 /** Limits: symbols of a kind, the answer's own angles, and angles for products of three sines or cosines. */
 const MOST_SYMBOLS = 8;
@@ -60,11 +60,11 @@ function successiveSums(names: readonly Node[]): Node[] {
 const sumOf = (terms: readonly Node[]): Node => terms.reduce((total, term) => node("+", total, term));
 
 /** Return sines and cosines of the angles with their values at a configuration. */
-export function waves({ angles }: Library, at: At): ValuedTree[] {
+export function waves({ angles }: Library, at: SymbolValues): ValuedTree[] {
   return angles.flatMap((angle) => [withValue(call("sin", angle), at), withValue(call("cos", angle), at)]);
 }
 
-export const withValue = (tree: Node, at: At): ValuedTree => ({ tree, value: evaluate(tree, at).re });
+export const withValue = (tree: Node, at: SymbolValues): ValuedTree => ({ tree, value: evaluate(tree, at).re });
 
 /** Terms of Jacobians: a length or none, a rate (if there are any), and sines and cosines. */
 export interface Terms {
@@ -74,7 +74,7 @@ export interface Terms {
 }
 
 /** Return terms with products of up to two or three sines and cosines; of fewer if there are more than `most` terms. */
-export function termsOf(library: Library, at: At, most = Infinity): Terms {
+export function termsOf(library: Library, at: SymbolValues, most = Infinity): Terms {
   const waveList = waves(library, at);
   const lengths = [ONE, ...library.lengths.map((length) => withValue(length, at))];
   const rates = [...library.multipliers, ...library.rateSums].map((rate) => withValue(rate, at));

@@ -11,7 +11,7 @@ import { inDigits, message, type Message, numberSeparator, say, type TextKey } f
 import { shareButForFactor, shareOfEntries } from "./credit.js";
 import { entriesOf, isBlank, matrixOf, ofScalars, otherComponent, parseAs, rightSide, withShape } from "./forms.js";
 import { slipsIn } from "./slips.js";
-import { type At, correct, graded, parseOrVerdict, missing, type Verdict, wrong } from "./verdict.js";
+import { type SymbolValues, correct, graded, parseOrVerdict, missing, type Verdict, wrong } from "./verdict.js";
 
 /** Relative tolerance for rounding, of the size of the terms. */
 const SAME = 1e-9;
@@ -93,7 +93,7 @@ function compare(rows: readonly (readonly Node[])[], key: ValuesKey): Verdict {
   const names = new Set(entries.flatMap((entry) => [...namesIn(entry)]));
   const known: Values[] = [];
   // a wrong answer differs at one of the first configurations, so later values are computed only when needed
-  const evaluateAt = (at: At) => entries.map((entry, i) => (blank[i] ? null : evaluate(entry, at)));
+  const evaluateAt = (at: SymbolValues) => entries.map((entry, i) => (blank[i] ? null : evaluate(entry, at)));
   const valuesAt = (k: number) => (known[k] ??= evaluateAt(configuration(key, k, names)));
   const scales = key.right.map((values) => Math.max(...values.map((value) => Math.abs(value ?? 0))));
   const largest = Math.max(...scales);
@@ -308,7 +308,7 @@ function findMistake(
 export const weight = (index: number): number => 1 + ((index * GOLDEN) % 1);
 
 /** Return the values of all symbols at point k; an unknown name gets an arbitrary number. */
-export function configuration(key: ValuesKey, k: number, names: ReadonlySet<string>): At {
+export function configuration(key: ValuesKey, k: number, names: ReadonlySet<string>): SymbolValues {
   const values: Record<string, number> = {};
   for (const unknown of names) values[unknown] = anyNumber(unknown, k);
   key.symbols.forEach((symbol, i) => (values[symbol] = key.points[k]?.[i] ?? NaN));
@@ -323,7 +323,7 @@ export function anyNumber(name: string, k: number): number {
 }
 
 /** Return what a student needs to check an entry at point k: joints, lengths, rates, symbols of entry and question. */
-function shownAt(key: ValuesKey, k: number, entry: Node): At {
+function shownAt(key: ValuesKey, k: number, entry: Node): SymbolValues {
   const used = namesIn(entry);
   const isMoving = [...used].some(isRate);
   const relevant = key.symbols.filter(
@@ -337,7 +337,7 @@ function shownAt(key: ValuesKey, k: number, entry: Node): At {
   return Object.fromEntries(relevant.map((symbol) => [symbol, key.points[k]?.[key.symbols.indexOf(symbol)] ?? NaN]));
 }
 
-export function atText(at: At): string {
+export function atText(at: SymbolValues): string {
   return Object.entries(at)
     .map(([symbol, value]) => `${displayName(symbol)} = ${inDigits(asOnSliders(symbol, value))}${unitOf(symbol)}`)
     .join(numberSeparator());

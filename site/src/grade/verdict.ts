@@ -4,7 +4,7 @@ import { catchParseError } from "../read/tree.js";
 import { message, type Message, type Values, type TextKey } from "../text/text.js";
 
 /** Values of symbols at a configuration, by name. */
-export type At = Readonly<Record<string, number>>;
+export type SymbolValues = Readonly<Record<string, number>>;
 
 /**
  * `share` of the points, from 0 to 1; `sure`: the exact method would agree except with negligible probability; `at`: a
@@ -16,7 +16,7 @@ export interface Verdict {
   readonly share: number;
   readonly reasons: readonly Message[];
   readonly sure: boolean;
-  readonly at?: At;
+  readonly at?: SymbolValues;
   readonly entries?: readonly (readonly boolean[])[];
   readonly mistake?: number;
   readonly slips?: readonly Slip[];

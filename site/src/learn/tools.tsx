@@ -37,16 +37,16 @@ export function velocityOf(arm: Arm, state: State, rates: readonly number[]): Ve
   return arrowsOf(arm, state).columns.reduce((sum, column, i) => add(sum, scaleVector(column, rates[i] ?? 0)), ZERO);
 }
 
-const MOST = 1e3;
+const MAX_RATE = 1e3;
 /** Velocities are drawn longer than columns of J by this factor, because the rates are small. */
-const SEEN = 2;
+const ARROW_SCALE = 2;
 
 /** The contribution of each joint to the velocity of P, head to tail, and their sum. */
 export function Shares({ stage, view, rates }: { stage: Stage; view: View; rates: readonly number[] }): JSX.Element {
   const { arm, state } = stage;
-  const scale = SEEN * speedScale(arm);
+  const scale = ARROW_SCALE * speedScale(arm);
   const shares = arrowsOf(arm, state).columns.map((column, i) =>
-    scaleVector(column, scale * Math.max(-MOST, Math.min(MOST, rates[i] ?? 0))),
+    scaleVector(column, scale * Math.max(-MAX_RATE, Math.min(MAX_RATE, rates[i] ?? 0))),
   );
   let from = state.point;
   return (

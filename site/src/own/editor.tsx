@@ -17,7 +17,7 @@ import {
   ENTRIES,
   type Entry,
   type Faults,
-  MOST_JOINTS,
+  MAX_JOINTS,
   newRow,
   placeCell,
   rowCell,
@@ -81,7 +81,7 @@ export const Editor = memo(({ table, faults, defaultTask, onTable }: EditorProps
             key={kind}
             style="quiet small"
             text={say(kind === "R" ? "own.add-R" : "own.add-P")}
-            disabled={rows.length >= MOST_JOINTS}
+            disabled={rows.length >= MAX_JOINTS}
             onClick={() => onTable({ ...table, rows: [...rows, newRow(kind, rows.length)] })}
           />
         ))}

@@ -7,7 +7,16 @@
 //
 // Cells contain "~" and "_" only as %7E and %5F: no program that passes an address on changes these two escapes.
 
-import { ENTRIES, isTaskRow, LONGEST, MOST_JOINTS, type Table, type Triple, type TypedRow, ZEROS } from "./table.js";
+import {
+  ENTRIES,
+  isTaskRow,
+  MAX_CHARACTERS,
+  MAX_JOINTS,
+  type Table,
+  type Triple,
+  type TypedRow,
+  ZEROS,
+} from "./table.js";
 
 /** The content of an address: a robot's name, or a table; and a pose (degrees or metres, joint by joint). */
 export interface Fragment {
@@ -67,7 +76,7 @@ function parseValues(values: ReadonlyMap<string, string>): Fragment {
   if (robot !== undefined) return { robot: parseCell(robot), table: null, at };
   const convention = values.has("dh") ? "dh" : "modified-dh";
   const rows = (values.get(KEYS[convention]) ?? "").split("~").map(parseRow);
-  if (rows.length > MOST_JOINTS) throw new InvalidTable();
+  if (rows.length > MAX_JOINTS) throw new InvalidTable();
   const task = values.get("task")?.split("_").filter(isTaskRow) ?? [];
   const table: Table = {
     name: parseCell(values.get("name") ?? ""),
@@ -91,7 +100,7 @@ function parseRow(text: string): TypedRow {
 /** Decode the text of a cell as one line. */
 function parseCell(text: string): string {
   const plain = decode(text).replace(/\s+/gu, " ").trim();
-  if (plain.length > LONGEST) throw new InvalidTable();
+  if (plain.length > MAX_CHARACTERS) throw new InvalidTable();
   return plain;
 }
 

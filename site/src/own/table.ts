@@ -62,11 +62,11 @@ export const placeCell = (place: "tool" | "place" | "turn", axis: number): Cell 
 export type Faults = ReadonlyMap<Cell, Message>;
 
 /** As many joints as `qdot solve` accepts. */
-export const MOST_JOINTS = 10;
+export const MAX_JOINTS = 10;
 /** Maximum length of a cell. */
-export const LONGEST = 100;
+export const MAX_CHARACTERS = 100;
 /** A length (m) beyond that of any arm. */
-const MAX_LENGTH = 1e6;
+const MAX_VALUE = 1e6;
 /** A larger angle in radians is probably meant in degrees. */
 const MANY_TURNS = 7;
 /** A larger length in metres is probably meant in millimetres. */
@@ -145,7 +145,7 @@ const WITH_COMMA = /^\s*[-+−]?\d*,\d+\s*$/u;
 
 /** Parse a cell; an empty cell is zero. Throws ParseError. */
 function parseCell(text: string, known: ReadonlySet<string>): Node {
-  if (text.length > LONGEST) throw new ParseError("read.long", { length: text.length, most: LONGEST });
+  if (text.length > MAX_CHARACTERS) throw new ParseError("read.long", { length: text.length, most: MAX_CHARACTERS });
   return parse(WITH_COMMA.test(text) ? text.replace(",", ".") : text.trim() || "0", known);
 }
 
@@ -203,7 +203,7 @@ function inRadians(value: number, angles: Angles | null): number {
 
 function finite(value: number): number {
   if (!Number.isFinite(value)) throw new ParseError("own.not-real");
-  if (Math.abs(value) > MAX_LENGTH) throw new ParseError("own.out-of-range");
+  if (Math.abs(value) > MAX_VALUE) throw new ParseError("own.out-of-range");
   return value;
 }
 

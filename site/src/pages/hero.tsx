@@ -35,7 +35,7 @@ export function Hero(wish: StageWish): JSX.Element {
         {...stage}
         layers={LAYERS}
         near
-        besides={stretched}
+        extraPoints={stretched}
         label={say("arm.drawing.label", { robot: robot.title })}
         describedBy={`${id}words`}
       />

@@ -237,7 +237,7 @@ function FormulaField({ label, value, onValue, onEnter, math, isWide = false, go
   return (
     <textarea
       {...common}
-      rows={Math.min(MOST_LINES, value.split("\n").length)}
+      rows={Math.min(MAX_LINES, value.split("\n").length)}
       onInput={(event) => onValue(event.currentTarget.value)}
       onKeyDown={(event) => {
         if (event.key !== "Enter" || event.shiftKey || event.isComposing) return;
@@ -250,7 +250,7 @@ function FormulaField({ label, value, onValue, onEnter, math, isWide = false, go
 }
 
 /** Maximum number of visible lines. */
-const MOST_LINES = 8;
+const MAX_LINES = 8;
 
 interface FieldsProps extends Pick<Field, "problem" | "part"> {
   readonly hasSymbols: boolean;

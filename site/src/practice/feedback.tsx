@@ -2,7 +2,7 @@
 
 import type { JSX } from "preact";
 import type { Problem, Row } from "../bank.js";
-import { type At, isParsed, type Slip, type Verdict } from "../grade/verdict.js";
+import { type SymbolValues, isParsed, type Slip, type Verdict } from "../grade/verdict.js";
 import { type Message, message, textOf, say } from "../text/text.js";
 
 const TITLES = {
@@ -116,7 +116,7 @@ function Marks({ entries }: { entries: readonly (readonly boolean[])[] }) {
 export const nameOfJoint = ({ kind }: Row, index: number): string => `${kind === "R" ? "theta" : "d"}${index + 1}`;
 
 /** Return the pose at which an answer differs, if the verdict states all joints and the answer could be parsed. */
-export function poseOf(problem: Problem, verdict: Verdict): At | undefined {
+export function poseOf(problem: Problem, verdict: Verdict): SymbolValues | undefined {
   const { at } = verdict;
   if (!isParsed(verdict)) return undefined;
   const joints = problem.robot.joints.map(nameOfJoint);

@@ -19,13 +19,15 @@ import { promptOnPaper } from "./prompt.js";
 /** The number of questions on a sheet, and whether a key is printed after them. */
 export type SheetWish = { readonly count: number; readonly key: boolean };
 
-const MOST = 20;
+const MAX_COPIES = 20;
 
 /** Return the sheet that an address asks for; null if it asks for none. */
 export function sheetFrom(search: string): SheetWish | null {
   const parameters = new URLSearchParams(search);
   const count = Number(parameters.get("sheet") ?? NaN);
-  return Number.isInteger(count) && count >= 1 ? { count: Math.min(count, MOST), key: parameters.has("key") } : null;
+  return Number.isInteger(count) && count >= 1
+    ? { count: Math.min(count, MAX_COPIES), key: parameters.has("key") }
+    : null;
 }
 
 export function sheetLink(wish: Wish, { count, key }: SheetWish): string {
@@ -57,7 +59,7 @@ export function Sheet({ index, wish, first }: { index: Index; wish: Wish; first:
             value={sheet.count}
             onChange={(event) => change({ ...sheet, count: Number(event.currentTarget.value) })}
           >
-            {Array.from({ length: MOST }, (_, i) => (
+            {Array.from({ length: MAX_COPIES }, (_, i) => (
               <option key={i} value={i + 1}>
                 {i + 1}
               </option>

@@ -11,7 +11,7 @@ import type { View } from "../arm/view.js";
 import type { Factor, Part, Problem, Solutions } from "../bank.js";
 import { atLeast, lower, type Level, limitTo } from "../grade/levels.js";
 import type { OwnColumns } from "../grade/typed-jacobian.js";
-import { type At, isParsed, type Verdict } from "../grade/verdict.js";
+import { type SymbolValues, isParsed, type Verdict } from "../grade/verdict.js";
 import { loadSolutions } from "../load.js";
 import { language, say } from "../text/text.js";
 import { afterPaint, useSteps } from "../scheduling.js";
@@ -81,7 +81,7 @@ export function Task(props: TaskProps): JSX.Element {
   const [answer, setAnswer] = useState("");
   const [verdict, setVerdict] = useState<Verdict | null>(null);
   const [failed, setFailed] = useState("");
-  const [pose, setPose] = useState<At | undefined>(undefined);
+  const [pose, setPose] = useState<SymbolValues | undefined>(undefined);
   const [ownColumns, setOwnColumns] = useState<OwnColumns | null>(null);
   const [helped, setHelped] = useState(false); // an answer after the solution was shown does not count
   const hasHints = useRef(false);

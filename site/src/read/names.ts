@@ -13,7 +13,7 @@ export const SHORTHAND = table<string>(VOCABULARY.shorthand);
 export const ARITY = table(VOCABULARY.arity);
 
 /** Maximum length of a name. */
-export const LONGEST = LIMITS.name;
+export const MAX_NAME_LENGTH = LIMITS.name;
 
 const CONSTANTS = table(VOCABULARY.constants);
 const MEANT = new Set(CONSTANTS.values());

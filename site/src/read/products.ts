@@ -17,7 +17,7 @@ import { LIMITS, VOCABULARY } from "./vocabulary.js";
 
 const OPERATIONS: ReadonlySet<Kind> = new Set<Kind>(["+", "-", "*", "/", "neg", "^"]);
 /** Maximum number of rows of a matrix that is inverted. */
-const LARGEST = 3;
+const MAX_INVERTED_SIZE = 3;
 
 const isList = ({ kind }: Node): boolean => kind === "list";
 
@@ -117,8 +117,8 @@ function power(rows: Rows, exponent: Node): Node {
   if (exponent.kind === "name" && VOCABULARY.transposed.includes(exponent.text)) return listOf(columnsOf(rows));
   const [of] = exponent.args;
   const isInverse = exponent.kind === "neg" && of?.kind === "number" && of.value === 1;
-  if (!isInverse || rows.length !== rows[0]?.length || rows.length > LARGEST)
-    throw new ParseError("read.power-of-matrix", { most: LARGEST });
+  if (!isInverse || rows.length !== rows[0]?.length || rows.length > MAX_INVERTED_SIZE)
+    throw new ParseError("read.power-of-matrix", { most: MAX_INVERTED_SIZE });
   const determinantOfAll = determinant(rows);
   const cofactors = rows.map((_, i) => rows.map((_row, j) => signed(i + j, minor(rows, j, i))));
   return mapEntries(cofactors, (entry) => node("/", entry, determinantOfAll));

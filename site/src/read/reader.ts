@@ -3,7 +3,7 @@
 
 import { type Message, message, type Values, type TextKey } from "../text/text.js";
 import { METRE, withoutMetres } from "./metres.js";
-import { ARITY, factorsOf, FUNCTIONS, LONGEST, type Piece, piecesOf, plainName, SHORTHAND } from "./names.js";
+import { ARITY, factorsOf, FUNCTIONS, MAX_NAME_LENGTH, type Piece, piecesOf, plainName, SHORTHAND } from "./names.js";
 import { plain } from "./notation.js";
 import { carryOutProducts } from "./products.js";
 import { deeperBy, type Token, tokensOf } from "./tokens.js";
@@ -537,8 +537,8 @@ class Parser {
 
   /** Parse a name, and what belongs to it, such as the arguments of a function. */
   private named(raw: string): Node {
-    const length = lengthOf(raw, LONGEST);
-    if (length > LONGEST) throw this.fail("read.long-name", { length });
+    const length = lengthOf(raw, MAX_NAME_LENGTH);
+    if (length > MAX_NAME_LENGTH) throw this.fail("read.long-name", { length });
     const opens = this.peek() === "(";
     const plain = this.plain.get(raw);
     if (typeof plain === "string") return this.function(plain);

@@ -22,14 +22,14 @@ const NUMBER = wholePattern("decimal_with_comma");
 const NAMED = pattern("named_number", "y");
 const FACTORS = ["", ...new Set(Object.values(VOCABULARY.units))];
 /** Maximum number of characters of a table. */
-const MOST = 4000;
+const MAX_CHARACTERS = 4000;
 
 type Cells = readonly (readonly string[])[];
 type Split = (line: string) => readonly string[];
 
 /** Return a table as the text of a list of rows; null if it has another shape, or can be read in two ways. */
 export function tableText(text: string, rows: number, columns: number): string | null {
-  if ([...text].length > MOST) return null;
+  if ([...text].length > MAX_CHARACTERS) return null;
   const isTable = (cells: Cells): boolean =>
     cells.length === rows && cells.every((row) => row.length === columns && row.every(isSingleEntry));
   const texts = new Set(readingsOf(text.replace(NAME, ""), rows, columns).filter(isTable).map(listed));
@@ -79,7 +79,7 @@ function entriesOf(line: string, split: Split): readonly string[] {
 
 /** Return numbers that are not separated by commas as the text of a list; null if there are others. */
 export function numbersText(text: string, count: number): string | null {
-  if (count < 2 || [...text].length > MOST) return null;
+  if (count < 2 || [...text].length > MAX_CHARACTERS) return null;
   let inner = strip(withoutUnits(text, new Set()));
   const ends = inner.slice(0, 1) + inner.slice(-1);
   if (ends === "()" || ends === "[]" || (ends === "{}" && inner.includes(";"))) inner = inner.slice(1, -1);

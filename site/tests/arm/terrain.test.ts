@@ -10,14 +10,14 @@ const small = armOf({ ...SIX, values: { a2: 0.02, d4: 0.015 } });
 
 describe.each(["det", "least"] as const)("a map of %s over theta2 and theta3", (shown) => {
   it.each([0, Math.PI, -Math.PI, 1e-7])("is empty where theta5 is %d, and J has no full rank", (theta5) => {
-    const { most, lines, spots } = terrainOf(large, [0.3, 0, 0, 0.5, theta5, 0.2], [1, 2], shown);
-    expect([most, lines, spots]).toEqual([0, [], []]);
+    const { max, lines, spots } = terrainOf(large, [0.3, 0, 0, 0.5, theta5, 0.2], [1, 2], shown);
+    expect([max, lines, spots]).toEqual([0, [], []]);
   });
 
   it("is none where it is an angle that one sees, however small the arm", () => {
     for (const arm of [large, small]) {
-      const { most, lines } = terrainOf(arm, [0.3, 0, 0, 0.5, 0.02, 0.2], [1, 2], shown);
-      expect(most).toBeGreaterThan(0);
+      const { max, lines } = terrainOf(arm, [0.3, 0, 0, 0.5, 0.02, 0.2], [1, 2], shown);
+      expect(max).toBeGreaterThan(0);
       expect(lines.length).toBeGreaterThan(0);
     }
   });
