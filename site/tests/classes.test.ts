@@ -61,10 +61,10 @@ test("what was kept before there were classes stands for the first of them, and 
 
 test("rows of the classes are counted by themselves: a wrong answer for an arm in space leaves plain ones", () => {
   const plain: Skill = { ...NEW, row: ["planar-2r/chapter"], learned: 0, mastered: DAY };
-  const how = { helped: false, again: false, now: 2 * DAY, most: 2 };
+  const attempt = { helped: false, again: false, now: 2 * DAY, armCount: 2 };
   const right = (skill: Skill, at: number, key: string, isRight = true): Skill => {
     const item = { family: "elbow-3r", key, question: "jacobian" };
-    return withRow(skill, CLASSES, at, rowAfter(rowOf(skill, CLASSES, at), item, { ...how, right: isRight }));
+    return withRow(skill, CLASSES, at, rowAfter(rowOf(skill, CLASSES, at), item, { ...attempt, right: isRight }));
   };
   const begun = right(plain, 1, "chapter");
   expect(rowOf(begun, CLASSES, 1).row).toEqual(["elbow-3r/chapter"]);
