@@ -53,7 +53,7 @@ describe("the classes of a lesson", () => {
   });
 });
 
-test("what was kept before there were classes stands for the first of them, and the next one is asked", () => {
+test("progress stored before there were classes counts for the first class, and the next one is asked", () => {
   const old: Skill = { row: ["a/1", "a/2", "a/3"], learned: 1, mastered: 2 * DAY, goals: [0] };
   expect(CLASSES.map((_, at) => rowOf(old, CLASSES, at).mastered)).toEqual([2 * DAY, undefined, undefined]);
   expect(currentClass(old, CLASSES, 9 * DAY)).toBe(1);
@@ -72,6 +72,6 @@ test("rows of the classes are counted by themselves: a wrong answer for an arm i
   expect([rowOf(wrong, CLASSES, 1).row, wrong.mastered]).toEqual([[], DAY]);
   const learned = right(begun, 1, "lengths");
   expect(rowOf(learned, CLASSES, 1).learned).toBe(2 * DAY);
-  expect(currentClass(learned, CLASSES, 2 * DAY)).toBe(2); // on with the next, and back when it is due
+  expect(currentClass(learned, CLASSES, 2 * DAY)).toBe(2); // the next class, until this one is due for review
   expect(currentClass(learned, CLASSES, 3 * DAY)).toBe(1);
 });

@@ -74,7 +74,7 @@ test("short questions about an arm are about no other arm", () => {
   expect(armCountOf(["001", "001-quiz", "002"].map((key) => item(key)))).toBe(2);
 });
 
-test("what was wrong first counts neither for the row nor as mastered, and it is said why", () => {
+test("a question answered wrong first counts neither for the row nor as mastered, and a message gives the reason", () => {
   const how = (right: boolean, helped = false, again = false) => ({ right, helped, again });
   const row = right(NEW, "001");
   expect(right(row, "002", 0, false, 9, true)).toEqual(row);
@@ -156,7 +156,7 @@ test("items of a lesson: its own families first, other ones where the bank has n
   expect(itemsOf(index, ["position"], ["a"])).toEqual([]);
 });
 
-test("what a browser keeps is read back, and nonsense is nothing", () => {
+test("stored skills are restored, and invalid entries are ignored", () => {
   const kept = new Map<string, string>();
   const storage = {
     getItem: (key: string) => kept.get(key) ?? null,
