@@ -151,7 +151,7 @@ class TreeArithmetic(_FormulaArithmetic):
 
     @staticmethod
     def entries(nodes: Sequence[Node]) -> np.ndarray:
-        """Return n trees as an array of terms, (n,)."""
+        """Return n trees as an array, (n,)."""
         return np.array(list(nodes), dtype=object)
 
     @staticmethod

@@ -405,9 +405,10 @@ def _validate(file: TomlFile) -> AssignmentFile:
     """Return the validated file. Raises QdotError, for a misspelt key before a missing key or a wrong value."""
     file.check_keys((), tuple(AssignmentFile.model_fields), ("title", "key", "problem"))
     problems, problem_keys = file.content["problem"], tuple(ProblemEntry.model_fields)
+    top_level_keys = [name for name in AssignmentFile.model_fields if name != "question"]  # [question.NAME] is a table
     for index, table in enumerate(problems if isinstance(problems, list) else []):
         if isinstance(table, dict):
-            file.check_keys(("problem", index), problem_keys, (), tuple(AssignmentFile.model_fields))
+            file.check_keys(("problem", index), problem_keys, (), top_level_keys)
     try:
         return AssignmentFile.model_validate(file.content)
     except pydantic.ValidationError as error:

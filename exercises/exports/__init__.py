@@ -1,7 +1,8 @@
 """Export an assignment: as quizzes for learning platforms, on paper, and for platforms that grade notebooks with qdot.
 
-Each export format has a module, and `registry` lists all export formats by name. These modules are shared:
+Each export format has a module. These modules are shared:
 
+    registry                    all export formats by name
     export_format               what an export format is, and the `ExportRequest` for an export
     bank, handouts              certified variants of an assignment's problems; the notebooks of its class
     items, numbers, markup      questions for learning platforms; formulas evaluated to numbers; figures and HTML

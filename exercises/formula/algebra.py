@@ -103,7 +103,7 @@ def _differentiate_node(node: Node, arg_derivatives: Sequence[Node]) -> Node:
     if node.kind == "call" and node.value in _DERIVATIVES:
         return _DERIVATIVES[node.value](a) * da
     if node.kind not in ("+", "-", "*", "/", "^"):
-        raise ParseError("it has no derivative")
+        raise ParseError("the formula has no derivative")
     b, db = node.args[1], arg_derivatives[1]
     if node.kind in ("+", "-"):
         return da + db if node.kind == "+" else da - db

@@ -11,7 +11,7 @@ from fractions import Fraction
 from functools import partial
 from itertools import combinations
 from math import prod
-from operator import add, mul, neg, sub, truediv
+from operator import add, sub
 
 from qdot.exercises.formula.algebra import expand_terms, split_terms
 from qdot.exercises.formula.trees import ONE, ZERO, Node, count_nodes, find_names, make_number, node_text
@@ -22,8 +22,7 @@ MAX_TERMS = 40
 """Maximum number of terms of an entry that is expanded into a sum of products."""
 
 TRIG_FUNCTIONS = ("sin", "cos")
-TWO, HALF = make_number(2), make_number(Fraction(1, 2))
-DEGREES_PER_RADIAN = make_number(180) / Node("name", value="pi")
+TWO, HALF, DEGREES_PER_RADIAN = make_number(2), make_number(Fraction(1, 2)), make_number(180) / Node("name", value="pi")
 DERIVATIVE_MISTAKES = frozenset({"wave-derived", "wave-not-derived"})
 """The mistakes that occur only in entries that are derivatives."""
 
@@ -136,7 +135,7 @@ def _edit_sum(node: Node) -> Iterator[Edit]:
         for edit in _edit_product(second_term):
             if edit.mistake == "bracket-missing":
                 first_factor, second_factor = edit.entry.args
-                args = [sub(first_term, first_factor), second_factor]
+                args = [first_term - first_factor, second_factor]
                 yield replace(edit, entry=edit.entry.with_args(args))
 
 
@@ -147,7 +146,7 @@ def _add_unlike_terms(node: Node) -> Iterator[Edit]:
         if constant.kind in ("number", "decimal") and find_names(term):
             coefficient = _numeric_factor(term)
             factor = _numeric_factor(constant) / coefficient if coefficient else Fraction(0)
-            yield Edit("unlike-terms-added", combine(term, mul(make_number(factor), term)))
+            yield Edit("unlike-terms-added", combine(term, make_number(factor) * term))
 
 
 def _edit_product(node: Node) -> Iterator[Edit]:
@@ -155,20 +154,20 @@ def _edit_product(node: Node) -> Iterator[Edit]:
     yield from _drop_denominator_bracket(first_factor, second_factor)
     if _is_trig(second_factor) and len(split_terms(second_factor.args[0])) > 1:
         first_trig, *later_trigs = _trigs_of_terms(second_factor)  # s1 + s2 instead of s12, without a bracket
-        yield Edit("sum-of-angles-split", add(mul(first_factor, first_trig), _sum(later_trigs)))
+        yield Edit("sum-of-angles-split", first_factor * first_trig + _sum(later_trigs))
     for factor, other_factor in (node.args, node.args[::-1]):
         yield Edit("factor-missing", other_factor, factor)
         if factor.kind in ("+", "-"):  # the other factor multiplies only one of the terms
             combine, (first_term, second_term) = add if factor.kind == "+" else sub, factor.args
-            yield Edit("waves-in-factor", mul(_map_trigs(factor, _swap_trig), other_factor))
-            yield Edit("bracket-missing", combine(first_term, mul(second_term, other_factor)))
-            yield Edit("bracket-missing", combine(mul(other_factor, first_term), second_term))
+            yield Edit("waves-in-factor", _map_trigs(factor, _swap_trig) * other_factor)
+            yield Edit("bracket-missing", combine(first_term, second_term * other_factor))
+            yield Edit("bracket-missing", combine(other_factor * first_term, second_term))
 
 
 def _edit_quotient(node: Node) -> Iterator[Edit]:
     numerator, denominator = node.args
     terms = split_terms(numerator)
-    quotients = [truediv(term, denominator) for term in terms]
+    quotients = [term / denominator for term in terms]
     for k in range(len(terms)) if 1 < len(terms) <= MAX_TERMS else ():  # divide only one term, or all but one
         yield Edit("bracket-missing", _sum([*terms[:k], quotients[k], *terms[k + 1 :]]))
         yield Edit("bracket-missing", _sum([*quotients[:k], terms[k], *quotients[k + 1 :]]))
@@ -180,9 +179,9 @@ def _edit_quotient(node: Node) -> Iterator[Edit]:
 
 
 def _edit_power(node: Node) -> Iterator[Edit]:
-    if node.args[1] == make_number(2):
+    if node.args[1] == TWO:
         yield Edit("square-missing", node.args[0])
-        yield Edit("square-missing", make_number(2) * node.args[0])
+        yield Edit("square-missing", TWO * node.args[0])
 
 
 def _edit_negative(node: Node) -> Iterator[Edit]:
@@ -190,7 +189,7 @@ def _edit_negative(node: Node) -> Iterator[Edit]:
     yield Edit("term-sign-typed", inside)
     yield from _drop_denominator_bracket(make_number(-1), inside)
     terms = split_terms(inside.args[0]) if inside.kind == "/" else []
-    if 1 < len(terms) <= MAX_TERMS:  # neg only the first term, and divide only the last term
+    if 1 < len(terms) <= MAX_TERMS:  # negate only the first term, and divide only the last term
         yield Edit("bracket-missing", _sum([-terms[0], *terms[1:-1], terms[-1] / inside.args[1]]))
 
 
@@ -198,7 +197,7 @@ def _drop_denominator_bracket(factor: Node, quotient: Node) -> Iterator[Edit]:
     """Yield a factor times a quotient, without the brackets around the denominator."""
     if quotient.kind == "/" and quotient.args[1].kind in ("+", "-"):
         numerator, denominator = quotient.args
-        first_term = truediv(mul(factor, numerator), denominator.args[0])
+        first_term = factor * numerator / denominator.args[0]
         yield Edit("bracket-missing", denominator.with_args([first_term, denominator.args[1]]))
 
 
@@ -238,12 +237,12 @@ def _exchange_similar_symbols(entry: Node, symbols: Iterable[str]) -> Iterator[E
 def _add_joint_to_angle(symbols: Sequence[str], node: Node) -> Iterator[Edit]:
     """Yield a sine or cosine with a joint variable added to its angle, subtracted from it, or negated in it."""
     for joint in (Node("name", value=name) for name in symbols if _is_trig(node) and name.startswith("theta")):
-        double = mul(TWO, joint)
-        terms = [joint, neg(joint), double]
+        double = TWO * joint
+        terms = [joint, -joint, double]
         if find_names(node.args[0]) != {joint.value}:  # negating a single angle is not a mistake in a sum of angles
-            terms.append(neg(double))
+            terms.append(-double)
         for term in terms:
-            yield Edit("angle-typed", node.with_args([add(node.args[0], term)]))
+            yield Edit("angle-typed", node.with_args([node.args[0] + term]))
 
 
 def replace_each_trig(entry: Node, replacement: Callable[[Node], Node]) -> list[Node]:
@@ -275,9 +274,9 @@ def _split_trig_of_sum(node: Node) -> Iterator[Edit]:
     if len(terms) > 1:
         yield Edit("sum-of-angles-split", _sum(_trigs_of_terms(node)))
         yield Edit("sum-of-angles-split", _product(_trigs_of_terms(node)))
-        signed_trigs = [neg(node.with_args(t.args)) if t.kind == "neg" else node.with_args([t]) for t in terms]
+        signed_trigs = [-node.with_args(t.args) if t.kind == "neg" else node.with_args([t]) for t in terms]
         yield Edit("sum-of-angles-split", _sum(signed_trigs))  # the minus of a term stands before the function
-        yield Edit("bracket-missing", add(node.with_args([_sum(terms[:-1])]), terms[-1]))
+        yield Edit("bracket-missing", node.with_args([_sum(terms[:-1])]) + terms[-1])
 
 
 def _trigs_of_terms(node: Node) -> list[Node]:
@@ -301,9 +300,9 @@ def _edit_angle(angle: Node) -> Iterator[Node]:
         if other_terms:
             yield _sum(other_terms)
             if len(joint_terms) > 1 or term in constants:  # negating a single angle is not a mistake in a sum of angles
-                yield _sum([*other_terms, neg(term)])
+                yield _sum([*other_terms, -term])
         for factor in (TWO, HALF, DEGREES_PER_RADIAN) if term in constants else ():
-            yield _sum([*other_terms, mul(factor, term)])
+            yield _sum([*other_terms, factor * term])
     if len(joint_terms) > 1:
         yield _sum([_product(joint_terms), *constants])
     for term in joint_terms if len(terms) > 2 else ():
@@ -395,7 +394,7 @@ def _find_angles(node: Node) -> Iterator[Node]:
 
 def _scale_constants(factor: Node) -> Callable[[Node], Node]:
     """Return a function that multiplies the constants of a sum of angles by a factor."""
-    return lambda angle: _sum([t if find_names(t) else mul(factor, t) for t in split_terms(angle)])
+    return lambda angle: _sum([t if find_names(t) else factor * t for t in split_terms(angle)])
 
 
 def _keep_last_angle(keeps_constants: bool) -> Callable[[Node], Node]:

@@ -142,10 +142,11 @@ def _list_lines_without_offsets(chain: Chain, details: DistanceDetails) -> Itera
 
 
 def _reverse_path(chain: Chain, details: DistanceDetails) -> RatesWithWords:
-    seam, distance, speed = details.welding_line, float(details.distance), float(details.welding_line.speed)
-    line = seam.make_line(chain)
-    target = [sp.Float(2 * a - float(b)) for a, b in zip(line.start_point, seam.target.values(), strict=True)]
-    yield _compute_rates(StraightPath(chain, seam.lengths, seam.joints, target), distance, speed), ""
+    """Yield the rates on the line away from the target, the negative rates, and those on the way back from the end."""
+    welding_line, distance, speed = details.welding_line, float(details.distance), float(details.welding_line.speed)
+    line = welding_line.make_line(chain)
+    target = [sp.Float(2 * a - float(b)) for a, b in zip(line.start_point, welding_line.target.values(), strict=True)]
+    yield _compute_rates(StraightPath(chain, welding_line.lengths, welding_line.joints, target), distance, speed), ""
     yield -_compute_rates(line, distance, speed), _SIGN_ALTERNATIVE
     yield -_compute_rates(line, float(line.length) - distance, speed), ""
 

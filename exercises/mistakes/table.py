@@ -88,18 +88,13 @@ def _drop_offsets(chain: Chain, _: AnswerShape) -> Iterator[MistakeVariant]:
     def drop(joints: Sequence[int]) -> MistakeVariant:
         def apply_change(w: StageResults, table: Table) -> Table:
             for i in joints:
-                table = table.with_row(i, **{_name_variable_entry(chain, i): w.arithmetic.convert_entry(chain.q[i])})
+                table = table.with_row(i, **{chain.joints[i].variable_key: w.arithmetic.convert_entry(chain.q[i])})
             return table
 
         variables = ", ".join(str(chain.q[i]) for i in joints)
         return MistakeVariant({"table": apply_change}, {**make_joint_words(joints, ", "), "variable": variables})
 
     return vary_each_joint_and_all([i for i, offset in enumerate(chain.offsets) if offset != 0], drop)
-
-
-def _name_variable_entry(chain: Chain, joint: int) -> str:
-    """Return the name of the table entry that contains the joint variable: "theta" or "d"."""
-    return chain.joints[joint].variable_key
 
 
 def _add_to_variable(term: Callable[[Chain, int], sp.Expr], kind: str) -> VariantGenerator:
@@ -111,7 +106,7 @@ def _add_to_variable(term: Callable[[Chain, int], sp.Expr], kind: str) -> Varian
     def generate(chain: Chain, _: AnswerShape) -> Iterator[MistakeVariant]:
         for i in chain.joints_of_kind(kind):
             if term(chain, i) != 0:
-                yield _add_to_row(i, _name_variable_entry(chain, i), term(chain, i))
+                yield _add_to_row(i, chain.joints[i].variable_key, term(chain, i))
 
     return generate
 
@@ -161,7 +156,7 @@ def _use_other_row(chain: Chain, _: AnswerShape) -> Iterator[MistakeVariant]:
             continue
         if chain.offsets[i] != chain.offsets[j] and row.kind == other_row.kind:
             difference, entry_words = chain.offsets[j] - chain.offsets[i], "constant of the joint variable"
-            yield _add_to_row(i, _name_variable_entry(chain, i), difference, entry=entry_words, other=j + 1)
+            yield _add_to_row(i, chain.joints[i].variable_key, difference, entry=entry_words, other=j + 1)
         for entry in ("a", "d", "alpha"):
             value = getattr(other_row, entry)
             is_variable = entry == "d" and "P" in (row.kind, other_row.kind)

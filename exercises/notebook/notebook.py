@@ -19,13 +19,7 @@ from qdot.exercises.notebook.setup_cell import write_setup_cell
 from qdot.exercises.problem.problem import ENGINE, Part, Problem, name_answer_variable
 from qdot.exercises.questions.differentiation import find_power_of_metres
 from qdot.exercises.short_questions import question_of
-from qdot.exercises.writing.problem_texts import (
-    write_answer_code,
-    write_hints,
-    write_prompt,
-    write_solutions,
-    write_statement,
-)
+from qdot.exercises.writing import problem_texts
 from qdot.exercises.writing.render import render
 
 if TYPE_CHECKING:  # importing nbformat takes as long as generating a problem, so only writing a notebook does it
@@ -136,9 +130,9 @@ def _make_problem_cells(
     opening = released_texts.get(statement_id)
     if not opening:
         figure = _embed_image(draw_figure_svg(problem.chain, slot), describe_figure(problem.chain))
-        opening = write_statement(problem, f"{number} {problem.title}", figure)
+        opening = problem_texts.write_statement(problem, f"{number} {problem.title}", figure)
     yield _make_cell("markdown", statement_id, opening)
-    solutions = write_solutions(problem) if kind == "solution" else {}
+    solutions = problem_texts.write_solutions(problem) if kind == "solution" else {}
     for index, part in enumerate(problem.parts, 1):
         label, name = f"{number}.{index}", f"{slot}-{part.name}"
         prompt_text = released_texts.get(f"{name}-question") or _write_prompt(label, name, problem, part, with_hints)
@@ -150,7 +144,7 @@ def _make_problem_cells(
             yield _make_cell("markdown", f"{name}-solution", text)
         assignment = f"{name_answer_variable(slot, part.name)} = "
         used_columns, placeholder = len(assignment), part.answer.write_placeholder(len(assignment))
-        answer = placeholder if kind == "student" else write_answer_code(problem, part, used_columns)
+        answer = placeholder if kind == "student" else problem_texts.write_answer_code(problem, part, used_columns)
         yield _make_cell("code", name, assignment + answer, {"qdot": {"part": f"{slot}.{part.name}"}})
         if checks := write_check_cell(slot, problem, part.name):
             yield _make_cell("code", f"{name}-check", checks)
@@ -159,11 +153,8 @@ def _make_problem_cells(
 def _write_prompt(label: str, name: str, problem: Problem, part: Part, with_hints: bool) -> str:
     svg = draw_part_svg(problem.chain, part, name)
     figure = _embed_image(svg, describe_part_figure(problem.chain, part)) if svg else ""
-    texts = {
-        "prompt": write_prompt(problem, part),
-        "figure": figure,
-        "hints": write_hints(problem, part) if with_hints else (),
-    }
+    hints = problem_texts.write_hints(problem, part) if with_hints else ()
+    texts = {"prompt": problem_texts.write_prompt(problem, part), "figure": figure, "hints": hints}
     title, points = question_of(part).make_title(problem.chain), write_points(part.points)
     return render("notebook/prompt.md.j2", number=label, title=title, points=points, **texts)
 

@@ -164,15 +164,10 @@ def make_problem_json(problem: Problem, solution: bool, certificate: Mapping[str
 def _make_part_json(problem: Problem, part: Part, solution: bool) -> Json:
     content: Json = {"name": part.name, "kind": part.kind, "type": part.type, "shape": part.shape and list(part.shape)}
     content |= {
-        "prompt": problem_texts.write_prompt(problem, part),
-        "points": part.points,
-        "needs": list(part.prerequisites),
-    }
-    content |= {
+        "prompt": problem_texts.write_prompt(problem, part), "points": part.points, "needs": list(part.prerequisites),
         "hints": list(problem_texts.write_hints(problem, part)),
-        **part.answer.to_options_json(),
-        **part.answer.to_tolerance_json(),
-    }
+        **part.answer.to_options_json(), **part.answer.to_tolerance_json(),
+    }  # fmt: skip
     if solution:
         content |= {"reference": part.answer.as_json(), "solution": problem_texts.write_solution(problem, part)}
     return content

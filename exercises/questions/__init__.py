@@ -18,7 +18,7 @@ Beside the questions:
     reference           the derivation in textbook form, from which reference answers are derived
     geometry            configurations for questions on singularities
     lost_lines          the lines of an arm along which a motion is lost
-    custom              questions that instructors define
+    custom/             questions that instructors define
     results             answers computed from a derivation, correct or with mistakes in it
 """
 

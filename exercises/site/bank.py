@@ -46,8 +46,8 @@ def write_bank(
     """Write the problems and return their entries in index.json.
 
     An entry has the keys family, key, difficulty, title, questions and variation, and flat if the arm's figure is
-    planar. `on_problem` is called after every problem, and `on_failed` for each problem of which every draw fails its
-    certificate. Solutions are written only if `with_solutions`.
+    planar. `on_problem` is called after every problem, and `on_failed` for each problem that fails with every seed.
+    Solutions are written only if `with_solutions`.
     """
     entries, state = [], (folder, find_failures, with_solutions)
     with closing(map_in_order(_write_problem, problems, jobs, keep_state, (state,))) as records:

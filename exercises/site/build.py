@@ -62,8 +62,7 @@ class SiteSpec:
 def write_site(spec: SiteSpec, on_problem: Callable[[], None], on_failed: Callable[[FailedSlot], None]) -> Json:
     """Build the site, and return the numbers of problems, questions and files for offline use. Raises QdotError.
 
-    `on_problem` is called after every problem, and `on_failed` for each problem of which every draw fails its
-    certificate.
+    `on_problem` is called after every problem, and `on_failed` for each problem that fails with every seed.
     """
     assets = pages.find_assets()
     if assets is None:

@@ -111,13 +111,8 @@ def translate_solutions(problem: Problem, language: str) -> Json:
 def _translate_sentence(words: Catalogue, name: str, _: str, sentence: str, *missing: str) -> list[str]:
     """Return a row of `MistakeSentences` in another language."""
     mistake = CATALOGUE[name]
-    title = words.translate_mistake_title(name, mistake.title)
-    return [
-        name,
-        title,
-        words.translate_mistake_sentence(name, mistake.message, mistake.chapter_reference, sentence),
-        *missing,
-    ]
+    translated = words.translate_mistake_sentence(name, mistake.message, mistake.chapter_reference, sentence)
+    return [name, words.translate_mistake_title(name, mistake.title), translated, *missing]
 
 
 def make_solutions_record(problem: Problem) -> Json:

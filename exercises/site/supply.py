@@ -65,11 +65,11 @@ class BankProblem:
     question_share: tuple[int, int] | None = None
     frame_convention: FrameConvention = ("", "")
 
-    def generate(self, draw: int = 1) -> Problem:
-        """Return draw number `draw` of the problem.
+    def generate(self, seed_number: int = 1) -> Problem:
+        """Return the problem with its seed number `seed_number`.
 
-        If a draw fails its certificate, the next draw replaces it. Draws after the first have seeds that no other
-        problem has.
+        If the problem fails its certificate with a seed, the next seed is tried. No other problem has the seeds after
+        the first.
         """
         if self.problem is not None:
             return self.problem
@@ -79,16 +79,16 @@ class BankProblem:
         elif self.question_share is not None:
             names = find_questions_with_sampled_numbers(self.family, self.frame_convention)
             questions = deal_questions(names, *self.question_share)
-        identity = ProblemId(self.family, self.seed + (draw - 1) * MAX_ARMS, questions, variation=self.variation)
+        identity = ProblemId(self.family, self.seed + (seed_number - 1) * MAX_ARMS, questions, variation=self.variation)
         return generate(identity.with_convention(*self.frame_convention))
 
     def find_certified(self, find_failures: FindFailures) -> Problem | FailedSlot:
-        """Return the first draw that passes its certificate. Raises QdotError if an existing `problem` fails."""
+        """Return the problem with the first seed that passes. Raises QdotError if an existing `problem` fails."""
         if self.problem is not None:
             return require_certified(self.problem, find_failures)
         first_reason = ""
-        for draw in range(1, MAX_SEEDS + 1):
-            result = generate_and_certify(partial(self.generate, draw), partial(certify_with, find_failures))
+        for seed_number in range(1, MAX_SEEDS + 1):
+            result = generate_and_certify(partial(self.generate, seed_number), partial(certify_with, find_failures))
             if not isinstance(result, str):
                 return result[0]
             first_reason = first_reason or result

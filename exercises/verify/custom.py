@@ -9,9 +9,11 @@ import numpy as np
 import sympy as sp
 
 from qdot.exercises.answer_types import ConditionSet, Number
+from qdot.exercises.arm.arithmetic import compile_expression
 from qdot.exercises.arm.chain import Chain
 from qdot.exercises.arm.conventions import convention_of
 from qdot.exercises.arm.kinematics import NumericChain
+from qdot.exercises.formula.program import evaluate
 from qdot.exercises.problem.problem import Part, table_numbers
 from qdot.exercises.questions.custom.language import compute
 from qdot.exercises.questions.custom.quantities import (
@@ -240,14 +242,20 @@ def _check_zeros(numeric: NumericReference, answer: ConditionSet, maker: Questio
 
 def _measure_distances(component: Component, chain: Chain, lengths: Mapping[str, float]) -> Function:
     """Return a function of configurations that vanishes on a component."""
-    numbers = {sp.Symbol(name): sp.Float(value) for name, value in lengths.items()}
     if component.solutions is None:
-        formulas = [sp.lambdify(chain.q, condition.xreplace(numbers), "numpy") for condition in component.conditions]
-        return lambda q: np.stack([formula(*q.T) + 0 * q[:, 0] for formula in formulas], axis=1)
+        programs = [compile_expression(condition) for condition in component.conditions]
+
+        def evaluate_conditions(q: np.ndarray) -> np.ndarray:
+            values = {name: np.full(len(q), value) for name, value in lengths.items()}
+            values |= {joint.name: column for joint, column in zip(chain.q, q.T, strict=True)}
+            return np.stack([evaluate(program, values, len(q))[0][0].real for program in programs], axis=1)
+
+        return evaluate_conditions
+    numbers = {sp.Symbol(name): sp.Float(value) for name, value in lengths.items()}
     columns = []
     for joint, values in component.solutions:
         index = chain.q.index(joint)
-        columns.append((index, chain.joints[index].kind == "R", [float(sp.N(v.xreplace(numbers))) for v in values]))
+        columns.append((index, chain.joints[index].is_revolute, [float(sp.N(v.xreplace(numbers))) for v in values]))
 
     def measure(q: np.ndarray) -> np.ndarray:
         distances = []

@@ -103,14 +103,13 @@ def _check_texts(texts: Sequence[str]) -> Check:
 def _check_configurations(numeric: NumericReference, part: Part) -> Checks:
     """Check by the rank of J which of the offered configurations are singular."""
     details, full_rank = part.details_as(ConfigurationOptions), min(len(numeric.task), numeric.chain.n)
-    configurations = [
-        replace(place, lengths={**details.lengths, **place.lengths}) for place in details.offered_configurations
-    ]
-    ranks, are_clear = zip(
-        *(find_rank(numeric.exponential_jacobian_at(place)[numeric.task]) for place in configurations), strict=True
-    )
+    found_ranks = []
+    for offered in details.offered_configurations:
+        configuration = replace(offered, lengths={**details.lengths, **offered.lengths})
+        found_ranks.append(find_rank(numeric.exponential_jacobian_at(configuration)[numeric.task]))
+    ranks = [rank for rank, _ in found_ranks]
     singular_indices = tuple(index for index, rank in enumerate(ranks) if rank < full_rank)
-    yield Check("clear", all(are_clear), f"ranks {', '.join(map(str, ranks))}")
+    yield Check("clear", all(is_clear for _, is_clear in found_ranks), f"ranks {', '.join(map(str, ranks))}")
     is_correct = singular_indices == tuple(part.answer.correct_indices)
     yield Check("singular ones", is_correct, f"of rank less than {full_rank}, from 0: {singular_indices}")
     yield _check_texts(part.answer.offered_options)
@@ -157,8 +156,12 @@ def _check_dependence(numeric: NumericReference, part: Part) -> Checks:
     answer, quantity = part.answer_as(Selection), part.details_as(QuantityDetails).quantity
     values = _compute_quantity(numeric, quantity)
     changes = [np.abs(_compute_quantity(numeric, quantity, joint) - values).max() for joint in range(numeric.chain.n)]
-    influential = tuple(joint for joint, change in enumerate(changes) if change > EXACT_TOLERANCE)
-    yield Check("moving one joint", influential == answer.correct, f"it changes with joints, from 0: {influential}")
+    influential_joints = tuple(joint for joint, change in enumerate(changes) if change > EXACT_TOLERANCE)
+    yield Check(
+        "moving one joint",
+        influential_joints == answer.correct,
+        f"it changes with joints, from 0: {influential_joints}",
+    )
 
 
 # --- columns to joints ---
@@ -170,12 +173,14 @@ def _check_columns(numeric: NumericReference, part: Part) -> Checks:
     offered = _list_offered_options(part)
     jacobian = numeric.exponential_jacobian[:, numeric.task]
     option_values = [numeric.evaluate_printed_formulas(sp.Matrix(option.content)) for option in offered]
-    matched = []
+    matching_options = []
     for joint in range(numeric.chain.n):
         column = jacobian[:, :, [joint]]
         is_equal = [check_agreement("", value, column, EXACT_TOLERANCE).passed for value in option_values]
-        matched.append(is_equal.index(True) if sum(is_equal) == 1 else -1)
-    yield Check("columns", tuple(matched) == answer.correct, f"options of the joints, from 0: {matched}")
+        matching_options.append(is_equal.index(True) if sum(is_equal) == 1 else -1)
+    yield Check(
+        "columns", tuple(matching_options) == answer.correct, f"options of the joints, from 0: {matching_options}"
+    )
     yield _check_different(numeric, [sp.Matrix(option.content) for option in offered])
 
 

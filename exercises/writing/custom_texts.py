@@ -107,7 +107,7 @@ def _write_values(details: CustomDetails, chain: Chain) -> Mapping[sp.Symbol, st
 def _unit_of(symbol: sp.Symbol, chain: Chain) -> str:
     """Return the unit of a joint rate or of a component of the task's velocity; "" for other symbols."""
     if symbol in chain.rates:
-        return "rad/s" if chain.joints[chain.rates.index(symbol)].kind == "R" else "m/s"
+        return "rad/s" if chain.joints[chain.rates.index(symbol)].is_revolute else "m/s"
     return {"v": "m/s", "w": "rad/s"}[symbol.name[0]] if symbol.name in chain.task else ""
 
 

@@ -87,10 +87,8 @@ def connect(address: str, assignment: Assignment, limits: Limits) -> Iterator["C
 def make_brief(assignment: Assignment, limits: Limits) -> WorkerBrief:
     """Return the data that workers need to grade an assignment within the limits for each notebook."""
     roster = tuple(Student(student.id) for student in assignment.roster)
-    seed_numbers = sorted(
-        (*student_and_slot, replacement.seed_number)
-        for student_and_slot, replacement in assignment.replacements.items()
-    )
+    replacements = assignment.replacements.items()
+    seed_numbers = sorted((*student_and_slot, new.seed_number) for student_and_slot, new in replacements)
     settings = assignment.notebook_digest, assignment.marking_digest, assignment.secret, assignment.sandbox
     digest = hashlib.sha256(repr((*settings, limits, roster, seed_numbers)).encode()).hexdigest()
     anonymous_assignment = replace(assignment, folder=Path(), roster=roster, notes=(), gradebook=None)

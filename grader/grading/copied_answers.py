@@ -66,9 +66,8 @@ class ClassAnswers:
         for student in assignment.roster:
             with suppress(QdotError, RuntimeError):  # a student without this problem has no answer to copy
                 if slot.family.has_varied_structure:
-                    yield slot.generate_problem(
-                        assignment.secret, student.id, assignment.seed_number_of(slot, student.id)
-                    ).chain
+                    seed_number = assignment.seed_number_of(slot, student.id)
+                    yield slot.generate_problem(assignment.secret, student.id, seed_number).chain
                 else:
                     yield sample_chain(assignment.make_problem_id(slot, student.id), slot.family)
 

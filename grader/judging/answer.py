@@ -676,6 +676,7 @@ def _require_shape(rows: Matrix, expected: tuple[int, int], text: str) -> Matrix
 
 
 _COMMA_HINT = "; if 0,5 is a number, separate entries by semicolons, or by commas and spaces, as in [0,5; 1,25]"
+"""Advice on an answer with more entries than expected and with commas between digits."""
 
 
 def _make_example(shape: MatrixShape, entry: str = "a") -> str:

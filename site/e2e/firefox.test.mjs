@@ -54,7 +54,7 @@ describe("in Firefox", { skip: MISSING }, () => {
     await picture("right");
   });
 
-  test("a wrong answer is told where it differs, and the arm goes there", async () => {
+  test("feedback on a wrong answer has the pose where it differs, and the arm moves there", async () => {
     await ask("determinant");
     const before = await pose();
     assert.match(await answered("a1*cos(theta2)"), /^Not right[\s\S]*differs at/);

@@ -48,7 +48,7 @@ for (const [by, code, offline] of WALKS)
     }
   });
 
-test("free practice counts for the class of the arm, which is due by itself when a day has gone by", async () => {
+test("free practice counts for the class of the arm, which is due for review after a day", async () => {
   const server = await served(site.folder);
   const path = "practice.html?arm=elbow-3r&question=position";
   const { page, wrong, context } = await openedAnew({ ...there, server }, path, WIDE);
@@ -82,7 +82,7 @@ test("free practice counts for the class of the arm, which is due by itself when
   }
 });
 
-test("a course that is kept has, with no connection, the arms of every class of every lesson", async () => {
+test("a stored course has the arms of every class of every lesson without a connection", async () => {
   const server = await served(site.folder);
   const { page, wrong, context } = await openedAnew({ ...there, server }, "learn.html", {
     ...WIDE,

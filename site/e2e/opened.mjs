@@ -35,7 +35,7 @@ export function inChromium() {
 /**
  * A page that has come to rest, with what its console says of errors, refusals by its policy among them, and what it
  * asks other hosts for. It is opened in a tab that a file's tests use one after the other, one for all that want the
- * same options: scripts are there already, and nothing is kept of what an earlier page has stored.
+ * same options: scripts are cached, and storage is cleared.
  */
 export async function opened(there, path, options = WIDE) {
   const name = JSON.stringify({ ...WIDE, ...options });
@@ -48,7 +48,7 @@ export async function opened(there, path, options = WIDE) {
   return tab.at(path);
 }
 
-/** The same in a browser that has kept nothing, with its context: for tests that count or cut off what is loaded. */
+/** The same in a browser with empty storage, with its context: for tests that count or block requests. */
 export async function openedAnew(there, path, options = WIDE) {
   const { context, at } = await emptyTab(there, options);
   return { ...(await at(path)), context };
@@ -61,7 +61,7 @@ export async function emptyTab(there, options = WIDE) {
 }
 
 /**
- * A browser that has kept nothing. Its language, its time zone, the day, and what it draws by lot are the same on every
+ * A browser with empty storage. Its language, its time zone, the day, and its random numbers are the same on every
  * machine; `noon` is another day than usual.
  */
 async function contextFor({ browser }, { noon = NOON, ...options }) {
@@ -92,7 +92,7 @@ function fixChance() {
   crypto.getRandomValues = (numbers) => numbers.fill(Math.random() * 2 ** 32);
 }
 
-/** A new tab, and how to open a page in it; what went wrong is told for each page by itself. */
+/** A new tab, and how to open a page in it; errors are reported for each page separately. */
 async function tabIn(context, root) {
   const page = await context.newPage();
   let wrong = [];

@@ -190,7 +190,7 @@ test("formulas answer to the arm: a term has its number and lights its link, a l
   assert.deepEqual(wrong, []);
 });
 
-test("keys get to the terms of formulas: a stop a formula, arrows between terms, each said with its number", async () => {
+test("keys reach the terms of formulas: one tab stop per formula, arrows between terms, each announced with its number", async () => {
   const { page, wrong } = await opened(there, "examples/6-1.html");
   await page.locator(".live .arm-box").waitFor();
   const line = page.locator("main math", { hasText: /^\W*x\s*y\W*=\W*a1c1\+a2c12/ }).first();

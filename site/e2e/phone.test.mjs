@@ -136,7 +136,7 @@ for (const [width, height] of [
   [360, 740],
   [900, 800],
 ])
-  test(`what a dotted line means lies over nothing that is said of the arm at ${width} pixels`, async () => {
+  test(`the explanation of a dotted line covers no text about the arm at ${width} pixels`, async () => {
     const small = { ...PHONE, viewport: { width, height }, locale: "de-DE" };
     const { page } = await opened(there, "practice.html?arm=planar-2r&question=singular-angles", small);
     await page.locator(".arm-box").waitFor();

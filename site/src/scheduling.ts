@@ -24,8 +24,8 @@ export function useSteps(last: number): number {
 export const yieldToBrowser = (): Promise<void> => new Promise((done) => setTimeout(done));
 
 /** Return a value that follows another value after it has not changed for some milliseconds. */
-export function useRested<T>(value: T, milliseconds: number): T {
-  const [rested, setRested] = useState(value);
+export function useDebounced<T>(value: T, milliseconds: number): T {
+  const [settled, setSettled] = useState(value);
   const last = useRef({ value, since: 0, timer: 0 });
   // One timer is checked and renewed while the value changes: a value may change in every frame.
   useLayoutEffect(() => {
@@ -35,12 +35,12 @@ export function useRested<T>(value: T, milliseconds: number): T {
     const check = (): void => {
       const left = current.since + milliseconds - performance.now();
       current.timer = left > 0 ? window.setTimeout(check, left) : 0;
-      if (left <= 0) setRested(current.value);
+      if (left <= 0) setSettled(current.value);
     };
-    if (!current.timer && value !== rested) current.timer = window.setTimeout(check, milliseconds);
+    if (!current.timer && value !== settled) current.timer = window.setTimeout(check, milliseconds);
   }, [value, milliseconds]);
   useEffect(() => () => clearTimeout(last.current.timer), []);
-  return rested;
+  return settled;
 }
 
 /** A loaded value, null until it is there; the error if loading failed, else ""; and a function that tries again. */

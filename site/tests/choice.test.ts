@@ -112,7 +112,7 @@ test("a set has as many problems as it says, ten where it does not say", () => {
   expect(itemsOfSet(many, { ...ANYTHING, set: "a", count: 3 })).toHaveLength(3);
 });
 
-test("a link that asks for what is not here is told what is", () => {
+test("if a link asks for something missing, the choices are listed", () => {
   const question = { name: "position", title: "Position", source: "6.1", form: "" };
   const known = { ...INDEX, questions: [question] };
   const fault = (search: string) => faultOf(known, fromLink(search), search)?.key ?? null;
@@ -143,7 +143,7 @@ test("a file of before holds progress, and takes nothing of the lessons away", (
   expect(mergeStates({ ...ALL, progress: {} }, old)).toEqual(ALL);
 });
 
-test("of what is kept and what is loaded the further stays", () => {
+test("of stored and loaded progress, the further one is used", () => {
   const less: StoredState = {
     progress: { "scara/001/determinant": { right: false, box: 0, due: 1 } },
     lessons: { columns: { goals: [1], row: [], beyond: { any: { row: ["a", "b"] } } } },
@@ -175,7 +175,7 @@ test("what is restored is where the practice page and the lessons look for it", 
   expect(storedProgress(null)).toEqual({});
 });
 
-test("what went wrong once comes before anything new when it is due, though it went right since; other things do not", () => {
+test("a question that was once wrong comes before new ones when it is due for review; other questions do not", () => {
   const [first, second] = items(INDEX, ANYTHING) as [Item, Item, ...Item[]];
   const DAY = WAITS[1] as number;
   const once = progressAfter(progressAfter({}, first, false, 0), first, true, 0);

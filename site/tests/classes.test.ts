@@ -53,7 +53,7 @@ describe("the classes of a lesson", () => {
   });
 });
 
-test("what was kept before there were classes stands for the first of them, and the next one is asked", () => {
+test("progress stored before there were classes counts for the first class, and the next one is asked", () => {
   const old: Skill = { row: ["a/1", "a/2", "a/3"], learned: 1, mastered: 2 * DAY, goals: [0] };
   expect(CLASSES.map((_, at) => rowOf(old, CLASSES, at).mastered)).toEqual([2 * DAY, undefined, undefined]);
   expect(currentClass(old, CLASSES, 9 * DAY)).toBe(1);
@@ -61,10 +61,10 @@ test("what was kept before there were classes stands for the first of them, and 
 
 test("rows of the classes are counted by themselves: a wrong answer for an arm in space leaves plain ones", () => {
   const plain: Skill = { ...NEW, row: ["planar-2r/chapter"], learned: 0, mastered: DAY };
-  const how = { helped: false, again: false, now: 2 * DAY, most: 2 };
+  const attempt = { helped: false, again: false, now: 2 * DAY, armCount: 2 };
   const right = (skill: Skill, at: number, key: string, isRight = true): Skill => {
     const item = { family: "elbow-3r", key, question: "jacobian" };
-    return withRow(skill, CLASSES, at, rowAfter(rowOf(skill, CLASSES, at), item, { ...how, right: isRight }));
+    return withRow(skill, CLASSES, at, rowAfter(rowOf(skill, CLASSES, at), item, { ...attempt, right: isRight }));
   };
   const begun = right(plain, 1, "chapter");
   expect(rowOf(begun, CLASSES, 1).row).toEqual(["elbow-3r/chapter"]);
@@ -72,6 +72,6 @@ test("rows of the classes are counted by themselves: a wrong answer for an arm i
   expect([rowOf(wrong, CLASSES, 1).row, wrong.mastered]).toEqual([[], DAY]);
   const learned = right(begun, 1, "lengths");
   expect(rowOf(learned, CLASSES, 1).learned).toBe(2 * DAY);
-  expect(currentClass(learned, CLASSES, 2 * DAY)).toBe(2); // on with the next, and back when it is due
+  expect(currentClass(learned, CLASSES, 2 * DAY)).toBe(2); // the next class, until this one is due for review
   expect(currentClass(learned, CLASSES, 3 * DAY)).toBe(1);
 });

@@ -1,4 +1,4 @@
-// What an answer in free practice counts for: the classes of arms of the lessons that ask its question; and which are due.
+// The classes of arms for which an answer in free practice counts, and the classes due for review.
 import { describe, expect, test } from "vitest";
 
 import type { Index, Listed } from "../src/bank.js";
@@ -77,7 +77,7 @@ describe("an answer in free practice", () => {
     expect(learned["differentiation"]!.learned).toBeUndefined();
   });
 
-  test("is told with lesson and class", () => {
+  test("is reported with lesson and class", () => {
     const { outcomes } = countAnswer({}, item("elbow-3r/chapter"), right, sorting);
     expect(outcomesInWords(outcomes)).toEqual(["By differentiation, spatial arms: 1 of 2 right in a row"]);
     const again = countAnswer({}, item("elbow-3r/chapter"), { ...right, again: true }, sorting).outcomes;
@@ -99,7 +99,7 @@ describe("what is due", () => {
     },
   };
 
-  test("is due of a class, a day after it is learned, until one more of that class is right", () => {
+  test("is due for review a day after its class is learned, until one more answer of that class is right", () => {
     expect(dueClasses(skills, DAY, sorting)).toEqual([]);
     const due = dueClasses(skills, DAY + 5, sorting);
     expect(due.map(classInWords)).toEqual(["By differentiation, spatial arms"]);

@@ -1,4 +1,4 @@
-// Rounds: links that say what is wrong with them, scores, what is kept and sent, and platforms that fail.
+// Rounds: errors in links, scores, stored and sent results, and platforms that fail.
 import { expect, test } from "vitest";
 
 import type { Index, Part } from "../src/bank.js";
@@ -62,7 +62,7 @@ const lessons: readonly LinkedLesson[] = [
   { id: "singular", questions: ["singular-angles"], families: ["planar-2r"] },
 ];
 
-/** What is said of a link, by its key; "" where it makes a round. */
+/** The key of a link's error; "" if the link makes a round. */
 function saidOf(search: string): string {
   const link = readLink(search, LANGUAGES);
   if ("key" in link) return link.key;
@@ -142,7 +142,7 @@ test("an origin is a scheme and a host, and a port", () => {
     expect(isOrigin(wrong), wrong).toBe(false);
 });
 
-// --- scores, and what is kept of them ---
+// --- scores, and how they are stored ---
 
 const roundWith = (count: number, tries = 0, pass: number | null = null): Round => ({
   name: "R",
@@ -185,7 +185,7 @@ test("what is right in part earns by the credit of its question, and never all o
   expect(after(round, [0, 1])[0]!.share).toBe(1);
 });
 
-test("a thousand questions are kept in what SCORM 1.2 has room for, and come back as they were", () => {
+test("a thousand questions fit into the storage of SCORM 1.2, and are restored unchanged", () => {
   const round = roundWith(1000);
   const standing = round.asked.map((_, i) => ({ tries: i % 64, share: ((i * 7) % 1001) / 1000, shown: i % 2 === 1 }));
   const text = asText(round, standing);
@@ -344,7 +344,7 @@ function under(platforms: Record<string, Api>): Above {
   return { parent: { parent: top } as unknown as Above };
 }
 
-/** A platform that keeps what it is told; a call that `fails` names is refused, or throws. */
+/** A platform that stores values; calls named in `fails` are refused or throw. */
 function keeping(version: Version, fails: Record<string, "false" | "throws"> = {}, first: Record<string, string> = {}) {
   const values = new Map<string, string>(Object.entries(first));
   const calls: string[] = [];
@@ -398,7 +398,7 @@ test.each(["1.2", "2004"] as const)("SCORM %s is told scores, status, time and w
   expect(fromText(round, resumed.kept)).toEqual(standing);
 });
 
-test("without a pass mark nothing is said of passing, and below it a complete round is failed", () => {
+test("without a pass mark, no success status is sent; below it, a complete round is failed", () => {
   for (const [version, pass, said] of [
     ["1.2", null, "completed"],
     ["1.2", 0.9, "failed"],
@@ -440,7 +440,7 @@ test("answers are recorded by kind, where the platform records, and no more than
   expect(record("2004", PART, "x", "250")).toEqual({});
 });
 
-test("a platform that fails at anything keeps nobody from going on, and is told again", () => {
+test("if calls to a platform fail, the round goes on, and the results are sent again", () => {
   const round = roundWith(1);
   const news = newsOf(round, after(round, [0, 1]), 0);
   for (const version of ["1.2", "2004"] as const) {

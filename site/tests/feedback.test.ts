@@ -23,12 +23,12 @@ function told(more: Partial<Verdict>): string {
   return [...document.querySelectorAll(".mistake")].map((each) => each.textContent).join(" | ");
 }
 
-test("a mistake is told with what is missing, and what is lost with it", () => {
+test("a mistake is reported with the missing part and the lost points", () => {
   expect(told({ mistake: 0 })).toMatch(/Relative angle An angle lacks the joints before it\.$/);
   expect(told({ mistake: 1 })).toMatch(/A factor is lacking\. The missing factor contains θ2, θ3\. Without/);
 });
 
-test("of several mistakes each is told, with its place if it has one", () => {
+test("each of several mistakes is reported, with its place if it has one", () => {
   const where = message("slip.option", { letter: "B" });
   const slips = told({ slips: [{ mistake: 0, where }, { mistake: 1 }] });
   expect(slips).toContain("Option B: Relative angle");

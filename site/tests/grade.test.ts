@@ -58,21 +58,21 @@ test.each([
   expect(judgeLetters(typed, key).share).toBeCloseTo(share);
 });
 
-test("of a wrong option it is told what is behind it, of several mistakes each", () => {
+test("the mistakes behind a wrong option are reported", () => {
   expect(judgeLetters("A", CHOICE).mistake).toBe(0);
   const both = judgeLetters("B", CHOICE);
   expect([both.mistake, both.slips]).toEqual([undefined, [{ mistake: 1 }, { mistake: 2 }]]);
   for (const typed of ["C", "D"]) expect(judgeLetters(typed, CHOICE)).not.toHaveProperty("mistake");
 });
 
-test("of several letters it is told of each wrong one, with the option if it is one", () => {
+test("of several letters, each wrong one is reported, with its option", () => {
   const key: LettersKey = { type: "selection", options: 4, items: 0, right: [0], option_mistakes: [[], [5], [6], [6]] };
   expect(judgeLetters("AB", key).slips).toEqual([{ mistake: 5, where: message("slip.option", { letter: "B" }) }]);
   expect(judgeLetters("CD", key).slips).toEqual([{ mistake: 6 }]);
   expect(judgeLetters("A", { ...key, right: [0, 1] }).slips).toBeUndefined();
 });
 
-test("of items it is told what is behind letters that belong to none or another, not of one that is given twice", () => {
+test("for items, letters of no or another item are explained, repeated letters are not", () => {
   const key: LettersKey = { type: "matching", options: 3, items: 2, right: [1, 0], option_mistakes: [[4], [4], [7]] };
   const item = (item: number) => message("slip.item", { item });
   expect(judgeLetters("BC", key).slips).toEqual([{ mistake: 7, where: item(2) }]);
@@ -143,7 +143,7 @@ test.each([
   expect(judgeNumbers(typed, { ...NUMBERS, mistakes: [] }).slips).toEqual(slips);
 });
 
-test("metres are told apart from radians", () => {
+test("metres differ from radians", () => {
   expect(judgeNumbers("[0.5, -1250]", MIXED).slips).toEqual([message("slip.metres-large", entry(2))]);
   expect(judgeNumbers("[0.5, -0.0125]", MIXED).slips).toEqual([message("slip.metres-small", entry(2))]);
   const area = { ...NUMBERS, units: ["m^2"], right: [0.124], mistakes: [] };
@@ -178,13 +178,13 @@ test("a mistake and a way of writing it are both named, unless some pair would b
   expect(judgeNumbers("[46.4096, 18.9076]", many).slips?.[0]).toEqual({ mistake: 200 });
 });
 
-test("of whole numbers nothing is said of digits", () => {
+test("for integers, no message mentions digits", () => {
   const rank = { ...NUMBERS, units: [""], right: [2], tolerance: 1e-9, floor: 1e-9, mistakes: [[4, 3]] };
   expect(judgeNumbers("3", rank).mistake).toBe(4);
   for (const typed of ["20", "-2", "2.01"]) expect(judgeNumbers(typed, rank).slips).toBeUndefined();
 });
 
-test("a decimal comma is no list where one number is due", () => {
+test("a decimal comma is no list if one number is asked", () => {
   const key = { ...NUMBERS, units: [""], right: [0.5], mistakes: [] };
   expect(judgeNumbers("0,5", key).outcome).toBe("correct");
 });
@@ -273,7 +273,7 @@ test.each([
   expect([found.outcome, found.share]).toEqual([outcome, share]);
 });
 
-test("where commas say too much, it is told that and would not", () => {
+test("if decimal commas are ambiguous, the message suggests decimal points", () => {
   const problem = {
     robot: { joints: ["theta1", "theta2"].map((theta) => ({ kind: "R", theta })) },
   } as unknown as Problem;
@@ -285,14 +285,14 @@ test("where commas say too much, it is told that and would not", () => {
     expect(told(other)).not.toContain("verdict.together");
 });
 
-test("what is no number is told as undefined, and a direction of numbers without a place", () => {
+test("undefined values are reported as undefined, and numeric directions without a pose", () => {
   const values = (typed: string) => textOf(judgeValues(typed, PLAIN_KEY, []).reasons[0]!);
   expect(values("1/0")).toContain("undefined");
   const numbers: ValuesKey = { ...ALONG, symbols: [], points: [[]], rows: 2, right: [[0.6], [0.8]], tolerance: 0.01 };
   expect(judgeDirection("[1, 2]", numbers).reasons.map(({ key }) => key)).toEqual(["verdict.other-direction"]);
 });
 
-test("a difference is told with the rates of which the question speaks, though they were left out", () => {
+test("a difference is reported with the rates in the question, even if the answer lacks them", () => {
   const key: ValuesKey = {
     ...PLAIN_KEY,
     symbols: ["qd1", "theta1"],
@@ -308,14 +308,14 @@ test("a difference is told with the rates of which the question speaks, though t
   expect(at()).not.toContain("qd1");
 });
 
-test("a rounded angle is told that it is rounded, and one that is far off is not", () => {
+test("a rounded angle is reported as rounded, and a wrong one is not", () => {
   const reasonKey = (typed: string) => judgeSet(typed, SET, ANGLES, stretched).reasons[0]?.key;
   expect(reasonKey("theta2 = 0, theta2 = 3.14159")).toBe("verdict.rounded");
   expect(reasonKey("theta2 = 0, theta2 = 179.9 deg")).toBe("verdict.rounded");
   expect(reasonKey("theta2 = 0, theta2 = 3")).toBe("verdict.unsound");
 });
 
-test("a pose is told as the sliders have it: angles in degrees within a turn, lengths in metres", () => {
+test("a pose is written as on the sliders: angles in degrees within a full turn, lengths in metres", () => {
   expect(atText({ theta1: Math.PI / 3 + 4 * Math.PI, d2: 0.25, a1: 1 })).toBe("θ1 = 60°, d2 = 0.25 m, a1 = 1 m");
 });
 
@@ -383,7 +383,7 @@ test.each([
   expect([found.share, found.reasons[0]?.key]).toEqual([share, said]);
 });
 
-test("where an answer differs, all is told by which it can be followed", () => {
+test("a difference is reported with all values needed to reproduce it", () => {
   const key: ValuesKey = {
     type: "values",
     symbols: ["a1", "fx", "qd1", "qd2", "theta1", "theta2"],
@@ -400,7 +400,7 @@ test("where an answer differs, all is told by which it can be followed", () => {
   expect(told("sin(theta2)")).toBe("a1 = 0.5 m, θ1 = 0°, θ2 = 28.6°");
 });
 
-test("of whole numbers it is not said to what percentage they are right", () => {
+test("for integers, no percentage is reported", () => {
   const whole = { ...NUMBERS, units: ["", ""], tolerance: 1e-9, right: [2, 3] };
   expect(judgeNumbers("[2, 3]", whole).reasons).toEqual([]);
   expect(judgeNumbers("[0.5, -1.25]", NUMBERS).reasons.map(({ key }) => key)).toEqual(["verdict.numbers"]);
@@ -463,7 +463,7 @@ test.each(["[-1,09 , 1,35]", "-1,09, 1,35", "[-1,09; 1,35]", "-1,09\n1,35"])(
   (typed) => expect(judge({} as Problem, RATES, typed, () => false).outcome).toBe("correct"),
 );
 
-test("where nothing tells the commas apart, what does is said", () => {
+test("if commas are ambiguous, the message explains how to separate numbers", () => {
   const { reasons } = judge({} as Problem, RATES, "[-1,09,1,35]", () => false);
   expect(reasons.map((reason) => textOf(reason))).toEqual([
     "Your answer has 4 × 1 entries (rows × columns); expected 2 × 1. If 0,5 is a number, separate the entries by " +

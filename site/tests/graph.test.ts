@@ -67,7 +67,7 @@ test.each([
   [{ ...NEW, learned: 1, mastered: 2 * DAY }, "mastered"],
 ] as const)("%o is %s", (skill, due) => expect(standingOf(skill, 5 * DAY)).toBe(due));
 
-test("a lesson is mastered when it is for all classes of arms, and due when one of them is", () => {
+test("a lesson is mastered if all classes of arms are, and due for review if one class is", () => {
   const mastered = { ...NEW, learned: 1, mastered: 2 * DAY };
   expect(standingOf(mastered, 5 * DAY, [mastered])).toBe("mastered");
   expect(standingOf(mastered, 5 * DAY, [{ row: ["a/1"] }])).toBe("learned");

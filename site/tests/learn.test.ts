@@ -9,7 +9,7 @@ import { firstWeld, journeyOf, type Weld } from "../src/arm/weld.js";
 import { LESSONS, type GoalState } from "../src/learn/lessons.js";
 import {
   rowAfter,
-  armsIn,
+  armCountOf,
   isDue,
   itemsOf,
   storeSkills,
@@ -24,8 +24,8 @@ import { type Item, STEPS } from "../src/practice/choice.js";
 import en from "../src/text/en.json" with { type: "json" };
 
 const item = (key: string, question = "jacobian"): Item => ({ family: "planar-2r", key, question });
-const right = (skill: Skill, key: string, now = 0, helped = false, most = 9, again = false) =>
-  rowAfter(skill, item(key), { right: true, helped, again, now, most });
+const right = (skill: Skill, key: string, now = 0, helped = false, armCount = 9, again = false) =>
+  rowAfter(skill, item(key), { right: true, helped, again, now, armCount });
 const DAY = 24 * 3600 * 1000;
 
 test("three arms in a row without help are learned, one more after a day is mastered", () => {
@@ -45,7 +45,9 @@ test("three arms in a row without help are learned, one more after a day is mast
 
 test("a wrong answer begins the row anew, and a bank of two arms asks for no third", () => {
   const row = right(right(NEW, "001"), "002");
-  expect(rowAfter(row, item("003"), { right: false, helped: false, again: false, now: 0, most: 9 }).row).toEqual([]);
+  expect(rowAfter(row, item("003"), { right: false, helped: false, again: false, now: 0, armCount: 9 }).row).toEqual(
+    [],
+  );
   expect(right(right(NEW, "001", 0, false, 2), "002", 5, false, 2).learned).toBe(5);
 });
 
@@ -69,24 +71,24 @@ test("what was asked in this sitting does not come again while there are others,
 
 test("short questions about an arm are about no other arm", () => {
   expect(right(right(NEW, "001"), "001-quiz").row).toEqual(["planar-2r/001"]);
-  expect(armsIn(["001", "001-quiz", "002"].map((key) => item(key)))).toBe(2);
+  expect(armCountOf(["001", "001-quiz", "002"].map((key) => item(key)))).toBe(2);
 });
 
-test("what was wrong first counts neither for the row nor as mastered, and it is said why", () => {
+test("a question answered wrong first counts neither for the row nor as mastered, and a message gives the reason", () => {
   const how = (right: boolean, helped = false, again = false) => ({ right, helped, again });
   const row = right(NEW, "001");
   expect(right(row, "002", 0, false, 9, true)).toEqual(row);
   const learned: Skill = { ...NEW, row: ["a", "b", "c"], learned: 0 };
   expect(right(learned, "004", 2 * DAY, false, 9, true).mastered).toBeUndefined();
   const outcomeKey = (before: Skill, after: Skill, was: ReturnType<typeof how>) =>
-    outcomeOf(before, after, { ...was, most: 9 })?.key;
+    outcomeOf(before, after, { ...was, armCount: 9 })?.key;
   expect(outcomeKey(NEW, row, how(true))).toBe("lesson.state-row");
   expect(outcomeKey(row, NEW, how(false))).toBe("lesson.row-broken");
   expect(outcomeKey(NEW, NEW, how(false))).toBeUndefined();
   expect(outcomeKey(NEW, NEW, how(true, true))).toBe("lesson.counts-not-helped");
   expect(outcomeKey(learned, learned, how(true, false, true))).toBe("lesson.counts-not-again");
   const one: Skill = { goals: [], row: ["planar-2r/001"] };
-  const tried = { right: false, helped: false, again: true, now: 0, most: 9 };
+  const tried = { right: false, helped: false, again: true, now: 0, armCount: 9 };
   expect(rowAfter(one, item("001"), tried)).toEqual(one); // the first answer was right
   expect(outcomeKey(one, one, tried)).toBe(undefined);
   expect(outcomeKey(row, learned, how(true))).toBe("lesson.learned");
@@ -154,7 +156,7 @@ test("items of a lesson: its own families first, other ones where the bank has n
   expect(itemsOf(index, ["position"], ["a"])).toEqual([]);
 });
 
-test("what a browser keeps is read back, and nonsense is nothing", () => {
+test("stored skills are restored, and invalid entries are ignored", () => {
   const kept = new Map<string, string>();
   const storage = {
     getItem: (key: string) => kept.get(key) ?? null,
@@ -206,7 +208,7 @@ function seen(
   const state = stateAt(arm, pose);
   const rates = more.rates ?? [];
   const welding = more.weld ? { weld: more.weld, journey: journeyOf(arm, more.weld), place: more.place ?? 0 } : null;
-  const stage = { arm, pose, state, rested: state, reach: reachOf(arm), measures: measuresOf(state), welding };
+  const stage = { arm, pose, state, settled: state, reach: reachOf(arm), measures: measuresOf(state), welding };
   return { stage: stage as unknown as Stage, rates, velocity: velocityOf(arm, state, rates) };
 }
 

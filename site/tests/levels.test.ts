@@ -68,7 +68,7 @@ test("a counterexample is the answer's own, and no configuration that is missing
   expect(set.at).toBeUndefined();
 });
 
-test("all is told of a right answer, and of one that can't be read", () => {
+test("right answers and answers that can't be parsed get the full feedback", () => {
   for (const level of LEVELS) {
     expect(limitTo(judgeNumbers("[1.25, 7.75]", NUMBERS), level).reasons).not.toEqual([]);
     expect(text(limitTo(wrong("read.unreadable", { why: message("read.missing") }), level))).not.toBe("");

@@ -1,36 +1,36 @@
-// What the site's reader and its grader say of many texts: held against what Python's say of them.
+// Parse and judge many texts, for a comparison with the results in Python.
 //
-// tests/tools/readers.py in the checkout writes the question and the same answers in the same forms.
+// tests/tools/readers.py in the checkout writes the same texts with Python's results.
 import { singularIn } from "../src/arm/is-singular.js";
 import type { Part, Problem } from "../src/bank.js";
 import { judge } from "../src/grade/judge.js";
 import { parse } from "../src/read/reader.js";
 import { type Node, ParseError } from "../src/read/tree.js";
 
-/** Texts to be read, each with the index of its symbols, and answers to be judged, with a problem's index and a part's name. */
-export interface Asked {
+/** Texts to parse, each with the index of its symbols, and answers to judge, each with its problem's index and its part. */
+export interface Input {
   readonly symbols: readonly (readonly string[])[];
   readonly readings: readonly (readonly [text: string, symbols: number])[];
   readonly problems: readonly Pick<Problem, "id" | "robot" | "parts">[];
   readonly answers: readonly (readonly [problem: number, part: string, text: string])[];
 }
 
-/** Trees as texts, null for what is refused; outcomes with the share of the points, and whether the browser is sure. */
-export interface Answered {
+/** Trees as texts, null for texts that can't be parsed; verdicts. */
+export interface Results {
   readonly readings: readonly (string | null)[];
-  readonly verdicts: readonly Judged[];
+  readonly verdicts: readonly ShortVerdict[];
 }
 
-export type Judged = readonly [outcome: string, share: number, sure: boolean];
+export type ShortVerdict = readonly [outcome: string, share: number, sure: boolean];
 
-export function answered({ symbols, readings, problems, answers }: Asked): Answered {
-  const known = symbols.map((each) => new Set(each));
+export function resultsOf({ symbols, readings, problems, answers }: Input): Results {
+  const known = symbols.map((listed) => new Set(listed));
   const singular = problems.map(singularIn);
   return {
     readings: readings.map(([text, k]) => treeText(text, known[k]!)),
     verdicts: answers.map(([k, name, text]) => {
       const problem = problems[k] as Problem;
-      const part = problem.parts.find((each) => each.name === name) as Part;
+      const part = problem.parts.find((listed) => listed.name === name) as Part;
       const { outcome, share, sure } = judge(problem, part, text, singular[k]!);
       return [outcome, share, sure];
     }),
@@ -46,29 +46,29 @@ export function treeText(text: string, known: ReadonlySet<string>): string | nul
   }
 }
 
-/** A tree as a text: (kind inner inner), names as they are, numbers exactly. */
+/** Return a tree as a text, "(kind argument argument)", with exact numbers. */
 export function canonical(tree: Node): string {
   const parts: string[] = [];
-  const todo: (Node | ")")[] = [tree];
-  for (let top = todo.pop(); top; top = todo.pop()) {
+  const stack: (Node | ")")[] = [tree];
+  for (let top = stack.pop(); top; top = stack.pop()) {
     if (top === ")") parts.push(")");
     else if (top.kind === "name") parts.push(` ${top.text}`);
-    else if (top.kind === "number" || top.kind === "decimal") parts.push(` ${exactly(top)}`);
+    else if (top.kind === "number" || top.kind === "decimal") parts.push(` ${exactText(top)}`);
     else {
       parts.push(` (${top.kind}${top.kind === "call" ? ` ${top.text}` : ""}`);
-      todo.push(")");
-      for (let i = top.args.length - 1; i >= 0; i -= 1) todo.push(top.args[i]!);
+      stack.push(")");
+      for (let i = top.args.length - 1; i >= 0; i -= 1) stack.push(top.args[i]!);
     }
   }
   return parts.join("").slice(1);
 }
 
-/** A number as #digits or, where it is a decimal, as #digits times a power of ten. */
-function exactly({ kind, text }: Node): string {
+/** Return an integer as #digits, or a decimal as #digits times a power of ten. */
+function exactText({ kind, text }: Node): string {
   const [mantissa = "", exponent = "0"] = text.toLowerCase().split("e");
-  const [whole = "", behind = ""] = mantissa.split(".");
-  const all = (whole + behind).replace(/^0+/, "");
-  const digits = all.replace(/0+$/, "");
-  if (kind === "number") return `#${all || 0}`;
-  return digits ? `#${digits}e${Number(exponent) - behind.length + all.length - digits.length}` : "#0e0";
+  const [whole = "", decimals = ""] = mantissa.split(".");
+  const significant = (whole + decimals).replace(/^0+/, "");
+  const digits = significant.replace(/0+$/, "");
+  if (kind === "number") return `#${significant || 0}`;
+  return digits ? `#${digits}e${Number(exponent) - decimals.length + significant.length - digits.length}` : "#0e0";
 }

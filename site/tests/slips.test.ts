@@ -98,7 +98,7 @@ const JACOBIAN = keyOf([
   ["a1*c1 + a2*c12", "a2*c12"],
 ]);
 
-/** What is said of slips, each in a sentence. */
+/** The messages about slips. */
 const toldBy = ({ slips = [] }: Verdict): string[] =>
   slips.map((slip) => ("mistake" in slip ? `mistake ${slip.mistake}` : textOf(slip)));
 
@@ -147,7 +147,7 @@ test.each([
   for (const each of says) expect(told).toContainEqual(expect.stringContaining(each));
 });
 
-test("of two entries in a column only that is told which a slip explains", () => {
+test("of two wrong entries in a column, only the one that a slip explains is reported", () => {
   const [only, ...others] = toldBy(judgeValues("[[-a1*s1 - a2*c12, -a2*s12], [7*a1^3, a2*c12]]", JACOBIAN));
   expect(others).toEqual([]);
   expect(only).toContain("Entry (1, 1): a sine and a cosine");
@@ -190,7 +190,7 @@ const WIDE = keyOf([
   ["a1*c1 + a2*c12", "a2*c12", "1"],
 ]);
 
-test("the transpose of a matrix that is not square is told from one that is wrong besides", () => {
+test("the transpose of a matrix that is not square differs from a transpose with wrong entries", () => {
   const turned = judgeValues("[[-a1*s1 - a2*s12, a1*c1 + a2*c12], [-a2*s12, a2*c12], [0, 1]]", WIDE);
   expect(turned.reasons.map(({ key }) => key)).toEqual(["read.shape"]);
   expect(turned.slips).toEqual([message("slip.transposed")]);
@@ -200,14 +200,14 @@ test("the transpose of a matrix that is not square is told from one that is wron
   expect(limitTo(turned, "outcome").slips).toBeUndefined();
 });
 
-test("of an entry that should be zero it is not said that an angle is wrong or a term missing", () => {
+test("for an entry that should be zero, neither a wrong angle nor a missing term is reported", () => {
   for (const typed of ["a1*s2", "a1*s2*s12", "a1*c1*s2"]) {
     const rows = `[[-a1*s1 - a2*s12, -a2*s12, ${typed}], [a1*c1 + a2*c12, a2*c12, 1]]`;
     expect(toldBy(judgeValues(rows, WIDE))).toEqual([]);
   }
 });
 
-test("angles with constants are held against those with which they are due", () => {
+test("angles with constants are compared with the right ones", () => {
   const key = keyOf([["a1*cos(theta1 + pi/6) + a2*cos(theta1 + theta2 + pi/4)"]]);
   const says = (typed: string) => toldBy(judgeValues(typed, key));
   expect(says("a1*cos(theta1 + pi/6) + a2*cos(theta2 + pi/4)")).toEqual([
@@ -226,7 +226,7 @@ test("terms with constants in their angles are missed where the answer has such 
   ]);
 });
 
-test("two terms that are missing are told by what is in them", () => {
+test("two missing terms are described by their symbols", () => {
   const key = keyOf([["a1*c1 + a2*c12 + a1*a2"], ["a1*s1 + a2*s12"]]);
   expect(toldBy(judgeValues("[a1*a2, a1*s1 + a2*s12]", key))).toEqual([
     expect.stringContaining("Entry 1: two terms with a1, a2 are missing"),
@@ -283,7 +283,7 @@ test("the same slip everywhere in the formulas is named where slips in places ex
   ]);
 });
 
-test("of what is missing it is told what is in it, and what is lost with a factor that joints change", () => {
+test("a missing term is described by its symbols, and a missing factor by its joints", () => {
   expect(textOf(missingIn("a1", true))).toBe("The missing part contains a1.");
   expect(textOf(missingIn("theta2, theta3", false))).toBe("The missing part contains θ2, θ3.");
   expect(textOf(missingIn("theta2", true))).toContain("contains θ2. Without it, you lose all configurations");
@@ -301,7 +301,7 @@ test.each([
   expect(told).toEqual(says === undefined ? [] : [expect.stringContaining(says)]);
 });
 
-test("a bracket that is missing in a quotient is told", () => {
+test("a missing bracket in a quotient is reported", () => {
   const { slips } = judgeValues("a1*c1 + c12", keyOf([["a1*(c1 + c12)"]]));
   expect(slips).toEqual([message("slip.bracket", { where: message("slip.answer") })]);
 });
@@ -386,7 +386,7 @@ function inTie(key: string, what?: string) {
   return message(key as TextKey, { where: message("slip.tie"), ...(what ? { what } : {}) });
 }
 
-test("of values that must hold together it is told that one is not enough", () => {
+test("if values must hold together, a claim with only one is reported", () => {
   const both: ConfigurationsKey = { ...SET, pieces: [SET.pieces[0]!.map(([a1, a2]) => [a1!, a2!, 0, 0])] };
   const straight = (at: Readonly<Record<string, number>>) =>
     Math.abs(Math.sin(at["theta1"]! / 2)) + Math.abs(Math.sin(at["theta2"]! / 2)) < 1e-6;

@@ -13,7 +13,7 @@ export type Slipped = Pick<Problem, "id" | "robot" | "parts" | "said"> & {
   readonly pairs?: readonly Typed[];
 };
 
-/** The outcome, the name of the mistake that is told, the keys of what else is said, and how many wrong entries nothing is said of. */
+/** The outcome, the reported mistake, the keys of other messages, and the number of wrong entries without a message. */
 export type Told = readonly [outcome: string, mistake: string | null, reasons: readonly string[], left: number];
 
 export function toldOf(problem: Slipped): readonly Told[] {
@@ -34,7 +34,7 @@ export function toldOf(problem: Slipped): readonly Told[] {
   });
 }
 
-/** How many wrong entries are in no place of which something is said. */
+/** Return the number of wrong entries without a message. */
 function leftBy({ entries = [], slips = [] }: Verdict): number {
   const wrong = entries.flatMap((row, r) => row.flatMap((right, c) => (right ? [] : [[r + 1, c + 1] as const])));
   const columns = entries[0]?.length ?? 1;

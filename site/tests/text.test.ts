@@ -73,7 +73,7 @@ describe("what can't be read", () => {
   });
 });
 
-test("a matrix has the rows that were typed, one is enough, and an empty list is told as such", () => {
+test("a matrix has the typed rows, one is enough, and an empty list is reported", () => {
   const shape = (text: string): number[] => asMatrix(parse(text, new Set())).map((row) => row.length);
   expect(shape("[[1, 2]]")).toEqual([2]);
   expect(shape("[5]")).toEqual([1]);

@@ -168,7 +168,7 @@ class QuestionMaker:
         symbols = {name: SymbolInfo("force", unit) for name, unit in self.definition.units}
         if self._uses_accelerations():
             kinds = zip(name_accelerations(chain), chain.joints, strict=True)
-            symbols |= {name: SymbolInfo("rate", "rad/s^2" if j.kind == "R" else "m/s^2") for name, j in kinds}
+            symbols |= {name: SymbolInfo("rate", "rad/s^2" if j.is_revolute else "m/s^2") for name, j in kinds}
         return symbols or None
 
     def _compute(self, formula: ast.expr, w: StageResults) -> np.ndarray:

@@ -9,16 +9,16 @@ import { decimals } from "./number-format.js";
 import type { Stage } from "./stage.js";
 import { kindHere, nearness } from "./descriptions.js";
 
-interface FiguresProps extends Pick<Stage, "arm" | "state" | "measures" | "rested" | "sizes" | "isConcealed"> {
+interface FiguresProps extends Pick<Stage, "arm" | "state" | "measures" | "settled" | "sizes" | "isConcealed"> {
   /** Whether the pane beside already says that J is concealed. */
   readonly isExplainedBeside?: boolean;
 }
 
 export const Figures = withPace(
   (props: FiguresProps): JSX.Element => {
-    const { arm, state, measures, rested, sizes, isConcealed, isExplainedBeside } = props;
+    const { arm, state, measures, settled, sizes, isConcealed, isExplainedBeside } = props;
     const near = nearness(arm, measures);
-    const kind = near === "singular" && rested === state ? kindHere(arm, state) : null;
+    const kind = near === "singular" && settled === state ? kindHere(arm, state) : null;
     const point = (
       <>
         <i>P</i> = ({state.point.map((value) => inDigits(decimals(value, 3))).join(numberSeparator())}) m.
@@ -41,5 +41,5 @@ export const Figures = withPace(
       </div>
     );
   },
-  { atOnce: ["arm", "sizes", "isConcealed", "isExplainedBeside"], inTurn: ["state", "measures", "rested"] },
+  { atOnce: ["arm", "sizes", "isConcealed", "isExplainedBeside"], inTurn: ["state", "measures", "settled"] },
 );

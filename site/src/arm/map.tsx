@@ -8,7 +8,7 @@ import { inDigits, say } from "../text/text.js";
 import { plainLetters } from "./letters.js";
 import type { Arm } from "./model.js";
 import { rangeOf, within } from "./ranges.js";
-import { useRested } from "../scheduling.js";
+import { useDebounced } from "../scheduling.js";
 import { useSize } from "./size.js";
 import { onSchemeChange } from "./space.js";
 import { degrees, decimals, digits, InRadians } from "./number-format.js";
@@ -40,7 +40,7 @@ export function SingularMap(props: Pick<Stage, "arm" | "pose" | "measures" | "mo
   // Only the joints that are not on the map change the map.
   const otherJoints = pose.map((value, i) => (pair.includes(i) ? 0 : value));
   const key = otherJoints.map((value) => value.toFixed(4)).join(" ");
-  const settledKey = useRested(key, 120);
+  const settledKey = useDebounced(key, 120);
   const worked = useMap(arm, otherJoints, pair, shown, settledKey);
   const terrain = worked?.terrain ?? null;
   const kinds = worked?.kinds ?? NONE;

@@ -73,14 +73,14 @@ function Panel(props: ArmProps): JSX.Element {
   const stage = useStage(props, firstPane);
   const { onStage, overlay } = props;
   // In the same frame as the drawing.
-  useLayoutEffect(() => onStage?.(stage), [stage.state, stage.rested, stage.welding?.place, stage.welding?.weld]);
-  const { arm, robot, rested, welding, isConcealed } = stage;
+  useLayoutEffect(() => onStage?.(stage), [stage.state, stage.settled, stage.welding?.place, stage.welding?.weld]);
+  const { arm, robot, settled, welding, isConcealed } = stage;
   const layerProps = { layers: stage.layers, isConcealed, toggle: stage.toggle, reset: stage.reset };
   const [isFolded, setFolded] = useState(false);
   const pull = onPull((way) => setFolded(way === "up"));
   const words = useMemo(() => {
-    return isConcealed ? poseAndPoint(arm, rested, radians) : inWords(arm, rested, radians);
-  }, [arm, rested, radians, isConcealed]);
+    return isConcealed ? poseAndPoint(arm, settled, radians) : inWords(arm, settled, radians);
+  }, [arm, settled, radians, isConcealed]);
   const ids = useId();
   const panes: Pane[] = isWide ? ["map", "weld"] : ["joints", "jacobian", "map", "weld", "layers"];
   const open = isWide && !panes.includes(stage.pane!) ? null : stage.pane; // sliders and J are always shown

@@ -18,7 +18,7 @@ import {
 } from "./model.js";
 import { obstacle, stationOn } from "./path.js";
 import { firstPose, poseWithin, withRoom } from "./ranges.js";
-import { useRested } from "../scheduling.js";
+import { useDebounced } from "../scheduling.js";
 import { firstWeld, journeyOf, type Weld } from "./weld.js";
 
 /** What is shown beside the drawing: sliders, J in numbers, the map of det J, the welding path, or the layers. */
@@ -51,7 +51,7 @@ export interface Stage {
   readonly state: State;
   readonly measures: Measures;
   /** The state after the arm has stopped moving: what is slow to compute, or spoken, follows this state. */
-  readonly rested: State;
+  readonly settled: State;
   readonly sizes: () => Sizes;
   readonly move: (pose: Pose) => void;
   readonly reset: () => void;
@@ -122,7 +122,7 @@ export function useStage(wish: StageWish, pane: Pane | null): Stage {
 
   const state = useMemo(() => stateAt(arm, pose), [arm, pose]);
   const measures = useMemo(() => measuresOf(state), [state]);
-  const rested = useRested(state, 700);
+  const settled = useDebounced(state, 700);
   const journey = useMemo(() => (weld ? journeyOf(arm, weld) : null), [arm, weld?.from, weld?.target]);
 
   // These functions stay the same between renderings, so that what receives them is not drawn again.
@@ -161,7 +161,7 @@ export function useStage(wish: StageWish, pane: Pane | null): Stage {
     if (pane === "weld") open("weld");
   }, []);
   return {
-    ...{ robot, arm, reach, pose, home, isSent, state, measures, rested, sizes, move, reset },
+    ...{ robot, arm, reach, pose, home, isSent, state, measures, settled, sizes, move, reset },
     ...{ chosen, choose, lit, point, isConcealed, layers, toggle },
     pane: opened,
     open,

@@ -4,7 +4,7 @@ import type { JSX } from "preact";
 import { useEffect, useRef, useState } from "preact/hooks";
 
 import type { Index } from "../bank.js";
-import { useRested } from "../scheduling.js";
+import { useDebounced } from "../scheduling.js";
 import { LESSONS } from "../learn/lessons.js";
 import { Copied } from "../pages/copied.js";
 import { Choice, WishChoices } from "../practice/wish-choices.js";
@@ -191,7 +191,7 @@ const REST = 400;
 /** The frame as students see it, and the last message that the surrounding page receives. */
 function Preview({ link }: { link: Link }): JSX.Element {
   const address = `practice.html${writeLink({ ...link, embed: true, origin: window.location.origin })}`;
-  const shown = useRested(address, REST);
+  const shown = useDebounced(address, REST);
   const [lastMessage, setLastMessage] = useState("");
   const frame = useRef<HTMLIFrameElement>(null);
   useEffect(() => {

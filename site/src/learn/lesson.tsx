@@ -21,7 +21,7 @@ import { type Message, textOf, say } from "../text/text.js";
 import { classesOf, currentClass, rowOf, type ClassItems, withRow } from "../practice/classes.js";
 import { Dots } from "./dots.js";
 import { type Lesson, LESSONS } from "./lessons.js";
-import { rowAfter, armsIn, isDue, NEEDED, NEW, nextIn, outcomeOf, type Skill } from "../practice/skills.js";
+import { rowAfter, armCountOf, isDue, NEEDED, nextIn, outcomeOf, type Skill } from "../practice/skills.js";
 import { DialBoard, FIRST_DIALS, ratesOf, Shares, velocityOf } from "./tools.js";
 
 export interface LessonProps {
@@ -74,9 +74,9 @@ function Idea(props: LessonProps & Classes & { items: readonly Item[]; onPractis
   useEffect(() => {
     if (!stage) return;
     const current = JSON.stringify([stage.pose, dials, stage.welding?.place, stage.welding?.weld]);
-    const isLaid = stage.welding !== null && !hasPath.current;
-    if (!initial.current || isLaid) [initial.current, moved.current] = [current, false];
-    if (isLaid) hasPath.current = true;
+    const isFirstPath = stage.welding !== null && !hasPath.current;
+    if (!initial.current || isFirstPath) [initial.current, moved.current] = [current, false];
+    if (isFirstPath) hasPath.current = true;
     if (current !== initial.current) moved.current = true;
     const newGoals = reached.filter((i) => !skill.goals.includes(i));
     if (moved.current && newGoals.length > 0) onSkill({ ...skill, goals: [...skill.goals, ...newGoals] });
@@ -128,7 +128,7 @@ function Idea(props: LessonProps & Classes & { items: readonly Item[]; onPractis
               onClick={onPractise}
             />
           ) : null}
-          <Onward lesson={lesson} quiet />
+          <NextLesson lesson={lesson} quiet />
         </p>
         {items.length > 0 ? <Offline title={say("offline.lesson")} problems={problems} /> : null}
       </article>
@@ -151,7 +151,7 @@ function Idea(props: LessonProps & Classes & { items: readonly Item[]; onPractis
 }
 
 /** A link to the next lesson. */
-function Onward({ lesson, quiet }: { lesson: Lesson; quiet: boolean }): JSX.Element | null {
+function NextLesson({ lesson, quiet }: { lesson: Lesson; quiet: boolean }): JSX.Element | null {
   const next = LESSONS[LESSONS.indexOf(lesson) + 1];
   return next ? (
     <a class={quiet ? "button quiet" : "button"} href={`learn.html?lesson=${next.id}`}>
@@ -174,7 +174,7 @@ function Practice(props: LessonProps & Classes & { hasArrived: boolean; onIdea: 
   const [count, setCount] = useState(0);
   const [note, setNote] = useState<Message | null>(null);
   const again = useRef(false); // whether this question was answered before
-  const most = armsIn(classes[at]!.items);
+  const armCount = armCountOf(classes[at]!.items);
   const row = rowOf(skill, classes, at);
   return (
     <div class="workspace">
@@ -193,11 +193,11 @@ function Practice(props: LessonProps & Classes & { hasArrived: boolean; onIdea: 
             ? say("lesson.mastered")
             : row.learned !== undefined
               ? say(isDue(row, Date.now()) ? "lesson.due" : "lesson.learned")
-              : say("lesson.row", { count: row.row.length, needed: Math.min(NEEDED, most) })}
+              : say("lesson.row", { count: row.row.length, needed: Math.min(NEEDED, armCount) })}
         </p>
         {skill.learned !== undefined ? (
           <p class="actions">
-            <Onward lesson={lesson} quiet={false} />
+            <NextLesson lesson={lesson} quiet={false} />
           </p>
         ) : null}
       </div>
@@ -210,10 +210,10 @@ function Practice(props: LessonProps & Classes & { hasArrived: boolean; onIdea: 
           notes={note ? [textOf(note)] : []}
           onVerdict={(right, helped) => {
             const now = Date.now();
-            const how = { right, helped, again: again.current, most };
-            const after = rowAfter(row, item, { ...how, now });
+            const attempt = { right, helped, again: again.current, armCount };
+            const after = rowAfter(row, item, { ...attempt, now });
             again.current = true;
-            setNote(outcomeOf(row, after, how));
+            setNote(outcomeOf(row, after, attempt));
             onSkill(withRow(skill, classes, at, after));
             // a wrong answer is asked again on the practice page
             storeProgress(storage, progressAfter(storedProgress(storage), item, right, now));
@@ -229,5 +229,3 @@ function Practice(props: LessonProps & Classes & { hasArrived: boolean; onIdea: 
     </div>
   );
 }
-
-export { NEW };

@@ -127,8 +127,8 @@ const WRITTEN: readonly LessonData[] = [
     layers: { frames: false },
     pane: "map",
     goals: [
-      ({ stage }) => kindHere(stage.arm, stage.rested) === "boundary",
-      ({ stage }) => kindHere(stage.arm, stage.rested) === "internal",
+      ({ stage }) => kindHere(stage.arm, stage.settled) === "boundary",
+      ({ stage }) => kindHere(stage.arm, stage.settled) === "internal",
     ],
   },
   {

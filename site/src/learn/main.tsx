@@ -16,9 +16,9 @@ import { Offline } from "../offline/offline.js";
 import { Dots } from "./dots.js";
 import { placesOf } from "./graph.js";
 import { SkillMap } from "./skill-map.js";
-import { LessonView, NEW } from "./lesson.js";
+import { LessonView } from "./lesson.js";
 import { type Lesson, LESSONS } from "./lessons.js";
-import { storeSkills, storedSkills, type Skill, type Skills } from "../practice/skills.js";
+import { NEW, storeSkills, storedSkills, type Skill, type Skills } from "../practice/skills.js";
 
 /** The arms of the ideas, as Python wrote them. */
 type Arms = Readonly<Record<"plain" | "elbow", ArmRecord>>;

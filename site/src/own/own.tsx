@@ -67,7 +67,7 @@ export function OwnArm({ known }: { known: KnownArms }): JSX.Element {
     return () => window.removeEventListener("hashchange", followLink);
   }, [all]);
 
-  const at = stage?.rested.pose;
+  const at = stage?.settled.pose;
   const fragment = asFragment(
     state.table,
     state.robot,

@@ -19,8 +19,8 @@ const LAYERS: Layers = { frames: false, lengths: true, vectors: false, columns: 
 
 export function Hero(wish: StageWish): JSX.Element {
   const stage = useStage(wish, null);
-  const { arm, home, reach, rested, robot } = stage;
-  const words = useMemo(() => inWords(arm, rested, false), [arm, rested]);
+  const { arm, home, reach, settled, robot } = stage;
+  const words = useMemo(() => inWords(arm, settled, false), [arm, settled]);
   // The page suggests pulling P straight out: its place at full reach must be visible.
   const stretched = useMemo(() => {
     const out = subtract(stateAt(arm, home).point, arm.base.o);

@@ -10,7 +10,7 @@ import { parseAnswer } from "../grade/forms.js";
 import { parse } from "../read/reader.js";
 import { catchParseError } from "../read/tree.js";
 import { typesetTree } from "../read/typeset.js";
-import { useRested } from "../scheduling.js";
+import { useDebounced } from "../scheduling.js";
 import { textOf, say } from "../text/text.js";
 import { Html, Tex } from "./math.js";
 import { entriesOf, isUnfinished, matrixText } from "./entries.js";
@@ -47,7 +47,7 @@ interface SingleProps extends Field {
 function Single({ problem, part, onAnswer, onCheck, first = "", shape }: SingleProps) {
   const [text, setText] = useState(first);
   const [math, setMath] = useState(false);
-  const set = part.key.type === "configurations";
+  const isSet = part.key.type === "configurations";
   const unit = part.key.type === "numbers" ? part.key.units[0] : "";
   const change = (value: string) => {
     setText(value);
@@ -66,10 +66,10 @@ function Single({ problem, part, onAnswer, onCheck, first = "", shape }: SingleP
         onEnter={onCheck}
         math={math}
         isWide
-        goesOn={set ? () => false : shape && ((typed) => isUnfinished(typed, ...shape))}
+        startsNewLine={isSet ? () => false : shape && ((typed) => isUnfinished(typed, ...shape))}
       />
       {unit ? <span class="unit">{unit}</span> : null}
-      {set ? <p class="help">{say("answer.set-help")}</p> : null}
+      {isSet ? <p class="help">{say("answer.set-help")}</p> : null}
       {shape ? <p class="help">{say(shape[1] > 1 ? "answer.matrix-help" : "answer.vector-help")}</p> : null}
       <Button text={say(math ? "answer.plain" : "answer.math")} onClick={toggle} />
     </Fields>
@@ -87,7 +87,7 @@ function Entries({ problem, part, onAnswer, onCheck, rows, columns }: Field & { 
     onAnswer(matrixText(changed, columns));
   };
   if (asText) {
-    const back = () => {
+    const showEntries = () => {
       fill(entriesOf(typed.current, rows, columns) ?? entries);
       setAsText(false);
     };
@@ -99,12 +99,12 @@ function Entries({ problem, part, onAnswer, onCheck, rows, columns }: Field & { 
     return (
       <>
         <Single {...{ problem, part, onCheck }} first={initial} onAnswer={changeText} shape={[rows, columns]} />
-        <Button text={say("answer.as-entries")} onClick={back} />
+        <Button text={say("answer.as-entries")} onClick={showEntries} />
       </>
     );
   }
   const change = (index: number, value: string) => fill(entries.with(index, value));
-  const toText = () => {
+  const showText = () => {
     const text = matrixText(entries, columns) || typed.current;
     typed.current = text;
     onAnswer(text);
@@ -140,7 +140,7 @@ function Entries({ problem, part, onAnswer, onCheck, rows, columns }: Field & { 
           </span>
         ))}
       </Grid>
-      <Button text={say("answer.as-text")} onClick={toText} />
+      <Button text={say("answer.as-text")} onClick={showText} />
       <Button text={say(math ? "answer.plain" : "answer.math")} onClick={toggle} />
     </Fields>
   );
@@ -156,25 +156,25 @@ interface GridProps {
 }
 
 /** Entries as a matrix. */
-function Grid({ rows, columns, labels: [beside, above], onPaste, children }: GridProps): JSX.Element {
+function Grid({ rows, columns, labels: [rowLabels, columnLabels], onPaste, children }: GridProps): JSX.Element {
   return (
     <div
       class="grid"
       role="group"
       aria-label={say("answer.label")}
       data-columns={columns}
-      data-beside={beside.length > 0 ? "" : undefined}
-      data-above={above.length > 0 ? "" : undefined}
+      data-beside={rowLabels.length > 0 ? "" : undefined}
+      data-above={columnLabels.length > 0 ? "" : undefined}
       onPaste={onPaste}
       style={{ "--columns": columns, "--rows": rows }}
     >
       <span class="bracket" aria-hidden="true" />
-      {above.map((latex, column) => (
+      {columnLabels.map((latex, column) => (
         <GridLabel key={`above ${column}`} latex={latex} />
       ))}
       {children.flatMap((cell, i) =>
-        beside.length > 0 && i % columns === 0
-          ? [<GridLabel key={`beside ${i}`} latex={beside[i / columns]!} isRow />, cell]
+        rowLabels.length > 0 && i % columns === 0
+          ? [<GridLabel key={`beside ${i}`} latex={rowLabels[i / columns]!} isRow />, cell]
           : [cell],
       )}
     </div>
@@ -193,13 +193,13 @@ function scrollToCell({ currentTarget }: { readonly currentTarget: HTMLElement }
   if (!grid || grid.scrollWidth <= grid.clientWidth) return;
   const [cell, box] = [currentTarget.getBoundingClientRect(), grid.getBoundingClientRect()];
   const labelWidth = grid.querySelector(".of-row")?.clientWidth ?? 0; // the row labels cover the entries
-  const [before, behind] = [cell.left - box.left - labelWidth - EDGE, cell.right - box.right + EDGE];
+  const [before, behind] = [cell.left - box.left - labelWidth - CELL_MARGIN, cell.right - box.right + CELL_MARGIN];
   if (before < 0) grid.scrollLeft += before;
   else if (behind > 0) grid.scrollLeft += Math.min(behind, before);
 }
 
 /** Margin (pixels) between an entry and the side of its grid. */
-const EDGE = 12;
+const CELL_MARGIN = 12;
 
 interface FormulaFieldProps {
   readonly label: string;
@@ -207,13 +207,13 @@ interface FormulaFieldProps {
   readonly isWide?: boolean;
   readonly math: boolean;
   /** For a multi-line text: whether Enter begins another line instead of checking. Shift+Enter always does. */
-  readonly goesOn?: ((text: string) => boolean) | undefined;
+  readonly startsNewLine?: ((text: string) => boolean) | undefined;
   readonly onValue: (text: string) => void;
   readonly onEnter: () => void;
 }
 
 /** A field for a formula, as text or as typeset mathematics. */
-function FormulaField({ label, value, onValue, onEnter, math, isWide = false, goesOn }: FormulaFieldProps) {
+function FormulaField({ label, value, onValue, onEnter, math, isWide = false, startsNewLine }: FormulaFieldProps) {
   if (math) return <MathField label={label} value={value} onValue={onValue} onEnter={onEnter} />;
   const common = {
     class: isWide ? "formula-field wide" : "formula-field",
@@ -223,7 +223,7 @@ function FormulaField({ label, value, onValue, onEnter, math, isWide = false, go
     autocomplete: "off",
     autocapitalize: "none",
   } as const;
-  if (!goesOn)
+  if (!startsNewLine)
     return (
       <input
         type="text"
@@ -241,7 +241,7 @@ function FormulaField({ label, value, onValue, onEnter, math, isWide = false, go
       onInput={(event) => onValue(event.currentTarget.value)}
       onKeyDown={(event) => {
         if (event.key !== "Enter" || event.shiftKey || event.isComposing) return;
-        if (goesOn(event.currentTarget.value)) return;
+        if (startsNewLine(event.currentTarget.value)) return;
         event.preventDefault();
         onEnter();
       }}
@@ -259,13 +259,13 @@ interface FieldsProps extends Pick<Field, "problem" | "part"> {
 
 /** The fields of an answer, and buttons that insert symbols at the cursor of the last used field. */
 function Fields({ problem, part, hasSymbols, children }: FieldsProps) {
-  const place = useRef<HTMLDivElement>(null);
+  const box = useRef<HTMLDivElement>(null);
   const last = useRef<Element | null>(null);
-  const enter = ({ target }: FocusEvent) => {
+  const rememberField = ({ target }: FocusEvent) => {
     if (target instanceof Element && target.matches(FIELDS)) last.current = target;
   };
-  const put = (text: string, latex: string) => {
-    const field = last.current?.isConnected ? last.current : place.current?.querySelector(FIELDS);
+  const insert = (text: string, latex: string) => {
+    const field = last.current?.isConnected ? last.current : box.current?.querySelector(FIELDS);
     if (field instanceof HTMLInputElement || field instanceof HTMLTextAreaElement) {
       field.setRangeText(
         text,
@@ -283,7 +283,7 @@ function Fields({ problem, part, hasSymbols, children }: FieldsProps) {
       value === undefined && (["joint", "length", "angle"].includes(role) || part.names.includes(name)),
   );
   return (
-    <div class="answer" ref={place} onFocusIn={enter}>
+    <div class="answer" ref={box} onFocusIn={rememberField}>
       {children}
       {hasSymbols ? (
         <div class="symbols" role="group" aria-label={say("answer.symbols")}>
@@ -293,13 +293,13 @@ function Fields({ problem, part, hasSymbols, children }: FieldsProps) {
               key={name}
               title={name}
               aria-label={buttonName(name, latex)}
-              onClick={() => put(name, latex)}
+              onClick={() => insert(name, latex)}
             >
               <Letter latex={latex} />
             </button>
           ))}
           {FUNCTIONS.map(([name, text, latex]) => (
-            <button type="button" key={name} onClick={() => put(text, latex)}>
+            <button type="button" key={name} onClick={() => insert(text, latex)}>
               {name}
             </button>
           ))}
@@ -318,14 +318,14 @@ const FUNCTIONS = [
 ] as const;
 
 /** A longer formula is judged, but not typeset. */
-const SHOWN = 5000;
+const MAX_PREVIEWED = 5000;
 
 /** The parsed answer, typeset; below Check, so that the button does not move while it is pressed. */
 export function Preview(props: Pick<Field, "problem" | "part"> & { answer: string }): JSX.Element | null {
   const { answer, problem, part } = props;
   const { type } = part.key;
   const text = type === "configurations" ? answer : withPoints(answer);
-  const settledText = useRested(text, 150);
+  const settledText = useDebounced(text, 150);
   const preview = useMemo(() => previewOf(settledText, problem, part), [settledText, problem, part]);
   if ("option_mistakes" in part.key) return null;
   return (
@@ -350,7 +350,7 @@ function latexOf(text: string, problem: Problem): string {
 type Previewed = { readonly latex: string } | { readonly why: string };
 
 function previewOf(text: string, problem: Problem, part: Part | null = null): Previewed | null {
-  if (!text.trim() || text.length > SHOWN) return null;
+  if (!text.trim() || text.length > MAX_PREVIEWED) return null;
   const known = new Set(Object.keys(problem.symbols));
   return catchParseError<Previewed, Previewed>(
     () => ({ latex: typesetTree(part ? parseAnswer(text, known, part) : parse(text, known), problem.symbols) }),
@@ -400,22 +400,22 @@ function Letters({ problem: { lang }, part, onAnswer }: Field) {
       </div>
     );
   }
-  const single = part.key.type === "choice";
+  const isSingle = part.key.type === "choice";
   return (
     <fieldset class="answer options">
       <legend class="help">
         <span class="visually-hidden">{say("answer.label")}: </span>
-        {say(single ? "answer.choose-one" : "answer.choose-all")}
+        {say(isSingle ? "answer.choose-one" : "answer.choose-all")}
       </legend>
       {options.map((option, i) => (
         <label class="option" key={i}>
           <input
-            type={single ? "radio" : "checkbox"}
+            type={isSingle ? "radio" : "checkbox"}
             name="option"
             checked={chosen.includes(i)}
             onChange={() => {
               const others = chosen.filter((option) => option !== i);
-              choose(single ? [i] : others.length === chosen.length ? [...chosen, i] : others);
+              choose(isSingle ? [i] : others.length === chosen.length ? [...chosen, i] : others);
             }}
           />
           <strong>{LETTERS[i]}</strong> <Html html={option} class="option-text" lang={lang} />

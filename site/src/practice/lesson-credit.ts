@@ -4,7 +4,7 @@ import type { Index } from "../bank.js";
 import { type Message, textOf, say } from "../text/text.js";
 import { type Item, nameOf } from "./choice.js";
 import { classesOf, rowOf, type ClassItems, withRow } from "./classes.js";
-import { type Answered, rowAfter, armsIn, isDue, NEW, nextIn, outcomeOf, type Row, type Skills } from "./skills.js";
+import { type Attempt, rowAfter, armCountOf, isDue, NEW, nextIn, outcomeOf, type Row, type Skills } from "./skills.js";
 import { type Topic, TOPICS } from "./topics.js";
 
 /** The classes of a topic's arms, and the index of the class of each item, by the item's name. */
@@ -46,7 +46,7 @@ type Counted = { readonly skills: Skills; readonly outcomes: readonly Outcome[] 
 export function countAnswer(
   skills: Skills,
   item: Item,
-  how: Answered & { now: number },
+  attempt: Attempt & { now: number },
   findClasses: ClassFinder,
 ): Counted {
   let after = skills;
@@ -55,9 +55,9 @@ export function countAnswer(
     const { topic, classes, at } = of;
     const skill = after[topic.id] ?? NEW;
     const before = rowOf(skill, classes, at);
-    const most = armsIn(classes[at]!.items);
-    const row = rowAfter(before, item, { ...how, most });
-    const outcome = outcomeOf(before, row, { ...how, most });
+    const armCount = armCountOf(classes[at]!.items);
+    const row = rowAfter(before, item, { ...attempt, armCount });
+    const outcome = outcomeOf(before, row, { ...attempt, armCount });
     if (row !== before) after = { ...after, [topic.id]: withRow(skill, classes, at, row) };
     if (outcome) outcomes.push({ of, outcome });
   }

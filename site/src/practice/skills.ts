@@ -25,23 +25,23 @@ export const NEW: Skill = { ...NEW_ROW, goals: [] };
 const armOf = ({ family, key }: Item): string => `${family}/${key.replace(/-quiz$/, "")}`;
 
 /** How a question was answered: `helped` by hints or the solution, `again` after another answer to it. */
-export type Answered = { readonly right: boolean; readonly helped: boolean; readonly again: boolean };
+export type Attempt = { readonly right: boolean; readonly helped: boolean; readonly again: boolean };
 
-/** Return the row after an answer; `most` is the number of arms, which may be smaller than needed. */
-export function rowAfter<R extends Row>(skill: R, item: Item, how: Answered & { now: number; most: number }): R {
-  const { right, helped, again, now, most } = how;
+/** Return the row after an answer; `armCount` is the number of arms, which may be smaller than needed. */
+export function rowAfter<R extends Row>(skill: R, item: Item, attempt: Attempt & { now: number; armCount: number }): R {
+  const { right, helped, again, now, armCount } = attempt;
   if (again) return skill;
   if (!right) return { ...skill, row: [] };
   if (helped) return skill;
   const row = skill.row.includes(armOf(item)) ? skill.row : [...skill.row, armOf(item)];
   if (skill.learned !== undefined)
     return now - skill.learned >= DAY && skill.mastered === undefined ? { ...skill, mastered: now } : skill;
-  return row.length >= Math.min(NEEDED, most) ? { ...skill, row, learned: now } : { ...skill, row };
+  return row.length >= Math.min(NEEDED, armCount) ? { ...skill, row, learned: now } : { ...skill, row };
 }
 
 /** Return the effect of an answer as a message; null if the lesson is learned, and less than a day ago. */
-export function outcomeOf(before: Row, after: Row, how: Answered & { most: number }): Message | null {
-  const { right, helped, again, most } = how;
+export function outcomeOf(before: Row, after: Row, attempt: Attempt & { armCount: number }): Message | null {
+  const { right, helped, again, armCount } = attempt;
   if (before.mastered !== undefined) return null;
   if (after.mastered !== undefined) return message("lesson.mastered");
   if (before.learned !== undefined && !right) return null;
@@ -50,7 +50,7 @@ export function outcomeOf(before: Row, after: Row, how: Answered & { most: numbe
   if (before.learned !== undefined) return null;
   if (after.learned !== undefined) return message("lesson.learned");
   if (!right && !again && before.row.length > 0) return message("lesson.row-broken");
-  const needed = Math.min(NEEDED, most);
+  const needed = Math.min(NEEDED, armCount);
   return right ? message("lesson.state-row", { count: after.row.length, needed }) : null;
 }
 
@@ -67,20 +67,20 @@ export function itemsOf(index: Index, questions: readonly string[], families: re
   return (ofFamilies.length > 0 ? ofFamilies : asked)
     .map((item) => {
       const place = ofFamilies.length > 0 ? families.indexOf(item.family) : 0;
-      const hardness = 2 * stepOf(problemOf(item)) + place + questions.indexOf(item.question);
-      return { item, place, hardness };
+      const difficulty = 2 * stepOf(problemOf(item)) + place + questions.indexOf(item.question);
+      return { item, place, difficulty };
     })
-    .sort((a, b) => a.hardness - b.hardness || a.place - b.place)
+    .sort((a, b) => a.difficulty - b.difficulty || a.place - b.place)
     .map(({ item }) => item);
 }
 
 /** The next item is between these shares of the ordered items, by the number of right answers in the row. */
-const CLIMB = [
+const DIFFICULTY_RANGES = [
   [0, 0],
   [0, 0.25],
   [0.15, 0.5],
 ] as const;
-const FEW = 3;
+const MIN_CANDIDATES = 3;
 
 /** Return the next item, harder as the row grows; if possible about a new arm, and not in `asked`. */
 export function nextIn(all: readonly Item[], skill: Row, asked: readonly string[], random: () => number): Item | null {
@@ -89,14 +89,14 @@ export function nextIn(all: readonly Item[], skill: Row, asked: readonly string[
   const unasked = preferred.filter((item) => !asked.includes(nameOf(item)));
   const others = unasked.length > 0 ? unasked : preferred.filter((item) => nameOf(item) !== asked.at(-1));
   const pool = others.length > 0 ? others : all;
-  const [from, to] = CLIMB[Math.min(skill.learned === undefined ? skill.row.length : 2, 2)]!;
+  const [from, to] = DIFFICULTY_RANGES[Math.min(skill.learned === undefined ? skill.row.length : 2, 2)]!;
   const start = Math.min(Math.floor(from * pool.length), pool.length - 1);
-  const candidates = pool.slice(start, Math.max(start + FEW, Math.ceil(to * pool.length)));
+  const candidates = pool.slice(start, Math.max(start + MIN_CANDIDATES, Math.ceil(to * pool.length)));
   return candidates[Math.floor(random() * candidates.length)] ?? null;
 }
 
 /** Return the number of arms in a lesson's items. */
-export const armsIn = (all: readonly Item[]): number => new Set(all.map(armOf)).size;
+export const armCountOf = (all: readonly Item[]): number => new Set(all.map(armOf)).size;
 
 export const storedSkills = (storage: Storage | null): Skills => storedJson(storage, KEY, checkSkills);
 

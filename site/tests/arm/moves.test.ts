@@ -83,7 +83,7 @@ describe.each(Object.entries({ ...ROBOTS, plain: PLAIN, elbow: ELBOW }))("P of %
   const view = viewFor(arm);
   const { point } = stateAt(arm, start);
 
-  it("is singular or at a slide's end when it is pulled far out in the page", () => {
+  it("is singular or at a prismatic joint's limit after it is dragged far out in the page", () => {
     const base = arm.base.o;
     for (const [right, up] of [
       [1, 0.3],

@@ -1,5 +1,5 @@
 // @vitest-environment happy-dom
-// Numbers beside the arm follow a drag in turn, one part in a frame, and anything else at once.
+// During a drag, one part of the numbers is redrawn per frame; otherwise all are redrawn at once.
 
 import { h, render } from "preact";
 import { act } from "preact/test-utils";

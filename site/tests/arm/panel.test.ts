@@ -1,5 +1,5 @@
 // @vitest-environment happy-dom
-// The whole panel on a page: sliders move the arm, a told pose is drawn, words follow.
+// The whole panel on a page: sliders move the arm, a given pose is drawn, and descriptions are updated.
 
 import { h, render } from "preact";
 import { act } from "preact/test-utils";
@@ -77,7 +77,7 @@ describe("the panel", () => {
     expect([document.querySelector(".arm-lost"), document.querySelector(".arm-lost-words")]).toEqual([null, null]);
   });
 
-  it("draws a pose that it is told, and the next one", () => {
+  it("draws a pose that it is given, and the next one", () => {
     show({ pose: { theta1: Math.PI / 6, theta2: 1, a1: 3 } });
     expect(numbers()).toEqual(["30", "57.3"]);
     expect(document.querySelector(".arm-lengths")?.textContent).toContain("a1 = 3 m");
@@ -117,7 +117,7 @@ describe("the panel", () => {
     expect(numbers()).toEqual(["57.3", "57.3"]);
   });
 
-  it("shows a slide where its question has it, also beyond its usual travel", () => {
+  it("shows a prismatic joint at its question's value, even beyond its usual range", () => {
     const robot = ROBOTS["scara"]!;
     const slide = robot.joints.findIndex(({ kind }) => kind === "P");
     const name = `d${slide + 1}`;

@@ -104,7 +104,7 @@ describe("the SCARA arm", () => {
 describe("lines on a grid", () => {
   const SQUARE: Spot = [-1, 1];
 
-  it("are told apart where two run through the same cell, and cross where they cross", () => {
+  it("are separate if two run through the same cell, and cross where they should", () => {
     const value = (u: number, v: number): number => (v - 0.3) * (v - 0.3 - 0.06 * (u - 0.004));
     const lines = zeroLines(gridOf(SQUARE, SQUARE, 20, value), value);
     const ends = lines.flatMap((line) => [line[0]!, line.at(-1)!]).map(([u, v]) => [Math.abs(u), v] as const);

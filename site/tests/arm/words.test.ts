@@ -1,4 +1,4 @@
-// The arm in words: what is told of a regular pose, near a singularity, and at one.
+// Descriptions of the arm at a regular pose, near a singularity, and at one.
 
 import { describe, expect, it } from "vitest";
 
@@ -11,7 +11,7 @@ describe("the planar arm in words", () => {
   const arm = armOf(PLAIN);
   const told = (pose: number[]): string => inWords(arm, stateAt(arm, pose), false);
 
-  it("is told by pose, point and determinant", () => {
+  it("contains pose, point and determinant", () => {
     expect(told([Math.PI / 6, -Math.PI / 2])).toBe(
       "Joints: θ1 30 degrees, θ2 −90 degrees. The point P is at x 0.633, y −0.096, z 0 metres. " +
         "The determinant of J is −0.2. The smallest singular value is 0.286, 41 percent of the largest. " +
@@ -45,7 +45,7 @@ describe("other arms in words", () => {
     expect(inWords(arm, stateAt(arm, [0.3, 0.4, 0.5]), false)).toContain("J is not square");
   });
 
-  it("slide by metres", () => {
+  it("of prismatic joints are in metres", () => {
     const arm = armOf(ROBOTS["scara"]!);
     expect(inWords(arm, stateAt(arm, [0, 0, 0.25, 0]), false)).toContain("d3 0.25 metres");
   });

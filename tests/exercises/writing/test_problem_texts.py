@@ -38,7 +38,7 @@ Draw = Callable[[str, int], Problem]
 
 def test_every_question_has_its_templates() -> None:
     there = {path.name.removesuffix(".md.j2") for path in (find_template_folder() / "questions").iterdir()}
-    assert there == {question.template or name for name, question in ALL_QUESTIONS.items()} | {"options"}
+    assert there == {question.template or name for name, question in ALL_QUESTIONS.items()} | {"options", "custom"}
 
 
 def test_every_question_has_its_turn_in_sweeps_that_look_at_some(drawn: Draw) -> None:
