@@ -24,6 +24,7 @@ from qdot.exercises.arm.robot_file import read_robot_file
 from qdot.exercises.assignment.attempt_policy import AttemptPolicy, read_attempt_policy
 from qdot.exercises.assignment.decimals import read_decimals
 from qdot.exercises.assignment.expected_forms import EXPECTED_FORMS
+from qdot.exercises.assignment.front_page import FrontPage, read_front_page
 from qdot.exercises.assignment.gradebook import Gradebook, normalize_identifier, read_export
 from qdot.exercises.assignment.lateness import LateRule, read_late, with_zone
 from qdot.exercises.assignment.replacements import Replacements, read_replacements
@@ -119,6 +120,8 @@ class AssignmentFile(pydantic.BaseModel):
     """How the arms are described. By default, by a standard DH table."""
     twist_order: str | None = None
     """The order of the two halves of a twist, if the arms are described by screw axes."""
+    paper: dict[str, Any] = {}
+    """What an exam on paper says above its first problem; see [Paper and screen](paper.md)."""
     question: dict[str, Any] = {}
     """Questions of your own, each in a table [question.NAME]; see [Write your own question](custom-questions.md)."""
     problem: list[ProblemEntry] = pydantic.Field(min_length=1)
@@ -232,6 +235,7 @@ class Assignment:
     sandbox: str = "best"
     gradebook: Gradebook | None = None
     replacements: Replacements = field(default_factory=dict)
+    front_page: FrontPage = field(default_factory=FrontPage)
 
     def __repr__(self) -> str:
         return f"Assignment({self.key}: {len(self.slots)} problems, {len(self.roster)} students)"
@@ -332,6 +336,7 @@ def load_assignment(folder: Path) -> Assignment:
     variation = _parse(file, ("variation",), find_canonical_name, content.variation)
     _parse(file, ("convention",), find_convention, content.convention or CONVENTIONS[0])
     _parse(file, ("twist_order",), find_twist_order, content.twist_order or TWIST_ORDERS[0])
+    front_page = _parse(file, ("paper",), read_front_page, content.paper, folder)
     notes: list[str] = []
     definitions = _read_all_definitions(file, content)
     slots = tuple(
@@ -347,7 +352,7 @@ def load_assignment(folder: Path) -> Assignment:
         folder, content.title, content.key, slots, students, read_secret(folder),
         content.due, content.feedback, tuple(notes), Fraction(str(content.follow_through)),
         content.hints, late, attempts, content.sandbox, gradebook,
-        read_replacements(folder),
+        read_replacements(folder), front_page,
     )  # fmt: skip
 
 

@@ -21,8 +21,8 @@ _TEXT = Template(FORMS_FILE.read_text(encoding="utf-8")).substitute(
 )  # fmt: skip
 _FORMS: dict[str, dict[str, str]] = tomllib.loads(_TEXT)
 EXPECTED_FORMS = _FORMS["assignment"] | {"credit": CREDIT_FORM}
-LATE_FORMS, ATTEMPT_FORMS = _FORMS["late"], _FORMS["attempts"]
-"""The phrases for the keys of assignment.toml, and for the keys in its tables `late` and `attempts`."""
+LATE_FORMS, ATTEMPT_FORMS, PAPER_FORMS = _FORMS["late"], _FORMS["attempts"], _FORMS["paper"]
+"""The phrases for the keys of assignment.toml, and for the keys in its tables `late`, `attempts` and `paper`."""
 
 
 def check_keys(table: Iterable[str], forms: Mapping[str, str]) -> None:

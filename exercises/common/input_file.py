@@ -97,22 +97,35 @@ class TomlFile:
 
     @contextmanager
     def locate_errors(self, *key_path: str | int) -> Iterator[None]:
-        """Prefix the message of a QdotError raised in the block with the file, the line and the key."""
+        """Prefix the message of a QdotError raised in the block with the file, the line and the key.
+
+        If the key has a table, and the message begins with a key of this table and a colon, the line is that of the
+        inner key.
+        """
         try:
             yield
         except QdotError as error:
+            inner_key, _, message = str(error).partition(": ")
+            table = self._find_value(key_path)
+            if isinstance(table, dict) and inner_key in table:
+                raise QdotError(f"{self.describe_value(*key_path, inner_key)}: {message}") from None
             raise QdotError(f"{self.describe_value(*key_path)}: {error}") from None
 
     def describe_value(self, *key_path: str | int) -> str:
         """Return the file, the line, the key and, if it is short, the value of an entry, for a message."""
-        value: Any = self.content
-        for key in key_path:
-            has_key = key in value if isinstance(value, dict) else isinstance(value, list)
-            value = value[key] if has_key else None
+        value = self._find_value(key_path)
         location = self._describe_location(key_path, key_path)
         has_tables = isinstance(value, dict) or (isinstance(value, list) and any(isinstance(v, dict) for v in value))
         text = toml_text(value) if key_path and value is not None and not has_tables else ""
         return f"{location} = {text}" if text and len(text) <= _MAX_VALUE_LENGTH else location
+
+    def _find_value(self, key_path: KeyPath) -> Any:
+        """Return the value of an entry; None if there is none."""
+        value: Any = self.content
+        for key in key_path:
+            has_key = key in value if isinstance(value, dict) else isinstance(value, list)
+            value = value[key] if has_key else None
+        return value
 
     def describe_key(self, *key_path: str | int) -> str:
         """Return the file, the line of a wrong key, and the table that contains it, for a message."""

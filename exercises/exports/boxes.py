@@ -7,7 +7,7 @@ from dataclasses import dataclass, replace
 
 import sympy as sp
 
-from qdot.exercises.answer_types import LETTERS, TRUE_FALSE, Choice, ConditionSet, Matching, Number, Selection
+from qdot.exercises.answer_types import LETTERS, TRUE_FALSE, Choice, ConditionSet, Matching, Number, Selection, Words
 from qdot.exercises.formula.latex import parse_latex
 from qdot.exercises.problem.problem import Part, Problem
 from qdot.exercises.short_questions import question_of
@@ -19,6 +19,8 @@ from qdot.exercises.writing.short_answer import format_unit
 
 ROW_HEIGHT, LINE_HEIGHT = 8, 4
 """Height of a row of a box, and of each further line of an entry, in mm."""
+TEXT_HEIGHT = 45
+"""Height of a box for an answer in words, in mm."""
 BOX_WIDTH = 165
 """Approximate width of a box in mm."""
 HANDWRITING_WIDTH = 4.8
@@ -165,6 +167,8 @@ def make_box(problem: Problem, part: Part, solution: str = "") -> AnswerBox | No
             return AnswerBox(0, 1, len(answer.items), holds_letters=True, labels=labels)
         case ConditionSet():
             return AnswerBox(working_space, max(2, math.ceil(len(answer.components) / 2) * 2))
+        case Words():
+            return AnswerBox(MIN_WORKING_SPACE, row_height=TEXT_HEIGHT)
         case Number():
             return _make_number_box(problem, part, answer, working_space)
     rows, columns = answer.shape or (1, 1)

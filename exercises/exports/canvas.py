@@ -45,7 +45,8 @@ def _name_question_type(form: items.ItemForm) -> str:
     if isinstance(form, items.ChoiceForm):
         choice_type = "multiple_answers_question" if form.allows_several else "multiple_choice_question"
         return "true_false_question" if form.is_true_or_false else choice_type
-    return "matching_question" if isinstance(form, items.MatchingForm) else "numerical_question"
+    other_types = {"match": "matching_question", "numbers": "numerical_question", "text": "essay_question"}
+    return other_types[form.kind]
 
 
 def _list_shares(count: int) -> list[str]:

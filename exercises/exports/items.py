@@ -13,7 +13,7 @@ from typing import ClassVar
 import numpy as np
 import sympy as sp
 
-from qdot.exercises.answer_types import LETTERS, TRUE_FALSE, Matching, Number, Selection
+from qdot.exercises.answer_types import LETTERS, TRUE_FALSE, Matching, Number, Selection, Words
 from qdot.exercises.assignment.assignment import Slot
 from qdot.exercises.assignment.certified_problems import Variant
 from qdot.exercises.common.errors import QdotError
@@ -147,7 +147,15 @@ class NumberForm:
         return len(self.fields)
 
 
-ItemForm = ChoiceForm | MatchingForm | NumberForm
+@dataclass(frozen=True)
+class TextForm:
+    """A form for an answer in words, which a person marks."""
+
+    kind: ClassVar = "text"
+    correct_count: ClassVar = 1
+
+
+ItemForm = ChoiceForm | MatchingForm | NumberForm | TextForm
 
 
 @dataclass(frozen=True)
@@ -177,8 +185,7 @@ def make_items(request: ExportRequest) -> Generator[QuizItem, None, None]:
             if item is not None:
                 yield _add_variant_key(item, variant)
                 continue
-            cause = "a person has to mark it" if part.type == "text" else "the platform can't compare formulas"
-            note = f"{variant.slot.name}: {part.name} is left out, because {cause}"
+            note = f"{variant.slot.name}: {part.name} is left out, because the platform can't compare formulas"
             if note not in reported_notes:
                 reported_notes.add(note)
                 request.report(note)
@@ -224,6 +231,8 @@ def _make_item(request: ExportRequest, slot: Slot, problem: Problem, part: Part)
     if part.answer.offered_options:
         form = _make_option_form(problem, part, tells_mistakes)
         question = write_question_alone(problem, part)
+    elif isinstance(part.answer, Words):
+        form, question = TextForm(), write_question_alone(problem, part)
     else:
         numeric_part = ask_in_numbers(problem, part)
         if numeric_part is None:

@@ -19,6 +19,7 @@ from qdot.exercises.answer_types import (
     Matrix,
     Number,
     Selection,
+    Words,
 )
 from qdot.exercises.exports.export_format import EarnedShare
 from qdot.exercises.exports.known_wrong import KnownWrongAnswer, find_known_wrong_answers
@@ -113,6 +114,8 @@ def _replace_answer(correct: Answer, known_answer: KnownWrongAnswer) -> Answer:
 def _state_rule(problem: Problem, part: Part) -> str:
     """Return the rule for partial credit of all other answers; docs/partial-credit.md explains the rules."""
     answer, credit = part.answer, part.credit
+    if isinstance(answer, Words):
+        return f"the marker's decision, from 0 to {_format_points(part, Fraction(1))} points."
     if credit.rule == "whole" or not credit.factor:
         return NO_CREDIT
     match answer:

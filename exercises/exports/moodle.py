@@ -79,6 +79,8 @@ def _name_question_type(form: items.ItemForm) -> str:
         return "truefalse" if form.is_true_or_false else "multichoice"
     if isinstance(form, items.MatchingForm):
         return "matching"
+    if isinstance(form, items.TextForm):
+        return "essay"
     return "numerical" if len(form.fields) == 1 else "cloze"
 
 
@@ -158,9 +160,7 @@ def _make_filler_number(length: int) -> str:
     return f"-1.{'23456789' * 3}"[: length - 4] + "E+99"
 
 
-def _append_boxes(
-    body: str, form: items.ChoiceForm | items.MatchingForm | items.NumberForm, box_texts: Sequence[str]
-) -> str:
+def _append_boxes(body: str, form: items.ItemForm, box_texts: Sequence[str]) -> str:
     """Return a text followed by several boxes, in a column with names or as a matrix; with one box, only the text."""
     if not isinstance(form, items.NumberForm) or len(box_texts) < 2:
         return body

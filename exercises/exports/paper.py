@@ -1,7 +1,10 @@
 """Export handouts, exams, answer keys and marking sheets as HTML, PDF or LaTeX."""
 
-from collections.abc import Callable, Generator, Sequence
+import tempfile
+from collections.abc import Callable, Generator, Mapping, Sequence
 from dataclasses import dataclass
+from pathlib import Path
+from types import MappingProxyType
 
 from qdot.exercises.common.errors import QdotError
 from qdot.exercises.common.extras import require_extra
@@ -71,10 +74,18 @@ def export_paper(request: ExportRequest, file_type: str) -> Generator[ExportedFi
         text = render(
             f"exports/{template}", title=request.assignment.title, kind=request.sheet, solutions=request.has_solutions,
             page=request.paper_size, sheets=sheets, questions=questions, last=END_WEIGHT, narrow=FORMULA_WIDTH_SHARE,
-            ticks=VERSION_TICKS if request.version_count else 1, **functions,
+            ticks=VERSION_TICKS if request.version_count else 1, front=request.assignment.front_page, **functions,
         )  # fmt: skip
-        return ExportedFile(f"{name}.{file_type}", compile_pdf(text) if file_type == "pdf" else text, is_private)
+        return ExportedFile(
+            f"{name}.{file_type}", compile_pdf(text, images) if file_type == "pdf" else text, is_private
+        )
 
+    logo = request.assignment.front_page.logo if request.sheet == "exam" and not request.has_solutions else None
+    images = {logo.file_name: logo.content} if logo is not None else {}
+    if logo is not None and file_type == "tex":
+        if logo.extension == "svg":
+            raise QdotError("LaTeX can't show an SVG logo; give `logo` in assignment.toml a PNG or JPEG file")
+        yield ExportedFile(f"{stem}/{logo.file_name}", logo.content)
     sheets: list[Sheet] = []
     for sheet in make_sheets(request):
         yield write_file(f"{stem}/{sheet.file_stem}", [sheet])
@@ -96,11 +107,19 @@ def _list_answers_by_question(sheets: Sequence[Sheet]) -> tuple[PaperQuestion, .
     )  # fmt: skip
 
 
-def compile_pdf(source: str) -> bytes:
+def compile_pdf(source: str, images: Mapping[str, bytes] = MappingProxyType({})) -> bytes:
     """Return a Typst document as PDF/UA-1; needs the library typst (see `require_extra`).
+
+    `images` are the image files that the document names, by name.
 
     The bytes are the same on every machine, because only fonts of the library are used and no date is written.
     """
     import typst
 
-    return bytes(typst.compile(source.encode(), ignore_system_fonts=True, pdf_standards=["ua-1"], timestamp=0))
+    with tempfile.TemporaryDirectory() as folder:
+        for name, content in images.items():
+            (Path(folder) / name).write_bytes(content)
+        pdf = typst.compile(  # type: ignore[type-var]  # the hints want the document and the folder to have one type
+            source.encode(), root=Path(folder), ignore_system_fonts=True, pdf_standards=["ua-1"], timestamp=0
+        )
+    return bytes(pdf)

@@ -155,6 +155,8 @@ def _find_zeros(derivation: Derivation, expressions: tuple[Factored, ...]) -> Ze
     """
     joints = derivation.symbolic_joints
     zeros, assumed_nonzero = _search_zeros(expressions, joints)
+    if not assumed_nonzero:
+        return zeros
     is_zero = _make_zero_test(derivation)
     return find_common_zeros(expressions, Search(joints, is_zero)) if any(map(is_zero, assumed_nonzero)) else zeros
 

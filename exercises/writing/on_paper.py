@@ -17,6 +17,7 @@ _REMARKS_ON_TYPING = (
     (r" letters in quotes in the order of the joints, as in `[^`]+`", " letters in the order of the joints"),
     (r"These examples, for another arm, show the accepted forms: .*?(?=Conditions in a list)", ""),
     (r"Conditions in a list are alternatives", "Write down together what must hold together; list alternatives apart"),
+    (r"a text in your own words\. A person marks it\.", "a text in your own words."),
     (r"in your answers, use radians", "in answers that are formulas, use radians"),
 )
 _OPTION_PATTERN = re.compile(r"^- \*\*[A-H]\.\*\* .*\n?|^\$\$\n\\text\{[A-H]\.\} \\quad [^$]*\n\$\$\n?", re.MULTILINE)

@@ -8,7 +8,7 @@ from qdot.exercises import answer_types
 from qdot.exercises.answer_types import TRUE_FALSE, AnswerVisitor, Choice, Direction, Expression, Matrix, Number
 from qdot.exercises.problem.problem import Part, Problem
 from qdot.exercises.short_questions.options import Options
-from qdot.exercises.writing.problem_texts import add_angle_legend, get_solution_steps, write_option
+from qdot.exercises.writing.problem_texts import add_angle_legend, get_solution_steps, write_option, write_solution
 from qdot.exercises.writing.render import render
 from qdot.exercises.writing.solution_steps import format_three_digits
 
@@ -56,6 +56,9 @@ class _AnswerFields(AnswerVisitor[dict[str, Any]]):
         has_words = answer.options != TRUE_FALSE and not details.has_drawn_options and not is_tall
         words = write_option(self.problem, self.part, answer.correct) if has_words else ""
         return {"letters": answer.typed_text, "words": words}
+
+    def visit_text(self, answer: answer_types.Words) -> dict[str, Any]:
+        return {"remark": write_solution(self.problem, self.part).strip() or "A person marks this answer."}
 
     def visit_letters(self, answer: answer_types.Letters) -> dict[str, Any]:
         return {"letters": answer.letters}

@@ -24,6 +24,7 @@ from qdot.exercises.generation import generate as generate_problem
 from qdot.exercises.problem.problem import ProblemId
 from qdot.exercises.short_questions import ALL_QUESTIONS
 from qdot.grader.cli.options import (
+    NO_FOLDER_HINT,
     ConventionOption,
     JobsOption,
     JsonOption,
@@ -150,10 +151,6 @@ def verify(
     say(f"{count_noun(len(tasks), 'problem')} verified, {failure_counts.total()} failed{': ' if kinds else ''}{kinds}")
     if failure_counts:
         raise typer.Exit(1)
-
-
-NO_FOLDER_HINT = "; there is no folder with that name either"
-"""The end of the message about an argument that is neither a problem nor a folder."""
 
 
 def _list_verification_tasks(

@@ -73,3 +73,7 @@ SecondsOption = Annotated[float, typer.Option(min=1, help="Processor time for ea
 JobsOption = Annotated[
     int, typer.Option("--jobs", "-j", min=1, help="Number of parallel processes.", show_default="cores")
 ]
+
+
+NO_FOLDER_HINT = "; there is no folder with that name either"
+"""The end of the message about an argument that is neither a problem nor a folder."""

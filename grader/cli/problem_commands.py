@@ -27,6 +27,7 @@ from qdot.exercises.notebook.problem_formats import show_assignment
 from qdot.exercises.problem.problem import find_convention
 from qdot.exercises.short_questions import SHORT_QUESTIONS
 from qdot.grader.cli.options import (
+    NO_FOLDER_HINT,
     ConventionOption,
     JsonOption,
     TwistOption,
@@ -183,7 +184,7 @@ def show(
         str, typer.Option("--student", metavar="ID", help="With an assignment folder: show this student's problems.")
     ] = "",
 ) -> None:
-    """Show one problem, or an assignment with one student's numbers, optionally with hints or solution.
+    """Show a problem, or an assignment with one student's numbers.
 
     Prints the statement, the figure and the questions. --hints adds three hints to each question, from gentle to nearly
     complete; in HTML and notebooks, students open them one by one (JSON always has them). --solution adds the answers
@@ -205,7 +206,7 @@ def show(
           two questions
     """
     check_choice(format, SHOW_FORMATS, "--format")
-    if "/" not in problem or Path(problem).is_dir():
+    if Path(problem).is_dir():
         say(
             _preview_assignment(
                 Path(problem), student, solution, format, hints, ask, variation, convention, twist_order
@@ -214,7 +215,9 @@ def show(
         return
     if student:
         raise QdotError("--student needs the folder of an assignment, as in 'qdot show homework --student ID'")
-    identity = ProblemId.parse(problem).with_variation(variation).with_convention(convention, twist_order)
+    identity = (
+        ProblemId.parse(problem, NO_FOLDER_HINT).with_variation(variation).with_convention(convention, twist_order)
+    )
     if ask is not None:
         names = tuple(name.strip() for name in ask.split(","))
         if not any(names):

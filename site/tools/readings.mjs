@@ -7,4 +7,4 @@ import { runnerImport } from "vite";
 
 const root = join(dirname(fileURLToPath(import.meta.url)), "..");
 const { module } = await runnerImport("./tests/readings.ts", { root, configFile: false, logLevel: "error" });
-process.stdout.write(JSON.stringify(module.answered(JSON.parse(await text(process.stdin)))));
+process.stdout.write(JSON.stringify(module.resultsOf(JSON.parse(await text(process.stdin)))));

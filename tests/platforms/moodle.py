@@ -98,7 +98,7 @@ def tries_of(item: QuizItem) -> Iterator[Try]:
         yield from _in_numbers(form)
     elif isinstance(form, ChoiceForm):
         yield from _chosen(form)
-    else:
+    elif isinstance(form, MatchingForm):
         yield from _matched(form)
 
 

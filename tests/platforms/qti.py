@@ -62,7 +62,9 @@ def _attempts(one: QuizItem) -> list[_Attempt]:
     form = one.form
     if isinstance(form, ChoiceForm):
         return _chosen(form)
-    return _matched(form) if isinstance(form, MatchingForm) else _typed(form)
+    if isinstance(form, MatchingForm):
+        return _matched(form)
+    return _typed(form) if isinstance(form, NumberForm) else []
 
 
 def _chosen(form: ChoiceForm) -> list[_Attempt]:

@@ -18,7 +18,7 @@ from qdot.exercises.arm.chain import CONVENTIONS, Chain
 from qdot.exercises.arm.conventions import REGISTRY
 from qdot.exercises.arm.library import robots
 from qdot.exercises.assignment.assignment import AssignmentFile, ProblemEntry
-from qdot.exercises.assignment.expected_forms import ATTEMPT_FORMS, EXPECTED_FORMS, LATE_FORMS
+from qdot.exercises.assignment.expected_forms import ATTEMPT_FORMS, EXPECTED_FORMS, LATE_FORMS, PAPER_FORMS
 from qdot.exercises.chapter import read_errata
 from qdot.exercises.common.console import say
 from qdot.exercises.common.files import write_atomically
@@ -173,7 +173,7 @@ def listing_text() -> str:
 def assignment_page() -> str:
     """Return docs/assignment.md."""
     whole = "For the whole assignment"
-    inner_forms = {"late": LATE_FORMS, "attempts": ATTEMPT_FORMS}
+    inner_forms = {"late": LATE_FORMS, "attempts": ATTEMPT_FORMS, "paper": PAPER_FORMS}
     inner_tables = {
         table: {name: _value_form(form) for name, form in forms.items()} for table, forms in inner_forms.items()
     }

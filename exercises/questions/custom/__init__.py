@@ -1,10 +1,12 @@
 """Questions that instructors define in TOML.
 
-definition      what an instructor writes
-reader          reads it from a file
-language        the language of formulas: parsing, operations, functions
-quantities      the named quantities of an arm, in any arithmetic
-question        the question of a definition: computes, samples and checks its answer
+The modules, from what an instructor writes to the question:
+
+    definition      what an instructor writes
+    reader          reads it from a file
+    language        the language of formulas: parsing, operations, functions
+    quantities      the named quantities of an arm, in any arithmetic
+    question        the question of a definition: computes, samples and checks its answer
 """
 
 from qdot.exercises.questions.custom.definition import Definition

@@ -9,6 +9,7 @@ from qdot.exercises.answer_types import TYPES, AnswerVisitor, Choice, Expression
 from qdot.exercises.formula.parser import parse_formula
 from qdot.exercises.generation import generate
 from qdot.exercises.problem.problem import Part, Problem, ProblemId
+from qdot.exercises.questions.custom.definition import Definition, Texts
 from qdot.grader.judging.judge import judge
 from qdot.grader.judging.verdict import Outcome
 from tests.support.problems import drawn
@@ -39,6 +40,7 @@ def parts() -> dict[str, tuple[Problem, Part]]:
         drawn("planar-2r", 0), generate(ProblemId("planar-3r", 1, ("match-columns",))),
         generate(ProblemId("planar-2r", 1, ("singular-configurations",))),
         generate(ProblemId("planar-2r", 1, ("lost-direction",))),
+        generate("planar-2r/1", ["why"], definitions=[Definition("why", "text", (("en", Texts("Why", "Why?")),))]),
     ]  # fmt: skip
     return {part.type: (problem, part) for problem in problems for part in problem.parts}
 

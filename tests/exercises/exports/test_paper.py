@@ -477,3 +477,58 @@ def test_a_box_has_room_for_its_working_and_rows_and_shrinks_where_an_exam_takes
     assert scale_working_space(AnswerBox(20), 0.65) == AnswerBox(
         13, min_working_space=round(20 * boxes.PACKED_SHARE)
     )  # closer where pages are filled
+
+
+# --- the front page of an exam ---
+
+PNG = bytes.fromhex(
+    "89504e470d0a1a0a0000000d4948445200000001000000010802000000907753de0000000c49444154789c63f8cfc0000003010100c9fe92ef"
+    "0000000049454e44ae426082"
+)
+FRONT_PAGE = """title = "T"
+key = "hw"
+[paper]
+date = 2027-02-11
+time_allowed = "90 minutes & 5 %"
+logo = "logo.png"
+instructions = "Write **into the boxes**."
+[[problem]]
+family = "planar-2r"
+questions = ["position"]
+"""
+
+
+@pytest.mark.parametrize("file_type", ["html", "pdf", "latex"])
+def test_an_exam_has_a_front_page(file_type: str, tmp_path: Path) -> None:
+    folder = a_class(tmp_path / "hw", CLASS[:1]).folder
+    (folder / "assignment.toml").write_text(FRONT_PAGE)
+    (folder / "logo.png").write_bytes(PNG)
+    request = ExportRequest(load_assignment(folder), find_failures, sheet="exam")
+    files: dict[str, Any] = {file.path: file.content for file in EXPORT_FORMATS[file_type].export(request)}
+    if file_type == "pdf":
+        assert text_of(files["exam/ada.pdf"], tmp_path).split("90 minutes & 5 %")[0].count("11 February 2027") == 1
+        return
+    page = str(files["exam/ada.html" if file_type == "html" else "exam/ada.tex"])
+    assert "11 February 2027" in page and "into the boxes" in page
+    assert ("data:image/png;base64," in page) if file_type == "html" else files["exam/logo.png"] == PNG
+
+
+@pytest.mark.parametrize(
+    ("old", "new", "reason"),
+    [
+        ("2027-02-11", "20270211", "line 4 … date … as in date = 2027-02-11"),
+        ('"90 minutes & 5 %"', "90", "time_allowed … in time_allowed"),
+        ("logo.png", "logo.gif", "line 6 … PNG, JPEG or SVG"),
+        ("logo.png", "nowhere.png", "nowhere.png … No such file"),
+        ("logo.png", "roster.svg", "roster.svg is not an image"),
+        ("date =", "dat =", "'dat' … 'date'"),
+    ],
+)
+def test_what_is_wrong_of_a_front_page_is_said(old: str, new: str, reason: str, tmp_path: Path) -> None:
+    folder = a_class(tmp_path / "hw", CLASS[:1]).folder
+    (folder / "assignment.toml").write_text(FRONT_PAGE.replace(old, new))
+    (folder / "logo.png").write_bytes(PNG)
+    (folder / "roster.svg").write_text("id,name")
+    with pytest.raises(QdotError) as caught:
+        load_assignment(folder)
+    assert re.search(".*".join(map(re.escape, reason.split(" … "))), str(caught.value))

@@ -13,6 +13,7 @@ from qdot.exercises.assignment.assignment import Assignment, Student, load_assig
 from qdot.exercises.assignment.release import init_assignment
 from qdot.exercises.common.errors import QdotError
 from qdot.exercises.common.stream import Stream
+from qdot.exercises.exports.registry import EXPORT_FORMATS
 from qdot.exercises.formula.parser import parse_formula
 from qdot.exercises.formula.trees import find_names
 from qdot.exercises.notebook.problem_formats import show_assignment
@@ -26,6 +27,7 @@ from qdot.grader.grading.marking import mark
 from qdot.grader.judging.judge import judge
 from qdot.grader.judging.verdict import Outcome
 from tests.support import ROOT
+from tests.support.command import fails, run
 from tests.support.suites import several
 
 GALLERY = {
@@ -179,6 +181,74 @@ def test_a_wording_changes_no_problem_and_another_answer_does(tmp_path: Path) ->
     assert made[0].notebook_digest != made[1].notebook_digest
 
 
+# --- commands and exports ---
+
+EVERY_KIND = """
+[question.midpoint]
+prompt = "Find the velocity of the middle of link 2 in {base}."
+answer = "ddt((o1 + o2)/2)"
+rows = ["v_x", "v_y"]
+[question.tip]
+prompt = "At {pose}, with joint rates {rates}, how fast does $P$ move?"
+given = ["pose", "rates"]
+answer = "norm(v)"
+unit = "m/s"
+[question.where]
+prompt = "Where is the arm singular?"
+answer = "zeros(det(J))"
+[question.which]
+prompt = "Which of these is $x_2$?"
+options = ["x2", "y2", "x1", "z0"]
+[question.why]
+prompt = "Explain why."
+answer = "text"
+solution = "Because the rates grow without limit."
+[[problem]]
+family = "planar-2r"
+questions = ["midpoint", "tip", "where", "which", "why"]
+"""
+
+
+@pytest.mark.parametrize("name", [name for name in EXPORT_FORMATS if name != "scorm"])  # which needs the site's scripts
+def test_every_export_takes_every_kind_of_question(name: str, tmp_path: Path) -> None:
+    folder = make_assignment(tmp_path, EVERY_KIND).folder
+    said = run("export", folder, "--to", name, "--variants", "1", "--jobs", "1")
+    assert f"{name}: " in said and any((folder / "exports" / name).iterdir())
+
+
+@pytest.mark.parametrize("sheet", ["exam", "key", "marking"])
+def test_a_text_has_its_place_on_paper(sheet: str, tmp_path: Path) -> None:
+    folder = make_assignment(tmp_path, EVERY_KIND).folder
+    run("export", folder, "--to", "html", "--sheet", sheet, "--jobs", "1")
+    pages = "".join(path.read_text() for path in (folder / "exports" / "html").rglob("*.html"))
+    assert ("Because the rates grow" in pages) == (sheet != "exam")
+    assert ("decision, from 0 to 1 points" in pages) == (sheet == "marking")
+    assert "A person marks it" not in pages
+
+
+def test_a_text_is_an_essay_in_a_quiz(tmp_path: Path) -> None:
+    folder = make_assignment(tmp_path, EVERY_KIND).folder
+    run("export", folder, "--to", "moodle", "--variants", "1", "--jobs", "1")
+    bank = (folder / "exports" / "moodle" / "hw.xml").read_text()
+    essay = bank[bank.index('<question type="essay">') :]
+    assert "Explain why." in essay and "Because the rates grow" in essay[essay.index("<graderinfo") :]
+
+
+def test_the_commands_preview_and_verify_own_questions(tmp_path: Path) -> None:
+    folder = make_assignment(tmp_path, EVERY_KIND).folder
+    samples, of_ada = run("show", folder), run("show", folder, "--student", "s1", "--solution")
+    assert "Which of these is" in samples and "Because the rates grow" not in samples
+    assert "Because the rates grow" in of_ada and samples.splitlines()[:4] == of_ada.splitlines()[:4]
+    assert "'s2'" in fails("show", folder, "--student", "s2")
+    assert "--student needs" in fails("show", "planar-2r/7", "--student", "s1")
+    path = GALLERY_FOLDER / "tip-speed.toml"
+    said = run("verify", path, "--family", "planar-2r", "--count", "4", "--jobs", "1").splitlines()
+    assert [line.split(":")[0] for line in said[:-1]] == [f"tip-speed for planar-2r/{seed}" for seed in range(3)]
+    assert said[-1] == "4 problems verified, 0 failed"
+    assert "name the families" in fails("verify", path)
+    assert "--family planar-2r" in fails("verify", path, "planar-2r/7", "--family", "planar-2r")
+
+
 # --- refused, with the reason ---
 
 BAD = {
@@ -214,7 +284,7 @@ def test_what_can_not_be_asked_is_refused_with_file_line_and_reason(question: st
 def test_placeholders_are_checked(text: str, reason: str, tmp_path: Path) -> None:
     question = f"prompt = 'Find {text}'\nanswer = \"p\""
     if reason:
-        with pytest.raises(QdotError, match=f"prompt: .*{reason}"):
+        with pytest.raises(QdotError, match=f"prompt = .*{reason}"):
             make_problem(tmp_path, question)
     else:
         made = make_problem(tmp_path, question)

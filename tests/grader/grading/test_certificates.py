@@ -275,9 +275,9 @@ def test_answers_and_what_programs_do_to_a_notebook_alter_nothing(
 
     altered(work)(folder)
     monkeypatch.setattr(
-        "qdot.exercises.notebook.notebook.write_statement", lambda *_: "Another wording."
+        "qdot.exercises.writing.problem_texts.write_statement", lambda *_: "Another wording."
     )  # as of a later version
-    monkeypatch.setattr("qdot.exercises.notebook.notebook.prompt", lambda *_: "Another question's wording.")
+    monkeypatch.setattr("qdot.exercises.writing.problem_texts.write_prompt", lambda *_: "Another question's wording.")
     monkeypatch.setattr("qdot.grader.grading.certify.find_qdot_version", lambda: "9.1")
     assert verified(folder)[0] == 0
 

@@ -4,7 +4,7 @@ import re
 import shutil
 from collections.abc import Callable
 from pathlib import Path
-from unittest.mock import patch
+from unittest.mock import Mock, patch
 
 import pytest
 
@@ -111,10 +111,11 @@ def test_it_is_told_first_and_asked_about(folder: Path) -> None:
     assert said[-1] == "nothing was removed: --dry-run"
     asked = fails("forget", "ada", folder)
     assert "--yes" in asked and "--dry-run" in asked
-    with patch.object(forget_command, "_confirm", lambda: False):
+    terminal = Mock(stdin=Mock(isatty=lambda: True))
+    with patch.object(forget_command, "sys", terminal), patch("typer.confirm", lambda *_, **__: False):
         assert run("forget", "ada", folder, code=1).splitlines()[-1] == "nothing was removed"
     assert contents(folder) == before
-    with patch.object(forget_command, "_confirm", lambda: True):
+    with patch.object(forget_command, "sys", terminal), patch("typer.confirm", lambda *_, **__: True):
         assert run("forget", "ada", folder).splitlines()[:-1] == said[:-1]
 
 
