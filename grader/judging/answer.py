@@ -593,9 +593,9 @@ def _remove_labels(node: Node, labels: NameSequence = (), shape: MatrixShape = (
 
 def _refuse_repeated_names(node: Node) -> None:
     """Raise ParseError if two entries have the same name and all entries are named."""
-    typed_names = [str(arg.args[0].value) for arg in node.args if _is_named(arg)]
-    labels = list(map(_normalize_label, typed_names))
-    for name, label in zip(typed_names, labels, strict=True):
+    names_to_type = [str(arg.args[0].value) for arg in node.args if _is_named(arg)]
+    labels = list(map(_normalize_label, names_to_type))
+    for name, label in zip(names_to_type, labels, strict=True):
         if labels.count(label) > 1 and len(labels) == len(node.args):
             raise ParseError(f"{name} appears twice; write each entry once")
 
