@@ -671,7 +671,9 @@ def _require_shape(rows: Matrix, expected: tuple[int, int], text: str) -> Matrix
     if shape == expected:
         return rows
     is_vector, is_transposed = 1 in expected, shape == expected[::-1]
-    hint = ", so its entries can't be compared" if is_transposed and not is_vector else f"; write it as in {_make_example(expected)}"
+    hint = f"; write it as in {_make_example(expected)}"
+    if is_transposed and not is_vector:
+        hint = ", so its entries can't be compared"
     if shape[0] * shape[1] > expected[0] * expected[1] and re.search(r"\d,\d", text):
         hint = _COMMA_HINT
     found, asked = (f"{rows} × {columns}" for rows, columns in (shape, expected))
