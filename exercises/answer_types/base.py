@@ -131,12 +131,12 @@ class Answer(ABC):
         """Return the reference as a student would type it."""
 
     @abstractmethod
-    def write_code(self, used_columns: int = 0, format_formula: FormulaToCode = python_text) -> str:
+    def write_code(self, prefix_width: int = 0, format_formula: FormulaToCode = python_text) -> str:
         """Return the reference as Python code; a long matrix is broken into lines.
 
-        The code begins after `used_columns` columns of its first line. `format_formula` converts a formula to code.
+        The code begins after `prefix_width` columns of its first line. `format_formula` converts a formula to code.
         """
 
-    def write_placeholder(self, used_columns: int = 0) -> str:
+    def write_placeholder(self, prefix_width: int = 0) -> str:
         """Return the Python code for an unanswered part: `blank`, in the expected shape."""
         return "blank"

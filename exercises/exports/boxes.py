@@ -181,7 +181,7 @@ def make_box(problem: Problem, part: Part, solution: str = "") -> AnswerBox | No
 
 def _make_number_box(problem: Problem, part: Part, answer: Number, working_space: int) -> AnswerBox:
     chain, question = problem.chain, question_of(part)
-    typed_labels = (tex(sp.Symbol(name), chain) for name in question.typed_names(chain))
+    typed_labels = (tex(sp.Symbol(name), chain) for name in question.names_to_type(chain))
     labels = tuple(question.entry_names(chain, part) or typed_labels)
     units = tuple(map(format_unit, answer.units))
     rows, columns = answer.shape or (1, 1)

@@ -208,13 +208,13 @@ QUESTIONS = (
     ),
     Question(
         "inverse-velocity", "Inverse velocity", "6.7", points=2.0, prerequisites=("jacobian", "inverse-jacobian"),
-        stage="rates", typed_names=base.name_joint_rates, find_arm_objection=base.find_determinant_objection,
+        stage="rates", names_to_type=base.name_joint_rates, find_arm_objection=base.find_determinant_objection,
         find_size_objection=base.find_inverse_size_objection, is_made_of_jacobian=True, is_made_of_minors=True,
         alternative_prerequisites=RATE_PREREQUISITES[1:],
     ),
     Question(
         "joint-rates", "Joint rates at a configuration", "6.7", prerequisites=("inverse-velocity",), stage="rates",
-        sample=_ask_joint_rates, typed_names=base.name_joint_rates, is_made_of_jacobian=True,
+        sample=_ask_joint_rates, names_to_type=base.name_joint_rates, is_made_of_jacobian=True,
         find_arm_objection=base.find_determinant_objection, alternative_prerequisites=RATE_PREREQUISITES,
     ),
     Question(

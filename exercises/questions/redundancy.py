@@ -318,12 +318,12 @@ QUESTIONS = (
     Question(
         "least-norm-rates", "Minimum-norm joint rates", "6.7 for m < n", prerequisites=("jacobian",),
         formula=lambda stages, _: apply_matrix(stages["pseudo-inverse"], stages["wanted velocity"]),
-        sample=_ask_minimum_norm_rates, typed_names=name_joint_rates, is_made_of_jacobian=True,
+        sample=_ask_minimum_norm_rates, names_to_type=name_joint_rates, is_made_of_jacobian=True,
         find_arm_objection=_find_minimum_norm_objection,
     ),
     Question(
         "self-motion", "Self-motion of a redundant arm", "6.4 for m < n", prerequisites=("jacobian",),
-        stage="self-motion", sample=_ask_self_motion, typed_names=name_joint_rates,
+        stage="self-motion", sample=_ask_self_motion, names_to_type=name_joint_rates,
         find_arm_objection=_find_self_motion_objection, is_made_of_jacobian=True,
     ),
     Question(

@@ -187,11 +187,11 @@ def find_options_to_draw(chain: Chain, part: Part) -> tuple[Chain, list[dict[str
 SINGULAR_CONFIGURATIONS = ShortQuestion(
     "singular-configurations", "Which of these are singular?", "6.8", points=1.0, sample=_ask_which_are_singular,
     form="selection", base_question="singular-angles", shown_answers=("singular-angles",),
-    objection_if_nothing_found="it does not have five suitable configurations",
+    objection_if_sampling_fails="it does not have five suitable configurations",
 )  # fmt: skip
 
 SINGULAR_DRAWING = ShortQuestion(
     "singular-drawing", "Which drawing shows a singular configuration?", "6.8", sample=_ask_which_drawing,
     form="choice", base_question="singular-angles", shown_answers=("singular-angles",),
-    objection_if_nothing_found="it does not have four suitable configurations",
+    objection_if_sampling_fails="it does not have four suitable configurations",
 )  # fmt: skip

@@ -12,7 +12,8 @@ from typing import Any
 import numpy as np
 import sympy as sp
 
-from qdot.exercises.arm.chain import TASK_ROWS, Chain
+from qdot.exercises.arm.chain import Chain
+from qdot.exercises.arm.conventions.base import VELOCITY_NAMES
 from qdot.exercises.arm.kinematics import NumericChain
 from qdot.exercises.arm.lengths import are_unrelated, with_symbolic_lengths
 from qdot.exercises.arm.trigonometry import substitute
@@ -72,7 +73,7 @@ def domain_of(
     for joint, q, rate in zip(chain.joints, chain.q, chain.rates, strict=True):
         roles[q.name] = "angle" if joint.is_revolute else prismatic_role
         roles[rate.name] = "signed"
-    roles.update(dict.fromkeys(TASK_ROWS, "signed"))
+    roles.update(dict.fromkeys(VELOCITY_NAMES, "signed"))
     for symbol in chain.parameters:
         roles[symbol.name] = "angle" if symbol.name.startswith(("alpha", "beta")) else "length"
     return Domain({**roles, **(values or {})})

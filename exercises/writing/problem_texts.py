@@ -112,12 +112,12 @@ def _write_derivation(problem: Problem, part: Part, language: str, earlier: froz
     return str(_get_question_macros(part, language).solution(part, chain, derive(chain), wording, steps))
 
 
-def write_answer_code(problem: Problem, part: Part, used_columns: int = 0) -> str:
+def write_answer_code(problem: Problem, part: Part, prefix_width: int = 0) -> str:
     """Return the answer as Python code with the angles of the worked solution.
 
-    The code is broken into lines as if `used_columns` columns before its first line were taken.
+    The code is broken into lines as if `prefix_width` columns before its first line were taken.
     """
-    return part.answer.write_code(used_columns, get_solution_steps(problem.chain).angles.python_code)
+    return part.answer.write_code(prefix_width, get_solution_steps(problem.chain).angles.python_code)
 
 
 def add_angle_legend(steps: SolutionSteps, text: str, language: str = ENGLISH) -> str:

@@ -78,7 +78,7 @@ def export(
     failed_slots: list[FailedSlot] = []
     request = ExportRequest(
         assignment, find_failures, variants, solutions, sheet, versions, page, jobs, report=note,
-        on_left_out=failed_slots.append, earned_share=compute_earned_share,
+        on_left_out=failed_slots.append, compute_earned_share=compute_earned_share,
         passing_share=None if passing is None else Fraction(passing, 100),
     )  # fmt: skip
     for name in names:

@@ -26,6 +26,7 @@ from qdot.exercises.formula.trees import (
     EQUATION_CHAIN,
     Node,
     ParseError,
+    UndefinedValue,
     as_matrix,
     count_nodes,
     find_names,
@@ -462,6 +463,8 @@ BLANK_JUDGEMENT = missing_judgement("you left the answer blank")
 
 def describe_parse_error(error: ParseError, form: str = "") -> str:
     """Return the reason for refusing an answer that can't be parsed, in general or in the expected form."""
+    if isinstance(error, UndefinedValue):
+        return str(error)
     return f"qdot couldn't parse your answer{form and f' as {form}'}: {error}"
 
 
@@ -590,9 +593,9 @@ def _remove_labels(node: Node, labels: NameSequence = (), shape: MatrixShape = (
 
 def _refuse_repeated_names(node: Node) -> None:
     """Raise ParseError if two entries have the same name and all entries are named."""
-    typed_names = [str(arg.args[0].value) for arg in node.args if _is_named(arg)]
-    labels = list(map(_normalize_label, typed_names))
-    for name, label in zip(typed_names, labels, strict=True):
+    names_to_type = [str(arg.args[0].value) for arg in node.args if _is_named(arg)]
+    labels = list(map(_normalize_label, names_to_type))
+    for name, label in zip(names_to_type, labels, strict=True):
         if labels.count(label) > 1 and len(labels) == len(node.args):
             raise ParseError(f"{name} appears twice; write each entry once")
 
@@ -668,11 +671,13 @@ def _require_shape(rows: Matrix, expected: tuple[int, int], text: str) -> Matrix
     if shape == expected:
         return rows
     is_vector, is_transposed = 1 in expected, shape == expected[::-1]
-    hint = "" if is_transposed and not is_vector else f"; write it as in {_make_example(expected)}"
+    hint = f"; write it as in {_make_example(expected)}"
+    if is_transposed and not is_vector:
+        hint = ", so its entries can't be compared"
     if shape[0] * shape[1] > expected[0] * expected[1] and re.search(r"\d,\d", text):
         hint = _COMMA_HINT
-    guess = "; is it transposed?" if is_transposed and expected[0] != expected[1] and not is_vector else ""
-    raise _Refusal(f"your answer is {shape[0]} x {shape[1]}, but it must be {expected[0]} x {expected[1]}{guess}{hint}")
+    found, asked = (f"{rows} × {columns}" for rows, columns in (shape, expected))
+    raise _Refusal(f"your answer is {found}, but it must be {asked}{hint}")
 
 
 _COMMA_HINT = "; if 0,5 is a number, separate entries by semicolons, or by commas and spaces, as in [0,5; 1,25]"

@@ -42,7 +42,7 @@ class ExpectedForm:
 def find_expected_form(problem: Problem, part: Part) -> ExpectedForm:
     """Return the form in which the answer to a part is expected."""
     question, joints = question_of(part), tuple(q.name for q in problem.chain.q)
-    labels, columns = question.list_typed_names(problem.chain, part), question.column_names(problem.chain)
+    labels, columns = question.list_names_to_type(problem.chain, part), question.column_names(problem.chain)
     return ExpectedForm(part.answer, problem.domain, joints, labels, columns, find_power_of_metres(part))
 
 
@@ -52,7 +52,7 @@ def read_answer(problem: Problem, part: Part, text: str, points_seed: str = "") 
     >>> from qdot import generate
     >>> problem = generate("planar-2r/7", ["position"])
     >>> read_answer(problem, problem["position"], "[a1, a2, a3]").refusal
-    Judgement(wrong, 0: your answer is 3 x 1, but it must be 2 x 1; write it as in [a, b])
+    Judgement(wrong, 0: your answer is 3 × 1, but it must be 2 × 1; write it as in [a, b])
     """
     return read_in_form(find_expected_form(problem, part), text, points_seed)
 

@@ -5,7 +5,8 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from qdot.exercises.arm.chain import TASK_ROWS, Chain
+from qdot.exercises.arm.chain import Chain
+from qdot.exercises.arm.conventions.base import VELOCITY_NAMES
 from qdot.exercises.arm.kinematics import NumericChain
 from qdot.exercises.common.stream import Stream
 from qdot.exercises.formula.conditions import SEARCH_TOLERANCE, ConfigurationSpace, SetComparison, compare_sets
@@ -17,7 +18,7 @@ from qdot.exercises.verify.singular import find_singular_configurations
 
 
 def rows_of(chain: Chain) -> list[int]:
-    return [TASK_ROWS.index(row) for row in chain.task]
+    return [VELOCITY_NAMES.index(row) for row in chain.task]
 
 
 def lengths_of(chain: Chain, stream: Stream) -> dict[str, float]:

@@ -287,7 +287,7 @@ def an_exam(folder: Path, asked: dict[str, list[str]]) -> ExportRequest:
     text = f"title = 'Exam'\nkey = 'exam'\n{problems}".replace("'", '"')
     (folder / "assignment.toml").write_text(text, encoding="utf-8")
     return ExportRequest(
-        load_assignment(folder), lambda _: [], sheet="exam", version_count=1, earned_share=compute_earned_share
+        load_assignment(folder), lambda _: [], sheet="exam", version_count=1, compute_earned_share=compute_earned_share
     )
 
 

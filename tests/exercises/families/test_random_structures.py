@@ -7,7 +7,8 @@ from itertools import islice
 import pytest
 import sympy as sp
 
-from qdot.exercises.arm.chain import TASK_ROWS, Chain
+from qdot.exercises.arm.chain import Chain
+from qdot.exercises.arm.conventions.base import VELOCITY_NAMES
 from qdot.exercises.arm.derivation import symbolic_arm_of
 from qdot.exercises.arm.vectors import rot_x, rot_z
 from qdot.exercises.common.errors import QdotError
@@ -107,7 +108,7 @@ def drawn(chain: Chain) -> tuple[tuple[StructureRow, ...], tuple[str, ...]]:
     rotation = rot_z(chain.base.yaw) * rot_x(chain.base.tilt)
     names = {"xyz"[next(i for i in range(3) if rotation[i, k] != 0)]: "xyz"[k] for k in range(3)}
     counted = {row[0] + names[row[1]] for row in chain.task}
-    return rows, tuple(row for row in TASK_ROWS if row in counted)
+    return rows, tuple(row for row in VELOCITY_NAMES if row in counted)
 
 
 def arm(family: str, seed: str) -> Chain:

@@ -7,7 +7,8 @@ import pytest
 import sympy as sp
 
 from qdot.exercises.answer_types import Direction, Expression, Number
-from qdot.exercises.arm.chain import TASK_ROWS, Chain, Joint
+from qdot.exercises.arm.chain import Chain, Joint
+from qdot.exercises.arm.conventions.base import VELOCITY_NAMES
 from qdot.exercises.arm.derivation import derive
 from qdot.exercises.arm.kinematics import NumericChain
 from qdot.exercises.arm.mpmath_kinematics import FLOAT_CONTEXT, PreciseArm, evaluate_in_context
@@ -34,7 +35,7 @@ ARM_4R = Chain("elbow with a fourth link", revolute((0, 0, H), (0, A2, 0), (0, A
 LBR = Chain(
     "seven joints",
     revolute(*((d, 0, twist) for d, twist in zip((0.34, 0, 0.4, 0, 0.4, 0, 0), (-H, H, H, -H, -H, H, 0), strict=True))),
-    TASK_ROWS,
+    VELOCITY_NAMES,
 )
 RPR = Chain(
     "RPR",

@@ -192,7 +192,7 @@ MEANT = {"vx": "vx", "v_y": "vy", "vz": "vz", "ẏ": "vy", "z_dot": "vz"}
 def test_check_knows_which_component_of_a_velocity_the_student_is_asked(tmp_path: Path, seed: int) -> None:
     problem = generate(ProblemId("elbow-3r", seed, ("velocity-component",)))
     part = problem["velocity-component"]
-    (asked,) = ALL_QUESTIONS[part.kind].list_typed_names(problem.chain, part)
+    (asked,) = ALL_QUESTIONS[part.kind].list_names_to_type(problem.chain, part)
     file = tmp_path / "hw.ipynb"
     for name, meant in MEANT.items():
         answer = f"{name} = a1 qd1"
