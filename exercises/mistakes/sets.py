@@ -13,11 +13,11 @@ from operator import mul
 
 import sympy as sp
 
-from qdot.exercises.answer_types import ConditionSet
 from qdot.exercises.arm.chain import Chain
 from qdot.exercises.mistakes.base import AnswerGenerator, MistakenAnswer
 from qdot.exercises.problem.problem import Part
-from qdot.exercises.singularities.singularity import Component
+from qdot.exercises.reference_answers import ConditionSet
+from qdot.exercises.singularities.singular_set import Component
 
 Components = tuple[Component, ...]
 

@@ -14,13 +14,13 @@ from qdot import generate
 from qdot.exercises.assignment.assignment import Student
 from qdot.exercises.common.time_limit import OutOfTime, Watchdog, end_watchdog
 from qdot.exercises.problem.problem import Part, Problem
-from qdot.grader.grading import marking
 from qdot.grader.grading.check import check_notebook
-from qdot.grader.grading.marking import mark
 from qdot.grader.judging.answer import ParsedAnswer
 from qdot.grader.judging.compare_command import compare_lines
 from qdot.grader.judging.judge import judge_parsed
 from qdot.grader.judging.verdict import Judgement, Outcome
+from qdot.grader.marking import marking
+from qdot.grader.marking.marking import mark
 from qdot.grader.sandbox.clock import Budget, TimeBudgets
 from qdot.grader.sandbox.sandbox import Limits, Sandbox
 from tests.support.handing_in import RIGHT, a_class, code, grade, hand_in, outcomes, right

@@ -3,7 +3,7 @@
 import re
 from dataclasses import dataclass, replace
 
-from qdot.exercises import answer_types
+from qdot.exercises import reference_answers
 from qdot.exercises.formula.equality import Domain
 from qdot.exercises.problem.problem import Part, Problem
 from qdot.exercises.questions.differentiation import find_power_of_metres
@@ -31,7 +31,7 @@ class ExpectedForm:
     power `metre_power`, which is None for other answers.
     """
 
-    answer: answer_types.Answer
+    answer: reference_answers.Answer
     domain: Domain
     joints: tuple[str, ...]
     labels: tuple[str, ...] = ()
@@ -68,7 +68,7 @@ def read_in_form(expected: ExpectedForm, text: str, points_seed: str = "") -> Pa
         unit = f"m^{expected.metre_power}"
         return refuse(text, f"the unit m^3 does not fit: the result is in {unit}; write only the formula")
     parsed = _AnswerReader(text, expected).visit(expected.answer)
-    is_formula = isinstance(expected.answer, answer_types.Expression | answer_types.Matrix)
+    is_formula = isinstance(expected.answer, reference_answers.Expression | reference_answers.Matrix)
     text_with_points = replace_decimal_commas(text)  # pages in many languages print decimal commas
     if parsed.refusal is not None and is_formula and text_with_points != text:
         parsed_again = _AnswerReader(text_with_points, expected).visit(expected.answer)
@@ -83,45 +83,45 @@ CUBIC_POWER = 3
 
 
 @dataclass(frozen=True)
-class _AnswerReader(answer_types.AnswerVisitor[ParsedAnswer]):
+class _AnswerReader(reference_answers.AnswerVisitor[ParsedAnswer]):
     """Parses a text in the form of the expected answer; each method is for one type of answer."""
 
     text: str
     expected: ExpectedForm
 
-    def visit_expression(self, answer: answer_types.Expression) -> ParsedAnswer:
+    def visit_expression(self, answer: reference_answers.Expression) -> ParsedAnswer:
         """Parse a formula."""
         return read_formula(self.text, self.expected.domain, self.expected.labels)
 
-    def visit_matrix(self, answer: answer_types.Matrix) -> ParsedAnswer:
+    def visit_matrix(self, answer: reference_answers.Matrix) -> ParsedAnswer:
         """Parse a matrix of formulas."""
         return read_matrix(self.text, answer.shape, self.expected.domain, self.expected.labels, self.expected.columns)
 
-    def visit_direction(self, answer: answer_types.Direction) -> ParsedAnswer:
+    def visit_direction(self, answer: reference_answers.Direction) -> ParsedAnswer:
         """Parse a vector that is a direction."""
         return read_matrix(self.text, answer.shape, self.expected.domain, self.expected.labels)
 
-    def visit_number(self, answer: answer_types.Number) -> ParsedAnswer:
+    def visit_number(self, answer: reference_answers.Number) -> ParsedAnswer:
         """Parse numbers."""
         return read_numbers(self.text, len(answer.reference), self.expected.labels, answer.units)
 
-    def visit_singular(self, answer: answer_types.ConditionSet) -> ParsedAnswer:
+    def visit_singular(self, answer: reference_answers.ConditionSet) -> ParsedAnswer:
         """Parse conditions."""
         return read_conditions(self.text, self.expected.domain, self.expected.joints)
 
-    def visit_choice(self, answer: answer_types.Choice) -> ParsedAnswer:
+    def visit_choice(self, answer: reference_answers.Choice) -> ParsedAnswer:
         """Parse the letter or the text of one option."""
         return read_choice(self.text, answer.options)
 
-    def visit_selection(self, answer: answer_types.Selection) -> ParsedAnswer:
+    def visit_selection(self, answer: reference_answers.Selection) -> ParsedAnswer:
         """Parse the letters of several options."""
         return read_selection(self.text, len(answer.options))
 
-    def visit_matching(self, answer: answer_types.Matching) -> ParsedAnswer:
+    def visit_matching(self, answer: reference_answers.Matching) -> ParsedAnswer:
         """Parse a letter for each item."""
         return read_matching(self.text, answer.items, len(answer.options))
 
-    def visit_text(self, answer: answer_types.Words) -> ParsedAnswer:
+    def visit_text(self, answer: reference_answers.Words) -> ParsedAnswer:
         """Accept any text that is not blank."""
         return ParsedAnswer(
             self.text, BLANK_JUDGEMENT if self.text.strip().strip("\"'").strip() in BLANK_TEXTS else None
