@@ -32,7 +32,7 @@ if TYPE_CHECKING:
     from qdot.grader.diagnosis.diagnosis import diagnose
     from qdot.grader.grading.attempt import grade_notebook
     from qdot.grader.grading.check import check_notebook
-    from qdot.grader.judging.answer import ParsedAnswer
+    from qdot.grader.judging.answer_parser import ParsedAnswer
     from qdot.grader.judging.expected_form import read_answer
     from qdot.grader.judging.judge import judge
     from qdot.grader.judging.verdict import Diagnosis, Judgement, Outcome, Verdict

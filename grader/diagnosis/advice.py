@@ -23,7 +23,7 @@ from qdot.exercises.problem.problem import Part, Problem
 from qdot.exercises.questions.results import compute_answer, is_derived
 from qdot.exercises.singularities.singular_set import singular_set
 from qdot.grader.diagnosis.numbers import normalize
-from qdot.grader.judging.answer import ParsedAnswer, assign_values_to_joint
+from qdot.grader.judging.answer_parser import ParsedAnswer, assign_values_to_joint
 from qdot.grader.judging.verdict import Diagnosis
 
 SAMPLE_COUNT = 5

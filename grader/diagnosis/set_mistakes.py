@@ -27,7 +27,7 @@ from qdot.exercises.problem.problem import Part, Problem
 from qdot.exercises.reference_answers import Answer, ConditionSet
 from qdot.exercises.singularities.singular_set import Component
 from qdot.grader.diagnosis.rounding import CONSTANT_TOLERANCE, EXACT_VALUES_ADVICE
-from qdot.grader.judging.answer import ParsedAnswer, assign_values_to_joint
+from qdot.grader.judging.answer_parser import ParsedAnswer, assign_values_to_joint
 from qdot.grader.judging.judge import judge_parsed
 from qdot.grader.judging.verdict import Diagnosis, Outcome, locate_mistake
 

@@ -11,7 +11,7 @@ from fractions import Fraction
 
 from qdot.exercises.formula.equality import Certificate
 from qdot.exercises.reference_answers import LETTERS, TRUE_FALSE
-from qdot.grader.judging.answer import BLANK_JUDGEMENT, ParsedAnswer, refuse
+from qdot.grader.judging.answer_parser import BLANK_JUDGEMENT, ParsedAnswer, refuse
 from qdot.grader.judging.verdict import Judgement, correct_judgement, partial_judgement, wrong_judgement
 
 BLANK_TEXTS = ("", "blank", "ellipsis", "none")

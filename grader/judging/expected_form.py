@@ -8,7 +8,7 @@ from qdot.exercises.formula.equality import Domain
 from qdot.exercises.problem.problem import Part, Problem
 from qdot.exercises.questions.differentiation import find_power_of_metres
 from qdot.exercises.short_questions import question_of
-from qdot.grader.judging.answer import (
+from qdot.grader.judging.answer_parser import (
     BLANK_JUDGEMENT,
     ParsedAnswer,
     read_conditions,

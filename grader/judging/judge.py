@@ -6,7 +6,7 @@ from dataclasses import dataclass
 from qdot.exercises import reference_answers
 from qdot.exercises.formula.equality import Domain
 from qdot.exercises.problem.problem import Part, Problem
-from qdot.grader.judging.answer import ParsedAnswer
+from qdot.grader.judging.answer_parser import ParsedAnswer
 from qdot.grader.judging.choices import judge_choice, judge_matching, judge_selection
 from qdot.grader.judging.expected_form import read_answer
 from qdot.grader.judging.formulas import judge_direction, judge_expression, judge_matrix, judge_numbers, judge_singular

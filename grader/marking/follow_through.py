@@ -37,7 +37,7 @@ from qdot.exercises.problem.problem import Part, Problem
 from qdot.exercises.questions import QUESTIONS, find_question
 from qdot.exercises.reference_answers import Direction, Number
 from qdot.exercises.short_questions import question_of
-from qdot.grader.judging.answer import ParsedAnswer
+from qdot.grader.judging.answer_parser import ParsedAnswer
 from qdot.grader.judging.formulas import judge_direction, judge_expression, judge_matrix, judge_numbers, judge_singular
 from qdot.grader.judging.verdict import Judgement
 

@@ -21,7 +21,7 @@ from qdot.grader.diagnosis.advice import advise
 from qdot.grader.diagnosis.diagnosis import Cause, diagnose
 from qdot.grader.diagnosis.groups import find_group
 from qdot.grader.diagnosis.term_overlap import has_enough_terms
-from qdot.grader.judging.answer import ParsedAnswer
+from qdot.grader.judging.answer_parser import ParsedAnswer
 from qdot.grader.judging.expected_form import read_answer
 from qdot.grader.judging.functions import FUNCTION_TEXT, is_function_table
 from qdot.grader.judging.judge import judge_parsed

@@ -36,7 +36,7 @@ from qdot.exercises.problem.problem import Part, Problem
 from qdot.exercises.questions.results import find_determinant_in_denominator, is_product
 from qdot.exercises.reference_answers import Number
 from qdot.grader.diagnosis.diagnosis import is_one_mistake
-from qdot.grader.judging.answer import FunctionValues, ParsedAnswer
+from qdot.grader.judging.answer_parser import FunctionValues, ParsedAnswer
 from qdot.grader.judging.verdict import Judgement, Outcome
 from qdot.grader.marking.follow_through import IsCopied, never_copied
 

@@ -8,7 +8,7 @@ from qdot.exercises.problem.problem import Part, Problem
 from qdot.exercises.questions import QUESTIONS
 from qdot.grader.diagnosis import diagnosis
 from qdot.grader.judging import choices, formulas
-from qdot.grader.judging.answer import read_conditions, read_formula, read_matrix, read_numbers
+from qdot.grader.judging.answer_parser import read_conditions, read_formula, read_matrix, read_numbers
 from qdot.grader.judging.expected_form import read_answer
 from qdot.grader.judging.judge import judge_parsed
 from qdot.grader.judging.verdict import Diagnosis, Judgement

@@ -22,7 +22,7 @@ from qdot.exercises.reference_answers import ConditionSet
 from qdot.exercises.short_questions import ALL_QUESTIONS
 from qdot.grader.grading import check
 from qdot.grader.grading.check import check_notebook, find_claimed_form
-from qdot.grader.judging.answer import OR_HINT
+from qdot.grader.judging.answer_parser import OR_HINT
 from qdot.grader.judging.expected_form import ExpectedForm, find_expected_form, read_answer, read_in_form
 from qdot.grader.judging.judge import judge
 from qdot.grader.judging.verdict import Outcome
@@ -64,7 +64,7 @@ def test_however_wrong_the_answers_are_each_is_read_once(problem: Problem, monke
         seen[text] += 1
         return parse_formula(text, known)  # type: ignore[arg-type]
 
-    monkeypatch.setattr("qdot.grader.judging.answer.parse_formula", counted)
+    monkeypatch.setattr("qdot.grader.judging.answer_parser.parse_formula", counted)
     answers = {
         part.name: f"2*({part.answer.as_typed()})" if part.shape is None else part.answer.as_typed()
         for part in problem.parts

@@ -15,7 +15,7 @@ from qdot.exercises.assignment.assignment import Student
 from qdot.exercises.common.time_limit import OutOfTime, Watchdog, end_watchdog
 from qdot.exercises.problem.problem import Part, Problem
 from qdot.grader.grading.check import check_notebook
-from qdot.grader.judging.answer import ParsedAnswer
+from qdot.grader.judging.answer_parser import ParsedAnswer
 from qdot.grader.judging.compare_command import compare_lines
 from qdot.grader.judging.judge import judge_parsed
 from qdot.grader.judging.verdict import Judgement, Outcome
