@@ -50,7 +50,7 @@ _HOMES = {
     "grader.diagnosis.diagnosis": ("diagnose",), "grader.grading.attempt": ("grade_notebook",),
     "grader.grading.check": ("check_notebook",),
     "grader.marking.marking": ("MarkingRules", "mark"),
-    "grader.judging.answer": ("ParsedAnswer",), "grader.judging.answer_parser": ("read_answer",),
+    "grader.judging.answer_parser": ("ParsedAnswer",), "grader.judging.expected_form": ("read_answer",),
     "grader.judging.judge": ("judge",),
     "grader.judging.verdict": ("Diagnosis", "Judgement", "Outcome", "Verdict"),
 }  # fmt: skip

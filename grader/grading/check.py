@@ -179,4 +179,4 @@ def _describe_shape(parsed: ParsedAnswer) -> str:
     is_list = parsed.tree is not None and parsed.tree.kind == "list" and len(parsed.entries) > 1
     if not is_list or parsed.rows is None or any(entry.kind in STATEMENT_KINDS for entry in parsed.entries):
         return ""
-    return f"{len(parsed.rows)} x {len(parsed.rows[0])} matrix "
+    return f"{len(parsed.rows)} × {len(parsed.rows[0])} matrix "

@@ -26,6 +26,7 @@ from qdot.exercises.formula.trees import (
     EQUATION_CHAIN,
     Node,
     ParseError,
+    UndefinedValue,
     as_matrix,
     count_nodes,
     find_names,
@@ -462,6 +463,8 @@ BLANK_JUDGEMENT = missing_judgement("you left the answer blank")
 
 def describe_parse_error(error: ParseError, form: str = "") -> str:
     """Return the reason for refusing an answer that can't be parsed, in general or in the expected form."""
+    if isinstance(error, UndefinedValue):
+        return str(error)
     return f"qdot couldn't parse your answer{form and f' as {form}'}: {error}"
 
 
@@ -668,11 +671,13 @@ def _require_shape(rows: Matrix, expected: tuple[int, int], text: str) -> Matrix
     if shape == expected:
         return rows
     is_vector, is_transposed = 1 in expected, shape == expected[::-1]
-    hint = "" if is_transposed and not is_vector else f"; write it as in {_make_example(expected)}"
+    hint = f"; write it as in {_make_example(expected)}"
+    if is_transposed and not is_vector:
+        hint = ", so its entries can't be compared"
     if shape[0] * shape[1] > expected[0] * expected[1] and re.search(r"\d,\d", text):
         hint = _COMMA_HINT
-    guess = "; is it transposed?" if is_transposed and expected[0] != expected[1] and not is_vector else ""
-    raise _Refusal(f"your answer is {shape[0]} x {shape[1]}, but it must be {expected[0]} x {expected[1]}{guess}{hint}")
+    found, asked = (f"{rows} × {columns}" for rows, columns in (shape, expected))
+    raise _Refusal(f"your answer is {found}, but it must be {asked}{hint}")
 
 
 _COMMA_HINT = "; if 0,5 is a number, separate entries by semicolons, or by commas and spaces, as in [0,5; 1,25]"

@@ -288,7 +288,7 @@ def test_check_calls_a_list_of_conditions_no_matrix(tmp_path: Path) -> None:
     text = run("show", "planar-2r/7", "--questions", "jacobian,singular-angles", "--solution", "--format", "ipynb")
     (tmp_path / "n.ipynb").write_text(text)
     said = run("check", tmp_path / "n.ipynb")
-    assert "jacobian: 2 x 2 matrix" in said
+    assert "jacobian: 2 × 2 matrix" in said
     assert said.count("matrix") == 1
 
 

@@ -136,8 +136,8 @@ def test_a_matrix_is_marked_by_its_entries() -> None:
 
 @pytest.mark.parametrize(
     ("student", "said"),
-    [("[1, 2, 3]", "3 x 1"), ("5", "1 x 1"), ("[[1, 2], [3]]", "different lengths"), ("[[1, 2], [3, [4]]]", "list"),
-     ("sin(theta1", "expected ')'"), ("{1: 2}", "1 x 1")],
+    [("[1, 2, 3]", "3 × 1"), ("5", "1 × 1"), ("[[1, 2], [3]]", "different lengths"), ("[[1, 2], [3, [4]]]", "list"),
+     ("sin(theta1", "expected ')'"), ("{1: 2}", "1 × 1")],
 )  # fmt: skip
 def test_wrong_shapes_are_told(student: str, said: str) -> None:
     judged = judge_matrix(student, J, DOMAIN, "s")
