@@ -8,7 +8,6 @@ from typing import Any
 import numpy as np
 import pytest
 
-from qdot.exercises.answer_types import Number
 from qdot.exercises.arm.conventions.base import VELOCITY_NAMES
 from qdot.exercises.arm.kinematics import NumericChain
 from qdot.exercises.assignment.assignment import Student, load_assignment
@@ -21,6 +20,7 @@ from qdot.exercises.families import FAMILIES
 from qdot.exercises.generation import generate, questions_of_family
 from qdot.exercises.problem.problem import Problem, ProblemId
 from qdot.exercises.questions.results import is_derived
+from qdot.exercises.reference_answers import Number
 from qdot.exercises.verify.numeric_reference import exponential_jacobian
 from tests.support.handing_in import a_class
 from tests.support.problems import drawn

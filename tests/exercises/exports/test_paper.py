@@ -42,7 +42,7 @@ from qdot.exercises.writing.problem_texts import write_hints, write_prompt, writ
 from qdot.exercises.writing.short_answer import write_short_answer
 from qdot.exercises.writing.typst import TYPST_WIDTH, escape_typst, to_typst
 from qdot.grader.grading.certify import find_failures
-from qdot.grader.grading.marking import compute_earned_share
+from qdot.grader.marking.marking import compute_earned_share
 from tests.grader.reports.test_feedback import Page
 from tests.support.command import fails
 from tests.support.handing_in import a_class

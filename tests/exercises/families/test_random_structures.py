@@ -15,8 +15,8 @@ from qdot.exercises.common.errors import QdotError
 from qdot.exercises.common.stream import Stream
 from qdot.exercises.common.variation import VARIATION_AXES
 from qdot.exercises.families import FAMILIES
-from qdot.exercises.families.random_n import _order_structures as order
-from qdot.exercises.families.random_n import _sample_arm as arm_of
+from qdot.exercises.families.random_structures import _order_structures as order
+from qdot.exercises.families.random_structures import _sample_arm as arm_of
 from qdot.exercises.families.structures import (
     Structure,
     StructureRow,
@@ -30,7 +30,7 @@ from qdot.exercises.generation import generate, sample_chain
 from qdot.exercises.problem.problem import ProblemId
 from qdot.exercises.questions import QUESTIONS
 from qdot.exercises.singularities.difficulty import difficulty_band
-from qdot.exercises.singularities.singularity import singular_set
+from qdot.exercises.singularities.singular_set import singular_set
 from qdot.grader.grading.certify import find_failures
 from tests.support.problems import as_table
 from tests.support.problems import drawn as drawn_once

@@ -6,7 +6,6 @@ import numpy as np
 import pytest
 import sympy as sp
 
-from qdot.exercises.answer_types import Direction, Expression, Number
 from qdot.exercises.arm.chain import Chain, Joint
 from qdot.exercises.arm.conventions.base import VELOCITY_NAMES
 from qdot.exercises.arm.derivation import derive
@@ -17,6 +16,7 @@ from qdot.exercises.formula.equality import Domain
 from qdot.exercises.questions import QUESTIONS
 from qdot.exercises.questions.inversion import VelocityDetails
 from qdot.exercises.questions.redundancy import MinorDetails, compute_null_vector, write_self_motion
+from qdot.exercises.reference_answers import Direction, Expression, Number
 from tests.support.judging import judge_direction
 from tests.support.problems import asked
 

@@ -9,14 +9,13 @@ import numpy as np
 import pytest
 import sympy as sp
 
-from qdot.exercises.answer_types import Choice
 from qdot.exercises.arm.axes_to_dh import Axis, move_point_along_axes
 from qdot.exercises.arm.chain import Chain, Joint, Point
 from qdot.exercises.arm.robot_file import Robot, read_robot
 from qdot.exercises.arm.standard_table import home_geometry_of
 from qdot.exercises.common.stream import Stream
 from qdot.exercises.families import FAMILIES
-from qdot.exercises.families.base import Family
+from qdot.exercises.families.family import Family
 from qdot.exercises.families.own import read_robot_family
 from qdot.exercises.generation import generate, list_applicable_questions, sample_chain
 from qdot.exercises.mistakes.catalogue import CATALOGUE, SECTIONS, generate_mistaken_answers
@@ -31,6 +30,7 @@ from qdot.exercises.questions.screws import (
     derive_body_rotation,
     derive_space_jacobian,
 )
+from qdot.exercises.reference_answers import Choice
 from qdot.exercises.short_questions import SHORT_QUESTIONS
 from qdot.exercises.short_questions.choice import FormulaOptions
 from qdot.exercises.solve.solver import ReadyResult, text_events

@@ -6,7 +6,6 @@ from typing import Any
 import pytest
 import sympy as sp
 
-from qdot.exercises.answer_types import Matrix
 from qdot.exercises.arm.chain import Chain, Joint, Point
 from qdot.exercises.arm.conventions.base import VELOCITY_NAMES
 from qdot.exercises.arm.trigonometry import are_identical
@@ -14,6 +13,7 @@ from qdot.exercises.common.stream import Stream
 from qdot.exercises.problem.problem import Part, Problem, ProblemId
 from qdot.exercises.questions import QUESTIONS
 from qdot.exercises.questions.wrist import derive_blocks
+from qdot.exercises.reference_answers import Matrix
 from qdot.exercises.writing.problem_texts import write_solution
 from qdot.grader.grading.certify import find_failures
 from tests.support.problems import drawn

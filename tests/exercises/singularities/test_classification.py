@@ -18,7 +18,7 @@ from qdot.exercises.problem.problem import ProblemId
 from qdot.exercises.singularities.appearance import describe_appearance
 from qdot.exercises.singularities.axes import Sample
 from qdot.exercises.singularities.classification import classify, classify_conditions, domain_of
-from qdot.exercises.singularities.singularity import Component, singular_set
+from qdot.exercises.singularities.singular_set import Component, singular_set
 from qdot.exercises.singularities.singularity_kinds import can_establish_kind, classify_samples
 from tests.support import DATA
 from tests.support.suites import few_of, several

@@ -17,7 +17,7 @@ from qdot.exercises.arm.trigonometry import factor_trig
 from qdot.exercises.common.stream import Stream
 from qdot.exercises.formula.conditions import ConfigurationSpace
 from qdot.exercises.singularities.classification import domain_of
-from qdot.exercises.singularities.singularity import (
+from qdot.exercises.singularities.singular_set import (
     Search,
     find_common_zeros,
     singular_set,
@@ -110,7 +110,7 @@ def test_of_two_ways_that_are_the_same_one_is_kept() -> None:
 def test_of_two_components_with_the_same_joint_values_one_is_kept(monkeypatch: pytest.MonkeyPatch) -> None:
     told = [(sp.sin(T2),), (-sp.sin(T2),), (1 - sp.cos(T2),)]
     monkeypatch.setattr(
-        "qdot.exercises.singularities.singularity._substitute_values",
+        "qdot.exercises.singularities.singular_set._substitute_values",
         lambda *_: ((conditions, True) for conditions in told),
     )
     chain = replace(TWO, name="two of one kind")

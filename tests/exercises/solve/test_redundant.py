@@ -16,7 +16,7 @@ from qdot.exercises.arm.robot_file import read_robot_file
 from qdot.exercises.common.time_limit import DEFAULT_SECONDS, time_limit
 from qdot.exercises.singularities.numeric_rank_check import _RankTest, check_rank_loss, find_covering_branches
 from qdot.exercises.singularities.reciprocal import elimination_applies, polynomial_arm, reciprocal_set
-from qdot.exercises.singularities.singularity import singular_set
+from qdot.exercises.singularities.singular_set import singular_set
 from qdot.exercises.solve import special_lengths
 from qdot.exercises.solve.solver import Solution, solve
 from tests.repository.test_schemas import errors

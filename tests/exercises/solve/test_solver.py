@@ -25,7 +25,7 @@ from qdot.exercises.formula.parser import parse_formula
 from qdot.exercises.formula.set_parser import parse_pieces
 from qdot.exercises.questions import QUESTIONS
 from qdot.exercises.singularities.classification import Classification, domain_of
-from qdot.exercises.singularities.singularity import Component
+from qdot.exercises.singularities.singular_set import Component
 from qdot.exercises.solve.solver import ReadyResult, Solution, solve, text_events
 from qdot.exercises.solve.special_lengths import _normalize_condition
 from qdot.exercises.solve.time_limited import write_solution

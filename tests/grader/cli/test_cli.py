@@ -15,9 +15,9 @@ from typing import Any
 import psutil  # type: ignore[import-untyped]
 import pytest
 
-from qdot.exercises.answer_types import Matrix
 from qdot.exercises.common.parallel import _defer_stop
 from qdot.exercises.families import FAMILIES
+from qdot.exercises.reference_answers import Matrix
 from qdot.exercises.short_questions import ALL_QUESTIONS
 from qdot.grader.cli.main import COMMANDS, LIST_COMMANDS, app, make_program
 from tests.support.command import fails, run, runner

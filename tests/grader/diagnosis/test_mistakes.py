@@ -23,13 +23,13 @@ from typing import Any
 import pytest
 import sympy as sp
 
-from qdot.exercises.answer_types import Matrix
 from qdot.exercises.arm.derivation_graph import compute_symbolic_stages, links_to_point
 from qdot.exercises.generation import generate, sample_chain
 from qdot.exercises.problem.problem import Part, Problem, ProblemId
+from qdot.exercises.reference_answers import Matrix
 from qdot.grader.diagnosis.advice import advise
 from qdot.grader.diagnosis.diagnosis import diagnose
-from qdot.grader.judging.answer_parser import read_answer
+from qdot.grader.judging.expected_form import read_answer
 from qdot.grader.judging.judge import judge_parsed
 from qdot.grader.judging.verdict import Diagnosis, Outcome
 from tests.support import DATA, judging

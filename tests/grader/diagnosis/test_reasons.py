@@ -14,7 +14,7 @@ from qdot.exercises.formula.equality import (
     chance_of_missing,
 )
 from qdot.grader.diagnosis.advice import _name_entry
-from qdot.grader.judging.answer import replace_decimal_commas
+from qdot.grader.judging.answer_parser import replace_decimal_commas
 from qdot.grader.judging.verdict import Judgement, Outcome
 from tests.support.judging import (
     judge_angles,

@@ -10,7 +10,6 @@ from pathlib import Path
 
 import pytest
 
-from qdot.exercises.answer_types import ConditionSet
 from qdot.exercises.assignment.assignment import Student
 from qdot.exercises.formula.equality import Domain, EntryDifference
 from qdot.exercises.formula.parser import parse_formula
@@ -19,14 +18,15 @@ from qdot.exercises.formula.trees import Node
 from qdot.exercises.generation import generate
 from qdot.exercises.notebook.notebook import make_notebook_metadata, make_student_notebook, write_notebook
 from qdot.exercises.problem.problem import Problem, ProblemId
+from qdot.exercises.reference_answers import ConditionSet
 from qdot.exercises.short_questions import ALL_QUESTIONS
 from qdot.grader.grading import check
 from qdot.grader.grading.check import check_notebook, find_claimed_form
-from qdot.grader.grading.marking import mark
-from qdot.grader.judging.answer import OR_HINT
-from qdot.grader.judging.answer_parser import ExpectedForm, find_expected_form, read_answer, read_in_form
+from qdot.grader.judging.answer_parser import OR_HINT
+from qdot.grader.judging.expected_form import ExpectedForm, find_expected_form, read_answer, read_in_form
 from qdot.grader.judging.judge import judge
 from qdot.grader.judging.verdict import Outcome
+from qdot.grader.marking.marking import mark
 from qdot.grader.sandbox.sandbox import Sandbox
 from tests.support.handing_in import Cells, a_class, hand_in, right
 from tests.support.judging import judge_direction, judge_expression, judge_numbers, judge_singular
@@ -64,7 +64,7 @@ def test_however_wrong_the_answers_are_each_is_read_once(problem: Problem, monke
         seen[text] += 1
         return parse_formula(text, known)  # type: ignore[arg-type]
 
-    monkeypatch.setattr("qdot.grader.judging.answer.parse_formula", counted)
+    monkeypatch.setattr("qdot.grader.judging.answer_parser.parse_formula", counted)
     answers = {
         part.name: f"2*({part.answer.as_typed()})" if part.shape is None else part.answer.as_typed()
         for part in problem.parts

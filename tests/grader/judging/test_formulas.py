@@ -5,7 +5,7 @@ from fractions import Fraction
 import pytest
 
 from qdot.exercises.formula.equality import Domain, EntryDifference
-from qdot.grader.judging.answer import OR_HINT
+from qdot.grader.judging.answer_parser import OR_HINT
 from qdot.grader.judging.verdict import Outcome
 from tests.support.judging import (
     judge_angles,
