@@ -30,6 +30,7 @@ from qdot.exercises.formula.parser import parse_formula
 from qdot.exercises.formula.program import compile_program, evaluate
 from qdot.exercises.formula.set_parser import Atom, parse_pieces
 from qdot.exercises.formula.trees import Node, ParseError, as_matrix, node_text
+from qdot.grader.judging import answer_parser
 from qdot.grader.judging.answer_parser import assign_values_to_joint, read_conditions
 from qdot.grader.judging.compare_command import compare_line
 from qdot.grader.judging.verdict import Judgement, Outcome
