@@ -18,8 +18,8 @@ from qdot.grader.sandbox.contained import attempts, folders
 from qdot.grader.sandbox.guarantees import ENFORCED_BY_KERNEL, probe
 from qdot.grader.sandbox.sandbox import Limits, Run, Sandbox
 from qdot.grader.sandbox.temporary_folder import make_temporary_folder
-from tests.support.machines import DOCKERS_ROOT, NOBODY, run_on
-from tests.support.suites import few_of
+from tests.support.machines import DOCKERS_ROOT, NOBODY, run_restricted
+from tests.support.suites import sample_for_suite
 
 pytestmark = [
     pytest.mark.xdist_group("machines"),
@@ -75,7 +75,7 @@ def place() -> Iterator[Path]:
 @pytest.mark.integration
 @pytest.mark.parametrize(("name", "user"), [(name, user) for name in REFUSED for user in USERS])
 def test_what_is_promised_on_a_machine_is_kept_there(name: str, user: int | None, place: Path) -> None:
-    told = run_on(REFUSED[name], ["-m", "qdot", "doctor", "--json"], user, place)
+    told = run_restricted(REFUSED[name], ["-m", "qdot", "doctor", "--json"], user, place)
     assert told.returncode == 0, told.stderr
     found = json.loads(told.stdout)
     assert set(REFUSED[name]) <= found["lacking"].keys()
@@ -83,7 +83,7 @@ def test_what_is_promised_on_a_machine_is_kept_there(name: str, user: int | None
     assert by["processes"] == by["memory"] == by["privileges"] == by["time"] == by["network"] == ENFORCED_BY_KERNEL
     is_open = {"namespaces", "landlock"} <= found["lacking"].keys()  # then nothing keeps it from reading files
     assert (by["files"] == ENFORCED_BY_KERNEL) == found["strict"] == (not is_open)
-    done = run_on(REFUSED[name], ["-c", PROGRAM], user, place)
+    done = run_restricted(REFUSED[name], ["-c", PROGRAM], user, place)
     assert done.returncode == 0, done.stderr
     first, *runs, last = map(json.loads, done.stdout.splitlines())
     assert first["uid"] == (os.geteuid() if user is None else user)
@@ -118,14 +118,14 @@ if pid == 0:
     os.execv(sys.executable, [sys.executable, "-c", {seen!r}])
 sys.exit(os.waitstatus_to_exitcode(os.waitpid(pid, 0)[1]))
 """
-    done = run_on([], ["-c", first])
+    done = run_restricted([], ["-c", first])
     assert done.returncode == 0, done.stderr
     assert json.loads(done.stdout) == {"first": True, "strict": True, "processes": []}
 
 
 @pytest.mark.parametrize(
     ("without", "guarantee", "seen"),
-    few_of([
+    sample_for_suite([
         ({"namespaces"}, "files", None),
         ({"namespaces", "quota"}, "files", {"wrote 256 MB in all", "wrote 256 MB into files without names"}),
         ({"namespaces", "landlock", "seccomp", "limits"}, "memory",
@@ -228,7 +228,7 @@ def test_what_ended_the_probe_is_told(tmp_path: Path) -> None:
         "kernel.unshare(kernel.NEWNS); kernel.mount(None, '/', None, kernel.MS_REC | kernel.MS_PRIVATE)\n"
         f"kernel.mount({str(tmp_path / 'null')!r}, '/dev/null', None, kernel.MS_BIND); app(['doctor'])"
     )
-    done = run_on([], ["-c", program])
+    done = run_restricted([], ["-c", program])
     assert done.returncode == 2
     assert done.stderr.startswith("qdot: the sandbox does not work on this machine: its probe ended early (unbegun: ")
     assert "'/dev/null'" in done.stderr and len(done.stderr.splitlines()) == 1

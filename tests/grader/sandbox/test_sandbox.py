@@ -14,7 +14,7 @@ import pytest
 from qdot.grader.sandbox.sandbox import CONTAINED_FOLDER, Limits, Sandbox
 from qdot.grader.sandbox.temporary_folder import make_temporary_folder
 from tests.support import ROOT
-from tests.support.suites import few_of, several
+from tests.support.suites import sample_for_suite, select_for_suite
 
 IMPORTS = "from sympy import *\nimport numpy as np\nx, y = symbols('x y')"
 
@@ -126,7 +126,7 @@ def strict() -> Iterator[Sandbox]:
 
 @pytest.mark.parametrize(
     ("cell", "told"),
-    few_of(
+    sample_for_suite(
         [
             ("while True: pass", "it took longer than 0.5 s of processor time"),
             ("import time; time.sleep(60)", "it waited longer than 0.5 s"),
@@ -144,7 +144,7 @@ def test_a_cell_that_takes_too_long_is_told_what_of(strict: Sandbox, cell: str, 
     assert time.monotonic() - begun < 0.5 + 10 * 0.5 + 4
 
 
-@pytest.mark.parametrize("rest", several(["while True: pass"], ["while True: pass", "time.sleep(60)", SLEEPS]))
+@pytest.mark.parametrize("rest", select_for_suite(["while True: pass"], ["while True: pass", "time.sleep(60)", SLEEPS]))
 @pytest.mark.whole
 def test_a_notebook_that_ignores_its_alarms_is_stopped_all_the_same(rest: str) -> None:
     ignores = "import time\nfrom signal import *\nfor s in (SIGALRM, SIGPROF): signal(s, SIG_IGN)\n"

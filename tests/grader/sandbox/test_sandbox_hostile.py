@@ -29,7 +29,7 @@ from qdot.grader.sandbox.guarantees import (
     probe,
 )
 from qdot.grader.sandbox.sandbox import Limits, Run, Sandbox
-from tests.support.suites import WHOLE, few_of, several
+from tests.support.suites import WHOLE, sample_for_suite, select_for_suite
 
 pytestmark = pytest.mark.xdist_group("hostile")  # each sandbox is tried once
 
@@ -171,7 +171,7 @@ GOES_ON = {
 }  # fmt: skip
 
 
-@pytest.mark.parametrize("name", few_of(GOES_ON, 12))
+@pytest.mark.parametrize("name", sample_for_suite(GOES_ON, 12))
 def test_an_attack_ends_with_its_cell(name: str, machine: Machine) -> None:
     cell, said = GOES_ON[name]
     sandbox = sandbox_of()
@@ -206,7 +206,7 @@ ENDS = {
 }  # fmt: skip
 
 
-@pytest.mark.parametrize("name", few_of([name for name in ENDS if WHOLE or "signals ignored" not in name], 2))
+@pytest.mark.parametrize("name", sample_for_suite([name for name in ENDS if WHOLE or "signals ignored" not in name], 2))
 def test_an_attack_that_ends_the_notebook_keeps_the_answers_before(name: str, machine: Machine) -> None:
     """What ignores signals is in `make test`, too: in test_sandbox.py."""
     (cell, ends), ended = ENDS[name], ("it took longer", "it waited longer")
@@ -239,7 +239,7 @@ LIES = {
 }  # fmt: skip
 
 
-@pytest.mark.parametrize("name", few_of(LIES, 6))
+@pytest.mark.parametrize("name", sample_for_suite(LIES, 6))
 def test_an_answer_that_lies_is_a_text_or_none(name: str, machine: Machine) -> None:
     cell, words = LIES[name]
     run = attacked(sandbox_of(), cell)
@@ -265,7 +265,7 @@ PATCHES = [
 ]
 
 
-@pytest.mark.parametrize("cell", few_of(PATCHES, 3))
+@pytest.mark.parametrize("cell", sample_for_suite(PATCHES, 3))
 def test_whatever_is_patched_is_patched_for_the_one_who_did_it(cell: str, machine: Machine) -> None:
     """The honest notebook after it gets everything right (see `attacked`); so do the answers before."""
     run = attacked(sandbox_of(), cell)
@@ -375,7 +375,7 @@ def native(machine: Machine) -> dict[str, tuple[str, str]]:
     }  # fmt: skip
 
 
-@pytest.mark.parametrize("variant", several(FEW[:1], tuple(VARIANTS)))
+@pytest.mark.parametrize("variant", select_for_suite(FEW[:1], tuple(VARIANTS)))
 def test_what_the_kernel_guarantees_holds_without_the_hook(variant: str, machine: Machine) -> None:
     without = frozenset(VARIANTS[variant])
     by = {guarantee.name: guarantee.by for guarantee in findings_of(without).guarantees}
@@ -422,7 +422,7 @@ def test_what_a_machine_shares_is_not_taken(name: str, variant: str, machine: Ma
 
 @pytest.mark.parametrize(
     ("variant", "how"),
-    few_of(
+    sample_for_suite(
         [
             ("everything", "the grader ends"),
             ("rlimits only", "the grader ends"),
