@@ -13,7 +13,8 @@ import pytest
 import sympy as sp
 from hypothesis import HealthCheck, settings
 
-from qdot.exercises.arm.chain import TASK_ROWS, Chain, Joint, Point
+from qdot.exercises.arm.chain import Chain, Joint, Point
+from qdot.exercises.arm.conventions.base import VELOCITY_NAMES
 from qdot.exercises.families import FAMILIES
 from qdot.exercises.problem.problem import Problem
 from qdot.grader.sandbox.sandbox import Limits, Sandbox
@@ -65,7 +66,7 @@ def _textbook_arm(record: dict[str, Any]) -> TextbookArm:
         for row in record["dh"]
     ]
     frame = int(record["task_reference_point"].removeprefix("tip ").removeprefix("O"))
-    task = [row for row in record["task_rows"] if row in TASK_ROWS]
+    task = [row for row in record["task_rows"] if row in VELOCITY_NAMES]
     return TextbookArm(record, Chain(record["name"], tuple(joints), tuple(task), tool=Point(frame)))
 
 

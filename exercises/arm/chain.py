@@ -16,9 +16,6 @@ from qdot.exercises.arm.conventions.base import VELOCITY_NAMES
 from qdot.exercises.arm.conventions.screws import Screws
 from qdot.exercises.common.errors import QdotError, make_name_error
 
-TASK_ROWS = VELOCITY_NAMES
-"""The names of the rows of the 6 x n Jacobian, linear rows first (6.6)."""
-
 REVOLUTE, PRISMATIC = "R", "P"
 """The two kinds of joints."""
 
@@ -123,7 +120,7 @@ class Chain:
     """A robot arm with its task.
 
     - `joints`: the rows of the standard (distal) table.
-    - `task`: the rows of the Jacobian that the task needs, some of TASK_ROWS.
+    - `task`: the rows of the Jacobian that the task needs, some of VELOCITY_NAMES.
     - `tool`: the point of interest P; if `tool` is None, P is the origin of the last frame.
     - `convention`: how the arm is presented to people, one of CONVENTIONS. The convention determines the frames of the
       links (`link_frames`), but not how the arm moves.
@@ -160,10 +157,10 @@ class Chain:
             raise make_name_error("convention", self.convention, CONVENTIONS)
         if self.twist_order not in TWIST_ORDERS:
             raise make_name_error("order of a twist", self.twist_order, TWIST_ORDERS)
-        wrong = [row for row in self.task if row not in TASK_ROWS]
+        wrong = [row for row in self.task if row not in VELOCITY_NAMES]
         if wrong or len(set(self.task)) != len(self.task) or not self.task:
             raise QdotError(
-                f"{self.name}: task {list(self.task)}: expected some of {', '.join(TASK_ROWS)}, each at most once"
+                f"{self.name}: task {list(self.task)}: expected some of {', '.join(VELOCITY_NAMES)}, each at most once"
             )
         if not 0 <= self.point.frame <= self.n:
             raise QdotError(f"{self.name}: there is no frame O{self.point.frame}; the last frame is O{self.n}")
@@ -195,7 +192,7 @@ class Chain:
     @cached_property
     def task_rows(self) -> list[int]:
         """The indices (from 0) of the task's rows among the rows of the 6 x n Jacobian."""
-        return [TASK_ROWS.index(row) for row in self.task]
+        return [VELOCITY_NAMES.index(row) for row in self.task]
 
     @cached_property
     def q(self) -> tuple[sp.Symbol, ...]:

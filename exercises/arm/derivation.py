@@ -15,8 +15,9 @@ import numpy as np
 import sympy as sp
 from sympy.polys.matrices import DomainMatrix
 
-from qdot.exercises.arm.chain import ANGLE_PREFIXES, TASK_ROWS, Chain
+from qdot.exercises.arm.chain import ANGLE_PREFIXES, Chain
 from qdot.exercises.arm.conventions import convention_of
+from qdot.exercises.arm.conventions.base import VELOCITY_NAMES
 from qdot.exercises.arm.derivation_graph import compute_symbolic_stages, propagate_linear_rows, to_sympy_matrix
 from qdot.exercises.arm.kinematics import frames_and_point, jacobian_seen_from, link_frames, task_matrix
 from qdot.exercises.arm.trigonometry import (
@@ -141,7 +142,7 @@ def shorten_jacobian(chain: Chain) -> sp.Matrix:
     Therefore the minors of all six rows stay the same. For other tasks, for fewer than six joints, or if P does not
     move with the last link, the matrix is the task Jacobian itself.
     """
-    if set(chain.task) != set(TASK_ROWS) or chain.n < len(TASK_ROWS) or not moves_with_last_link(chain):
+    if set(chain.task) != set(VELOCITY_NAMES) or chain.n < len(VELOCITY_NAMES) or not moves_with_last_link(chain):
         return _derive_task_jacobian(chain)
     k = chain.n // 2
     return task_matrix(textbook_matrix(jacobian_seen_from(chain, k, k)), chain.task)

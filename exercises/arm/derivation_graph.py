@@ -29,7 +29,7 @@ from qdot.exercises.arm.arithmetic import (
 from qdot.exercises.arm.chain import REVOLUTE, Chain, HasKind
 from qdot.exercises.arm.conventions import convention_of
 from qdot.exercises.arm.kinematics import frames_and_point
-from qdot.exercises.arm.standard_table import axes_of
+from qdot.exercises.arm.standard_table import home_geometry_of
 
 RESULT = "result"
 """The name of the last stage: the answer as the student writes it, (rows, columns, …)."""
@@ -132,7 +132,7 @@ class StageResults:
 
     def depends_on(self, stage: str) -> bool:
         """Return whether a result computed so far, also for the first joints only, depends on a stage."""
-        computed_stages = {name for w in (self, *self._first_joints.values()) for name in w._results}
+        computed_stages = {name for stages in (self, *self._first_joints.values()) for name in stages._results}
         return any(stage == name or stage in prerequisites(name) for name in computed_stages)
 
     @property
@@ -163,23 +163,23 @@ def compute_symbolic_stages(chain: Chain) -> StageResults:
 # --- the functions that compute the stages ---
 
 
-def _table(w: StageResults) -> Table:
-    joints, base, to_stepped = w.chain.joints, w.chain.base, w.arithmetic.convert_entry
+def _table(stages: StageResults) -> Table:
+    joints, base, to_stepped = stages.chain.joints, stages.chain.base, stages.arithmetic.convert_entry
     rows = tuple(TableRow(j.kind, *map(to_stepped, (j.theta, j.d, j.a, j.alpha))) for j in joints)
-    position, offset = (np.stack([*map(to_stepped, vector)]) for vector in (base.position, w.chain.point.offset))
+    position, offset = (np.stack([*map(to_stepped, vector)]) for vector in (base.position, stages.chain.point.offset))
     return Table(rows, (position, to_stepped(base.yaw), to_stepped(base.tilt)), offset)
 
 
-def rotation_z(w: StageResults, angle: np.ndarray) -> np.ndarray:
+def rotation_z(stages: StageResults, angle: np.ndarray) -> np.ndarray:
     """Return the rotation about z by an angle, (3, 3, …)."""
-    c, s = w.arithmetic.cos(angle), w.arithmetic.sin(angle)
+    c, s = stages.arithmetic.cos(angle), stages.arithmetic.sin(angle)
     zero, unit = angle * 0, angle * 0 + 1
     return _matrix(c, -s, zero, s, c, zero, zero, zero, unit)
 
 
-def rotation_x(w: StageResults, angle: np.ndarray) -> np.ndarray:
+def rotation_x(stages: StageResults, angle: np.ndarray) -> np.ndarray:
     """Return the rotation about x by an angle, (3, 3, …)."""
-    c, s = w.arithmetic.cos(angle), w.arithmetic.sin(angle)
+    c, s = stages.arithmetic.cos(angle), stages.arithmetic.sin(angle)
     zero, unit = angle * 0, angle * 0 + 1
     return _matrix(unit, zero, zero, zero, c, -s, zero, s, c)
 
@@ -189,32 +189,32 @@ def _matrix(*entries: np.ndarray) -> np.ndarray:
     return np.array(entries).reshape(3, 3, *entries[0].shape)
 
 
-def _base_rotation(w: StageResults) -> np.ndarray:
-    _, yaw, tilt = w["table"].base
-    return matrix_product(rotation_z(w, yaw), rotation_x(w, tilt))
+def _base_rotation(stages: StageResults) -> np.ndarray:
+    _, yaw, tilt = stages["table"].base
+    return matrix_product(rotation_z(stages, yaw), rotation_x(stages, tilt))
 
 
-def _rotations(w: StageResults) -> list[np.ndarray]:
-    rotations = [w["base rotation"]]
-    for row in w["table"].rows:
-        rotations.append(matrix_product(rotations[-1], w.row_rotation(row)))
+def _rotations(stages: StageResults) -> list[np.ndarray]:
+    rotations = [stages["base rotation"]]
+    for row in stages["table"].rows:
+        rotations.append(matrix_product(rotations[-1], stages.row_rotation(row)))
     return rotations
 
 
-def _local_links(w: StageResults) -> list[np.ndarray]:
+def _local_links(stages: StageResults) -> list[np.ndarray]:
     """Return the link vectors r_i in frame i-1 (below (6.13)), and the coordinates of P in its frame."""
     vectors = []
-    for row in w["table"].rows:
-        c, s = w.arithmetic.cos(row.theta), w.arithmetic.sin(row.theta)
+    for row in stages["table"].rows:
+        c, s = stages.arithmetic.cos(row.theta), stages.arithmetic.sin(row.theta)
         vectors.append(np.stack([row.a * c, row.a * s, row.d]))
-    return [*vectors, w["table"].offset]
+    return [*vectors, stages["table"].offset]
 
 
-def _links(w: StageResults) -> list[np.ndarray]:
+def _links(stages: StageResults) -> list[np.ndarray]:
     """Return the vectors of `_local_links` in the world frame."""
-    rotations, local_vectors = w["rotations"], w["own links"]
-    vectors = [apply_matrix(rotations[k], local_vectors[k]) for k in range(w.n)]
-    return [*vectors, apply_matrix(rotations[w.chain.point.frame], local_vectors[w.n])]
+    rotations, local_vectors = stages["rotations"], stages["own links"]
+    vectors = [apply_matrix(rotations[k], local_vectors[k]) for k in range(stages.n)]
+    return [*vectors, apply_matrix(rotations[stages.chain.point.frame], local_vectors[stages.n])]
 
 
 def links_to_point(chain: Chain) -> list[int]:
@@ -222,106 +222,107 @@ def links_to_point(chain: Chain) -> list[int]:
     return [*range(chain.point.frame), chain.n]
 
 
-def _stack_values(w: StageResults, vectors: list[np.ndarray]) -> np.ndarray:
+def _stack_values(stages: StageResults, vectors: list[np.ndarray]) -> np.ndarray:
     """Return stepped vectors without their derivatives as one array, (k, 3, …)."""
-    return np.stack([w.arithmetic.drop_derivatives(vector) for vector in vectors])
+    return np.stack([stages.arithmetic.drop_derivatives(vector) for vector in vectors])
 
 
-def _origins(w: StageResults) -> np.ndarray:
-    steps = _stack_values(w, [w["table"].base[0], *w["links"][:-1]])
+def _origins(stages: StageResults) -> np.ndarray:
+    steps = _stack_values(stages, [stages["table"].base[0], *stages["links"][:-1]])
     return np.cumsum(steps, axis=0)
 
 
-def _point(w: StageResults) -> np.ndarray:
-    links = _stack_values(w, w["links"])
-    return np.asarray(w.arithmetic.drop_derivatives(w["table"].base[0]) + links[links_to_point(w.chain)].sum(axis=0))
+def _point(stages: StageResults) -> np.ndarray:
+    links = _stack_values(stages, stages["links"])
+    return np.asarray(
+        stages.arithmetic.drop_derivatives(stages["table"].base[0]) + links[links_to_point(stages.chain)].sum(axis=0)
+    )
 
 
-def _effects(w: StageResults) -> np.ndarray:
+def _link_derivatives(stages: StageResults) -> np.ndarray:
     """Return the derivative of each link vector by each joint variable, (joints n, link vectors n + 1, 3, …)."""
-    derivatives = [w.arithmetic.derivatives(link)[: w.n] for link in w["links"]]
-    effects = np.stack(derivatives, axis=1)
-    excluded = [k for k in range(w.n + 1) if k not in links_to_point(w.chain)]
-    effects[:, excluded] = effects[:, excluded] * 0
-    return effects
+    derivatives = np.stack([stages.arithmetic.derivatives(link)[: stages.n] for link in stages["links"]], axis=1)
+    excluded = [k for k in range(stages.n + 1) if k not in links_to_point(stages.chain)]
+    derivatives[:, excluded] = derivatives[:, excluded] * 0
+    return derivatives
 
 
-def _origins_on_axes(w: StageResults) -> np.ndarray:
+def _origins_on_axes(stages: StageResults) -> np.ndarray:
     """Return the origin of the convention's frame on each joint axis, then that of the last frame, (n + 1, 3, …)."""
-    if not convention_of(w.chain).is_proximal:
-        return np.asarray(w["origins"])
-    offsets = [row.d * rotation[:, 2] for row, rotation in zip(w["table"].rows, w["rotations"], strict=False)]
-    origins = w["origins"][: w.n] + _stack_values(w, offsets)
+    if not convention_of(stages.chain).is_proximal:
+        return np.asarray(stages["origins"])
+    offsets = [row.d * rotation[:, 2] for row, rotation in zip(stages["table"].rows, stages["rotations"], strict=False)]
+    origins = stages["origins"][: stages.n] + _stack_values(stages, offsets)
     return np.concatenate([origins, origins[-1:]])
 
 
-def convention_rotation(w: StageResults, frame: int) -> np.ndarray:
+def convention_rotation(stages: StageResults, frame: int) -> np.ndarray:
     """Return the rotation of the frame with a number (from 0) in the arm's convention, (3, 3, …)."""
-    rotation = w["rotations"][frame]
-    if convention_of(w.chain).is_proximal and frame:
-        rotation = matrix_product(rotation, rotation_x(w, -w["table"].rows[frame - 1].alpha))
-    return np.asarray(w.arithmetic.drop_derivatives(rotation))
+    rotation = stages["rotations"][frame]
+    if convention_of(stages.chain).is_proximal and frame:
+        rotation = matrix_product(rotation, rotation_x(stages, -stages["table"].rows[frame - 1].alpha))
+    return np.asarray(stages.arithmetic.drop_derivatives(rotation))
 
 
-def propagate_linear_rows(w: StageResults, _: Any = None) -> np.ndarray:
+def propagate_linear_rows(stages: StageResults, _: Any = None) -> np.ndarray:
     """Return the linear rows by propagation, (3, n, …): z x p* for a revolute joint, z for a prismatic joint (6.12).
 
     The function can be used as a mistake in the stage "linear"; the correct result, its second argument, is ignored.
     """
     columns = []
-    for i, kind in enumerate(w["kinds"]):
-        column = w["products"][i] if kind == REVOLUTE else w["axes"][i]
-        columns.append(column if i < w.chain.point.frame else column * 0)
+    for i, kind in enumerate(stages["kinds"]):
+        column = stages["products"][i] if kind == REVOLUTE else stages["axes"][i]
+        columns.append(column if i < stages.chain.point.frame else column * 0)
     return np.stack(columns, axis=1)
 
 
-def _angular(w: StageResults) -> np.ndarray:
-    axes = w["axes"]
-    return np.stack([axes[i] if kind == REVOLUTE else axes[i] * 0 for i, kind in enumerate(w["kinds"])], axis=1)
+def _angular(stages: StageResults) -> np.ndarray:
+    axes = stages["axes"]
+    return np.stack([axes[i] if kind == REVOLUTE else axes[i] * 0 for i, kind in enumerate(stages["kinds"])], axis=1)
 
 
-def _inverse(w: StageResults) -> np.ndarray:
+def _inverse(stages: StageResults) -> np.ndarray:
     with np.errstate(all="ignore"):
-        return np.asarray(w["adjugate"] / w["determinant"])
+        return np.asarray(stages["adjugate"] / stages["determinant"])
 
 
-def _pseudo_inverse(w: StageResults) -> np.ndarray:
+def _pseudo_inverse(stages: StageResults) -> np.ndarray:
     """Return J^T (J J^T)^-1."""
-    gram = w["gram matrix"]
+    gram = stages["gram matrix"]
     with np.errstate(all="ignore"):
         inverse = (cofactor_signs(len(gram))[..., None] * minors(gram)).swapaxes(0, 1) / determinant(gram)
-    return matrix_product(w["transposed jacobian"], inverse)
+    return matrix_product(stages["transposed jacobian"], inverse)
 
 
-def _self_motion(w: StageResults) -> np.ndarray:
+def _self_motion(stages: StageResults) -> np.ndarray:
     """Return joint rates (n, …) that cause no motion, if J (m x n) has n = m + 1 columns, else nan.
 
     Rate i is the minor of J without column i, with alternating signs.
     """
-    jacobian = w["jacobian"]
+    jacobian = stages["jacobian"]
     if jacobian.shape[1] != jacobian.shape[0] + 1:  # J has several independent self-motions, or none
         return np.asarray(jacobian[0] * np.nan)
-    other_columns = [[c for c in range(w.n) if c != i] for i in range(w.n)]
-    return np.stack([(-1) ** i * determinant(jacobian[:, other_columns[i]]) for i in range(w.n)])
+    other_columns = [[c for c in range(stages.n) if c != i] for i in range(stages.n)]
+    return np.stack([(-1) ** i * determinant(jacobian[:, other_columns[i]]) for i in range(stages.n)])
 
 
-def singular_vectors(w: StageResults) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
+def singular_vectors(stages: StageResults) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
     """Return U (m, m, N), sigma (min(m, n), N) and V^T (n, n, N) of the task Jacobian at N configurations."""
-    u, sigma, v = np.linalg.svd(np.nan_to_num(np.moveaxis(w["jacobian"], -1, 0).astype(float)))
+    u, sigma, v = np.linalg.svd(np.nan_to_num(np.moveaxis(stages["jacobian"], -1, 0).astype(float)))
     return np.moveaxis(u, 0, -1), sigma.T, np.moveaxis(v, 0, -1)
 
 
-def _condition_number(w: StageResults) -> np.ndarray:
+def _condition_number(stages: StageResults) -> np.ndarray:
     """Return the largest singular value of J over the smallest, (N,)."""
-    sigma = singular_vectors(w)[1]
+    sigma = singular_vectors(stages)[1]
     with np.errstate(all="ignore"):
         return np.asarray(sigma[0] / sigma[-1])
 
 
-def _wrist_block(w: StageResults) -> np.ndarray:
+def _wrist_block(stages: StageResults) -> np.ndarray:
     """Return the axes of joints 4, 5 and 6 in the convention's frame on the axis of joint 4, (3, 3, …)."""
-    rotation = convention_rotation(w, convention_of(w.chain).frame_on_axis(4)).swapaxes(0, 1)
-    return np.stack([apply_matrix(rotation, w["axes"][i]) for i in (3, 4, 5)], axis=1)
+    rotation = convention_rotation(stages, convention_of(stages.chain).frame_on_axis(4)).swapaxes(0, 1)
+    return np.stack([apply_matrix(rotation, stages["axes"][i]) for i in (3, 4, 5)], axis=1)
 
 
 def rotate_rows(rotation: np.ndarray, geometric: np.ndarray) -> np.ndarray:
@@ -329,45 +330,47 @@ def rotate_rows(rotation: np.ndarray, geometric: np.ndarray) -> np.ndarray:
     return np.concatenate([matrix_product(rotation, geometric[:3]), matrix_product(rotation, geometric[3:])])
 
 
-def _home_screws(w: StageResults) -> np.ndarray:
+def _home_screws(stages: StageResults) -> np.ndarray:
     """Return the screws (omega, v) of the joints at home, (6, n, …)."""
     columns = []
-    for axis in axes_of(w.chain)[0]:
-        direction, point = constant_vector(w, axis.direction), constant_vector(w, axis.point)
+    for axis in home_geometry_of(stages.chain).axes:
+        direction, point = constant_vector(stages, axis.direction), constant_vector(stages, axis.point)
         screw = [direction, -cross(direction, point)] if axis.is_revolute else [0 * direction, direction]
         columns.append(np.concatenate(screw))
     return np.stack(columns, axis=1)
 
 
-def constant_vector(w: StageResults, vector: sp.Matrix) -> np.ndarray:
+def constant_vector(stages: StageResults, vector: sp.Matrix) -> np.ndarray:
     """Return a vector of formulas without joint variables as values of the arithmetic, (3, …)."""
-    return np.stack([w.arithmetic.drop_derivatives(w.arithmetic.convert_entry(entry)) for entry in vector])
+    return np.stack([stages.arithmetic.drop_derivatives(stages.arithmetic.convert_entry(entry)) for entry in vector])
 
 
-def _space_jacobian(w: StageResults) -> np.ndarray:
+def _space_jacobian(stages: StageResults) -> np.ndarray:
     """Return the space Jacobian, the joints' twists (omega, v) with v at the world's origin, (6, n, …)."""
     columns = []
-    for i, kind in enumerate(w["kinds"]):
-        z, origin = w["axes"][i], w["origins"][i]
+    for i, kind in enumerate(stages["kinds"]):
+        z, origin = stages["axes"][i], stages["origins"][i]
         columns.append(np.concatenate([z, cross(origin, z)] if kind == REVOLUTE else [0 * z, z]))
     return np.stack(columns, axis=1)
 
 
-def _body_rotation(w: StageResults) -> np.ndarray:
+def _body_rotation(stages: StageResults) -> np.ndarray:
     """Return the rotation of the body frame, (3, 3, …).
 
     The body frame moves with the last link. At home it has the directions of the world frame.
     """
-    home = frames_and_point(w.chain)[0][-1].rotation.xreplace(dict.fromkeys(w.chain.q, sp.S.Zero))
-    home_transposed = np.stack([constant_vector(w, home[:, k]) for k in range(3)])  # its rows are the columns of `home`
-    return matrix_product(w.arithmetic.drop_derivatives(w["rotations"][-1]), home_transposed)
+    home = frames_and_point(stages.chain)[0][-1].rotation.xreplace(dict.fromkeys(stages.chain.q, sp.S.Zero))
+    home_transposed = np.stack(
+        [constant_vector(stages, home[:, k]) for k in range(3)]
+    )  # its rows are the columns of `home`
+    return matrix_product(stages.arithmetic.drop_derivatives(stages["rotations"][-1]), home_transposed)
 
 
-def _body_jacobian(w: StageResults) -> np.ndarray:
+def _body_jacobian(stages: StageResults) -> np.ndarray:
     """Return the body Jacobian [Ad T^-1] J_s, (6, n, …): twists about P, in the coordinates of the body frame."""
-    angular, linear = w["space jacobian"][:3], w["space jacobian"][3:]
-    at_point = np.concatenate([angular, linear + cross(angular, w["point"][:, None])])
-    return rotate_rows(w["body rotation"].swapaxes(0, 1), at_point)
+    angular, linear = stages["space jacobian"][:3], stages["space jacobian"][3:]
+    at_point = np.concatenate([angular, linear + cross(angular, stages["point"][:, None])])
+    return rotate_rows(stages["body rotation"].swapaxes(0, 1), at_point)
 
 
 def adjoint_matrix(rotation: np.ndarray, origin: np.ndarray) -> np.ndarray:
@@ -384,50 +387,68 @@ STAGES: dict[str, tuple[Callable[[StageResults], Any], tuple[str, ...]]] = {
     "links": (_links, ("rotations", "own links")),
     "origins": (_origins, ("links",)),
     "point": (_point, ("links",)),
-    "effects": (_effects, ("links",)),
-    "axes": (lambda w: _stack_values(w, [rotation[:, 2] for rotation in w["rotations"]]), ("rotations",)),
-    "frames on axes": (_origins_on_axes, ("table", "origins", "rotations")),
-    "arms": (lambda w: w["point"][None] - w["frames on axes"], ("point", "frames on axes")),
-    "last rotation": (lambda w: convention_rotation(w, w.n), ("rotations", "table")),
-    "last origin": (lambda w: w["frames on axes"][-1], ("frames on axes",)),
-    "kinds": (lambda w: [row.kind for row in w["table"].rows], ("table",)),
-    "products": (lambda w: [cross(w["axes"][i], w["arms"][i]) for i in range(w.n)], ("axes", "arms")),
-    "linear": (lambda w: np.moveaxis(w["effects"].sum(axis=1), 0, 1), ("effects", "products", "axes", "kinds")),
+    "link derivatives": (_link_derivatives, ("links",)),
+    "axes": (
+        lambda stages: _stack_values(stages, [rotation[:, 2] for rotation in stages["rotations"]]),
+        ("rotations",),
+    ),
+    "origins on axes": (_origins_on_axes, ("table", "origins", "rotations")),
+    "arms": (lambda stages: stages["point"][None] - stages["origins on axes"], ("point", "origins on axes")),
+    "last rotation": (lambda stages: convention_rotation(stages, stages.n), ("rotations", "table")),
+    "last origin": (lambda stages: stages["origins on axes"][-1], ("origins on axes",)),
+    "kinds": (lambda stages: [row.kind for row in stages["table"].rows], ("table",)),
+    "products": (
+        lambda stages: [cross(stages["axes"][i], stages["arms"][i]) for i in range(stages.n)],
+        ("axes", "arms"),
+    ),
+    "linear": (
+        lambda stages: np.moveaxis(stages["link derivatives"].sum(axis=1), 0, 1),
+        ("link derivatives", "products", "axes", "kinds"),
+    ),
     "angular": (_angular, ("axes", "kinds")),
-    "geometric": (lambda w: np.concatenate([w["linear"], w["angular"]]), ("linear", "angular")),
+    "geometric": (lambda stages: np.concatenate([stages["linear"], stages["angular"]]), ("linear", "angular")),
     "tool jacobian": (
-        lambda w: rotate_rows(w["last rotation"].swapaxes(0, 1), w["geometric"]),
+        lambda stages: rotate_rows(stages["last rotation"].swapaxes(0, 1), stages["geometric"]),
         ("last rotation", "geometric"),
     ),
     "home screws": (_home_screws, ()),
     "space jacobian": (_space_jacobian, ("axes", "origins", "kinds")),
     "body rotation": (_body_rotation, ("rotations",)),
-    "body adjoint": (lambda w: adjoint_matrix(w["body rotation"], w["point"]), ("body rotation", "point")),
+    "body adjoint": (
+        lambda stages: adjoint_matrix(stages["body rotation"], stages["point"]),
+        ("body rotation", "point"),
+    ),
     "body jacobian": (_body_jacobian, ("space jacobian", "body rotation", "point")),
-    "arm block": (lambda w: w["geometric"][:3, :3], ("geometric",)),
+    "arm block": (lambda stages: stages["geometric"][:3, :3], ("geometric",)),
     "wrist block": (_wrist_block, ("rotations", "axes")),
-    "jacobian": (lambda w: w["geometric"][w.chain.task_rows], ("geometric",)),
-    "transposed jacobian": (lambda w: w["jacobian"].swapaxes(0, 1), ("jacobian",)),
-    "gram matrix": (lambda w: matrix_product(w["jacobian"], w["transposed jacobian"]), ("transposed jacobian",)),
+    "jacobian": (lambda stages: stages["geometric"][stages.chain.task_rows], ("geometric",)),
+    "transposed jacobian": (lambda stages: stages["jacobian"].swapaxes(0, 1), ("jacobian",)),
+    "gram matrix": (
+        lambda stages: matrix_product(stages["jacobian"], stages["transposed jacobian"]),
+        ("transposed jacobian",),
+    ),
     "pseudo-inverse": (_pseudo_inverse, ("gram matrix", "transposed jacobian")),
     "self-motion": (_self_motion, ("jacobian",)),
-    "lost direction": (lambda w: singular_vectors(w)[0][:, -1], ("jacobian",)),
-    "gram determinant": (lambda w: determinant(w["gram matrix"]), ("gram matrix",)),
-    "manipulability": (lambda w: w.arithmetic.sqrt(w["gram determinant"]), ("gram determinant",)),
+    "lost direction": (lambda stages: singular_vectors(stages)[0][:, -1], ("jacobian",)),
+    "gram determinant": (lambda stages: determinant(stages["gram matrix"]), ("gram matrix",)),
+    "manipulability": (lambda stages: stages.arithmetic.sqrt(stages["gram determinant"]), ("gram determinant",)),
     "condition number": (_condition_number, ("jacobian",)),
-    "minors": (lambda w: minors(w["jacobian"]), ("jacobian",)),
-    "cofactors": (lambda w: cofactor_signs(w.n)[..., None] * w["minors"], ("minors",)),
-    "adjugate": (lambda w: w["cofactors"].swapaxes(0, 1), ("cofactors",)),
-    "determinant": (lambda w: determinant(w["jacobian"]), ("jacobian",)),
+    "minors": (lambda stages: minors(stages["jacobian"]), ("jacobian",)),
+    "cofactors": (lambda stages: cofactor_signs(stages.n)[..., None] * stages["minors"], ("minors",)),
+    "adjugate": (lambda stages: stages["cofactors"].swapaxes(0, 1), ("cofactors",)),
+    "determinant": (lambda stages: determinant(stages["jacobian"]), ("jacobian",)),
     "inverse": (_inverse, ("adjugate", "determinant")),
-    "wanted velocity": (lambda w: w.symbol_vector(w.chain.task), ()),
-    "joint rates": (lambda w: w.symbol_vector(w.chain.rates), ()),
-    "rates": (lambda w: apply_matrix(w["inverse"], w["wanted velocity"]), ("inverse", "wanted velocity")),
+    "wanted velocity": (lambda stages: stages.symbol_vector(stages.chain.task), ()),
+    "joint rates": (lambda stages: stages.symbol_vector(stages.chain.rates), ()),
+    "rates": (
+        lambda stages: apply_matrix(stages["inverse"], stages["wanted velocity"]),
+        ("inverse", "wanted velocity"),
+    ),
 }
 """For each stage, the function that computes its result, and the stages whose results this function uses.
 
-"linear" is normally computed from "effects" alone. A mistake may replace its result by `propagate_linear_rows`, which
-uses the other stages.
+"linear" is normally computed from "link derivatives" alone. A mistake may replace its result by
+`propagate_linear_rows`, which uses the other stages.
 """
 
 

@@ -22,8 +22,9 @@ from functools import lru_cache
 import numpy as np
 import sympy as sp
 
-from qdot.exercises.arm.chain import TASK_ROWS, Base, Chain, Joint
+from qdot.exercises.arm.chain import Base, Chain, Joint
 from qdot.exercises.arm.conventions import convention_of
+from qdot.exercises.arm.conventions.base import VELOCITY_NAMES
 from qdot.exercises.arm.conventions.standard_dh import StandardDh
 from qdot.exercises.arm.vectors import cross, rot_x, rot_z
 
@@ -138,7 +139,7 @@ def jacobian_seen_from(chain: Chain, frame: int, about: int | None) -> sp.Matrix
 
 def task_matrix(geometric: sp.Matrix, task: tuple[str, ...]) -> sp.Matrix:
     """Return the rows of a 6 x n Jacobian that belong to the task."""
-    return geometric.extract([TASK_ROWS.index(row) for row in task], list(range(geometric.cols)))
+    return geometric.extract([VELOCITY_NAMES.index(row) for row in task], list(range(geometric.cols)))
 
 
 _to_float = lru_cache(maxsize=4096)(float)

@@ -41,20 +41,9 @@ import numpy as np
 import sympy as sp
 
 from qdot.exercises.arm.axes_to_dh import IDENTITY_POSE, Axis, Pose, make_pose, recognize_exact
-from qdot.exercises.arm.chain import (
-    CONVENTIONS,
-    PRISMATIC,
-    REVOLUTE,
-    TASK_ROWS,
-    TWIST_ORDERS,
-    Base,
-    Chain,
-    HasKind,
-    Joint,
-    Point,
-)
+from qdot.exercises.arm.chain import CONVENTIONS, PRISMATIC, REVOLUTE, TWIST_ORDERS, Base, Chain, HasKind, Joint, Point
 from qdot.exercises.arm.conventions import ALIASES, REGISTRY
-from qdot.exercises.arm.conventions.base import FRAMES, FRAMES_OF_JOINTS, Convention
+from qdot.exercises.arm.conventions.base import FRAMES, FRAMES_OF_JOINTS, VELOCITY_NAMES, Convention
 from qdot.exercises.arm.conventions.screws import Screws
 from qdot.exercises.arm.derivation import derive
 from qdot.exercises.arm.entry import check_quantity, find_unit_warning, parse_entry
@@ -463,15 +452,15 @@ def _check_symbols(value: sp.Expr, variables: Sequence[sp.Symbol]) -> None:
 
 
 def _parse_task(raw: object) -> tuple[str, ...]:
-    """Parse the task, a list of rows; return the rows in the order of TASK_ROWS. Raises QdotError."""
+    """Parse the task, a list of rows; return the rows in the order of VELOCITY_NAMES. Raises QdotError."""
     if not isinstance(raw, list) or not raw or not all(isinstance(row, str) for row in raw):
         raise QdotError('expected a list of the rows of the task, as in ["vx", "vy"]')
     for row in raw:
-        if row not in TASK_ROWS:
-            raise make_name_error("row", row, TASK_ROWS)
+        if row not in VELOCITY_NAMES:
+            raise make_name_error("row", row, VELOCITY_NAMES)
         if raw.count(row) > 1:
             raise QdotError(f"the row {row!r} is listed twice")
-    return tuple(sorted(raw, key=TASK_ROWS.index))
+    return tuple(sorted(raw, key=VELOCITY_NAMES.index))
 
 
 # --- random lengths ---
@@ -543,7 +532,7 @@ def _find_nonzero_rows(chain: Chain) -> tuple[bool, ...]:
     try:
         largest = np.abs(NumericChain(chain, values).jacobian(q)).max(axis=(0, 2))
     except TypeError:  # a constant is not real for these lengths, e.g. sqrt(a1**2 - d1**2)
-        return (False,) * len(TASK_ROWS)
+        return (False,) * len(VELOCITY_NAMES)
     return tuple(bool(size > _NONZERO_THRESHOLD) for size in largest)
 
 
@@ -551,9 +540,9 @@ def default_task(chain: Chain) -> tuple[str, ...]:
     """Return the default task of an arm, for a file without `task`; the module's docstring gives the rules."""
     clearly_nonzero = enumerate(_find_nonzero_rows(chain))
     is_nonzero = (is_clear or any(derive(chain).geometric.row(i)) for i, is_clear in clearly_nonzero)
-    moving_rows = tuple(compress(TASK_ROWS, is_nonzero))
-    if chain.n >= 6 and len(moving_rows) == len(TASK_ROWS):
-        return TASK_ROWS
+    moving_rows = tuple(compress(VELOCITY_NAMES, is_nonzero))
+    if chain.n >= 6 and len(moving_rows) == len(VELOCITY_NAMES):
+        return VELOCITY_NAMES
     if chain.n == 4 and len(moving_rows) == 4:
         return moving_rows
     return tuple(row for row in moving_rows if row[0] == "v") or moving_rows

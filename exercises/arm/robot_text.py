@@ -9,7 +9,7 @@ from qdot.exercises.arm.chain import CONVENTIONS, TWIST_ORDERS, Chain, Point
 from qdot.exercises.arm.conventions import REGISTRY
 from qdot.exercises.arm.conventions.base import Convention
 from qdot.exercises.arm.robot_file import Robot
-from qdot.exercises.arm.standard_table import axes_of
+from qdot.exercises.arm.standard_table import home_geometry_of
 from qdot.exercises.common.errors import QdotError
 from qdot.exercises.common.input_file import toml_text
 
@@ -64,7 +64,7 @@ def _make_screw_entries(chain: Chain) -> tuple[TomlEntries, list[TomlEntries]]:
 
     Raises QdotError if the direction of an axis contains symbols.
     """
-    axes, (x, y, z) = axes_of(chain)
+    axes, (x, y, z) = home_geometry_of(chain)
     home_point = Point(chain.point.frame, (x, y, z))
     joints: list[TomlEntries] = []
     for number, axis in enumerate(axes, 1):

@@ -5,6 +5,7 @@ In the standard table, `alpha` and `a` of the first row of a modified table belo
 
 from collections.abc import Iterable, Iterator, Sequence
 from dataclasses import dataclass, replace
+from typing import NamedTuple
 
 import numpy as np
 import sympy as sp
@@ -127,8 +128,15 @@ def _check_table(chain: Chain, axes: Sequence[Axis], point: sp.Matrix, link: int
                 raise RuntimeError(f"the table of {chain} does not lead where its axes do; please report this")
 
 
-def axes_of(chain: Chain) -> tuple[list[Axis], sp.Matrix]:
-    """Return the axes of an arm and its point of interest (3 x 1, m) at home, in the world frame.
+class HomeGeometry(NamedTuple):
+    """The axes of an arm and its point of interest (3 x 1, m) at home, in the world frame."""
+
+    axes: list[Axis]
+    point: sp.Matrix
+
+
+def home_geometry_of(chain: Chain) -> HomeGeometry:
+    """Return the axes and the point of interest of an arm at home.
 
     The point on the axis of a revolute joint is the point that the arm's file states, or the standard origin there.
     """
@@ -145,7 +153,7 @@ def axes_of(chain: Chain) -> tuple[list[Axis], sp.Matrix]:
     for i, axis_point in enumerate(chain.axis_points):
         if axis_point is not None and _lies_on(axes[i], sp.Matrix(axis_point)):
             axes[i] = replace(axes[i], point=sp.Matrix(axis_point))
-    return axes, evaluate_at_home(point)
+    return HomeGeometry(axes, evaluate_at_home(point))
 
 
 def _lies_on(axis: Axis, point: sp.Matrix) -> bool:

@@ -14,7 +14,7 @@ from typing import Generic, TypeVar
 from qdot.exercises.assignment.assignment import Assignment, Slot
 from qdot.exercises.assignment.replacements import MAX_SEEDS, REPLACEMENTS_FILE, Replacement, write_replacements
 from qdot.exercises.common.errors import QdotError, count_noun
-from qdot.exercises.common.parallel import keep_state, map_in_order
+from qdot.exercises.common.parallel import map_in_order, return_state
 from qdot.exercises.problem.problem import Problem
 from qdot.exercises.verify.certificate import FULL_RANK
 
@@ -194,7 +194,7 @@ def certify_class(
     """
     all_failed_slots: list[FailedSlot] = []
     state = assignment, partial(certify_with, find_failures)
-    with closing(map_in_order(_certify_student, students, jobs, keep_state, (state,))) as results:
+    with closing(map_in_order(_certify_student, students, jobs, setup=return_state, arguments=(state,))) as results:
         for student, (replacements, failed_slots) in zip(students, results, strict=True):
             if replacements:
                 assignment = record_replacements(assignment, student, replacements)

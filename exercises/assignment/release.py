@@ -22,7 +22,7 @@ from qdot.exercises.assignment.sets import DEFAULT_SET, SETS, ProblemSet
 from qdot.exercises.assignment.store import store_path, store_problems
 from qdot.exercises.common.errors import QdotError
 from qdot.exercises.common.files import clean_up_after, make_folder, sync_disks_after, write_atomically
-from qdot.exercises.common.parallel import keep_state, map_in_order
+from qdot.exercises.common.parallel import map_in_order, return_state
 from qdot.exercises.common.variation import DEFAULT_VARIATION
 from qdot.exercises.notebook.notebook import make_solution_notebook, make_student_notebook, write_notebook
 from qdot.exercises.problem.problem import Problem
@@ -233,7 +233,9 @@ def release_notebooks(
         while students:
             waiting_students: list[str] = []
             state = assignment, certifier
-            with closing(map_in_order(release_student, students, jobs, keep_state, (state,))) as results:
+            with closing(
+                map_in_order(release_student, students, jobs, setup=return_state, arguments=(state,))
+            ) as results:
                 for result in results:
                     if result.outcome == "replaced":
                         assignment = record_replacements(assignment, result.student, result.replacements)

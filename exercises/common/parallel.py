@@ -84,7 +84,7 @@ def map_in_order(
                 yield _run_alone(run_pool, item, result_if_lost)
 
 
-def keep_state(state: State) -> State:
+def return_state(state: State) -> State:
     """Return the state unchanged. Use it as `setup` if each process gets the same state."""
     return state
 

@@ -16,9 +16,9 @@ from qdot.exercises.assignment.certified_problems import (
 from qdot.exercises.assignment.replacements import MAX_SEEDS
 from qdot.exercises.common.errors import QdotError, count_noun
 from qdot.exercises.common.json_form import as_json
-from qdot.exercises.common.parallel import keep_state, map_in_order
+from qdot.exercises.common.parallel import map_in_order, return_state
 from qdot.exercises.exports.export_format import ExportRequest
-from qdot.exercises.families.base import describe_variation
+from qdot.exercises.families.family import describe_variation
 from qdot.exercises.problem.problem import Problem
 from qdot.exercises.problem.record import compute_digests
 
@@ -98,7 +98,9 @@ def _iterate_distinct_problems(
         numbers = range(tried_count, tried_count + request.variant_count - len(seen_fingerprints))
         tried_count = numbers.stop
         state = request.without_callbacks, slot, work, set(seen_fingerprints)
-        with closing(map_in_order(_generate_candidate, numbers, request.jobs, keep_state, (state,))) as candidates:
+        with closing(
+            map_in_order(_generate_candidate, numbers, request.jobs, setup=return_state, arguments=(state,))
+        ) as candidates:
             for candidate in candidates:
                 if isinstance(candidate, str):
                     failure_messages.append(candidate)

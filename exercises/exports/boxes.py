@@ -7,9 +7,18 @@ from dataclasses import dataclass, replace
 
 import sympy as sp
 
-from qdot.exercises.answer_types import LETTERS, TRUE_FALSE, Choice, ConditionSet, Matching, Number, Selection, Words
 from qdot.exercises.formula.latex import parse_latex
 from qdot.exercises.problem.problem import Part, Problem
+from qdot.exercises.reference_answers import (
+    LETTERS,
+    TRUE_FALSE,
+    Choice,
+    ConditionSet,
+    Matching,
+    Number,
+    Selection,
+    Words,
+)
 from qdot.exercises.short_questions import question_of
 from qdot.exercises.short_questions.options import Options
 from qdot.exercises.writing.fit import estimate_width
@@ -181,7 +190,7 @@ def make_box(problem: Problem, part: Part, solution: str = "") -> AnswerBox | No
 
 def _make_number_box(problem: Problem, part: Part, answer: Number, working_space: int) -> AnswerBox:
     chain, question = problem.chain, question_of(part)
-    typed_labels = (tex(sp.Symbol(name), chain) for name in question.typed_names(chain))
+    typed_labels = (tex(sp.Symbol(name), chain) for name in question.names_to_type(chain))
     labels = tuple(question.entry_names(chain, part) or typed_labels)
     units = tuple(map(format_unit, answer.units))
     rows, columns = answer.shape or (1, 1)

@@ -14,7 +14,7 @@ FILE_FOLDER = "%24IMS-CC-FILEBASE%24"
 def export_canvas(request: ExportRequest) -> Generator[ExportedFile, None, None]:
     """Yield one package. From the package, Canvas imports a quiz and a question bank."""
     assignment = request.assignment
-    quiz_items = list(items.make_items_without_hidden_solutions(request))
+    quiz_items = list(items.make_items_for_students(request))
     if any(item.single_number_item for item in quiz_items):
         request.report("Canvas takes one number per question, so questions on vectors and matrices use a single entry")
     groups = items.group_by_category(item.single_number_item or item for item in quiz_items)

@@ -45,7 +45,7 @@ class ExportRequest:
     - `find_failures` returns the failed checks of a problem; a problem with failed checks is never exported.
     - `on_step` is called after every variant or student, and `on_left_out` for each student without a problem.
     - `report` is called with messages to the staff.
-    - `earned_share` is the grader's share of points for an answer; only marking sheets need it.
+    - `compute_earned_share` is the grader's share of points for an answer; only marking sheets need it.
     - `passing_share` is the share of the points that a student needs to pass; None if there is no such limit.
     """
 
@@ -60,7 +60,7 @@ class ExportRequest:
     on_step: Callable[[], None] = _ignore
     report: Callable[[str], None] = _ignore
     on_left_out: Callable[[FailedSlot], None] = _refuse
-    earned_share: EarnedShare | None = None
+    compute_earned_share: EarnedShare | None = None
     passing_share: Fraction | None = None
 
     @property

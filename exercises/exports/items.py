@@ -13,7 +13,6 @@ from typing import ClassVar
 import numpy as np
 import sympy as sp
 
-from qdot.exercises.answer_types import LETTERS, TRUE_FALSE, Matching, Number, Selection, Words
 from qdot.exercises.assignment.assignment import Slot
 from qdot.exercises.assignment.certified_problems import Variant
 from qdot.exercises.common.errors import QdotError
@@ -24,6 +23,7 @@ from qdot.exercises.exports.markup import Picture, draw_arm, draw_prompt_figure,
 from qdot.exercises.exports.numbers import NumericPart, ask_in_numbers
 from qdot.exercises.mistakes.base import name_chapter
 from qdot.exercises.problem.problem import Part, Problem
+from qdot.exercises.reference_answers import LETTERS, TRUE_FALSE, Matching, Number, Selection, Words
 from qdot.exercises.short_questions import ALL_QUESTIONS, question_of
 from qdot.exercises.short_questions.options import list_blames
 from qdot.exercises.writing.latex import tex
@@ -203,7 +203,7 @@ def _add_variant_key(item: QuizItem, variant: Variant) -> QuizItem:
     return replace(item, key=key, title=title, single_number_item=number_item)
 
 
-def make_items_without_hidden_solutions(request: ExportRequest) -> Generator[QuizItem, None, None]:
+def make_items_for_students(request: ExportRequest) -> Generator[QuizItem, None, None]:
     """Yield the items for a platform without levels of feedback; they have solutions only if students may see them."""
     for item in make_items(request):
         number_item = item.single_number_item and replace(item.single_number_item, solution=())
@@ -292,8 +292,8 @@ def write_question_alone(problem: Problem, part: Part) -> str:
 def list_entry_labels(problem: Problem, part: Part, shape: tuple[int, ...]) -> tuple[str, ...]:
     """Return the LaTeX labels of the entries of an answer with a given shape, row by row."""
     chain, question, count = problem.chain, question_of(part), int(np.prod(shape))
-    typed_names = (tex(sp.Symbol(name), chain) for name in question.typed_names(chain))
-    entry_names = tuple(question.entry_names(chain, part) or typed_names)
+    names_to_type = (tex(sp.Symbol(name), chain) for name in question.names_to_type(chain))
+    entry_names = tuple(question.entry_names(chain, part) or names_to_type)
     if len(entry_names) == count:
         return entry_names
     return tuple(f"({index // shape[1] + 1}, {index % shape[1] + 1})" for index in range(count))

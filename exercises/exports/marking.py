@@ -8,7 +8,13 @@ from collections.abc import Iterator
 from dataclasses import dataclass, replace
 from fractions import Fraction
 
-from qdot.exercises.answer_types import (
+from qdot.exercises.exports.export_format import EarnedShare
+from qdot.exercises.exports.known_wrong import KnownWrongAnswer, find_known_wrong_answers
+from qdot.exercises.formula.latex import parse_latex
+from qdot.exercises.problem.credit import INCOMPLETE_CONDITION_FACTOR, MISTAKE_FACTOR, SIGN_OR_FACTOR_COST
+from qdot.exercises.problem.problem import Part, Problem
+from qdot.exercises.questions.results import is_product
+from qdot.exercises.reference_answers import (
     LETTERS,
     Answer,
     Choice,
@@ -21,12 +27,6 @@ from qdot.exercises.answer_types import (
     Selection,
     Words,
 )
-from qdot.exercises.exports.export_format import EarnedShare
-from qdot.exercises.exports.known_wrong import KnownWrongAnswer, find_known_wrong_answers
-from qdot.exercises.formula.latex import parse_latex
-from qdot.exercises.problem.credit import INCOMPLETE_CONDITION_FACTOR, MISTAKE_FACTOR, SIGN_OR_FACTOR_COST
-from qdot.exercises.problem.problem import Part, Problem
-from qdot.exercises.questions.results import is_product
 from qdot.exercises.short_questions.options import list_blames
 from qdot.exercises.writing.fit import estimate_width, fit_formula
 from qdot.exercises.writing.short_answer import write_short_answer
@@ -58,12 +58,14 @@ class MarkingInstructions:
     rule: str
 
 
-def explain_marking(problem: Problem, part: Part, earned_share: EarnedShare) -> MarkingInstructions:
-    """Return the instructions for a part; `earned_share` returns the share of the points for a typed answer."""
+def explain_marking(problem: Problem, part: Part, compute_earned_share: EarnedShare) -> MarkingInstructions:
+    """Return the instructions for a part; `compute_earned_share` returns the share of the points for a typed answer."""
     correct_answer = _keep_if_legible(write_short_answer(problem, part)) or "see the key"
     correct_line = MarkingLine("Right", correct_answer, _format_points(part, Fraction(1)))
     legend = correct_answer[: max(0, correct_answer.find("$$"))]  # explains s1, c12 …; only the first line shows it
-    wrong_lines = _list_options(part) if part.answer.offered_options else _list_mistakes(problem, part, earned_share)
+    wrong_lines = (
+        _list_options(part) if part.answer.offered_options else _list_mistakes(problem, part, compute_earned_share)
+    )
     other_lines = (replace(line, answer=line.answer.removeprefix(legend)) for line in wrong_lines)
     return MarkingInstructions((correct_line, *other_lines), _state_rule(problem, part))
 
@@ -88,14 +90,14 @@ def _list_options(part: Part) -> Iterator[MarkingLine]:
                 yield MarkingLine(f"{LETTERS[index]}: {', and '.join(mistakes)}", "", _format_points(part, Fraction(0)))
 
 
-def _list_mistakes(problem: Problem, part: Part, earned_share: EarnedShare) -> Iterator[MarkingLine]:
+def _list_mistakes(problem: Problem, part: Part, compute_earned_share: EarnedShare) -> Iterator[MarkingLine]:
     """Yield a line for each answer that a known mistake leads to."""
     for known_answer in find_known_wrong_answers(problem, part, MAX_MISTAKES):
         wrong_part = replace(part, answer=_replace_answer(part.answer, known_answer))
         typed_answer, shown_answer = wrong_part.answer.as_typed(), ""
         if len(typed_answer) <= MAX_CHARACTERS:
             shown_answer = _keep_if_legible(write_short_answer(problem, wrong_part))
-        points = _format_points(part, earned_share(problem, part, typed_answer))
+        points = _format_points(part, compute_earned_share(problem, part, typed_answer))
         yield MarkingLine(known_answer.title, shown_answer or TOO_LONG, points)
 
 

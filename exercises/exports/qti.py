@@ -9,7 +9,7 @@ from collections.abc import Generator
 
 from qdot.exercises.exports import markup
 from qdot.exercises.exports.export_format import ExportedFile, ExportRequest, make_zip
-from qdot.exercises.exports.items import NumberForm, QuizItem, make_items_without_hidden_solutions
+from qdot.exercises.exports.items import NumberForm, QuizItem, make_items_for_students
 from qdot.exercises.formula.printers.mathml import plain_mathml
 from qdot.exercises.writing.render import render
 
@@ -30,7 +30,7 @@ def export_qti(request: ExportRequest) -> Generator[ExportedFile, None, None]:
     resources = []
     variants_by_slot, titles = dict[str, dict[str, list[str]]](), dict[str, str]()
     points_by_question: dict[str, float] = {}
-    for item in make_items_without_hidden_solutions(request):
+    for item in make_items_for_students(request):
         files[f"items/{item.key}.xml"] = _render_item(item, request.attempt_count)
         item_images = markup.make_image_files((*item.body, *item.solution))
         images |= item_images

@@ -14,7 +14,7 @@ from qdot.exercises.assignment.certified_problems import (
     record_replacements,
 )
 from qdot.exercises.assignment.replacements import Replacement
-from qdot.exercises.common.parallel import keep_state, map_in_order
+from qdot.exercises.common.parallel import map_in_order, return_state
 from qdot.exercises.exports.bank import iterate_bank
 from qdot.exercises.exports.boxes import (
     AnswerBox,
@@ -149,7 +149,9 @@ def make_sheets(request: ExportRequest) -> Generator[Sheet, None, None]:
     assignment = request.assignment
     student_tasks = [_SheetTask(student.id, student.name, student.id) for student in assignment.roster]
     tasks = _list_versions(request) if request.version_count else student_tasks
-    with closing(map_in_order(_make_sheet, tasks, request.jobs, keep_state, (request.without_callbacks,))) as results:
+    with closing(
+        map_in_order(_make_sheet, tasks, request.jobs, setup=return_state, arguments=(request.without_callbacks,))
+    ) as results:
         for task, (sheet, replacements, failed_slots) in zip(tasks, results, strict=True):
             request.on_step()
             for failure in failed_slots:
@@ -220,7 +222,7 @@ def _make_sheet_part(request: ExportRequest, label: str, problem: Problem, part:
     figure = draw_prompt_figure(problem, part, figure_name) if is_printed else None
     width_share = WIDTH_BESIDE_FIGURE if figure and not part.details.has_drawn_options else 1.0
     options = arrange_options(problem, part, width_share) if is_printed else None
-    earned_share = request.earned_share if request.sheet == "marking" else None
+    compute_earned_share = request.compute_earned_share if request.sheet == "marking" else None
     return SheetPart(
         label, question_of(part).make_title(problem.chain), write_points(part.points), part.points,
         prompt=text if options is None else remove_options(text),
@@ -231,5 +233,5 @@ def _make_sheet_part(request: ExportRequest, label: str, problem: Problem, part:
         solution_figure=draw_solution_figure(problem, part, f"{figure_name}-solution") if shows_solutions else None,
         answer=write_short_answer(problem, part) if request.sheet == "key" else "", has_score_space=is_exam,
         has_wide_figure=part.details.has_drawn_options,
-        marking=explain_marking(problem, part, earned_share) if earned_share else None,
+        marking=explain_marking(problem, part, compute_earned_share) if compute_earned_share is not None else None,
     )  # fmt: skip

@@ -368,11 +368,11 @@ class ConfigurationSpace:
             is_angle = self.domain.roles.get(atom.joint) == "angle"
             return agree_to_double_precision(typed_values[atom.joint], expected, is_angle)
         used_names = find_names(atom.expression)
-        typed_names = used_names & set(typed_values)
-        if not typed_names or used_names & set(self.joints) - typed_names:
+        names_to_type = used_names & set(typed_values)
+        if not names_to_type or used_names & set(self.joints) - names_to_type:
             return True
-        joint_values = {joint: typed_values[joint] for joint in typed_names}
-        return vanishes_at(atom.expression, joint_values, {name: symbols[name] for name in used_names - typed_names})
+        joint_values = {joint: typed_values[joint] for joint in names_to_type}
+        return vanishes_at(atom.expression, joint_values, {name: symbols[name] for name in used_names - names_to_type})
 
 
 @dataclass(frozen=True)

@@ -533,7 +533,9 @@ class _Parser:
             self.position += 1
             return _make_container(name, self.parse_bracket(")", "args").args, self)
         if name in VOCABULARY["undefined"]:
-            raise self.parse_error(f"{name} is not an answer{VOCABULARY['undefined_because'].get(name, '')}")
+            meaning, advice = VOCABULARY["undefined"][name]
+            position = self.tokens[self.position - 1].position
+            raise trees.UndefinedValue(f"your answer contains {name} ({meaning}) at character {position + 1}; {advice}")
         if name in VOCABULARY["blank"]:
             return Node("blank")
         if name in SHORTHAND and name not in self.known_symbols and self.is_angle_ahead():

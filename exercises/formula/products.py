@@ -141,7 +141,7 @@ def _apply_cofactor_sign(index: int, node: Node) -> Node:
 
 
 def _make_operation_error(operation: str, matrices: Sequence[Rows], operand_count: int) -> ParseError:
-    shapes = " and ".join(f"a {rows} x {columns}" for rows, columns in map(_shape, matrices))
+    shapes = " and ".join(f"a {rows} × {columns}" for rows, columns in map(_shape, matrices))
     shapes += " matrix" if len(matrices) == 1 else ""
     shapes += " and a number" if len(matrices) < operand_count else ""
     return ParseError(f"there is no {operation} of {shapes}; write out the entries, as in [[a, b], [c, d]]")

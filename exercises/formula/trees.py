@@ -18,6 +18,10 @@ class ParseError(ValueError):
     """Raised for a text that can't be parsed; the message says what was found, where, and what to write instead."""
 
 
+class UndefinedValue(ParseError):
+    """Raised for a value such as nan, which is no formula although it can be parsed; the message is a sentence."""
+
+
 @dataclass(frozen=True, slots=True)
 class Node:
     """A node of an expression: its `kind`, and its arguments; `value` holds a number (Fraction) or a name.

@@ -40,9 +40,9 @@ def _vary_if_square(stage: str, change: Change, min_joints: int = 2, max_joints:
     return vary_if(partial(_has_square_jacobian, min_joints=min_joints, max_joints=max_joints), {stage: change})
 
 
-def _expand_without_signs(w: StageResults, _: np.ndarray) -> np.ndarray:
+def _expand_without_signs(stages: StageResults, _: np.ndarray) -> np.ndarray:
     """Return det J expanded along the first row, with correct 2 x 2 minors but with a plus sign for every term."""
-    return (w["jacobian"][0] * w["minors"][0]).sum(axis=0)
+    return (stages["jacobian"][0] * stages["minors"][0]).sum(axis=0)
 
 
 def _factor_determinant(chain: Chain) -> list[tuple[sp.Expr, int]]:
@@ -99,23 +99,23 @@ def _variant_without_factor(stage: str, chain: Chain, factor: sp.Expr, divisor: 
 
 
 def _divide_by(divisor: sp.Expr) -> Change:
-    return lambda w, value: value / w.arithmetic.drop_derivatives(w.arithmetic.convert_entry(divisor))
+    return lambda stages, value: value / stages.arithmetic.drop_derivatives(stages.arithmetic.convert_entry(divisor))
 
 
-def _take_reciprocals(w: StageResults, _: np.ndarray) -> np.ndarray:
+def _take_reciprocals(stages: StageResults, _: np.ndarray) -> np.ndarray:
     """Return the reciprocal of each entry of J, but zero for an entry that is zero."""
-    jacobian = w["jacobian"]
+    jacobian = stages["jacobian"]
     return np.where(jacobian == 0, jacobian, (jacobian * 0 + 1) / np.where(jacobian == 0, 1, jacobian))
 
 
-def _maximal_minor(w: StageResults, columns: Sequence[int]) -> np.ndarray:
-    return determinant(w["jacobian"][:, list(columns)])
+def _maximal_minor(stages: StageResults, columns: Sequence[int]) -> np.ndarray:
+    return determinant(stages["jacobian"][:, list(columns)])
 
 
-def _add_minors(w: StageResults, sign: int = 1) -> np.ndarray:
+def _add_minors(stages: StageResults, sign: int = 1) -> np.ndarray:
     """Return the sum of the maximal minors of J, or their alternating sum if `sign` is -1."""
-    column_sets = combinations(range(w.n), len(w.chain.task))
-    return np.asarray(sum(sign**k * _maximal_minor(w, columns) for k, columns in enumerate(column_sets)))
+    column_sets = combinations(range(stages.n), len(stages.chain.task))
+    return np.asarray(sum(sign**k * _maximal_minor(stages, columns) for k, columns in enumerate(column_sets)))
 
 
 def _miscount_minors(chain: Chain, _: AnswerShape) -> Iterator[MistakeVariant]:
@@ -124,8 +124,10 @@ def _miscount_minors(chain: Chain, _: AnswerShape) -> Iterator[MistakeVariant]:
     The sum is replaced by one of the squares, or one square is omitted from the sum.
     """
 
-    def miscount(w: StageResults, gram_determinant: np.ndarray, columns: Sequence[int], is_omitted: bool) -> np.ndarray:
-        square = _maximal_minor(w, columns) * _maximal_minor(w, columns)
+    def miscount(
+        stages: StageResults, gram_determinant: np.ndarray, columns: Sequence[int], is_omitted: bool
+    ) -> np.ndarray:
+        square = _maximal_minor(stages, columns) * _maximal_minor(stages, columns)
         return gram_determinant - square if is_omitted else square
 
     for columns in combinations(range(chain.n), len(chain.task)) if _has_wide_jacobian(chain) else ():
@@ -139,9 +141,11 @@ def _flip_product_sign(chain: Chain, _: AnswerShape) -> Iterator[MistakeVariant]
     A term is an entry of J, or one link's contribution to that entry, times the cofactor of the entry.
     """
 
-    def flip(w: StageResults, correct_determinant: np.ndarray, i: int, j: int, link: int | None = None) -> np.ndarray:
-        entry = w["jacobian"][i, j] if link is None else w["effects"][j, link, chain.task_rows[i]]
-        return correct_determinant - 2 * entry * w["cofactors"][i, j]
+    def flip(
+        stages: StageResults, correct_determinant: np.ndarray, i: int, j: int, link: int | None = None
+    ) -> np.ndarray:
+        entry = stages["jacobian"][i, j] if link is None else stages["link derivatives"][j, link, chain.task_rows[i]]
+        return correct_determinant - 2 * entry * stages["cofactors"][i, j]
 
     for i, j in product(range(chain.n), repeat=2) if _has_square_jacobian(chain, 2, 3) else ():
         yield MistakeVariant({"determinant": partial(flip, i=i, j=j)})
@@ -150,52 +154,56 @@ def _flip_product_sign(chain: Chain, _: AnswerShape) -> Iterator[MistakeVariant]
 
 
 VARIANTS: dict[str, VariantGenerator] = {
-    "determinant-plus": _vary_if_square("determinant", lambda w, _: determinant(w["jacobian"], 1), 2, 3),
+    "determinant-plus": _vary_if_square("determinant", lambda stages, _: determinant(stages["jacobian"], 1), 2, 3),
     "expansion-signs": _vary_if_square("determinant", _expand_without_signs, 3, 3),
-    "diagonal-only": _vary_if_square("determinant", lambda w, _: np.diagonal(w["jacobian"]).prod(axis=-1)),
-    "determinant-sign": _vary_if_square("determinant", lambda w, value: -value, 1),
+    "diagonal-only": _vary_if_square("determinant", lambda stages, _: np.diagonal(stages["jacobian"]).prod(axis=-1)),
+    "determinant-sign": _vary_if_square("determinant", lambda stages, value: -value, 1),
     "wave-exchanged": _exchange_sine_and_cosine,
     "factor-lost": _drop_factor,
     "transpose-for-inverse": combine(
-        _vary_if_square("inverse", lambda w, _: w["transposed jacobian"]),
-        _vary_if_wide("pseudo-inverse", lambda w, _: w["transposed jacobian"]),
+        _vary_if_square("inverse", lambda stages, _: stages["transposed jacobian"]),
+        _vary_if_wide("pseudo-inverse", lambda stages, _: stages["transposed jacobian"]),
     ),
     "gram-not-inverted": _vary_if_wide(
-        "pseudo-inverse", lambda w, _: matrix_product(w["transposed jacobian"], w["gram matrix"])
+        "pseudo-inverse", lambda stages, _: matrix_product(stages["transposed jacobian"], stages["gram matrix"])
     ),
-    "determinant-forgotten": _vary_if_square("inverse", lambda w, _: w["adjugate"]),
-    "determinant-multiplied": _vary_if_square("inverse", lambda w, _: w["adjugate"] * w["determinant"], 1),
-    "determinant-squared": _vary_if_square("inverse", lambda w, value: value / w["determinant"], 1),
-    "adjugate-not-transposed": _vary_if_square("adjugate", lambda w, _: w["cofactors"]),
+    "determinant-forgotten": _vary_if_square("inverse", lambda stages, _: stages["adjugate"]),
+    "determinant-multiplied": _vary_if_square(
+        "inverse", lambda stages, _: stages["adjugate"] * stages["determinant"], 1
+    ),
+    "determinant-squared": _vary_if_square("inverse", lambda stages, value: value / stages["determinant"], 1),
+    "adjugate-not-transposed": _vary_if_square("adjugate", lambda stages, _: stages["cofactors"]),
     "cofactor-signs": combine(
-        _vary_if_square("cofactors", lambda w, _: w["minors"]),
+        _vary_if_square("cofactors", lambda stages, _: stages["minors"]),
         vary_if(
             lambda chain: chain.n == len(chain.task) + 1,
-            {"self-motion": lambda w, motion: motion * cofactor_signs(w.n)[0][:, None]},
+            {"self-motion": lambda stages, motion: motion * cofactor_signs(stages.n)[0][:, None]},
         ),
     ),
     "reciprocal-entries": _vary_if_square("inverse", _take_reciprocals),
-    "jacobian-for-inverse": _vary_if_square("rates", lambda w, _: apply_matrix(w["jacobian"], w["wanted velocity"])),
+    "jacobian-for-inverse": _vary_if_square(
+        "rates", lambda stages, _: apply_matrix(stages["jacobian"], stages["wanted velocity"])
+    ),
     "minor-missing": _miscount_minors,
-    "minors-not-squared": _vary_if_wide("gram determinant", lambda w, _: _add_minors(w)),
-    "root-taken": _vary_if_wide("gram determinant", lambda w, value: w.arithmetic.sqrt(value)),
+    "minors-not-squared": _vary_if_wide("gram determinant", lambda stages, _: _add_minors(stages)),
+    "root-taken": _vary_if_wide("gram determinant", lambda stages, value: stages.arithmetic.sqrt(value)),
     "direction-that-moves": vary_if(
-        lambda chain: len(chain.task) == 2, {"lost direction": lambda w, _: singular_vectors(w)[0][:, 0]}
+        lambda chain: len(chain.task) == 2, {"lost direction": lambda stages, _: singular_vectors(stages)[0][:, 0]}
     ),  # the direction perpendicular to the lost direction
-    "null-vector-of-jacobian": _vary_if_square("lost direction", lambda w, _: singular_vectors(w)[2][-1]),
-    "jacobian-for-transpose": _vary_if_square("transposed jacobian", lambda w, _: w["jacobian"]),
+    "null-vector-of-jacobian": _vary_if_square("lost direction", lambda stages, _: singular_vectors(stages)[2][-1]),
+    "jacobian-for-transpose": _vary_if_square("transposed jacobian", lambda stages, _: stages["jacobian"]),
     "product-sign": _flip_product_sign,
     "blocks-added": _vary_if_square(
-        "determinant", lambda w, _: determinant(w["arm block"]) + determinant(w["wrist block"]), 6
+        "determinant", lambda stages, _: determinant(stages["arm block"]) + determinant(stages["wrist block"]), 6
     ),
     "wrist-alone": _vary_if_square("jacobian", scale_entries((slice(3, None), slice(3)), 0), 6),
     "sum-squared": _vary_if_wide(
-        "gram determinant", lambda w, _: _add_minors(w) ** 2, lambda w, _: _add_minors(w, -1) ** 2
+        "gram determinant", lambda stages, _: _add_minors(stages) ** 2, lambda stages, _: _add_minors(stages, -1) ** 2
     ),
     "square-lost": _drop_repeated_factor,
     "velocity-sign": vary_each(
         lambda chain: enumerate(chain.task),
         lambda i, name: MistakeVariant({"wanted velocity": scale_entries(i, -1)}, {"name": name}),
     ),
-    "velocity-components-exchanged": _vary_if_square("wanted velocity", lambda w, velocity: velocity[::-1], 2, 2),
+    "velocity-components-exchanged": _vary_if_square("wanted velocity", lambda stages, velocity: velocity[::-1], 2, 2),
 }

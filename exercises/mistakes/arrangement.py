@@ -6,8 +6,9 @@ from itertools import combinations
 
 import numpy as np
 
-from qdot.exercises.arm.chain import TASK_ROWS, Chain
+from qdot.exercises.arm.chain import Chain
 from qdot.exercises.arm.conventions import convention_of
+from qdot.exercises.arm.conventions.base import VELOCITY_NAMES
 from qdot.exercises.arm.derivation_graph import RESULT, StageResults
 from qdot.exercises.mistakes.base import (
     AnswerShape,
@@ -54,8 +55,8 @@ def _take_other_rows(chain: Chain, shape: AnswerShape) -> Iterator[MistakeVarian
     If all six rows are expected, yield variants with only some of them.
     """
 
-    def select_rows(w: StageResults, values: np.ndarray, row_indices: list[int]) -> np.ndarray:
-        return (values if expects_all_rows else w["geometric"])[row_indices]
+    def select_rows(stages: StageResults, values: np.ndarray, row_indices: list[int]) -> np.ndarray:
+        return (values if expects_all_rows else stages["geometric"])[row_indices]
 
     all_rows = convention_of(chain).velocity_names
     expected_rows = {(6, chain.n): all_rows, (len(chain.task), chain.n): chain.task}.get(shape)
@@ -63,13 +64,13 @@ def _take_other_rows(chain: Chain, shape: AnswerShape) -> Iterator[MistakeVarian
         return
     expects_all_rows = len(expected_rows) == 6
     row_choices: list[tuple[str, Sequence[str]]] = [
-        ("all six", all_rows), ("the linear", TASK_ROWS[:3]), ("the angular", TASK_ROWS[3:]),
+        ("all six", all_rows), ("the linear", VELOCITY_NAMES[:3]), ("the angular", VELOCITY_NAMES[3:]),
     ]  # fmt: skip
     if expects_all_rows:
         row_choices += [("only some", chain.task), ("only some", PLANAR_ROWS)]
-    if expects_all_rows and all_rows != TASK_ROWS and len(chain.task) == 6:  # the task has another order
+    if expects_all_rows and all_rows != VELOCITY_NAMES and len(chain.task) == 6:  # the task has another order
         row_choices = []
-    order = all_rows if expects_all_rows else TASK_ROWS
+    order = all_rows if expects_all_rows else VELOCITY_NAMES
     for words, rows in row_choices:
         if tuple(rows) != tuple(expected_rows):
             change = partial(select_rows, row_indices=[order.index(row) for row in rows])
@@ -77,17 +78,18 @@ def _take_other_rows(chain: Chain, shape: AnswerShape) -> Iterator[MistakeVarian
 
 
 VARIANTS: dict[str, VariantGenerator] = {
-    "transposed": _change_result(lambda w, values: values.swapaxes(0, 1), lambda chain, shape: min(shape) > 1),
+    "transposed": _change_result(lambda stages, values: values.swapaxes(0, 1), lambda chain, shape: min(shape) > 1),
     "other-rows": _take_other_rows,
     "rows-exchanged": _exchange_two(RESULT, lambda chain, shape: shape[0]),
     "columns-exchanged": _exchange_two(RESULT, lambda chain, shape: shape[1], axis=1),
-    "columns-reversed": _change_result(lambda w, values: values[:, ::-1], lambda chain, shape: shape[1] > 2),
-    "sign": vary_always({RESULT: lambda w, values: -values}),
+    "columns-reversed": _change_result(lambda stages, values: values[:, ::-1], lambda chain, shape: shape[1] > 2),
+    "sign": vary_always({RESULT: lambda stages, values: -values}),
     "column-sign": _negate_one(axis=1),
     "row-sign": _negate_one(axis=0),
     "rates-left-in": _change_result(
-        lambda w, values: values * w.symbol_vector(w.chain.rates)[None], lambda chain, shape: shape[1] == chain.n > 1
+        lambda stages, values: values * stages.symbol_vector(stages.chain.rates)[None],
+        lambda chain, shape: shape[1] == chain.n > 1,
     ),
-    "rates-left-out": vary_always({"joint rates": lambda w, rates: rates * 0 + 1}),
+    "rates-left-out": vary_always({"joint rates": lambda stages, rates: rates * 0 + 1}),
     "rates-exchanged": _exchange_two("joint rates", lambda chain, shape: chain.n),
 }

@@ -1,8 +1,9 @@
 """Define a mistake: a change to a derivation, or to an answer, and the message to the student.
 
 A derivation consists of stages, such as the table, the link vectors and the Jacobian (`arm.derivation_graph`). A
-mistake changes the results of some stages; all later stages are computed from the changed results. In the functions
-that change a result, `w` is the derivation (`StageResults`): `w["links"]` are its link vectors.
+mistake changes the results of some stages; all later stages are computed from the changed results. Values may carry
+derivatives by the joint variables; `drop_derivatives` removes these. In shapes, "…" stands for the axes of the
+arithmetic: the configurations, or a single formula.
 """
 
 import re
@@ -14,11 +15,11 @@ from typing import Any
 
 import numpy as np
 
-from qdot.exercises.answer_types import Answer
 from qdot.exercises.arm.chain import Chain
 from qdot.exercises.arm.conventions import REGISTRY, convention_of
 from qdot.exercises.arm.derivation_graph import Change, StageResults, propagate_linear_rows
 from qdot.exercises.problem.problem import Part
+from qdot.exercises.reference_answers import Answer
 
 AnswerShape = tuple[int, int]
 """The numbers of rows and columns of an answer."""
@@ -170,7 +171,7 @@ def make_joint_words(joints: Sequence[int], separator: str = " and ") -> dict[st
 def scale_entries(entry_index: Any, factor: int) -> Change:
     """Return the change that multiplies the entries at an index of an array by a factor."""
 
-    def scale(w: StageResults, values: np.ndarray) -> np.ndarray:
+    def scale(stages: StageResults, values: np.ndarray) -> np.ndarray:
         scaled = np.array(values)
         scaled[entry_index] = factor * scaled[entry_index]
         return scaled
@@ -181,7 +182,7 @@ def scale_entries(entry_index: Any, factor: int) -> Change:
 def exchange(i: int, j: int, axis: int = 0) -> Change:
     """Return the change that exchanges two rows (axis 0) or columns (axis 1) of an array."""
 
-    def apply_exchange(w: StageResults, values: np.ndarray) -> np.ndarray:
+    def apply_exchange(stages: StageResults, values: np.ndarray) -> np.ndarray:
         order = list(range(values.shape[axis]))
         order[i], order[j] = j, i
         return values.take(order, axis)

@@ -103,40 +103,44 @@ def list_likely_mistakes(part: Part, is_precise: bool = False) -> list[Mistake]:
     ]
 
 
-def predict_wrong_answers(w: StageResults, part: Part, is_precise: bool = False) -> Iterator[PredictedAnswer]:
+def predict_wrong_answers(stages: StageResults, part: Part, is_precise: bool = False) -> Iterator[PredictedAnswer]:
     """Yield the answers that mistakes in the derivation of a part give, including answers that remain correct."""
     if is_derived(part):
-        reference = _compute_result(w, part)
+        reference = _compute_result(stages, part)
         for mistake in list_likely_mistakes(part, is_precise):
-            yield from apply_mistake(mistake, w, part, reference)
+            yield from apply_mistake(mistake, stages, part, reference)
 
 
 def apply_mistake(
-    mistake: Mistake, w: StageResults, part: Part, correct_answer: np.ndarray | None = None
+    mistake: Mistake, stages: StageResults, part: Part, correct_answer: np.ndarray | None = None
 ) -> Iterator[PredictedAnswer]:
     """Yield the answers to a part that the variants of one mistake give.
 
     After a mistake in adding up the links, J is derived in two ways: first by differentiation, then by propagation. A
     mistake at several joints is made only at the joints at which it changes the answer, and its message names only
-    these joints. `correct_answer` is the answer of the derivation `w`; it is computed if it is None.
+    these joints. `correct_answer` is the answer of `stages`; it is computed if it is None.
     """
-    correct_answer = _compute_result(w, part) if correct_answer is None else correct_answer
+    correct_answer = _compute_result(stages, part) if correct_answer is None else correct_answer
     if correct_answer is None:
         return
     idle_joints = set[int]()
-    for variant in mistake.generate_variants(w.chain, (correct_answer.shape[0], correct_answer.shape[1])):
+    for variant in mistake.generate_variants(stages.chain, (correct_answer.shape[0], correct_answer.shape[1])):
         effective_variant = variant if variant.at_joints is None else variant.without_idle_joints(idle_joints)
         if variant.at_joints is not None:
             idle_joints = set()
         if effective_variant is None:
             continue
         changes: dict[str, Change] = dict(effective_variant.changes)
-        derivations = [w.with_mistakes(changes)]
+        derivations = [stages.with_mistakes(changes)]
         if _POSITION_STAGES & changes.keys() and "linear" not in changes:
-            derivations.append(w.with_mistakes({**changes, "linear": propagate_linear_rows}))
-        answers = [(stages, answer) for stages in derivations if (answer := _compute_result(stages, part)) is not None]
-        yield from (PredictedAnswer(mistake, effective_variant, *stages_and_answer) for stages_and_answer in answers)
-        if all(_is_same_answer(answer, correct_answer) for _, answer in answers):
+            derivations.append(stages.with_mistakes({**changes, "linear": propagate_linear_rows}))
+        answers = []
+        for mistaken_stages in derivations:
+            answer = _compute_result(mistaken_stages, part)
+            if answer is not None:
+                answers.append(answer)
+                yield PredictedAnswer(mistake, effective_variant, mistaken_stages, answer)
+        if all(_is_same_answer(answer, correct_answer) for answer in answers):
             idle_joints.update(effective_variant.joints)
 
 

@@ -1,6 +1,6 @@
 """Mistakes in the columns of a Jacobian: by differentiation (6.3) and by propagation (6.9 to 6.12).
 
-Two stages need an explanation. "effects" are the derivatives of all link vectors with respect to all joint variables,
+Two stages need an explanation. "link derivatives" are the derivatives of all link vectors by all joint variables,
 (joints, links + 1, 3, …). "arms" are the vectors p* from a frame on each joint axis to P, (joints + 1, 3, …).
 """
 
@@ -53,38 +53,44 @@ def _scale_term(factor: int, min_terms: int) -> VariantGenerator:
             links = [link for link in list_moving_links(chain) if link >= joint]
             for link in links if len(links) >= min_terms else ():
                 words = {"joint": joint + 1, **make_link_words(chain, link)}
-                yield MistakeVariant({"effects": scale_entries((joint, link), factor)}, words)
+                yield MistakeVariant({"link derivatives": scale_entries((joint, link), factor)}, words)
 
     return generate
 
 
-def _keep_own_link(w: StageResults, effects: np.ndarray) -> np.ndarray:
-    """Return the effect of each joint on the link after it, and zero for its effects on later links."""
-    later_links = ~np.eye(w.n, w.n + 1, dtype=bool)
-    return np.asarray(scale_entries(later_links, 0)(w, effects))
+def _keep_own_link(stages: StageResults, link_derivatives: np.ndarray) -> np.ndarray:
+    """Return the derivative of the link vector after each joint, and zero for those of later links."""
+    later_links = ~np.eye(stages.n, stages.n + 1, dtype=bool)
+    return np.asarray(scale_entries(later_links, 0)(stages, link_derivatives))
 
 
 def _keep_last_link(chain: Chain, _: AnswerShape) -> Iterator[MistakeVariant]:
     """Yield the variant in which only the last link contributes to the columns."""
     links = list_moving_links(chain)
     if len(links) > 1:
-        yield MistakeVariant({"effects": scale_entries((slice(None), links[:-1]), 0)})
+        yield MistakeVariant({"link derivatives": scale_entries((slice(None), links[:-1]), 0)})
 
 
-def _mirror_effects(w: StageResults, joint: int) -> np.ndarray:
-    """Return the effects of a joint on the links, (n + 1, 3, …), with the angles of its run negated.
+def _mirror_link_derivatives(stages: StageResults, joint: int) -> np.ndarray:
+    """Return the derivatives of the link vectors by a joint variable, with the angles of its run negated.
+
+    Their shape is (n + 1, 3, …).
 
     The run consists of the consecutive parallel joints to which the joint belongs. Negating their angles flips the
     derivatives of all sines and leaves the derivatives of all cosines unchanged.
     """
-    first = first_joint_of_run(w.chain, joint)
-    run = [i for i in range(w.n) if first_joint_of_run(w.chain, i) == first and w["kinds"][i] == REVOLUTE]
+    first = first_joint_of_run(stages.chain, joint)
+    run = [
+        i for i in range(stages.n) if first_joint_of_run(stages.chain, i) == first and stages["kinds"][i] == REVOLUTE
+    ]
 
     def mirror(_: StageResults, table: Table) -> Table:
         rows = (replace(row, theta=-row.theta) if i in run else row for i, row in enumerate(table.rows))
         return replace(table, rows=tuple(rows))
 
-    return np.asarray(w.without_changes_of("effects").with_mistakes({"table": mirror})["effects"][joint])
+    return np.asarray(
+        stages.without_changes_of("link derivatives").with_mistakes({"table": mirror})["link derivatives"][joint]
+    )
 
 
 def _flip_derivative(sign: int) -> VariantGenerator:
@@ -93,21 +99,26 @@ def _flip_derivative(sign: int) -> VariantGenerator:
     `sign` is -1 for the cosines and 1 for the sines.
     """
 
-    def apply_change(w: StageResults, effects: np.ndarray) -> np.ndarray:
-        kinds = w["kinds"]
-        return np.stack([sign * _mirror_effects(w, i) if kinds[i] == REVOLUTE else effects[i] for i in range(w.n)])
+    def apply_change(stages: StageResults, link_derivatives: np.ndarray) -> np.ndarray:
+        kinds = stages["kinds"]
+        return np.stack(
+            [
+                sign * _mirror_link_derivatives(stages, i) if kinds[i] == REVOLUTE else link_derivatives[i]
+                for i in range(stages.n)
+            ]
+        )
 
-    return vary_if(lambda chain: chain.revolute_joints, {"effects": apply_change})
+    return vary_if(lambda chain: chain.revolute_joints, {"link derivatives": apply_change})
 
 
-def _skip_differentiation(w: StageResults, effects: np.ndarray) -> np.ndarray:
+def _skip_differentiation(stages: StageResults, link_derivatives: np.ndarray) -> np.ndarray:
     """Return the later link vectors themselves instead of their derivatives with respect to a revolute joint."""
-    new_effects, links = np.array(effects), w.arithmetic.drop_derivatives(np.stack(w["links"]))
-    for joint in range(w.n):
-        if w["kinds"][joint] == REVOLUTE:
-            later_links = [k for k in links_to_point(w.chain) if k >= joint]
-            new_effects[joint, later_links] = links[later_links]
-    return new_effects
+    new_derivatives, links = np.array(link_derivatives), stages.arithmetic.drop_derivatives(np.stack(stages["links"]))
+    for joint in range(stages.n):
+        if stages["kinds"][joint] == REVOLUTE:
+            later_links = [k for k in links_to_point(stages.chain) if k >= joint]
+            new_derivatives[joint, later_links] = links[later_links]
+    return new_derivatives
 
 
 # --- propagation ---
@@ -129,23 +140,23 @@ def _make_axis_words(chain: Chain) -> dict[str, object]:
     return {"frame": convention.frame_index, "axis": convention.plain_axis}
 
 
-def _shift_to_next(w: StageResults, vectors: np.ndarray) -> np.ndarray:
+def _shift_to_next(stages: StageResults, vectors: np.ndarray) -> np.ndarray:
     return np.concatenate([vectors[1:], vectors[-1:]])
 
 
-def _shift_to_previous(w: StageResults, vectors: np.ndarray) -> np.ndarray:
+def _shift_to_previous(stages: StageResults, vectors: np.ndarray) -> np.ndarray:
     return np.concatenate([vectors[:1], vectors[:-1]])
 
 
-def _start_one_frame_earlier(w: StageResults, vectors_to_point: np.ndarray) -> np.ndarray:
+def _start_one_frame_earlier(stages: StageResults, vectors_to_point: np.ndarray) -> np.ndarray:
     """Return the vectors to P, each from the frame on the previous joint axis; the first starts at the base."""
-    return np.concatenate([w["point"][None] - w["origins"][:1], vectors_to_point[:-1]])
+    return np.concatenate([stages["point"][None] - stages["origins"][:1], vectors_to_point[:-1]])
 
 
 def _start_at_other_origin(chain: Chain, _: AnswerShape) -> Iterator[MistakeVariant]:
     """Yield variants in which the vector from one joint axis to P starts at the frame on another joint axis."""
 
-    def replace_vector(w: StageResults, vectors_to_point: np.ndarray, i: int, j: int) -> np.ndarray:
+    def replace_vector(stages: StageResults, vectors_to_point: np.ndarray, i: int, j: int) -> np.ndarray:
         return vectors_to_point[[j if k == i else k for k in range(len(vectors_to_point))]]
 
     for i, j in permutations(range(chain.n), 2):
@@ -154,17 +165,17 @@ def _start_at_other_origin(chain: Chain, _: AnswerShape) -> Iterator[MistakeVari
         yield MistakeVariant({"arms": partial(replace_vector, i=i, j=j)}, words)
 
 
-def _stop_at_next_origin(w: StageResults, vectors_to_point: np.ndarray) -> np.ndarray:
+def _stop_at_next_origin(stages: StageResults, vectors_to_point: np.ndarray) -> np.ndarray:
     """Return the link vectors instead of the vectors to P."""
-    links = w.arithmetic.drop_derivatives(np.stack(w["links"]))
-    return np.stack([*links[: w.n], vectors_to_point[-1]])
+    links = stages.arithmetic.drop_derivatives(np.stack(stages["links"]))
+    return np.stack([*links[: stages.n], vectors_to_point[-1]])
 
 
 def _treat_as(wrong_kind: str, correct_kind: str) -> VariantGenerator:
     """Return a function that yields variants in which joints of the correct kind are treated as the wrong kind."""
 
     def treat(treated_joints: Sequence[int]) -> MistakeVariant:
-        def apply_change(w: StageResults, correct_kinds: list[str]) -> list[str]:
+        def apply_change(stages: StageResults, correct_kinds: list[str]) -> list[str]:
             return [wrong_kind if i in treated_joints else kind for i, kind in enumerate(correct_kinds)]
 
         return make_propagated_variant({"kinds": apply_change}, make_joint_words(treated_joints))
@@ -177,15 +188,17 @@ def _replace_angular(
 ) -> MistakeVariant:
     """Return the variant in which each joint's column of the angular rows is replaced."""
 
-    def apply_change(w: StageResults, angular: np.ndarray) -> np.ndarray:
-        return np.stack([new_column(w, i, angular[:, i]) for i in range(w.n)], axis=1)
+    def apply_change(stages: StageResults, angular: np.ndarray) -> np.ndarray:
+        return np.stack([new_column(stages, i, angular[:, i]) for i in range(stages.n)], axis=1)
 
     return MistakeVariant({"angular": apply_change}, words)
 
 
 def _rotate_prismatic_joints(joints: Sequence[int]) -> MistakeVariant:
     """Return the variant that gives prismatic joints an angular velocity."""
-    return _replace_angular(lambda w, i, column: w["axes"][i] if i in joints else column, make_joint_words(joints))
+    return _replace_angular(
+        lambda stages, i, column: stages["axes"][i] if i in joints else column, make_joint_words(joints)
+    )
 
 
 def _rotate_one_prismatic_joint(chain: Chain, _: AnswerShape) -> Iterator[MistakeVariant]:
@@ -199,7 +212,7 @@ def _rotate_all_prismatic_joints(chain: Chain, _: AnswerShape) -> Iterator[Mista
 
 
 def _drop_angular(joints: Sequence[int]) -> MistakeVariant:
-    return _replace_angular(lambda w, i, column: 0 * column if i in joints else column, make_joint_words(joints))
+    return _replace_angular(lambda stages, i, column: 0 * column if i in joints else column, make_joint_words(joints))
 
 
 def _keep_one_angular(chain: Chain, _: AnswerShape) -> Iterator[MistakeVariant]:
@@ -210,7 +223,8 @@ def _keep_one_angular(chain: Chain, _: AnswerShape) -> Iterator[MistakeVariant]:
 
 def _use_next_angular(chain: Chain, _: AnswerShape) -> Iterator[MistakeVariant]:
     yield _replace_angular(
-        lambda w, i, column: column if w["kinds"][i] == PRISMATIC else w["axes"][i + 1], _make_axis_words(chain)
+        lambda stages, i, column: column if stages["kinds"][i] == PRISMATIC else stages["axes"][i + 1],
+        _make_axis_words(chain),
     )
 
 
@@ -220,31 +234,31 @@ def _use_tool_frame(chain: Chain, _: AnswerShape) -> Iterator[MistakeVariant]:
     In questions about the last frame, the vectors are not rotated again.
     """
 
-    def rotate(w: StageResults, vectors: np.ndarray) -> np.ndarray:
-        return matrix_product(w["last rotation"].swapaxes(0, 1), vectors)
+    def rotate(stages: StageResults, vectors: np.ndarray) -> np.ndarray:
+        return matrix_product(stages["last rotation"].swapaxes(0, 1), vectors)
 
     yield MistakeVariant({"linear": rotate, "angular": rotate, "tool jacobian": _leave_in_base(slice(0, 6))})
-    axes: Change = lambda w, axes: rotate(w, axes.swapaxes(0, 1)).swapaxes(0, 1)  # noqa: E731
+    axes: Change = lambda stages, axes: rotate(stages, axes.swapaxes(0, 1)).swapaxes(0, 1)  # noqa: E731
     yield MistakeVariant({"axes": axes, "tool jacobian": _leave_in_base(slice(3, 6))})
 
 
-def _use_local_axes(w: StageResults, axes: np.ndarray) -> np.ndarray:
+def _use_local_axes(stages: StageResults, axes: np.ndarray) -> np.ndarray:
     """Return (0, 0, 1) for every joint axis: its coordinates in the frame on this axis."""
-    local_axis = np.stack([w.arithmetic.constant(sp.Integer(value)) for value in (0, 0, 1)])
+    local_axis = np.stack([stages.arithmetic.constant(sp.Integer(value)) for value in (0, 0, 1)])
     return np.stack([local_axis] * len(axes))
 
 
-def _list_rotations_on_axes(w: StageResults) -> list[np.ndarray]:
+def _list_rotations_on_axes(stages: StageResults) -> list[np.ndarray]:
     """Return the rotations of the frames on the joint axes, with the last repeated if there is no next frame."""
-    frames = [convention_of(w.chain).frame_on_axis(joint) for joint in range(1, w.n + 2)]
-    return [convention_rotation(w, min(frame, w.n)) for frame in frames]
+    frames = [convention_of(stages.chain).frame_on_axis(joint) for joint in range(1, stages.n + 2)]
+    return [convention_rotation(stages, min(frame, stages.n)) for frame in frames]
 
 
 def _use_frame_axis(axis: str, joint: int | None = None) -> MistakeVariant:
     """Return the variant with the x or y axis of the frame instead of the joint axis, for one joint or for all."""
 
-    def apply_change(w: StageResults, axes: np.ndarray) -> np.ndarray:
-        columns = [rotation[:, "xy".index(axis)] for rotation in _list_rotations_on_axes(w)]
+    def apply_change(stages: StageResults, axes: np.ndarray) -> np.ndarray:
+        columns = [rotation[:, "xy".index(axis)] for rotation in _list_rotations_on_axes(stages)]
         return np.stack([column if joint in (i, None) else axes[i] for i, column in enumerate(columns)])
 
     words = {"axis": axis} if joint is None else {"axis": axis, "joint": joint + 1}
@@ -269,23 +283,25 @@ def _leave_vectors_in_base(chain: Chain, _: AnswerShape) -> Iterator[MistakeVari
     """
     for words, rows in (("vectors", slice(0, 6)), ("angular vectors", slice(3, 6)), ("linear vectors", slice(0, 3))):
         yield MistakeVariant({"tool jacobian": _leave_in_base(rows)}, {"vectors": words})
-    yield MistakeVariant({"wrist block": lambda w, _: np.moveaxis(w["axes"][3:6], 0, 1)}, {"vectors": "vectors"})
+    yield MistakeVariant(
+        {"wrist block": lambda stages, _: np.moveaxis(stages["axes"][3:6], 0, 1)}, {"vectors": "vectors"}
+    )
 
 
 def _leave_in_base(rows: slice) -> Change:
     """Return the change that leaves the given rows of the Jacobian in base coordinates instead of tool coordinates."""
 
-    def apply_change(w: StageResults, rotated: np.ndarray) -> np.ndarray:
+    def apply_change(stages: StageResults, rotated: np.ndarray) -> np.ndarray:
         unrotated = np.array(rotated)
-        unrotated[rows] = w["geometric"][rows]
+        unrotated[rows] = stages["geometric"][rows]
         return unrotated
 
     return apply_change
 
 
 def _use_earlier_frame(chain: Chain, shape: AnswerShape) -> Iterator[MistakeVariant]:
-    def rotate(w: StageResults, _: np.ndarray, frame: int) -> np.ndarray:
-        return rotate_rows(convention_rotation(w, frame).swapaxes(0, 1), w["geometric"])
+    def rotate(stages: StageResults, _: np.ndarray, frame: int) -> np.ndarray:
+        return rotate_rows(convention_rotation(stages, frame).swapaxes(0, 1), stages["geometric"])
 
     for frame in range(1, chain.n):
         yield MistakeVariant({"tool jacobian": partial(rotate, frame=frame)}, {"frame": frame})
@@ -294,20 +310,20 @@ def _use_earlier_frame(chain: Chain, shape: AnswerShape) -> Iterator[MistakeVari
 def _use_other_velocity(chain: Chain, shape: AnswerShape) -> Iterator[MistakeVariant]:
     """Yield variants with the velocity of another frame, or with the velocity of P due to the first joints only."""
 
-    def replace_by_frame_velocity(w: StageResults, velocity: np.ndarray, frame: int) -> np.ndarray:
-        if not w.depends_on("joint rates"):
+    def replace_by_frame_velocity(stages: StageResults, velocity: np.ndarray, frame: int) -> np.ndarray:
+        if not stages.depends_on("joint rates"):
             return velocity
         try:
-            inner = w if frame == w.n else w.for_first_joints(frame)
-            stage = "tool jacobian" if w.depends_on("tool jacobian") else "geometric"
-            return apply_matrix(inner[stage], w["joint rates"][:frame])[:, None]
+            inner = stages if frame == stages.n else stages.for_first_joints(frame)
+            stage = "tool jacobian" if stages.depends_on("tool jacobian") else "geometric"
+            return apply_matrix(inner[stage], stages["joint rates"][:frame])[:, None]
         except IndexError:  # a joint is after the frame
             return velocity
 
-    def replace_by_partial_velocity(w: StageResults, velocity: np.ndarray, last_joint: int) -> np.ndarray:
-        if not w.depends_on("joint rates"):
+    def replace_by_partial_velocity(stages: StageResults, velocity: np.ndarray, last_joint: int) -> np.ndarray:
+        if not stages.depends_on("joint rates"):
             return velocity
-        return apply_matrix(w["geometric"][:, :last_joint], w["joint rates"][:last_joint])[:, None]
+        return apply_matrix(stages["geometric"][:, :last_joint], stages["joint rates"][:last_joint])[:, None]
 
     last_frame_words = "the last frame" if convention_of(chain).point.is_origin else "the point"
     for frame in range(1, chain.n + 1) if shape == (6, 1) else ():
@@ -322,27 +338,29 @@ def _use_other_velocity(chain: Chain, shape: AnswerShape) -> Iterator[MistakeVar
 VARIANTS: dict[str, VariantGenerator] = {
     "chain-rule": _scale_term(0, min_terms=2),
     "joint-left-out": _drop_joint,
-    "own-link-only": vary_always({"effects": _keep_own_link}),
+    "own-link-only": vary_always({"link derivatives": _keep_own_link}),
     "last-link-only": _keep_last_link,
     "term-sign": _scale_term(-1, min_terms=1),
     "derivative-of-cosine": _flip_derivative(-1),
     "derivative-of-sine": _flip_derivative(1),
-    "not-differentiated": vary_always({"effects": _skip_differentiation}),
+    "not-differentiated": vary_always({"link derivatives": _skip_differentiation}),
     "next-axis": _vary_propagation(
         {"axes": _shift_to_next},
-        {"products": lambda w, _: [cross(w["axes"][i + 1], w["arms"][i]) for i in range(w.n)]},
+        {"products": lambda stages, _: [cross(stages["axes"][i + 1], stages["arms"][i]) for i in range(stages.n)]},
         names_axis=True,
     ),
     "next-arm": _vary_propagation({"arms": _shift_to_next}, names_axis=True),
     "next-frame": _vary_propagation({"axes": _shift_to_next, "arms": _shift_to_next}, names_axis=True),
     "previous-frame": _vary_propagation({"axes": _shift_to_previous, "arms": _start_one_frame_earlier}),
     "previous-axis": _vary_propagation({"axes": _shift_to_previous}, names_axis=True),
-    "cross-order": _vary_propagation({"products": lambda w, _: list(map(cross, w["arms"], w["axes"]))[: w.n]}),
-    "no-cross-product": _vary_propagation({"products": lambda w, _: w["arms"]}),
-    "arm-from-base": _vary_propagation({"arms": lambda w, arms: np.stack([w["point"]] * len(arms))}),
+    "cross-order": _vary_propagation(
+        {"products": lambda stages, _: list(map(cross, stages["arms"], stages["axes"]))[: stages.n]}
+    ),
+    "no-cross-product": _vary_propagation({"products": lambda stages, _: stages["arms"]}),
+    "arm-from-base": _vary_propagation({"arms": lambda stages, arms: np.stack([stages["point"]] * len(arms))}),
     "arm-from-other-origin": _start_at_other_origin,
-    "arm-to-origin": _vary_propagation({"arms": lambda w, _: w["frames on axes"]}),
-    "arm-reversed": _vary_propagation({"arms": lambda w, arms: -arms}),
+    "arm-to-origin": _vary_propagation({"arms": lambda stages, _: stages["origins on axes"]}),
+    "arm-reversed": _vary_propagation({"arms": lambda stages, arms: -arms}),
     "arm-of-one-link": _vary_propagation({"arms": _stop_at_next_origin}),
     "prismatic-as-revolute": _treat_as("R", "P"),
     "revolute-as-prismatic": _treat_as("P", "R"),
@@ -351,18 +369,18 @@ VARIANTS: dict[str, VariantGenerator] = {
     "slides-turn": _rotate_all_prismatic_joints,
     "angular-of-one-joint": _keep_one_angular,
     "angular-of-next-axis": _use_next_angular,
-    "blocks-exchanged": vary_always({"geometric": lambda w, both: np.roll(both, 3, axis=0)}),
+    "blocks-exchanged": vary_always({"geometric": lambda stages, both: np.roll(both, 3, axis=0)}),
     "tool-frame": _use_tool_frame,
     "own-frames": _vary_propagation({"axes": _use_local_axes}),
     "wrong-axis": vary_each(lambda _: [("x",), ("y",)], _use_frame_axis),
     "wrong-axis-of-joint": vary_each(lambda chain: product("xy", range(chain.n)), _use_frame_axis),
     "row-of-rotation": _vary_propagation(
-        {"axes": lambda w, _: np.stack([rotation[2] for rotation in _list_rotations_on_axes(w)])}
+        {"axes": lambda stages, _: np.stack([rotation[2] for rotation in _list_rotations_on_axes(stages)])}
     ),
     "axis-sign": _flip_axis,
     "rows-not-turned": _leave_vectors_in_base,
     "turned-the-wrong-way": vary_always(
-        {"tool jacobian": lambda w, _: rotate_rows(w["last rotation"], w["geometric"])}
+        {"tool jacobian": lambda stages, _: rotate_rows(stages["last rotation"], stages["geometric"])}
     ),
     "frame-before": _use_earlier_frame,
     "velocity-of-other-frame": _use_other_velocity,

@@ -8,7 +8,6 @@ from itertools import islice
 import numpy as np
 import sympy as sp
 
-from qdot.exercises.answer_types import Number
 from qdot.exercises.arm.chain import Chain
 from qdot.exercises.arm.conventions import convention_of
 from qdot.exercises.arm.derivation_graph import RESULT, StageResults, Table
@@ -24,6 +23,7 @@ from qdot.exercises.mistakes.base import (
 from qdot.exercises.mistakes.table import scale_angles
 from qdot.exercises.problem.problem import Part
 from qdot.exercises.questions.path import DistanceDetails
+from qdot.exercises.reference_answers import Number
 
 
 def _use_degrees(chain: Chain, _: AnswerShape) -> Iterator[MistakeVariant]:
@@ -38,18 +38,18 @@ def _use_degrees(chain: Chain, _: AnswerShape) -> Iterator[MistakeVariant]:
         yield MistakeVariant({"table": _scale_base})
 
 
-def _scale_base(w: StageResults, table: Table) -> Table:
+def _scale_base(stages: StageResults, table: Table) -> Table:
     """Return the table with the angles of the base in degrees."""
     position, yaw, tilt = table.base
-    degrees_per_radian = w.arithmetic.convert_entry(180 / sp.pi)
-    new_tilt = tilt * degrees_per_radian if convention_of(w.chain).base.tilt != 0 else tilt
+    degrees_per_radian = stages.arithmetic.convert_entry(180 / sp.pi)
+    new_tilt = tilt * degrees_per_radian if convention_of(stages.chain).base.tilt != 0 else tilt
     return replace(table, base=(position, yaw * degrees_per_radian, new_tilt))
 
 
-def _scale_variables(w: StageResults, table: Table) -> Table:
+def _scale_variables(stages: StageResults, table: Table) -> Table:
     """Return the table with joint variables in degrees and constants in radians."""
-    for i in w.chain.revolute_joints:
-        added_angle = w.arithmetic.convert_entry((180 / sp.pi - 1) * w.chain.q[i])
+    for i in stages.chain.revolute_joints:
+        added_angle = stages.arithmetic.convert_entry((180 / sp.pi - 1) * stages.chain.q[i])
         table = table.with_row(i, theta=table.rows[i].theta + added_angle)
     return table
 
@@ -57,9 +57,9 @@ def _scale_variables(w: StageResults, table: Table) -> Table:
 def _flip_value(chain: Chain, _: AnswerShape) -> Iterator[MistakeVariant]:
     """Yield variants with the value of one joint variable negated, but not the offset that the table adds."""
 
-    def flip(w: StageResults, table: Table, i: int) -> Table:
+    def flip(stages: StageResults, table: Table, i: int) -> Table:
         entry = chain.joints[i].variable_key
-        value = getattr(table.rows[i], entry) - w.arithmetic.convert_entry(2 * chain.q[i])
+        value = getattr(table.rows[i], entry) - stages.arithmetic.convert_entry(2 * chain.q[i])
         return table.with_row(i, **{entry: value})
 
     for i, q in enumerate(chain.q):
@@ -67,7 +67,7 @@ def _flip_value(chain: Chain, _: AnswerShape) -> Iterator[MistakeVariant]:
 
 
 def _scale_result(factor: float) -> VariantGenerator:
-    return vary_always({RESULT: lambda w, values: values * factor})
+    return vary_always({RESULT: lambda stages, values: values * factor})
 
 
 def _scale_revolute_entries(factor: float) -> VariantGenerator:
@@ -79,7 +79,7 @@ def _scale_revolute_entries(factor: float) -> VariantGenerator:
     def generate(chain: Chain, shape: AnswerShape) -> Iterator[MistakeVariant]:
         if shape == (chain.n, 1):
             factors = np.array([factor if joint.is_revolute else 1.0 for joint in chain.joints])
-            yield MistakeVariant({RESULT: lambda w, values: values * factors[:, None, None]})
+            yield MistakeVariant({RESULT: lambda stages, values: values * factors[:, None, None]})
 
     return generate
 
@@ -161,10 +161,10 @@ VARIANTS: dict[str, VariantGenerator] = {
     "millimetres": _scale_result(1000.0),
     "thousandth": _scale_result(0.001),
     "centimetres": _scale_result(100.0),
-    "root-forgotten": vary_always({"manipulability": lambda w, _: w["gram determinant"]}),
+    "root-forgotten": vary_always({"manipulability": lambda stages, _: stages["gram determinant"]}),
     "value-sign": _flip_value,
-    "ratio-turned-over": vary_always({"condition number": lambda w, value: 1 / value}),
-    "eigenvalues-for-singular-values": vary_always({"condition number": lambda w, value: value**2}),
+    "ratio-turned-over": vary_always({"condition number": lambda stages, value: 1 / value}),
+    "eigenvalues-for-singular-values": vary_always({"condition number": lambda stages, value: value**2}),
 }
 ANSWERS: dict[str, AnswerGenerator] = {
     "rates-at-start": _change_path_rates(_use_rates_at_start),

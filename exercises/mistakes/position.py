@@ -33,22 +33,23 @@ def list_earlier_joints(chain: Chain, link: int) -> list[int]:
 
 
 def _rotate_without(
-    w: StageResults, frame: int, omitted_joints: list[int], keeps_constants: bool = False
+    stages: StageResults, frame: int, omitted_joints: list[int], keeps_constants: bool = False
 ) -> np.ndarray:
     """Return the rotation of a frame without the angles of some joints; their offsets remain if `keeps_constants`."""
-    rotation = w["base rotation"]
-    for i, row in enumerate(w["table"].rows[:frame]):
-        constant = row.theta - w.arithmetic.convert_entry(w.chain.q[i]) if keeps_constants else row.theta * 0
+    rotation = stages["base rotation"]
+    for i, row in enumerate(stages["table"].rows[:frame]):
+        constant = row.theta - stages.arithmetic.convert_entry(stages.chain.q[i]) if keeps_constants else row.theta * 0
         theta = constant if i in omitted_joints else row.theta
-        rotation = matrix_product(rotation, matrix_product(rotation_z(w, theta), rotation_x(w, row.alpha)))
+        rotation = matrix_product(rotation, matrix_product(rotation_z(stages, theta), rotation_x(stages, row.alpha)))
     return rotation
 
 
-def _compute_relative_link(w: StageResults, link: int, keeps_constants: bool = False) -> np.ndarray:
+def _compute_relative_link(stages: StageResults, link: int, keeps_constants: bool = False) -> np.ndarray:
     """Return the vector of a link without the angles of the earlier joints of its run."""
-    frame = w.chain.point.frame if link == w.n else link
+    frame = stages.chain.point.frame if link == stages.n else link
     return apply_matrix(
-        _rotate_without(w, frame, list_earlier_joints(w.chain, link), keeps_constants), w["own links"][link]
+        _rotate_without(stages, frame, list_earlier_joints(stages.chain, link), keeps_constants),
+        stages["own links"][link],
     )
 
 
@@ -81,14 +82,14 @@ def _change_links(
 
 
 def _change_link(link: int, change: Callable[[StageResults, LinkVectors, int], np.ndarray]) -> Change:
-    return lambda w, links: [change(w, links, k) if k == link else vector for k, vector in enumerate(links)]
+    return lambda stages, links: [change(stages, links, k) if k == link else vector for k, vector in enumerate(links)]
 
 
 def _use_relative_angle(chain: Chain, shape: AnswerShape) -> Iterator[MistakeVariant]:
     """Yield variants in which one link has its relative angle instead of its absolute angle."""
     for keeps_constants in _list_choices_for_constants(chain):
         yield from _change_links(
-            lambda w, _, link, keeps=keeps_constants: _compute_relative_link(w, link, keeps),  # type: ignore[misc]
+            lambda stages, _, link, keeps=keeps_constants: _compute_relative_link(stages, link, keeps),  # type: ignore[misc]
             lambda chain, link: link < chain.n and chain.joints[link].a != 0 and bool(list_earlier_joints(chain, link)),
         )(chain, shape)
 
@@ -101,12 +102,14 @@ def _list_choices_for_constants(chain: Chain) -> tuple[bool, ...]:
 def _use_relative_angles(chain: Chain, _: AnswerShape) -> Iterator[MistakeVariant]:
     """Yield variants in which every frame ignores the earlier joints of its run."""
 
-    def change_rotations(w: StageResults, correct_rotations: LinkVectors, keeps_constants: bool) -> LinkVectors:
+    def change_rotations(stages: StageResults, correct_rotations: LinkVectors, keeps_constants: bool) -> LinkVectors:
         frames = range(len(correct_rotations))
-        return [_rotate_without(w, k, _list_earlier_joints_of_runs(w.chain, k), keeps_constants) for k in frames]
+        return [
+            _rotate_without(stages, k, _list_earlier_joints_of_runs(stages.chain, k), keeps_constants) for k in frames
+        ]
 
-    def change_links(w: StageResults, correct_links: LinkVectors, keeps_constants: bool) -> LinkVectors:
-        return [_compute_relative_link(w, link, keeps_constants) for link in range(len(correct_links))]
+    def change_links(stages: StageResults, correct_links: LinkVectors, keeps_constants: bool) -> LinkVectors:
+        return [_compute_relative_link(stages, link, keeps_constants) for link in range(len(correct_links))]
 
     relative_link_count = sum(bool(list_earlier_joints(chain, link)) for link in range(chain.n))
     for keeps in _list_choices_for_constants(chain):
@@ -124,12 +127,12 @@ def _list_earlier_joints_of_runs(chain: Chain, frame: int) -> list[int]:
     return [i for i in revolute_joints if any(j > i and first_joint_of_run(chain, j) <= i for j in revolute_joints)]
 
 
-def _swap_coordinates(w: StageResults, links: LinkVectors, link: int) -> np.ndarray:
+def _swap_coordinates(stages: StageResults, links: LinkVectors, link: int) -> np.ndarray:
     """Return the vector of a link with sine and cosine of the link's absolute angle exchanged.
 
     This exchanges the x and y coordinates of the vector in the frame before the link's run.
     """
-    run_rotation = w["rotations"][first_joint_of_run(w.chain, link)]
+    run_rotation = stages["rotations"][first_joint_of_run(stages.chain, link)]
     local_vector = apply_matrix(run_rotation.swapaxes(0, 1), links[link])
     return apply_matrix(run_rotation, local_vector[[1, 0, 2]])
 
@@ -142,8 +145,8 @@ def _has_angle(chain: Chain, link: int) -> bool:
 def _swap_all_coordinates(chain: Chain, _: AnswerShape) -> Iterator[MistakeVariant]:
     """Yield the variant with sine and cosine exchanged in all links, for arms with several rotating links."""
 
-    def swap(w: StageResults, links: LinkVectors) -> LinkVectors:
-        return [_swap_coordinates(w, links, k) if k in rotated_links else vector for k, vector in enumerate(links)]
+    def swap(stages: StageResults, links: LinkVectors) -> LinkVectors:
+        return [_swap_coordinates(stages, links, k) if k in rotated_links else vector for k, vector in enumerate(links)]
 
     rotated_links = [link for link in list_moving_links(chain) if _has_angle(chain, link)]
     if len(rotated_links) > 1:
@@ -153,8 +156,8 @@ def _swap_all_coordinates(chain: Chain, _: AnswerShape) -> Iterator[MistakeVaria
 def _slide_along_axes_in_order(chain: Chain, _: AnswerShape) -> Iterator[MistakeVariant]:
     """Yield the variant in which the joints of a prismatic arm move along x, y and z of the world frame, in order."""
 
-    def apply_change(w: StageResults, links: LinkVectors) -> LinkVectors:
-        rows = enumerate(w["table"].rows)
+    def apply_change(stages: StageResults, links: LinkVectors) -> LinkVectors:
+        rows = enumerate(stages["table"].rows)
         slide_vectors = [np.stack([row.d if axis == k else 0 * row.d for axis in range(3)]) for k, row in rows]
         return [*slide_vectors, links[-1]]
 
@@ -168,14 +171,16 @@ VARIANTS: dict[str, VariantGenerator] = {
     "all-relative-angles": _use_relative_angles,
     "sine-for-cosine": _change_links(_swap_coordinates, _has_angle),
     "all-sines-for-cosines": _swap_all_coordinates,
-    "link-subtracted": _change_links(lambda w, links, link: -links[link]),
+    "link-subtracted": _change_links(lambda stages, links, link: -links[link]),
     "link-left-out": _change_links(
-        lambda w, links, k: links[k] * 0, lambda chain, _: len(list_moving_links(chain)) > 1
+        lambda stages, links, k: links[k] * 0, lambda chain, _: len(list_moving_links(chain)) > 1
     ),
-    "link-not-rotated": _change_links(lambda w, links, link: w["own links"][link], lambda chain, link: link > 0),
+    "link-not-rotated": _change_links(
+        lambda stages, links, link: stages["own links"][link], lambda chain, link: link > 0
+    ),
     "links-not-rotated": vary_if(
         lambda chain: sum(k > 0 for k in list_moving_links(chain)) > 1,
-        {"links": lambda w, _: w["own links"]},
+        {"links": lambda stages, _: stages["own links"]},
         {"link": "each"},
     ),
     "slides-in-order": _slide_along_axes_in_order,

@@ -17,7 +17,7 @@ from qdot.exercises.arm.derivation_graph import (
     constant_vector,
     rotate_rows,
 )
-from qdot.exercises.arm.standard_table import axes_of
+from qdot.exercises.arm.standard_table import home_geometry_of
 from qdot.exercises.mistakes.base import (
     AnswerShape,
     MistakeVariant,
@@ -37,20 +37,20 @@ def _vary_each_stage(change: Change, *stages: str) -> VariantGenerator:
     return lambda chain, _: (MistakeVariant({stage: change}) for stage in stages)
 
 
-def _flip_linear_parts(w: StageResults, columns: np.ndarray) -> np.ndarray:
+def _flip_linear_parts(stages: StageResults, columns: np.ndarray) -> np.ndarray:
     """Return the screws with the sign of v flipped for revolute joints."""
-    revolute_joints = [i for i, kind in enumerate(w["kinds"]) if kind == REVOLUTE]
-    return scale_entries((slice(3, None), revolute_joints), -1)(w, columns)
+    revolute_joints = [i for i, kind in enumerate(stages["kinds"]) if kind == REVOLUTE]
+    return scale_entries((slice(3, None), revolute_joints), -1)(stages, columns)
 
 
 def _replace_linear_parts(linear_part: Callable[[StageResults, np.ndarray, int, Axis], np.ndarray]) -> Change:
     """Return the change that replaces the linear parts v of the screws of revolute joints."""
 
-    def replace_linear_parts(w: StageResults, columns: np.ndarray) -> np.ndarray:
+    def replace_linear_parts(stages: StageResults, columns: np.ndarray) -> np.ndarray:
         new_columns = np.array(columns)
-        for i, axis in enumerate(axes_of(w.chain)[0]):
+        for i, axis in enumerate(home_geometry_of(stages.chain).axes):
             if axis.is_revolute:
-                new_columns[3:, i] = linear_part(w, columns, i, axis)
+                new_columns[3:, i] = linear_part(stages, columns, i, axis)
         return new_columns
 
     return replace_linear_parts
@@ -59,8 +59,11 @@ def _replace_linear_parts(linear_part: Callable[[StageResults, np.ndarray, int, 
 def _move_slide_to_angular_rows(chain: Chain, _: AnswerShape) -> Iterator[MistakeVariant]:
     """Yield variants with the directions of prismatic joints in the rows of omega, unless all joints are prismatic."""
 
-    def apply_change(w: StageResults, columns: np.ndarray) -> np.ndarray:
-        new_columns, prismatic_joints = np.array(columns), [i for i, kind in enumerate(w["kinds"]) if kind == PRISMATIC]
+    def apply_change(stages: StageResults, columns: np.ndarray) -> np.ndarray:
+        new_columns, prismatic_joints = (
+            np.array(columns),
+            [i for i, kind in enumerate(stages["kinds"]) if kind == PRISMATIC],
+        )
         new_columns[:, prismatic_joints] = np.roll(columns[:, prismatic_joints], 3, axis=0)
         return new_columns
 
@@ -71,27 +74,29 @@ def _move_slide_to_angular_rows(chain: Chain, _: AnswerShape) -> Iterator[Mistak
 def _use_home_screws(chain: Chain, _: AnswerShape) -> Iterator[MistakeVariant]:
     """Yield variants with the screws at home in the space Jacobian, or in the body Jacobian about P at home."""
 
-    def move_to_point(w: StageResults, _: np.ndarray) -> np.ndarray:
-        point, home = _compute_home_point(w), w["home screws"]
-        linear = [home[3:, i] + cross(home[:3, i], point) for i in range(w.n)]
+    def move_to_point(stages: StageResults, _: np.ndarray) -> np.ndarray:
+        point, home = _compute_home_point(stages), stages["home screws"]
+        linear = [home[3:, i] + cross(home[:3, i], point) for i in range(stages.n)]
         return np.concatenate([home[:3], np.stack(linear, axis=1)])
 
-    yield MistakeVariant({"space jacobian": lambda w, _: w["home screws"]})
+    yield MistakeVariant({"space jacobian": lambda stages, _: stages["home screws"]})
     yield MistakeVariant({"body jacobian": move_to_point})
 
 
 def _use_other_frame(chain: Chain, _: AnswerShape) -> Iterator[MistakeVariant]:
     """Yield variants with the body Jacobian instead of the space Jacobian, and vice versa."""
     yield MistakeVariant(
-        {"space jacobian": lambda w, _: w.without_changes_of("space jacobian")["body jacobian"]},
+        {"space jacobian": lambda stages, _: stages.without_changes_of("space jacobian")["body jacobian"]},
         {"wanted": "space", "taken": "body"},
     )
-    yield MistakeVariant({"body jacobian": lambda w, _: w["space jacobian"]}, {"wanted": "body", "taken": "space"})
+    yield MistakeVariant(
+        {"body jacobian": lambda stages, _: stages["space jacobian"]}, {"wanted": "body", "taken": "space"}
+    )
 
 
-def _reorder_geometric_rows(w: StageResults) -> np.ndarray:
+def _reorder_geometric_rows(stages: StageResults) -> np.ndarray:
     """Return the geometric Jacobian, whose linear velocities are those of P, with its rows in the order (omega, v)."""
-    return np.roll(w["geometric"], 3, axis=0)
+    return np.roll(stages["geometric"], 3, axis=0)
 
 
 # --- the adjoint ---
@@ -102,7 +107,7 @@ def _change_adjoint(build: Callable[[np.ndarray, np.ndarray], np.ndarray]) -> Va
 
     The arguments of `build` are the rotation (3, 3, …) and the origin (3, …) of the body frame.
     """
-    return vary_always({"body adjoint": lambda w, _: build(w["body rotation"], w["point"])})
+    return vary_always({"body adjoint": lambda stages, _: build(stages["body rotation"], stages["point"])})
 
 
 def _stack_blocks(
@@ -130,22 +135,25 @@ Motion = tuple[np.ndarray, np.ndarray]
 """The rotation (3, 3, …) and the translation (3, …) of a rigid motion."""
 
 
-def _compute_exponential(w: StageResults, axis: Axis, q: sp.Symbol) -> Motion:
+def _compute_exponential(stages: StageResults, axis: Axis, q: sp.Symbol) -> Motion:
     """Return the exponential of a joint's screw, computed with Rodrigues' formula."""
-    angle, u = w.arithmetic.convert_entry(q), constant_vector(w, axis.direction)
+    angle, u = stages.arithmetic.convert_entry(q), constant_vector(stages, axis.direction)
     zeros, ones = 0 * u[0], 0 * u[0] + 1
     identity = np.stack([np.stack(row) for row in ((ones, zeros, zeros), (zeros, ones, zeros), (zeros, zeros, ones))])
     if axis.is_prismatic:
-        return identity, w.arithmetic.drop_derivatives(angle)[None] * u
-    s = w.arithmetic.drop_derivatives(w.arithmetic.sin(angle))
-    c = w.arithmetic.drop_derivatives(w.arithmetic.cos(angle))
+        return identity, stages.arithmetic.drop_derivatives(angle)[None] * u
+    s = stages.arithmetic.drop_derivatives(stages.arithmetic.sin(angle))
+    c = stages.arithmetic.drop_derivatives(stages.arithmetic.cos(angle))
     rotation = identity + s * _skew_matrix(u) + (ones - c) * matrix_product(_skew_matrix(u), _skew_matrix(u))
-    point = constant_vector(w, axis.point)
+    point = constant_vector(stages, axis.point)
     return rotation, point - apply_matrix(rotation, point)
 
 
-def _compute_exponentials(w: StageResults) -> list[Motion]:
-    return [_compute_exponential(w, axis, q) for axis, q in zip(axes_of(w.chain)[0], w.chain.q, strict=True)]
+def _compute_exponentials(stages: StageResults) -> list[Motion]:
+    return [
+        _compute_exponential(stages, axis, q)
+        for axis, q in zip(home_geometry_of(stages.chain).axes, stages.chain.q, strict=True)
+    ]
 
 
 def _compose(first: Motion, second: Motion) -> Motion:
@@ -153,41 +161,41 @@ def _compose(first: Motion, second: Motion) -> Motion:
     return matrix_product(first[0], second[0]), apply_matrix(first[0], second[1]) + first[1]
 
 
-def _move_screws(w: StageResults, motions: Sequence[Motion], is_reversed: bool = False) -> np.ndarray:
+def _move_screws(stages: StageResults, motions: Sequence[Motion], is_reversed: bool = False) -> np.ndarray:
     """Return the home screws, each moved by the motions of the earlier joints, (6, n, …).
 
     If `is_reversed`, the motions are multiplied in reverse order.
     """
-    home = w["home screws"]
+    home = stages["home screws"]
     moved_screws, motion = [home[:, 0]], motions[0]
-    for i in range(1, w.n):
+    for i in range(1, stages.n):
         angular, linear = apply_matrix(motion[0], home[:3, i]), apply_matrix(motion[0], home[3:, i])
         moved_screws.append(np.concatenate([angular, linear + cross(motion[1], angular)]))
         motion = _compose(motions[i], motion) if is_reversed else _compose(motion, motions[i])
     return np.stack(moved_screws, axis=1)
 
 
-def _move_home_point(w: StageResults, motions: Sequence[Motion]) -> np.ndarray:
+def _move_home_point(stages: StageResults, motions: Sequence[Motion]) -> np.ndarray:
     """Return P at home, moved by the product of the motions, (3, …)."""
     rotation, shift = reduce(_compose, motions)
-    return apply_matrix(rotation, _compute_home_point(w)) + shift
+    return apply_matrix(rotation, _compute_home_point(stages)) + shift
 
 
-def _compute_home_point(w: StageResults) -> np.ndarray:
+def _compute_home_point(stages: StageResults) -> np.ndarray:
     """Return the position of P at home, (3, …)."""
-    return constant_vector(w, axes_of(w.chain)[1])
+    return constant_vector(stages, home_geometry_of(stages.chain).point)
 
 
 def _reverse_order(chain: Chain, _: AnswerShape) -> Iterator[MistakeVariant]:
     """Yield variants with the exponentials in reverse order, in the pose or in the columns of the space Jacobian."""
     if chain.n > 1:
         yield MistakeVariant({
-            "body rotation": lambda w, _: reduce(_compose, _compute_exponentials(w)[::-1])[0],
-            "point": lambda w, _: _move_home_point(w, _compute_exponentials(w)[::-1]),
+            "body rotation": lambda stages, _: reduce(_compose, _compute_exponentials(stages)[::-1])[0],
+            "point": lambda stages, _: _move_home_point(stages, _compute_exponentials(stages)[::-1]),
         })  # fmt: skip
     if chain.n > 2:
         yield MistakeVariant(
-            {"space jacobian": lambda w, _: _move_screws(w, _compute_exponentials(w), is_reversed=True)}
+            {"space jacobian": lambda stages, _: _move_screws(stages, _compute_exponentials(stages), is_reversed=True)}
         )
 
 
@@ -197,18 +205,20 @@ def _drop_translation(chain: Chain, _: AnswerShape) -> Iterator[MistakeVariant]:
     These joints then rotate about the origin.
     """
 
-    def list_motions(w: StageResults, changed_joints: Sequence[int]) -> list[Motion]:
-        exponentials = enumerate(_compute_exponentials(w))
+    def list_motions(stages: StageResults, changed_joints: Sequence[int]) -> list[Motion]:
+        exponentials = enumerate(_compute_exponentials(stages))
         return [(rotation, 0 * shift if i in changed_joints else shift) for i, (rotation, shift) in exponentials]
 
-    def change_point(w: StageResults, _: np.ndarray, changed_joints: Sequence[int]) -> np.ndarray:
-        return _move_home_point(w, list_motions(w, changed_joints))
+    def change_point(stages: StageResults, _: np.ndarray, changed_joints: Sequence[int]) -> np.ndarray:
+        return _move_home_point(stages, list_motions(stages, changed_joints))
 
-    def change_columns(w: StageResults, _: np.ndarray, changed_joints: Sequence[int]) -> np.ndarray:
-        return _move_screws(w, list_motions(w, changed_joints))
+    def change_columns(stages: StageResults, _: np.ndarray, changed_joints: Sequence[int]) -> np.ndarray:
+        return _move_screws(stages, list_motions(stages, changed_joints))
 
     shifting_joints = [  # the translation is zero for an axis through the origin
-        i for i, axis in enumerate(axes_of(chain)[0]) if axis.is_revolute and any(axis.direction.cross(axis.point))
+        i
+        for i, axis in enumerate(home_geometry_of(chain).axes)
+        if axis.is_revolute and any(axis.direction.cross(axis.point))
     ]
     all_together = [shifting_joints] if len(shifting_joints) > 1 else []
     for joints in (*all_together, *([i] for i in shifting_joints)):
@@ -221,10 +231,10 @@ def _drop_translation(chain: Chain, _: AnswerShape) -> Iterator[MistakeVariant]:
 def _confuse_degrees(chain: Chain, _: AnswerShape) -> Iterator[MistakeVariant]:
     """Yield variants with joint angles in degrees instead of radians, or converted to radians twice."""
 
-    def scale(w: StageResults, table: Table, factor: sp.Expr) -> Table:
+    def scale(stages: StageResults, table: Table, factor: sp.Expr) -> Table:
         for i, (q, offset, row) in enumerate(zip(chain.q, chain.offsets, table.rows, strict=False)):
             if row.is_revolute:
-                table = table.with_row(i, theta=w.arithmetic.convert_entry(factor * q + offset))
+                table = table.with_row(i, theta=stages.arithmetic.convert_entry(factor * q + offset))
         return table
 
     for factor in (180 / sp.pi, sp.pi / 180) if chain.revolute_joints else ():
@@ -234,21 +244,25 @@ def _confuse_degrees(chain: Chain, _: AnswerShape) -> Iterator[MistakeVariant]:
 VARIANTS: dict[str, VariantGenerator] = {
     "screw-sign": _vary_each_stage(_flip_linear_parts, *SCREW_STAGES),
     "screw-point": _vary_each_stage(
-        _replace_linear_parts(lambda w, _, i, axis: constant_vector(w, axis.point)), "home screws"
+        _replace_linear_parts(lambda stages, _, i, axis: constant_vector(stages, axis.point)), "home screws"
     ),
     "twist-rows-exchanged": _vary_each_stage(
-        lambda w, columns: np.roll(columns, 3, axis=0), *SCREW_STAGES, "geometric"
+        lambda stages, columns: np.roll(columns, 3, axis=0), *SCREW_STAGES, "geometric"
     ),
     "slide-above": _move_slide_to_angular_rows,
     "screws-at-home": _use_home_screws,
     "other-twist-frame": _use_other_frame,
-    "velocity-of-p": vary_always({"space jacobian": lambda w, _: _reorder_geometric_rows(w)}),
-    "body-not-turned": vary_always({"body jacobian": lambda w, _: _reorder_geometric_rows(w)}),
+    "velocity-of-p": vary_always({"space jacobian": lambda stages, _: _reorder_geometric_rows(stages)}),
+    "body-not-turned": vary_always({"body jacobian": lambda stages, _: _reorder_geometric_rows(stages)}),
     "body-turned-the-other-way": vary_always(
-        {"body jacobian": lambda w, _: rotate_rows(w["body rotation"], _reorder_geometric_rows(w))}
+        {"body jacobian": lambda stages, _: rotate_rows(stages["body rotation"], _reorder_geometric_rows(stages))}
     ),
     "body-about-origin": vary_always(
-        {"body jacobian": lambda w, _: rotate_rows(w["body rotation"].swapaxes(0, 1), w["space jacobian"])}
+        {
+            "body jacobian": lambda stages, _: rotate_rows(
+                stages["body rotation"].swapaxes(0, 1), stages["space jacobian"]
+            )
+        }
     ),
     "adjoint-of-inverse": _change_adjoint(_adjoint_of_inverse),
     "adjoint-block-above": _change_adjoint(lambda R, P: _stack_blocks(R, matrix_product(_skew_matrix(P), R), 0 * R, R)),
@@ -259,12 +273,14 @@ VARIANTS: dict[str, VariantGenerator] = {
     "rotation-transposed": _change_adjoint(lambda R, P: adjoint_matrix(R.swapaxes(0, 1), P)),
     "exponentials-reversed": _reverse_order,
     "home-pose-left": vary_always(
-        {"point": lambda w, _: _compute_home_point(w) + reduce(_compose, _compute_exponentials(w))[1]}
+        {"point": lambda stages, _: _compute_home_point(stages) + reduce(_compose, _compute_exponentials(stages))[1]}
     ),
-    "home-pose-forgotten": vary_always({"point": lambda w, _: reduce(_compose, _compute_exponentials(w))[1]}),
+    "home-pose-forgotten": vary_always({"point": lambda stages, _: reduce(_compose, _compute_exponentials(stages))[1]}),
     "exponential-about-origin": _drop_translation,
     "points-at-home": _vary_each_stage(
-        _replace_linear_parts(lambda w, columns, i, axis: -cross(columns[:3, i], constant_vector(w, axis.point))),
+        _replace_linear_parts(
+            lambda stages, columns, i, axis: -cross(columns[:3, i], constant_vector(stages, axis.point))
+        ),
         "space jacobian",
     ),
     "joints-in-degrees": _confuse_degrees,

@@ -43,36 +43,36 @@ def _change_row(
 ) -> MistakeVariant:
     """Return a variant that changes entries of one row of the table that students see."""
 
-    def apply_change(w: StageResults, table: Table) -> Table:
-        return _with_convention_row(w, table, index, **change(w, _find_convention_row(w, table, index)))
+    def apply_change(stages: StageResults, table: Table) -> Table:
+        return _with_convention_row(stages, table, index, **change(stages, _find_convention_row(stages, table, index)))
 
     return MistakeVariant({"table": apply_change}, {"joint": index + 1, "link": index + 1, **words})
 
 
-def _find_convention_row(w: StageResults, table: Table, index: int) -> TableRow:
+def _find_convention_row(stages: StageResults, table: Table, index: int) -> TableRow:
     """Return a row of the table that students see."""
-    row, link = table.rows[index], _find_standard_row(w, index)
+    row, link = table.rows[index], _find_standard_row(stages, index)
     if link >= 0:
         return replace(row, a=table.rows[link].a, alpha=table.rows[link].alpha)
     position, _, tilt = table.base
-    return replace(row, a=position[0] if convention_of(w.chain).base.is_world else position[0] * 0, alpha=tilt)
+    return replace(row, a=position[0] if convention_of(stages.chain).base.is_world else position[0] * 0, alpha=tilt)
 
 
-def _with_convention_row(w: StageResults, table: Table, index: int, **new_entries: Any) -> Table:
+def _with_convention_row(stages: StageResults, table: Table, index: int, **new_entries: Any) -> Table:
     """Return the standard table with entries changed in one row of the table that students see."""
-    row, link = _find_convention_row(w, table, index), _find_standard_row(w, index)
+    row, link = _find_convention_row(stages, table, index), _find_standard_row(stages, index)
     a, alpha = new_entries.pop("a", row.a), new_entries.pop("alpha", row.alpha)
     table = table.with_row(index, **new_entries)
     if link >= 0:
         return table.with_row(link, a=a, alpha=alpha)
     position, yaw, _ = table.base
-    base_x_axis = np.stack([w.arithmetic.cos(yaw), w.arithmetic.sin(yaw), yaw * 0])
+    base_x_axis = np.stack([stages.arithmetic.cos(yaw), stages.arithmetic.sin(yaw), yaw * 0])
     return replace(table, base=(position + (a - row.a) * base_x_axis, yaw, alpha))
 
 
-def _find_standard_row(w: StageResults, index: int) -> int:
+def _find_standard_row(stages: StageResults, index: int) -> int:
     """Return the index of the standard row with the a and alpha of a row that students see; -1 stands for the base."""
-    return index - convention_of(w.chain).frame_on_axis(1)
+    return index - convention_of(stages.chain).frame_on_axis(1)
 
 
 def _change_each_row(
@@ -86,9 +86,9 @@ def _drop_offsets(chain: Chain, _: AnswerShape) -> Iterator[MistakeVariant]:
     """Yield variants without the offsets of one joint or of all joints."""
 
     def drop(joints: Sequence[int]) -> MistakeVariant:
-        def apply_change(w: StageResults, table: Table) -> Table:
+        def apply_change(stages: StageResults, table: Table) -> Table:
             for i in joints:
-                table = table.with_row(i, **{chain.joints[i].variable_key: w.arithmetic.convert_entry(chain.q[i])})
+                table = table.with_row(i, **{chain.joints[i].variable_key: stages.arithmetic.convert_entry(chain.q[i])})
             return table
 
         variables = ", ".join(str(chain.q[i]) for i in joints)
@@ -112,7 +112,9 @@ def _add_to_variable(term: Callable[[Chain, int], sp.Expr], kind: str) -> Varian
 
 
 def _add_to_row(index: int, entry: str, term: sp.Expr, /, **words: object) -> MistakeVariant:
-    return _change_row(index, lambda w, row: {entry: getattr(row, entry) + w.arithmetic.convert_entry(term)}, **words)
+    return _change_row(
+        index, lambda stages, row: {entry: getattr(row, entry) + stages.arithmetic.convert_entry(term)}, **words
+    )
 
 
 def _scale_offsets(
@@ -134,9 +136,9 @@ def _scale_offsets(
 
 
 def _scale_constants(offsets: Mapping[int, sp.Expr], factor: sp.Expr, joints: Sequence[int]) -> MistakeVariant:
-    def apply_change(w: StageResults, table: Table) -> Table:
+    def apply_change(stages: StageResults, table: Table) -> Table:
         for i in joints:
-            theta = table.rows[i].theta + w.arithmetic.convert_entry((factor - 1) * offsets[i])
+            theta = table.rows[i].theta + stages.arithmetic.convert_entry((factor - 1) * offsets[i])
             table = table.with_row(i, theta=theta)
         return table
 
@@ -164,16 +166,16 @@ def _use_other_row(chain: Chain, _: AnswerShape) -> Iterator[MistakeVariant]:
                 yield _change_row(i, partial(_replace_entry, entry, value), entry=entry, other=j + 1)
 
 
-def _replace_entry(entry: str, value: sp.Expr, w: StageResults, row: TableRow) -> dict[str, Any]:
-    return {entry: w.arithmetic.convert_entry(value)}
+def _replace_entry(entry: str, value: sp.Expr, stages: StageResults, row: TableRow) -> dict[str, Any]:
+    return {entry: stages.arithmetic.convert_entry(value)}
 
 
 def _exchange_lengths(chain: Chain, _: AnswerShape) -> Iterator[MistakeVariant]:
     """Yield variants with the lengths a of two rows exchanged."""
 
-    def exchange(w: StageResults, table: Table, i: int, j: int) -> Table:
-        first, second = _find_convention_row(w, table, i).a, _find_convention_row(w, table, j).a
-        return _with_convention_row(w, _with_convention_row(w, table, i, a=second), j, a=first)
+    def exchange(stages: StageResults, table: Table, i: int, j: int) -> Table:
+        first, second = _find_convention_row(stages, table, i).a, _find_convention_row(stages, table, j).a
+        return _with_convention_row(stages, _with_convention_row(stages, table, i, a=second), j, a=first)
 
     rows = convention_of(chain).rows
     for i, j in combinations(range(chain.n), 2):
@@ -185,15 +187,15 @@ def _has_twist(joint: Joint) -> bool:
     return bool(sp.sin(joint.alpha) != 0)
 
 
-def _flip_all_twists(w: StageResults, table: Table) -> Table:
+def _flip_all_twists(stages: StageResults, table: Table) -> Table:
     return replace(table, rows=tuple(replace(row, alpha=-row.alpha) for row in table.rows))
 
 
 def scale_angles(factor: sp.Expr) -> Change:
     """Return the change that multiplies the angle of each revolute row of the table by a factor."""
 
-    def scale(w: StageResults, table: Table) -> Table:
-        scale_factor = w.arithmetic.convert_entry(factor)
+    def scale(stages: StageResults, table: Table) -> Table:
+        scale_factor = stages.arithmetic.convert_entry(factor)
         rows = (replace(row, theta=row.theta * scale_factor) if row.is_revolute else row for row in table.rows)
         return replace(table, rows=tuple(rows))
 
@@ -205,24 +207,24 @@ def _has_moved_and_rotated_base(chain: Chain) -> bool:
     return any(base.position) and (base.yaw, base.tilt) != (0, 0)
 
 
-def _drop_base_rotation(w: StageResults, table: Table) -> Table:
+def _drop_base_rotation(stages: StageResults, table: Table) -> Table:
     position, yaw, tilt = table.base  # the tilt may also come from the first row of a modified table
-    return replace(table, base=(position, yaw * 0, tilt * 0 if convention_of(w.chain).base.tilt != 0 else tilt))
+    return replace(table, base=(position, yaw * 0, tilt * 0 if convention_of(stages.chain).base.tilt != 0 else tilt))
 
 
-def _drop_base(w: StageResults, table: Table) -> Table:
-    position, yaw, tilt = _drop_base_rotation(w, table).base
-    is_moved = any(convention_of(w.chain).base.position)
+def _drop_base(stages: StageResults, table: Table) -> Table:
+    position, yaw, tilt = _drop_base_rotation(stages, table).base
+    is_moved = any(convention_of(stages.chain).base.position)
     return replace(table, base=(position * 0 if is_moved else position, yaw, tilt))
 
 
-def _move_to_last_origin(w: StageResults, table: Table) -> Table:
+def _move_to_last_origin(stages: StageResults, table: Table) -> Table:
     """Return the table with P moved to the origin of its frame.
 
     In a modified table, the standard row of this frame has a coordinate of P as its a, which becomes zero, too.
     """
-    last = w.chain.point.frame - 1
-    if convention_of(w.chain).is_proximal and last >= 0:
+    last = stages.chain.point.frame - 1
+    if convention_of(stages.chain).is_proximal and last >= 0:
         table = table.with_row(last, a=table.rows[last].a * 0)
     return replace(table, offset=table.offset * 0)
 
@@ -236,7 +238,8 @@ def _use_other_origin(chain: Chain, _: AnswerShape) -> Iterator[MistakeVariant]:
 
     def variant_at(frame: int) -> MistakeVariant:
         return MistakeVariant(
-            {"point": lambda w, _: w["origins"][frame], "effects": _keep_effects_up_to(frame)}, {"frame": frame}
+            {"point": lambda stages, _: stages["origins"][frame], "link derivatives": _keep_derivatives_up_to(frame)},
+            {"frame": frame},
         )
 
     if chain.point.frame != chain.n:
@@ -245,18 +248,20 @@ def _use_other_origin(chain: Chain, _: AnswerShape) -> Iterator[MistakeVariant]:
         yield variant_at(chain.n - 1)
 
 
-def _move_to_earlier_origin(w: StageResults, table: Table) -> Table:
+def _move_to_earlier_origin(stages: StageResults, table: Table) -> Table:
     """Return a modified table with P at the second-last origin, by setting the later lengths to zero."""
     last_row, second_last = table.rows[-1], table.rows[-2]
-    table = table.with_row(w.n - 1, a=last_row.a * 0, d=last_row.d * 0).with_row(w.n - 2, a=second_last.a * 0)
+    table = table.with_row(stages.n - 1, a=last_row.a * 0, d=last_row.d * 0).with_row(stages.n - 2, a=second_last.a * 0)
     return replace(table, offset=table.offset * 0)
 
 
-def _keep_effects_up_to(frame: int) -> Callable[[StageResults, np.ndarray], np.ndarray]:
-    def apply_change(w: StageResults, _: np.ndarray) -> np.ndarray:
-        effects = np.stack([w.arithmetic.derivatives(link)[: w.n] for link in w["links"]], axis=1)
-        effects[:, frame:] = effects[:, frame:] * 0
-        return effects
+def _keep_derivatives_up_to(frame: int) -> Callable[[StageResults, np.ndarray], np.ndarray]:
+    def apply_change(stages: StageResults, _: np.ndarray) -> np.ndarray:
+        link_derivatives = np.stack(
+            [stages.arithmetic.derivatives(link)[: stages.n] for link in stages["links"]], axis=1
+        )
+        link_derivatives[:, frame:] = link_derivatives[:, frame:] * 0
+        return link_derivatives
 
     return apply_change
 
@@ -264,15 +269,17 @@ def _keep_effects_up_to(frame: int) -> Callable[[StageResults, np.ndarray], np.n
 def _use_other_units(chain: Chain, _: AnswerShape) -> Iterator[MistakeVariant]:
     """Yield variants with all numeric lengths in centimetres or millimetres; symbols remain in metres."""
 
-    def scale(w: StageResults, table: Table, factor: int) -> Table:
+    def scale(stages: StageResults, table: Table, factor: int) -> Table:
         scaled_rows = []
-        for row, joint, offset, q in zip(table.rows, w.chain.joints, w.chain.offsets, w.chain.q, strict=True):
-            variable = w.arithmetic.convert_entry(q if joint.is_prismatic else sp.S.Zero)
+        for row, joint, offset, q in zip(
+            table.rows, stages.chain.joints, stages.chain.offsets, stages.chain.q, strict=True
+        ):
+            variable = stages.arithmetic.convert_entry(q if joint.is_prismatic else sp.S.Zero)
             has_number = (offset if joint.is_prismatic else joint.d).is_number
             a = row.a * factor if joint.a.is_number else row.a
             scaled_rows.append(replace(row, a=a, d=(row.d - variable) * factor + variable if has_number else row.d))
         position, yaw, tilt = table.base
-        point_offset = table.offset * factor if all(x.is_number for x in w.chain.point.offset) else table.offset
+        point_offset = table.offset * factor if all(x.is_number for x in stages.chain.point.offset) else table.offset
         return replace(table, rows=tuple(scaled_rows), base=(position * factor, yaw, tilt), offset=point_offset)
 
     if any(joint.a != 0 or joint.d != 0 for joint in chain.joints):
@@ -286,17 +293,17 @@ def _read_as_modified(chain: Chain, _: AnswerShape) -> Iterator[MistakeVariant]:
     The transform of a row is then Rx(alpha_{i-1}) Tx(a_{i-1}) Rz(theta_i) Tz(d_i).
     """
 
-    def change_rotations(w: StageResults, correct_rotations: list[np.ndarray]) -> list[np.ndarray]:
+    def change_rotations(stages: StageResults, correct_rotations: list[np.ndarray]) -> list[np.ndarray]:
         rotations = [correct_rotations[0]]
-        for row in w["table"].rows:
-            twisted = matrix_product(rotations[-1], rotation_x(w, row.alpha))
-            rotations.append(matrix_product(twisted, rotation_z(w, row.theta)))
+        for row in stages["table"].rows:
+            twisted = matrix_product(rotations[-1], rotation_x(stages, row.alpha))
+            rotations.append(matrix_product(twisted, rotation_z(stages, row.theta)))
         return rotations
 
-    def change_links(w: StageResults, correct_links: list[np.ndarray]) -> list[np.ndarray]:
-        frames, rows = w["rotations"], w["table"].rows
+    def change_links(stages: StageResults, correct_links: list[np.ndarray]) -> list[np.ndarray]:
+        frames, rows = stages["rotations"], stages["table"].rows
         vectors = [row.a * frames[k][:, 0] + row.d * frames[k + 1][:, 2] for k, row in enumerate(rows)]
-        return [*vectors, apply_matrix(frames[w.chain.point.frame], w["table"].offset)]
+        return [*vectors, apply_matrix(frames[stages.chain.point.frame], stages["table"].offset)]
 
     if any(joint.alpha != 0 for joint in chain.joints):
         yield MistakeVariant({"rotations": change_rotations, "links": change_links})
@@ -308,16 +315,16 @@ def _use_next_links(chain: Chain, _: AnswerShape) -> Iterator[MistakeVariant]:
     The transform of a row is then Rx(alpha_i) Tx(a_i) Rz(theta_i) Tz(d_i).
     """
 
-    def shift_links(w: StageResults, table: Table) -> Table:
-        point, link = convention_of(w.chain).point, w.chain.point.frame
-        offset = np.stack([w.arithmetic.convert_entry(value) for value in point.offset])
-        for i, next_row in zip(range(w.n), [*rows[1:], empty_row], strict=False):
-            a, alpha = w.arithmetic.convert_entry(next_row.a), w.arithmetic.convert_entry(next_row.alpha)
-            table = _with_convention_row(w, table, i, a=a, alpha=alpha)
-        if 0 < link < w.n:  # P keeps its coordinates, but they now refer to the previous frame
+    def shift_links(stages: StageResults, table: Table) -> Table:
+        point, link = convention_of(stages.chain).point, stages.chain.point.frame
+        offset = np.stack([stages.arithmetic.convert_entry(value) for value in point.offset])
+        for i, next_row in zip(range(stages.n), [*rows[1:], empty_row], strict=False):
+            a, alpha = stages.arithmetic.convert_entry(next_row.a), stages.arithmetic.convert_entry(next_row.alpha)
+            table = _with_convention_row(stages, table, i, a=a, alpha=alpha)
+        if 0 < link < stages.n:  # P keeps its coordinates, but they now refer to the previous frame
             row = table.rows[link - 1]
             moved_offset = offset - np.stack([row.a, row.a * 0, row.a * 0])
-            table = replace(table, offset=apply_matrix(rotation_x(w, -row.alpha), moved_offset))
+            table = replace(table, offset=apply_matrix(rotation_x(stages, -row.alpha), moved_offset))
         return table
 
     rows = convention_of(chain).rows
@@ -332,32 +339,39 @@ def _read_as_standard(chain: Chain, _: AnswerShape) -> Iterator[MistakeVariant]:
     The transform of a row is then Rz(theta_i) Tz(d_i) Tx(a_{i-1}) Rx(alpha_{i-1}).
     """
 
-    def shift_links(w: StageResults, table: Table) -> Table:
-        first_row, *later_rows = convention_of(w.chain).rows
-        base, point = convention_of(w.chain).base, convention_of(w.chain).point
-        link_entries = [(w.arithmetic.convert_entry(first_row.a), w.arithmetic.convert_entry(first_row.alpha))]
+    def shift_links(stages: StageResults, table: Table) -> Table:
+        first_row, *later_rows = convention_of(stages.chain).rows
+        base, point = convention_of(stages.chain).base, convention_of(stages.chain).point
+        link_entries = [
+            (stages.arithmetic.convert_entry(first_row.a), stages.arithmetic.convert_entry(first_row.alpha))
+        ]
         link_entries += [(row.a, row.alpha) for row in table.rows[: len(later_rows)]]
         rows = [replace(row, a=a, alpha=alpha) for row, (a, alpha) in zip(table.rows, link_entries, strict=True)]
-        base_position = np.stack([w.arithmetic.convert_entry(value) for value in base.position])
-        base_angles = w.arithmetic.convert_entry(base.yaw), w.arithmetic.convert_entry(base.tilt)
-        offset = np.stack([w.arithmetic.convert_entry(value) for value in point.offset])
+        base_position = np.stack([stages.arithmetic.convert_entry(value) for value in base.position])
+        base_angles = stages.arithmetic.convert_entry(base.yaw), stages.arithmetic.convert_entry(base.tilt)
+        offset = np.stack([stages.arithmetic.convert_entry(value) for value in point.offset])
         return Table(tuple(rows), (base_position, *base_angles), offset)
 
     if any((row.a, row.alpha) != (0, 0) for row in convention_of(chain).rows):
         standard_changes: dict[str, Change] = {
             "table": shift_links,
-            "last rotation": lambda w, _: w.arithmetic.drop_derivatives(w["rotations"][-1]),
-            "frames on axes": lambda w, _: w["origins"],
+            "last rotation": lambda stages, _: stages.arithmetic.drop_derivatives(stages["rotations"][-1]),
+            "origins on axes": lambda stages, _: stages["origins"],
         }
         yield MistakeVariant(standard_changes)  # frame i-1 belongs to joint i, as in a standard table
 
-        def use_next_axes(w: StageResults, _: np.ndarray) -> np.ndarray:
-            axes = [w.arithmetic.drop_derivatives(rotation[:, 2]) for rotation in w["rotations"][1:]]
+        def use_next_axes(stages: StageResults, _: np.ndarray) -> np.ndarray:
+            axes = [stages.arithmetic.drop_derivatives(rotation[:, 2]) for rotation in stages["rotations"][1:]]
             return np.stack([*axes, axes[-1]])
 
-        next_origins: Change = lambda w, _: np.concatenate([w["origins"][1:], w["origins"][-1:]])  # noqa: E731
+        next_origins: Change = lambda stages, _: np.concatenate([stages["origins"][1:], stages["origins"][-1:]])  # noqa: E731
         yield MistakeVariant(
-            {**standard_changes, "axes": use_next_axes, "frames on axes": next_origins, "linear": propagate_linear_rows}
+            {
+                **standard_changes,
+                "axes": use_next_axes,
+                "origins on axes": next_origins,
+                "linear": propagate_linear_rows,
+            }
         )
 
 

@@ -114,7 +114,7 @@ def _describe_form(problem: Problem, part: Part) -> dict[str, object]:
     `metres` is k if the unit of a determinant is m^k.
     """
     question = question_of(part)
-    labels, columns = question.list_typed_names(problem.chain, part), question.column_names(problem.chain)
+    labels, columns = question.list_names_to_type(problem.chain, part), question.column_names(problem.chain)
     form: dict[str, object] = {
         "type": part.type, "shape": list(part.shape or ()), "units": list(part.answer.expected_units),
         "labels": list(labels), "columns": list(columns), "metres": find_power_of_metres(part),
@@ -143,8 +143,8 @@ def _make_problem_cells(
             text = render("notebook/solution.md.j2", number=label, solution=solutions[part.name], figure=figure)
             yield _make_cell("markdown", f"{name}-solution", text)
         assignment = f"{name_answer_variable(slot, part.name)} = "
-        used_columns, placeholder = len(assignment), part.answer.write_placeholder(len(assignment))
-        answer = placeholder if kind == "student" else problem_texts.write_answer_code(problem, part, used_columns)
+        prefix_width, placeholder = len(assignment), part.answer.write_placeholder(len(assignment))
+        answer = placeholder if kind == "student" else problem_texts.write_answer_code(problem, part, prefix_width)
         yield _make_cell("code", name, assignment + answer, {"qdot": {"part": f"{slot}.{part.name}"}})
         if checks := write_check_cell(slot, problem, part.name):
             yield _make_cell("code", f"{name}-check", checks)

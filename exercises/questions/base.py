@@ -12,7 +12,6 @@ from typing import Any, Literal, TypeVar
 import numpy as np
 import sympy as sp
 
-from qdot.exercises.answer_types import Answer, Choice, Expression, Matrix
 from qdot.exercises.arm.arithmetic import apply_matrix
 from qdot.exercises.arm.chain import Chain
 from qdot.exercises.arm.conventions import REGISTRY
@@ -23,6 +22,7 @@ from qdot.exercises.arm.trigonometry import count_terms
 from qdot.exercises.common.stream import Stream
 from qdot.exercises.problem.problem import Details, Part
 from qdot.exercises.questions.reference import TextbookFormulas, derive_reference
+from qdot.exercises.reference_answers import Answer, Choice, Expression, Matrix
 
 Option = TypeVar("Option")
 
@@ -222,7 +222,7 @@ class Question:
     A short question of a quiz has a `form`, such as "choice" or "number". It shows the answers to the questions named
     in `shown_answers`, which are therefore not asked with it. The default `template` has the question's name.
 
-    A student may label the entries of an answer by `typed_names`, and the columns of a matrix by `column_names`.
+    A student may label the entries of an answer by `names_to_type`, and the columns of a matrix by `column_names`.
     `entry_names` are the names of the entries in LaTeX, and `row_and_column_labels` names the rows and columns.
 
     `is_made_of_jacobian` means that the answer is derived from a given J. `is_made_of_minors` means that it consists of
@@ -263,7 +263,7 @@ class Question:
     form: str = ""
     shown_answers: tuple[str, ...] = ()
     template: str = ""
-    typed_names: Callable[[Chain], tuple[str, ...]] = lambda chain: ()
+    names_to_type: Callable[[Chain], tuple[str, ...]] = lambda chain: ()
     entry_names: Callable[[Chain, Part], Sequence[str]] = lambda chain, part: ()
     column_names: Callable[[Chain], tuple[str, ...]] = lambda chain: ()
     row_and_column_labels: Callable[[Chain], RowAndColumnLabels] = lambda chain: ((), ())
@@ -313,12 +313,12 @@ class Question:
         """Whether the answer is made of minors, whose formulas are too long for many joints."""
         return self.is_made_of_minors or self.zero_formula is not None
 
-    def list_typed_names(self, chain: Chain, part: Part) -> tuple[str, ...]:
+    def list_names_to_type(self, chain: Chain, part: Part) -> tuple[str, ...]:
         """Return the names that a student may type for the entries of a vector, or for a single result: qd1, tau1."""
         rows, columns = part.shape or (1, 1)
         names = self.entry_names(chain, part) if columns == 1 else ()
         plain_names = (name.removeprefix(r"\text").translate(_LATEX_MARKS_TO_REMOVE) for name in names)
-        labels = self.typed_names(chain) or tuple(plain_names)
+        labels = self.names_to_type(chain) or tuple(plain_names)
         return labels if len(labels) == rows else ()
 
     @property

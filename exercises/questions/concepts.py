@@ -12,8 +12,8 @@ from itertools import combinations
 import numpy as np
 import sympy as sp
 
-from qdot.exercises.answer_types import Number
-from qdot.exercises.arm.chain import TASK_ROWS, Chain
+from qdot.exercises.arm.chain import Chain
+from qdot.exercises.arm.conventions.base import VELOCITY_NAMES
 from qdot.exercises.arm.derivation import derive
 from qdot.exercises.arm.derivation_graph import StageResults
 from qdot.exercises.arm.mpmath_kinematics import determinant, evaluate_in_context, round_matrix, round_to_four_digits
@@ -25,6 +25,7 @@ from qdot.exercises.questions.differentiation import TaskDetails
 from qdot.exercises.questions.geometry import ConfigurationDetails, ExactConfiguration
 from qdot.exercises.questions.inversion import sample_joint_values
 from qdot.exercises.questions.singular import find_lost_direction_objection
+from qdot.exercises.reference_answers import Number
 from qdot.exercises.singularities.directions import lost_direction
 
 MIN_OPTION_DIFFERENCE = 0.2
@@ -45,7 +46,7 @@ def _list_other_tasks(chain: Chain) -> list[tuple[str, ...]]:
 
 def find_moving_rows(geometric: sp.Matrix) -> tuple[str, ...]:
     """Return the names of the rows of a 6 x n Jacobian that are not identically zero."""
-    return tuple(name for name, row in zip(TASK_ROWS, geometric.tolist(), strict=True) if any(e != 0 for e in row))
+    return tuple(name for name, row in zip(VELOCITY_NAMES, geometric.tolist(), strict=True) if any(e != 0 for e in row))
 
 
 def _ask_jacobian_size(chain: Chain, rng: Stream) -> AnswerAndDetails:
@@ -87,7 +88,7 @@ def _choose_rows(chain: Chain) -> tuple[str, ...]:
 
 def _ask_effect(chain: Chain, rng: Stream) -> AnswerAndDetails | None:
     rows = _choose_rows(chain)
-    indices = [TASK_ROWS.index(row) for row in rows]
+    indices = [VELOCITY_NAMES.index(row) for row in rows]
     for _ in range(60):
         lengths, joints = geometry.sample_unequal_lengths(chain, rng), sample_joint_values(chain, rng)
         configuration = geometry.make_exact_configuration(chain, lengths, joints)
@@ -109,7 +110,7 @@ def _ask_effect(chain: Chain, rng: Stream) -> AnswerAndDetails | None:
 
 
 def _derive_effect(stages: StageResults, details: JointEffectDetails) -> np.ndarray:
-    return np.asarray(stages["geometric"][[TASK_ROWS.index(row) for row in details.rows], details.joint - 1])
+    return np.asarray(stages["geometric"][[VELOCITY_NAMES.index(row) for row in details.rows], details.joint - 1])
 
 
 def _make_wrong_columns(

@@ -11,7 +11,6 @@ from typing import Any
 import numpy as np
 import sympy as sp
 
-from qdot.exercises.answer_types import Number
 from qdot.exercises.arm import mpmath_kinematics as precise
 from qdot.exercises.arm.arithmetic import apply_matrix
 from qdot.exercises.arm.chain import REVOLUTE, Chain
@@ -22,6 +21,7 @@ from qdot.exercises.common.stream import Stream
 from qdot.exercises.problem.problem import Details, SymbolInfo, values_by_name
 from qdot.exercises.questions import base
 from qdot.exercises.questions.base import AnswerAndDetails, Question
+from qdot.exercises.reference_answers import Number
 
 MAX_SAMPLES = 2000
 """Maximum number of configurations that are sampled to find a well-conditioned one."""
@@ -208,13 +208,13 @@ QUESTIONS = (
     ),
     Question(
         "inverse-velocity", "Inverse velocity", "6.7", points=2.0, prerequisites=("jacobian", "inverse-jacobian"),
-        stage="rates", typed_names=base.name_joint_rates, find_arm_objection=base.find_determinant_objection,
+        stage="rates", names_to_type=base.name_joint_rates, find_arm_objection=base.find_determinant_objection,
         find_size_objection=base.find_inverse_size_objection, is_made_of_jacobian=True, is_made_of_minors=True,
         alternative_prerequisites=RATE_PREREQUISITES[1:],
     ),
     Question(
         "joint-rates", "Joint rates at a configuration", "6.7", prerequisites=("inverse-velocity",), stage="rates",
-        sample=_ask_joint_rates, typed_names=base.name_joint_rates, is_made_of_jacobian=True,
+        sample=_ask_joint_rates, names_to_type=base.name_joint_rates, is_made_of_jacobian=True,
         find_arm_objection=base.find_determinant_objection, alternative_prerequisites=RATE_PREREQUISITES,
     ),
     Question(

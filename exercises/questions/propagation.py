@@ -18,9 +18,9 @@ import numpy as np
 import sympy as sp
 
 from qdot.exercises.arm.arithmetic import apply_matrix
-from qdot.exercises.arm.chain import TASK_ROWS, Chain
+from qdot.exercises.arm.chain import Chain
 from qdot.exercises.arm.conventions import convention_of
-from qdot.exercises.arm.conventions.base import FRAMES, FRAMES_OF_JOINTS
+from qdot.exercises.arm.conventions.base import FRAMES, FRAMES_OF_JOINTS, VELOCITY_NAMES
 from qdot.exercises.arm.derivation import derive, symbolic_arm_of
 from qdot.exercises.arm.derivation_graph import StageResults, propagate_linear_rows
 from qdot.exercises.arm.kinematics import Z
@@ -60,7 +60,7 @@ def _list_joint_numbers(chain: Chain) -> range:
 
 def _list_row_indices(chain: Chain) -> list[int]:
     """Return the indices of the rows in the order asked for, among six rows with the linear rows first."""
-    return [TASK_ROWS.index(row) for row in convention_of(chain).velocity_names]
+    return [VELOCITY_NAMES.index(row) for row in convention_of(chain).velocity_names]
 
 
 # --- velocities in the coordinates of each frame ---
@@ -170,7 +170,7 @@ QUESTIONS = (
     Question(
         "link-velocity", "Velocity of a link frame", "6.9 and 6.10", required_feature=FRAMES,
         formula=partial(_derive_frame_velocity, jacobian_stage="geometric"), make_details=_choose_link,
-        entry_names=lambda chain, _: base.name_velocity_components(TASK_ROWS),
+        entry_names=lambda chain, _: base.name_velocity_components(VELOCITY_NAMES),
         find_arm_objection=lambda chain: None if chain.n > 1 else (
             "it has only one joint, so there is no frame between base and end"
         ),
@@ -180,7 +180,7 @@ QUESTIONS = (
         required_feature=FRAMES_OF_JOINTS, make_details=_choose_frame,
         formula=partial(_derive_frame_velocity, jacobian_stage="tool jacobian"),
         reference=lambda _, details: details.steps[-1].v.col_join(details.steps[-1].omega),
-        entry_names=lambda chain, _: base.name_velocity_components(TASK_ROWS),
+        entry_names=lambda chain, _: base.name_velocity_components(VELOCITY_NAMES),
         find_arm_objection=lambda chain: None if chain.n > 1 else "it has one joint",
         find_size_objection=lambda chain: None if _find_frames(chain) else (
             "the velocities of its frames are too long to work out by hand"

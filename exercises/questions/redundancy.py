@@ -15,7 +15,6 @@ from functools import lru_cache
 import numpy as np
 import sympy as sp
 
-from qdot.exercises.answer_types import Direction, Expression, Number
 from qdot.exercises.arm import mpmath_kinematics as precise
 from qdot.exercises.arm.arithmetic import apply_matrix
 from qdot.exercises.arm.chain import Chain
@@ -28,6 +27,7 @@ from qdot.exercises.problem.problem import Details, recorded_as
 from qdot.exercises.questions import inversion
 from qdot.exercises.questions.base import AnswerAndDetails, Question, name_joint_rates
 from qdot.exercises.questions.inversion import THREE_DIGIT_TOLERANCE, ConfigurationAndVelocity, VelocityDetails
+from qdot.exercises.reference_answers import Direction, Expression, Number
 
 MAX_TERMS = 12
 """Maximum number of terms of det(J J^T) to work out by hand. A self-motion may have half as many."""
@@ -318,12 +318,12 @@ QUESTIONS = (
     Question(
         "least-norm-rates", "Minimum-norm joint rates", "6.7 for m < n", prerequisites=("jacobian",),
         formula=lambda stages, _: apply_matrix(stages["pseudo-inverse"], stages["wanted velocity"]),
-        sample=_ask_minimum_norm_rates, typed_names=name_joint_rates, is_made_of_jacobian=True,
+        sample=_ask_minimum_norm_rates, names_to_type=name_joint_rates, is_made_of_jacobian=True,
         find_arm_objection=_find_minimum_norm_objection,
     ),
     Question(
         "self-motion", "Self-motion of a redundant arm", "6.4 for m < n", prerequisites=("jacobian",),
-        stage="self-motion", sample=_ask_self_motion, typed_names=name_joint_rates,
+        stage="self-motion", sample=_ask_self_motion, names_to_type=name_joint_rates,
         find_arm_objection=_find_self_motion_objection, is_made_of_jacobian=True,
     ),
     Question(

@@ -15,7 +15,6 @@ from typing import NamedTuple
 import numpy as np
 import sympy as sp
 
-from qdot.exercises.answer_types import Number
 from qdot.exercises.arm.arithmetic import apply_matrix
 from qdot.exercises.arm.axes_to_dh import Axis, recognize_exact
 from qdot.exercises.arm.chain import REVOLUTE, Chain
@@ -25,7 +24,7 @@ from qdot.exercises.arm.derivation import derive, symbolic_arm_of
 from qdot.exercises.arm.derivation_graph import StageResults
 from qdot.exercises.arm.kinematics import frames_and_point
 from qdot.exercises.arm.mpmath_kinematics import evaluate_in_context, round_to_ten_digits
-from qdot.exercises.arm.standard_table import axes_of
+from qdot.exercises.arm.standard_table import home_geometry_of
 from qdot.exercises.arm.trigonometry import count_terms, remove_brackets, textbook_matrix
 from qdot.exercises.common.stream import Stream
 from qdot.exercises.problem.problem import Details, Part, recorded_as
@@ -34,6 +33,7 @@ from qdot.exercises.questions.base import AnswerAndDetails, ObjectionFinder, Que
 from qdot.exercises.questions.inversion import Configuration
 from qdot.exercises.questions.reference import TextbookFormulas
 from qdot.exercises.questions.transforms import assemble_transform
+from qdot.exercises.reference_answers import Number
 
 SCREWS_SOURCE = "product of exponentials"
 """The `source` of questions on screws, which the chapter does not cover."""
@@ -109,7 +109,7 @@ def _join_twist(kind: str, axis: sp.Matrix, velocity: sp.Matrix) -> sp.Matrix:
 def list_home_screws(chain: Chain) -> tuple[Screw, ...]:
     """Return the home screws of an arm in the world frame."""
     screws = []
-    for number, axis in enumerate(axes_of(chain)[0], 1):
+    for number, axis in enumerate(home_geometry_of(chain).axes, 1):
         coordinates = _join_twist(axis.kind, axis.direction, -axis.direction.cross(axis.point))
         screws.append(Screw(number, axis.kind, axis.direction, axis.point, coordinates))
     return tuple(screws)
@@ -153,7 +153,9 @@ def list_moved_screws(chain: Chain) -> tuple[Screw, ...]:
     """Return the screws of an arm in the space frame, each moved by the joints before it."""
     substitute, home = derive(chain).substitute_matrix, dict.fromkeys(chain.q, sp.S.Zero)
     moved_screws = []
-    for screw, axis in zip(_derive_moved_screws(symbolic_arm_of(chain).chain), axes_of(chain)[0], strict=True):
+    for screw, axis in zip(
+        _derive_moved_screws(symbolic_arm_of(chain).chain), home_geometry_of(chain).axes, strict=True
+    ):
         direction, point, coordinates = map(substitute, (screw.direction, screw.point, screw.coordinates))
         if chain.axis_points:  # move each point along its axis to the point that the arm's description gives
             distance = recognize_exact(axis.direction.dot(axis.point - point.xreplace(home)))
@@ -236,7 +238,7 @@ def _derive_body_column(chain: Chain, index: int) -> sp.Matrix:
     A revolute joint only rotates omega and the velocity of a point on its axis. So the sine and cosine of a joint occur
     at most once in each product.
     """
-    axes, home_point = axes_of(chain)
+    axes, home_point = home_geometry_of(chain)
     joint_axis = axes[index]
     omega, v = joint_axis.direction, joint_axis.direction.cross(home_point - joint_axis.point)
     if joint_axis.is_prismatic:
@@ -256,7 +258,7 @@ def _derive_body_column(chain: Chain, index: int) -> sp.Matrix:
 def _derive_oblique_kinematics(chain: Chain) -> BodyKinematics:
     """Return the body kinematics by exponentials of the axes, with the arm's own numbers."""
     inverse_rotation = sp.eye(3)
-    for axis, q in zip(axes_of(chain)[0], chain.q, strict=True):
+    for axis, q in zip(home_geometry_of(chain).axes, chain.q, strict=True):
         inverse_rotation = _rotate_back(axis, q, inverse_rotation) if axis.is_revolute else inverse_rotation
     jacobian = sp.Matrix.hstack(*(_derive_body_column(chain, index) for index in range(chain.n)))
     rotation = inverse_rotation.T.applyfunc(remove_brackets)

@@ -6,9 +6,9 @@ import numpy as np
 import sympy as sp
 
 from qdot.exercises.arm import transforms
-from qdot.exercises.arm.chain import TASK_ROWS, Chain
+from qdot.exercises.arm.chain import Chain
 from qdot.exercises.arm.conventions import convention_of
-from qdot.exercises.arm.conventions.base import FRAMES
+from qdot.exercises.arm.conventions.base import FRAMES, VELOCITY_NAMES
 from qdot.exercises.arm.derivation import derive, symbolic_arm_of
 from qdot.exercises.common.stream import Stream
 from qdot.exercises.problem.problem import Details, recorded_as
@@ -122,7 +122,7 @@ QUESTIONS = (
                 transforms.jacobian_in_tool_frame(symbolic_arm_of(chain).chain)
             ),
         },
-        make_details=_make_tool_details, row_and_column_labels=base.label_jacobian(lambda _: TASK_ROWS),
+        make_details=_make_tool_details, row_and_column_labels=base.label_jacobian(lambda _: VELOCITY_NAMES),
         find_arm_objection=base.find_tool_point_objection,
         find_size_objection=base.limit_size(
             "the Jacobian of {n} joints in the tool frame", MAX_JOINTS,

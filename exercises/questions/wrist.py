@@ -12,9 +12,9 @@ import numpy as np
 import sympy as sp
 
 from qdot.exercises.arm.arithmetic import determinant
-from qdot.exercises.arm.chain import TASK_ROWS, Chain
+from qdot.exercises.arm.chain import Chain
 from qdot.exercises.arm.conventions import convention_of
-from qdot.exercises.arm.conventions.base import FRAMES
+from qdot.exercises.arm.conventions.base import FRAMES, VELOCITY_NAMES
 from qdot.exercises.arm.derivation import derive, symbolic_arm_of
 from qdot.exercises.arm.kinematics import Z, frame_after, frames_and_point
 from qdot.exercises.arm.trigonometry import Factored, are_identical, count_terms, factor_trig, textbook_matrix
@@ -148,7 +148,7 @@ def _is_at_wrist_centre(symbolic_chain: Chain, centre: int) -> bool:
 
 def find_block_objection(chain: Chain) -> str | None:
     """Return why an arm's Jacobian at P is not block triangular, or why its determinant is zero; None otherwise."""
-    if chain.n != 6 or chain.task != TASK_ROWS:
+    if chain.n != 6 or chain.task != VELOCITY_NAMES:
         return "it does not have six joints and a task of six rows"
     centre = find_wrist_centre(chain)
     if centre is None or not _is_at_wrist_centre(symbolic_arm_of(chain).chain, centre):
@@ -164,14 +164,14 @@ def _find_arm_block_size_objection(chain: Chain) -> str | None:
 QUESTIONS = (
     Question(
         "arm-block", "Arm block of the Jacobian", "6.12", points=2.0, required_feature=FRAMES,
-        stage="arm block", row_and_column_labels=lambda chain: (TASK_ROWS[:3], base.name_joint_rates(chain)[:3]),
+        stage="arm block", row_and_column_labels=lambda chain: (VELOCITY_NAMES[:3], base.name_joint_rates(chain)[:3]),
         find_arm_objection=find_block_objection, find_size_objection=_find_arm_block_size_objection,
         link_sums="columns of links", link_sum_rows=lambda _: [(axis, axis) for axis in range(3)],
     ),
     Question(
         "wrist-block", "Wrist block of the Jacobian", "6.12", required_feature=FRAMES, stage="wrist block",
         textbook_formulas={"wrist block": derive_wrist_block}, make_details=_make_wrist_details,
-        row_and_column_labels=lambda chain: (TASK_ROWS[3:], base.name_joint_rates(chain)[3:]),
+        row_and_column_labels=lambda chain: (VELOCITY_NAMES[3:], base.name_joint_rates(chain)[3:]),
         find_arm_objection=find_block_objection,
     ),
     Question(

@@ -6,7 +6,6 @@ from functools import lru_cache, partial
 
 import sympy as sp
 
-from qdot.exercises.answer_types import Matching
 from qdot.exercises.arm.chain import Chain
 from qdot.exercises.arm.conventions.base import SCREWS
 from qdot.exercises.arm.derivation import derive, symbolic_arm_of
@@ -15,6 +14,7 @@ from qdot.exercises.questions import QUESTIONS
 from qdot.exercises.questions.base import AnswerAndDetails
 from qdot.exercises.questions.inversion import make_load_symbols
 from qdot.exercises.questions.screws import SCREWS_SOURCE
+from qdot.exercises.reference_answers import Matching
 from qdot.exercises.short_questions.options import OfferedOption, Options, offer_choice
 from qdot.exercises.short_questions.short_question import ShortQuestion
 from qdot.exercises.short_questions.wrong_formulas import OptionSubject, are_different_functions, make_four_options
@@ -89,7 +89,7 @@ def _make_formula_question(
     feature = QUESTIONS[base_question].required_feature
     return ShortQuestion(
         name, title, source, sample=partial(_ask_formula, find_subjects=find_subjects, question=base_question),
-        form="choice", base_question=base_question, objection_if_nothing_found=NO_FOUR_OPTIONS,
+        form="choice", base_question=base_question, objection_if_sampling_fails=NO_FOUR_OPTIONS,
         shown_answers=(base_question,), required_feature=feature,
         template="screw-choice" if feature == SCREWS else "formula-choice",
     )  # fmt: skip
@@ -115,7 +115,8 @@ CHOICE_QUESTIONS = (
     ),
     ShortQuestion(
         "singular-angles-choice", "Where is it singular?", "6.8", sample=_ask_sets, form="choice",
-        base_question="singular-angles", objection_if_nothing_found=NO_FOUR_OPTIONS, shown_answers=("singular-angles",),
+        base_question="singular-angles", objection_if_sampling_fails=NO_FOUR_OPTIONS,
+        shown_answers=("singular-angles",),
     ),
 )  # fmt: skip
 
@@ -170,5 +171,5 @@ def _has_short_columns(symbolic_chain: Chain) -> bool:
 MATCH_COLUMNS = ShortQuestion(
     "match-columns", "Which column belongs to which joint?", "6.12", points=1.0, sample=_ask_columns, form="matching",
     base_question="jacobian", shown_answers=("jacobian",),
-    objection_if_nothing_found="its Jacobian has too many columns, or columns that are too long or equal",
+    objection_if_sampling_fails="its Jacobian has too many columns, or columns that are too long or equal",
 )  # fmt: skip

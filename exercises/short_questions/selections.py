@@ -4,12 +4,12 @@ from dataclasses import dataclass
 
 import sympy as sp
 
-from qdot.exercises.answer_types import Selection
 from qdot.exercises.arm.chain import Chain
 from qdot.exercises.arm.derivation import derive, symbolic_arm_of
 from qdot.exercises.common.stream import Stream
 from qdot.exercises.problem.problem import Details
 from qdot.exercises.questions.base import AnswerAndDetails, find_determinant_objection
+from qdot.exercises.reference_answers import Selection
 from qdot.exercises.short_questions import wrong_formulas
 from qdot.exercises.short_questions.options import OfferedOption, Options
 from qdot.exercises.short_questions.short_question import ShortQuestion
@@ -142,12 +142,12 @@ def _list_equal_forms(symbolic_chain: Chain, formula: sp.Expr, quantity: Quantit
 SELECTION_QUESTIONS = (
     ShortQuestion(
         "dependence", "On which joints does it depend?", "6.4", sample=_ask_dependence, form="selection",
-        base_question="jacobian", objection_if_nothing_found="each suitable result depends on all joints, or on none",
+        base_question="jacobian", objection_if_sampling_fails="each suitable result depends on all joints, or on none",
     ),
     ShortQuestion(
         "equal-forms", "Which of these are the same?", "6.4", points=1.0, sample=_ask_forms, form="selection",
         base_question="jacobian",
-        objection_if_nothing_found="it has no short result that can be written in several ways",
+        objection_if_sampling_fails="it has no short result that can be written in several ways",
         shown_answers=("jacobian", "determinant"),
     ),
 )  # fmt: skip

@@ -15,13 +15,13 @@ from qdot.exercises.questions.base import AnswerAndDetails, Question
 class ShortQuestion(Question):
     """A short question about the result that another question, `base_question`, asks for.
 
-    A short question applies to an arm only if its base question does. `objection_if_nothing_found` is the objection to
+    A short question applies to an arm only if its base question does. `objection_if_sampling_fails` is the objection to
     an arm if sampling finds nothing to ask. The objection depends only on the arm's structure, for which the sample is
     taken. If nothing can be asked about an arm's own numbers, `generate` samples another arm.
     """
 
     base_question: str = ""
-    objection_if_nothing_found: str = ""
+    objection_if_sampling_fails: str = ""
     points: float = 0.5
 
     def ask(self, chain: Chain, rng: Stream) -> AnswerAndDetails:
@@ -45,7 +45,7 @@ class ShortQuestion(Question):
             else (symbolic_arm_of(chain).chain,)
         )
         is_found = all(_sample_from_fixed_stream(self, arm) is not None for arm in arms)
-        return None if is_found else self.objection_if_nothing_found
+        return None if is_found else self.objection_if_sampling_fails
 
 
 @lru_cache(maxsize=20_000)

@@ -8,8 +8,8 @@ import mpmath
 import numpy as np
 import sympy as sp
 
-from qdot.exercises.answer_types import TRUE_FALSE, Choice, Number
-from qdot.exercises.arm.chain import TASK_ROWS, Chain
+from qdot.exercises.arm.chain import Chain
+from qdot.exercises.arm.conventions.base import VELOCITY_NAMES
 from qdot.exercises.arm.derivation import derive
 from qdot.exercises.arm.mpmath_kinematics import determinant, evaluate_in_context, round_to_ten_digits
 from qdot.exercises.common.stream import Stream
@@ -19,8 +19,9 @@ from qdot.exercises.questions.base import AnswerAndDetails
 from qdot.exercises.questions.concepts import find_moving_rows
 from qdot.exercises.questions.geometry import ConfigurationDetails, ExactConfiguration
 from qdot.exercises.questions.inversion import THREE_DIGIT_TOLERANCE, write_power_of_metres
+from qdot.exercises.reference_answers import TRUE_FALSE, Choice, Number
 from qdot.exercises.short_questions.short_question import ShortQuestion
-from qdot.exercises.singularities.singularity import singular_set
+from qdot.exercises.singularities.singular_set import singular_set
 
 MIN_SPEED = 0.05
 """Minimum speed that is asked for, in m/s."""
@@ -84,7 +85,7 @@ def _find_line_objection(chain: Chain) -> str | None:
 VALUE_QUESTIONS = (
     ShortQuestion(
         "determinant-value", "Determinant in a configuration", "6.8", sample=_ask_determinant, form="number",
-        base_question="determinant", objection_if_nothing_found="no regular configuration was found",
+        base_question="determinant", objection_if_sampling_fails="no regular configuration was found",
         find_arm_objection=lambda chain: (
             None if len(chain.linear_axes) == len(chain.task) else "its Jacobian mixes metres and radians"
         ),
@@ -92,7 +93,7 @@ VALUE_QUESTIONS = (
     ),
     ShortQuestion(
         "speed", "Speed of the point", "6.4", sample=_ask_speed, form="number", base_question="jacobian",
-        objection_if_nothing_found="no configuration was found in which its point moves",
+        objection_if_sampling_fails="no configuration was found in which its point moves",
         find_arm_objection=_find_line_objection, entry_names=lambda *_: ["|v_P|"],
     ),
 )  # fmt: skip
@@ -157,12 +158,12 @@ def _sample_joint_statements(chain: Chain, is_true: bool, rng: Stream) -> Iterat
     if visible_entries:
         row, joint = rng.choice(visible_entries)
         yield JointStatement(
-            statement_kind="moves", configuration=configuration, joint=joint + 1, row=TASK_ROWS[row],
+            statement_kind="moves", configuration=configuration, joint=joint + 1, row=VELOCITY_NAMES[row],
             positive=bool(linear[row, joint] > 0) == is_true,
         )  # fmt: skip
 
 
 TRUE_OR_FALSE = ShortQuestion(
     "true-or-false", "True or false?", "6.12", sample=_ask_true_or_false, form="true or false",
-    base_question="jacobian", objection_if_nothing_found="there is no statement about its configurations to judge",
+    base_question="jacobian", objection_if_sampling_fails="there is no statement about its configurations to judge",
 )  # fmt: skip

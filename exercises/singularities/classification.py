@@ -12,7 +12,8 @@ from typing import Any
 import numpy as np
 import sympy as sp
 
-from qdot.exercises.arm.chain import TASK_ROWS, Chain
+from qdot.exercises.arm.chain import Chain
+from qdot.exercises.arm.conventions.base import VELOCITY_NAMES
 from qdot.exercises.arm.kinematics import NumericChain
 from qdot.exercises.arm.lengths import are_unrelated, with_symbolic_lengths
 from qdot.exercises.arm.trigonometry import substitute
@@ -24,7 +25,7 @@ from qdot.exercises.formula.set_parser import Piece, parse_pieces
 from qdot.exercises.singularities.appearance import describe_appearance
 from qdot.exercises.singularities.axes import Sample
 from qdot.exercises.singularities.normalized_arm import normalize_arm, normalize_conditions
-from qdot.exercises.singularities.singularity import Component, Values, singular_set
+from qdot.exercises.singularities.singular_set import Component, Values, singular_set
 from qdot.exercises.singularities.singularity_kinds import are_one_sided, can_establish_kind, classify_samples
 
 _SAMPLE_COUNT = 60
@@ -72,7 +73,7 @@ def domain_of(
     for joint, q, rate in zip(chain.joints, chain.q, chain.rates, strict=True):
         roles[q.name] = "angle" if joint.is_revolute else prismatic_role
         roles[rate.name] = "signed"
-    roles.update(dict.fromkeys(TASK_ROWS, "signed"))
+    roles.update(dict.fromkeys(VELOCITY_NAMES, "signed"))
     for symbol in chain.parameters:
         roles[symbol.name] = "angle" if symbol.name.startswith(("alpha", "beta")) else "length"
     return Domain({**roles, **(values or {})})

@@ -18,13 +18,14 @@ from itertools import combinations, product
 import numpy as np
 import sympy as sp
 
-from qdot.exercises.arm.chain import ANGLE_PREFIXES, TASK_ROWS, Base, Chain
+from qdot.exercises.arm.chain import ANGLE_PREFIXES, Base, Chain
+from qdot.exercises.arm.conventions.base import VELOCITY_NAMES
 from qdot.exercises.arm.derivation import TooLong, determinant_of, has_long_minors, moves_with_last_link
 from qdot.exercises.arm.kinematics import NumericChain, jacobian_seen_from
 from qdot.exercises.arm.trigonometry import Factored, factor_trig
 from qdot.exercises.common.stream import Stream
 from qdot.exercises.singularities.joint_solvability import drop_implied, may_hold_simultaneously
-from qdot.exercises.singularities.singularity import (
+from qdot.exercises.singularities.singular_set import (
     Conjunction,
     Search,
     find_common_zeros,
@@ -34,7 +35,7 @@ from qdot.exercises.singularities.singularity import (
     tidy_branches,
 )
 
-_POSITION = TASK_ROWS[:3]
+_POSITION = VELOCITY_NAMES[:3]
 MAX_CASES = 400
 """Maximum number of cases that are examined."""
 MAX_FRAMES, SHORT_OPERATION_COUNT = 2, 200
@@ -80,7 +81,7 @@ def elimination_applies(chain: Chain) -> bool:
         return False
     if set(chain.task) == set(_POSITION):
         return has_long_minors(chain)
-    return set(chain.task) == set(TASK_ROWS) and moves_with_last_link(polynomial_arm(chain)[0])
+    return set(chain.task) == set(VELOCITY_NAMES) and moves_with_last_link(polynomial_arm(chain)[0])
 
 
 def polynomial_arm(chain: Chain) -> tuple[Chain, dict[sp.Symbol, sp.Expr]]:

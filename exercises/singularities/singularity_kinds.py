@@ -14,7 +14,8 @@ from functools import lru_cache
 import numpy as np
 import sympy as sp
 
-from qdot.exercises.arm.chain import TASK_ROWS, Chain
+from qdot.exercises.arm.chain import Chain
+from qdot.exercises.arm.conventions.base import VELOCITY_NAMES
 from qdot.exercises.arm.derivation import derive
 from qdot.exercises.common.stream import Stream
 from qdot.exercises.singularities.appearance import find_wrist_centre
@@ -40,7 +41,7 @@ def can_establish_kind(chain: Chain) -> bool:
     angle about a fixed axis. Other angular velocities are rates of no coordinate, so they have no reach. If there are
     more rows than joints, the reach is only a surface, and the boundary of a surface is of no interest.
     """
-    if chain.n == 6 and set(chain.task) == set(TASK_ROWS):
+    if chain.n == 6 and set(chain.task) == set(VELOCITY_NAMES):
         return find_wrist_centre(chain) is not None
     return len(chain.task) <= min(4, chain.n) and _has_coordinates(chain)
 
@@ -52,7 +53,7 @@ def _has_coordinates(chain: Chain) -> bool:
         return True
     return len(angular_rows) == 1 and all(
         row in angular_rows or derive(chain).geometric[i, :].is_zero_matrix
-        for i, row in enumerate(TASK_ROWS)
+        for i, row in enumerate(VELOCITY_NAMES)
         if row[0] == "w"
     )
 
@@ -92,7 +93,7 @@ def _has_free_orientation(chain: Chain) -> bool:
 
     Successive axes of such a wrist are perpendicular.
     """
-    has_wrist = chain.n == 6 and set(chain.task) == set(TASK_ROWS) and find_wrist_centre(chain) is not None
+    has_wrist = chain.n == 6 and set(chain.task) == set(VELOCITY_NAMES) and find_wrist_centre(chain) is not None
     return has_wrist and all(sp.cos(joint.alpha) == 0 for joint in chain.joints[3:5])
 
 

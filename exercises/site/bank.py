@@ -20,7 +20,7 @@ from pathlib import Path
 from qdot.exercises.assignment.certified_problems import FailedSlot, FindFailures
 from qdot.exercises.assignment.store import compute_package_digest
 from qdot.exercises.common.files import write_atomically
-from qdot.exercises.common.parallel import keep_state, map_in_order
+from qdot.exercises.common.parallel import map_in_order, return_state
 from qdot.exercises.families import FAMILIES
 from qdot.exercises.figure.plane import is_drawn_flat
 from qdot.exercises.problem.problem import Problem
@@ -50,7 +50,7 @@ def write_bank(
     Solutions are written only if `with_solutions`.
     """
     entries, state = [], (folder, find_failures, with_solutions)
-    with closing(map_in_order(_write_problem, problems, jobs, keep_state, (state,))) as records:
+    with closing(map_in_order(_write_problem, problems, jobs, setup=return_state, arguments=(state,))) as records:
         for entry in records:
             if isinstance(entry, FailedSlot):
                 on_failed(entry)

@@ -212,7 +212,10 @@ def _make_part_record(problem: Problem, part: Part, sentences: MistakeSentences)
     svg = draw_part_svg(chain, part, part.name)
     record: Json = {"name": part.name, "kind": part.kind, "title": question.title, "type": part.type}
     record |= {"shape": part.shape and list(part.shape), "points": part.points, "prompt": to_html(prompt_text)}
-    record |= {"names": find_typed_names(problem, prompt_text), "labels": list(question.list_typed_names(chain, part))}
+    record |= {
+        "names": find_typed_names(problem, prompt_text),
+        "labels": list(question.list_names_to_type(chain, part)),
+    }
     record |= {"columns": list(question.column_names(chain)), "grid": _list_labels(chain, part), "figure": svg}
     record |= {"alt": describe_part_figure(chain, part) if svg else "", "pose": _find_given_pose(chain, part)}
     record |= {"hints": list(map(html_with_latex, write_hints(problem, part))), "options": _list_options(problem, part)}
@@ -224,7 +227,7 @@ def _list_labels(chain: Chain, part: Part) -> list[list[str]]:
     question = question_of(part)
     rows, columns = question.row_and_column_labels(chain)
     if part.shape is not None and part.shape[1] == 1:
-        names = question.entry_names(chain, part) or question.typed_names(chain)
+        names = question.entry_names(chain, part) or question.names_to_type(chain)
         rows = [name for name in names if r"\text" not in name]  # without words that are in the prompt
     return [[_write_label(name, chain) for name in rows], [_write_label(name, chain) for name in columns]]
 

@@ -9,9 +9,10 @@ from typing import Any
 import numpy as np
 import sympy as sp
 
-from qdot.exercises.arm.chain import TASK_ROWS, Chain
+from qdot.exercises.arm.chain import Chain
 from qdot.exercises.arm.conventions import convention_of
-from qdot.exercises.arm.standard_table import axes_of
+from qdot.exercises.arm.conventions.base import VELOCITY_NAMES
+from qdot.exercises.arm.standard_table import home_geometry_of
 from qdot.exercises.common.json_form import as_json
 from qdot.exercises.formula.trees import ParseError, find_names
 from qdot.exercises.problem.problem import Part, Problem, ProblemId
@@ -78,7 +79,7 @@ def _failing_check(table: str, subject: str) -> Callable[..., Checks]:
 
 def _check_symbols(chain: Chain) -> Check:
     """Check that no symbol has two meanings; for example, a length of link 3 must not be called a1."""
-    reserved = {symbol.name for symbol in (*chain.q, *chain.rates)} | set(TASK_ROWS)
+    reserved = {symbol.name for symbol in (*chain.q, *chain.rates)} | set(VELOCITY_NAMES)
     ambiguous = sorted(symbol.name for symbol in chain.parameters if symbol.name in reserved)
     # An arm described by its axes at home shows no table.
     for symbol in chain.parameters if convention_of(chain).shows_table else ():
@@ -124,7 +125,7 @@ def _check_modified_table(numeric: NumericReference) -> Checks:
 
 def _check_axes_at_home(numeric: NumericReference) -> Checks:
     """Check the stated directions of the axes, the points on the axes, and P at home, against the frames at home."""
-    axes, point = axes_of(numeric.chain)
+    axes, point = home_geometry_of(numeric.chain)
     z, origins = numeric.home_frames[:, :-1, :3, 2], numeric.home_frames[:, :-1, :3, 3]
     directions = np.stack([numeric.evaluate_constants(axis.direction) for axis in axes], axis=1)
     yield _check_exactly("axes at home: directions", directions, z)

@@ -2,8 +2,7 @@
 
 import numpy as np
 
-from qdot.exercises.answer_types import Choice
-from qdot.exercises.arm.chain import TASK_ROWS
+from qdot.exercises.arm.conventions.base import VELOCITY_NAMES
 from qdot.exercises.problem.problem import Part
 from qdot.exercises.questions.concepts import (
     INVERTIBILITY_ANSWERS,
@@ -12,6 +11,7 @@ from qdot.exercises.questions.concepts import (
     VelocityLossDetails,
 )
 from qdot.exercises.questions.differentiation import TaskDetails
+from qdot.exercises.reference_answers import Choice
 from qdot.exercises.verify.formulas import EXACT_TOLERANCE, PartCheck, check_agreement
 from qdot.exercises.verify.numbers import list_reference_numbers
 from qdot.exercises.verify.numeric_reference import Check, Checks, NumericReference, differentiate, differentiate_frames
@@ -24,7 +24,7 @@ ROUNDING_TOLERANCE = 0.0006
 def _check_size(numeric: NumericReference, part: Part) -> Checks:
     """Check the number of rows and columns of J, and that no row of the task is always zero."""
     task = part.details_as(TaskDetails).task
-    jacobian = numeric.finite_difference_jacobian[:, [TASK_ROWS.index(row) for row in task]]
+    jacobian = numeric.finite_difference_jacobian[:, [VELOCITY_NAMES.index(row) for row in task]]
     expected = np.array([[float(jacobian.shape[1])], [float(jacobian.shape[2])]])
     yield check_agreement("size", list_reference_numbers(part), expected[None], EXACT_TOLERANCE)
     zero_rows = [row for row, values in zip(task, jacobian.swapaxes(0, 1), strict=True) if np.abs(values).max() < 1e-6]
@@ -42,7 +42,7 @@ def _check_effect(numeric: NumericReference, part: Part) -> Checks:
     sample, joint = numeric.sample_at(effect.configuration), effect.joint - 1
     angular = differentiate_frames(sample.arm.frames, sample.q[None])[0, joint, -1, 3:]
     velocity = np.array([*differentiate(sample.arm.point, sample.q[None])[0, joint], *angular])
-    expected = velocity[[TASK_ROWS.index(row) for row in effect.rows]]
+    expected = velocity[[VELOCITY_NAMES.index(row) for row in effect.rows]]
     errors = [float(np.abs(_parse_numbers(option) - expected).max()) for option in answer.options]
     is_correct = [error < ROUNDING_TOLERANCE for error in errors]
     is_only_correct = is_correct == [index == answer.correct for index in range(len(is_correct))]
@@ -53,7 +53,9 @@ def _check_effect(numeric: NumericReference, part: Part) -> Checks:
 def _check_invertibility(numeric: NumericReference, part: Part) -> Checks:
     """Check by size and rank whether J is regular, singular or redundant, or has too few columns."""
     answer, details = part.answer_as(Choice), part.details_as(InvertibilityDetails)
-    jacobian = numeric.exponential_jacobian_at(details.configuration)[[TASK_ROWS.index(row) for row in details.task]]
+    jacobian = numeric.exponential_jacobian_at(details.configuration)[
+        [VELOCITY_NAMES.index(row) for row in details.task]
+    ]
     rank, is_clear = find_rank(jacobian)
     m, n = jacobian.shape
     expected_use = ("regular" if rank == n else "singular") if m == n else "redundant" if m < n else "few"

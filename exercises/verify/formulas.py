@@ -7,8 +7,8 @@ from collections.abc import Callable
 
 import numpy as np
 
-from qdot.exercises.arm.chain import TASK_ROWS
 from qdot.exercises.arm.conventions import convention_of
+from qdot.exercises.arm.conventions.base import VELOCITY_NAMES
 from qdot.exercises.problem.problem import Part
 from qdot.exercises.questions.differentiation import AxisDetails, list_linear_task_rows
 from qdot.exercises.questions.propagation import FrameDetails, RecursionDetails
@@ -67,7 +67,7 @@ def make_jacobian_check(compute: Callable[[NumericReference, Part, np.ndarray], 
 
 def _list_convention_rows(numeric: NumericReference) -> list[int]:
     """Return the indices of the rows of the 6 x n Jacobian in the order of the arm's convention."""
-    return [TASK_ROWS.index(row) for row in convention_of(numeric.chain).velocity_names]
+    return [VELOCITY_NAMES.index(row) for row in convention_of(numeric.chain).velocity_names]
 
 
 def _transpose(matrices: np.ndarray) -> np.ndarray:

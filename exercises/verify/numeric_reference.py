@@ -12,8 +12,9 @@ from typing import NamedTuple
 import numpy as np
 import sympy as sp
 
-from qdot.exercises.arm.chain import REVOLUTE, TASK_ROWS, Chain
+from qdot.exercises.arm.chain import REVOLUTE, Chain
 from qdot.exercises.arm.conventions import convention_of
+from qdot.exercises.arm.conventions.base import VELOCITY_NAMES
 from qdot.exercises.arm.kinematics import NumericChain
 from qdot.exercises.arm.vectors import cross
 from qdot.exercises.common.stream import Stream
@@ -107,7 +108,7 @@ class NumericReference:
             for symbol in self.chain.parameters
         }
         symbols_of_parts = [name for part in self.problem.parts for name in part.symbols]
-        for name in (*(rate.name for rate in self.chain.rates), *TASK_ROWS, *symbols_of_parts):
+        for name in (*(rate.name for rate in self.chain.rates), *VELOCITY_NAMES, *symbols_of_parts):
             if name not in values:
                 values[name] = np.array([self.rng.uniform(-2, 2) for _ in range(self.sample_count)])
         return values

@@ -11,14 +11,14 @@ from itertools import combinations
 import numpy as np
 import sympy as sp
 
-from qdot.exercises.answer_types import Choice, ConditionSet, Expression, Matching, Matrix, Selection
-from qdot.exercises.arm.chain import TASK_ROWS
+from qdot.exercises.arm.conventions.base import VELOCITY_NAMES
 from qdot.exercises.arm.kinematics import NumericChain
 from qdot.exercises.arm.lengths import substitute_arm_lengths
 from qdot.exercises.common.stream import Stream
 from qdot.exercises.problem.problem import Part
 from qdot.exercises.questions import QUESTIONS
 from qdot.exercises.questions.geometry import ConfigurationDetails
+from qdot.exercises.reference_answers import Choice, ConditionSet, Expression, Matching, Matrix, Selection
 from qdot.exercises.short_questions.choice import CHOICE_QUESTIONS, FormulaOptions
 from qdot.exercises.short_questions.options import ConfigurationOptions, OfferedOption, Options
 from qdot.exercises.short_questions.selections import EqualForms, Quantity, QuantityDetails
@@ -209,7 +209,7 @@ def _check_statement(numeric: NumericReference, part: Part) -> Checks:
     answer, statement = part.answer_as(Choice), part.details_as(ConfigurationStatement)
     jacobian = numeric.exponential_jacobian_at(statement.configuration)
     if isinstance(statement, JointStatement):
-        component = float(jacobian[TASK_ROWS.index(statement.row), statement.joint - 1])
+        component = float(jacobian[VELOCITY_NAMES.index(statement.row), statement.joint - 1])
         is_true, is_clear = (component > 0) == statement.positive, abs(component) > 0.01
     else:
         rank, is_clear = find_rank(jacobian[numeric.task])

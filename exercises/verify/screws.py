@@ -13,7 +13,7 @@ from collections.abc import Callable
 
 import numpy as np
 
-from qdot.exercises.arm.standard_table import axes_of
+from qdot.exercises.arm.standard_table import home_geometry_of
 from qdot.exercises.problem.problem import Part
 from qdot.exercises.questions.screws import DECIMALS, NumericTwistDetails
 from qdot.exercises.verify.formulas import (
@@ -52,7 +52,7 @@ def _compute_body_pose_and_jacobian(numeric: NumericReference) -> tuple[np.ndarr
 
     The exponentials are those of the screws of the axes in the problem statement.
     """
-    axes, point = axes_of(numeric.chain)
+    axes, point = home_geometry_of(numeric.chain)
     motion, columns = np.broadcast_to(np.eye(4), (numeric.sample_count, 4, 4)), []
     for i, axis in enumerate(axes):
         u, o = numeric.evaluate_constants(axis.direction), numeric.evaluate_constants(axis.point)

@@ -8,10 +8,10 @@ from dataclasses import replace
 from functools import lru_cache
 from typing import Any
 
-from qdot.exercises.answer_types import LETTERS
 from qdot.exercises.arm.chain import Chain
 from qdot.exercises.arm.derivation import derive
 from qdot.exercises.problem.problem import Part, Problem
+from qdot.exercises.reference_answers import LETTERS
 from qdot.exercises.short_questions import question_of
 from qdot.exercises.short_questions.options import ConfigurationOptions, Options
 from qdot.exercises.writing.languages import ENGLISH, load_catalogue
@@ -112,12 +112,12 @@ def _write_derivation(problem: Problem, part: Part, language: str, earlier: froz
     return str(_get_question_macros(part, language).solution(part, chain, derive(chain), wording, steps))
 
 
-def write_answer_code(problem: Problem, part: Part, used_columns: int = 0) -> str:
+def write_answer_code(problem: Problem, part: Part, prefix_width: int = 0) -> str:
     """Return the answer as Python code with the angles of the worked solution.
 
-    The code is broken into lines as if `used_columns` columns before its first line were taken.
+    The code is broken into lines as if `prefix_width` columns before its first line were taken.
     """
-    return part.answer.write_code(used_columns, get_solution_steps(problem.chain).angles.python_code)
+    return part.answer.write_code(prefix_width, get_solution_steps(problem.chain).angles.python_code)
 
 
 def add_angle_legend(steps: SolutionSteps, text: str, language: str = ENGLISH) -> str:

@@ -11,12 +11,13 @@ from itertools import combinations
 
 import sympy as sp
 
-from qdot.exercises.arm.chain import TASK_ROWS, Chain, Point
+from qdot.exercises.arm.chain import Chain, Point
 from qdot.exercises.arm.conventions import convention_of
+from qdot.exercises.arm.conventions.base import VELOCITY_NAMES
 from qdot.exercises.arm.derivation import Derivation, TooLong, derive, symbolic_arm_of, task_velocity
 from qdot.exercises.arm.kinematics import frame_after, link_frames
 from qdot.exercises.arm.mpmath_kinematics import determinant, inverse, round_matrix, round_to_four_digits
-from qdot.exercises.arm.standard_table import axes_of
+from qdot.exercises.arm.standard_table import home_geometry_of
 from qdot.exercises.arm.trigonometry import remove_brackets, substitute, textbook_form
 from qdot.exercises.problem.problem import Part
 from qdot.exercises.questions import rank, screws
@@ -26,7 +27,7 @@ from qdot.exercises.questions.singular import ConfigurationsOfOneKind, find_comp
 from qdot.exercises.questions.wrist import derive_block_determinants, derive_wrist_block, find_block_objection
 from qdot.exercises.singularities.classification import Classification, classify, is_one_sided, split_by_value
 from qdot.exercises.singularities.existence_conditions import ExistenceCondition, find_existence_condition
-from qdot.exercises.singularities.singularity import Component, Values, never_vanishes, singular_set
+from qdot.exercises.singularities.singular_set import Component, Values, never_vanishes, singular_set
 from qdot.exercises.writing import expansion
 from qdot.exercises.writing.angles import AngleNames, iterate_arm_angles, list_link_angles, name_angles
 from qdot.exercises.writing.expansion import Expansion, expand_determinant, expand_jacobian
@@ -178,12 +179,12 @@ class SolutionSteps:
     @property
     def point_at_home(self) -> sp.Matrix:
         """The position of P at home (3 x 1, m)."""
-        return axes_of(self.chain)[1]
+        return home_geometry_of(self.chain).point
 
     @property
     def exponentials(self) -> list[tuple[str, sp.Matrix]]:
         """For each joint the LaTeX name of its exponential, and the exponential itself (4 x 4)."""
-        axes = axes_of(self.chain)[0]
+        axes = home_geometry_of(self.chain).axes
         pairs = enumerate(zip(self.chain.q, axes, strict=True), 1)
         return [(f"e^{{[S_{{{i}}}]{tex(q)}}}", screws.compute_exponential(axis, q)) for i, (q, axis) in pairs]
 
@@ -293,7 +294,7 @@ class SolutionSteps:
         wrist_frame = frame_after(chain.joints[3 : chain.point.frame])
         wrist_centre = wrist_frame.origin + wrist_frame.rotation * sp.Matrix(chain.point.offset)
         point = Point(3, tuple(wrist_centre.applyfunc(textbook_form)))
-        first_joints = Chain("arm", chain.joints[:3], TASK_ROWS[:3], chain.base, point)
+        first_joints = Chain("arm", chain.joints[:3], VELOCITY_NAMES[:3], chain.base, point)
         determinant = derive_block_determinants(self.chain)[0]
         return expand_jacobian(first_joints).with_numbers(self.derivation.substitute_values, determinant)
 

@@ -6,14 +6,14 @@ from dataclasses import dataclass, field
 
 import sympy as sp
 
-from qdot.exercises.arm.chain import TASK_ROWS, Chain
+from qdot.exercises.arm.chain import Chain
 from qdot.exercises.arm.conventions import convention_of
-from qdot.exercises.arm.conventions.base import Convention
+from qdot.exercises.arm.conventions.base import VELOCITY_NAMES, Convention
 from qdot.exercises.arm.derivation import derive
-from qdot.exercises.arm.standard_table import axes_of
+from qdot.exercises.arm.standard_table import home_geometry_of
 from qdot.exercises.questions.base import name_velocity_components
 from qdot.exercises.singularities.classification import Classification
-from qdot.exercises.singularities.singularity import Values
+from qdot.exercises.singularities.singular_set import Values
 from qdot.exercises.singularities.singularity_kinds import can_establish_kind
 from qdot.exercises.writing.languages import ENGLISH, Catalogue, load_catalogue
 from qdot.exercises.writing.latex import lengths_of, tex, tex_angle, tex_length, tex_value, write_symbol
@@ -125,10 +125,10 @@ class Wording:
         d = derive(self.chain)
         return d.is_square and d.determinant != 0 and not d.determinant.free_symbols & set(self.chain.q)
 
-    def moves_outside_task(self, rows: int = len(TASK_ROWS)) -> bool:
+    def moves_outside_task(self, rows: int = len(VELOCITY_NAMES)) -> bool:
         """Return whether a component outside the task can be nonzero, among the first `rows` of (vx, ..., wz)."""
         geometric = derive(self.chain).geometric
-        outside_task = (i for i, row in enumerate(TASK_ROWS[:rows]) if row not in self.chain.task)
+        outside_task = (i for i, row in enumerate(VELOCITY_NAMES[:rows]) if row not in self.chain.task)
         return any(not geometric[i, :].is_zero_matrix for i in outside_task)
 
     @property
@@ -178,7 +178,7 @@ class Wording:
         pgettext = self.messages.pgettext
         kinds = {"R": pgettext("of a joint", "revolute"), "P": pgettext("of a joint", "prismatic")}
         rows = []
-        for number, axis in enumerate(axes_of(self.chain)[0], 1):
+        for number, axis in enumerate(home_geometry_of(self.chain).axes, 1):
             name, point = (r"\omega", format_coordinates(axis.point)) if axis.is_revolute else ("v", "")
             direction = ", ".join(map(tex, axis.direction))
             rows.append((kinds[axis.kind], f"{name}_{{{number}}}", f"({direction})", point))
@@ -187,7 +187,7 @@ class Wording:
     @property
     def point_at_home(self) -> str:
         """The position of P at home."""
-        return format_coordinates(axes_of(self.chain)[1])
+        return format_coordinates(home_geometry_of(self.chain).point)
 
     # --- the convention ---
 

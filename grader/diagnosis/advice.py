@@ -21,9 +21,9 @@ from qdot.exercises.formula.trees import Node, ParseError, find_names
 from qdot.exercises.mistakes.configurations import SymbolValues, sample_configurations
 from qdot.exercises.problem.problem import Part, Problem
 from qdot.exercises.questions.results import compute_answer, is_derived
-from qdot.exercises.singularities.singularity import singular_set
+from qdot.exercises.singularities.singular_set import singular_set
 from qdot.grader.diagnosis.numbers import normalize
-from qdot.grader.judging.answer import ParsedAnswer, assign_values_to_joint
+from qdot.grader.judging.answer_parser import ParsedAnswer, assign_values_to_joint
 from qdot.grader.judging.verdict import Diagnosis
 
 SAMPLE_COUNT = 5

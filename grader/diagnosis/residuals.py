@@ -23,14 +23,14 @@ MAX_LINKS = 8
 
 def explain_missing_links(answer: WrongAnswer) -> Diagnosis | None:
     """Return the diagnosis that an answer of the expected shape lacks the contributions of some links, or None."""
-    w, correct_values, question = answer.correct_working, answer.correct_values, question_of(answer.part)
-    linear_rows, residual = question.link_sum_rows(w.chain), correct_values - answer.numeric.values
-    if not linear_rows or residual.shape[1] > w.n:
+    stages, correct_values, question = answer.correct_working, answer.correct_values, question_of(answer.part)
+    linear_rows, residual = question.link_sum_rows(stages.chain), correct_values - answer.numeric.values
+    if not linear_rows or residual.shape[1] > stages.n:
         return None
     answer_rows, axes = map(list, zip(*linear_rows, strict=True))
     if question.link_sums == "links":
-        links = np.stack([w.arithmetic.drop_derivatives(link) for link in w["links"]])[:, axes]
-        return _explain_position(w, links, residual[:, 0])
+        links = np.stack([stages.arithmetic.drop_derivatives(link) for link in stages["links"]])[:, axes]
+        return _explain_position(stages, links, residual[:, 0])
     size = float(np.abs(correct_values).max())
     other_residual = np.delete(residual, answer_rows, axis=0)
     if np.isnan(residual).any() or np.abs(other_residual).max(initial=0.0) > RELATIVE_TOLERANCE * size:
@@ -40,44 +40,44 @@ def explain_missing_links(answer: WrongAnswer) -> Diagnosis | None:
         column_residual = residual[answer_rows, column]
         if np.abs(column_residual).max() <= RELATIVE_TOLERANCE * size:
             continue
-        missing_links = _find_links_with_sum(w, w["effects"][column][:, axes], column_residual, size)
+        missing_links = _find_links_with_sum(stages, stages["link derivatives"][column][:, axes], column_residual, size)
         if missing_links is None:
             return None
         missing_by_column[column + 1] = missing_links
     if not missing_by_column:
         return None
     clauses = [
-        f"{_describe_links(w, missing_links)} in column {column}" for column, missing_links in missing_by_column.items()
+        f"{_describe_links(stages, missing_links)} in column {column}"
+        for column, missing_links in missing_by_column.items()
     ]
     message = f"You seem to have left out {'; '.join(clauses)}. A joint moves every link after it. See (6.3)."
     return Diagnosis(("chain-rule",), message, signature=(f"chain-rule {missing_by_column}",))
 
 
-def _explain_position(w: StageResults, links: np.ndarray, residual: np.ndarray) -> Diagnosis | None:
+def _explain_position(stages: StageResults, links: np.ndarray, residual: np.ndarray) -> Diagnosis | None:
     """Return the diagnosis that the position of P lacks the vectors of some links, or None."""
-    missing_links = _find_links_with_sum(w, links, residual, float(np.abs(links).max()))
+    missing_links = _find_links_with_sum(stages, links, residual, float(np.abs(links).max()))
     if missing_links is None:
         return None
-    message = (
-        f"Your position seems to lack {_describe_links(w, missing_links)}. Add all links from the base to P. See (6.1)."
-    )
+    links_in_words = _describe_links(stages, missing_links)
+    message = f"Your position seems to lack {links_in_words}. Add all links from the base to P. See (6.1)."
     return Diagnosis(("link-left-out",), message, signature=(f"link-left-out {missing_links}",))
 
 
 def _find_links_with_sum(
-    w: StageResults, contributions: np.ndarray, residual: np.ndarray, scale: float
+    stages: StageResults, contributions: np.ndarray, residual: np.ndarray, scale: float
 ) -> tuple[int, ...] | None:
     """Return the smallest set of links, but not all of them, whose contributions add up to a residual, or None."""
     tolerance = RELATIVE_TOLERANCE * scale
     if np.isnan(residual).any() or not np.abs(residual).max() > tolerance:
         return None
-    links = [k for k in links_to_point(w.chain) if np.abs(contributions[k]).max() > tolerance]
+    links = [k for k in links_to_point(stages.chain) if np.abs(contributions[k]).max() > tolerance]
     subsets = (subset for count in range(1, min(len(links), MAX_LINKS)) for subset in combinations(links, count))
     return next((s for s in subsets if np.abs(residual - contributions[list(s)].sum(axis=0)).max() <= tolerance), None)
 
 
-def _describe_links(w: StageResults, links: Sequence[int]) -> str:
+def _describe_links(stages: StageResults, links: Sequence[int]) -> str:
     """Return the contributions of links in words; index n stands for the vector from the last frame's origin to P."""
-    link_names = ["the offset of P" if k == w.n else f"link {k + 1}" for k in links]
+    link_names = ["the offset of P" if k == stages.n else f"link {k + 1}" for k in links]
     link_words = link_names[0] if len(link_names) == 1 else f"{', '.join(link_names[:-1])} and {link_names[-1]}"
     return f"the contribution{'s' if len(link_names) > 1 else ''} of {link_words}"

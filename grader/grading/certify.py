@@ -11,19 +11,19 @@ from contextlib import closing
 from dataclasses import dataclass, replace
 from typing import Any
 
-from qdot.exercises.answer_types import Words
 from qdot.exercises.assignment.assignment import Assignment
 from qdot.exercises.assignment.certified_problems import raise_failures
 from qdot.exercises.assignment.release import Certifier, certificate_path, notebook_path
 from qdot.exercises.common.errors import QdotError
 from qdot.exercises.common.extras import find_qdot_version
 from qdot.exercises.common.json_form import as_json
-from qdot.exercises.common.parallel import keep_state, map_in_order
+from qdot.exercises.common.parallel import map_in_order, return_state
 from qdot.exercises.families import Family
 from qdot.exercises.generation import generate
 from qdot.exercises.problem.problem import ENGINE, Problem, ProblemId
 from qdot.exercises.problem.record import compute_digests
 from qdot.exercises.questions.custom import Definition
+from qdot.exercises.reference_answers import Words
 from qdot.exercises.singularities.difficulty import difficulty
 from qdot.exercises.verify.certificate import ProblemCertificate, certify
 from qdot.grader.grading import certificates
@@ -211,5 +211,5 @@ def _verify_task(_: None, task: VerificationTask) -> list[Failure]:
 
 def verify_all(tasks: Sequence[VerificationTask], jobs: int) -> Generator[TaskAndFailures, None, None]:
     """Verify problems on several processes; yield each in order with its failures, the most serious first."""
-    with closing(map_in_order(_verify_task, tasks, jobs, keep_state, (None,))) as failures:
+    with closing(map_in_order(_verify_task, tasks, jobs, setup=return_state, arguments=(None,))) as failures:
         yield from zip(tasks, failures, strict=True)

@@ -30,7 +30,7 @@ from qdot.exercises.formula.set_parser import Atom, Piece, parse_pieces, parse_t
 from qdot.exercises.formula.trees import ZERO, Node, ParseError, find_names, make_number
 from qdot.exercises.formula.vocabulary import VOCABULARY
 from qdot.exercises.problem.credit import count_false_conditions, count_spoiled_zeros, share_of_entries, share_of_set
-from qdot.grader.judging.answer import (
+from qdot.grader.judging.answer_parser import (
     OR_HINT,
     ParsedAnswer,
     assign_values_to_joint,

@@ -21,9 +21,9 @@ from qdot.exercises.short_questions import question_of
 from qdot.exercises.writing.markup import to_html
 from qdot.exercises.writing.problem_texts import write_solution
 from qdot.exercises.writing.render import render
-from qdot.grader.grading.marking import WRONG_OR_PARTIAL
 from qdot.grader.grading.result import EntryFlags, PartResult, Result
 from qdot.grader.judging.verdict import Outcome
+from qdot.grader.marking.marking import WRONG_OR_PARTIAL
 from qdot.grader.reports.answers import ShownAnswer, make_visible, show_answer
 from qdot.grader.reports.counterexample_figure import draw_example
 from qdot.grader.reports.counterexample_table import SUPERSCRIPT, Table, make_counterexample_table

@@ -8,7 +8,7 @@ from pathlib import Path
 from qdot.exercises.assignment.assignment import Assignment, Student
 from qdot.exercises.common.errors import QdotError
 from qdot.exercises.common.files import clean_up_after, sync_disks_after, write_atomically
-from qdot.exercises.common.parallel import keep_state, map_in_order
+from qdot.exercises.common.parallel import map_in_order, return_state
 from qdot.grader.grading.final_result import make_ungraded_result
 from qdot.grader.grading.history import results_path, store_previous_results
 from qdot.grader.grading.result import Result
@@ -41,7 +41,7 @@ def write_reports(
     report_lost = _report_lost_page if jobs > 1 else None
     grades_path, lines_path = folder / "grades.csv", results_path(assignment)
     paths = [*(_find_page_path(folder, student) for student, _ in pages), lines_path, grades_path]
-    page_results = map_in_order(_write_or_mark_ungraded, outdated_pages, jobs, keep_state, (assignment,), report_lost)
+    page_results = map_in_order(_write_or_mark_ungraded, outdated_pages, jobs, return_state, (assignment,), report_lost)
     with clean_up_after(paths):
         with contextlib.closing(page_results), sync_disks_after():
             for (student, _), result in zip(outdated_pages, page_results, strict=True):

@@ -13,7 +13,6 @@ import sympy as sp
 from hypothesis import given
 from hypothesis import strategies as st
 
-from qdot.exercises.answer_types import Choice
 from qdot.exercises.arm.chain import CONVENTIONS
 from qdot.exercises.arm.derivation import derive
 from qdot.exercises.common.errors import QdotError
@@ -29,6 +28,7 @@ from qdot.exercises.generation import (
 from qdot.exercises.problem.problem import ENGINE, MAX_SEED, Part, Problem, ProblemId
 from qdot.exercises.problem.record import compute_digests
 from qdot.exercises.questions import QUESTIONS, screws
+from qdot.exercises.reference_answers import Choice
 from qdot.exercises.singularities.difficulty import (
     BAND_MINIMUMS,
     HARDEST_BAND,

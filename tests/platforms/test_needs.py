@@ -20,9 +20,9 @@ from tests.support.git_server import serve_repositories
 
 @pytest.mark.whole
 def test_prairielearns_python_has_to_import_what_its_questions_call() -> None:
-    _need(Path(sys.executable), "qdot.grader.grading.marking")
+    _need(Path(sys.executable), "qdot.grader.marking.marking")
     with pytest.raises(subprocess.CalledProcessError):
-        _need(Path(sys.executable), "qdot.grader.grading.marking", "prairielearn.that.is.not.here")
+        _need(Path(sys.executable), "qdot.grader.marking.marking", "prairielearn.that.is.not.here")
 
 
 def test_a_job_that_left_no_marks_tells_why(tmp_path: Path) -> None:

@@ -7,12 +7,12 @@ from qdot.exercises.formula.parser import parse_formula
 from qdot.exercises.problem.problem import Part, Problem
 from qdot.exercises.questions import QUESTIONS
 from qdot.grader.diagnosis import diagnosis
-from qdot.grader.grading import partial_credit
 from qdot.grader.judging import choices, formulas
-from qdot.grader.judging.answer import read_conditions, read_formula, read_matrix, read_numbers
-from qdot.grader.judging.answer_parser import read_answer
+from qdot.grader.judging.answer_parser import read_conditions, read_formula, read_matrix, read_numbers
+from qdot.grader.judging.expected_form import read_answer
 from qdot.grader.judging.judge import judge_parsed
 from qdot.grader.judging.verdict import Diagnosis, Judgement
+from qdot.grader.marking import partial_credit
 
 
 def judge_expression(

@@ -2,9 +2,18 @@
 
 from typing import Any
 
-from qdot.exercises.answer_types import LETTERS, TRUE_FALSE, Answer, AnswerVisitor, Letters, Matching, Number, Selection
 from qdot.exercises.exports.prairielearn import list_input_names
 from qdot.exercises.problem.problem import Part
+from qdot.exercises.reference_answers import (
+    LETTERS,
+    TRUE_FALSE,
+    Answer,
+    AnswerVisitor,
+    Letters,
+    Matching,
+    Number,
+    Selection,
+)
 
 Data = dict[str, Any]
 

@@ -8,7 +8,6 @@ from functools import cache
 
 import sympy as sp
 
-from qdot.exercises.answer_types import Answer
 from qdot.exercises.arm.chain import CONVENTIONS, Chain, Point
 from qdot.exercises.assignment.assignment import Assignment
 from qdot.exercises.common.stream import Stream
@@ -16,6 +15,7 @@ from qdot.exercises.families import FAMILIES
 from qdot.exercises.generation import questions_of_family
 from qdot.exercises.problem.problem import Part, Problem, ProblemId
 from qdot.exercises.questions import QUESTIONS, Question
+from qdot.exercises.reference_answers import Answer
 from tests.support.problem_cache import load_problem
 from tests.support.suites import SHAPES, WHOLE, select_for_suite
 

@@ -7,9 +7,9 @@ from typing import Any
 
 from qdot.exercises.assignment.assignment import Assignment
 from qdot.exercises.common.json_form import from_json
-from qdot.grader.grading.marking import sum_points
 from qdot.grader.grading.result import CountingSubmission, Override, PartResult, ProblemResult, Result
 from qdot.grader.judging.verdict import Outcome
+from qdot.grader.marking.marking import sum_points
 
 
 def make_override(points: float | None, comment: str = "", group: str | None = None) -> Override:

@@ -24,7 +24,8 @@ from typing import Any
 import numpy as np
 import sympy as sp
 
-from qdot.exercises.arm.chain import TASK_ROWS, Base, Chain, Joint, Point
+from qdot.exercises.arm.chain import Base, Chain, Joint, Point
+from qdot.exercises.arm.conventions.base import VELOCITY_NAMES
 from qdot.exercises.arm.entry import to_sympy
 from qdot.exercises.arm.kinematics import NumericChain
 from qdot.exercises.arm.lengths import substitute_arm_lengths
@@ -97,7 +98,7 @@ def _task(chain: Chain, draws: Stream) -> tuple[str, ...]:
     usual = default_task(chain)
     if draws.integer_below(3) or len(usual) == 1:
         return usual
-    return tuple(row for row in TASK_ROWS if row in usual and draws.integer_below(4)) or usual
+    return tuple(row for row in VELOCITY_NAMES if row in usual and draws.integer_below(4)) or usual
 
 
 # --- what is false ---
@@ -140,7 +141,7 @@ def _false(chain: Chain, content: Mapping[str, Any], missing: Sequence[str]) -> 
         yield from _differs("the position", content["position"], arm.point(q), known)
         yield from _differs("the Jacobian of the point", content["jacobian"], jacobian[:3], known)
         yield from _differs("the geometric Jacobian", content["geometric_jacobian"], jacobian, known)
-        rows = [TASK_ROWS.index(row) for row in chain.task]
+        rows = [VELOCITY_NAMES.index(row) for row in chain.task]
         if content["determinant"] is not None:
             yield from _differs("det J", content["determinant"], np.linalg.det(jacobian[rows]), known)
     if "singular" not in missing:
@@ -222,7 +223,7 @@ def _false_of_looks(chain: Chain, conditions: Sequence[sp.Expr], kind: Classific
 
 def _is_low_everywhere(chain: Chain) -> bool:
     draws = Stream(f"everywhere/{chain.name}")
-    rows = [TASK_ROWS.index(row) for row in chain.task]
+    rows = [VELOCITY_NAMES.index(row) for row in chain.task]
     arm = NumericChain(chain, {s.name: draws.uniform(0.3, 1.2) for s in chain.parameters})
     q = np.array([[draws.uniform(-3, 3) for _ in chain.q] for _ in range(5)])
     return bool(np.all(np.linalg.matrix_rank(arm.jacobian(q)[:, rows], tol=1e-9) < min(len(rows), chain.n)))

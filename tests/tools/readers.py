@@ -20,7 +20,6 @@ from typing import Any
 
 import sympy as sp
 
-from qdot.exercises.answer_types import ConditionSet
 from qdot.exercises.arm.chain import Chain, Joint
 from qdot.exercises.common.stream import Stream
 from qdot.exercises.formula.parser import parse_formula
@@ -28,6 +27,7 @@ from qdot.exercises.formula.trees import Node, ParseError
 from qdot.exercises.formula.vocabulary import VOCABULARY
 from qdot.exercises.problem.credit import Credit
 from qdot.exercises.problem.problem import Part, Problem
+from qdot.exercises.reference_answers import ConditionSet
 from qdot.exercises.short_questions import ALL_QUESTIONS
 from qdot.exercises.site.keys import make_key
 from qdot.exercises.site.record import make_arm_record
@@ -94,7 +94,7 @@ def problems_json() -> list[dict[str, Any]]:
 def part_json(problem: Problem, part: Part) -> dict[str, Any]:
     """Return a part as the site's bank has it, as far as answers are judged by it."""
     question, key = ALL_QUESTIONS[part.kind], make_key(problem, part, with_mistakes=False)
-    labels, columns = list(question.list_typed_names(problem.chain, part)), list(question.column_names(problem.chain))
+    labels, columns = list(question.list_names_to_type(problem.chain, part)), list(question.column_names(problem.chain))
     return {"name": part.name, "kind": part.kind, "labels": labels, "columns": columns, "key": key}
 
 

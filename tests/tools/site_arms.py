@@ -13,7 +13,7 @@ from typing import Any
 import numpy as np
 import sympy as sp
 
-from qdot.exercises.arm.chain import TASK_ROWS
+from qdot.exercises.arm.conventions.base import VELOCITY_NAMES
 from qdot.exercises.arm.entry import parse_entry
 from qdot.exercises.arm.kinematics import NumericChain
 from qdot.exercises.arm.robot_file import ROW_KEYS, read_robot_file
@@ -48,7 +48,7 @@ def _case(table: Table, name: str) -> dict[str, Any]:
     off = np.abs(whole - NumericChain(chain, {}).jacobian(np.array(q))).max()
     if off > (1e-8 if robot.is_table_rounded else 1e-12):
         raise AssertionError(f"{name}: the arm that is read is another than the table that is written, by {off}")
-    counted = whole[[TASK_ROWS.index(row) for row in chain.task]]
+    counted = whole[[VELOCITY_NAMES.index(row) for row in chain.task]]
     square = counted.shape[0] == counted.shape[1]
     return {
         "table": kept,

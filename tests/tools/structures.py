@@ -29,7 +29,7 @@ from itertools import combinations, permutations, product
 
 import numpy as np
 
-from qdot.exercises.arm.chain import TASK_ROWS
+from qdot.exercises.arm.conventions.base import VELOCITY_NAMES
 from qdot.exercises.arm.kinematics import NumericChain
 from qdot.exercises.common.files import write_atomically
 from qdot.exercises.common.stream import Stream
@@ -89,7 +89,7 @@ def _rows_that_move(rows: tuple[StructureRow, ...]) -> tuple[np.ndarray, tuple[s
     arm = NumericChain(chain, {symbol.name: stream.uniform(0.4, 1.2) for symbol in chain.parameters})
     jacobians = arm.jacobian(np.array([[stream.uniform(-3, 3) for _ in rows] for _ in range(6)]))
     moving = np.abs(jacobians).max(axis=(0, 2)) > 1e-9
-    return jacobians, tuple(row for row, moves in zip(TASK_ROWS, moving, strict=True) if moves)
+    return jacobians, tuple(row for row, moves in zip(VELOCITY_NAMES, moving, strict=True) if moves)
 
 
 def regular_tasks(rows: tuple[StructureRow, ...]) -> list[tuple[str, ...]]:
@@ -106,11 +106,11 @@ def regular_tasks(rows: tuple[StructureRow, ...]) -> list[tuple[str, ...]]:
         tasks = list(combinations(linear, 2))
     elif len(rows) == 4:
         tasks = [moving] if len(linear) == 3 and len(turns) == 1 else []
-    elif len(linear) == 3 or moving == TASK_ROWS[3:]:
+    elif len(linear) == 3 or moving == VELOCITY_NAMES[3:]:
         tasks = [moving[:3]]
     elif {row[1] for row in moving} == set("xyz") and (len(linear), len(turns)) == (2, 1):
         tasks = [moving]
-    return [task for task in tasks if _is_regular(jacobians[:, [TASK_ROWS.index(row) for row in task]])]
+    return [task for task in tasks if _is_regular(jacobians[:, [VELOCITY_NAMES.index(row) for row in task]])]
 
 
 def _is_regular(jacobians: np.ndarray) -> bool:

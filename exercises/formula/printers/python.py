@@ -85,27 +85,27 @@ def python_text(expression: sp.Expr, names: Mapping[sp.Symbol, str] | None = Non
     return str(_CodePrinter(names or {}).doprint(expression))
 
 
-def matrix_code(rows: Sequence[Sequence[str]], used_columns: int) -> str:
-    """Return the code of a matrix, given the code of its entries; its first line has `used_columns` columns already."""
-    inside = used_columns + len("Matrix()")
+def matrix_code(rows: Sequence[Sequence[str]], prefix_width: int) -> str:
+    """Return the code of a matrix, given the code of its entries; its first line has `prefix_width` columns already."""
+    inside = prefix_width + len("Matrix()")
     if all(len(row) == 1 for row in rows):
         return f"Matrix({list_code([row[0] for row in rows], inside)})"
     return f"Matrix({list_code([list_code(row, len('    ,'), 1) for row in rows], inside)})"
 
 
-def list_code(items: Sequence[str], used_columns: int, depth: int = 0) -> str:
-    """Return the code of a list, on one line if the list fits after `used_columns` columns."""
+def list_code(items: Sequence[str], prefix_width: int, depth: int = 0) -> str:
+    """Return the code of a list, on one line if the list fits after `prefix_width` columns."""
     line = f"[{', '.join(items)}]"
-    if used_columns + len(line) <= MAX_CODE_WIDTH and "\n" not in line:
+    if prefix_width + len(line) <= MAX_CODE_WIDTH and "\n" not in line:
         return line
     indent = "    " * depth
     lines = "".join(f"{_wrap(item + ',', depth + 1)}\n" for item in items)
     return f"[\n{lines}{indent}]"
 
 
-def bracket_long_text(text: str, used_columns: int) -> str:
-    """Return code, in brackets on separate lines if it doesn't fit after `used_columns` columns."""
-    return text if used_columns + len(text) <= MAX_CODE_WIDTH else f"(\n{_wrap(text, 1)}\n)"
+def bracket_long_text(text: str, prefix_width: int) -> str:
+    """Return code, in brackets on separate lines if it doesn't fit after `prefix_width` columns."""
+    return text if prefix_width + len(text) <= MAX_CODE_WIDTH else f"(\n{_wrap(text, 1)}\n)"
 
 
 def _wrap(text: str, depth: int) -> str:

@@ -27,18 +27,18 @@ from qdot.exercises.formula.trees import ZERO, Node, ParseError, replace_names
 from qdot.exercises.questions.custom.language import FormulaError, compute
 
 RESULTS: dict[str, Callable[[StageResults], np.ndarray]] = {
-    "p": lambda w: w["point"],
-    "v": lambda w: apply_matrix(w["linear"], w["joint rates"]),
-    "w": lambda w: apply_matrix(w["angular"], w["joint rates"]),
-    "J": lambda w: w["jacobian"],
-    "Jv": lambda w: w["linear"],
-    "Jw": lambda w: w["angular"],
-    "qd": lambda w: w["joint rates"],
-    "q": lambda w: w.symbol_vector(w.chain.q),
-    "qdd": lambda w: w.symbol_vector(name_accelerations(w.chain)),
-    "det(J)": lambda w: w["determinant"],
-    "inv(J)": lambda w: w["inverse"],
-    "transpose(J)": lambda w: w["transposed jacobian"],
+    "p": lambda stages: stages["point"],
+    "v": lambda stages: apply_matrix(stages["linear"], stages["joint rates"]),
+    "w": lambda stages: apply_matrix(stages["angular"], stages["joint rates"]),
+    "J": lambda stages: stages["jacobian"],
+    "Jv": lambda stages: stages["linear"],
+    "Jw": lambda stages: stages["angular"],
+    "qd": lambda stages: stages["joint rates"],
+    "q": lambda stages: stages.symbol_vector(stages.chain.q),
+    "qdd": lambda stages: stages.symbol_vector(name_accelerations(stages.chain)),
+    "det(J)": lambda stages: stages["determinant"],
+    "inv(J)": lambda stages: stages["inverse"],
+    "transpose(J)": lambda stages: stages["transposed jacobian"],
 }
 """The results that a formula may name: position p, velocity v and angular velocity w of the tool, Jacobians (J of the
 task; Jv and Jw, 3 x n), and joint variables, rates and accelerations. Some calls have a result of their own."""
@@ -115,11 +115,11 @@ class WorkingQuantities(ABC):
 
     def _look_up_frame(self, letter: str, first: int, last: int) -> np.ndarray:
         """Return an origin or an axis of a frame, or the rotation or transform from one frame to another."""
-        w = self.working
+        stages = self.working
         if letter in "oxyz":
-            return self._origin(first) if letter == "o" else convention_rotation(w, first)[:, "xyz".index(letter)]
-        to_first = convention_rotation(w, first).swapaxes(0, 1)
-        rotation = matrix_product(to_first, convention_rotation(w, last))
+            return self._origin(first) if letter == "o" else convention_rotation(stages, first)[:, "xyz".index(letter)]
+        to_first = convention_rotation(stages, first).swapaxes(0, 1)
+        rotation = matrix_product(to_first, convention_rotation(stages, last))
         if letter == "R":
             return rotation
         origin = apply_matrix(to_first, self._origin(last) - self._origin(first))
@@ -132,7 +132,7 @@ class WorkingQuantities(ABC):
         if not convention_of(self.working.chain).is_proximal:
             return np.asarray(self.working["origins"][frame])
         if frame:
-            return np.asarray(self.working["frames on axes"][frame - 1])
+            return np.asarray(self.working["origins on axes"][frame - 1])
         return np.asarray(self.working.arithmetic.drop_derivatives(self.working["table"].base[0]))
 
     def constant(self, value: Fraction) -> np.ndarray:
@@ -174,11 +174,11 @@ class NumericQuantities(WorkingQuantities):
 
     def with_values(self, formula: ast.expr, values: Mapping[str, np.ndarray]) -> np.ndarray:
         """Return the value of a formula in the same working, with its mistakes, at other configurations."""
-        w, arithmetic = self.working, self.working.arithmetic
+        stages, arithmetic = self.working, self.working.arithmetic
         assert isinstance(arithmetic, NumericArithmetic)
-        changed = NumericArithmetic([q.name for q in w.chain.q], {**arithmetic.values, **values})
+        changed = NumericArithmetic([q.name for q in stages.chain.q], {**arithmetic.values, **values})
         return compute(
-            formula, NumericQuantities(StageResults(w.chain, changed, w.changes), self.symbols, self.numbers)
+            formula, NumericQuantities(StageResults(stages.chain, changed, stages.changes), self.symbols, self.numbers)
         )
 
 
@@ -258,6 +258,6 @@ QUANTITIES: dict[type, type[WorkingQuantities]] = {
 }  # fmt: skip
 
 
-def make_quantities(w: StageResults, symbols: frozenset[str], numbers: Mapping[str, sp.Expr]) -> WorkingQuantities:
+def make_quantities(stages: StageResults, symbols: frozenset[str], numbers: Mapping[str, sp.Expr]) -> WorkingQuantities:
     """Return the quantities of a working in its arithmetic."""
-    return QUANTITIES[type(w.arithmetic)](w, symbols, numbers)
+    return QUANTITIES[type(stages.arithmetic)](stages, symbols, numbers)

@@ -13,7 +13,6 @@ from itertools import product
 import numpy as np
 import sympy as sp
 
-from qdot.exercises.answer_types import Choice, ConditionSet, Direction, Expression, Matrix, Number, Selection, Words
 from qdot.exercises.arm.chain import Chain
 from qdot.exercises.arm.derivation import TooLong, derive, symbolic_arm_of
 from qdot.exercises.arm.derivation_graph import StageResults, compute_symbolic_stages, to_sympy_matrix
@@ -36,7 +35,17 @@ from qdot.exercises.questions.custom.language import (
 )
 from qdot.exercises.questions.custom.quantities import make_quantities, name_accelerations
 from qdot.exercises.questions.reference import derive_reference
-from qdot.exercises.singularities.singularity import Component, zero_set
+from qdot.exercises.reference_answers import (
+    Choice,
+    ConditionSet,
+    Direction,
+    Expression,
+    Matrix,
+    Number,
+    Selection,
+    Words,
+)
+from qdot.exercises.singularities.singular_set import Component, zero_set
 
 MAX_TRIES = 20
 """Maximum number of random values that are tried until the answer is a finite number."""
@@ -171,16 +180,16 @@ class QuestionMaker:
             symbols |= {name: SymbolInfo("rate", "rad/s^2" if j.is_revolute else "m/s^2") for name, j in kinds}
         return symbols or None
 
-    def _compute(self, formula: ast.expr, w: StageResults) -> np.ndarray:
-        chain = w.chain
+    def _compute(self, formula: ast.expr, stages: StageResults) -> np.ndarray:
+        chain = stages.chain
         own_symbols = (*chain.q, *chain.rates, *chain.parameters, *chain.task, *(self.list_new_symbols(chain) or ()))
-        return compute(formula, make_quantities(w, frozenset(map(str, own_symbols)), table_numbers(chain)))
+        return compute(formula, make_quantities(stages, frozenset(map(str, own_symbols)), table_numbers(chain)))
 
     # --- formulas ---
 
-    def compute_answer(self, w: StageResults, _: Details) -> np.ndarray:
+    def compute_answer(self, stages: StageResults, _: Details) -> np.ndarray:
         """Return the answer, (rows, columns, …), in the arithmetic of a working."""
-        value = self.select_rows(self._compute(self.formulas[0], w))
+        value = self.select_rows(self._compute(self.formulas[0], stages))
         return value[None] if value.ndim == 1 else value
 
     def select_rows(self, value: np.ndarray) -> np.ndarray:
@@ -221,7 +230,7 @@ class QuestionMaker:
     def derive_text_formula(self, text: str, chain: Chain) -> sp.Matrix | sp.Expr:
         """Return the value of a formula in a text of the question. Raises FormulaError."""
         formula = parse(text)
-        matrix = self.derive(chain, lambda w: self._compute(formula, w), [formula])
+        matrix = self.derive(chain, lambda stages: self._compute(formula, stages), [formula])
         return matrix[0] if matrix.shape == (1, 1) else matrix
 
     def names_arm_symbols(self, chain: Chain, formulas: Sequence[ast.expr] = ()) -> bool:
@@ -285,8 +294,8 @@ class QuestionMaker:
     def derive_zeros(self, chain: Chain) -> tuple[Component, ...] | None:
         """Return the components of the set; None if the formulas are zero everywhere."""
         is_of_arm = self.names_arm_symbols(chain)
-        w = derive_reference(chain if is_of_arm else symbolic_arm_of(chain).chain, {})
-        values = [self._compute(formula, w) for formula in self.formulas]
+        stages = derive_reference(chain if is_of_arm else symbolic_arm_of(chain).chain, {})
+        values = [self._compute(formula, stages) for formula in self.formulas]
         if any(value.ndim > 1 for value in values):
             raise FormulaError("zeros needs numbers, not vectors: write zeros(p.x), for example")
         return zero_set([to_sympy_matrix(value)[0] for value in values], chain, is_symbolic=not is_of_arm)
@@ -304,7 +313,7 @@ class QuestionMaker:
         formula = self.options[index]
         if formula is None:
             return self.definition.options[index].content
-        matrix = self.derive(chain, lambda w: self._compute(formula, w))
+        matrix = self.derive(chain, lambda stages: self._compute(formula, stages))
         return expression_text(matrix[0]) if matrix.shape == (1, 1) else str([expression_text(e) for e in matrix])
 
     # --- whether it can be asked ---

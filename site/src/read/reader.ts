@@ -30,7 +30,7 @@ import { lengthOf, LIMITS, pattern, table, VOCABULARY, wholePattern } from "./vo
 /** Calls of SymPy, NumPy or Python that are no functions of numbers, with their meaning. */
 const CONTAINERS = table(VOCABULARY.containers);
 const BOUND = table(VOCABULARY.bound);
-const UNDEFINED = new Set(VOCABULARY.undefined);
+const UNDEFINED = new Set(Object.keys(VOCABULARY.undefined));
 const BLANK = new Set(VOCABULARY.blank);
 /** Names between two conditions, which are no factors. */
 const WORDS = new Set(VOCABULARY.words);
@@ -555,7 +555,10 @@ class Parser {
       this.at += 1;
       return this.container(plainOwn, this.args(")"));
     }
-    if (UNDEFINED.has(plainOwn)) throw this.fail("read.no-answer", { name: plainOwn });
+    if (UNDEFINED.has(plainOwn)) {
+      this.at -= 1; // the error is at the name, which was already taken
+      throw this.fail("read.no-answer", { name: plainOwn });
+    }
     if (BLANK.has(plainOwn)) return node("blank");
     if (SHORTHAND.has(plainOwn) && !this.known.has(plainOwn) && this.isAngleAhead()) return this.shorthand(plainOwn);
     const pieces = this.piecesOf(raw);

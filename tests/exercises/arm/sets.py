@@ -5,19 +5,20 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from qdot.exercises.arm.chain import TASK_ROWS, Chain
+from qdot.exercises.arm.chain import Chain
+from qdot.exercises.arm.conventions.base import VELOCITY_NAMES
 from qdot.exercises.arm.kinematics import NumericChain
 from qdot.exercises.common.stream import Stream
 from qdot.exercises.formula.conditions import SEARCH_TOLERANCE, ConfigurationSpace, SetComparison, compare_sets
 from qdot.exercises.formula.parser import parse_formula
 from qdot.exercises.formula.set_parser import Piece, parse_pieces
 from qdot.exercises.singularities.classification import domain_of
-from qdot.exercises.singularities.singularity import singular_set
+from qdot.exercises.singularities.singular_set import singular_set
 from qdot.exercises.verify.singular import find_singular_configurations
 
 
 def rows_of(chain: Chain) -> list[int]:
-    return [TASK_ROWS.index(row) for row in chain.task]
+    return [VELOCITY_NAMES.index(row) for row in chain.task]
 
 
 def lengths_of(chain: Chain, stream: Stream) -> dict[str, float]:

@@ -9,7 +9,7 @@ from qdot.exercises.arm.axes_to_dh import Axis, move_point_along_axes, recognize
 from qdot.exercises.arm.chain import Chain
 from qdot.exercises.arm.derivation import derive
 from qdot.exercises.arm.mpmath_kinematics import PRECISE_CONTEXT, determinant, inverse, solve_linear
-from qdot.exercises.arm.standard_table import axes_of, dh_of_axes
+from qdot.exercises.arm.standard_table import dh_of_axes, home_geometry_of
 from qdot.exercises.common.stream import Stream
 from tests.support.suites import select_for_suite
 
@@ -33,7 +33,7 @@ def test_oblique_axes_are_told_as_they_were_given(seed: int) -> None:
         axes.append(Axis(stream.choice("RRRP"), way / way.norm(), place() + open_length))
     point = place() + 2 * open_length + (sp.Matrix([A2, 0, 0]) if seed % 3 == 0 else sp.zeros(3, 1))
     base, joints, tool = dh_of_axes(axes, point, len(axes))
-    found, there = axes_of(Chain("oblique", joints, ("vx",), base, tool))
+    found, there = home_geometry_of(Chain("oblique", joints, ("vx",), base, tool))
     gone = [there - point, *(one.direction - axis.direction for one, axis in zip(found, axes, strict=True))]
     gone += [(f.point - a.point).cross(a.direction) for f, a in zip(found, axes, strict=True) if a.is_revolute]
     assert all(abs(sp.N(entry.xreplace(LENGTHS), 40)) < 1e-30 for vector in gone for entry in vector)
@@ -60,7 +60,7 @@ def test_open_places_of_parallel_axes_have_no_roots(seed: int) -> None:
     point = sp.Matrix([A1 + A2, h, A1])
     base, joints, tool = dh_of_axes(axes, point, len(axes))
     chain = Chain(f"parallel{seed}", joints, ("vx", "vy", "vz"), base, tool, convention="screws")
-    found, there = axes_of(chain)
+    found, there = home_geometry_of(chain)
     for one, axis in zip(found, axes, strict=True):
         assert sp.simplify(one.direction - axis.direction).is_zero_matrix
         assert sp.simplify((one.point - axis.point).cross(axis.direction)).is_zero_matrix

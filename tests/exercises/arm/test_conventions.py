@@ -17,7 +17,7 @@ from qdot.exercises.arm.kinematics import NumericChain
 from qdot.exercises.arm.library import find_robot_path, robots
 from qdot.exercises.arm.robot_file import Robot, read_robot_file
 from qdot.exercises.arm.robot_text import robot_text
-from qdot.exercises.arm.standard_table import axes_of
+from qdot.exercises.arm.standard_table import home_geometry_of
 from qdot.exercises.common.errors import QdotError
 from qdot.exercises.common.stream import Stream
 from qdot.exercises.families.own import read_robot_family
@@ -157,7 +157,7 @@ def test_points_on_axes_stay_those_of_the_file(tmp_path: Path) -> None:
     assert list(plain.axis_points) == named
     for chain, turn in ((plain, sp.eye(3)), (moved, sp.Matrix([[0, -1, 0], [1, 0, 0], [0, 0, 1]]))):
         origin = sp.zeros(3, 1) if chain is plain else sp.Matrix([R("0.3"), 0, R("0.2")])
-        axes, without = axes_of(chain)[0], axes_of(replace(chain, axis_points=()))[0]
+        axes, without = home_geometry_of(chain).axes, home_geometry_of(replace(chain, axis_points=())).axes
         for axis, other, point in zip(axes, without, named, strict=True):
             if point is None:
                 assert axis == other
@@ -173,10 +173,10 @@ def test_points_on_axes_stay_those_of_the_file(tmp_path: Path) -> None:
     path = tmp_path / "drawn.toml"
     path.write_text(BY_AXES + "[draw]\na2 = [0.3, 0.9]\n")
     drawn = read_robot_family(path).sample(Stream("drawn"), ("lengths",))
-    (length,) = (axes_of(drawn)[0][1].point - sp.Matrix([0, 0, R("0.3")]))[2:]
-    assert R("0.3") <= length <= R("0.9") and axes_of(drawn)[0][3].point[1] == length
+    (length,) = (home_geometry_of(drawn).axes[1].point - sp.Matrix([0, 0, R("0.3")]))[2:]
+    assert R("0.3") <= length <= R("0.9") and home_geometry_of(drawn).axes[3].point[1] == length
     elsewhere = replace(plain, base=Base((R(1), R(0), R(0)), sp.S.Zero, sp.S.Zero))
-    assert axes_of(elsewhere)[0][0] == axes_of(replace(elsewhere, axis_points=()))[0][0]
+    assert home_geometry_of(elsewhere).axes[0] == home_geometry_of(replace(elsewhere, axis_points=())).axes[0]
 
 
 BASE = 'base = {position = [0, "a1", 0.3], rpy = %s}\n'

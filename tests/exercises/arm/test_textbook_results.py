@@ -22,7 +22,8 @@ import numpy as np
 import pytest
 import sympy as sp
 
-from qdot.exercises.arm.chain import TASK_ROWS, Chain
+from qdot.exercises.arm.chain import Chain
+from qdot.exercises.arm.conventions.base import VELOCITY_NAMES
 from qdot.exercises.arm.derivation import derive
 from qdot.exercises.arm.kinematics import link_frames
 from qdot.exercises.arm.robot_file import Robot, read_robot_file
@@ -142,7 +143,7 @@ def _ours(matrix: sp.Matrix, values: Values) -> np.ndarray:
 
 def _task(arm: Arm, six: np.ndarray, rows: Sequence[str] = ()) -> np.ndarray:
     """Return the named rows of a 6 x n Jacobian, those of the arm's task if none are named."""
-    return six[:, [TASK_ROWS.index(row) for row in rows or _chain(arm).task]]
+    return six[:, [VELOCITY_NAMES.index(row) for row in rows or _chain(arm).task]]
 
 
 def _is_near(a: np.ndarray, b: np.ndarray) -> bool:
@@ -187,7 +188,7 @@ def test_the_jacobian_is_the_books(arm: Arm) -> None:
     values = _values(arm)
     for told in arm.told["jacobian"]:
         assert {*told} <= {"frame", "rows", "entries", "axes", "origins", "tip", "link"}
-        rows = told.get("rows", TASK_ROWS)
+        rows = told.get("rows", VELOCITY_NAMES)
         book = _book_matrix(told["entries"], values) if "entries" in told else None
         if book is None:
             book = _task(arm, _by_axes(arm, told, values), rows)

@@ -12,7 +12,6 @@ from pathlib import Path
 import pytest
 import sympy as sp
 
-from qdot.exercises.answer_types import ConditionSet, Matrix, Number
 from qdot.exercises.arm.chain import CONVENTIONS, Chain, Joint
 from qdot.exercises.arm.robot_file import Robot
 from qdot.exercises.arm.robot_text import robot_text
@@ -25,6 +24,7 @@ from qdot.exercises.common.errors import QdotError
 from qdot.exercises.formula.equality import Rounding
 from qdot.exercises.generation import generate
 from qdot.exercises.problem.problem import Part, Problem, ProblemId
+from qdot.exercises.reference_answers import ConditionSet, Matrix, Number
 from qdot.exercises.writing.problem_texts import write_prompt
 from qdot.grader.grading.certify import CERTIFIER
 from qdot.grader.judging.judge import judge

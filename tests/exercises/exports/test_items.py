@@ -8,8 +8,7 @@ from typing import Any
 import numpy as np
 import pytest
 
-from qdot.exercises.answer_types import Number
-from qdot.exercises.arm.chain import TASK_ROWS
+from qdot.exercises.arm.conventions.base import VELOCITY_NAMES
 from qdot.exercises.arm.kinematics import NumericChain
 from qdot.exercises.assignment.assignment import Student, load_assignment
 from qdot.exercises.common.errors import QdotError
@@ -21,6 +20,7 @@ from qdot.exercises.families import FAMILIES
 from qdot.exercises.generation import generate, questions_of_family
 from qdot.exercises.problem.problem import Problem, ProblemId
 from qdot.exercises.questions.results import is_derived
+from qdot.exercises.reference_answers import Number
 from qdot.exercises.verify.numeric_reference import exponential_jacobian
 from tests.support.problems import get_problem
 from tests.support.submitting import make_class
@@ -133,7 +133,7 @@ def _expected(problem: Problem, found: NumericPart) -> np.ndarray:
     arm = NumericChain(chain, {symbol.name: values[symbol.name] for symbol in chain.parameters})
     q = np.array([values[symbol.name] for symbol in chain.q])
     whole = exponential_jacobian(arm, q)
-    jacobian = whole[[TASK_ROWS.index(row) for row in chain.task]]
+    jacobian = whole[[VELOCITY_NAMES.index(row) for row in chain.task]]
     rates = np.array([values[rate.name] for rate in chain.rates])
     velocity = np.array([values[row] for row in chain.task])
     kinds: dict[str, Callable[[], Any]] = {

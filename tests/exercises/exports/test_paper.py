@@ -42,7 +42,7 @@ from qdot.exercises.writing.problem_texts import write_hints, write_prompt, writ
 from qdot.exercises.writing.short_answer import write_short_answer
 from qdot.exercises.writing.typst import TYPST_WIDTH, escape_typst, to_typst
 from qdot.grader.grading.certify import find_failures
-from qdot.grader.grading.marking import compute_earned_share
+from qdot.grader.marking.marking import compute_earned_share
 from tests.grader.reports.test_feedback import Page
 from tests.support.command import run_and_fail
 from tests.support.programs import LATEX, POPPLER, require_program
@@ -287,7 +287,7 @@ def an_exam(folder: Path, asked: dict[str, list[str]]) -> ExportRequest:
     text = f"title = 'Exam'\nkey = 'exam'\n{problems}".replace("'", '"')
     (folder / "assignment.toml").write_text(text, encoding="utf-8")
     return ExportRequest(
-        load_assignment(folder), lambda _: [], sheet="exam", version_count=1, earned_share=compute_earned_share
+        load_assignment(folder), lambda _: [], sheet="exam", version_count=1, compute_earned_share=compute_earned_share
     )
 
 

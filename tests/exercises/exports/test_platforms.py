@@ -23,7 +23,6 @@ from xml.etree import ElementTree
 
 import pytest
 
-from qdot.exercises.answer_types import LETTERS
 from qdot.exercises.assignment.assignment import FEEDBACK
 from qdot.exercises.assignment.attempt_policy import AttemptPolicy
 from qdot.exercises.exports import canvas, moodle, qti
@@ -38,6 +37,7 @@ from qdot.exercises.exports.items import (
     WrongValue,
     make_items,
 )
+from qdot.exercises.reference_answers import LETTERS
 from tests.exercises.exports.test_items import an_order
 from tests.support.programs import require_reader
 

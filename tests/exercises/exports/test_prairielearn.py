@@ -18,7 +18,6 @@ import chevron
 import jsonschema
 import pytest
 
-from qdot.exercises.answer_types import LETTERS, Expression, Matrix
 from qdot.exercises.assignment.assignment import Student, load_assignment
 from qdot.exercises.assignment.attempt_policy import AttemptPolicy
 from qdot.exercises.common.errors import QdotError
@@ -28,6 +27,7 @@ from qdot.exercises.exports.prairielearn import find_assignment_number, list_inp
 from qdot.exercises.exports.registry import EXPORT_FORMATS
 from qdot.exercises.mistakes.catalogue import CATALOGUE
 from qdot.exercises.problem.problem import Problem
+from qdot.exercises.reference_answers import LETTERS, Expression, Matrix
 from qdot.grader.integrations.prairielearn import MAX_ANSWER_LENGTH
 from tests.support.prairielearn_forms import fill_form
 from tests.support.submitting import make_class
@@ -378,7 +378,7 @@ def test_what_is_blank_or_fails_in_qdot_or_is_of_another_engine_costs_no_attempt
         question.submit(answers)
         assert list(question.data["format_errors"]) == ["position"]
     question = Question(course, "hw-p3", 1)
-    monkeypatch.setattr("qdot.grader.grading.marking.judge_parsed", fails)
+    monkeypatch.setattr("qdot.grader.marking.marking.judge_parsed", fails)
     question.submit({"rank": "2"})
     assert "qdot failed" in question.data["format_errors"]["rank"] and "rank" not in question.data["partial_scores"]
     question.data["params"]["engine"] += 1

@@ -15,7 +15,6 @@ from pathlib import Path
 import pytest
 import sympy as sp
 
-from qdot.exercises.answer_types import Expression, Matrix
 from qdot.exercises.assignment.assignment import Assignment, Student, load_assignment
 from qdot.exercises.exports.bank import iterate_bank
 from qdot.exercises.exports.export_format import ExportRequest
@@ -29,6 +28,7 @@ from qdot.exercises.formula.sympy_text import expression_text
 from qdot.exercises.generation import generate
 from qdot.exercises.problem.credit import Credit
 from qdot.exercises.problem.problem import Problem, ProblemId
+from qdot.exercises.reference_answers import Expression, Matrix
 from qdot.grader.judging.judge import judge
 from qdot.grader.judging.verdict import Outcome
 from tests.support.judging import diagnose, judge_with_credit

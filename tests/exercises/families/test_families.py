@@ -13,7 +13,7 @@ from qdot.exercises.families import FAMILIES
 from qdot.exercises.generation import list_applicable_questions, questions_of_family, sample_chain
 from qdot.exercises.problem.problem import ProblemId
 from qdot.exercises.singularities.difficulty import difficulty, difficulty_band
-from qdot.exercises.singularities.singularity import singular_set
+from qdot.exercises.singularities.singular_set import singular_set
 from tests.support.problems import LONG_ARMS
 from tests.support.suites import FEW, every_family, on_families, sample_for_suite, select_for_suite
 

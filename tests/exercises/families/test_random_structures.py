@@ -7,15 +7,16 @@ from itertools import islice
 import pytest
 import sympy as sp
 
-from qdot.exercises.arm.chain import TASK_ROWS, Chain
+from qdot.exercises.arm.chain import Chain
+from qdot.exercises.arm.conventions.base import VELOCITY_NAMES
 from qdot.exercises.arm.derivation import symbolic_arm_of
 from qdot.exercises.arm.vectors import rot_x, rot_z
 from qdot.exercises.common.errors import QdotError
 from qdot.exercises.common.stream import Stream
 from qdot.exercises.common.variation import VARIATION_AXES
 from qdot.exercises.families import FAMILIES
-from qdot.exercises.families.random_n import _order_structures as order
-from qdot.exercises.families.random_n import _sample_arm as arm_of
+from qdot.exercises.families.random_structures import _order_structures as order
+from qdot.exercises.families.random_structures import _sample_arm as arm_of
 from qdot.exercises.families.structures import (
     Structure,
     StructureRow,
@@ -29,7 +30,7 @@ from qdot.exercises.generation import generate, sample_chain
 from qdot.exercises.problem.problem import ProblemId
 from qdot.exercises.questions import QUESTIONS
 from qdot.exercises.singularities.difficulty import difficulty_band
-from qdot.exercises.singularities.singularity import singular_set
+from qdot.exercises.singularities.singular_set import singular_set
 from qdot.grader.grading.certify import find_failures
 from tests.support.problems import fold_tool_into_table
 from tests.support.problems import get_problem as drawn_once
@@ -107,7 +108,7 @@ def drawn(chain: Chain) -> tuple[tuple[StructureRow, ...], tuple[str, ...]]:
     rotation = rot_z(chain.base.yaw) * rot_x(chain.base.tilt)
     names = {"xyz"[next(i for i in range(3) if rotation[i, k] != 0)]: "xyz"[k] for k in range(3)}
     counted = {row[0] + names[row[1]] for row in chain.task}
-    return rows, tuple(row for row in TASK_ROWS if row in counted)
+    return rows, tuple(row for row in VELOCITY_NAMES if row in counted)
 
 
 def arm(family: str, seed: str) -> Chain:

@@ -17,7 +17,7 @@ from qdot.exercises.common.stream import Stream
 from qdot.exercises.generation import sample_chain
 from qdot.exercises.problem.problem import ProblemId
 from qdot.exercises.singularities.classification import classify_conditions, sample_condition
-from qdot.exercises.singularities.singularity import singular_set
+from qdot.exercises.singularities.singular_set import singular_set
 from qdot.exercises.verify.singular import SET_TOLERANCE
 from tests.exercises.arm.sets import assert_is_book, claimed, lengths_of, rank_ratios, rows_of, search
 from tests.support.problems import fold_tool_into_table

@@ -32,7 +32,7 @@ from qdot.exercises.figure.small import PANEL_SIZE, PanelSet, draw_singular_pane
 from qdot.exercises.figure.words import describe_figure
 from qdot.exercises.generation import sample_chain
 from qdot.exercises.problem.problem import ProblemId
-from qdot.exercises.singularities.singularity import singular_set
+from qdot.exercises.singularities.singular_set import singular_set
 from tests.support import problems
 from tests.support.figures import count_link_crossings, draw_arm, find_faults
 from tests.support.problems import LONG_ARMS

@@ -99,7 +99,10 @@ def test_names_and_blanks() -> None:
         ("a1 +", "found the end"), ("a1 $ a2", "unexpected '\\$' \\(at character 4"),
         ("a1\t\x00 \x1b[2J", r"unexpected '\\x00' \(at character 4, near 'a1 \uFFFD \uFFFD\[2J'"),
         ("atan2(theta1)", "wrong number of arguments of atan2"), ("foo(theta1)", "the function 'foo' is unknown"),
-        ("a1)", "unexpected '\\)'"), ("nan", "nan is not an answer"), ("{theta1: 0, theta2}", "every entry of a dict"),
+        ("a1)", "unexpected '\\)'"),
+        ("nan", r"^your answer contains nan \(not a number\) at character 1; look for 0/0"),
+        ("[1, zoo*vx]", r"contains zoo \(.* division by zero\) at character 5"), ("oo", "infinity"),
+        ("None", r"print\(\)"), ("{theta1: 0, theta2}", "every entry of a dict"),
     ],
 )  # fmt: skip
 def test_an_error_says_what_and_where(text: str, said: str) -> None:

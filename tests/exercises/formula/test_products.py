@@ -28,11 +28,11 @@ def test_what_is_to_be_done_with_matrices_is_done(text: str, due: list[list[floa
 @pytest.mark.parametrize(
     ("text", "said"),
     [
-        ("[1, 2]*[3, 4]", "there is no product of a 2 x 1 and a 2 x 1"),
-        ("[1, 2] + 3", "there is no sum of a 2 x 1 matrix and a number"),
-        ("3/[1, 2]", "there is no quotient of a 2 x 1 matrix and a number"),
+        ("[1, 2]*[3, 4]", "there is no product of a 2 × 1 and a 2 × 1"),
+        ("[1, 2] + 3", "there is no sum of a 2 × 1 matrix and a number"),
+        ("3/[1, 2]", "there is no quotient of a 2 × 1 matrix and a number"),
         ("[[1, 2], [3, 4]]^2", "computes no other power"), ("[[1, 2, 3], [4, 5, 6]]^-1", "computes no other power"),
-        ("[a; b; c] = [1, 2]", "there is no equation of a 3 x 1 and a 2 x 1"),
+        ("[a; b; c] = [1, 2]", "there is no equation of a 3 × 1 and a 2 × 1"),
         ("1 + J(q) = 3", "the function 'J' is unknown"),
         ("[1, 2, 3][1, 2]", "two lists of different lengths"), ("[[[1]], 2]*3", "a list that is not a matrix"),
         ("a1[0]", "unexpected '['"), ("a1/a2 a3", "/a2 a3 is ambiguous"),
@@ -69,6 +69,6 @@ def test_numbers_have_a_comma_or_stand_apart_by_one() -> None:
     assert convert_numbers("0,5; -1,25", 2) == convert_numbers("(0,5 | -1,25)", 2) == "[0.5, -1.25]"
     assert convert_numbers("[0,5 , -1,25]", 2) == convert_numbers("[0,5 ,-1,25]", 2) == "[0.5, -1.25]"
     assert convert_numbers("0.5 rad/s and -1.25 rad/s", 2) == "[0.5, -1.25]"
-    assert {convert_numbers(size, 2) for size in ("3 x 6", "3x6", "3 × 6", "3 by 6")} == {"[3, 6]"}
+    assert {convert_numbers(size, 2) for size in ("3 × 6", "3x6", "3 × 6", "3 by 6")} == {"[3, 6]"}
     for unclear in ("0,5,-1,25", "3 x", "3 x a", "3by6", "0,5, -1,25, 3", "{0.5, -1.25}", "0.5 -1.25"):
         assert convert_numbers(unclear, 2) is None

@@ -17,7 +17,6 @@ import pytest
 import sympy as sp
 from markdown_it import MarkdownIt
 
-from qdot.exercises.answer_types import Choice, ConditionSet, Direction, Expression, Matrix, Number
 from qdot.exercises.arm.chain import CONVENTIONS, TWIST_ORDERS, Chain, Joint, Point
 from qdot.exercises.arm.conventions import convention_of
 from qdot.exercises.families import FAMILIES
@@ -25,6 +24,7 @@ from qdot.exercises.generation import generate
 from qdot.exercises.notebook.notebook import make_solution_notebook, make_student_notebook, write_notebook
 from qdot.exercises.notebook.self_check import RELATIONS, write_check_cell, write_function_cell
 from qdot.exercises.problem.problem import Part, Problem, name_answer_variable
+from qdot.exercises.reference_answers import Choice, ConditionSet, Direction, Expression, Matrix, Number
 from qdot.exercises.writing.problem_texts import write_answer_code, write_statement
 from tests.support.problems import get_problem, select_parts
 from tests.support.suites import FEW, few_families, select_for_suite

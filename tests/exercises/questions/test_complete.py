@@ -105,4 +105,4 @@ def test_a_question_does_each_duty_or_says_why_not_and_is_asked_hinted_at_and_so
     assert write_solution(problem, part)
     named, shape = ALL_QUESTIONS[name].entry_names(problem.chain, part), part.shape or (1, 1)
     assert len(named) in (0, shape[0] * shape[1])
-    assert len(ALL_QUESTIONS[part.kind].typed_names(problem.chain)) in (0, shape[0])
+    assert len(ALL_QUESTIONS[part.kind].names_to_type(problem.chain)) in (0, shape[0])

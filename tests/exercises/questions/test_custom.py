@@ -8,7 +8,6 @@ import pytest
 import sympy as sp
 
 from qdot import generate
-from qdot.exercises.answer_types import ConditionSet, Number, Words
 from qdot.exercises.assignment.assignment import Assignment, Student, load_assignment
 from qdot.exercises.assignment.release import init_assignment
 from qdot.exercises.common.errors import QdotError
@@ -21,11 +20,12 @@ from qdot.exercises.problem.problem import Part, Problem
 from qdot.exercises.questions.custom import Definition, make_question
 from qdot.exercises.questions.custom.definition import GivenValue, Texts
 from qdot.exercises.questions.custom.language import FormulaError, parse
+from qdot.exercises.reference_answers import ConditionSet, Number, Words
 from qdot.exercises.writing.problem_texts import write_hints, write_prompt, write_solution
 from qdot.grader.grading.certify import find_failures
-from qdot.grader.grading.marking import mark
 from qdot.grader.judging.judge import judge
 from qdot.grader.judging.verdict import Outcome
+from qdot.grader.marking.marking import mark
 from tests.support import ROOT
 from tests.support.command import run, run_and_fail
 from tests.support.suites import select_for_suite

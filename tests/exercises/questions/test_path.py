@@ -6,12 +6,12 @@ from typing import Any
 import pytest
 import sympy as sp
 
-from qdot.exercises.answer_types import Number
 from qdot.exercises.arm.mpmath_kinematics import PRECISE_CONTEXT
 from qdot.exercises.arm.path import StraightPath
 from qdot.exercises.generation import generate
 from qdot.exercises.problem.problem import Problem
 from qdot.exercises.questions.path import DistanceDetails, PathDetails, RateLimitDetails, WeldingLine
+from qdot.exercises.reference_answers import Number
 from qdot.exercises.writing.problem_texts import write_prompt, write_solution
 from qdot.exercises.writing.solution_steps import format_three_digits
 from tests.support.problems import ask_question, get_problem

@@ -6,9 +6,9 @@ from typing import Any
 
 import pytest
 
-from qdot.exercises.answer_types import Number
 from qdot.exercises.problem.problem import Problem
 from qdot.exercises.questions.inversion import VelocityDetails
+from qdot.exercises.reference_answers import Number
 from qdot.exercises.verify.certificate import certify
 from tests.support.problems import ask_question
 

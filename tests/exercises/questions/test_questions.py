@@ -15,7 +15,6 @@ from typing import Any
 import pytest
 import sympy as sp
 
-from qdot.exercises.answer_types import Choice, ConditionSet, Direction, Expression, Matrix, Number
 from qdot.exercises.common.stream import Stream
 from qdot.exercises.common.variation import VARIATION_STEPS
 from qdot.exercises.families import FAMILIES
@@ -23,6 +22,7 @@ from qdot.exercises.formula.parser import parse_formula
 from qdot.exercises.problem.problem import ENGINE, Part, Problem, ProblemId
 from qdot.exercises.problem.record import to_plain_data
 from qdot.exercises.questions import QUESTIONS
+from qdot.exercises.reference_answers import Choice, ConditionSet, Direction, Expression, Matrix, Number
 from qdot.exercises.writing.problem_texts import write_prompt, write_solution
 from qdot.grader.grading.certify import find_failures
 from tests.support import DATA, SNAPSHOTS

@@ -9,7 +9,6 @@ import numpy as np
 import pytest
 import sympy as sp
 
-from qdot.exercises.answer_types import Choice, Direction, Number
 from qdot.exercises.arm.chain import Point
 from qdot.exercises.arm.derivation import symbolic_arm_of
 from qdot.exercises.common.stream import Stream
@@ -25,8 +24,9 @@ from qdot.exercises.questions.geometry import (
     sample_singular_configuration,
 )
 from qdot.exercises.questions.rank import LostMotionDetails, RankDetails
+from qdot.exercises.reference_answers import Choice, Direction, Number
 from qdot.exercises.singularities.directions import clear_rank, lost_direction, lost_direction_formula
-from qdot.exercises.singularities.singularity import singular_set
+from qdot.exercises.singularities.singular_set import singular_set
 from qdot.exercises.verify.certificate import certify
 from qdot.exercises.writing.problem_texts import write_solution
 from tests.support.problems import ask_question, get_problem, replace_answer

@@ -6,8 +6,8 @@ import numpy as np
 import pytest
 import sympy as sp
 
-from qdot.exercises.answer_types import Direction, Expression, Number
-from qdot.exercises.arm.chain import TASK_ROWS, Chain, Joint
+from qdot.exercises.arm.chain import Chain, Joint
+from qdot.exercises.arm.conventions.base import VELOCITY_NAMES
 from qdot.exercises.arm.derivation import derive
 from qdot.exercises.arm.kinematics import NumericChain
 from qdot.exercises.arm.mpmath_kinematics import FLOAT_CONTEXT, PreciseArm, evaluate_in_context
@@ -16,6 +16,7 @@ from qdot.exercises.formula.equality import Domain
 from qdot.exercises.questions import QUESTIONS
 from qdot.exercises.questions.inversion import VelocityDetails
 from qdot.exercises.questions.redundancy import MinorDetails, compute_null_vector, write_self_motion
+from qdot.exercises.reference_answers import Direction, Expression, Number
 from tests.support.judging import judge_direction
 from tests.support.problems import ask_question
 
@@ -34,7 +35,7 @@ ARM_4R = Chain("elbow with a fourth link", revolute((0, 0, H), (0, A2, 0), (0, A
 LBR = Chain(
     "seven joints",
     revolute(*((d, 0, twist) for d, twist in zip((0.34, 0, 0.4, 0, 0.4, 0, 0), (-H, H, H, -H, -H, H, 0), strict=True))),
-    TASK_ROWS,
+    VELOCITY_NAMES,
 )
 RPR = Chain(
     "RPR",

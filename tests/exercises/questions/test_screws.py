@@ -9,14 +9,13 @@ import numpy as np
 import pytest
 import sympy as sp
 
-from qdot.exercises.answer_types import Choice
 from qdot.exercises.arm.axes_to_dh import Axis, move_point_along_axes
 from qdot.exercises.arm.chain import Chain, Joint, Point
 from qdot.exercises.arm.robot_file import Robot, read_robot
-from qdot.exercises.arm.standard_table import axes_of
+from qdot.exercises.arm.standard_table import home_geometry_of
 from qdot.exercises.common.stream import Stream
 from qdot.exercises.families import FAMILIES
-from qdot.exercises.families.base import Family
+from qdot.exercises.families.family import Family
 from qdot.exercises.families.own import read_robot_family
 from qdot.exercises.generation import generate, list_applicable_questions, sample_chain
 from qdot.exercises.mistakes.catalogue import CATALOGUE, SECTIONS, generate_mistaken_answers
@@ -31,6 +30,7 @@ from qdot.exercises.questions.screws import (
     derive_body_rotation,
     derive_space_jacobian,
 )
+from qdot.exercises.reference_answers import Choice
 from qdot.exercises.short_questions import SHORT_QUESTIONS
 from qdot.exercises.short_questions.choice import FormulaOptions
 from qdot.exercises.solve.solver import ReadyResult, text_events
@@ -119,11 +119,11 @@ def test_a_certificate_sees_axes_that_are_told_otherwise(what: str, monkeypatch:
     problem = generate("elbow-3r/1@chapter@screws", ["home-screws"])
 
     def told(chain: Chain) -> tuple[list[Axis], sp.Matrix]:
-        (first, *others), point = axes_of(chain)
+        (first, *others), point = home_geometry_of(chain)
         first, point = OTHERWISE[what](first, point)
         return [first, *others], point
 
-    monkeypatch.setattr(certificate, "axes_of", told)
+    monkeypatch.setattr(certificate, "home_geometry_of", told)
     assert [check.name for check in certify(problem).failures] == [f"axes at home: {what}"]
 
 
@@ -239,7 +239,7 @@ def test_an_own_arm_is_told_by_the_points_of_its_file_and_without_brackets(tmp_p
     for name in ("arm", "home-screws", "position", "jacobian", "geometric-jacobian", "space-jacobian", "body-jacobian"):
         assert "(√2 (" not in texts[name], name
     # By exponentials of the told axes: where P is, and each point, behind the joints that have moved it.
-    axes, home = axes_of(chain)
+    axes, home = home_geometry_of(chain)
     q, lengths = np.array([0.3, -0.4, 1.1]), {sp.Symbol("a2"): 0.7}
     values = lengths | dict(zip(chain.q, q, strict=True))
     for joint, place in get_solution_steps(chain).point_positions:
@@ -280,7 +280,7 @@ def test_the_body_jacobian_of_skew_axes_is_short_and_how_the_told_axes_move_the_
     chain = read_robot(robot_of(tmp_path / "skew.toml", '[0.1, "a2", 0.3]', *joints, last))
     jacobian, rotation = derive_body_jacobian(chain), derive_body_rotation(chain)
     assert sum(len(sp.Add.make_args(entry)) for entry in jacobian) < 400
-    axes, home = axes_of(chain)
+    axes, home = home_geometry_of(chain)
     q, lengths = np.array([0.3, -0.4, 0.5, 1.1, 0.8]), {sp.Symbol("a2"): 0.7}
     values = lengths | dict(zip(chain.q, q, strict=True))
 

@@ -6,13 +6,13 @@ from dataclasses import replace
 import pytest
 import sympy as sp
 
-from qdot.exercises.answer_types import Matrix
 from qdot.exercises.arm.derivation import derive
 from qdot.exercises.common.stream import Stream
 from qdot.exercises.families import FAMILIES
 from qdot.exercises.generation import generate, questions_of_family
 from qdot.exercises.problem.problem import Part, Problem, ProblemId
 from qdot.exercises.questions import QUESTIONS
+from qdot.exercises.reference_answers import Matrix
 from qdot.exercises.writing.problem_texts import write_prompt, write_solution
 from tests.support.problems import fold_tool_into_table, get_problem
 from tests.support.suites import on_families

@@ -3,7 +3,6 @@
 import pytest
 import sympy as sp
 
-from qdot.exercises.answer_types import Matrix
 from qdot.exercises.arm.chain import Chain, Joint
 from qdot.exercises.arm.conventions import convention_of
 from qdot.exercises.arm.derivation import derive, symbolic_arm_of
@@ -14,6 +13,7 @@ from qdot.exercises.generation import questions_of_family, sample_chain
 from qdot.exercises.problem.problem import ProblemId
 from qdot.exercises.questions import QUESTIONS
 from qdot.exercises.questions.transforms import AngleSum, ToolJacobianDetails, TransformDetails
+from qdot.exercises.reference_answers import Matrix
 from qdot.exercises.writing.problem_texts import write_solution
 from tests.support.problems import get_problem
 from tests.support.suites import on_families

@@ -6,13 +6,14 @@ from typing import Any
 import pytest
 import sympy as sp
 
-from qdot.exercises.answer_types import Matrix
-from qdot.exercises.arm.chain import TASK_ROWS, Chain, Joint, Point
+from qdot.exercises.arm.chain import Chain, Joint, Point
+from qdot.exercises.arm.conventions.base import VELOCITY_NAMES
 from qdot.exercises.arm.trigonometry import are_identical
 from qdot.exercises.common.stream import Stream
 from qdot.exercises.problem.problem import Part, Problem, ProblemId
 from qdot.exercises.questions import QUESTIONS
 from qdot.exercises.questions.wrist import derive_blocks
+from qdot.exercises.reference_answers import Matrix
 from qdot.exercises.writing.problem_texts import write_solution
 from qdot.grader.grading.certify import find_failures
 from tests.support.problems import get_problem
@@ -31,7 +32,7 @@ def stanford(tip: sp.Expr, point: Point, twists: tuple[sp.Expr, sp.Expr] = (-RIG
         Joint("R", theta[0], d1, 0, -RIGHT), Joint("R", theta[1], d2, 0, RIGHT), Joint("P", 0, d3, 0, 0),
         Joint("R", theta[3], 0, 0, twists[0]), Joint("R", theta[4], 0, 0, twists[1]), Joint("R", theta[5], tip, 0, 0),
     )  # fmt: skip
-    return Chain("stanford", joints, TASK_ROWS, tool=point)
+    return Chain("stanford", joints, VELOCITY_NAMES, tool=point)
 
 
 def problem_of(chain: Chain) -> Problem:

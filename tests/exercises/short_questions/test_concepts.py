@@ -8,7 +8,6 @@ import numpy as np
 import pytest
 import sympy as sp
 
-from qdot.exercises.answer_types import Choice
 from qdot.exercises.generation import generate, questions_of_family
 from qdot.exercises.problem.problem import ProblemId
 from qdot.exercises.questions.concepts import (
@@ -18,6 +17,7 @@ from qdot.exercises.questions.concepts import (
     VelocityLossDetails,
 )
 from qdot.exercises.questions.differentiation import TaskDetails
+from qdot.exercises.reference_answers import Choice
 from tests.support.problems import ask_question
 from tests.support.suites import on_families, select_for_suite
 

@@ -2,10 +2,10 @@
 
 import pytest
 
-from qdot.exercises.answer_types import Letters
 from qdot.exercises.common.stream import Stream
 from qdot.exercises.mistakes.catalogue import CATALOGUE
 from qdot.exercises.problem.problem import Problem
+from qdot.exercises.reference_answers import Letters
 from qdot.exercises.short_questions import SHORT_QUESTIONS
 from qdot.exercises.short_questions.option_mistakes import explain_options
 from tests.exercises.short_questions.test_quizzes import of_small, small

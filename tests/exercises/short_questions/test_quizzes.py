@@ -16,7 +16,6 @@ from typing import Any
 import pytest
 from typer.testing import CliRunner
 
-from qdot.exercises.answer_types import TRUE_FALSE, Choice, Matching, Number, Selection
 from qdot.exercises.common.errors import QdotError
 from qdot.exercises.families import FAMILIES
 from qdot.exercises.figure.arm_figure import describe_part_figure, draw_part_svg
@@ -24,6 +23,7 @@ from qdot.exercises.generation import generate, list_applicable_questions, sampl
 from qdot.exercises.notebook.notebook import make_solution_notebook, make_student_notebook
 from qdot.exercises.problem.problem import Part, Problem, ProblemId
 from qdot.exercises.problem.record import compute_digests
+from qdot.exercises.reference_answers import TRUE_FALSE, Choice, Matching, Number, Selection
 from qdot.exercises.short_questions import ALL_QUESTIONS, SHORT_QUESTIONS
 from qdot.exercises.short_questions.options import ConfigurationOptions, list_blames
 from qdot.exercises.verify.certificate import certify

@@ -10,14 +10,15 @@ import numpy as np
 import pytest
 import sympy as sp
 
-from qdot.exercises.arm.chain import TASK_ROWS, Chain, Joint
+from qdot.exercises.arm.chain import Chain, Joint
+from qdot.exercises.arm.conventions.base import VELOCITY_NAMES
 from qdot.exercises.arm.kinematics import NumericChain
 from qdot.exercises.generation import sample_chain
 from qdot.exercises.problem.problem import ProblemId
 from qdot.exercises.singularities.appearance import describe_appearance
 from qdot.exercises.singularities.axes import Sample
 from qdot.exercises.singularities.classification import classify, classify_conditions, domain_of
-from qdot.exercises.singularities.singularity import Component, singular_set
+from qdot.exercises.singularities.singular_set import Component, singular_set
 from qdot.exercises.singularities.singularity_kinds import can_establish_kind, classify_samples
 from tests.support import DATA
 from tests.support.suites import sample_for_suite, select_for_suite
@@ -195,5 +196,5 @@ def test_a_slide_far_out_may_be_at_the_boundary_where_it_is_not_drawn_in() -> No
         Joint("P", quarter, "d3", "a3", 3 * sp.pi / 4),
         Joint("P", quarter, "d4", 0, quarter),
     )
-    kind = classify_conditions(Chain("far out", rows, TASK_ROWS[:3]), ("theta2 = pi and d4 = -sqrt(2)*a3",))
+    kind = classify_conditions(Chain("far out", rows, VELOCITY_NAMES[:3]), ("theta2 = pi and d4 = -sqrt(2)*a3",))
     assert (kind.kind, kind.uniform) == ("boundary", False)

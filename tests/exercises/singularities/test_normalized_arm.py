@@ -6,7 +6,8 @@ import numpy as np
 import pytest
 import sympy as sp
 
-from qdot.exercises.arm.chain import TASK_ROWS, Base, Chain, Joint
+from qdot.exercises.arm.chain import Base, Chain, Joint
+from qdot.exercises.arm.conventions.base import VELOCITY_NAMES
 from qdot.exercises.arm.kinematics import NumericChain
 from qdot.exercises.arm.lengths import are_unrelated, substitute_arm_lengths, with_symbolic_lengths
 from qdot.exercises.generation import sample_chain
@@ -19,7 +20,7 @@ from qdot.exercises.singularities.classification import (
     split_by_value,
 )
 from qdot.exercises.singularities.normalized_arm import first_joint_moves_all, normalize_arm, normalize_conditions
-from qdot.exercises.singularities.singularity import Component, Values, singular_set
+from qdot.exercises.singularities.singular_set import Component, Values, singular_set
 from qdot.exercises.singularities.singularity_kinds import classify_samples
 from qdot.exercises.verify.appearance import sample_component, statement_holds
 from tests.support.suites import few_families, select_for_suite
@@ -85,7 +86,7 @@ def test_kinds_are_the_same_one_by_one_and_at_once(name: str) -> None:
     ("task", "tilt", "turns"),
     [
         (("vx", "vy"), 0, True), (("vx", "vy", "wz"), 0, True), (("vx", "vy", "vz"), sp.pi / 2, True),
-        (TASK_ROWS, sp.pi / 2, True), (("vx", "vz"), 0, False), (("vx", "vy"), sp.pi / 2, False),
+        (VELOCITY_NAMES, sp.pi / 2, True), (("vx", "vz"), 0, False), (("vx", "vy"), sp.pi / 2, False),
         (("vx", "vy", "wx"), 0, False),
     ],
 )  # fmt: skip

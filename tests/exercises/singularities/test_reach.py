@@ -7,7 +7,8 @@ import numpy as np
 import pytest
 import sympy as sp
 
-from qdot.exercises.arm.chain import TASK_ROWS, Chain, Joint
+from qdot.exercises.arm.chain import Chain, Joint
+from qdot.exercises.arm.conventions.base import VELOCITY_NAMES
 from qdot.exercises.arm.kinematics import NumericChain
 from qdot.exercises.common.stream import Stream
 from qdot.exercises.generation import sample_chain
@@ -30,7 +31,7 @@ def arms(family: str) -> list[tuple[NumericChain, list[int]]]:
     """Return some arms of a family in numbers, with the rows of their task."""
     chains = [sample_chain(ProblemId(family, seed)) for seed in range(4)]
     lengths = ({symbol.name: 0.35 + 0.11 * k for k, symbol in enumerate(chain.parameters)} for chain in chains)
-    rows = ([TASK_ROWS.index(row) for row in chain.task] for chain in chains)
+    rows = ([VELOCITY_NAMES.index(row) for row in chain.task] for chain in chains)
     return list(zip(map(NumericChain, chains, lengths), rows, strict=True))
 
 

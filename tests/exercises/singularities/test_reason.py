@@ -17,7 +17,7 @@ from qdot.exercises.singularities.appearance import ZERO_TOLERANCE, Statement, d
 from qdot.exercises.singularities.axes import Sample
 from qdot.exercises.singularities.classification import sample_condition
 from qdot.exercises.singularities.meanings import list_candidate_meanings
-from qdot.exercises.singularities.singularity import singular_set
+from qdot.exercises.singularities.singular_set import singular_set
 from tests.exercises.arm.sets import rank_ratios, rows_of
 from tests.support.suites import few_families, on_families
 

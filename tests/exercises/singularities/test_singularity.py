@@ -10,13 +10,14 @@ import numpy as np
 import pytest
 import sympy as sp
 
-from qdot.exercises.arm.chain import TASK_ROWS, Chain, Joint
+from qdot.exercises.arm.chain import Chain, Joint
+from qdot.exercises.arm.conventions.base import VELOCITY_NAMES
 from qdot.exercises.arm.kinematics import NumericChain
 from qdot.exercises.arm.trigonometry import factor_trig
 from qdot.exercises.common.stream import Stream
 from qdot.exercises.formula.conditions import ConfigurationSpace
 from qdot.exercises.singularities.classification import domain_of
-from qdot.exercises.singularities.singularity import (
+from qdot.exercises.singularities.singular_set import (
     Search,
     find_common_zeros,
     singular_set,
@@ -74,7 +75,7 @@ def test_a_shoulder_is_no_component_where_the_arm_does_not_reach_it_or_just_touc
 
 def test_the_task_decides_what_is_singular() -> None:
     assert [part.pieces() for part in singular_set(TWO) or ()] == [["theta2 = 0", "theta2 = pi"]]
-    assert singular_set(TWO.with_task(*TASK_ROWS)) == ()
+    assert singular_set(TWO.with_task(*VELOCITY_NAMES)) == ()
     assert singular_set(TWO.with_task("vx", "vz")) is None
 
 
@@ -109,7 +110,7 @@ def test_of_two_ways_that_are_the_same_one_is_kept() -> None:
 def test_of_two_components_with_the_same_joint_values_one_is_kept(monkeypatch: pytest.MonkeyPatch) -> None:
     told = [(sp.sin(T2),), (-sp.sin(T2),), (1 - sp.cos(T2),)]
     monkeypatch.setattr(
-        "qdot.exercises.singularities.singularity._substitute_values",
+        "qdot.exercises.singularities.singular_set._substitute_values",
         lambda *_: ((conditions, True) for conditions in told),
     )
     chain = replace(TWO, name="two of one kind")
@@ -221,7 +222,7 @@ class Drawn:
 
 DRAWN = [
     Drawn("open", lambda name: [0, 0, symbol(name)], [0, PI / 2, -PI / 2, PI, PI / 3],
-          ["vx vy", "vx vy vz", "vx vz", "vx vy wz", " ".join(TASK_ROWS)]),
+          ["vx vy", "vx vy vz", "vx vz", "vx vy wz", " ".join(VELOCITY_NAMES)]),
     # equal lengths and twists, and sums that vanish, are common
     Drawn("special", lambda name: [0, 0, R(1, 2), R(1, 2), R(1, 4), 1],
           [0, PI / 4, PI / 4, -PI / 4, PI / 2, PI / 3, 2 * PI / 3],

@@ -9,7 +9,6 @@ import numpy as np
 import pytest
 import sympy as sp
 
-from qdot.exercises.answer_types import Choice, Matching, Number, Selection
 from qdot.exercises.arm.derivation import derive
 from qdot.exercises.arm.derivation_graph import compute_numeric_stages
 from qdot.exercises.arm.kinematics import NumericChain
@@ -17,6 +16,7 @@ from qdot.exercises.common.variation import VARIATION_STEPS
 from qdot.exercises.generation import find_listing, generate, select_quiz_questions
 from qdot.exercises.problem.problem import Part, Problem, ProblemId
 from qdot.exercises.questions.results import compute_answer, is_derived
+from qdot.exercises.reference_answers import Choice, Matching, Number, Selection
 from qdot.exercises.site.keys import _evaluate_derivation, _find_derived_part, make_key, weight
 from qdot.exercises.site.record import (
     _find_given_pose,

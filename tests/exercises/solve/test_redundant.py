@@ -8,14 +8,15 @@ import pytest
 import sympy as sp
 
 from qdot.exercises.arm import derivation
-from qdot.exercises.arm.chain import TASK_ROWS, Chain, Joint, Point
+from qdot.exercises.arm.chain import Chain, Joint, Point
+from qdot.exercises.arm.conventions.base import VELOCITY_NAMES
 from qdot.exercises.arm.kinematics import NumericChain
 from qdot.exercises.arm.library import find_robot_path
 from qdot.exercises.arm.robot_file import read_robot_file
 from qdot.exercises.common.time_limit import DEFAULT_SECONDS, time_limit
 from qdot.exercises.singularities.numeric_rank_check import _RankTest, check_rank_loss, find_covering_branches
 from qdot.exercises.singularities.reciprocal import elimination_applies, polynomial_arm, reciprocal_set
-from qdot.exercises.singularities.singularity import singular_set
+from qdot.exercises.singularities.singular_set import singular_set
 from qdot.exercises.solve import special_lengths
 from qdot.exercises.solve.solver import Solution, solve
 from tests.repository.test_schemas import errors
@@ -50,7 +51,7 @@ def _joints(rows: Rows) -> tuple[Joint, ...]:
 @cache
 def _arm(name: str) -> Chain:
     if name in ARMS:
-        return Chain(name, _joints(ARMS[name]), TASK_ROWS, title=name)
+        return Chain(name, _joints(ARMS[name]), VELOCITY_NAMES, title=name)
     return read_robot_file(find_robot_path(name)).chain
 
 
@@ -165,7 +166,7 @@ def _mixed(task: tuple[str, ...]) -> Chain:
     return Chain("mixed", tuple(joints), task)
 
 
-@pytest.mark.parametrize("task", [TASK_ROWS, ("vx", "vy", "vz"), ("vx", "wz"), ("wx", "wy", "wz", "vz", "vx")])
+@pytest.mark.parametrize("task", [VELOCITY_NAMES, ("vx", "vy", "vz"), ("vx", "wz"), ("wx", "wy", "wz", "vz", "vx")])
 def test_slopes_of_the_jacobian_are_those_of_small_steps(task: tuple[str, ...]) -> None:
     rank = _RankTest(NumericChain(_mixed(task), {}), _mixed(task))
     q, step = np.array([[0.3, 0.4, -1.2, 0.7, 0.2]]), 1e-6
@@ -181,7 +182,7 @@ def test_where_rank_is_lost_everywhere_it_is_said() -> None:
     """Four slides and three turns: of seven joints, one turn has no effect of its own."""
     slides = [Joint("P", 0, sp.Symbol(f"d{i}"), 0, sp.pi / 2) for i in (1, 2, 3, 4)]
     turns = [Joint("R", sp.Symbol(f"theta{i}"), 0, sp.Rational(1, 5), 0) for i in (5, 6, 7)]
-    solution = solve(Chain("always", (*slides, *turns), TASK_ROWS, title="always"))
+    solution = solve(Chain("always", (*slides, *turns), VELOCITY_NAMES, title="always"))
     assert solution.singular is None and "every configuration" in (solution.note or "")
     assert "every configuration" in solve_to_text(solution.chain, "text")
 
@@ -192,7 +193,7 @@ def test_twists_lengths_and_points_that_are_no_polynomials_are_taken() -> None:
     joints = list(_arm("iiwa").joints)
     joints[2] = replace(joints[2], alpha=2 * sp.pi / 9)
     joints[4] = replace(joints[4], d=sp.sqrt(2) / 5)
-    chain = Chain("odd", tuple(joints), TASK_ROWS, tool=Point(6), title="odd")
+    chain = Chain("odd", tuple(joints), VELOCITY_NAMES, tool=Point(6), title="odd")
     assert elimination_applies(chain)
     solution = solve(chain)
     assert solution.redundant is not None and solution.singular and solution.redundant.doubtful == ()
@@ -206,7 +207,7 @@ def test_twists_lengths_and_points_that_are_no_polynomials_are_taken() -> None:
 
 def _of_position(rows: Rows, point: tuple[object, ...] = (0, 0, 0)) -> Chain:
     tool = Point(len(rows), tuple(map(_length, point)))
-    return Chain("of position", _joints(rows), TASK_ROWS[:3], tool=tool, title="one")
+    return Chain("of position", _joints(rows), VELOCITY_NAMES[:3], tool=tool, title="one")
 
 
 LONG_MINORS: Rows = [(90, ".2", 0, 90), (0, 0, 0, -90), (30, 0, 0, -90), (90, 0, ".2", -90), (0, "-.3", "-.3", -90)]

@@ -14,7 +14,8 @@ import sympy as sp
 
 from qdot.exercises.arm import derivation
 from qdot.exercises.arm.axes_to_dh import Axis, move_point_along_axes
-from qdot.exercises.arm.chain import TASK_ROWS, Chain, Joint
+from qdot.exercises.arm.chain import Chain, Joint
+from qdot.exercises.arm.conventions.base import VELOCITY_NAMES
 from qdot.exercises.arm.derivation import derive
 from qdot.exercises.arm.entry import to_sympy
 from qdot.exercises.arm.robot_file import read_robot, read_robot_file
@@ -24,7 +25,7 @@ from qdot.exercises.formula.parser import parse_formula
 from qdot.exercises.formula.set_parser import parse_pieces
 from qdot.exercises.questions import QUESTIONS
 from qdot.exercises.singularities.classification import Classification, domain_of
-from qdot.exercises.singularities.singularity import Component
+from qdot.exercises.singularities.singular_set import Component
 from qdot.exercises.solve.solver import ReadyResult, Solution, solve, text_events
 from qdot.exercises.solve.special_lengths import _normalize_condition
 from qdot.exercises.solve.time_limited import write_solution
@@ -38,7 +39,7 @@ from tests.support.solving import solve_to_json, solve_to_text
 from tests.support.suites import sample_for_suite
 
 TRUTH = json.loads((DATA / "ground_truth.json").read_text(encoding="utf-8"))
-EXPRESSIBLE = [row for row in TRUTH if set(row["task_rows"]) <= set(TASK_ROWS)]
+EXPRESSIBLE = [row for row in TRUTH if set(row["task_rows"]) <= set(VELOCITY_NAMES)]
 NAMES = [row["name"] for row in EXPRESSIBLE]
 SMALL = [row["name"] for row in EXPRESSIBLE if row["n"] <= 4]
 AT_TIP = [row["name"] for row in EXPRESSIBLE if row["task_reference_point"].startswith("tip")]
@@ -429,7 +430,7 @@ def test_conditions_that_hold_for_special_lengths_only_are_said_of_those(
 def test_a_twist_whose_sine_is_below_a_fraction_bar_is_no_failure() -> None:
     first = Joint("R", "theta1", 0, sp.Rational(1, 5), sp.pi / 3)
     second = Joint("R", "theta2", sp.Rational(1, 10), sp.Rational(3, 10), -sp.pi / 4)
-    assert solve(Chain("rrp", (first, second, Joint("P", 0, "d3", 0, 0)), TASK_ROWS)).singular == ()
+    assert solve(Chain("rrp", (first, second, Joint("P", 0, "d3", 0, 0)), VELOCITY_NAMES)).singular == ()
 
 
 def test_a_table_is_shown_as_it_is_written_and_its_rewriting_is_said(tmp_path: Path) -> None:

@@ -12,7 +12,7 @@ from qdot.exercises.generation import sample_chain
 from qdot.exercises.problem.problem import ProblemId
 from qdot.exercises.singularities.classification import Classification
 from qdot.exercises.singularities.existence_conditions import find_existence_condition
-from qdot.exercises.singularities.singularity import singular_set
+from qdot.exercises.singularities.singular_set import singular_set
 from qdot.exercises.solve.certified_singularities import certify_statement
 from qdot.exercises.solve.solver import Singularities, singular_events, solve
 from qdot.exercises.solve.special_lengths import list_length_relations

@@ -14,7 +14,7 @@ from qdot.exercises.questions.singular import KindDetails
 from qdot.exercises.singularities import classification
 from qdot.exercises.singularities.classification import Classification, classify, sample_condition, split_by_value
 from qdot.exercises.singularities.normalized_arm import normalize_arm, normalize_conditions
-from qdot.exercises.singularities.singularity import Component, singular_set
+from qdot.exercises.singularities.singular_set import Component, singular_set
 from qdot.exercises.verify import appearance
 from qdot.exercises.verify.appearance import statement_holds
 from qdot.exercises.verify.certificate import certify

@@ -7,7 +7,6 @@ from dataclasses import replace
 import pytest
 import sympy as sp
 
-from qdot.exercises.answer_types import Answer, Choice, ConditionSet, Direction, Expression, Matrix, Number
 from qdot.exercises.arm.chain import Chain, Joint
 from qdot.exercises.common.stream import Stream
 from qdot.exercises.families import FAMILIES
@@ -15,8 +14,9 @@ from qdot.exercises.generation import generate, questions_of_family
 from qdot.exercises.problem.problem import Problem, ProblemId
 from qdot.exercises.questions import QUESTIONS
 from qdot.exercises.questions.singular import KindDetails
+from qdot.exercises.reference_answers import Answer, Choice, ConditionSet, Direction, Expression, Matrix, Number
 from qdot.exercises.short_questions import ALL_QUESTIONS as EVERY_QUESTION
-from qdot.exercises.singularities.singularity import Component
+from qdot.exercises.singularities.singular_set import Component
 from qdot.exercises.verify.certificate import CHECKS, certify
 from tests.support.problems import LONG_ARMS, get_problem, replace_answer, select_parts
 from tests.support.suites import WHOLE, sample_for_suite, select_for_suite

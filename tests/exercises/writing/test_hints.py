@@ -10,7 +10,6 @@ import pytest
 import sympy as sp
 from typer.testing import CliRunner
 
-from qdot.exercises.answer_types import Choice, ConditionSet, Direction, Expression, Matrix, Number
 from qdot.exercises.arm.chain import Chain, Joint
 from qdot.exercises.assignment.assignment import load_assignment
 from qdot.exercises.assignment.release import init_assignment, release_student
@@ -18,7 +17,8 @@ from qdot.exercises.common.errors import QdotError
 from qdot.exercises.notebook.problem_formats import show
 from qdot.exercises.problem.problem import Part, Problem
 from qdot.exercises.questions import QUESTIONS
-from qdot.exercises.singularities.singularity import singular_set
+from qdot.exercises.reference_answers import Choice, ConditionSet, Direction, Expression, Matrix, Number
+from qdot.exercises.singularities.singular_set import singular_set
 from qdot.exercises.writing.angles import AngleNames
 from qdot.exercises.writing.hint_context import Entry, HintContext
 from qdot.exercises.writing.latex import tex, tex_angle

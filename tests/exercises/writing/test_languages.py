@@ -10,11 +10,11 @@ from pathlib import Path
 import pytest
 from babel.messages.catalog import Catalog, Message
 
-from qdot.exercises.answer_types import Choice, Matching, Selection
 from qdot.exercises.families import FAMILIES
 from qdot.exercises.generation import generate, select_quiz_questions
 from qdot.exercises.mistakes.catalogue import CATALOGUE
 from qdot.exercises.problem.problem import Part, Problem, ProblemId
+from qdot.exercises.reference_answers import Choice, Matching, Selection
 from qdot.exercises.site.bank import titles_text
 from qdot.exercises.site.record import make_site_record, translate_record, translate_solutions
 from qdot.exercises.writing import languages, translatable_phrases

@@ -9,11 +9,11 @@ from pathlib import Path
 
 import pytest
 
-from qdot.exercises.answer_types import Choice, ConditionSet, Expression, Matrix, Number
 from qdot.exercises.generation import generate
 from qdot.exercises.notebook.problem_formats import make_problem_json, show
 from qdot.exercises.problem.problem import Part, Problem, ProblemId
 from qdot.exercises.questions import QUESTIONS, screws
+from qdot.exercises.reference_answers import Choice, ConditionSet, Expression, Matrix, Number
 from qdot.exercises.short_questions import ALL_QUESTIONS
 from qdot.exercises.writing.latex import tex
 from qdot.exercises.writing.markup import to_html, to_html_for_mathjax, to_latex, to_text

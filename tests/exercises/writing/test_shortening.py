@@ -8,12 +8,12 @@ import numpy as np
 import pytest
 import sympy as sp
 
-from qdot.exercises.answer_types import Expression, Matrix
 from qdot.exercises.arm.chain import Base, Chain, Joint
 from qdot.exercises.arm.derivation import derive
 from qdot.exercises.common.stream import Stream
 from qdot.exercises.generation import generate, sample_chain
 from qdot.exercises.problem.problem import Problem, ProblemId
+from qdot.exercises.reference_answers import Expression, Matrix
 from qdot.exercises.writing.angles import iterate_arm_angles, name_angles, needs_no_name
 from qdot.exercises.writing.constant_angles import list_constant_angles, use_constant_angles
 from qdot.exercises.writing.latex import tex

@@ -15,9 +15,9 @@ from typing import Any
 import psutil  # type: ignore[import-untyped]
 import pytest
 
-from qdot.exercises.answer_types import Matrix
 from qdot.exercises.common.parallel import _defer_stop
 from qdot.exercises.families import FAMILIES
+from qdot.exercises.reference_answers import Matrix
 from qdot.exercises.short_questions import ALL_QUESTIONS
 from qdot.grader.cli.main import COMMANDS, LIST_COMMANDS, app, make_program
 from tests.support.command import run, run_and_fail, runner
@@ -288,7 +288,7 @@ def test_check_calls_a_list_of_conditions_no_matrix(tmp_path: Path) -> None:
     text = run("show", "planar-2r/7", "--questions", "jacobian,singular-angles", "--solution", "--format", "ipynb")
     (tmp_path / "n.ipynb").write_text(text)
     said = run("check", tmp_path / "n.ipynb")
-    assert "jacobian: 2 x 2 matrix" in said
+    assert "jacobian: 2 × 2 matrix" in said
     assert said.count("matrix") == 1
 
 

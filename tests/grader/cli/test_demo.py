@@ -8,7 +8,7 @@ from qdot.exercises.assignment.assignment import Assignment, Student, load_assig
 from qdot.exercises.assignment.release import init_assignment
 from qdot.exercises.problem.problem import Problem
 from qdot.grader.cli.demo import EDITS, SECRET
-from qdot.grader.grading.marking import mark
+from qdot.grader.marking.marking import mark
 from qdot.grader.sandbox.sandbox import Sandbox
 from tests.support.suites import select_for_suite
 

@@ -5,8 +5,8 @@ import pytest
 from qdot import generate
 from qdot.exercises.chapter import make_planar_2r
 from qdot.grader.diagnosis.advice import advise
-from qdot.grader.grading.marking import mark
-from qdot.grader.judging.answer_parser import read_answer
+from qdot.grader.judging.expected_form import read_answer
+from qdot.grader.marking.marking import mark
 from tests.support.problems import ask_question, get_problem
 
 TWO_R = (

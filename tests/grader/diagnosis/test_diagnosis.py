@@ -7,7 +7,6 @@ import warnings
 import numpy as np
 import pytest
 
-from qdot.exercises.answer_types import Expression, Matrix
 from qdot.exercises.arm.chain import Chain
 from qdot.exercises.arm.derivation_graph import compute_numeric_stages, compute_symbolic_stages, to_sympy_matrix
 from qdot.exercises.chapter import make_planar_2r, make_scorbot_arm
@@ -22,6 +21,7 @@ from qdot.exercises.mistakes.configurations import SymbolValues, sample_configur
 from qdot.exercises.problem.problem import Part
 from qdot.exercises.questions import QUESTIONS
 from qdot.exercises.questions.results import compute_answer
+from qdot.exercises.reference_answers import Expression, Matrix
 from qdot.grader.judging.functions import make_calls
 from qdot.grader.sandbox.contained.callables import TABLE_PREFIX
 from tests.support.judging import diagnose

@@ -18,7 +18,7 @@ from qdot.exercises.mistakes.finished import edit_entry, edit_throughout
 from qdot.exercises.problem.problem import Part
 from qdot.exercises.questions.results import compute_answer
 from qdot.grader.diagnosis.formula_mistakes import locate_entries
-from qdot.grader.grading.marking import MarkingRules, mark
+from qdot.grader.marking.marking import MarkingRules, mark
 from tests.support.judging import diagnose
 from tests.support.problems import ask_question, get_problem
 from tests.support.suites import few_families

@@ -9,17 +9,16 @@ from pathlib import Path
 import pytest
 import sympy as sp
 
-from qdot.exercises.answer_types import Expression
 from qdot.exercises.assignment.assignment import Assignment, Student
 from qdot.exercises.common.errors import QdotError
 from qdot.exercises.generation import generate
 from qdot.exercises.problem.problem import Part, Problem, ProblemId
+from qdot.exercises.reference_answers import Expression
 from qdot.grader.cli.main import app
 from qdot.grader.diagnosis.groups import KEY_LENGTH, KEY_LETTERS, find_group
 from qdot.grader.grading.attempt import make_part_result
 from qdot.grader.grading.final_result import GradedNotebook, compute_final_result
 from qdot.grader.grading.history import describe_mark_changes
-from qdot.grader.grading.marking import mark
 from qdot.grader.grading.overrides import Overrides, describe_unused_groups, read_overrides
 from qdot.grader.grading.result import (
     CountingSubmission,
@@ -29,8 +28,9 @@ from qdot.grader.grading.result import (
     PartResult,
     Result,
 )
-from qdot.grader.judging.answer_parser import read_answer
+from qdot.grader.judging.expected_form import read_answer
 from qdot.grader.judging.verdict import Outcome
+from qdot.grader.marking.marking import mark
 from qdot.grader.reports.class_page import make_class_page
 from qdot.grader.reports.class_view import group_wrong_answers
 from qdot.grader.reports.feedback import make_feedback_page

@@ -23,13 +23,13 @@ from typing import Any
 import pytest
 import sympy as sp
 
-from qdot.exercises.answer_types import Matrix
 from qdot.exercises.arm.derivation_graph import compute_symbolic_stages, links_to_point
 from qdot.exercises.generation import generate, sample_chain
 from qdot.exercises.problem.problem import Part, Problem, ProblemId
+from qdot.exercises.reference_answers import Matrix
 from qdot.grader.diagnosis.advice import advise
 from qdot.grader.diagnosis.diagnosis import diagnose
-from qdot.grader.judging.answer_parser import read_answer
+from qdot.grader.judging.expected_form import read_answer
 from qdot.grader.judging.judge import judge_parsed
 from qdot.grader.judging.verdict import Diagnosis, Outcome
 from tests.support import DATA, judging
@@ -137,7 +137,7 @@ def answer_without(problem: Problem, part: Part, left_out: dict[int, tuple[int, 
         for row, name in enumerate(problem.chain.task):
             if name.startswith("w"):
                 continue
-            found[row, column] -= sum(w["effects"][column][k]["xyz".index(name[1])][0] for k in links)
+            found[row, column] -= sum(w["link derivatives"][column][k]["xyz".index(name[1])][0] for k in links)
     return str(found.tolist())
 
 
@@ -148,7 +148,7 @@ def test_links_left_out_of_several_columns_are_named(family: str) -> None:
     w = compute_symbolic_stages(problem.chain)
     rows = ["xyz".index(name[1]) for name in problem.chain.task if name.startswith("v")]
     moved = [
-        [k for k in links_to_point(problem.chain) if any(w["effects"][column][k][row][0] != 0 for row in rows)]
+        [k for k in links_to_point(problem.chain) if any(w["link derivatives"][column][k][row][0] != 0 for row in rows)]
         for column in range(problem.chain.n)
     ]
     columns = [column for column in range(problem.chain.n) if len(moved[column]) > 1]

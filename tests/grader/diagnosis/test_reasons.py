@@ -14,7 +14,7 @@ from qdot.exercises.formula.equality import (
     chance_of_missing,
 )
 from qdot.grader.diagnosis.advice import _name_entry
-from qdot.grader.judging.answer import replace_decimal_commas
+from qdot.grader.judging.answer_parser import replace_decimal_commas
 from qdot.grader.judging.verdict import Judgement, Outcome
 from tests.support.judging import (
     judge_angles,
@@ -123,13 +123,13 @@ def test_what_is_said_of_a_matrix(student: str, reference: list[list[str]], shar
 @pytest.mark.parametrize(
     ("student", "shape", "said"),
     [
-        ("[[1, 2], [3, 4], [5, 6]]", (2, 3), "*3 x 2, but it must be 2 x 3; is it transposed*"),
-        ("[[1, 2], [3, 4], [5, 6]]", (2, 2), "*3 x 2, but it must be 2 x 2; *[[][[]a, b], [[]c, d]]"),
-        ("[[1, 2], [3, 4], [5, 6]]", (2, 4), "*3 x 2, but it must be 2 x 4; * 2 rows of 4"),
-        ("[1, 2]", (1, 3), "*2 x 1, but it must be 1 x 3; *[[][[]a, b, c]]"),
-        ("{}", (2, 2), "*1 x 1, but it must be 2 x 2*"),
-        ("[[1, 2]]", (2, 2), "*1 x 2, but it must be 2 x 2*"),
-        ("[[1, 2, 3]]", (2, 1), "*1 x 3, but it must be 2 x 1; * [[]a, b]"),
+        ("[[1, 2], [3, 4], [5, 6]]", (2, 3), "*3 × 2, but it must be 2 × 3*compared*"),
+        ("[[1, 2], [3, 4], [5, 6]]", (2, 2), "*3 × 2, but it must be 2 × 2; *[[][[]a, b], [[]c, d]]"),
+        ("[[1, 2], [3, 4], [5, 6]]", (2, 4), "*3 × 2, but it must be 2 × 4; * 2 rows of 4"),
+        ("[1, 2]", (1, 3), "*2 × 1, but it must be 1 × 3; *[[][[]a, b, c]]"),
+        ("{}", (2, 2), "*1 × 1, but it must be 2 × 2*"),
+        ("[[1, 2]]", (2, 2), "*1 × 2, but it must be 2 × 2*"),
+        ("[[1, 2, 3]]", (2, 1), "*1 × 3, but it must be 2 × 1; * [[]a, b]"),
         ("[{1, 2}]", (2, 1), "*itself a list"), ("[Eq(a1, a2), 0]", (2, 1), "*couldn't parse*an equation*"),
     ],
 )  # fmt: skip
@@ -144,8 +144,8 @@ def test_what_is_said_of_a_wrong_shape(student: str, shape: tuple[int, int], sai
         ("[1, 2, 3]", 1, "right to 0.5 %"),
         ("[1, 2.5, 7]", 1 / 3, "1 of 3 numbers is right; number 2 is 2.5, and 2 rad/s is right"),
         ("[1, blank, 3]", 2 / 3, "2 of 3 *; number 2 *blank"), ("[1/0, 2, 3]", 2 / 3, "2 of 3 *; number 1 *1 rad/s *"),
-        ("[1, 2]", 0, "*2 x 1, but it must be 3 x 1; * [[]a, b, c]"),
-        ("[[1, 2, 3, 4]]", 0, "*1 x 4, but it must be 3 x 1; *"),
+        ("[1, 2]", 0, "*2 × 1, but it must be 3 × 1; * [[]a, b, c]"),
+        ("[[1, 2, 3, 4]]", 0, "*1 × 4, but it must be 3 × 1; *"),
         ("[[1, 2], [3]]", 0, "*couldn't parse*different lengths: 2, 1"), ("[{1, 2}, 2, 3]", 0, "*itself a list"),
         ("[Eq(qd9, 1), 2, 3]", 0, "* asks for numbers, but your answer contains qd9; *"),
         ("[f + g + h + k + m + n, 2, 3]", 0, "* asks for numbers, but your answer contains f, g, h, k, m; *"),

@@ -8,11 +8,11 @@ import numpy as np
 import pytest
 import sympy as sp
 
-from qdot.exercises.answer_types import ConditionSet
 from qdot.exercises.arm.chain import CONVENTIONS
 from qdot.exercises.formula.program import compile_program, evaluate
 from qdot.exercises.formula.sympy_text import expression_text
 from qdot.exercises.problem.problem import Part, Problem
+from qdot.exercises.reference_answers import ConditionSet
 from qdot.grader.judging.functions import make_calls
 from qdot.grader.judging.judge import judge
 from qdot.grader.judging.verdict import Diagnosis, Outcome

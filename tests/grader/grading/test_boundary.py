@@ -16,9 +16,10 @@ import pytest
 
 from qdot.exercises.assignment.assignment import Assignment, Student
 from qdot.exercises.common.errors import QdotError
-from qdot.grader.grading import attempt, batch, marking
+from qdot.grader.grading import attempt, batch
 from qdot.grader.grading.batch import grade_class
 from qdot.grader.grading.result import Result
+from qdot.grader.marking import marking
 from qdot.grader.reports import write
 from qdot.grader.reports.tables import find_work_status
 from qdot.grader.reports.write import write_reports

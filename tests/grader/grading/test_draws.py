@@ -11,7 +11,6 @@ from pathlib import Path
 import pytest
 from nbformat import NotebookNode
 
-from qdot.exercises.answer_types import Answer
 from qdot.exercises.arm.chain import Chain
 from qdot.exercises.assignment import release
 from qdot.exercises.assignment.assignment import Assignment, Student, load_assignment
@@ -22,6 +21,7 @@ from qdot.exercises.common.stream import Stream
 from qdot.exercises.notebook.notebook import make_student_notebook
 from qdot.exercises.notebook.self_check import Problems
 from qdot.exercises.problem.problem import Details, Part
+from qdot.exercises.reference_answers import Answer
 from qdot.exercises.short_questions import ALL_QUESTIONS
 from qdot.exercises.verify.certificate import CHECKS
 from qdot.exercises.verify.numeric_reference import Check, NumericReference

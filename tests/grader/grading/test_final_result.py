@@ -12,7 +12,7 @@ import pytest
 
 from qdot.exercises.assignment.assignment import Assignment, Student, load_assignment
 from qdot.exercises.assignment.attempt_policy import AttemptPolicy
-from qdot.exercises.assignment.lateness import LateRule
+from qdot.exercises.assignment.late_rule import LateRule
 from qdot.exercises.assignment.release import init_assignment, release_notebooks
 from qdot.exercises.common.errors import QdotError
 from qdot.grader.cli.demo import fill_in_answers

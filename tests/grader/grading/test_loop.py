@@ -4,18 +4,21 @@ The solution is what the staff's notebook holds, run as a student's would be; an
 made in it are not right.
 """
 
+from collections.abc import Callable
 from dataclasses import replace
 
 import pytest
 
-from qdot.exercises.answer_types import ConditionSet, Direction, Expression, Matrix, Number
 from qdot.exercises.problem.problem import Part, Problem, name_answer_variable
+from qdot.exercises.reference_answers import ConditionSet, Direction, Expression, Matrix, Number
 from qdot.exercises.writing.problem_texts import write_answer_code
-from qdot.grader.grading.marking import mark
 from qdot.grader.judging.verdict import Outcome
+from qdot.grader.marking.marking import mark
 from qdot.grader.sandbox.sandbox import Sandbox
 from tests.support.problems import get_problem, sample_parts
 from tests.support.suites import few_families, sample_for_suite, select_for_suite
+
+Draw = Callable[[str, int], Problem]
 
 SEEDS = select_for_suite(1, 3)
 CHUNK = 3
@@ -85,7 +88,7 @@ def mistakes(part: Part, right: str) -> dict[str, str]:
 @few_families
 def test_the_usual_mistakes_fail(problem: Problem, sandbox: Sandbox, monkeypatch: pytest.MonkeyPatch) -> None:
     """Which mistake it is isn't looked for: it changes no mark, takes most of the time, and has test_diagnosis.py."""
-    monkeypatch.setattr("qdot.grader.grading.marking.diagnose", lambda *_: None)
+    monkeypatch.setattr("qdot.grader.marking.marking.diagnose", lambda *_: None)
     parts = sample_for_suite(sample_parts(problem), 8)
     right = {f"right{i}": part.answer.write_code() for i, part in enumerate(parts)}
     tried = [(part, *item) for part, name in zip(parts, right, strict=True) for item in mistakes(part, name).items()]

@@ -10,7 +10,7 @@ from pathlib import Path
 import pytest
 
 from qdot.exercises.assignment.assignment import Assignment, Student, load_assignment
-from qdot.exercises.assignment.lateness import read_late
+from qdot.exercises.assignment.late_rule import read_late
 from qdot.grader.integrations import git_hosts, git_submissions
 from qdot.grader.integrations.git_submissions import find_cutoff, main
 from tests.support.ci import git

@@ -9,7 +9,6 @@ from pathlib import Path
 
 import pytest
 
-from qdot.exercises.answer_types import ConditionSet
 from qdot.exercises.assignment.assignment import Student
 from qdot.exercises.formula.equality import Domain, EntryDifference
 from qdot.exercises.formula.parser import parse_formula
@@ -18,14 +17,15 @@ from qdot.exercises.formula.trees import Node
 from qdot.exercises.generation import generate
 from qdot.exercises.notebook.notebook import make_notebook_metadata, make_student_notebook, write_notebook
 from qdot.exercises.problem.problem import Problem, ProblemId
+from qdot.exercises.reference_answers import ConditionSet
 from qdot.exercises.short_questions import ALL_QUESTIONS
 from qdot.grader.grading import check
 from qdot.grader.grading.check import check_notebook, find_claimed_form
-from qdot.grader.grading.marking import mark
-from qdot.grader.judging.answer import OR_HINT
-from qdot.grader.judging.answer_parser import ExpectedForm, find_expected_form, read_answer, read_in_form
+from qdot.grader.judging.answer_parser import OR_HINT
+from qdot.grader.judging.expected_form import ExpectedForm, find_expected_form, read_answer, read_in_form
 from qdot.grader.judging.judge import judge
 from qdot.grader.judging.verdict import Outcome
+from qdot.grader.marking.marking import mark
 from qdot.grader.sandbox.sandbox import Sandbox
 from tests.support.judging import judge_direction, judge_expression, judge_numbers, judge_singular
 from tests.support.problems import get_problem
@@ -64,7 +64,7 @@ def test_however_wrong_the_answers_are_each_is_read_once(problem: Problem, monke
         seen[text] += 1
         return parse_formula(text, known)  # type: ignore[arg-type]
 
-    monkeypatch.setattr("qdot.grader.judging.answer.parse_formula", counted)
+    monkeypatch.setattr("qdot.grader.judging.answer_parser.parse_formula", counted)
     answers = {
         part.name: f"2*({part.answer.as_typed()})" if part.shape is None else part.answer.as_typed()
         for part in problem.parts
@@ -195,7 +195,7 @@ MEANT = {"vx": "vx", "v_y": "vy", "vz": "vz", "ẏ": "vy", "z_dot": "vz"}
 def test_check_knows_which_component_of_a_velocity_the_student_is_asked(tmp_path: Path, seed: int) -> None:
     problem = generate(ProblemId("elbow-3r", seed, ("velocity-component",)))
     part = problem["velocity-component"]
-    (asked,) = ALL_QUESTIONS[part.kind].list_typed_names(problem.chain, part)
+    (asked,) = ALL_QUESTIONS[part.kind].list_names_to_type(problem.chain, part)
     file = tmp_path / "hw.ipynb"
     for name, meant in MEANT.items():
         answer = f"{name} = a1 qd1"

@@ -13,12 +13,12 @@ from typing import Any
 import pytest
 import sympy as sp
 
-from qdot.exercises.answer_types import LETTERS, Choice, Number
 from qdot.exercises.notebook.notebook import make_notebook_metadata
 from qdot.exercises.problem.problem import Part, Problem
+from qdot.exercises.reference_answers import LETTERS, Choice, Number
 from qdot.grader.grading.check import find_claimed_form, is_readable
-from qdot.grader.judging.answer import ParsedAnswer
-from qdot.grader.judging.answer_parser import find_expected_form, read_answer
+from qdot.grader.judging.answer_parser import ParsedAnswer
+from qdot.grader.judging.expected_form import find_expected_form, read_answer
 from qdot.grader.judging.functions import make_calls
 from qdot.grader.judging.judge import judge_parsed
 from qdot.grader.sandbox.sandbox import Sandbox

@@ -5,7 +5,7 @@ from fractions import Fraction
 import pytest
 
 from qdot.exercises.formula.equality import Domain, EntryDifference
-from qdot.grader.judging.answer import OR_HINT
+from qdot.grader.judging.answer_parser import OR_HINT
 from qdot.grader.judging.verdict import Outcome
 from tests.support.judging import (
     judge_angles,
@@ -136,8 +136,8 @@ def test_a_matrix_is_marked_by_its_entries() -> None:
 
 @pytest.mark.parametrize(
     ("student", "said"),
-    [("[1, 2, 3]", "3 x 1"), ("5", "1 x 1"), ("[[1, 2], [3]]", "different lengths"), ("[[1, 2], [3, [4]]]", "list"),
-     ("sin(theta1", "expected ')'"), ("{1: 2}", "1 x 1")],
+    [("[1, 2, 3]", "3 × 1"), ("5", "1 × 1"), ("[[1, 2], [3]]", "different lengths"), ("[[1, 2], [3, [4]]]", "list"),
+     ("sin(theta1", "expected ')'"), ("{1: 2}", "1 × 1")],
 )  # fmt: skip
 def test_wrong_shapes_are_told(student: str, said: str) -> None:
     judged = judge_matrix(student, J, DOMAIN, "s")

@@ -6,12 +6,12 @@ from dataclasses import replace
 import pytest
 import sympy as sp
 
-from qdot.exercises.answer_types import Expression, Matrix
 from qdot.exercises.formula.program import compile_program, evaluate
 from qdot.exercises.problem.problem import Part, Problem, name_answer_variable
-from qdot.grader.grading.marking import mark
+from qdot.exercises.reference_answers import Expression, Matrix
 from qdot.grader.judging.functions import SAMPLE_COUNT, judge_function, make_calls, read_table
 from qdot.grader.judging.verdict import Outcome
+from qdot.grader.marking.marking import mark
 from qdot.grader.sandbox.contained.callables import TABLE_PREFIX
 from qdot.grader.sandbox.sandbox import Calls, Limits, Sandbox
 from qdot.grader.submissions.answer_locator import Answers
@@ -135,7 +135,7 @@ def test_functions_of_every_question_get_what_their_formulas_would(
     problem: Problem, sandbox: Sandbox, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     """Which mistake is behind a wrong one isn't looked for: it changes no mark, and has test_diagnosis.py."""
-    monkeypatch.setattr("qdot.grader.grading.marking.diagnose", lambda *_: None)
+    monkeypatch.setattr("qdot.grader.marking.marking.diagnose", lambda *_: None)
     parts = formulas(problem)
     calls = {"p1": make_calls(problem, problem.domain, "points")}
     names = calls["p1"].symbols

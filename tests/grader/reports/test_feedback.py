@@ -12,20 +12,20 @@ from pathlib import Path
 
 import pytest
 
-from qdot.exercises.answer_types import Choice, Matrix
 from qdot.exercises.arm.chain import CONVENTIONS
 from qdot.exercises.assignment.assignment import Assignment, Student, load_assignment
 from qdot.exercises.assignment.release import init_assignment
 from qdot.exercises.formula.equality import EntryDifference, SetDifference
 from qdot.exercises.problem.problem import Problem
+from qdot.exercises.reference_answers import Choice, Matrix
 from qdot.exercises.writing.markup import to_html
 from qdot.exercises.writing.problem_texts import write_prompt
 from qdot.exercises.writing.render import find_template_folder
 from qdot.grader.grading.attempt import make_part_result
-from qdot.grader.grading.marking import WRONG_OR_PARTIAL, mark, sum_points
 from qdot.grader.grading.result import CountingSubmission, ProblemResult, Result
 from qdot.grader.judging.functions import FUNCTION_TEXT
 from qdot.grader.judging.verdict import Outcome
+from qdot.grader.marking.marking import WRONG_OR_PARTIAL, mark, sum_points
 from qdot.grader.reports.answers import show_answer
 from qdot.grader.reports.counterexample_table import format_decimal, make_counterexample_table
 from qdot.grader.reports.feedback import compute_page_fingerprint, make_feedback_page

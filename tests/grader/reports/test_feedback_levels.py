@@ -9,9 +9,9 @@ from qdot.exercises.assignment.assignment import FEEDBACK
 from qdot.exercises.formula.equality import Certificate, Counterexample, EntryDifference, SetDifference
 from qdot.exercises.problem.problem import Part
 from qdot.grader.grading.attempt import make_part_result
-from qdot.grader.grading.marking import WRONG_OR_PARTIAL, mark
 from qdot.grader.grading.result import PartResult
 from qdot.grader.judging.formulas import format_value
+from qdot.grader.marking.marking import WRONG_OR_PARTIAL, mark
 from qdot.grader.reports.feedback_levels import limit_feedback
 from tests.support import results
 from tests.support.problems import get_problem, select_parts
@@ -50,7 +50,7 @@ def example_of(part: PartResult) -> Counterexample:
 def test_every_level_keeps_back_what_is_above_it(family: str, monkeypatch: pytest.MonkeyPatch) -> None:
     """The mistakes behind answers, which take most of the time, are looked for in one family."""
     if not WHOLE and family != "planar-2r":
-        monkeypatch.setattr("qdot.grader.grading.marking.diagnose", lambda *_: None)
+        monkeypatch.setattr("qdot.grader.marking.marking.diagnose", lambda *_: None)
     parts = wrong_parts(family)
     assert parts
     for part in parts:

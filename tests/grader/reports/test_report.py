@@ -27,7 +27,7 @@ from qdot.grader.diagnosis.similar import (
     make_canonical_form,
 )
 from qdot.grader.grading.result import Override, Result
-from qdot.grader.judging.answer_parser import read_answer
+from qdot.grader.judging.expected_form import read_answer
 from qdot.grader.judging.verdict import Outcome
 from qdot.grader.reports import charts
 from qdot.grader.reports.class_page import make_class_page

@@ -1,4 +1,4 @@
-"""Cells as IPython reads them: our rules give what its own library gives, and leave Python alone."""
+"""Translating IPython cells to Python: the result is the same as IPython's own, and plain Python is unchanged."""
 
 import time
 
@@ -24,16 +24,16 @@ PYTHON = [
 
 
 @pytest.mark.parametrize("cell", [*CELLS, *PYTHON])
-def test_the_library_reads_a_cell_as_we_do_and_what_is_python_already_comes_back(cell: str) -> None:
+def test_translation_agrees_with_ipython_and_leaves_python_unchanged(cell: str) -> None:
     from IPython.core.inputtransformer2 import TransformerManager
 
-    theirs = TransformerManager().transform_cell(cell)  # type: ignore[no-untyped-call]
-    assert translate_to_python(cell).strip("\n") == theirs.strip("\n")
+    expected = TransformerManager().transform_cell(cell)  # type: ignore[no-untyped-call]
+    assert translate_to_python(cell).strip("\n") == expected.strip("\n")
     assert translate_to_python(translate_to_python(cell)) == translate_to_python(cell)
     assert cell not in PYTHON or translate_to_python(cell) == cell
 
 
-def test_code_of_the_project_comes_back_as_it_is() -> None:
+def test_this_projects_own_code_is_unchanged() -> None:
     paths = sample_for_suite(
         sorted(path for name in ("exercises", "grader", "tests") for path in (ROOT / name).rglob("*.py")), 60
     )
@@ -44,14 +44,14 @@ def test_code_of_the_project_comes_back_as_it_is() -> None:
 @pytest.mark.parametrize(
     "cell", ["a = 1\n!pip install \\\n  x\nb = 2", "%time a = 1\n?b\nb = 2\n\n%who", "%%time\n%a\nb = 2"]
 )
-def test_every_statement_stays_on_its_line(cell: str) -> None:
-    """The grader counts lines in what it was handed."""
+def test_translation_keeps_line_numbers(cell: str) -> None:
+    """The grader reports lines of the submitted cell."""
     before, after = cell.split("\n"), translate_to_python(cell).split("\n")
     assert len(before) == len(after)
     assert before.index("b = 2") == after.index("b = 2")
 
 
-def test_a_cell_below_a_magic_is_run_unless_it_is_no_python() -> None:
+def test_the_body_of_a_cell_magic_runs_if_it_is_python() -> None:
     assert translate_to_python("%%time\nx = 1\n%who") == "pass\nx = 1\nget_ipython().run_line_magic('who', '')"
     assert translate_to_python("%%time\n%%capture out\nx = 1") == "pass\npass\nx = 1"
     for name in NON_PYTHON_MAGICS:
@@ -63,9 +63,9 @@ def test_a_cell_below_a_magic_is_run_unless_it_is_no_python() -> None:
     "cell",
     ["(\n", "\n", "'''\n", "!", "=\t", "a?", " ", "%x\n", "if 1:\n", "x = \\\n", "*", "a" * 10 + "!?\n", "%%time\n"],
 )
-def test_a_hostile_cell_is_read_in_no_time(cell: str) -> None:
-    """The grader reads cells of 30,000 characters by these rules, too."""
-    begun, many = time.process_time(), cell * (30_000 // len(cell))
-    for hostile in (many, f"!x\n{many}", f"sin?\n{cell * 10_000}?"):
+def test_hostile_cells_are_translated_in_linear_time(cell: str) -> None:
+    """Translate cells of 30,000 characters that could make a careless parser quadratic."""
+    start, repeated = time.process_time(), cell * (30_000 // len(cell))
+    for hostile in (repeated, f"!x\n{repeated}", f"sin?\n{cell * 10_000}?"):
         translate_to_python(hostile)
-    assert time.process_time() - begun < 6
+    assert time.process_time() - start < 6

@@ -1,4 +1,4 @@
-"""Running students' code: answers come out as text, and whatever a notebook does costs only that notebook."""
+"""Running student code: answers come out as text, and a notebook harms only itself."""
 
 import ast
 import os
@@ -21,8 +21,8 @@ IMPORTS = "from sympy import *\nimport numpy as np\nx, y = symbols('x y')"
 
 @pytest.fixture(scope="module")
 def sandbox() -> Iterator[Sandbox]:
-    with Sandbox(Limits(seconds=20, cell_seconds=1.5)) as made:
-        yield made
+    with Sandbox(Limits(seconds=20, cell_seconds=1.5)) as sandbox:
+        yield sandbox
 
 
 @pytest.mark.parametrize(
@@ -36,13 +36,13 @@ def sandbox() -> Iterator[Sandbox]:
         ("1 + 2j", "(1.0 + I*(2.0))"), ("float('nan')", "nan"),
     ],
 )  # fmt: skip
-def test_values_leave_as_text(sandbox: Sandbox, code: str, text: str) -> None:
+def test_values_come_out_as_text(sandbox: Sandbox, code: str, text: str) -> None:
     run = sandbox.run([IMPORTS, f"p = {code}"], ["p"])
     assert run.answers == {"p": text}
     assert run.end == "done"
 
 
-def test_what_is_no_expression_is_told_and_the_last_value_counts(sandbox: Sandbox) -> None:
+def test_values_that_are_not_expressions_are_reported_and_the_last_value_counts(sandbox: Sandbox) -> None:
     liar = "class L:\n    def __class_getitem__(c, k): raise ValueError\nt = L()"
     cells = ["p = int", "q = open", "r = object()", "s = [1]; s.append(s)", liar, "u = 1", "u = 2; other = 3"]
     run = sandbox.run(cells, list("pqrstu"))
@@ -51,7 +51,7 @@ def test_what_is_no_expression_is_told_and_the_last_value_counts(sandbox: Sandbo
 
 
 @pytest.mark.parametrize(
-    ("made", "changed", "text"),
+    ("initial", "change", "text"),
     [
         ("Matrix([x, 1])", "p1_a[1] = 2", "[[x], [2]]"), ("Matrix([[x, 1], [1, 2]])", "p1_a.row_del(1)", "[[x, 1]]"),
         ("SparseMatrix([[x, 1]])", "p1_a[0, 1] = 2", "[[x, 2]]"),
@@ -61,12 +61,12 @@ def test_what_is_no_expression_is_told_and_the_last_value_counts(sandbox: Sandbo
         ("Matrix([1, 2])", "p1_a = Matrix([[1, 2]])", "[[1, 2]]"), ("[1, 2]", "p1_a[0] = True", "[True, 2]"),
     ],
 )  # fmt: skip
-def test_a_change_in_place_counts(sandbox: Sandbox, made: str, changed: str, text: str) -> None:
-    cells = ["import numpy; from sympy import *; x = Symbol('x')", f"p1_a = {made}", "p1_b = 0", changed, "p1_b = 1"]
+def test_a_change_in_place_counts(sandbox: Sandbox, initial: str, change: str, text: str) -> None:
+    cells = ["import numpy; from sympy import *; x = Symbol('x')", f"p1_a = {initial}", "p1_b = 0", change, "p1_b = 1"]
     assert sandbox.run(cells, ["p1_a", "p1_b"]).answers == {"p1_a": text, "p1_b": "1"}
 
 
-def test_a_cell_that_raises_costs_itself_only(sandbox: Sandbox) -> None:
+def test_an_error_affects_only_its_cell(sandbox: Sandbox) -> None:
     run = sandbox.run(["p = 1", "q = 1/0", "syntax error here", "r = p + 1", "s = q"], ["p", "q", "r", "s"])
     assert run.answers == {"p": "1", "r": "2"}
     assert run.cell_errors[1] == "ZeroDivisionError: division by zero"
@@ -74,58 +74,58 @@ def test_a_cell_that_raises_costs_itself_only(sandbox: Sandbox) -> None:
     assert run.cell_errors[4].startswith("NameError")
 
 
-def test_no_walk_and_no_pattern_shows_what_lies_outside(secret: Path) -> None:
-    """Python's own ways of looking into folders end at the hook, which is asked for every folder; matplotlib walks."""
-    looks = [
+def test_walking_and_globbing_list_nothing_outside(secret: Path) -> None:
+    """The hook checks every folder; Python's own functions must not fail there, because matplotlib walks folders."""
+    cells = [
         f"import os; a = [name for *_, names in os.walk({str(secret.parent)!r}) for name in names]",
         f"import glob; b = glob.glob({str(secret.parent)!r} + '/*') + glob.glob('/etc/pass*')",
         f"import pathlib; c = list(map(str, pathlib.Path({str(secret.parent)!r}).rglob('*')))",
         f"d = [name for *_, names, _ in os.fwalk({str(secret.parent)!r}) for name in names]",
     ]
     with Sandbox(Limits(seconds=20, cell_seconds=4), {"namespaces", "landlock", "user"}) as sandbox:
-        run = sandbox.run(looks, ["a", "b", "c", "d"])
+        run = sandbox.run(cells, ["a", "b", "c", "d"])
     assert set(run.answers.values()) == {"[]"} and {"a", "b"} <= set(run.answers), run
 
 
 @pytest.mark.whole
-@pytest.mark.skipif(sys.platform != "linux", reason="processors are chosen, and others' processor time is read")
+@pytest.mark.skipif(sys.platform != "linux", reason="needs processor affinity and other processes' processor time")
 def test_a_busy_machine_costs_no_answer() -> None:
-    """What counts is processor time: here a notebook has a fifth of a processor, and less where the machine is busy."""
+    """Processor time counts, not wall time: here the notebook gets a fifth of a processor, or less."""
     allowed = os.sched_getaffinity(0)
     spinning = [sys.executable, "-c", "while True: pass"]
-    others: list[subprocess.Popen[bytes]] = []
+    spinners: list[subprocess.Popen[bytes]] = []
     try:
         os.sched_setaffinity(0, {min(allowed)})
         with Sandbox(Limits(seconds=1.5, cell_seconds=0.5)) as sandbox:
             assert sandbox.run([], []).end == "done"
-            others += [subprocess.Popen(spinning, start_new_session=True) for _ in range(4)]
-            begun = time.monotonic()
+            spinners += [subprocess.Popen(spinning, start_new_session=True) for _ in range(4)]
+            start = time.monotonic()
             run = sandbox.run([COMPUTES, "a = 1", COMPUTES, "b = 2"], ["a", "b"])
-            took = time.monotonic() - begun
+            elapsed = time.monotonic() - start
     finally:
         os.sched_setaffinity(0, allowed)
-        for process in others:
+        for process in spinners:
             process.kill()
             process.wait()
     assert (run.answers, run.cell_errors, run.end) == ({"a": "1", "b": "2"}, {}, "done")
-    assert took > 1.5, "the machine was not busy"
+    assert elapsed > 1.5, "the machine was not busy"
 
 
 SLEEPS = "while True: time.sleep(0.01)"
 COMPUTES = "import time\nbegun = time.process_time()\nwhile time.process_time() - begun < 0.2: pass"
 
 CAUGHT = "x = 1\ntry:\n    while x: x += 1\nexcept: pass"
-"""A stop is lost, as in an `except:` of a library: it comes again."""
+"""The interrupt is swallowed, as by an `except:` in a library, and must be repeated."""
 
 
 @pytest.fixture(scope="module")
 def strict() -> Iterator[Sandbox]:
-    with Sandbox(Limits(seconds=20, cell_seconds=0.5)) as made:
-        yield made
+    with Sandbox(Limits(seconds=20, cell_seconds=0.5)) as sandbox:
+        yield sandbox
 
 
 @pytest.mark.parametrize(
-    ("cell", "told"),
+    ("cell", "reason"),
     sample_for_suite(
         [
             ("while True: pass", "it took longer than 0.5 s of processor time"),
@@ -137,25 +137,25 @@ def strict() -> Iterator[Sandbox]:
         3,
     ),
 )
-def test_a_cell_that_takes_too_long_is_told_what_of(strict: Sandbox, cell: str, told: str) -> None:
-    begun = time.monotonic()
+def test_a_timeout_says_whether_the_cell_computed_or_waited(strict: Sandbox, cell: str, reason: str) -> None:
+    start = time.monotonic()
     run = strict.run([cell, "a = 1"], ["a"])
-    assert (run.end, run.answers, run.cell_errors) == ("done", {"a": "1"}, {0: told}), strict.not_started_reason
-    assert time.monotonic() - begun < 0.5 + 10 * 0.5 + 4
+    assert (run.end, run.answers, run.cell_errors) == ("done", {"a": "1"}, {0: reason}), strict.not_started_reason
+    assert time.monotonic() - start < 0.5 + 10 * 0.5 + 4
 
 
 @pytest.mark.parametrize("rest", select_for_suite(["while True: pass"], ["while True: pass", "time.sleep(60)", SLEEPS]))
 @pytest.mark.whole
-def test_a_notebook_that_ignores_its_alarms_is_stopped_all_the_same(rest: str) -> None:
-    ignores = "import time\nfrom signal import *\nfor s in (SIGALRM, SIGPROF): signal(s, SIG_IGN)\n"
+def test_a_notebook_that_ignores_its_alarms_is_still_stopped(rest: str) -> None:
+    ignore_alarms = "import time\nfrom signal import *\nfor s in (SIGALRM, SIGPROF): signal(s, SIG_IGN)\n"
     with Sandbox(Limits(seconds=1, cell_seconds=0.5)) as sandbox:
-        begun = time.monotonic()
-        run = sandbox.run(["a = 1", ignores + rest], ["a"])
+        start = time.monotonic()
+        run = sandbox.run(["a = 1", ignore_alarms + rest], ["a"])
     assert (run.answers, run.end) == ({"a": "1"}, "overtime")
-    assert time.monotonic() - begun < 1 + 10 * 1 + 4
+    assert time.monotonic() - start < 1 + 10 * 1 + 4
 
 
-def test_forged_reports_say_nothing_of_other_names(sandbox: Sandbox) -> None:
+def test_forged_reports_are_ignored(sandbox: Sandbox) -> None:
     forge = (
         'import os, json\nfor fd in range(3, 40):\n    try: os.write(fd, b\'{"end": "done"}\\n[1]\\n5\\n'
         '{"name": "zz", "text": "1"}\\n{"missed": 0, "line": -1}\\n{"missed": 9, "line": 1}\\n'
@@ -166,7 +166,7 @@ def test_forged_reports_say_nothing_of_other_names(sandbox: Sandbox) -> None:
     assert (run.failed_imports, run.stop_lines, run.end) == ({}, {}, "done")
 
 
-def test_nothing_of_qdot_is_in_the_process(sandbox: Sandbox) -> None:
+def test_the_sandboxed_process_loads_no_qdot_module(sandbox: Sandbox) -> None:
     cell = "import sys\np = str(sorted(m for m in sys.modules if m.split('.')[0] in ('exercises', 'grader')))"
     assert sandbox.run([cell], ["p"]).answers == {"p": "[]"}
     imported = {
@@ -179,7 +179,7 @@ def test_nothing_of_qdot_is_in_the_process(sandbox: Sandbox) -> None:
     assert not imported & {"exercises", "grader"}
 
 
-def test_a_notebook_starts_in_an_empty_folder_of_its_own_that_is_gone_after(sandbox: Sandbox) -> None:
+def test_each_notebook_runs_in_a_new_empty_folder(sandbox: Sandbox) -> None:
     cell = "import os\np = str(os.listdir('.'))\nopen('left', 'w').write('x')\nq = os.getcwd()"
     first = sandbox.run([cell], ["p", "q"])
     second = sandbox.run([f"{cell}\nr = str(os.path.exists({first.answers['q']!r}))"], ["p", "q", "r"])
@@ -187,9 +187,7 @@ def test_a_notebook_starts_in_an_empty_folder_of_its_own_that_is_gone_after(sand
     assert second.answers["r"] == "False"
 
 
-def test_folders_of_processes_that_were_killed_are_removed_and_those_in_use_are_not(
-    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
-) -> None:
+def test_only_folders_of_dead_processes_are_removed(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setattr(tempfile, "tempdir", str(tmp_path))
     program = "import sys; from qdot.grader.sandbox.temporary_folder import make_temporary_folder\n"
     program += "print(make_temporary_folder('qdot-own-').path, flush=True); "
@@ -198,19 +196,19 @@ def test_folders_of_processes_that_were_killed_are_removed_and_those_in_use_are_
         env={"TMPDIR": str(tmp_path)},
     ) as process:  # fmt: skip
         assert process.stdout is not None
-        others = Path(process.stdout.readline().strip())
-        (others / "kept").mkdir()
-        mine = make_temporary_folder("qdot-own-")
-        assert (others / "kept").exists()
+        other_folder = Path(process.stdout.readline().strip())
+        (other_folder / "kept").mkdir()
+        own_folder = make_temporary_folder("qdot-own-")
+        assert (other_folder / "kept").exists()
         process.kill()
     (tmp_path / "qdot-own-link.tmp").symlink_to(tmp_path)
     (tmp_path / "qdot-other").mkdir()
-    (tmp_path / "qdot-own-autumn").mkdir()  # somebody has called a folder so
+    (tmp_path / "qdot-own-autumn").mkdir()  # a user's folder with a similar name
     make_temporary_folder("qdot-own-").remove()
-    left = {Path(mine.path).name, "qdot-own-link.tmp", "qdot-other", "qdot-own-autumn"}
-    assert {path.name for path in tmp_path.iterdir()} == left
-    mine.remove()
-    assert not Path(mine.path).exists()
+    expected = {Path(own_folder.path).name, "qdot-own-link.tmp", "qdot-other", "qdot-own-autumn"}
+    assert {path.name for path in tmp_path.iterdir()} == expected
+    own_folder.remove()
+    assert not Path(own_folder.path).exists()
 
 
 @pytest.fixture
@@ -219,7 +217,7 @@ def secret(tmp_path: Path) -> Path:
     return tmp_path / "secret.txt"
 
 
-def test_a_notebook_reads_and_writes_nothing_of_the_machines_owner(sandbox: Sandbox, secret: Path) -> None:
+def test_a_notebook_cannot_read_or_write_the_owners_files(sandbox: Sandbox, secret: Path) -> None:
     cells = [
         f"p1 = open({str(secret)!r}).read()",
         f"import os; p2 = str(os.listdir({str(secret.parent)!r}))",
@@ -244,12 +242,16 @@ def test_a_notebook_reads_and_writes_nothing_of_the_machines_owner(sandbox: Sand
     run = sandbox.run(cells, [f"p{i}" for i in range(1, 18)])
     assert run.answers == {}
     assert sorted(run.cell_errors) == list(range(len(cells)))
-    refused = ("may not", "not found", "No module")  # by the hook in words, or by the kernel: it is not there
+    refused = (
+        "may not",
+        "not found",
+        "No module",
+    )  # "may not" is the hook's word; for the kernel, the file doesn't exist
     assert not [error for error in run.cell_errors.values() if not any(word in error for word in refused)]
     assert sorted(path.name for path in secret.parent.iterdir()) == ["secret.txt"]
 
 
-def test_what_a_notebook_needs_is_allowed(sandbox: Sandbox) -> None:
+def test_ordinary_notebook_code_is_allowed(sandbox: Sandbox) -> None:
     cells = [
         "open('notes.txt', 'w').write('x'); p1 = open('notes.txt').read()",
         "import tempfile\nwith tempfile.NamedTemporaryFile() as f: p2 = 'temporary'",

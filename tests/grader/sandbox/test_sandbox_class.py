@@ -1,6 +1,6 @@
-"""A class in which most attack: the others keep full marks, and nothing that is written can be harmful.
+"""A class in which most students attack the grader: the honest ones keep full marks, and every report is harmless.
 
-Of 30 students 25 attack, in `make test` five of seven; test_sandbox_hostile.py tries each attack by itself.
+In `make whole` 25 of 30 students attack, in `make test` five of seven. test_sandbox_hostile.py tries each attack alone.
 """
 
 import csv
@@ -58,17 +58,17 @@ def assignment(tmp_path_factory: pytest.TempPathFactory) -> Assignment:
     return load_assignment(folder)
 
 
-def with_attack(text: str, attack: str, last: bool) -> str:
-    """Put a cell between the answers, or after them."""
+def insert_attack(text: str, attack: str, is_last: bool) -> str:
+    """Insert an attacking cell between the answers, or after the last one."""
     notebook = json.loads(text)
     cells = notebook["cells"]
-    name = "p1_determinant" if last else "p1_position"
-    at = next(i for i, cell in enumerate(cells) if re.search(rf"(?m)^{name} *=", "".join(cell["source"])))
-    cells.insert(at + 1, {**cells[at], "id": "attack", "metadata": {}, "source": attack})
+    name = "p1_determinant" if is_last else "p1_position"
+    index = next(i for i, cell in enumerate(cells) if re.search(rf"(?m)^{name} *=", "".join(cell["source"])))
+    cells.insert(index + 1, {**cells[index], "id": "attack", "metadata": {}, "source": attack})
     return json.dumps(notebook)
 
 
-def test_thirty_of_whom_twenty_five_attack_and_seven_of_whom_five_do(assignment: Assignment) -> None:
+def test_attacks_change_no_honest_mark_and_no_file(assignment: Assignment) -> None:
     attacks = iter(sample_for_suite(ATTACKS, 5))
     folder = assignment.folder
     for student in STUDENTS:
@@ -79,14 +79,16 @@ def test_thirty_of_whom_twenty_five_attack_and_seven_of_whom_five_do(assignment:
         )
         if student not in HONEST:
             attack = next(attacks)
-            text = with_attack(text, attack.format(folder=folder), "p1_determinant" in attack)
+            text = insert_attack(text, attack.format(folder=folder), "p1_determinant" in attack)
         path = folder / "submitted" / student / "hw.ipynb"
         path.parent.mkdir(parents=True)
         path.write_text(text)
     assert next(attacks, None) is None
     before = {path: path.read_bytes() for path in folder.rglob("*") if path.is_file()}
-    found = find_submissions(assignment, folder / "submitted").by_student
-    results = grade_class(assignment, found, 2, Limits(seconds=4, cell_seconds=0.8, memory=1 << 30), lambda _: None)
+    submissions = find_submissions(assignment, folder / "submitted").by_student
+    results = grade_class(
+        assignment, submissions, 2, Limits(seconds=4, cell_seconds=0.8, memory=1 << 30), lambda _: None
+    )
     assert [result.student for result in results] == STUDENTS
     for result in results:
         position, determinant = result.problems[0].parts
@@ -97,10 +99,10 @@ def test_thirty_of_whom_twenty_five_attack_and_seven_of_whom_five_do(assignment:
     assert {path: path.read_bytes() for path in before} == before
     assert not (folder / "planted").exists()
     write_reports(assignment, results)
-    _nothing_written_is_harmful(assignment, results)
+    assert_reports_are_harmless(assignment, results)
 
 
-def _nothing_written_is_harmful(assignment: Assignment, results: list[Result]) -> None:
+def assert_reports_are_harmless(assignment: Assignment, results: list[Result]) -> None:
     table, lines = make_grades_csv(results, assignment.roster), make_results_jsonl(results).decode()
     assert escape_controls(table) == table and escape_controls(lines) == lines
     for row in csv.reader(io.StringIO(table)):
@@ -114,10 +116,10 @@ def _nothing_written_is_harmful(assignment: Assignment, results: list[Result]) -
         assert "\x1b" not in page and "\x9b" not in page
 
 
-def test_what_check_prints_does_not_steer_the_terminal(assignment: Assignment, tmp_path: Path) -> None:
+def test_check_prints_no_terminal_escapes(assignment: Assignment, tmp_path: Path) -> None:
     text = (assignment.folder / "released" / "s01" / "hw.ipynb").read_text()
     attack = "p1_position = '\\x1b[2J\\x9b31m'\np1_determinant = 1\nraise ValueError('\\x1b[2J')"
     path = tmp_path / "hw.ipynb"
-    path.write_text(with_attack(text, attack, last=True))
+    path.write_text(insert_attack(text, attack, is_last=True))
     result = CliRunner().invoke(app, ["check", str(path)])
     assert result.exit_code == 1 and not set("\x1b\x9b") & set(result.output)

@@ -1,8 +1,8 @@
-"""Notebooks that attack: each has its exact verdict, costs itself only, leaks nothing, changes nothing, leaves nothing.
+"""Attacking notebooks: each gets its exact verdict, harms only itself, leaks and changes nothing, leaves nothing behind.
 
-Every attack runs between two answers; after it, an honest notebook in the same sandbox gets all right. Attacks by native
-calls run with the audit hook off, on this machine's means and on what is left with single ones switched off: what the
-kernel then still guarantees, by the probe, must hold.
+Every attack runs between two answers; after it, an honest notebook in the same sandbox gets its answers. Native attacks
+run with the audit hook off, with all of this machine's measures and with some of them switched off: the guarantees that
+the probe then still reports as enforced by the kernel must hold.
 """
 
 import contextlib
@@ -31,7 +31,7 @@ from qdot.grader.sandbox.guarantees import (
 from qdot.grader.sandbox.sandbox import Limits, Run, Sandbox
 from tests.support.suites import WHOLE, sample_for_suite, select_for_suite
 
-pytestmark = pytest.mark.xdist_group("hostile")  # each sandbox is tried once
+pytestmark = pytest.mark.xdist_group("hostile")  # each sandbox is probed once
 
 HONEST = ["from sympy import *\nx = symbols('x')", "h = diff(sin(x)**2, x)", "import numpy as np; g = np.ones(2)"]
 NAMES = ["a", "b", "c"]
@@ -41,41 +41,41 @@ VARIANTS = {
     "namespaces only": {"watch", "landlock", "seccomp"}, "rlimits only": {"watch", "namespaces", "landlock", "seccomp"},
 }  # fmt: skip
 
-LEAST = {"everything": 29, "no namespaces": 29, "no Landlock": 29, "no seccomp": 26, "namespaces only": 17}
-"""How many attacks are promised to fail where a machine has everything else; without seccomp and namespaces, none."""
+FEWEST_PREVENTED = {"everything": 29, "no namespaces": 29, "no Landlock": 29, "no seccomp": 26, "namespaces only": 17}
+"""How many attacks the kernel must prevent, at least; without seccomp and namespaces, none."""
 
 FEW = ("everything", "no namespaces")
-"""What `make test` tries: each measure is left in one of them that lacks another."""
+"""The variants of `make test`."""
 
 
-def hook_only() -> set[str]:
-    """What is switched off so that nothing but the audit hook and rlimits are left, as on macOS."""
+def measures_other_than_hook() -> set[str]:
+    """Return the measures to switch off so that only the audit hook and rlimits are left, as on macOS."""
     return {"namespaces", "landlock", "seccomp", "user", "privileges"}
 
 
-OPEN: dict[frozenset[str], Sandbox] = {}
+OPEN_SANDBOXES: dict[frozenset[str], Sandbox] = {}
 
 
-def sandbox_of(without: frozenset[str] = frozenset()) -> Sandbox:
-    if without not in OPEN:
-        OPEN[without] = Sandbox(Limits(seconds=3, cell_seconds=0.8, memory=1 << 30), without)
-    return OPEN[without]
+def open_sandbox(without: frozenset[str] = frozenset()) -> Sandbox:
+    if without not in OPEN_SANDBOXES:
+        OPEN_SANDBOXES[without] = Sandbox(Limits(seconds=3, cell_seconds=0.8, memory=1 << 30), without)
+    return OPEN_SANDBOXES[without]
 
 
 @functools.cache
-def findings_of(without: frozenset[str]) -> Findings:
+def probe_without(without: frozenset[str]) -> Findings:
     return probe(without, quick=True)
 
 
 @pytest.fixture(scope="module", autouse=True)
-def closed() -> Iterator[None]:
+def close_sandboxes() -> Iterator[None]:
     yield
-    while OPEN:
-        OPEN.popitem()[1].close()
+    while OPEN_SANDBOXES:
+        OPEN_SANDBOXES.popitem()[1].close()
 
 
 class Machine:
-    """What there is to be harmed: other students' work, a secret, an open port, an abstract socket."""
+    """Targets of attacks: other students' work, a secret, an open port, an abstract socket."""
 
     def __init__(self, folder: Path, port: int, abstract: str) -> None:
         self.folder, self.port, self.abstract = folder, port, abstract
@@ -94,53 +94,53 @@ def machine(tmp_path: Path) -> Iterator[Machine]:
         local.bind(abstract)
         local.listen()
         machine = Machine(tmp_path, server.getsockname()[1], abstract)
-        listed = sorted(tmp_path.rglob("*"))
+        paths = sorted(tmp_path.rglob("*"))
         yield machine
-        for each in (server, local):
-            each.setblocking(False)
+        for listener in (server, local):
+            listener.setblocking(False)
             with pytest.raises(BlockingIOError):
-                each.accept()
-    assert sorted(tmp_path.rglob("*")) == listed
+                listener.accept()
+    assert sorted(tmp_path.rglob("*")) == paths
     for path, before in machine.files.items():
         assert (path.read_text(), path.stat().st_mtime_ns, path.stat().st_mode) == before
 
 
-def running(sandbox: Sandbox) -> list[int]:
-    """The processes of a sandbox, by what they were started with; forks have it, too."""
-    found = []
+def sandbox_processes(sandbox: Sandbox) -> list[int]:
+    """Return the ids of a sandbox's processes, found by their command line, which forks inherit."""
+    pids = []
     for path in Path("/proc").glob("[0-9]*"):
         with contextlib.suppress(OSError):
             if sandbox._folder and sandbox._folder.path.encode() in (path / "cmdline").read_bytes():
-                found.append(int(path.name))
-    return found
+                pids.append(int(path.name))
+    return pids
 
 
-def idle_of(sandbox: Sandbox) -> set[int]:
-    """The processes of a sandbox in which nothing runs, once all is tidied up: the last of them waits for a notebook."""
+def idle_processes(sandbox: Sandbox) -> set[int]:
+    """Return the ids of an idle sandbox's processes after clean-up; the last one waits for a notebook."""
     assert not sandbox.has_left_processes
-    usual, deadline = 2 if "namespaces" in sandbox.unavailable_measures else 3, time.monotonic() + 3
-    while len(found := running(sandbox)) != usual and time.monotonic() < deadline:
+    expected, deadline = 2 if "namespaces" in sandbox.unavailable_measures else 3, time.monotonic() + 3
+    while len(pids := sandbox_processes(sandbox)) != expected and time.monotonic() < deadline:
         time.sleep(0.02)
-    assert len(found) == usual
-    return set(found)
+    assert len(pids) == expected
+    return set(pids)
 
 
-def attacked(sandbox: Sandbox, cell: str) -> Run:
-    """Run an attack between two answers, then an honest notebook; see that nothing is left of the attack."""
-    if not running(sandbox):
+def run_attack(sandbox: Sandbox, cell: str) -> Run:
+    """Run an attack between two answers, then an honest notebook; check that nothing of the attack is left."""
+    if not sandbox_processes(sandbox):
         assert sandbox.run(["import os"], []).end == "done"
-    idle = idle_of(sandbox)
+    idle = idle_processes(sandbox)
     run = sandbox.run(["import os\na = 1", cell, "b = 2"], NAMES)
     assert "CANARY" not in repr(run)
     honest = sandbox.run(HONEST, ["h", "g"])
     assert honest.answers == {"h": "2*sin(x)*cos(x)", "g": "[1.0, 1.0]"} and honest.end == "done"
-    left = idle_of(sandbox)
+    left = idle_processes(sandbox)
     if run.end != "lost":
-        assert len(left - idle) == 1  # every notebook has a process of its own, and the others stay
+        assert len(left - idle) == 1  # each notebook gets a new process, and the others stay
     return run
 
 
-GOES_ON = {
+ENDED_WITH_CELL = {
     "endless": ("while True: pass", "longer than 0.8 s"),
     "asleep": ("import time; time.sleep(60)", "it waited longer than 0.8 s"),
     "swallows everything": ("while True:\n    try:\n        while True: pass\n    except Exception: pass", "longer than 0.8 s"),
@@ -171,18 +171,18 @@ GOES_ON = {
 }  # fmt: skip
 
 
-@pytest.mark.parametrize("name", sample_for_suite(GOES_ON, 12))
+@pytest.mark.parametrize("name", sample_for_suite(ENDED_WITH_CELL, 12))
 def test_an_attack_ends_with_its_cell(name: str, machine: Machine) -> None:
-    cell, said = GOES_ON[name]
-    sandbox = sandbox_of()
-    run = attacked(sandbox, cell)
+    cell, error = ENDED_WITH_CELL[name]
+    sandbox = open_sandbox()
+    run = run_attack(sandbox, cell)
     if name == "fills the disk" and "namespaces" in sandbox.unavailable_measures:
-        return  # no file system of its own: what it wrote is gone, and no file was larger than 10 MB
+        return  # without a private file system, only single files are limited
     assert run.answers == {"a": "1", "b": "2"} and run.end == "done"
-    assert list(run.cell_errors) == [1] and said in run.cell_errors[1]
+    assert list(run.cell_errors) == [1] and error in run.cell_errors[1]
 
 
-ENDS = {
+ENDED_WITH_NOTEBOOK = {
     "endless in C": ("sum(range(10**12))", {"overtime", "killed"}),
     "endless with signals ignored": (
         "import signal\nfor s in (signal.SIGALRM, signal.SIGPROF): signal.signal(s, signal.SIG_IGN)\nwhile True: pass",
@@ -206,17 +206,19 @@ ENDS = {
 }  # fmt: skip
 
 
-@pytest.mark.parametrize("name", sample_for_suite([name for name in ENDS if WHOLE or "signals ignored" not in name], 2))
-def test_an_attack_that_ends_the_notebook_keeps_the_answers_before(name: str, machine: Machine) -> None:
-    """What ignores signals is in `make test`, too: in test_sandbox.py."""
-    (cell, ends), ended = ENDS[name], ("it took longer", "it waited longer")
-    run = attacked(sandbox_of(), cell)
+@pytest.mark.parametrize(
+    "name", sample_for_suite([name for name in ENDED_WITH_NOTEBOOK if WHOLE or "signals ignored" not in name], 2)
+)
+def test_answers_before_an_attack_that_ends_the_notebook_are_kept(name: str, machine: Machine) -> None:
+    """Ignored signals are tested in test_sandbox.py, too."""
+    (cell, ends), timeouts = ENDED_WITH_NOTEBOOK[name], ("it took longer", "it waited longer")
+    run = run_attack(open_sandbox(), cell)
     assert run.end in ends, run
     if run.end == "done" and name != "says that it is done":  # the alarm was faster, or Python counts the depth in C
         assert run.answers["b"] == "2"
-        # A flood that the alarm cuts within a line spoils the next one, which tells of the alarm: nobody else's.
-        assert run.cell_errors.get(1, ended[0] if name == "floods its report" else "").startswith(
-            ("RecursionError", *ended)
+        # If the alarm cuts the flood within a line, the next line, which reports the alarm, is lost.
+        assert run.cell_errors.get(1, timeouts[0] if name == "floods its report" else "").startswith(
+            ("RecursionError", *timeouts)
         )
         return
     assert run.answers == {"a": "1"} and run.cell_errors == {}
@@ -240,13 +242,13 @@ LIES = {
 
 
 @pytest.mark.parametrize("name", sample_for_suite(LIES, 6))
-def test_an_answer_that_lies_is_a_text_or_none(name: str, machine: Machine) -> None:
+def test_a_lying_object_becomes_text_or_no_answer(name: str, machine: Machine) -> None:
     cell, words = LIES[name]
-    run = attacked(sandbox_of(), cell)
+    run = run_attack(open_sandbox(), cell)
     answer = run.answers.get("c") or run.unreadable_reasons["c"]
     assert words in answer and len(answer) <= 400_001
     assert run.answers["a"] == "1" and run.answers["b"] == "2"
-    assert run.end == "done" or name == "an endless iterator"  # two alarms may be all the time that there is
+    assert run.end == "done" or name == "an endless iterator"  # two alarms may use up the time
 
 
 PATCHES = [
@@ -266,51 +268,51 @@ PATCHES = [
 
 
 @pytest.mark.parametrize("cell", sample_for_suite(PATCHES, 3))
-def test_whatever_is_patched_is_patched_for_the_one_who_did_it(cell: str, machine: Machine) -> None:
-    """The honest notebook after it gets everything right (see `attacked`); so do the answers before."""
-    run = attacked(sandbox_of(), cell)
+def test_patches_affect_only_the_notebook_that_made_them(cell: str, machine: Machine) -> None:
+    """`run_attack` runs an honest notebook afterwards; the answer before the patch counts, too."""
+    run = run_attack(open_sandbox(), cell)
     assert run.answers["a"] == "1"
     assert run.end in ("done", "closed", "overtime", "killed", "crashed")
 
 
-def test_nothing_of_another_student_is_in_the_memory_that_a_notebook_starts_with() -> None:
-    """Frames, garbage collector, and the process that forks: no cell, answer or name of the notebook before."""
+def test_a_notebook_finds_nothing_of_the_last_one_in_memory() -> None:
+    """Look in frames, the garbage collector and the forking process for cells, answers and names of the last notebook."""
     with Sandbox(Limits(seconds=10, cell_seconds=8), {"watch"}) as sandbox:
         marker = "MARK" + "ER" * 3
         before = sandbox.run([f"a = 'x' + {marker!r}", f"b = '''{marker} and more'''"], ["a", marker.lower()])
         assert before.answers == {"a": "x" + marker}
-        look = (
+        search = (
             "import gc, sys\nword = 'MARK' + 'ER' * 3\nseen = [o for o in gc.get_objects() if type(o) is dict]\n"
             "texts = [v for d in seen for v in list(d.values()) if type(v) is str]\n"
             "c = str(sum(word in t and t != word for t in texts))\nf, names = sys._getframe(), []\n"
             "while f: names += [repr(v) for v in f.f_locals.values() if type(v) in (str, bytes)]; f = f.f_back\n"
             "b = str(sum(word in n and n != repr(word) for n in names))"
         )
-        found = sandbox.run([look], ["b", "c"])
-        assert found.answers == {"b": "0", "c": "0"}, found
-        for pid in idle_of(sandbox):
-            with contextlib.suppress(PermissionError):  # an ordinary user may not look
-                known = (b"LONGEST_REPORT", b"die_with_parent", marker.encode())
-                seen = {word for region in memory_of(pid) for word in known if word in region}
-                assert seen & set(known[:2])
+        run = sandbox.run([search], ["b", "c"])
+        assert run.answers == {"b": "0", "c": "0"}, run
+        for pid in idle_processes(sandbox):
+            with contextlib.suppress(PermissionError):  # an ordinary user may not read it
+                words = (b"LONGEST_REPORT", b"die_with_parent", marker.encode())
+                seen = {word for region in read_memory(pid) for word in words if word in region}
+                assert seen & set(words[:2])
                 assert marker.encode() not in seen
 
 
-def test_a_process_that_dies_while_it_waits_for_a_notebook_costs_nobody_an_answer() -> None:
-    """The machine may be short of memory while the notebook before is marked: the next one is run again."""
+def test_the_death_of_a_waiting_process_costs_no_answer() -> None:
+    """If a machine runs out of memory between two notebooks, the caller runs the second one again."""
     with Sandbox(Limits(seconds=10, cell_seconds=8)) as sandbox:
         assert sandbox.run([], []).end == "done"
-        os.kill(max(idle_of(sandbox)), signal.SIGKILL)
+        os.kill(max(idle_processes(sandbox)), signal.SIGKILL)
         first, second = (sandbox.run(HONEST, ["h"]) for _ in range(2))
         assert (first.end, first.answers) == ("unbegun", {})
         assert (second.end, second.answers) == ("done", {"h": "2*sin(x)*cos(x)"})
 
 
 @pytest.mark.skipif(sys.platform != "linux", reason="only Linux lets one process set another's limits")
-def test_a_process_that_can_not_be_made_ahead_costs_nobody_an_answer() -> None:
+def test_a_failed_fork_of_the_next_process_costs_no_answer() -> None:
     with Sandbox(Limits(seconds=10, cell_seconds=8)) as sandbox:
         assert sandbox.run([], []).end == "done"
-        forking, *_ = sorted(idle_of(sandbox) - {sandbox._process.pid if sandbox._process else 0})
+        forking, *_ = sorted(idle_processes(sandbox) - {sandbox._process.pid if sandbox._process else 0})
         resource.prlimit(forking, resource.RLIMIT_NOFILE, (4, 4))  # from now on it gets no pipes
         assert sandbox.run(HONEST, ["h"]).answers == {"h": "2*sin(x)*cos(x)"}
         time.sleep(0.5)
@@ -319,21 +321,21 @@ def test_a_process_that_can_not_be_made_ahead_costs_nobody_an_answer() -> None:
         assert runs[-1].answers == {"h": "2*sin(x)*cos(x)"}
 
 
-def memory_of(pid: int) -> Iterator[bytes]:
-    """The regions of a process's writable memory, where this one may read it."""
+def read_memory(pid: int) -> Iterator[bytes]:
+    """Yield the readable regions of a process's writable memory."""
     with Path(f"/proc/{pid}/mem").open("rb", 0) as memory:
         for line in Path(f"/proc/{pid}/maps").read_text().splitlines():
             span, rights, *_ = line.split()
-            first, end = (int(at, 16) for at in span.split("-"))
+            first, end = (int(address, 16) for address in span.split("-"))
             if rights.startswith("rw") and "[v" not in line:
                 with contextlib.suppress(OSError, OverflowError):
                     memory.seek(first)
                     yield memory.read(end - first)
 
 
-def native(machine: Machine) -> dict[str, tuple[str, str]]:
-    """Attacks, each with the guarantee that it is against: `c` is set where it succeeds."""
-    secret, other = map(str, list(machine.files)[:2])
+def native_attacks(machine: Machine) -> dict[str, tuple[str, str]]:
+    """Return attacks by name, each with the guarantee that it tries to break; it sets `c` if it succeeds."""
+    secret, solution = map(str, list(machine.files)[:2])
     daemon = (
         "pid = os.fork()\nif pid == 0:\n    os.setsid()\n    if os.fork() == 0:\n        import time\n"
         "        for i in range(100):\n            time.sleep(0.05)\n"
@@ -344,11 +346,11 @@ def native(machine: Machine) -> dict[str, tuple[str, str]]:
     )
     return {
         "reads the secret": ("files", f"c = open({secret!r}).read()"),
-        "reads another submission natively": ("files", f"{libc}fd = libc.open({other.encode()!r}, 0); ok(fd); c = os.read(fd, 99)"),
+        "reads another submission natively": ("files", f"{libc}fd = libc.open({solution.encode()!r}, 0); ok(fd); c = os.read(fd, 99)"),
         "lists a folder": ("files", f"c = str(os.listdir({str(machine.folder)!r}))"),
-        "writes a solution": ("files", f"open({other!r}, 'a').write('x'); c = 1"),
-        "removes a submission": ("files", f"os.remove({other!r}); c = 1"),
-        "renames a submission": ("files", f"os.rename({other!r}, {other + '2'!r}); c = 1"),
+        "writes a solution": ("files", f"open({solution!r}, 'a').write('x'); c = 1"),
+        "removes a submission": ("files", f"os.remove({solution!r}); c = 1"),
+        "renames a submission": ("files", f"os.rename({solution!r}, {solution + '2'!r}); c = 1"),
         "makes the secret public": ("files", f"os.chmod({secret!r}, 0o777); c = 1"),
         "changes a time": ("files", f"os.utime({secret!r}, (0, 0)); c = 1"),
         "truncates": ("files", f"os.truncate({secret!r}, 0); c = 1"),
@@ -376,52 +378,52 @@ def native(machine: Machine) -> dict[str, tuple[str, str]]:
 
 
 @pytest.mark.parametrize("variant", select_for_suite(FEW[:1], tuple(VARIANTS)))
-def test_what_the_kernel_guarantees_holds_without_the_hook(variant: str, machine: Machine) -> None:
+def test_the_kernel_keeps_its_guarantees_without_the_hook(variant: str, machine: Machine) -> None:
     without = frozenset(VARIANTS[variant])
-    by = {guarantee.name: guarantee.by for guarantee in findings_of(without).guarantees}
-    sandbox = sandbox_of(without)
+    enforcement = {guarantee.name: guarantee.by for guarantee in probe_without(without).guarantees}
+    sandbox = open_sandbox(without)
     tried = 0
-    for name, (guarantee, cell) in native(machine).items():
-        if by[guarantee] != ENFORCED_BY_KERNEL:
-            continue  # not promised here: see test_the_levels_are_told_as_they_are
-        run = attacked(sandbox, cell)
+    for name, (guarantee, cell) in native_attacks(machine).items():
+        if enforcement[guarantee] != ENFORCED_BY_KERNEL:
+            continue  # not promised here: see test_the_probe_reports_each_level_of_enforcement
+        run = run_attack(sandbox, cell)
         assert "c" not in run.answers and "c" not in run.unreadable_reasons, (name, run)
         assert run.answers.get("a") == "1", (name, run)
         tried += 1
-    assert tried >= (0 if findings_of(frozenset()).lacking else LEAST.get(variant, 0))
+    assert tried >= (0 if probe_without(frozenset()).lacking else FEWEST_PREVENTED.get(variant, 0))
 
 
-def test_the_hook_alone_refuses_what_python_code_tries(machine: Machine) -> None:
-    sandbox = sandbox_of(frozenset(hook_only()))
-    for name, (guarantee, cell) in native(machine).items():
+def test_the_hook_alone_refuses_attacks_in_python(machine: Machine) -> None:
+    sandbox = open_sandbox(frozenset(measures_other_than_hook()))
+    for name, (guarantee, cell) in native_attacks(machine).items():
         if guarantee in ("files", "network", "processes") and name != "climbs out by a descriptor":
-            run = attacked(sandbox, cell)
+            run = run_attack(sandbox, cell)
             assert run.answers == {"a": "1", "b": "2"} and "c" not in run.unreadable_reasons, (name, run)
-            if name != "forks without end":  # it takes being refused for being done
+            if name != "forks without end":  # the attack catches the error
                 assert "may not" in run.cell_errors[1], (name, run)
 
 
-SHARED = {
+SHARED_RESOURCES = {
     "has whoever would write a library wait": "fcntl.fcntl(os.open(os.__file__, 0), fcntl.F_SETLEASE, fcntl.F_RDLCK)",
     "takes asynchronous input, of which the machine has so much": (
         f"assert ctypes.CDLL(None).syscall({206 * (platform.machine() == 'x86_64')}, 9, ctypes.byref(ctypes.c_ulong())) == 0"
     ),
 }  # fmt: skip
-"""What only the filter of system calls refuses, the first where a notebook's user owns the library."""
+"""Attacks that only the system-call filter refuses; the first works if the notebook's user owns the library."""
 
 
-@pytest.mark.parametrize("name", SHARED)
+@pytest.mark.parametrize("name", SHARED_RESOURCES)
 @pytest.mark.parametrize("variant", ["everything", "no namespaces"])
-def test_what_a_machine_shares_is_not_taken(name: str, variant: str, machine: Machine) -> None:
-    if "seccomp" in findings_of(frozenset()).lacking:
+def test_shared_resources_of_the_machine_are_refused(name: str, variant: str, machine: Machine) -> None:
+    if "seccomp" in probe_without(frozenset()).lacking:
         pytest.skip("nothing else refuses it")
-    sandbox = sandbox_of(frozenset(VARIANTS[variant] | {"user"}))
-    run = attacked(sandbox, f"import ctypes, fcntl\n{SHARED[name]}\nc = 1")
+    sandbox = open_sandbox(frozenset(VARIANTS[variant] | {"user"}))
+    run = run_attack(sandbox, f"import ctypes, fcntl\n{SHARED_RESOURCES[name]}\nc = 1")
     assert run.answers == {"a": "1", "b": "2"} and list(run.cell_errors) == [1], run
 
 
 @pytest.mark.parametrize(
-    ("variant", "how"),
+    ("variant", "event"),
     sample_for_suite(
         [
             ("everything", "the grader ends"),
@@ -431,47 +433,45 @@ def test_what_a_machine_shares_is_not_taken(name: str, variant: str, machine: Ma
         1,
     ),
 )
-def test_a_sandbox_that_is_closed_while_a_notebook_runs_leaves_nothing(
-    variant: str, how: str, machine: Machine
-) -> None:
+def test_closing_a_sandbox_ends_its_running_notebook(variant: str, event: str, machine: Machine) -> None:
     sandbox = Sandbox(Limits(seconds=20, cell_seconds=20), VARIANTS[variant])
     sandbox.run([], [])
     forks = (
         "import os, time\nfor i in range(5):\n    try:\n        if os.fork() == 0: os.setsid(); time.sleep(60)\n"
         "    except OSError: pass\ntime.sleep(60)"
     )
-    begun = threading.Event()
+    started = threading.Event()
     request = {"cells": ["a = 1", forks], "names": ["a"], "cell_seconds": 20, "calls": {}}
-    thread = threading.Thread(target=sandbox.exchange, args=(request, lambda _: begun.set()))
+    thread = threading.Thread(target=sandbox.exchange, args=(request, lambda _: started.set()))
     thread.start()
-    assert begun.wait(10)
+    assert started.wait(10)
     time.sleep(0.2)
     deadline = time.monotonic() + 10
-    family, control = running(sandbox), sandbox._control
+    pids, control = sandbox_processes(sandbox), sandbox._control
     assert control is not None and sandbox._process is not None
-    if how == "the grader ends":
+    if event == "the grader ends":
         control.shutdown(socket.SHUT_RDWR)
     else:
         sandbox._process.kill()
     thread.join()
-    while any(Path(f"/proc/{pid}").exists() for pid in family) and time.monotonic() < deadline:
+    while any(Path(f"/proc/{pid}").exists() for pid in pids) and time.monotonic() < deadline:
         time.sleep(0.02)
     sandbox.close()
-    assert len(family) > 1
-    assert not [pid for pid in family if Path(f"/proc/{pid}").exists()]
+    assert len(pids) > 1
+    assert not [pid for pid in pids if Path(f"/proc/{pid}").exists()]
 
 
-def test_the_levels_are_told_as_they_are() -> None:
-    all_of_it = findings_of(frozenset())
-    assert {g.name: g.by for g in all_of_it.guarantees}["time"] == ENFORCED_BY_KERNEL
-    assert all_of_it.is_strict or all_of_it.lacking
-    nothing = findings_of(frozenset({*hook_only(), "limits", "watch"}))
-    assert not nothing.is_strict
-    assert {g.name: g.by for g in nothing.guarantees if g.name in ("files", "network")} == {
+def test_the_probe_reports_each_level_of_enforcement() -> None:
+    full_findings = probe_without(frozenset())
+    assert {guarantee.name: guarantee.by for guarantee in full_findings.guarantees}["time"] == ENFORCED_BY_KERNEL
+    assert full_findings.is_strict or full_findings.lacking
+    unprotected = probe_without(frozenset({*measures_other_than_hook(), "limits", "watch"}))
+    assert not unprotected.is_strict
+    assert {guarantee.name: guarantee.by for guarantee in unprotected.guarantees if guarantee.name in ("files", "network")} == {
         "files": NOT_ENFORCED, "network": NOT_ENFORCED
     }  # fmt: skip
-    watched = findings_of(frozenset(hook_only()))
-    assert {g.name: g.by for g in watched.guarantees if g.name in ("files", "network")} == {
+    watched = probe_without(frozenset(measures_other_than_hook()))
+    assert {guarantee.name: guarantee.by for guarantee in watched.guarantees if guarantee.name in ("files", "network")} == {
         "files": WATCHED_IN_PYTHON, "network": WATCHED_IN_PYTHON
     }  # fmt: skip
-    assert [g.name for g in watched.guarantees] == list(GUARANTEES)
+    assert [guarantee.name for guarantee in watched.guarantees] == list(GUARANTEES)

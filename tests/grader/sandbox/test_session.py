@@ -1,4 +1,4 @@
-"""Habits of Jupyter in the contained process: what is for display does nothing, and the rest of a notebook counts."""
+"""Jupyter habits in the sandboxed process: display code does nothing, and the rest of the notebook counts."""
 
 from collections.abc import Iterator
 
@@ -11,8 +11,8 @@ SETUP = "from sympy import Matrix, Symbol, sin\ntheta1 = Symbol('theta1')"
 
 @pytest.fixture(scope="module")
 def sandbox() -> Iterator[Sandbox]:
-    with Sandbox(Limits(seconds=20, cell_seconds=4)) as made:
-        yield made
+    with Sandbox(Limits(seconds=20, cell_seconds=4)) as sandbox:
+        yield sandbox
 
 
 def run(sandbox: Sandbox, *cells: str) -> Run:
@@ -47,12 +47,12 @@ def run(sandbox: Sandbox, *cells: str) -> Run:
         ),
     ],
 )
-def test_habits_of_jupyter_cost_nothing(sandbox: Sandbox, cells: list[str], answers: dict[str, str]) -> None:
-    found = run(sandbox, *cells)
-    assert (found.answers, found.cell_errors, found.failed_imports, found.end) == (answers, {}, {}, "done")
+def test_jupyter_syntax_and_helpers_work(sandbox: Sandbox, cells: list[str], answers: dict[str, str]) -> None:
+    result = run(sandbox, *cells)
+    assert (result.answers, result.cell_errors, result.failed_imports, result.end) == (answers, {}, {}, "done")
 
 
-SHOWING = {
+DISPLAY_CODE = {
     "IPython": "from IPython.display import display, Math, HTML\ndisplay(Math('x'), HTML('<b>'))",
     "all of IPython.display": "from IPython.display import *\ndisplay(Latex('x'))\nclear_output(wait=True)",
     "IPython itself": "import IPython\nIPython.get_ipython().events.x()\nIPython.version_info[:2] < (9, 1)",
@@ -66,10 +66,10 @@ SHOWING = {
 }
 
 
-@pytest.mark.parametrize("showing", SHOWING)
-def test_what_only_shows_something_costs_nothing(sandbox: Sandbox, showing: str) -> None:
-    ran = run(sandbox, f"{SHOWING[showing]}\na = 1", "b = sin(theta1)")
-    assert (ran.answers, ran.cell_errors, ran.failed_imports) == ({"a": "1", "b": "sin(theta1)"}, {}, {})
+@pytest.mark.parametrize("library", DISPLAY_CODE)
+def test_display_code_does_nothing(sandbox: Sandbox, library: str) -> None:
+    result = run(sandbox, f"{DISPLAY_CODE[library]}\na = 1", "b = sin(theta1)")
+    assert (result.answers, result.cell_errors, result.failed_imports) == ({"a": "1", "b": "sin(theta1)"}, {}, {})
 
 
 PLOTS = [
@@ -82,7 +82,7 @@ PLOTS = [
     "import sympy\nsympy.plot(sin(theta1), show=False)",
     "from sympy.plotting import plot_parametric\nplot_parametric(sin(theta1), theta1, (theta1, 0, 1))",
 ]
-HIDES = (
+HIDE_MATPLOTLIB = (
     "import sys, importlib.machinery as m\nreal = m.PathFinder.find_spec\n"
     "m.PathFinder.find_spec = classmethod(lambda c, n, p=None, t=None:"
     " None if n.startswith(('matplotlib', 'mpl_toolkits')) else real(n, p, t))"
@@ -90,63 +90,63 @@ HIDES = (
 
 
 @pytest.mark.parametrize(
-    "hidden",
-    [pytest.param(False, marks=pytest.mark.whole, id="matplotlib is there"), pytest.param(True, id="is not")],
+    "is_hidden",
+    [pytest.param(False, marks=pytest.mark.whole, id="with matplotlib"), pytest.param(True, id="without matplotlib")],
 )
-def test_plots_cost_nothing(sandbox: Sandbox, hidden: bool) -> None:
-    begin = [HIDES if hidden else "", "%matplotlib inline\nimport matplotlib.pyplot as plt\na = 1"]
-    end = ["c = 'Finder' in str(plt.__spec__.loader)"]
-    if not hidden:
+def test_plots_raise_no_error(sandbox: Sandbox, is_hidden: bool) -> None:
+    first_cells = [HIDE_MATPLOTLIB if is_hidden else "", "%matplotlib inline\nimport matplotlib.pyplot as plt\na = 1"]
+    last_cells = ["c = 'Finder' in str(plt.__spec__.loader)"]
+    if not is_hidden:
         pytest.importorskip("matplotlib")
-        end += ["plt.savefig('x.png')\nb = open('x.png', 'rb').read()[1:4].decode()"]
-    ran = run(sandbox, *begin, *PLOTS, *end)
-    assert (ran.cell_errors, ran.failed_imports) == ({}, {})
-    assert ran.answers == {"a": "1", "c": str(hidden)} | ({} if hidden else {"b": "PNG"})
+        last_cells += ["plt.savefig('x.png')\nb = open('x.png', 'rb').read()[1:4].decode()"]
+    result = run(sandbox, *first_cells, *PLOTS, *last_cells)
+    assert (result.cell_errors, result.failed_imports) == ({}, {})
+    assert result.answers == {"a": "1", "c": str(is_hidden)} | ({} if is_hidden else {"b": "PNG"})
 
 
-def test_a_cell_goes_on_behind_an_import_that_fails(sandbox: Sandbox) -> None:
-    found = run(sandbox, "import numpy; import nosuchlibrary.linalg as la; a = 1\nb = 2", "c = la.expm(1)")
-    assert found.answers == {"a": "1", "b": "2"}
-    number, why = found.failed_imports[0]
-    assert number == 1 and "No module named 'nosuchlibrary'; this library is not available for grading" in why
-    assert found.cell_errors == {1: "NameError: name 'la' is not defined"} and found.stop_lines == {1: 1}
+def test_a_cell_continues_after_a_failed_import(sandbox: Sandbox) -> None:
+    result = run(sandbox, "import numpy; import nosuchlibrary.linalg as la; a = 1\nb = 2", "c = la.expm(1)")
+    assert result.answers == {"a": "1", "b": "2"}
+    number, message = result.failed_imports[0]
+    assert number == 1 and "No module named 'nosuchlibrary'; this library is not available for grading" in message
+    assert result.cell_errors == {1: "NameError: name 'la' is not defined"} and result.stop_lines == {1: 1}
 
 
-def test_a_stand_in_is_there_for_a_library_that_cannot_be_loaded(sandbox: Sandbox) -> None:
+def test_a_broken_display_library_is_replaced_by_a_stand_in(sandbox: Sandbox) -> None:
     broken = "import os\nos.mkdir('plotly')\nopen('plotly/__init__.py', 'w').write('open(\"/etc/passwd\")')"
-    found = run(
+    result = run(
         sandbox,
         broken,
         "import plotly.express as px\nfrom plotly import graph_objects as go\npx.line(); go.Figure()\na = 1",
     )
-    assert (found.answers, found.cell_errors, found.failed_imports) == ({"a": "1"}, {}, {})
+    assert (result.answers, result.cell_errors, result.failed_imports) == ({"a": "1"}, {}, {})
 
 
-def test_where_a_cell_stopped_is_told(sandbox: Sandbox) -> None:
-    found = run(sandbox, "a = 1\n\n%who\nb = 1/0\nc = 2", "x = 1\ny = (", "def f():\n    return 1/0", "\nf()")
-    assert found.stop_lines == {0: 4, 1: 2, 3: 2}
+def test_the_line_at_which_a_cell_stopped_is_recorded(sandbox: Sandbox) -> None:
+    result = run(sandbox, "a = 1\n\n%who\nb = 1/0\nc = 2", "x = 1\ny = (", "def f():\n    return 1/0", "\nf()")
+    assert result.stop_lines == {0: 4, 1: 2, 3: 2}
 
 
-def test_input_is_told_where_an_empty_text_was_of_no_use(sandbox: Sandbox) -> None:
-    found = run(sandbox, "a = float(input('L1?'))", "b = float('x')")
-    assert "input() returns an empty text when a notebook is graded" in found.cell_errors[0]
-    assert "input()" not in found.cell_errors[1]
+def test_an_error_caused_by_input_explains_that_input_is_empty(sandbox: Sandbox) -> None:
+    result = run(sandbox, "a = float(input('L1?'))", "b = float('x')")
+    assert "input() returns an empty text when a notebook is graded" in result.cell_errors[0]
+    assert "input()" not in result.cell_errors[1]
 
 
-def test_the_symbols_are_there_before_the_first_cell_and_may_be_set_anew(sandbox: Sandbox) -> None:
+def test_symbols_exist_before_the_first_cell_and_may_be_reassigned(sandbox: Sandbox) -> None:
     assert run(sandbox, "a = sin(theta1)", "theta1 = 5", "b = theta1").answers == {"a": "sin(theta1)", "b": "5"}
     assert run(sandbox, "a = theta1").answers == {"a": "theta1"}
 
 
-def test_stand_ins_look_at_nothing_and_hold_nothing(sandbox: Sandbox) -> None:
-    """They are no way out: a file that a figure is saved to is not written, and magics obey the audit hook."""
+def test_stand_ins_and_magics_are_no_way_out_of_the_sandbox(sandbox: Sandbox) -> None:
+    """A stand-in's savefig writes no file, and magics obey the audit hook."""
     cells = [
         "import plotly, os\nplotly.figure().savefig('x.png')\na = os.path.exists('x.png')",
         "b = plotly.figure()",
         "%%writefile /tmp/outside.txt\nx",
         "%run /etc/passwd",
     ]
-    found = run(sandbox, *cells)
-    assert found.answers == {"a": "False"} and sorted(found.cell_errors) == [2, 3]
-    assert all("may not open" in error for error in found.cell_errors.values())
-    assert "nothing is displayed when a notebook is graded" in found.unreadable_reasons["b"]
+    result = run(sandbox, *cells)
+    assert result.answers == {"a": "False"} and sorted(result.cell_errors) == [2, 3]
+    assert all("may not open" in error for error in result.cell_errors.values())
+    assert "nothing is displayed when a notebook is graded" in result.unreadable_reasons["b"]

@@ -1,4 +1,4 @@
-"""Values of Python, SymPy and NumPy as the text that could have been typed for them."""
+"""Formatting Python, SymPy and NumPy values as text that a student could have typed."""
 
 from typing import Any
 
@@ -19,10 +19,10 @@ VALUES = [
 
 
 @pytest.mark.parametrize(("value", "text"), VALUES)
-def test_a_value_is_the_text_of_what_it_stands_for(value: Any, text: str) -> None:
+def test_values_are_formatted_as_typed_text(value: Any, text: str) -> None:
     assert format_value(value) == text
 
 
-def test_a_symbol_for_a_whole_matrix_is_no_answer() -> None:
+def test_a_matrix_symbol_is_rejected() -> None:
     with pytest.raises(TypeError, match="a MatrixSymbol has no entries"):
         format_value(sp.MatrixSymbol("J", 2, 2))

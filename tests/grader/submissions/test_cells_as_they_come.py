@@ -403,7 +403,7 @@ def test_the_program_says_the_same_to_a_student(assignment: Assignment, tmp_path
     (tmp_path / "hw (1).ipynb").write_text(make_correct_notebook(assignment, "s00", named_j))
     printed = run("check", tmp_path / "hw (1).ipynb")
     assert has_words(printed.splitlines(), "note: cell 4 p1_jacobian J,")
-    assert "ok  p1.jacobian: 2 x 2 matrix" in printed
+    assert "ok  p1.jacobian: 2 × 2 matrix" in printed
     (tmp_path / "hw.py").write_text("\n\n".join(cell["source"] for cell in make_correct_cells(assignment, "s00")[1:]))
     printed = run("check", tmp_path / "hw.py")
     assert "note: hw.py" in printed and "3 of 3 answers can be read" in printed

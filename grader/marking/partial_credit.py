@@ -16,7 +16,6 @@ from operator import and_
 import numpy as np
 import sympy as sp
 
-from qdot.exercises.answer_types import Number
 from qdot.exercises.common.errors import count_noun
 from qdot.exercises.common.stream import Stream
 from qdot.exercises.formula.algebra import split_factors
@@ -35,10 +34,11 @@ from qdot.exercises.problem.credit import (
 )
 from qdot.exercises.problem.problem import Part, Problem
 from qdot.exercises.questions.results import find_determinant_in_denominator, is_product
+from qdot.exercises.reference_answers import Number
 from qdot.grader.diagnosis.diagnosis import is_one_mistake
-from qdot.grader.grading.follow_through import IsCopied, never_copied
-from qdot.grader.judging.answer import FunctionValues, ParsedAnswer
+from qdot.grader.judging.answer_parser import FunctionValues, ParsedAnswer
 from qdot.grader.judging.verdict import Judgement, Outcome
+from qdot.grader.marking.follow_through import IsCopied, never_copied
 
 SAMPLE_COUNT = 6
 """Number of random configurations at which answers are evaluated."""

@@ -19,19 +19,20 @@ from itertools import zip_longest
 import numpy as np
 import sympy as sp
 
-from qdot.exercises.arm.chain import REVOLUTE, TASK_ROWS, Chain
+from qdot.exercises.arm.chain import REVOLUTE, Chain
+from qdot.exercises.arm.conventions.base import VELOCITY_NAMES
 from qdot.exercises.arm.lengths import substitute_arm_lengths
 from qdot.exercises.arm.vectors import rot_x, rot_z
 from qdot.exercises.common.errors import QdotError
 from qdot.exercises.common.stream import Stream
 from qdot.exercises.families import variations
-from qdot.exercises.families.base import Family
+from qdot.exercises.families.family import Family
 from qdot.exercises.families.structures import Structure, build_arm, group_clean_structures, is_clean
 from qdot.exercises.families.variations import ANGLES, RIGHT_ANGLES, SIGNED_LENGTHS
 from qdot.exercises.formula.parser import parse_formula
 from qdot.exercises.formula.program import Program, compile_program, evaluate
 from qdot.exercises.singularities.difficulty import HARDEST_BAND, describe_band, difficulty_band
-from qdot.exercises.singularities.singularity import singular_set
+from qdot.exercises.singularities.singular_set import singular_set
 
 Band = tuple[int, int]
 """The minimum and the maximum difficulty band of an arm."""
@@ -154,7 +155,7 @@ def _mount_arm(chain: Chain, rng: Stream) -> Chain:
     rotation = rot_z(mounted.base.yaw) * rot_x(mounted.base.tilt)
     rotated_axis_names = {"xyz"[k]: "xyz"[next(i for i in range(3) if rotation[i, k] != 0)] for k in range(3)}
     rows = {row[0] + rotated_axis_names[row[1]] for row in chain.task}
-    mounted = replace(mounted, task=tuple(row for row in TASK_ROWS if row in rows))
+    mounted = replace(mounted, task=tuple(row for row in VELOCITY_NAMES if row in rows))
     if not mounted.is_planar:
         return mounted
     return replace(mounted, base=replace(mounted.base, position=variations.displace_base(chain, rng).base.position))

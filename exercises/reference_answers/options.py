@@ -2,8 +2,8 @@
 
 from dataclasses import dataclass
 
-from qdot.exercises.answer_types.base import Answer, Json
 from qdot.exercises.formula.printers.python import FormulaToCode, python_text
+from qdot.exercises.reference_answers.base import Answer, Json
 
 LETTERS = "ABCDEFGH"
 """The letters that label the options, in order."""
@@ -54,11 +54,11 @@ class Letters(Answer):
         """Return the letters."""
         return self.letters
 
-    def write_code(self, used_columns: int = 0, format_formula: FormulaToCode = python_text) -> str:
+    def write_code(self, prefix_width: int = 0, format_formula: FormulaToCode = python_text) -> str:
         """Return the letters in quotes."""
         return f'"{self.letters}"'
 
-    def write_placeholder(self, used_columns: int = 0) -> str:
+    def write_placeholder(self, prefix_width: int = 0) -> str:
         """Return `blank` in quotes, because letters are typed in quotes."""
         return '"blank"'
 
@@ -81,7 +81,7 @@ class Choice(Letters):
         """Return the letter."""
         return self.letters
 
-    def write_code(self, used_columns: int = 0, format_formula: FormulaToCode = python_text) -> str:
+    def write_code(self, prefix_width: int = 0, format_formula: FormulaToCode = python_text) -> str:
         """Return the text to type, in quotes."""
         return f'"{self.typed_text}"'
 

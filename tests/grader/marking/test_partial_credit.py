@@ -8,7 +8,6 @@ from pathlib import Path
 import pytest
 import sympy as sp
 
-from qdot.exercises.answer_types import ConditionSet, Expression
 from qdot.exercises.arm.chain import Chain
 from qdot.exercises.assignment.assignment import load_assignment
 from qdot.exercises.assignment.release import init_assignment
@@ -18,6 +17,7 @@ from qdot.exercises.formula.sympy_text import expression_text
 from qdot.exercises.generation import generate
 from qdot.exercises.problem.credit import CREDIT_RULES, Credit, parse_credit_policy
 from qdot.exercises.problem.problem import Part, Problem, ProblemId
+from qdot.exercises.reference_answers import ConditionSet, Expression
 from qdot.grader.judging.verdict import Judgement, Outcome
 from tests.support import ROOT
 from tests.support.judging import judge_with_credit as share_earned

@@ -2,8 +2,8 @@
 
 from dataclasses import dataclass
 
-from qdot.exercises.answer_types.base import Answer
 from qdot.exercises.formula.printers.python import FormulaToCode, python_text
+from qdot.exercises.reference_answers.base import Answer
 
 
 @dataclass(frozen=True)
@@ -26,10 +26,10 @@ class Words(Answer):
         """Return nothing, because there is no reference."""
         return ""
 
-    def write_code(self, used_columns: int = 0, format_formula: FormulaToCode = python_text) -> str:
+    def write_code(self, prefix_width: int = 0, format_formula: FormulaToCode = python_text) -> str:
         """Return a note that a person marks the answer, as a text."""
         return '"(A person marks this answer.)"'
 
-    def write_placeholder(self, used_columns: int = 0) -> str:
+    def write_placeholder(self, prefix_width: int = 0) -> str:
         """Return a blank text over several lines."""
         return '"""\nblank\n"""'

@@ -7,11 +7,11 @@ from typing import Any
 
 import sympy as sp
 
-from qdot.exercises.answer_types.base import Answer, Json, T
 from qdot.exercises.formula.equality import Rounding
 from qdot.exercises.formula.printers.python import FormulaToCode, bracket_long_text, list_code, matrix_code, python_text
 from qdot.exercises.formula.sympy_text import expression_text, matrix_json, matrix_rows_as_text
-from qdot.exercises.singularities.singularity import Component
+from qdot.exercises.reference_answers.base import Answer, Json, T
+from qdot.exercises.singularities.singular_set import Component
 
 
 class _Formulas(Answer):
@@ -48,9 +48,9 @@ class Expression(_Formulas):
 
     as_typed = as_json
 
-    def write_code(self, used_columns: int = 0, format_formula: FormulaToCode = python_text) -> str:
+    def write_code(self, prefix_width: int = 0, format_formula: FormulaToCode = python_text) -> str:
         """Return the formula; a long formula is put in brackets, on several lines."""
-        return bracket_long_text(format_formula(self.reference), used_columns)
+        return bracket_long_text(format_formula(self.reference), prefix_width)
 
 
 class RowsAnswer(_Formulas):
@@ -75,13 +75,13 @@ class RowsAnswer(_Formulas):
         """Return the rows in brackets."""
         return bracket_rows(matrix_rows_as_text(self.reference))
 
-    def write_code(self, used_columns: int = 0, format_formula: FormulaToCode = python_text) -> str:
+    def write_code(self, prefix_width: int = 0, format_formula: FormulaToCode = python_text) -> str:
         """Return `Matrix([[…], […]])`; a long matrix has one row per line."""
-        return matrix_code([[format_formula(entry) for entry in row] for row in self.reference.tolist()], used_columns)
+        return matrix_code([[format_formula(entry) for entry in row] for row in self.reference.tolist()], prefix_width)
 
-    def write_placeholder(self, used_columns: int = 0) -> str:
+    def write_placeholder(self, prefix_width: int = 0) -> str:
         """Return the matrix with `blank` as each entry."""
-        return matrix_code([["blank"] * self.reference.cols] * self.reference.rows, used_columns)
+        return matrix_code([["blank"] * self.reference.cols] * self.reference.rows, prefix_width)
 
 
 def bracket_rows(rows: list[list[str]]) -> str:
@@ -173,14 +173,14 @@ class Number(RowsAnswer):
         """Return the units, and the relative and the absolute error allowed."""
         return {"units": list(self.units), "tolerance": self.tolerance, "floor": self.floor}
 
-    def write_code(self, used_columns: int = 0, format_formula: FormulaToCode = python_text) -> str:
+    def write_code(self, prefix_width: int = 0, format_formula: FormulaToCode = python_text) -> str:
         """Return the number, or a column of numbers."""
         write = super().write_code
-        return format_formula(self.reference[0]) if self.is_one_line else write(used_columns, format_formula)
+        return format_formula(self.reference[0]) if self.is_one_line else write(prefix_width, format_formula)
 
-    def write_placeholder(self, used_columns: int = 0) -> str:
+    def write_placeholder(self, prefix_width: int = 0) -> str:
         """Return `blank`, or a column of blanks."""
-        return "blank" if self.is_one_line else super().write_placeholder(used_columns)
+        return "blank" if self.is_one_line else super().write_placeholder(prefix_width)
 
 
 @dataclass(frozen=True)
@@ -209,12 +209,12 @@ class ConditionSet(Answer):
         """Return the pieces in brackets."""
         return f"[{', '.join(self.pieces())}]"
 
-    def write_code(self, used_columns: int = 0, format_formula: FormulaToCode = python_text) -> str:
+    def write_code(self, prefix_width: int = 0, format_formula: FormulaToCode = python_text) -> str:
         """Return a list of `Eq` and `And`, one for each value or combination of values."""
         alternatives = (_list_alternatives(component, format_formula) for component in self.components)
-        return list_code([text for texts in alternatives for text in texts], used_columns)
+        return list_code([text for texts in alternatives for text in texts], prefix_width)
 
-    def write_placeholder(self, used_columns: int = 0) -> str:
+    def write_placeholder(self, prefix_width: int = 0) -> str:
         """Return a list with one blank."""
         return "[blank]"
 

@@ -7,7 +7,6 @@ import numpy as np
 import pytest
 import sympy as sp
 
-from qdot.exercises.answer_types import Expression
 from qdot.exercises.arm.chain import Chain
 from qdot.exercises.arm.derivation_graph import StageResults, compute_symbolic_stages, to_sympy_matrix
 from qdot.exercises.chapter import make_planar_2r, make_scorbot_arm
@@ -19,8 +18,9 @@ from qdot.exercises.mistakes.configurations import sample_configurations
 from qdot.exercises.problem.problem import Part, Problem, ProblemId
 from qdot.exercises.questions import QUESTIONS
 from qdot.exercises.questions.results import compute_answer, is_derived
-from qdot.grader.grading.marking import MarkingRules, mark, share_of_points, sum_points
+from qdot.exercises.reference_answers import Expression
 from qdot.grader.judging.verdict import Outcome, Verdict
+from qdot.grader.marking.marking import MarkingRules, mark, share_of_points, sum_points
 from tests.support.judging import list_earlier_parts
 from tests.support.problems import get_problem
 from tests.support.suites import few_families, sample_for_suite, select_for_suite

@@ -21,13 +21,13 @@ from qdot.grader.diagnosis.advice import advise
 from qdot.grader.diagnosis.diagnosis import Cause, diagnose
 from qdot.grader.diagnosis.groups import find_group
 from qdot.grader.diagnosis.term_overlap import has_enough_terms
-from qdot.grader.grading.follow_through import FollowThrough, IsCopied, find_follow_through, never_copied
-from qdot.grader.grading.partial_credit import AnswerToCredit, give_partial_credit
-from qdot.grader.judging.answer import ParsedAnswer
-from qdot.grader.judging.answer_parser import read_answer
+from qdot.grader.judging.answer_parser import ParsedAnswer
+from qdot.grader.judging.expected_form import read_answer
 from qdot.grader.judging.functions import FUNCTION_TEXT, is_function_table
 from qdot.grader.judging.judge import judge_parsed
 from qdot.grader.judging.verdict import Diagnosis, Judgement, Outcome, Verdict, missing_judgement
+from qdot.grader.marking.follow_through import FollowThrough, IsCopied, find_follow_through, never_copied
+from qdot.grader.marking.partial_credit import AnswerToCredit, give_partial_credit
 from qdot.grader.sandbox.clock import Budget, TimeBudgets
 
 DEFAULT_CREDIT = Fraction(4, 5)

@@ -5,11 +5,11 @@ from typing import Any
 import pytest
 import sympy as sp
 
-from qdot.exercises.answer_types import TYPES, AnswerVisitor, Choice, Expression, Number
 from qdot.exercises.formula.parser import parse_formula
 from qdot.exercises.generation import generate
 from qdot.exercises.problem.problem import Part, Problem, ProblemId
 from qdot.exercises.questions.custom.definition import Definition, Texts
+from qdot.exercises.reference_answers import TYPES, AnswerVisitor, Choice, Expression, Number
 from qdot.grader.judging.judge import judge
 from qdot.grader.judging.verdict import Outcome
 from tests.support.problems import get_problem
