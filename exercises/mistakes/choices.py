@@ -115,19 +115,21 @@ ANSWERS: dict[str, AnswerGenerator] = {
     "shape-of-jacobian": _confuse_uses(
         set(permutations(INVERTIBILITY_ANSWERS, 2)) - {("singular", "regular"), ("regular", "singular")}
     ),
-    "other-meaning": _confuse_statements(is_same_meaning=False),
+    "meaning-of-other-singularity": _confuse_statements(is_same_meaning=False),
     "direction-not-lost": _choose_wrong_option("lost-motion", lambda *_: True),
-    "reachable-and-not": _choose_wrong_option("unreachable-velocity", lambda *_: True),
+    "reachable-and-unreachable": _choose_wrong_option("unreachable-velocity", lambda *_: True),
     "size-transposed": _wrong_sizes(lambda chain, part: [[chain.n, _count_task_rows(part)]]),
     "size-of-own-task": _wrong_sizes(lambda chain, _: [[len(chain.task), chain.n]]),
     "size-six-rows": _wrong_sizes(lambda chain, _: [[6, chain.n]]),
     "size-square": _wrong_sizes(lambda chain, part: [[size, size] for size in (chain.n, _count_task_rows(part))]),
     "rank-full": _wrong_ranks(lambda chain, _: [[_full_rank(chain)]]),
     "rank-of-shape": _wrong_ranks(lambda chain, _: [[chain.n], [len(chain.task)]]),
-    "rank-less": _wrong_ranks(lambda chain, part: [[_full_rank(chain) - 1]] if _rank_loss(chain, part) == 0 else []),
+    "rank-of-singular-configuration": _wrong_ranks(
+        lambda chain, part: [[_full_rank(chain) - 1]] if _rank_loss(chain, part) == 0 else []
+    ),
     "rank-of-one-condition": _wrong_ranks(
         lambda chain, part: [[_full_rank(chain) - 1]] if _rank_loss(chain, part) > 1 else []
     ),
     "rank-zero": _wrong_ranks(lambda chain, part: [[0]]),
-    "size-of-kinds": _wrong_sizes(_miscount_rows),
+    "orientation-as-one-component": _wrong_sizes(_miscount_rows),
 }

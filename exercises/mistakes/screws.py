@@ -249,12 +249,12 @@ VARIANTS: dict[str, VariantGenerator] = {
     "twist-rows-exchanged": _vary_each_stage(
         lambda stages, columns: np.roll(columns, 3, axis=0), *SCREW_STAGES, "geometric"
     ),
-    "slide-above": _move_slide_to_angular_rows,
+    "prismatic-in-angular-rows": _move_slide_to_angular_rows,
     "screws-at-home": _use_home_screws,
     "other-twist-frame": _use_other_frame,
     "velocity-of-p": vary_always({"space jacobian": lambda stages, _: _reorder_geometric_rows(stages)}),
-    "body-not-turned": vary_always({"body jacobian": lambda stages, _: _reorder_geometric_rows(stages)}),
-    "body-turned-the-other-way": vary_always(
+    "body-not-rotated": vary_always({"body jacobian": lambda stages, _: _reorder_geometric_rows(stages)}),
+    "body-rotated-the-wrong-way": vary_always(
         {"body jacobian": lambda stages, _: rotate_rows(stages["body rotation"], _reorder_geometric_rows(stages))}
     ),
     "body-about-origin": vary_always(
@@ -265,14 +265,16 @@ VARIANTS: dict[str, VariantGenerator] = {
         }
     ),
     "adjoint-of-inverse": _change_adjoint(_adjoint_of_inverse),
-    "adjoint-block-above": _change_adjoint(lambda R, P: _stack_blocks(R, matrix_product(_skew_matrix(P), R), 0 * R, R)),
+    "adjoint-block-upper-right": _change_adjoint(
+        lambda R, P: _stack_blocks(R, matrix_product(_skew_matrix(P), R), 0 * R, R)
+    ),
     "adjoint-order": _change_adjoint(lambda R, P: _stack_blocks(R, 0 * R, matrix_product(R, _skew_matrix(P)), R)),
     "adjoint-sign": _change_adjoint(lambda R, P: adjoint_matrix(R, -P)),
     "adjoint-without-p": _change_adjoint(lambda R, P: adjoint_matrix(R, 0 * P)),
-    "adjoint-not-turned": _change_adjoint(lambda R, P: _stack_blocks(R, 0 * R, _skew_matrix(P), R)),
+    "adjoint-not-rotated": _change_adjoint(lambda R, P: _stack_blocks(R, 0 * R, _skew_matrix(P), R)),
     "rotation-transposed": _change_adjoint(lambda R, P: adjoint_matrix(R.swapaxes(0, 1), P)),
     "exponentials-reversed": _reverse_order,
-    "home-pose-left": vary_always(
+    "home-pose-multiplied-from-left": vary_always(
         {"point": lambda stages, _: _compute_home_point(stages) + reduce(_compose, _compute_exponentials(stages))[1]}
     ),
     "home-pose-forgotten": vary_always({"point": lambda stages, _: reduce(_compose, _compute_exponentials(stages))[1]}),

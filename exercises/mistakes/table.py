@@ -378,7 +378,7 @@ def _read_as_standard(chain: Chain, _: AnswerShape) -> Iterator[MistakeVariant]:
 VARIANTS: dict[str, VariantGenerator] = {
     "offset-forgotten": _drop_offsets,
     "offset-sign": _scale_offsets([sp.S(-1)], lambda offset: bool(sp.sin(offset) != 0)),
-    "slide-offset-sign": _add_to_variable(lambda chain, i: -2 * chain.offsets[i], "P"),
+    "prismatic-offset-sign": _add_to_variable(lambda chain, i: -2 * chain.offsets[i], "P"),
     "offset-in-degrees": _scale_offsets([180 / sp.pi]),
     "wrong-radians": _scale_offsets([sp.S(2), sp.S.Half]),
     "fixed-angle-forgotten": _change_each_row(
@@ -397,10 +397,10 @@ VARIANTS: dict[str, VariantGenerator] = {
     "all-twists-sign": vary_if(lambda chain: sum(map(_has_twist, chain.joints)) > 1, {"table": _flip_all_twists}),
     "twist-forgotten": _change_each_row(lambda row: row.alpha != 0, lambda _, row: {"alpha": row.alpha * 0}),
     "modified-dh": _read_as_modified,
-    "link-behind": _use_next_links,
+    "length-and-twist-of-link-i": _use_next_links,
     "standard-dh": _read_as_standard,
     "a-and-d-exchanged": _change_each_row(lambda row: row.a != row.d, lambda _, row: {"a": row.d, "d": row.a}),
-    "joint-turns-other-way": _change_each_row(lambda row: row.is_revolute, lambda _, row: {"theta": -row.theta}),
+    "joint-rotates-other-way": _change_each_row(lambda row: row.is_revolute, lambda _, row: {"theta": -row.theta}),
     "quarter-turn": _add_to_variable(lambda chain, i: sp.pi / 2, "R"),
     "lengths-in-centimetres": _use_other_units,
     "degrees": vary_if(lambda chain: chain.revolute_joints, {"table": scale_angles(sp.pi / 180)}),

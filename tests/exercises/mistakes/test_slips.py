@@ -80,7 +80,9 @@ def test_the_same_carries_screws_to_where_it_says(arm: str) -> None:
 def test_rows_with_the_link_behind_give_the_product_of_these_rows(arm: str) -> None:
     """Rx(alpha_i) Tx(a_i) Rz(theta_i) Tz(d_i), with nothing behind the last row, and P where it is told."""
     problem, part, values = _asked(arm, "transform")
-    wrong = next(apply_mistake(CATALOGUE["link-behind"], compute_numeric_stages(problem.chain, values), part))
+    wrong = next(
+        apply_mistake(CATALOGUE["length-and-twist-of-link-i"], compute_numeric_stages(problem.chain, values), part)
+    )
     rows, base = convention_of(problem.chain).rows, convention_of(problem.chain).base
     for k in range(4):
         number = _given(values, k)
@@ -91,11 +93,11 @@ def test_rows_with_the_link_behind_give_the_product_of_these_rows(arm: str) -> N
                 pose @ about("x", alpha) @ shift(a, 0, 0) @ about("z", number(row.theta)) @ shift(0, 0, number(row.d))
             )
         assert np.allclose(wrong.answer[..., k], pose)
-    told = answers_with(problem, part, only=("link-behind",))
+    told = answers_with(problem, part, only=("length-and-twist-of-link-i",))
     assert [verdict_on(one) for one in told] == ["named"]
 
 
-@pytest.mark.parametrize(("mistake", "stage"), [("next-arm", "arms"), ("next-axis", "axes")])
+@pytest.mark.parametrize(("mistake", "stage"), [("next-vector", "arms"), ("next-axis", "axes")])
 def test_the_next_one_is_taken_and_at_the_last_joint_its_own(mistake: str, stage: str) -> None:
     """Three joints, so that it is told apart from taking the second one twice, or the first."""
     problem = get_problem("elbow-3r", 0)
