@@ -158,7 +158,7 @@ VARIANTS: dict[str, VariantGenerator] = {
     "expansion-signs": _vary_if_square("determinant", _expand_without_signs, 3, 3),
     "diagonal-only": _vary_if_square("determinant", lambda stages, _: np.diagonal(stages["jacobian"]).prod(axis=-1)),
     "determinant-sign": _vary_if_square("determinant", lambda stages, value: -value, 1),
-    "trig-exchanged": _exchange_sine_and_cosine,
+    "wave-exchanged": _exchange_sine_and_cosine,
     "factor-lost": _drop_factor,
     "transpose-for-inverse": combine(
         _vary_if_square("inverse", lambda stages, _: stages["transposed jacobian"]),

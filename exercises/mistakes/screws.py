@@ -270,7 +270,7 @@ VARIANTS: dict[str, VariantGenerator] = {
     "twist-rows-exchanged": _vary_each_stage(
         lambda stages, columns: np.roll(columns, 3, axis=0), *SCREW_STAGES, "geometric"
     ),
-    "prismatic-in-angular-rows": _move_prismatic_to_angular_rows,
+    "slide-above": _move_prismatic_to_angular_rows,
     "screws-at-home": _use_home_screws,
     "other-twist-frame": _use_other_frame,
     "velocity-of-p": vary_always({"space jacobian": lambda stages, _: _reorder_geometric_rows(stages)}),

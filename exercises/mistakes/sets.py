@@ -94,7 +94,7 @@ def _keep_one_root(chain: Chain, components: Components) -> Iterator[MistakenAns
 def name_missed_component(chain: Chain, component: Component) -> tuple[str, dict[str, object]]:
     """Return the name of the mistake in which a component is omitted, and the words for its message."""
     if _ties_several_joints(chain, component):
-        return "coupled-condition-missed", {"every": _write_advice(chain), "instead": ""}
+        return "shoulder-missed", {"every": _write_advice(chain), "instead": ""}
     return "component-missed", {"kind": "values of a joint variable", "every": _write_advice(chain)}
 
 
@@ -359,18 +359,18 @@ def _exchange_sines_and_cosines(condition: sp.Expr) -> Iterator[sp.Expr]:
 
 ANSWERS: dict[str, AnswerGenerator] = {
     "one-root-only": _change_sets(_keep_one_root),
-    "coupled-condition-missed": _change_sets(_miss_tied_conditions),
+    "shoulder-missed": _change_sets(_miss_tied_conditions),
     "component-missed": _change_sets(_miss_component),
-    "some-conditions-forgotten": _change_sets(_keep_some_conditions),
+    "condition-of-several-forgotten": _change_sets(_keep_some_conditions),
     "quarter-turn-singular": _change_sets(_shift_quarter_turn),
-    "joint-falsely-singular": _change_sets(_add_joint),
+    "joint-called-singular": _change_sets(_add_joint),
     "all-joints-straight": _change_sets(_call_all_singular),
     "condition-for-other-joint": _change_sets(_use_other_joint),
     "angles-in-degrees": _scale_angles(180 / sp.pi),
     "relative-angle-in-condition": _change_tied_condition(_use_relative_angle),
     "sign-in-condition": _change_tied_condition(lambda condition: (condition - 2 * term for term in condition.args)),
     "term-lost-in-condition": _change_tied_condition(lambda condition: (condition - term for term in condition.args)),
-    "trigs-exchanged-in-condition": _change_tied_condition(_exchange_sines_and_cosines),
+    "waves-exchanged-in-condition": _change_tied_condition(_exchange_sines_and_cosines),
     "offset-forgotten-in-set": _misuse_offsets(1),
     "offset-sign-in-set": _misuse_offsets(2),
     "or-for-and": _change_sets(_split_conjunction),

@@ -178,9 +178,9 @@ class _SetExplanation:
             joint_pieces = [piece for piece in self.wrong_pieces if piece[0].joint == joint]
             values = ", ".join(_format_value(piece[0].expression) for piece in joint_pieces)
             if any(self._list_contained_pieces(joint_pieces, group) for group in self.expected):
-                yield "some-conditions-forgotten", {"joint": joint}
+                yield "condition-of-several-forgotten", {"joint": joint}
             else:
-                name = "value-falsely-singular" if joint in singular_joints else "joint-falsely-singular"
+                name = "value-called-singular" if joint in singular_joints else "joint-called-singular"
                 yield name, {"joint": joint, "values": values, "zero": write_zero_question(self.chain)}
 
     def explain_missing_conditions(self) -> Iterator[tuple[str, Mapping[str, object]]]:

@@ -32,7 +32,7 @@ SELDOM = {
     "orientation-as-one-component",
     "square-lost",
     "tangent-inverted",
-    "value-falsely-singular",
+    "value-called-singular",
 }
 """Mistakes that are made on few arms, or beside others: tests/grader/diagnosis/test_mistakes.py has some of them."""
 BY_SHORT_QUESTIONS = {

@@ -97,7 +97,7 @@ def test_rows_with_the_link_behind_give_the_product_of_these_rows(arm: str) -> N
     assert [verdict_on(one) for one in told] == ["named"]
 
 
-@pytest.mark.parametrize(("mistake", "stage"), [("next-vector", "p*"), ("next-axis", "axes")])
+@pytest.mark.parametrize(("mistake", "stage"), [("next-arm", "p*"), ("next-axis", "axes")])
 def test_the_next_one_is_taken_and_at_the_last_joint_its_own(mistake: str, stage: str) -> None:
     """Three joints, so that it is told apart from taking the second one twice, or the first."""
     problem = get_problem("elbow-3r", 0)

@@ -21,7 +21,7 @@ NAMES = {
     "matrices transposed": {"transposed"},
     "joint 2 forgotten": {"joint-left-out"},
     "degrees for radians": {"angles-in-degrees", "rates-in-degrees"},
-    "only the first condition": {"one-root-only", "coupled-condition-missed", "condition-missed"},
+    "only the first condition": {"one-root-only", "shoulder-missed", "condition-missed"},
 }  # fmt: skip
 STUDENTS = ("s003", "s004", "s005", "s006", "s007", "s008")
 
