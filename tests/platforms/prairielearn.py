@@ -42,7 +42,7 @@ from qdot.exercises.singularities.singular_set import Component
 from qdot.grader.marking.marking import MarkingRules, mark
 from tests.platforms.given import EVERYTHING, order
 from tests.platforms.records import Counts, Record, today
-from tests.support.elements import filled, left_blank
+from tests.support.prairielearn_forms import fill_form, leave_blank
 
 Data = dict[str, Any]
 APP = "apps/prairielearn"
@@ -352,7 +352,7 @@ def _answer(asked: Asked, variant: Variant, made: ExportRequest, counts: Counts)
     page = _submit(asked, page, problem, made, of_the_first(problem, _right), counts)
     page = page if GRADE in page else asked.page()
     before = asked.variant()
-    blank = {key: text for part in problem.parts for key, text in left_blank(part).items()}
+    blank = {key: text for part in problem.parts for key, text in leave_blank(part).items()}
     nothing, page = asked.submit(page, blank)
     costs_none = bool(nothing["format_errors"]) and asked.variant()["num_tries"] == before["num_tries"]
     counts.add("nothing costs no attempt", costs_none, name)
@@ -461,7 +461,7 @@ def _submit(
     form: Data = {}
     for part in problem.parts:
         text = texts.get(part.name)
-        form |= left_blank(part) if text is None else filled(part, text, params)
+        form |= leave_blank(part) if text is None else fill_form(part, text, params)
     stored, page = asked.submit(page, form)
     ours = _marks(problem, made, texts)
     for part in problem.parts:

@@ -45,7 +45,7 @@ from qdot.grader.diagnosis.numbers import is_distinctive
 from qdot.grader.judging.judge import judge
 from qdot.grader.judging.verdict import Outcome
 from tests.support.judging import diagnose
-from tests.support.problems import drawn
+from tests.support.problems import get_problem
 
 LONGEST = 40_000
 
@@ -62,7 +62,7 @@ class Made:
 
 def problems(family: str, seed: int, questions: Collection[str] = tuple(QUESTIONS)) -> Iterator[tuple[Problem, Part]]:
     """Yield the parts of a problem in which a family is asked everything that applies, those that are named."""
-    problem = drawn(family, seed)
+    problem = get_problem(family, seed)
     for part in problem.parts:
         if part.name in questions:
             yield problem, part

@@ -29,8 +29,8 @@ from qdot.exercises.mistakes.catalogue import CATALOGUE
 from qdot.exercises.problem.problem import Problem
 from qdot.exercises.reference_answers import LETTERS, Expression, Matrix
 from qdot.grader.integrations.prairielearn import MAX_ANSWER_LENGTH
-from tests.support.elements import filled
-from tests.support.handing_in import a_class
+from tests.support.prairielearn_forms import fill_form
+from tests.support.submitting import make_class
 
 TOML = """title = "Velocity \\"kinematics\\""
 key = "Hw"
@@ -61,7 +61,7 @@ Data = dict[str, Any]
 @pytest.fixture(scope="module")
 def order(tmp_path_factory: pytest.TempPathFactory) -> ExportRequest:
     folder = tmp_path_factory.mktemp("pl") / "hw"
-    a_class(folder, [Student("ada")])
+    make_class(folder, [Student("ada")])
     (folder / "assignment.toml").write_text(TOML)
     (folder / "arm.toml").write_text(ROBOT)
     return ExportRequest(load_assignment(folder), lambda _: [], variant_count=2)
@@ -136,7 +136,7 @@ def form(question: Question, problem: Problem, answers: dict[str, str]) -> Data:
     """Return what a browser sends for the answers to some parts, by their names."""
     sent: Data = {}
     for name, text in answers.items():
-        sent |= filled(problem[name], text, question.data["params"])
+        sent |= fill_form(problem[name], text, question.data["params"])
     return sent
 
 

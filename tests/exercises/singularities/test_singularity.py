@@ -26,7 +26,7 @@ from qdot.exercises.singularities.singular_set import (
 )
 from tests.exercises.arm.sets import assert_is_book, claimed, compared, rank_ratios, search
 from tests.support import DATA
-from tests.support.suites import several
+from tests.support.suites import select_for_suite
 
 RECORDS = json.loads((DATA / "ground_truth.json").read_text(encoding="utf-8"))
 PLAIN = [record["name"] for record in RECORDS if all(row[0] in "vw" and len(row) == 2 for row in record["task_rows"])]
@@ -249,7 +249,7 @@ def assert_sound(chain: Chain, stream: Stream) -> None:
 QUICK = [(0, 5), (0, 25), (1, 10), (1, 25)]
 
 
-@pytest.mark.parametrize(("kind", "first"), several(QUICK, [*product((0, 1), range(0, 30, 5))]))
+@pytest.mark.parametrize(("kind", "first"), select_for_suite(QUICK, [*product((0, 1), range(0, 30, 5))]))
 def test_the_set_of_an_arm_as_nobody_would_draw_it_is_sound_and_complete(kind: int, first: int) -> None:
     arms = DRAWN[kind]
     for seed in range(first, first + 5):

@@ -20,9 +20,9 @@ from qdot.exercises.families import FAMILIES
 from qdot.exercises.reference_answers import Matrix
 from qdot.exercises.short_questions import ALL_QUESTIONS
 from qdot.grader.cli.main import COMMANDS, LIST_COMMANDS, app, make_program
-from tests.support.command import fails, run, runner
-from tests.support.handing_in import TOML
-from tests.support.suites import several
+from tests.support.command import run, run_and_fail, runner
+from tests.support.submitting import TOML
+from tests.support.suites import select_for_suite
 
 
 def robot_of(task: str, *rows: tuple[str, str]) -> str:
@@ -56,7 +56,7 @@ def test_families_and_questions() -> None:
     assert hard["planar-2r"] < hard["elbow-3r"]
 
 
-@pytest.mark.parametrize("like", several(["planar-rpr"], ["planar-rpr", "random-2"]))
+@pytest.mark.parametrize("like", select_for_suite(["planar-rpr"], ["planar-rpr", "random-2"]))
 def test_a_family_that_is_new_in_the_registry_is_listed_without_more_ado(
     monkeypatch: pytest.MonkeyPatch, like: str
 ) -> None:
@@ -75,7 +75,7 @@ def test_a_family_that_is_new_in_the_registry_is_listed_without_more_ado(
 
 
 @pytest.mark.parametrize(
-    "family", several(["planar-2r"], ["planar-2r", "random-2", "elbow-3r", "scara-rrrp", "random-3"])
+    "family", select_for_suite(["planar-2r"], ["planar-2r", "random-2", "elbow-3r", "scara-rrrp", "random-3"])
 )
 def test_show_json_has_the_contracts_shape(family: str) -> None:
     shown = json.loads(run("show", f"{family}/7", "--solution", "--format", "json"))
@@ -126,7 +126,7 @@ def test_show_in_every_format_is_the_same_twice(format: str) -> None:
     ],
 )
 def test_bad_input_gets_one_message_and_code_2(args: tuple[str, ...], said: str) -> None:
-    assert said in fails(*args)
+    assert said in run_and_fail(*args)
     assert runner.invoke(app, ["show", "planar-2r/7", "--solutoin"]).exit_code == 2
     assert runner.invoke(app, ["shwo"]).exit_code == 2
 
@@ -252,8 +252,8 @@ def folder(tmp_path_factory: pytest.TempPathFactory) -> Path:
 
 def test_generate_grade_and_check(folder: Path) -> None:
     assert "2 kept" in run("generate", folder)
-    assert "does not exist" in fails("grade", folder, folder / "nowhere")
-    assert "is not a folder; expected" in fails("grade", folder, folder / "roster.csv")
+    assert "does not exist" in run_and_fail("grade", folder, folder / "nowhere")
+    assert "is not a folder; expected" in run_and_fail("grade", folder, folder / "roster.csv")
     blank = folder / "released" / "s001" / "hw.ipynb"
     solved = folder / "solutions" / "s001" / "hw.ipynb"
     assert "p1.position: left blank\n" in run("check", blank, code=1)
@@ -384,7 +384,7 @@ STOPS: list[tuple[str, str, signal.Signals, float | str]] = [
 """Stopped while modules are loaded, at 0.3 s, or while problems are made; `make test` takes the first two alone."""
 
 
-@pytest.mark.parametrize(("command", "whom", "number", "when"), several(STOPS[:2], STOPS))
+@pytest.mark.parametrize(("command", "whom", "number", "when"), select_for_suite(STOPS[:2], STOPS))
 @pytest.mark.usefixtures("ctrl_c")
 def test_a_stop_ends_everything_at_once_in_one_line(
     tmp_path: Path, command: str, whom: str, number: signal.Signals, when: float | str
@@ -450,7 +450,7 @@ def test_the_list_of_commands_is_that_of_the_program_and_loads_none_of_them() ->
     assert made.stdout.startswith("Usage: qdot") and made.stdout.endswith("False\n")
 
 
-@pytest.mark.parametrize("command", several(["check"], ["show", "solve", "check"]))
+@pytest.mark.parametrize("command", select_for_suite(["check"], ["show", "solve", "check"]))
 def test_a_command_about_one_thing_loads_nothing_of_classes(command: str) -> None:
     loading = f"import sys; from qdot.grader.cli.main import make_program; make_program({command!r})"
     names = ("qdot.exercises.assignment.assignment", "qdot.grader.grading.batch")

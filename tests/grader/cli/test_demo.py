@@ -10,7 +10,7 @@ from qdot.exercises.problem.problem import Problem
 from qdot.grader.cli.demo import EDITS, SECRET
 from qdot.grader.marking.marking import mark
 from qdot.grader.sandbox.sandbox import Sandbox
-from tests.support.suites import several
+from tests.support.suites import select_for_suite
 
 NAMES = {
     "wrong sign throughout": {
@@ -43,12 +43,12 @@ def answers(sandbox: Sandbox, problem: Problem, kind: str) -> dict[str, str]:
     return {part.name: run.answers[part.name.replace("-", "_")] for part in problem.parts}
 
 
-@pytest.mark.parametrize("kind", several(["degrees for radians", "joint 2 forgotten"], list(NAMES)))
+@pytest.mark.parametrize("kind", select_for_suite(["degrees for radians", "joint 2 forgotten"], list(NAMES)))
 def test_planted_mistakes_carry_their_names(
     kind: str, demonstration: Assignment, sandbox: Sandbox, tmp_path: Path
 ) -> None:
     named: set[str] = set()
-    for student in STUDENTS[: several(1, 3)]:
+    for student in STUDENTS[: select_for_suite(1, 3)]:
         for slot, problem in demonstration.generate_problems(student):
             verdicts = mark(problem, answers(sandbox, problem, kind), secret=SECRET, points_seed=slot)
             made = [v.diagnosis for v in verdicts if v.diagnosis is not None and v.diagnosis.mistakes]

@@ -10,7 +10,7 @@ from qdot.exercises.common.errors import QdotError
 from qdot.grader.cli.main import app
 from qdot.grader.sandbox import guarantees
 from qdot.grader.sandbox.sandbox import Sandbox
-from tests.support.command import fails, run, runner
+from tests.support.command import run, run_and_fail, runner
 
 WEAK = ("namespaces", "landlock", "seccomp")
 TOML = 'title = "T"\nkey = "hw"\n{}[[problem]]\nfamily = "polar-rp"\nquestions = ["position"]\n'
@@ -90,7 +90,7 @@ def test_strict_grades_where_it_can_be_had(folder: Path) -> None:
 
 def test_a_wrong_level_is_told_with_its_line(folder: Path) -> None:
     (folder / "assignment.toml").write_text(TOML.format('sandbox = "Strict"\n'))
-    assert 'assignment.toml: line 3: sandbox = "Strict": ' in fails("grade", folder)
+    assert 'assignment.toml: line 3: sandbox = "Strict": ' in run_and_fail("grade", folder)
 
 
 @pytest.mark.parametrize("without", [{"seccomp"}, {"limits"}, {"privileges"}, {"namespaces", "landlock"}])

@@ -23,8 +23,8 @@ from qdot.exercises.questions import QUESTIONS
 from qdot.exercises.singularities.difficulty import difficulty
 from qdot.grader.cli.main import app
 from qdot.grader.cli.overview import LINE_WIDTH, describe_families, group_families
-from tests.support.command import fails, run, runner
-from tests.support.suites import several
+from tests.support.command import run, run_and_fail, runner
+from tests.support.suites import select_for_suite
 
 
 def test_the_overview_has_every_family_once_among_its_kind() -> None:
@@ -75,9 +75,9 @@ def test_a_robot_is_told_as_a_family_is(tmp_path: Path) -> None:
 
 
 def test_a_robot_that_is_taken_for_a_family_is_told_as_what_it_is() -> None:
-    assert 'robot = "ur5"' in fails("show", "ur5/3")
-    assert "none.toml" in fails("families", "none.toml")
-    assert "'planer-2r' (did you mean 'planar-2r'?)" in fails("families", "planer-2r")
+    assert 'robot = "ur5"' in run_and_fail("show", "ur5/3")
+    assert "none.toml" in run_and_fail("families", "none.toml")
+    assert "'planer-2r' (did you mean 'planar-2r'?)" in run_and_fail("families", "planer-2r")
 
 
 def test_what_a_robot_can_not_be_asked_points_to_what_it_can() -> None:
@@ -101,11 +101,11 @@ def test_what_can_be_asked_is_told_of_a_convention(name: str) -> None:
     assert row["questions"] == [one for one, question in QUESTIONS.items() if question.find_obstacle(chain) is None]
     assert "home-screws" in row["questions"] and "transform" in row["refused"]
     assert f"{name}/1@screws" in run("families", name, "--convention", "screws") or name not in FAMILIES
-    assert "'modified-dh'" in fails("families", name, "--convention", "craig")
-    assert "--convention" in fails("families", "--convention", "screws")
+    assert "'modified-dh'" in run_and_fail("families", name, "--convention", "craig")
+    assert "--convention" in run_and_fail("families", "--convention", "screws")
 
 
-TRIED = several(("mid-term",), tuple(SETS))
+TRIED = select_for_suite(("mid-term",), tuple(SETS))
 """Sets that are generated and graded; of the others, `make test` looks at what they ask."""
 
 
@@ -141,5 +141,5 @@ def test_sets_are_listed_and_a_wrong_name_is_told() -> None:
     listed = run("init", "--list")
     assert all(name in listed and one.title in listed for name, one in SETS.items())
     assert listed.startswith(DEFAULT_SET)
-    assert "'quizz' (did you mean 'quiz'?)" in fails("init", "x", "--set", "quizz")
-    assert "give the folder" in fails("init")
+    assert "'quizz' (did you mean 'quiz'?)" in run_and_fail("init", "x", "--set", "quizz")
+    assert "give the folder" in run_and_fail("init")

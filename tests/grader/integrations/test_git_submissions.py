@@ -15,8 +15,8 @@ from qdot.grader.integrations import git_hosts, git_submissions
 from qdot.grader.integrations.git_submissions import find_cutoff, main
 from tests.support.ci import git
 from tests.support.command import run
-from tests.support.handing_in import TOML, a_class, one_process, right
-from tests.support.hosting import TOKEN, Server, serving
+from tests.support.git_server import TOKEN, Server, serve_repositories
+from tests.support.submitting import TOML, make_class, make_correct_notebook, work_in_one_process
 
 pytestmark = pytest.mark.xdist_group("pushed")
 
@@ -26,13 +26,13 @@ IN_TIME, LATE = "2027-01-15T22:00:00Z", "2027-01-16T08:00:00Z"
 
 @pytest.fixture
 def server(tmp_path: Path) -> Iterator[Server]:
-    with serving(tmp_path / "server") as made:
+    with serve_repositories(tmp_path / "server") as made:
         yield made
 
 
 @pytest.fixture
 def assignment(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Assignment:
-    made = a_class(tmp_path / "hw", [Student("ada"), Student("bo"), Student("cy")])
+    made = make_class(tmp_path / "hw", [Student("ada"), Student("bo"), Student("cy")])
     lines = [f"OWNER/hw-{student.id},{student.id}" for student in made.roster]
     (made.folder / "repositories.csv").write_text("\n".join(["repository,student", *lines, ""]))
     (made.folder / "assignment.toml").write_text(f"due = {DUE.isoformat()}\n{TOML}")
@@ -113,7 +113,7 @@ def test_who_could_not_be_asked_has_no_mark_and_who_pushed_nothing_a_zero(
 ) -> None:
     """Of Bo the server does not give the list; Cy never pushed. Neither stops Ada, nor each other."""
     for student in ("ada", "bo"):
-        github.push(f"course/hw-{student}", {"hw.ipynb": right(assignment, student)}, IN_TIME)
+        github.push(f"course/hw-{student}", {"hw.ipynb": make_correct_notebook(assignment, student)}, IN_TIME)
     bos = github.pushes.pop("course/hw-bo")
     git("init", "--quiet", "--bare", github.bare("course/hw-cy"))
     assert collect(assignment) == 0
@@ -126,7 +126,7 @@ def test_who_could_not_be_asked_has_no_mark_and_who_pushed_nothing_a_zero(
     assert "404 Not Found" in row["unreached"] and not row["left_out"]
 
     def statuses(code: int) -> list[str]:
-        with one_process():
+        with work_in_one_process():
             run("grade", assignment.folder, "--jobs", "1", code=code)
         with (assignment.folder / "graded" / "grades.csv").open() as table:
             return [row["status"] for row in csv.DictReader(table)]
@@ -180,10 +180,10 @@ def test_feedback_goes_to_its_student_and_nothing_is_sent_where_it_is_the_same(
     assignment: Assignment, github: Server, capsys: pytest.CaptureFixture[str]
 ) -> None:
     for student in ("ada", "bo"):
-        github.push(f"course/hw-{student}", {"hw.ipynb": right(assignment, student)}, IN_TIME)
+        github.push(f"course/hw-{student}", {"hw.ipynb": make_correct_notebook(assignment, student)}, IN_TIME)
     git("init", "--quiet", "--bare", github.bare("course/hw-cy"))
     assert collect(assignment) == 0
-    with one_process():
+    with work_in_one_process():
         run("grade", assignment.folder, "--jobs", "1")
     bare, heads = github.bare("course/hw-bo"), []
     for _ in range(2):

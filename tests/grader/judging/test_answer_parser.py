@@ -2,7 +2,6 @@
 
 import json
 from collections import Counter
-from collections.abc import Callable
 from contextlib import nullcontext
 from dataclasses import replace
 from fnmatch import fnmatchcase
@@ -28,11 +27,12 @@ from qdot.grader.judging.judge import judge
 from qdot.grader.judging.verdict import Outcome
 from qdot.grader.marking.marking import mark
 from qdot.grader.sandbox.sandbox import Sandbox
-from tests.support.handing_in import Cells, a_class, hand_in, right
 from tests.support.judging import judge_direction, judge_expression, judge_numbers, judge_singular
-from tests.support.suites import several
+from tests.support.problems import get_problem
+from tests.support.submitting import Cells, make_class, make_correct_notebook, submit
+from tests.support.suites import select_for_suite
 
-SMALL = several(("planar-2r", "polar-rp"), ("planar-2r", "elbow-3r", "polar-rp", "scara"))
+SMALL = select_for_suite(("planar-2r", "polar-rp"), ("planar-2r", "elbow-3r", "polar-rp", "scara"))
 
 
 @pytest.fixture(autouse=True)
@@ -88,10 +88,8 @@ UNFIT = (
 
 
 @pytest.mark.parametrize(("kind", "text", "why"), UNFIT)
-def test_what_is_no_answer_of_the_form_that_is_due_is_refused(
-    kind: str, text: str, why: str, drawn: Callable[[str, int], Problem]
-) -> None:
-    problem = drawn("planar-2r", 0)
+def test_what_is_no_answer_of_the_form_that_is_due_is_refused(kind: str, text: str, why: str) -> None:
+    problem = get_problem("planar-2r", 0)
     part = next(part for part in problem.parts if part.kind == kind)
     given = read_answer(problem, part, text)
     assert given.refusal is not None and why in given.refusal.reason
@@ -100,8 +98,11 @@ def test_what_is_no_answer_of_the_form_that_is_due_is_refused(
 
 
 def test_check_says_of_every_answer_what_the_grader_says_of_its_form(tmp_path: Path) -> None:
-    assignment = a_class(tmp_path / "hw", [Student("ada")])
-    assert all(row.is_readable for row in check_notebook(hand_in(assignment, "a.ipynb", right(assignment, "ada"))).rows)
+    assignment = make_class(tmp_path / "hw", [Student("ada")])
+    assert all(
+        row.is_readable
+        for row in check_notebook(submit(assignment, "a.ipynb", make_correct_notebook(assignment, "ada"))).rows
+    )
     typed = {kind: (text, why) for kind, text, why in UNFIT if kind != "joint-rates"}
     assert len(typed) == 3
 
@@ -109,7 +110,7 @@ def test_check_says_of_every_answer_what_the_grader_says_of_its_form(tmp_path: P
         for cell, kind in zip(cells[-3:], ("position", "jacobian", "determinant"), strict=True):
             cell["source"] = f"p1_{kind} = {typed[kind][0]!r}"
 
-    rows = check_notebook(hand_in(assignment, "b.ipynb", right(assignment, "ada", change))).rows
+    rows = check_notebook(submit(assignment, "b.ipynb", make_correct_notebook(assignment, "ada", change))).rows
     assert len(rows) == 3
     for row in rows:
         assert not row.is_readable and typed[row.part.removeprefix("p1.")][1] in row.message, row
@@ -146,13 +147,15 @@ def test_what_may_mean_two_things_has_no_reading_and_a_comma_before_a_unit_means
 
 
 def test_check_knows_the_symbols_of_the_students_own_problem(tmp_path: Path) -> None:
-    assignment = a_class(tmp_path / "hw", [Student("ada")])
+    assignment = make_class(tmp_path / "hw", [Student("ada")])
 
     def checked(text: str, claimed: object = None) -> tuple[bool, str]:
-        made = json.loads(right(assignment, "ada", lambda cells: cells[-2].update(source=f"p1_jacobian = {text!r}")))
+        made = json.loads(
+            make_correct_notebook(assignment, "ada", lambda cells: cells[-2].update(source=f"p1_jacobian = {text!r}"))
+        )
         if claimed is not None:
             made["metadata"]["qdot"]["symbols"] = claimed
-        rows = check_notebook(hand_in(assignment, "a/hw.ipynb", json.dumps(made))).rows
+        rows = check_notebook(submit(assignment, "a/hw.ipynb", json.dumps(made))).rows
         return next((row.is_readable, row.message) for row in rows if row.part == "p1.jacobian")
 
     wrong = "[[x*cos(theta1), a2], [a1, a2*lamda]]"
@@ -188,7 +191,7 @@ def test_units_of_numbers_are_converted_each_where_it_can_be_right(text: str, wh
 MEANT = {"vx": "vx", "v_y": "vy", "vz": "vz", "ẏ": "vy", "z_dot": "vz"}
 
 
-@pytest.mark.parametrize("seed", several((0, 1), range(4)))
+@pytest.mark.parametrize("seed", select_for_suite((0, 1), range(4)))
 def test_check_knows_which_component_of_a_velocity_the_student_is_asked(tmp_path: Path, seed: int) -> None:
     problem = generate(ProblemId("elbow-3r", seed, ("velocity-component",)))
     part = problem["velocity-component"]

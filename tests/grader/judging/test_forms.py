@@ -23,8 +23,8 @@ from qdot.grader.judging.functions import make_calls
 from qdot.grader.judging.judge import judge_parsed
 from qdot.grader.sandbox.sandbox import Sandbox
 from tests.support import DATA
-from tests.support.problems import drawn
-from tests.support.suites import several
+from tests.support.problems import get_problem
+from tests.support.suites import select_for_suite
 
 FORMS = [json.loads(line) for line in (DATA / "forms.jsonl").read_text(encoding="utf-8").splitlines()]
 CELLS, TEXTS = ([form for form in FORMS if form["where"] == where] for where in ("cell", "text"))
@@ -41,7 +41,7 @@ SEED = "forms"
 
 def problem() -> Problem:
     """The plain arm of the chapter."""
-    return drawn("planar-2r", 0, "chapter")
+    return get_problem("planar-2r", 0, "chapter")
 
 
 def part_of(form: Mapping[str, Any]) -> Part:
@@ -77,7 +77,7 @@ TOGETHER = 12
 @pytest.fixture(scope="module")
 def typed(sandbox: Sandbox) -> list[Typed]:
     """All forms, in `make test` every third: each that is Python in a cell of its own."""
-    cells, texts = CELLS[:: several(3, 1)], TEXTS[:: several(3, 1)]
+    cells, texts = CELLS[:: select_for_suite(3, 1)], TEXTS[:: select_for_suite(3, 1)]
     runs = (_run(sandbox, cells[begin : begin + TOGETHER]) for begin in range(0, len(cells), TOGETHER))
     return [*(one for run in runs for one in run), *(Typed(form, form["typed"]) for form in texts)]
 

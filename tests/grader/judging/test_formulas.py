@@ -15,7 +15,7 @@ from tests.support.judging import (
     judge_numbers,
     judge_singular,
 )
-from tests.support.suites import few_of
+from tests.support.suites import sample_for_suite
 
 DOMAIN = Domain(
     {
@@ -257,7 +257,7 @@ SETS: dict[tuple[str, Outcome | None], tuple[list[str], tuple[str, ...]]] = {
 """References with what students write; None: not right."""
 
 
-@pytest.mark.parametrize(("which", "due"), few_of(SETS, 5), ids=str)
+@pytest.mark.parametrize(("which", "due"), sample_for_suite(SETS, 5), ids=str)
 def test_a_set_is_judged_by_the_configurations_in_it(which: str, due: Outcome | None) -> None:
     reference, students = SETS[which, due]
     for student in students:

@@ -1,7 +1,6 @@
 """Answers that are Python functions: called with symbols where they take them, at random configurations where not."""
 
 import re
-from collections.abc import Callable
 from dataclasses import replace
 
 import pytest
@@ -16,10 +15,9 @@ from qdot.grader.marking.marking import mark
 from qdot.grader.sandbox.contained.callables import TABLE_PREFIX
 from qdot.grader.sandbox.sandbox import Calls, Limits, Sandbox
 from qdot.grader.submissions.answer_locator import Answers
-from tests.support.problems import drawn, some_parts
+from tests.support.problems import get_problem, sample_parts
 from tests.support.suites import few_families
 
-Draw = Callable[[str, int], Problem]
 IMPORTS = "import math\nfrom math import cos, sin\nimport numpy as np\nimport sympy as sp"
 CALLS = Calls(
     ("theta1", "theta2"), ("theta1", "theta2", "a1", "a2", "qd1", "qd2"),
@@ -108,8 +106,8 @@ def test_an_endless_function_costs_one_answer(sandbox: Sandbox) -> None:
     assert run.unreadable_reasons["p1_a"] == "computing the answer took longer than 0.3 s of processor time"
 
 
-def test_a_wrong_function_is_shown_a_configuration_of_what_counts(sandbox: Sandbox, drawn: Draw) -> None:
-    problem = drawn("planar-2r", 3)
+def test_a_wrong_function_is_shown_a_configuration_of_what_counts(sandbox: Sandbox) -> None:
+    problem = get_problem("planar-2r", 3)
     calls = {"p1": make_calls(problem, problem.domain, "points")}
     run = sandbox.run(["p1_position = lambda theta1, theta2: [0.5 * float(theta1), 1]"], ["p1_position"], calls)
     answers = Answers(run).map_texts("p1", problem)
@@ -120,7 +118,7 @@ def test_a_wrong_function_is_shown_a_configuration_of_what_counts(sandbox: Sandb
 
 
 def formulas(problem: Problem) -> list[Part]:
-    return [part for part in some_parts(problem) if isinstance(part.answer, (Expression, Matrix))]
+    return [part for part in sample_parts(problem) if isinstance(part.answer, (Expression, Matrix))]
 
 
 WAYS = {
@@ -176,7 +174,7 @@ def test_a_table_that_a_student_typed_is_no_answer(problem: Problem) -> None:
 
 
 def test_values_that_are_nearly_right_are_shown_with_the_digits_in_which_they_differ() -> None:
-    problem = drawn("planar-2r", 0, variation="chapter")
+    problem = get_problem("planar-2r", 0, variation="chapter")
     part, domain, joints = problem["position"], problem.domain, [q.name for q in problem.chain.q]
     empty = read_table(f'{TABLE_PREFIX}{{"shape": [2], "values": []}}', domain, "points")
     rows = part.answer.parse_trees(domain.roles)

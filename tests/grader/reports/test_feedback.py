@@ -32,8 +32,8 @@ from qdot.grader.reports.feedback import compute_page_fingerprint, make_feedback
 from qdot.grader.reports.tables import find_work_status
 from qdot.grader.reports.write import write_reports
 from qdot.grader.sandbox.contained.callables import TABLE_PREFIX
-from tests.support.results import change
-from tests.support.suites import few_of
+from tests.support.results import change_part
+from tests.support.suites import sample_for_suite
 
 TOML = """title = "Arms & <angles>"
 key = "hw"
@@ -139,10 +139,10 @@ def mix(assignment: Assignment) -> Result:
     """A result with every outcome in it, and a part that follows from a wrong one."""
     result = result_of(assignment, mixed)
     reason = "qdot failed on this answer (E: <x>)"
-    result = change(result, "p2.rank", outcome=Outcome.UNGRADED, points=None, reason=reason)
+    result = change_part(result, "p2.rank", outcome=Outcome.UNGRADED, points=None, reason=reason)
     assert {part.outcome for part in result.parts.values()} == set(Outcome) - {Outcome.CORRECT}
     right = result_of(assignment).parts["p1.position"]
-    return change(result, "p1.position", **{field.name: getattr(right, field.name) for field in fields(right)})
+    return change_part(result, "p1.position", **{field.name: getattr(right, field.name) for field in fields(right)})
 
 
 def page_of(assignment: Assignment, result: Result) -> tuple[str, Page]:
@@ -370,10 +370,10 @@ def test_whatever_was_typed_is_shown_safely_and_soon(assignment: Assignment, tex
 
 
 def test_a_page_of_hostile_answers_and_reasons(assignment: Assignment, mix: Result) -> None:
-    for text in few_of(HOSTILE, 8):
+    for text in sample_for_suite(HOSTILE, 8):
         result = replace(mix, notes=(text[:100],))
         for name, part in mix.parts.items():
-            result = change(result, name, answer=text, reason=f"{part.reason} near '{text[:40]}'")
+            result = change_part(result, name, answer=text, reason=f"{part.reason} near '{text[:40]}'")
         page, _ = page_of(assignment, result)
         assert "<script" not in page and "onerror=alert(1)>" not in page.replace("&gt;", "")
         page.encode("utf-8")

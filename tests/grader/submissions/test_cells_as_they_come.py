@@ -20,22 +20,22 @@ from qdot.grader.sandbox.sandbox import Limits, Run, Sandbox
 from qdot.grader.submissions.answer_locator import find_answers, guess_parts
 from qdot.grader.submissions.cells import Cell, read_cells
 from tests.support.command import run
-from tests.support.handing_in import (
+from tests.support.submitting import (
+    ALL_CORRECT,
     PARTS,
-    RIGHT,
     Cells,
-    a_class,
-    code,
+    code_cell,
     grade,
-    hand_in,
-    notebook,
-    outcomes,
-    reasons,
-    right,
-    right_cells,
-    text,
+    list_outcomes,
+    list_reasons,
+    make_class,
+    make_correct_cells,
+    make_correct_notebook,
+    submit,
+    text_cell,
+    write_notebook,
 )
-from tests.support.suites import few_of, several
+from tests.support.suites import sample_for_suite, select_for_suite
 
 SETUP, POSITION, JACOBIAN, DETERMINANT = 1, 2, 3, 4
 """Places of cells; people count from 1."""
@@ -62,7 +62,7 @@ def written(code_of_cell: str) -> Change:
 
 
 def added(code_of_cell: str, part: str | None = None, place: int | None = None) -> Change:
-    return lambda cells: cells.insert(len(cells) if place is None else place, code(code_of_cell, part))
+    return lambda cells: cells.insert(len(cells) if place is None else place, code_cell(code_of_cell, part))
 
 
 def all_of(*changes: Change) -> Change:
@@ -74,13 +74,13 @@ def tampered(part: Any, **others: Any) -> Change:
 
 
 def as_markdown_with_prose(cells: Cells) -> None:
-    cells[JACOBIAN] = text(f"My answer:\n\n```python\n{cells[JACOBIAN]['source']}\n```\nI hope it's right!")
+    cells[JACOBIAN] = text_cell(f"My answer:\n\n```python\n{cells[JACOBIAN]['source']}\n```\nI hope it's right!")
 
 
 def built_step_by_step(cells: Cells) -> None:
     value = cells[JACOBIAN]["source"].split("=", 1)[1]
     cells[JACOBIAN]["source"] = "p1_jacobian = zeros(2, 2)"
-    cells.append(code(f"for i in range(4):\n    p1_jacobian[i] = ({value})[i]"))
+    cells.append(code_cell(f"for i in range(4):\n    p1_jacobian[i] = ({value})[i]"))
 
 
 def copied_name_in_brackets(cells: Cells) -> None:
@@ -99,14 +99,14 @@ def named_j_and_shown(cells: Cells) -> None:
 
 
 def answer_moved_to_a_new_cell(cells: Cells) -> None:
-    cells.append(code(cells[JACOBIAN]["source"]))
+    cells.append(code_cell(cells[JACOBIAN]["source"]))
     cells[JACOBIAN]["source"] = "scratch = 5"
 
 
 def helper_below(cells: Cells) -> None:
     value = cells[JACOBIAN]["source"].split("=", 1)[1]
     cells[JACOBIAN]["source"] = "p1_jacobian = helper()"
-    cells.append(code(f"def helper():\n    return {value}"))
+    cells.append(code_cell(f"def helper():\n    return {value}"))
 
 
 def first_cell_stops(cells: Cells) -> None:
@@ -127,8 +127,8 @@ def habits(cells: Cells) -> None:
     cells[JACOBIAN]["source"] = f"{name} = _"
     source(cells, DETERMINANT, "p1_determinant = ", "%%time\nfrom helper import keep\np1_determinant = keep(")
     cells[DETERMINANT]["source"] += ")\ndisplay(p1_determinant)\ninput('done?')"
-    cells.insert(JACOBIAN, code(value))
-    cells.insert(2, code("%%writefile helper.py\ndef keep(x):\n    return x"))
+    cells.insert(JACOBIAN, code_cell(value))
+    cells.insert(2, code_cell("%%writefile helper.py\ndef keep(x):\n    return x"))
 
 
 def only_help_below_j(cells: Cells) -> None:
@@ -155,42 +155,48 @@ several_answer_cells = all_of(named_j, added("J = 3", ANSWER, JACOBIAN), added("
 WRONG, MISSING = ["correct", "wrong", "correct"], ["correct", "missing", "correct"]
 CASES: dict[str, tuple[Change, list[str], str, str]] = {
     "duplicated, the last wrong": (added(ZEROS, ANSWER), WRONG, "p1_jacobian cells 4 and 6", "(1, 1)"),
-    "duplicated, the last right": (added(ZEROS, ANSWER, JACOBIAN), RIGHT, "p1_jacobian cells 4 and 5", ""),
-    "duplicated, the last blank": (added(BLANK, ANSWER), RIGHT, "p1_jacobian blank", ""),
+    "duplicated, the last right": (added(ZEROS, ANSWER, JACOBIAN), ALL_CORRECT, "p1_jacobian cells 4 and 5", ""),
+    "duplicated, the last blank": (added(BLANK, ANSWER), ALL_CORRECT, "p1_jacobian blank", ""),
     "duplicated, the last unreadable": (
-        added("p1_jacobian = lambda: p1_jacobian\np1_jacobian = object()", ANSWER), RIGHT, "p1_jacobian TypeError:", "",
+        added("p1_jacobian = lambda: p1_jacobian\np1_jacobian = object()", ANSWER),
+        ALL_CORRECT, "p1_jacobian TypeError:", "",
     ),
     "duplicated, the last stops": (
-        added("p1_jacobian = undefined_name", ANSWER), RIGHT, "cells 4 and 6 NameError: 'undefined_name'", "",
+        added("p1_jacobian = undefined_name", ANSWER), ALL_CORRECT, "cells 4 and 6 NameError: 'undefined_name'", "",
     ),
-    "duplicated, the same": (lambda cells: cells.append(deepcopy(cells[JACOBIAN])), RIGHT, "", ""),
-    "answered in another cell": (all_of(unmarked, lambda cells: cells.insert(2, text("some text"))), RIGHT, "", ""),
-    "built step by step": (built_step_by_step, RIGHT, "", ""),
-    "misspelt": (named("p1_jacobain"), RIGHT, "cell 4 p1_jacobian p1_jacobain", ""),
-    "misspelt, without metadata": (all_of(named("p1_jacobain"), unmarked), RIGHT, "cell 4 p1_jacobian p1_jacobain", ""),
+    "duplicated, the same": (lambda cells: cells.append(deepcopy(cells[JACOBIAN])), ALL_CORRECT, "", ""),
+    "answered in another cell": (
+        all_of(unmarked, lambda cells: cells.insert(2, text_cell("some text"))), ALL_CORRECT, "", "",
+    ),
+    "built step by step": (built_step_by_step, ALL_CORRECT, "", ""),
+    "misspelt": (named("p1_jacobain"), ALL_CORRECT, "cell 4 p1_jacobian p1_jacobain", ""),
+    "misspelt, without metadata": (
+        all_of(named("p1_jacobain"), unmarked), ALL_CORRECT, "cell 4 p1_jacobian p1_jacobain", "",
+    ),
     "another name": (
-        named_j, RIGHT, "cell 4 is the answer cell of p1_jacobian and sets J, not p1_jacobian; qdot used its value", "",
+        named_j,
+        ALL_CORRECT, "cell 4 is the answer cell of p1_jacobian and sets J, not p1_jacobian; qdot used its value", "",
     ),
-    "another name, and shown": (named_j_and_shown, RIGHT, "p1_jacobian J,", ""),
-    "an expression only": (edited(JACOBIAN, "p1_jacobian = ", ""), RIGHT, "cell 4 p1_jacobian", ""),
-    "another part's name": (named("p1_position"), RIGHT, "cell 4 p1_jacobian p1_position", ""),
-    "another part's name, in brackets": (copied_name_in_brackets, RIGHT, "p1_jacobian p1_position", ""),
-    "an expression in brackets": (expression_in_brackets, RIGHT, "cell 4 p1_jacobian", ""),
-    "several answer cells under another name": (several_answer_cells, RIGHT, "4, 5 8 p1_jacobian J,", ""),
+    "another name, and shown": (named_j_and_shown, ALL_CORRECT, "p1_jacobian J,", ""),
+    "an expression only": (edited(JACOBIAN, "p1_jacobian = ", ""), ALL_CORRECT, "cell 4 p1_jacobian", ""),
+    "another part's name": (named("p1_position"), ALL_CORRECT, "cell 4 p1_jacobian p1_position", ""),
+    "another part's name, in brackets": (copied_name_in_brackets, ALL_CORRECT, "p1_jacobian p1_position", ""),
+    "an expression in brackets": (expression_in_brackets, ALL_CORRECT, "cell 4 p1_jacobian", ""),
+    "several answer cells under another name": (several_answer_cells, ALL_CORRECT, "4, 5 8 p1_jacobian J,", ""),
     "two answers in a text cell": (
-        all_of(merged, lambda cells: cells[POSITION].update(cell_type="raw")), RIGHT, "cell 3", "",
+        all_of(merged, lambda cells: cells[POSITION].update(cell_type="raw")), ALL_CORRECT, "cell 3", "",
     ),
-    "the answer in a new cell": (answer_moved_to_a_new_cell, RIGHT, "p1_jacobian cell 6 cell 4", ""),
-    "retyped to Markdown": (as_markdown, RIGHT, "cell 4 p1_jacobian", ""),
-    "retyped to Markdown, metadata lost": (all_of(as_markdown, unmarked), RIGHT, "cell 4 text", ""),
-    "fenced among prose": (as_markdown_with_prose, RIGHT, "cell 4 text", ""),
-    "retyped and renamed": (all_of(as_markdown, named("J")), RIGHT, "cell 4 text J,", ""),
+    "the answer in a new cell": (answer_moved_to_a_new_cell, ALL_CORRECT, "p1_jacobian cell 6 cell 4", ""),
+    "retyped to Markdown": (as_markdown, ALL_CORRECT, "cell 4 p1_jacobian", ""),
+    "retyped to Markdown, metadata lost": (all_of(as_markdown, unmarked), ALL_CORRECT, "cell 4 text", ""),
+    "fenced among prose": (as_markdown_with_prose, ALL_CORRECT, "cell 4 text", ""),
+    "retyped and renamed": (all_of(as_markdown, named("J")), ALL_CORRECT, "cell 4 text J,", ""),
     "prose": (all_of(as_markdown, written(PROSE)), MISSING, "", "cell 4 text"),
-    "metadata stripped": (lambda cells: [cell.update(metadata={}) for cell in cells], RIGHT, "", ""),
-    "a helper below": (helper_below, RIGHT, "cell 4 NameError: 'helper'", ""),
+    "metadata stripped": (lambda cells: [cell.update(metadata={}) for cell in cells], ALL_CORRECT, "", ""),
+    "a helper below": (helper_below, ALL_CORRECT, "cell 4 NameError: 'helper'", ""),
     "deleted": (lambda cells: cells.pop(JACOBIAN), MISSING, "", "p1_jacobian"),
     "emptied": (written("\n"), MISSING, "", "p1_jacobian"),
-    "the set-up deleted": (lambda cells: cells.pop(SETUP), RIGHT, "", ""),
+    "the set-up deleted": (lambda cells: cells.pop(SETUP), ALL_CORRECT, "", ""),
     "the set-up stops": (
         first_cell_stops, MISSING, "cell 2 line 2, undefined_thing() (NameError:", "'zeros' cell 2 undefined_thing() (",
     ),
@@ -198,24 +204,26 @@ CASES: dict[str, tuple[Change, list[str], str, str]] = {
         first_cell_lacks_a_library, ["correct", "correct", "missing"],
         "cell 2 line 1, import nosuchlibrary as no (ModuleNotFoundError:", "'no' cell 2 line 1, nosuchlibrary",
     ),
-    "answers from the last to the first": (lambda cells: cells.extend(cells.pop(k) for k in (4, 3, 2)), RIGHT, "", ""),
+    "answers from the last to the first": (
+        lambda cells: cells.extend(cells.pop(k) for k in (4, 3, 2)), ALL_CORRECT, "", "",
+    ),
     "forged, and wrong": (
         all_of(written("p1_jacobian = 0"), tampered(ANSWER, points=1000, reference="0")), WRONG, "metadata points", "",
     ),
     "a library in an answer": (
-        edited(JACOBIAN, "p1_jacobian", "from nosuchlibrary import linalg\np1_jacobian"), RIGHT, "", "",
+        edited(JACOBIAN, "p1_jacobian", "from nosuchlibrary import linalg\np1_jacobian"), ALL_CORRECT, "", "",
     ),
-    "habits of Jupyter": (habits, RIGHT, "", ""),
+    "habits of Jupyter": (habits, ALL_CORRECT, "", ""),
     "only a magic left": (written("%who"), MISSING, "", "p1_jacobian"),
-    "another name above magics": (only_help_below_j, RIGHT, "p1_jacobian J,", ""),
-    "another name below a magic": (named("%%time\nx = !ls\nJ"), RIGHT, "p1_jacobian J,", ""),
-    "another name below two magics": (named("%%time\n!ls\nJ"), RIGHT, "p1_jacobian J,", ""),
-    "the process ended": (added("import os; os._exit(0)"), RIGHT, "cell 6", ""),
-    "cells merged": (merged, RIGHT, "", ""),
-    "a part that isn't asked": (tampered("p9.jacobian"), RIGHT, "marked p9.jacobian", ""),
-    "a part that is a path": (tampered("../x\n"), RIGHT, "marked ../x\N{REPLACEMENT CHARACTER}", ""),
-    "a part that is a dictionary": (tampered({"a": [1]}), RIGHT, "metadata part", ""),
-    "points": (tampered("p1.jacobian", points=1000), RIGHT, "metadata points", ""),
+    "another name above magics": (only_help_below_j, ALL_CORRECT, "p1_jacobian J,", ""),
+    "another name below a magic": (named("%%time\nx = !ls\nJ"), ALL_CORRECT, "p1_jacobian J,", ""),
+    "another name below two magics": (named("%%time\n!ls\nJ"), ALL_CORRECT, "p1_jacobian J,", ""),
+    "the process ended": (added("import os; os._exit(0)"), ALL_CORRECT, "cell 6", ""),
+    "cells merged": (merged, ALL_CORRECT, "", ""),
+    "a part that isn't asked": (tampered("p9.jacobian"), ALL_CORRECT, "marked p9.jacobian", ""),
+    "a part that is a path": (tampered("../x\n"), ALL_CORRECT, "marked ../x\N{REPLACEMENT CHARACTER}", ""),
+    "a part that is a dictionary": (tampered({"a": [1]}), ALL_CORRECT, "metadata part", ""),
+    "points": (tampered("p1.jacobian", points=1000), ALL_CORRECT, "metadata points", ""),
     "the metadata of another part": (another_parts_name, MISSING, "", "p1_jacobian"),
 }  # fmt: skip
 """What is changed, what the three parts get, and the words that one note and one reason have to have."""
@@ -224,15 +232,15 @@ STUDENTS = [Student(f"s{number:02d}") for number in range(len(CASES) + 1)]
 
 @pytest.fixture(scope="module")
 def assignment(tmp_path_factory: pytest.TempPathFactory) -> Assignment:
-    return a_class(tmp_path_factory.mktemp("cells") / "hw", STUDENTS)
+    return make_class(tmp_path_factory.mktemp("cells") / "hw", STUDENTS)
 
 
 @pytest.fixture(scope="module")
 def graded(assignment: Assignment) -> dict[str, Result]:
     """Everybody's result: one student a case, and an honest one."""
     for student, (change, *_) in zip(STUDENTS, CASES.values(), strict=False):
-        hand_in(assignment, f"{student.id}.ipynb", right(assignment, student.id, change))
-    hand_in(assignment, f"{STUDENTS[-1].id}.ipynb", right(assignment, STUDENTS[-1].id))
+        submit(assignment, f"{student.id}.ipynb", make_correct_notebook(assignment, student.id, change))
+    submit(assignment, f"{STUDENTS[-1].id}.ipynb", make_correct_notebook(assignment, STUDENTS[-1].id))
     results, _ = grade(assignment)
     return {**dict(zip(CASES, results.values(), strict=False)), "honest": results[STUDENTS[-1].id]}
 
@@ -241,12 +249,12 @@ def graded(assignment: Assignment) -> dict[str, Result]:
 def test_every_answer_that_is_there_is_read(graded: dict[str, Result], case: str) -> None:
     _, due, note, reason = CASES[case]
     result, honest = graded[case], graded["honest"]
-    assert outcomes(honest) == RIGHT and not honest.staff_notes  # a fellow student is graded as ever
-    assert outcomes(result) == due, reasons(result)
+    assert list_outcomes(honest) == ALL_CORRECT and not honest.staff_notes  # a fellow student is graded as ever
+    assert list_outcomes(result) == due, list_reasons(result)
     assert (result.score, result.max_score) == (sum((1, 2, 1)[k] for k in range(3) if due[k] == "correct"), 4)
     staff = result.staff_notes if "metadata" in note or "marked" in note else ()
     assert has_words((*result.notes, *staff), note) if note else not result.staff_notes, result.staff_notes
-    assert has_words(reasons(result), reason), reasons(result)
+    assert has_words(list_reasons(result), reason), list_reasons(result)
 
 
 def has_words(texts: Iterable[str], words: str) -> bool:
@@ -278,11 +286,11 @@ def sandbox() -> Any:
         yield made
 
 
-@settings(max_examples=several(20, 200))
+@settings(max_examples=select_for_suite(20, 200))
 @given(seed=st.integers(0, 10**9))
 def test_no_edit_loses_an_answer_silently(assignment: Assignment, sandbox: Sandbox, seed: int) -> None:
     rng = random.Random(seed)
-    cells = right_cells(assignment, "s00")
+    cells = make_correct_cells(assignment, "s00")
     due = {part: cells[place]["source"] for part, place in zip(PARTS, (POSITION, JACOBIAN, DETERMINANT), strict=True)}
     untouched = find_answers(
         [Cell(cell["source"], is_code=cell["cell_type"] == "code") for cell in cells], PARTS, sandbox.run
@@ -290,7 +298,7 @@ def test_no_edit_loses_an_answer_silently(assignment: Assignment, sandbox: Sandb
     for _ in range(rng.randrange(1, 5)):
         if cells:
             rng.choice(EDITS)(cells, rng)
-    edited = notebook(assignment, "s00", cells)
+    edited = write_notebook(assignment, "s00", cells)
     found = find_answers(read_cells("hw.ipynb", edited.encode()).cells, PARTS, sandbox.run)
     for part in due:
         name = name_answer_variable(*part.split("."))
@@ -367,12 +375,12 @@ def test_what_is_deep_or_long_is_run_though_it_is_not_looked_into(sandbox: Sandb
     assert "the cell of this answer stopped" in found.reasons["p1_a"]
 
 
-@pytest.mark.parametrize("change", few_of([first_cell_stops, first_cell_lacks_a_library, habits], 2))
+@pytest.mark.parametrize("change", sample_for_suite([first_cell_stops, first_cell_lacks_a_library, habits], 2))
 def test_a_student_is_told_beforehand_what_the_first_cell_lacks(
     assignment: Assignment, tmp_path: Path, change: Change
 ) -> None:
     """`qdot check` knows the symbols of the problem by what the notebook says of them."""
-    (tmp_path / "hw.ipynb").write_text(right(assignment, "s00", change))
+    (tmp_path / "hw.ipynb").write_text(make_correct_notebook(assignment, "s00", change))
     checked = check_notebook(tmp_path / "hw.ipynb")
     missing = [row.message for row in checked.rows if not row.is_readable]
     assert len(missing) == len(checked.notes) == (change is not habits)
@@ -381,10 +389,10 @@ def test_a_student_is_told_beforehand_what_the_first_cell_lacks(
 
 
 def test_what_a_notebook_claims_of_its_symbols_is_no_code(assignment: Assignment, tmp_path: Path) -> None:
-    cells = right_cells(assignment, "s00")
+    cells = make_correct_cells(assignment, "s00")
     del cells[SETUP]
     claims = {"p1": ["x; open('/etc/passwd')", "if", 5, "theta1\n"], "p2": "a1", "p3": ["theta2", "x" * 10**6]}
-    book = notebook(assignment, "s00", cells, metadata={"qdot": {"symbols": claims}})
+    book = write_notebook(assignment, "s00", cells, metadata={"qdot": {"symbols": claims}})
     (tmp_path / "hw.ipynb").write_text(book)
     rows = check_notebook(tmp_path / "hw.ipynb").rows
     beginning = "the cell of this answer stopped: NameError: name 'a1' is not defined"
@@ -392,11 +400,11 @@ def test_what_a_notebook_claims_of_its_symbols_is_no_code(assignment: Assignment
 
 
 def test_the_program_says_the_same_to_a_student(assignment: Assignment, tmp_path: Path) -> None:
-    (tmp_path / "hw (1).ipynb").write_text(right(assignment, "s00", named_j))
+    (tmp_path / "hw (1).ipynb").write_text(make_correct_notebook(assignment, "s00", named_j))
     printed = run("check", tmp_path / "hw (1).ipynb")
     assert has_words(printed.splitlines(), "note: cell 4 p1_jacobian J,")
     assert "ok  p1.jacobian: 2 × 2 matrix" in printed
-    (tmp_path / "hw.py").write_text("\n\n".join(cell["source"] for cell in right_cells(assignment, "s00")[1:]))
+    (tmp_path / "hw.py").write_text("\n\n".join(cell["source"] for cell in make_correct_cells(assignment, "s00")[1:]))
     printed = run("check", tmp_path / "hw.py")
     assert "note: hw.py" in printed and "3 of 3 answers can be read" in printed
 

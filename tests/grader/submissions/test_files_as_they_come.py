@@ -26,8 +26,19 @@ from qdot.grader.submissions import cells as reading
 from qdot.grader.submissions.answer_locator import find_answers
 from qdot.grader.submissions.cells import MAX_BYTES_IN_THIS_PROCESS, OverLimit, Unreadable, read_cells
 from tests.support import DATA
-from tests.support.handing_in import RIGHT, a_class, code, grade, hand_in, notebook, outcomes, right, right_cells, text
-from tests.support.suites import few_of, several
+from tests.support.submitting import (
+    ALL_CORRECT,
+    code_cell,
+    grade,
+    list_outcomes,
+    make_class,
+    make_correct_cells,
+    make_correct_notebook,
+    submit,
+    text_cell,
+    write_notebook,
+)
+from tests.support.suites import sample_for_suite, select_for_suite
 
 pytestmark = pytest.mark.xdist_group("files-as-they-come")
 HW = "hw.ipynb"
@@ -41,7 +52,7 @@ def file(name: str, content: Callable[[str], str | bytes]) -> Make:
     """Hand in one file, made of the text of the right notebook."""
 
     def make(assignment: Assignment, student: str) -> None:
-        hand_in(assignment, f"{student}/{name}", content(right(assignment, student)))
+        submit(assignment, f"{student}/{name}", content(make_correct_notebook(assignment, student)))
 
     return make
 
@@ -234,28 +245,28 @@ def bare_pipe(assignment: Assignment, student: str) -> None:
 
 def file_and_pipe(assignment: Assignment, student: str) -> None:
     pipe(assignment, student)
-    hand_in(assignment, f"{student}/mine.ipynb", right(assignment, student))
+    submit(assignment, f"{student}/mine.ipynb", make_correct_notebook(assignment, student))
 
 
 def sparse(assignment: Assignment, student: str) -> None:
-    with hand_in(assignment, f"{student}/{HW}", "{").open("r+b") as file:
+    with submit(assignment, f"{student}/{HW}", "{").open("r+b") as file:
         file.truncate(1_000_000_000)
 
 
 def two(assignment: Assignment, student: str) -> None:
-    hand_in(assignment, f"{student}/hw.ipynb", right(assignment, student)[:500])
-    hand_in(assignment, f"{student}/hw (1).ipynb", right(assignment, student))
+    submit(assignment, f"{student}/hw.ipynb", make_correct_notebook(assignment, student)[:500])
+    submit(assignment, f"{student}/hw (1).ipynb", make_correct_notebook(assignment, student))
 
 
 def with_an_export(assignment: Assignment, student: str) -> None:
-    hand_in(assignment, f"{student}/hw.pdf", b"%PDF-1.7")
-    hand_in(assignment, f"{student}/hw.html", "<!DOCTYPE html>")
-    hand_in(assignment, f"{student}/Week 3/Übung für mich 🦾.ipynb", right(assignment, student))
-    hand_in(assignment, f"{student}/Week 3/.ipynb_checkpoints/hw.ipynb", "{}")
+    submit(assignment, f"{student}/hw.pdf", b"%PDF-1.7")
+    submit(assignment, f"{student}/hw.html", "<!DOCTYPE html>")
+    submit(assignment, f"{student}/Week 3/Übung für mich 🦾.ipynb", make_correct_notebook(assignment, student))
+    submit(assignment, f"{student}/Week 3/.ipynb_checkpoints/hw.ipynb", "{}")
 
 
 def odd_name(assignment: Assignment, student: str) -> None:
-    hand_in(assignment, f"{student}/a\nb\x1b[31m.ipynb", "{")
+    submit(assignment, f"{student}/a\nb\x1b[31m.ipynb", "{")
 
 
 def nested(depth: int) -> Callable[[str], str]:
@@ -264,10 +275,10 @@ def nested(depth: int) -> Callable[[str], str]:
 
 def one_file_below(assignment: Assignment, student: str) -> None:
     """macOS writes é as e and an accent: the folder's name is not the identifier's bytes, and means the same."""
-    hand_in(assignment, "Zoe\u0301/hw.ipynb", right(assignment, student))
+    submit(assignment, "Zoe\u0301/hw.ipynb", make_correct_notebook(assignment, student))
 
 
-ALL, NONE, NO_MARK = RIGHT, ["missing"] * 3, ["ungraded"] * 3
+ALL, NONE, NO_MARK = ALL_CORRECT, ["missing"] * 3, ["ungraded"] * 3
 SENTENCE = "hw.ipynb is a PDF, not a notebook; submit the notebook itself"
 
 
@@ -373,8 +384,8 @@ STUDENTS = {name: "Zo\u00e9" if name == "another accent" else f"s{number:02d}" f
 def graded(cases: Collection[str], folder: Path) -> dict[str, Result]:
     """Everybody's result in one class of a student a case, and an honest one."""
     everybody = [*(STUDENTS[case] for case in cases), "honest"]
-    assignment = a_class(folder / "hw", [Student(student) for student in everybody])
-    hand_in(assignment, "honest/hw.ipynb", right(assignment, "honest"))
+    assignment = make_class(folder / "hw", [Student(student) for student in everybody])
+    submit(assignment, "honest/hw.ipynb", make_correct_notebook(assignment, "honest"))
     for case in cases:
         make, *_ = CASES[case]
         make(assignment, STUDENTS[case])
@@ -387,15 +398,15 @@ CLASSES = [list(CASES)[first::8] for first in range(8)]
 """Cases whose files a class hands in: in one class of all of them, whoever is first waits for everybody."""
 
 
-@pytest.mark.parametrize("cases", several(CLASSES[:1], CLASSES), ids=lambda cases: cases[0])
+@pytest.mark.parametrize("cases", select_for_suite(CLASSES[:1], CLASSES), ids=lambda cases: cases[0])
 def test_every_file_gets_its_verdict(cases: list[str], tmp_path: Path) -> None:
     results = graded(cases, tmp_path)
     honest = results["honest"]
-    assert outcomes(honest) == RIGHT and not honest.staff_notes  # everybody else is graded as ever
+    assert list_outcomes(honest) == ALL_CORRECT and not honest.staff_notes  # everybody else is graded as ever
     for case in cases:
         _, due, words = CASES[case]
         told = [results[case].obstacle or "", *results[case].notes]
-        assert outcomes(results[case]) == due, (case, told)
+        assert list_outcomes(results[case]) == due, (case, told)
         assert results[case].score == (4 if due == ALL else 0), case
         has_words = any(all(word in each for word in words.split()) for each in told)
         assert has_words if words else not results[case].staff_notes, (case, told)
@@ -407,7 +418,7 @@ def test_every_file_gets_its_verdict(cases: list[str], tmp_path: Path) -> None:
 JUPYTEXT = sorted((DATA / "jupytext").iterdir())
 
 
-@pytest.mark.parametrize("path", few_of(JUPYTEXT, 3), ids=lambda path: path.stem)
+@pytest.mark.parametrize("path", sample_for_suite(JUPYTEXT, 3), ids=lambda path: path.stem)
 def test_what_jupytext_and_nbconvert_write_is_read(path: Path) -> None:
     """One notebook as jupytext 1.19.6 and nbconvert 7.17 write it, J for p1_b; the last does not keep metadata."""
     content = read_cells(path.stem, path.read_bytes())
@@ -454,11 +465,11 @@ def test_a_large_file_is_read_within_limits_of_its_own(monkeypatch: pytest.Monke
 def test_what_exceeds_a_limit_has_no_mark_and_nothing_failed(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     """Also where answers are looked for in text that is no Python."""
     monkeypatch.setattr(answer_locator, "MAX_PARSED_CHARACTERS", 300_000)
-    assignment = a_class(tmp_path / "hw", [Student("s0"), Student("s1"), Student("s2")])
-    hand_in(assignment, "s0.py", b"# %%\n" * 10**5)
+    assignment = make_class(tmp_path / "hw", [Student("s0"), Student("s1"), Student("s2")])
+    submit(assignment, "s0.py", b"# %%\n" * 10**5)
     searched = "p1_position = (\np1_jacobian = (\np1_determinant = (\n" + "+".join(["[a]"] * 7000)
-    hand_in(assignment, "s1.ipynb", notebook(assignment, "s1", [text(f"{searched}{k}") for k in range(9)]))
-    hand_in(assignment, "s2.ipynb", right(assignment, "s2"))
+    submit(assignment, "s1.ipynb", write_notebook(assignment, "s1", [text_cell(f"{searched}{k}") for k in range(9)]))
+    submit(assignment, "s2.ipynb", make_correct_notebook(assignment, "s2"))
     results, _ = grade(assignment)
     assert [find_work_status(results[name]) for name in ("s0", "s1", "s2")] == ["over limit", "over limit", "graded"]
     assert "cells" in (results["s0"].obstacle or "")
@@ -473,24 +484,26 @@ HELPER = "def angle(x):\n    return x + 0\n"
 
 
 def test_a_module_that_is_handed_in_beside_a_notebook_is_imported_from_there_only(tmp_path: Path) -> None:
-    assignment = a_class(tmp_path / "hw", [Student(f"s{k}") for k in range(4)])
+    assignment = make_class(tmp_path / "hw", [Student(f"s{k}") for k in range(4)])
 
     def importing(student: str) -> str:
-        return right(
-            assignment, student, lambda cells: cells.insert(2, code("from helper import angle\nangle(theta1)"))
+        return make_correct_notebook(
+            assignment,
+            student,
+            lambda cells: cells.insert(2, code_cell("from helper import angle\nangle(theta1)")),
         )
 
-    hand_in(assignment, f"s0/{HW}", importing("s0"))
-    hand_in(assignment, "s0/helper.py", HELPER)
-    hand_in(assignment, "s1.zip", of_members((f"work/{HW}", importing("s1")), ("work/helper.py", HELPER)))
-    hand_in(assignment, f"s2/{HW}", importing("s2"))
-    hand_in(assignment, "s3.ipynb", importing("s3"))
-    hand_in(assignment, "helper.py", HELPER)
+    submit(assignment, f"s0/{HW}", importing("s0"))
+    submit(assignment, "s0/helper.py", HELPER)
+    submit(assignment, "s1.zip", of_members((f"work/{HW}", importing("s1")), ("work/helper.py", HELPER)))
+    submit(assignment, f"s2/{HW}", importing("s2"))
+    submit(assignment, "s3.ipynb", importing("s3"))
+    submit(assignment, "helper.py", HELPER)
     results, _ = grade(assignment)
     lacks = ["No module named 'helper'" in " ".join(results[f"s{k}"].notes) for k in range(4)]
     assert lacks == [False, False, True, True]
-    assert outcomes(results["s0"]) == outcomes(results["s1"]) == RIGHT
-    hand_in(assignment, "s0/helper.py", "raise ValueError('another one')")
+    assert list_outcomes(results["s0"]) == list_outcomes(results["s1"]) == ALL_CORRECT
+    submit(assignment, "s0/helper.py", "raise ValueError('another one')")
     assert "another one" in " ".join(grade(assignment)[0]["s0"].notes), "it is part of what was handed in"
     own = assignment.folder / "submitted" / "s0"
     assert "another one" in " ".join(check_notebook(own / HW).notes)
@@ -502,11 +515,11 @@ def test_a_module_that_is_handed_in_beside_a_notebook_is_imported_from_there_onl
 
 def test_the_largest_of_what_is_bounded(tmp_path: Path) -> None:
     """Ten thousand empty cells, and as many of text that are called as an answer is."""
-    assignment = a_class(tmp_path / "hw", [Student("s1")])
-    cells = right_cells(assignment, "s1") + [code(""), text("p1_jacobian = 3")] * 10_000
-    hand_in(assignment, "s1.ipynb", notebook(assignment, "s1", cells))
+    assignment = make_class(tmp_path / "hw", [Student("s1")])
+    cells = make_correct_cells(assignment, "s1") + [code_cell(""), text_cell("p1_jacobian = 3")] * 10_000
+    submit(assignment, "s1.ipynb", write_notebook(assignment, "s1", cells))
     results, _ = grade(assignment, seconds=60)
-    assert outcomes(results["s1"]) == RIGHT
+    assert list_outcomes(results["s1"]) == ALL_CORRECT
 
 
 @pytest.mark.parametrize("count", [3, 4])

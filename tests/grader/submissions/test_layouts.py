@@ -15,8 +15,8 @@ from qdot.grader.reports.tables import find_work_status
 from qdot.grader.submissions.layouts import SubmittedPath, find_submitted_paths
 from qdot.grader.submissions.roster import Roster
 from qdot.grader.submissions.submission import UNCERTAIN_OWNER, find_submissions, open_submissions
-from tests.support.handing_in import RIGHT, a_class, grade, hand_in, outcomes, right
-from tests.support.results import received
+from tests.support.results import get_received_time
+from tests.support.submitting import ALL_CORRECT, grade, list_outcomes, make_class, make_correct_notebook, submit
 
 pytestmark = pytest.mark.xdist_group("layouts")
 ROSTER = """student,name,email,moodle id,canvas_id,sid,section
@@ -31,7 +31,7 @@ eve,Anne-Marie van der Berg,eve@example.org,,,A-5,18
 @pytest.fixture
 def assignment(tmp_path: Path) -> Assignment:
     folder = tmp_path / "hw"
-    a_class(folder, [Student("s")])
+    make_class(folder, [Student("s")])
     (folder / "roster.csv").write_text(ROSTER)
     return load_assignment(folder)
 
@@ -39,7 +39,7 @@ def assignment(tmp_path: Path) -> Assignment:
 def owners(assignment: Assignment, *paths: str) -> tuple[dict[str, list[str]], list[str], list[str]]:
     """Return who is found to have handed in what, who is a stranger, and what is not sure."""
     for path in paths:
-        hand_in(assignment, path, "{}")
+        submit(assignment, path, "{}")
     looked = find_submissions(assignment, assignment.folder / "submitted")
     root = assignment.folder / "submitted"
     found = {
@@ -147,7 +147,7 @@ submission_13:
 def test_gradescope(assignment: Assignment) -> None:
     paths = [f"assignment_7_export/submission_{n}/hw.ipynb" for n in (11, 12, 13, 14)]
     assert owners(assignment, *paths)[1] == ["assignment_7_export"]
-    hand_in(assignment, "assignment_7_export/submission_metadata.yml", GRADESCOPE)
+    submit(assignment, "assignment_7_export/submission_metadata.yml", GRADESCOPE)
     found, strangers, unsure = owners(assignment)
     assert {who: files[0].split("/")[1] for who, files in found.items()} == {
         "ada1": "submission_11", "hen": "submission_12", "jose": "submission_12",
@@ -161,7 +161,7 @@ def test_gradescope(assignment: Assignment) -> None:
 
 def test_a_metadata_file_that_is_damaged_or_a_link_says_nothing(assignment: Assignment, tmp_path: Path) -> None:
     for content in (b"\xff\xfe\0", b"- [", b'submission_1:\n  :submitters:\n  - :name: "\\', b":" * 10**6):
-        hand_in(assignment, "submission_metadata.yml", content)
+        submit(assignment, "submission_metadata.yml", content)
         assert owners(assignment, "ada1/hw.ipynb")[0] == {"ada1": ["ada1/hw.ipynb"]}
     (tmp_path / "other.yml").write_text(GRADESCOPE)
     (assignment.folder / "submitted" / "submission_metadata.yml").unlink()
@@ -178,16 +178,16 @@ def test_names_of_folders_are_shown_in_one_line(assignment: Assignment) -> None:
 
 
 def test_what_may_be_of_two_is_never_guessed(assignment: Assignment) -> None:
-    hand_in(assignment, "Ada Lovelace_44_assignsubmission_file_/hw.ipynb", right(assignment, "ada1"))
-    hand_in(assignment, "Henri Poincaré_9_assignsubmission_file_/hw.ipynb", right(assignment, "hen"))
-    hand_in(assignment, "José Díaz_1003_assignsubmission_file_/hw.ipynb", right(assignment, "jose"))
+    submit(assignment, "Ada Lovelace_44_assignsubmission_file_/hw.ipynb", make_correct_notebook(assignment, "ada1"))
+    submit(assignment, "Henri Poincaré_9_assignsubmission_file_/hw.ipynb", make_correct_notebook(assignment, "hen"))
+    submit(assignment, "José Díaz_1003_assignsubmission_file_/hw.ipynb", make_correct_notebook(assignment, "jose"))
     results, looked = grade(assignment)
     several, contradicts = looked.uncertain_owners
     assert several.startswith("Ada Lovelace_44_assignsubmission_file_ may belong to ada1 or ada2: ")
     assert contradicts.startswith("José Díaz_1003_assignsubmission_file_ may belong to hen or jose: ")
     for student in ("ada1", "ada2", "jose"):
         assert results[student].obstacle == UNCERTAIN_OWNER and find_work_status(results[student]) == "unusable"
-    assert outcomes(results["hen"]) == RIGHT
+    assert list_outcomes(results["hen"]) == ALL_CORRECT
     assert find_work_status(results["eve"]) == "missing"
 
 
@@ -220,11 +220,11 @@ def test_times_are_of_the_best_source(assignment: Assignment) -> None:
     toml = assignment.folder / "assignment.toml"
     toml.write_text(toml.read_text().replace('key = "hw"', 'key = "hw"\ndue = 2026-11-20T12:00:00Z'))
     assignment = load_assignment(assignment.folder)
-    hand_in(assignment, "submission_metadata.yml", GRADESCOPE)
-    hand_in(assignment, "submission_11/hw.ipynb", right(assignment, "ada1"))
-    hand_in(assignment, "lovelaceada_502_9002_hw.ipynb", right(assignment, "ada2"))
-    hand_in(assignment, "poincaréhenri_LATE_503_9003_hw.ipynb", right(assignment, "hen"))
-    path = hand_in(assignment, "jose/hw.ipynb", right(assignment, "jose"))
+    submit(assignment, "submission_metadata.yml", GRADESCOPE)
+    submit(assignment, "submission_11/hw.ipynb", make_correct_notebook(assignment, "ada1"))
+    submit(assignment, "lovelaceada_502_9002_hw.ipynb", make_correct_notebook(assignment, "ada2"))
+    submit(assignment, "poincaréhenri_LATE_503_9003_hw.ipynb", make_correct_notebook(assignment, "hen"))
+    path = submit(assignment, "jose/hw.ipynb", make_correct_notebook(assignment, "jose"))
     after = 1_800_000_000
     for file in (path, *(assignment.folder / "submitted").glob("*_hw.ipynb")):
         os.utime(file, (after, after))
@@ -232,7 +232,7 @@ def test_times_are_of_the_best_source(assignment: Assignment) -> None:
     handed = {who: (r.submission.received_from, bool(r.late)) for who, r in results.items() if r.submission}
     from_file = {"ada2": ("file", False), "hen": ("file", True), "jose": ("file", True)}
     assert handed == {"ada1": ("Gradescope", False), **from_file}
-    assert received(results["ada1"]) == "2026-11-20T10:11:12+00:00"
+    assert get_received_time(results["ada1"]) == "2026-11-20T10:11:12+00:00"
     assert "the platform marked it as late" in results["hen"].staff_notes
 
 
@@ -240,7 +240,7 @@ def zip_of(path: Path, assignment: Assignment, *, evil: bool = False) -> Path:
     with zipfile.ZipFile(path, "w") as archive:
         for name, student in (("Henri Poincare\u0301", "hen"), ("José Díaz", "jose")):
             info = zipfile.ZipInfo(f"{name}_9_assignsubmission_file_/hw.ipynb", (2026, 11, 20, 10, 0, 0))
-            archive.writestr(info, right(assignment, student))
+            archive.writestr(info, make_correct_notebook(assignment, student))
         if evil:
             archive.writestr("../../evil.ipynb", "{}")
             archive.writestr("/etc/evil.ipynb", "{}")
@@ -257,9 +257,9 @@ def zip_of(path: Path, assignment: Assignment, *, evil: bool = False) -> Path:
 
 def test_the_zip_itself_is_graded(assignment: Assignment, tmp_path: Path) -> None:
     results, _ = grade(assignment, zip_of(tmp_path / "moodle.zip", assignment))
-    assert outcomes(results["hen"]) == outcomes(results["jose"]) == RIGHT
+    assert list_outcomes(results["hen"]) == list_outcomes(results["jose"]) == ALL_CORRECT
     local = datetime.datetime(2026, 11, 20, 10).astimezone().astimezone(datetime.UTC)
-    assert received(results["hen"]) == local.isoformat()
+    assert get_received_time(results["hen"]) == local.isoformat()
 
 
 def test_a_hostile_zip_writes_nothing_elsewhere(
@@ -276,7 +276,7 @@ def test_a_hostile_zip_writes_nothing_elsewhere(
     left_out = [line.split(":")[0].replace("\\", "/") for line in capsys.readouterr().err.splitlines()]
     assert left_out == ["../../evil.ipynb", "/etc/evil.ipynb", "a/../../evil.ipynb", "ada1/hw.ipynb"]
     assert set(tmp_path.rglob("*.ipynb")) <= before
-    assert outcomes(results["hen"]) == RIGHT and find_work_status(results["ada1"]) == "missing"
+    assert list_outcomes(results["hen"]) == ALL_CORRECT and find_work_status(results["ada1"]) == "missing"
 
 
 def test_what_is_no_zip_and_no_folder_is_told(assignment: Assignment, tmp_path: Path) -> None:
@@ -294,7 +294,7 @@ def test_what_is_no_zip_and_no_folder_is_told(assignment: Assignment, tmp_path: 
 @pytest.mark.parametrize("folder", ["jose", "Jose Diaz_5_assignsubmission_file_", "José Díaz"])
 def test_a_students_own_folder_is_no_export_whatever_lies_in_it(assignment: Assignment, folder: str) -> None:
     """The only one who has handed in yet lays a list beside the notebook, by which it is of others, too."""
-    hand_in(assignment, f"{folder}/submission_metadata.yml", GRADESCOPE)
+    submit(assignment, f"{folder}/submission_metadata.yml", GRADESCOPE)
     found, strangers, unsure = owners(assignment, f"{folder}/submission_11/hw.ipynb", f"{folder}/hw.ipynb")
     assert found["jose"][0] == f"{folder}/hw.ipynb"
     assert list(found) == ["jose"] and not strangers and not unsure
