@@ -216,7 +216,7 @@ class Slot:
 class Assignment:
     """An assignment, its roster and its secret; `notes` warn the staff about probable mistakes.
 
-    If roster.csv was exported by a platform, `gradebook` is that export. `replacements` has the replaced problems.
+    If roster.csv was exported by a platform, `gradebook` is that export. `replacements` lists the replaced problems.
     """
 
     folder: Path

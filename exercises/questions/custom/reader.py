@@ -61,7 +61,7 @@ class QuestionEntry(pydantic.BaseModel):
     title: str | None = None
     """The title that students see. By default, the name of the question."""
     prompt: str
-    """The question, in Markdown. A name in braces, such as {pose}, is replaced by the value in the student's problem."""
+    """The question, in Markdown. A name in braces, as in {pose}, is replaced by the value in the student's problem."""
     answer: str | None = None
     """The formula of the answer, or "text" if a person marks it. Each question has either `answer` or `options`."""
     options: list[str | OptionEntry] | None = None
