@@ -42,7 +42,7 @@ def export_scorm(request: ExportRequest) -> Generator[ExportedFile, None, None]:
     if assets is None:
         raise QdotError(NOT_BUILT_MESSAGE)
     for slot in assignment.slots:
-        _note_differences(request, slot)
+        _report_differences(request, slot)
     scripts = {path.relative_to(assets.folder).as_posix(): path.read_bytes() for path in assets.files}
     files = _make_bank_files(request) | scripts | {"icon.svg": favicon_text()}
     for version, name in PACKAGE_NAMES.items():
@@ -73,14 +73,14 @@ def check_size(request: ExportRequest) -> None:
         )
 
 
-def _note_differences(request: ExportRequest, slot: Slot) -> None:
+def _report_differences(request: ExportRequest, slot: Slot) -> None:
     """Tell the staff which marking rules of assignment.toml the browser does not apply."""
     if slot.decimals:
-        rounded_names = ", ".join(name for name, _ in slot.decimals)
-        request.report(f"{slot.name}: the package does not accept rounded decimals as right ({rounded_names})")
-    names = [name for name, credit in slot.credit if credit.rule not in ("", "whole")]
-    if names:
-        request.report(f"{slot.name}: the package uses the default partial credit for {', '.join(names)}")
+        rounded_questions = ", ".join(name for name, _ in slot.decimals)
+        request.report(f"{slot.name}: the package does not accept rounded decimals as right ({rounded_questions})")
+    questions = [name for name, credit in slot.credit if credit.rule not in ("", "whole")]
+    if questions:
+        request.report(f"{slot.name}: the package uses the default partial credit for {', '.join(questions)}")
 
 
 def _render_page(request: ExportRequest, version: str, assets: Assets) -> str:
