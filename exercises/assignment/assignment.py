@@ -72,7 +72,7 @@ class ProblemEntry(pydantic.BaseModel):
     robot: str | None = None
     """A real robot or the file of your own arm, instead of a family."""
     questions: list[str] | str | None = None
-    """The questions, in their order. By default, all that apply to the arm, except short questions."""
+    """The questions, in order. By default, all that apply to the arm, except short questions."""
     points: list[float] | None = None
     """The points of each question. By default, those listed by `qdot questions`."""
     difficulty: int | list[int] | None = None
@@ -122,7 +122,7 @@ class AssignmentFile(pydantic.BaseModel):
     twist_order: str | None = None
     """The order of the two halves of a twist, if the arms are described by screw axes."""
     paper: dict[str, Any] = {}
-    """What an exam on paper says above its first problem; see [Paper and screen](paper.md)."""
+    """The front page of an exam on paper; see [Paper and screen](paper.md)."""
     question: dict[str, Any] = {}
     """Questions of your own, each in a table [question.NAME]; see [Write your own question](custom-questions.md)."""
     problem: list[ProblemEntry] = pydantic.Field(min_length=1)
@@ -217,7 +217,7 @@ class Slot:
 class Assignment:
     """An assignment, its roster and its secret; `notes` warn the staff about probable mistakes.
 
-    If roster.csv was exported by a platform, `gradebook` is that export. `replacements` has the replaced problems.
+    If roster.csv was exported by a platform, `gradebook` is that export. `replacements` lists the replaced problems.
     """
 
     folder: Path
