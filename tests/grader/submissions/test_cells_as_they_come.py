@@ -407,7 +407,8 @@ def test_what_a_notebook_claims_of_its_symbols_is_no_code(assignment: Assignment
     book = write_notebook(assignment, "s00", cells, metadata={"qdot": {"symbols": claims}})
     (tmp_path / "hw.ipynb").write_text(book)
     rows = check_notebook(tmp_path / "hw.ipynb").rows
-    beginning = r"the cell with this answer stopped at line \d+, .* \(NameError: name 'a1'.*; no cell above sets a1"
+    cause = r"\(NameError: name 'a1' is not defined\); no cell above sets a1"
+    beginning = rf"the cell with this answer stopped at line \d+, .* {cause}"
     assert all(re.match(beginning, row.message, re.DOTALL) for row in rows), rows
 
 
