@@ -1,7 +1,7 @@
 """Mistakes in the columns of a Jacobian: by differentiation (6.3) and by propagation (6.9 to 6.12).
 
 Two stages need an explanation. "link derivatives" are the derivatives of all link vectors by all joint variables,
-(joints, links + 1, 3, …). "arms" are the vectors p* from a frame on each joint axis to P, (joints + 1, 3, …).
+(joints, links + 1, 3, …). "p star" are the vectors p* from a frame on each joint axis to P, (joints + 1, 3, …).
 """
 
 from collections.abc import Callable, Iterator, Mapping, Sequence
@@ -162,7 +162,7 @@ def _start_at_other_origin(chain: Chain, _: AnswerShape) -> Iterator[MistakeVari
     for i, j in permutations(range(chain.n), 2):
         frame, other_frame = (convention_of(chain).frame_on_axis(joint + 1) for joint in (i, j))
         words = {"joint": i + 1, "frame": frame, "other": other_frame}
-        yield MistakeVariant({"arms": partial(replace_vector, i=i, j=j)}, words)
+        yield MistakeVariant({"p star": partial(replace_vector, i=i, j=j)}, words)
 
 
 def _stop_at_next_origin(stages: StageResults, vectors_to_point: np.ndarray) -> np.ndarray:
@@ -346,22 +346,22 @@ VARIANTS: dict[str, VariantGenerator] = {
     "not-differentiated": vary_always({"link derivatives": _skip_differentiation}),
     "next-axis": _vary_propagation(
         {"axes": _shift_to_next},
-        {"products": lambda stages, _: [cross(stages["axes"][i + 1], stages["arms"][i]) for i in range(stages.n)]},
+        {"cross products": lambda stages, _: list(map(cross, stages["axes"][1:], stages["p star"]))},
         names_axis=True,
     ),
-    "next-arm": _vary_propagation({"arms": _shift_to_next}, names_axis=True),
-    "next-frame": _vary_propagation({"axes": _shift_to_next, "arms": _shift_to_next}, names_axis=True),
-    "previous-frame": _vary_propagation({"axes": _shift_to_previous, "arms": _start_one_frame_earlier}),
+    "next-arm": _vary_propagation({"p star": _shift_to_next}, names_axis=True),
+    "next-frame": _vary_propagation({"axes": _shift_to_next, "p star": _shift_to_next}, names_axis=True),
+    "previous-frame": _vary_propagation({"axes": _shift_to_previous, "p star": _start_one_frame_earlier}),
     "previous-axis": _vary_propagation({"axes": _shift_to_previous}, names_axis=True),
     "cross-order": _vary_propagation(
-        {"products": lambda stages, _: list(map(cross, stages["arms"], stages["axes"]))[: stages.n]}
+        {"cross products": lambda stages, _: list(map(cross, stages["p star"], stages["axes"]))[: stages.n]}
     ),
-    "no-cross-product": _vary_propagation({"products": lambda stages, _: stages["arms"]}),
-    "arm-from-base": _vary_propagation({"arms": lambda stages, arms: np.stack([stages["point"]] * len(arms))}),
+    "no-cross-product": _vary_propagation({"cross products": lambda stages, _: stages["p star"]}),
+    "arm-from-base": _vary_propagation({"p star": lambda stages, arms: np.stack([stages["point"]] * len(arms))}),
     "arm-from-other-origin": _start_at_other_origin,
-    "arm-to-origin": _vary_propagation({"arms": lambda stages, _: stages["origins on axes"]}),
-    "arm-reversed": _vary_propagation({"arms": lambda stages, arms: -arms}),
-    "arm-of-one-link": _vary_propagation({"arms": _stop_at_next_origin}),
+    "arm-to-origin": _vary_propagation({"p star": lambda stages, _: stages["origins on axes"]}),
+    "arm-reversed": _vary_propagation({"p star": lambda stages, arms: -arms}),
+    "arm-of-one-link": _vary_propagation({"p star": _stop_at_next_origin}),
     "prismatic-as-revolute": _treat_as("R", "P"),
     "revolute-as-prismatic": _treat_as("P", "R"),
     "slide-turns": _rotate_one_prismatic_joint,
@@ -386,6 +386,6 @@ VARIANTS: dict[str, VariantGenerator] = {
     "velocity-of-other-frame": _use_other_velocity,
     "arms-exchanged": vary_each(
         lambda chain: combinations(range(chain.n), 2),
-        lambda i, j: make_propagated_variant({"arms": exchange(i, j)}, {"joint": i + 1, "other": j + 1}),
+        lambda i, j: make_propagated_variant({"p star": exchange(i, j)}, {"joint": i + 1, "other": j + 1}),
     ),
 }

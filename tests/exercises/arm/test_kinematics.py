@@ -115,7 +115,7 @@ def test_all_routes_agree(chain: Chain, seed: int) -> None:
     np.testing.assert_allclose(values_of(propagated, chain, q), jacobian, atol=1e-12)
     np.testing.assert_allclose(values_of(point.jacobian(chain.q), chain, q), jacobian[:3], atol=1e-12)
     for i in range(chain.n):
-        p_star = values_of(to_sympy_matrix(stages["arms"][i]), chain, q)[:, 0]
+        p_star = values_of(to_sympy_matrix(stages["p star"][i]), chain, q)[:, 0]
         np.testing.assert_allclose(p_star, arm.point(q) - poses[i, :3, 3], atol=1e-12)
 
 
