@@ -117,7 +117,7 @@ def _derive_geometry(chain: Chain) -> _Geometry:
     for by_differentiation, by_propagation, quantity in (
         (z.T, stages["axes"][: chain.n], "z"),
         (axes_of_convention.T, stages["axes"][: chain.n], "z"),
-        (p_star.T, stages["p star"][: chain.n], "p*"),
+        (p_star.T, stages["p*"][: chain.n], "p*"),
         (geometric, propagated, "Jacobian"),
     ):
         entries = zip(by_differentiation, to_sympy_matrix(by_propagation), strict=True)

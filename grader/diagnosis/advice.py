@@ -210,11 +210,8 @@ def _advise_on_set(problem: Problem, part: Part, parsed_answer: ParsedAnswer, se
     expected_joints = {symbol.name for expression in expressions for symbol in expression.free_symbols}
     named_joints = find_names(parsed_answer.tree)
     for name in [q.name for q in problem.chain.q if (q.name in expected_joints) != (q.name in named_joints)]:
-        if name in expected_joints:
-            question = "Do the zeros of the determinant (or of all minors) depend on it?"
-            return f"Your answer does not contain {name}. {question}"
-        question = "Are they zero for all values of the other joints?"
-        return f"Your answer contains {name}. Substitute its value into the determinant (or the minors). {question}"
+        fact = f"Your answer {'does not contain' if name in expected_joints else 'contains'} {name}."
+        return f"{fact} Do the zeros of the determinant (or of all minors) depend on it?"
     has_joint_conditions = any(len(component.conditions) > 1 for component in components)
     return _advise_on_claims(problem, part, parsed_answer.tree, seed, has_joint_conditions)
 

@@ -108,9 +108,10 @@ def give_partial_credit(answer: AnswerToCredit, judgement: Judgement, is_copied:
         credit = _credit_one_mistake(answer, is_copied) or credit
     if credit is not None and credit[0] > share:
         share = credit[0]
-        detail = re.sub(r"^\d+ of \d+ [a-z ]+ are right; ", "", reason)
-        reason = f"{credit[1]}, so you earn {share * rules.factor} of the points; {detail}"
-        judgement = replace(judgement, reason=reason)
+        detail = re.sub(r"^\d+ of \d+ [a-z ]+ (is|are) right[^;]*; ", "", reason)
+        earned = share * rules.factor
+        words = f"{credit[1]}, so you earn {'half' if earned == Fraction(1, 2) else earned} of the points"
+        judgement = replace(judgement, reason=f"{words}; {detail}")
     return _with_share(judgement, share * rules.factor)
 
 

@@ -3,7 +3,7 @@
 import type { JSX } from "preact";
 import { useEffect, useMemo, useRef, useState } from "preact/hooks";
 
-import { Button } from "../button.js";
+import { Button } from "../controls.js";
 import { Arm } from "../arm/panel.js";
 import type { State } from "../arm/model.js";
 import type { Stage } from "../arm/stage.js";

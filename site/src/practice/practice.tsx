@@ -3,7 +3,7 @@
 import type { JSX } from "preact";
 import { useMemo, useRef, useState } from "preact/hooks";
 
-import { Button } from "../button.js";
+import { Button } from "../controls.js";
 import type { Index } from "../bank.js";
 import { message, textOf, say, type TextKey } from "../text/text.js";
 import {

@@ -3,7 +3,7 @@
 import type { JSX } from "preact";
 import { useRef, useState } from "preact/hooks";
 
-import { Button } from "../button.js";
+import { Button } from "../controls.js";
 import type { Index } from "../bank.js";
 import { newSeed } from "../random.js";
 import { say } from "../text/text.js";

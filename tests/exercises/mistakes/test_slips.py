@@ -19,7 +19,7 @@ from qdot.exercises.mistakes.base import MistakeVariant
 from qdot.exercises.mistakes.catalogue import CATALOGUE, apply_mistake
 from qdot.exercises.mistakes.configurations import sample_configurations
 from qdot.exercises.problem.problem import Part, Problem, ProblemId
-from tests.exercises.arm.poses import about, exponential, shift
+from tests.exercises.arm.poses import compute_exponential, rotate_about, translate
 from tests.support.problems import get_problem
 from tests.support.suites import on_families, sample_for_suite
 from tests.tools.diagnoses import answers_with, verdict_on
@@ -43,10 +43,10 @@ def _motions(problem: Problem, values: Values, k: int) -> tuple[list[np.ndarray]
     """Return the exponentials at place k, those of joints that turn about the origin, and M."""
     number, (axes, point) = _given(values, k), home_geometry_of(problem.chain)
     made = [
-        exponential([number(entry) for entry in axis.direction], number(q), axis.is_prismatic)
+        compute_exponential([number(entry) for entry in axis.direction], number(q), axis.is_prismatic)
         for axis, q in zip(axes, problem.chain.q, strict=True)
     ]
-    return made, shift(*(number(entry) for entry in point))
+    return made, translate(*(number(entry) for entry in point))
 
 
 @pytest.mark.parametrize("arm", sample_for_suite(ARMS, 1))
@@ -80,22 +80,28 @@ def test_the_same_carries_screws_to_where_it_says(arm: str) -> None:
 def test_rows_with_the_link_behind_give_the_product_of_these_rows(arm: str) -> None:
     """Rx(alpha_i) Tx(a_i) Rz(theta_i) Tz(d_i), with nothing behind the last row, and P where it is told."""
     problem, part, values = _asked(arm, "transform")
-    wrong = next(apply_mistake(CATALOGUE["link-behind"], compute_numeric_stages(problem.chain, values), part))
+    wrong = next(
+        apply_mistake(CATALOGUE["length-and-twist-of-link-i"], compute_numeric_stages(problem.chain, values), part)
+    )
     rows, base = convention_of(problem.chain).rows, convention_of(problem.chain).base
     for k in range(4):
         number = _given(values, k)
-        pose = shift(*(number(entry) for entry in base.position)) @ about("z", number(base.yaw))
+        pose = translate(*(number(entry) for entry in base.position)) @ rotate_about("z", number(base.yaw))
         for row, behind in zip(rows, [*rows[1:], None], strict=True):
             a, alpha = (0.0, 0.0) if behind is None else (number(behind.a), number(behind.alpha))
             pose = (
-                pose @ about("x", alpha) @ shift(a, 0, 0) @ about("z", number(row.theta)) @ shift(0, 0, number(row.d))
+                pose
+                @ rotate_about("x", alpha)
+                @ translate(a, 0, 0)
+                @ rotate_about("z", number(row.theta))
+                @ translate(0, 0, number(row.d))
             )
         assert np.allclose(wrong.answer[..., k], pose)
-    told = answers_with(problem, part, only=("link-behind",))
+    told = answers_with(problem, part, only=("length-and-twist-of-link-i",))
     assert [verdict_on(one) for one in told] == ["named"]
 
 
-@pytest.mark.parametrize(("mistake", "stage"), [("next-arm", "p star"), ("next-axis", "axes")])
+@pytest.mark.parametrize(("mistake", "stage"), [("next-arm", "p*"), ("next-axis", "axes")])
 def test_the_next_one_is_taken_and_at_the_last_joint_its_own(mistake: str, stage: str) -> None:
     """Three joints, so that it is told apart from taking the second one twice, or the first."""
     problem = get_problem("elbow-3r", 0)
@@ -105,8 +111,8 @@ def test_the_next_one_is_taken_and_at_the_last_joint_its_own(mistake: str, stage
     count, columns = right.n, []
     for i in range(count):
         k = min(i + 1, len(right[stage]) - 1)
-        axis, arm = right["axes"][k if stage == "axes" else i], right["p star"][k if stage == "p star" else i]
-        columns.append(np.cross(axis, arm, axis=0))
+        axis, vector = right["axes"][k if stage == "axes" else i], right["p*"][k if stage == "p*" else i]
+        columns.append(np.cross(axis, vector, axis=0))
     expected = np.stack(columns, axis=1)
     answers = [wrong.answer[:3] for wrong in apply_mistake(CATALOGUE[mistake], right, part)]
     assert any(np.allclose(answer, expected) for answer in answers)
@@ -144,10 +150,14 @@ def led_to(base: Base, rows: list[Joint], offset: tuple[sp.Expr, ...], known: di
     def number(entry: sp.Expr) -> float:
         return float(sp.sympify(entry).subs(known))
 
-    pose = shift(*map(number, base.position)) @ about("z", number(base.yaw)) @ about("x", number(base.tilt))
+    pose = (
+        translate(*map(number, base.position))
+        @ rotate_about("z", number(base.yaw))
+        @ rotate_about("x", number(base.tilt))
+    )
     for row in rows:
-        pose = pose @ shift(number(row.a), 0, 0) @ about("x", number(row.alpha))
-        pose = pose @ about("z", number(row.theta)) @ shift(0, 0, number(row.d))
+        pose = pose @ translate(number(row.a), 0, 0) @ rotate_about("x", number(row.alpha))
+        pose = pose @ rotate_about("z", number(row.theta)) @ translate(0, 0, number(row.d))
     return np.asarray((pose @ [*map(number, offset), 1])[:3])
 
 

@@ -319,23 +319,35 @@ def test_a_cell_that_is_run_again_changes_nothing_that_was_read(sandbox: Sandbox
 
 def test_the_cell_that_was_to_make_a_name_is_told(sandbox: Sandbox) -> None:
     cells = [
-        Cell("1/0"),
+        Cell("1/0\nlost = 1"),
         Cell("x = 1\nimport nosuchlibrary as no"),
         Cell("p1_a = no.det", "p1.a"),
         Cell("p1_b = lost", "p1.b"),
         Cell("import scipy_not_here.linalg as la\np1_c = la.norm([1, 2])", "p1.c"),
         Cell("p1_d = 0.5^2", "p1.d"),
         Cell("p1_e = 90\u00b0", "p1.e"),
+        Cell("p1_f = never_set", "p1.f"),
+        Cell("p1_g = Cos(0)", "p1.g"),
+        Cell("p1_h = p1_loss", "p1.h"),
+        Cell("p1_i = [x = 0]", "p1.i"),
+        Cell("p1_j = [x x]", "p1.j"),
     ]
-    reasons = find_answers(cells, ["p1.a", "p1.b", "p1.c", "p1.d", "p1.e"], sandbox.run).reasons
+    reasons = find_answers(cells, [f"p1.{letter}" for letter in "abcdefghij"], sandbox.run).reasons
     for name, words in {
         "p1_a": "'no' cell 2 line 2, nosuchlibrary as no (ModuleNotFoundError:",
         "p1_b": "'lost' cell 1 line 1, 1/0 (ZeroDivisionError:",
         "p1_c": "NameError: 'la' cell 5 line 1, import scipy_not_here.linalg as la (ModuleNotFoundError:",
         "p1_d": "a1**2; quotes",
         "p1_e": "quotes",
+        "p1_f": "no cell above sets never_set; restart the kernel",
+        "p1_g": "write cos",
+        "p1_h": "no cell above sets p1_loss",
+        "p1_i": "write an equation as Eq(theta2, 0)",
+        "p1_j": "comma or a multiplication sign (*)",
     }.items():
         assert has_words([reasons[name]], words), reasons[name]
+        assert ("cell 1" in reasons[name]) == (name == "p1_b"), "a cell that does not set the name is no cause"
+        assert "':='" not in reasons[name] and "?" not in reasons[name]
 
 
 def test_every_cell_that_was_refused_something_is_told_to_the_staff(sandbox: Sandbox) -> None:
@@ -372,7 +384,7 @@ def test_what_is_deep_or_long_is_run_though_it_is_not_looked_into(sandbox: Sandb
     find_answers(blank, ["p1.a", "p1.b", "p1.c"], lambda cells, names: Run())
     assert guess_parts(blank, ["a", "c"]) == ["p1.a", "p1.b", "p1.c"]
     assert time.process_time() - begun < 20
-    assert "the cell of this answer stopped" in found.reasons["p1_a"]
+    assert "the cell with this answer stopped" in found.reasons["p1_a"]
 
 
 @pytest.mark.parametrize("change", sample_for_suite([first_cell_stops, first_cell_lacks_a_library, habits], 2))
@@ -395,8 +407,9 @@ def test_what_a_notebook_claims_of_its_symbols_is_no_code(assignment: Assignment
     book = write_notebook(assignment, "s00", cells, metadata={"qdot": {"symbols": claims}})
     (tmp_path / "hw.ipynb").write_text(book)
     rows = check_notebook(tmp_path / "hw.ipynb").rows
-    beginning = "the cell of this answer stopped: NameError: name 'a1' is not defined"
-    assert all(row.message.startswith(beginning) for row in rows)
+    cause = r"\(NameError: name 'a1' is not defined\); no cell above sets a1"
+    beginning = rf"the cell with this answer stopped at line \d+, .* {cause}"
+    assert all(re.match(beginning, row.message, re.DOTALL) for row in rows), rows
 
 
 def test_the_program_says_the_same_to_a_student(assignment: Assignment, tmp_path: Path) -> None:
