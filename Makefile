@@ -43,7 +43,7 @@ lint: $(VENV)/.dev
 # Tests wait for the disk, as qdot does, unless their files are in memory, where there is room for some gigabytes. A sandbox
 # without namespaces runs as another user, who has to get through to its folder.
 unit: $(VENV)/.dev .venvs/readers/.installed
-	@test "$$QDOT_SUITE" = check || $(PY) -m tests.support.kept
+	@test "$$QDOT_SUITE" = check || $(PY) -m tests.support.problem_cache
 	@room=`df -Pk /dev/shm 2>/dev/null | awk 'NR == 2 { print $$4 }'`; \
 	if test "$${room:-0}" -gt 4000000 && test -w /dev/shm; then \
 	  TMPDIR=`mktemp -d /dev/shm/qdot-tests.XXXXXX`; export TMPDIR; chmod 711 "$$TMPDIR"; trap 'rm -rf "$$TMPDIR"' EXIT; trap 'exit 130' INT TERM; \

@@ -7,7 +7,7 @@ The map, from the bottom up: nothing here imports what stands below it, nor anyt
     formula/                    text to a tree, a tree to numbers; are two expressions, or two sets, the same
     arm/                        a DH table, and all that follows from it
     singularities/              where an arm is singular, and which motion it loses there
-    answer_types/               the types of answers, a class each
+    reference_answers/               the types of answers, a class each
     problem/                    identity, problem, part; what half an answer earns
     questions/, mistakes/       what is asked of an arm; what goes wrong in a derivation, and what comes of it
     short_questions/            short questions, their wrong options made by mistakes; all that can be asked

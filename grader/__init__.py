@@ -7,7 +7,8 @@ describes its modules.
     judging/                    parse one answer, compare it with its reference, and judge it
     submissions/                find, unpack and read submissions; find their owners and the answers in them
     diagnosis/                  find the mistake behind a wrong answer
-    grading/                    mark submissions (with follow-through), store the results, apply overrides
+    marking/                    mark a student's answers: partial credit, and follow-through of wrong earlier answers
+    grading/                    grade the submissions of a class, store the results, apply overrides
     statistics/                 compute the statistics for the page about the class
     reports/                    write results for people and for other programs
     cli/                        the program `qdot`

@@ -16,7 +16,6 @@ from typing import TYPE_CHECKING, Any
 os.environ.setdefault("SYMPY_CACHE_SIZE", "20000")
 
 if TYPE_CHECKING:
-    from qdot.exercises.answer_types import Answer
     from qdot.exercises.arm.chain import Base, Chain, Joint, Point
     from qdot.exercises.arm.robot_file import read_robot
     from qdot.exercises.assignment.assignment import Assignment, load_assignment
@@ -26,20 +25,21 @@ if TYPE_CHECKING:
     from qdot.exercises.generation import generate
     from qdot.exercises.notebook.problem_formats import show
     from qdot.exercises.problem.problem import ENGINE, Part, Problem, ProblemId
+    from qdot.exercises.reference_answers import Answer
     from qdot.exercises.short_questions import ALL_QUESTIONS
     from qdot.exercises.solve.solver import Solution, solve
     from qdot.exercises.verify.certificate import ProblemCertificate, certify
     from qdot.grader.diagnosis.diagnosis import diagnose
     from qdot.grader.grading.attempt import grade_notebook
     from qdot.grader.grading.check import check_notebook
-    from qdot.grader.grading.marking import MarkingRules, mark
-    from qdot.grader.judging.answer import ParsedAnswer
-    from qdot.grader.judging.answer_parser import read_answer
+    from qdot.grader.judging.answer_parser import ParsedAnswer
+    from qdot.grader.judging.expected_form import read_answer
     from qdot.grader.judging.judge import judge
     from qdot.grader.judging.verdict import Diagnosis, Judgement, Outcome, Verdict
+    from qdot.grader.marking.marking import MarkingRules, mark
 
 _HOMES = {
-    "exercises.answer_types": ("Answer",), "exercises.arm.chain": ("Base", "Chain", "Joint", "Point"),
+    "exercises.reference_answers": ("Answer",), "exercises.arm.chain": ("Base", "Chain", "Joint", "Point"),
     "exercises.arm.robot_file": ("read_robot",), "exercises.assignment.assignment": ("Assignment", "load_assignment"),
     "exercises.common.errors": ("QdotError",), "exercises.families": ("FAMILIES",),
     "exercises.formula.equality": ("Certificate",), "exercises.generation": ("generate",),
@@ -49,8 +49,8 @@ _HOMES = {
     "exercises.solve.solver": ("Solution", "solve"), "exercises.verify.certificate": ("ProblemCertificate", "certify"),
     "grader.diagnosis.diagnosis": ("diagnose",), "grader.grading.attempt": ("grade_notebook",),
     "grader.grading.check": ("check_notebook",),
-    "grader.grading.marking": ("MarkingRules", "mark"),
-    "grader.judging.answer": ("ParsedAnswer",), "grader.judging.answer_parser": ("read_answer",),
+    "grader.marking.marking": ("MarkingRules", "mark"),
+    "grader.judging.answer_parser": ("ParsedAnswer",), "grader.judging.expected_form": ("read_answer",),
     "grader.judging.judge": ("judge",),
     "grader.judging.verdict": ("Diagnosis", "Judgement", "Outcome", "Verdict"),
 }  # fmt: skip

@@ -4,7 +4,7 @@ import gc
 import json
 import os
 from collections import Counter
-from collections.abc import Callable, Iterator, Sequence
+from collections.abc import Iterator, Sequence
 from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
@@ -19,12 +19,23 @@ from qdot.exercises.families import FAMILIES
 from qdot.exercises.problem.problem import Problem
 from qdot.grader.sandbox.sandbox import Limits, Sandbox
 from tests.support import DATA
-from tests.support.problems import drawn as drawn_once
-from tests.support.suites import SUITE, WHOLE, families_for, grouped, has_examples, is_example, left_out, several
+from tests.support.problems import get_problem
+from tests.support.suites import (
+    SUITE,
+    WHOLE,
+    describe_left_out,
+    has_examples,
+    is_example,
+    make_family_params,
+    select_families,
+    select_for_suite,
+)
 
 CHAPTER = ("planar-2r", "elbow-3r", "polar-rp", "planar-3r")
 """The arms of the chapter, of which more are tried than of the others."""
-DRAWN = [(family, seed) for family in FAMILIES for seed in range(several(1, 2) if family in CHAPTER[:2] else 1)]
+SWEPT = [
+    (family, seed) for family in FAMILIES for seed in range(select_for_suite(1, 2) if family in CHAPTER[:2] else 1)
+]
 
 # Computer algebra takes the time it takes: a slow example is not a wrong one.
 settings.register_profile(
@@ -68,27 +79,21 @@ def textbook_arms() -> dict[str, TextbookArm]:
 
 @pytest.fixture(scope="session")
 def seeds() -> range:
-    """The seeds of the problems to draw from each family."""
+    """The seeds of the problems to generate from each family."""
     return range(6)
-
-
-@pytest.fixture(scope="session")
-def drawn() -> Callable[[str, int], Problem]:
-    """Return the problem of a family and a seed with all its questions, generated once for all tests of a process."""
-    return drawn_once
 
 
 @pytest.fixture(scope="session")
 def sandbox() -> Iterator[Sandbox]:
     """A sandbox with time for whatever a part needs, one for all tests of a process; each run in it is by itself."""
-    with Sandbox(Limits(seconds=60, cell_seconds=20)) as made:
-        yield made
+    with Sandbox(Limits(seconds=60, cell_seconds=20)) as shared:
+        yield shared
 
 
 @pytest.fixture
 def problem(request: pytest.FixtureRequest) -> Problem:
     """The first problem of the families of a sweep, and in `make whole` the second of two of the chapter."""
-    return drawn_once(*request.param)
+    return get_problem(*request.param)
 
 
 LEFT_OUT: Counter[str] = Counter()
@@ -114,18 +119,19 @@ def pytest_configure(config: pytest.Config) -> None:
 def pytest_generate_tests(metafunc: pytest.Metafunc) -> None:
     """Give every sweep its families: those of the argument `family`, or the problems of `problem`."""
     marker = metafunc.definition.get_closest_marker("families")
-    given = {name.strip() for each in metafunc.definition.iter_markers("parametrize") for name in _names(each.args[0])}
-    swept = {"family", "problem"} & set(metafunc.fixturenames) - given
+    markers = metafunc.definition.iter_markers("parametrize")
+    parametrized = {name.strip() for each in markers for name in _split_names(each.args[0])}
+    swept = {"family", "problem"} & set(metafunc.fixturenames) - parametrized
     if not swept:
         return
     among = marker.args[0] if marker else tuple(FAMILIES)
     takes_every = marker and marker.kwargs.get("every") and SUITE != "check"
-    chosen = list(among) if takes_every else families_for(among)
+    chosen = list(among) if takes_every else select_families(among)
     LEFT_OUT["families"] += len(among) - len(chosen)
     if "family" in swept:
-        metafunc.parametrize("family", grouped(chosen))
+        metafunc.parametrize("family", make_family_params(chosen))
         return
-    problems = [(family, seed) for family, seed in DRAWN if family in chosen]
+    problems = [(family, seed) for family, seed in SWEPT if family in chosen]
     marks = [pytest.mark.xdist_group(family) for family, _ in problems]
     params = [
         pytest.param(problem, marks=mark, id="{}/{}".format(*problem))
@@ -140,7 +146,7 @@ def pytest_collection_finish() -> None:
     gc.freeze()
 
 
-def _names(names: str | Sequence[str]) -> Sequence[str]:
+def _split_names(names: str | Sequence[str]) -> Sequence[str]:
     return names.split(",") if isinstance(names, str) else names
 
 
@@ -168,7 +174,8 @@ def pytest_collection_modifyitems(config: pytest.Config, items: list[pytest.Item
 def _keep_together(item: pytest.Item) -> None:
     """Run tests that share a fixture of their file in one process, which makes it once."""
     fixtures = item._fixtureinfo.name2fixturedefs.values() if hasattr(item, "_fixtureinfo") else ()
-    if any(one.scope == "module" for found in fixtures for one in found) and not item.get_closest_marker("xdist_group"):
+    is_shared = any(definition.scope == "module" for definitions in fixtures for definition in definitions)
+    if is_shared and not item.get_closest_marker("xdist_group"):
         item.add_marker(pytest.mark.xdist_group(item.path.stem))
 
 
@@ -192,5 +199,5 @@ def pytest_testnodedown(node: Any) -> None:
 
 
 def pytest_terminal_summary(terminalreporter: Any) -> None:
-    """Say what was left out, and which command runs it."""
-    terminalreporter.write_line(left_out(LEFT_OUT["tests"], LEFT_OUT["families"]))
+    """Print what was left out, and which command runs it."""
+    terminalreporter.write_line(describe_left_out(LEFT_OUT["tests"], LEFT_OUT["families"]))

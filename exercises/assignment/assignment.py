@@ -26,7 +26,7 @@ from qdot.exercises.assignment.decimals import read_decimals
 from qdot.exercises.assignment.expected_forms import EXPECTED_FORMS
 from qdot.exercises.assignment.front_page import FrontPage, read_front_page
 from qdot.exercises.assignment.gradebook import Gradebook, normalize_identifier, read_export
-from qdot.exercises.assignment.lateness import LateRule, read_late, with_zone
+from qdot.exercises.assignment.late_rule import LateRule, read_late, with_zone
 from qdot.exercises.assignment.replacements import Replacements, read_replacements
 from qdot.exercises.common.errors import QdotError, count_noun
 from qdot.exercises.common.files import is_changed_by_windows

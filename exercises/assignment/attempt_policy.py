@@ -9,7 +9,7 @@ from dataclasses import dataclass
 from typing import Any
 
 from qdot.exercises.assignment.expected_forms import ATTEMPT_FORMS, EXPECTED_FORMS, check_keys
-from qdot.exercises.assignment.lateness import describe_duration, parse_duration
+from qdot.exercises.assignment.late_rule import describe_duration, parse_duration
 from qdot.exercises.common.errors import QdotError, count_noun
 
 DEFAULT_BEST_OF, DEFAULT_MIN_INTERVAL = 5, 600

@@ -9,7 +9,7 @@ from collections.abc import Sequence
 from qdot.exercises.common.errors import QdotError, make_name_error
 
 VARIATION_AXES = ("lengths", "zeros", "senses", "base", "tool", "task")
-"""The properties that may vary, in the order in which they are sampled. A family has some of them (`families.base`)."""
+"""The properties that may vary, in the order in which they are sampled. Each family has some (`families.family`)."""
 
 VARIATION_STEPS: dict[str, tuple[str, ...]] = {
     "chapter": (),

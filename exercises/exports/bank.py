@@ -18,7 +18,7 @@ from qdot.exercises.common.errors import QdotError, count_noun
 from qdot.exercises.common.json_form import as_json
 from qdot.exercises.common.parallel import map_in_order, return_state
 from qdot.exercises.exports.export_format import ExportRequest
-from qdot.exercises.families.base import describe_variation
+from qdot.exercises.families.family import describe_variation
 from qdot.exercises.problem.problem import Problem
 from qdot.exercises.problem.record import compute_digests
 

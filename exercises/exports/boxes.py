@@ -7,9 +7,18 @@ from dataclasses import dataclass, replace
 
 import sympy as sp
 
-from qdot.exercises.answer_types import LETTERS, TRUE_FALSE, Choice, ConditionSet, Matching, Number, Selection, Words
 from qdot.exercises.formula.latex import parse_latex
 from qdot.exercises.problem.problem import Part, Problem
+from qdot.exercises.reference_answers import (
+    LETTERS,
+    TRUE_FALSE,
+    Choice,
+    ConditionSet,
+    Matching,
+    Number,
+    Selection,
+    Words,
+)
 from qdot.exercises.short_questions import question_of
 from qdot.exercises.short_questions.options import Options
 from qdot.exercises.writing.fit import estimate_width

@@ -13,7 +13,6 @@ from typing import ClassVar
 import numpy as np
 import sympy as sp
 
-from qdot.exercises.answer_types import LETTERS, TRUE_FALSE, Matching, Number, Selection, Words
 from qdot.exercises.assignment.assignment import Slot
 from qdot.exercises.assignment.certified_problems import Variant
 from qdot.exercises.common.errors import QdotError
@@ -24,6 +23,7 @@ from qdot.exercises.exports.markup import Picture, draw_arm, draw_prompt_figure,
 from qdot.exercises.exports.numbers import NumericPart, ask_in_numbers
 from qdot.exercises.mistakes.base import name_chapter
 from qdot.exercises.problem.problem import Part, Problem
+from qdot.exercises.reference_answers import LETTERS, TRUE_FALSE, Matching, Number, Selection, Words
 from qdot.exercises.short_questions import ALL_QUESTIONS, question_of
 from qdot.exercises.short_questions.options import list_blames
 from qdot.exercises.writing.latex import tex

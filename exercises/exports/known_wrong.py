@@ -13,7 +13,6 @@ import numpy as np
 import sympy as sp
 from sympy.polys.polyerrors import BasePolynomialError
 
-from qdot.exercises.answer_types import ConditionSet, Number
 from qdot.exercises.arm.chain import Chain
 from qdot.exercises.arm.derivation import derive, symbolic_arm_of
 from qdot.exercises.arm.derivation_graph import RESULT, compute_numeric_stages, compute_symbolic_stages, to_sympy_matrix
@@ -27,6 +26,7 @@ from qdot.exercises.mistakes.catalogue import PredictedAnswer, generate_mistaken
 from qdot.exercises.mistakes.configurations import sample_configurations
 from qdot.exercises.problem.problem import Part, Problem, ResultChoiceDetails
 from qdot.exercises.questions.results import compute_answer, is_derived
+from qdot.exercises.reference_answers import ConditionSet, Number
 from qdot.exercises.short_questions import question_of
 from qdot.exercises.short_questions.wrong_formulas import (
     MAX_JOINTS_FOR_MINORS,
@@ -36,7 +36,7 @@ from qdot.exercises.short_questions.wrong_formulas import (
     tidy_entry,
 )
 from qdot.exercises.singularities import classification
-from qdot.exercises.singularities.singularity import Component
+from qdot.exercises.singularities.singular_set import Component
 
 SAMPLE_COUNT = 5
 """Number of configurations at which answers are compared."""

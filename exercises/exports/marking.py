@@ -8,7 +8,13 @@ from collections.abc import Iterator
 from dataclasses import dataclass, replace
 from fractions import Fraction
 
-from qdot.exercises.answer_types import (
+from qdot.exercises.exports.export_format import EarnedShare
+from qdot.exercises.exports.known_wrong import KnownWrongAnswer, find_known_wrong_answers
+from qdot.exercises.formula.latex import parse_latex
+from qdot.exercises.problem.credit import INCOMPLETE_CONDITION_FACTOR, MISTAKE_FACTOR, SIGN_OR_FACTOR_COST
+from qdot.exercises.problem.problem import Part, Problem
+from qdot.exercises.questions.results import is_product
+from qdot.exercises.reference_answers import (
     LETTERS,
     Answer,
     Choice,
@@ -21,12 +27,6 @@ from qdot.exercises.answer_types import (
     Selection,
     Words,
 )
-from qdot.exercises.exports.export_format import EarnedShare
-from qdot.exercises.exports.known_wrong import KnownWrongAnswer, find_known_wrong_answers
-from qdot.exercises.formula.latex import parse_latex
-from qdot.exercises.problem.credit import INCOMPLETE_CONDITION_FACTOR, MISTAKE_FACTOR, SIGN_OR_FACTOR_COST
-from qdot.exercises.problem.problem import Part, Problem
-from qdot.exercises.questions.results import is_product
 from qdot.exercises.short_questions.options import list_blames
 from qdot.exercises.writing.fit import estimate_width, fit_formula
 from qdot.exercises.writing.short_answer import write_short_answer

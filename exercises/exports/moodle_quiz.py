@@ -14,7 +14,7 @@ from itertools import count
 from typing import Any
 
 from qdot.exercises.assignment.assignment import Assignment
-from qdot.exercises.assignment.lateness import with_zone
+from qdot.exercises.assignment.late_rule import with_zone
 from qdot.exercises.exports.export_format import ExportRequest, make_zip
 from qdot.exercises.writing.render import render
 

@@ -12,7 +12,6 @@ from typing import Any
 import numpy as np
 import sympy as sp
 
-from qdot.exercises.answer_types import Number
 from qdot.exercises.arm.chain import Chain
 from qdot.exercises.arm.derivation_graph import StageResults, compute_numeric_stages
 from qdot.exercises.arm.mpmath_kinematics import evaluate_in_context, round_to_ten_digits
@@ -26,6 +25,7 @@ from qdot.exercises.problem.problem import Part, Problem
 from qdot.exercises.questions import inversion
 from qdot.exercises.questions.geometry import sample_unequal_lengths
 from qdot.exercises.questions.results import compute_answer, is_derived, is_made_of_jacobian
+from qdot.exercises.reference_answers import Number
 from qdot.exercises.singularities.classification import domain_of
 from qdot.exercises.writing.latex import tex, tex_angle, tex_length, tex_value
 from qdot.exercises.writing.wording import Wording

@@ -6,12 +6,12 @@ import re
 import uuid
 from collections.abc import Generator, Mapping, Sequence
 
-from qdot.exercises.answer_types import Answer, Choice, Matching, Number, Selection
 from qdot.exercises.assignment.assignment import SECRET_FILE, Assignment, Slot
 from qdot.exercises.exports.bank import iterate_bank
 from qdot.exercises.exports.export_format import ExportedFile, ExportRequest, list_robot_files
 from qdot.exercises.notebook.notebook import write_points
 from qdot.exercises.problem.problem import Part
+from qdot.exercises.reference_answers import Answer, Choice, Matching, Number, Selection
 from qdot.exercises.short_questions import question_of
 from qdot.exercises.writing.render import render
 

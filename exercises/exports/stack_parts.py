@@ -13,7 +13,6 @@ from fractions import Fraction
 import numpy as np
 import sympy as sp
 
-from qdot.exercises.answer_types import LETTERS, Choice, ConditionSet, Direction, Matching, Number, Selection, Words
 from qdot.exercises.common.stream import Stream
 from qdot.exercises.exports import known_wrong, stack_maxima
 from qdot.exercises.formula.equality import READABLE_POINTS
@@ -36,8 +35,18 @@ from qdot.exercises.problem.credit import (
 )
 from qdot.exercises.problem.problem import Part, Problem
 from qdot.exercises.questions.results import find_determinant_in_denominator
+from qdot.exercises.reference_answers import (
+    LETTERS,
+    Choice,
+    ConditionSet,
+    Direction,
+    Matching,
+    Number,
+    Selection,
+    Words,
+)
 from qdot.exercises.short_questions.options import list_blames
-from qdot.exercises.singularities.singularity import Component
+from qdot.exercises.singularities.singular_set import Component
 
 MAX_MISTAKES = 6
 """Maximum number of known mistakes in a part's response tree. Each mistake adds a node and a question test."""

@@ -11,7 +11,7 @@ from qdot.exercises.arm.lengths import substitute_arm_lengths
 from qdot.exercises.arm.library import ROBOT_FOLDER
 from qdot.exercises.arm.robot_file import LengthRanges, Robot, read_robot_file
 from qdot.exercises.common.stream import Stream
-from qdot.exercises.families.base import Family
+from qdot.exercises.families.family import Family
 from qdot.exercises.families.variations import are_distinct, metres
 
 MAX_TRIES = 50

@@ -23,7 +23,7 @@ import sympy as sp
 from qdot.exercises.arm.chain import Chain, HasKind, Joint
 from qdot.exercises.arm.derivation import derive
 from qdot.exercises.arm.trigonometry import count_terms
-from qdot.exercises.singularities.singularity import singular_set
+from qdot.exercises.singularities.singular_set import singular_set
 
 TABLE = Path(__file__).with_name("structures.txt")
 MAX_TERMS, MAX_TERMS_PER_CONDITION = 15, 4

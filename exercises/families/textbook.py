@@ -10,7 +10,7 @@ import sympy as sp
 
 from qdot.exercises.arm.chain import REVOLUTE, Chain, Joint, Point
 from qdot.exercises.families import variations
-from qdot.exercises.families.base import Family, Variation
+from qdot.exercises.families.family import Family, Variation
 
 FAMILIES_FILE = Path(__file__).with_name("families.toml")
 

@@ -12,7 +12,6 @@ from typing import Any
 
 import numpy as np
 
-from qdot.exercises.answer_types import LETTERS
 from qdot.exercises.arm.chain import Chain
 from qdot.exercises.arm.conventions import convention_of
 from qdot.exercises.figure import frames
@@ -38,6 +37,7 @@ from qdot.exercises.figure.small import PANEL_SIZE, choose_grid, draw_in_pose, d
 from qdot.exercises.figure.view import Drawing, View
 from qdot.exercises.figure.words import describe_figure, describe_panels, make_panels_title, make_title
 from qdot.exercises.problem.problem import Part
+from qdot.exercises.reference_answers import LETTERS
 from qdot.exercises.short_questions.configurations import find_options_to_draw
 from qdot.exercises.writing.languages import ENGLISH, load_catalogue
 from qdot.exercises.writing.render import render

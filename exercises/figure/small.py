@@ -31,7 +31,7 @@ from qdot.exercises.figure.view import Drawing, View, draw_arrow, draw_line_with
 from qdot.exercises.formula.printers.unicode import unicode_text
 from qdot.exercises.singularities.classification import sample_condition
 from qdot.exercises.singularities.normalized_arm import normalize_arm, normalize_conditions
-from qdot.exercises.singularities.singularity import Component, singular_set
+from qdot.exercises.singularities.singular_set import Component, singular_set
 from qdot.exercises.singularities.singularity_kinds import RANK_TOLERANCE
 from qdot.exercises.writing.languages import ENGLISH, Catalogue, load_catalogue
 from qdot.exercises.writing.latex import lay_out

@@ -15,11 +15,11 @@ from typing import Any
 
 import numpy as np
 
-from qdot.exercises.answer_types import Answer
 from qdot.exercises.arm.chain import Chain
 from qdot.exercises.arm.conventions import REGISTRY, convention_of
 from qdot.exercises.arm.derivation_graph import Change, StageResults, propagate_linear_rows
 from qdot.exercises.problem.problem import Part
+from qdot.exercises.reference_answers import Answer
 
 AnswerShape = tuple[int, int]
 """The numbers of rows and columns of an answer."""

@@ -7,7 +7,6 @@ from itertools import permutations
 
 import sympy as sp
 
-from qdot.exercises.answer_types import Choice, Number
 from qdot.exercises.arm.chain import Chain
 from qdot.exercises.mistakes.base import AnswerGenerator, MistakenAnswer, combine
 from qdot.exercises.problem.problem import Part
@@ -15,6 +14,7 @@ from qdot.exercises.questions.concepts import INVERTIBILITY_ANSWERS
 from qdot.exercises.questions.differentiation import TaskDetails
 from qdot.exercises.questions.rank import MeaningDetails
 from qdot.exercises.questions.singular import KIND_OPTIONS
+from qdot.exercises.reference_answers import Choice, Number
 
 
 def _choose_wrong_option(part_kind: str, is_mistake: Callable[[Part, int, int], bool]) -> AnswerGenerator:

@@ -8,7 +8,6 @@ from itertools import islice
 import numpy as np
 import sympy as sp
 
-from qdot.exercises.answer_types import Number
 from qdot.exercises.arm.chain import Chain
 from qdot.exercises.arm.conventions import convention_of
 from qdot.exercises.arm.derivation_graph import RESULT, StageResults, Table
@@ -24,6 +23,7 @@ from qdot.exercises.mistakes.base import (
 from qdot.exercises.mistakes.table import scale_angles
 from qdot.exercises.problem.problem import Part
 from qdot.exercises.questions.path import DistanceDetails
+from qdot.exercises.reference_answers import Number
 
 
 def _use_degrees(chain: Chain, _: AnswerShape) -> Iterator[MistakeVariant]:

@@ -1,6 +1,6 @@
 """Mistakes in sets of singular configurations.
 
-A set consists of components (`singularities.singularity`). A component has conditions that must hold simultaneously,
+A set consists of components (`singularities.singular_set`). A component has conditions that must hold simultaneously,
 such as sin(theta2) = 0. Its solutions give the values of a joint for each condition, such as 0 and pi for theta2. A
 component without solutions has a condition that ties several joints.
 """
@@ -13,11 +13,11 @@ from operator import mul
 
 import sympy as sp
 
-from qdot.exercises.answer_types import ConditionSet
 from qdot.exercises.arm.chain import Chain
 from qdot.exercises.mistakes.base import AnswerGenerator, MistakenAnswer
 from qdot.exercises.problem.problem import Part
-from qdot.exercises.singularities.singularity import Component
+from qdot.exercises.reference_answers import ConditionSet
+from qdot.exercises.singularities.singular_set import Component
 
 Components = tuple[Component, ...]
 

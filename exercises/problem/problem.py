@@ -9,7 +9,6 @@ from typing import Any, TypeVar
 
 import sympy as sp
 
-from qdot.exercises.answer_types import Answer
 from qdot.exercises.arm.chain import CONVENTIONS, TWIST_ORDERS, Chain
 from qdot.exercises.arm.conventions import ALIASES, REGISTRY, convention_of
 from qdot.exercises.arm.conventions.screws import Screws
@@ -17,6 +16,7 @@ from qdot.exercises.common.errors import QdotError, find_most_similar, make_name
 from qdot.exercises.common.variation import DEFAULT_VARIATION, VARIATION_AXES, VARIATION_STEPS, find_canonical_name
 from qdot.exercises.formula.equality import Domain, Rounding
 from qdot.exercises.problem.credit import Credit
+from qdot.exercises.reference_answers import Answer
 
 AnswerType = TypeVar("AnswerType", bound=Answer)
 DetailsType = TypeVar("DetailsType", bound="Details")

@@ -12,7 +12,6 @@ from typing import Any, Literal, TypeVar
 import numpy as np
 import sympy as sp
 
-from qdot.exercises.answer_types import Answer, Choice, Expression, Matrix
 from qdot.exercises.arm.arithmetic import apply_matrix
 from qdot.exercises.arm.chain import Chain
 from qdot.exercises.arm.conventions import REGISTRY
@@ -23,6 +22,7 @@ from qdot.exercises.arm.trigonometry import count_terms
 from qdot.exercises.common.stream import Stream
 from qdot.exercises.problem.problem import Details, Part
 from qdot.exercises.questions.reference import TextbookFormulas, derive_reference
+from qdot.exercises.reference_answers import Answer, Choice, Expression, Matrix
 
 Option = TypeVar("Option")
 

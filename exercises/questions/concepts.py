@@ -12,7 +12,6 @@ from itertools import combinations
 import numpy as np
 import sympy as sp
 
-from qdot.exercises.answer_types import Number
 from qdot.exercises.arm.chain import Chain
 from qdot.exercises.arm.conventions.base import VELOCITY_NAMES
 from qdot.exercises.arm.derivation import derive
@@ -26,6 +25,7 @@ from qdot.exercises.questions.differentiation import TaskDetails
 from qdot.exercises.questions.geometry import ConfigurationDetails, ExactConfiguration
 from qdot.exercises.questions.inversion import sample_joint_values
 from qdot.exercises.questions.singular import find_lost_direction_objection
+from qdot.exercises.reference_answers import Number
 from qdot.exercises.singularities.directions import lost_direction
 
 MIN_OPTION_DIFFERENCE = 0.2

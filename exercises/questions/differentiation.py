@@ -5,7 +5,6 @@ from dataclasses import dataclass
 import numpy as np
 import sympy as sp
 
-from qdot.exercises.answer_types import Expression
 from qdot.exercises.arm.arithmetic import apply_matrix
 from qdot.exercises.arm.chain import Chain
 from qdot.exercises.arm.derivation import derive
@@ -14,6 +13,7 @@ from qdot.exercises.common.stream import Stream
 from qdot.exercises.problem.problem import Details, Part, ResultChoiceDetails
 from qdot.exercises.questions import base
 from qdot.exercises.questions.base import Question
+from qdot.exercises.reference_answers import Expression
 
 
 def list_linear_task_rows(chain: Chain) -> list[int]:

@@ -26,7 +26,7 @@ from qdot.exercises.questions import inversion
 from qdot.exercises.questions.inversion import Configuration, JointValues, Lengths, sample_joint_values
 from qdot.exercises.singularities.axes import Sample
 from qdot.exercises.singularities.directions import NONZERO_THRESHOLD, clear_rank
-from qdot.exercises.singularities.singularity import Component, Values, singular_set
+from qdot.exercises.singularities.singular_set import Component, Values, singular_set
 
 DIGITS, WORKING_DIGITS = 30, 40
 """Number of digits of results, and of the intermediate results from which they are computed."""

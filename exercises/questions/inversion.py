@@ -11,7 +11,6 @@ from typing import Any
 import numpy as np
 import sympy as sp
 
-from qdot.exercises.answer_types import Number
 from qdot.exercises.arm import mpmath_kinematics as precise
 from qdot.exercises.arm.arithmetic import apply_matrix
 from qdot.exercises.arm.chain import REVOLUTE, Chain
@@ -22,6 +21,7 @@ from qdot.exercises.common.stream import Stream
 from qdot.exercises.problem.problem import Details, SymbolInfo, values_by_name
 from qdot.exercises.questions import base
 from qdot.exercises.questions.base import AnswerAndDetails, Question
+from qdot.exercises.reference_answers import Number
 
 MAX_SAMPLES = 2000
 """Maximum number of configurations that are sampled to find a well-conditioned one."""

@@ -13,7 +13,7 @@ from qdot.exercises.arm.chain import Chain
 from qdot.exercises.questions.geometry import sample_singular_configurations
 from qdot.exercises.singularities import directions
 from qdot.exercises.singularities.directions import ArmLine
-from qdot.exercises.singularities.singularity import Component
+from qdot.exercises.singularities.singular_set import Component
 
 SAMPLE_COUNT = 8
 """Number of configurations at which lines are compared with the lost direction."""

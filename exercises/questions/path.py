@@ -12,7 +12,6 @@ from typing import Any
 
 import sympy as sp
 
-from qdot.exercises.answer_types import Number
 from qdot.exercises.arm import mpmath_kinematics as precise
 from qdot.exercises.arm.chain import REVOLUTE, Chain
 from qdot.exercises.arm.mpmath_kinematics import FLOAT_CONTEXT, PRECISE_CONTEXT, PreciseArm, Vector
@@ -24,7 +23,8 @@ from qdot.exercises.questions import inversion
 from qdot.exercises.questions.base import AnswerAndDetails, Question, find_determinant_objection, name_joint_rates
 from qdot.exercises.questions.inversion import THREE_DIGIT_TOLERANCE, Configuration, JointValues, Lengths
 from qdot.exercises.questions.redundancy import find_symbolic_angle_objection
-from qdot.exercises.singularities.singularity import singular_set
+from qdot.exercises.reference_answers import Number
+from qdot.exercises.singularities.singular_set import singular_set
 
 SAMPLE_SPACING = 0.02
 """Distance (m) between the points at which a line is examined."""

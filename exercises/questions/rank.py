@@ -13,7 +13,6 @@ from itertools import combinations
 import numpy as np
 import sympy as sp
 
-from qdot.exercises.answer_types import Direction, Number
 from qdot.exercises.arm.chain import Chain
 from qdot.exercises.arm.derivation import derive, symbolic_arm_of
 from qdot.exercises.common.stream import Stream
@@ -24,10 +23,11 @@ from qdot.exercises.questions.geometry import Branch, ConfigurationDetails, Exac
 from qdot.exercises.questions.inversion import THREE_DIGIT_TOLERANCE
 from qdot.exercises.questions.lost_lines import SAMPLE_COUNT, LostMotion, compare_lines, find_lost_motion
 from qdot.exercises.questions.singular import find_lost_direction_objection, find_singularity_objection
+from qdot.exercises.reference_answers import Direction, Number
 from qdot.exercises.singularities.classification import sample_representatives
 from qdot.exercises.singularities.directions import ArmLine, LostDirectionFormula, clear_rank, lost_direction_formula
 from qdot.exercises.singularities.meanings import BranchMeanings, Meaning, find_branch_meanings
-from qdot.exercises.singularities.singularity import Component, Values, singular_set
+from qdot.exercises.singularities.singular_set import Component, Values, singular_set
 from qdot.exercises.singularities.singularity_kinds import can_establish_kind, classify_samples
 
 MAX_ROWS = 4

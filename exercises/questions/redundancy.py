@@ -15,7 +15,6 @@ from functools import lru_cache
 import numpy as np
 import sympy as sp
 
-from qdot.exercises.answer_types import Direction, Expression, Number
 from qdot.exercises.arm import mpmath_kinematics as precise
 from qdot.exercises.arm.arithmetic import apply_matrix
 from qdot.exercises.arm.chain import Chain
@@ -28,6 +27,7 @@ from qdot.exercises.problem.problem import Details, recorded_as
 from qdot.exercises.questions import inversion
 from qdot.exercises.questions.base import AnswerAndDetails, Question, name_joint_rates
 from qdot.exercises.questions.inversion import THREE_DIGIT_TOLERANCE, ConfigurationAndVelocity, VelocityDetails
+from qdot.exercises.reference_answers import Direction, Expression, Number
 
 MAX_TERMS = 12
 """Maximum number of terms of det(J J^T) to work out by hand. A self-motion may have half as many."""

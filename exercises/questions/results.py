@@ -4,7 +4,6 @@ from collections.abc import Iterable
 
 import numpy as np
 
-from qdot.exercises.answer_types import Matrix
 from qdot.exercises.arm.arithmetic import TreeArithmetic, determinant
 from qdot.exercises.arm.chain import Chain
 from qdot.exercises.arm.derivation import derive
@@ -12,6 +11,7 @@ from qdot.exercises.arm.derivation_graph import RESULT, StageResults
 from qdot.exercises.formula.trees import Node
 from qdot.exercises.problem.problem import Part
 from qdot.exercises.questions import find_question
+from qdot.exercises.reference_answers import Matrix
 
 
 def is_derived(part: Part) -> bool:

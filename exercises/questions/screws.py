@@ -15,7 +15,6 @@ from typing import NamedTuple
 import numpy as np
 import sympy as sp
 
-from qdot.exercises.answer_types import Number
 from qdot.exercises.arm.arithmetic import apply_matrix
 from qdot.exercises.arm.axes_to_dh import Axis, recognize_exact
 from qdot.exercises.arm.chain import REVOLUTE, Chain
@@ -34,6 +33,7 @@ from qdot.exercises.questions.base import AnswerAndDetails, ObjectionFinder, Que
 from qdot.exercises.questions.inversion import Configuration
 from qdot.exercises.questions.reference import TextbookFormulas
 from qdot.exercises.questions.transforms import assemble_transform
+from qdot.exercises.reference_answers import Number
 
 SCREWS_SOURCE = "product of exponentials"
 """The `source` of questions on screws, which the chapter does not cover."""

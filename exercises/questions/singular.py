@@ -11,7 +11,6 @@ from functools import lru_cache
 import numpy as np
 import sympy as sp
 
-from qdot.exercises.answer_types import ConditionSet
 from qdot.exercises.arm.chain import Chain
 from qdot.exercises.arm.conventions import convention_of
 from qdot.exercises.arm.derivation import derive
@@ -23,10 +22,11 @@ from qdot.exercises.questions import inversion
 from qdot.exercises.questions.base import AnswerAndDetails, Question, make_stage_formula, shuffle_options
 from qdot.exercises.questions.geometry import sample_false_root
 from qdot.exercises.questions.inversion import JointValues, Lengths
+from qdot.exercises.reference_answers import ConditionSet
 from qdot.exercises.singularities.axes import Sample
 from qdot.exercises.singularities.classification import classify
 from qdot.exercises.singularities.normalized_arm import first_joint_moves_all, normalize_arm, normalize_joint_values
-from qdot.exercises.singularities.singularity import Component, singular_set
+from qdot.exercises.singularities.singular_set import Component, singular_set
 from qdot.exercises.singularities.singularity_kinds import can_establish_kind, classify_samples
 
 KIND_OPTIONS = {

@@ -6,7 +6,6 @@ from functools import lru_cache, partial
 
 import sympy as sp
 
-from qdot.exercises.answer_types import Matching
 from qdot.exercises.arm.chain import Chain
 from qdot.exercises.arm.conventions.base import SCREWS
 from qdot.exercises.arm.derivation import derive, symbolic_arm_of
@@ -15,6 +14,7 @@ from qdot.exercises.questions import QUESTIONS
 from qdot.exercises.questions.base import AnswerAndDetails
 from qdot.exercises.questions.inversion import make_load_symbols
 from qdot.exercises.questions.screws import SCREWS_SOURCE
+from qdot.exercises.reference_answers import Matching
 from qdot.exercises.short_questions.options import OfferedOption, Options, offer_choice
 from qdot.exercises.short_questions.short_question import ShortQuestion
 from qdot.exercises.short_questions.wrong_formulas import OptionSubject, are_different_functions, make_four_options

@@ -10,7 +10,6 @@ from functools import lru_cache
 import numpy as np
 import sympy as sp
 
-from qdot.exercises.answer_types import Choice, Selection
 from qdot.exercises.arm.chain import Chain
 from qdot.exercises.arm.kinematics import NumericChain
 from qdot.exercises.arm.lengths import substitute_arm_lengths
@@ -20,10 +19,11 @@ from qdot.exercises.questions import geometry
 from qdot.exercises.questions.base import AnswerAndDetails
 from qdot.exercises.questions.geometry import ExactConfiguration
 from qdot.exercises.questions.inversion import JointValues, Lengths, sample_joint_values
+from qdot.exercises.reference_answers import Choice, Selection
 from qdot.exercises.short_questions.options import Blame, ConfigurationOptions, find_shown_value
 from qdot.exercises.short_questions.short_question import ShortQuestion
 from qdot.exercises.short_questions.wrong_sets import make_wrong_sets
-from qdot.exercises.singularities.singularity import Component, singular_set
+from qdot.exercises.singularities.singular_set import Component, singular_set
 
 CLEARLY_REGULAR_RATIO = 0.12
 """Ratio of the smallest to the largest singular value at which a configuration is visibly regular."""

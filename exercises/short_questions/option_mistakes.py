@@ -10,7 +10,6 @@ from dataclasses import replace
 
 import numpy as np
 
-from qdot.exercises.answer_types import TRUE_FALSE, Letters
 from qdot.exercises.arm.derivation_graph import StageResults, compute_numeric_stages
 from qdot.exercises.common.stream import Stream
 from qdot.exercises.mistakes import catalogue
@@ -19,6 +18,7 @@ from qdot.exercises.mistakes.configurations import sample_configurations
 from qdot.exercises.problem.problem import Part, Problem
 from qdot.exercises.questions.concepts import JointEffectDetails, parse_vector
 from qdot.exercises.questions.results import compute_answer, is_derived
+from qdot.exercises.reference_answers import TRUE_FALSE, Letters
 from qdot.exercises.short_questions.options import Blame, ConfigurationOptions, list_blames
 from qdot.exercises.short_questions.selections import QuantityDetails
 from qdot.exercises.short_questions.single_configuration import ConfigurationStatement

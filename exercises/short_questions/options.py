@@ -6,7 +6,6 @@ from typing import Any, TypeAlias
 
 import sympy as sp
 
-from qdot.exercises.answer_types import Choice
 from qdot.exercises.arm.chain import Chain
 from qdot.exercises.common.stream import Stream
 from qdot.exercises.mistakes.base import Mistake
@@ -14,6 +13,7 @@ from qdot.exercises.mistakes.catalogue import CATALOGUE
 from qdot.exercises.problem.problem import Details, Part, recorded_as, values_by_name
 from qdot.exercises.questions.base import shuffle_options
 from qdot.exercises.questions.geometry import ExactConfiguration
+from qdot.exercises.reference_answers import Choice
 
 Formula: TypeAlias = Any
 """A SymPy matrix, a SymPy expression, or the components of a singular set."""

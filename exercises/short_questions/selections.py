@@ -4,12 +4,12 @@ from dataclasses import dataclass
 
 import sympy as sp
 
-from qdot.exercises.answer_types import Selection
 from qdot.exercises.arm.chain import Chain
 from qdot.exercises.arm.derivation import derive, symbolic_arm_of
 from qdot.exercises.common.stream import Stream
 from qdot.exercises.problem.problem import Details
 from qdot.exercises.questions.base import AnswerAndDetails, find_determinant_objection
+from qdot.exercises.reference_answers import Selection
 from qdot.exercises.short_questions import wrong_formulas
 from qdot.exercises.short_questions.options import OfferedOption, Options
 from qdot.exercises.short_questions.short_question import ShortQuestion

@@ -8,7 +8,6 @@ import mpmath
 import numpy as np
 import sympy as sp
 
-from qdot.exercises.answer_types import TRUE_FALSE, Choice, Number
 from qdot.exercises.arm.chain import Chain
 from qdot.exercises.arm.conventions.base import VELOCITY_NAMES
 from qdot.exercises.arm.derivation import derive
@@ -20,8 +19,9 @@ from qdot.exercises.questions.base import AnswerAndDetails
 from qdot.exercises.questions.concepts import find_moving_rows
 from qdot.exercises.questions.geometry import ConfigurationDetails, ExactConfiguration
 from qdot.exercises.questions.inversion import THREE_DIGIT_TOLERANCE, write_power_of_metres
+from qdot.exercises.reference_answers import TRUE_FALSE, Choice, Number
 from qdot.exercises.short_questions.short_question import ShortQuestion
-from qdot.exercises.singularities.singularity import singular_set
+from qdot.exercises.singularities.singular_set import singular_set
 
 MIN_SPEED = 0.05
 """Minimum speed that is asked for, in m/s."""

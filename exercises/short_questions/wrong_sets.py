@@ -5,7 +5,6 @@ from functools import lru_cache
 from itertools import combinations, islice
 from operator import itemgetter
 
-from qdot.exercises.answer_types import ConditionSet
 from qdot.exercises.arm.chain import Chain
 from qdot.exercises.common.stream import Stream
 from qdot.exercises.formula.conditions import ConfigurationSpace, compare_sets
@@ -13,10 +12,11 @@ from qdot.exercises.formula.parser import parse_formula
 from qdot.exercises.formula.set_parser import Piece, parse_pieces
 from qdot.exercises.mistakes.catalogue import generate_mistaken_answers
 from qdot.exercises.problem.problem import Part
+from qdot.exercises.reference_answers import ConditionSet
 from qdot.exercises.short_questions import options
 from qdot.exercises.short_questions.options import Blame, OfferedOption
 from qdot.exercises.singularities.classification import domain_of
-from qdot.exercises.singularities.singularity import Component, singular_set
+from qdot.exercises.singularities.singular_set import Component, singular_set
 
 ComponentSet = tuple[Component, ...]
 

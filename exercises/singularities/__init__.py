@@ -5,7 +5,7 @@ the joint variables. Each module uses only modules above it in this list:
 
     existence_conditions    the lengths for which a condition can hold at some configuration
     joint_solvability       whether conditions can hold simultaneously
-    singularity             the singular set: where the Jacobian loses rank
+    singular_set            the singular set: where the Jacobian loses rank
     normalized_arm          an arm without joint offsets and base position, on which singularities do not depend
     reciprocal              the singular set of an arm with more joints than rows of the task, by elimination
     numeric_rank_check      the numeric check of a singular set

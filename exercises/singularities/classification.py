@@ -25,7 +25,7 @@ from qdot.exercises.formula.set_parser import Piece, parse_pieces
 from qdot.exercises.singularities.appearance import describe_appearance
 from qdot.exercises.singularities.axes import Sample
 from qdot.exercises.singularities.normalized_arm import normalize_arm, normalize_conditions
-from qdot.exercises.singularities.singularity import Component, Values, singular_set
+from qdot.exercises.singularities.singular_set import Component, Values, singular_set
 from qdot.exercises.singularities.singularity_kinds import are_one_sided, can_establish_kind, classify_samples
 
 _SAMPLE_COUNT = 60

@@ -6,7 +6,7 @@ import sympy as sp
 
 from qdot.exercises.arm.chain import Chain
 from qdot.exercises.arm.derivation import derive
-from qdot.exercises.singularities.singularity import singular_set
+from qdot.exercises.singularities.singular_set import singular_set
 
 BAND_MINIMUMS = (10, 16, 24, 34)
 """The minimum difficulty of bands 1, 2, 3 and 4."""

@@ -19,7 +19,7 @@ from qdot.exercises.arm.conventions import convention_of
 from qdot.exercises.arm.derivation import derive
 from qdot.exercises.arm.trigonometry import Factored, count_terms, factor_trig, substitute, textbook_form
 from qdot.exercises.singularities.axes import Sample
-from qdot.exercises.singularities.singularity import Component
+from qdot.exercises.singularities.singular_set import Component
 
 ZERO_THRESHOLD, NONZERO_THRESHOLD = 1e-9, 0.05
 """Fractions of the largest singular value of J: below the first, a singular value counts as zero; above the second, as

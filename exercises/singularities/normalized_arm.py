@@ -11,7 +11,7 @@ from functools import lru_cache
 import sympy as sp
 
 from qdot.exercises.arm.chain import Base, Chain
-from qdot.exercises.singularities.singularity import Component, principal_angle
+from qdot.exercises.singularities.singular_set import Component, principal_angle
 
 
 @lru_cache(maxsize=1024)

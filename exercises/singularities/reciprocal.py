@@ -25,7 +25,7 @@ from qdot.exercises.arm.kinematics import NumericChain, jacobian_seen_from
 from qdot.exercises.arm.trigonometry import Factored, factor_trig
 from qdot.exercises.common.stream import Stream
 from qdot.exercises.singularities.joint_solvability import drop_implied, may_hold_simultaneously
-from qdot.exercises.singularities.singularity import (
+from qdot.exercises.singularities.singular_set import (
     Conjunction,
     Search,
     find_common_zeros,

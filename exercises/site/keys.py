@@ -31,7 +31,6 @@ from typing import Any
 import mpmath
 import numpy as np
 
-from qdot.exercises.answer_types import Answer, AnswerVisitor, ConditionSet, Direction, Letters, Number
 from qdot.exercises.arm.derivation_graph import StageResults, compute_numeric_stages
 from qdot.exercises.common.stream import Stream
 from qdot.exercises.formula.conditions import ConfigurationSpace
@@ -47,6 +46,7 @@ from qdot.exercises.mistakes.finished import edit_throughout
 from qdot.exercises.problem.problem import Part, Problem
 from qdot.exercises.problem.record import Json
 from qdot.exercises.questions.results import compute_answer, is_derived
+from qdot.exercises.reference_answers import Answer, AnswerVisitor, ConditionSet, Direction, Letters, Number
 from qdot.exercises.short_questions.option_mistakes import explain_options
 from qdot.exercises.short_questions.single_configuration import RateDetails
 from qdot.exercises.writing.problem_texts import write_answer_code

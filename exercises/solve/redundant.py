@@ -15,7 +15,7 @@ from qdot.exercises.singularities.axes import Sample
 from qdot.exercises.singularities.classification import Classification
 from qdot.exercises.singularities.numeric_rank_check import RankCheck, check_rank_loss
 from qdot.exercises.singularities.reciprocal import ReciprocalSet, ReducedCase, polynomial_arm, reciprocal_set
-from qdot.exercises.singularities.singularity import Component, solve_conjunction
+from qdot.exercises.singularities.singular_set import Component, solve_conjunction
 from qdot.exercises.singularities.singularity_kinds import can_establish_kind
 from qdot.exercises.solve.certified_singularities import certify_component, certify_statement
 from qdot.exercises.verify.appearance import all_have_kind

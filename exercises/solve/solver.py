@@ -27,7 +27,7 @@ from qdot.exercises.questions.base import MAX_JOINTS_FOR_INVERSE
 from qdot.exercises.questions.screws import derive_body_jacobian, derive_space_jacobian
 from qdot.exercises.singularities.numeric_rank_check import check_rank_loss
 from qdot.exercises.singularities.reciprocal import elimination_applies
-from qdot.exercises.singularities.singularity import Component, find_special_length_components, singular_set
+from qdot.exercises.singularities.singular_set import Component, find_special_length_components, singular_set
 from qdot.exercises.singularities.singularity_kinds import can_establish_kind
 from qdot.exercises.solve.certified_singularities import certify_components
 from qdot.exercises.solve.redundant import RedundantSingularities, redundant_events

@@ -24,7 +24,7 @@ from qdot.exercises.singularities.classification import (
     split_by_value,
 )
 from qdot.exercises.singularities.normalized_arm import normalize_arm, normalize_conditions
-from qdot.exercises.singularities.singularity import Component, singular_set
+from qdot.exercises.singularities.singular_set import Component, singular_set
 from qdot.exercises.singularities.singularity_kinds import are_one_sided, classify_samples
 from qdot.exercises.verify.numeric_reference import Check, Checks, NumericReference
 

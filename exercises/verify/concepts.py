@@ -2,7 +2,6 @@
 
 import numpy as np
 
-from qdot.exercises.answer_types import Choice
 from qdot.exercises.arm.conventions.base import VELOCITY_NAMES
 from qdot.exercises.problem.problem import Part
 from qdot.exercises.questions.concepts import (
@@ -12,6 +11,7 @@ from qdot.exercises.questions.concepts import (
     VelocityLossDetails,
 )
 from qdot.exercises.questions.differentiation import TaskDetails
+from qdot.exercises.reference_answers import Choice
 from qdot.exercises.verify.formulas import EXACT_TOLERANCE, PartCheck, check_agreement
 from qdot.exercises.verify.numbers import list_reference_numbers
 from qdot.exercises.verify.numeric_reference import Check, Checks, NumericReference, differentiate, differentiate_frames

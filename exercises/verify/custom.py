@@ -8,7 +8,6 @@ from functools import cached_property
 import numpy as np
 import sympy as sp
 
-from qdot.exercises.answer_types import ConditionSet, Number
 from qdot.exercises.arm.arithmetic import compile_expression
 from qdot.exercises.arm.chain import Chain
 from qdot.exercises.arm.conventions import convention_of
@@ -24,7 +23,8 @@ from qdot.exercises.questions.custom.quantities import (
     parse_frame_name,
 )
 from qdot.exercises.questions.custom.question import CustomDetails, QuestionMaker
-from qdot.exercises.singularities.singularity import Component
+from qdot.exercises.reference_answers import ConditionSet, Number
+from qdot.exercises.singularities.singular_set import Component
 from qdot.exercises.verify.formulas import DIFFERENCE_TOLERANCE, check_agreement
 from qdot.exercises.verify.numeric_reference import (
     Check,

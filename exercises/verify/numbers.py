@@ -5,9 +5,9 @@ from collections.abc import Callable
 import numpy as np
 import sympy as sp
 
-from qdot.exercises.answer_types import Direction, Number
 from qdot.exercises.problem.problem import Part
 from qdot.exercises.questions.inversion import VelocityDetails, min_conditioning, write_power_of_metres
+from qdot.exercises.reference_answers import Direction, Number
 from qdot.exercises.verify.formulas import EXACT_TOLERANCE, PartCheck, check_agreement
 from qdot.exercises.verify.numeric_reference import Check, Checks, NumericReference, conditioning_ratios
 

@@ -6,10 +6,10 @@ differences of the joint values along the line.
 
 import numpy as np
 
-from qdot.exercises.answer_types import Number
 from qdot.exercises.arm.kinematics import NumericChain
 from qdot.exercises.problem.problem import Part
 from qdot.exercises.questions.path import LESS_REGULAR_CONDITIONING, DistanceDetails, RateLimitDetails, WeldingLine
+from qdot.exercises.reference_answers import Number
 from qdot.exercises.verify.formulas import PartCheck, check_agreement
 from qdot.exercises.verify.numbers import (
     MIN_CONDITIONING_SHARE,

@@ -11,7 +11,6 @@ from itertools import combinations
 import numpy as np
 import sympy as sp
 
-from qdot.exercises.answer_types import Choice, ConditionSet, Expression, Matching, Matrix, Selection
 from qdot.exercises.arm.conventions.base import VELOCITY_NAMES
 from qdot.exercises.arm.kinematics import NumericChain
 from qdot.exercises.arm.lengths import substitute_arm_lengths
@@ -19,6 +18,7 @@ from qdot.exercises.common.stream import Stream
 from qdot.exercises.problem.problem import Part
 from qdot.exercises.questions import QUESTIONS
 from qdot.exercises.questions.geometry import ConfigurationDetails
+from qdot.exercises.reference_answers import Choice, ConditionSet, Expression, Matching, Matrix, Selection
 from qdot.exercises.short_questions.choice import CHOICE_QUESTIONS, FormulaOptions
 from qdot.exercises.short_questions.options import ConfigurationOptions, OfferedOption, Options
 from qdot.exercises.short_questions.selections import EqualForms, Quantity, QuantityDetails

@@ -8,12 +8,12 @@ from collections.abc import Iterator, Mapping, Sequence
 import numpy as np
 import sympy as sp
 
-from qdot.exercises.answer_types import Choice, Direction, Number
 from qdot.exercises.arm.chain import Chain
 from qdot.exercises.arm.kinematics import NumericChain
 from qdot.exercises.problem.problem import Part
 from qdot.exercises.questions.geometry import ConfigurationDetails
 from qdot.exercises.questions.rank import JacobianOnBranch, LostDirectionDetails, LostMotionDetails, MeaningDetails
+from qdot.exercises.reference_answers import Choice, Direction, Number
 from qdot.exercises.singularities.axes import Sample
 from qdot.exercises.singularities.directions import line_directions
 from qdot.exercises.singularities.meanings import Meaning

@@ -11,7 +11,6 @@ from functools import lru_cache
 import numpy as np
 import sympy as sp
 
-from qdot.exercises.answer_types import Choice, ConditionSet
 from qdot.exercises.arm.chain import Chain
 from qdot.exercises.arm.kinematics import NumericChain
 from qdot.exercises.common.stream import Stream
@@ -20,6 +19,7 @@ from qdot.exercises.formula.parser import parse_formula
 from qdot.exercises.formula.set_parser import Piece, parse_pieces
 from qdot.exercises.problem.problem import Part
 from qdot.exercises.questions.singular import KIND_OPTIONS, ConfigurationsOfOneKind, KindDetails, find_components_with
+from qdot.exercises.reference_answers import Choice, ConditionSet
 from qdot.exercises.singularities.axes import Sample
 from qdot.exercises.singularities.classification import domain_of
 from qdot.exercises.singularities.normalized_arm import normalize_arm

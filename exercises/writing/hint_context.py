@@ -16,7 +16,7 @@ from qdot.exercises.arm.conventions import convention_of
 from qdot.exercises.arm.derivation import Derivation, derive
 from qdot.exercises.formula.order import natural_sort_key
 from qdot.exercises.questions.wrist import derive_blocks, find_block_objection
-from qdot.exercises.singularities.singularity import singular_set
+from qdot.exercises.singularities.singular_set import singular_set
 from qdot.exercises.writing.latex import tex
 from qdot.exercises.writing.wording import join
 

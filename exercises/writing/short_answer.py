@@ -4,9 +4,9 @@ import re
 from dataclasses import dataclass
 from typing import Any
 
-from qdot.exercises import answer_types
-from qdot.exercises.answer_types import TRUE_FALSE, AnswerVisitor, Choice, Direction, Expression, Matrix, Number
+from qdot.exercises import reference_answers
 from qdot.exercises.problem.problem import Part, Problem
+from qdot.exercises.reference_answers import TRUE_FALSE, AnswerVisitor, Choice, Direction, Expression, Matrix, Number
 from qdot.exercises.short_questions.options import Options
 from qdot.exercises.writing.problem_texts import add_angle_legend, get_solution_steps, write_option, write_solution
 from qdot.exercises.writing.render import render
@@ -47,7 +47,7 @@ class _AnswerFields(AnswerVisitor[dict[str, Any]]):
         values = zip(answer.reference, answer.units, strict=True)
         return {"values": [_format_number(value, answer.tolerance) + _write_unit(unit) for value, unit in values]}
 
-    def visit_singular(self, answer: answer_types.ConditionSet) -> dict[str, Any]:
+    def visit_singular(self, answer: reference_answers.ConditionSet) -> dict[str, Any]:
         return {"components": answer.components}
 
     def visit_choice(self, answer: Choice) -> dict[str, Any]:
@@ -57,10 +57,10 @@ class _AnswerFields(AnswerVisitor[dict[str, Any]]):
         words = write_option(self.problem, self.part, answer.correct) if has_words else ""
         return {"letters": answer.typed_text, "words": words}
 
-    def visit_text(self, answer: answer_types.Words) -> dict[str, Any]:
+    def visit_text(self, answer: reference_answers.Words) -> dict[str, Any]:
         return {"remark": write_solution(self.problem, self.part).strip() or "A person marks this answer."}
 
-    def visit_letters(self, answer: answer_types.Letters) -> dict[str, Any]:
+    def visit_letters(self, answer: reference_answers.Letters) -> dict[str, Any]:
         return {"letters": answer.letters}
 
 

@@ -27,7 +27,7 @@ from qdot.exercises.questions.singular import ConfigurationsOfOneKind, find_comp
 from qdot.exercises.questions.wrist import derive_block_determinants, derive_wrist_block, find_block_objection
 from qdot.exercises.singularities.classification import Classification, classify, is_one_sided, split_by_value
 from qdot.exercises.singularities.existence_conditions import ExistenceCondition, find_existence_condition
-from qdot.exercises.singularities.singularity import Component, Values, never_vanishes, singular_set
+from qdot.exercises.singularities.singular_set import Component, Values, never_vanishes, singular_set
 from qdot.exercises.writing import expansion
 from qdot.exercises.writing.angles import AngleNames, iterate_arm_angles, list_link_angles, name_angles
 from qdot.exercises.writing.expansion import Expansion, expand_determinant, expand_jacobian

@@ -13,7 +13,7 @@ from qdot.exercises.arm.derivation import derive
 from qdot.exercises.arm.standard_table import home_geometry_of
 from qdot.exercises.questions.base import name_velocity_components
 from qdot.exercises.singularities.classification import Classification
-from qdot.exercises.singularities.singularity import Values
+from qdot.exercises.singularities.singular_set import Values
 from qdot.exercises.singularities.singularity_kinds import can_establish_kind
 from qdot.exercises.writing.languages import ENGLISH, Catalogue, load_catalogue
 from qdot.exercises.writing.latex import lengths_of, tex, tex_angle, tex_length, tex_value, write_symbol

@@ -21,7 +21,7 @@ from qdot.exercises.exports.sheet import VERSION_LETTERS
 from qdot.grader.cli.options import BankVariationOption, FolderArgument, JobsOption, name_option
 from qdot.grader.grading.certify import find_failures
 from qdot.grader.grading.class_check import load_class
-from qdot.grader.grading.marking import compute_earned_share
+from qdot.grader.marking.marking import compute_earned_share
 
 SHEET_HELP = f"Paper and HTML: kind of sheet, {', '.join(SHEET_KINDS)} (docs/paper.md)."
 PASSING_HELP = "this percentage of the points; without it, the package does not report pass or fail"

@@ -17,9 +17,9 @@ from qdot.grader.cli.options import FolderArgument, JobsOption, SecondsOption
 from qdot.grader.grading import batch
 from qdot.grader.grading.class_check import check_class, check_secret, read_sample
 from qdot.grader.grading.history import describe_mark_changes, read_previous_results
-from qdot.grader.grading.marking import format_points
 from qdot.grader.grading.overrides import OVERRIDES_FILE, describe_unused_groups, read_overrides
 from qdot.grader.grading.result import Result
+from qdot.grader.marking.marking import format_points
 from qdot.grader.reports.tables import UNMARKED_STATES, count_overridden, find_work_status, list_staff_notes
 from qdot.grader.sandbox.guarantees import check_sandbox
 from qdot.grader.sandbox.sandbox import Limits

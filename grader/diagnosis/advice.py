@@ -21,9 +21,9 @@ from qdot.exercises.formula.trees import Node, ParseError, find_names
 from qdot.exercises.mistakes.configurations import SymbolValues, sample_configurations
 from qdot.exercises.problem.problem import Part, Problem
 from qdot.exercises.questions.results import compute_answer, is_derived
-from qdot.exercises.singularities.singularity import singular_set
+from qdot.exercises.singularities.singular_set import singular_set
 from qdot.grader.diagnosis.numbers import normalize
-from qdot.grader.judging.answer import ParsedAnswer, assign_values_to_joint
+from qdot.grader.judging.answer_parser import ParsedAnswer, assign_values_to_joint
 from qdot.grader.judging.verdict import Diagnosis
 
 SAMPLE_COUNT = 5
@@ -210,11 +210,8 @@ def _advise_on_set(problem: Problem, part: Part, parsed_answer: ParsedAnswer, se
     expected_joints = {symbol.name for expression in expressions for symbol in expression.free_symbols}
     named_joints = find_names(parsed_answer.tree)
     for name in [q.name for q in problem.chain.q if (q.name in expected_joints) != (q.name in named_joints)]:
-        if name in expected_joints:
-            question = "Do the zeros of the determinant (or of all minors) depend on it?"
-            return f"Your answer does not contain {name}. {question}"
-        question = "Are they zero for all values of the other joints?"
-        return f"Your answer contains {name}. Substitute its value into the determinant (or the minors). {question}"
+        fact = f"Your answer {'does not contain' if name in expected_joints else 'contains'} {name}."
+        return f"{fact} Do the zeros of the determinant (or of all minors) depend on it?"
     has_joint_conditions = any(len(component.conditions) > 1 for component in components)
     return _advise_on_claims(problem, part, parsed_answer.tree, seed, has_joint_conditions)
 

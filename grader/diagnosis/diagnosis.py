@@ -24,7 +24,7 @@ from qdot.grader.diagnosis.residuals import explain_missing_links
 from qdot.grader.diagnosis.rounding import explain_rounded_function, explain_rounding
 from qdot.grader.diagnosis.set_mistakes import explain_set, find_mistaken_answer, name_alternatives
 from qdot.grader.diagnosis.wrong_answer import WrongAnswer, evaluate_answer, transpose
-from qdot.grader.judging.answer import ParsedAnswer
+from qdot.grader.judging.answer_parser import ParsedAnswer
 from qdot.grader.judging.verdict import Diagnosis, locate_mistake
 
 UNLIKELY_FREQUENCY = 0.2

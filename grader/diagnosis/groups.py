@@ -27,7 +27,7 @@ from qdot.exercises.formula.set_parser import Atom, parse_typed_set
 from qdot.exercises.formula.trees import Node, ParseError
 from qdot.exercises.problem.problem import Part, Problem
 from qdot.grader.diagnosis.similar import make_canonical_form
-from qdot.grader.judging.answer import ParsedAnswer
+from qdot.grader.judging.answer_parser import ParsedAnswer
 from qdot.grader.judging.verdict import Diagnosis
 
 KEY_LETTERS = "bcdfghjkmnpqrstvwxz"

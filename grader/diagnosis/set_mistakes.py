@@ -12,7 +12,6 @@ from itertools import chain, starmap
 
 import numpy as np
 
-from qdot.exercises.answer_types import Answer, ConditionSet
 from qdot.exercises.arm.arithmetic import compile_expression
 from qdot.exercises.arm.chain import REVOLUTE
 from qdot.exercises.common.stream import Stream
@@ -25,9 +24,10 @@ from qdot.exercises.mistakes.catalogue import CATALOGUE, generate_mistaken_answe
 from qdot.exercises.mistakes.configurations import sample_values
 from qdot.exercises.mistakes.sets import name_missed_component, write_zero_question
 from qdot.exercises.problem.problem import Part, Problem
-from qdot.exercises.singularities.singularity import Component
+from qdot.exercises.reference_answers import Answer, ConditionSet
+from qdot.exercises.singularities.singular_set import Component
 from qdot.grader.diagnosis.rounding import CONSTANT_TOLERANCE, EXACT_VALUES_ADVICE
-from qdot.grader.judging.answer import ParsedAnswer, assign_values_to_joint
+from qdot.grader.judging.answer_parser import ParsedAnswer, assign_values_to_joint
 from qdot.grader.judging.judge import judge_parsed
 from qdot.grader.judging.verdict import Diagnosis, Outcome, locate_mistake
 

@@ -12,7 +12,7 @@ from functools import lru_cache
 from itertools import combinations
 
 from qdot.exercises.formula.trees import Node, count_nodes, has_blank
-from qdot.grader.judging.answer import ParsedAnswer
+from qdot.grader.judging.answer_parser import ParsedAnswer
 
 MAX_LENGTH = 3000
 """Maximum length (characters) of an answer that is compared."""

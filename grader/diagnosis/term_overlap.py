@@ -18,7 +18,7 @@ from qdot.exercises.formula.program import compile_program, evaluate
 from qdot.exercises.formula.trees import ONE, Node, count_nodes, find_names
 from qdot.exercises.mistakes.configurations import SymbolValues, sample_values
 from qdot.exercises.problem.problem import Part, Problem
-from qdot.grader.judging.answer import ParsedAnswer
+from qdot.grader.judging.answer_parser import ParsedAnswer
 
 MIN_SHARE = Fraction(1, 2)
 """Minimum share of the solution's terms that an answer must contain to be an attempt."""

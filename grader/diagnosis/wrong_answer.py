@@ -16,7 +16,7 @@ from qdot.exercises.problem.problem import Part, Problem
 from qdot.exercises.questions.concepts import parse_vector
 from qdot.exercises.questions.results import compute_answer, is_derived, is_made_of_jacobian
 from qdot.grader.diagnosis.numbers import RELATIVE_TOLERANCE, NumericAnswer
-from qdot.grader.judging.answer import FunctionValues, ParsedAnswer
+from qdot.grader.judging.answer_parser import FunctionValues, ParsedAnswer
 
 SAMPLE_COUNT = 16
 """Number of configurations, unless the question gives one."""

@@ -1,11 +1,9 @@
-"""Grade the submissions of a class: mark them, store the results, apply overrides, check certificates.
+"""Grade the submissions of a class: run and mark them, store the results, apply overrides, check certificates.
 
-This package imports submissions, judging and diagnosis; the package reports imports this one.
+This package imports marking, submissions and judging; the package reports imports this one.
 
     result                      define a student's result: the fields of a line of results.jsonl
-    partial_credit, marking     compute the share that an answer earns; mark a student's answers to a problem
     attempt                     grade one notebook of a class, or a notebook without a class
-    follow_through              judge an answer against what follows from the student's wrong answer to an earlier part
     copied_answers, overrides   find answers that are correct for another student; read points that a person sets
     final_result                compute a student's result: the attempt that counts, overrides, late penalty
     cluster                     grade notebooks on the workers of a Dask cluster

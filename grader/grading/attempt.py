@@ -19,10 +19,10 @@ from qdot.exercises.notebook.setup_cell import write_setup_cell
 from qdot.exercises.problem.problem import ENGINE, Problem
 from qdot.grader.diagnosis.groups import format_group_key
 from qdot.grader.grading.copied_answers import ClassAnswers
-from qdot.grader.grading.marking import MarkingRules, mark
 from qdot.grader.grading.result import MarkingVersions, NotebookMarks, PartResult, ProblemResult
 from qdot.grader.judging.functions import make_calls
 from qdot.grader.judging.verdict import Outcome, Verdict
+from qdot.grader.marking.marking import MarkingRules, mark
 from qdot.grader.sandbox.clock import TimeBudgets
 from qdot.grader.sandbox.sandbox import Limits, Run, Sandbox
 from qdot.grader.submissions.answer_locator import Answers, find_answers

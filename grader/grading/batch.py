@@ -17,7 +17,7 @@ from functools import partial
 from pathlib import Path
 
 from qdot.exercises.assignment.assignment import Assignment, Student
-from qdot.exercises.assignment.lateness import with_zone
+from qdot.exercises.assignment.late_rule import with_zone
 from qdot.exercises.common.errors import QdotError, make_name_error, make_open_files_error
 from qdot.exercises.common.files import (
     clean_up_after,

@@ -11,7 +11,6 @@ from contextlib import closing
 from dataclasses import dataclass, replace
 from typing import Any
 
-from qdot.exercises.answer_types import Words
 from qdot.exercises.assignment.assignment import Assignment
 from qdot.exercises.assignment.certified_problems import raise_failures
 from qdot.exercises.assignment.release import Certifier, certificate_path, notebook_path
@@ -24,6 +23,7 @@ from qdot.exercises.generation import generate
 from qdot.exercises.problem.problem import ENGINE, Problem, ProblemId
 from qdot.exercises.problem.record import compute_digests
 from qdot.exercises.questions.custom import Definition
+from qdot.exercises.reference_answers import Words
 from qdot.exercises.singularities.difficulty import difficulty
 from qdot.exercises.verify.certificate import ProblemCertificate, certify
 from qdot.grader.grading import certificates

@@ -14,15 +14,15 @@ from typing import TypeGuard
 
 import sympy as sp
 
-from qdot.exercises.answer_types import TRUE_FALSE, Answer, ConditionSet, Direction, Expression, Matrix, Number
 from qdot.exercises.common.errors import QdotError, shorten
 from qdot.exercises.formula.equality import Domain
 from qdot.exercises.formula.trees import has_blank
 from qdot.exercises.notebook.setup_cell import write_setup_cell_for_names
 from qdot.exercises.problem.problem import name_answer_variable
+from qdot.exercises.reference_answers import TRUE_FALSE, Answer, ConditionSet, Direction, Expression, Matrix, Number
 from qdot.exercises.short_questions import ALL_QUESTIONS
-from qdot.grader.judging.answer import OR_HINT, ParsedAnswer, combine_with_and, read_any
-from qdot.grader.judging.answer_parser import ExpectedForm, read_in_form
+from qdot.grader.judging.answer_parser import OR_HINT, ParsedAnswer, combine_with_and, read_any
+from qdot.grader.judging.expected_form import ExpectedForm, read_in_form
 from qdot.grader.judging.formulas import describe_unknown_symbols
 from qdot.grader.judging.functions import is_function_table
 from qdot.grader.judging.verdict import Outcome

@@ -11,10 +11,9 @@ from fractions import Fraction
 from functools import partial
 
 from qdot.exercises.assignment.assignment import Assignment, Student
-from qdot.exercises.assignment.lateness import with_zone
+from qdot.exercises.assignment.late_rule import with_zone
 from qdot.exercises.common.errors import list_some
 from qdot.grader.grading.attempt import describe_error, mark_ungraded
-from qdot.grader.grading.marking import sum_points
 from qdot.grader.grading.overrides import NO_OVERRIDES, TOTAL_PART, Overrides
 from qdot.grader.grading.result import (
     CountingSubmission,
@@ -24,6 +23,7 @@ from qdot.grader.grading.result import (
     Result,
     SubmittedNotebook,
 )
+from qdot.grader.marking.marking import sum_points
 
 MAX_FILES_LISTED = 5
 """Maximum number of file names listed in a note."""

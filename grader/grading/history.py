@@ -16,8 +16,8 @@ from qdot.exercises.assignment.assignment import Assignment
 from qdot.exercises.common.errors import QdotError, count_noun
 from qdot.exercises.common.files import remove_leftovers, write_atomically
 from qdot.exercises.common.json_form import as_json, from_json
-from qdot.grader.grading.marking import format_points, map_max_points, sum_points
 from qdot.grader.grading.result import MarkingVersions, Result
+from qdot.grader.marking.marking import format_points, map_max_points, sum_points
 
 
 @dataclass(frozen=True)

@@ -15,8 +15,8 @@ from qdot.exercises.assignment.assignment import Assignment
 from qdot.exercises.common.errors import QdotError, find_most_similar, list_some, make_name_error
 from qdot.exercises.common.input_file import read_table
 from qdot.grader.diagnosis.groups import KEY_LENGTH, KEY_LETTERS, format_group_key
-from qdot.grader.grading.marking import map_max_points, share_of_points, sum_points
 from qdot.grader.grading.result import Override
+from qdot.grader.marking.marking import map_max_points, share_of_points, sum_points
 
 OVERRIDES_FILE = "overrides.csv"
 COLUMN_NAMES = ("student", "part", "points", "comment")

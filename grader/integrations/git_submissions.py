@@ -25,7 +25,7 @@ from itertools import chain
 from pathlib import Path
 
 from qdot.exercises.assignment.assignment import Assignment, Student, load_assignment
-from qdot.exercises.assignment.lateness import with_zone
+from qdot.exercises.assignment.late_rule import with_zone
 from qdot.exercises.common.console import escape_controls, note, say
 from qdot.exercises.common.errors import QdotError
 from qdot.exercises.common.files import write_atomically

@@ -22,9 +22,9 @@ from qdot.exercises.common.console import note
 from qdot.exercises.common.errors import QdotError
 from qdot.exercises.exports.nbgrader import MARKS_COMMENT
 from qdot.grader.grading.batch import find_student, grade_one, make_limits
-from qdot.grader.grading.marking import format_points, map_max_points, share_of_points
 from qdot.grader.grading.result import Result
 from qdot.grader.integrations.nbgrader_cells import GENERATE_AGAIN, fill_in_marks, remove_self_checks, restore_cells
+from qdot.grader.marking.marking import format_points, map_max_points, share_of_points
 from qdot.grader.reports.rows import make_rows
 from qdot.grader.sandbox.guarantees import check_sandbox
 from qdot.grader.sandbox.sandbox import Limits

@@ -10,7 +10,6 @@ import json
 from pathlib import Path
 from typing import Any
 
-from qdot.exercises.answer_types import LETTERS, TRUE_FALSE
 from qdot.exercises.assignment.assignment import Slot, load_assignment
 from qdot.exercises.common.errors import QdotError
 from qdot.exercises.exports.items import list_entry_labels, write_question_alone
@@ -20,6 +19,7 @@ from qdot.exercises.figure.arm_figure import draw_figure_svg, draw_part_svg
 from qdot.exercises.mistakes.base import name_chapter
 from qdot.exercises.notebook.notebook import draw_singular_configurations
 from qdot.exercises.problem.problem import ENGINE, Part, Problem
+from qdot.exercises.reference_answers import LETTERS, TRUE_FALSE
 from qdot.exercises.short_questions import question_of
 from qdot.exercises.writing.markup import to_html_for_mathjax
 from qdot.exercises.writing.problem_texts import (
@@ -30,9 +30,9 @@ from qdot.exercises.writing.problem_texts import (
     write_statement,
 )
 from qdot.exercises.writing.short_answer import format_unit
-from qdot.grader.grading.marking import MarkingRules, mark
-from qdot.grader.judging.answer_parser import read_answer
+from qdot.grader.judging.expected_form import read_answer
 from qdot.grader.judging.verdict import Outcome, Verdict
+from qdot.grader.marking.marking import MarkingRules, mark
 from qdot.grader.reports.feedback_levels import shows_at_least
 
 PrairieLearnData = dict[str, Any]

@@ -3,9 +3,9 @@
 This package imports only parts of the sandbox from the rest of the grader.
 
     verdict                     define outcomes, judgements and verdicts; describe counterexamples in words
-    answer                      parse an answer once, or refuse it with a reason
+    answer_parser               parse an answer once, or refuse it with a reason
     formulas, choices           judge formulas, numbers, directions and sets; judge the letters of options
     functions                   judge Python functions by their values
-    answer_parser, judge        the entry points: parse the answer to a part in the expected form; judge it
+    expected_form, judge        the entry points: parse the answer to a part in the form expected of it; judge it
     compare_command             compare two texts (`qdot compare`)
 """

@@ -1,128 +1,710 @@
-"""Parse a text as the answer to one part of a problem, in the form that the part expects."""
+"""Parse the text of an answer into a formula, entries, numbers or conditions, or refuse the text with a reason.
+
+Judging, partial credit, diagnosis, follow-through and reports all use the parsed answer and never parse the text again.
+`answer_parser` calls the function of this module that fits the part.
+
+A parsed text is a tree of nodes (`formula.trees`). The domain of a problem contains the names of its symbols. Labels
+are the names that a student may write before entries, such as vx, as in vx = 0.
+"""
 
 import re
+from collections.abc import Callable, Mapping, Sequence
+from collections.abc import Set as AbstractSet
+from contextlib import suppress
 from dataclasses import dataclass, replace
+from functools import partial
 
-from qdot.exercises import answer_types
+import numpy as np
+
+from qdot.exercises.formula.algebra import Matrix
 from qdot.exercises.formula.equality import Domain
-from qdot.exercises.problem.problem import Part, Problem
-from qdot.exercises.questions.differentiation import find_power_of_metres
-from qdot.exercises.short_questions import question_of
-from qdot.grader.judging.answer import (
-    BLANK_JUDGEMENT,
-    ParsedAnswer,
-    read_conditions,
-    read_formula,
-    read_matrix,
-    read_numbers,
-    refuse,
-    replace_decimal_commas,
+from qdot.exercises.formula.notation import classify_unit, find_units, use_points_in_lengths
+from qdot.exercises.formula.parser import parse_formula
+from qdot.exercises.formula.set_parser import WHOLE_NUMBER_NAMES, parse_typed_set
+from qdot.exercises.formula.tables import convert_numbers, convert_table
+from qdot.exercises.formula.trees import (
+    EQUATION_CHAIN,
+    Node,
+    ParseError,
+    UndefinedValue,
+    as_matrix,
+    count_nodes,
+    find_names,
+    find_statement,
+    has_blank,
+    iterate_nodes,
+    list_equation_sides,
+    make_rows,
+    node_text,
+    refuse_statements,
+    replace_names,
 )
-from qdot.grader.judging.choices import BLANK_TEXTS, read_choice, read_matching, read_selection
-from qdot.grader.judging.functions import find_constant_text, is_function_table, read_table
+from qdot.exercises.formula.vocabulary import LIMITS, PATTERNS, VOCABULARY
+from qdot.grader.judging.verdict import Judgement, missing_judgement, wrong_judgement
+
+NameSequence = Sequence[str]
+MatrixShape = tuple[int, int]
+"""The numbers of rows and columns."""
 
 
 @dataclass(frozen=True)
-class ExpectedForm:
-    """The form in which the answer to a part is expected, and the names that the answer may contain.
+class FunctionValues:
+    """The values of a student's Python function at several configurations.
 
-    `answer` is the correct answer or any other answer of the same form. `domain` contains the symbols. The entries of a
-    vector may be named by `labels`, and the columns of a matrix by `columns`. The unit of a determinant is m to the
-    power `metre_power`, which is None for other answers.
+    `shape` is the shape of a single value, or None if the text was not a table. `values` has one row per
+    configuration and one column per entry. `arguments` maps each argument to its values at the configurations.
     """
 
-    answer: answer_types.Answer
-    domain: Domain
-    joints: tuple[str, ...]
-    labels: tuple[str, ...] = ()
-    columns: tuple[str, ...] = ()
-    metre_power: int | None = None
-
-
-def find_expected_form(problem: Problem, part: Part) -> ExpectedForm:
-    """Return the form in which the answer to a part is expected."""
-    question, joints = question_of(part), tuple(q.name for q in problem.chain.q)
-    labels, columns = question.list_names_to_type(problem.chain, part), question.column_names(problem.chain)
-    return ExpectedForm(part.answer, problem.domain, joints, labels, columns, find_power_of_metres(part))
-
-
-def read_answer(problem: Problem, part: Part, text: str, points_seed: str = "") -> ParsedAnswer:
-    """Parse a text as the answer to a part; `points_seed` determines where a student's Python function was called.
-
-    >>> from qdot import generate
-    >>> problem = generate("planar-2r/7", ["position"])
-    >>> read_answer(problem, problem["position"], "[a1, a2, a3]").refusal
-    Judgement(wrong, 0: your answer is 3 × 1, but it must be 2 × 1; write it as in [a, b])
-    """
-    return read_in_form(find_expected_form(problem, part), text, points_seed)
-
-
-def read_in_form(expected: ExpectedForm, text: str, points_seed: str = "") -> ParsedAnswer:
-    """Parse a text in the expected form, as `read_answer` does."""
-    if is_function_table(text):
-        constant = find_constant_text(text)
-        if constant is None:
-            return ParsedAnswer(text, table=read_table(text, expected.domain, points_seed))
-        return replace(read_in_form(expected, constant), text=text)
-    if expected.metre_power not in (None, CUBIC_POWER) and _CUBIC_METRES.search(text):
-        unit = f"m^{expected.metre_power}"
-        return refuse(text, f"the unit m^3 does not fit: the result is in {unit}; write only the formula")
-    parsed = _AnswerReader(text, expected).visit(expected.answer)
-    is_formula = isinstance(expected.answer, answer_types.Expression | answer_types.Matrix)
-    text_with_points = replace_decimal_commas(text)  # pages in many languages print decimal commas
-    if parsed.refusal is not None and is_formula and text_with_points != text:
-        parsed_again = _AnswerReader(text_with_points, expected).visit(expected.answer)
-        return parsed if parsed_again.refusal is not None else replace(parsed_again, text=text)
-    return parsed
-
-
-_CUBIC_METRES = re.compile(r"(?<![\w])(?:m|\\mathrm\{m\}|\\text\{m\})(?:\^\(?3\)?|\^\{3\}|³|\*\*3)[\])]?[ .$]{0,9}$")
-"""Matches cubic metres at the end of an answer."""
-CUBIC_POWER = 3
-"""The power of metres that `_CUBIC_METRES` matches."""
+    shape: tuple[int, ...] | None
+    values: np.ndarray
+    arguments: Mapping[str, np.ndarray]
 
 
 @dataclass(frozen=True)
-class _AnswerReader(answer_types.AnswerVisitor[ParsedAnswer]):
-    """Parses a text in the form of the expected answer; each method is for one type of answer."""
+class ParsedAnswer:
+    """A parsed answer: the typed `text` and its meaning. If the answer was refused, `refusal` is the judgement.
+
+    `tree` is the formula, list or set of conditions, without a leading "det J =". `rows` contains the entries in rows
+    and columns; named entries are in the expected order. If the answer was refused, `tree` and `rows` contain what
+    could be parsed. `table` contains the values of a Python function, and `chosen` the indices of the chosen options.
+    """
 
     text: str
-    expected: ExpectedForm
+    refusal: Judgement | None = None
+    tree: Node | None = None
+    rows: Matrix | None = None
+    table: FunctionValues | None = None
+    chosen: tuple[int, ...] = ()
 
-    def visit_expression(self, answer: answer_types.Expression) -> ParsedAnswer:
-        """Parse a formula."""
-        return read_formula(self.text, self.expected.domain, self.expected.labels)
+    @property
+    def entries(self) -> list[Node]:
+        """The entries, row by row."""
+        return [entry for row in self.rows or () for entry in row]
 
-    def visit_matrix(self, answer: answer_types.Matrix) -> ParsedAnswer:
-        """Parse a matrix of formulas."""
-        return read_matrix(self.text, answer.shape, self.expected.domain, self.expected.labels, self.expected.columns)
+    @property
+    def symbols(self) -> set[str]:
+        """The names of variables in the entries: all names except constants such as pi."""
+        return _find_symbols(self.rows or ())
 
-    def visit_direction(self, answer: answer_types.Direction) -> ParsedAnswer:
-        """Parse a vector that is a direction."""
-        return read_matrix(self.text, answer.shape, self.expected.domain, self.expected.labels)
+    @property
+    def blanks(self) -> list[bool]:
+        """Whether each entry was left blank."""
+        return [has_blank(entry) for entry in self.entries]
 
-    def visit_number(self, answer: answer_types.Number) -> ParsedAnswer:
-        """Parse numbers."""
-        return read_numbers(self.text, len(answer.reference), self.expected.labels, answer.units)
 
-    def visit_singular(self, answer: answer_types.ConditionSet) -> ParsedAnswer:
-        """Parse conditions."""
-        return read_conditions(self.text, self.expected.domain, self.expected.joints)
+class _Refusal(Exception):
+    """Raised with the reason for refusing an answer."""
 
-    def visit_choice(self, answer: answer_types.Choice) -> ParsedAnswer:
-        """Parse the letter or the text of one option."""
-        return read_choice(self.text, answer.options)
 
-    def visit_selection(self, answer: answer_types.Selection) -> ParsedAnswer:
-        """Parse the letters of several options."""
-        return read_selection(self.text, len(answer.options))
+class _AmbiguousAnswer(_Refusal):
+    """Raised with the reason for refusing an answer that has two meanings, so that its tree must not be used."""
 
-    def visit_matching(self, answer: answer_types.Matching) -> ParsedAnswer:
-        """Parse a letter for each item."""
-        return read_matching(self.text, answer.items, len(answer.options))
 
-    def visit_text(self, answer: answer_types.Words) -> ParsedAnswer:
-        """Accept any text that is not blank."""
-        return ParsedAnswer(
-            self.text, BLANK_JUDGEMENT if self.text.strip().strip("\"'").strip() in BLANK_TEXTS else None
-        )
+def refuse(text: str, reason: str) -> ParsedAnswer:
+    """Return a refused answer with this text and reason."""
+    return ParsedAnswer(text, wrong_judgement(reason))
+
+
+def _refuse_after(error: _Refusal | ParseError, text: str, form: str, tree: Node, rows: Matrix | None) -> ParsedAnswer:
+    """Return the refused answer after an error; `form` is what the text was parsed as, such as "a formula"."""
+    reason = describe_parse_error(error, form) if isinstance(error, ParseError) else str(error)
+    return ParsedAnswer(text, wrong_judgement(reason), None if isinstance(error, _AmbiguousAnswer) else tree, rows)
+
+
+def read_formula(text: str, domain: Domain, labels: Sequence[str] = ()) -> ParsedAnswer:
+    """Return the parsed form of a single formula, in which 0,5 is a half. A single label may precede the formula."""
+    parsed = _parse(text, domain)
+    if parsed.tree is None:
+        return parsed
+    tree, rows = parsed.tree, None
+    try:
+        if name := _find_other_component(tree, labels):
+            reason = f"the question asks for {labels[0]}, but your answer is named {name}"
+            raise _Refusal(f"{reason}; write {labels[0]} = … or only the formula")
+        tree = _find_value(tree, domain, labels)
+        if tree.kind == "list" and (text_with_points := replace_decimal_commas(text)) != text:
+            return replace(read_formula(text_with_points, domain, labels), text=text)
+        tree = _find_value(_unwrap(tree, domain), domain, labels)
+        if tree.kind in ("list", "set", "dict"):
+            rows = _find_rows(tree)
+            raise _Refusal("your answer is a list or matrix, but the question asks for a single expression")
+        rows = as_matrix(_remove_labels(tree))
+        _require_scalars(rows)
+        if has_blank(tree):
+            raise _Refusal("your answer contains a blank, but the question asks for a single expression")
+    except (_Refusal, ParseError) as error:
+        return _refuse_after(error, text, "a formula", tree, rows)
+    return ParsedAnswer(text, None, tree, rows)
+
+
+def read_matrix(
+    text: str, shape: MatrixShape, domain: Domain, labels: NameSequence = (), columns: NameSequence = ()
+) -> ParsedAnswer:
+    """Return the parsed form of a matrix or vector of the given shape.
+
+    A vector may be typed as a row instead of a column, and the entries may be named by `labels`. The columns of a
+    matrix may be typed as vectors with the names in `columns`, and a twist as the two vectors v and ω.
+    """
+    parsed, find_table = _read_entries(text, shape, domain, labels, columns), partial(convert_table, shape=shape)
+    return _or_printed_table(parsed, find_table, lambda table: read_matrix(table, shape, domain))
+
+
+def read_numbers(text: str, count: int, labels: Sequence[str] = (), units: Sequence[str] = ()) -> ParsedAnswer:
+    """Return the parsed form of `count` numbers, which may be formulas without symbols. A single 0,5 is a half.
+
+    The numbers may be named by `labels`. `units` are their units. A length is refused if an angle is expected, and vice
+    versa.
+    """
+    if text.strip() and (unit_error := _describe_wrong_unit(text, labels, units)):
+        return refuse(text, unit_error)
+    if count == 1 and (text_with_points := replace_decimal_commas(text)) != text:
+        return replace(read_numbers(text_with_points, count, labels), text=text)
+    parsed = _read_entries(text, (count, 1), Domain({}), labels, are_numbers=True)
+    find_table = partial(convert_numbers, count=count)
+    return _or_printed_table(parsed, find_table, lambda table: read_numbers(table, count, labels))
+
+
+def _read_entries(
+    text: str, shape: MatrixShape, domain: Domain, labels: NameSequence, columns: NameSequence = (),
+    are_numbers: bool = False,
+) -> ParsedAnswer:  # fmt: skip
+    """Return the parsed entries of a matrix or vector, or of numbers (`are_numbers`). Entries may be named."""
+    parsed = _parse(text, domain)
+    if parsed.tree is None:
+        return parsed
+    tree = parsed.tree
+    rows: Matrix | None = None
+    try:
+        tree = _find_value(_split_chains(tree, (*labels, *columns)), domain)
+        if tree.kind == "set" and len(tree.args) > 1 and not any(arg.kind in _ORDERED_KINDS for arg in tree.args):
+            raise _AmbiguousAnswer("a set {a, b} has no order; write the entries as a list, [a, b]")
+        if not are_numbers:
+            tree = _stack_vectors(tree, shape, labels, columns) or tree
+        rows = as_matrix(_remove_labels(tree, labels, (0, 0) if are_numbers else shape))
+        rows = _require_shape(rows, shape, text)
+        if are_numbers and (symbols := _find_symbols(rows)):
+            example = "0.5" if shape == (1, 1) else _make_example(shape, "0.5")
+            raise _Refusal(f"{describe_symbols_in_numbers(symbols)}; write only numbers, such as {example}")
+        _require_scalars(rows)
+    except (_Refusal, ParseError) as error:
+        return _refuse_after(error, text, "numbers" if are_numbers else "a matrix", tree, rows)
+    return ParsedAnswer(text, None, tree, rows)
+
+
+def describe_symbols_in_numbers(symbols: AbstractSet[str]) -> str:
+    """Return the reason for refusing numbers that contain symbols."""
+    return f"the question asks for numbers, but your answer contains {', '.join(sorted(symbols)[:5])}"
+
+
+def name_unknown_symbols(unknown: AbstractSet[str]) -> str:
+    """Return a clause about symbols that the problem doesn't define."""
+    names = ", ".join(repr(name) for name in sorted(unknown)[:5])
+    return f"{names} {'is not a symbol' if len(unknown) == 1 else 'are not symbols'} of this problem"
+
+
+_ORDERED_KINDS = ("eq", "pair", "set", "list")
+"""Kinds of entries allowed in a set. Such an entry has a name or is a row, so the order of the set doesn't matter."""
+
+
+def _or_printed_table(
+    parsed: ParsedAnswer, find_table: Callable[[str], str | None], parse_again: Callable[[str], ParsedAnswer]
+) -> ParsedAnswer:
+    """Return an answer unchanged, unless it was refused and its text is a printed table, which is then parsed.
+
+    `find_table` returns the table in a text as a list, or None. `parse_again` parses such a list.
+    """
+    if parsed.refusal is None or (table := find_table(parsed.text)) in (None, parsed.text):
+        return parsed
+    is_clear = find_table(table) in (None, table)
+    return replace(parse_again(table) if is_clear else parsed, text=parsed.text)
+
+
+def _describe_wrong_unit(text: str, labels: Sequence[str], units: Sequence[str]) -> str:
+    """Return a sentence about the first unit that doesn't fit its entry; "" if all units fit."""
+    text = text.strip().strip("[](){}")
+    separator = ";" if ";" in text else "\n" if "\n" in text else ","
+    is_one_unit_per_entry = text.count(separator) + 1 == len(units)
+    expected_names = [_normalize_label(label) for label in labels]
+    for name, unit, start in find_units(text):
+        position = text.count(separator, 0, start) if is_one_unit_per_entry else None
+        if (label := _normalize_label(name)) in expected_names:
+            position = expected_names.index(label)
+        expected = units if position is None else units[position : position + 1]
+        kinds = set(map(classify_unit, expected))
+        if expected and "" not in kinds and classify_unit(unit) not in ("", *kinds):
+            subject = f"entry {position + 1}" if position is not None and len(units) > 1 else "the result"
+            advice = "use this unit or write only the number"
+            return f"the unit {unit} does not fit: {subject} is in {expected[0]}; {advice}"
+    return ""
+
+
+def read_conditions(text: str, domain: Domain, joints: Sequence[str] = ()) -> ParsedAnswer:
+    """Return the parsed form of conditions on the given joints, without entries that were left blank.
+
+    If `joints` is empty, the content is not checked. The text may then be a set of angles.
+    """
+    text_with_points = use_points_in_lengths(text)
+    parsed = replace(_parse(text_with_points, domain), text=text)
+    if parsed.tree is None:
+        return parsed
+    tree = parsed.tree
+    try:
+        tree = _drop_blanks(_substitute_whole_numbers(tree))
+        if joints:
+            _require_conditions(tree, text_with_points, domain, joints)
+    except (_Refusal, ParseError) as error:
+        return _refuse_after(error, text, "conditions", tree, None)
+    return ParsedAnswer(text, None, tree)
+
+
+def _require_conditions(tree: Node, text: str, domain: Domain, joints: Sequence[str]) -> None:
+    """Raise _Refusal or ParseError if the tree is not a set of conditions on the joints."""
+    if replace_decimal_commas(text) != text:
+        reason = "a comma between two digits can be a decimal comma or separate two numbers"
+        raise _AmbiguousAnswer(f"{reason}; write 0.5, or 0, 5 with a space")
+    example = f"{joints[-1]} = 0 or {joints[-1]} = pi/3"
+    alternatives = tree.args if tree.kind in ("list", "set", "or") else (tree,)
+    for bare_formula in (node for node in alternatives if _is_bare_formula(node, joints)):
+        claim = node_text(bare_formula)[:_MAX_CLAIM_LENGTH]
+        advice = f"write the joint values at which it is zero, such as {example}, or an equation, {claim} = 0"
+        raise _Refusal(f"{claim} is not a condition; {advice}")
+    if unknown := find_names(tree) - set(domain.roles) - set(joints) - set(WHOLE_NUMBER_NAMES):
+        advice = f"write conditions on {', '.join(joints)}, such as {example}; whole numbers are k, n and m"
+        raise _Refusal(f"{name_unknown_symbols(unknown)}; {advice}")
+    if joint := _find_last_in_chain(tree, joints):
+        reason = f"a product with {joint} between two equals signs is ambiguous"
+        raise _AmbiguousAnswer(f"{reason}; write a comma or 'and' between two conditions")
+    parse_typed_set(assign_values_to_joint(tree, joints), joints)
+
+
+def _find_last_in_chain(tree: Node, joints: Sequence[str]) -> str:
+    """Return the joint at the end of a product between two equals signs; "" if there is none.
+
+    Such a joint may be the beginning of another condition, as in theta1 = 0 theta2 = 0.
+    """
+    products = (side for node in iterate_nodes(tree) for side in list_equation_sides(node)[1:-1] if side.kind == "*")
+    factors = (product.args[1] for product in products)
+    return next((str(factor.value) for factor in factors if factor.kind == "name" and factor.value in joints), "")
+
+
+_MAX_CLAIM_LENGTH = 60
+"""Maximum number of characters of a formula that are shown in a message."""
+
+
+def _is_bare_formula(node: Node, joints: Sequence[str]) -> bool:
+    """Return whether a node is a formula of the joints that is not equated to anything."""
+    is_formula = node.kind in ("+", "-", "*", "/", "^", "neg", "call") and find_statement(node) is None
+    return is_formula and bool(find_names(node) & set(joints))
+
+
+def _drop_blanks(node: Node) -> Node:
+    """Return conditions without blanks and without entries that have no content, such as det J = 0 and k in Z.
+
+    The dots in 0, pi, … are a blank.
+    """
+    if node.kind in ("eq", "in", "pair") and node.args[1].kind in ("list", "set"):
+        return node.with_args((node.args[0], _drop_blanks(node.args[1])))
+    if node.kind not in ("and", "or", "list", "set"):
+        return node
+    kept_args = tuple(arg for arg in node.args if not _has_no_content(arg)) or node.args
+    if node.kind in ("and", "or") and len(kept_args) == 1:
+        return _drop_blanks(kept_args[0])
+    return Node(node.kind, kept_args if node.kind == "and" else tuple(map(_drop_blanks, kept_args)), node.value)
+
+
+def _substitute_whole_numbers(node: Node) -> Node:
+    """Substitute the listed values of a whole number into conditions, as in theta2 = k*pi, k = 0, 1.
+
+    If dots follow the values, as in k = 0, 1, 2, …, the symbol k remains and stands for any whole number. Raises
+    ParseError if the result is too long.
+    """
+    index = next((i for i, arg in enumerate(node.args) if _lists_whole_numbers(arg)), 0) if node.kind == "list" else 0
+    if not index or any(arg.kind in ("eq", "in", "and", "or", "dict", "list") for arg in node.args[index + 1 :]):
+        return node
+    name, value_node = node.args[index].args
+    values = [*(value_node.args if value_node.kind in ("list", "set") else (value_node,)), *node.args[index + 1 :]]
+    conditions = Node("list", node.args[:index])
+    if any(map(has_blank, values)):
+        return conditions
+    numbers = [number for value in values for number in (value.args if value.kind == "set" else (value,))]
+    if count_nodes(conditions) * len(numbers) > LIMITS["worked_out"]:
+        raise ParseError("the conditions are too long, or there are too many whole numbers in them")
+    return Node("list", tuple(arg for value in numbers for arg in replace_names(conditions, {name.value: value}).args))
+
+
+def _lists_whole_numbers(node: Node) -> bool:
+    """Return whether a node lists the values of a whole number, as in k = 0, 1 or k in {0, 1}."""
+    return node.kind in ("eq", "in") and node.args[0].value in WHOLE_NUMBER_NAMES and node.args[1].kind != "name"
+
+
+def _has_no_content(node: Node) -> bool:
+    """Return whether an entry is blank, or only says that k is a whole number or that det J is zero."""
+    names_on_left = find_names(node.args[0]) if node.kind == "eq" else set[str]()
+    if names_on_left and names_on_left <= set(VOCABULARY["determinant"]):
+        return True
+    if node.kind == "in" and node.args[1].value in VOCABULARY["number_sets"]:
+        return True
+    if node.kind == "in" and node.args[0].value in WHOLE_NUMBER_NAMES:
+        return node.args[1].value in VOCABULARY["whole_number_sets"]
+    is_several = node.kind in ("eq", "in", "pair") and node.args[1].kind in ("list", "set")
+    return has_blank(node) and not is_several
+
+
+def assign_values_to_joint(node: Node, joints: Sequence[str]) -> Node:
+    """Assign values without a joint, as in {0, pi}, to the only joint. Raises ParseError if there are several joints.
+
+    In that case, the student has to name the joint, because qdot must not guess the joint from the reference.
+    """
+    values = node.args if node.kind in ("list", "set") else (node,)
+    if not values or any(_is_condition(value, joints) for value in values):
+        return node
+    if len(joints) != 1:
+        raise ParseError(f"name the joint that has these values, as in {joints[-1]} = 0, pi/3")
+    return Node("in", (Node("name", value=joints[0]), Node("set", tuple(values))))
+
+
+OR_HINT = "commas between conditions mean 'or'; write 'and' between conditions that must hold together"
+"""Advice if a set of conditions would be more correct with "and" instead of commas."""
+
+
+def combine_with_and(node: Node, joints: Sequence[str]) -> Node | None:
+    """Return conditions with "and" instead of commas between different joints; None if commas can only mean "or".
+
+    Conditions on the same joints remain alternatives. A value without a joint belongs to the joint named before it.
+    """
+    if node.kind != "list":
+        return None
+    groups: dict[frozenset[str], list[Node]] = {}
+    current_joints: frozenset[str] = frozenset()
+    for condition in node.args:
+        current_joints = frozenset(find_names(condition) & set(joints)) or current_joints
+        groups.setdefault(current_joints, []).append(condition)
+    return Node("and", tuple(Node("list", tuple(group)) for group in groups.values())) if len(groups) > 1 else None
+
+
+def _is_condition(node: Node, joints: Sequence[str]) -> bool:
+    """Return whether a node is a condition or contains a joint, rather than being a value."""
+    return node.kind in ("eq", "in", "dict", "and", "or", "list", "set") or bool(find_names(node) & set(joints))
+
+
+_BEFORE_GROUPING = re.compile(r"(?:[-+*/^=·−]|\b(?:sin|cos|tan|sqrt|exp|abs|asin|acos|atan|arcsin|arccos|arctan))\s*$")
+"""Matches text before a bracket that only groups: an operator, or a function of one argument."""
+BRACKET_CONTEXT = 40
+"""Number of characters inspected on each side of a bracket."""
+_BEFORE_CALL, _AFTER_GROUPING = re.compile(r"\w\s*$"), re.compile(r"\s*[-+*/^·−]")
+"""Match a name before a bracket, which makes the bracket a call, and an operator after a bracket that only groups."""
+
+
+def replace_decimal_commas(text: str) -> str:
+    """Return the text with decimal commas, as in 0,5, replaced by points.
+
+    Commas between entries of a list, or between arguments of a function, don't change.
+
+    >>> replace_decimal_commas("a1*(0,06*s2 - 1,5)"), replace_decimal_commas("[0,5]")
+    ('a1*(0.06*s2 - 1.5)', '[0,5]')
+    >>> replace_decimal_commas("atan2(1,2)")
+    'atan2(1,2)'
+    """
+    if "," not in text:
+        return text
+    closing_brackets, characters = _find_closing_brackets(text), list[str]()
+    is_grouping = list[bool]()  # for each open bracket, whether it only groups
+    for index, (before, char, after) in enumerate(zip(f" {text}", text, f"{text[1:]} ", strict=False)):
+        if char in "([{":
+            is_grouping.append(char == "(" and _is_grouping_bracket(text, index, closing_brackets.get(index)))
+        elif char in ")]}" and is_grouping:
+            is_grouping.pop()
+        is_between_digits = before.isdecimal() and after.isdecimal()
+        characters.append("." if char == "," and is_between_digits and (not is_grouping or is_grouping[-1]) else char)
+    return "".join(characters)
+
+
+def _find_closing_brackets(text: str) -> dict[int, int]:
+    """Return the index of each bracket's closing bracket; brackets that are never closed are omitted."""
+    closing_brackets, open_brackets = dict[int, int](), list[int]()
+    for index, char in enumerate(text):
+        if char in "([{":
+            open_brackets.append(index)
+        elif char in ")]}" and open_brackets:
+            closing_brackets[open_brackets.pop()] = index
+    return closing_brackets
+
+
+def _is_grouping_bracket(text: str, opening: int, closing: int | None) -> bool:
+    """Return whether a bracket contains a formula and not a list: if so, an operator or a function applies to it."""
+    before = text[max(0, opening - BRACKET_CONTEXT) : opening]
+    after = "" if closing is None else text[closing + 1 : closing + BRACKET_CONTEXT]
+    return bool(_BEFORE_GROUPING.search(before) or (not _BEFORE_CALL.search(before) and _AFTER_GROUPING.match(after)))
+
+
+# --- helpers for the parsers above ---
+
+
+def read_any(text: str) -> ParsedAnswer:
+    """Return the parsed form of an answer without knowing which form is expected."""
+    parsed = _parse(text, Domain({}))
+    return parsed if parsed.tree is None else replace(parsed, rows=_find_rows(parsed.tree))
+
+
+def _parse(text: str, domain: Domain) -> ParsedAnswer:
+    """Return an answer with only a tree, or a refused answer if the text is blank or can't be parsed."""
+    if not text.strip():
+        return ParsedAnswer(text, missing_judgement())
+    try:
+        tree = parse_formula(text, domain.roles)
+    except ParseError as error:
+        return refuse(text, describe_parse_error(error))
+    return ParsedAnswer(text, BLANK_JUDGEMENT) if is_all_blank(tree) else ParsedAnswer(text, None, tree)
+
+
+BLANK_JUDGEMENT = missing_judgement("you left the answer blank")
+"""The judgement on an answer that contains only placeholders."""
+
+
+def describe_parse_error(error: ParseError, form: str = "") -> str:
+    """Return the reason for refusing an answer that can't be parsed, in general or in the expected form."""
+    if isinstance(error, UndefinedValue):
+        return str(error)
+    return f"qdot couldn't parse your answer{form and f' as {form}'}: {error}"
+
+
+def _unwrap(node: Node, domain: Domain) -> Node:
+    """Return the entry of a 1 x 1 matrix such as [[a]] or {"det": a}; return any other node unchanged."""
+    while node.kind in ("list", "dict") and len(node.args) == 1:
+        (inner_node,) = node.args
+        if inner_node.kind == "pair" and inner_node.args[0].value in domain.roles:
+            return node
+        node = inner_node.args[1] if inner_node.kind == "pair" else inner_node
+    return node
+
+
+def is_all_blank(node: Node) -> bool:
+    """Return whether a tree contains only blanks."""
+    if node.kind in ("list", "set"):
+        return all(map(is_all_blank, node.args)) and bool(node.args)
+    return node.kind == "blank"
+
+
+def _find_value(tree: Node, domain: Domain, labels: Sequence[str] = ()) -> Node:
+    """Return the value in "J = …", "… = J" or "det: …"; return any other tree unchanged.
+
+    The name must be either the only name in `labels` or a name that the student made up.
+    """
+    statement = tree.args[0] if tree.kind == "dict" and len(tree.args) == 1 else tree
+    sides = list_equation_sides(statement) or (statement.args if statement.kind == "pair" else ())
+    if not sides or (any(find_names(side) & set(domain.roles) for side in sides[1:-1]) and not find_names(sides[-1])):
+        return tree  # det J = a1*a2*sin(theta2) = 0
+    for name, value in ((sides[0], sides[-1]), (sides[-1], sides[0])):  # det J = J11*J22 - J12*J21 = …
+        is_student_name = (_is_name(name) or _contains_only_entries(name)) and not find_names(name) & set(domain.roles)
+        is_label = name.kind == "name" and [_normalize_label(str(name.value))] == list(map(_normalize_label, labels))
+        if is_student_name or is_label:
+            return value
+    return tree
+
+
+LINEAR, ANGULAR = ("vx", "vy", "vz"), ("wx", "wy", "wz")
+"""The components of a linear velocity, and those of an angular velocity."""
+
+
+def _find_other_component(tree: Node, labels: Sequence[str]) -> str:
+    """Return the name before a formula if it is another velocity component than the expected component; else ""."""
+    if len(labels) != 1 or _normalize_label(labels[0]) not in LINEAR:
+        return ""
+    while tree.kind in ("list", "set", "dict") and len(tree.args) == 1:
+        tree = tree.args[0]
+    if tree.kind not in ("eq", "pair") or tree.args[0].kind != "name":
+        return ""
+    name = str(tree.args[0].value)
+    is_other = _normalize_label(name) != _normalize_label(labels[0])
+    return name if is_other and _normalize_label(name) in (*LINEAR, *ANGULAR) else ""
+
+
+def _is_name(node: Node) -> bool:
+    """Return whether a node is a name rather than a formula: words, dx/dq, |J|, or a power of a name such as J^-1."""
+    node = node.args[0] if node.kind == "call" and node.value == "abs" else node
+    while node.kind in ("*", "/") and node.args[1].kind == "name":
+        node = node.args[0]
+    return node.kind == "name" or (node.kind == "^" and node.args[0].kind == "name")
+
+
+def _contains_only_entries(node: Node) -> bool:
+    """Return whether a formula contains only entries of the Jacobian, as in J11*J22 - J12*J21."""
+    return bool(find_names(node)) and all(_JACOBIAN_ENTRY.fullmatch(name) for name in find_names(node))
+
+
+_JACOBIAN_ENTRY = re.compile(r"[jJ]_?[1-6]{2}")
+"""Matches the name of an entry of the Jacobian, such as J12."""
+
+
+def _split_chains(tree: Node, expected_names: Sequence[str]) -> Node:
+    """Split z0 = z1 = a into z0 = a and z1 = a if both names are expected, also inside a list."""
+    if tree.kind not in ("and", "list", "set"):
+        return tree
+    labels, statements = set(map(_normalize_label, expected_names)), list[Node]()
+    for node in (tree,) if tree.value == EQUATION_CHAIN else tree.args:
+        *sides, value = list_equation_sides(node) or (node,)
+        are_expected = (side.kind == "name" and _normalize_label(str(side.value)) in labels for side in sides)
+        is_named = bool(sides) and all(are_expected)
+        statements += [Node("eq", (name, value)) for name in sides] if is_named else [node]
+    return tree if tree.value == EQUATION_CHAIN and len(statements) == 1 else Node(tree.kind, tuple(statements))
+
+
+def _find_rows(tree: Node) -> Matrix | None:
+    """Return the entries of an answer in rows and columns, without their names; None if there are no such rows."""
+    with suppress(ParseError):
+        return as_matrix(_remove_labels(tree))
+    return None
+
+
+def _remove_labels(node: Node, labels: NameSequence = (), shape: MatrixShape = (0, 0)) -> Node:
+    """Return the entries of {qd1: …, qd2: …}, [qd1 = …, qd2 = …] or [(qd1, …), (qd2, …)] in the order of `labels`.
+
+    The entries may be inside another list, or joined by "and". The rows of a matrix may be named row1, row2, …, and the
+    entries of a matrix J11, J12, …. A node without names is returned unchanged. Raises ParseError for other names.
+    """
+    while node.kind in ("list", "set") and len(node.args) == 1 and node.args[0].kind in ("dict", "list"):
+        if node.kind == "list" and node.args[0].kind == "list" and not all(map(_is_named, node.args[0].args)):
+            break
+        node = node.args[0]
+    if node.kind not in ("dict", "list", "set", "and") or not all(_is_labelled(arg) for arg in node.args):
+        return node
+    entries = {_normalize_label(str(arg.args[0].value)): arg.args[1] for arg in node.args}
+    if len(entries) != len(node.args):
+        _refuse_repeated_names(node)
+        return node
+    expected_names = [_normalize_label(label) for label in labels]
+    if expected_names and set(entries) == set(expected_names):
+        return Node("list", tuple(entries[label] for label in expected_names))
+    rows, columns = shape
+    row_names = [f"row{i + 1}" for i in range(rows)]
+    entry_names = [f"j{i + 1}{j + 1}" for i in range(rows) for j in range(columns)]
+    for expected_names in (row_names, entry_names):
+        if set(entries) == set(expected_names) and columns:
+            in_order = [entries[label] for label in expected_names]
+            if len(expected_names) > rows or columns == 1:
+                return make_rows(in_order[i : i + columns] for i in range(0, len(expected_names), columns))
+            return Node("list", tuple(in_order))
+    if not entries or not all(map(_is_named, node.args)):
+        return node
+    expected_words = f", but the question asks for {', '.join(labels)}" if labels else ""
+    advice = f"write your answer as in {_make_example(shape)}" if columns else "write only the entries"
+    raise ParseError(f"you named the entries {', '.join(list(entries)[:5])}{expected_words}; {advice}")
+
+
+def _refuse_repeated_names(node: Node) -> None:
+    """Raise ParseError if two entries have the same name and all entries are named."""
+    names_to_type = [str(arg.args[0].value) for arg in node.args if _is_named(arg)]
+    labels = list(map(_normalize_label, names_to_type))
+    for name, label in zip(names_to_type, labels, strict=True):
+        if labels.count(label) > 1 and len(labels) == len(node.args):
+            raise ParseError(f"{name} appears twice; write each entry once")
+
+
+def _stack_vectors(node: Node, shape: MatrixShape, labels: NameSequence, columns: NameSequence) -> Node | None:
+    """Return the matrix that v = […], ω = […] or z0 = […], z1 = […] define, in any order; None for anything else.
+
+    The columns of a Jacobian may also be named J1, J2, …, and the columns with screws S1, S2, ….
+    """
+    if node.kind not in ("dict", "list", "set", "and") or not all(map(_find_name_before, node.args)):
+        return None
+    components = [_normalize_label(label) for label in labels]
+    first_letter = _normalize_label(_find_name_before(node.args[0]))[:1] if node.args else ""
+    if not columns and shape[1] > 1 and first_letter in _COLUMN_LETTERS:
+        columns = [f"{first_letter}{i + 1}" for i in range(shape[1])]
+    is_twist = components in ([*LINEAR, *ANGULAR], [*ANGULAR, *LINEAR])
+    expected_names = [components[0][0], components[3][0]] if is_twist else list(map(_normalize_label, columns))
+    vectors = {_normalize_label(_find_name_before(arg)): _find_vector_entries(arg.args[1]) for arg in node.args}
+    if not expected_names or len(node.args) != len(expected_names) or set(vectors) != set(expected_names):
+        return None
+    if any(len(vector) * (2 if is_twist else 1) != shape[0] for vector in vectors.values()):
+        return None
+    in_order = [vectors[name] for name in expected_names]
+    if is_twist:
+        return Node("list", tuple(entry for vector in in_order for entry in vector))
+    return make_rows(zip(*in_order, strict=True))
+
+
+_COLUMN_LETTERS = ("j", "s")
+"""The letters that may name columns: of the Jacobian, or of screws."""
+
+
+def _find_name_before(node: Node) -> str:
+    """Return the name before an entry, or "". S1 is the name of a screw here, although S1 was parsed as sin(theta1)."""
+    name = node.args[0] if node.kind in ("pair", "eq") else node
+    if node.kind in ("pair", "eq") and name.kind == "call" and name.value == "sin" and name.args[0].kind == "name":
+        return str(name.args[0].value).replace("theta", "s")
+    return str(name.value) if _is_named(node) else ""
+
+
+def _find_vector_entries(node: Node) -> tuple[Node, ...]:
+    """Return the entries of a row or column vector; () for anything else."""
+    rows = node.args if node.kind == "list" else ()
+    entries = [row.args[0] if row.kind == "list" and len(row.args) == 1 else row for row in rows]
+    return tuple(entries) if not any(entry.kind == "list" for entry in entries) else ()
+
+
+def _is_named(node: Node) -> bool:
+    """Return whether a node is an entry with a name, as in qd1 = 0 or qd1: 0."""
+    return node.kind in ("pair", "eq") and node.args[0].kind == "name"
+
+
+def _is_labelled(node: Node) -> bool:
+    """Return whether a node is an entry with a name, also as in (qd1, 0)."""
+    return _is_named(node) or (node.kind == "list" and len(node.args) == 2 and node.args[0].kind == "name")
+
+
+def _normalize_label(name: str) -> str:
+    """Return the normalized name of an entry: P_x, p_x and px become x; v_x and x_dot become vx; ω_x becomes wx."""
+    label = name.replace("_", "").lower()
+    label = VOCABULARY["velocities"].get(label, label)
+    for spelled_name, letter in VOCABULARY["spelled"].items():
+        label = label.replace(spelled_name, letter)
+    entry = PATTERNS["point_of_entry"].fullmatch(label)
+    return entry.group(1) if entry else label.removeprefix("p") if len(label) > 1 else label
+
+
+def _require_shape(rows: Matrix, expected: tuple[int, int], text: str) -> Matrix:
+    """Return rows in the expected shape; a row vector becomes a column vector. Raises _Refusal for another shape."""
+    shape = (len(rows), len(rows[0]))
+    if expected[1] == 1 and shape == (1, expected[0]):
+        return [[entry] for entry in rows[0]]
+    if shape == expected:
+        return rows
+    is_vector, is_transposed = 1 in expected, shape == expected[::-1]
+    hint = f"; write it as in {_make_example(expected)}"
+    if is_transposed and not is_vector:
+        hint = ", so its entries can't be compared"
+    if shape[0] * shape[1] > expected[0] * expected[1] and re.search(r"\d,\d", text):
+        hint = _COMMA_HINT
+    found, asked = (f"{rows} × {columns}" for rows, columns in (shape, expected))
+    raise _Refusal(f"your answer is {found}, but it must be {asked}{hint}")
+
+
+_COMMA_HINT = "; if 0,5 is a number, separate entries by semicolons, or by commas and spaces, as in [0,5; 1,25]"
+"""Advice on an answer with more entries than expected and with commas between digits."""
+
+
+def _make_example(shape: MatrixShape, entry: str = "a") -> str:
+    """Return an example of a typed answer of this shape: [a, b], or [[a, b], [c, d]]."""
+    rows, columns = shape
+    if max(shape) > _MAX_SIZE_SHOWN:
+        row = entry if columns == 1 else f"[{entry}, {'…, ' if columns > 2 else ''}{entry}]"  # too many to show
+        return f"[{row}, …, {row}] with {rows} {'entries' if columns == 1 else f'rows of {columns}'}"
+    letters = iter("abcdefghi") if entry == "a" else iter((entry,) * 9)
+    row_texts = [", ".join(next(letters) for _ in range(columns)) for _ in range(rows)]
+    return f"[{', '.join(row_texts)}]" if columns == 1 else f"[{', '.join(f'[{row}]' for row in row_texts)}]"
+
+
+_MAX_SIZE_SHOWN = 3
+"""Maximum number of rows or columns of an example that is shown completely."""
+
+
+def _require_scalars(rows: Matrix) -> None:
+    """Raise ParseError if any entry is a list or a statement; blank entries are allowed."""
+    for entry in (entry for row in rows for entry in row if not has_blank(entry)):
+        refuse_statements(entry)
+
+
+def _find_symbols(rows: Matrix) -> set[str]:
+    """Return the names of the variables in the entries."""
+    return set().union(*(find_names(entry) for row in rows for entry in row))

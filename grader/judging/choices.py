@@ -9,9 +9,9 @@ from collections.abc import Sequence
 from dataclasses import replace
 from fractions import Fraction
 
-from qdot.exercises.answer_types import LETTERS, TRUE_FALSE
 from qdot.exercises.formula.equality import Certificate
-from qdot.grader.judging.answer import BLANK_JUDGEMENT, ParsedAnswer, refuse
+from qdot.exercises.reference_answers import LETTERS, TRUE_FALSE
+from qdot.grader.judging.answer_parser import BLANK_JUDGEMENT, ParsedAnswer, refuse
 from qdot.grader.judging.verdict import Judgement, correct_judgement, partial_judgement, wrong_judgement
 
 BLANK_TEXTS = ("", "blank", "ellipsis", "none")

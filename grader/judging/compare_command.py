@@ -14,7 +14,7 @@ from qdot.exercises.common.time_limit import OutOfTime
 from qdot.exercises.formula.equality import Domain, choose_default_role
 from qdot.exercises.formula.parser import MAX_DEPTH, parse_formula, parse_reference
 from qdot.exercises.formula.trees import Node, ParseError, as_matrix, find_names
-from qdot.grader.judging.answer import read_conditions, read_formula, read_matrix
+from qdot.grader.judging.answer_parser import read_conditions, read_formula, read_matrix
 from qdot.grader.judging.formulas import group_by_joints, judge_angles, judge_expression, judge_matrix, judge_singular
 from qdot.grader.judging.verdict import Judgement, Outcome
 from qdot.grader.sandbox.clock import Budget

@@ -30,7 +30,7 @@ from qdot.exercises.formula.set_parser import Atom, Piece, parse_pieces, parse_t
 from qdot.exercises.formula.trees import ZERO, Node, ParseError, find_names, make_number
 from qdot.exercises.formula.vocabulary import VOCABULARY
 from qdot.exercises.problem.credit import count_false_conditions, count_spoiled_zeros, share_of_entries, share_of_set
-from qdot.grader.judging.answer import (
+from qdot.grader.judging.answer_parser import (
     OR_HINT,
     ParsedAnswer,
     assign_values_to_joint,
@@ -94,9 +94,10 @@ def judge_compared_matrix(
     if all(is_correct):
         judgement = correct_judgement(comparison.certificate)
     else:
-        reason = unknown_symbols_message or _describe_difference(comparison, columns) or "you left the others blank"
+        clauses = [unknown_symbols_message or _describe_difference(comparison, columns)]
         if not unknown_symbols_message or any(is_correct):
-            reason = f"{_describe_count(is_correct, blanks, is_zero)}; {reason}"
+            clauses = [_describe_count(is_correct, blanks, is_zero), _describe_blanks(blanks), *clauses]
+        reason = "; ".join(filter(None, clauses))
         share = float(share_of_entries(is_correct, is_zero, blanks))
         judgement = partial_judgement(share, reason, comparison.certificate)
     entry_flags = tuple(tuple(is_correct[i : i + columns]) for i in range(0, len(is_correct), columns))
@@ -119,6 +120,13 @@ def _describe_count(
         return "it is not right"
     spoiled_words = f", and {spoiled_count} that should be zero {'is' if spoiled_count == 1 else 'are'} not"
     return f"{correct_count} of {description} {verb} right{spoiled_words if spoiled_count else ''}"
+
+
+def _describe_blanks(blanks: Sequence[bool], singular: str = "entry", plural: str = "entries") -> str:
+    """Return a clause with the number of entries that contain a blank; "" if there are none."""
+    count = sum(blanks)
+    words = f"{singular} still contains" if count == 1 else f"{plural} still contain"
+    return f"{count} {words} a blank" if count else ""
 
 
 def _describe_difference(comparison: Comparison, columns: int) -> str:
@@ -164,7 +172,9 @@ def judge_numbers(
         answer_value = "blank" if blanks[wrong] else to_json_number(complex(values[wrong]))
         example = EntryDifference(wrong, {}, answer_value, float(f"{reference[wrong]:.4g}"))
         difference = " was left blank" if blanks[wrong] else _describe_number(example, units[wrong])
-        reason = f"{_describe_count(is_correct, blanks, zeros, 'numbers')}; number {wrong + 1}{difference}"
+        blank_words = "" if blanks[wrong] else _describe_blanks(blanks, "number", "numbers")
+        count_words = _describe_count(is_correct, blanks, zeros, "numbers")
+        reason = "; ".join(filter(None, [count_words, blank_words, f"number {wrong + 1}{difference}"]))
         share = share_of_entries(is_correct, zeros, blanks)
         judgement = partial_judgement(float(share), reason, Certificate("numeric", 1, 0.0, example))
     return replace(judgement, entries=tuple((is_right,) for is_right in is_correct))
@@ -331,7 +341,7 @@ def _judge_set(
         rounding = f"correct except for rounding{_describe_configuration(at, space.joints)}"
         reason = f"{rounding}; write {_EXACT_VALUE_HINT}{reason and f'; {reason}'}"
     if tolerant_comparison.surplus is not None and _are_degrees(claimed, reference_pieces, space, seed):
-        reason = f"these values are in degrees, but the question asks for radians; {reason}"
+        reason, false_count = "these values are in degrees, but the question asks for radians", 0
     words = f"{_describe_matches(matches, false_count)}; " if share else ""
     reason = words + (reason or "your answer contains no configuration")
     return partial_judgement(float(share), reason, _make_set_certificate(comparison))

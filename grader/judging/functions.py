@@ -28,7 +28,7 @@ from qdot.exercises.formula.equality import (
 from qdot.exercises.formula.program import compile_program, evaluate
 from qdot.exercises.formula.trees import find_names
 from qdot.exercises.problem.problem import Part, Problem
-from qdot.grader.judging.answer import FunctionValues
+from qdot.grader.judging.answer_parser import FunctionValues
 from qdot.grader.judging.formulas import judge_compared_matrix
 from qdot.grader.judging.verdict import Judgement, wrong_judgement
 from qdot.grader.sandbox.contained.callables import TABLE_PREFIX

@@ -3,12 +3,12 @@
 import secrets
 from dataclasses import dataclass
 
-from qdot.exercises import answer_types
+from qdot.exercises import reference_answers
 from qdot.exercises.formula.equality import Domain
 from qdot.exercises.problem.problem import Part, Problem
-from qdot.grader.judging.answer import ParsedAnswer
-from qdot.grader.judging.answer_parser import read_answer
+from qdot.grader.judging.answer_parser import ParsedAnswer
 from qdot.grader.judging.choices import judge_choice, judge_matching, judge_selection
+from qdot.grader.judging.expected_form import read_answer
 from qdot.grader.judging.formulas import judge_direction, judge_expression, judge_matrix, judge_numbers, judge_singular
 from qdot.grader.judging.functions import judge_function
 from qdot.grader.judging.verdict import AWAITS_PERSON, Judgement, Outcome
@@ -38,7 +38,7 @@ def judge_parsed(problem: Problem, part: Part, parsed: ParsedAnswer, seed: str) 
 
 
 @dataclass(frozen=True)
-class _AnswerJudge(answer_types.AnswerVisitor[Judgement]):
+class _AnswerJudge(reference_answers.AnswerVisitor[Judgement]):
     """Judges a parsed answer; each method is for one type of answer."""
 
     problem: Problem
@@ -47,44 +47,44 @@ class _AnswerJudge(answer_types.AnswerVisitor[Judgement]):
     domain: Domain
     seed: str
 
-    def visit_expression(self, answer: answer_types.Expression) -> Judgement:
+    def visit_expression(self, answer: reference_answers.Expression) -> Judgement:
         """Compare a formula."""
         ((expected,),) = answer.parse_trees(self.domain.roles)
         return judge_expression(self.parsed, expected, self.domain, self.seed, self.part.rounding)
 
-    def visit_matrix(self, answer: answer_types.Matrix) -> Judgement:
+    def visit_matrix(self, answer: reference_answers.Matrix) -> Judgement:
         """Compare a matrix entry by entry."""
         expected = answer.parse_trees(self.domain.roles)
         return judge_matrix(self.parsed, expected, self.domain, self.seed, self.part.rounding)
 
-    def visit_direction(self, answer: answer_types.Direction) -> Judgement:
+    def visit_direction(self, answer: reference_answers.Direction) -> Judgement:
         """Compare a vector up to a factor."""
         expected = [entry for row in answer.parse_trees(self.domain.roles) for entry in row]
         return judge_direction(self.parsed, expected, self.domain, self.seed, answer.tolerance_with(self.part.rounding))
 
-    def visit_number(self, answer: answer_types.Number) -> Judgement:
+    def visit_number(self, answer: reference_answers.Number) -> Judgement:
         """Compare numbers within their tolerances."""
         expected = [float(value) for value in answer.reference]
         return judge_numbers(self.parsed, expected, answer.units, *answer.tolerance_and_floor(self.part.rounding))
 
-    def visit_singular(self, answer: answer_types.ConditionSet) -> Judgement:
+    def visit_singular(self, answer: reference_answers.ConditionSet) -> Judgement:
         """Compare sets of configurations."""
         joints = [q.name for q in self.problem.chain.q]
         expected = answer.group_by_condition([piece for (piece,) in answer.parse_trees(self.domain.roles)])
         return judge_singular(self.parsed, expected, joints, self.domain, self.seed, self.part.rounding)
 
-    def visit_text(self, answer: answer_types.Words) -> Judgement:
+    def visit_text(self, answer: reference_answers.Words) -> Judgement:
         """Leave the points to a person."""
         return self.parsed.refusal or Judgement(Outcome.UNGRADED, 0.0, AWAITS_PERSON)
 
-    def visit_choice(self, answer: answer_types.Choice) -> Judgement:
+    def visit_choice(self, answer: reference_answers.Choice) -> Judgement:
         """Judge the choice of one option."""
         return judge_choice(self.parsed, answer.options, answer.correct)
 
-    def visit_selection(self, answer: answer_types.Selection) -> Judgement:
+    def visit_selection(self, answer: reference_answers.Selection) -> Judgement:
         """Judge the choice of several options."""
         return judge_selection(self.parsed, len(answer.options), answer.correct)
 
-    def visit_matching(self, answer: answer_types.Matching) -> Judgement:
+    def visit_matching(self, answer: reference_answers.Matching) -> Judgement:
         """Judge the letters chosen for items."""
         return judge_matching(self.parsed, answer.items, answer.correct)

@@ -7,17 +7,17 @@ or too deeply nested to be typeset, or is not a formula.
 import re
 from dataclasses import dataclass
 
-from qdot.exercises.answer_types import LETTERS, TRUE_FALSE
 from qdot.exercises.common.errors import shorten
 from qdot.exercises.formula.printers.mathml import mathml_text
 from qdot.exercises.formula.trees import Node, count_nodes
 from qdot.exercises.problem.problem import Part, Problem
+from qdot.exercises.reference_answers import LETTERS, TRUE_FALSE
 from qdot.exercises.writing.fit import estimate_width, fit_formula
 from qdot.exercises.writing.latex import list_prismatic_joints
 from qdot.exercises.writing.markup import to_html
 from qdot.exercises.writing.problem_texts import write_option
 from qdot.exercises.writing.typeset import TooDeep, typeset
-from qdot.grader.judging.answer_parser import read_answer
+from qdot.grader.judging.expected_form import read_answer
 from qdot.grader.judging.functions import FUNCTION_TEXT
 
 MAX_CHARACTERS, MAX_NODES = 4000, 2000

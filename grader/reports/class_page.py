@@ -12,11 +12,11 @@ from qdot.exercises.problem.problem import Part, Problem
 from qdot.exercises.writing.render import render
 from qdot.grader.diagnosis import similar
 from qdot.grader.diagnosis.similar import SimilarPair
-from qdot.grader.grading.marking import WRONG_OR_PARTIAL
 from qdot.grader.grading.result import PartResult, Result
-from qdot.grader.judging.answer_parser import read_answer
+from qdot.grader.judging.expected_form import read_answer
 from qdot.grader.judging.functions import FUNCTION_TEXT
 from qdot.grader.judging.verdict import Outcome
+from qdot.grader.marking.marking import WRONG_OR_PARTIAL
 from qdot.grader.reports import charts, class_view
 from qdot.grader.reports.answers import ShownAnswer, make_visible, show_answer
 from qdot.grader.reports.tables import UNMARKED_STATES, find_work_status

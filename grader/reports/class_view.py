@@ -7,11 +7,11 @@ from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 
 from qdot.exercises.assignment.assignment import Assignment, Student
-from qdot.exercises.assignment.lateness import describe_duration
+from qdot.exercises.assignment.late_rule import describe_duration
 from qdot.exercises.mistakes.catalogue import CATALOGUE
-from qdot.grader.grading.marking import map_max_points
 from qdot.grader.grading.result import Override, PartResult, Result
 from qdot.grader.judging.verdict import Outcome
+from qdot.grader.marking.marking import map_max_points
 from qdot.grader.reports.answers import make_visible
 from qdot.grader.reports.tables import UNMARKED_STATES, find_work_status, is_marked
 from qdot.grader.statistics.statistics import Interval, discrimination, reliability

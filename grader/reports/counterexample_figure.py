@@ -20,7 +20,7 @@ from qdot.exercises.formula.program import compile_program, evaluate
 from qdot.exercises.formula.trees import ParseError, as_matrix
 from qdot.exercises.problem.problem import Part, Problem
 from qdot.exercises.questions.inversion import list_table_lengths
-from qdot.grader.judging.answer_parser import read_answer
+from qdot.grader.judging.expected_form import read_answer
 from qdot.grader.judging.functions import FUNCTION_TEXT
 
 DEFAULT_JOINT_VALUES = {"R": 0.7, "P": 0.4}

@@ -16,21 +16,22 @@ from qdot.exercises.assignment.assignment import Assignment, Student
 from qdot.exercises.assignment.store import load_stored_problems
 from qdot.exercises.common.json_form import as_json
 from qdot.exercises.formula.equality import Certificate
-from qdot.exercises.problem.problem import Problem
+from qdot.exercises.problem.problem import Part, Problem
 from qdot.exercises.short_questions import question_of
 from qdot.exercises.writing.markup import to_html
 from qdot.exercises.writing.problem_texts import write_solution
 from qdot.exercises.writing.render import render
-from qdot.grader.grading.marking import WRONG_OR_PARTIAL
-from qdot.grader.grading.result import EntryFlags, PartResult, Result
+from qdot.grader.grading.result import PartResult, Result
+from qdot.grader.judging.answer_parser import read_answer
 from qdot.grader.judging.verdict import Outcome
+from qdot.grader.marking.marking import WRONG_OR_PARTIAL
 from qdot.grader.reports.answers import ShownAnswer, make_visible, show_answer
 from qdot.grader.reports.counterexample_figure import draw_example
 from qdot.grader.reports.counterexample_table import SUPERSCRIPT, Table, make_counterexample_table
 from qdot.grader.reports.feedback_levels import limit_feedback, remove_numbers, replace_patterns, shows_at_least
 from qdot.grader.reports.rows import describe_decisions, describe_override
 
-PAGE_VERSION = 9
+PAGE_VERSION = 10
 """Version of the page; increase it when the page's content changes, so that every page is rewritten."""
 
 OUTCOME_WORDS = dict(zip(Outcome, ("right", "partly right", "wrong", "not answered", "not graded yet"), strict=True))
@@ -43,12 +44,8 @@ ALL_UNANSWERED = "Your notebook has no answer to any question. Did you submit th
 MAX_PARTS_WITHOUT_OVERVIEW = 6
 """If a student has more parts than this, the page begins with an overview of them."""
 
-GRADER_FIRST_WORDS = (
-    r"the|these|this|its?|you|your|one|all|some|every|only|not|nothing|no|entry|numbers?|an? \w+ is missing"
-    r"|a (list|configuration|singular|comma|product)|say|left|leave"
-    r"|qdot (failed|couldn)|judging|cells?|right but|correct except|commas|scaled"
-)
-"""Words with which the grader's reasons begin; any other first word may be a name from the notebook."""
+NAME_AT_START = r"qdot\b|[A-Za-z]+[\d_.(]|\w+ (appears|has|can't|means|with)\b"
+"""Beginnings of reasons that keep their small letter: qdot, and names in formulas or in the notebook."""
 
 SHORT_REASONS = (
     (r"\bit is not right; differs$", "it is wrong"),
@@ -65,8 +62,8 @@ class PartOnPage:
     """A part as the template shows it; `result` has only what the feedback level allows.
 
     `word` is the outcome in words. `prompt`, `figure`, `example` (a drawing of the counterexample) and `solution` are
-    HTML. `certainty` says how a correct answer was compared. `entries` has "right", "follows" or "wrong" for each entry
-    of the answer.
+    HTML. `certainty` says how a correct answer was compared. `entries` has "right", "follows", "blank" or "wrong" for
+    each entry of the answer.
     """
 
     id: str
@@ -147,8 +144,8 @@ def _describe_level(level: str, parts: Sequence[PartOnPage]) -> str:
     if shows_at_least(level, "values") or not any(part.result.outcome in WRONG_OR_PARTIAL for part in parts):
         return ""
     if shows_at_least(level, "counterexample"):
-        shown = "a configuration and the value of your answer at it"
-        return f"If an answer is wrong, this page shows {shown}, but no correct values."
+        shown = "a configuration and your answer's value there, but not the correct value"
+        return f"For most wrong answers, this page shows {shown}."
     if shows_at_least(level, "mistake"):
         return "Mistakes are named. Correct values, and configurations at which an answer is wrong, are not shown."
     return "This page shows only the points of each part, and answers that qdot could not parse."
@@ -193,9 +190,9 @@ def _show_parts(
             word=_describe_outcome(result), reason=_number_parts(reason, problem, numbers),
             advice=_number_parts(result.advice or "", problem, numbers),
             override=make_visible(describe_override(result.override, "Points")) if result.override else "",
-            certainty=_describe_certainty(result.certificate) if outcome is Outcome.CORRECT else "",
+            certainty=_describe_certainty(part, result.certificate) if outcome is Outcome.CORRECT else "",
             answer=None if text is None or is_blank else show_answer(problem, part, text),
-            entries=_mark_entries(result.entries, result.follows) if is_wrong and result.entries else None,
+            entries=_mark_entries(problem, part, result) if is_wrong else None,
             followed_from=numbers.get(result.followed_from or ""), table=table,
             example=draw_example(problem, part, example, text) if table is not None and example else "",
             prompt=pieces[f"{part.name} prompt"], figure=pieces[f"{part.name} figure"],
@@ -211,39 +208,45 @@ def _describe_outcome(part: PartResult) -> str:
     return next(stop_words if part.outcome is Outcome.MISSING else iter(()), OUTCOME_WORDS[part.outcome])
 
 
-def _mark_entries(entries: EntryFlags, follows: EntryFlags | None) -> list[list[str]] | None:
-    """Return for each entry whether it is correct, wrong, or follows from an earlier wrong answer.
+def _mark_entries(problem: Problem, part: Part, result: PartResult) -> list[list[str]] | None:
+    """Return for each entry whether it is right, wrong or blank, or follows from an earlier wrong answer.
 
-    Return None if there is only one entry.
+    Return None if there are no separate entries.
     """
+    entries = result.entries or ()
     if sum(map(len, entries)) <= 1:
         return None
+    blanks = read_answer(problem, part, result.answer or "").blanks
+    remaining_blanks = iter(blanks if len(blanks) == sum(map(len, entries)) else [False] * sum(map(len, entries)))
 
     def mark(is_right: bool, does_follow: bool) -> str:
-        return "right" if is_right else "follows" if does_follow else "wrong"
+        is_blank = next(remaining_blanks)
+        return "right" if is_right else "follows" if does_follow else "blank" if is_blank else "wrong"
 
-    return [list(map(mark, row, following_row)) for row, following_row in zip(entries, follows or entries, strict=True)]
+    pairs = zip(entries, result.follows or entries, strict=True)
+    return [list(map(mark, row, following_row)) for row, following_row in pairs]
 
 
 def _number_parts(text: str, problem: Problem, numbers: Mapping[str, str]) -> str:
     """Return a text with the names of parts, as in "to 'jacobian'", replaced by their numbers on the page."""
     for name, number in numbers.items():
         names = f"{re.escape(name)}|{re.escape(question_of(problem[name]).title)}"
-        text = re.sub(rf"(\bto|\bin) '(?:{names})'", rf"\1 {number}", text)
+        text = re.sub(rf"(\bto|\bin|,|\band) '(?:{names})'", rf"\1 {number}", text)
     return text
 
 
 def _write_reason(part: PartResult, without_numbers: bool) -> str:
     """Return the reason why an answer is wrong; `without_numbers` leaves out the numbers that a table shows.
 
-    The first letter is a capital, unless the first word may be a name such as `p1_jacobian`.
+    The first letter is a capital, unless the first word is a name such as `p1_jacobian`.
     """
     reason = replace_patterns(remove_numbers(part.reason), SHORT_REASONS) if without_numbers else part.reason
-    is_sentence = re.match(rf"({GRADER_FIRST_WORDS})\b", reason)
-    return make_visible(reason[:1].upper() + reason[1:] if is_sentence else reason)
+    if sum(not is_right for row in part.entries or () for is_right in row) > 1:
+        reason = re.sub(r"(; |: |^)(entry [^;]* is wrong)$", r"\1for example, \2", reason, flags=re.IGNORECASE)
+    return make_visible(reason if re.match(NAME_AT_START, reason) else reason[:1].upper() + reason[1:])
 
 
-def _describe_certainty(certificate: Certificate | None) -> str:
+def _describe_certainty(part: Part, certificate: Certificate | None) -> str:
     """Return how a correct answer was compared, and the probability that a wrong one would have passed."""
     if certificate is None or (certificate.points < 2 and not certificate.bound):
         return ""
@@ -253,6 +256,10 @@ def _describe_certainty(certificate: Certificate | None) -> str:
     power = str(-math.ceil(math.log10(bound))).translate(SUPERSCRIPT)
     subject, comparison = "A wrong answer", "your formula with the solution in exact arithmetic"
     if certificate.method != "exact":
-        subject = f"An answer that is wrong at {1 - bound ** (1 / points):.0%} or more of all configurations"
+        share = f"{1 - bound ** (1 / points):.0%}".replace("50%", "half")
+        subject = f"An answer that is wrong for at least {share} of all configurations"
         comparison = f"your answer with the solution at {points} random configurations"
+        if part.answer.is_set:
+            subject = f"A condition that is wrong for at least {share} of these configurations"
+            comparison = f"your conditions with the solution, each at {points} random configurations that satisfy it"
     return f"qdot compared {comparison}. {subject} passes this check with a probability below 1 in 10{power}."

@@ -15,8 +15,8 @@ from typing import Any
 
 from qdot.exercises.assignment.assignment import FEEDBACK
 from qdot.exercises.formula.equality import SetDifference
-from qdot.grader.grading.marking import WRONG_OR_PARTIAL
 from qdot.grader.grading.result import PartResult
+from qdot.grader.marking.marking import WRONG_OR_PARTIAL
 
 _NAMED_VALUE = r"\w+ = [-+\d.e]+"
 _CONFIGURATION = rf": (?:\(any\)|{_NAMED_VALUE}(?:, {_NAMED_VALUE})*)"

@@ -16,8 +16,8 @@ from qdot.exercises.assignment.assignment import Assignment
 from qdot.exercises.common.errors import shorten
 from qdot.exercises.writing.render import render
 from qdot.grader.grading.check import CheckedNotebook
-from qdot.grader.grading.marking import format_points
 from qdot.grader.grading.result import Result
+from qdot.grader.marking.marking import format_points
 from qdot.grader.reports.answers import make_visible
 from qdot.grader.reports.rows import list_notes, make_rows
 from qdot.grader.reports.tables import UNMARKED_STATES, find_work_status, list_staff_notes

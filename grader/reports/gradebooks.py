@@ -14,8 +14,8 @@ from qdot.exercises.assignment.assignment import Assignment, Student
 from qdot.exercises.assignment.gradebook import MOODLE_COLUMNS, MOODLE_KEYS, POINTS_ROW_MARKER, Gradebook
 from qdot.exercises.common.errors import QdotError
 from qdot.exercises.common.input_file import csv_text
-from qdot.grader.grading.marking import format_points
 from qdot.grader.grading.result import Result
+from qdot.grader.marking.marking import format_points
 from qdot.grader.reports.tables import escape_formula, find_work_status, is_marked
 
 KINDS_BY_TIME = {"Current": "Score Points Grade", "Final": "Score Points Grade", "Override": "Score Grade Status"}

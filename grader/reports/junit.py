@@ -9,8 +9,8 @@ import xml.etree.ElementTree as ET
 from collections.abc import Sequence
 
 from qdot.exercises.assignment.assignment import Assignment
-from qdot.grader.grading.marking import format_points
 from qdot.grader.grading.result import Result
+from qdot.grader.marking.marking import format_points
 from qdot.grader.reports.answers import make_visible
 from qdot.grader.reports.rows import PartRow, make_rows
 

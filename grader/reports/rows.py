@@ -4,12 +4,12 @@ from collections.abc import Sequence
 from dataclasses import dataclass
 
 from qdot.exercises.assignment.assignment import FEEDBACK
-from qdot.exercises.assignment.lateness import describe_duration
+from qdot.exercises.assignment.late_rule import describe_duration
 from qdot.exercises.common.errors import QdotError, shorten
 from qdot.exercises.mistakes.base import name_chapter
 from qdot.exercises.short_questions import ALL_QUESTIONS
-from qdot.grader.grading.marking import format_points
 from qdot.grader.grading.result import Override, Result
+from qdot.grader.marking.marking import format_points
 from qdot.grader.reports.feedback_levels import limit_feedback
 from qdot.grader.reports.tables import UNMARKED_STATES, find_work_status
 

@@ -8,9 +8,9 @@ from qdot.exercises.assignment.assignment import Student
 from qdot.exercises.common.console import escape_controls
 from qdot.exercises.common.input_file import csv_text
 from qdot.exercises.common.json_form import as_json
-from qdot.grader.grading.marking import format_points, sum_points
 from qdot.grader.grading.result import Result
 from qdot.grader.judging.verdict import AWAITS_PERSON
+from qdot.grader.marking.marking import format_points, sum_points
 
 SUMMARY_COLUMNS = ("score", "max_score", "percent", "status", "late_penalty", "override", "note")
 """The last columns of grades.csv."""

@@ -5,7 +5,7 @@ from collections import Counter
 from qdot.exercises.assignment.assignment import Assignment, Slot
 from qdot.exercises.assignment.release import certificate_path
 from qdot.exercises.common.errors import QdotError
-from qdot.exercises.families.base import describe_variation
+from qdot.exercises.families.family import describe_variation
 from qdot.grader.grading.certificates import read_certificate
 
 MIN_SHARING_STUDENTS, MIN_SHARING_FRACTION = 3, 0.05

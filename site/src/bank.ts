@@ -82,8 +82,6 @@ export interface Robot {
   readonly values: Readonly<Record<string, number>>;
   /** The convention by which the problem describes the arm, if it is not this standard table. */
   readonly convention?: "modified-dh" | "screws";
-  /** The order of twists if the arm is described by screws, unless it is (omega, v). */
-  readonly twist_order?: "v-omega";
 }
 
 export interface Row {

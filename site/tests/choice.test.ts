@@ -22,12 +22,11 @@ import {
   type StoredState,
   asFile,
   fromFile,
-  storeAll,
+  storedState,
+  storeState,
   mergeStates,
   EMPTY_STATE,
 } from "../src/practice/stored-state.js";
-import { storedProgress } from "../src/practice/progress.js";
-import { storedSkills } from "../src/practice/skills.js";
 
 const INDEX: Index = {
   format: 1,
@@ -162,17 +161,19 @@ test("of stored and loaded progress, the further one is used", () => {
   expect(mergeStates(less, ALL).lessons["columns"]).toMatchObject({ row: ["scara/001"], learned: 7 });
 });
 
-test("what is restored is where the practice page and the lessons look for it", () => {
+test("a stored state is found again, and a change of one part keeps the other", () => {
   const store = new Map<string, string>();
   const storage = {
     getItem: (key: string) => store.get(key) ?? null,
     setItem: (key: string, text: string) => void store.set(key, text),
   } as unknown as Storage;
-  storeAll(storage, ALL);
-  expect([storedProgress(storage), storedSkills(storage)]).toEqual([ALL.progress, ALL.lessons]);
-  storeAll(storage, EMPTY_STATE);
-  expect([storedProgress(storage), storedSkills(storage)]).toEqual([{}, {}]);
-  expect(storedProgress(null)).toEqual({});
+  storeState(storage, ALL);
+  expect(storedState(storage)).toEqual(ALL);
+  storeState(storage, { lessons: {} });
+  expect(storedState(storage)).toEqual({ ...ALL, lessons: {} });
+  storeState(storage, EMPTY_STATE);
+  expect(storedState(storage)).toEqual(EMPTY_STATE);
+  expect(storedState(null)).toEqual(EMPTY_STATE);
 });
 
 test("a question that was once wrong comes before new ones when it is due for review; other questions do not", () => {

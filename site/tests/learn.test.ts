@@ -7,18 +7,8 @@ import { armOf, measuresOf, reachOf, stateAt } from "../src/arm/model.js";
 import type { Stage } from "../src/arm/stage.js";
 import { firstWeld, journeyOf, type Weld } from "../src/arm/weld.js";
 import { LESSONS, type GoalState } from "../src/learn/lessons.js";
-import {
-  rowAfter,
-  armCountOf,
-  isDue,
-  itemsOf,
-  storeSkills,
-  storedSkills,
-  NEW,
-  nextIn,
-  outcomeOf,
-  type Skill,
-} from "../src/practice/skills.js";
+import { rowAfter, armCountOf, isDue, itemsOf, NEW, nextIn, outcomeOf, type Skill } from "../src/practice/skills.js";
+import { storedState, storeState } from "../src/practice/stored-state.js";
 import { ratesOf, velocityOf } from "../src/learn/tools.js";
 import { type Item, STEPS } from "../src/practice/choice.js";
 import en from "../src/text/en.json" with { type: "json" };
@@ -166,15 +156,15 @@ test("stored skills are restored, and invalid entries are ignored", () => {
     rates: { row: ["a/1"], goals: [0], learned: 3 },
     columns: { row: [], goals: [], beyond: { space: { row: ["b/1"], learned: 4 } } },
   };
-  storeSkills(storage, skills);
-  expect(storedSkills(storage)).toEqual(skills);
+  storeState(storage, { lessons: skills });
+  expect(storedState(storage).lessons).toEqual(skills);
   kept.set(
     [...kept.keys()][0]!,
     '{"rates": {"row": 3}, "path": 7, "kinds": {"row": [], "goals": [], "beyond": {"space": 1}}}',
   );
-  expect(storedSkills(storage)).toEqual({});
+  expect(storedState(storage).lessons).toEqual({});
   kept.set([...kept.keys()][0]!, "no JSON");
-  expect(storedSkills(storage)).toEqual({});
+  expect(storedState(storage).lessons).toEqual({});
 });
 
 const row = (a: string, alpha: string, d: string, i: number) =>

@@ -10,11 +10,11 @@ from typing import Any
 import nbformat
 from nbformat.v4 import new_code_cell
 
-from qdot.exercises.answer_types import Expression, Matrix
 from qdot.exercises.assignment.assignment import Assignment, Student, load_assignment
 from qdot.exercises.assignment.release import init_assignment, release_notebooks
 from qdot.exercises.assignment.store import load_stored_problems
 from qdot.exercises.problem.problem import name_answer_variable
+from qdot.exercises.reference_answers import Expression, Matrix
 from qdot.grader.cli.demo import fill_in_answers
 from qdot.grader.grading.certify import CERTIFIER
 

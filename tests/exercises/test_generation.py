@@ -7,14 +7,12 @@ import re
 import subprocess
 import sys
 from collections import Counter
-from collections.abc import Callable
 
 import pytest
 import sympy as sp
 from hypothesis import given
 from hypothesis import strategies as st
 
-from qdot.exercises.answer_types import Choice
 from qdot.exercises.arm.chain import CONVENTIONS
 from qdot.exercises.arm.derivation import derive
 from qdot.exercises.common.errors import QdotError
@@ -30,6 +28,7 @@ from qdot.exercises.generation import (
 from qdot.exercises.problem.problem import ENGINE, MAX_SEED, Part, Problem, ProblemId
 from qdot.exercises.problem.record import compute_digests
 from qdot.exercises.questions import QUESTIONS, screws
+from qdot.exercises.reference_answers import Choice
 from qdot.exercises.singularities.difficulty import (
     BAND_MINIMUMS,
     HARDEST_BAND,
@@ -38,9 +37,10 @@ from qdot.exercises.singularities.difficulty import (
     difficulty,
     difficulty_band,
 )
-from tests.support.suites import of_families, several
+from tests.support.problems import get_problem
+from tests.support.suites import on_families, select_for_suite
 
-STUDENTS = several(6, 30)
+STUDENTS = select_for_suite(6, 30)
 CHAPTER = ("planar-2r", "elbow-3r", "polar-rp", "planar-3r")
 FIXED = [name for name, family in FAMILIES.items() if not family.has_varied_structure]
 SECRET = "a secret for tests only"
@@ -73,9 +73,9 @@ print(json.dumps([fingerprint(generate(identity)) for identity in sys.argv[1:]])
 """
 
 
-ASKED_ALONE = several(("planar-3r", "polar-rp", "wrist-zyz"), tuple(FIXED))
+ASKED_ALONE = select_for_suite(("planar-3r", "polar-rp", "wrist-zyz"), tuple(FIXED))
 """In `make test`, families that can be asked every question between them."""
-ASKED_OF_A_CLASS = several(("polar-rp", "cylindrical"),
+ASKED_OF_A_CLASS = select_for_suite(("polar-rp", "cylindrical"),
                            (*CHAPTER, "elbow", "spherical-offset", "cylindrical"))  # fmt: skip
 
 
@@ -84,8 +84,8 @@ def test_an_id_gives_the_same_problem_in_another_process_and_on_another_machine(
 
     Snapshots, which other processes wrote, hold all families in `make test`.
     """
-    large = several(("planar-2r",), (*CHAPTER, "scara", "puma-560", "random-3"))
-    identities = [ProblemId(family, 0) for family in several(("wrist-zyz", "random-3"), tuple(FAMILIES))]
+    large = select_for_suite(("planar-2r",), (*CHAPTER, "scara", "puma-560", "random-3"))
+    identities = [ProblemId(family, 0) for family in select_for_suite(("wrist-zyz", "random-3"), tuple(FAMILIES))]
     identities += [ProblemId(family, 1 << 62) for family in large]
     environment = {**os.environ, "PYTHONHASHSEED": "4242", "OPENBLAS_CORETYPE": "Haswell"}
     command = [sys.executable, "-c", ELSEWHERE, *map(str, identities)]
@@ -94,15 +94,13 @@ def test_an_id_gives_the_same_problem_in_another_process_and_on_another_machine(
     assert dict(zip(identities, json.loads(done.stdout), strict=True)) == dict(zip(identities, here, strict=True))
 
 
-@of_families(ASKED_ALONE)
-def test_a_part_is_the_same_whatever_else_is_asked(
-    family: str, seeds: range, drawn: Callable[[str, int], Problem]
-) -> None:
+@on_families(ASKED_ALONE)
+def test_a_part_is_the_same_whatever_else_is_asked(family: str, seeds: range) -> None:
     def asked(part: Part) -> tuple[object, ...]:
         return part.answer, part.details, part.points
 
-    for seed in seeds[: several(1, 3)] if family in CHAPTER else seeds[:1]:
-        problem = drawn(family, seed)
+    for seed in seeds[: select_for_suite(1, 3)] if family in CHAPTER else seeds[:1]:
+        problem = get_problem(family, seed)
         whole = {part.name: asked(part) for part in problem.parts}
         for name, part in whole.items():
             (alone,) = generate(problem.id, (name,)).parts
@@ -112,9 +110,9 @@ def test_a_part_is_the_same_whatever_else_is_asked(
         assert {part.name: asked(part) for part in backwards.parts} == whole
 
 
-@of_families(FIXED)
-def test_parts_need_parts_of_the_same_problem(family: str, drawn: Callable[[str, int], Problem]) -> None:
-    problem = drawn(family, 0)
+@on_families(FIXED)
+def test_parts_need_parts_of_the_same_problem(family: str) -> None:
+    problem = get_problem(family, 0)
     names = [part.name for part in problem.parts]
     assert names == list(questions_of_family(family))
     assert all(need in names for part in problem.parts for need in part.prerequisites)
@@ -204,7 +202,7 @@ def test_a_students_problem_depends_on_that_student_and_the_secret_alone() -> No
     )
 
 
-@of_families(ASKED_OF_A_CLASS)
+@on_families(ASKED_OF_A_CLASS)
 def test_a_class_has_different_answers(family: str) -> None:
     """No two students share all answers; each question has many answers; the right option has any letter.
 
@@ -236,7 +234,7 @@ def test_the_step_of_an_arm_of_many_terms_needs_no_singular_set(monkeypatch: pyt
 
 
 def test_terms_are_counted_as_if_all_were_multiplied_out(family: str) -> None:
-    for seed in range(several(1, 4)):
+    for seed in range(select_for_suite(1, 4)):
         chain = sample_chain(ProblemId(family, seed, variation="full"))
         entries = [sp.expand(entry) for entry in derive(chain).jacobian]
         assert _count_jacobian_terms(chain) == sum(len(sp.Add.make_args(entry)) for entry in entries if entry != 0)

@@ -9,10 +9,10 @@ import zipfile
 from pathlib import Path
 from xml.etree import ElementTree
 
-from qdot.exercises.answer_types import LETTERS
 from qdot.exercises.exports.items import ChoiceForm, MatchingForm, NumberForm, QuizItem, make_items
 from qdot.exercises.exports.markup import find_pictures, format_decimal, format_limits, name_picture_file
 from qdot.exercises.exports.registry import EXPORT_FORMATS
+from qdot.exercises.reference_answers import LETTERS
 from tests.platforms.given import EVERYTHING, PLAIN, order
 from tests.platforms.records import Counts, Record, today
 

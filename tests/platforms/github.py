@@ -2,7 +2,7 @@
 
 `software` is a folder with the program act and `actions/NAME` for each of `ACTIONS`, at the commit that is named there.
 Where an action is not there, a step that keeps a folder stands for it. GitHub itself is a server of ours: its
-repositories are real, its API has the lists of pushes and the issues that the jobs use (tests.support.hosting).
+repositories are real, its API has the lists of pushes and the issues that the jobs use (tests.support.git_server).
 """
 
 import json
@@ -16,7 +16,7 @@ from tests.platforms.given import SECRET
 from tests.platforms.notebooks import BLANK, KEY, RIGHT
 from tests.platforms.records import Count, Record, today
 from tests.platforms.repositories import OWNER, Class, counts, pushed, ran
-from tests.support.hosting import TOKEN
+from tests.support.git_server import TOKEN
 
 STAND_IN = """name: keeps a folder
 inputs: {name: {required: true}, path: {required: true}}

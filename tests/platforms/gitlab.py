@@ -1,6 +1,6 @@
 """GitLab's jobs, run on this machine by gitlab-ci-local, whose command `software` is; rsync is on the path.
 
-GitLab itself is a server of ours (tests.support.hosting): its repositories are real, its API has the lists of pushes.
+GitLab itself is a server of ours (tests.support.git_server): its repositories are real, its API lists the pushes.
 """
 
 import os

@@ -23,7 +23,7 @@ from qdot.exercises.exports.markup import format_decimal
 from qdot.exercises.exports.moodle import FIELD_WEIGHTS, export_moodle
 from tests.platforms.given import EVERYTHING, PLAIN, order
 from tests.platforms.records import Counts, Record, today
-from tests.support.handing_in import a_class, hand_in, right
+from tests.support.submitting import make_class, make_correct_notebook, submit
 
 Json = dict[str, Any]
 
@@ -211,9 +211,9 @@ def faults_of(item: QuizItem, page: str) -> list[str]:
 def _gradebook(counts: Counts, software: Path, folder: Path) -> None:
     """Import the marks of a class of three, of whom one hands nothing in."""
     students = [Student(name, name.title(), f"{name}@example.org") for name in ("ada", "henri", "sofja")]
-    assignment = a_class(folder, students)
-    hand_in(assignment, "ada.ipynb", right(assignment, "ada"))
-    hand_in(assignment, "henri.ipynb", right(assignment, "henri", lambda cells: cells.pop()))
+    assignment = make_class(folder, students)
+    submit(assignment, "ada.ipynb", make_correct_notebook(assignment, "ada"))
+    submit(assignment, "henri.ipynb", make_correct_notebook(assignment, "henri", lambda cells: cells.pop()))
     book = folder / "moodle.csv"
     command = [
         str(Path(sys.executable).with_name("qdot")),

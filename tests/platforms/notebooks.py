@@ -10,7 +10,6 @@ from typing import Any
 
 import sympy as sp
 
-from qdot.exercises.answer_types import ConditionSet
 from qdot.exercises.assignment.assignment import Assignment, Student, load_assignment
 from qdot.exercises.assignment.release import init_assignment
 from qdot.exercises.assignment.sets import DEFAULT_SET, SETS
@@ -19,6 +18,7 @@ from qdot.exercises.exports.known_wrong import find_known_wrong_answers
 from qdot.exercises.exports.registry import EXPORT_FORMATS
 from qdot.exercises.notebook.notebook import make_solution_notebook, write_notebook
 from qdot.exercises.problem.problem import Part, Problem, name_answer_variable
+from qdot.exercises.reference_answers import ConditionSet
 from qdot.grader.grading.batch import find_student, grade_one, make_limits
 from qdot.grader.grading.certify import find_failures
 from qdot.grader.sandbox.sandbox import Limits

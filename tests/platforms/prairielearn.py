@@ -27,8 +27,6 @@ from urllib.request import HTTPCookieProcessor, OpenerDirector, build_opener
 
 import sympy as sp
 
-from qdot.exercises.answer_types import LETTERS, Answer, ConditionSet, Letters, Matching, Number
-from qdot.exercises.answer_types.formulas import bracket_rows
 from qdot.exercises.assignment.certified_problems import Variant
 from qdot.exercises.exports.bank import iterate_bank
 from qdot.exercises.exports.export_format import ExportRequest
@@ -37,12 +35,14 @@ from qdot.exercises.exports.prairielearn import COURSE_INSTANCE, EXACT_TOLERANCE
 from qdot.exercises.exports.registry import EXPORT_FORMATS
 from qdot.exercises.formula.sympy_text import matrix_rows_as_text
 from qdot.exercises.problem.problem import Part, Problem
+from qdot.exercises.reference_answers import LETTERS, Answer, ConditionSet, Letters, Matching, Number
+from qdot.exercises.reference_answers.formulas import bracket_rows
 from qdot.exercises.short_questions import ALL_QUESTIONS
-from qdot.exercises.singularities.singularity import Component
-from qdot.grader.grading.marking import MarkingRules, mark
+from qdot.exercises.singularities.singular_set import Component
+from qdot.grader.marking.marking import MarkingRules, mark
 from tests.platforms.given import EVERYTHING, order
 from tests.platforms.records import Counts, Record, today
-from tests.support.elements import filled, left_blank
+from tests.support.prairielearn_forms import fill_form, leave_blank
 
 Data = dict[str, Any]
 APP = "apps/prairielearn"
@@ -185,7 +185,7 @@ def running(software: Path, course: Path, work: Path) -> Iterator[Site]:
     config.write_text(json.dumps(settings), encoding="utf-8")
     python = software / ".venv/bin/python3.13"  # it starts anew for each phase, and keeps no bytecode itself
     subprocess.run([python, "-m", "compileall", "-q", "exercises", "grader"], cwd=REPOSITORY, check=True)
-    _need(python, "prairielearn.internal.zygote_utils", "qdot.grader.grading.marking")
+    _need(python, "prairielearn.internal.zygote_utils", "qdot.grader.marking.marking")
     subprocess.run(["createdb", database], check=True)
     app = software / APP
     command = [f"{app}/node_modules/.bin/tsx", "--tsconfig", "src/tsconfig.json", "--import", str(LOOPBACK)]
@@ -352,7 +352,7 @@ def _answer(asked: Asked, variant: Variant, made: ExportRequest, counts: Counts)
     page = _submit(asked, page, problem, made, of_the_first(problem, _right), counts)
     page = page if GRADE in page else asked.page()
     before = asked.variant()
-    blank = {key: text for part in problem.parts for key, text in left_blank(part).items()}
+    blank = {key: text for part in problem.parts for key, text in leave_blank(part).items()}
     nothing, page = asked.submit(page, blank)
     costs_none = bool(nothing["format_errors"]) and asked.variant()["num_tries"] == before["num_tries"]
     counts.add("nothing costs no attempt", costs_none, name)
@@ -461,7 +461,7 @@ def _submit(
     form: Data = {}
     for part in problem.parts:
         text = texts.get(part.name)
-        form |= left_blank(part) if text is None else filled(part, text, params)
+        form |= leave_blank(part) if text is None else fill_form(part, text, params)
     stored, page = asked.submit(page, form)
     ours = _marks(problem, made, texts)
     for part in problem.parts:

@@ -12,10 +12,10 @@ from itertools import islice
 from pathlib import Path
 from typing import Any
 
-from qdot.exercises.answer_types import LETTERS
 from qdot.exercises.exports.export_format import DEFAULT_ATTEMPTS, ExportRequest
 from qdot.exercises.exports.items import ChoiceForm, MatchingForm, NumberField, NumberForm, QuizItem, make_items
 from qdot.exercises.exports.registry import EXPORT_FORMATS
+from qdot.exercises.reference_answers import LETTERS
 from tests.platforms.given import EVERYTHING, PLAIN, order
 from tests.platforms.records import Counts, Record, today
 

@@ -12,8 +12,8 @@ from pathlib import Path
 from qdot.exercises.assignment.assignment import Assignment
 from tests.platforms.notebooks import BLANK, KEY, RIGHT, WRONG, a_class, answered, exported
 from tests.platforms.records import Count
-from tests.support.ci import git, hosted
-from tests.support.hosting import Server, serving
+from tests.support.ci import git, push_to_new_repository
+from tests.support.git_server import Server, serve_repositories
 
 OWNER, PUSHED = "course", "2027-01-15T22:00:00Z"
 
@@ -40,7 +40,7 @@ def pushed(export_format: str, work: Path) -> Iterator[Class]:
     assignment = a_class(work / KEY, RIGHT, WRONG, BLANK)
     made = exported(assignment, export_format, work / "exported")
     venv.create(work / "python", with_pip=True)
-    with serving(work / "server") as server:
+    with serve_repositories(work / "server") as server:
         for student in assignment.roster:
             own = made / "students" / student.id
             files = {path.relative_to(own).as_posix(): path.read_bytes() for path in own.rglob("*") if path.is_file()}
@@ -48,7 +48,7 @@ def pushed(export_format: str, work: Path) -> Iterator[Class]:
             files[notebook] = answered(assignment, student.id, files[notebook].decode()).encode()
             server.push(f"{OWNER}/{KEY}-{student.id}", files, PUSHED)
         shutil.copytree(made / "grading", work / "grading")
-        hosted(work / "grading", server.folder, f"{OWNER}/{KEY}-grading")
+        push_to_new_repository(work / "grading", server.folder, f"{OWNER}/{KEY}-grading")
         yield Class(assignment, made, server, work / "python")
 
 

@@ -15,19 +15,19 @@ from tests.platforms.notebooks import KEY, RIGHT, a_class
 from tests.platforms.prairielearn import _need
 from tests.platforms.pyodide import LOCK, missing, needed, take
 from tests.platforms.repositories import Class, counts
-from tests.support.hosting import serving
+from tests.support.git_server import serve_repositories
 
 
 @pytest.mark.whole
 def test_prairielearns_python_has_to_import_what_its_questions_call() -> None:
-    _need(Path(sys.executable), "qdot.grader.grading.marking")
+    _need(Path(sys.executable), "qdot.grader.marking.marking")
     with pytest.raises(subprocess.CalledProcessError):
-        _need(Path(sys.executable), "qdot.grader.grading.marking", "prairielearn.that.is.not.here")
+        _need(Path(sys.executable), "qdot.grader.marking.marking", "prairielearn.that.is.not.here")
 
 
 def test_a_job_that_left_no_marks_tells_why(tmp_path: Path) -> None:
     assignment = a_class(tmp_path / KEY, RIGHT)
-    with serving(tmp_path / "server") as server:
+    with serve_repositories(tmp_path / "server") as server:
         own = Class(assignment, tmp_path, server, tmp_path)
         with pytest.raises(RuntimeError, match="rsync: command not found"):
             counts(own, tmp_path / "graded", "bash: rsync: command not found")

@@ -14,10 +14,10 @@ from qdot.exercises.assignment.assignment import Assignment, load_assignment
 from qdot.exercises.exports.repositories import ACTIONS
 from qdot.exercises.exports.wheel import make_wheel
 from tests.support import ROOT
-from tests.support.ci import Machine, git, hosted, read_yaml
-from tests.support.handing_in import Cells, right
-from tests.support.programs import ACTIONLINT, needs, reader
-from tests.support.runner import Runner, component, script_of
+from tests.support.ci import Machine, git, push_to_new_repository, read_yaml
+from tests.support.ci_runners import Runner, expand_component, join_script
+from tests.support.programs import ACTIONLINT, require_program, require_reader
+from tests.support.submitting import Cells, make_correct_notebook
 
 pytestmark = [pytest.mark.xdist_group("action"), pytest.mark.integration]
 
@@ -46,7 +46,10 @@ def course(tmp_path_factory: pytest.TempPathFactory) -> Assignment:
     folder = Path(shutil.copytree(COURSE, tmp_path_factory.mktemp("course") / "course"))
     (folder / "secret.txt").write_text(SECRET)
     assignment = load_assignment(folder)
-    for student, text in (("ada", right(assignment, "ada")), ("bo", right(assignment, "bo", half_right))):
+    for student, text in (
+        ("ada", make_correct_notebook(assignment, "ada")),
+        ("bo", make_correct_notebook(assignment, "bo", half_right)),
+    ):
         (folder / "submitted" / student).mkdir(parents=True)
         (folder / "submitted" / student / "planar.ipynb").write_text(text)
     return assignment
@@ -56,7 +59,7 @@ def course(tmp_path_factory: pytest.TempPathFactory) -> Assignment:
 def clone(course: Assignment, tmp_path: Path) -> Path:
     """What a runner has of it: all but the secret."""
     pushed = Path(shutil.copytree(course.folder, tmp_path / "pushed", ignore=shutil.ignore_patterns("secret.txt")))
-    git("clone", "--quiet", hosted(pushed, tmp_path / "server", "course"), tmp_path / "clone")
+    git("clone", "--quiet", push_to_new_repository(pushed, tmp_path / "server", "course"), tmp_path / "clone")
     return tmp_path / "clone"
 
 
@@ -81,18 +84,18 @@ def edited(workflow: Path, text: str) -> Path:
 
 def test_the_example_is_graded_on_github(machine: Machine, clone: Path) -> None:
     job = runner(machine, clone, QDOT_SECRET=SECRET)
-    assert job.job(clone / ".github" / "workflows" / "grade.yml"), job.said
+    assert job.job(clone / ".github" / "workflows" / "grade.yml"), job.output
     kept = clone.parent / "kept" / "graded"
     assert scores(kept) == {"ada": 4, "bo": 3, "cy": 0}
     assert (kept / "junit.xml").is_file() and (kept / "feedback" / "bo.html").is_file()
     assert "| bo | 3 | 4 | graded |" in (clone.parent / "summary.md").read_text(encoding="utf-8")
-    assert SECRET not in "".join(job.said)
+    assert SECRET not in "".join(job.output)
 
 
 def test_without_the_secret_nothing_is_graded_and_it_is_said_why(machine: Machine, clone: Path) -> None:
     job = runner(machine, clone)
     assert not job.job(clone / ".github" / "workflows" / "grade.yml")
-    assert "without the secret, qdot can't regenerate the students' problems" in "".join(job.said)
+    assert "without the secret, qdot can't regenerate the students' problems" in "".join(job.output)
 
 
 @pytest.mark.parametrize(
@@ -108,7 +111,7 @@ def test_what_else_a_step_may_be_told(given: str, succeeds: bool, says: str, mac
     workflow = edited(clone / ".github" / "workflows" / "grade.yml", inputs)
     (clone / "graded").mkdir()
     job = runner(machine, clone, QDOT_SECRET=SECRET)
-    assert job.job(workflow) == succeeds and says in "".join(job.said), job.said
+    assert job.job(workflow) == succeeds and says in "".join(job.output), job.output
 
 
 def test_a_students_repository_is_checked_without_a_secret(machine: Machine, clone: Path) -> None:
@@ -120,14 +123,14 @@ def test_a_students_repository_is_checked_without_a_secret(machine: Machine, clo
     text = workflow.read_text(encoding="utf-8")
     workflow.write_text(text[: text.index("      - uses: actions/upload")], encoding="utf-8")
     job = runner(machine, clone)
-    assert job.job(workflow), job.said
-    assert "3 of 3 answers can be read" in "".join(job.said)
+    assert job.job(workflow), job.output
+    assert "3 of 3 answers can be read" in "".join(job.output)
 
 
 def gitlab(name: str, machine: Machine, clone: Path, **given: object) -> "subprocess.CompletedProcess[str]":
-    (job,) = component(ROOT / "templates" / f"{name}.yml", given).values()
+    (job,) = expand_component(ROOT / "templates" / f"{name}.yml", given).values()
     variables = {**job["variables"], "QDOT_SECRET": SECRET} if name == "grade" else job["variables"]
-    install, rest = script_of(job).split("\n", 1)
+    install, rest = join_script(job).split("\n", 1)
     machine.run(install, clone, **variables)
     return machine.run(rest, clone, **variables)
 
@@ -166,7 +169,7 @@ def test_action_and_components_hold_to_the_platforms_schemas(tmp_path: Path) -> 
     checks = [("vendor.github-actions", ROOT / "action.yml"), ("vendor.github-workflows", WORKFLOW)]
     for name, given in (("grade", {}), ("check", {"notebook": "x.ipynb"})):
         made = tmp_path / f"{name}.json"
-        made.write_text(json.dumps(component(ROOT / "templates" / f"{name}.yml", given)))
+        made.write_text(json.dumps(expand_component(ROOT / "templates" / f"{name}.yml", given)))
         checks.append(("vendor.gitlab-ci", made))
     for schema, path in checks:
         command = [sys.executable, "-m", "check_jsonschema", "--builtin-schema", schema, str(path)]
@@ -187,21 +190,23 @@ def test_they_are_as_linters_want_them(tmp_path: Path) -> None:
     workflow = tmp_path / ".github" / "workflows" / "grade.yml"
     workflow.parent.mkdir(parents=True)
     workflow.write_text(pinned(WORKFLOW.read_text(encoding="utf-8")), encoding="utf-8")
-    quiet(reader("zizmor"), "--offline", "--no-progress", "--persona", "pedantic", ROOT / "action.yml", workflow)
-    shellcheck = reader("shellcheck")
+    quiet(
+        require_reader("zizmor"), "--offline", "--no-progress", "--persona", "pedantic", ROOT / "action.yml", workflow
+    )
+    shellcheck = require_reader("shellcheck")
     for number, step in enumerate(read_yaml(ROOT / "action.yml")["runs"]["steps"]):
         if "run" in step:
             script = tmp_path / f"{number}.sh"
             script.write_text(f"#!/bin/bash -e\n{step['run']}")
             quiet(shellcheck, script)
     for name, given in (("grade", {}), ("check", {"notebook": "x.ipynb"})):
-        (job,) = component(ROOT / "templates" / f"{name}.yml", given).values()
-        (tmp_path / f"{name}.sh").write_text(f"#!/bin/bash -e\n{script_of(job)}\n")
+        (job,) = expand_component(ROOT / "templates" / f"{name}.yml", given).values()
+        (tmp_path / f"{name}.sh").write_text(f"#!/bin/bash -e\n{join_script(job)}\n")
         quiet(shellcheck, tmp_path / f"{name}.sh")
 
 
 def test_workflows_that_use_it_are_as_actionlint_wants_them(tmp_path: Path) -> None:
-    program = needs("actionlint", ACTIONLINT, in_ci=False)
+    program = require_program("actionlint", ACTIONLINT, in_ci=False)
     workflow = tmp_path / "grade.yml"
     workflow.write_text(pinned(WORKFLOW.read_text(encoding="utf-8")), encoding="utf-8")
     quiet(program, workflow)

@@ -23,8 +23,8 @@ from ruamel.yaml import YAML
 
 from qdot.exercises.assignment.assignment import Assignment, Student, load_assignment
 from tests.support import ROOT
-from tests.support.handing_in import a_class, right
-from tests.support.programs import needs
+from tests.support.programs import require_program
+from tests.support.submitting import make_class, make_correct_notebook
 
 PAGE = (ROOT / "docs" / "container.md").read_text(encoding="utf-8")
 CLUSTERS = (ROOT / "docs" / "scaling.md").read_text(encoding="utf-8")
@@ -139,7 +139,9 @@ def base_of(podman: str, folder: Path) -> str:
     if named := os.environ.get("QDOT_BASE"):
         return named
     if subprocess.run([podman, "image", "exists", BASE]).returncode:
-        program = needs("mmdebstrap", "apt-get install mmdebstrap, or name an image in QDOT_BASE", in_ci=False)
+        program = require_program(
+            "mmdebstrap", "apt-get install mmdebstrap, or name an image in QDOT_BASE", in_ci=False
+        )
         sources = [str(path) for path in Path("/etc/apt").glob("sources.list.d/*.sources")] or ["/etc/apt/sources.list"]
         include = "--include=python3,python3-venv"
         suite = platform.freedesktop_os_release().get("VERSION_CODENAME", "stable")  # those sources are of this one
@@ -155,7 +157,7 @@ def base_of(podman: str, folder: Path) -> str:
 @pytest.fixture(scope="module")
 def engine(tmp_path_factory: pytest.TempPathFactory) -> Iterator[Engine]:
     """Podman, with the image built by it as the page says."""
-    podman = needs("podman", PODMAN, in_ci="QDOT_BASE" in os.environ)
+    podman = require_program("podman", PODMAN, in_ci="QDOT_BASE" in os.environ)
     folder = tmp_path_factory.mktemp("engine")
     base = base_of(podman, folder)
     program(folder / "podman", wrapper(podman, base))
@@ -177,13 +179,13 @@ def engine(tmp_path_factory: pytest.TempPathFactory) -> Iterator[Engine]:
 @pytest.fixture
 def course(tmp_path: Path) -> Assignment:
     """A class of three, two of whom have handed in; the second is out for the key."""
-    made = a_class(tmp_path / "homework", [Student("ada", "Ada"), Student("bo"), Student("cy")])
+    made = make_class(tmp_path / "homework", [Student("ada", "Ada"), Student("bo"), Student("cy")])
     toml = made.folder / "assignment.toml"
     toml.write_text(f'sandbox = "strict"\n{toml.read_text()}')
     thief = "p1_determinant = len(open('/class/homework/secret.txt').read())"
     for student, text in (
-        ("ada", right(made, "ada")),
-        ("bo", right(made, "bo", lambda cells: cells[-1].update(source=thief))),
+        ("ada", make_correct_notebook(made, "ada")),
+        ("bo", make_correct_notebook(made, "bo", lambda cells: cells[-1].update(source=thief))),
     ):
         handed_in = made.folder / "submitted" / student / "hw.ipynb"
         handed_in.parent.mkdir(parents=True)

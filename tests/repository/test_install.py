@@ -18,8 +18,8 @@ from qdot.exercises.common import extras
 from qdot.exercises.common.extras import EXTRAS, explain_missing, make_install_command, require_extra
 from qdot.grader.cli.main import COMMANDS, SITE_COMMANDS, find_needed_part, make_program
 from tests.support import ROOT
-from tests.support.command import fails, run
-from tests.support.handing_in import a_class
+from tests.support.command import run, run_and_fail
+from tests.support.submitting import make_class
 
 PROJECT = tomllib.loads((ROOT / "pyproject.toml").read_text(encoding="utf-8"))["project"]
 
@@ -74,10 +74,10 @@ def test_extras_are_those_of_the_project() -> None:
 def test_a_library_that_is_missing_is_told_before_anything_is_done(
     module: str, command: list[str], tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
-    made = a_class(tmp_path / "hw", [Student("ada")])
+    made = make_class(tmp_path / "hw", [Student("ada")])
     monkeypatch.chdir(tmp_path)
     monkeypatch.setitem(sys.modules, module, None)
-    said = fails(*(word.format(hw=made.folder) for word in command)).splitlines()[-1]
+    said = run_and_fail(*(word.format(hw=made.folder) for word in command)).splitlines()[-1]
     assert f"needs {module}, which is not installed; install it with: pip install '.[" in said
     assert not (made.folder / "graded" / "results.jsonl").exists() and not list(tmp_path.glob("x.*"))
 

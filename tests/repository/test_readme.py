@@ -10,7 +10,7 @@ from typer.testing import CliRunner
 from qdot.exercises.assignment.assignment import load_assignment
 from qdot.grader.cli.main import app
 from tests.support import ROOT
-from tests.support.suites import WHOLE, several
+from tests.support.suites import WHOLE, select_for_suite
 
 README = (ROOT / "README.md").read_text(encoding="utf-8")
 BLOCKS = re.findall(r"^( *)```toml\n(.*?)^ *```", README, re.MULTILINE | re.DOTALL)
@@ -59,7 +59,7 @@ def test_every_command_on_an_assignment_runs(tmp_path: Path, monkeypatch: pytest
     }  # fmt: skip
 
 
-@pytest.mark.parametrize("command", several(QUICK, BY_THEMSELVES), ids=" ".join)
+@pytest.mark.parametrize("command", select_for_suite(QUICK, BY_THEMSELVES), ids=" ".join)
 def test_every_command_by_itself_runs(command: list[str], tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.chdir(tmp_path)
     ran(command)

@@ -11,7 +11,7 @@ import pytest
 
 from tests.support import ROOT
 from tests.support.ci import read_yaml
-from tests.support.programs import GIT, needs
+from tests.support.programs import GIT, require_program
 from tests.tools import release
 
 WORKFLOW = ROOT / ".github" / "workflows" / "release.yml"
@@ -20,7 +20,7 @@ JOBS = read_yaml(WORKFLOW)["jobs"]
 
 def copied(folder: Path) -> Path:
     """Copy what is, or is to be, committed: also what is not yet."""
-    needs("git", GIT)
+    require_program("git", GIT)
     listed = ["git", "ls-files", "-z", "--cached", "--others", "--exclude-standard"]
     names = subprocess.run(listed, cwd=ROOT, capture_output=True, text=True, check=True).stdout.split("\0")
     for name in filter(None, names):

@@ -14,7 +14,7 @@ from qdot.exercises.site.supply import QUIZ, BankProblem
 from qdot.grader.grading.certify import find_failures
 from tests.support import ROOT
 from tests.support.command import run
-from tests.support.handing_in import a_class, hand_in, right
+from tests.support.submitting import make_class, make_correct_notebook, submit
 
 SCHEMAS = ROOT / "docs" / "schemas"
 
@@ -33,18 +33,20 @@ def errors(name: str, content: Any) -> list[str]:
 def results(tmp_path_factory: pytest.TempPathFactory) -> list[dict[str, Any]]:
     """A class in which everything happens that results tell of: right, wrong, late, set by a person, twice, nothing."""
     folder = tmp_path_factory.mktemp("class") / "hw"
-    made = a_class(folder, [Student(name) for name in ("ada", "bo", "cy", "di")])
+    made = make_class(folder, [Student(name) for name in ("ada", "bo", "cy", "di")])
     toml = (folder / "assignment.toml").read_text()
     rule = 'due = 2020-01-01T00:00:00Z\nlate = {per_day = 0.01, at_most = 0.5}\nattempts = "best"\n[[problem]]'
     (folder / "assignment.toml").write_text(toml.replace("[[problem]]", rule))
     table = "student,part,points,comment,group\nbo,p1.jacobian,1,x,\nada,,3,,\n"
     (folder / "overrides.csv").write_text(table)
-    hand_in(made, "ada/hw.ipynb", right(made, "ada"))
+    submit(made, "ada/hw.ipynb", make_correct_notebook(made, "ada"))
     for name in ("hw", "other"):
-        hand_in(
-            made, f"bo/{name}.ipynb", right(made, "bo", lambda cells: cells[-1].update(source="p1_determinant = a1"))
+        submit(
+            made,
+            f"bo/{name}.ipynb",
+            make_correct_notebook(made, "bo", lambda cells: cells[-1].update(source="p1_determinant = a1")),
         )
-    hand_in(made, "cy/hw.ipynb", "no notebook")
+    submit(made, "cy/hw.ipynb", "no notebook")
     run("grade", folder, "--jobs", "1")
     wrong = json.loads((folder / "graded" / "results.jsonl").read_text().splitlines()[1])["problems"][0]["parts"][2]
     (folder / "overrides.csv").write_text(f"{table},,,look again,{wrong['group']}\n")
@@ -105,7 +107,7 @@ def test_solutions(tmp_path: Path) -> None:
 
 
 def test_certificates(tmp_path: Path) -> None:
-    made = a_class(tmp_path / "hw", [Student("ada")])
+    made = make_class(tmp_path / "hw", [Student("ada")])
     run("generate", made.folder, "--jobs", "1")
     content = json.loads((made.folder / "certificates" / "ada" / "hw.json").read_text())
     assert errors("certificate", content) == []

@@ -9,8 +9,8 @@ from pathlib import Path
 import pytest
 
 from tests.support import ROOT
-from tests.support.imports import imports, name_of
-from tests.support.programs import GIT, needs
+from tests.support.imports import get_module_name, list_imported_names
+from tests.support.programs import GIT, require_program
 
 MODULES = sorted((*ROOT.glob("exercises/**/*.py"), *ROOT.glob("grader/**/*.py")))
 
@@ -36,16 +36,16 @@ def mapped(package: Path) -> list[str]:
     return [name for row in rows for name in row.split(", ")]
 
 
-@pytest.mark.parametrize("package", PACKAGES, ids=name_of)
+@pytest.mark.parametrize("package", PACKAGES, ids=get_module_name)
 def test_a_package_says_what_is_in_it(package: Path) -> None:
     """In the map of its docstring: without it, a newcomer has to open every file."""
     folder, on_map = package.parent, mapped(package)
     there = {path.stem for path in folder.glob("*.py") if not path.stem.startswith("__")}
     there |= {f"{path.parent.name}/" for path in folder.glob("*/__init__.py")}
-    listed = {name for path in folder.glob("*.py") if path.name in REGISTRIES for name in imports(path)}
+    listed = {name for path in folder.glob("*.py") if path.name in REGISTRIES for name in list_imported_names(path)}
     assert sorted(set(on_map) - there) == [], "these are not there"
-    missing = [name for name in there - set(on_map) if f"{name_of(package)}.{name}" not in listed]
-    assert sorted(missing) == [], f"the docstring of {name_of(package)} doesn't say what these are"
+    missing = [name for name in there - set(on_map) if f"{get_module_name(package)}.{name}" not in listed]
+    assert sorted(missing) == [], f"the docstring of {get_module_name(package)} doesn't say what these are"
 
 
 def test_contributing_has_every_folder_on_its_map_and_is_short() -> None:
@@ -82,7 +82,7 @@ def test_the_index_of_decisions_has_them_all() -> None:
 
 
 def test_a_module_opens_with_what_it_is() -> None:
-    assert [name_of(path) for path in MODULES if not ast.get_docstring(tree_of(path))] == []
+    assert [get_module_name(path) for path in MODULES if not ast.get_docstring(tree_of(path))] == []
 
 
 def calls_of(path: Path) -> set[str]:
@@ -98,8 +98,8 @@ def test_students_text_is_never_executed_outside_the_contained_process() -> None
     contained = [ROOT / "grader" / "sandbox" / "contained" / name for name in ("session.py", "runner.py")]
     others = [path for path in MODULES if path not in contained]
     executing = {"eval", "exec", "parse_expr", "lambdify"}
-    assert {name_of(path): found for path in others if (found := calls_of(path) & executing)} == {}
-    pickling = [path for path in others if "pickle" in imports(path)]
+    assert {get_module_name(path): found for path in others if (found := calls_of(path) & executing)} == {}
+    pickling = [path for path in others if "pickle" in list_imported_names(path)]
     assert [
         path for path in pickling if path != ROOT / "exercises" / "assignment" / "store.py"
     ] == []  # signed with the secret
@@ -108,11 +108,11 @@ def test_students_text_is_never_executed_outside_the_contained_process() -> None
 def test_no_text_speaks_of_what_is_not_in_the_repository() -> None:
     """Of documents that somebody had beside it."""
     elsewhere = re.compile(r"shared recipe|\bcli\.md|\.\./shared")
-    assert [name_of(path) for path in MODULES if elsewhere.search(text_of(path))] == []
+    assert [get_module_name(path) for path in MODULES if elsewhere.search(text_of(path))] == []
 
 
 def test_no_tracked_text_names_a_machine_or_a_registry() -> None:
-    needs("git", GIT)
+    require_program("git", GIT)
     listed = subprocess.run(["git", "ls-files"], cwd=ROOT, capture_output=True, text=True, check=False)
     if listed.returncode:
         return  # not a checkout

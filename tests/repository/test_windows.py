@@ -17,7 +17,7 @@ from qdot.exercises.exports.registry import EXPORT_FORMATS
 from qdot.grader.cli.main import COMMANDS
 from tests.support import ROOT
 from tests.support.command import run as run_here
-from tests.support.handing_in import a_class, contents, hand_in, right
+from tests.support.submitting import make_class, make_correct_notebook, read_folder, submit
 
 STAND_IN = ROOT / "tests" / "support" / "windows"
 ON_WINDOWS = sys.platform == "win32"
@@ -105,8 +105,8 @@ REFUSED = "qdot can't sandbox student code on Windows, so it does not run any. U
 
 @pytest.mark.integration
 def test_students_code_is_refused_in_one_sentence(tmp_path: Path) -> None:
-    made = a_class(tmp_path / "hw", [Student("ada")])
-    notebook = hand_in(made, "ada/hw.ipynb", right(made, "ada"))
+    made = make_class(tmp_path / "hw", [Student("ada")])
+    notebook = submit(made, "ada/hw.ipynb", make_correct_notebook(made, "ada"))
     for command, path in (("grade", made.folder), ("check", notebook), ("demo", tmp_path / "demo")):
         said, told = run(command, path, code=2)
         assert told.startswith(f"qdot: {REFUSED}") and len(told.splitlines()) == 1 and not said
@@ -122,11 +122,11 @@ ARCHIVES = {"gradescope", "github", "gitlab", "nbgrader", "otter", "prairielearn
 @pytest.fixture(scope="module")
 def folder(tmp_path_factory: pytest.TempPathFactory) -> Path:
     """A class that was graded elsewhere, and is generated, exported and reported here."""
-    made = a_class(tmp_path_factory.mktemp("windows") / "hw", [Student("ada", "Ädä"), Student("bo")])
+    made = make_class(tmp_path_factory.mktemp("windows") / "hw", [Student("ada", "Ädä"), Student("bo")])
     elsewhere = shutil.copytree(made.folder, made.folder.parent / "elsewhere")
     run("generate", made.folder, "--jobs", "2")
     if not ON_WINDOWS:
-        hand_in(made, "ada/hw.ipynb", right(made, "ada"))
+        submit(made, "ada/hw.ipynb", make_correct_notebook(made, "ada"))
         run_here("grade", made.folder, "--jobs", "1")
         run_here("generate", elsewhere, "--jobs", "1")
     return made.folder
@@ -137,7 +137,7 @@ class TestAClass:
     @pytest.mark.skipif(ON_WINDOWS, reason="there is nothing to compare with")
     def test_the_same_notebooks_are_written(self, folder: Path) -> None:
         for kind in ("released", "solutions", "certificates"):
-            assert contents(folder / kind) == contents(folder.parent / "elsewhere" / kind)
+            assert read_folder(folder / kind) == read_folder(folder.parent / "elsewhere" / kind)
 
     def test_it_is_verified_and_goes_on(self, folder: Path) -> None:
         assert "2 problems verified, 0 failed" in run("verify", folder, "--jobs", "1")[0]

@@ -1,4 +1,4 @@
-"""What tests share; where the checkout and its data are."""
+"""Shared helpers of the tests; the paths of the checkout and its data."""
 
 from pathlib import Path
 

@@ -1,4 +1,4 @@
-"""A CI as our tests need it: repositories to clone, a fresh environment, and the very commands of a workflow."""
+"""A CI for tests: repositories to clone, a fresh environment, and the commands of a workflow."""
 
 import importlib.util
 import json
@@ -14,19 +14,19 @@ from typing import Any
 from ruamel.yaml import YAML
 
 from tests.support.programs import GIT as GIT_FROM
-from tests.support.programs import needs
+from tests.support.programs import require_program
 
 GIT = ["git", "-c", "user.name=t", "-c", "user.email=t@example.org", "-c", "init.defaultBranch=main"]
 
 
 def git(*arguments: str | Path, cwd: Path | None = None) -> str:
-    needs("git", GIT_FROM)
+    require_program("git", GIT_FROM)
     done = subprocess.run([*GIT, *map(str, arguments)], cwd=cwd, capture_output=True, text=True, check=True)
     return done.stdout
 
 
-def hosted(folder: Path, server: Path, name: str) -> Path:
-    """Push what is in a folder to a new repository of a server, and return its path there."""
+def push_to_new_repository(folder: Path, server: Path, name: str) -> Path:
+    """Push the content of a folder to a new repository on a server, and return its path there."""
     bare = server / f"{name}.git"
     git("init", "--quiet", "--bare", bare)
     git("init", "--quiet", folder)
@@ -36,17 +36,17 @@ def hosted(folder: Path, server: Path, name: str) -> Path:
     return bare
 
 
-def site_of(environment: Path) -> Path:
-    """Return where an environment has its libraries."""
+def find_site_packages(environment: Path) -> Path:
+    """Return the folder with an environment's libraries."""
     (site,) = environment.glob("lib/python3*/site-packages")
     return site
 
 
 def lend_pip(environment: Path) -> None:
-    """Let an environment that has none use this one's pip."""
-    found = importlib.util.find_spec("pip")
-    assert found is not None and found.origin is not None
-    (site_of(environment) / "pip").symlink_to(Path(found.origin).parent)
+    """Let an environment without pip use this one's."""
+    spec = importlib.util.find_spec("pip")
+    assert spec is not None and spec.origin is not None
+    (find_site_packages(environment) / "pip").symlink_to(Path(spec.origin).parent)
 
 
 def read_yaml(path: Path) -> Any:
@@ -54,10 +54,10 @@ def read_yaml(path: Path) -> Any:
 
 
 class Machine:
-    """A CI's machine: a fresh Python, and only those variables that it is given.
+    """A CI machine: a fresh Python, and only the environment variables that are passed.
 
-    There is no index of packages: what pip is told to install comes from files, without what it needs; that is lent
-    from this environment afterwards. So is pip, before: its own installation takes seconds.
+    There is no package index: pip installs from files without dependencies, and this environment lends those
+    afterwards. It also lends pip, because installing it takes seconds.
     """
 
     def __init__(self, folder: Path) -> None:
@@ -71,9 +71,11 @@ class Machine:
         }  # fmt: skip
 
     def lend(self) -> None:
-        """Let what is installed here be found there."""
+        """Make the packages of this environment importable there."""
         libraries = [path for path in sys.path if Path(path).name == "site-packages"]
-        (site_of(self.home / "python") / "lent.pth").write_text("".join(f"{path}\n" for path in libraries), "utf-8")
+        (find_site_packages(self.home / "python") / "lent.pth").write_text(
+            "".join(f"{path}\n" for path in libraries), "utf-8"
+        )
 
     def run(self, command: str, cwd: Path, **variables: str) -> subprocess.CompletedProcess[str]:
         """Run a command as GitHub and GitLab do: by bash, which stops at the first failure."""
@@ -86,23 +88,23 @@ class Machine:
         return done
 
 
-def github_steps(workflow: Path, known: Mapping[str, str]) -> list[tuple[str, dict[str, str]]]:
-    """Return the commands of a workflow's only job, each with what its `env` gives it.
+def list_github_steps(workflow: Path, known: Mapping[str, str]) -> list[tuple[str, dict[str, str]]]:
+    """Return the commands of a workflow's only job, each with its environment variables.
 
-    `known` are secrets and variables of the repository; what it has not is empty, as on GitHub.
+    `known` are the secrets and variables of the repository; missing ones are empty, as on GitHub.
     """
     (job,) = read_yaml(workflow)["jobs"].values()
 
-    def filled(text: str) -> str:
-        return re.sub(r"\$\{\{ (?:secrets|vars)\.(\w+) \}\}", lambda found: known.get(found[1], ""), text)
+    def fill(text: str) -> str:
+        return re.sub(r"\$\{\{ (?:secrets|vars)\.(\w+) \}\}", lambda steps: known.get(steps[1], ""), text)
 
-    found = []
+    steps = []
     for step in job["steps"]:
         if "run" in step:
-            env = {name: filled(str(value)) for name, value in {**job.get("env", {}), **step.get("env", {})}.items()}
+            env = {name: fill(str(value)) for name, value in {**job.get("env", {}), **step.get("env", {})}.items()}
             assert not [value for value in env.values() if "${{" in value]
-            found.append((step["run"], env))
-    return found
+            steps.append((step["run"], env))
+    return steps
 
 
 def write_json(path: Path, content: Any) -> None:

@@ -1,4 +1,4 @@
-"""The command line in this process: what it prints, and what it says of bad input."""
+"""Run qdot commands in this process: their output, and their one-line errors."""
 
 from contextlib import nullcontext
 from pathlib import Path
@@ -7,16 +7,16 @@ from typing import Any
 from typer.testing import CliRunner, Result
 
 from qdot.grader.cli.main import app
-from tests.support.handing_in import one_process
+from tests.support.submitting import work_in_one_process
 
 
 class _Runner(CliRunner):
-    """Runs commands, which start no processes unless they are told to use more than one."""
+    """Runs commands without starting processes, unless `--jobs` asks for more than one."""
 
     def invoke(self, *args: Any, **options: Any) -> Result:
         command = [str(arg) for arg in args[1]]
-        several = "--jobs" in command and command[command.index("--jobs") + 1] != "1"
-        with nullcontext() if several else one_process():
+        is_parallel = "--jobs" in command and command[command.index("--jobs") + 1] != "1"
+        with nullcontext() if is_parallel else work_in_one_process():
             return super().invoke(*args, **options)
 
 
@@ -29,7 +29,7 @@ def run(*args: str | Path, code: int = 0, stdin: str | None = None) -> str:
     return result.stdout
 
 
-def fails(*args: str | Path) -> str:
+def run_and_fail(*args: str | Path) -> str:
     result = runner.invoke(app, [str(arg) for arg in args])
     assert result.exit_code == 2, result.output
     assert "Traceback" not in result.output

@@ -1,4 +1,4 @@
-"""What can't be read in a figure: names on names, leaders across leaders, links across links."""
+"""Find what makes a figure unreadable: overlapping labels, crossing leaders, crossing links."""
 
 from collections.abc import Mapping
 from itertools import combinations
@@ -12,19 +12,19 @@ from qdot.exercises.figure.pose import compute_skeletons, list_segments
 from qdot.exercises.figure.shapes import Figure, Polyline, Text, Vector2D
 
 Segment = tuple[Vector2D, ...]
-MOST_LED = 0.35
-"""The part of a figure's labels that may have a leader."""
+MAX_LEADER_SHARE = 0.35
+"""The share of a figure's labels that may have a leader."""
 
 
 def draw_arm(chain: Chain, pose: Mapping[str, float] | None = None) -> Figure:
     return draw_with_labels(chain, None if pose is None else tuple(pose.items()))[0]
 
 
-def leaders(figure: Figure) -> list[Segment]:
+def list_leaders(figure: Figure) -> list[Segment]:
     return [shape.points for shape in figure.shapes if isinstance(shape, Polyline) and shape.style == "leader"]
 
 
-def cross(first: Segment, second: Segment) -> bool:
+def segments_cross(first: Segment, second: Segment) -> bool:
     def sides(line: Segment, points: Segment) -> float:
         (x, y), (u, v) = line
         return float(np.prod([(u - x) * (q - y) - (v - y) * (p - x) for p, q in points]))
@@ -32,43 +32,43 @@ def cross(first: Segment, second: Segment) -> bool:
     return sides(first, second) < 0 and sides(second, first) < 0
 
 
-def lies_on(text: Text, line: Segment) -> bool:
-    """Whether a label covers a line that isn't its own, which starts at its edge."""
+def covers_line(text: Text, line: Segment) -> bool:
+    """Return whether a label covers a leader other than its own, which starts at its edge."""
     left, top, right, bottom = text.box
     start, end = np.array(line)
     points = start + np.linspace(0, 1, 60)[:, None] * (end - start)
     inside = ((points > (left + 0.5, top + 0.5)) & (points < (right - 0.5, bottom - 0.5))).all(axis=1)
-    own = left - 0.1 <= start[0] <= right + 0.1 and top - 0.1 <= start[1] <= bottom + 0.1
-    return bool(inside.any()) and not own
+    starts_at_label = left - 0.1 <= start[0] <= right + 0.1 and top - 0.1 <= start[1] <= bottom + 0.1
+    return bool(inside.any()) and not starts_at_label
 
 
-def overlap(first: Text, second: Text) -> bool:
+def labels_overlap(first: Text, second: Text) -> bool:
     a, b = first.box, second.box
     return a[0] < b[2] and b[0] < a[2] and a[1] < b[3] and b[1] < a[3]
 
 
-def faults(figure: Figure) -> list[str]:
-    """What can't be read in a figure."""
-    lines, found = leaders(figure), []
-    if any(overlap(*pair) for pair in combinations(figure.texts, 2)):
-        found.append("two labels overlap")
-    if any(cross(*pair) for pair in combinations(lines, 2)):
-        found.append("two leaders cross")
-    if any(lies_on(text, line) for text in figure.texts for line in lines):
-        found.append("a label lies on a leader")
-    if len(lines) > MOST_LED * len(figure.texts):
-        found.append(f"{len(lines)} of {len(figure.texts)} labels have leaders")
-    return found
+def find_faults(figure: Figure) -> list[str]:
+    """Describe what can't be read in a figure."""
+    lines, faults = list_leaders(figure), []
+    if any(labels_overlap(*pair) for pair in combinations(figure.texts, 2)):
+        faults.append("two labels overlap")
+    if any(segments_cross(*pair) for pair in combinations(lines, 2)):
+        faults.append("two leaders cross")
+    if any(covers_line(text, line) for text in figure.texts for line in lines):
+        faults.append("a label lies on a leader")
+    if len(lines) > MAX_LEADER_SHARE * len(figure.texts):
+        faults.append(f"{len(lines)} of {len(figure.texts)} labels have leaders")
+    return faults
 
 
-def crossings(chain: Chain, arm: Chain, entries: np.ndarray) -> int:
-    """Count the pairs of links that lie across each other in the drawing, by where lines through them meet."""
+def count_link_crossings(chain: Chain, arm: Chain, entries: np.ndarray) -> int:
+    """Count the pairs of links that cross in the drawing, by intersecting the lines through them."""
     frames, corners, path = compute_skeletons(arm, entries[None])
     links = list_segments(frames, corners, path, arm.point.frame)[0] @ choose_view(chain)[:2].T
-    found = 0
+    count = 0
     for i, j in combinations(range(len(links)), 2):
         (a, b), (c, d) = links[i], links[j]
         if j > i + 1 and abs(np.linalg.det(np.column_stack([b - a, c - d]))) > 1e-9:
             along = np.linalg.solve(np.column_stack([b - a, c - d]), c - a)
-            found += bool(((along > 1e-6) & (along < 1 - 1e-6)).all())
-    return found
+            count += bool(((along > 1e-6) & (along < 1 - 1e-6)).all())
+    return count

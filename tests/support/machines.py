@@ -1,7 +1,7 @@
-"""Other machines, as far as this one can be made to look like them: kernels that refuse measures, an ordinary user.
+"""Make this machine look like others: kernels that refuse sandbox measures, Docker's root, an ordinary user.
 
-What a kernel refuses is refused by a filter of system calls, as Docker's is, which the program and all that it starts
-inherits. Only root can become another user; Python is made readable for that one in a namespace of mounts.
+A seccomp filter refuses system calls, as in Docker; the program and its child processes inherit it. Only root can
+become another user; a mount namespace makes Python readable for that user.
 """
 
 import contextlib
@@ -17,18 +17,18 @@ from qdot.grader.sandbox.contained import kernel
 
 NOBODY = 65534
 DOCKERS_ROOT = 0
-KEPT = {0, 1, 3, 4, 5, 6, 7, 8, 10, 13, 18, 27, 29, 31}
-"""The capabilities that root has in Docker, if nothing else is said; to mount, or to look into processes, is none."""
+DOCKER_CAPABILITIES = {0, 1, 3, 4, 5, 6, 7, 8, 10, 13, 18, 27, 29, 31}
+"""The default capabilities of root in Docker, without mounting and without looking into other processes."""
 
 CALLS: dict[str, tuple[tuple[int, int], ...]] = {  # on x86_64, on aarch64
     "namespaces": ((272, 97), (308, 268), (165, 40), (166, 39), (155, 41), (442, 442)),
     "landlock": ((444, 444), (445, 445), (446, 446)),
 }
-"""System calls without which a measure can't be had: unshare, setns, mounts; Landlock's three."""
+"""The system calls that each measure needs: unshare, setns, mounts; Landlock's three."""
 
 
 def _filter(refused: Collection[str]) -> bytes:
-    """Return a filter that answers with EPERM."""
+    """Return a filter that refuses these measures with EPERM."""
     column = {"x86_64": 0, "aarch64": 1}[platform.machine()]
     program = struct.pack("HBBI", 0x20, 0, 0, 0)  # load the number
     for number in (numbers[column] for measure in refused for numbers in CALLS[measure]):
@@ -36,8 +36,8 @@ def _filter(refused: Collection[str]) -> bytes:
     return program + struct.pack("HBBI", 0x06, 0, 0, 0x7FFF0000)
 
 
-def _show_python() -> None:
-    """Let everybody read what Python is made of, also where it lies in a folder that is root's alone."""
+def _make_python_readable() -> None:
+    """Let every user read the Python installation, even if only root can read a folder above it."""
     kernel.unshare(kernel.NEWNS)
     kernel.mount(None, "/", None, kernel.MS_REC | kernel.MS_PRIVATE)
     for prefix in {sys.prefix, sys.base_prefix, str(Path(__file__).parents[2])}:
@@ -50,23 +50,23 @@ def _show_python() -> None:
             os.close(held)
 
 
-def run_on(
+def run_restricted(
     refused: Collection[str],
     program: list[str],
     user: int | None = None,
     home: Path | None = None,
     timeout: float = 120,
 ) -> "subprocess.CompletedProcess[str]":
-    """Run a program of Python where the kernel refuses some measures, as another user if one is given."""
+    """Run a Python program while the kernel refuses some measures, as `user` if that is not None."""
 
     def become() -> None:
         if user == DOCKERS_ROOT:
-            _show_python()
-            for number in set(range(64)) - KEPT:
+            _make_python_readable()
+            for number in set(range(64)) - DOCKER_CAPABILITIES:
                 with contextlib.suppress(OSError):  # there are no more
                     kernel.prctl(kernel.PR_CAPBSET_DROP, number)
         elif user is not None:
-            _show_python()
+            _make_python_readable()
             os.setgroups([])
             os.setresgid(user, user, user)
             os.setresuid(user, user, user)

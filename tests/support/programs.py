@@ -1,4 +1,4 @@
-"""Programs that only some tests need: where one is missing, each says in one line what to install, and is skipped."""
+"""Programs that only some tests need: a test is skipped if one is missing, and says what to install."""
 
 import os
 import shutil
@@ -9,7 +9,7 @@ import pytest
 from tests.support import ROOT
 
 READERS = ROOT / ".venvs" / "readers"
-"""An environment of its own for programs that read exports."""
+"""A separate environment for programs that read exports."""
 READER = "make .venvs/readers/.installed"
 MAXIMA = "apt-get install maxima maxima-share, or brew install maxima"
 GIT = "apt-get install git, or brew install git"
@@ -19,17 +19,17 @@ LATEX = "apt-get install texlive-pictures texlive-latex-extra"
 ACTIONLINT = f"{READER}, go install github.com/rhysd/actionlint/cmd/actionlint@latest, or brew install actionlint"
 
 
-def needs(program: str, how: str, in_ci: bool = True) -> str:
-    """Return the path of a program, of the machine's or else of the readers'.
+def require_program(program: str, how: str, in_ci: bool = True) -> str:
+    """Return the path of a program on PATH or in the readers' environment.
 
-    Where it is missing the test is skipped, or fails in a CI that is to have it.
+    If it is missing, skip the test; in CI fail it if `in_ci`.
     """
-    found = shutil.which(program) or shutil.which(program, path=str(READERS / "bin"))
-    return found if found is not None else _missing(program, how, in_ci)
+    path = shutil.which(program) or shutil.which(program, path=str(READERS / "bin"))
+    return path if path is not None else _missing(program, how, in_ci)
 
 
-def reader(program: str, library: str | None = None) -> str:
-    """Return the path of a program in the environment of readers, or of its Python that has a library."""
+def require_reader(program: str, library: str | None = None) -> str:
+    """Return the path of a program in the readers' environment, which must also have the library if one is named."""
     path = READERS / "bin" / program
     if not path.exists() or (library and not list(READERS.glob(f"lib/python3*/site-packages/{library}"))):
         return _missing(library or Path(program).name, READER, True)
@@ -37,7 +37,7 @@ def reader(program: str, library: str | None = None) -> str:
 
 
 def _missing(program: str, how: str, in_ci: bool) -> str:
-    said = f"{program} is not installed: {how}"
+    message = f"{program} is not installed: {how}"
     if in_ci and os.environ.get("CI"):
-        pytest.fail(f"{said} (in CI its tests run)")
-    pytest.skip(said)
+        pytest.fail(f"{message} (in CI its tests run)")
+    pytest.skip(message)

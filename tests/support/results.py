@@ -1,4 +1,4 @@
-"""Results made by hand, or read from where they were written: nothing is run."""
+"""Results made by hand or read from files, without running anything."""
 
 from collections.abc import Iterable, Sequence
 from dataclasses import replace
@@ -7,20 +7,20 @@ from typing import Any
 
 from qdot.exercises.assignment.assignment import Assignment
 from qdot.exercises.common.json_form import from_json
-from qdot.grader.grading.marking import sum_points
 from qdot.grader.grading.result import CountingSubmission, Override, PartResult, ProblemResult, Result
 from qdot.grader.judging.verdict import Outcome
+from qdot.grader.marking.marking import sum_points
 
 
 def make_override(points: float | None, comment: str = "", group: str | None = None) -> Override:
-    """Return an override as overrides.csv contains it, without the grader's points."""
+    """Return an override as in overrides.csv, without the grader's points."""
     return Override(points, comment, None, group)
 
 
 SHARES = {"correct": 1.0, "partial": 0.5, "wrong": 0.0, "missing": 0.0, "ungraded": None}
 
 
-def part(
+def make_part(
     name: str, outcome: str, max_points: float, answer: str | None = None, mistake: str | None = None, **others: Any
 ) -> PartResult:
     share = SHARES[outcome]
@@ -29,28 +29,28 @@ def part(
     return PartResult(name=name, outcome=Outcome(outcome), max_points=max_points, answer=answer, **fields | others)
 
 
-def result(
+def make_result(
     assignment: Assignment,
     student: str,
     outcomes: Sequence[str] = (),
     answers: Sequence[str | None] = (),
     **others: Any,
 ) -> Result:
-    """Return a student's result: an outcome a part, in order; without outcomes, nothing was handed in."""
+    """Return a student's result with one outcome per part, in order; without outcomes, nothing was submitted."""
     outcome, answer = iter(outcomes or ["missing"] * 99), iter([*answers, *[None] * 99])
     problems = tuple(
         ProblemResult(
             str(assignment.make_problem_id(slot, student)),
             slot.name,
             tuple(
-                part(name, next(outcome), points, next(answer))
+                make_part(name, next(outcome), points, next(answer))
                 for name, points in zip(slot.questions, slot.max_points, strict=True)
             ),
         )
         for slot in assignment.slots
     )
     parts = [each for problem in problems for each in problem.parts]
-    made = Result(
+    built = Result(
         student=student,
         assignment=assignment.key,
         submission=CountingSubmission(f"{student}.ipynb", "0", None) if outcomes else None,
@@ -60,11 +60,11 @@ def result(
         obstacle=None if outcomes else "nothing was handed in",
         problems=problems,
     )
-    return replace(made, **others)
+    return replace(built, **others)
 
 
-def change(of: Result, part_name: str, **changes: Any) -> Result:
-    """Return a result in which a part, as in "p1.jacobian", is changed; its sums stay as they are."""
+def change_part(of: Result, part_name: str, **changes: Any) -> Result:
+    """Return a result with changes to one part, such as "p1.jacobian"; its sums stay unchanged."""
     problems = (
         replace(problem, parts=tuple(_changed(problem.slot, each, part_name, changes) for each in problem.parts))
         for problem in of.problems
@@ -76,20 +76,20 @@ def _changed(slot: str, part: PartResult, name: str, changes: dict[str, Any]) ->
     return replace(part, **changes) if f"{slot}.{part.name}" == name else part
 
 
-def by_student(results: Iterable[Result]) -> dict[str, Result]:
+def index_by_student(results: Iterable[Result]) -> dict[str, Result]:
     return {each.student: each for each in results}
 
 
-def file_of(result: Result) -> str:
-    """Return which notebook counts, nothing where none was handed in."""
+def get_counted_file(result: Result) -> str:
+    """Return the file that counts; empty if nothing was submitted."""
     return "" if result.submission is None else result.submission.file
 
 
-def received(result: Result) -> str | None:
+def get_received_time(result: Result) -> str | None:
     return None if result.submission is None else result.submission.received
 
 
 def read_results(folder: Path) -> dict[str, Result]:
-    """Return what an assignment's last run gave."""
+    """Return the results of an assignment's last run."""
     lines = (folder / "graded" / "results.jsonl").read_bytes().splitlines()
-    return by_student(from_json(Result, line) for line in lines)
+    return index_by_student(from_json(Result, line) for line in lines)

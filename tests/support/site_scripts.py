@@ -1,11 +1,11 @@
-"""Scripts and styles as `npm run build` would leave them, a few small files: for tests that need no page to run."""
+"""Small files instead of the scripts and styles of `npm run build`, for tests that run no page."""
 
 from pathlib import Path
 
 from qdot.exercises.site.pages import SCRIPT_SOURCES, Assets
 
 
-def stand_in(folder: Path) -> Assets:
+def write_stand_in_assets(folder: Path) -> Assets:
     """Write them below a folder, and return what `built_assets` would."""
     (folder / "assets").mkdir(parents=True)
     for name in (*(f"{entry}.js" for entry in SCRIPT_SOURCES), "shared.js", "site.css"):

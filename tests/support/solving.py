@@ -1,4 +1,4 @@
-"""What `qdot solve` writes for an arm, in each of its forms."""
+"""The output of `qdot solve` for an arm, in each of its formats."""
 
 import json
 from contextlib import nullcontext
@@ -11,14 +11,14 @@ from qdot.exercises.solve.time_limited import write_solution
 SECONDS = 600.0
 
 
-def written(chain: Chain, form: str) -> str:
-    """Return what `qdot solve` writes for a chain: "text", "latex" or "json"."""
-    said: list[str] = []
-    write_solution(Robot(chain), form, SECONDS, said.append, lambda _: nullcontext())
-    return "".join(said)
+def solve_to_text(chain: Chain, form: str) -> str:
+    """Return the output of `qdot solve` for a chain: "text", "latex" or "json"."""
+    chunks: list[str] = []
+    write_solution(Robot(chain), form, SECONDS, chunks.append, lambda _: nullcontext())
+    return "".join(chunks)
 
 
-def written_data(chain: Chain) -> dict[str, Any]:
-    """Return what `qdot solve` writes for a chain as JSON."""
-    content: dict[str, Any] = json.loads(written(chain, "json"))
+def solve_to_json(chain: Chain) -> dict[str, Any]:
+    """Return the JSON output of `qdot solve` for a chain, parsed."""
+    content: dict[str, Any] = json.loads(solve_to_text(chain, "json"))
     return content

@@ -1,4 +1,4 @@
-"""The three suites, `make check`, `make test` and `make whole`: which tests, families and problems each takes.
+"""The three suites, `make check`, `make test` and `make whole`: which tests, families and problems each runs.
 
 QDOT_SUITE names the suite, and nothing else chooses tests: a suite runs the same ones every day and on every machine.
 `make whole` runs everything on every family. `make test` leaves out tests marked `whole` or `integration`, and takes
@@ -29,30 +29,30 @@ SHAPES = {
     "spatial, square": "elbow-3r", "spatial, not square": "pan-tilt", "spatial, with slides": "scara",
     "wrist": "wrist-zyz", "six joints": "stanford-6r", "seven joints": "lbr-7r", "random": "random-3",
 }  # fmt: skip
-"""The family that stands for each shape of arm."""
+"""The family that represents each shape of arm."""
 
 
-def shape_of(chain: Chain, is_random: bool) -> str:
-    """Return the shape of a family's arm, in the words of SHAPES."""
+def classify_shape(chain: Chain, is_random: bool) -> str:
+    """Return the shape of a family's arm: a key of SHAPES."""
     if is_random:
         return "random"
     if chain.n >= 6:
         return "six joints" if chain.n == 6 else "seven joints"
     if all(row.startswith("w") for row in chain.task):
         return "wrist"
-    where = "planar" if is_drawn_flat(chain) else "spatial"
+    space = "planar" if is_drawn_flat(chain) else "spatial"
     if bool(chain.prismatic_joints):
-        return f"{where}, with slides"
-    return f"{where}, square" if len(chain.task) == chain.n else f"{where}, not square"
+        return f"{space}, with slides"
+    return f"{space}, square" if len(chain.task) == chain.n else f"{space}, not square"
 
 
-def several(few: Value, all_of_them: Value) -> Value:
+def select_for_suite(few: Value, all_of_them: Value) -> Value:
     """Return `few`, or `all_of_them` in `make whole`."""
     return all_of_them if WHOLE else few
 
 
-def families_for(among: Iterable[str] = tuple(FAMILIES)) -> list[str]:
-    """Return the families of `among` that the suite takes: all, those of SHAPES, or one; at least one."""
+def select_families(among: Iterable[str] = tuple(FAMILIES)) -> list[str]:
+    """Return the families of `among` that the suite runs: all, those of SHAPES, or one; at least one."""
     names = list(among)
     if WHOLE:
         return names
@@ -60,8 +60,8 @@ def families_for(among: Iterable[str] = tuple(FAMILIES)) -> list[str]:
     return shapes[:1] if SUITE == "check" else shapes
 
 
-def of_families(names: Sequence[str]) -> pytest.MarkDecorator:
-    """Run a test, whose argument is `family`, on those of these families that the suite takes."""
+def on_families(names: Sequence[str]) -> pytest.MarkDecorator:
+    """Run a test with the argument `family` on those of these families that the suite runs."""
     return pytest.mark.families(tuple(names))
 
 
@@ -69,17 +69,17 @@ every_family = pytest.mark.families(tuple(FAMILIES), every=True)
 """Run a test on every family in `make test`, too: use it for quick tests only."""
 
 FEW = ("polar-rp", "pan-tilt", "wrist-zyz")
-few_families = pytest.mark.families(several(FEW, tuple(FAMILIES)), every=True)
-"""Run a test on the families FEW: what takes long and is the same for all arms."""
+few_families = pytest.mark.families(select_for_suite(FEW, tuple(FAMILIES)), every=True)
+"""Run a test on the families FEW: use it for slow tests that don't depend on the arm."""
 
 
-def few_of(values: Iterable[Value], most: int) -> list[Value]:
-    """Return `most` of some values, spread evenly over them, and all of them in `make whole`."""
+def sample_for_suite(values: Iterable[Value], most: int) -> list[Value]:
+    """Return at most `most` values, spread evenly; in `make whole` return all."""
     listed = list(values)
     return listed if WHOLE else listed[:: -(-len(listed) // most)]
 
 
-def grouped(names: Iterable[str]) -> list[object]:
+def make_family_params(names: Iterable[str]) -> list[object]:
     """Return families as parameters; all tests of a family run in one process, which derives its structures once."""
     return [pytest.param(name, marks=pytest.mark.xdist_group(name)) for name in names]
 
@@ -96,11 +96,11 @@ EXAMPLES = (
     "grader/judging/test_formulas.py", "grader/diagnosis/test_reasons.py", "grader/grading/test_loop.py",
     "grader/reports/test_reports.py::test_junit",
     "grader/sandbox/test_sandbox.py::test_values_come_out_as_text",
-    "grader/cli/test_cli.py::test_help", "grader/cli/test_cli.py::test_show_in_every_format",
+    "grader/cli/test_cli.py::test_help", "grader/cli/test_cli.py::test_show_prints_the_same_twice",
     "grader/cli/test_cli.py::test_generate_grade_and_check",
     "repository/test_structure.py", "repository/test_suites.py",
 )  # fmt: skip
-"""What `make check` runs: files, or beginnings of the names of tests."""
+"""What `make check` runs: files, or prefixes of test ids."""
 
 
 def is_example(nodeid: str) -> bool:
@@ -113,8 +113,8 @@ def has_examples(path: Path) -> bool:
     return any(ROOT / "tests" / name.partition("::")[0] == path for name in EXAMPLES)
 
 
-def left_out(tests: int, families: int) -> str:
-    """Return the line at the end of a run that says what it left out, and which command runs it."""
+def describe_left_out(tests: int, families: int) -> str:
+    """Return the last line of a run: what it left out, and which command runs it."""
     if WHOLE:
         return "make whole: nothing is left out except the tests skipped above"
     return f"make {SUITE} left out {tests} tests and {families} families of sweeps; `make whole` runs them"

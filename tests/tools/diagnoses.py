@@ -17,7 +17,6 @@ from typing import TypeVar
 import numpy as np
 import sympy as sp
 
-from qdot.exercises.answer_types import Choice, ConditionSet, Direction, Expression, Matching, Number, Selection
 from qdot.exercises.arm.arithmetic import determinant
 from qdot.exercises.arm.derivation_graph import (
     RESULT,
@@ -41,11 +40,12 @@ from qdot.exercises.mistakes.configurations import sample_configurations
 from qdot.exercises.problem.problem import Part, Problem
 from qdot.exercises.questions import QUESTIONS
 from qdot.exercises.questions.results import compute_answer, is_derived
+from qdot.exercises.reference_answers import Choice, ConditionSet, Direction, Expression, Matching, Number, Selection
 from qdot.grader.diagnosis.numbers import is_distinctive
 from qdot.grader.judging.judge import judge
 from qdot.grader.judging.verdict import Outcome
 from tests.support.judging import diagnose
-from tests.support.problems import drawn
+from tests.support.problems import get_problem
 
 LONGEST = 40_000
 
@@ -62,7 +62,7 @@ class Made:
 
 def problems(family: str, seed: int, questions: Collection[str] = tuple(QUESTIONS)) -> Iterator[tuple[Problem, Part]]:
     """Yield the parts of a problem in which a family is asked everything that applies, those that are named."""
-    problem = drawn(family, seed)
+    problem = get_problem(family, seed)
     for part in problem.parts:
         if part.name in questions:
             yield problem, part

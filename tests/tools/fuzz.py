@@ -30,8 +30,7 @@ from qdot.exercises.formula.parser import parse_formula
 from qdot.exercises.formula.program import compile_program, evaluate
 from qdot.exercises.formula.set_parser import Atom, parse_pieces
 from qdot.exercises.formula.trees import Node, ParseError, as_matrix, node_text
-from qdot.grader.judging import answer
-from qdot.grader.judging.answer import assign_values_to_joint, read_conditions
+from qdot.grader.judging.answer_parser import assign_values_to_joint, read_conditions, replace_decimal_commas
 from qdot.grader.judging.compare_command import compare_line
 from qdot.grader.judging.verdict import Judgement, Outcome
 from tests.support import DATA
@@ -141,7 +140,7 @@ def judging(text: str) -> None:
     due = [[parse_formula(EXPRESSION, DOMAIN.roles)]]
     judged = _judged(lambda: judge_expression(text, EXPRESSION, DOMAIN, text_seed(text)))
     if judged.outcome is Outcome.CORRECT:
-        answers = (text, answer.replace_decimal_commas(text))
+        answers = (text, replace_decimal_commas(text))
         if all(_differ([[_alone(_right(parse_formula(answer, DOMAIN.roles)))]], due) for answer in answers):
             raise Find("this expression is not the reference")
     judged = _judged(lambda: judge_matrix(text, MATRIX, DOMAIN, text_seed(text)))

@@ -22,7 +22,7 @@ from typing import Any
 
 from qdot.exercises.common.stream import Stream
 from qdot.grader.submissions.cells import MAX_FILE_BYTES
-from tests.support.handing_in import code
+from tests.support.submitting import code_cell
 from tests.tools.fuzz import TOKENS, changed
 
 OWN, NEIGHBOUR = "s02", "s01"
@@ -172,7 +172,7 @@ def sizes(desk: Desk, rng: Stream) -> None:
         desk.put("hw.ipynb", _changed_cells(desk, lambda cells: cells[2].update(outputs=[output])).encode())
     elif drawn == 3:
         count = rng.choice((3_000, 200_000))
-        empty = [code(rng.choice(("", "1", "x = 1", "1/0", "("))) for _ in range(5)]
+        empty = [code_cell(rng.choice(("", "1", "x = 1", "1/0", "("))) for _ in range(5)]
         desk.put("hw.ipynb", _changed_cells(desk, lambda cells: cells.extend(empty * (count // 5))).encode())
     else:
         desk.put("hw.ipynb", b"{" + rng.choice((b" ", b"[", b'"a":', b",", b"\\")) * rng.choice((10**5, 3 * 10**6)))
@@ -347,7 +347,7 @@ def cells(desk: Desk, rng: Stream) -> None:
             cell, way = all_cells[2 + rng.integer_below(3)], rng.integer_below(5)
             variable = str(cell["source"]).partition(" = ")[0]
             if way == 0:
-                all_cells.insert(rng.integer_below(len(all_cells)), code(rng.choice(_SOURCES)))
+                all_cells.insert(rng.integer_below(len(all_cells)), code_cell(rng.choice(_SOURCES)))
             elif way == 1:
                 cell["source"] = f"{cell['source']}\n{rng.choice(_SOURCES)}"
             elif way <= 3:

@@ -16,7 +16,6 @@ from fractions import Fraction
 
 import numpy as np
 
-from qdot.exercises.answer_types import Expression, Matrix
 from qdot.exercises.common.stream import Stream
 from qdot.exercises.families import FAMILIES
 from qdot.exercises.formula.equality import Domain
@@ -26,6 +25,7 @@ from qdot.exercises.formula.sympy_text import expression_text
 from qdot.exercises.formula.trees import Node, find_names, node_text
 from qdot.exercises.generation import generate, questions_of_family
 from qdot.exercises.problem.problem import ProblemId
+from qdot.exercises.reference_answers import Expression, Matrix
 from qdot.grader.judging.verdict import Outcome
 from tests.support.judging import judge_expression
 

@@ -20,7 +20,6 @@ from typing import Any
 
 import sympy as sp
 
-from qdot.exercises.answer_types import ConditionSet
 from qdot.exercises.arm.chain import Chain, Joint
 from qdot.exercises.common.stream import Stream
 from qdot.exercises.formula.parser import parse_formula
@@ -28,14 +27,15 @@ from qdot.exercises.formula.trees import Node, ParseError
 from qdot.exercises.formula.vocabulary import VOCABULARY
 from qdot.exercises.problem.credit import Credit
 from qdot.exercises.problem.problem import Part, Problem
+from qdot.exercises.reference_answers import ConditionSet
 from qdot.exercises.short_questions import ALL_QUESTIONS
 from qdot.exercises.site.keys import make_key
 from qdot.exercises.site.record import make_arm_record
 from tests.exercises.formula import test_reading as writings
 from tests.support import ROOT
-from tests.support.judging import earned
-from tests.support.problems import asked, drawn
-from tests.support.programs import needs
+from tests.support.judging import judge_with_credit
+from tests.support.problems import ask_question, get_problem
+from tests.support.programs import require_program
 from tests.tools.fuzz import KNOWN, TOKENS, changed, seeds
 
 NODE = "install Node 20.19 or later"
@@ -71,9 +71,9 @@ class Asked:
 @cache
 def problems() -> tuple[Problem, ...]:
     """Return the problems of which answers are compared, with the parts that are typed as formulas or numbers."""
-    arms = [drawn(family, 0) for family in FAMILIES]
-    plain = asked("position", Chain("plain 2R", _TURNING, ("vx", "vy")))
-    parts = tuple(part for kind in TEXTBOOK for part in asked(kind, plain.chain).parts)
+    arms = [get_problem(family, 0) for family in FAMILIES]
+    plain = ask_question("position", Chain("plain 2R", _TURNING, ("vx", "vy")))
+    parts = tuple(part for kind in TEXTBOOK for part in ask_question(kind, plain.chain).parts)
     few = (replace(arm, parts=tuple(part for part in arm.parts if part.kind in KINDS)) for arm in arms)
     return (replace(plain, parts=parts), *few)
 
@@ -152,7 +152,7 @@ def verdict(problem: int, name: str, text: str) -> tuple[str, float]:
 def verdict_on(problem: Problem, part: Part, text: str, seed: str) -> tuple[str, float]:
     """Return the same of an answer to a part of any problem."""
     by_place = replace(part, credit=Credit("entries"))  # the site counts no factors, and no mistakes that explain all
-    judged = earned(problem, by_place, text, seed)
+    judged = judge_with_credit(problem, by_place, text, seed)
     return judged.outcome.value, round(judged.share, 9)
 
 
@@ -166,9 +166,9 @@ def part_of(problem: int, name: str) -> Part:
 
 def site_says(question: Asked) -> dict[str, Any]:
     """Return what the site's reader and its grader say, in one process of Node; without it a test is skipped."""
-    node = needs("node", NODE)
+    node = require_program("node", NODE)
     if not (SITE / "node_modules" / "vite").is_dir():
-        needs("the site's libraries", "cd site && npm ci")
+        require_program("the site's libraries", "cd site && npm ci")
     done = subprocess.run(
         [node, "tools/readings.mjs"], cwd=SITE, input=json.dumps(question.as_json()), capture_output=True, text=True
     )

@@ -13,7 +13,6 @@ from typing import Any
 
 import numpy as np
 
-from qdot.exercises.answer_types import Number
 from qdot.exercises.arm.derivation_graph import compute_numeric_stages
 from qdot.exercises.common.stream import Stream
 from qdot.exercises.formula.algebra import split_terms
@@ -22,6 +21,7 @@ from qdot.exercises.formula.trees import Node, as_matrix, find_names, node_text
 from qdot.exercises.generation import generate
 from qdot.exercises.mistakes.configurations import sample_configurations
 from qdot.exercises.problem.problem import Part, Problem, ProblemId
+from qdot.exercises.reference_answers import Number
 from qdot.exercises.site.keys import make_key
 from qdot.exercises.site.record import MistakeSentences, make_arm_record
 from qdot.exercises.writing.problem_texts import write_answer_code

@@ -35,8 +35,8 @@ from qdot.grader.sandbox.contained import folders
 from qdot.grader.sandbox.sandbox import Limits
 from qdot.grader.submissions.submission import find_submissions, open_submissions
 from tests.support import ROOT
-from tests.support.handing_in import a_class, one_process, right
-from tests.support.results import file_of, read_results
+from tests.support.results import get_counted_file, read_results
+from tests.support.submitting import make_class, make_correct_notebook, work_in_one_process
 from tests.tools.hostile import NEIGHBOUR, OWN, hand_in_drawn
 
 LIMITS = Limits(seconds=6, cell_seconds=2)
@@ -66,8 +66,8 @@ class Class:
     def __init__(self, folder: Path) -> None:
         self.folder = folder
         students = [Student(NEIGHBOUR, "Ada One"), Student(OWN, "Bo Two"), Student("s03", "Cy Three")]
-        self.assignment: Assignment = a_class(folder, students)
-        self.right = {student: right(self.assignment, student) for student in (NEIGHBOUR, OWN)}
+        self.assignment: Assignment = make_class(folder, students)
+        self.right = {student: make_correct_notebook(self.assignment, student) for student in (NEIGHBOUR, OWN)}
         self.submitted, self.graded = folder / "submitted", folder / "graded"
         self.clear()
         self.round(lambda *_: "nothing")  # what is kept of the problems is there from now on
@@ -105,7 +105,7 @@ class Class:
 
     def _here(self, source: Path) -> list[str]:
         """Grade in this process; return what the command would say of the folder."""
-        with open_submissions(source) as root, one_process():
+        with open_submissions(source) as root, work_in_one_process():
             looked = find_submissions(self.assignment, root)
             results = grade_class(self.assignment, looked.by_student, 0, LIMITS)
             results = write_reports(self.assignment, results)
@@ -155,7 +155,7 @@ def _results(graded: Path) -> list[Result]:
 
 def _words(result: Result) -> list[str]:
     """Return all that is said of a result, to whomever."""
-    words = [result.obstacle, file_of(result), *result.notes, *result.staff_notes]
+    words = [result.obstacle, get_counted_file(result), *result.notes, *result.staff_notes]
     return [text for text in (*words, *(part.reason for part in result.parts.values())) if text]
 
 

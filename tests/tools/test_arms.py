@@ -7,15 +7,15 @@ import sympy as sp
 
 from qdot.exercises.arm.chain import Chain, Joint
 from qdot.exercises.arm.robot_file import Robot
-from qdot.exercises.singularities.singularity import Component
-from tests.support.suites import several
+from qdot.exercises.singularities.singular_set import Component
+from tests.support.suites import select_for_suite
 from tests.tools import arms as tool
 from tests.tools.arms import arm, arms, outcome
 
 SECONDS = 6.0
 
 
-@pytest.mark.parametrize("number", several((9, 51), range(0, 300, 6)))
+@pytest.mark.parametrize("number", select_for_suite((9, 51), range(0, 300, 6)))
 def test_solutions_of_random_arms_hold(number: int) -> None:
     robot = arm(number, "a")
     assert outcome(robot, SECONDS).false == (), robot

@@ -3,7 +3,7 @@
 import pytest
 
 from qdot.exercises.common.stream import Stream
-from tests.support.suites import few_of, several
+from tests.support.suites import sample_for_suite, select_for_suite
 from tests.tools.fuzz import PLAIN, TARGETS, TOKENS, Find, changed, checked, seeds
 
 FINDS = [
@@ -14,7 +14,7 @@ FINDS = [
 
 
 @pytest.mark.parametrize("target", dict.fromkeys(TARGETS))
-@pytest.mark.parametrize("text", few_of(FINDS, 3), ids=lambda text: text[:12])
+@pytest.mark.parametrize("text", sample_for_suite(FINDS, 3), ids=lambda text: text[:12])
 def test_what_was_found_is_found_no_more(target: str, text: str) -> None:
     checked(target, text, slower=5)
 
@@ -28,7 +28,7 @@ def test_what_students_write_is_no_find(target: str) -> None:
 @pytest.mark.parametrize("target", ["reading", "printing", "judging"])
 def test_what_is_made_of_it_is_no_find(target: str) -> None:
     rng, texts = Stream(f"test/{target}"), [text for text in seeds() if len(text) < 300]
-    for k in range(several(75, 150)):
+    for k in range(select_for_suite(75, 150)):
         text = rng.choice(texts)
         for _ in range(3):
             text = changed(text, rng, PLAIN if k % 2 else TOKENS, most=600)

@@ -8,7 +8,7 @@ from qdot.exercises.common.stream import Stream
 from qdot.exercises.formula.equality import Domain
 from qdot.exercises.formula.parser import parse_formula
 from qdot.exercises.formula.trees import node_text
-from tests.support.suites import several
+from tests.support.suites import select_for_suite
 from tests.tools.pairs import MUTATIONS, REWRITINGS, Rule, at, changed, differs, put, verdicts
 
 DOMAIN = Domain({"theta1": "angle", "theta2": "angle", "a1": "length", "a2": "length"})
@@ -17,11 +17,11 @@ POSITION = parse_formula("3*a1*cos(theta1) + cos(theta1 + theta2)*sin(theta2)*(a
 
 def test_no_verdict_is_wrong() -> None:
     seen: Counter[tuple[str, bool]] = Counter()
-    for source, kind, due, verdict, answer in verdicts(several(350, 1500)):
+    for source, kind, due, verdict, answer in verdicts(select_for_suite(350, 1500)):
         assert verdict == due, (source, kind, answer)
         seen[kind, due] += 1
-    assert seen["rewritten", True] > several(110, 500)
-    assert seen["changed", False] > several(80, 400)
+    assert seen["rewritten", True] > select_for_suite(110, 500)
+    assert seen["changed", False] > select_for_suite(80, 400)
 
 
 def name_of(rule: Rule) -> str:

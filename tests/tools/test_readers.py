@@ -2,13 +2,13 @@
 
 import pytest
 
-from tests.support.suites import several
+from tests.support.suites import select_for_suite
 from tests.tools.readers import Asked, differences, question_of
 
 
 def test_both_readers_say_the_same() -> None:
     """Trees, refusals and verdicts; `python -m tests.tools.readers --count 20000 --seed x` asks for more."""
-    assert list(differences(question_of(several(15, 6000), "a"))) == []
+    assert list(differences(question_of(select_for_suite(15, 6000), "a"))) == []
 
 
 @pytest.mark.whole

@@ -5,7 +5,7 @@ import json
 import numpy as np
 import pytest
 
-from tests.support.suites import several
+from tests.support.suites import select_for_suite
 from tests.tools.fuzz import KNOWN
 from tests.tools.readers import kept_question, tree_text, verdict
 from tests.tools.site_arms import TARGET as ARMS
@@ -13,7 +13,7 @@ from tests.tools.site_arms import arms_text
 from tests.tools.site_corpus import FORMS, READINGS, SLIPS, TARGET, corpus_case, forms_text, records
 from tests.tools.site_slips import slips_text
 
-EACH = several(9, 1)
+EACH = select_for_suite(9, 1)
 """Of so many cases one is checked."""
 ANEW = "run: python -m tests.tools.site_corpus"
 

@@ -12,8 +12,8 @@ from qdot.exercises.common.stream import Stream
 from qdot.grader.reports.tables import find_work_status
 from qdot.grader.reports.write import write_reports
 from qdot.grader.sandbox.contained import folders
-from tests.support.handing_in import code
-from tests.support.suites import several
+from tests.support.submitting import code_cell
+from tests.support.suites import select_for_suite
 from tests.tools import submissions
 from tests.tools.hostile import KINDS, NEIGHBOUR, OWN, hand_in_drawn
 from tests.tools.submissions import Class, Find, drawn_round
@@ -24,14 +24,14 @@ def made(tmp_path_factory: pytest.TempPathFactory) -> Class:
     return Class(tmp_path_factory.mktemp("class") / "hw")
 
 
-@pytest.mark.parametrize("number", range(several(15, 200)))
+@pytest.mark.parametrize("number", range(select_for_suite(15, 200)))
 def test_what_is_drawn_stops_nobody(made: Class, number: int) -> None:
     drawn_round(made, "test", number)
 
 
 @pytest.mark.parametrize("kind", KINDS)
 def test_every_kind_hands_something_in(kind: str, tmp_path: Path) -> None:
-    cells = [code(f"p1_x{number} = 1") for number in range(5)]
+    cells = [code_cell(f"p1_x{number} = 1") for number in range(5)]
     for number in range(3):
         hand_in_drawn(tmp_path, json.dumps({"cells": cells}), Stream(f"{kind}/{number}"), (kind,))
     assert any(tmp_path.iterdir())

@@ -13,7 +13,6 @@ from itertools import product
 import numpy as np
 import sympy as sp
 
-from qdot.exercises.answer_types import Choice, ConditionSet, Direction, Expression, Matrix, Number, Selection, Words
 from qdot.exercises.arm.chain import Chain
 from qdot.exercises.arm.derivation import TooLong, derive, symbolic_arm_of
 from qdot.exercises.arm.derivation_graph import StageResults, compute_symbolic_stages, to_sympy_matrix
@@ -36,7 +35,17 @@ from qdot.exercises.questions.custom.language import (
 )
 from qdot.exercises.questions.custom.quantities import make_quantities, name_accelerations
 from qdot.exercises.questions.reference import derive_reference
-from qdot.exercises.singularities.singularity import Component, zero_set
+from qdot.exercises.reference_answers import (
+    Choice,
+    ConditionSet,
+    Direction,
+    Expression,
+    Matrix,
+    Number,
+    Selection,
+    Words,
+)
+from qdot.exercises.singularities.singular_set import Component, zero_set
 
 MAX_TRIES = 20
 """Maximum number of random values that are tried until the answer is a finite number."""

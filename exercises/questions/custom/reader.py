@@ -7,7 +7,6 @@ from typing import Any, Literal
 
 import pydantic
 
-from qdot.exercises.answer_types import LETTERS
 from qdot.exercises.common.errors import QdotError, make_name_error
 from qdot.exercises.common.input_file import TomlFile, read_toml
 from qdot.exercises.questions.custom.definition import (
@@ -20,6 +19,7 @@ from qdot.exercises.questions.custom.definition import (
     Texts,
 )
 from qdot.exercises.questions.custom.question import make_question
+from qdot.exercises.reference_answers import LETTERS
 
 ENGLISH = "en"
 LANGUAGES = ("de",)

@@ -95,7 +95,7 @@ export function headLabel(view: View, { name, style, from, vector }: NamedArrow)
 /** Return the length of an arrow on the page (pixels). */
 export const lengthOf = (view: View, { vector }: NamedArrow): number => Math.hypot(...vectorInPixels(view, vector));
 
-/** Return an arrow's shaft and heads in pixels; `twin` adds a second head (angular velocities). Null if too short. */
+/** Return an arrow's shaft and heads in pixels; `hasTwinHead` adds a second head, as for angular velocities. */
 function arrowOf(view: View, { from, vector }: Span, hasTwinHead = false): [shaft: Pixel[], heads: Pixel[][]] | null {
   const [x, y] = pixel(view, from);
   const [dx, dy] = vectorInPixels(view, vector);
@@ -149,6 +149,6 @@ export function Arrows({ view, style, spans }: Drawn & { readonly spans: readonl
   );
 }
 
-/** Return a vector along `direction` that is vectorInPixels with a given length in pixels. */
+/** Return the vector along `direction` (a unit vector) that is as long as some pixels of the view. */
 export const ofPixels = (view: View, direction: Vec3, pixels: number): Vec3 =>
   scaleVector(direction, pixels / view.scale);

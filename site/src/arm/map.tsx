@@ -4,7 +4,8 @@ import type { JSX } from "preact";
 import { memo, withPace } from "../pace.js";
 import { useCallback, useContext, useEffect, useMemo, useRef, useState } from "preact/hooks";
 
-import { inDigits, say } from "../text/text.js";
+import { Choice, optionsOf } from "../controls.js";
+import { inDigits, say, type TextKey } from "../text/text.js";
 import { plainLetters } from "./letters.js";
 import type { Arm } from "./model.js";
 import { rangeOf, within } from "./ranges.js";
@@ -112,8 +113,8 @@ export function SingularMap(props: Pick<Stage, "arm" | "pose" | "measures" | "mo
   return (
     <section class="arm-map" aria-label={say("arm.map.title")}>
       <div class="arm-row">
-        <Axis arm={arm} label={say("arm.map.across")} value={pair[0]} onPick={pickAcross} />
-        <Axis arm={arm} label={say("arm.map.up")} value={pair[1]} onPick={pickUp} />
+        <Axis arm={arm} label="arm.map.across" value={pair[0]} onPick={pickAcross} />
+        <Axis arm={arm} label="arm.map.up" value={pair[1]} onPick={pickUp} />
         <label>
           <span class="arm-unseen">{say("arm.map.shown")}</span>
           <select value={shown} onChange={(event) => setShown(event.currentTarget.value as Shown)}>
@@ -227,22 +228,15 @@ const withDistinctJoints = (next: Pair, before: Pair): Pair => (next[0] === next
 
 interface AxisProps {
   readonly arm: Arm;
-  readonly label: string;
+  readonly label: TextKey;
   readonly value: number;
   readonly onPick: (joint: number) => void;
 }
 
 const Axis = memo(({ arm, label, value, onPick }: AxisProps): JSX.Element => (
-  <label>
-    {label}{" "}
-    <select value={value} onChange={(event) => onPick(Number(event.currentTarget.value))}>
-      {arm.joints.map(({ name }, i) => (
-        <option key={name} value={i}>
-          {plainLetters(name)}
-        </option>
-      ))}
-    </select>
-  </label>
+  <Choice label={label} value={value} onValue={(joint) => onPick(Number(joint))}>
+    {optionsOf(arm.joints.map(({ name }, i) => [i, plainLetters(name)]))}
+  </Choice>
 ));
 
 /** Return the ticks of an axis: every quarter turn of a revolute joint, or five places along a prismatic one. */

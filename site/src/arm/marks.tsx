@@ -186,13 +186,12 @@ function wantedLabels({ arm, state, view, reach, layers, flat, ends }: MarksProp
   const areNamed = layers.frames && Math.min(view.width, view.height) >= ROOMY;
   const origins: [name: string, at: Pixel][] = [["P", pixel(view, point)]];
   if (areNamed)
-    if (areNamed)
-      frames.forEach(({ o }, i) => {
-        const at = pixel(view, o);
-        const same = origins.find(([, other]) => Math.hypot(other[0] - at[0], other[1] - at[1]) < 1);
-        if (same) same[0] += `=O${i}`;
-        else origins.push([`O${i}`, at]);
-      });
+    frames.forEach(({ o }, i) => {
+      const at = pixel(view, o);
+      const same = origins.find(([, other]) => Math.hypot(other[0] - at[0], other[1] - at[1]) < 1);
+      if (same) same[0] += `=O${i}`;
+      else origins.push([`O${i}`, at]);
+    });
   origins.forEach(([name, at], k) =>
     wanted.push({ name, style: "arm-label-p", at, toward: [0.7, k === 0 ? -0.7 : 0.7], gap: flat ? FACE : 4 }),
   );

@@ -53,7 +53,7 @@ export function Space({ arm, state, view, columns, onReady }: SpaceProps): JSX.E
 
 /** Call back when the page becomes light or dark, by the system's setting or by a theme set on the root element. */
 export function onSchemeChange(changed: () => void): () => void {
-  const systemDark = matchMedia("(prefers-color-scheme: systemDark)");
+  const systemDark = matchMedia("(prefers-color-scheme: dark)");
   const themeObserver = new MutationObserver(changed);
   systemDark.addEventListener("change", changed);
   themeObserver.observe(document.documentElement, { attributes: true, attributeFilter: ["data-theme", "class"] });

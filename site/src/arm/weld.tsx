@@ -44,34 +44,11 @@ const STEPS = 20;
 /** What is shown below the path's slider, one at a time, so that it stays in view with the arm. */
 const PARTS = ["chart", "rates", "setup"] as const;
 
-/** The absolute value of a rate. */
-const Rate = ({ of }: { of: string }): JSX.Element => (
-  <>
-    |<Dotted letter={of} />|
-  </>
-);
-
-/** The numeric fields besides the coordinates of B. */
+/** The numeric fields besides the coordinates of B; the limits are those of the absolute value of a rate. */
 const FIELDS = [
-  { name: "speed", text: "arm.weld.speed", label: "v", unit: "m/s", step: 0.01, min: 0.01, max: 2 },
-  {
-    name: "revoluteLimit",
-    text: "arm.weld.turns",
-    label: <Rate of="θ" />,
-    unit: "rad/s",
-    step: 0.1,
-    min: 0.1,
-    max: 20,
-  },
-  {
-    name: "prismaticLimit",
-    text: "arm.weld.slides",
-    label: <Rate of="d" />,
-    unit: "m/s",
-    step: 0.05,
-    min: 0.05,
-    max: 10,
-  },
+  { name: "speed", text: "arm.weld.speed", letter: "v", unit: "m/s", step: 0.01, min: 0.01, max: 2 },
+  { name: "revoluteLimit", text: "arm.weld.turns", letter: "θ", unit: "rad/s", step: 0.1, min: 0.1, max: 20 },
+  { name: "prismaticLimit", text: "arm.weld.slides", letter: "d", unit: "m/s", step: 0.05, min: 0.05, max: 10 },
 ] as const;
 
 export function Welding(props: WeldProps): JSX.Element {
@@ -189,8 +166,8 @@ function SetUp(props: WeldProps & { readonly onSet: (changes: Partial<Weld>) => 
         {axes.map((row) => (
           <Field
             key={row}
-            label={`B${"xyz"[row]}`}
-            say={say("arm.weld.target", { axis: "xyz"[row]! })}
+            letters={`B${"xyz"[row]}`}
+            name={say("arm.weld.target", { axis: "xyz"[row]! })}
             unit="m"
             value={weld.target[row]!}
             step={0.01}
@@ -199,9 +176,26 @@ function SetUp(props: WeldProps & { readonly onSet: (changes: Partial<Weld>) => 
             }
           />
         ))}
-        {FIELDS.filter(({ name }) => name !== "prismaticLimit" || hasPrismatic).map(({ name, text, ...field }) => (
-          <Field key={name} {...field} say={say(text)} value={weld[name]} onSet={(value) => onSet({ [name]: value })} />
-        ))}
+        {FIELDS.filter(({ name }) => name !== "prismaticLimit" || hasPrismatic).map(
+          ({ name, text, letter, ...field }) => (
+            <Field
+              key={name}
+              {...field}
+              letters={
+                name === "speed" ? (
+                  letter
+                ) : (
+                  <>
+                    |<Dotted letter={letter} />|
+                  </>
+                )
+              }
+              name={say(text)}
+              value={weld[name]}
+              onSet={(value) => onSet({ [name]: value })}
+            />
+          ),
+        )}
       </div>
       <p class="arm-hint">{say("arm.weld.task")}</p>
     </>
@@ -209,8 +203,9 @@ function SetUp(props: WeldProps & { readonly onSet: (changes: Partial<Weld>) => 
 }
 
 interface FieldProps {
-  readonly label: ComponentChildren;
-  readonly say: string;
+  /** What is shown before the field, and the field's name for screen readers. */
+  readonly letters: ComponentChildren;
+  readonly name: string;
   readonly unit: string;
   readonly value: number;
   readonly step: number;
@@ -220,16 +215,16 @@ interface FieldProps {
 }
 
 /** A numeric field with its letter and unit. */
-function Field({ label, say, unit, value, step, min = -20, max = 20, onSet }: FieldProps): JSX.Element {
+function Field({ letters, name, unit, value, step, min = -20, max = 20, onSet }: FieldProps): JSX.Element {
   return (
     <label class="arm-field">
       <span aria-hidden="true">
-        <i>{label}</i>
+        <i>{letters}</i>
       </span>
       <input
         type="number"
-        aria-label={say}
-        title={say}
+        aria-label={name}
+        title={name}
         value={decimals(value, 3)}
         step={step}
         min={min}

@@ -71,15 +71,13 @@ export function valleys({ us, vs, values }: Grid, value: Value, zero: number): S
   return linesThrough(cells, crossing, null);
 }
 
+/** Return places with `FINER` steps between neighbours. */
 function finer(places: readonly number[]): number[] {
-  return places.slice(1).reduce<number[]>(
-    (all, place) => {
-      const from = all.at(-1)!;
-      for (let k = 1; k < FINER; k += 1) all.push(from + (k * (place - from)) / FINER);
-      return [...all, place];
-    },
-    places.slice(0, 1),
+  const [first, ...others] = places;
+  const steps = others.flatMap((place, i) =>
+    Array.from({ length: FINER }, (_, k) => places[i]! + ((k + 1) * (place - places[i]!)) / FINER),
   );
+  return [first!, ...steps];
 }
 
 /** Return the cells through which a line of zeros may run, judged by the values around them. */
@@ -189,7 +187,7 @@ export function minima(grid: Grid, value: Value, zero: number): Spot[] {
     for (let i = 0; i < us.length; i += 1) {
       const here = values[j]![i]!;
       if (here > 0.25 * most) continue;
-      const around = [-1, 0, 1].flatMap((b) => [-1, 0, 1].map((a) => values[j + b]?.[i + a] ?? Infinity));
+      const around = NEIGHBOURS.map(([a, b]) => values[j + b]?.[i + a] ?? Infinity);
       if (around.some((other) => other < here)) continue;
       const spot = descend(value, [us[i]!, vs[j]!], du, dv);
       const isNew = spots.every(([u, v]) => Math.abs(u - spot[0]) + Math.abs(v - spot[1]) > 0.2 * (du + dv));
@@ -199,21 +197,18 @@ export function minima(grid: Grid, value: Value, zero: number): Spot[] {
   return spots;
 }
 
+/** The steps to the eight neighbours of a grid point. */
+const NEIGHBOURS = [-1, 0, 1]
+  .flatMap((a) => [-1, 0, 1].map((b): Spot => [a, b]))
+  .filter(([a, b]) => a !== 0 || b !== 0);
+
+/** Return the lowest spot that smaller and smaller steps find. */
 function descend(value: Value, start: Spot, du: number, dv: number): Spot {
   let spot = start;
   let least = value(...spot);
   for (let step = 1; step > 1e-7;) {
     let best = spot;
-    for (const [a, b] of [
-      [1, 0],
-      [-1, 0],
-      [0, 1],
-      [0, -1],
-      [1, 1],
-      [-1, -1],
-      [1, -1],
-      [-1, 1],
-    ] as const) {
+    for (const [a, b] of NEIGHBOURS) {
       const next: Spot = [spot[0] + a * step * du, spot[1] + b * step * dv];
       const there = value(...next);
       if (there < least) [best, least] = [next, there];

@@ -26,10 +26,6 @@ export const COUNT = 5;
 export const MAX_QUESTIONS = 100;
 export const MAX_TRIES = 20;
 const MAX_CHARACTERS = 100;
-const KNOWN = [
-  ...["embed", "lesson", "arm", "question", "difficulty", "variation", "n", "seed", "name", "tries"],
-  ...["origin", "lang"],
-];
 /** Alternative names of a parameter. */
 const SYNONYMS: Readonly<Record<string, string>> = { family: "arm" };
 
@@ -95,25 +91,27 @@ export function readLink(search: string, languages: readonly string[]): Link | M
   };
 }
 
+/** Return the parameters of a link in their order; "" stands for a default value. */
+const parametersOf = ({ wish, ...link }: Link): Readonly<Record<string, string>> => ({
+  embed: link.embed ? "1" : "",
+  lesson: link.lesson,
+  arm: wish.family,
+  question: wish.question,
+  difficulty: String(wish.difficulty ?? ""),
+  variation: wish.variation,
+  n: String(wish.count),
+  seed: link.seed,
+  name: link.name,
+  tries: link.tries > 0 ? String(link.tries) : "",
+  origin: link.origin,
+  lang: link.language,
+});
+
+const KNOWN = Object.keys(parametersOf(EMPTY));
+
 /** Write a link as the end of an address, without its default values. */
-export function writeLink(link: Link): string {
-  const { wish } = link;
-  const parameters: readonly (readonly [string, string])[] = [
-    ["embed", link.embed ? "1" : ""],
-    ["lesson", link.lesson],
-    ["arm", wish.family],
-    ["question", wish.question],
-    ["difficulty", wish.difficulty === null ? "" : String(wish.difficulty)],
-    ["variation", wish.variation],
-    ["n", String(wish.count)],
-    ["seed", link.seed],
-    ["name", link.name],
-    ["tries", link.tries > 0 ? String(link.tries) : ""],
-    ["origin", link.origin],
-    ["lang", link.language],
-  ];
-  return `?${new URLSearchParams(parameters.filter(([, value]) => value !== "").map((parameter) => [...parameter]))}`;
-}
+export const writeLink = (link: Link): string =>
+  `?${new URLSearchParams(Object.entries(parametersOf(link)).filter(([, value]) => value !== ""))}`;
 
 /** Return every question that a link may ask, or why there is none. */
 export function candidatesOf(link: Link, index: Index, lessons: readonly LinkedLesson[]): readonly Item[] | Message {

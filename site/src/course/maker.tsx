@@ -4,10 +4,11 @@ import type { JSX } from "preact";
 import { useEffect, useRef, useState } from "preact/hooks";
 
 import type { Index } from "../bank.js";
+import { Choice, LITERAL, optionsOf } from "../controls.js";
 import { useDebounced } from "../scheduling.js";
 import { LESSONS } from "../learn/lessons.js";
 import { Copied } from "../pages/copied.js";
-import { Choice, WishChoices } from "../practice/wish-choices.js";
+import { WishChoices } from "../practice/wish-choices.js";
 import { LANGUAGES } from "../text/languages.js";
 import { textOf, say, type TextKey } from "../text/text.js";
 import { newSeed } from "../random.js";
@@ -45,12 +46,9 @@ export function Maker({ index }: { index: Index }): JSX.Element {
 
 /** Return the HTML of a frame for the page of a course. */
 function frameOf(address: string, name: string): string {
-  const title = name || say("round.title");
-  return `<iframe src="${escaped(address)}" title="${escaped(title)}" width="100%" height="${HEIGHT}"></iframe>`;
+  const attributes = { src: address, title: name || say("round.title"), width: "100%", height: HEIGHT };
+  return Object.assign(document.createElement("iframe"), attributes).outerHTML;
 }
-
-const escaped = (text: string): string =>
-  text.replaceAll("&", "&amp;").replaceAll('"', "&quot;").replaceAll("<", "&lt;");
 
 interface ChoicesProps {
   readonly index: Index;
@@ -72,11 +70,7 @@ function Choices({ index, link, max, hasWrongOrigin, onLink }: ChoicesProps): JS
         any="maker.no-lesson"
         onValue={(value) => change({ lesson: value, wish: { ...wish, question: "" } })}
       >
-        {LESSONS.map(({ id, title }) => (
-          <option key={id} value={id}>
-            {say(title)}
-          </option>
-        ))}
+        {optionsOf(LESSONS.map(({ id, title }) => [id, say(title)]))}
       </Choice>
       <WishChoices index={index} wish={wish} lesson={lesson} onWish={(wish) => change({ wish })} />
       <Count
@@ -102,11 +96,7 @@ function Choices({ index, link, max, hasWrongOrigin, onLink }: ChoicesProps): JS
         any="maker.any-language"
         onValue={(language) => change({ language })}
       >
-        {Object.entries(LANGUAGES).map(([code, { name }]) => (
-          <option key={code} value={code} lang={code}>
-            {name}
-          </option>
-        ))}
+        {optionsOf(Object.entries(LANGUAGES).map(([code, { name }]) => [code, name, code]))}
       </Choice>
     </form>
   );
@@ -155,11 +145,10 @@ function Words({ label, value, hint = "", wrong = null, onValue }: WordsProps): 
       {say(label)}
       <input
         type="text"
+        {...LITERAL}
         value={value}
         maxLength={100}
         placeholder={hint}
-        spellcheck={false}
-        autocomplete="off"
         aria-invalid={wrong !== null}
         onInput={(event) => onValue(event.currentTarget.value)}
       />

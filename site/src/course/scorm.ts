@@ -88,7 +88,7 @@ const SCORM2004: Model = {
 export const MODELS: Readonly<Record<Version, Model>> = { "1.2": SCORM12, "2004": SCORM2004 };
 
 /**
- * How a data model records answers: `type` and maximum length (`most`) of typed answers; the separators `between`
+ * How a data model records answers: `type` and `maxLength` of typed answers; the separators `between`
  * letters and inside a `pair` of letters; the `name` of the element; and the result of a `wrong` answer.
  */
 type AnswerModel = Readonly<Record<"type" | "between" | "pair" | "name" | "wrong", string>> & {

@@ -3,7 +3,7 @@
 import type { JSX } from "preact";
 import { useEffect, useRef, useState } from "preact/hooks";
 
-import { Button } from "../button.js";
+import { Button } from "../controls.js";
 import type { Index } from "../bank.js";
 import { Current } from "../practice/current.js";
 import { inDigits, message, type Message, textOf, say } from "../text/text.js";

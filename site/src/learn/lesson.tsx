@@ -3,7 +3,7 @@
 import type { JSX } from "preact";
 import { useEffect, useMemo, useRef, useState } from "preact/hooks";
 
-import { Button } from "../button.js";
+import { Button } from "../controls.js";
 import { Arm } from "../arm/panel.js";
 import type { State } from "../arm/model.js";
 import type { Stage } from "../arm/stage.js";
@@ -14,7 +14,7 @@ import type { ArmRecord } from "../pages/live.js";
 import { progressAfter, type Item, nameOf } from "../practice/choice.js";
 import { Current } from "../practice/current.js";
 import { Rich } from "../practice/math.js";
-import { storeProgress, storedProgress } from "../practice/progress.js";
+import { storedState, storeState } from "../practice/stored-state.js";
 import { storage } from "../storage.js";
 import { Offline } from "../offline/offline.js";
 import { type Message, textOf, say } from "../text/text.js";
@@ -216,7 +216,7 @@ function Practice(props: LessonProps & Classes & { hasArrived: boolean; onIdea: 
             setNote(outcomeOf(row, after, attempt));
             onSkill(withRow(skill, classes, at, after));
             // a wrong answer is asked again on the practice page
-            storeProgress(storage, progressAfter(storedProgress(storage), item, right, now));
+            storeState(storage, { progress: progressAfter(storedState(storage).progress, item, right, now) });
           }}
           onNext={() => {
             again.current = false;

@@ -2,15 +2,14 @@
 import "../site.css";
 
 import type { JSX } from "preact";
-import { useMemo, useState } from "preact/hooks";
+import { useMemo } from "preact/hooks";
 
 import type { Index } from "../bank.js";
 import type { ArmRecord } from "../pages/live.js";
 import { showPart } from "../pages/part.js";
 import { Rich } from "../practice/math.js";
-import { storedProgress } from "../practice/progress.js";
+import { type StoredState, useStoredState } from "../practice/stored-state.js";
 import { WithIndex } from "../practice/with-index.js";
-import { storage } from "../storage.js";
 import { say } from "../text/text.js";
 import { Offline } from "../offline/offline.js";
 import { Dots } from "./dots.js";
@@ -18,20 +17,16 @@ import { placesOf } from "./graph.js";
 import { SkillMap } from "./skill-map.js";
 import { LessonView } from "./lesson.js";
 import { type Lesson, LESSONS } from "./lessons.js";
-import { NEW, storeSkills, storedSkills, type Skill, type Skills } from "../practice/skills.js";
+import { NEW } from "../practice/skills.js";
 
 /** The arms of the ideas, as Python wrote them. */
 type Arms = Readonly<Record<"plain" | "elbow", ArmRecord>>;
 
 function Learn({ arms, index }: { arms: Arms; index: Index }): JSX.Element {
-  const [skills, setSkills] = useState<Skills>(() => storedSkills(storage));
+  const [stored, changeStored] = useStoredState();
+  const { lessons: skills } = stored;
   const parameters = new URLSearchParams(window.location.search);
   const lesson = lessonIn(parameters);
-  const note = (id: string, skill: Skill): void => {
-    const next = { ...skills, [id]: skill };
-    setSkills(next);
-    storeSkills(storage, next);
-  };
   if (lesson)
     return (
       <LessonView
@@ -40,20 +35,21 @@ function Learn({ arms, index }: { arms: Arms; index: Index }): JSX.Element {
         index={index}
         skill={skills[lesson.id] ?? NEW}
         isPractising={parameters.has("practise")}
-        onSkill={(skill) => note(lesson.id, skill)}
+        onSkill={(skill) => changeStored({ lessons: { ...skills, [lesson.id]: skill } })}
       />
     );
-  return <List skills={skills} wrong={parameters.get("lesson")} index={index} />;
+  return <List stored={stored} wrong={parameters.get("lesson")} index={index} />;
 }
 
 /** All lessons; the next one is highlighted, and so are lessons that are due for review. */
-function List({ skills, wrong, index }: { skills: Skills; wrong: string | null; index: Index }): JSX.Element {
+function List({ stored, wrong, index }: { stored: StoredState; wrong: string | null; index: Index }): JSX.Element {
+  const { lessons: skills, progress } = stored;
   const problems = useMemo(
     () => index.families.flatMap(({ name, problems }) => problems.map(({ key }) => `${name}/${key}`)),
     [index],
   );
   const now = Date.now();
-  const places = placesOf(index, skills, storedProgress(storage), now);
+  const places = placesOf(index, skills, progress, now);
   const next =
     LESSONS.find(({ id }) => skills[id]?.learned === undefined) ??
     places.find(({ classes }) => classes.some(([, { learned }]) => learned === undefined))?.lesson;

@@ -4,8 +4,7 @@ import type { JSX } from "preact";
 
 import { say } from "../text/text.js";
 import { inClass } from "./dots.js";
-import type { Asked, Place } from "./graph.js";
-import type { Row } from "../practice/skills.js";
+import { type Asked, type Place, standingOf } from "./graph.js";
 
 export function SkillMap({ places }: { places: readonly Place[] }): JSX.Element {
   const layers = Math.max(...places.map(({ lesson }) => lesson.at[0])) + 1;
@@ -64,10 +63,6 @@ function Lines({ places, layers, most }: { places: readonly Place[]; layers: num
 
 const flipped = ([x, y]: readonly [number, number]): [number, number] => [y, x];
 
-/** Return the state of a class of arms. */
-const rowStanding = ({ row, learned, mastered }: Row): keyof typeof SIGNS =>
-  mastered !== undefined ? "mastered" : learned !== undefined ? "learned" : row.length > 0 ? "begun" : "new";
-
 const SIGNS = { new: "○", begun: "◔", learned: "◕", due: "◕", mastered: "●" } as const;
 
 function Skill({ place }: { place: Place }): JSX.Element {
@@ -82,14 +77,17 @@ function Skill({ place }: { place: Place }): JSX.Element {
       </span>
       {classes.length > 1 && standing !== "new" && standing !== "begun" ? (
         <ul class="skill-classes" aria-label={say("classes.title")}>
-          {classes.map(([armClass, row]) => (
-            <li key={armClass.name} class={`is-${rowStanding(row)}`} title={inClass(armClass, row)}>
-              <span aria-hidden="true">
-                {SIGNS[rowStanding(row)]} {say(`classes.${armClass.name}`)}
-              </span>
-              <span class="visually-hidden">{inClass(armClass, row)}</span>
-            </li>
-          ))}
+          {classes.map(([armClass, row]) => {
+            const standing = standingOf({ ...row, goals: [] }, -Infinity);
+            return (
+              <li key={armClass.name} class={`is-${standing}`} title={inClass(armClass, row)}>
+                <span aria-hidden="true">
+                  {SIGNS[standing]} {say(`classes.${armClass.name}`)}
+                </span>
+                <span class="visually-hidden">{inClass(armClass, row)}</span>
+              </li>
+            );
+          })}
         </ul>
       ) : null}
       {missing.length > 0 ? (

@@ -3,7 +3,7 @@
 import type { JSX } from "preact";
 import { useEffect, useRef, useState } from "preact/hooks";
 
-import { Button } from "../button.js";
+import { Button } from "../controls.js";
 import { loadSizes } from "../load.js";
 import { language, message, type Message, textOf, say } from "../text/text.js";
 import { cacheOf, fetchAll, filesOf, megabytes, missingOf, problemsIn, sum, type BankFile } from "./keep.js";

@@ -1,7 +1,7 @@
 // Edit a Denavit-Hartenberg table; errors appear below the row of their cell.
 
 import type { JSX } from "preact";
-import { Button } from "../button.js";
+import { Button, LITERAL } from "../controls.js";
 import { memo } from "../pace.js";
 import { useId } from "preact/hooks";
 
@@ -203,10 +203,8 @@ function Field({ cell, name, text, faults, onText }: FieldProps): JSX.Element {
       </span>
       <input
         type="text"
+        {...LITERAL}
         inputMode="text"
-        autocomplete="off"
-        autocapitalize="off"
-        spellcheck={false}
         placeholder="0"
         maxLength={100}
         aria-label={name}

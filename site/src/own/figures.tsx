@@ -10,7 +10,7 @@ import { sizeName } from "../arm/descriptions.js";
 import { Copied } from "../pages/copied.js";
 import { inDigits, numberSeparator, say } from "../text/text.js";
 
-/** Format with six significant digits, a true minus sign, and 0 for rounding errors relative to `most`. */
+/** Format with six significant digits, a true minus sign, and 0 for rounding errors relative to `largest`. */
 function format(value: number, largest: number): string {
   return inDigits(Math.abs(value) < 1e-12 * Math.max(1, largest) ? 0 : value);
 }

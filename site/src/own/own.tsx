@@ -2,7 +2,7 @@
 // always a link to the arm shown.
 
 import type { JSX } from "preact";
-import { Button } from "../button.js";
+import { Button, Choice, type Option, optionsOf } from "../controls.js";
 import { memo } from "../pace.js";
 import { useCallback, useEffect, useMemo, useRef, useState } from "preact/hooks";
 
@@ -193,21 +193,12 @@ interface BeginProps {
 // `memo`: the menu is not drawn again while the arm moves.
 const Begin = memo((props: BeginProps): JSX.Element => {
   const { code } = language();
-  const options = (all: readonly Known[]): JSX.Element[] =>
-    all.map(({ key, name, titles }) => (
-      <option key={key} value={key}>
-        {titles?.[code] ?? name}
-      </option>
-    ));
+  const named = (all: readonly Known[]): Option[] => all.map(({ key, name, titles }) => [key, titles?.[code] ?? name]);
   return (
-    <label>
-      {say("own.begin")}
-      <select value={props.chosen ?? ""} onChange={(event) => props.onBegin(event.currentTarget.value)}>
-        <option value="">{say("own.typed")}</option>
-        <optgroup label={say("own.plain")}>{options(props.known.plain)}</optgroup>
-        <optgroup label={say("own.robots")}>{options(props.known.robots)}</optgroup>
-      </select>
-    </label>
+    <Choice label="own.begin" value={props.chosen ?? ""} any="own.typed" onValue={props.onBegin}>
+      <optgroup label={say("own.plain")}>{optionsOf(named(props.known.plain))}</optgroup>
+      <optgroup label={say("own.robots")}>{optionsOf(named(props.known.robots))}</optgroup>
+    </Choice>
   );
 });
 

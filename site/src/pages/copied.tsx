@@ -3,7 +3,7 @@
 import type { JSX } from "preact";
 import { useEffect, useState } from "preact/hooks";
 
-import { Button } from "../button.js";
+import { Button } from "../controls.js";
 import { say } from "../text/text.js";
 
 /** How long the confirmation is shown (milliseconds). */

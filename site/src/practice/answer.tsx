@@ -3,7 +3,7 @@
 import type { ComponentChildren, JSX } from "preact";
 import { useMemo, useRef, useState } from "preact/hooks";
 
-import { Button } from "../button.js";
+import { Button, LITERAL, optionsOf } from "../controls.js";
 import type { Part, Problem } from "../bank.js";
 import { withPoints } from "../read/points.js";
 import { parseAnswer } from "../grade/forms.js";
@@ -215,38 +215,21 @@ interface FormulaFieldProps {
 /** A field for a formula, as text or as typeset mathematics. */
 function FormulaField({ label, value, onValue, onEnter, math, isWide = false, startsNewLine }: FormulaFieldProps) {
   if (math) return <MathField label={label} value={value} onValue={onValue} onEnter={onEnter} />;
-  const common = {
+  const attributes = {
+    ...LITERAL,
     class: isWide ? "formula-field wide" : "formula-field",
     "aria-label": label,
     value,
-    spellcheck: false,
-    autocomplete: "off",
-    autocapitalize: "none",
-  } as const;
-  if (!startsNewLine)
-    return (
-      <input
-        type="text"
-        {...common}
-        onInput={(event) => onValue(event.currentTarget.value)}
-        onKeyDown={(event) => {
-          if (event.key === "Enter") onEnter();
-        }}
-      />
-    );
-  return (
-    <textarea
-      {...common}
-      rows={Math.min(MAX_LINES, value.split("\n").length)}
-      onInput={(event) => onValue(event.currentTarget.value)}
-      onKeyDown={(event) => {
-        if (event.key !== "Enter" || event.shiftKey || event.isComposing) return;
-        if (startsNewLine(event.currentTarget.value)) return;
-        event.preventDefault();
-        onEnter();
-      }}
-    />
-  );
+    onInput: (event: { readonly currentTarget: { readonly value: string } }) => onValue(event.currentTarget.value),
+    onKeyDown: (event: KeyboardEvent) => {
+      if (event.key !== "Enter" || event.isComposing) return;
+      if (startsNewLine && (event.shiftKey || startsNewLine(value))) return;
+      event.preventDefault(); // else Enter would check a second time, by submitting the form
+      onEnter();
+    },
+  };
+  if (!startsNewLine) return <input type="text" {...attributes} />;
+  return <textarea {...attributes} rows={Math.min(MAX_LINES, value.split("\n").length)} />;
 }
 
 /** Maximum number of visible lines. */
@@ -389,11 +372,7 @@ function Letters({ problem: { lang }, part, onAnswer }: Field) {
               }}
             >
               <option value="">{say("answer.choose")}</option>
-              {options.map((_, k) => (
-                <option key={k} value={k}>
-                  {LETTERS[k]}
-                </option>
-              ))}
+              {optionsOf(options.map((_, k) => [k, LETTERS[k]!]))}
             </select>
           </label>
         ))}

@@ -2,13 +2,11 @@
 
 import type { JSX } from "preact";
 
-import { Button } from "../button.js";
+import { Button } from "../controls.js";
 import { useLoaded } from "../scheduling.js";
 import { loadProblem } from "../load.js";
 import { say } from "../text/text.js";
-import { type Judged, Task, type TaskProps } from "./task.js";
-
-export type { Judged };
+import { Task, type TaskProps } from "./task.js";
 
 /** One problem. If it follows another one (`arrived`), the page moves to it, also for keyboards and screen readers. */
 export function Current(props: Omit<TaskProps, "problem" | "part">): JSX.Element {

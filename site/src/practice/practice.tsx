@@ -3,7 +3,7 @@
 import type { JSX } from "preact";
 import { useMemo, useRef, useState } from "preact/hooks";
 
-import { Button } from "../button.js";
+import { Button } from "../controls.js";
 import type { Index } from "../bank.js";
 import { message, textOf, say, type TextKey } from "../text/text.js";
 import {
@@ -31,13 +31,10 @@ import {
   outcomesInWords,
   classFinderOf,
 } from "./lesson-credit.js";
-import { storeProgress, storedProgress } from "./progress.js";
 import { Current } from "./current.js";
-import { type StoredState, storeAll } from "./stored-state.js";
+import { useStoredState } from "./stored-state.js";
 import { Settings } from "./settings.js";
 import { Sheet, sheetFrom } from "./sheet.js";
-import { storeSkills, storedSkills, type Skills } from "./skills.js";
-import { storage } from "../storage.js";
 import { WithIndex } from "./with-index.js";
 
 export function Practice(): JSX.Element {
@@ -52,9 +49,9 @@ export function Practice(): JSX.Element {
 
 function Session({ index }: { index: Index }) {
   const [wish, setWish] = useState<Wish>(() => fromLink(window.location.search));
-  const [progress, setProgress] = useState<Progress>(() => storedProgress(storage));
+  const [stored, changeStored] = useStoredState();
+  const { progress, lessons: skills } = stored;
   const [{ place, item }, setChosen] = useState(() => chosenBy(index, wish, progress, null, ""));
-  const [skills, setSkills] = useState<Skills>(() => storedSkills(storage));
   const [moves, setMoves] = useState(0);
   const [isAnsweringDue, setAnsweringDue] = useState(false); // whether due questions are being answered
   const [aim, setAim] = useState<ClassOfTopic | null>(null); // the class of the current review question
@@ -90,12 +87,10 @@ function Session({ index }: { index: Index }) {
   };
   const countVerdict = (item: Item, right: boolean, helped: boolean): void => {
     const now = Date.now();
-    changeProgress(progressAfter(progress, item, right, now));
     const result = countAnswer(skills, item, { right, helped, again: again.current, now }, findClasses);
     again.current = true;
     setNotes(outcomesInWords(result.outcomes));
-    setSkills(result.skills);
-    storeSkills(storage, result.skills);
+    changeStored({ progress: progressAfter(progress, item, right, now), lessons: result.skills });
   };
   const fault = useMemo(() => faultOf(index, wish, window.location.search), [index, wish]);
 
@@ -103,15 +98,6 @@ function Session({ index }: { index: Index }) {
     setWish(wanted);
     window.history.replaceState(null, "", asLink(wanted) || window.location.pathname);
     choose(wanted, null);
-  };
-  const changeProgress = (now: Progress) => {
-    setProgress(now);
-    storeProgress(storage, now);
-  };
-  const restore = (all: StoredState) => {
-    setProgress(all.progress);
-    setSkills(all.lessons);
-    storeAll(storage, all);
   };
   return (
     <div class="workspace">
@@ -125,7 +111,7 @@ function Session({ index }: { index: Index }) {
             showDue(true);
           }}
         />
-        <Settings index={index} wish={wish} kept={{ progress, lessons: skills }} onWish={changeWish} onKept={restore} />
+        <Settings index={index} wish={wish} stored={stored} onWish={changeWish} onRestored={changeStored} />
         {order && order.length > 0 ? (
           <p class="muted set-place">
             {say("practice.set-place", { number: (place % order.length) + 1, count: order.length, set: wish.set })}

@@ -1,22 +1,13 @@
-// Which problems were answered, and when they are due again, stored in this browser.
+// Check and merge stored progress: which problems were answered, and when they are due again.
 
-import { storeText, storedJson } from "../storage.js";
 import { type Attempted, type Progress, WAITS } from "./choice.js";
-
-const KEY = "qdot-progress";
-
-/** Return the stored progress; empty if the browser stores nothing, or something invalid. */
-export const storedProgress = (storage: Storage | null): Progress => storedJson(storage, KEY, checkProgress);
-
-export const storeProgress = (storage: Storage | null, progress: Progress): void =>
-  storeText(storage, KEY, JSON.stringify(progress));
 
 /** Merge two progresses; of an item in both, the one in the higher box is kept. */
 export function mergeProgress(mine: Progress, other: Progress): Progress {
   const merged: Record<string, Attempted> = { ...mine };
   for (const [name, attempt] of Object.entries(other)) {
-    const progressAfter = merged[name];
-    if (!progressAfter || attempt.box > progressAfter.box) merged[name] = attempt;
+    const myAttempt = merged[name];
+    if (!myAttempt || attempt.box > myAttempt.box) merged[name] = attempt;
   }
   return merged;
 }

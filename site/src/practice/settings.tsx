@@ -3,7 +3,7 @@
 import type { JSX } from "preact";
 import { useRef, useState } from "preact/hooks";
 
-import { Button } from "../button.js";
+import { Button } from "../controls.js";
 import type { Index } from "../bank.js";
 import { newSeed } from "../random.js";
 import { say } from "../text/text.js";
@@ -16,9 +16,10 @@ import { saveFile } from "../pages/copied.js";
 interface SettingsProps {
   readonly index: Index;
   readonly wish: Wish;
-  readonly kept: StoredState;
+  readonly stored: StoredState;
   readonly onWish: (wish: Wish) => void;
-  readonly onKept: (all: StoredState) => void;
+  /** Called with the state from a file, or with an empty one. */
+  readonly onRestored: (state: StoredState) => void;
 }
 
 export function Settings(props: SettingsProps): JSX.Element {
@@ -51,16 +52,16 @@ function inShort({ families, questions }: Index, wish: Wish): string {
   return [arm, question, ...more].filter(Boolean).join(" · ");
 }
 
-function More({ wish, kept, onWish, onKept }: SettingsProps) {
+function More({ wish, stored, onWish, onRestored }: SettingsProps) {
   const [error, setError] = useState("");
   const [newSetSeed] = useState(newSeed);
   const file = useRef<HTMLInputElement>(null);
-  const tried = Object.values(kept.progress);
+  const tried = Object.values(stored.progress);
   const due = tried.filter((attempt) => isMissed(attempt) && attempt.box < WAITS.length - 1).length;
   const load = async () => {
     const restored = fromFile((await file.current?.files?.[0]?.text()) ?? "");
     setError(restored ? "" : say("practice.not-progress"));
-    if (restored) onKept(mergeStates(kept, restored));
+    if (restored) onRestored(mergeStates(stored, restored));
     if (file.current) file.current.value = ""; // so that the same file may be chosen again
   };
   const link = `${window.location.origin}${window.location.pathname}${asLink(wish)}`;
@@ -74,13 +75,13 @@ function More({ wish, kept, onWish, onKept }: SettingsProps) {
       <p class="actions">
         <Button
           text={say("practice.save")}
-          onClick={() => saveFile("qdot-progress.json", "application/json", asFile(kept))}
+          onClick={() => saveFile("qdot-progress.json", "application/json", asFile(stored))}
         />
         <Button text={say("practice.load")} onClick={() => file.current?.click()} />
         <Button
           text={say("practice.forget")}
           onClick={() => {
-            if (window.confirm(say("practice.forget-sure"))) onKept(EMPTY_STATE);
+            if (window.confirm(say("practice.forget-sure"))) onRestored(EMPTY_STATE);
           }}
         />
         <a class="button quiet" href={sheetLink({ ...wish, set: wish.set || newSetSeed }, { count: 4, key: false })}>

@@ -3,7 +3,7 @@
 import type { JSX } from "preact";
 import { useState } from "preact/hooks";
 
-import { Button } from "../button.js";
+import { Button, Choice, optionsOf } from "../controls.js";
 import type { Index, Part, Problem } from "../bank.js";
 import { atLeast } from "../grade/levels.js";
 import { useLoaded } from "../scheduling.js";
@@ -53,19 +53,9 @@ export function Sheet({ index, wish, first }: { index: Index; wish: Wish; first:
   return (
     <>
       <form class="settings sheet-settings" onSubmit={(event) => event.preventDefault()}>
-        <label>
-          {say("sheet.count")}
-          <select
-            value={sheet.count}
-            onChange={(event) => change({ ...sheet, count: Number(event.currentTarget.value) })}
-          >
-            {Array.from({ length: MAX_COPIES }, (_, i) => (
-              <option key={i} value={i + 1}>
-                {i + 1}
-              </option>
-            ))}
-          </select>
-        </label>
+        <Choice label="sheet.count" value={sheet.count} onValue={(count) => change({ ...sheet, count: Number(count) })}>
+          {optionsOf(Array.from({ length: MAX_COPIES }, (_, i) => [i + 1, String(i + 1)]))}
+        </Choice>
         {hasSolutions ? (
           <label class="sheet-check">
             <input type="checkbox" checked={sheet.key} onChange={() => change({ ...sheet, key: !sheet.key })} />
@@ -158,30 +148,24 @@ function Paper({ groups, set, withKey }: { groups: readonly Group[]; set: string
 /** Room for an answer by hand: blank lines for numbers and letters, empty space for formulas. */
 function Room({ part }: { part: Part }) {
   const { key } = part;
-  if (key.type === "numbers") {
-    return (
-      <p class="sheet-lines">
-        {key.units.map((unit, i) => (
-          <span key={i}>
-            <span class="sheet-blank" /> {unit}
-          </span>
-        ))}
-      </p>
-    );
-  }
-  if ("option_mistakes" in key) {
-    return (
-      <p class="sheet-lines">
-        {Array.from({ length: key.type === "matching" ? key.items : 1 }, (_, i) => (
-          <span key={i}>
-            {key.type === "matching" ? `${i + 1}: ` : ""}
-            <span class="sheet-blank" />
-          </span>
-        ))}
-      </p>
-    );
-  }
-  return <div class="sheet-room" style={{ "--rows": String((part.shape?.[0] ?? 1) + 2) }} />;
+  const lines = key.type === "numbers" ? key.units.map((unit) => ["", unit]) : linesForLetters(key);
+  if (!lines) return <div class="sheet-room" style={{ "--rows": String((part.shape?.[0] ?? 1) + 2) }} />;
+  return (
+    <p class="sheet-lines">
+      {lines.map(([before, after], i) => (
+        <span key={i}>
+          {before}
+          <span class="sheet-blank" /> {after}
+        </span>
+      ))}
+    </p>
+  );
+}
+
+/** Return the texts before and after each blank for letters; null for other answers. */
+function linesForLetters(key: Part["key"]): string[][] | null {
+  if (!("option_mistakes" in key)) return null;
+  return key.type === "matching" ? Array.from({ length: key.items }, (_, i) => [`${i + 1}: `, ""]) : [["", ""]];
 }
 
 /** A correct answer: rounded numbers, letters without quotes, or a typeset formula. */

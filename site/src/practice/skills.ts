@@ -2,13 +2,11 @@
 // another arm; mastered after one more a day later.
 
 import type { Index } from "../bank.js";
-import { storeText, storedJson } from "../storage.js";
 import { ANYTHING, type Item, items, nameOf, problemsIn, stepOf } from "./choice.js";
 import { message, type Message } from "../text/text.js";
 
 export const NEEDED = 3;
 const DAY = 24 * 3600 * 1000;
-const KEY = "qdot-lessons";
 
 /** Progress in a lesson for a class of arms: the arms answered in a row, and when it was learned and mastered. */
 export type Row = { readonly row: readonly string[]; readonly learned?: number; readonly mastered?: number };
@@ -97,11 +95,6 @@ export function nextIn(all: readonly Item[], skill: Row, asked: readonly string[
 
 /** Return the number of arms in a lesson's items. */
 export const armCountOf = (all: readonly Item[]): number => new Set(all.map(armOf)).size;
-
-export const storedSkills = (storage: Storage | null): Skills => storedJson(storage, KEY, checkSkills);
-
-export const storeSkills = (storage: Storage | null, skills: Skills): void =>
-  storeText(storage, KEY, JSON.stringify(skills));
 
 /** Return the valid entries of stored skills. */
 export function checkSkills(content: unknown): Skills {

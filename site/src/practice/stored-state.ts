@@ -1,20 +1,42 @@
-// All stored progress of a student, also as a file: answered problems and progress in lessons.
+// What the browser stores of a student's work, also as a file: answered problems and progress in lessons.
 
+import { useState } from "preact/hooks";
+
+import { storage, storedJson, storeText } from "../storage.js";
 import type { Progress } from "./choice.js";
-import { checkProgress, mergeProgress, storeProgress } from "./progress.js";
-import { checkSkills, storeSkills, mergeSkills, type Skills } from "./skills.js";
+import { checkProgress, mergeProgress } from "./progress.js";
+import { checkSkills, mergeSkills, type Skills } from "./skills.js";
 
 export type StoredState = { readonly progress: Progress; readonly lessons: Skills };
 
 export const EMPTY_STATE: StoredState = { progress: {}, lessons: {} };
 
-export function storeAll(storage: Storage | null, { progress, lessons }: StoredState): void {
-  storeProgress(storage, progress);
-  storeSkills(storage, lessons);
+const KEYS = { progress: "qdot-progress", lessons: "qdot-lessons" } as const;
+
+/** Return the stored state; a part is empty if the browser stores nothing there, or something invalid. */
+export const storedState = (storage: Storage | null): StoredState => ({
+  progress: storedJson(storage, KEYS.progress, checkProgress),
+  lessons: storedJson(storage, KEYS.lessons, checkSkills),
+});
+
+/** Store the parts of the state that have changed. */
+export function storeState(storage: Storage | null, changes: Partial<StoredState>): void {
+  for (const part of ["progress", "lessons"] as const)
+    if (changes[part]) storeText(storage, KEYS[part], JSON.stringify(changes[part]));
 }
 
-export function asFile(all: StoredState): string {
-  return `${JSON.stringify({ qdot: "progress", version: 2, ...all }, null, 1)}\n`;
+/** Return the stored state, and a function that changes parts of it and stores them. */
+export function useStoredState(): [StoredState, (changes: Partial<StoredState>) => void] {
+  const [state, setState] = useState(() => storedState(storage));
+  const change = (changes: Partial<StoredState>): void => {
+    setState({ ...state, ...changes });
+    storeState(storage, changes);
+  };
+  return [state, change];
+}
+
+export function asFile(state: StoredState): string {
+  return `${JSON.stringify({ qdot: "progress", version: 2, ...state }, null, 1)}\n`;
 }
 
 /** Return the content of a file, which has no lessons in version 1; null if it is no such file. */

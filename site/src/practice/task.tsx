@@ -3,7 +3,7 @@
 import type { JSX } from "preact";
 import { useEffect, useMemo, useRef, useState } from "preact/hooks";
 
-import { Button } from "../button.js";
+import { Button } from "../controls.js";
 import type * as Panel from "../arm/panel.js";
 import { singularIn } from "../arm/is-singular.js";
 import type { Stage } from "../arm/stage.js";
@@ -93,7 +93,7 @@ export function Task(props: TaskProps): JSX.Element {
   const Arm = useArm(step > 2);
   const isPosed = problem.robot.joints.every((joint, i) => part.pose?.[nameOfJoint(joint, i)] !== undefined);
   const first = useMemo(() => ({ ...problem.pose, ...part.pose }), [problem, part]);
-  const figure = (isPosed && part.figure) || problem.figure;
+  const figure = (isPosed && part.figure) || problem.figure; // until the movable arm is loaded
   const isOpen = !isClosed && verdict?.outcome !== "correct" && !helped; // still to be answered
   const hidesFactors = REVEALED_BY_FACTORS.has(part.kind) && verdict?.outcome !== "correct" && !helped;
   const overlay = useMemo(
@@ -237,7 +237,7 @@ export function Task(props: TaskProps): JSX.Element {
             factors={factors}
           />
         ) : (
-          <PrintedFigure figure={figure} />
+          <figure class="drawn" lang="en" dangerouslySetInnerHTML={{ __html: figure }} />
         )}
       </section>
     </>
@@ -253,11 +253,6 @@ const REVEALED_BY_FACTORS: ReadonlySet<string> = new Set([
 
 /** Questions that begin in a pose, but do not ask about this pose. */
 const ABOUT_PATHS: ReadonlySet<string> = new Set(["path-rates", "path-limit"]);
-
-/** The printed figure in place of the stage, until the movable arm is loaded. */
-function PrintedFigure({ figure }: { figure: string }) {
-  return <figure class="drawn" lang="en" dangerouslySetInnerHTML={{ __html: figure }} />;
-}
 
 interface HelpProps {
   readonly item: Item;

@@ -1,33 +1,12 @@
 // The choices of what to practise: arm, question, difficulty, variation of the arms.
 
-import type { ComponentChildren, JSX } from "preact";
+import type { JSX } from "preact";
 
 import type { Index } from "../bank.js";
-import { say, type TextKey } from "../text/text.js";
+import { Choice, type Option, optionsOf } from "../controls.js";
+import { say } from "../text/text.js";
 import { ANYTHING, items, STEPS, variations, type Wish } from "./choice.js";
 import type { Topic } from "./topics.js";
-
-interface ChoiceProps {
-  readonly label: TextKey;
-  readonly value: string;
-  /** The text of the option that chooses nothing. */
-  readonly any: TextKey;
-  /** The other options. */
-  readonly children: ComponentChildren;
-  readonly onValue: (value: string) => void;
-}
-
-export function Choice({ label, value, any, children, onValue }: ChoiceProps): JSX.Element {
-  return (
-    <label>
-      {say(label)}
-      <select value={value} onChange={(event) => onValue(event.currentTarget.value)}>
-        <option value="">{say(any)}</option>
-        {children}
-      </select>
-    </label>
-  );
-}
 
 interface WishChoicesProps {
   readonly index: Index;
@@ -60,7 +39,7 @@ export function WishChoices({ index, wish, lesson, onWish }: WishChoicesProps): 
         any={lesson ? "maker.lesson-arms" : "practice.any-arm"}
         onValue={(family) => change({ family, question: "" })}
       >
-        {index.families.map(titled)}
+        {optionsOf(index.families.map(titled))}
       </Choice>
       <Choice
         label="practice.question"
@@ -70,7 +49,7 @@ export function WishChoices({ index, wish, lesson, onWish }: WishChoicesProps): 
       >
         {groups.map(({ label, all }) => (
           <optgroup key={label} label={label}>
-            {all.map(titled)}
+            {optionsOf(all.map(titled))}
           </optgroup>
         ))}
       </Choice>
@@ -80,9 +59,7 @@ export function WishChoices({ index, wish, lesson, onWish }: WishChoicesProps): 
         any="practice.any-difficulty"
         onValue={(value) => change({ difficulty: value === "" ? null : Number(value) })}
       >
-        {[0, 1, 2, 3, 4].map((step) => (
-          <option key={step}>{step}</option>
-        ))}
+        {optionsOf([0, 1, 2, 3, 4].map((step) => [step, String(step)]))}
       </Choice>
       {known.length > 1 ? (
         <Choice
@@ -91,24 +68,18 @@ export function WishChoices({ index, wish, lesson, onWish }: WishChoicesProps): 
           any="practice.any-variation"
           onValue={(variation) => change({ variation })}
         >
-          {known.map((name) => (
-            <option key={name} value={name}>
-              {variationName(name)}
-            </option>
-          ))}
+          {optionsOf(known.map((name) => [name, variationName(name)]))}
         </Choice>
       ) : null}
     </>
   );
 }
 
-type Titled = { readonly name: string; readonly title: string; readonly lang?: string };
-
-const titled = ({ name, title, lang = "en" }: Titled): JSX.Element => (
-  <option key={name} value={name} lang={lang}>
-    {title}
-  </option>
-);
+const titled = ({
+  name,
+  title,
+  lang = "en",
+}: Readonly<Record<"name" | "title", string>> & { lang?: string }): Option => [name, title, lang];
 
 /** Return the name of a variation step; an instructor's own axes as they are. */
 export function variationName(name: string): string {

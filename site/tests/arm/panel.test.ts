@@ -7,6 +7,7 @@ import { beforeEach, describe, expect, it, vi } from "vitest";
 
 import type { NamedPose } from "../../src/bank.js";
 import { Arm, type ArmProps } from "../../src/arm/panel.js";
+import { onSchemeChange } from "../../src/arm/space.js";
 import { PLAIN, ROBOTS, SIX } from "./robots.js";
 
 // All at once: what is shown is tested here, not when.
@@ -226,4 +227,17 @@ describe("the panel", () => {
       expect(one.getAttribute("aria-label")).toBeTruthy();
     }
   });
+});
+
+it("is painted again when the system changes to its dark scheme", () => {
+  const system = Object.assign(new EventTarget(), { matches: false });
+  const query = vi.spyOn(globalThis, "matchMedia").mockReturnValue(system as unknown as MediaQueryList);
+  const changed = vi.fn();
+  const stop = onSchemeChange(changed);
+  system.dispatchEvent(new Event("change"));
+  stop();
+  system.dispatchEvent(new Event("change"));
+  expect(query).toHaveBeenCalledWith("(prefers-color-scheme: dark)");
+  expect(changed).toHaveBeenCalledTimes(1);
+  query.mockRestore();
 });

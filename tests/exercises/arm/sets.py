@@ -13,7 +13,7 @@ from qdot.exercises.formula.conditions import SEARCH_TOLERANCE, ConfigurationSpa
 from qdot.exercises.formula.parser import parse_formula
 from qdot.exercises.formula.set_parser import Piece, parse_pieces
 from qdot.exercises.singularities.classification import domain_of
-from qdot.exercises.singularities.singularity import singular_set
+from qdot.exercises.singularities.singular_set import singular_set
 from qdot.exercises.verify.singular import find_singular_configurations
 
 

@@ -30,7 +30,7 @@ from qdot.exercises.writing.languages import ENGLISH
 from qdot.exercises.writing.render import find_template_folder, make_environment
 from tests.exercises.arm.poses import Matrix, about, exponential, placed, shift
 from tests.support import ROOT
-from tests.support.suites import several
+from tests.support.suites import select_for_suite
 
 R = sp.Rational
 
@@ -77,7 +77,7 @@ def same_arm(one: Chain, other: Chain, seed: str) -> None:
         np.testing.assert_allclose(jacobian(one, q, lengths), jacobian(other, q, lengths), atol=1e-9)
 
 
-@pytest.mark.parametrize("step", several(["full"], ["chapter", "full"]))
+@pytest.mark.parametrize("step", select_for_suite(["full"], ["chapter", "full"]))
 def test_an_arm_is_written_in_every_convention_and_read_again(family: str, step: str, tmp_path: Path) -> None:
     chain = sample_chain(ProblemId(family, 3, variation=step))
     for convention in CONVENTIONS:
@@ -117,7 +117,7 @@ base = {{position = [0.1, -0.2, 0.3], rpy = [30, 45, 90]}}
         np.testing.assert_allclose(place(chain, q, {"l": long}), (pose @ [0.05, 0, 0.2, 1])[:3], atol=1e-12)
 
 
-@pytest.mark.parametrize("seed", range(several(5, 12)))
+@pytest.mark.parametrize("seed", range(select_for_suite(5, 12)))
 def test_axes_in_any_place_lead_where_their_exponentials_do(seed: int, tmp_path: Path) -> None:
     """Parallel, crossing, skew and coincident axes, slides among them, on a base that is turned."""
     stream = Stream(f"axes/{seed}")

@@ -13,7 +13,7 @@ from qdot.exercises.formula.equality import Domain, choose_default_role, compare
 from qdot.exercises.formula.parser import parse_formula
 from qdot.exercises.formula.trees import Node, as_matrix
 from tests.support import DATA
-from tests.support.suites import few_of
+from tests.support.suites import sample_for_suite
 
 RECORDS = json.loads((DATA / "ground_truth.json").read_text(encoding="utf-8"))
 NAMES = [record["name"] for record in RECORDS]
@@ -102,7 +102,7 @@ def domain_of(arm: Any) -> Domain:
     return Domain({name: choose_default_role(name) for name in (*arm.record["params"], *arm.record["variables"])})
 
 
-@pytest.mark.parametrize("name", few_of(NAMES, 5))
+@pytest.mark.parametrize("name", sample_for_suite(NAMES, 5))
 def test_textbook_jacobians(name: str, textbook_arms: Mapping[str, Any]) -> None:
     arm = textbook_arms[name]
     at_tip = Chain(name, arm.chain.joints, ("vx",))

@@ -16,7 +16,7 @@ from qdot.exercises.common.stream import Stream
 from qdot.exercises.formula.parser import parse_formula
 from qdot.exercises.formula.program import compile_program, evaluate
 from qdot.exercises.verify.numeric_reference import choose_random_configurations, exponential_jacobian
-from tests.support.suites import several
+from tests.support.suites import select_for_suite
 
 T1, T2, A1, A2 = sp.symbols("theta1 theta2 a1 a2")
 FIRST, SECOND = Joint("R", T1, 0, A1, 0), Joint("R", T2, 0, A2, 0)
@@ -98,7 +98,7 @@ def values_of(matrix: sp.Matrix, chain: Chain, q: np.ndarray) -> np.ndarray:
     return found.reshape(matrix.shape)
 
 
-@settings(max_examples=several(8, 60))
+@settings(max_examples=select_for_suite(8, 60))
 @given(chains(), st.integers(0, 10**6))
 def test_all_routes_agree(chain: Chain, seed: int) -> None:
     q = np.random.default_rng(seed).uniform(-2, 2, chain.n)

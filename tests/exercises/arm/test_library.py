@@ -34,8 +34,8 @@ from qdot.exercises.solve.solver import solve
 from tests.exercises.arm.poses import Matrix, about, exponential, placed, shift
 from tests.exercises.arm.sets import rank_ratios, read_pieces, search
 from tests.support import ROOT
-from tests.support.command import fails, run
-from tests.support.suites import several
+from tests.support.command import run, run_and_fail
+from tests.support.suites import select_for_suite
 
 DATA = ROOT / "tests" / "data" / "robots"
 MODELS = {path.stem: json.loads(path.read_text(encoding="utf-8")) for path in sorted(DATA.glob("*.json"))}
@@ -201,7 +201,7 @@ def test_where_a_robot_is_said_to_be_singular_its_jacobian_loses_rank_and_only_t
     for text in said:
         samples = sample_condition(chain, text, name, arm_count=1, samples_per_arm=5)
         assert samples and all(rank_ratios(sample.arm, chain, sample.q) < 1e-6 for sample in samples), text
-    found = search(chain, name, several(40, 300))
+    found = search(chain, name, select_for_suite(40, 300))
     assert len(found.reached) > len(found.starts) / 2
     assert found.are_in(read_pieces(chain, said), 1e-5).all()
 
@@ -283,9 +283,9 @@ def test_a_robot_is_solved_by_its_name(tmp_path: Path, monkeypatch: pytest.Monke
     solved = json.loads(run("solve", "Cobra-600", "--format", "json"))
     assert (solved["name"], solved["determinant"]) == ("Adept Cobra 600", "143*sin(theta2)/1600")
     assert [one["solutions"] for one in solved["singular"]] == [{"theta2": ["0", "pi"]}]
-    assert "(did you mean 'cobra600'?)" in fails("solve", "cobra66")
+    assert "(did you mean 'cobra600'?)" in run_and_fail("solve", "cobra66")
     Path("cobra600").write_text("no arm", encoding="utf-8")
-    assert "cobra600: line 1: not valid TOML" in fails("solve", "cobra600")
+    assert "cobra600: line 1: not valid TOML" in run_and_fail("solve", "cobra600")
 
 
 def test_an_assignment_asks_about_a_robot_of_the_library_unless_it_has_a_file_of_that_name(tmp_path: Path) -> None:

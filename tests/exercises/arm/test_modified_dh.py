@@ -22,11 +22,11 @@ from qdot.exercises.problem.problem import Problem, ProblemId
 from qdot.exercises.verify.certificate import certify
 from qdot.exercises.verify.numeric_reference import compute_modified_frames
 from qdot.exercises.writing.problem_texts import write_hints, write_prompt, write_solutions, write_statement
-from tests.support.suites import few_families, of_families, several
+from tests.support.suites import few_families, on_families, select_for_suite
 
 MODIFIED = "modified-dh"
 FIXED = [name for name, family in FAMILIES.items() if not family.has_varied_structure]
-SOME = several(("polar-rp", "wrist-zyz"), FIXED)
+SOME = select_for_suite(("polar-rp", "wrist-zyz"), FIXED)
 OF_FRAMES = ("transform", "position-vectors", "joint-axes", "link-velocity", "tool-jacobian", "wrist-block",
              "own-frame-velocity")  # fmt: skip
 """Questions whose answers hang on where the frames are."""
@@ -67,7 +67,7 @@ def test_the_frames_are_those_of_the_table_as_it_is_told(family: str) -> None:
         assert np.allclose(values(arm, derive(arm).p_star, lengths, q), p_star, atol=1e-9)
 
 
-@of_families(SOME)
+@on_families(SOME)
 def test_what_hangs_on_the_frames_is_certified(family: str) -> None:
     asked = [name for name in questions_of_family(family, MODIFIED) if name in OF_FRAMES]
     certificate = certify(generate(ProblemId(family, 2, tuple(asked), variation="full", convention=MODIFIED)))
@@ -89,7 +89,7 @@ def test_a_certificate_sees_a_table_that_leads_elsewhere(monkeypatch: pytest.Mon
     assert {"modified table: axes", "modified table: point"} <= failed
 
 
-@of_families(SOME)
+@on_families(SOME)
 def test_no_text_speaks_of_the_frames_of_the_standard_table(family: str) -> None:
     """No z_0, and no p*_0: the frame on the axis of joint 1 is frame 1."""
     problem = generate(ProblemId(family, 1, variation="full", convention=MODIFIED))
@@ -102,7 +102,7 @@ def test_no_text_speaks_of_the_frames_of_the_standard_table(family: str) -> None
     assert not {name: found[0] for name, text in texts.items() if (found := wrong.search(text))}
 
 
-@of_families(FIXED)
+@on_families(FIXED)
 def test_a_figure_shows_the_told_frames(family: str) -> None:
     arm = make_drawable_chain(modified(family))
     _, poses = at_random(arm)

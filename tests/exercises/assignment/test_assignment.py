@@ -12,7 +12,6 @@ from pathlib import Path
 import pytest
 import sympy as sp
 
-from qdot.exercises.answer_types import ConditionSet, Matrix, Number
 from qdot.exercises.arm.chain import CONVENTIONS, Chain, Joint
 from qdot.exercises.arm.robot_file import Robot
 from qdot.exercises.arm.robot_text import robot_text
@@ -25,11 +24,12 @@ from qdot.exercises.common.errors import QdotError
 from qdot.exercises.formula.equality import Rounding
 from qdot.exercises.generation import generate
 from qdot.exercises.problem.problem import Part, Problem, ProblemId
+from qdot.exercises.reference_answers import ConditionSet, Matrix, Number
 from qdot.exercises.writing.problem_texts import write_prompt
 from qdot.grader.grading.certify import CERTIFIER
 from qdot.grader.judging.judge import judge
 from qdot.grader.judging.verdict import Outcome
-from tests.support.command import fails
+from tests.support.command import run_and_fail
 
 PROBLEM = '[[problem]]\nfamily = "planar-2r"\nquestions = ["position"]\n'
 TOML = f'title = "T"\nkey = "hw"\n\n{PROBLEM}'
@@ -47,7 +47,7 @@ def folder(tmp_path: Path) -> Path:
 
 
 def test_a_class_whose_file_is_missing_is_told_what_to_name(tmp_path: Path) -> None:
-    assert str(tmp_path / "class.csv") in fails("init", tmp_path / "hw", "--roster", tmp_path / "class.csv")
+    assert str(tmp_path / "class.csv") in run_and_fail("init", tmp_path / "hw", "--roster", tmp_path / "class.csv")
 
 
 def test_a_new_folder_is_an_assignment(folder: Path) -> None:

@@ -20,7 +20,7 @@ from qdot.exercises.generation import compute_listing, questions_of_family
 from qdot.exercises.questions import QUESTIONS
 from qdot.exercises.short_questions import ALL_QUESTIONS
 from tests.support import ROOT
-from tests.support.suites import families_for
+from tests.support.suites import select_families
 from tests.tools import docs_pages
 from tests.tools.docs_pages import documents, listing_text, write
 
@@ -56,7 +56,7 @@ SLOW = ("lbr-7r", "random-3", "random-4")
 
 @pytest.mark.parametrize(
     "family",
-    [pytest.param(name, marks=[pytest.mark.whole] if name in SLOW else []) for name in families_for()],
+    [pytest.param(name, marks=[pytest.mark.whole] if name in SLOW else []) for name in select_families()],
 )
 def test_what_is_listed_of_a_family_is_what_its_arms_show(family: str) -> None:
     """Where this fails, run: make docs"""

@@ -17,11 +17,11 @@ from qdot.exercises.assignment.assignment import Assignment, Student
 from qdot.exercises.exports.repositories import ACTIONS
 from qdot.exercises.exports.wheel import list_versions, make_wheel
 from tests.support import ROOT
-from tests.support.ci import Machine, git, github_steps, hosted, read_yaml
-from tests.support.command import fails, run
-from tests.support.handing_in import Cells, a_class, right
-from tests.support.hosting import TOKEN, Server, serving
-from tests.support.programs import ACTIONLINT, needs, reader
+from tests.support.ci import Machine, git, list_github_steps, push_to_new_repository, read_yaml
+from tests.support.command import run, run_and_fail
+from tests.support.git_server import TOKEN, Server, serve_repositories
+from tests.support.programs import ACTIONLINT, require_program, require_reader
+from tests.support.submitting import Cells, make_class, make_correct_notebook
 
 PUSHED = "2027-01-15T22:00:00Z"
 SECRET = "0123456789abcdef"
@@ -31,7 +31,7 @@ CHECKS = {"github": "vendor.github-workflows", "gitlab": "vendor.gitlab-ci"}
 @pytest.fixture(scope="module")
 def assignment(tmp_path_factory: pytest.TempPathFactory) -> Assignment:
     folder = tmp_path_factory.mktemp("course") / "hw"
-    made = a_class(folder, [Student("ada", "Ada"), Student("bo"), Student("cy")])
+    made = make_class(folder, [Student("ada", "Ada"), Student("bo"), Student("cy")])
     run("export", folder, "--to", "github", "--to", "gitlab", "--jobs", "1")
     return made
 
@@ -54,7 +54,7 @@ def handed_in(assignment: Assignment, platform: str, server: Server, *students: 
     for student in students:
         folder = exported(assignment, platform) / "students" / student
         files = {path.relative_to(folder).as_posix(): path.read_bytes() for path in folder.rglob("*") if path.is_file()}
-        text = right(assignment, student, half_right if student == "bo" else lambda _: None)
+        text = make_correct_notebook(assignment, student, half_right if student == "bo" else lambda _: None)
         files |= {"hw.ipynb": text.encode(), "pip.py": b"raise SystemExit('a student module was run')\n"}
         server.push(f"course/hw-{student}", files, PUSHED)
 
@@ -92,11 +92,11 @@ class Grading:
 @contextmanager
 def grading(assignment: Assignment, machine: Machine, platform: str, place: Path) -> Iterator[Grading]:
     """Yield a repository that grades, where Ada and Bo have pushed their answers and Cy nothing."""
-    with serving(place / "server") as server:
+    with serve_repositories(place / "server") as server:
         git("init", "--quiet", "--bare", server.bare("course/hw-cy"))
         handed_in(assignment, platform, server, "ada", "bo")
         clone, source = place / "clone", shutil.copytree(exported(assignment, platform) / "grading", place / "grading")
-        git("clone", "--quiet", hosted(Path(source), server.folder, "course/hw-grading"), clone)
+        git("clone", "--quiet", push_to_new_repository(Path(source), server.folder, "course/hw-grading"), clone)
         given = {"GITHUB_STEP_SUMMARY": str(place / "summary.md")} if platform == "github" else {}
         yield Grading(machine, server, clone, {**server.variables(platform), "QDOT_TOKEN": "", **given})
 
@@ -105,7 +105,7 @@ def commands_of(platform: str, clone: Path) -> Sequence[tuple[str, Mapping[str, 
     """Return the commands by which a repository grades, each with its variables."""
     given = {"QDOT_SECRET": SECRET, "QDOT_TOKEN": TOKEN}
     if platform == "github":
-        return github_steps(clone / ".github" / "workflows" / "grade.yml", given)
+        return list_github_steps(clone / ".github" / "workflows" / "grade.yml", given)
     install, *script = read_yaml(clone / ".gitlab-ci.yml")["grade"]["script"]
     return [(install, {}), ("\n".join(script), given)]  # a runner gives one shell all of a script
 
@@ -156,7 +156,7 @@ def test_only_what_grades_has_the_secret_and_notebooks_never_run_beside_the_toke
 def checks(clone: Path, platform: str) -> list[str]:
     """Return the commands by which a student's repository checks itself."""
     if platform == "github":
-        steps = github_steps(clone / ".github" / "workflows" / "check.yml", {})
+        steps = list_github_steps(clone / ".github" / "workflows" / "check.yml", {})
         return [command for command, env in steps if "QDOT_ASK" not in env]
     commands: list[str] = read_yaml(clone / ".gitlab-ci.yml")["check"]["script"]
     return commands
@@ -179,7 +179,7 @@ def test_a_students_repository_checks_itself_without_any_secret(
 ) -> None:
     clone = tmp_path / "clone"
     own = Path(shutil.copytree(exported(assignment, platform) / "students" / "ada", tmp_path / "ada"))
-    git("clone", "--quiet", hosted(own, tmp_path / "server", "ada"), clone)
+    git("clone", "--quiet", push_to_new_repository(own, tmp_path / "server", "ada"), clone)
     install, check = checks(clone, platform)
     machine.run(install, clone)
     done = machine.run(check, clone, GITHUB_STEP_SUMMARY=str(tmp_path / "summary.md"))
@@ -193,10 +193,10 @@ def test_a_students_repository_checks_itself_without_any_secret(
 def test_a_push_asks_for_points_by_a_token_that_can_do_no_more(
     assignment: Assignment, machine: Machine, tmp_path: Path
 ) -> None:
-    with serving(tmp_path / "server") as server:
+    with serve_repositories(tmp_path / "server") as server:
         workflow = exported(assignment, "github") / "students" / "ada" / ".github" / "workflows" / "check.yml"
         known = {"QDOT_ASK": "token-that-asks", "QDOT_ASKED": "repos/course/hw-grading/issues/1"}
-        ((command, env),) = [step for step in github_steps(workflow, known) if "QDOT_ASK" in step[1]]
+        ((command, env),) = [step for step in list_github_steps(workflow, known) if "QDOT_ASK" in step[1]]
         done = machine.run(command, tmp_path, GITHUB_API_URL=server.api, **env)
         assert done.returncode == 0 and not done.stdout, done.stderr
         ((path, edit),) = server.edits
@@ -237,10 +237,10 @@ def quiet(*command: str | Path) -> None:
 
 @pytest.mark.integration
 def test_workflows_and_their_commands_are_as_linters_want_them(assignment: Assignment) -> None:
-    quiet(reader("zizmor"), "--offline", "--no-progress", "--persona", "pedantic", *workflows(assignment))
-    shellcheck = reader("shellcheck")
+    quiet(require_reader("zizmor"), "--offline", "--no-progress", "--persona", "pedantic", *workflows(assignment))
+    shellcheck = require_reader("shellcheck")
     quiet(shellcheck, exported(assignment, "github") / "setup-class.sh")
-    quiet(needs("actionlint", ACTIONLINT, in_ci=False), "-shellcheck", shellcheck, *workflows(assignment))
+    quiet(require_program("actionlint", ACTIONLINT, in_ci=False), "-shellcheck", shellcheck, *workflows(assignment))
 
 
 def test_the_wheel_is_the_same_twice_and_its_libraries_are_named() -> None:
@@ -254,7 +254,7 @@ def test_the_wheel_is_the_same_twice_and_its_libraries_are_named() -> None:
 
 def test_a_check_takes_one_report_which_may_be_standard_output(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.chdir(tmp_path)
-    assert "github=PATH" in fails("check", "mine.md", "--report", "junit=x")
+    assert "github=PATH" in run_and_fail("check", "mine.md", "--report", "junit=x")
     (tmp_path / "mine.md").write_text("```python\np1_determinant = 'a1*a2'\n```")
     said = run("check", "mine.md", "--report", "github=-")
     assert "| p1.determinant | parsed |" in said and [path.name for path in tmp_path.iterdir()] == ["mine.md"]

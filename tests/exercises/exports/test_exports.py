@@ -21,10 +21,10 @@ from qdot.exercises.verify.certificate import certify
 from qdot.grader.grading.certify import find_failures
 from qdot.grader.reports.formats import FORMATS
 from tests.support import ROOT
-from tests.support.command import fails, run
-from tests.support.handing_in import a_class
-from tests.support.site_scripts import stand_in
-from tests.support.suites import several
+from tests.support.command import run, run_and_fail
+from tests.support.site_scripts import write_stand_in_assets
+from tests.support.submitting import make_class
+from tests.support.suites import select_for_suite
 from tests.tools.reference_pages import export_formats_page
 
 DOCS = ROOT / "docs"
@@ -33,7 +33,7 @@ DOCS = ROOT / "docs"
 @pytest.fixture(scope="module")
 def order(tmp_path_factory: pytest.TempPathFactory) -> ExportRequest:
     return ExportRequest(
-        a_class(tmp_path_factory.mktemp("bank") / "hw", [Student("ada")]), find_failures, variant_count=4
+        make_class(tmp_path_factory.mktemp("bank") / "hw", [Student("ada")]), find_failures, variant_count=4
     )
 
 
@@ -67,7 +67,7 @@ def test_a_family_with_few_problems_gives_all_it_has_and_says_so(
 
 def test_a_robot_of_fixed_lengths_is_told_to_be_the_same_for_all(tmp_path: Path) -> None:
     """And not that it is so at a variation, of which it has none."""
-    a_class(tmp_path, [Student("ada")])
+    make_class(tmp_path, [Student("ada")])
     asked = '[[problem]]\nrobot = "scorbot"\nquestions = ["jacobian"]\n'
     (tmp_path / "assignment.toml").write_text(f'title = "T"\nkey = "hw"\n{asked}')
     assignment = load_assignment(tmp_path)
@@ -108,9 +108,9 @@ def test_a_bank_is_of_the_variation_that_is_asked_for(order: ExportRequest, tmp_
     assert [path.name for path in plain] == [path.name for path in own]
     assert [path.read_bytes() for path in plain] != [path.read_bytes() for path in own]
     for export_format in ("prairielearn", "html"):
-        refused = fails("export", folder, "--to", export_format, "--variation", "chapter")
+        refused = run_and_fail("export", folder, "--to", export_format, "--variation", "chapter")
         assert "(moodle, canvas, qti, scorm, stack)" in refused and f"for {export_format}," in refused
-    assert "'plain'" in fails(*command, tmp_path / "plain", "--variation", "plain")
+    assert "'plain'" in run_and_fail(*command, tmp_path / "plain", "--variation", "plain")
 
     # A place that can't be asked of other arms is named.
     tied = order.assignment.slots[0]
@@ -122,7 +122,7 @@ def test_a_bank_is_of_the_variation_that_is_asked_for(order: ExportRequest, tmp_
 @pytest.fixture(scope="module")
 def assets(tmp_path_factory: pytest.TempPathFactory) -> Iterator[None]:
     """What stands for the site's scripts, which packages of SCORM hold."""
-    made = stand_in(tmp_path_factory.mktemp("scripts") / "dist")
+    made = write_stand_in_assets(tmp_path_factory.mktemp("scripts") / "dist")
     with pytest.MonkeyPatch.context() as patch:
         patch.setattr(scorm, "find_assets", lambda: made)
         yield
@@ -158,7 +158,7 @@ def certified(order: ExportRequest) -> ExportRequest:
             known[name] = find_failures(problem)
         return known[name]
 
-    return replace(order, variant_count=several(1, 2), has_solutions=True, find_failures=failures)
+    return replace(order, variant_count=select_for_suite(1, 2), has_solutions=True, find_failures=failures)
 
 
 @pytest.mark.parametrize("export_format", EXPORT_FORMATS)
@@ -187,8 +187,8 @@ def test_export_as_an_instructor_uses_it(order: ExportRequest, tmp_path: Path) -
     run("export", folder, "--to", "latex", "--page", "letter", "--out", tmp_path / "here", "--jobs", "1")
     source = tmp_path / "here" / "handout" / "ada.tex"
     assert stat.S_IMODE(source.stat().st_mode) == 0o644 and "letterpaper" in source.read_text()
-    assert "'htm' (did you mean 'html'?)" in fails("export", folder, "--to", "htm")
-    assert "no-such" in fails("export", tmp_path / "no-such", "--to", "html")
+    assert "'htm' (did you mean 'html'?)" in run_and_fail("export", folder, "--to", "htm")
+    assert "no-such" in run_and_fail("export", tmp_path / "no-such", "--to", "html")
 
 
 def test_reports_are_asked_for_by_format_and_path(order: ExportRequest, tmp_path: Path) -> None:
@@ -200,8 +200,8 @@ def test_reports_are_asked_for_by_format_and_path(order: ExportRequest, tmp_path
     assert all((tmp_path / name).stat().st_size for name in of_a_class)
     printed = run("grade", folder, "--report", "csv=-", "--jobs", "1")
     assert printed == (tmp_path / "csv").read_text()  # the summary is elsewhere
-    assert "FORMAT=PATH" in fails("grade", folder, "--report", "csv")
-    assert "'cvs'" in fails("grade", folder, "--report", "cvs=x")
+    assert "FORMAT=PATH" in run_and_fail("grade", folder, "--report", "csv")
+    assert "'cvs'" in run_and_fail("grade", folder, "--report", "cvs=x")
 
 
 def test_the_page_of_export_formats_is_up_to_date() -> None:

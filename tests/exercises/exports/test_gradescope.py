@@ -17,7 +17,7 @@ from qdot.grader.integrations.gradescope import apply_attempt_policy, find_due_d
 from qdot.grader.reports.gradescope import GradescopeResults, StaffData
 from tests.support.ci import Machine, write_json
 from tests.support.command import run
-from tests.support.handing_in import TOML, Cells, a_class, code, right
+from tests.support.submitting import TOML, Cells, code_cell, make_class, make_correct_notebook
 
 SECRET = "0123456789abcdef"
 ADA = {"id": 7, "email": "ada@x.org", "name": "Ada Lovelace"}
@@ -26,7 +26,7 @@ ADA = {"id": 7, "email": "ada@x.org", "name": "Ada Lovelace"}
 @pytest.fixture(scope="module")
 def assignment(tmp_path_factory: pytest.TempPathFactory) -> Assignment:
     folder = tmp_path_factory.mktemp("course") / "hw"
-    made = a_class(folder, [Student("ada", "Ada Lovelace", "ada@x.org"), Student("bo", "Bo B", "bo@x.org")])
+    made = make_class(folder, [Student("ada", "Ada Lovelace", "ada@x.org"), Student("bo", "Bo B", "bo@x.org")])
     late = "due = 2027-01-10T00:00:00Z\nlate = {per_day = 0.1}\n[[problem]]"
     (folder / "assignment.toml").write_text(TOML.replace("[[problem]]", late))
     run("export", folder, "--to", "gradescope", "--jobs", "1")
@@ -56,10 +56,10 @@ def set_up(assignment: Assignment, tmp_path_factory: pytest.TempPathFactory) -> 
     place = tmp_path_factory.mktemp("gradescope")
 
     def spy(cells: Cells) -> None:
-        cells.insert(1, code(f"stolen = open({str(place / 'source/assignment/secret.txt')!r}).read()"))
+        cells.insert(1, code_cell(f"stolen = open({str(place / 'source/assignment/secret.txt')!r}).read()"))
         cells[-1]["source"] = "p1_determinant = stolen"
 
-    root = laid_out(assignment, place, right(assignment, "ada", spy))
+    root = laid_out(assignment, place, make_correct_notebook(assignment, "ada", spy))
     machine = Machine(place / "machine")
     given = {"AUTOGRADER": str(root), "QDOT_HOME": str(place / "opt")}
     setup = (root / "source" / "setup.sh").read_text()
@@ -92,7 +92,7 @@ def test_late_by_gradescopes_clock_and_due_by_its_extension(assignment: Assignme
     own = {**ADA, "assignment": {"due_date": "2027-01-12T00:00:00Z"}}
     general = {"due_date": "2027-01-10T00:00:00Z"}
     late = {"created_at": "2027-01-12T10:00:00-00:00", "assignment": general}
-    root = laid_out(assignment, tmp_path / "a", right(assignment, "ada"), users=[ADA], **late)
+    root = laid_out(assignment, tmp_path / "a", make_correct_notebook(assignment, "ada"), users=[ADA], **late)
     results = make_results(root, "after_due_date")
     assert results.score == pytest.approx(4 * 0.7)  # three days begun since the 10th
     assert "30 % of your 4 points" in results.output
@@ -106,7 +106,7 @@ def test_whose_it_is_and_no_mark_where_that_is_not_known(
     assignment: Assignment, tmp_path: Path, capsys: pytest.CaptureFixture[str]
 ) -> None:
     stranger = {"id": 8, "email": "eve@x.org", "name": "Eve"}
-    root = laid_out(assignment, tmp_path, right(assignment, "bo"), users=[stranger])
+    root = laid_out(assignment, tmp_path, make_correct_notebook(assignment, "bo"), users=[stranger])
     (root / "results" / "results.json").write_text("{}")
     assert main([str(root)]) == 2
     assert not (root / "results" / "results.json").exists()  # Gradescope says that there is no mark

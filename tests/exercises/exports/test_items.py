@@ -8,7 +8,6 @@ from typing import Any
 import numpy as np
 import pytest
 
-from qdot.exercises.answer_types import Number
 from qdot.exercises.arm.conventions.base import VELOCITY_NAMES
 from qdot.exercises.arm.kinematics import NumericChain
 from qdot.exercises.assignment.assignment import Student, load_assignment
@@ -21,10 +20,11 @@ from qdot.exercises.families import FAMILIES
 from qdot.exercises.generation import generate, questions_of_family
 from qdot.exercises.problem.problem import Problem, ProblemId
 from qdot.exercises.questions.results import is_derived
+from qdot.exercises.reference_answers import Number
 from qdot.exercises.verify.numeric_reference import exponential_jacobian
-from tests.support.handing_in import a_class
-from tests.support.problems import drawn
-from tests.support.suites import several
+from tests.support.problems import get_problem
+from tests.support.submitting import make_class
+from tests.support.suites import select_for_suite
 
 TOML = """title = "Arms & <signs>"
 key = "hw"
@@ -42,7 +42,7 @@ questions = ["speed"]
 
 
 def an_order(folder: Path, toml: str = TOML, variants: int = 2) -> ExportRequest:
-    assignment = a_class(folder / "hw", [Student("ada")])
+    assignment = make_class(folder / "hw", [Student("ada")])
     (assignment.folder / "assignment.toml").write_text(toml)
     return ExportRequest(load_assignment(assignment.folder), lambda _: [], variant_count=variants)
 
@@ -174,9 +174,9 @@ def test_numbers_are_written_as_platforms_read_them() -> None:
     assert float(format_tolerance(0.0123451)) >= 0.0123451
 
 
-@pytest.mark.parametrize("family", several(["planar-3r"], ["planar-2r", "elbow-3r", "planar-3r"]))
+@pytest.mark.parametrize("family", select_for_suite(["planar-3r"], ["planar-2r", "elbow-3r", "planar-3r"]))
 def test_numbers_are_asked_for_as_they_are_and_mistakes_give_others(family: str) -> None:
-    problem = drawn(family, 0)
+    problem = get_problem(family, 0)
     parts = [part for part in problem.parts if isinstance(part.answer, Number)]
     assert len(parts) >= 3
     for part in parts:

@@ -14,7 +14,7 @@ import pytest
 from qdot.exercises.assignment.assignment import Student, load_assignment
 from qdot.exercises.exports.export_format import ExportRequest
 from qdot.exercises.exports.registry import EXPORT_FORMATS
-from tests.support.handing_in import a_class
+from tests.support.submitting import make_class
 
 DATA = json.loads((Path(__file__).parents[2] / "data" / "moodle_columns.json").read_text())
 TITLE = f"Arms & <signs> / {'velocity ' * 40}"
@@ -36,7 +36,7 @@ questions = ["match-columns", "singular-drawing", "dependence"]
 @pytest.fixture(scope="module", params=["moodle", "stack"])
 def quiz(request: pytest.FixtureRequest, tmp_path_factory: pytest.TempPathFactory) -> ET.Element:
     folder = tmp_path_factory.mktemp("columns") / "hw"
-    a_class(folder, [Student("ada")])
+    make_class(folder, [Student("ada")])
     (folder / "assignment.toml").write_text(TOML)
     file, *_ = EXPORT_FORMATS[request.param].export(
         ExportRequest(load_assignment(folder), lambda _: [], variant_count=1)

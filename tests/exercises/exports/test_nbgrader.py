@@ -23,8 +23,8 @@ from qdot.exercises.problem.problem import name_answer_variable
 from qdot.grader.integrations.nbgrader_cells import MAX_LINE_LENGTH, fill_in_marks, make_outputs, restore_cells
 from qdot.grader.reports.rows import PartRow
 from tests.support.command import run
-from tests.support.handing_in import TOML, a_class, grade
-from tests.support.programs import reader
+from tests.support.programs import require_reader
+from tests.support.submitting import TOML, grade, make_class
 
 NAMES = ("p1-position", "p1-jacobian", "p1-determinant")
 POINTS = dict(zip(("p1.position", "p1.jacobian", "p1.determinant"), (1.0, 2.0, 1.0), strict=True))
@@ -57,7 +57,7 @@ SCORES = {"late": 2.34, "wrong": 2.6, "meddles": 3, "blank": 0}
 @pytest.fixture(scope="module")
 def assignment(tmp_path_factory: pytest.TempPathFactory) -> Assignment:
     folder = tmp_path_factory.mktemp("course") / "hw"
-    a_class(folder, [Student(name) for name in SCORES])
+    make_class(folder, [Student(name) for name in SCORES])
     late = "due = 2027-01-10T00:00:00Z\nlate = {per_day = 0.1}\n[[problem]]"
     (folder / "assignment.toml").write_text(TOML.replace("[[problem]]", late))
     run("export", folder, "--to", "nbgrader", "--jobs", "1")
@@ -142,7 +142,7 @@ class NbGrader:
 def running(assignment: Assignment, tmp_path_factory: pytest.TempPathFactory) -> Iterator[NbGrader]:
     """nbgrader, in one process for all that is done with it."""
     with (tmp_path_factory.mktemp("nbgrader") / "errors.txt").open("w+") as errors:
-        made = NbGrader(reader("python", "nbgrader"), course(assignment), errors)
+        made = NbGrader(require_reader("python", "nbgrader"), course(assignment), errors)
         yield made
         made.process.communicate(timeout=60)
         assert made.process.returncode == 0
@@ -288,7 +288,7 @@ def test_an_answer_that_is_still_blank_is_one_that_was_not_changed() -> None:
 def test_names_are_given_as_nbgrader_imports_them_which_takes_no_plus_in_an_identifier(tmp_path: Path) -> None:
     students = [Student("ada", "Ada King Lovelace", "ada@example.org"), Student("hen"), Student("ada+x")]
     notes: list[str] = []
-    order = ExportRequest(a_class(tmp_path / "hw", students), lambda _: (), report=notes.append)
+    order = ExportRequest(make_class(tmp_path / "hw", students), lambda _: (), report=notes.append)
     (names,) = (str(file.content) for file in export_nbgrader(order) if file.path == "students.csv")
     assert names.splitlines()[:3] == [
         "id,first_name,last_name,email", "ada,Ada King,Lovelace,ada@example.org", "hen,,,"

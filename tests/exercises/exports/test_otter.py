@@ -20,8 +20,8 @@ from qdot.exercises.exports.otter import PLUGIN_PATH, list_parts
 from qdot.exercises.problem.problem import name_answer_variable
 from qdot.grader.integrations.otter_marks import grade_for_otter, list_marks, require_full_points, write_marks_code
 from tests.support.command import run
-from tests.support.handing_in import TOML, a_class
-from tests.support.programs import reader
+from tests.support.programs import require_reader
+from tests.support.submitting import TOML, make_class
 
 Answers = dict[str, str]
 
@@ -29,7 +29,7 @@ Answers = dict[str, str]
 @pytest.fixture(scope="module")
 def assignment(tmp_path_factory: pytest.TempPathFactory) -> Assignment:
     folder = tmp_path_factory.mktemp("class") / "hw"
-    a_class(folder, [Student("ada", "Ada Lovelace", "ada@example.org"), Student("hen")])
+    make_class(folder, [Student("ada", "Ada Lovelace", "ada@example.org"), Student("hen")])
     (folder / "assignment.toml").write_text(TOML)
     run("export", folder, "--to", "otter", "--jobs", "1")
     return load_assignment(folder)
@@ -114,7 +114,7 @@ Found = dict[str, tuple[float, str]]
 
 @pytest.fixture(scope="module")
 def autograder(assignment: Assignment) -> Path:
-    otter, here = reader("otter", "otter"), exported(assignment)
+    otter, here = require_reader("otter", "otter"), exported(assignment)
     subprocess.run([otter, "assign", "hw.ipynb", "dist"], cwd=here, env=ENVIRONMENT, check=True, capture_output=True)
     (archive,) = (here / "dist/autograder").glob("*.zip")
     return archive
@@ -122,7 +122,7 @@ def autograder(assignment: Assignment) -> Path:
 
 def scored(autograder: Path, folder: Path, submission: Path) -> Found:
     """Return what `otter run` says of a submission: each test's score and output."""
-    command = [reader("otter", "otter"), "run", "-a", str(autograder), "-o", str(folder), str(submission)]
+    command = [require_reader("otter", "otter"), "run", "-a", str(autograder), "-o", str(folder), str(submission)]
     done = subprocess.run(command, env=ENVIRONMENT, capture_output=True, text=True)
     assert done.returncode == 0, done.stderr[-2000:]
     tests = json.loads((folder / "results.json").read_text())["tests"]

@@ -42,12 +42,12 @@ from qdot.exercises.writing.problem_texts import write_hints, write_prompt, writ
 from qdot.exercises.writing.short_answer import write_short_answer
 from qdot.exercises.writing.typst import TYPST_WIDTH, escape_typst, to_typst
 from qdot.grader.grading.certify import find_failures
-from qdot.grader.grading.marking import compute_earned_share
+from qdot.grader.marking.marking import compute_earned_share
 from tests.grader.reports.test_feedback import Page
-from tests.support.command import fails
-from tests.support.handing_in import a_class
-from tests.support.programs import LATEX, POPPLER, needs
-from tests.support.suites import few_families, several
+from tests.support.command import run_and_fail
+from tests.support.programs import LATEX, POPPLER, require_program
+from tests.support.submitting import make_class
+from tests.support.suites import few_families, select_for_suite
 
 TOML = """title = 'Rates & "poses" #1'
 key = "hw"
@@ -73,7 +73,7 @@ DOCUMENT = """#set document(title: "All", date: none)
 @pytest.fixture(scope="module")
 def order(tmp_path_factory: pytest.TempPathFactory) -> ExportRequest:
     folder = tmp_path_factory.mktemp("paper") / "hw"
-    a_class(folder, CLASS)
+    make_class(folder, CLASS)
     (folder / "assignment.toml").write_text(TOML, encoding="utf-8")
     return ExportRequest(load_assignment(folder), find_failures)
 
@@ -84,7 +84,7 @@ def files(order: ExportRequest, export_format: str) -> dict[str, ExportedFile]:
 
 def text_of(content: str | bytes, folder: Path) -> str:
     """Return what Poppler reads in a PDF."""
-    needs("pdftotext", POPPLER)
+    require_program("pdftotext", POPPLER)
     assert isinstance(content, bytes)
     (folder / "it.pdf").write_bytes(content)
     return told_by("pdftotext", folder, "-layout", "-")
@@ -143,7 +143,7 @@ def test_nothing_is_typed_on_paper_where_every_answer_has_a_box_and_a_short_form
 @few_families
 def test_figures_are_drawn_by_latex_as_in_svg(problem: Problem) -> None:
     drawn = [draw_figure_svg(problem.chain)]
-    for part in problem.parts[-several(3, 6) :]:
+    for part in problem.parts[-select_for_suite(3, 6) :]:
         drawn += [draw_part_svg(problem.chain, part, "p"), draw_singular_configurations(problem, part, "s")]
     for svg in filter(None, drawn):
         picture = convert_to_tikz(svg)
@@ -282,7 +282,7 @@ HEAVY = {
 
 def an_exam(folder: Path, asked: dict[str, list[str]]) -> ExportRequest:
     """Return the order of an exam in one version, of a problem for each family."""
-    a_class(folder, CLASS)
+    make_class(folder, CLASS)
     problems = "".join(f'[[problem]]\nfamily = "{name}"\nquestions = {asked[name]}\n' for name in asked)
     text = f"title = 'Exam'\nkey = 'exam'\n{problems}".replace("'", '"')
     (folder / "assignment.toml").write_text(text, encoding="utf-8")
@@ -401,7 +401,7 @@ def test_what_can_not_be_written_keeps_no_other_export_format_from_it(
     monkeypatch.setitem(__import__("sys").modules, "typst", None)
     monkeypatch.setitem(EXPORT_FORMATS, "stack", replace(EXPORT_FORMATS["stack"], export=failing))
     command: list[str | Path] = ["export", order.assignment.folder, "--jobs", "1", "--out", tmp_path]
-    said = fails(*command, "--to", "html", "--to", "pdf", "--to", "stack", "--to", "latex")
+    said = run_and_fail(*command, "--to", "html", "--to", "pdf", "--to", "stack", "--to", "latex")
     assert make_install_command("pdf") in said and "stack: nothing can be asked" in said
     assert (tmp_path / "html" / "handout" / "ada.html").exists() and not (tmp_path / "pdf").exists()
     assert (tmp_path / "latex" / "handout" / "ada.tex").exists()
@@ -415,7 +415,7 @@ def test_what_is_asked_of_export_formats_is_checked_before_the_first_is_written(
         (["--to", "pfd"], "'pfd'"), (["--to", "canvas", "--sheet", "key", "--solutions"], "a key has no worked"),
         (["--sheet", "exams"], "'exams' (did you mean 'exam'?)"), (["--page", "a5"], "'a5'"),
     ):  # fmt: skip
-        assert said in fails(*command, *asked)
+        assert said in run_and_fail(*command, *asked)
     assert not list(tmp_path.iterdir())
 
 
@@ -431,7 +431,7 @@ def test_latex_is_whole(order: ExportRequest) -> None:
 
 def compiled(source: str | bytes, folder: Path) -> str:
     """Return what pdflatex says of a sheet."""
-    program = needs("pdflatex", LATEX, in_ci=False)
+    program = require_program("pdflatex", LATEX, in_ci=False)
     (folder / "sheet.tex").write_text(str(source), encoding="utf-8")
     done = subprocess.run([program, "-interaction=nonstopmode", "sheet"], cwd=folder, capture_output=True)
     assert done.returncode == 0, done.stdout[-3000:]
@@ -449,7 +449,7 @@ def test_latex_compiles(order: ExportRequest, asked: dict[str, Any], tmp_path: P
 @pytest.mark.parametrize("convention", ["screws", "dh"])
 def test_a_table_of_oblique_axes_keeps_within_the_page(convention: str, tmp_path: Path) -> None:
     """It is too wide to stand beside the figure; that of a DH table isn't."""
-    order = ExportRequest(a_class(tmp_path / "hw", [Student("ada")]), find_failures)
+    order = ExportRequest(make_class(tmp_path / "hw", [Student("ada")]), find_failures)
     asked = '[[problem]]\nfamily = "planar-3r"\nvariation = "full"\nquestions = ["position"]\n'
     text = f'title = "T"\nkey = "hw"\n{asked}convention = "{convention}"\n'
     (order.assignment.folder / "assignment.toml").write_text(text)
@@ -500,7 +500,7 @@ questions = ["position"]
 
 @pytest.mark.parametrize("file_type", ["html", "pdf", "latex"])
 def test_an_exam_has_a_front_page(file_type: str, tmp_path: Path) -> None:
-    folder = a_class(tmp_path / "hw", CLASS[:1]).folder
+    folder = make_class(tmp_path / "hw", CLASS[:1]).folder
     (folder / "assignment.toml").write_text(FRONT_PAGE)
     (folder / "logo.png").write_bytes(PNG)
     request = ExportRequest(load_assignment(folder), find_failures, sheet="exam")
@@ -525,7 +525,7 @@ def test_an_exam_has_a_front_page(file_type: str, tmp_path: Path) -> None:
     ],
 )
 def test_what_is_wrong_of_a_front_page_is_said(old: str, new: str, reason: str, tmp_path: Path) -> None:
-    folder = a_class(tmp_path / "hw", CLASS[:1]).folder
+    folder = make_class(tmp_path / "hw", CLASS[:1]).folder
     (folder / "assignment.toml").write_text(FRONT_PAGE.replace(old, new))
     (folder / "logo.png").write_bytes(PNG)
     (folder / "roster.svg").write_text("id,name")

@@ -23,7 +23,6 @@ from xml.etree import ElementTree
 
 import pytest
 
-from qdot.exercises.answer_types import LETTERS
 from qdot.exercises.assignment.assignment import FEEDBACK
 from qdot.exercises.assignment.attempt_policy import AttemptPolicy
 from qdot.exercises.exports import canvas, moodle, qti
@@ -38,8 +37,9 @@ from qdot.exercises.exports.items import (
     WrongValue,
     make_items,
 )
+from qdot.exercises.reference_answers import LETTERS
 from tests.exercises.exports.test_items import an_order
-from tests.support.programs import reader
+from tests.support.programs import require_reader
 
 TOML = """title = "Arms & <signs> / more"
 key = "hw"
@@ -388,7 +388,7 @@ END_GROUP
 
 def test_canvas_is_given_what_text2qti_gives_it(order: ExportRequest, asked: list[QuizItem], tmp_path: Path) -> None:
     (tmp_path / "quiz.txt").write_text(TEXT2QTI)
-    subprocess.run([reader("text2qti"), "quiz.txt"], cwd=tmp_path, check=True, capture_output=True)
+    subprocess.run([require_reader("text2qti"), "quiz.txt"], cwd=tmp_path, check=True, capture_output=True)
     golden = unzipped((tmp_path / "quiz.zip").read_bytes())
     unmatched = [one for one in asked if not isinstance(one.form, MatchingForm)]
     ours = unzipped(files_of(canvas.export_canvas, order, unmatched)["hw.zip"])
@@ -440,7 +440,7 @@ def test_that_vectors_are_asked_for_by_one_entry_is_told_once(order: ExportReque
 
 def test_qti_is_read_by_citolab(qti_file: bytes, tmp_path: Path) -> None:
     (tmp_path / "two.zip").write_bytes(qti_file)
-    command = [reader("qti-convert"), "upgrade", str(tmp_path / "two.zip"), str(tmp_path / "three.zip")]
+    command = [require_reader("qti-convert"), "upgrade", str(tmp_path / "two.zip"), str(tmp_path / "three.zip")]
     done = subprocess.run(command, capture_output=True, text=True)
     assert done.returncode == 0, done.stderr
     three = unzipped((tmp_path / "three.zip").read_bytes())
@@ -466,7 +466,7 @@ def test_qti_holds_to_its_schema(qti_file: bytes, tmp_path: Path) -> None:
         if name == "test.xml" or name.startswith("items/"):
             paths.append(tmp_path / name.replace("/", "-"))
             paths[-1].write_bytes(content)
-    command = [reader("python", "lxml"), "-c", VALIDATE, os.environ["QDOT_QTI"]]
+    command = [require_reader("python", "lxml"), "-c", VALIDATE, os.environ["QDOT_QTI"]]
     done = subprocess.run([*command, *map(str, paths)], capture_output=True, text=True)
     assert done.returncode == 0, done.stderr
 

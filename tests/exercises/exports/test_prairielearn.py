@@ -18,7 +18,6 @@ import chevron
 import jsonschema
 import pytest
 
-from qdot.exercises.answer_types import LETTERS, Expression, Matrix
 from qdot.exercises.assignment.assignment import Student, load_assignment
 from qdot.exercises.assignment.attempt_policy import AttemptPolicy
 from qdot.exercises.common.errors import QdotError
@@ -28,9 +27,10 @@ from qdot.exercises.exports.prairielearn import find_assignment_number, list_inp
 from qdot.exercises.exports.registry import EXPORT_FORMATS
 from qdot.exercises.mistakes.catalogue import CATALOGUE
 from qdot.exercises.problem.problem import Problem
+from qdot.exercises.reference_answers import LETTERS, Expression, Matrix
 from qdot.grader.integrations.prairielearn import MAX_ANSWER_LENGTH
-from tests.support.elements import filled
-from tests.support.handing_in import a_class
+from tests.support.prairielearn_forms import fill_form
+from tests.support.submitting import make_class
 
 TOML = """title = "Velocity \\"kinematics\\""
 key = "Hw"
@@ -61,7 +61,7 @@ Data = dict[str, Any]
 @pytest.fixture(scope="module")
 def order(tmp_path_factory: pytest.TempPathFactory) -> ExportRequest:
     folder = tmp_path_factory.mktemp("pl") / "hw"
-    a_class(folder, [Student("ada")])
+    make_class(folder, [Student("ada")])
     (folder / "assignment.toml").write_text(TOML)
     (folder / "arm.toml").write_text(ROBOT)
     return ExportRequest(load_assignment(folder), lambda _: [], variant_count=2)
@@ -136,7 +136,7 @@ def form(question: Question, problem: Problem, answers: dict[str, str]) -> Data:
     """Return what a browser sends for the answers to some parts, by their names."""
     sent: Data = {}
     for name, text in answers.items():
-        sent |= filled(problem[name], text, question.data["params"])
+        sent |= fill_form(problem[name], text, question.data["params"])
     return sent
 
 
@@ -378,7 +378,7 @@ def test_what_is_blank_or_fails_in_qdot_or_is_of_another_engine_costs_no_attempt
         question.submit(answers)
         assert list(question.data["format_errors"]) == ["position"]
     question = Question(course, "hw-p3", 1)
-    monkeypatch.setattr("qdot.grader.grading.marking.judge_parsed", fails)
+    monkeypatch.setattr("qdot.grader.marking.marking.judge_parsed", fails)
     question.submit({"rank": "2"})
     assert "qdot failed" in question.data["format_errors"]["rank"] and "rank" not in question.data["partial_scores"]
     question.data["params"]["engine"] += 1

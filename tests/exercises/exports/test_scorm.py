@@ -29,9 +29,9 @@ from qdot.exercises.exports.export_format import ExportedFile, ExportRequest
 from qdot.exercises.exports.registry import EXPORT_FORMATS
 from qdot.grader.cli.main import app
 from tests.exercises.exports.test_items import an_order
-from tests.support.command import fails, run, runner
-from tests.support.programs import reader
-from tests.support.site_scripts import stand_in
+from tests.support.command import run, run_and_fail, runner
+from tests.support.programs import require_reader
+from tests.support.site_scripts import write_stand_in_assets
 
 TOML = """title = "Arms & <signs>"
 key = "hw-1.a"
@@ -50,7 +50,7 @@ credit = {position = 0.5}
 
 @pytest.fixture(scope="module")
 def patched(tmp_path_factory: pytest.TempPathFactory) -> Iterator[None]:
-    assets = stand_in(tmp_path_factory.mktemp("scripts") / "dist")
+    assets = write_stand_in_assets(tmp_path_factory.mktemp("scripts") / "dist")
     with pytest.MonkeyPatch.context() as patch:
         patch.setattr(scorm, "find_assets", lambda: assets)
         yield
@@ -160,7 +160,7 @@ for path in paths:
 def test_a_manifest_holds_to_its_schemas(made: dict[str, dict[str, bytes]], version: str, tmp_path: Path) -> None:
     path = tmp_path / "imsmanifest.xml"
     path.write_bytes(made[version]["imsmanifest.xml"])
-    command = [reader("python", "lxml"), "-c", VALIDATE, os.environ["QDOT_SCORM"], version, str(path)]
+    command = [require_reader("python", "lxml"), "-c", VALIDATE, os.environ["QDOT_SCORM"], version, str(path)]
     done = subprocess.run(command, capture_output=True, text=True)
     assert done.returncode == 0, done.stderr
 
@@ -254,4 +254,4 @@ def test_packages_are_written_by_the_command_and_need_the_sites_scripts(
     assert told(unzipped((written / "hw-1.a-scorm12.zip").read_bytes()))["pass"] == 0.6
     assert runner.invoke(app, ["export", str(folder), "--to", "scorm", "--pass", "101"]).exit_code == 2
     monkeypatch.setattr(scorm, "find_assets", lambda: None)
-    assert "the site's scripts are not built: run `make site`" in fails(*asked)
+    assert "the site's scripts are not built: run `make site`" in run_and_fail(*asked)

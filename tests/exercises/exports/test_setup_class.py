@@ -15,10 +15,10 @@ import pytest
 from qdot.exercises.assignment.assignment import Student
 from tests.support import ROOT
 from tests.support.ci import git
-from tests.support.command import fails, run
-from tests.support.github_api import github
-from tests.support.handing_in import a_class
-from tests.support.programs import GH, GIT, needs
+from tests.support.command import run, run_and_fail
+from tests.support.fake_github import github
+from tests.support.programs import GH, GIT, require_program
+from tests.support.submitting import make_class
 
 SECRET = "0123456789abcdef"
 ROSTER = "student,name,email,GitHub\nada,Ada,,ada-l\nbo,,,@bo\n"
@@ -70,19 +70,19 @@ def enrol(folder: Path, roster: str) -> None:
 @pytest.fixture(scope="module")
 def exported(tmp_path_factory: pytest.TempPathFactory) -> Path:
     folder = tmp_path_factory.mktemp("course") / "hw"
-    a_class(folder, [Student("ada"), Student("bo")])
+    make_class(folder, [Student("ada"), Student("bo")])
     enrol(folder, ROSTER)
     return folder
 
 
 @pytest.fixture
 def course(exported: Path, tmp_path: Path) -> Class:
-    needs("git", GIT)
+    require_program("git", GIT)
     folder, state = tmp_path / "hw", tmp_path / "state"
     shutil.copytree(exported, folder)
     (state / "bin").mkdir(parents=True)
     program = state / "bin" / "gh"
-    program.write_text((ROOT / "tests" / "support" / "gh.py").read_text())
+    program.write_text((ROOT / "tests" / "support" / "fake_gh.py").read_text())
     program.chmod(0o755)
     made = Class(folder, state)
     made.knows()
@@ -91,7 +91,7 @@ def course(exported: Path, tmp_path: Path) -> Class:
 
 @pytest.mark.integration
 def test_the_real_gh_sets_up_a_class_and_run_again_it_changes_nothing(course: Class) -> None:
-    needs("gh", GH)
+    require_program("gh", GH)
     (course.state / "bin" / "gh").unlink()
     with tempfile.TemporaryDirectory(prefix="gh") as short, github(Path(short, "g"), "course", "ada-l", "bo") as hub:
         done = course.setup("course", **TOKENS, **hub.environment)
@@ -163,7 +163,7 @@ def test_a_dry_run_says_all_and_does_nothing(course: Class) -> None:
 def without_gh(course: Class) -> None:
     (course.state / "bin" / "gh").unlink()
     for name in ("bash", "dirname", "git"):
-        (course.state / "bin" / name).symlink_to(needs(name, GIT))
+        (course.state / "bin" / name).symlink_to(require_program(name, GIT))
 
 
 @pytest.mark.parametrize(
@@ -192,4 +192,4 @@ def test_what_is_missing_is_one_message_and_nothing_is_done(
 
 def test_a_login_that_is_none_is_refused_when_it_is_exported(course: Class) -> None:
     (course.folder / "roster.csv").write_text("student,github\nada,ada lovelace\n")
-    assert "'ada lovelace' of ada" in fails("export", course.folder, "--to", "github")
+    assert "'ada lovelace' of ada" in run_and_fail("export", course.folder, "--to", "github")

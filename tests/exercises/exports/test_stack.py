@@ -15,7 +15,6 @@ from pathlib import Path
 import pytest
 import sympy as sp
 
-from qdot.exercises.answer_types import Expression, Matrix
 from qdot.exercises.assignment.assignment import Assignment, Student, load_assignment
 from qdot.exercises.exports.bank import iterate_bank
 from qdot.exercises.exports.export_format import ExportRequest
@@ -29,11 +28,12 @@ from qdot.exercises.formula.sympy_text import expression_text
 from qdot.exercises.generation import generate
 from qdot.exercises.problem.credit import Credit
 from qdot.exercises.problem.problem import Problem, ProblemId
+from qdot.exercises.reference_answers import Expression, Matrix
 from qdot.grader.judging.judge import judge
 from qdot.grader.judging.verdict import Outcome
-from tests.support.handing_in import a_class
-from tests.support.judging import diagnose, earned
-from tests.support.programs import MAXIMA, needs
+from tests.support.judging import diagnose, judge_with_credit
+from tests.support.programs import MAXIMA, require_program
+from tests.support.submitting import make_class
 
 TOML = """title = "Velocity kinematics/1"
 key = "hw"
@@ -75,7 +75,7 @@ def order(tmp_path_factory: pytest.TempPathFactory) -> ExportRequest:
 
 
 def of(folder: Path, toml: str) -> Assignment:
-    a_class(folder, [Student("ada")])
+    make_class(folder, [Student("ada")])
     (folder / "assignment.toml").write_text(toml)
     return load_assignment(folder)
 
@@ -183,7 +183,7 @@ def test_notes_of_nodes_are_unique_and_every_note_is_reached_by_a_test(quiz: ET.
 
 def maxima(script: str, folder: Path) -> list[str]:
     """Return the lines that a script prints."""
-    program = needs("maxima", MAXIMA)
+    program = require_program("maxima", MAXIMA)
     path = folder / "tests.mac"
     path.write_text(script)
     command = [program, "--very-quiet", "--batch-string", f'batchload("{path}")$']
@@ -318,7 +318,7 @@ def test_known_wrong_answers_are_wrong_for_the_grader_and_blamed_on_their_mistak
             judged = judge(problem, part, text, "known")
             assert judged.outcome in (Outcome.WRONG, Outcome.PARTIAL)
             if isinstance(part.answer, Matrix):
-                share = earned(problem, part, text, "known").share
+                share = judge_with_credit(problem, part, text, "known").share
                 assert compute_share(problem, part, wrong.answer, wrong.entries_equal, is_known=True) == pytest.approx(
                     share
                 )
@@ -333,7 +333,7 @@ def test_shares_are_those_of_the_grader_whatever_the_policy(order: ExportRequest
     for wrong in find_known_wrong_answers(variant.problem, part, 6):
         assert isinstance(wrong.answer, sp.MatrixBase)
         text = str(wrong.answer.tolist())
-        judged = earned(variant.problem, part, text, "s")
+        judged = judge_with_credit(variant.problem, part, text, "s")
         assert compute_share(variant.problem, part, wrong.answer, wrong.entries_equal, is_known=True) == pytest.approx(
             judged.share
         )

@@ -13,15 +13,15 @@ from qdot.exercises.families import FAMILIES
 from qdot.exercises.generation import list_applicable_questions, questions_of_family, sample_chain
 from qdot.exercises.problem.problem import ProblemId
 from qdot.exercises.singularities.difficulty import difficulty, difficulty_band
-from qdot.exercises.singularities.singularity import singular_set
+from qdot.exercises.singularities.singular_set import singular_set
 from tests.support.problems import LONG_ARMS
-from tests.support.suites import FEW, every_family, few_of, of_families, several
+from tests.support.suites import FEW, every_family, on_families, sample_for_suite, select_for_suite
 
 ARMS = 80
-DERIVED = several(2, ARMS)
+DERIVED = select_for_suite(2, ARMS)
 """Arms of each family that are derived; what their tables say is looked at in all."""
 FIXED = [name for name, family in FAMILIES.items() if not family.has_varied_structure]
-few_fixed = pytest.mark.families(several(FEW, tuple(FIXED)), every=True)
+few_fixed = pytest.mark.families(select_for_suite(FEW, tuple(FIXED)), every=True)
 """Families whose arms are all of one kind; what random-N may differ in is tested with them."""
 MOST_TERMS, MOST_TERMS_OF_A_FACTOR = 15, 4
 ALLOWED = {
@@ -51,7 +51,7 @@ def test_the_chapters_arm_is_plain(family: str) -> None:
     assert FAMILIES[family].name == family and FAMILIES[family].title and FAMILIES[family].source
 
 
-@of_families(FIXED)
+@on_families(FIXED)
 def test_an_axis_changes_one_thing(family: str) -> None:
     """Along one axis alone, an arm differs from the plain one in what the axis is called after, and in nothing else."""
     plain = sample_chain(ProblemId(family, 0, variation="chapter"))
@@ -78,7 +78,7 @@ def differences(one: Chain, other: Chain) -> set[str]:
     return {what for what in seen[0] if seen[0][what] != seen[1][what]}
 
 
-@of_families(FIXED)
+@on_families(FIXED)
 def test_a_seed_draws_the_same_along_an_axis_whatever_else_varies(family: str) -> None:
     """Zeros at the step of zeros are those of the step behind it."""
     for seed in range(5):
@@ -93,7 +93,7 @@ def test_difficulty_follows_the_steps(family: str) -> None:
     assert least == sorted(least)
 
 
-@of_families(FIXED)
+@on_families(FIXED)
 @pytest.mark.parametrize("variation", VARIATION_STEPS)
 def test_numbers_are_those_of_a_careful_author(family: str, variation: str) -> None:
     """Lengths and places in steps of 5 cm, angles that are multiples of 15 degrees.
@@ -114,7 +114,7 @@ def test_numbers_are_those_of_a_careful_author(family: str, variation: str) -> N
 # --- a class in which nobody's arm is harder than another's ---
 
 
-@pytest.mark.parametrize("variation", several([*VARIATION_STEPS][-1:], [*VARIATION_STEPS]))
+@pytest.mark.parametrize("variation", select_for_suite([*VARIATION_STEPS][-1:], [*VARIATION_STEPS]))
 @few_fixed
 def test_arms_of_a_family_are_asked_the_same_and_differ_in_difficulty_by_a_step_at_most(
     family: str, variation: str
@@ -138,7 +138,7 @@ def test_the_scale_of_difficulty(identity: str, expected: tuple[int, int]) -> No
     assert (difficulty(arm), difficulty_band(arm)) == expected
 
 
-@of_families(FIXED)
+@on_families(FIXED)
 def test_every_arm_can_be_done_by_hand(family: str) -> None:
     most = ALLOWED.get(family, MOST_TERMS)
     for arm in arms(family)[:DERIVED]:
@@ -148,7 +148,7 @@ def test_every_arm_can_be_done_by_hand(family: str) -> None:
         assert all(len(sp.Add.make_args(sp.expand(one))) <= MOST_TERMS_OF_A_FACTOR for one in conditions)
 
 
-@of_families(FIXED)
+@on_families(FIXED)
 def test_arms_differ_and_not_in_joints_task_and_number_of_symbols(family: str) -> None:
     """Neither where P is fixed nor how the axes run is that of more than three quarters of the class."""
     assert len({tuple(joint.kind for joint in arm.joints) for arm in arms(family)}) == 1
@@ -162,17 +162,17 @@ def test_arms_differ_and_not_in_joints_task_and_number_of_symbols(family: str) -
     assert max(*places.values(), *axes.values()) <= 0.75 * ARMS
 
 
-@pytest.mark.parametrize("family", few_of([name for name in FAMILIES if name not in FIXED], 1))
+@pytest.mark.parametrize("family", sample_for_suite([name for name in FAMILIES if name not in FIXED], 1))
 def test_the_point_of_interest_differs_with_the_structure(family: str) -> None:
     """A structure without a last length has no other place for P than the last origin."""
-    draws = several(10, 40)
+    draws = select_for_suite(10, 40)
     held = [not sample_chain(ProblemId(family, seed, variation="full")).point.is_origin for seed in range(draws)]
     assert draws // 10 <= sum(held) <= draws - draws // 10
 
 
-@of_families(several([name for name in FIXED if name not in LONG_ARMS], FIXED))
+@on_families(select_for_suite([name for name in FIXED if name not in LONG_ARMS], FIXED))
 def test_answers_differ(family: str) -> None:
     """No Jacobian is that of more than an eighth of the class; that of a Cartesian arm is made of ones."""
-    looked_at = several(20, 60)
+    looked_at = select_for_suite(20, 60)
     jacobians = Counter(tuple(derive(arm).jacobian) for arm in arms(family)[:looked_at])
     assert max(jacobians.values()) <= looked_at // 8

@@ -15,8 +15,8 @@ from qdot.exercises.common.errors import QdotError
 from qdot.exercises.common.stream import Stream
 from qdot.exercises.common.variation import VARIATION_AXES
 from qdot.exercises.families import FAMILIES
-from qdot.exercises.families.random_n import _order_structures as order
-from qdot.exercises.families.random_n import _sample_arm as arm_of
+from qdot.exercises.families.random_structures import _order_structures as order
+from qdot.exercises.families.random_structures import _sample_arm as arm_of
 from qdot.exercises.families.structures import (
     Structure,
     StructureRow,
@@ -30,11 +30,11 @@ from qdot.exercises.generation import generate, sample_chain
 from qdot.exercises.problem.problem import ProblemId
 from qdot.exercises.questions import QUESTIONS
 from qdot.exercises.singularities.difficulty import difficulty_band
-from qdot.exercises.singularities.singularity import singular_set
+from qdot.exercises.singularities.singular_set import singular_set
 from qdot.grader.grading.certify import find_failures
-from tests.support.problems import as_table
-from tests.support.problems import drawn as drawn_once
-from tests.support.suites import few_of, several
+from tests.support.problems import fold_tool_into_table
+from tests.support.problems import get_problem as drawn_once
+from tests.support.suites import sample_for_suite, select_for_suite
 from tests.tools.structures import (
     Key,
     class_key,
@@ -57,12 +57,12 @@ def test_the_numbers_of_tables_are_those_that_were_counted_before() -> None:
     assert [sum(2 ** sum(row.twist for row in rows) for rows in each) for each in regular] == [1024, 2504]
 
 
-@pytest.mark.parametrize("n", several([2], [2, 3]))
+@pytest.mark.parametrize("n", select_for_suite([2], [2, 3]))
 def test_the_table_holds_all_clean_structures(n: int) -> None:
     assert tuple(find_clean_structures(n)) == read_clean_structures()[n]
 
 
-@pytest.mark.parametrize(("n", "each"), several([(3, 8)], [(4, 25)]))
+@pytest.mark.parametrize(("n", "each"), select_for_suite([(3, 8)], [(4, 25)]))
 def test_the_table_holds_the_clean_ones_of_a_sample(n: int, each: int) -> None:
     known = {(structure.rows, structure.task) for structure in read_clean_structures()[n]}
     forms = regular_forms(n)
@@ -86,7 +86,7 @@ def test_a_normal_form_and_a_class_are_regular_in_as_many_tasks_as_their_tables(
 
 @pytest.mark.parametrize("n", [2, 3])
 def test_the_same_joints_are_in_the_conditions_of_all_clean_structures_of_a_class(n: int) -> None:
-    for alike in islice(group_clean_structures(n), 0, None, several(2, 1)):
+    for alike in islice(group_clean_structures(n), 0, None, select_for_suite(2, 1)):
         assert len({conditions_of(structure) for structure in alike}) == 1, alike
 
 
@@ -103,7 +103,7 @@ def drawn(chain: Chain) -> tuple[tuple[StructureRow, ...], tuple[str, ...]]:
     """The structure of an arm, and its task in the axes of the base; lengths that P has are put back into the table."""
     rows = tuple(
         StructureRow(j.kind, j.a != 0, bool((j.d if j.is_revolute else j.theta) != 0), j.alpha != 0)
-        for j in as_table(chain).joints
+        for j in fold_tool_into_table(chain).joints
     )
     rotation = rot_z(chain.base.yaw) * rot_x(chain.base.tilt)
     names = {"xyz"[next(i for i in range(3) if rotation[i, k] != 0)]: "xyz"[k] for k in range(3)}
@@ -121,7 +121,7 @@ def arm(family: str, seed: str) -> Chain:
 @pytest.mark.whole
 def test_an_arm_is_of_the_structure_that_is_drawn_first_and_all_classes_are_reached_as_often() -> None:
     firsts = [order(list(group_clean_structures(2)), Stream(f"reached/{seed}"))[0] for seed in range(900)]
-    for seed in range(several(30, 900)):
+    for seed in range(select_for_suite(30, 900)):
         assert drawn(arm("random-2", f"reached/{seed}")) == (firsts[seed].rows, firsts[seed].task)
     assert {(first.rows, first.task) for first in firsts} == {(s.rows, s.task) for s in read_clean_structures()[2]}
     often = Counter(class_key(first.rows, first.task) for first in firsts)
@@ -129,13 +129,13 @@ def test_an_arm_is_of_the_structure_that_is_drawn_first_and_all_classes_are_reac
     assert max(often.values()) < 2 * min(often.values())
 
 
-@pytest.mark.parametrize("n", several([3], [3, 4]))
+@pytest.mark.parametrize("n", select_for_suite([3], [3, 4]))
 def test_numbers_are_found_for_every_class(n: int) -> None:
     """One structure of each class: the first draw of numbers gives an arm, which is clean.
 
     In `make test`, of each third class of three joints, and of each eighth of four.
     """
-    for alike in islice(group_clean_structures(n), 0, None, several({3: 3, 4: 8}[n], 1)):
+    for alike in islice(group_clean_structures(n), 0, None, select_for_suite({3: 3, 4: 8}[n], 1)):
         chain = arm_of(alike[0], Stream("numbers"), VARIATION_AXES)
         assert chain is not None and is_clean(chain), alike[0]
         assert class_key(*drawn(chain)) == class_key(alike[0].rows, alike[0].task)
@@ -143,7 +143,7 @@ def test_numbers_are_found_for_every_class(n: int) -> None:
 
 @pytest.mark.whole
 def test_mirror_images_and_mountings_are_drawn() -> None:
-    chains = [arm("random-3", f"mirrored/{seed}") for seed in range(several(24, 40))]
+    chains = [arm("random-3", f"mirrored/{seed}") for seed in range(select_for_suite(24, 40))]
     assert {joint.alpha for chain in chains for joint in chain.joints} == {0, sp.pi / 2, -sp.pi / 2}
     assert {chain.base.tilt for chain in chains} == {0, sp.pi, sp.pi / 2, -sp.pi / 2}
     assert all(chain.base.position[2] == 0 for chain in chains if chain.is_planar)
@@ -180,7 +180,7 @@ def test_axes_of_the_world_are_named_anew_with_the_task() -> None:
     assert of("Rx Ra", "vx", "vz") == of("Rx Ra", "vy", "vz") != of("Rx Ra", "vx", "vy")
 
 
-@pytest.mark.parametrize("family", few_of(RANDOM, 1))
+@pytest.mark.parametrize("family", sample_for_suite(RANDOM, 1))
 def test_every_arm_is_clean_and_all_its_conditions_can_hold(family: str, seeds: range) -> None:
     for seed in seeds:
         chain = sample_chain(ProblemId(family, seed, variation="full"))
@@ -190,7 +190,7 @@ def test_every_arm_is_clean_and_all_its_conditions_can_hold(family: str, seeds: 
                 assert all(value.is_real is not False for value in values)
         lengths = [joint.a for joint in chain.joints if joint.a.is_number and joint.a != 0]
         assert all(abs(a - b) >= sp.Rational(5, 100) for i, a in enumerate(lengths) for b in lengths[:i])
-    for seed in seeds[: several(1, 4)]:
+    for seed in seeds[: select_for_suite(1, 4)]:
         assert find_failures(drawn_once(family, seed)) == []
     assert pickle.loads(pickle.dumps(FAMILIES[family])).name == family
 

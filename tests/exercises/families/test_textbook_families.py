@@ -17,11 +17,11 @@ from qdot.exercises.common.stream import Stream
 from qdot.exercises.generation import sample_chain
 from qdot.exercises.problem.problem import ProblemId
 from qdot.exercises.singularities.classification import classify_conditions, sample_condition
-from qdot.exercises.singularities.singularity import singular_set
+from qdot.exercises.singularities.singular_set import singular_set
 from qdot.exercises.verify.singular import SET_TOLERANCE
 from tests.exercises.arm.sets import assert_is_book, claimed, lengths_of, rank_ratios, rows_of, search
-from tests.support.problems import as_table
-from tests.support.suites import of_families, several
+from tests.support.problems import fold_tool_into_table
+from tests.support.suites import on_families, select_for_suite
 
 SHOULDER = "a1 + a2*cos(t2) + a3*cos(t2 + t3)"
 ELBOW = ("a2", "a3", "sin(t3)", SHOULDER)
@@ -74,7 +74,7 @@ KINDS: dict[str, tuple[str, ...]] = {
 """Kinds of the alternatives, in the order above; boundary where some configurations are; N: it is not told."""
 
 KNOWN = [*DETERMINANTS, *COMMON_ZEROS]
-SEVERAL = range(several(2, 4))
+SEVERAL = range(select_for_suite(2, 4))
 
 
 def arm_of(family: str, seed: int) -> Chain:
@@ -83,7 +83,7 @@ def arm_of(family: str, seed: int) -> Chain:
 
 def filled(text: str, chain: Chain) -> sp.Expr:
     """Return a formula of the tables above for one arm."""
-    chain = as_table(chain)
+    chain = fold_tool_into_table(chain)
     values: dict[str, sp.Expr] = {"h": chain.point.offset[1]}
     for i, joint in enumerate(chain.joints, 1):
         values |= {f"t{i}": joint.theta, f"d{i}": joint.d, f"a{i}": joint.a, f"u{i}": sp.sin(joint.alpha)}
@@ -113,7 +113,7 @@ def in_numbers(family: str, seed: int, stream: Stream) -> tuple[Chain, dict[sp.S
 @pytest.mark.parametrize("family", DETERMINANTS)
 def test_the_determinant_is_that_of_the_books(family: str, seeds: range) -> None:
     stream = Stream(family)
-    for seed in [seed for seed in seeds[: several(2, 6)] for _ in range(3)]:
+    for seed in [seed for seed in seeds[: select_for_suite(2, 6)] for _ in range(3)]:
         chain, values, jacobian = in_numbers(family, seed, stream)
         formula = prod((filled(text, chain) for text in DETERMINANTS[family]), start=sp.S.One)
         book, ours = (abs(float(e.xreplace(values))) for e in (formula, derive(chain).determinant))
@@ -162,7 +162,7 @@ def test_what_a_search_finds_is_in_the_set_and_other_poses_are_regular(family: s
         assert inside.all() or (chain.n > 6 and inside.mean() > 0.7)
 
 
-@of_families([*KINDS])
+@on_families([*KINDS])
 def test_kinds_are_those_of_the_books(family: str) -> None:
     chain = arm_of(family, 1)
     found = tuple(classify_conditions(chain, (as_text(together),)).kind for together in alternatives(family, chain))

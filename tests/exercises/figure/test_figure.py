@@ -32,11 +32,11 @@ from qdot.exercises.figure.small import PANEL_SIZE, PanelSet, draw_singular_pane
 from qdot.exercises.figure.words import describe_figure
 from qdot.exercises.generation import sample_chain
 from qdot.exercises.problem.problem import ProblemId
-from qdot.exercises.singularities.singularity import singular_set
+from qdot.exercises.singularities.singular_set import singular_set
 from tests.support import problems
-from tests.support.figures import crossings, draw_arm, faults
+from tests.support.figures import count_link_crossings, draw_arm, find_faults
 from tests.support.problems import LONG_ARMS
-from tests.support.suites import families_for, few_families, of_families, several
+from tests.support.suites import few_families, on_families, select_families, select_for_suite
 
 SVG = "{http://www.w3.org/2000/svg}"
 PI = sp.pi
@@ -102,7 +102,7 @@ ARMS = {
 
 REPORTED = ("pan-tilt/2", "elbow/1", "puma-560/3", "ur-6r/2", "random-3/3", "random-3/4")
 """Problems whose figures were once hard to read."""
-SAMPLED = (*(f"{name}/1" for name in families_for()), *REPORTED)
+SAMPLED = (*(f"{name}/1" for name in select_families()), *REPORTED)
 
 
 @cache
@@ -268,14 +268,14 @@ def test_axes_are_named_where_they_tell_something(arm: str, there: set[str], not
 @few_families
 def test_no_name_lies_on_another_and_no_link_across_one_at_any_step(family: str) -> None:
     """A link crosses another one only where it does so in every pose that is looked at."""
-    for step in VARIATION_STEPS if family not in LONG_ARMS else several(("full",), tuple(VARIATION_STEPS)):
+    for step in VARIATION_STEPS if family not in LONG_ARMS else select_for_suite(("full",), tuple(VARIATION_STEPS)):
         chain = with_exact_numbers(sample_chain(ProblemId(family, 1, variation=step)))
         figure, arm = drawn(chain), make_drawable_chain(chain)
-        assert not faults(figure), (step, faults(figure))
+        assert not find_faults(figure), (step, find_faults(figure))
         tried = find_best_poses(chain, arm, POSES_TRIED[chain.n > LONG_ARM_JOINTS])
-        crossed = [crossings(chain, arm, entries) for entries in tried]
+        crossed = [count_link_crossings(chain, arm, entries) for entries in tried]
         assert not any(crossed) or min(
-            crossings(chain, arm, entries) for entries in list_candidate_poses(chain, arm)
+            count_link_crossings(chain, arm, entries) for entries in list_candidate_poses(chain, arm)
         ), step
 
 
@@ -527,15 +527,15 @@ APART = 8.0
 """Pixels between origins that differ, of an arm with six or seven joints, whose hand may come back to its elbow."""
 
 
-@of_families(several(("elbow-3r", "scara", "stanford-6r"), tuple(FAMILIES)))
+@on_families(select_for_suite(("elbow-3r", "scara", "stanford-6r"), tuple(FAMILIES)))
 def test_a_given_pose_can_be_read_and_names_all_joints_axes_and_the_point(family: str) -> None:
-    problem = problems.drawn(family, 0)
+    problem = problems.get_problem(family, 0)
     chain = problem.chain
     for part in problem.parts:
         if part.details.pose is None:
             continue
         figure = draw_arm(chain, part.details.pose)
-        assert not faults(figure), part.kind
+        assert not find_faults(figure), part.kind
         names = {name for word in words(figure) for name in word.replace(" = ", ", ").split(", ")}
         assert {"P", *(f"O{i}" for i in range(chain.n + 1))} <= names
         assert is_drawn_flat(chain) or {"x0", f"x{chain.n}", *(f"z{i}" for i in range(chain.n + 1))} <= names

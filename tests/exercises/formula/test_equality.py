@@ -25,7 +25,7 @@ from qdot.exercises.formula.parser import parse_formula
 from qdot.exercises.formula.trees import find_names
 from qdot.grader.judging.compare_command import compare_line
 from tests.support import DATA
-from tests.support.suites import several
+from tests.support.suites import select_for_suite
 
 CASES = [json.loads(line) for line in (DATA / "corpus.jsonl").read_text(encoding="utf-8").splitlines()]
 
@@ -156,7 +156,7 @@ def test_a_given_number_may_be_typed_or_named() -> None:
 def test_no_answer_stalls_the_comparison() -> None:
     """A long answer with branches whose terms all but cancel: every point would want many digits."""
     trigs = "".join(
-        f"{sign}1e9*cos({k}*theta1)*sqrt(a1)" for sign in ("+", "-1.0*") for k in range(2, several(1500, 4000))
+        f"{sign}1e9*cos({k}*theta1)*sqrt(a1)" for sign in ("+", "-1.0*") for k in range(2, select_for_suite(1500, 4000))
     )
     compare("a1*cos(theta1)" + trigs, "a1*cos(theta1)")
 

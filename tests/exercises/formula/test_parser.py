@@ -20,7 +20,7 @@ from qdot.exercises.formula.trees import (
     has_blank,
     node_text,
 )
-from tests.support.suites import few_of, several
+from tests.support.suites import sample_for_suite, select_for_suite
 
 VALUES = {
     "theta1": 0.7, "theta2": -1.9, "theta3": 2.3, "a1": 0.31, "a2": 1.7, "a3": 0.83, "d1": 0.4, "x": 1.3, "y": -0.6,
@@ -110,7 +110,7 @@ def test_an_error_says_what_and_where(text: str, said: str) -> None:
         parse_formula(text)
 
 
-MANY = several(5_000, 20_000)
+MANY = select_for_suite(5_000, 20_000)
 HOSTILE = [
     "(" * 5000 + "a1" + ")" * 5000, "[" * 100_000, "sin(" * 2000 + "a1" + ")" * 2000, "-" * 200_000 + "a1",
     "**".join(["a1"] * 3000), "9**9**9**9", "1/(9**9**9**9)", "a1**9**9**9**9", "exp(exp(exp(exp(exp(9)))))",
@@ -127,7 +127,7 @@ HOSTILE = [
 ]  # fmt: skip
 
 
-@pytest.mark.parametrize("text", few_of(HOSTILE, 6), ids=lambda text: ascii(text[:16]))
+@pytest.mark.parametrize("text", sample_for_suite(HOSTILE, 6), ids=lambda text: ascii(text[:16]))
 def test_hostile_text_ends_soon(text: str) -> None:
     begun = time.process_time()
     try:
@@ -139,7 +139,7 @@ def test_hostile_text_ends_soon(text: str) -> None:
     assert time.process_time() - begun < 10
 
 
-@settings(max_examples=several(150, 400))
+@settings(max_examples=select_for_suite(150, 400))
 @given(st.text(max_size=60))
 def test_any_text_is_read_or_refused(text: str) -> None:
     with contextlib.suppress(ParseError):
@@ -153,7 +153,7 @@ PIECES = [
 ]  # fmt: skip
 
 
-@settings(max_examples=several(150, 400))
+@settings(max_examples=select_for_suite(150, 400))
 @given(st.lists(st.sampled_from(PIECES), max_size=25).map("".join))
 def test_any_text_of_the_grammar_is_read_or_refused(text: str) -> None:
     try:
@@ -177,7 +177,7 @@ arithmetic = st.recursive(
 )
 
 
-@settings(max_examples=several(150, 300))
+@settings(max_examples=select_for_suite(150, 300))
 @given(arithmetic)
 def test_precedence_is_pythons(text: str) -> None:
     allowed = {"x": complex(VALUES["x"]), "y": complex(VALUES["y"]), "a1": complex(VALUES["a1"])}

@@ -8,7 +8,7 @@ from qdot.exercises.formula.notation import to_plain_text
 from qdot.exercises.formula.parser import parse_formula
 from qdot.grader.judging.verdict import Outcome
 from tests.support.judging import judge_expression, judge_matrix, judge_singular
-from tests.support.suites import few_of, several
+from tests.support.suites import sample_for_suite, select_for_suite
 
 ANGLES = dict.fromkeys(("theta1", "theta2", "theta3", "alpha1"), "angle")
 LENGTHS = dict.fromkeys(("a1", "a2", "a3"), "length")
@@ -125,7 +125,7 @@ def test_what_has_two_meanings_or_none_is_refused(text: str, said: str) -> None:
     assert said in judged.reason
 
 
-MANY = several(8_000, 40_000)
+MANY = select_for_suite(8_000, 40_000)
 HOSTILE = [
     " " * 200_000 + "x", "a1" + " " * 200_000 + "! ", "\n" * 100_000 + "$a1", "\\frac" * 3000, "\\frac{" * 3000,
     "{" * 20000, "\\sqrt[" * 3000, "\\begin{matrix}" * 2000, "_" * 5000, "^" * 5000, "_{" * 5000, "\\dot" * 5000,
@@ -137,7 +137,7 @@ HOSTILE = [
 ]  # fmt: skip
 
 
-@pytest.mark.parametrize("text", few_of(HOSTILE, 6), ids=lambda text: ascii(text[:12]))
+@pytest.mark.parametrize("text", sample_for_suite(HOSTILE, 6), ids=lambda text: ascii(text[:12]))
 def test_hostile_writing_ends_in_a_verdict(text: str) -> None:
     assert judge_expression(text, "a1", DOMAIN, "s").outcome in (Outcome.WRONG, Outcome.MISSING)
     assert judge_matrix(text, [["a1", "0"]], DOMAIN, "s").outcome in (Outcome.WRONG, Outcome.MISSING)
@@ -154,7 +154,7 @@ LONG = [
 ]  # fmt: skip
 
 
-@pytest.mark.parametrize("text", few_of(LONG, 4), ids=lambda text: text[:12])
+@pytest.mark.parametrize("text", sample_for_suite(LONG, 4), ids=lambda text: text[:12])
 def test_hostile_conditions_end_in_a_verdict(text: str) -> None:
     judged = judge_singular(text, ["sin(theta2) = 0"], ["theta1", "theta2"], DOMAIN, "s")
     assert judged.outcome is Outcome.WRONG

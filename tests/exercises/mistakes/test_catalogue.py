@@ -7,8 +7,8 @@ import pytest
 from qdot.exercises.chapter import make_planar_2r
 from qdot.exercises.mistakes.catalogue import ANSWERS, CATALOGUE, SECTIONS, VARIANTS
 from tests.support.judging import diagnose
-from tests.support.problems import asked, drawn
-from tests.support.suites import several
+from tests.support.problems import ask_question, get_problem
+from tests.support.suites import select_for_suite
 from tests.tools.diagnoses import Made, answers_with, verdict_on
 
 ASKED = {
@@ -47,7 +47,7 @@ def made(arm: str) -> dict[str, Made]:
     before = list(ASKED)[: list(ASKED).index(arm)]
     known = {name for other in before for name in made(other)}
     family, _, convention = arm.partition("@")
-    problem, answers = drawn(family, 0, convention=convention), dict[str, Made]()
+    problem, answers = get_problem(family, 0, convention=convention), dict[str, Made]()
     for part in problem.parts:
         if part.name in ASKED[arm]:
             for one in answers_with(problem, part, only=CATALOGUE.keys() - known - answers.keys()):
@@ -55,7 +55,7 @@ def made(arm: str) -> dict[str, Made]:
     return answers
 
 
-@pytest.mark.parametrize("arm", several([arm for arm in ASKED if arm != "planar-2r"], list(ASKED)))
+@pytest.mark.parametrize("arm", select_for_suite([arm for arm in ASKED if arm != "planar-2r"], list(ASKED)))
 def test_every_mistake_is_wrong_and_named(arm: str) -> None:
     """By its name, or by that of another that gives the very same answer."""
     its = made(arm)
@@ -82,6 +82,6 @@ def test_every_function_makes_a_mistake_of_the_catalogue() -> None:
 )
 def test_the_mistakes_about_a_direction_are_named(answer: str, mistake: str) -> None:
     """Of the planar arm, stretched out, the tip can't move along the arm."""
-    problem = asked("lost-direction", make_planar_2r())
+    problem = ask_question("lost-direction", make_planar_2r())
     found = diagnose(problem, problem.parts[0], answer, "catalogue")
     assert found is not None and mistake in found.mistakes

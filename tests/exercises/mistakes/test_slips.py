@@ -20,8 +20,8 @@ from qdot.exercises.mistakes.catalogue import CATALOGUE, apply_mistake
 from qdot.exercises.mistakes.configurations import sample_configurations
 from qdot.exercises.problem.problem import Part, Problem, ProblemId
 from tests.exercises.arm.poses import about, exponential, shift
-from tests.support.problems import drawn
-from tests.support.suites import few_of, of_families
+from tests.support.problems import get_problem
+from tests.support.suites import on_families, sample_for_suite
 from tests.tools.diagnoses import answers_with, verdict_on
 
 ARMS = ("elbow-3r/1@full@screws", "scara-rrrp/2@full@screws", "planar-2r/3@screws")
@@ -49,7 +49,7 @@ def _motions(problem: Problem, values: Values, k: int) -> tuple[list[np.ndarray]
     return made, shift(*(number(entry) for entry in point))
 
 
-@pytest.mark.parametrize("arm", few_of(ARMS, 1))
+@pytest.mark.parametrize("arm", sample_for_suite(ARMS, 1))
 def test_an_exponential_about_the_origin_gives_the_pose_of_the_product_without_its_column(arm: str) -> None:
     problem, part, values = _asked(arm, "body-pose")
     first = next(
@@ -98,7 +98,7 @@ def test_rows_with_the_link_behind_give_the_product_of_these_rows(arm: str) -> N
 @pytest.mark.parametrize(("mistake", "stage"), [("next-arm", "arms"), ("next-axis", "axes")])
 def test_the_next_one_is_taken_and_at_the_last_joint_its_own(mistake: str, stage: str) -> None:
     """Three joints, so that it is told apart from taking the second one twice, or the first."""
-    problem = drawn("elbow-3r", 0)
+    problem = get_problem("elbow-3r", 0)
     part = next(part for part in problem.parts if part.kind == "geometric-jacobian")
     values = sample_configurations(problem.chain, part, problem.domain, 3, Stream("propagation"))
     right = compute_numeric_stages(problem.chain, values)
@@ -169,7 +169,7 @@ def checked(arm: Chain) -> list[str]:
     return found
 
 
-@of_families(FIXED)
+@on_families(FIXED)
 def test_the_row_that_is_named_is_the_row_as_it_is_told(family: str) -> None:
     arm = sample_chain(ProblemId(family, 3, variation="full", convention="modified-dh"))
     if arm.point.frame != arm.n:

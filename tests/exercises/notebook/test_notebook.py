@@ -17,7 +17,6 @@ import pytest
 import sympy as sp
 from markdown_it import MarkdownIt
 
-from qdot.exercises.answer_types import Choice, ConditionSet, Direction, Expression, Matrix, Number
 from qdot.exercises.arm.chain import CONVENTIONS, TWIST_ORDERS, Chain, Joint, Point
 from qdot.exercises.arm.conventions import convention_of
 from qdot.exercises.families import FAMILIES
@@ -25,9 +24,10 @@ from qdot.exercises.generation import generate
 from qdot.exercises.notebook.notebook import make_solution_notebook, make_student_notebook, write_notebook
 from qdot.exercises.notebook.self_check import RELATIONS, write_check_cell, write_function_cell
 from qdot.exercises.problem.problem import Part, Problem, name_answer_variable
+from qdot.exercises.reference_answers import Choice, ConditionSet, Direction, Expression, Matrix, Number
 from qdot.exercises.writing.problem_texts import write_answer_code, write_statement
-from tests.support.problems import drawn, parts_in_turn
-from tests.support.suites import FEW, few_families, several
+from tests.support.problems import get_problem, select_parts
+from tests.support.suites import FEW, few_families, select_for_suite
 
 pytestmark = few_families  # notebooks are built of any problem in the same way
 
@@ -39,11 +39,11 @@ Slotted = list[tuple[str, Problem]]
 def _problems(family: str) -> Slotted:
     """Return the first problem of a family and another one, with their parts in turn and those that are checked."""
     beside = "cartesian" if family == "pan-tilt" else "pan-tilt"
-    return [("p1", _in_turn(drawn(family, 0))), ("p2", _in_turn(drawn(beside, 0)))]
+    return [("p1", _in_turn(get_problem(family, 0))), ("p2", _in_turn(get_problem(beside, 0)))]
 
 
 def _in_turn(problem: Problem) -> Problem:
-    names = {"position", "jacobian", *(part.name for part in parts_in_turn(problem))}
+    names = {"position", "jacobian", *(part.name for part in select_parts(problem))}
     return replace(problem, parts=tuple(part for part in problem.parts if part.name in names))
 
 
@@ -240,7 +240,7 @@ SINGULAR = "Are these the singular configurations of your Jacobian?"
 @cache
 def _plain() -> Problem:
     """The plain arm of Example 6.1: a1 and a2 are symbols."""
-    return drawn("planar-2r", 0, "chapter")
+    return get_problem("planar-2r", 0, "chapter")
 
 
 def _space(problem: Problem) -> dict[str, Any]:
@@ -279,8 +279,8 @@ def _told(
 
 
 def test_every_relation_is_checked_for_some_family() -> None:
-    asked = [drawn(name, 0, step) for name in ("planar-2r", "planar-3r") for step in ("chapter", "full")]
-    asked += [drawn("planar-2r", 0, "chapter", convention="screws")]
+    asked = [get_problem(name, 0, step) for name in ("planar-2r", "planar-3r") for step in ("chapter", "full")]
+    asked += [get_problem("planar-2r", 0, "chapter", convention="screws")]
     cells = "".join(write_check_cell("p1", problem, part.name) for problem in asked for part in problem.parts)
     assert [relation.printed_question for relation in RELATIONS if relation.printed_question not in cells] == []
 
@@ -310,20 +310,21 @@ def _sabotaged(problem: Problem) -> Iterator[tuple[str, str, Any]]:
 
 @pytest.mark.parametrize(
     ("family", "convention"),
-    several([*zip(FEW, ("screws", "dh", "screws"), strict=True)], [*product(FAMILIES, ("dh", "screws"))]),
+    select_for_suite([*zip(FEW, ("screws", "dh", "screws"), strict=True)], [*product(FAMILIES, ("dh", "screws"))]),
 )
 def test_an_entry_gone_wrong_does_not_fit(family: str, convention: str) -> None:
-    problem = drawn(family, 0, convention=convention)
+    problem = get_problem(family, 0, convention=convention)
     space = _space(problem)
     for question, name, wrong in _sabotaged(problem):
         assert _told(problem, {name: wrong}, question, space)[question].startswith("No."), question
 
 
 @pytest.mark.parametrize(
-    ("family", "twist_order"), several([*zip(FEW, TWIST_ORDERS, strict=False)], [*product(FAMILIES, TWIST_ORDERS)])
+    ("family", "twist_order"),
+    select_for_suite([*zip(FEW, TWIST_ORDERS, strict=False)], [*product(FAMILIES, TWIST_ORDERS)]),
 )
 def test_right_answers_of_an_arm_told_by_axes_fit(family: str, twist_order: str) -> None:
-    told = _told(drawn(family, 1, convention="screws", twist_order=twist_order), {})
+    told = _told(get_problem(family, 1, convention="screws", twist_order=twist_order), {})
     assert {said for question, said in told.items() if question != SINGULAR} <= {
         "Yes. Both answers could still share an error."
     }
@@ -404,7 +405,7 @@ def test_singular_configurations_are_put_into_the_own_jacobian() -> None:
 
 
 def test_a_problem_of_short_questions_has_no_function_for_checks() -> None:
-    problem = drawn("planar-2r", 0)
+    problem = get_problem("planar-2r", 0)
     quiz = Problem(problem.id, problem.chain, tuple(p for p in problem.parts if p.name == "rank"))
     assert write_function_cell([("p1", quiz)]) == ""
     assert not any(cell.id == "self-check" for cell in make_student_notebook("t", "k", "s", [("p1", quiz)]).cells)

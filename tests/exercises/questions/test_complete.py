@@ -19,7 +19,7 @@ from qdot.exercises.short_questions import ALL_QUESTIONS
 from qdot.exercises.short_questions.options import list_blames
 from qdot.exercises.writing.problem_texts import write_hints, write_prompt, write_solution
 from tests.support.judging import list_earlier_parts
-from tests.support.problems import told_in
+from tests.support.problems import choose_convention
 
 NOT_DIAGNOSED = {
     "path-limit": "a distance at which a limit is met does not tell one mistake from another",
@@ -52,7 +52,7 @@ LACKS = {
 @cache
 def problem_with(name: str) -> Problem:
     """Return a problem of the first family that has an arm for a question, told in its own convention."""
-    convention = told_in(ALL_QUESTIONS[name])
+    convention = choose_convention(ALL_QUESTIONS[name])
     for family in FAMILIES:
         try:
             return generate(ProblemId(family, 1, (name,), variation="chapter", convention=convention))

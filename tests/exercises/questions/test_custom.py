@@ -8,7 +8,6 @@ import pytest
 import sympy as sp
 
 from qdot import generate
-from qdot.exercises.answer_types import ConditionSet, Number, Words
 from qdot.exercises.assignment.assignment import Assignment, Student, load_assignment
 from qdot.exercises.assignment.release import init_assignment
 from qdot.exercises.common.errors import QdotError
@@ -21,14 +20,15 @@ from qdot.exercises.problem.problem import Part, Problem
 from qdot.exercises.questions.custom import Definition, make_question
 from qdot.exercises.questions.custom.definition import GivenValue, Texts
 from qdot.exercises.questions.custom.language import FormulaError, parse
+from qdot.exercises.reference_answers import ConditionSet, Number, Words
 from qdot.exercises.writing.problem_texts import write_hints, write_prompt, write_solution
 from qdot.grader.grading.certify import find_failures
-from qdot.grader.grading.marking import mark
 from qdot.grader.judging.judge import judge
 from qdot.grader.judging.verdict import Outcome
+from qdot.grader.marking.marking import mark
 from tests.support import ROOT
-from tests.support.command import fails, run
-from tests.support.suites import several
+from tests.support.command import run, run_and_fail
+from tests.support.suites import select_for_suite
 
 GALLERY = {
     "acceleration": "planar-2r", "axis-in-the-base-frame": "elbow-3r", "ellipse-area": "planar-2r",
@@ -239,14 +239,14 @@ def test_the_commands_preview_and_verify_own_questions(tmp_path: Path) -> None:
     samples, of_ada = run("show", folder), run("show", folder, "--student", "s1", "--solution")
     assert "Which of these is" in samples and "Because the rates grow" not in samples
     assert "Because the rates grow" in of_ada and samples.splitlines()[:4] == of_ada.splitlines()[:4]
-    assert "'s2'" in fails("show", folder, "--student", "s2")
-    assert "--student needs" in fails("show", "planar-2r/7", "--student", "s1")
+    assert "'s2'" in run_and_fail("show", folder, "--student", "s2")
+    assert "--student needs" in run_and_fail("show", "planar-2r/7", "--student", "s1")
     path = GALLERY_FOLDER / "tip-speed.toml"
     said = run("verify", path, "--family", "planar-2r", "--count", "4", "--jobs", "1").splitlines()
     assert [line.split(":")[0] for line in said[:-1]] == [f"tip-speed for planar-2r/{seed}" for seed in range(3)]
     assert said[-1] == "4 problems verified, 0 failed"
-    assert "name the families" in fails("verify", path)
-    assert "--family planar-2r" in fails("verify", path, "planar-2r/7", "--family", "planar-2r")
+    assert "name the families" in run_and_fail("verify", path)
+    assert "--family planar-2r" in run_and_fail("verify", path, "planar-2r/7", "--family", "planar-2r")
 
 
 # --- refused, with the reason ---
@@ -397,7 +397,7 @@ def differ(problem: Problem, first: str, second: str) -> bool:
     return abs(complex(sp.N(a)) - complex(sp.N(b))) > 1e-6
 
 
-@pytest.mark.parametrize("block", range(several(2, 10)))
+@pytest.mark.parametrize("block", range(select_for_suite(2, 10)))
 def test_formulas_by_chance_are_certified_or_refused(block: int) -> None:
     certified = sum(check_formula_by_chance(number) for number in range(20 * block, 20 * block + 20))
     assert certified > 2

@@ -6,15 +6,15 @@ from typing import Any
 import pytest
 import sympy as sp
 
-from qdot.exercises.answer_types import Number
 from qdot.exercises.arm.mpmath_kinematics import PRECISE_CONTEXT
 from qdot.exercises.arm.path import StraightPath
 from qdot.exercises.generation import generate
 from qdot.exercises.problem.problem import Problem
 from qdot.exercises.questions.path import DistanceDetails, PathDetails, RateLimitDetails, WeldingLine
+from qdot.exercises.reference_answers import Number
 from qdot.exercises.writing.problem_texts import write_prompt, write_solution
 from qdot.exercises.writing.solution_steps import format_three_digits
-from tests.support.problems import asked, drawn
+from tests.support.problems import ask_question, get_problem
 
 
 def numbers(problem: Problem) -> list[float]:
@@ -52,14 +52,14 @@ class Planar2R:
 
 def test_rates_of_the_chapters_arm_by_the_law_of_cosines(textbook_arms: dict[str, Any], seeds: range) -> None:
     for seed in seeds:
-        problem = asked("path-rates", textbook_arms["planar_2R"].chain, seed)
+        problem = ask_question("path-rates", textbook_arms["planar_2R"].chain, seed)
         place = float(problem.parts[0].details_as(DistanceDetails).distance)
         assert numbers(problem) == pytest.approx(Planar2R(seam_of(problem)).rates(place), rel=1e-8, abs=1e-9)
 
 
 def test_limit_of_the_chapters_arm_by_the_law_of_cosines(textbook_arms: dict[str, Any], seeds: range) -> None:
     for seed in seeds:
-        problem = asked("path-limit", textbook_arms["planar_2R"].chain, seed)
+        problem = ask_question("path-limit", textbook_arms["planar_2R"].chain, seed)
         details, (s,) = problem.parts[0].details_as(RateLimitDetails), numbers(problem)
         arm, joint, limit = Planar2R(details.welding_line), details.joint - 1, float(details.limit)
         assert abs(arm.rates(s)[joint]) == pytest.approx(limit, rel=1e-7)
@@ -70,7 +70,7 @@ def test_limit_of_the_chapters_arm_by_the_law_of_cosines(textbook_arms: dict[str
 
 def test_a_line_in_thirty_digits_is_the_line_in_floats(textbook_arms: dict[str, Any]) -> None:
     chain = textbook_arms["elbow_RRR"].chain
-    seam = seam_of(asked("path-rates", chain))
+    seam = seam_of(ask_question("path-rates", chain))
     rough, exact = seam.make_line(chain), seam.make_line(chain, PRECISE_CONTEXT)
     stations = list(rough.follow(0.02, 0.15))
     assert len(stations) > 10
@@ -92,7 +92,7 @@ def test_a_line_ends_where_the_arm_does(textbook_arms: dict[str, Any]) -> None:
 
 
 def test_given_numbers_are_such_as_a_person_works_with_and_the_result_is_in_the_solution_only(family: str) -> None:
-    problem = drawn(family, 0)
+    problem = get_problem(family, 0)
     for part in (part for part in problem.parts if part.name in ("path-rates", "path-limit")):
         seam, number = part.details_as(PathDetails).welding_line, part.answer_as(Number).reference[0]
         assert all((100 * value).is_Integer for value in seam.target.values())

@@ -6,11 +6,11 @@ from typing import Any
 
 import pytest
 
-from qdot.exercises.answer_types import Number
 from qdot.exercises.problem.problem import Problem
 from qdot.exercises.questions.inversion import VelocityDetails
+from qdot.exercises.reference_answers import Number
 from qdot.exercises.verify.certificate import certify
-from tests.support.problems import asked
+from tests.support.problems import ask_question
 
 NAMES = ("manipulability", "condition-number")
 
@@ -25,11 +25,11 @@ def found(problem: Problem) -> tuple[float, str, dict[str, float]]:
 
 def test_manipulability_is_the_determinant_of_the_chapter(textbook_arms: dict[str, Any], seeds: range) -> None:
     for seed in seeds:
-        w, unit, at = found(asked("manipulability", textbook_arms["planar_2R"].chain, seed))
+        w, unit, at = found(ask_question("manipulability", textbook_arms["planar_2R"].chain, seed))
         assert w == pytest.approx(at["a1"] * at["a2"] * abs(sin(at["theta2"])), rel=1e-9)
         assert unit == "m^2"
         name = "elbow_RRR_shoulder_offset_(Scorbot_point_P)"
-        w, unit, at = found(asked("manipulability", textbook_arms[name].chain, seed))
+        w, unit, at = found(ask_question("manipulability", textbook_arms[name].chain, seed))
         reach = at["a1"] + at["a2"] * cos(at["theta2"]) + at["a3"] * cos(at["theta2"] + at["theta3"])
         assert w == pytest.approx(abs(at["a2"] * at["a3"] * sin(at["theta3"]) * reach), rel=1e-9)
         assert unit == "m^3"
@@ -37,7 +37,7 @@ def test_manipulability_is_the_determinant_of_the_chapter(textbook_arms: dict[st
 
 def test_units_follow_the_joints(textbook_arms: dict[str, Any]) -> None:
     def unit(name: str) -> str:
-        return found(asked("manipulability", textbook_arms[name].chain))[1]
+        return found(ask_question("manipulability", textbook_arms[name].chain))[1]
 
     assert unit("planar_RP") == "m"
     assert unit("spherical_RRP") == "m^2"
@@ -48,7 +48,7 @@ def test_units_follow_the_joints(textbook_arms: dict[str, Any]) -> None:
 def test_condition_number_of_a_wrist(textbook_arms: dict[str, Any], seeds: range) -> None:
     """Axes 1 and 3 meet at the angle theta2, axis 2 is perpendicular to both: sigma^2 is 1 and 1 ± cos(theta2)."""
     for seed in seeds:
-        kappa, unit, at = found(asked("condition-number", textbook_arms["ZYZ_wrist"].chain, seed))
+        kappa, unit, at = found(ask_question("condition-number", textbook_arms["ZYZ_wrist"].chain, seed))
         c = abs(cos(at["theta2"]))
         assert kappa == pytest.approx(sqrt((1 + c) / (1 - c)), rel=1e-9)
         assert unit == ""
@@ -57,14 +57,14 @@ def test_condition_number_of_a_wrist(textbook_arms: dict[str, Any], seeds: range
 def test_condition_number_of_the_chapters_arm(textbook_arms: dict[str, Any], seeds: range) -> None:
     """kappa + 1/kappa = (sum of the squares of J's entries) / |det J| for a 2 x 2 matrix."""
     for seed in seeds:
-        kappa, _, at = found(asked("condition-number", textbook_arms["planar_2R"].chain, seed))
+        kappa, _, at = found(ask_question("condition-number", textbook_arms["planar_2R"].chain, seed))
         squares = at["a1"] ** 2 + 2 * at["a2"] ** 2 + 2 * at["a1"] * at["a2"] * cos(at["theta2"])
         expected = squares / abs(at["a1"] * at["a2"] * sin(at["theta2"]))
         assert kappa + 1 / kappa == pytest.approx(expected, rel=1e-9)
 
 
 def test_a_wrong_unit_is_found(textbook_arms: dict[str, Any]) -> None:
-    problem = asked("manipulability", textbook_arms["spherical_RRP"].chain)
+    problem = ask_question("manipulability", textbook_arms["spherical_RRP"].chain)
     (part,) = problem.parts
     broken = replace(part, answer=replace(part.answer_as(Number), units=("m^3",)))
     assert not certify(replace(problem, parts=(broken,))).passed

@@ -9,14 +9,12 @@ import hashlib
 import json
 import os
 import re
-from collections.abc import Callable
 from dataclasses import replace
 from typing import Any
 
 import pytest
 import sympy as sp
 
-from qdot.exercises.answer_types import Choice, ConditionSet, Direction, Expression, Matrix, Number
 from qdot.exercises.common.stream import Stream
 from qdot.exercises.common.variation import VARIATION_STEPS
 from qdot.exercises.families import FAMILIES
@@ -24,16 +22,16 @@ from qdot.exercises.formula.parser import parse_formula
 from qdot.exercises.problem.problem import ENGINE, Part, Problem, ProblemId
 from qdot.exercises.problem.record import to_plain_data
 from qdot.exercises.questions import QUESTIONS
+from qdot.exercises.reference_answers import Choice, ConditionSet, Direction, Expression, Matrix, Number
 from qdot.exercises.writing.problem_texts import write_prompt, write_solution
 from qdot.grader.grading.certify import find_failures
 from tests.support import DATA, SNAPSHOTS
-from tests.support.problems import drawn
-from tests.support.suites import few_of, several
+from tests.support.problems import get_problem
+from tests.support.suites import sample_for_suite, select_for_suite
 
 RECORDS = json.loads((DATA / "ground_truth.json").read_text(encoding="utf-8"))
-EACH = several(1, len(RECORDS))
+EACH = select_for_suite(1, len(RECORDS))
 """Arms of the books that each question is asked of: in `make test`, short ones in turn where they can be asked it."""
-Draw = Callable[[str, int], Problem]
 
 
 def answer_of(part: Part) -> Any:
@@ -77,8 +75,8 @@ def test_what_an_id_regenerates_has_not_changed(family: str) -> None:
     """A problem of each family at each step; `make test` looks at the last."""
     path, updated = SNAPSHOTS / f"{family}.json", os.environ.get("QDOT_UPDATE_SNAPSHOTS") == "1"
     few = ("full",)
-    steps = tuple(VARIATION_STEPS) if updated else several(few, tuple(VARIATION_STEPS))
-    found = snapshot([drawn(family, 0, step) for step in steps])
+    steps = tuple(VARIATION_STEPS) if updated else select_for_suite(few, tuple(VARIATION_STEPS))
+    found = snapshot([get_problem(family, 0, step) for step in steps])
     if updated:
         SNAPSHOTS.mkdir(exist_ok=True)
         path.write_text(json.dumps(found, indent=1, ensure_ascii=False) + "\n", encoding="utf-8")
@@ -104,7 +102,7 @@ def test_questions_are_registered_under_their_names() -> None:
         assert all(need in QUESTIONS for need in question.prerequisites), name
 
 
-@pytest.mark.parametrize("name", few_of(QUESTIONS, 6))
+@pytest.mark.parametrize("name", sample_for_suite(QUESTIONS, 6))
 def test_arms_of_the_books_pass_certificate_and_grader(name: str, textbook_arms: dict[str, Any]) -> None:
     """Arms that no family draws, with tables in the books' own symbols."""
     question, taken = QUESTIONS[name], 0
@@ -123,8 +121,8 @@ def test_arms_of_the_books_pass_certificate_and_grader(name: str, textbook_arms:
     assert taken
 
 
-def test_answers_are_well_formed(family: str, drawn: Draw) -> None:
-    problem = drawn(family, several(0, 1))
+def test_answers_are_well_formed(family: str) -> None:
+    problem = get_problem(family, select_for_suite(0, 1))
     for part in problem.parts:
         _is_well_formed(part, set(problem.symbols))
 

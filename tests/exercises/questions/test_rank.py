@@ -9,7 +9,6 @@ import numpy as np
 import pytest
 import sympy as sp
 
-from qdot.exercises.answer_types import Choice, Direction, Number
 from qdot.exercises.arm.chain import Point
 from qdot.exercises.arm.derivation import symbolic_arm_of
 from qdot.exercises.common.stream import Stream
@@ -25,12 +24,13 @@ from qdot.exercises.questions.geometry import (
     sample_singular_configuration,
 )
 from qdot.exercises.questions.rank import LostMotionDetails, RankDetails
+from qdot.exercises.reference_answers import Choice, Direction, Number
 from qdot.exercises.singularities.directions import clear_rank, lost_direction, lost_direction_formula
-from qdot.exercises.singularities.singularity import singular_set
+from qdot.exercises.singularities.singular_set import singular_set
 from qdot.exercises.verify.certificate import certify
 from qdot.exercises.writing.problem_texts import write_solution
-from tests.support.problems import asked, drawn, with_answer
-from tests.support.suites import several
+from tests.support.problems import ask_question, get_problem, replace_answer
+from tests.support.suites import select_for_suite
 
 
 def test_the_rank_is_not_always_the_same(textbook_arms: dict[str, Any]) -> None:
@@ -39,7 +39,9 @@ def test_the_rank_is_not_always_the_same(textbook_arms: dict[str, Any]) -> None:
     Two that meet in no pose that can be told exactly, as a PUMA's, are not asked.
     """
     for name, ranks, draws in (("planar_2R", {1, 2}, 20), ("elbow_RRR", {1, 2, 3}, 20), ("PUMA560", {5, 6}, 4)):
-        problems = [asked("rank", textbook_arms[name].chain, seed) for seed in range(several(draws, 30))]
+        problems = [
+            ask_question("rank", textbook_arms[name].chain, seed) for seed in range(select_for_suite(draws, 30))
+        ]
         found = Counter(int(problem.parts[0].answer.as_matrix()[0]) for problem in problems)
         assert ranks <= set(found), (name, found)
         assert max(found.values()) <= 0.8 * len(problems)
@@ -69,13 +71,13 @@ def test_a_bent_tool_loses_the_direction_from_the_first_joint() -> None:
 
 
 def test_a_direction_in_numbers_where_no_formula_is_short(textbook_arms: dict[str, Any]) -> None:
-    problem = asked("lost-direction", textbook_arms["orthogonal_3R"].chain, 3)
+    problem = ask_question("lost-direction", textbook_arms["orthogonal_3R"].chain, 3)
     answer = problem.parts[0].answer_as(Direction)
     assert answer.tolerance == 0.005
     assert not answer.reference.free_symbols
     for wrong in (sp.Matrix([1, 2, 3]).normalized(), 2 * answer.reference):
         numbers = wrong.applyfunc(lambda value: sp.N(value, 10))
-        assert not certify(with_answer(problem, replace(answer, reference=numbers))).passed
+        assert not certify(replace_answer(problem, replace(answer, reference=numbers))).passed
 
 
 def test_precise_direction() -> None:
@@ -123,7 +125,7 @@ def test_the_stretched_elbow_can_not_move_along_itself(textbook_arms: dict[str, 
     chain = textbook_arms["elbow_RRR"].chain
     right = set()
     for seed in range(12):
-        (part,) = asked("lost-motion", chain, seed).parts
+        (part,) = ask_question("lost-motion", chain, seed).parts
         where = part.details_as(LostMotionDetails).configurations
         words = part.answer_as(Choice).options[part.answer_as(Choice).correct]
         if where.condition is not None:
@@ -146,7 +148,7 @@ def test_meanings_of_the_chapters_arms(textbook_arms: dict[str, Any]) -> None:
     for name, right in expected.items():
         found = set()
         for seed in range(8):
-            answer = asked("singularity-meaning", textbook_arms[name].chain, seed).parts[0].answer_as(Choice)
+            answer = ask_question("singularity-meaning", textbook_arms[name].chain, seed).parts[0].answer_as(Choice)
             found.add(answer.options[answer.correct])
         assert found == right
 
@@ -155,7 +157,9 @@ def test_meanings_of_the_chapters_arms(textbook_arms: dict[str, Any]) -> None:
 def test_the_kind_is_left_out_where_it_is_not_the_same_everywhere(textbook_arms: dict[str, Any]) -> None:
     """With a shoulder offset the stretched arm is on the boundary in front, and inside behind the column."""
     chain = textbook_arms["elbow_RRR_shoulder_offset_(Scorbot_point_P)"].chain
-    texts = [asked("singularity-meaning", chain, seed).parts[0].answer for seed in range(several(6, 10))]
+    texts = [
+        ask_question("singularity-meaning", chain, seed).parts[0].answer for seed in range(select_for_suite(6, 10))
+    ]
     stretched = [a for a in texts if isinstance(a, Choice) and "stretched" in a.options[a.correct]]
     assert stretched
     assert not any("singularity" in option for answer in stretched for option in answer.options)
@@ -173,16 +177,16 @@ def test_a_point_on_the_wrist_moves_with_fewer_joints(textbook_arms: dict[str, A
     chain = textbook_arms["PUMA560"].chain
     assert chain.point == Point(chain.point.frame)
     for seed in range(6):
-        problem = asked("lost-motion", chain, seed)
+        problem = ask_question("lost-motion", chain, seed)
         assert certify(problem).passed
 
 
 @pytest.mark.parametrize("family", ["elbow-3r", "elbow-lateral", "planar-3r", "scorbot-wrist"])
 def test_a_rank_is_asked_at_a_pose_that_is_told_exactly(family: str) -> None:
     """The pose as told gives the rank of the reference; a rounded one would give full rank."""
-    chain, ranks = drawn(family, 0).chain, set()
+    chain, ranks = get_problem(family, 0).chain, set()
     for seed in range(9):
-        (part,) = asked("rank", chain, seed).parts
+        (part,) = ask_question("rank", chain, seed).parts
         place, rank = part.details_as(RankDetails).configuration, int(part.answer_as(Number).reference[0])
         assert not place.rounded_values
         told = {q: sp.N(value, 14) for q, value in place.joints.items()}

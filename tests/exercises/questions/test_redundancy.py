@@ -6,7 +6,6 @@ import numpy as np
 import pytest
 import sympy as sp
 
-from qdot.exercises.answer_types import Direction, Expression, Number
 from qdot.exercises.arm.chain import Chain, Joint
 from qdot.exercises.arm.conventions.base import VELOCITY_NAMES
 from qdot.exercises.arm.derivation import derive
@@ -17,8 +16,9 @@ from qdot.exercises.formula.equality import Domain
 from qdot.exercises.questions import QUESTIONS
 from qdot.exercises.questions.inversion import VelocityDetails
 from qdot.exercises.questions.redundancy import MinorDetails, compute_null_vector, write_self_motion
+from qdot.exercises.reference_answers import Direction, Expression, Number
 from tests.support.judging import judge_direction
-from tests.support.problems import asked
+from tests.support.problems import ask_question
 
 T1, T2, T3, T4 = sp.symbols("theta1:5")
 A1, A2, A3, A4 = sp.symbols("a1:5")
@@ -60,7 +60,7 @@ def test_the_arm_in_any_precision_is_the_arm_in_numbers(textbook_arms: dict[str,
 
 
 def test_gram_determinant_of_the_planar_arm(planar: Chain) -> None:
-    (part,) = asked("gram-determinant", planar).parts
+    (part,) = ask_question("gram-determinant", planar).parts
     jacobian = derive(planar).jacobian
     assert are_identical(
         part.answer_as(Expression).reference, sp.expand((jacobian * jacobian.T).det(method="berkowitz"))
@@ -69,7 +69,7 @@ def test_gram_determinant_of_the_planar_arm(planar: Chain) -> None:
 
 
 def test_what_all_minors_share_stands_before_the_sum() -> None:
-    (part,) = asked("gram-determinant", ARM_4R).parts
+    (part,) = ask_question("gram-determinant", ARM_4R).parts
     reach = A2 * sp.cos(T2) + A3 * sp.cos(T2 + T3) + A4 * sp.cos(T2 + T3 + T4)
     assert part.details_as(MinorDetails).shared_factors == reach
     assert part.answer_as(Expression).reference.is_Mul
@@ -79,7 +79,7 @@ def test_what_all_minors_share_stands_before_the_sum() -> None:
 def test_self_motion_of_the_planar_arm(planar: Chain) -> None:
     motion = write_self_motion(planar)
     assert all(are_identical(entry, sp.S.Zero) for entry in derive(planar).jacobian * motion)
-    (part,) = asked("self-motion", planar).parts
+    (part,) = ask_question("self-motion", planar).parts
     assert part.answer == Direction(motion)
     expected = [
         A2 * A3 * sp.sin(T3),
@@ -90,7 +90,7 @@ def test_self_motion_of_the_planar_arm(planar: Chain) -> None:
 
 
 def test_a_long_self_motion_is_asked_in_numbers() -> None:
-    (part,) = asked("self-motion", LBR).parts
+    (part,) = ask_question("self-motion", LBR).parts
     situation = part.details_as(VelocityDetails).situation
     assert part.answer_as(Direction).tolerance == 0.005
     arm = PreciseArm(LBR, situation.lengths)
@@ -100,7 +100,7 @@ def test_a_long_self_motion_is_asked_in_numbers() -> None:
 
 
 def test_least_norm_is_that_of_the_pseudo_inverse_and_no_other_rates_are_shorter(planar: Chain) -> None:
-    (part,) = asked("least-norm-rates", planar).parts
+    (part,) = ask_question("least-norm-rates", planar).parts
     situation = part.details_as(VelocityDetails).situation
     jacobian = np.array(derive(planar).jacobian.xreplace(situation.values).evalf().tolist(), dtype=float)
     velocity = np.array([float(v) for v in situation.velocity.values()])

@@ -9,14 +9,13 @@ import numpy as np
 import pytest
 import sympy as sp
 
-from qdot.exercises.answer_types import Choice
 from qdot.exercises.arm.axes_to_dh import Axis, move_point_along_axes
 from qdot.exercises.arm.chain import Chain, Joint, Point
 from qdot.exercises.arm.robot_file import Robot, read_robot
 from qdot.exercises.arm.standard_table import home_geometry_of
 from qdot.exercises.common.stream import Stream
 from qdot.exercises.families import FAMILIES
-from qdot.exercises.families.base import Family
+from qdot.exercises.families.family import Family
 from qdot.exercises.families.own import read_robot_family
 from qdot.exercises.generation import generate, list_applicable_questions, sample_chain
 from qdot.exercises.mistakes.catalogue import CATALOGUE, SECTIONS, generate_mistaken_answers
@@ -31,6 +30,7 @@ from qdot.exercises.questions.screws import (
     derive_body_rotation,
     derive_space_jacobian,
 )
+from qdot.exercises.reference_answers import Choice
 from qdot.exercises.short_questions import SHORT_QUESTIONS
 from qdot.exercises.short_questions.choice import FormulaOptions
 from qdot.exercises.solve.solver import ReadyResult, text_events
@@ -44,7 +44,7 @@ from qdot.exercises.writing.problem_texts import (
     write_solution,
     write_statement,
 )
-from tests.support.suites import FEW, WHOLE, few_families, of_families, several
+from tests.support.suites import FEW, WHOLE, few_families, on_families, select_for_suite
 
 FIXED = [name for name, family in FAMILIES.items() if not family.has_varied_structure]
 NAMES = tuple(question.name for question in QUESTIONS)
@@ -69,7 +69,7 @@ def test_a_scara_has_its_published_space_jacobian() -> None:
     assert same(jacobian[:, 3], [[0]] * 5 + [[-1]])
 
 
-@of_families(several(["polar-rp", "elbow-3r"], FIXED))
+@on_families(select_for_suite(["polar-rp", "elbow-3r"], FIXED))
 def test_the_adjoint_changes_the_body_jacobian_into_the_space_jacobian(family: str) -> None:
     arm = by_axes(family)
     if "body-pose" not in list_applicable_questions(arm):
@@ -82,7 +82,7 @@ def test_the_adjoint_changes_the_body_jacobian_into_the_space_jacobian(family: s
 
 def test_a_twist_in_numbers_is_one_that_the_arm_has() -> None:
     """Changed from one frame into the other as it is told; and the rates would give nearly the same in {s}."""
-    for seed in range(several(2, 4)):
+    for seed in range(select_for_suite(2, 4)):
         problem = generate(ProblemId("elbow-3r", seed, ("changed-twist",), variation="full", convention="screws"))
         (part,) = problem.parts
         told, arm = part.details_as(NumericTwistDetails), problem.chain
@@ -91,7 +91,7 @@ def test_a_twist_in_numbers_is_one_that_the_arm_has() -> None:
         assert all(value * 1000 == int(value * 1000) for value in told.twist)
 
 
-@of_families(several(["polar-rp", "scara"], FIXED))
+@on_families(select_for_suite(["polar-rp", "scara"], FIXED))
 def test_what_is_asked_of_screws_is_certified(family: str) -> None:
     """By exponentials of the axes as they are told, by frames at home, and by differences."""
     arm = by_axes(family)
@@ -127,7 +127,7 @@ def test_a_certificate_sees_axes_that_are_told_otherwise(what: str, monkeypatch:
     assert [check.name for check in certify(problem).failures] == [f"axes at home: {what}"]
 
 
-@pytest.mark.parametrize("variation", several(["full"], ["chapter", "zeros", "full"]))
+@pytest.mark.parametrize("variation", select_for_suite(["full"], ["chapter", "zeros", "full"]))
 def test_options_for_screws_are_those_of_the_arm_at_its_own_home(variation: str) -> None:
     """Which may have roots: an arm of the same structure has another home, and formulas without roots."""
     asked = set()
@@ -166,7 +166,7 @@ SIDE_BY_SIDE = re.compile(rf"^({NAMED_AXIS}) &= .*, \\qquad \1' = .*$", re.MULTI
 def test_no_text_speaks_of_frames_on_the_links_and_an_axis_that_others_have_moved_has_a_prime(family: str) -> None:
     if family not in FIXED:
         pytest.skip("its arms are of many structures")
-    arm, each, turn = by_axes(family), several(72, 1), 0 if WHOLE else FEW.index(family)
+    arm, each, turn = by_axes(family), select_for_suite(72, 1), 0 if WHOLE else FEW.index(family)
     own = list_applicable_questions(arm)
     names = [*own[turn::each], *list_applicable_questions(arm, SHORT_QUESTIONS)[turn::each]]
     for problem in (generate(ProblemId(family, 1, (name,), variation="full", convention="screws")) for name in names):

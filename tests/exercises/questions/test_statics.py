@@ -6,16 +6,16 @@ from dataclasses import replace
 import pytest
 import sympy as sp
 
-from qdot.exercises.answer_types import Matrix
 from qdot.exercises.arm.derivation import derive
 from qdot.exercises.common.stream import Stream
 from qdot.exercises.families import FAMILIES
 from qdot.exercises.generation import generate, questions_of_family
 from qdot.exercises.problem.problem import Part, Problem, ProblemId
 from qdot.exercises.questions import QUESTIONS
+from qdot.exercises.reference_answers import Matrix
 from qdot.exercises.writing.problem_texts import write_prompt, write_solution
-from tests.support.problems import as_table, drawn
-from tests.support.suites import of_families
+from tests.support.problems import fold_tool_into_table, get_problem
+from tests.support.suites import on_families
 
 ARMS = [
     name
@@ -29,10 +29,10 @@ def asked(family: str, seed: int) -> tuple[Problem, Part]:
     return problem, problem.parts[0]
 
 
-@of_families(ARMS)
+@on_families(ARMS)
 def test_a_joint_carries_the_moment_of_the_load_about_its_own_axis(family: str) -> None:
     """By balance of moments (of forces, for a slide), not by the transposed Jacobian."""
-    problem = drawn(family, 0)
+    problem = get_problem(family, 0)
     part = problem["joint-torques"]
     chain, found = problem.chain, derive(problem.chain)
     names = part.symbols
@@ -49,9 +49,9 @@ def test_a_joint_carries_the_moment_of_the_load_about_its_own_axis(family: str) 
         assert abs(difference.xreplace(values).evalf()) < 1e-12
 
 
-@of_families(ARMS)
+@on_families(ARMS)
 def test_the_prompt_names_every_unit_and_load(family: str) -> None:
-    problem = drawn(family, 0)
+    problem = get_problem(family, 0)
     part = problem["joint-torques"]
     text = write_prompt(problem, part)
     for i, joint in enumerate(problem.chain.joints, 1):
@@ -67,7 +67,7 @@ def test_the_prompt_names_every_unit_and_load(family: str) -> None:
 def test_a_load_along_the_lost_direction_asks_nothing_of_the_joints(value: sp.Expr) -> None:
     """The arm stretched out or folded back, of Example 6.2."""
     problem, part = asked("planar-2r", 1)
-    chain = replace(as_table(problem.chain), tool=None)
+    chain = replace(fold_tool_into_table(problem.chain), tool=None)
     answer, _ = QUESTIONS["joint-torques"].ask(chain, Stream("x"))
     at = {chain.q[1]: value - chain.offsets[1]}
     x, y = derive(chain).p_star[:2, 1].xreplace(at)

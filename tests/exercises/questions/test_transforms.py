@@ -3,7 +3,6 @@
 import pytest
 import sympy as sp
 
-from qdot.exercises.answer_types import Matrix
 from qdot.exercises.arm.chain import Chain, Joint
 from qdot.exercises.arm.conventions import convention_of
 from qdot.exercises.arm.derivation import derive, symbolic_arm_of
@@ -14,9 +13,10 @@ from qdot.exercises.generation import questions_of_family, sample_chain
 from qdot.exercises.problem.problem import ProblemId
 from qdot.exercises.questions import QUESTIONS
 from qdot.exercises.questions.transforms import AngleSum, ToolJacobianDetails, TransformDetails
+from qdot.exercises.reference_answers import Matrix
 from qdot.exercises.writing.problem_texts import write_solution
-from tests.support.problems import drawn
-from tests.support.suites import of_families
+from tests.support.problems import get_problem
+from tests.support.suites import on_families
 
 FIXED = [family for family in FAMILIES if not FAMILIES[family].has_varied_structure]
 ARMS = [family for family in FIXED if "transform" in questions_of_family(family)]
@@ -33,9 +33,9 @@ def row_of_table(chain: Chain, joint: Joint) -> sp.Matrix:
     return convention.rotation(joint).row_join(convention.link_vector(joint)).col_join(sp.Matrix([[0, 0, 0, 1]]))
 
 
-@of_families(ARMS)
+@on_families(ARMS)
 def test_each_partial_product_is_the_one_before_times_a_row_of_the_table(family: str) -> None:
-    problem = drawn(family, 0)
+    problem = get_problem(family, 0)
     part = problem["transform"]
     poses = part.details_as(TransformDetails).poses
     assert len(poses) == problem.chain.n + 1
@@ -47,7 +47,7 @@ def test_each_partial_product_is_the_one_before_times_a_row_of_the_table(family:
 
 @pytest.mark.parametrize("family", ["planar-2r", "planar-3r", "elbow-3r", "scara", "scorbot-wrist"])
 def test_the_sum_of_angles_that_is_shown_is_an_identity_and_shorter(family: str) -> None:
-    found = drawn(family, 0)["transform"].details_as(TransformDetails).angle_sum
+    found = get_problem(family, 0)["transform"].details_as(TransformDetails).angle_sum
     assert isinstance(found, AngleSum)
     assert abs(numbers(sp.Matrix([found.product - found.result]))[0]) < 1e-12
     assert found.product.is_Add and not found.result.is_Add
@@ -55,11 +55,11 @@ def test_the_sum_of_angles_that_is_shown_is_an_identity_and_shorter(family: str)
 
 @pytest.mark.parametrize("family", ["wrist-zyz", "pan-tilt", "cartesian"])
 def test_no_sum_of_angles_is_claimed_where_no_axes_are_parallel(family: str) -> None:
-    assert drawn(family, 0)["transform"].details_as(TransformDetails).angle_sum is None
+    assert get_problem(family, 0)["transform"].details_as(TransformDetails).angle_sum is None
 
 
 def test_the_solution_multiplies_row_by_row_from_the_base_on() -> None:
-    problem = drawn("scara", 0)
+    problem = get_problem("scara", 0)
     text = write_solution(problem, problem["transform"])
     places = [text.index(f"T_{{w,{i}}}") for i in range(5)]
     assert places == sorted(places)
@@ -75,9 +75,9 @@ def test_example_6_1() -> None:
     assert answer.as_matrix() == sp.Matrix([[c, -s, 0, x], [s, c, 0, y], [0, 0, 1, 0], [0, 0, 0, 1]])
 
 
-@of_families(TOOLS)
+@on_families(TOOLS)
 def test_the_tool_jacobian_is_the_other_one_turned(family: str) -> None:
-    problem = drawn(family, 0)
+    problem = get_problem(family, 0)
     part = problem["tool-jacobian"]
     jacobian = part.answer_as(Matrix).reference
     found = derive(problem.chain)

@@ -30,12 +30,12 @@ from qdot.exercises.writing.problem_texts import write_hints, write_prompt, writ
 from qdot.grader.judging.judge import judge
 from qdot.grader.judging.verdict import Outcome
 from tests.repository.test_schemas import errors
-from tests.support.solving import written_data
-from tests.support.suites import several
+from tests.support.solving import solve_to_json
+from tests.support.suites import select_for_suite
 from tests.tools.diagnoses import answers_with, verdict_on
 
 FEW_ARMS = ["planar-2r", "spherical-offset", "wrist-zyz"]
-ARMS = several(FEW_ARMS, [*FEW_ARMS, "elbow-3r", "scara-rrrp", "cartesian"])
+ARMS = select_for_suite(FEW_ARMS, [*FEW_ARMS, "elbow-3r", "scara-rrrp", "cartesian"])
 IN_ORDER = (
     "home-screws", "space-jacobian", "body-jacobian", "space-twist", "body-twist", "geometric-jacobian", "twist",
     "body-adjoint", "changed-twist",
@@ -210,7 +210,7 @@ def test_a_file_says_the_order_and_is_written_with_it(tmp_path: Path) -> None:
     again.write_text(robot_text(robot, "screws"))
     assert 'twist_order = "v-omega"' in again.read_text() and read_robot(again) == robot.chain
     assert "twist_order" not in robot_text(robot, "dh")
-    data = written_data(robot.chain)
+    data = solve_to_json(robot.chain)
     assert errors("solve", json.loads(json.dumps(data))) == []
     assert data["twist_rows"] == ["vx", "vy", "vz", "wx", "wy", "wz"]
     assert data["space_jacobian"][1] == ["0", "-a1*cos(theta1)"] and data["space_jacobian"][5] == ["1", "1"]

@@ -6,7 +6,6 @@ from typing import Any
 import pytest
 import sympy as sp
 
-from qdot.exercises.answer_types import Matrix
 from qdot.exercises.arm.chain import Chain, Joint, Point
 from qdot.exercises.arm.conventions.base import VELOCITY_NAMES
 from qdot.exercises.arm.trigonometry import are_identical
@@ -14,10 +13,11 @@ from qdot.exercises.common.stream import Stream
 from qdot.exercises.problem.problem import Part, Problem, ProblemId
 from qdot.exercises.questions import QUESTIONS
 from qdot.exercises.questions.wrist import derive_blocks
+from qdot.exercises.reference_answers import Matrix
 from qdot.exercises.writing.problem_texts import write_solution
 from qdot.grader.grading.certify import find_failures
-from tests.support.problems import drawn
-from tests.support.suites import few_of
+from tests.support.problems import get_problem
+from tests.support.suites import sample_for_suite
 
 NAMES = ("arm-block", "wrist-block", "block-determinants")
 PARTITIONED = ("stanford-6r", "puma-560", "anthropomorphic-6r", "industrial-6r")
@@ -48,7 +48,7 @@ def determinants(chain: Chain) -> sp.Matrix:
     return answer.as_matrix()
 
 
-@pytest.mark.parametrize("name", few_of(TEXTBOOK, 1))
+@pytest.mark.parametrize("name", sample_for_suite(TEXTBOOK, 1))
 @pytest.mark.parametrize("frame", [4, 5])
 def test_textbook_arms_fall_into_blocks_wherever_the_wrist_centre_is_named(
     textbook_arms: dict[str, Any], name: str, frame: int
@@ -90,9 +90,9 @@ def test_other_arms_and_points_are_refused(chain: Chain) -> None:
         assert QUESTIONS[name].find_obstacle(chain) is not None
 
 
-@pytest.mark.parametrize("family", few_of(PARTITIONED, 2))
+@pytest.mark.parametrize("family", sample_for_suite(PARTITIONED, 2))
 def test_the_solution_names_the_places_where_each_block_is_singular(family: str) -> None:
-    problem = drawn(family, 0)
+    problem = get_problem(family, 0)
     part = problem["block-determinants"]
     split = derive_blocks(problem.chain)
     arm, wrist = part.answer_as(Matrix).reference

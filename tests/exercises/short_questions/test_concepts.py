@@ -8,7 +8,6 @@ import numpy as np
 import pytest
 import sympy as sp
 
-from qdot.exercises.answer_types import Choice
 from qdot.exercises.generation import generate, questions_of_family
 from qdot.exercises.problem.problem import ProblemId
 from qdot.exercises.questions.concepts import (
@@ -18,16 +17,17 @@ from qdot.exercises.questions.concepts import (
     VelocityLossDetails,
 )
 from qdot.exercises.questions.differentiation import TaskDetails
-from tests.support.problems import asked
-from tests.support.suites import of_families, several
+from qdot.exercises.reference_answers import Choice
+from tests.support.problems import ask_question
+from tests.support.suites import on_families, select_for_suite
 
 CHOICES = ("joint-effect", "invertibility", "unreachable-velocity", "lost-motion", "singularity-meaning")
 
 
 @pytest.mark.parametrize("name", CHOICES)
-@of_families(several(("planar-2r", "polar-rp"), ("planar-2r", "polar-rp", "elbow-3r", "planar-3r")))
+@on_families(select_for_suite(("planar-2r", "polar-rp"), ("planar-2r", "polar-rp", "elbow-3r", "planar-3r")))
 def test_letters_are_balanced_and_options_distinct(family: str, name: str) -> None:
-    draws = several(12, 30) if name in questions_of_family(family) else 0
+    draws = select_for_suite(12, 30) if name in questions_of_family(family) else 0
     answers = [generate(ProblemId(family, 1000 + seed, (name,))).parts[0].answer_as(Choice) for seed in range(draws)]
     assert all(len(set(answer.options)) == len(answer.options) >= 3 for answer in answers)
     letters = Counter(answer.letters for answer in answers)
@@ -53,8 +53,8 @@ def test_every_use_occurs_where_it_can(textbook_arms: dict[str, Any]) -> None:
         "elbow_RRR": set(INVERTIBILITY_ANSWERS),
         "PUMA560": set(INVERTIBILITY_ANSWERS) - {"few"},
     }
-    for name, uses in islice(possible.items(), several(3, None)):
-        problems = [asked("invertibility", textbook_arms[name].chain, seed) for seed in range(24)]
+    for name, uses in islice(possible.items(), select_for_suite(3, None)):
+        problems = [ask_question("invertibility", textbook_arms[name].chain, seed) for seed in range(24)]
         found = Counter(problem.parts[0].details_as(InvertibilityDetails).answer_key for problem in problems)
         assert set(found) == uses, name
         assert max(found.values()) < 20
@@ -65,7 +65,7 @@ def test_velocities_at_the_stretched_arm(textbook_arms: dict[str, Any]) -> None:
     chain = textbook_arms["planar_2R"].chain
     seen = set()
     for seed in range(10):
-        (part,) = asked("unreachable-velocity", chain, seed).parts
+        (part,) = ask_question("unreachable-velocity", chain, seed).parts
         cost, answer = part.details_as(VelocityLossDetails), part.answer_as(Choice)
         turn = float(cost.configuration.joints[sp.Symbol("theta1")])
         along = np.array([np.cos(turn), np.sin(turn)])
@@ -79,7 +79,9 @@ def test_velocities_at_the_stretched_arm(textbook_arms: dict[str, Any]) -> None:
 
 def test_a_joint_that_does_not_move_the_point_is_not_asked_about(textbook_arms: dict[str, Any]) -> None:
     chain = textbook_arms["PUMA560"].chain
-    joints = {asked("joint-effect", chain, seed).parts[0].details_as(JointEffectDetails).joint for seed in range(10)}
+    joints = {
+        ask_question("joint-effect", chain, seed).parts[0].details_as(JointEffectDetails).joint for seed in range(10)
+    }
     assert joints <= {1, 2, 3}
-    wrist = asked("joint-effect", textbook_arms["ZYZ_wrist"].chain, 0).parts[0]
+    wrist = ask_question("joint-effect", textbook_arms["ZYZ_wrist"].chain, 0).parts[0]
     assert wrist.details_as(JointEffectDetails).rows == ("wx", "wy", "wz")

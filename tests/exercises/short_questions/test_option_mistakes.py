@@ -2,15 +2,15 @@
 
 import pytest
 
-from qdot.exercises.answer_types import Letters
 from qdot.exercises.common.stream import Stream
 from qdot.exercises.mistakes.catalogue import CATALOGUE
 from qdot.exercises.problem.problem import Problem
+from qdot.exercises.reference_answers import Letters
 from qdot.exercises.short_questions import SHORT_QUESTIONS
 from qdot.exercises.short_questions.option_mistakes import explain_options
 from tests.exercises.short_questions.test_quizzes import of_small, small
-from tests.support.problems import drawn
-from tests.support.suites import few_of
+from tests.support.problems import get_problem
+from tests.support.suites import sample_for_suite
 
 WITH_LETTERS = [name for name, quiz in SHORT_QUESTIONS.items() if quiz.form != "number"]
 BY_OPTIONS_ALONE = {"motion-turned-round", "joint-without-effect", "column-of-other-joint"}
@@ -30,7 +30,7 @@ def named(problem: Problem) -> set[str]:
 
 
 @small
-@pytest.mark.parametrize("name", few_of(WITH_LETTERS, 5))
+@pytest.mark.parametrize("name", sample_for_suite(WITH_LETTERS, 5))
 def test_something_is_told_of_each_wrong_option_of_a_short_question(name: str) -> None:
     assert named(of_small(name))
 
@@ -38,7 +38,7 @@ def test_something_is_told_of_each_wrong_option_of_a_short_question(name: str) -
 @small
 @pytest.mark.parametrize("family", ["planar-2r", "planar-3r", "elbow-3r", "scara", "spherical-offset", "wrist-zyz"])
 def test_something_is_told_of_each_wrong_option_of_the_chapters_questions(family: str) -> None:
-    assert named(drawn(family, 0))
+    assert named(get_problem(family, 0))
 
 
 @small

@@ -16,7 +16,6 @@ from typing import Any
 import pytest
 from typer.testing import CliRunner
 
-from qdot.exercises.answer_types import TRUE_FALSE, Choice, Matching, Number, Selection
 from qdot.exercises.common.errors import QdotError
 from qdot.exercises.families import FAMILIES
 from qdot.exercises.figure.arm_figure import describe_part_figure, draw_part_svg
@@ -24,6 +23,7 @@ from qdot.exercises.generation import generate, list_applicable_questions, sampl
 from qdot.exercises.notebook.notebook import make_solution_notebook, make_student_notebook
 from qdot.exercises.problem.problem import Part, Problem, ProblemId
 from qdot.exercises.problem.record import compute_digests
+from qdot.exercises.reference_answers import TRUE_FALSE, Choice, Matching, Number, Selection
 from qdot.exercises.short_questions import ALL_QUESTIONS, SHORT_QUESTIONS
 from qdot.exercises.short_questions.options import ConfigurationOptions, list_blames
 from qdot.exercises.verify.certificate import certify
@@ -35,14 +35,14 @@ from qdot.grader.judging.verdict import Outcome
 from tests.exercises.writing.test_problem_texts import _is_clean
 from tests.support import SNAPSHOTS
 from tests.support.judging import diagnose, judge_matching, judge_selection
-from tests.support.problems import told_in, with_answer
-from tests.support.suites import few_families, few_of, several
+from tests.support.problems import choose_convention, replace_answer
+from tests.support.suites import few_families, sample_for_suite, select_for_suite
 
 QUIZ_SNAPSHOTS = SNAPSHOTS / "quizzes"
 UPDATED = os.environ.get("QDOT_UPDATE_SNAPSHOTS") == "1"
 SNAPPED = ("planar-2r", "elbow", "wrist-zyz", "scara")
 NAMES, FAMILY_NAMES = list(SHORT_QUESTIONS), list(FAMILIES)
-EACH = several(1, 4)
+EACH = select_for_suite(1, 4)
 """Short questions that each family is asked; in `make whole` every one of them has its turn over all families."""
 SMALL = ("polar-rp", "planar-pr", "elbow")
 """Families of which the first that can be asked a short question is asked it."""
@@ -58,7 +58,7 @@ def asked_in_turn(family: str) -> list[str]:
 
 
 def _id(family: str, seed: int, name: str) -> ProblemId:
-    return ProblemId(family, seed, (name,), convention=told_in(SHORT_QUESTIONS[name]))
+    return ProblemId(family, seed, (name,), convention=choose_convention(SHORT_QUESTIONS[name]))
 
 
 @cache
@@ -83,12 +83,12 @@ def test_short_questions_pass_their_certificate_and_are_marked(family: str) -> N
 
 
 @small
-@pytest.mark.parametrize("name", few_of(NAMES, 8))
+@pytest.mark.parametrize("name", sample_for_suite(NAMES, 8))
 def test_each_short_question_passes_its_certificate_which_fails_for_other_options_and_is_marked(name: str) -> None:
     problem = of_small(name)
     _is_certified_and_marked(problem)
     for other in _others(problem.parts[0].answer):
-        assert not certify(with_answer(problem, other)).passed
+        assert not certify(replace_answer(problem, other)).passed
 
 
 def _is_certified_and_marked(problem: Problem) -> None:
@@ -168,10 +168,10 @@ def _others(answer: Any) -> list[Any]:
 def test_nothing_about_the_right_option_stands_out() -> None:
     """Who never looks at the arm and takes the longest, the shortest or the most ordinary option is right by chance."""
     hits, count = Counter[str](), 0
-    for family in several(("planar-2r", "planar-prr", "spherical"),
+    for family in select_for_suite(("planar-2r", "planar-prr", "spherical"),
                           ("planar-2r", "elbow", "planar-prr", "cylindrical", "spherical")):  # fmt: skip
         for name in ("position-choice", "column-choice", "vector-choice"):
-            for seed in range(several(3, 5)):
+            for seed in range(select_for_suite(3, 5)):
                 part = problem_of(family, seed, name).parts[0]
                 texts, right = list(part.answer_as(Choice).options), part.answer_as(Choice).correct
                 lengths = [len(text) for text in texts]
@@ -248,7 +248,7 @@ def test_forms_of_questions_are_the_ones_that_platforms_have() -> None:
 
 
 def test_a_quiz_asks_each_form_once() -> None:
-    for family in several(("planar-2r", "wrist-zyz"), ("planar-2r", "scara", "wrist-zyz")):
+    for family in select_for_suite(("planar-2r", "wrist-zyz"), ("planar-2r", "scara", "wrist-zyz")):
         names = select_quiz_questions(family)
         assert 4 <= len(names) == len({SHORT_QUESTIONS[name].form for name in names})
         assert [part.name for part in generate(ProblemId(family, 3, names)).parts] == list(names)
@@ -270,7 +270,7 @@ def test_an_answer_is_not_shown_beside_the_question() -> None:
 
 
 @small
-@pytest.mark.parametrize("family", several(SNAPPED if UPDATED else SNAPPED[:2], SNAPPED))
+@pytest.mark.parametrize("family", select_for_suite(SNAPPED if UPDATED else SNAPPED[:2], SNAPPED))
 def test_what_an_id_is_asked_has_not_changed(family: str) -> None:
     """In `make test`, of every fourth question of the families behind the first."""
     path = QUIZ_SNAPSHOTS / f"{family}.json"
@@ -278,7 +278,7 @@ def test_what_an_id_is_asked_has_not_changed(family: str) -> None:
     if not UPDATED:
         stored = json.loads(path.read_text(encoding="utf-8"))
         assert set(stored) == {f"1/{name}" for name in names}
-        names = names if family == SNAPPED[0] else sorted(names)[:: several(4, 1)]
+        names = names if family == SNAPPED[0] else sorted(names)[:: select_for_suite(4, 1)]
     found = {f"1/{name}": compute_digests(problem_of(family, 1, name)).parts[name][:16] for name in names}
     if UPDATED:
         QUIZ_SNAPSHOTS.mkdir(exist_ok=True)

@@ -18,10 +18,10 @@ from qdot.exercises.problem.problem import ProblemId
 from qdot.exercises.singularities.appearance import describe_appearance
 from qdot.exercises.singularities.axes import Sample
 from qdot.exercises.singularities.classification import classify, classify_conditions, domain_of
-from qdot.exercises.singularities.singularity import Component, singular_set
+from qdot.exercises.singularities.singular_set import Component, singular_set
 from qdot.exercises.singularities.singularity_kinds import can_establish_kind, classify_samples
 from tests.support import DATA
-from tests.support.suites import few_of, several
+from tests.support.suites import sample_for_suite, select_for_suite
 
 T1, T2 = sp.symbols("theta1 theta2")
 
@@ -99,7 +99,7 @@ def expected(classification: str) -> tuple[str, bool]:
     return "boundary", classification == "boundary"
 
 
-@pytest.mark.parametrize(("name", "number"), few_of(KINDS, 6))
+@pytest.mark.parametrize(("name", "number"), sample_for_suite(KINDS, 6))
 def test_textbook_kinds(name: str, number: int, textbook_arms: Mapping[str, Any]) -> None:
     arm = textbook_arms[name]
     part = arm.record["singular_set"][number]
@@ -157,9 +157,9 @@ def test_what_is_so_at_many_configurations_of_a_value_but_not_at_all_is_not_said
         assert classify(chain, here).meaning == f"the point is {far_or_near}"
 
 
-@pytest.mark.parametrize("size", few_of([2, 3, 4], 2))
+@pytest.mark.parametrize("size", sample_for_suite([2, 3, 4], 2))
 def test_every_singularity_of_a_random_arm_looks_like_something(size: int) -> None:
-    for seed in range(several(2, 6)):
+    for seed in range(select_for_suite(2, 6)):
         chain = sample_chain(ProblemId(f"random-{size}", seed))
         for component in singular_set(chain) or ():
             assert "linearly dependent" not in classify(chain, component).meaning

@@ -20,10 +20,10 @@ from qdot.exercises.singularities.classification import (
     split_by_value,
 )
 from qdot.exercises.singularities.normalized_arm import first_joint_moves_all, normalize_arm, normalize_conditions
-from qdot.exercises.singularities.singularity import Component, Values, singular_set
+from qdot.exercises.singularities.singular_set import Component, Values, singular_set
 from qdot.exercises.singularities.singularity_kinds import classify_samples
 from qdot.exercises.verify.appearance import sample_component, statement_holds
-from tests.support.suites import few_families, several
+from tests.support.suites import few_families, select_for_suite
 
 A1, A2 = sp.symbols("a1 a2")
 
@@ -68,7 +68,7 @@ def test_a_kind_is_that_of_the_arm_by_itself(name: str) -> None:
         assert classify(chain, component) == classify_conditions(chain, tuple(component.pieces()))
 
 
-@pytest.mark.parametrize("name", ["planar-3r/2", "wrist-zyz/1", *several((), ("spherical/3", "puma-560/1"))])
+@pytest.mark.parametrize("name", ["planar-3r/2", "wrist-zyz/1", *select_for_suite((), ("spherical/3", "puma-560/1"))])
 def test_kinds_are_the_same_one_by_one_and_at_once(name: str) -> None:
     chain = sample_chain(ProblemId.parse(name))
     pieces = [piece for component in singular_set(chain) or () for piece in component.pieces()]

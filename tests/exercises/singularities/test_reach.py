@@ -18,7 +18,7 @@ from qdot.exercises.singularities.axes import Sample
 from qdot.exercises.singularities.normalized_arm import normalize_arm
 from qdot.exercises.singularities.reach import reaches_beyond, reaches_displaced_pose, reaches_point
 from qdot.exercises.singularities.three_joints import UNSURE, YES, reaches_targets
-from tests.support.suites import of_families
+from tests.support.suites import on_families
 
 FAMILIES = ("elbow-3r", "spherical", "spherical-offset")
 BESIDE = (
@@ -35,7 +35,7 @@ def arms(family: str) -> list[tuple[NumericChain, list[int]]]:
     return list(zip(map(NumericChain, chains, lengths), rows, strict=True))
 
 
-@of_families(FAMILIES)
+@on_families(FAMILIES)
 def test_where_a_pose_has_the_point_it_is_reached(family: str) -> None:
     random = np.random.default_rng(6)
     for arm, _ in arms(family):
@@ -52,7 +52,7 @@ def test_a_place_on_the_first_axis_is_reached_by_a_slide_through_it() -> None:
             assert reaches_point(arm, np.array([0.0, aside, height])), (height, aside)
 
 
-@of_families(BESIDE)
+@on_families(BESIDE)
 def test_what_another_pose_has_is_reached_from_a_pose(family: str) -> None:
     """The point and the angle, if it counts, of one pose as seen from another."""
     random = np.random.default_rng(8)
@@ -74,7 +74,7 @@ def _told(arm: NumericChain, task: list[int], here: np.ndarray, there: np.ndarra
     return reaches_displaced_pose(arm, frames, task, shift[task])
 
 
-@of_families(BESIDE)
+@on_families(BESIDE)
 def test_it_says_what_a_search_finds(family: str, monkeypatch: pytest.MonkeyPatch) -> None:
     """At places well inside, well outside and in holes; the search takes a place beside the point of a pose."""
     random = np.random.default_rng(7)

@@ -17,9 +17,9 @@ from qdot.exercises.singularities.appearance import ZERO_TOLERANCE, Statement, d
 from qdot.exercises.singularities.axes import Sample
 from qdot.exercises.singularities.classification import sample_condition
 from qdot.exercises.singularities.meanings import list_candidate_meanings
-from qdot.exercises.singularities.singularity import singular_set
+from qdot.exercises.singularities.singular_set import singular_set
 from tests.exercises.arm.sets import rank_ratios, rows_of
-from tests.support.suites import few_families, of_families
+from tests.support.suites import few_families, on_families
 
 
 def arm(family: str, seed: int = 1) -> Chain:
@@ -31,7 +31,7 @@ def samples_of(chain: Chain, condition: str) -> tuple[Sample, ...]:
     return sample_condition(chain, condition, "another draw", arm_count=4)
 
 
-@of_families(("stanford-6r", "ur-6r", "scara", "scorbot-wrist", "puma-560", "industrial-6r"))
+@on_families(("stanford-6r", "ur-6r", "scara", "scorbot-wrist", "puma-560", "industrial-6r"))
 def test_parallel_axes_are_a_reason_only_where_their_own_columns_depend_on_each_other(family: str) -> None:
     """At s2 = 0 of a Stanford arm axes 1 and 4 are parallel, which costs no rank by itself."""
     chain = arm(family)

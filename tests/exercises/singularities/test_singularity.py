@@ -17,7 +17,7 @@ from qdot.exercises.arm.trigonometry import factor_trig
 from qdot.exercises.common.stream import Stream
 from qdot.exercises.formula.conditions import ConfigurationSpace
 from qdot.exercises.singularities.classification import domain_of
-from qdot.exercises.singularities.singularity import (
+from qdot.exercises.singularities.singular_set import (
     Search,
     find_common_zeros,
     singular_set,
@@ -26,7 +26,7 @@ from qdot.exercises.singularities.singularity import (
 )
 from tests.exercises.arm.sets import assert_is_book, claimed, compared, rank_ratios, search
 from tests.support import DATA
-from tests.support.suites import several
+from tests.support.suites import select_for_suite
 
 RECORDS = json.loads((DATA / "ground_truth.json").read_text(encoding="utf-8"))
 PLAIN = [record["name"] for record in RECORDS if all(row[0] in "vw" and len(row) == 2 for row in record["task_rows"])]
@@ -110,7 +110,7 @@ def test_of_two_ways_that_are_the_same_one_is_kept() -> None:
 def test_of_two_components_with_the_same_joint_values_one_is_kept(monkeypatch: pytest.MonkeyPatch) -> None:
     told = [(sp.sin(T2),), (-sp.sin(T2),), (1 - sp.cos(T2),)]
     monkeypatch.setattr(
-        "qdot.exercises.singularities.singularity._substitute_values",
+        "qdot.exercises.singularities.singular_set._substitute_values",
         lambda *_: ((conditions, True) for conditions in told),
     )
     chain = replace(TWO, name="two of one kind")
@@ -249,7 +249,7 @@ def assert_sound(chain: Chain, stream: Stream) -> None:
 QUICK = [(0, 5), (0, 25), (1, 10), (1, 25)]
 
 
-@pytest.mark.parametrize(("kind", "first"), several(QUICK, [*product((0, 1), range(0, 30, 5))]))
+@pytest.mark.parametrize(("kind", "first"), select_for_suite(QUICK, [*product((0, 1), range(0, 30, 5))]))
 def test_the_set_of_an_arm_as_nobody_would_draw_it_is_sound_and_complete(kind: int, first: int) -> None:
     arms = DRAWN[kind]
     for seed in range(first, first + 5):

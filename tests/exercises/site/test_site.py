@@ -30,17 +30,17 @@ from qdot.grader.cli import site_commands as command
 from qdot.grader.cli.main import app
 from qdot.grader.cli.site_commands import _QuietHandler
 from tests.support import ROOT
-from tests.support.command import fails, run, runner
-from tests.support.handing_in import TOML, a_class
-from tests.support.site_scripts import stand_in
-from tests.support.suites import several
+from tests.support.command import run, run_and_fail, runner
+from tests.support.site_scripts import write_stand_in_assets
+from tests.support.submitting import TOML, make_class
+from tests.support.suites import select_for_suite
 
 DOCS = ROOT / "docs"
 
 
 @pytest.fixture(scope="module")
 def assets(tmp_path_factory: pytest.TempPathFactory) -> Iterator[None]:
-    made = stand_in(tmp_path_factory.mktemp("scripts") / "dist")
+    made = write_stand_in_assets(tmp_path_factory.mktemp("scripts") / "dist")
     with pytest.MonkeyPatch.context() as patch:
         patch.setattr(site_pages, "find_assets", lambda: made)
         yield
@@ -106,7 +106,7 @@ def test_the_errata_are_told_in_german_with_the_same_numbers() -> None:
         assert not re.search(r"\d\.\d", " ".join((german.printed, german.right, german.at, *sum(german.values, ()))))
 
 
-@pytest.mark.parametrize("has_docs", several([True], [False, True]))
+@pytest.mark.parametrize("has_docs", select_for_suite([True], [False, True]))
 def test_a_site_has_all_pages_which_lead_somewhere(
     has_docs: bool, built: Path, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
@@ -245,14 +245,14 @@ def test_a_site_is_told_in_the_convention_of_a_course(built: Path, few_pages: No
     assert "position-vectors" not in told
     assert "Denavit" not in record["statement"]
     assert {"space-jacobian", "body-twist"} <= set(loaded(site, "index")["families"][0]["problems"][0]["questions"])
-    assert "described by screw axes" in fails(*ordered(site, "--convention", "dh", "--twist-order", "v-omega"))
-    assignment = a_class(tmp_path / "hw", [Student("ada")])
-    said = fails(*ordered(site, "--assignment", assignment.folder, "--convention", "screws"))
+    assert "described by screw axes" in run_and_fail(*ordered(site, "--convention", "dh", "--twist-order", "v-omega"))
+    assignment = make_class(tmp_path / "hw", [Student("ada")])
+    said = run_and_fail(*ordered(site, "--assignment", assignment.folder, "--convention", "screws"))
     assert 'set them in assignment.toml, as in convention = "screws"' in said
 
 
 def test_a_course_has_variants_of_its_own_problems_and_tells_no_seed(few_pages: None, tmp_path: Path) -> None:
-    assignment = a_class(tmp_path / "hw", [Student("ada")])
+    assignment = make_class(tmp_path / "hw", [Student("ada")])
     site = tmp_path / "site"
     run(*ordered(site, "--assignment", assignment.folder, "--variants", "2", "--variation", "frames"))
     families = loaded(site, "index")["families"]
@@ -265,7 +265,7 @@ def test_a_course_has_variants_of_its_own_problems_and_tells_no_seed(few_pages: 
 
 
 def test_a_course_tells_of_wrong_answers_what_its_assignment_says(few_pages: None, tmp_path: Path) -> None:
-    assignment, site = a_class(tmp_path / "hw", [Student("ada")]), tmp_path / "site"
+    assignment, site = make_class(tmp_path / "hw", [Student("ada")]), tmp_path / "site"
     arguments = ordered(site, "--assignment", assignment.folder)
 
     def built(*more: str) -> tuple[str, set[str]]:
@@ -280,14 +280,14 @@ def test_a_course_tells_of_wrong_answers_what_its_assignment_says(few_pages: Non
     assert built() == ("outcome", problems)
     assert (site / "bank" / "p1" / "p1-001.json").stat().st_mtime_ns == made
     assert built("--feedback", "solutions") == ("solutions", problems | solutions)
-    assert "unknown level of feedback 'all'" in fails(*arguments, "--feedback", "all")
+    assert "unknown level of feedback 'all'" in run_and_fail(*arguments, "--feedback", "all")
 
 
 def test_what_is_wrong_is_said(assets: None, tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
-    assert "'planer-2r'" in fails("site", "build", "--out", tmp_path / "s", "--families", "planer-2r")
-    assert "nowhere" in fails("site", "serve", tmp_path / "nowhere")
+    assert "'planer-2r'" in run_and_fail("site", "build", "--out", tmp_path / "s", "--families", "planer-2r")
+    assert "nowhere" in run_and_fail("site", "serve", tmp_path / "nowhere")
     monkeypatch.setattr(site_pages, "find_assets", lambda: None)
-    assert "run `make site`" in fails(*ordered(tmp_path / "s"))
+    assert "run `make site`" in run_and_fail(*ordered(tmp_path / "s"))
     assert not (tmp_path / "s").exists()
 
 

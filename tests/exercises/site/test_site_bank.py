@@ -2,7 +2,6 @@
 
 import json
 import re
-from collections.abc import Callable
 from itertools import product
 from typing import Any
 
@@ -10,7 +9,6 @@ import numpy as np
 import pytest
 import sympy as sp
 
-from qdot.exercises.answer_types import Choice, Matching, Number, Selection
 from qdot.exercises.arm.derivation import derive
 from qdot.exercises.arm.derivation_graph import compute_numeric_stages
 from qdot.exercises.arm.kinematics import NumericChain
@@ -18,6 +16,7 @@ from qdot.exercises.common.variation import VARIATION_STEPS
 from qdot.exercises.generation import find_listing, generate, select_quiz_questions
 from qdot.exercises.problem.problem import Part, Problem, ProblemId
 from qdot.exercises.questions.results import compute_answer, is_derived
+from qdot.exercises.reference_answers import Choice, Matching, Number, Selection
 from qdot.exercises.site.keys import _evaluate_derivation, _find_derived_part, make_key, weight
 from qdot.exercises.site.record import (
     _find_given_pose,
@@ -32,16 +31,14 @@ from qdot.exercises.site.record import (
 from qdot.exercises.writing.latex import tex
 from qdot.exercises.writing.problem_texts import write_prompt
 from tests.support import ROOT
-from tests.support.problems import parts_in_turn
+from tests.support.problems import get_problem, select_parts
 from tests.support.suites import WHOLE, few_families
-
-Drawn = Callable[[str, int], Problem]
 
 
 @few_families
-def test_keys_hold_what_the_derivation_in_numbers_gives(family: str, drawn: Drawn) -> None:
-    problem = drawn(family, 0)
-    for part in parts_in_turn(problem):
+def test_keys_hold_what_the_derivation_in_numbers_gives(family: str) -> None:
+    problem = get_problem(family, 0)
+    for part in select_parts(problem):
         if isinstance(part.answer, Number) and problem.chain.n >= 6 and not WHOLE:
             continue  # what mistakes give in numbers takes seconds, and nothing but their form is looked at here
         key = make_key(problem, part)
@@ -54,11 +51,9 @@ def test_keys_hold_what_the_derivation_in_numbers_gives(family: str, drawn: Draw
             assert len(key["option_mistakes"]) == key["options"] > max(key["right"])
 
 
-def test_a_prompt_says_in_which_rates_an_answer_is_and_what_rows_and_columns_belong_to(
-    family: str, drawn: Drawn
-) -> None:
+def test_a_prompt_says_in_which_rates_an_answer_is_and_what_rows_and_columns_belong_to(family: str) -> None:
     """A page offers signs of those alone."""
-    problem = drawn(family, 0)
+    problem = get_problem(family, 0)
     spoken = {name for name, info in problem.symbols.items() if info.role in ("rate", "velocity", "force")}
     for part in problem.parts:
         if not isinstance(part.answer, (Choice, Selection, Matching)):

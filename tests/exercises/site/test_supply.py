@@ -19,7 +19,7 @@ from qdot.exercises.site.supply import (
     find_questions_with_sampled_numbers,
     problems_of_families,
 )
-from tests.support.suites import few_families, few_of, several
+from tests.support.suites import few_families, sample_for_suite, select_for_suite
 
 ALL = ARMS_PER_STEP * len(VARIATION_STEPS)
 
@@ -69,7 +69,7 @@ def test_few_arms_are_asked_everything() -> None:
     assert len(arms("scara", 3)) == 3
 
 
-@pytest.mark.families(several(("polar-rp", "wrist-zyz"), tuple(FAMILIES)), every=True)
+@pytest.mark.families(select_for_suite(("polar-rp", "wrist-zyz"), tuple(FAMILIES)), every=True)
 def test_an_arm_that_is_there_already_is_asked_what_comes_in_other_numbers(family: str) -> None:
     if FAMILIES[family].has_varied_structure:
         pytest.skip("its arms are never there already")
@@ -105,7 +105,7 @@ def test_questions_are_dealt_evenly() -> None:
 
 @pytest.mark.parametrize(
     ("convention", "twist_order", "told"),
-    few_of(
+    sample_for_suite(
         [
             ("screws", "", ("screws", "")),
             ("", "v-omega", ("screws", "v-omega")),

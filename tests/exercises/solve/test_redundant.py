@@ -16,11 +16,11 @@ from qdot.exercises.arm.robot_file import read_robot_file
 from qdot.exercises.common.time_limit import DEFAULT_SECONDS, time_limit
 from qdot.exercises.singularities.numeric_rank_check import _RankTest, check_rank_loss, find_covering_branches
 from qdot.exercises.singularities.reciprocal import elimination_applies, polynomial_arm, reciprocal_set
-from qdot.exercises.singularities.singularity import singular_set
+from qdot.exercises.singularities.singular_set import singular_set
 from qdot.exercises.solve import special_lengths
 from qdot.exercises.solve.solver import Solution, solve
 from tests.repository.test_schemas import errors
-from tests.support.solving import written, written_data
+from tests.support.solving import solve_to_json, solve_to_text
 
 Rows = list[tuple[object, object, object, int]]
 IIWA: Rows = [
@@ -93,11 +93,11 @@ SLOW = ("panda", "gen3", "iiwa-open", "baxter", "sawyer", "eight", "oblique")
 @pytest.mark.whole
 def test_an_arm_is_solved_in_seconds_and_all_that_is_told_holds(name: str) -> None:
     solution = _solved(name)
-    content = written_data(solution.chain)
+    content = solve_to_json(solution.chain)
     assert errors("solve", content) == []
     assert content["singular"] and content["tested"]["unexplained"] == 0
     assert content["tested"]["ended"] > 0.9 * content["tested"]["searches"]
-    text = " ".join(written(solution.chain, "text").split())
+    text = " ".join(solve_to_text(solution.chain, "text").split())
     assert "not a proof" in text
     assert ("The rank of N₁ is below" in text) == (name in ("baxter", "gen3", "sawyer"))
     assert ("holds for general lengths" in text) == bool(solution.chain.parameters)
@@ -126,13 +126,13 @@ def test_conditions_without_a_configuration_are_told_as_undecided(monkeypatch: p
     solution = solved(*reciprocal_set(*polynomial_arm(_arm("iiwa"))[:1]).branches)
     assert solution.redundant is not None and solution.redundant.undecided == (both,)
     assert _conditions(solution) == _conditions(usual) and solution.redundant.doubtful == ()
-    for said in (solution.note or "", " ".join(written(solution.chain, "text").split())):
+    for said in (solution.note or "", " ".join(solve_to_text(solution.chain, "text").split())):
         assert "No configuration was found in which" in said
     assert "`sin(theta2) - sin(theta4) - 19/10 = 0`" in (solution.note or "")
     assert "No configuration was found in which" not in (usual.note or "")
     solution = solved()
     assert solution.singular == () and "full rank in every configuration" not in (solution.note or "")
-    assert "No configuration is known in which it loses rank" in " ".join(written(solution.chain, "text").split())
+    assert "No configuration is known in which it loses rank" in " ".join(solve_to_text(solution.chain, "text").split())
 
 
 @pytest.mark.parametrize("name", ["iiwa", pytest.param("iiwa-open", marks=pytest.mark.whole)])
@@ -184,7 +184,7 @@ def test_where_rank_is_lost_everywhere_it_is_said() -> None:
     turns = [Joint("R", sp.Symbol(f"theta{i}"), 0, sp.Rational(1, 5), 0) for i in (5, 6, 7)]
     solution = solve(Chain("always", (*slides, *turns), VELOCITY_NAMES, title="always"))
     assert solution.singular is None and "every configuration" in (solution.note or "")
-    assert "every configuration" in written(solution.chain, "text")
+    assert "every configuration" in solve_to_text(solution.chain, "text")
 
 
 @pytest.mark.whole
@@ -226,9 +226,9 @@ def test_a_position_whose_minors_are_long_is_solved_by_a_force_that_does_no_work
     assert frozenset({"sin(theta5)"}) in _conditions(solution)
     out = check_rank_loss(chain, [one.conditions for one in found.components], start_count=150, seed="again")
     assert (out.full_rank_branches, out.unexplained_configurations) == ((), ()) and all(out.samples)
-    text = " ".join(written(solution.chain, "text").split())
+    text = " ".join(solve_to_text(solution.chain, "text").split())
     assert "some force at P" in text and "a boundary singularity" in text
-    assert errors("solve", written_data(solution.chain)) == []
+    assert errors("solve", solve_to_json(solution.chain)) == []
 
 
 @pytest.mark.whole

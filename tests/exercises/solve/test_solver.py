@@ -25,7 +25,7 @@ from qdot.exercises.formula.parser import parse_formula
 from qdot.exercises.formula.set_parser import parse_pieces
 from qdot.exercises.questions import QUESTIONS
 from qdot.exercises.singularities.classification import Classification, domain_of
-from qdot.exercises.singularities.singularity import Component
+from qdot.exercises.singularities.singular_set import Component
 from qdot.exercises.solve.solver import ReadyResult, Solution, solve, text_events
 from qdot.exercises.solve.special_lengths import _normalize_condition
 from qdot.exercises.solve.time_limited import write_solution
@@ -34,9 +34,9 @@ from qdot.exercises.writing.problem_texts import get_solution_steps
 from qdot.exercises.writing.solution_steps import SingularComponent, SolutionSteps
 from tests.repository.test_schemas import errors
 from tests.support import DATA
-from tests.support.command import fails, run
-from tests.support.solving import written, written_data
-from tests.support.suites import few_of
+from tests.support.command import run, run_and_fail
+from tests.support.solving import solve_to_json, solve_to_text
+from tests.support.suites import sample_for_suite
 
 TRUTH = json.loads((DATA / "ground_truth.json").read_text(encoding="utf-8"))
 EXPRESSIBLE = [row for row in TRUTH if set(row["task_rows"]) <= set(VELOCITY_NAMES)]
@@ -125,7 +125,7 @@ def test_geometric_jacobian_at_the_tip_is_the_textbooks(name: str, folder: Path)
     assert np.allclose(ours, theirs)
 
 
-@pytest.mark.parametrize("name", few_of(SMALL, 4))
+@pytest.mark.parametrize("name", sample_for_suite(SMALL, 4))
 def test_singular_set_is_the_textbooks(name: str, folder: Path) -> None:
     solution, arm = _solved(name, folder), _arm(name)
     chain = solution.chain
@@ -140,7 +140,7 @@ def test_singular_set_is_the_textbooks(name: str, folder: Path) -> None:
 def _conditions(solution: Solution) -> list[str]:
     """Return the conditions as the JSON has them, by values of joints where it gives any."""
     found = []
-    for part in written_data(solution.chain)["singular"]:
+    for part in solve_to_json(solution.chain)["singular"]:
         if part["solutions"] is None:
             found.append(" and ".join(f"{text} = 0" for text in part["conditions"]))
         else:
@@ -153,24 +153,28 @@ def _conditions(solution: Solution) -> list[str]:
     [("planar_2R", "boundary"), ("planar_RP", "internal"), ("planar_PR", "boundary"), ("ZYZ_wrist", "internal")],
 )
 def test_kinds_are_the_textbooks(name: str, kind: str, folder: Path) -> None:
-    (only,) = written_data(_chain(name, folder))["singular"]
+    (only,) = solve_to_json(_chain(name, folder))["singular"]
     assert (only["type"], only["uniform"]) == (kind, True)
 
 
 @pytest.mark.whole
 def test_scorbot_arm_has_the_shoulder_that_the_book_leaves_out(folder: Path) -> None:
     solution = _solved("elbow_RRR_shoulder_offset_(Scorbot_point_P)", folder)
-    elbow, shoulder = written_data(solution.chain)["singular"]
+    elbow, shoulder = solve_to_json(solution.chain)["singular"]
     assert (elbow["condition"], elbow["solutions"]) == ("sin(theta3)", {"theta3": ["0", "pi"]})
     assert shoulder["condition"] == "a1 + a2*cos(theta2) + a3*cos(theta2 + theta3)"
     assert (shoulder["solutions"], shoulder["type"], shoulder["uniform"]) == (None, "internal", True)
-    assert "It can hold only if a₁ ≤ a₂ + a₃" in " ".join(written(solution.chain, "text").split())
+    assert "It can hold only if a₁ ≤ a₂ + a₃" in " ".join(solve_to_text(solution.chain, "text").split())
 
 
 @pytest.mark.parametrize("name", WRITTEN)
 def test_every_form_is_written(name: str, folder: Path) -> None:
     solution = _solved(name, folder)
-    text, latex, data = written(solution.chain, "text"), written(solution.chain, "latex"), written_data(solution.chain)
+    text, latex, data = (
+        solve_to_text(solution.chain, "text"),
+        solve_to_text(solution.chain, "latex"),
+        solve_to_json(solution.chain),
+    )
     assert "$" not in text and "\\" not in text
     assert latex.count(r"\begin{") == latex.count(r"\end{")
     assert latex.replace(r"\\[6pt]", "").count(r"\[") == latex.count(r"\]")
@@ -346,7 +350,9 @@ def test_what_would_be_too_long_to_read_is_not_worked_out(tmp_path: Path) -> Non
     solution = solve(_read(tmp_path, TWO_R.replace('name = "two"', 'name = "too long"')))
     assert solution.determinant is None and solution.singular is None
     assert "more than 1 terms" in (solution.note or "")
-    assert "not derived" in written(solution.chain, "text") and "not derived" in written(solution.chain, "json")
+    assert "not derived" in solve_to_text(solution.chain, "text") and "not derived" in solve_to_text(
+        solution.chain, "json"
+    )
     assert QUESTIONS["singular-angles"].find_obstacle(solution.chain) == QUESTIONS["determinant"].find_obstacle(
         solution.chain
     )
@@ -365,9 +371,9 @@ def test_an_arm_of_too_many_joints_is_refused_and_parallel_ones_count_for_their_
 def test_rank_lost_everywhere_is_said_in_every_form(tmp_path: Path) -> None:
     text = TWO_R.replace('name = "two"', 'name = "two"\ntask = ["vx", "vz"]')
     solution = solve(_read(tmp_path, text))
-    data = written_data(solution.chain)
+    data = solve_to_json(solution.chain)
     assert data["singular"] is None and "every configuration" in data["note"]
-    assert "every configuration" in written(solution.chain, "text") and "every configuration" in written(
+    assert "every configuration" in solve_to_text(solution.chain, "text") and "every configuration" in solve_to_text(
         solution.chain, "latex"
     )
 
@@ -392,8 +398,8 @@ def test_an_arm_is_shown_as_it_was_told_and_its_limits_rule_values_out(tmp_path:
     by_axes = run("solve", axes)
     assert "Screw axes at home" in by_axes and "Denavit" not in by_axes
     assert 'base = {position = [0, 0, 0.5], rpy = ["pi", 0, 0]}' in run("solve", path, "--convert", "dh")
-    assert "--convert 'craig'" in fails("solve", path, "--convert", "craig")
-    assert "--format" in fails("solve", path, "--convert", "dh", "--format", "json")
+    assert "--convert 'craig'" in run_and_fail("solve", path, "--convert", "craig")
+    assert "--format" in run_and_fail("solve", path, "--convert", "dh", "--format", "json")
 
 
 SKEW = 'name = "skew"\ntask = ["vx", "vy", "vz"]\n' + ROW % ("theta1", '"d1"', "%s", '"pi/3"')
@@ -402,7 +408,7 @@ SKEW += ROW % ("theta2", "%s", "%s", 0)
 
 @pytest.mark.parametrize(
     ("lengths", "said", "is_singular"),
-    few_of(
+    sample_for_suite(
         [
             (('"a1"', '"d2"', '"a2"'), "can hold together only for special lengths", False),
             (("0.2", "0.1", "0.4"), "full rank in every configuration", False),
@@ -416,7 +422,7 @@ def test_conditions_that_hold_for_special_lengths_only_are_said_of_those(
     lengths: tuple[str, str, str], said: str, is_singular: bool, tmp_path: Path
 ) -> None:
     solution = solve(_read(tmp_path, SKEW % lengths))
-    assert said in " ".join(written(solution.chain, "text").split())
+    assert said in " ".join(solve_to_text(solution.chain, "text").split())
     assert bool(solution.singular) == is_singular
 
 
@@ -448,16 +454,16 @@ def test_links_of_one_length_fold_back_onto_the_base_which_is_no_boundary(
     second: str, relation: str, tmp_path: Path
 ) -> None:
     solution = solve(_read(tmp_path, EQUAL_LINKS % second))
-    data = written_data(solution.chain)
+    data = solve_to_json(solution.chain)
     assert (data["singular"][0]["type"], data["singular"][0]["uniform"]) == ("boundary", True)
     (special,) = data["special_lengths"]
     assert special["lengths"] == relation and special["singular"][0]["uniform"] is False
-    said = " ".join(written(solution.chain, "text").split())
+    said = " ".join(solve_to_text(solution.chain, "text").split())
     shown = "P lies on the axis of joint 1, which then does not move it. This is an internal singularity."
     assert f"At θ₂ = 180°: {shown}" in said
     assert "qdot examined only these special lengths: a₁ =" in said
     given = _read(tmp_path, (EQUAL_LINKS % second).replace('"a1"', "0.4").replace('"a2"', "0.7"))
-    assert "special_lengths" not in written_data(given)
+    assert "special_lengths" not in solve_to_json(given)
 
 
 def test_lengths_are_no_joints_whatever_they_are_called() -> None:
@@ -515,7 +521,7 @@ BY_AXES += SLIDE % "[0, 1, 1]" + TURN % ("[1, 0, 0]", '[0, "a1", 0.3]')
 
 def test_json_of_an_arm_told_by_axes_has_its_space_and_body_jacobian(tmp_path: Path) -> None:
     """Held against exponentials of the told axes: where they take axes, and how the body frame then stands."""
-    data = written_data(_read(tmp_path, BY_AXES % "[0.3, 0.4, 0.6]"))
+    data = solve_to_json(_read(tmp_path, BY_AXES % "[0.3, 0.4, 0.6]"))
     assert errors("solve", data) == [] and data["twist_rows"] == ["wx", "wy", "wz", "vx", "vy", "vz"]
     values = {sp.Symbol(name): value for name, value in (("theta1", 0.4), ("d2", -0.3), ("theta3", 1.2), ("a1", 0.7))}
     q, lengths = np.array([0.4, -0.3, 1.2]), {sp.Symbol("a1"): 0.7}
@@ -543,10 +549,10 @@ def test_json_of_an_arm_told_by_axes_has_its_space_and_body_jacobian(tmp_path: P
         ours = [[_number(entry, values) for entry in row] for row in data[key]]
         np.testing.assert_allclose(ours, np.array(expected).T, atol=1e-12)
     inner = _read(tmp_path, BY_AXES % "{frame = 2, offset = [0.3, 0.4, 0.6]}")
-    data = written_data(inner)
+    data = solve_to_json(inner)
     assert errors("solve", data) == []
     assert data["body_jacobian"] is None and len(data["space_jacobian"]) == 6  # P is on link 2
-    assert "space_jacobian" not in written_data(_read(tmp_path, TWO_R))
+    assert "space_jacobian" not in solve_to_json(_read(tmp_path, TWO_R))
 
 
 TWO_BY_AXES = 'name = "two"\nconvention = "screws"\ntask = ["vx", "vz"]\npoint = [0.4, 0, 0.2]\n'
@@ -559,7 +565,7 @@ WITH_A = TWO_R.replace('"a1"', "0.4")
 
 @pytest.mark.parametrize(
     ("arm", "rpy"),
-    few_of([(WITH_A, ROUNDED), (WITH_A, EXACT), (TWO_BY_AXES, ROUNDED)], 1),
+    sample_for_suite([(WITH_A, ROUNDED), (WITH_A, EXACT), (TWO_BY_AXES, ROUNDED)], 1),
 )
 def test_numbers_that_are_rounded_are_told_to_be(arm: str, rpy: str, tmp_path: Path) -> None:
     path = tmp_path / "arm.toml"

@@ -12,7 +12,7 @@ from qdot.exercises.generation import sample_chain
 from qdot.exercises.problem.problem import ProblemId
 from qdot.exercises.singularities.classification import Classification
 from qdot.exercises.singularities.existence_conditions import find_existence_condition
-from qdot.exercises.singularities.singularity import singular_set
+from qdot.exercises.singularities.singular_set import singular_set
 from qdot.exercises.solve.certified_singularities import certify_statement
 from qdot.exercises.solve.solver import Singularities, singular_events, solve
 from qdot.exercises.solve.special_lengths import list_length_relations
@@ -20,8 +20,8 @@ from qdot.exercises.verify.appearance import sample_component
 from qdot.exercises.writing import solution_steps as steps_module
 from qdot.exercises.writing.problem_texts import get_solution_steps
 from qdot.exercises.writing.solution_steps import SingularComponent
-from tests.support.solving import written, written_data
-from tests.support.suites import of_families
+from tests.support.solving import solve_to_json, solve_to_text
+from tests.support.suites import on_families
 
 A1, A2, A3, D4 = sp.symbols("a1 a2 a3 d4")
 T1, T2, T3, T4, D3 = sp.symbols("theta1 theta2 theta3 theta4 d3")
@@ -77,7 +77,7 @@ def test_where_a_slide_moves_in_a_condition_nothing_is_told() -> None:
     assert find_existence_condition(A1 + A2 * c(T2), SLIDING) is not None
 
 
-@of_families([name for name, each in FAMILIES.items() if not each.has_varied_structure])
+@on_families([name for name, each in FAMILIES.items() if not each.has_varied_structure])
 def test_what_is_told_of_a_family_is_so_in_numbers(family: str) -> None:
     chain = sample_chain(ProblemId(family, 0, variation="chapter"), FAMILIES[family])
     for component in singular_set(chain) or ():
@@ -138,7 +138,7 @@ def test_what_is_said_of_a_part_of_a_task_is_so_of_that_part(
     joints: tuple[Joint, ...], task: tuple[str, ...], words: str
 ) -> None:
     """P may move along other axes all the same, so that it does not move along one line."""
-    parts = written_data(Chain("part", joints, task))["singular"]
+    parts = solve_to_json(Chain("part", joints, task))["singular"]
     assert any(words in part["meaning"] for part in parts)
 
 
@@ -153,12 +153,14 @@ def test_a_false_look_or_kind_is_not_told(false: Classification, monkeypatch: py
     monkeypatch.setattr(steps_module, "classify", lambda *_: false)
     get_solution_steps.cache_clear()
     solution = solve(Chain("mine", PLANAR, ("vx", "vy")))
-    (found,) = written_data(solution.chain)["singular"]
+    (found,) = solve_to_json(solution.chain)["singular"]
     get_solution_steps.cache_clear()
     if false.kind == "internal":
         assert (found["meaning"], found["uniform"]) == (false.meaning, False)
     else:
-        assert found["type"] == "boundary" and "folded back" not in found["meaning"] + written(solution.chain, "text")
+        assert found["type"] == "boundary" and "folded back" not in found["meaning"] + solve_to_text(
+            solution.chain, "text"
+        )
 
 
 def test_words_are_sound_where_they_are_so_of_every_configuration() -> None:

@@ -19,8 +19,8 @@ from qdot.exercises.common.time_limit import OutOfTime, parse_seconds, time_limi
 from qdot.exercises.solve.solver import data_events, solve, text_events
 from qdot.exercises.solve.time_limited import write_solution
 from tests.repository.test_schemas import errors
-from tests.support.command import fails, run
-from tests.support.suites import few_of
+from tests.support.command import run, run_and_fail
+from tests.support.suites import sample_for_suite
 
 ROW = '[[joint]]\nkind = "R"\ntheta = "theta%d"\nd = %s\na = %s\nalpha = "%d*pi/180"\n'
 SKEW = [(0.3, 0.2, 40), (0.1, 0.3, -55), (0.2, 0.25, 70), (0.15, 0.2, 35), (0.1, 0.1, 50), (0.2, 0.1, 0)]
@@ -135,7 +135,7 @@ STOPS = [
 ]
 
 
-@pytest.mark.parametrize(("stop", "rows", "there", "missing", "keys"), few_of(STOPS, 4))
+@pytest.mark.parametrize(("stop", "rows", "there", "missing", "keys"), sample_for_suite(STOPS, 4))
 def test_ctrl_c_keeps_what_is_there_and_names_what_is_not(
     stop: str, rows: Sequence[tuple[object, object, int]], there: str, missing: str, keys: list[str], tmp_path: Path
 ) -> None:
@@ -247,7 +247,7 @@ def test_ctrl_c_at_the_very_beginning_is_told_in_one_line(where: str, form: str,
 @pytest.mark.parametrize("text", ["x", "", "0", "0.09", "-3", "nan", "inf", "1e9", "1e400", "0,5", "5 min", "٣"])
 def test_a_time_that_is_none_is_told_in_one_line(text: str, tmp_path: Path) -> None:
     _robot(tmp_path, TWO_R)
-    said = fails("solve", tmp_path / "arm.toml", f"--time={text}")
+    said = run_and_fail("solve", tmp_path / "arm.toml", f"--time={text}")
     assert said.startswith(f"qdot: --time {text!r}: ") and "0.1 to 100000000" in said and "\n" not in said
 
 

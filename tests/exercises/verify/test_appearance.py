@@ -14,11 +14,11 @@ from qdot.exercises.questions.singular import KindDetails
 from qdot.exercises.singularities import classification
 from qdot.exercises.singularities.classification import Classification, classify, sample_condition, split_by_value
 from qdot.exercises.singularities.normalized_arm import normalize_arm, normalize_conditions
-from qdot.exercises.singularities.singularity import Component, singular_set
+from qdot.exercises.singularities.singular_set import Component, singular_set
 from qdot.exercises.verify import appearance
 from qdot.exercises.verify.appearance import statement_holds
 from qdot.exercises.verify.certificate import certify
-from tests.support.suites import few_families, few_of, several
+from tests.support.suites import few_families, sample_for_suite, select_for_suite
 
 FARTHEST = "as far from the axis of joint 2 as joint 3 can bring it"
 
@@ -46,7 +46,7 @@ def are_so(chain: Chain, pieces: list[str], words: str) -> set[bool]:
 
 @few_families
 def test_what_is_said_is_so(family: str) -> None:
-    for step in several(("chapter", "full"), tuple(VARIATION_STEPS)):
+    for step in select_for_suite(("chapter", "full"), tuple(VARIATION_STEPS)):
         for pieces, words in parts(sample_chain(ProblemId(family, 3).with_variation(step))):
             assert are_so(sample_chain(ProblemId(family, 3).with_variation(step)), pieces, words) == {True}, words
 
@@ -66,7 +66,7 @@ def test_the_same_of_other_joints_is_not(family: str) -> None:
 
 @pytest.mark.parametrize(
     ("identity", "piece", "words", "is_so"),
-    few_of(
+    sample_for_suite(
         [
             # what was once said, and is not so in all of the configurations: stretched out in a quarter of them;
             # joint 3 is bent; the far end of two, of which the other one is farther

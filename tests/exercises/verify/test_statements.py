@@ -2,10 +2,10 @@
 
 import pytest
 
-from qdot.exercises.answer_types import Choice
 from qdot.exercises.generation import generate
 from qdot.exercises.problem.problem import ProblemId
 from qdot.exercises.questions.singular import KindDetails
+from qdot.exercises.reference_answers import Choice
 from qdot.exercises.short_questions.single_configuration import ConfigurationStatement
 from qdot.exercises.verify.certificate import certify
 from qdot.exercises.writing.problem_texts import write_solution

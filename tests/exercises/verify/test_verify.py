@@ -7,7 +7,6 @@ from dataclasses import replace
 import pytest
 import sympy as sp
 
-from qdot.exercises.answer_types import Answer, Choice, ConditionSet, Direction, Expression, Matrix, Number
 from qdot.exercises.arm.chain import Chain, Joint
 from qdot.exercises.common.stream import Stream
 from qdot.exercises.families import FAMILIES
@@ -15,11 +14,12 @@ from qdot.exercises.generation import generate, questions_of_family
 from qdot.exercises.problem.problem import Problem, ProblemId
 from qdot.exercises.questions import QUESTIONS
 from qdot.exercises.questions.singular import KindDetails
+from qdot.exercises.reference_answers import Answer, Choice, ConditionSet, Direction, Expression, Matrix, Number
 from qdot.exercises.short_questions import ALL_QUESTIONS as EVERY_QUESTION
-from qdot.exercises.singularities.singularity import Component
+from qdot.exercises.singularities.singular_set import Component
 from qdot.exercises.verify.certificate import CHECKS, certify
-from tests.support.problems import LONG_ARMS, parts_in_turn, with_answer
-from tests.support.suites import WHOLE, few_of, several
+from tests.support.problems import LONG_ARMS, get_problem, replace_answer, select_parts
+from tests.support.suites import WHOLE, sample_for_suite, select_for_suite
 
 CHAPTER = ("planar-2r", "elbow-3r", "polar-rp", "planar-3r")
 
@@ -35,7 +35,7 @@ def _asked() -> list[tuple[str, str]]:
         can = [family for family in FAMILIES if name in questions_of_family(family)]
         chapter = sorted((family for family in can if family in CHAPTER), key=turns.__getitem__)
         others = sorted((family for family in can if family not in CHAPTER), key=turns.__getitem__)
-        chosen = [*chapter[: several(1, len(CHAPTER))], *others[: 2 if WHOLE else not chapter]]
+        chosen = [*chapter[: select_for_suite(1, len(CHAPTER))], *others[: 2 if WHOLE else not chapter]]
         turns |= {family: turns[family] + 1 for family in chosen}
         found += [(family, name) for family in chosen]
     return found
@@ -44,10 +44,10 @@ def _asked() -> list[tuple[str, str]]:
 ASKED = _asked()
 
 
-def test_every_reference_passes(family: str, seeds: range, drawn: Callable[[str, int], Problem]) -> None:
-    for seed in seeds[: several(1, 4)] if family in CHAPTER else seeds[: several(1, 2)]:
-        problem = drawn(family, seed)
-        parts = parts_in_turn(problem) if family in LONG_ARMS else problem.parts
+def test_every_reference_passes(family: str, seeds: range) -> None:
+    for seed in seeds[: select_for_suite(1, 4)] if family in CHAPTER else seeds[: select_for_suite(1, 2)]:
+        problem = get_problem(family, seed)
+        parts = select_parts(problem) if family in LONG_ARMS else problem.parts
         certificate = certify(replace(problem, parts=tuple(parts)))
         assert certificate.passed, (seed, certificate.failures)
 
@@ -72,17 +72,17 @@ They were drawn before there was variation; the nearest to them is what the same
 """
 
 
-@pytest.mark.parametrize("identity", few_of(FOUND_WRONG, 1))
+@pytest.mark.parametrize("identity", sample_for_suite(FOUND_WRONG, 1))
 def test_problems_that_a_sweep_found_wrong_pass(identity: str) -> None:
     family, seed = identity.split("/")
-    asked = several(FOUND_WRONG[identity], ALL)
+    asked = select_for_suite(FOUND_WRONG[identity], ALL)
     certificate = certify(generate(ProblemId(family, int(seed), asked, variation="full")))
     assert certificate.passed, certificate.failures
 
 
 @pytest.mark.parametrize(
     ("identity", "asked"),
-    few_of(
+    sample_for_suite(
         [
             # acos(-a1/a2), for which the first six choices of the lengths have a1 above a2
             ("orthogonal-3r/5000@chapter", ("lost-motion",)),
@@ -164,8 +164,8 @@ def broken(answer: Expression | Matrix | Number | Direction, bug: str) -> Answer
 @pytest.mark.parametrize(
     ("family", "name"), [pytest.param(*which, marks=pytest.mark.xdist_group(which[0])) for which in ASKED]
 )
-def test_planted_bugs_are_found(family: str, name: str, drawn: Callable[[str, int], Problem]) -> None:
-    problem = _with_one_question(family, name, drawn)
+def test_planted_bugs_are_found(family: str, name: str) -> None:
+    problem = _with_one_question(family, name)
     answer = problem.parts[0].answer
     assert certify(problem).passed
     mutants: list[Answer]
@@ -178,14 +178,14 @@ def test_planted_bugs_are_found(family: str, name: str, drawn: Callable[[str, in
         mutants = [found for bug in BUGS if (found := broken(answer, bug)) is not None]
     assert len(mutants) >= 2
     for mutant in mutants:
-        assert not certify(with_answer(problem, mutant)).passed, mutant
+        assert not certify(replace_answer(problem, mutant)).passed, mutant
 
 
-def _with_one_question(family: str, name: str, drawn: Callable[[str, int], Problem]) -> Problem:
+def _with_one_question(family: str, name: str) -> Problem:
     """Return a problem with this question alone: in `make test` a part of the one that was drawn, where it has it."""
     if WHOLE or FAMILIES[family].has_varied_structure:
         return generate(ProblemId(family, 4, (name,)))
-    problem = drawn(family, 0)
+    problem = get_problem(family, 0)
     return replace(problem, parts=tuple(part for part in problem.parts if part.name == name))
 
 
@@ -232,7 +232,7 @@ def test_a_badly_conditioned_pose_is_found() -> None:
     (part,) = problem.parts
     assert isinstance(part.answer, Number)
     strict = replace(part.answer, tolerance=1e-9, floor=1e-12)
-    assert not certify(with_answer(problem, strict)).passed
+    assert not certify(replace_answer(problem, strict)).passed
 
 
 def test_a_symbol_for_two_things_is_found() -> None:

@@ -12,7 +12,7 @@ from qdot.exercises.writing import fit
 from qdot.exercises.writing.markup import HTML_WIDTH, LATEX_WIDTH, fit_latex, to_html, to_latex
 from qdot.exercises.writing.problem_texts import write_prompt, write_solution
 from qdot.exercises.writing.typst import to_typst
-from tests.support.problems import drawn, parts_in_turn
+from tests.support.problems import get_problem, select_parts
 
 SMALLEST = 0.8
 """The size of formulas that can't be broken enough."""
@@ -25,8 +25,8 @@ WIDE = rf"J = {ROW}, \qquad J J^T = {ROW}"
 @cache
 def formulas(identity: ProblemId) -> set[str]:
     """Formulas on lines of their own in a problem with its solution, in `make whole` all of them."""
-    problem = drawn(identity.family, identity.seed)
-    texts = [write(problem, part) for part in parts_in_turn(problem) for write in (write_prompt, write_solution)]
+    problem = get_problem(identity.family, identity.seed)
+    texts = [write(problem, part) for part in select_parts(problem) for write in (write_prompt, write_solution)]
     return {" ".join(found.split()) for text in texts for found in DISPLAY.findall(text)}
 
 

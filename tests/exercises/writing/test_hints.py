@@ -2,7 +2,6 @@
 
 import json
 import re
-from collections.abc import Callable
 from dataclasses import replace
 from functools import cache
 from pathlib import Path
@@ -11,7 +10,6 @@ import pytest
 import sympy as sp
 from typer.testing import CliRunner
 
-from qdot.exercises.answer_types import Choice, ConditionSet, Direction, Expression, Matrix, Number
 from qdot.exercises.arm.chain import Chain, Joint
 from qdot.exercises.assignment.assignment import load_assignment
 from qdot.exercises.assignment.release import init_assignment, release_student
@@ -19,7 +17,8 @@ from qdot.exercises.common.errors import QdotError
 from qdot.exercises.notebook.problem_formats import show
 from qdot.exercises.problem.problem import Part, Problem
 from qdot.exercises.questions import QUESTIONS
-from qdot.exercises.singularities.singularity import singular_set
+from qdot.exercises.reference_answers import Choice, ConditionSet, Direction, Expression, Matrix, Number
+from qdot.exercises.singularities.singular_set import singular_set
 from qdot.exercises.writing.angles import AngleNames
 from qdot.exercises.writing.hint_context import Entry, HintContext
 from qdot.exercises.writing.latex import tex, tex_angle
@@ -27,9 +26,7 @@ from qdot.exercises.writing.problem_texts import write_hints, write_prompt
 from qdot.exercises.writing.solution_steps import SolutionSteps
 from qdot.grader.cli.main import app
 from qdot.grader.grading.certify import CERTIFIER
-from tests.support.problems import asked
-
-Draw = Callable[[str, int], Problem]
+from tests.support.problems import ask_question, get_problem
 
 
 def test_every_part_has_three_hints_that_read_well_and_keep_the_answers(problem: Problem) -> None:
@@ -169,7 +166,7 @@ def test_arms_of_one_joint_are_given_a_method_where_a_step_would_be_the_answer(c
     names = [name for name, question in QUESTIONS.items() if question.find_obstacle(chain) is None]
     assert len(names) > 5
     for name in names:
-        problem = asked(name, chain)
+        problem = ask_question(name, chain)
         three, (part,) = write_hints(problem, problem.parts[0]), problem.parts
         for hint in three:
             _reads_well(hint, name)
@@ -215,8 +212,8 @@ def test_of_a_result_one_column_or_entry_is_shown_if_others_are_left() -> None:
 
 @pytest.mark.xdist_group("planar-2r")
 @pytest.mark.parametrize("format", ["text", "latex", "html", "ipynb", "json"])
-def test_show_has_hints_when_they_are_asked_for(format: str, drawn: Draw) -> None:
-    problem = drawn("planar-2r", 0)
+def test_show_has_hints_when_they_are_asked_for(format: str) -> None:
+    problem = get_problem("planar-2r", 0)
     problem = replace(problem, parts=problem.parts[:6])
     without, shown = show(problem, True, format), show(problem, True, format, hinted=True)
     if format == "json":  # always has them

@@ -3,18 +3,18 @@
 import json
 import re
 from collections import Counter
-from collections.abc import Callable, Iterator
+from collections.abc import Iterator
 from dataclasses import replace
 from pathlib import Path
 
 import pytest
 from babel.messages.catalog import Catalog, Message
 
-from qdot.exercises.answer_types import Choice, Matching, Selection
 from qdot.exercises.families import FAMILIES
 from qdot.exercises.generation import generate, select_quiz_questions
 from qdot.exercises.mistakes.catalogue import CATALOGUE
 from qdot.exercises.problem.problem import Part, Problem, ProblemId
+from qdot.exercises.reference_answers import Choice, Matching, Selection
 from qdot.exercises.site.bank import titles_text
 from qdot.exercises.site.record import make_site_record, translate_record, translate_solutions
 from qdot.exercises.writing import languages, translatable_phrases
@@ -34,8 +34,8 @@ from qdot.exercises.writing.problem_texts import (
     write_statement,
 )
 from qdot.exercises.writing.render import find_template_folder, make_environment
-from tests.support.problems import parts_in_turn
-from tests.support.suites import few_families, several
+from tests.support.problems import get_problem, select_parts
+from tests.support.suites import few_families, select_for_suite
 from tests.tools import collect_messages
 from tests.tools.collect_messages import (
     collect_catalog,
@@ -53,7 +53,7 @@ LEFT = re.compile(
 )
 """English words that no German text has; those of a third language may have others."""
 
-ASKED_A_QUIZ = several(
+ASKED_A_QUIZ = select_for_suite(
     ("planar-2r", "wrist-zyz"), tuple(name for name in FAMILIES if not FAMILIES[name].has_varied_structure)
 )
 PIECES = re.compile(r"\$\$.*?\$\$|\$[^$]*\$|`[^`]*`", re.DOTALL)
@@ -86,11 +86,9 @@ def options_of(part: Part) -> int:
 
 @pytest.mark.parametrize("language", LANGUAGES)
 @few_families
-def test_the_texts_of_a_family_hold_the_same_formulas_and_no_english(
-    language: str, family: str, drawn: Callable[[str, int], Problem]
-) -> None:
-    problem = drawn(family, 0)
-    problems = [replace(problem, parts=tuple(parts_in_turn(problem)))]
+def test_the_texts_of_a_family_hold_the_same_formulas_and_no_english(language: str, family: str) -> None:
+    problem = get_problem(family, 0)
+    problems = [replace(problem, parts=tuple(select_parts(problem)))]
     if family in ASKED_A_QUIZ:
         problems.append(generate(ProblemId(family, 1, select_quiz_questions(family))))
     for problem in problems:
@@ -237,10 +235,10 @@ def scratch(due: Catalog, tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> It
     make_environment.cache_clear()
 
 
-@pytest.mark.parametrize("family", several(("planar-2r", "scara"), SOME))
-def test_all_words_of_a_problem_are_messages(scratch: str, family: str, drawn: Callable[[str, int], Problem]) -> None:
-    problems = [replace(drawn(family, 0), parts=tuple(parts_in_turn(drawn(family, 0))))]
-    if family not in several(("scara",), ()):
+@pytest.mark.parametrize("family", select_for_suite(("planar-2r", "scara"), SOME))
+def test_all_words_of_a_problem_are_messages(scratch: str, family: str) -> None:
+    problems = [replace(get_problem(family, 0), parts=tuple(select_parts(get_problem(family, 0))))]
+    if family not in select_for_suite(("scara",), ()):
         problems.append(generate(ProblemId(family, 1, select_quiz_questions(family))))
     for one in problems:
         for name, english, own in both(one, scratch):

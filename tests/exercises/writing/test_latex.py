@@ -9,7 +9,6 @@ import pytest
 import sympy as sp
 
 from qdot import generate
-from qdot.exercises.answer_types import ConditionSet, Expression, Matrix
 from qdot.exercises.arm.derivation import derive
 from qdot.exercises.formula.latex import parse_latex
 from qdot.exercises.formula.parser import parse_formula
@@ -17,6 +16,7 @@ from qdot.exercises.formula.printers.latex import latex_text
 from qdot.exercises.formula.printers.mathml import mathml_text
 from qdot.exercises.formula.trees import Node
 from qdot.exercises.problem.problem import Problem
+from qdot.exercises.reference_answers import ConditionSet, Expression, Matrix
 from qdot.exercises.writing.angles import AngleNames, list_link_angles, name_angles
 from qdot.exercises.writing.fit import estimate_width
 from qdot.exercises.writing.latex import (

@@ -3,18 +3,17 @@
 import re
 import subprocess
 import xml.etree.ElementTree as ET
-from collections.abc import Callable
 from dataclasses import replace
 from html.parser import HTMLParser
 from pathlib import Path
 
 import pytest
 
-from qdot.exercises.answer_types import Choice, ConditionSet, Expression, Matrix, Number
 from qdot.exercises.generation import generate
 from qdot.exercises.notebook.problem_formats import make_problem_json, show
 from qdot.exercises.problem.problem import Part, Problem, ProblemId
 from qdot.exercises.questions import QUESTIONS, screws
+from qdot.exercises.reference_answers import Choice, ConditionSet, Expression, Matrix, Number
 from qdot.exercises.short_questions import ALL_QUESTIONS
 from qdot.exercises.writing.latex import tex
 from qdot.exercises.writing.markup import to_html, to_html_for_mathjax, to_latex, to_text
@@ -28,12 +27,11 @@ from qdot.exercises.writing.problem_texts import (
 from qdot.exercises.writing.render import find_template_folder
 from qdot.exercises.writing.short_answer import write_short_answer
 from qdot.exercises.writing.solution_steps import SolutionSteps
-from tests.support.problems import LONG_ARMS, parts_in_turn
-from tests.support.programs import LATEX, needs
+from tests.support.problems import LONG_ARMS, get_problem, select_parts
+from tests.support.programs import LATEX, require_program
 from tests.support.suites import SHAPES, few_families
 
 CHAPTER = ("planar-2r", "elbow-3r", "polar-rp", "planar-3r")
-Draw = Callable[[str, int], Problem]
 
 
 def test_every_question_has_its_templates() -> None:
@@ -41,8 +39,8 @@ def test_every_question_has_its_templates() -> None:
     assert there == {question.template or name for name, question in ALL_QUESTIONS.items()} | {"options", "custom"}
 
 
-def test_every_question_has_its_turn_in_sweeps_that_look_at_some(drawn: Draw) -> None:
-    looked_at = {part.name for family in SHAPES.values() for part in parts_in_turn(drawn(family, 0))}
+def test_every_question_has_its_turn_in_sweeps_that_look_at_some() -> None:
+    looked_at = {part.name for family in SHAPES.values() for part in select_parts(get_problem(family, 0))}
     of_conventions = {"own-frame-velocity", *(question.name for question in screws.QUESTIONS)}
     assert looked_at == set(QUESTIONS) - of_conventions
 
@@ -73,7 +71,7 @@ def test_the_words_do_not_tell_how_many_conditions_there_are(family: str) -> Non
 
 
 def test_worked_solutions_end_in_the_reference(problem: Problem) -> None:
-    for part in parts_in_turn(problem) if problem.id.family in LONG_ARMS else problem.parts:
+    for part in select_parts(problem) if problem.id.family in LONG_ARMS else problem.parts:
         _explains(part, write_solution(problem, part))
 
 
@@ -135,7 +133,7 @@ class _Balance(HTMLParser):
 @few_families
 @pytest.mark.parametrize("solution", [False, True])
 def test_pages_texts_and_documents(problem: Problem, solution: bool) -> None:
-    problem = replace(problem, parts=tuple(parts_in_turn(problem)))
+    problem = replace(problem, parts=tuple(select_parts(problem)))
     page = show(problem, solution, "html")
     checker = _Balance()
     checker.feed(page)
@@ -152,16 +150,16 @@ def test_pages_texts_and_documents(problem: Problem, solution: bool) -> None:
 
 
 @pytest.mark.integration
-def test_latex_compiles(tmp_path: Path, drawn: Draw) -> None:
-    needs("pdflatex", LATEX, in_ci=False)
-    (tmp_path / "x.tex").write_text(show(drawn("planar-2r", 0), True, "latex"), encoding="utf-8")
+def test_latex_compiles(tmp_path: Path) -> None:
+    require_program("pdflatex", LATEX, in_ci=False)
+    (tmp_path / "x.tex").write_text(show(get_problem("planar-2r", 0), True, "latex"), encoding="utf-8")
     done = subprocess.run(["pdflatex", "-interaction=nonstopmode", "-halt-on-error", "x.tex"], cwd=tmp_path)
     assert done.returncode == 0
 
 
 @few_families
 def test_json_is_the_contract(problem: Problem) -> None:
-    problem = replace(problem, parts=tuple(parts_in_turn(problem)))
+    problem = replace(problem, parts=tuple(select_parts(problem)))
     plain, full = make_problem_json(problem, False), make_problem_json(problem, True, {"method": "exact"})
     assert {"id", "family", "seed", "engine", "robot", "symbols", "parts"} <= set(plain)
     assert "certificate" not in plain and full["certificate"] == {"method": "exact"}
@@ -190,8 +188,8 @@ def test_a_dollar_in_code_begins_no_formula() -> None:
     assert shown.count("<math ") == 2 and "<code>$a</code>" in shown and "env: ${{ one }}, ${{ two }}" in shown
 
 
-def test_conditions_are_listed_with_the_signs_that_they_have_in_the_determinant(family: str, drawn: Draw) -> None:
-    chain = drawn(family, 0).chain
+def test_conditions_are_listed_with_the_signs_that_they_have_in_the_determinant(family: str) -> None:
+    chain = get_problem(family, 0).chain
     steps = SolutionSteps(chain)
     if steps.derivation.is_square:
         determinant = tex(steps.derivation.determinant, chain, steps.angles)

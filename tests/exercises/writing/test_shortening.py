@@ -8,20 +8,20 @@ import numpy as np
 import pytest
 import sympy as sp
 
-from qdot.exercises.answer_types import Expression, Matrix
 from qdot.exercises.arm.chain import Base, Chain, Joint
 from qdot.exercises.arm.derivation import derive
 from qdot.exercises.common.stream import Stream
 from qdot.exercises.generation import generate, sample_chain
 from qdot.exercises.problem.problem import Problem, ProblemId
+from qdot.exercises.reference_answers import Expression, Matrix
 from qdot.exercises.writing.angles import iterate_arm_angles, name_angles, needs_no_name
 from qdot.exercises.writing.constant_angles import list_constant_angles, use_constant_angles
 from qdot.exercises.writing.latex import tex
 from qdot.exercises.writing.problem_texts import write_answer_code, write_solution, write_solutions
 from qdot.exercises.writing.shortening import factor_sums, multiply_numbers, remove_constant_shifts, use_angle_sums
 from qdot.exercises.writing.solution_steps import SolutionSteps
-from tests.support.problems import LONG_ARMS, parts_in_turn
-from tests.support.solving import written
+from tests.support.problems import LONG_ARMS, select_parts
+from tests.support.solving import solve_to_text
 from tests.support.suites import few_families
 
 T1, T2, T3, A1, A2, A3, D1, D2 = sp.symbols("theta1 theta2 theta3 a1 a2 a3 d1 d2")
@@ -154,7 +154,7 @@ def test_a_twist_is_said_as_the_table_has_it(degrees: int, shown: tuple[str, str
 
 
 def test_no_root_is_left_of_it_in_a_whole_derivation() -> None:
-    text = written(arm(75), "text")
+    text = solve_to_text(arm(75), "text")
     assert "cos(75°)" in text
     assert "15°" not in text
     assert "√" not in text
@@ -201,7 +201,7 @@ def are_alike(one: sp.Expr, other: sp.Expr) -> bool:
 @pytest.fixture
 def problem(problem: Problem) -> Problem:
     """The problem of a sweep, of long arms with the parts of which it is the turn."""
-    return replace(problem, parts=tuple(parts_in_turn(problem))) if problem.id.family in LONG_ARMS else problem
+    return replace(problem, parts=tuple(select_parts(problem))) if problem.id.family in LONG_ARMS else problem
 
 
 def test_every_angle_has_one_name_and_no_plain_one_has_any(problem: Problem) -> None:

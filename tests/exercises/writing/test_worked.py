@@ -18,7 +18,7 @@ from qdot.exercises.writing.expansion import Expansion, expand_determinant, expa
 from qdot.exercises.writing.latex import tex
 from qdot.exercises.writing.problem_texts import write_hints, write_solution, write_solutions, write_statement
 from qdot.exercises.writing.solution_steps import SolutionSteps, _compute_cofactors
-from tests.support.suites import few_of, several
+from tests.support.suites import sample_for_suite, select_for_suite
 
 BOTH = ("inverse-jacobian", "inverse-velocity")
 TABLE = r"\begin{bmatrix}"
@@ -76,7 +76,7 @@ def solution(identity: str, question: str, convention: str = "dh") -> str:
     return write_solution(problem, part)
 
 
-@pytest.mark.parametrize("convention", few_of(CONVENTIONS, 1))
+@pytest.mark.parametrize("convention", sample_for_suite(CONVENTIONS, 1))
 def test_an_origin_has_the_name_that_the_arms_convention_has_for_it(convention: str) -> None:
     """O_2 of the standard table is on the axis of joint 3: the origin of frame 3 of a modified one."""
     assert NAMES[convention] in solution("orthogonal-3r/776@frames", "singular-angles", convention)
@@ -122,7 +122,7 @@ def worked_determinants(chain: Chain) -> Iterator[tuple[Expansion, sp.Expr]]:
         yield worked.expansion, worked.derivation.determinant
 
 
-@pytest.mark.parametrize("variation", several(("full",), tuple(VARIATION_STEPS)))
+@pytest.mark.parametrize("variation", select_for_suite(("full",), tuple(VARIATION_STEPS)))
 def test_every_intermediate_is_the_determinant(family: str, variation: str) -> None:
     for expansion, determinant in worked_determinants(sample_chain(ProblemId(family, 0, variation=variation))):
         symbols = set(determinant.free_symbols).union(*(line.free_symbols for line in expansion.products))
@@ -139,7 +139,7 @@ def test_every_intermediate_is_the_determinant(family: str, variation: str) -> N
                 assert abs(sp.N(intermediate, 15) - value) < 1e-9 * max(1, abs(value))
 
 
-@pytest.mark.parametrize("variation", several(("chapter",), ("chapter", "zeros", "full")))
+@pytest.mark.parametrize("variation", select_for_suite(("chapter",), ("chapter", "zeros", "full")))
 def test_no_line_is_there_twice(family: str, variation: str) -> None:
     chain = sample_chain(ProblemId(family, 0, variation=variation))
     for expansion, _ in worked_determinants(chain):

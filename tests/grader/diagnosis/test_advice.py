@@ -5,9 +5,9 @@ import pytest
 from qdot import generate
 from qdot.exercises.chapter import make_planar_2r
 from qdot.grader.diagnosis.advice import advise
-from qdot.grader.grading.marking import mark
-from qdot.grader.judging.answer_parser import read_answer
-from tests.support.problems import asked, drawn
+from qdot.grader.judging.expected_form import read_answer
+from qdot.grader.marking.marking import mark
+from tests.support.problems import ask_question, get_problem
 
 TWO_R = (
     "[[a1*cos(theta1 + {pi}/3) - 0.35*sin(theta1 + theta2 + {pi}/3)],"
@@ -34,7 +34,7 @@ TWO_R = (
     ],
 )
 def test_what_is_said_is_what_the_answer_fails_simplest_first(question: str, answer: str, begins: str) -> None:
-    problem = asked(question, make_planar_2r())
+    problem = ask_question(question, make_planar_2r())
     found = advise(problem, problem.parts[0], read_answer(problem, problem.parts[0], answer), "advice")
     assert found is not None and found.mistakes == ()
     assert found.says.startswith(begins)
@@ -98,7 +98,7 @@ def test_what_is_right_but_for_rounding_is_said_so_and_blamed_on_nothing(
     ],
 )
 def test_of_conditions_that_hold_together_nothing_false_is_said(answer: str, words: str) -> None:
-    problem = drawn("planar-3r", 0, variation="lengths")
+    problem = get_problem("planar-3r", 0, variation="lengths")
     part = problem["singular-angles"]
     found = advise(problem, part, read_answer(problem, part, answer), "advice")
     assert found is not None and words in found.says
@@ -106,7 +106,7 @@ def test_of_conditions_that_hold_together_nothing_false_is_said(answer: str, wor
 
 
 def test_marking_says_it_where_nothing_is_named() -> None:
-    problem = drawn("elbow-3r", 0)
+    problem = get_problem("elbow-3r", 0)
     verdicts = mark(problem, {"determinant": "theta1**2 + 3*theta3"}, secret="s")
     verdict = next(verdict for verdict in verdicts if verdict.part == "determinant")
     assert verdict.diagnosis is not None and verdict.diagnosis.says and not verdict.diagnosis.names

@@ -7,7 +7,6 @@ import warnings
 import numpy as np
 import pytest
 
-from qdot.exercises.answer_types import Expression, Matrix
 from qdot.exercises.arm.chain import Chain
 from qdot.exercises.arm.derivation_graph import compute_numeric_stages, compute_symbolic_stages, to_sympy_matrix
 from qdot.exercises.chapter import make_planar_2r, make_scorbot_arm
@@ -22,15 +21,16 @@ from qdot.exercises.mistakes.configurations import SymbolValues, sample_configur
 from qdot.exercises.problem.problem import Part
 from qdot.exercises.questions import QUESTIONS
 from qdot.exercises.questions.results import compute_answer
+from qdot.exercises.reference_answers import Expression, Matrix
 from qdot.grader.judging.functions import make_calls
 from qdot.grader.sandbox.contained.callables import TABLE_PREFIX
 from tests.support.judging import diagnose
-from tests.support.problems import LONG_ARMS, asked
-from tests.support.suites import few_families, several
+from tests.support.problems import LONG_ARMS, ask_question
+from tests.support.suites import few_families, select_for_suite
 from tests.tools.diagnoses import problems, sweep
 
 FAMILY_NAMES = list(FAMILIES)
-ASKED_OF_EACH, ASKED_OF_LONG = 4, several(2, 4)
+ASKED_OF_EACH, ASKED_OF_LONG = 4, select_for_suite(2, 4)
 """Questions of a family, and of one of six or seven joints, that the tests take; `make diagnoses` takes all."""
 
 
@@ -65,7 +65,7 @@ C1, S1, C12, S12 = "cos(theta1)", "sin(theta1)", "cos(theta1 + theta2)", "sin(th
 
 def said(name: str, answer: str, chain: Chain = PLANAR) -> tuple[str, str]:
     """Return the mistakes that are named behind an answer, and the sentence."""
-    problem = asked(name, chain)
+    problem = ask_question(name, chain)
     found = diagnose(problem, problem.parts[0], answer, "chapter")
     return ("", "") if found is None else (" and ".join(found.mistakes), found.says)
 
@@ -250,7 +250,9 @@ def test_of_example_6_3(answer: str, mistake: str) -> None:
 
 
 def test_a_mistake_in_one_column_only_is_found_and_two_in_two_columns_are() -> None:
-    right = to_sympy_matrix(compute_answer(compute_symbolic_stages(SCORBOT), asked("jacobian", SCORBOT).parts[0]))
+    right = to_sympy_matrix(
+        compute_answer(compute_symbolic_stages(SCORBOT), ask_question("jacobian", SCORBOT).parts[0])
+    )
     one = right.copy()
     one[:, 1] = -one[:, 1]
     assert said("jacobian", str(one.tolist()), SCORBOT)[0] == "column-sign"
@@ -301,7 +303,7 @@ def test_the_right_answer_comes_out_of_every_working(family: str) -> None:
 
 
 def test_a_function_that_needs_numbers_is_diagnosed_by_its_values() -> None:
-    problem = asked("position", PLANAR)
+    problem = ask_question("position", PLANAR)
     called = make_calls(problem, problem.domain, "points")
     at = dict(zip(called.symbols, np.array(called.points).T, strict=True))
     rows = [at["a1"] * trig(at["theta1"]) + at["a2"] * trig(at["theta2"]) for trig in (np.cos, np.sin)]

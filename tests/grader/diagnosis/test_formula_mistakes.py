@@ -18,9 +18,9 @@ from qdot.exercises.mistakes.finished import edit_entry, edit_throughout
 from qdot.exercises.problem.problem import Part
 from qdot.exercises.questions.results import compute_answer
 from qdot.grader.diagnosis.formula_mistakes import locate_entries
-from qdot.grader.grading.marking import MarkingRules, mark
+from qdot.grader.marking.marking import MarkingRules, mark
 from tests.support.judging import diagnose
-from tests.support.problems import asked, drawn
+from tests.support.problems import ask_question, get_problem
 from tests.support.suites import few_families
 
 PLANAR = make_planar_2r()
@@ -67,7 +67,7 @@ RIGHT = (f"-a1*{S1} - a2*{S12}", f"-a2*{S12}", f"a1*{C1} + a2*{C12}", f"a2*{C12}
     ],
 )  # fmt: skip
 def test_what_went_wrong_in_entries_is_named_with_them(changed: dict[int, str], mistakes: str, places: str) -> None:
-    problem = asked("jacobian", PLANAR)
+    problem = ask_question("jacobian", PLANAR)
     answer = jacobian(*(changed.get(k, entry) for k, entry in enumerate(RIGHT)))
     found = diagnose(problem, problem.parts[0], answer, "finished")
     assert found is not None and list(found.mistakes) == mistakes.split()
@@ -110,7 +110,7 @@ def as_typed(part: Part, rows: list[list[Node]]) -> str:
 @few_families
 def test_every_slip_in_a_formula_of_any_arm_is_named(family: str) -> None:
     """By its name or by that of another mistake that gives the same: of each kind, the first that changes something."""
-    problem = drawn(family, 0)
+    problem = get_problem(family, 0)
     for part in problem.parts:
         if part.name not in ("position", "jacobian", "determinant"):
             continue
@@ -137,7 +137,7 @@ def test_every_slip_in_a_formula_of_any_arm_is_named(family: str) -> None:
 
 @few_families
 def test_a_slip_throughout_is_named_on_any_arm(family: str) -> None:
-    problem = drawn(family, 0)
+    problem = get_problem(family, 0)
     part = next(part for part in problem.parts if part.name in ("jacobian", "joint-axes", "link-velocity"))
     rows = [list(row) for row in part.answer.parse_trees(problem.domain.roles)]
     at = sample_configurations(problem.chain, part, problem.domain, 4, Stream("finished"))
@@ -153,7 +153,7 @@ def test_a_slip_throughout_is_named_on_any_arm(family: str) -> None:
 
 def test_a_mistake_that_later_parts_inherit_is_named_once() -> None:
     """A twist taken with the wrong sign: named in the joint axes, and told of the others as that."""
-    problem = drawn("elbow-3r", 0)
+    problem = get_problem("elbow-3r", 0)
     names = ("joint-axes", "jacobian", "velocity")
     parts = {part.name: part for part in problem.parts if part.name in names}
     right = compute_symbolic_stages(problem.chain)

@@ -9,17 +9,16 @@ from pathlib import Path
 import pytest
 import sympy as sp
 
-from qdot.exercises.answer_types import Expression
 from qdot.exercises.assignment.assignment import Assignment, Student
 from qdot.exercises.common.errors import QdotError
 from qdot.exercises.generation import generate
 from qdot.exercises.problem.problem import Part, Problem, ProblemId
+from qdot.exercises.reference_answers import Expression
 from qdot.grader.cli.main import app
 from qdot.grader.diagnosis.groups import KEY_LENGTH, KEY_LETTERS, find_group
 from qdot.grader.grading.attempt import make_part_result
 from qdot.grader.grading.final_result import GradedNotebook, compute_final_result
 from qdot.grader.grading.history import describe_mark_changes
-from qdot.grader.grading.marking import mark
 from qdot.grader.grading.overrides import Overrides, describe_unused_groups, read_overrides
 from qdot.grader.grading.result import (
     CountingSubmission,
@@ -29,17 +28,18 @@ from qdot.grader.grading.result import (
     PartResult,
     Result,
 )
-from qdot.grader.judging.answer_parser import read_answer
+from qdot.grader.judging.expected_form import read_answer
 from qdot.grader.judging.verdict import Outcome
+from qdot.grader.marking.marking import mark
 from qdot.grader.reports.class_page import make_class_page
 from qdot.grader.reports.class_view import group_wrong_answers
 from qdot.grader.reports.feedback import make_feedback_page
 from qdot.grader.reports.rows import make_rows
 from qdot.grader.reports.tables import count_overridden, is_marked, make_grades_csv
 from tests.support.command import runner
-from tests.support.handing_in import a_class, grade, hand_in, one_process, right
-from tests.support.results import change, make_override, read_results, result
-from tests.support.suites import several
+from tests.support.results import change_part, make_override, make_result, read_results
+from tests.support.submitting import grade, make_class, make_correct_notebook, submit, work_in_one_process
+from tests.support.suites import select_for_suite
 
 SECRET = "secret"
 
@@ -69,7 +69,7 @@ def spoilt(part: Part, factor: str) -> str:
 )  # fmt: skip
 def test_the_same_wrong_formula_on_different_arms_has_one_key(family: str, question: str) -> None:
     """Of arms whose given lengths and zeros of joints differ; another formula has another key."""
-    arms = [problem(family, seed, question) for seed in range(several(4, 8))]
+    arms = [problem(family, seed, question) for seed in range(select_for_suite(4, 8))]
     assert len({made.chain for made, _ in arms}) > 2
     keys = {key(made, part, spoilt(part, "vx")) for made, part in arms}
     others = {key(made, part, spoilt(part, "vy")) for made, part in arms}
@@ -207,12 +207,13 @@ WRONG = "p1_determinant = ({}) + theta1"
 @pytest.fixture
 def assignment(tmp_path: Path) -> Assignment:
     """A class in which ada, bo and cy give the same wrong determinant of different arms, and di another."""
-    made = a_class(tmp_path / "hw", [Student(name) for name in NAMES])
+    made = make_class(tmp_path / "hw", [Student(name) for name in NAMES])
     for name in NAMES:
         ((_, own),) = made.generate_problems(name)
         reference = own["determinant"].answer.write_code()
         source = f"p1_determinant = theta2**2*({reference})" if name == "di" else WRONG.format(reference)
-        hand_in(made, f"{name}/hw.ipynb", right(made, name, lambda cells, s=source: cells[-1].update(source=s)))  # type: ignore[misc]
+        notebook = make_correct_notebook(made, name, lambda cells, s=source: cells[-1].update(source=s))  # type: ignore[misc]
+        submit(made, f"{name}/hw.ipynb", notebook)
     return made
 
 
@@ -245,7 +246,7 @@ def test_a_line_marks_and_explains_a_group_also_for_who_comes_later(assignment: 
     first_line = describe_mark_changes(first, ordered).splitlines()[0].split()
     assert (first_line[:5], first_line[-1]) == (["ada", "p1.determinant", "0", "→", "0.5"], group)
     changes = {"override": None, "group": None, "points": 1.0, "outcome": Outcome.CORRECT}
-    mended = change(results["ada"], "p1.determinant", **changes)
+    mended = change_part(results["ada"], "p1.determinant", **changes)
     mended = replace(mended, submission=CountingSubmission("hw.ipynb", "another notebook", None))
     first_line = describe_mark_changes(results, [mended, *ordered[1:]]).splitlines()[0].split()
     assert (first_line[2:5], first_line[-1]) == (["0.5", "→", "1"], group)
@@ -272,7 +273,7 @@ def test_a_comment_alone_leaves_the_points(assignment: Assignment) -> None:
 
 
 def test_what_qdot_failed_on_has_no_group_and_old_results_have_none(assignment: Assignment) -> None:
-    made = result(assignment, "ada", ["correct", "correct", "wrong"])
+    made = make_result(assignment, "ada", ["correct", "correct", "wrong"])
     marked = NotebookMarks(sha256="0", made_from=MarkingVersions(), problems=made.problems)
     overrides = Overrides(by_group={"p1.position/bcdfgh": make_override(0)})
     one = compute_final_result(assignment, assignment.roster[0], [GradedNotebook(marks=marked)], overrides)
@@ -294,7 +295,7 @@ KEY = "p1.position/bcdfgh"
     ],
 )  # fmt: skip
 def test_what_is_wrong_in_a_line_for_a_group_is_told(tmp_path: Path, line: str, said: str) -> None:
-    made = a_class(tmp_path / "hw", [Student("ada")])
+    made = make_class(tmp_path / "hw", [Student("ada")])
     (made.folder / "overrides.csv").write_text(f"student,part,points,comment,group\n{line}\n")
     with pytest.raises(QdotError) as caught:
         read_overrides(made)
@@ -318,7 +319,7 @@ def test_the_page_shows_groups_with_their_key_and_the_command_tells_an_unknown_o
     def settled(points: str, comment: str, group: str) -> tuple[str, list[Result]]:
         line = f"student,part,points,comment,group\n,,{points},{comment},{group}\n"
         (assignment.folder / "overrides.csv").write_text(line)
-        with one_process():
+        with work_in_one_process():
             errors = runner.invoke(app, ["grade", str(assignment.folder), "--jobs", "1"]).stderr
         return errors, list(read_results(assignment.folder).values())
 

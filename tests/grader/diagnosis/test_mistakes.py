@@ -23,23 +23,23 @@ from typing import Any
 import pytest
 import sympy as sp
 
-from qdot.exercises.answer_types import Matrix
 from qdot.exercises.arm.derivation_graph import compute_symbolic_stages, links_to_point
 from qdot.exercises.generation import generate, sample_chain
 from qdot.exercises.problem.problem import Part, Problem, ProblemId
+from qdot.exercises.reference_answers import Matrix
 from qdot.grader.diagnosis.advice import advise
 from qdot.grader.diagnosis.diagnosis import diagnose
-from qdot.grader.judging.answer_parser import read_answer
+from qdot.grader.judging.expected_form import read_answer
 from qdot.grader.judging.judge import judge_parsed
 from qdot.grader.judging.verdict import Diagnosis, Outcome
 from tests.support import DATA, judging
-from tests.support.problems import asked
-from tests.support.suites import few_of, several
+from tests.support.problems import ask_question
+from tests.support.suites import sample_for_suite, select_for_suite
 
 pytestmark = pytest.mark.xdist_group("slips")  # each is diagnosed once
 SLIPS: list[dict[str, Any]] = list(map(json.loads, (DATA / "slips.jsonl").read_text(encoding="utf-8").splitlines()))
-TAKEN = range(0, len(SLIPS), several(12, 1))
-NAMED = {1: several(0.9, 0.97), 2: several(0.4, 0.5)}
+TAKEN = range(0, len(SLIPS), select_for_suite(12, 1))
+NAMED = {1: select_for_suite(0.9, 0.97), 2: select_for_suite(0.4, 0.5)}
 """The share of answers with one slip, and with two, behind which mistakes are named."""
 
 
@@ -62,7 +62,7 @@ def named(did: str) -> Diagnosis:
     return made
 
 
-@pytest.mark.parametrize("part", few_of(range(4), 2))
+@pytest.mark.parametrize("part", sample_for_suite(range(4), 2))
 def test_something_is_said_of_every_wrong_answer(part: int) -> None:
     for index in TAKEN[part::4]:
         mistake, advice = told(index)
@@ -81,7 +81,7 @@ def test_most_are_named() -> None:
 
 @pytest.mark.parametrize(
     ("did", "mistakes"),
-    few_of([
+    sample_for_suite([
         ("Typed the angles", "angles-in-degrees"), ("Typed s12 as sin", "sum-of-angles-split"),
         ("Typed pi/3 for the", "wrong-radians"), ("Typed the offset of 60", "offset-in-degrees"),
         ("Multiplied F by", "jacobian-for-transpose"),
@@ -169,7 +169,7 @@ def test_links_left_out_of_the_position_are_named() -> None:
         problem, problem.parts[0], str((problem.parts[0].answer.as_matrix() - lost).tolist()), "seed"
     )
     assert found is not None and "link 1 and link 3" in found.says
-    jacobian = asked("jacobian", sample_chain(ProblemId("planar-3r", 1)))
+    jacobian = ask_question("jacobian", sample_chain(ProblemId("planar-3r", 1)))
     text = answer_without(jacobian, jacobian.parts[0], {0: (0, 1), 1: (2,)})
     found = judging.diagnose(jacobian, jacobian.parts[0], text, "seed")
     assert found is not None and re.search("link 1 and link 2 in column 1; .* in column 2", found.says)

@@ -14,7 +14,7 @@ from qdot.exercises.formula.equality import (
     chance_of_missing,
 )
 from qdot.grader.diagnosis.advice import _name_entry
-from qdot.grader.judging.answer import replace_decimal_commas
+from qdot.grader.judging.answer_parser import replace_decimal_commas
 from qdot.grader.judging.verdict import Judgement, Outcome
 from tests.support.judging import (
     judge_angles,
@@ -218,7 +218,7 @@ def test_what_is_said_of_angles(student: str, share: float, said: str) -> None:
         ("{theta2: [0.1, 0.2, 0.3]}", FOLD, 0, "* is missing: *; this configuration *"),
         ("[]", ELBOW, 0, "* is missing: *"),
         ("{theta3: [0, pi]}", ELBOW, 1 / 2, "you found 1 of 2 *; * missing: theta1 = *, theta2 = *, *, a1 = *, a3 = *"),
-        ("{theta2: [0, 180]}", FOLD, 1 / 3, "you found * only in part; * these values are in degrees, but *"),
+        ("{theta2: [0, 180]}", FOLD, 1 / 3, "you found * only in part; these values are in degrees, but * radians"),
         ("cos(theta2) = 0", FOLD, 0, "* is missing: *; this configuration is not singular*"),
         ("theta2 = 180 or sin(theta2) = 0", FOLD, 1 / 2, "you found the condition; 1 of *; * is not *"),
         ("[]", ("cos(theta2) = 2",), 0, "your answer contains no configuration"),

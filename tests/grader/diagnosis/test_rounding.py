@@ -8,22 +8,22 @@ import numpy as np
 import pytest
 import sympy as sp
 
-from qdot.exercises.answer_types import ConditionSet
 from qdot.exercises.arm.chain import CONVENTIONS
 from qdot.exercises.formula.program import compile_program, evaluate
 from qdot.exercises.formula.sympy_text import expression_text
 from qdot.exercises.problem.problem import Part, Problem
+from qdot.exercises.reference_answers import ConditionSet
 from qdot.grader.judging.functions import make_calls
 from qdot.grader.judging.judge import judge
 from qdot.grader.judging.verdict import Diagnosis, Outcome
 from qdot.grader.sandbox.contained.callables import TABLE_PREFIX
 from tests.support.judging import diagnose
-from tests.support.problems import drawn
-from tests.support.suites import several
+from tests.support.problems import get_problem
+from tests.support.suites import select_for_suite
 
 CASES = (("planar-2r", 3), ("elbow-3r", 1), ("scara-rrrp", 2), ("cylindrical", 1))
-ARMS = [(*case, convention) for convention in CONVENTIONS for case in CASES[: several(1, 4)]]
-ARMS += several([("elbow-3r", 1, "screws")], [])
+ARMS = [(*case, convention) for convention in CONVENTIONS for case in CASES[: select_for_suite(1, 4)]]
+ARMS += select_for_suite([("elbow-3r", 1, "screws")], [])
 DIGITS = 10
 
 
@@ -61,7 +61,7 @@ def _of_rounding(problem: Problem, part: Part, text: str, points: str = "") -> D
 def test_constants_of_ten_digits_are_no_mistake(
     family: str, seed: int, convention: str, form: Callable[[sp.Expr], sp.Expr]
 ) -> None:
-    problem, said = drawn(family, seed, convention=convention), {}
+    problem, said = get_problem(family, seed, convention=convention), {}
     for part in problem.parts:
         if part.answer.is_symbolic and any(map(_constants, part.answer.as_matrix())):
             found = _of_rounding(problem, part, _text(part, form))
@@ -76,8 +76,8 @@ def test_constants_of_ten_digits_are_no_mistake(
 @pytest.mark.parametrize("digits", [4, DIGITS])
 @pytest.mark.parametrize("convention", CONVENTIONS)
 def test_singular_sets_with_decimals_for_pi_are_no_mistake(convention: str, digits: int) -> None:
-    for family, seed in several((("planar-2r", 3),), (("planar-2r", 3), ("scara-rrrp", 2), ("planar-3r", 2))):
-        problem = drawn(family, seed, convention=convention)
+    for family, seed in select_for_suite((("planar-2r", 3),), (("planar-2r", 3), ("scara-rrrp", 2), ("planar-3r", 2))):
+        problem = get_problem(family, seed, convention=convention)
         part = problem["singular-angles"]
         assert isinstance(part.answer, ConditionSet)
         text = f"[{', '.join(part.answer.pieces())}]".replace("pi", f"{sp.pi.evalf(digits)}")
@@ -94,7 +94,7 @@ def test_singular_sets_with_decimals_for_pi_are_no_mistake(convention: str, digi
 def test_a_function_that_returns_rounded_values_made_no_mistake(
     family: str, seed: int, convention: str, digits: int
 ) -> None:
-    problem = drawn(family, seed, convention=convention)
+    problem = get_problem(family, seed, convention=convention)
     calls = make_calls(problem, problem.domain, "points")
     points = np.array(calls.points).T
     at, named, said = dict(zip(calls.symbols, points, strict=True)), {}, set()

@@ -23,8 +23,8 @@ from qdot.grader.reports.tables import find_work_status, make_grades_csv, make_r
 from qdot.grader.reports.write import write_reports
 from qdot.grader.sandbox.sandbox import Limits
 from qdot.grader.submissions.submission import OTHER_VERSION, find_submissions
-from tests.support.handing_in import UNCERTIFIED, one_process
-from tests.support.results import by_student
+from tests.support.results import index_by_student
+from tests.support.submitting import UNCERTIFIED, work_in_one_process
 
 TOML = """title = "T"
 key = "hw"
@@ -75,10 +75,10 @@ def hand_in(assignment: Assignment, name: str, text: str | bytes) -> Path:
 def grade(assignment: Assignment, jobs: int = 0) -> dict[str, Result]:
     (assignment.folder / "submitted").mkdir(exist_ok=True)
     found = find_submissions(assignment, assignment.folder / "submitted").by_student
-    with nullcontext() if jobs else one_process():  # processes can't share one
+    with nullcontext() if jobs else work_in_one_process():  # processes can't share one
         results = grade_class(assignment, found, jobs, Limits(seconds=20, cell_seconds=2), lambda _: None)
     assert [result.student for result in results] == STUDENTS
-    return by_student(results)
+    return index_by_student(results)
 
 
 def test_every_kind_of_submission_in_one_class(assignment: Assignment) -> None:

@@ -16,9 +16,10 @@ import pytest
 
 from qdot.exercises.assignment.assignment import Assignment, Student
 from qdot.exercises.common.errors import QdotError
-from qdot.grader.grading import attempt, batch, marking
+from qdot.grader.grading import attempt, batch
 from qdot.grader.grading.batch import grade_class
 from qdot.grader.grading.result import Result
+from qdot.grader.marking import marking
 from qdot.grader.reports import write
 from qdot.grader.reports.tables import find_work_status
 from qdot.grader.reports.write import write_reports
@@ -26,9 +27,9 @@ from qdot.grader.sandbox.contained import folders
 from qdot.grader.sandbox.sandbox import Limits, Sandbox
 from qdot.grader.submissions import submission
 from qdot.grader.submissions.submission import find_modification_time, find_submissions
-from tests.support.handing_in import a_class, hand_in, one_process, right
-from tests.support.results import by_student, file_of, read_results
-from tests.support.suites import few_of
+from tests.support.results import get_counted_file, index_by_student, read_results
+from tests.support.submitting import make_class, make_correct_notebook, submit, work_in_one_process
+from tests.support.suites import sample_for_suite
 
 VICTIM = "s02"
 PLANTED = "planted"
@@ -36,22 +37,22 @@ PLANTED = "planted"
 
 @pytest.fixture
 def assignment(tmp_path: Path) -> Assignment:
-    made = a_class(tmp_path / "hw", [Student(f"s0{i}") for i in (1, 2, 3)])
+    made = make_class(tmp_path / "hw", [Student(f"s0{i}") for i in (1, 2, 3)])
     for student in made.roster:
-        hand_in(made, f"{student.id}/hw.ipynb", right(made, student.id))
+        submit(made, f"{student.id}/hw.ipynb", make_correct_notebook(made, student.id))
     return made
 
 
 def graded(assignment: Assignment) -> dict[str, Result]:
     """Grade the class and write its reports; return the results as they stand in results.jsonl."""
-    with one_process():
+    with work_in_one_process():
         found = find_submissions(assignment, assignment.folder / "submitted").by_student
         results = grade_class(assignment, found, 0, Limits(seconds=20))
         results = write_reports(assignment, results)
     assert list(read_results(assignment.folder).values()) == results
     with (assignment.folder / "graded" / "grades.csv").open() as table:
         assert [row["status"] for row in csv.DictReader(table)] == [find_work_status(result) for result in results]
-    return by_student(results)
+    return index_by_student(results)
 
 
 def is_victims(about: object) -> bool:
@@ -95,7 +96,7 @@ KINDS = {
 """What the fault is, where it is no KeyError."""
 
 
-@pytest.mark.parametrize("step", few_of(STEPS, 8))
+@pytest.mark.parametrize("step", sample_for_suite(STEPS, 8))
 def test_a_fault_in_any_step_is_its_students_alone(
     step: str, assignment: Assignment, monkeypatch: pytest.MonkeyPatch
 ) -> None:
@@ -230,7 +231,7 @@ def test_a_notebook_whose_name_is_not_utf8_is_graded(assignment: Assignment) -> 
     own = assignment.folder / "submitted" / "s01"
     (own / "hw.ipynb").rename(own / "L\udcf6sung.ipynb")
     result = graded(assignment)["s01"]
-    assert (result.score, file_of(result)) == (4, "L\N{REPLACEMENT CHARACTER}sung.ipynb")
+    assert (result.score, get_counted_file(result)) == (4, "L\N{REPLACEMENT CHARACTER}sung.ipynb")
     assert graded(assignment)["s01"] == result  # from what was kept
     assert not (assignment.folder / "graded" / "history").exists()
 
@@ -243,9 +244,9 @@ def test_a_folder_that_cannot_be_looked_into_is_told(assignment: Assignment) -> 
 
 
 def test_fifty_notebooks_are_not_all_named_in_one_note(assignment: Assignment) -> None:
-    text = right(assignment, "s01")
+    text = make_correct_notebook(assignment, "s01")
     for number in range(30):
-        hand_in(assignment, f"s01/hw-{number:02d}.ipynb", text.replace("# T", f"# {number}"))
+        submit(assignment, f"s01/hw-{number:02d}.ipynb", text.replace("# T", f"# {number}"))
     note = graded(assignment)["s01"].staff_notes[0]
     assert "31 " in note and " 25 more" in note and len(note) < 250
 
@@ -253,12 +254,12 @@ def test_fifty_notebooks_are_not_all_named_in_one_note(assignment: Assignment) -
 def test_of_thousands_of_notebooks_the_newest_counts(assignment: Assignment, monkeypatch: pytest.MonkeyPatch) -> None:
     """Whatever its name is, and it is said that there are others; of more than may be handed in, none does."""
     for number in range(2100):
-        path = hand_in(assignment, f"s01/v{number:04d}.ipynb", "{}")
+        path = submit(assignment, f"s01/v{number:04d}.ipynb", "{}")
         os.utime(path, (1_700_000_000 + number,) * 2)
-    os.utime(hand_in(assignment, "s01/v9999.ipynb", right(assignment, "s01")), (1_700_009_999,) * 2)
+    os.utime(submit(assignment, "s01/v9999.ipynb", make_correct_notebook(assignment, "s01")), (1_700_009_999,) * 2)
     (assignment.folder / "submitted" / "s01" / "hw.ipynb").unlink()
     result = graded(assignment)["s01"]
-    assert (result.score, file_of(result)) == (4, "v9999.ipynb")
+    assert (result.score, get_counted_file(result)) == (4, "v9999.ipynb")
     assert any("2101 notebooks were submitted, but qdot reads at most 50: " in said for said in result.notes)
     monkeypatch.setattr(submission, "MAX_FILES", 2000)
     result = graded(assignment)["s01"]

@@ -11,7 +11,6 @@ from typing import Any
 import pytest
 from typer.testing import CliRunner
 
-from qdot.exercises.answer_types import Matrix
 from qdot.exercises.assignment.assignment import load_assignment
 from qdot.exercises.assignment.release import (
     ReleaseResult,
@@ -24,6 +23,7 @@ from qdot.exercises.common.errors import QdotError
 from qdot.exercises.generation import generate
 from qdot.exercises.problem.problem import ENGINE, Problem, ProblemId
 from qdot.exercises.problem.record import compute_digests
+from qdot.exercises.reference_answers import Matrix
 from qdot.grader.cli.main import make_program
 from qdot.grader.grading import certify as certifying
 from qdot.grader.grading.certificates import ProblemRecord

@@ -10,8 +10,8 @@ from qdot.exercises.assignment.release import release_notebooks
 from qdot.grader.grading.certify import CERTIFIER
 from qdot.grader.grading.class_check import MAX_FILE_SIZE, read_sample
 from qdot.grader.submissions.submission import find_submissions
-from tests.support.command import fails, run
-from tests.support.handing_in import a_class, contents
+from tests.support.command import run, run_and_fail
+from tests.support.submitting import make_class, read_folder
 
 IDS = ("0012", "0013", "0014")
 
@@ -21,7 +21,7 @@ def handed_out(tmp_path_factory: pytest.TempPathFactory) -> Assignment:
     """A class whose notebooks are handed out, and come back right."""
     folder = tmp_path_factory.mktemp("check") / "hw"
     release_notebooks(
-        a_class(folder, [Student(student, f"Name {student}") for student in IDS]), CERTIFIER, 1, lambda _: None
+        make_class(folder, [Student(student, f"Name {student}") for student in IDS]), CERTIFIER, 1, lambda _: None
     )
     shutil.copytree(folder / "solutions", folder / "submitted", dirs_exist_ok=True)
     return load_assignment(folder)
@@ -39,9 +39,9 @@ def roster(folder: Path, *ids: str) -> None:
 
 def stops(folder: Path, *submissions: Path, command: str = "grade") -> str:
     """Return what is said of a run that stops, and has written nothing."""
-    before = contents(folder)
-    said = fails(command, folder, *submissions)
-    assert contents(folder) == before
+    before = read_folder(folder)
+    said = run_and_fail(command, folder, *submissions)
+    assert read_folder(folder) == before
     return said
 
 
@@ -95,7 +95,7 @@ def test_another_secret_is_no_zero_for_everybody(folder: Path, monkeypatch: pyte
     (folder / "secret.txt").write_text("another one altogether")
     assert "3 of 3 notebooks were generated with another secret than that in " in stops(folder)
     one = folder / "submitted" / IDS[0] / "hw.ipynb"
-    assert "the notebook was generated with another secret" in fails("grade", folder, one, "--student", IDS[0])
+    assert "the notebook was generated with another secret" in run_and_fail("grade", folder, one, "--student", IDS[0])
     (folder / "secret.txt").unlink()
     monkeypatch.setenv("QDOT_SECRET", "mistyped mistyped")
     assert "than that in $QDOT_SECRET" in stops(folder)

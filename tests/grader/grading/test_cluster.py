@@ -38,8 +38,8 @@ from qdot.grader.sandbox import guarantees
 from qdot.grader.sandbox.sandbox import Limits
 from qdot.grader.submissions.submission import Submission, find_submissions
 from tests.support import ROOT
-from tests.support.command import fails
-from tests.support.handing_in import UNCERTIFIED
+from tests.support.command import run_and_fail
+from tests.support.submitting import UNCERTIFIED
 
 pytestmark = [
     pytest.mark.xdist_group("cluster"),
@@ -363,7 +363,7 @@ NO_ADDRESSES = ("banana", "127.0.0.1:8786", "tcp://", "tcp://host", "http://h:1"
 
 @pytest.mark.parametrize("address", NO_ADDRESSES)
 def test_what_is_no_address_is_told_in_one_line(folder: Path, address: str) -> None:
-    message = fails("grade", folder, "--executor", address)
+    message = run_and_fail("grade", folder, "--executor", address)
     assert message.startswith("qdot: ") and repr(address) in message and "tcp://" in message
     assert not (folder / "graded" / "results.jsonl").exists()
 

@@ -11,7 +11,6 @@ from pathlib import Path
 import pytest
 from nbformat import NotebookNode
 
-from qdot.exercises.answer_types import Answer
 from qdot.exercises.arm.chain import Chain
 from qdot.exercises.assignment import release
 from qdot.exercises.assignment.assignment import Assignment, Student, load_assignment
@@ -22,6 +21,7 @@ from qdot.exercises.common.stream import Stream
 from qdot.exercises.notebook.notebook import make_student_notebook
 from qdot.exercises.notebook.self_check import Problems
 from qdot.exercises.problem.problem import Details, Part
+from qdot.exercises.reference_answers import Answer
 from qdot.exercises.short_questions import ALL_QUESTIONS
 from qdot.exercises.verify.certificate import CHECKS
 from qdot.exercises.verify.numeric_reference import Check, NumericReference
@@ -29,8 +29,8 @@ from qdot.grader.cli.demo import fill_in_answers
 from qdot.grader.cli.main import app
 from qdot.grader.grading.certify import CERTIFIER
 from tests.support import ROOT
-from tests.support.command import fails, run, runner
-from tests.support.handing_in import one_process
+from tests.support.command import run, run_and_fail, runner
+from tests.support.submitting import work_in_one_process
 
 pytestmark = pytest.mark.xdist_group("drawing")
 
@@ -128,7 +128,7 @@ def test_the_draw_that_was_handed_out_is_graded_and_shown(folder: Path, monkeypa
         path = folder / "submitted" / f"{student}.ipynb"
         path.write_text(fill_in_answers(text.decode(), assignment.generate_problems(student), lambda code, _: code))
     monkeypatch.undo()  # whoever grades finds nothing wrong with the first draws, and has redrawn.csv
-    with one_process():
+    with work_in_one_process():
         run("grade", folder, "--jobs", "1")
         results = [json.loads(line) for line in (folder / "graded" / "results.jsonl").read_text().splitlines()]
         assert all(result["score"] == result["max_score"] for result in results)
@@ -341,7 +341,7 @@ def test_a_bank_passes_over_what_fails_and_says_so_where_nothing_passes(
     seeds_of = json.loads(next((folder / "exports").rglob("bank.json")).read_text())["seeds"]
     assert len(seeds_of["p2"]) == 4 and not any(odd(int(seed)) for seed in seeds_of["p2"])
     put_in(monkeypatch, lambda _: True)
-    said = fails(*bank)
+    said = run_and_fail(*bank)
     assert "p2 (planar-2r): " in said and "Change the questions" in said
 
 
@@ -350,7 +350,7 @@ def test_a_bank_passes_over_what_fails_and_says_so_where_nothing_passes(
 )
 def test_a_damaged_record_is_told(folder: Path, line: str) -> None:
     (folder / "redrawn.csv").write_text(f"student,problem,family,draw,why\n{line}\n")
-    assert "redrawn.csv: line 2: draw = " in fails("generate", folder)
+    assert "redrawn.csv: line 2: draw = " in run_and_fail("generate", folder)
 
 
 def test_a_record_of_another_family_is_passed_over(folder: Path) -> None:

@@ -35,10 +35,10 @@ from qdot.grader.grading.result import Result
 from qdot.grader.reports.tables import find_work_status
 from qdot.grader.sandbox.sandbox import Limits, Run, Sandbox
 from qdot.grader.submissions.submission import StudentFiles, find_submissions
-from tests.support.handing_in import UNCERTIFIED
-from tests.support.problems import DeadlyAssignment
-from tests.support.results import by_student
-from tests.support.suites import several
+from tests.support.problems import CrashingAssignment
+from tests.support.results import index_by_student
+from tests.support.submitting import UNCERTIFIED
+from tests.support.suites import select_for_suite
 
 TOML = """title = "T"
 key = "hw"
@@ -186,7 +186,7 @@ def kill(process: "subprocess.Popen[str]") -> bool:
 
 
 @pytest.mark.parametrize(
-    ("seed", "is_graded_before"), several([(3, True)], [(0, False), (1, False), (2, True), (3, True)])
+    ("seed", "is_graded_before"), select_for_suite([(3, True)], [(0, False), (1, False), (2, True), (3, True)])
 )
 def test_a_grader_that_is_killed_again_and_again_loses_nothing(
     folder: Path, undisturbed: dict[str, bytes], graded_once: Path, seed: int, is_graded_before: bool
@@ -200,8 +200,8 @@ def test_a_grader_that_is_killed_again_and_again_loses_nothing(
 
     rng, kills = random.Random(seed), 0
     begin()
-    while kills < several(1, 7):
-        before, process = kept(folder), started(folder, several(1, rng.choice((1, 1, 2))))
+    while kills < select_for_suite(1, 7):
+        before, process = kept(folder), started(folder, select_for_suite(1, rng.choice((1, 1, 2))))
         wait_for(*drawn(rng), folder, process)
         kills += kill(process)
         check_whole(folder)
@@ -218,7 +218,7 @@ def test_a_grader_that_is_killed_again_and_again_loses_nothing(
 # --- workers that die ---
 
 
-AROUND = several(slice(4, 7), slice(None))
+AROUND = select_for_suite(slice(4, 7), slice(None))
 """The students who are graded with s05."""
 
 
@@ -226,18 +226,18 @@ def graded(folder: Path, times: int) -> dict[str, Result]:
     """Grade with a student, s05, who ends so many processes that come to the student's problems."""
     made = load_assignment(folder)
     own = {field.name: getattr(made, field.name) for field in fields(made)}
-    assignment = DeadlyAssignment(**own, victim="s05", times=times)
+    assignment = CrashingAssignment(**own, victim="s05", times=times)
     shutil.rmtree(folder / ".qdot")  # where problems are kept, nobody comes to them
     found = find_submissions(assignment, folder / "submitted").by_student
     results = grade_class(assignment, found, 2, Limits(), lambda _: None, assignment.roster[AROUND])
     died = len(list(folder.glob("died.*")))
     assert min(times, 3) <= died <= times  # a pool may die more than once where the student before is slow
-    return by_student(results)
+    return index_by_student(results)
 
 
 def around(undisturbed: dict[str, bytes]) -> dict[str, Result]:
     results = [from_json(Result, line) for line in undisturbed["results.jsonl"].splitlines()]
-    return by_student(results[AROUND])
+    return index_by_student(results[AROUND])
 
 
 @pytest.mark.whole
@@ -294,7 +294,7 @@ def test_a_notebook_answers_for_its_process_only_if_it_is_lost_twice(handed_in: 
 # --- disks ---
 
 
-@pytest.mark.parametrize("blocks", several([24], [1, 8, 24]))
+@pytest.mark.parametrize("blocks", select_for_suite([24], [1, 8, 24]))
 @pytest.mark.whole
 def test_a_file_that_cannot_be_written_whole_is_one_message(
     folder: Path, undisturbed: dict[str, bytes], blocks: int

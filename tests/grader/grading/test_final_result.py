@@ -12,7 +12,7 @@ import pytest
 
 from qdot.exercises.assignment.assignment import Assignment, Student, load_assignment
 from qdot.exercises.assignment.attempt_policy import AttemptPolicy
-from qdot.exercises.assignment.lateness import LateRule
+from qdot.exercises.assignment.late_rule import LateRule
 from qdot.exercises.assignment.release import init_assignment, release_notebooks
 from qdot.exercises.common.errors import QdotError
 from qdot.grader.cli.demo import fill_in_answers
@@ -22,8 +22,8 @@ from qdot.grader.grading.result import Lateness, MarkingVersions, NotebookMarks,
 from qdot.grader.reports.feedback import make_feedback_page
 from qdot.grader.reports.tables import SUMMARY_COLUMNS, find_work_status, make_grades_csv
 from tests.support import command
-from tests.support.handing_in import UNCERTIFIED, one_process
-from tests.support.results import file_of, make_override, part, read_results
+from tests.support.results import get_counted_file, make_override, make_part, read_results
+from tests.support.submitting import UNCERTIFIED, work_in_one_process
 
 DUE = datetime.datetime(2027, 1, 15, 12, tzinfo=datetime.UTC)
 HOUR = datetime.timedelta(hours=1)
@@ -51,7 +51,7 @@ def marked(*points: float | None) -> NotebookMarks:
     """What the grader gives, with these points for the two parts."""
     outcomes = ["partial" if each else "ungraded" if each is None else "wrong" for each in points]
     parts = tuple(
-        part(name, outcome, most, points=each, reason="the reason")
+        make_part(name, outcome, most, points=each, reason="the reason")
         for name, outcome, most, each in zip(("position", "determinant"), outcomes, (2.0, 0.7), points, strict=True)
     )
     return NotebookMarks(sha256="0", made_from=MarkingVersions(), problems=(ProblemResult("planar-2r/1", "p1", parts),))
@@ -217,7 +217,7 @@ def test_many_notebooks_in_a_folder_are_one_attempt_and_attempts_have_a_limit(fo
     assert [name for name, score in scores.items() if score is not None] == counted
     assert found["s1"].notes[0].endswith(" within 10 min, only the last counts; at most 5 attempts count")
     (folder / "assignment.toml").write_text(TOML.format('attempts = {best_of = 1, apart = "1 day"}'))
-    assert file_of(run(folder)[0]["s1"]) == "later-5.ipynb"
+    assert get_counted_file(run(folder)[0]["s1"]) == "later-5.ipynb"
 
 
 def best(assignment: Assignment, *handed_in: GradedNotebook, **overrides: Override) -> Result:
@@ -234,7 +234,7 @@ def test_the_best_counts_after_what_lateness_takes_off(folder: Path) -> None:
     early = GradedNotebook("a.ipynb", DUE - HOUR, marked(1.9, 0.7))
     late = GradedNotebook("b.ipynb", DUE + HOUR, marked(2.0, 0.7))
     result = best(assignment, early, late)
-    assert (result.score, file_of(result), result.late) == (2.6, "a.ipynb", None)
+    assert (result.score, get_counted_file(result), result.late) == (2.6, "a.ipynb", None)
     assert [(one.file, one.score) for one in result.attempts] == [("a.ipynb", 2.6), ("b.ipynb", 2.43)]
     assert result.attempts[1].received == "2027-01-15T13:00:00+00:00"
     said = "2 notebooks were submitted; a.ipynb counts, the best, not b.ipynb"
@@ -242,8 +242,8 @@ def test_the_best_counts_after_what_lateness_takes_off(folder: Path) -> None:
     soon = replace(early, file="c.ipynb", received=DUE - HOUR - HOUR / 60, marks=None)
     note = best(assignment, soon, early).notes[0]
     assert "a.ipynb counts, not c.ipynb" in note and "within 10 min" in note
-    assert file_of(best(assignment, early, late, position=make_override(2))) == "a.ipynb"
-    assert file_of(best(assignment, early, replace(early, file="c.ipynb"))) == "a.ipynb"
+    assert get_counted_file(best(assignment, early, late, position=make_override(2))) == "a.ipynb"
+    assert get_counted_file(best(assignment, early, replace(early, file="c.ipynb"))) == "a.ipynb"
 
 
 def test_what_qdot_failed_on_is_not_passed_over_where_it_may_be_the_best(folder: Path) -> None:
@@ -275,7 +275,7 @@ def hand_in(folder: Path, released: Path, name: str, hours: float, **answers: st
 
 
 def run(folder: Path, *options: str) -> tuple[dict[str, Result], str]:
-    with one_process():
+    with work_in_one_process():
         printed = command.run("grade", folder, "--jobs", "1", *options)
     return read_results(folder), printed
 
@@ -289,17 +289,17 @@ def test_the_last_counts_unless_the_assignment_says_the_best(folder: Path, relea
     scratch.write_text('{"cells": [], "metadata": {}, "nbformat": 4}')
     os.utime(scratch, (DUE.timestamp(), DUE.timestamp()))
     last, _ = run(folder)
-    assert (file_of(last["s1"]), last["s1"].score) == ("hw-1.ipynb", 0.7)
+    assert (get_counted_file(last["s1"]), last["s1"].score) == ("hw-1.ipynb", 0.7)
     assert [one.score for one in last["s1"].attempts] == [None, 0.7]
     assert last["s1"].notes[0].endswith("hw-1.ipynb counts, the last, not hw.ipynb")
-    assert file_of(last["s2"]) == "hw.ipynb"  # at the same time as a.ipynb, and named as handed out
+    assert get_counted_file(last["s2"]) == "hw.ipynb"  # at the same time as a.ipynb, and named as handed out
     assert "hw.ipynb counts, of the last 2, received at the same time, the likeliest" in last["s2"].notes[0]
     assert last["s2"].attempts[-1].file == "scratch.ipynb"  # the last file, but no attempt
     assert (last["s3"].submission, last["s3"].attempts) == (None, ())
     (folder / "assignment.toml").write_text(TOML.format('attempts = "best"'))
     kept = {path: path.stat().st_mtime_ns for path in (folder / "graded" / ".cache").glob("*.json")}
     found, _ = run(folder)
-    assert (file_of(found["s1"]), found["s1"].score) == ("hw.ipynb", 2.7)
+    assert (get_counted_file(found["s1"]), found["s1"].score) == ("hw.ipynb", 2.7)
     assert {one.file: one.score for one in found["s1"].attempts} == {"hw.ipynb": 2.7, "hw-1.ipynb": 0.7}
     assert kept.items() <= {p: p.stat().st_mtime_ns for p in kept}.items()
 

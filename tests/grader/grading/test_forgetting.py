@@ -17,8 +17,8 @@ from qdot.grader.grading import forgetting
 from qdot.grader.grading.batch import lock_folder
 from qdot.grader.grading.certify import CERTIFIER
 from tests.support import ROOT
-from tests.support.command import fails, run
-from tests.support.handing_in import a_class, contents, hand_in, one_process, right
+from tests.support.command import run, run_and_fail
+from tests.support.submitting import make_class, make_correct_notebook, read_folder, submit, work_in_one_process
 
 STUDENTS = (
     Student("ada", "Ada King Lovelace", "ada@example.org"), Student("bo", "Bo Example", "bo@example.org"),
@@ -30,12 +30,16 @@ ADA = re.compile(rb"\b(?:ada|Lovelace|ada@example\.org)\b")
 @pytest.fixture(scope="module")
 def graded(tmp_path_factory: pytest.TempPathFactory) -> Path:
     """A class of which everything is kept that can be: two runs, a table of each kind, a page, exports."""
-    made = a_class(tmp_path_factory.mktemp("forget") / "hw", STUDENTS)
+    made = make_class(tmp_path_factory.mktemp("forget") / "hw", STUDENTS)
     made = release_notebooks(made, CERTIFIER, 1, lambda _: None)
     for student in ("ada", "bo"):
-        hand_in(made, f"{student}/hw.ipynb", right(made, student, lambda cells: cells[-1].update(source="x = 1")))
+        submit(
+            made,
+            f"{student}/hw.ipynb",
+            make_correct_notebook(made, student, lambda cells: cells[-1].update(source="x = 1")),
+        )
     grade(made.folder)
-    hand_in(made, "ada/hw.ipynb", right(made, "ada"))
+    submit(made, "ada/hw.ipynb", make_correct_notebook(made, "ada"))
     (made.folder / "overrides.csv").write_text("student,part,points,comment\nada,p1.position,0.5,\nbo,,3,on paper\n")
     header = "student,problem,family,draw,why\n"
     (made.folder / REPLACEMENTS_FILE).write_text(f"{header}ada,p1,other-family,2,x\nbo,p1,other-family,2,x\n")
@@ -47,7 +51,7 @@ def graded(tmp_path_factory: pytest.TempPathFactory) -> Path:
 
 
 def grade(folder: Path, *options: str) -> str:
-    with one_process():
+    with work_in_one_process():
         return run("grade", folder, "--jobs", "1", *options)
 
 
@@ -75,9 +79,9 @@ TABLES = {
 
 
 def test_nothing_is_left_of_a_student(folder: Path) -> None:
-    before = contents(folder)
+    before = read_folder(folder)
     said = forget(folder)
-    after = contents(folder)
+    after = read_folder(folder)
     left = {name for name, data in after.items() if ADA.search(data) or "ada" in name or name.endswith(".zip")}
     assert left <= STAYS
     assert {line.split()[1].rstrip(":") for line in said if line.startswith("  stays")} == left
@@ -93,9 +97,9 @@ def test_nothing_is_left_of_a_student(folder: Path) -> None:
 
 
 def test_nothing_is_lost_of_the_others(folder: Path) -> None:
-    before = contents(folder)
+    before = read_folder(folder)
     forget(folder)
-    after = contents(folder)
+    after = read_folder(folder)
     changed = {name for name in after if after[name] != before[name]}
     assert changed == TABLES
     for name in TABLES:
@@ -106,15 +110,15 @@ def test_nothing_is_lost_of_the_others(folder: Path) -> None:
 
 
 def test_it_is_told_first_and_asked_about(folder: Path) -> None:
-    before = contents(folder)
+    before = read_folder(folder)
     said = forget(folder, "ada", "--dry-run")
     assert said[-1] == "nothing was removed: --dry-run"
-    asked = fails("forget", "ada", folder)
+    asked = run_and_fail("forget", "ada", folder)
     assert "--yes" in asked and "--dry-run" in asked
     terminal = Mock(stdin=Mock(isatty=lambda: True))
     with patch.object(forget_command, "sys", terminal), patch("typer.confirm", lambda *_, **__: False):
         assert run("forget", "ada", folder, code=1).splitlines()[-1] == "nothing was removed"
-    assert contents(folder) == before
+    assert read_folder(folder) == before
     with patch.object(forget_command, "sys", terminal), patch("typer.confirm", lambda *_, **__: True):
         assert run("forget", "ada", folder).splitlines()[:-1] == said[:-1]
 
@@ -125,18 +129,18 @@ def test_a_student_is_known_by_identifier_name_or_email(folder: Path, named: str
 
 
 def test_who_is_nobody(folder: Path) -> None:
-    assert "'adam' (did you mean 'ada'?)" in fails("forget", "adam", folder)
+    assert "'adam' (did you mean 'ada'?)" in run_and_fail("forget", "adam", folder)
     for named in ("../hw", "..", "", "ada/..", ".qdot"):
-        assert "unknown student" in fails("forget", named, folder)
+        assert "unknown student" in run_and_fail("forget", named, folder)
     (folder / "roster.csv").write_text("student,name\nada,Ada\nbo,Ada\n")
-    assert "'Ada' fits ada and bo" in fails("forget", "Ada", folder)
-    assert "not an assignment's folder" in fails("forget", "ada", folder / "submitted" / "ada")
+    assert "'Ada' fits ada and bo" in run_and_fail("forget", "Ada", folder)
+    assert "not an assignment's folder" in run_and_fail("forget", "ada", folder / "submitted" / "ada")
 
 
 def test_who_has_left_the_roster_is_found_by_what_is_there(folder: Path) -> None:
     (folder / "roster.csv").write_text("student,name,email\nbo,Bo Example,\n")
     assert forget(folder)[0].endswith("hw: ada")
-    left = {name for name, data in contents(folder).items() if re.search(rb"\bada\b", data) or "ada" in name}
+    left = {name for name, data in read_folder(folder).items() if re.search(rb"\bada\b", data) or "ada" in name}
     assert left <= STAYS
 
 
@@ -148,19 +152,19 @@ def test_what_was_stopped_is_ended_by_the_same_command(folder: Path) -> None:
 
     with patch.object(forgetting, "write_atomically", stopped):
         run("forget", "ada", folder, "--yes", code=130)
-    assert b"ada" in contents(folder)["roster.csv"] and not (folder / "submitted" / "ada").exists()
+    assert b"ada" in read_folder(folder)["roster.csv"] and not (folder / "submitted" / "ada").exists()
     forget(folder)
-    assert b"ada," not in contents(folder)["roster.csv"]
+    assert b"ada," not in read_folder(folder)["roster.csv"]
 
 
 def test_what_cannot_be_removed_is_told(folder: Path) -> None:
     with patch.object(forgetting, "remove_path", side_effect=OSError(5, "Input/output error", "x")):
-        assert "x can't be removed: Input/output error" in fails("forget", "ada", folder, "--yes")
+        assert "x can't be removed: Input/output error" in run_and_fail("forget", "ada", folder, "--yes")
 
 
 def test_not_while_a_class_is_being_graded(folder: Path) -> None:
     with lock_folder(folder):
-        assert "is grading" in fails("forget", "ada", folder, "--yes")
+        assert "is grading" in run_and_fail("forget", "ada", folder, "--yes")
     assert (folder / "submitted" / "ada").is_dir()
 
 
@@ -192,7 +196,7 @@ CANVAS = (
 def test_rosters_of_any_kind_lose_one_line_and_no_byte_more(
     tmp_path: Path, text: str, encode: Callable[[str], bytes]
 ) -> None:
-    made = a_class(tmp_path / "hw", STUDENTS)
+    made = make_class(tmp_path / "hw", STUDENTS)
     (made.folder / "roster.csv").write_bytes(encode(text))
     forget(made.folder)
     lines = [line for line in text.splitlines(True) if "ada" not in line]
@@ -200,9 +204,9 @@ def test_rosters_of_any_kind_lose_one_line_and_no_byte_more(
 
 
 def test_what_a_platform_calls_by_names_and_numbers(tmp_path: Path) -> None:
-    made = a_class(tmp_path / "hw", STUDENTS)
+    made = make_class(tmp_path / "hw", STUDENTS)
     for name in ("Ada King Lovelace_31_assignsubmission_file_", "Bo Example_32_assignsubmission_file_"):
-        hand_in(made, f"{name}/hw.ipynb", "{}")
+        submit(made, f"{name}/hw.ipynb", "{}")
     (tmp_path / ".git").mkdir()
     outside = tmp_path / "outside"
     outside.mkdir()
@@ -222,7 +226,7 @@ def test_the_page_on_data_protection_names_every_kind_of_file(folder: Path) -> N
     page = (ROOT / "docs" / "privacy.md").read_text(encoding="utf-8")
     kinds = {
         re.sub(r"^(exports|submitted|released|solutions|certificates|\.qdot)/.*", r"\1", name)
-        for name in contents(folder)
+        for name in read_folder(folder)
     }
     kinds = {
         re.sub(r"/\.cache/.*", "/.cache", name).replace("/bo.", "/STUDENT.").replace("/ada.", "/STUDENT.")

@@ -26,8 +26,8 @@ from qdot.grader.grading.result import CountingSubmission, Lateness, ProblemResu
 from qdot.grader.reports.tables import make_results_jsonl
 from qdot.grader.reports.write import write_reports
 from tests.grader.grading.test_final_result import DUE, HOUR, RULE, STUDENTS, TOML, hand_in, released, run
-from tests.support.command import fails
-from tests.support.results import change, part
+from tests.support.command import run_and_fail
+from tests.support.results import change_part, make_part
 
 __all__ = ["released"]
 
@@ -82,7 +82,7 @@ def test_nobody_loses_a_mark_by_a_run_that_was_given_less(folder: Path, released
     with zipfile.ZipFile(tmp_path / "late.zip", "w") as packed:
         packed.write(late / "hw.ipynb", "s2/hw.ipynb")
     for given, missing in ((folder / "submitted", "s2"), (tmp_path / "late.zip", "s1")):
-        message = fails("grade", folder, given)
+        message = run_and_fail("grade", folder, given)
         assert message.startswith(f"qdot: {given}: submissions of 1 of 3 students") and f" {missing}; " in message
         assert results_path(load_assignment(folder)).read_bytes() == before
     gone, _ = run(folder, "--allow-missing")
@@ -94,7 +94,7 @@ def test_nobody_loses_a_mark_by_a_run_that_was_given_less(folder: Path, released
 
 
 def test_marks_are_taken_away_of_a_whole_class_only(folder: Path) -> None:
-    assert "--allow-missing applies to a whole class;" in fails(
+    assert "--allow-missing applies to a whole class;" in run_and_fail(
         "grade", str(folder), "--allow-missing", "--student=ada"
     )
 
@@ -143,7 +143,7 @@ def test_whose_mark_moved_and_why(folder: Path, released: Path) -> None:
 
 
 def result(score: float, **others: Any) -> Result:
-    position = part("position", "wrong", 2.0, points=score)
+    position = make_part("position", "wrong", 2.0, points=score)
     made = Result(
         student="s1", assignment="hw", submission=CountingSubmission("hw.ipynb", "0", DUE.isoformat()), score=score,
         max_score=2.0, late=None, problems=(ProblemResult("planar-2r/1", "p1", (position,)),),
@@ -172,7 +172,7 @@ def test_reasons_that_are_rare() -> None:
     ):
         assert why(was, now) == [f"p1.position: {expected}", f": {expected}"]
     assert why(result(1), late) == [": received at another time"]
-    failed = change(result(0), "p1.position", points=None)
+    failed = change_part(result(0), "p1.position", points=None)
     assert find_mark_changes({"s1": failed}, [result(1)])[0].before == "ungraded"
     assert describe_mark_changes({"s1": result(1)}, [result(2)]).endswith("1 → 2 (+1)")
 

@@ -9,18 +9,18 @@ from dataclasses import replace
 
 import pytest
 
-from qdot.exercises.answer_types import ConditionSet, Direction, Expression, Matrix, Number
 from qdot.exercises.problem.problem import Part, Problem, name_answer_variable
+from qdot.exercises.reference_answers import ConditionSet, Direction, Expression, Matrix, Number
 from qdot.exercises.writing.problem_texts import write_answer_code
-from qdot.grader.grading.marking import mark
 from qdot.grader.judging.verdict import Outcome
+from qdot.grader.marking.marking import mark
 from qdot.grader.sandbox.sandbox import Sandbox
-from tests.support.problems import some_parts
-from tests.support.suites import few_families, few_of, several
+from tests.support.problems import get_problem, sample_parts
+from tests.support.suites import few_families, sample_for_suite, select_for_suite
 
 Draw = Callable[[str, int], Problem]
 
-SEEDS = several(1, 3)
+SEEDS = select_for_suite(1, 3)
 CHUNK = 3
 
 
@@ -34,9 +34,9 @@ def values(sandbox: Sandbox, problem: Problem, codes: dict[str, str]) -> dict[st
 
 
 @pytest.mark.parametrize("start", range(0, SEEDS, CHUNK))
-def test_the_solution_earns_full_marks(family: str, start: int, sandbox: Sandbox, drawn: Draw) -> None:
+def test_the_solution_earns_full_marks(family: str, start: int, sandbox: Sandbox) -> None:
     for seed in range(start, min(start + CHUNK, SEEDS)):
-        problem = drawn(family, seed)
+        problem = get_problem(family, seed)
         codes = {name_answer_variable("p1", part.name): write_answer_code(problem, part) for part in problem.parts}
         answers = values(sandbox, problem, codes)
         own = {part.name: answers[name_answer_variable("p1", part.name)] for part in problem.parts}
@@ -88,8 +88,8 @@ def mistakes(part: Part, right: str) -> dict[str, str]:
 @few_families
 def test_the_usual_mistakes_fail(problem: Problem, sandbox: Sandbox, monkeypatch: pytest.MonkeyPatch) -> None:
     """Which mistake it is isn't looked for: it changes no mark, takes most of the time, and has test_diagnosis.py."""
-    monkeypatch.setattr("qdot.grader.grading.marking.diagnose", lambda *_: None)
-    parts = few_of(some_parts(problem), 8)
+    monkeypatch.setattr("qdot.grader.marking.marking.diagnose", lambda *_: None)
+    parts = sample_for_suite(sample_parts(problem), 8)
     right = {f"right{i}": part.answer.write_code() for i, part in enumerate(parts)}
     tried = [(part, *item) for part, name in zip(parts, right, strict=True) for item in mistakes(part, name).items()]
     answers = values(sandbox, problem, right | {f"tried{i}": code for i, (_, _, code) in enumerate(tried)})

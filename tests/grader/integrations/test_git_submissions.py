@@ -10,13 +10,13 @@ from pathlib import Path
 import pytest
 
 from qdot.exercises.assignment.assignment import Assignment, Student, load_assignment
-from qdot.exercises.assignment.lateness import read_late
+from qdot.exercises.assignment.late_rule import read_late
 from qdot.grader.integrations import git_hosts, git_submissions
 from qdot.grader.integrations.git_submissions import find_cutoff, main
 from tests.support.ci import git
 from tests.support.command import run
-from tests.support.handing_in import TOML, a_class, one_process, right
-from tests.support.hosting import TOKEN, Server, serving
+from tests.support.git_server import TOKEN, Server, serve_repositories
+from tests.support.submitting import TOML, make_class, make_correct_notebook, work_in_one_process
 
 pytestmark = pytest.mark.xdist_group("pushed")
 
@@ -26,7 +26,7 @@ IN_TIME, LATE = "2027-01-15T22:00:00Z", "2027-01-16T08:00:00Z"
 
 @pytest.fixture
 def server(tmp_path: Path) -> Iterator[Server]:
-    with serving(tmp_path / "server") as server:
+    with serve_repositories(tmp_path / "server") as server:
         yield server
 
 
@@ -34,7 +34,7 @@ def server(tmp_path: Path) -> Iterator[Server]:
 def assignment(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Assignment:
     folder = tmp_path / "hw"
     students = ["ada", "bo", "cy"]
-    a_class(folder, [Student(student) for student in students])
+    make_class(folder, [Student(student) for student in students])
     lines = [f"OWNER/hw-{student},{student}" for student in students]
     (folder / "repositories.csv").write_text("\n".join(["repository,student", *lines, ""]))
     (folder / "assignment.toml").write_text(f"due = {DUE.isoformat()}\n{TOML}")
@@ -115,7 +115,7 @@ def test_unreachable_work_is_ungraded_and_missing_work_gets_zero(
 ) -> None:
     """The server has no list of Bo's pushes, and Cy never pushed. Ada is graded anyway."""
     for student in ("ada", "bo"):
-        github.push(f"course/hw-{student}", {"hw.ipynb": right(assignment, student)}, IN_TIME)
+        github.push(f"course/hw-{student}", {"hw.ipynb": make_correct_notebook(assignment, student)}, IN_TIME)
     bo_pushes = github.pushes.pop("course/hw-bo")
     git("init", "--quiet", "--bare", github.bare("course/hw-cy"))
     assert collect(assignment) == 0
@@ -128,7 +128,7 @@ def test_unreachable_work_is_ungraded_and_missing_work_gets_zero(
     assert "404 Not Found" in row["unreached"] and not row["left_out"]
 
     def grade_statuses(code: int) -> list[str]:
-        with one_process():
+        with work_in_one_process():
             run("grade", assignment.folder, "--jobs", "1", code=code)
         with (assignment.folder / "graded" / "grades.csv").open() as table:
             return [row["status"] for row in csv.DictReader(table)]
@@ -183,10 +183,10 @@ def test_feedback_goes_to_its_student_and_is_pushed_once(
     assignment: Assignment, github: Server, capsys: pytest.CaptureFixture[str]
 ) -> None:
     for student in ("ada", "bo"):
-        github.push(f"course/hw-{student}", {"hw.ipynb": right(assignment, student)}, IN_TIME)
+        github.push(f"course/hw-{student}", {"hw.ipynb": make_correct_notebook(assignment, student)}, IN_TIME)
     git("init", "--quiet", "--bare", github.bare("course/hw-cy"))
     assert collect(assignment) == 0
-    with one_process():
+    with work_in_one_process():
         run("grade", assignment.folder, "--jobs", "1")
     bare, heads = github.bare("course/hw-bo"), []
     for _ in range(2):

@@ -2,7 +2,6 @@
 
 import json
 from collections import Counter
-from collections.abc import Callable
 from contextlib import nullcontext
 from dataclasses import replace
 from fnmatch import fnmatchcase
@@ -10,7 +9,6 @@ from pathlib import Path
 
 import pytest
 
-from qdot.exercises.answer_types import ConditionSet
 from qdot.exercises.assignment.assignment import Student
 from qdot.exercises.formula.equality import Domain, EntryDifference
 from qdot.exercises.formula.parser import parse_formula
@@ -19,20 +17,22 @@ from qdot.exercises.formula.trees import Node
 from qdot.exercises.generation import generate
 from qdot.exercises.notebook.notebook import make_notebook_metadata, make_student_notebook, write_notebook
 from qdot.exercises.problem.problem import Problem, ProblemId
+from qdot.exercises.reference_answers import ConditionSet
 from qdot.exercises.short_questions import ALL_QUESTIONS
 from qdot.grader.grading import check
 from qdot.grader.grading.check import check_notebook, find_claimed_form
-from qdot.grader.grading.marking import mark
-from qdot.grader.judging.answer import OR_HINT
-from qdot.grader.judging.answer_parser import ExpectedForm, find_expected_form, read_answer, read_in_form
+from qdot.grader.judging.answer_parser import OR_HINT
+from qdot.grader.judging.expected_form import ExpectedForm, find_expected_form, read_answer, read_in_form
 from qdot.grader.judging.judge import judge
 from qdot.grader.judging.verdict import Outcome
+from qdot.grader.marking.marking import mark
 from qdot.grader.sandbox.sandbox import Sandbox
-from tests.support.handing_in import Cells, a_class, hand_in, right
 from tests.support.judging import judge_direction, judge_expression, judge_numbers, judge_singular
-from tests.support.suites import several
+from tests.support.problems import get_problem
+from tests.support.submitting import Cells, make_class, make_correct_notebook, submit
+from tests.support.suites import select_for_suite
 
-FEW_FAMILIES = several(("planar-2r", "polar-rp"), ("planar-2r", "elbow-3r", "polar-rp", "scara"))
+FEW_FAMILIES = select_for_suite(("planar-2r", "polar-rp"), ("planar-2r", "elbow-3r", "polar-rp", "scara"))
 
 
 @pytest.fixture(autouse=True)
@@ -64,7 +64,7 @@ def test_each_answer_is_parsed_once(problem: Problem, monkeypatch: pytest.Monkey
         parse_counts[text] += 1
         return parse_formula(text, known)  # type: ignore[arg-type]
 
-    monkeypatch.setattr("qdot.grader.judging.answer.parse_formula", parse_and_count)
+    monkeypatch.setattr("qdot.grader.judging.answer_parser.parse_formula", parse_and_count)
     answers = {
         part.name: f"2*({part.answer.as_typed()})" if part.shape is None else part.answer.as_typed()
         for part in problem.parts
@@ -88,10 +88,8 @@ REFUSED_ANSWERS = (
 
 
 @pytest.mark.parametrize(("kind", "text", "reason"), REFUSED_ANSWERS)
-def test_answers_of_another_form_are_refused(
-    kind: str, text: str, reason: str, drawn: Callable[[str, int], Problem]
-) -> None:
-    problem = drawn("planar-2r", 0)
+def test_answers_of_another_form_are_refused(kind: str, text: str, reason: str) -> None:
+    problem = get_problem("planar-2r", 0)
     part = next(part for part in problem.parts if part.kind == kind)
     answer = read_answer(problem, part, text)
     assert answer.refusal is not None and reason in answer.refusal.reason
@@ -100,8 +98,11 @@ def test_answers_of_another_form_are_refused(
 
 
 def test_check_refuses_what_the_grader_refuses(tmp_path: Path) -> None:
-    assignment = a_class(tmp_path / "hw", [Student("ada")])
-    assert all(row.is_readable for row in check_notebook(hand_in(assignment, "a.ipynb", right(assignment, "ada"))).rows)
+    assignment = make_class(tmp_path / "hw", [Student("ada")])
+    assert all(
+        row.is_readable
+        for row in check_notebook(submit(assignment, "a.ipynb", make_correct_notebook(assignment, "ada"))).rows
+    )
     typed = {kind: (text, reason) for kind, text, reason in REFUSED_ANSWERS if kind != "joint-rates"}
     assert len(typed) == 3
 
@@ -109,7 +110,7 @@ def test_check_refuses_what_the_grader_refuses(tmp_path: Path) -> None:
         for cell, kind in zip(cells[-3:], ("position", "jacobian", "determinant"), strict=True):
             cell["source"] = f"p1_{kind} = {typed[kind][0]!r}"
 
-    rows = check_notebook(hand_in(assignment, "b.ipynb", right(assignment, "ada", replace_answers))).rows
+    rows = check_notebook(submit(assignment, "b.ipynb", make_correct_notebook(assignment, "ada", replace_answers))).rows
     assert len(rows) == 3
     for row in rows:
         assert not row.is_readable and typed[row.part.removeprefix("p1.")][1] in row.message, row
@@ -146,14 +147,14 @@ def test_decimal_commas_in_lengths_are_parsed_unless_ambiguous(text: str, equiva
 
 
 def test_check_knows_the_symbols_of_the_students_problem(tmp_path: Path) -> None:
-    assignment = a_class(tmp_path / "hw", [Student("ada")])
+    assignment = make_class(tmp_path / "hw", [Student("ada")])
 
     def check_jacobian(text: str, claimed: object = None) -> tuple[bool, str]:
         source = f"p1_jacobian = {text!r}"
-        notebook = json.loads(right(assignment, "ada", lambda cells: cells[-2].update(source=source)))
+        notebook = json.loads(make_correct_notebook(assignment, "ada", lambda cells: cells[-2].update(source=source)))
         if claimed is not None:
             notebook["metadata"]["qdot"]["symbols"] = claimed
-        rows = check_notebook(hand_in(assignment, "a/hw.ipynb", json.dumps(notebook))).rows
+        rows = check_notebook(submit(assignment, "a/hw.ipynb", json.dumps(notebook))).rows
         return next((row.is_readable, row.message) for row in rows if row.part == "p1.jacobian")
 
     wrong = "[[x*cos(theta1), a2], [a1, a2*lamda]]"
@@ -189,7 +190,7 @@ def test_units_are_converted_if_they_fit_the_entry(text: str, reason: str) -> No
 TYPED_COMPONENTS = {"vx": "vx", "v_y": "vy", "vz": "vz", "ẏ": "vy", "z_dot": "vz"}
 
 
-@pytest.mark.parametrize("seed", several((0, 1), range(4)))
+@pytest.mark.parametrize("seed", select_for_suite((0, 1), range(4)))
 def test_check_refuses_the_name_of_another_velocity_component(tmp_path: Path, seed: int) -> None:
     problem = generate(ProblemId("elbow-3r", seed, ("velocity-component",)))
     part = problem["velocity-component"]

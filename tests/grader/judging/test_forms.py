@@ -13,18 +13,18 @@ from typing import Any
 import pytest
 import sympy as sp
 
-from qdot.exercises.answer_types import LETTERS, Choice, Number
 from qdot.exercises.notebook.notebook import make_notebook_metadata
 from qdot.exercises.problem.problem import Part, Problem
+from qdot.exercises.reference_answers import LETTERS, Choice, Number
 from qdot.grader.grading.check import find_claimed_form, is_readable
-from qdot.grader.judging.answer import ParsedAnswer
-from qdot.grader.judging.answer_parser import find_expected_form, read_answer
+from qdot.grader.judging.answer_parser import ParsedAnswer
+from qdot.grader.judging.expected_form import find_expected_form, read_answer
 from qdot.grader.judging.functions import make_calls
 from qdot.grader.judging.judge import judge_parsed
 from qdot.grader.sandbox.sandbox import Sandbox
 from tests.support import DATA
-from tests.support.problems import drawn
-from tests.support.suites import several
+from tests.support.problems import get_problem
+from tests.support.suites import select_for_suite
 
 FORMS = [json.loads(line) for line in (DATA / "forms.jsonl").read_text(encoding="utf-8").splitlines()]
 CELLS, TEXTS = ([form for form in FORMS if form["where"] == where] for where in ("cell", "text"))
@@ -41,7 +41,7 @@ SEED = "forms"
 
 def problem() -> Problem:
     """Return the chapter's planar arm."""
-    return drawn("planar-2r", 0, "chapter")
+    return get_problem("planar-2r", 0, "chapter")
 
 
 def part_of(form: Mapping[str, Any]) -> Part:
@@ -77,7 +77,7 @@ BATCH = 12
 @pytest.fixture(scope="module")
 def typed(sandbox: Sandbox) -> list[TypedAnswer]:
     """Run all forms, in `make test` every third; each Python form has a cell to itself."""
-    cells, texts = CELLS[:: several(3, 1)], TEXTS[:: several(3, 1)]
+    cells, texts = CELLS[:: select_for_suite(3, 1)], TEXTS[:: select_for_suite(3, 1)]
     runs = (run_in_notebook(sandbox, cells[begin : begin + BATCH]) for begin in range(0, len(cells), BATCH))
     return [*(answer for run in runs for answer in run), *(TypedAnswer(form, form["typed"]) for form in texts)]
 

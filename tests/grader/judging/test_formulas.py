@@ -5,7 +5,7 @@ from fractions import Fraction
 import pytest
 
 from qdot.exercises.formula.equality import Domain, EntryDifference
-from qdot.grader.judging.answer import OR_HINT
+from qdot.grader.judging.answer_parser import OR_HINT
 from qdot.grader.judging.verdict import Outcome
 from tests.support.judging import (
     judge_angles,
@@ -15,7 +15,7 @@ from tests.support.judging import (
     judge_numbers,
     judge_singular,
 )
-from tests.support.suites import few_of
+from tests.support.suites import sample_for_suite
 
 DOMAIN = Domain(
     {
@@ -257,7 +257,7 @@ SETS: dict[tuple[str, Outcome | None], tuple[list[str], tuple[str, ...]]] = {
 """References with students' answers; None: anything but correct."""
 
 
-@pytest.mark.parametrize(("name", "expected"), few_of(SETS, 5), ids=str)
+@pytest.mark.parametrize(("name", "expected"), sample_for_suite(SETS, 5), ids=str)
 def test_a_set_is_judged_by_its_configurations(name: str, expected: Outcome | None) -> None:
     reference, students = SETS[name, expected]
     for student in students:

@@ -1,25 +1,23 @@
 """Answers that are Python functions: called with symbols if possible, otherwise at random configurations."""
 
 import re
-from collections.abc import Callable
 from dataclasses import replace
 
 import pytest
 import sympy as sp
 
-from qdot.exercises.answer_types import Expression, Matrix
 from qdot.exercises.formula.program import compile_program, evaluate
 from qdot.exercises.problem.problem import Part, Problem, name_answer_variable
-from qdot.grader.grading.marking import mark
+from qdot.exercises.reference_answers import Expression, Matrix
 from qdot.grader.judging.functions import SAMPLE_COUNT, judge_function, make_calls, read_table
 from qdot.grader.judging.verdict import Outcome
+from qdot.grader.marking.marking import mark
 from qdot.grader.sandbox.contained.callables import TABLE_PREFIX
 from qdot.grader.sandbox.sandbox import Calls, Limits, Sandbox
 from qdot.grader.submissions.answer_locator import Answers
-from tests.support.problems import drawn, some_parts
+from tests.support.problems import get_problem, sample_parts
 from tests.support.suites import few_families
 
-Draw = Callable[[str, int], Problem]
 IMPORTS = "import math\nfrom math import cos, sin\nimport numpy as np\nimport sympy as sp"
 CALLS = Calls(
     ("theta1", "theta2"), ("theta1", "theta2", "a1", "a2", "qd1", "qd2"),
@@ -108,8 +106,8 @@ def test_an_endless_function_costs_only_its_answer(sandbox: Sandbox) -> None:
     assert run.unreadable_reasons["p1_a"] == "computing the answer took longer than 0.3 s of processor time"
 
 
-def test_the_counterexample_to_a_function_names_only_relevant_variables(sandbox: Sandbox, drawn: Draw) -> None:
-    problem = drawn("planar-2r", 3)
+def test_the_counterexample_to_a_function_names_only_relevant_variables(sandbox: Sandbox) -> None:
+    problem = get_problem("planar-2r", 3)
     calls = {"p1": make_calls(problem, problem.domain, "points")}
     run = sandbox.run(["p1_position = lambda theta1, theta2: [0.5 * float(theta1), 1]"], ["p1_position"], calls)
     answers = Answers(run).map_texts("p1", problem)
@@ -121,7 +119,7 @@ def test_the_counterexample_to_a_function_names_only_relevant_variables(sandbox:
 
 
 def formula_parts(problem: Problem) -> list[Part]:
-    return [part for part in some_parts(problem) if isinstance(part.answer, (Expression, Matrix))]
+    return [part for part in sample_parts(problem) if isinstance(part.answer, (Expression, Matrix))]
 
 
 VARIATIONS = {
@@ -138,7 +136,7 @@ def test_a_function_gets_the_outcome_of_its_formula(
     problem: Problem, sandbox: Sandbox, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     """Leave out the diagnosis, which changes no mark; test_diagnosis.py tests it."""
-    monkeypatch.setattr("qdot.grader.grading.marking.diagnose", lambda *_: None)
+    monkeypatch.setattr("qdot.grader.marking.marking.diagnose", lambda *_: None)
     parts = formula_parts(problem)
     calls = {"p1": make_calls(problem, problem.domain, "points")}
     names = calls["p1"].symbols
@@ -177,7 +175,7 @@ def test_a_table_typed_by_a_student_is_wrong(problem: Problem) -> None:
 
 
 def test_nearly_right_values_are_shown_with_enough_digits() -> None:
-    problem = drawn("planar-2r", 0, variation="chapter")
+    problem = get_problem("planar-2r", 0, variation="chapter")
     part, domain, joints = problem["position"], problem.domain, [q.name for q in problem.chain.q]
     empty = read_table(f'{TABLE_PREFIX}{{"shape": [2], "values": []}}', domain, "points")
     rows = part.answer.parse_trees(domain.roles)

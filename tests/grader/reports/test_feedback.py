@@ -12,28 +12,28 @@ from pathlib import Path
 
 import pytest
 
-from qdot.exercises.answer_types import Choice, Matrix
 from qdot.exercises.arm.chain import CONVENTIONS
 from qdot.exercises.assignment.assignment import Assignment, Student, load_assignment
 from qdot.exercises.assignment.release import init_assignment
 from qdot.exercises.formula.equality import EntryDifference, SetDifference
 from qdot.exercises.problem.problem import Problem
+from qdot.exercises.reference_answers import Choice, Matrix
 from qdot.exercises.writing.markup import to_html
 from qdot.exercises.writing.problem_texts import write_prompt
 from qdot.exercises.writing.render import find_template_folder
 from qdot.grader.grading.attempt import make_part_result
-from qdot.grader.grading.marking import WRONG_OR_PARTIAL, mark, sum_points
 from qdot.grader.grading.result import CountingSubmission, ProblemResult, Result
 from qdot.grader.judging.functions import FUNCTION_TEXT
 from qdot.grader.judging.verdict import Outcome
+from qdot.grader.marking.marking import WRONG_OR_PARTIAL, mark, sum_points
 from qdot.grader.reports.answers import show_answer
 from qdot.grader.reports.counterexample_table import format_decimal, make_counterexample_table
 from qdot.grader.reports.feedback import compute_page_fingerprint, make_feedback_page
 from qdot.grader.reports.tables import find_work_status
 from qdot.grader.reports.write import write_reports
 from qdot.grader.sandbox.contained.callables import TABLE_PREFIX
-from tests.support.results import change
-from tests.support.suites import few_of
+from tests.support.results import change_part
+from tests.support.suites import sample_for_suite
 
 TOML = """title = "Arms & <angles>"
 key = "hw"
@@ -139,10 +139,10 @@ def mix(assignment: Assignment) -> Result:
     """A result with every outcome in it, and a part that follows from a wrong one."""
     result = result_of(assignment, mixed)
     reason = "qdot failed on this answer (E: <x>)"
-    result = change(result, "p2.rank", outcome=Outcome.UNGRADED, points=None, reason=reason)
+    result = change_part(result, "p2.rank", outcome=Outcome.UNGRADED, points=None, reason=reason)
     assert {part.outcome for part in result.parts.values()} == set(Outcome) - {Outcome.CORRECT}
     right = result_of(assignment).parts["p1.position"]
-    return change(result, "p1.position", **{field.name: getattr(right, field.name) for field in fields(right)})
+    return change_part(result, "p1.position", **{field.name: getattr(right, field.name) for field in fields(right)})
 
 
 def page_of(assignment: Assignment, result: Result) -> tuple[str, Page]:
@@ -370,10 +370,10 @@ def test_whatever_was_typed_is_shown_safely_and_soon(assignment: Assignment, tex
 
 
 def test_a_page_of_hostile_answers_and_reasons(assignment: Assignment, mix: Result) -> None:
-    for text in few_of(HOSTILE, 8):
+    for text in sample_for_suite(HOSTILE, 8):
         result = replace(mix, notes=(text[:100],))
         for name, part in mix.parts.items():
-            result = change(result, name, answer=text, reason=f"{part.reason} near '{text[:40]}'")
+            result = change_part(result, name, answer=text, reason=f"{part.reason} near '{text[:40]}'")
         page, _ = page_of(assignment, result)
         assert "<script" not in page and "onerror=alert(1)>" not in page.replace("&gt;", "")
         page.encode("utf-8")

@@ -9,12 +9,12 @@ from qdot.exercises.assignment.assignment import FEEDBACK
 from qdot.exercises.formula.equality import Certificate, Counterexample, EntryDifference, SetDifference
 from qdot.exercises.problem.problem import Part
 from qdot.grader.grading.attempt import make_part_result
-from qdot.grader.grading.marking import WRONG_OR_PARTIAL, mark
 from qdot.grader.grading.result import PartResult
 from qdot.grader.judging.formulas import format_value
+from qdot.grader.marking.marking import WRONG_OR_PARTIAL, mark
 from qdot.grader.reports.feedback_levels import limit_feedback
 from tests.support import results
-from tests.support.problems import drawn, parts_in_turn
+from tests.support.problems import get_problem, select_parts
 from tests.support.suites import WHOLE, few_families
 
 
@@ -33,8 +33,8 @@ def wrong_answer(part: Part, joint: str) -> str:
 
 
 def wrong_parts(family: str) -> list[PartResult]:
-    problem = drawn(family, 0)
-    problem = replace(problem, parts=tuple(parts_in_turn(problem)))
+    problem = get_problem(family, 0)
+    problem = replace(problem, parts=tuple(select_parts(problem)))
     answers = {part.name: wrong_answer(part, problem.chain.q[-1].name) for part in problem.parts}
     verdicts = mark(problem, {name: text for name, text in answers.items() if text}, secret="s")
     made = [make_part_result("p1", verdict) for verdict in verdicts]
@@ -50,7 +50,7 @@ def example_of(part: PartResult) -> Counterexample:
 def test_every_level_keeps_back_what_is_above_it(family: str, monkeypatch: pytest.MonkeyPatch) -> None:
     """The mistakes behind answers, which take most of the time, are looked for in one family."""
     if not WHOLE and family != "planar-2r":
-        monkeypatch.setattr("qdot.grader.grading.marking.diagnose", lambda *_: None)
+        monkeypatch.setattr("qdot.grader.marking.marking.diagnose", lambda *_: None)
     parts = wrong_parts(family)
     assert parts
     for part in parts:
@@ -84,7 +84,7 @@ def no_numbers_are_told_below_counterexamples(part: PartResult) -> None:
 
 @pytest.mark.parametrize("level", FEEDBACK)
 def test_what_could_not_be_read_and_what_is_right_is_told_at_every_level(level: str) -> None:
-    problem = drawn("planar-2r", 0)
+    problem = get_problem("planar-2r", 0)
     problem = replace(problem, parts=(problem["position"], problem["jacobian"]))
     verdicts = mark(problem, {"position": "a1 +", "jacobian": problem["jacobian"].answer.write_code()}, secret="s")
     for verdict in verdicts:
@@ -107,11 +107,11 @@ def test_what_could_not_be_read_and_what_is_right_is_told_at_every_level(level: 
     ],
 )  # fmt: skip
 def test_what_is_left_of_a_reason_is_a_sentence(reason: str, level: str, left: str) -> None:
-    wrong = results.part("position", "wrong", 1.0, reason=reason, certificate=Certificate("exact", 1))
+    wrong = results.make_part("position", "wrong", 1.0, reason=reason, certificate=Certificate("exact", 1))
     assert limit_feedback(wrong, level).reason == left
 
 
 def test_a_shape_that_is_not_read_names_no_mistake_at_the_lowest_level() -> None:
-    wrong = results.part("jacobian", "wrong", 1.0, reason="2 x 6, and 6 x 2 is due (transposed?)")
+    wrong = results.make_part("jacobian", "wrong", 1.0, reason="2 x 6, and 6 x 2 is due (transposed?)")
     assert limit_feedback(wrong, "outcome").reason == "2 x 6, and 6 x 2 is due"
     assert "transposed" in limit_feedback(wrong, "mistake").reason

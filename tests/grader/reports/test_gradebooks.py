@@ -17,9 +17,9 @@ from qdot.grader.reports.excel import make_workbook
 from qdot.grader.reports.formats import write_requested_reports
 from qdot.grader.reports.gradebooks import RESERVED_WORDS, make_canvas_csv, make_moodle_csv
 from qdot.grader.reports.tables import make_grades_csv
-from tests.support.command import fails, run
-from tests.support.handing_in import TOML, a_class
-from tests.support.results import result
+from tests.support.command import run, run_and_fail
+from tests.support.results import make_result
+from tests.support.submitting import TOML, make_class
 
 STRIPPED = (
     "Current Score", "Current Points", "Current Grade", "Final Score", "Final Points", "Final Grade", "Override Score",
@@ -52,7 +52,7 @@ def make(tmp_path: Path) -> Make:
     def made(roster: str, title: str = "T") -> Assignment:
         folder = tmp_path / "hw"
         if not folder.exists():
-            a_class(folder, [Student("ada")])
+            make_class(folder, [Student("ada")])
         (folder / "roster.csv").write_bytes(roster.encode())
         (folder / "assignment.toml").write_text(TOML.replace('title = "T"', f"title = {title!r}".replace("'", '"')))
         return load_assignment(folder)
@@ -63,8 +63,8 @@ def make(tmp_path: Path) -> Make:
 def three(assignment: Assignment) -> list[Result]:
     """Return results: everything right but a third; qdot failed; nothing handed in."""
     ada, paul, emmy = (student.id for student in assignment.roster)
-    first = result(assignment, ada, ["correct", "partial", "correct"], score=2.6667)
-    return [first, result(assignment, paul, ["correct", "ungraded", "wrong"]), result(assignment, emmy)]
+    first = make_result(assignment, ada, ["correct", "partial", "correct"], score=2.6667)
+    return [first, make_result(assignment, paul, ["correct", "ungraded", "wrong"]), make_result(assignment, emmy)]
 
 
 @pytest.mark.parametrize(
@@ -259,5 +259,5 @@ def test_init_with_an_export_as_roster(tmp_path: Path) -> None:
     export.write_text(CANVAS_EXPORT)
     run("init", tmp_path / "hw", "--roster", export)
     assert (tmp_path / "hw" / "roster.csv").read_bytes() == export.read_bytes()
-    assert "none.csv" in fails("init", tmp_path / "other", "--roster", tmp_path / "none.csv")
+    assert "none.csv" in run_and_fail("init", tmp_path / "other", "--roster", tmp_path / "none.csv")
     assert not (tmp_path / "other").exists()

@@ -27,7 +27,7 @@ from qdot.grader.diagnosis.similar import (
     make_canonical_form,
 )
 from qdot.grader.grading.result import Override, Result
-from qdot.grader.judging.answer_parser import read_answer
+from qdot.grader.judging.expected_form import read_answer
 from qdot.grader.judging.verdict import Outcome
 from qdot.grader.reports import charts
 from qdot.grader.reports.class_page import make_class_page
@@ -44,9 +44,9 @@ from qdot.grader.statistics.fairness_tests import (
     describe_p_value,
 )
 from tests.grader.reports.test_feedback import Page
-from tests.support.command import fails, run
-from tests.support.handing_in import a_class
-from tests.support.results import change, result
+from tests.support.command import run, run_and_fail
+from tests.support.results import change_part, make_result
+from tests.support.submitting import make_class
 
 ROWS = [[0, 0, 1], [1, 0, 1], [1, 1, 1], [0, 0, 0], [1, 1, 0], [1, 1, 1], [0, 1, 0], [1, 0, 0], [1, 1, 1], [0, 0, 0]]
 
@@ -124,7 +124,7 @@ def test_groups_of_arms_and_what_is_too_small() -> None:
 @pytest.fixture(scope="module")
 def assignment(tmp_path_factory: pytest.TempPathFactory) -> Assignment:
     students = [Student(f"s{k}", name) for k, name in enumerate(("Ada", "<script>alert(1)</script>", "Emmy", "Paul"))]
-    made = a_class(tmp_path_factory.mktemp("report") / "hw", students)
+    made = make_class(tmp_path_factory.mktemp("report") / "hw", students)
     for student in students:  # as `qdot generate` does, so that they are worked out once
         store_problems(made, student.id, made.generate_problems(student.id))
     return made
@@ -174,13 +174,13 @@ def a_graded_class(assignment: Assignment) -> list[Result]:
         ((_, problem),) = assignment.generate_problems(student)
         answers[student] = [part.answer.write_code() for part in problem.parts]
     odd = "(sin(theta1)*cos(theta2)*a1 - a1*cos(theta1)*sin(theta2))*(theta1 - theta1 + 1)/1"
-    first = result(assignment, "s0", ["correct", "correct", "correct"], [*answers["s0"][:2], odd])
+    first = make_result(assignment, "s0", ["correct", "correct", "correct"], [*answers["s0"][:2], odd])
     hostile = "<img src=x onerror=alert(1)>"
-    one = result(assignment, "s1", ["correct", "partial", "wrong"], [answers["s1"][0], LONG, hostile])
-    two = result(assignment, "s2", ["wrong", "partial", "wrong"], [None, LONG, "a1"])
-    two = change(two, "p1.determinant", mistake="determinant-sign and sine-for-cosine")
-    two = change(two, "p1.position", override=Override(0.5, "<b>half</b>", 0.0))
-    last = result(assignment, "s3", ["ungraded", "ungraded", "ungraded"], obstacle="qdot itself <failed>")
+    one = make_result(assignment, "s1", ["correct", "partial", "wrong"], [answers["s1"][0], LONG, hostile])
+    two = make_result(assignment, "s2", ["wrong", "partial", "wrong"], [None, LONG, "a1"])
+    two = change_part(two, "p1.determinant", mistake="determinant-sign and sine-for-cosine")
+    two = change_part(two, "p1.position", override=Override(0.5, "<b>half</b>", 0.0))
+    last = make_result(assignment, "s3", ["ungraded", "ungraded", "ungraded"], obstacle="qdot itself <failed>")
     return [first, one, two, last]
 
 
@@ -227,17 +227,17 @@ def test_the_page(assignment: Assignment) -> None:
     assert chart == charts.draw_histogram([1, 0, 0, 0, 0, 1, 0, 0, 0, 1], 51.7, 55.0) and "var(--bar)" in chart
     assert not re.search(r"#[0-9a-f]{6}\b|font-family|<style|xlink", chart)
     assert "p1.jacobian: <script>alert(1)</script> (s1) and Emmy (s2)" in page.text
-    results[1] = change(results[1], "p1.jacobian", mistake="sine-for-cosine")
+    results[1] = change_part(results[1], "p1.jacobian", mistake="sine-for-cosine")
     assert "(s1) and Emmy (s2)" not in Page(make_class_page(assignment, results)).text
 
 
 def test_who_does_not_look_at_the_arm_is_told_to_the_staff(assignment: Assignment) -> None:
     results = a_graded_class(assignment)
     for name in ("p1.position", "p1.jacobian"):
-        results[0] = change(results[0], name, outcome=Outcome.WRONG, points=0.0, attempt=False)
+        results[0] = change_part(results[0], name, outcome=Outcome.WRONG, points=0.0, attempt=False)
     told = Page(make_class_page(assignment, results)).text.split("seem to ignore the student's arm")[1]
     assert "(s0): p1.position, p1.jacobian" in told
-    results[0] = change(results[0], "p1.determinant", attempt=True)
+    results[0] = change_part(results[0], "p1.determinant", attempt=True)
     assert "seem to ignore the student's arm" not in make_class_page(assignment, results)
 
 
@@ -253,7 +253,7 @@ def test_who_does_not_look_at_the_arm_is_told_to_the_staff(assignment: Assignmen
 )
 def test_a_class_of_one(assignment: Assignment, outcomes: Sequence[str], said: str) -> None:
     alone = replace(assignment, roster=assignment.roster[:1])
-    page = Page(make_class_page(alone, [result(alone, "s0", outcomes)]))
+    page = Page(make_class_page(alone, [make_result(alone, "s0", outcomes)]))
     assert said in page.text
     assert not re.search(r"\bnan\b", page.text)
 
@@ -269,7 +269,7 @@ def test_without_what_draws_charts_one_message_and_no_file(
 
 def test_report_as_an_instructor_uses_it(assignment: Assignment, tmp_path: Path) -> None:
     folder = assignment.folder
-    assert "nothing has been graded; run: qdot grade" in fails("report", folder)
+    assert "nothing has been graded; run: qdot grade" in run_and_fail("report", folder)
     lines = make_results_jsonl(a_graded_class(assignment)).decode().splitlines(keepends=True)
     (folder / "graded").mkdir()
     (folder / "graded" / "results.jsonl").write_text("".join(lines))
@@ -286,10 +286,10 @@ def test_report_as_an_instructor_uses_it(assignment: Assignment, tmp_path: Path)
     old = json.loads(lines[0])
     del old["problems"][0]["parts"][0]["mistake"]
     (folder / "graded" / "results.jsonl").write_text(json.dumps(old) + "\n")
-    assert "another version of qdot wrote the result" in fails("report", folder)
+    assert "another version of qdot wrote the result" in run_and_fail("report", folder)
     (folder / "graded" / "results.jsonl").write_text("".join(lines))
     toml = (folder / "assignment.toml").read_text()
     (folder / "assignment.toml").write_text(toml.replace("[1, 2, 1]", "[1, 2, 2]"))
-    assert "assignment.toml has changed since the grading" in fails("report", folder)
+    assert "assignment.toml has changed since the grading" in run_and_fail("report", folder)
     (folder / "assignment.toml").write_text(toml)
     assert load_assignment(folder).slots[0].points == (1, 2, 1)

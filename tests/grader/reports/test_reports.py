@@ -16,22 +16,30 @@ from qdot.grader.judging.verdict import Outcome
 from qdot.grader.reports.github import MAX_SUMMARY_BYTES, make_annotations, make_summary
 from qdot.grader.reports.gradescope import make_results_json
 from qdot.grader.reports.junit import write_junit_xml
-from tests.support.command import fails, run
-from tests.support.handing_in import Cells, a_class, code, grade, hand_in, one_process, right
-from tests.support.results import change
+from tests.support.command import run, run_and_fail
+from tests.support.results import change_part
+from tests.support.submitting import (
+    Cells,
+    code_cell,
+    grade,
+    make_class,
+    make_correct_notebook,
+    submit,
+    work_in_one_process,
+)
 
 
 @pytest.fixture(scope="module")
 def assignment(tmp_path_factory: pytest.TempPathFactory) -> Assignment:
     """A class of three: Ada is right, Bo has one part half right and one wrong, Cy handed in nothing."""
-    made = a_class(tmp_path_factory.mktemp("course") / "hw", [Student("ada"), Student("bo"), Student("cy")])
+    made = make_class(tmp_path_factory.mktemp("course") / "hw", [Student("ada"), Student("bo"), Student("cy")])
 
     def spoil(cells: Cells) -> None:
-        cells.insert(4, code("p1_jacobian[0, 0] = 0"))
+        cells.insert(4, code_cell("p1_jacobian[0, 0] = 0"))
         cells[-1]["source"] = "p1_determinant = a1*a2"
 
-    hand_in(made, "ada/hw.ipynb", right(made, "ada"))
-    hand_in(made, "bo/hw.ipynb", right(made, "bo", spoil))
+    submit(made, "ada/hw.ipynb", make_correct_notebook(made, "ada"))
+    submit(made, "bo/hw.ipynb", make_correct_notebook(made, "bo", spoil))
     return made
 
 
@@ -41,12 +49,12 @@ def results(assignment: Assignment) -> list[Result]:
 
 
 def ungraded(result: Result) -> Result:
-    return change(result, "p1.position", points=None, outcome=Outcome.UNGRADED, reason="qdot failed")
+    return change_part(result, "p1.position", points=None, outcome=Outcome.UNGRADED, reason="qdot failed")
 
 
 def said(result: Result, reason: str) -> Result:
     for name in result.parts:
-        result = change(result, name, reason=reason, points=0.0, outcome=Outcome.WRONG)
+        result = change_part(result, name, reason=reason, points=0.0, outcome=Outcome.WRONG)
     return result
 
 
@@ -102,9 +110,9 @@ def test_what_has_no_mark_is_handed_to_nobody(assignment: Assignment, results: l
 
 def test_one_student_is_graded_alone_and_the_class_stays_as_it_was(assignment: Assignment, tmp_path: Path) -> None:
     folder = assignment.folder
-    notebook = hand_in(assignment, "../elsewhere/mine.ipynb", right(assignment, "cy"))
+    notebook = submit(assignment, "../elsewhere/mine.ipynb", make_correct_notebook(assignment, "cy"))
     asked = ("--report", f"gradescope={tmp_path / 'r.json'}", "--report", f"github={tmp_path / 's.md'}")
-    with one_process():
+    with work_in_one_process():
         printed = run("grade", folder, notebook, "--student", "cy", "--received", "2027-01-09T10:00:00+01:00", *asked)
         assert printed == "cy: graded, 4 of 4 points\n"
         assert json.loads((tmp_path / "r.json").read_text())["score"] == 4
@@ -115,10 +123,10 @@ def test_one_student_is_graded_alone_and_the_class_stays_as_it_was(assignment: A
         (("--received", "2027-01-09"), "--received"), (("--student", "cy", "--received", "soon"), "soon"),
         ((tmp_path / "none.ipynb", "--student", "cy"), "none.ipynb"),
     ):  # fmt: skip
-        assert why in fails("grade", folder, *given)
+        assert why in run_and_fail("grade", folder, *given)
 
 
 @pytest.mark.parametrize("asked", ["csv", "csv=", "=grades.csv", ""])
 def test_a_report_is_asked_for_by_format_and_path(asked: str, tmp_path: Path) -> None:
-    said = fails("grade", tmp_path, "--report", asked)
+    said = run_and_fail("grade", tmp_path, "--report", asked)
     assert ("write FORMAT=PATH" if asked[:1] != "=" else "--report") in said

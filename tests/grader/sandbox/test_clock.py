@@ -14,17 +14,25 @@ from qdot import generate
 from qdot.exercises.assignment.assignment import Student
 from qdot.exercises.common.time_limit import OutOfTime, Watchdog, end_watchdog
 from qdot.exercises.problem.problem import Part, Problem
-from qdot.grader.grading import marking
 from qdot.grader.grading.check import check_notebook
-from qdot.grader.grading.marking import mark
-from qdot.grader.judging.answer import ParsedAnswer
+from qdot.grader.judging.answer_parser import ParsedAnswer
 from qdot.grader.judging.compare_command import compare_lines
 from qdot.grader.judging.judge import judge_parsed
 from qdot.grader.judging.verdict import Judgement, Outcome
+from qdot.grader.marking import marking
+from qdot.grader.marking.marking import mark
 from qdot.grader.sandbox.clock import Budget, TimeBudgets
 from qdot.grader.sandbox.sandbox import Limits, Sandbox
-from tests.support.handing_in import RIGHT, a_class, code, grade, hand_in, outcomes, right
-from tests.support.suites import few_of
+from tests.support.submitting import (
+    ALL_CORRECT,
+    code_cell,
+    grade,
+    list_outcomes,
+    make_class,
+    make_correct_notebook,
+    submit,
+)
+from tests.support.suites import sample_for_suite
 
 
 def compute_forever() -> None:
@@ -167,7 +175,7 @@ def test_a_sum_of_nine_thousand_terms_stays_within_its_limit(polar: Problem) -> 
 
 
 @pytest.mark.parametrize(
-    "answer", few_of(["theta1*1e308", "[1e308, 1e308]", "1e200*1e200", "[theta1*1e155, 1e-320]"], 2)
+    "answer", sample_for_suite(["theta1*1e308", "[1e308, 1e308]", "1e200*1e200", "[theta1*1e155, 1e-320]"], 2)
 )
 def test_overflow_in_answers_raises_no_warning(answer: str) -> None:
     problem = generate("planar-2r/1", ["position", "jacobian", "determinant", "joint-rates"])
@@ -202,19 +210,19 @@ def test_a_bad_line_of_a_batch_stops_no_other_line() -> None:
 def test_students_are_notified_of_a_cell_stopped_after_its_answer(
     tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
-    assignment = a_class(tmp_path / "hw", [Student("s01"), Student("s02")])
+    assignment = make_class(tmp_path / "hw", [Student("s01"), Student("s02")])
 
     def add_endless_loops(cells: list[dict[str, object]]) -> None:
         cells[2]["source"] = f"{cells[2]['source']}\nwhile True: pass"
-        cells.append(code("while True: pass"))
+        cells.append(code_cell("while True: pass"))
 
-    path = hand_in(assignment, "s01/hw.ipynb", right(assignment, "s01", add_endless_loops))
-    hand_in(assignment, "s02/hw.ipynb", right(assignment, "s02"))
+    path = submit(assignment, "s01/hw.ipynb", make_correct_notebook(assignment, "s01", add_endless_loops))
+    submit(assignment, "s02/hw.ipynb", make_correct_notebook(assignment, "s02"))
     results, _ = grade(assignment, seconds=40)
     reason = "it took longer than 4 s of processor time"
     used_value = "qdot used p1_position, which the cell had already set"
     expected = [f"cell 3 was stopped: {reason}; {used_value}", f"cell 6 was stopped: {reason}"]
-    assert outcomes(results["s01"]) == RIGHT
+    assert list_outcomes(results["s01"]) == ALL_CORRECT
     assert list(results["s01"].notes) == list(results["s01"].staff_notes) == expected
     assert results["s02"].notes == ()
     monkeypatch.setattr("qdot.grader.grading.check.Sandbox", lambda **_: Sandbox(Limits(seconds=40, cell_seconds=1)))

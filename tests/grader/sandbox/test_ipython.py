@@ -6,7 +6,7 @@ import pytest
 
 from qdot.grader.sandbox.contained.ipython import NON_PYTHON_MAGICS, translate_to_python
 from tests.support import ROOT
-from tests.support.suites import few_of
+from tests.support.suites import sample_for_suite
 
 CELLS = [
     "files = !ls", "a, b = !ls", "a[0] = !ls", "!ls -l | grep x", "!!ls", "sin?", "sin??", "a.b.c?", "x[0]?", "θ?",
@@ -34,7 +34,7 @@ def test_translation_agrees_with_ipython_and_leaves_python_unchanged(cell: str) 
 
 
 def test_this_projects_own_code_is_unchanged() -> None:
-    paths = few_of(
+    paths = sample_for_suite(
         sorted(path for name in ("exercises", "grader", "tests") for path in (ROOT / name).rglob("*.py")), 60
     )
     assert len(paths) > 50

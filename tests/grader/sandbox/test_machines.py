@@ -18,8 +18,8 @@ from qdot.grader.sandbox.contained import attempts, folders
 from qdot.grader.sandbox.guarantees import ENFORCED_BY_KERNEL, probe
 from qdot.grader.sandbox.sandbox import Limits, Run, Sandbox
 from qdot.grader.sandbox.temporary_folder import make_temporary_folder
-from tests.support.machines import DOCKERS_ROOT, NOBODY, run_on
-from tests.support.suites import few_of
+from tests.support.machines import DOCKERS_ROOT, NOBODY, run_restricted
+from tests.support.suites import sample_for_suite
 
 pytestmark = [
     pytest.mark.xdist_group("machines"),
@@ -76,7 +76,7 @@ def shared_folder() -> Iterator[Path]:
 @pytest.mark.integration
 @pytest.mark.parametrize(("name", "user"), [(name, user) for name in MISSING_MEASURES for user in USERS])
 def test_each_machine_keeps_what_doctor_promises(name: str, user: int | None, shared_folder: Path) -> None:
-    doctor = run_on(MISSING_MEASURES[name], ["-m", "qdot", "doctor", "--json"], user, shared_folder)
+    doctor = run_restricted(MISSING_MEASURES[name], ["-m", "qdot", "doctor", "--json"], user, shared_folder)
     assert doctor.returncode == 0, doctor.stderr
     report = json.loads(doctor.stdout)
     assert set(MISSING_MEASURES[name]) <= report["lacking"].keys()
@@ -91,7 +91,7 @@ def test_each_machine_keeps_what_doctor_promises(name: str, user: int | None, sh
     )
     reads_files = {"namespaces", "landlock"} <= report["lacking"].keys()
     assert (enforcement["files"] == ENFORCED_BY_KERNEL) == report["strict"] == (not reads_files)
-    attacks = run_on(MISSING_MEASURES[name], ["-c", PROGRAM], user, shared_folder)
+    attacks = run_restricted(MISSING_MEASURES[name], ["-c", PROGRAM], user, shared_folder)
     assert attacks.returncode == 0, attacks.stderr
     first, *runs, last = map(json.loads, attacks.stdout.splitlines())
     assert first["uid"] == (os.geteuid() if user is None else user)
@@ -126,14 +126,14 @@ if pid == 0:
     os.execv(sys.executable, [sys.executable, "-c", {probe_program!r}])
 sys.exit(os.waitstatus_to_exitcode(os.waitpid(pid, 0)[1]))
 """
-    done = run_on([], ["-c", program])
+    done = run_restricted([], ["-c", program])
     assert done.returncode == 0, done.stderr
     assert json.loads(done.stdout) == {"first": True, "strict": True, "processes": []}
 
 
 @pytest.mark.parametrize(
     ("without", "guarantee", "expected"),
-    few_of([
+    sample_for_suite([
         ({"namespaces"}, "files", None),
         ({"namespaces", "quota"}, "files", {"wrote 256 MB in all", "wrote 256 MB into files without names"}),
         ({"namespaces", "landlock", "seccomp", "limits"}, "memory",
@@ -236,7 +236,7 @@ def test_doctor_reports_what_ended_the_probe(tmp_path: Path) -> None:
         "kernel.unshare(kernel.NEWNS); kernel.mount(None, '/', None, kernel.MS_REC | kernel.MS_PRIVATE)\n"
         f"kernel.mount({str(tmp_path / 'null')!r}, '/dev/null', None, kernel.MS_BIND); app(['doctor'])"
     )
-    doctor = run_on([], ["-c", program])
+    doctor = run_restricted([], ["-c", program])
     assert doctor.returncode == 2
     assert doctor.stderr.startswith("qdot: the sandbox does not work on this machine: its probe ended early (unbegun: ")
     assert "'/dev/null'" in doctor.stderr and len(doctor.stderr.splitlines()) == 1

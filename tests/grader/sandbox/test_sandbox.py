@@ -14,7 +14,7 @@ import pytest
 from qdot.grader.sandbox.sandbox import CONTAINED_FOLDER, Limits, Sandbox
 from qdot.grader.sandbox.temporary_folder import make_temporary_folder
 from tests.support import ROOT
-from tests.support.suites import few_of, several
+from tests.support.suites import sample_for_suite, select_for_suite
 
 IMPORTS = "from sympy import *\nimport numpy as np\nx, y = symbols('x y')"
 
@@ -126,7 +126,7 @@ def strict() -> Iterator[Sandbox]:
 
 @pytest.mark.parametrize(
     ("cell", "reason"),
-    few_of(
+    sample_for_suite(
         [
             ("while True: pass", "it took longer than 0.5 s of processor time"),
             ("import time; time.sleep(60)", "it waited longer than 0.5 s"),
@@ -144,7 +144,7 @@ def test_a_timeout_says_whether_the_cell_computed_or_waited(strict: Sandbox, cel
     assert time.monotonic() - start < 0.5 + 10 * 0.5 + 4
 
 
-@pytest.mark.parametrize("rest", several(["while True: pass"], ["while True: pass", "time.sleep(60)", SLEEPS]))
+@pytest.mark.parametrize("rest", select_for_suite(["while True: pass"], ["while True: pass", "time.sleep(60)", SLEEPS]))
 @pytest.mark.whole
 def test_a_notebook_that_ignores_its_alarms_is_still_stopped(rest: str) -> None:
     ignore_alarms = "import time\nfrom signal import *\nfor s in (SIGALRM, SIGPROF): signal(s, SIG_IGN)\n"

@@ -24,12 +24,12 @@ from qdot.grader.reports.tables import make_grades_csv, make_results_jsonl
 from qdot.grader.reports.write import write_reports
 from qdot.grader.sandbox.sandbox import Limits
 from qdot.grader.submissions.submission import find_submissions
-from tests.support.handing_in import UNCERTIFIED
-from tests.support.suites import few_of, several
+from tests.support.submitting import UNCERTIFIED
+from tests.support.suites import sample_for_suite, select_for_suite
 
 TOML = 'title = "T"\nkey = "hw"\n[[problem]]\nfamily = "planar-2r"\nquestions = ["position", "determinant"]\n'
-HONEST = ["s01", *several(["s04"], ["s08", "s15", "s22", "s30"])]
-STUDENTS = [f"s{i:02d}" for i in range(1, several(8, 31))]
+HONEST = ["s01", *select_for_suite(["s04"], ["s08", "s15", "s22", "s30"])]
+STUDENTS = [f"s{i:02d}" for i in range(1, select_for_suite(8, 31))]
 ATTACKS = [
     "while True: pass", "sum(range(10**12))", "import os; os._exit(0)", "import os; os.abort()",
     "import sys; sys.exit()", "import os; os.kill(os.getppid(), 9)", "import os; os.fork()",
@@ -69,7 +69,7 @@ def insert_attack(text: str, attack: str, is_last: bool) -> str:
 
 
 def test_attacks_change_no_honest_mark_and_no_file(assignment: Assignment) -> None:
-    attacks = iter(few_of(ATTACKS, 5))
+    attacks = iter(sample_for_suite(ATTACKS, 5))
     folder = assignment.folder
     for student in STUDENTS:
         text = fill_in_answers(

@@ -29,7 +29,7 @@ from qdot.grader.sandbox.guarantees import (
     probe,
 )
 from qdot.grader.sandbox.sandbox import Limits, Run, Sandbox
-from tests.support.suites import WHOLE, few_of, several
+from tests.support.suites import WHOLE, sample_for_suite, select_for_suite
 
 pytestmark = pytest.mark.xdist_group("hostile")  # each sandbox is probed once
 
@@ -171,7 +171,7 @@ ENDED_WITH_CELL = {
 }  # fmt: skip
 
 
-@pytest.mark.parametrize("name", few_of(ENDED_WITH_CELL, 12))
+@pytest.mark.parametrize("name", sample_for_suite(ENDED_WITH_CELL, 12))
 def test_an_attack_ends_with_its_cell(name: str, machine: Machine) -> None:
     cell, error = ENDED_WITH_CELL[name]
     sandbox = open_sandbox()
@@ -207,7 +207,7 @@ ENDED_WITH_NOTEBOOK = {
 
 
 @pytest.mark.parametrize(
-    "name", few_of([name for name in ENDED_WITH_NOTEBOOK if WHOLE or "signals ignored" not in name], 2)
+    "name", sample_for_suite([name for name in ENDED_WITH_NOTEBOOK if WHOLE or "signals ignored" not in name], 2)
 )
 def test_answers_before_an_attack_that_ends_the_notebook_are_kept(name: str, machine: Machine) -> None:
     """Ignored signals are tested in test_sandbox.py, too."""
@@ -241,7 +241,7 @@ LIES = {
 }  # fmt: skip
 
 
-@pytest.mark.parametrize("name", few_of(LIES, 6))
+@pytest.mark.parametrize("name", sample_for_suite(LIES, 6))
 def test_a_lying_object_becomes_text_or_no_answer(name: str, machine: Machine) -> None:
     cell, words = LIES[name]
     run = run_attack(open_sandbox(), cell)
@@ -267,7 +267,7 @@ PATCHES = [
 ]
 
 
-@pytest.mark.parametrize("cell", few_of(PATCHES, 3))
+@pytest.mark.parametrize("cell", sample_for_suite(PATCHES, 3))
 def test_patches_affect_only_the_notebook_that_made_them(cell: str, machine: Machine) -> None:
     """`run_attack` runs an honest notebook afterwards; the answer before the patch counts, too."""
     run = run_attack(open_sandbox(), cell)
@@ -377,7 +377,7 @@ def native_attacks(machine: Machine) -> dict[str, tuple[str, str]]:
     }  # fmt: skip
 
 
-@pytest.mark.parametrize("variant", several(FEW[:1], tuple(VARIANTS)))
+@pytest.mark.parametrize("variant", select_for_suite(FEW[:1], tuple(VARIANTS)))
 def test_the_kernel_keeps_its_guarantees_without_the_hook(variant: str, machine: Machine) -> None:
     without = frozenset(VARIANTS[variant])
     enforcement = {guarantee.name: guarantee.by for guarantee in probe_without(without).guarantees}
@@ -424,7 +424,7 @@ def test_shared_resources_of_the_machine_are_refused(name: str, variant: str, ma
 
 @pytest.mark.parametrize(
     ("variant", "event"),
-    few_of(
+    sample_for_suite(
         [
             ("everything", "the grader ends"),
             ("rlimits only", "the grader ends"),

@@ -20,22 +20,22 @@ from qdot.grader.sandbox.sandbox import Limits, Run, Sandbox
 from qdot.grader.submissions.answer_locator import find_answers, guess_parts
 from qdot.grader.submissions.cells import Cell, read_cells
 from tests.support.command import run
-from tests.support.handing_in import (
+from tests.support.submitting import (
+    ALL_CORRECT,
     PARTS,
-    RIGHT,
     Cells,
-    a_class,
-    code,
+    code_cell,
     grade,
-    hand_in,
-    notebook,
-    outcomes,
-    reasons,
-    right,
-    right_cells,
-    text,
+    list_outcomes,
+    list_reasons,
+    make_class,
+    make_correct_cells,
+    make_correct_notebook,
+    submit,
+    text_cell,
+    write_notebook,
 )
-from tests.support.suites import few_of, several
+from tests.support.suites import sample_for_suite, select_for_suite
 
 SETUP, POSITION, JACOBIAN, DETERMINANT = 1, 2, 3, 4
 """Indices of cells, from 0; messages count from 1."""
@@ -62,7 +62,7 @@ def rewrite(replace_source: str) -> Change:
 
 
 def add_cell(replace_source: str, part: str | None = None, index: int | None = None) -> Change:
-    return lambda cells: cells.insert(len(cells) if index is None else index, code(replace_source, part))
+    return lambda cells: cells.insert(len(cells) if index is None else index, code_cell(replace_source, part))
 
 
 def combine(*changes: Change) -> Change:
@@ -74,13 +74,13 @@ def tamper(part: Any, **entries: Any) -> Change:
 
 
 def wrap_in_prose(cells: Cells) -> None:
-    cells[JACOBIAN] = text(f"My answer:\n\n```python\n{cells[JACOBIAN]['source']}\n```\nI hope it's right!")
+    cells[JACOBIAN] = text_cell(f"My answer:\n\n```python\n{cells[JACOBIAN]['source']}\n```\nI hope it's right!")
 
 
 def build_step_by_step(cells: Cells) -> None:
     value = cells[JACOBIAN]["source"].split("=", 1)[1]
     cells[JACOBIAN]["source"] = "p1_jacobian = zeros(2, 2)"
-    cells.append(code(f"for i in range(4):\n    p1_jacobian[i] = ({value})[i]"))
+    cells.append(code_cell(f"for i in range(4):\n    p1_jacobian[i] = ({value})[i]"))
 
 
 def copy_name_in_brackets(cells: Cells) -> None:
@@ -99,14 +99,14 @@ def print_j(cells: Cells) -> None:
 
 
 def move_answer_to_new_cell(cells: Cells) -> None:
-    cells.append(code(cells[JACOBIAN]["source"]))
+    cells.append(code_cell(cells[JACOBIAN]["source"]))
     cells[JACOBIAN]["source"] = "scratch = 5"
 
 
 def define_helper_below(cells: Cells) -> None:
     value = cells[JACOBIAN]["source"].split("=", 1)[1]
     cells[JACOBIAN]["source"] = "p1_jacobian = helper()"
-    cells.append(code(f"def helper():\n    return {value}"))
+    cells.append(code_cell(f"def helper():\n    return {value}"))
 
 
 def stop_first_cell(cells: Cells) -> None:
@@ -127,8 +127,8 @@ def use_jupyter_habits(cells: Cells) -> None:
     cells[JACOBIAN]["source"] = f"{name} = _"
     replace_source(cells, DETERMINANT, "p1_determinant = ", "%%time\nfrom helper import keep\np1_determinant = keep(")
     cells[DETERMINANT]["source"] += ")\ndisplay(p1_determinant)\ninput('done?')"
-    cells.insert(JACOBIAN, code(value))
-    cells.insert(2, code("%%writefile helper.py\ndef keep(x):\n    return x"))
+    cells.insert(JACOBIAN, code_cell(value))
+    cells.insert(2, code_cell("%%writefile helper.py\ndef keep(x):\n    return x"))
 
 
 def add_help_below_j(cells: Cells) -> None:
@@ -155,47 +155,49 @@ duplicate_answer_cells = combine(reuse_j, add_cell("J = 3", ANSWER, JACOBIAN), a
 J_WRONG, J_MISSING = ["correct", "wrong", "correct"], ["correct", "missing", "correct"]
 CASES: dict[str, tuple[Change, list[str], str, str]] = {
     "duplicated, the last wrong": (add_cell(ZEROS, ANSWER), J_WRONG, "p1_jacobian cells 4 and 6", "(1, 1)"),
-    "duplicated, the last right": (add_cell(ZEROS, ANSWER, JACOBIAN), RIGHT, "p1_jacobian cells 4 and 5", ""),
-    "duplicated, the last blank": (add_cell(BLANK, ANSWER), RIGHT, "p1_jacobian blank", ""),
+    "duplicated, the last right": (add_cell(ZEROS, ANSWER, JACOBIAN), ALL_CORRECT, "p1_jacobian cells 4 and 5", ""),
+    "duplicated, the last blank": (add_cell(BLANK, ANSWER), ALL_CORRECT, "p1_jacobian blank", ""),
     "duplicated, the last unreadable": (
-        add_cell("p1_jacobian = lambda: p1_jacobian\np1_jacobian = object()", ANSWER), RIGHT,
+        add_cell("p1_jacobian = lambda: p1_jacobian\np1_jacobian = object()", ANSWER),
+        ALL_CORRECT,
         "p1_jacobian TypeError:", "",
     ),
     "duplicated, the last stops": (
-        add_cell("p1_jacobian = undefined_name", ANSWER), RIGHT, "cells 4 and 6 NameError: 'undefined_name'", "",
+        add_cell("p1_jacobian = undefined_name", ANSWER), ALL_CORRECT, "cells 4 and 6 NameError: 'undefined_name'", "",
     ),
-    "duplicated, the same": (lambda cells: cells.append(deepcopy(cells[JACOBIAN])), RIGHT, "", ""),
+    "duplicated, the same": (lambda cells: cells.append(deepcopy(cells[JACOBIAN])), ALL_CORRECT, "", ""),
     "answered in another cell": (
-        combine(drop_metadata, lambda cells: cells.insert(2, text("some text"))), RIGHT, "", "",
+        combine(drop_metadata, lambda cells: cells.insert(2, text_cell("some text"))), ALL_CORRECT, "", "",
     ),
-    "built step by step": (build_step_by_step, RIGHT, "", ""),
-    "misspelt": (name_j("p1_jacobain"), RIGHT, "cell 4 p1_jacobian p1_jacobain", ""),
+    "built step by step": (build_step_by_step, ALL_CORRECT, "", ""),
+    "misspelt": (name_j("p1_jacobain"), ALL_CORRECT, "cell 4 p1_jacobian p1_jacobain", ""),
     "misspelt, without metadata": (
-        combine(name_j("p1_jacobain"), drop_metadata), RIGHT, "cell 4 p1_jacobian p1_jacobain", "",
+        combine(name_j("p1_jacobain"), drop_metadata), ALL_CORRECT, "cell 4 p1_jacobian p1_jacobain", "",
     ),
     "another name": (
-        reuse_j, RIGHT, "cell 4 is the answer cell of p1_jacobian and sets J, not p1_jacobian; qdot used its value", "",
+        reuse_j,
+        ALL_CORRECT, "cell 4 is the answer cell of p1_jacobian and sets J, not p1_jacobian; qdot used its value", "",
     ),
-    "another name, and shown": (print_j, RIGHT, "p1_jacobian J,", ""),
-    "an expression only": (edit_cell(JACOBIAN, "p1_jacobian = ", ""), RIGHT, "cell 4 p1_jacobian", ""),
-    "another part's name": (name_j("p1_position"), RIGHT, "cell 4 p1_jacobian p1_position", ""),
-    "another part's name, in brackets": (copy_name_in_brackets, RIGHT, "p1_jacobian p1_position", ""),
-    "an expression in brackets": (leave_bracketed_expression, RIGHT, "cell 4 p1_jacobian", ""),
-    "several answer cells under another name": (duplicate_answer_cells, RIGHT, "4, 5 8 p1_jacobian J,", ""),
+    "another name, and shown": (print_j, ALL_CORRECT, "p1_jacobian J,", ""),
+    "an expression only": (edit_cell(JACOBIAN, "p1_jacobian = ", ""), ALL_CORRECT, "cell 4 p1_jacobian", ""),
+    "another part's name": (name_j("p1_position"), ALL_CORRECT, "cell 4 p1_jacobian p1_position", ""),
+    "another part's name, in brackets": (copy_name_in_brackets, ALL_CORRECT, "p1_jacobian p1_position", ""),
+    "an expression in brackets": (leave_bracketed_expression, ALL_CORRECT, "cell 4 p1_jacobian", ""),
+    "several answer cells under another name": (duplicate_answer_cells, ALL_CORRECT, "4, 5 8 p1_jacobian J,", ""),
     "two answers in a text cell": (
-        combine(merge_cells, lambda cells: cells[POSITION].update(cell_type="raw")), RIGHT, "cell 3", "",
+        combine(merge_cells, lambda cells: cells[POSITION].update(cell_type="raw")), ALL_CORRECT, "cell 3", "",
     ),
-    "the answer in a new cell": (move_answer_to_new_cell, RIGHT, "p1_jacobian cell 6 cell 4", ""),
-    "retyped to Markdown": (make_markdown, RIGHT, "cell 4 p1_jacobian", ""),
-    "retyped to Markdown, metadata lost": (combine(make_markdown, drop_metadata), RIGHT, "cell 4 text", ""),
-    "fenced among prose": (wrap_in_prose, RIGHT, "cell 4 text", ""),
-    "retyped and renamed": (combine(make_markdown, name_j("J")), RIGHT, "cell 4 text J,", ""),
+    "the answer in a new cell": (move_answer_to_new_cell, ALL_CORRECT, "p1_jacobian cell 6 cell 4", ""),
+    "retyped to Markdown": (make_markdown, ALL_CORRECT, "cell 4 p1_jacobian", ""),
+    "retyped to Markdown, metadata lost": (combine(make_markdown, drop_metadata), ALL_CORRECT, "cell 4 text", ""),
+    "fenced among prose": (wrap_in_prose, ALL_CORRECT, "cell 4 text", ""),
+    "retyped and renamed": (combine(make_markdown, name_j("J")), ALL_CORRECT, "cell 4 text J,", ""),
     "prose": (combine(make_markdown, rewrite(PROSE)), J_MISSING, "", "cell 4 text"),
-    "metadata stripped": (lambda cells: [cell.update(metadata={}) for cell in cells], RIGHT, "", ""),
-    "a helper below": (define_helper_below, RIGHT, "cell 4 NameError: 'helper'", ""),
+    "metadata stripped": (lambda cells: [cell.update(metadata={}) for cell in cells], ALL_CORRECT, "", ""),
+    "a helper below": (define_helper_below, ALL_CORRECT, "cell 4 NameError: 'helper'", ""),
     "deleted": (lambda cells: cells.pop(JACOBIAN), J_MISSING, "", "p1_jacobian"),
     "emptied": (rewrite("\n"), J_MISSING, "", "p1_jacobian"),
-    "the set-up deleted": (lambda cells: cells.pop(SETUP), RIGHT, "", ""),
+    "the set-up deleted": (lambda cells: cells.pop(SETUP), ALL_CORRECT, "", ""),
     "the set-up stops": (
         stop_first_cell, J_MISSING, "cell 2 line 2, undefined_thing() (NameError:",
         "'zeros' cell 2 undefined_thing() (",
@@ -204,24 +206,26 @@ CASES: dict[str, tuple[Change, list[str], str, str]] = {
         import_missing_library, ["correct", "correct", "missing"],
         "cell 2 line 1, import nosuchlibrary as no (ModuleNotFoundError:", "'no' cell 2 line 1, nosuchlibrary",
     ),
-    "answers from the last to the first": (lambda cells: cells.extend(cells.pop(k) for k in (4, 3, 2)), RIGHT, "", ""),
+    "answers from the last to the first": (
+        lambda cells: cells.extend(cells.pop(k) for k in (4, 3, 2)), ALL_CORRECT, "", "",
+    ),
     "forged, and wrong": (
         combine(rewrite("p1_jacobian = 0"), tamper(ANSWER, points=1000, reference="0")), J_WRONG, "metadata points", "",
     ),
     "a library in an answer": (
-        edit_cell(JACOBIAN, "p1_jacobian", "from nosuchlibrary import linalg\np1_jacobian"), RIGHT, "", "",
+        edit_cell(JACOBIAN, "p1_jacobian", "from nosuchlibrary import linalg\np1_jacobian"), ALL_CORRECT, "", "",
     ),
-    "habits of Jupyter": (use_jupyter_habits, RIGHT, "", ""),
+    "habits of Jupyter": (use_jupyter_habits, ALL_CORRECT, "", ""),
     "only a magic left": (rewrite("%who"), J_MISSING, "", "p1_jacobian"),
-    "another name above magics": (add_help_below_j, RIGHT, "p1_jacobian J,", ""),
-    "another name below a magic": (name_j("%%time\nx = !ls\nJ"), RIGHT, "p1_jacobian J,", ""),
-    "another name below two magics": (name_j("%%time\n!ls\nJ"), RIGHT, "p1_jacobian J,", ""),
-    "the process ended": (add_cell("import os; os._exit(0)"), RIGHT, "cell 6", ""),
-    "cells merged": (merge_cells, RIGHT, "", ""),
-    "a part that isn't asked": (tamper("p9.jacobian"), RIGHT, "marked p9.jacobian", ""),
-    "a part that is a path": (tamper("../x\n"), RIGHT, "marked ../x\N{REPLACEMENT CHARACTER}", ""),
-    "a part that is a dictionary": (tamper({"a": [1]}), RIGHT, "metadata part", ""),
-    "points": (tamper("p1.jacobian", points=1000), RIGHT, "metadata points", ""),
+    "another name above magics": (add_help_below_j, ALL_CORRECT, "p1_jacobian J,", ""),
+    "another name below a magic": (name_j("%%time\nx = !ls\nJ"), ALL_CORRECT, "p1_jacobian J,", ""),
+    "another name below two magics": (name_j("%%time\n!ls\nJ"), ALL_CORRECT, "p1_jacobian J,", ""),
+    "the process ended": (add_cell("import os; os._exit(0)"), ALL_CORRECT, "cell 6", ""),
+    "cells merged": (merge_cells, ALL_CORRECT, "", ""),
+    "a part that isn't asked": (tamper("p9.jacobian"), ALL_CORRECT, "marked p9.jacobian", ""),
+    "a part that is a path": (tamper("../x\n"), ALL_CORRECT, "marked ../x\N{REPLACEMENT CHARACTER}", ""),
+    "a part that is a dictionary": (tamper({"a": [1]}), ALL_CORRECT, "metadata part", ""),
+    "points": (tamper("p1.jacobian", points=1000), ALL_CORRECT, "metadata points", ""),
     "the metadata of another part": (copy_metadata_of_another_part, J_MISSING, "", "p1_jacobian"),
 }  # fmt: skip
 """A change, the outcomes of the three parts, and words that one note and one reason must have."""
@@ -230,15 +234,15 @@ STUDENTS = [Student(f"s{number:02d}") for number in range(len(CASES) + 1)]
 
 @pytest.fixture(scope="module")
 def assignment(tmp_path_factory: pytest.TempPathFactory) -> Assignment:
-    return a_class(tmp_path_factory.mktemp("cells") / "hw", STUDENTS)
+    return make_class(tmp_path_factory.mktemp("cells") / "hw", STUDENTS)
 
 
 @pytest.fixture(scope="module")
 def results(assignment: Assignment) -> dict[str, Result]:
     """Return the results of a class with a student for each case and an honest one."""
     for student, (change, *_) in zip(STUDENTS, CASES.values(), strict=False):
-        hand_in(assignment, f"{student.id}.ipynb", right(assignment, student.id, change))
-    hand_in(assignment, f"{STUDENTS[-1].id}.ipynb", right(assignment, STUDENTS[-1].id))
+        submit(assignment, f"{student.id}.ipynb", make_correct_notebook(assignment, student.id, change))
+    submit(assignment, f"{STUDENTS[-1].id}.ipynb", make_correct_notebook(assignment, STUDENTS[-1].id))
     by_student, _ = grade(assignment)
     return {**dict(zip(CASES, by_student.values(), strict=False)), "honest": by_student[STUDENTS[-1].id]}
 
@@ -247,13 +251,13 @@ def results(assignment: Assignment) -> dict[str, Result]:
 def test_every_answer_is_found(results: dict[str, Result], case: str) -> None:
     _, expected, note, reason = CASES[case]
     result, honest = results[case], results["honest"]
-    assert outcomes(honest) == RIGHT and not honest.staff_notes  # the other students are graded as usual
-    assert outcomes(result) == expected, reasons(result)
+    assert list_outcomes(honest) == ALL_CORRECT and not honest.staff_notes  # the other students are graded as usual
+    assert list_outcomes(result) == expected, list_reasons(result)
     points = sum(points for points, outcome in zip((1, 2, 1), expected, strict=True) if outcome == "correct")
     assert (result.score, result.max_score) == (points, 4)
     staff_notes = result.staff_notes if "metadata" in note or "marked" in note else ()
     assert has_words((*result.notes, *staff_notes), note) if note else not result.staff_notes, result.staff_notes
-    assert has_words(reasons(result), reason), reasons(result)
+    assert has_words(list_reasons(result), reason), list_reasons(result)
 
 
 def has_words(texts: Iterable[str], words: str) -> bool:
@@ -285,18 +289,18 @@ def sandbox() -> Any:
         yield sandbox
 
 
-@settings(max_examples=several(20, 200))
+@settings(max_examples=select_for_suite(20, 200))
 @given(seed=st.integers(0, 10**9))
 def test_no_edit_loses_an_answer_silently(assignment: Assignment, sandbox: Sandbox, seed: int) -> None:
     rng = random.Random(seed)
-    cells = right_cells(assignment, "s00")
+    cells = make_correct_cells(assignment, "s00")
     untouched = find_answers(
         [Cell(cell["source"], is_code=cell["cell_type"] == "code") for cell in cells], PARTS, sandbox.run
     )
     for _ in range(rng.randrange(1, 5)):
         if cells:
             rng.choice(EDITS)(cells, rng)
-    edited_notebook = notebook(assignment, "s00", cells)
+    edited_notebook = write_notebook(assignment, "s00", cells)
     result = find_answers(read_cells("hw.ipynb", edited_notebook.encode()).cells, PARTS, sandbox.run)
     for part in PARTS:
         name = name_answer_variable(*part.split("."))
@@ -373,10 +377,10 @@ def test_deep_and_long_cells_are_run_but_not_searched(sandbox: Sandbox) -> None:
     assert "the cell of this answer stopped" in result.reasons["p1_a"]
 
 
-@pytest.mark.parametrize("change", few_of([stop_first_cell, import_missing_library, use_jupyter_habits], 2))
+@pytest.mark.parametrize("change", sample_for_suite([stop_first_cell, import_missing_library, use_jupyter_habits], 2))
 def test_check_reports_what_the_first_cell_lacks(assignment: Assignment, tmp_path: Path, change: Change) -> None:
     """`qdot check` takes the symbols of a problem from the notebook's metadata."""
-    (tmp_path / "hw.ipynb").write_text(right(assignment, "s00", change))
+    (tmp_path / "hw.ipynb").write_text(make_correct_notebook(assignment, "s00", change))
     checked = check_notebook(tmp_path / "hw.ipynb")
     messages = [row.message for row in checked.rows if not row.is_readable]
     assert len(messages) == len(checked.notes) == (change is not use_jupyter_habits)
@@ -385,10 +389,10 @@ def test_check_reports_what_the_first_cell_lacks(assignment: Assignment, tmp_pat
 
 
 def test_symbols_in_metadata_are_not_run_as_code(assignment: Assignment, tmp_path: Path) -> None:
-    cells = right_cells(assignment, "s00")
+    cells = make_correct_cells(assignment, "s00")
     del cells[SETUP]
     claims = {"p1": ["x; open('/etc/passwd')", "if", 5, "theta1\n"], "p2": "a1", "p3": ["theta2", "x" * 10**6]}
-    text_of_notebook = notebook(assignment, "s00", cells, metadata={"qdot": {"symbols": claims}})
+    text_of_notebook = write_notebook(assignment, "s00", cells, metadata={"qdot": {"symbols": claims}})
     (tmp_path / "hw.ipynb").write_text(text_of_notebook)
     rows = check_notebook(tmp_path / "hw.ipynb").rows
     beginning = "the cell of this answer stopped: NameError: name 'a1' is not defined"
@@ -396,11 +400,11 @@ def test_symbols_in_metadata_are_not_run_as_code(assignment: Assignment, tmp_pat
 
 
 def test_check_prints_notes_to_the_student(assignment: Assignment, tmp_path: Path) -> None:
-    (tmp_path / "hw (1).ipynb").write_text(right(assignment, "s00", reuse_j))
+    (tmp_path / "hw (1).ipynb").write_text(make_correct_notebook(assignment, "s00", reuse_j))
     output = run("check", tmp_path / "hw (1).ipynb")
     assert has_words(output.splitlines(), "note: cell 4 p1_jacobian J,")
     assert "ok  p1.jacobian: 2 × 2 matrix" in output
-    (tmp_path / "hw.py").write_text("\n\n".join(cell["source"] for cell in right_cells(assignment, "s00")[1:]))
+    (tmp_path / "hw.py").write_text("\n\n".join(cell["source"] for cell in make_correct_cells(assignment, "s00")[1:]))
     output = run("check", tmp_path / "hw.py")
     assert "note: hw.py" in output and "3 of 3 answers can be read" in output
 

@@ -15,8 +15,8 @@ from qdot.grader.reports.tables import find_work_status
 from qdot.grader.submissions.layouts import SubmittedPath, find_submitted_paths
 from qdot.grader.submissions.roster import Roster
 from qdot.grader.submissions.submission import UNCERTAIN_OWNER, find_submissions, open_submissions
-from tests.support.handing_in import RIGHT, a_class, grade, hand_in, outcomes, right
-from tests.support.results import received
+from tests.support.results import get_received_time
+from tests.support.submitting import ALL_CORRECT, grade, list_outcomes, make_class, make_correct_notebook, submit
 
 pytestmark = pytest.mark.xdist_group("layouts")
 ROSTER = """student,name,email,moodle id,canvas_id,sid,section
@@ -31,7 +31,7 @@ eve,Anne-Marie van der Berg,eve@example.org,,,A-5,18
 @pytest.fixture
 def assignment(tmp_path: Path) -> Assignment:
     folder = tmp_path / "hw"
-    a_class(folder, [Student("s")])
+    make_class(folder, [Student("s")])
     (folder / "roster.csv").write_text(ROSTER)
     return load_assignment(folder)
 
@@ -39,7 +39,7 @@ def assignment(tmp_path: Path) -> Assignment:
 def find_owners(assignment: Assignment, *paths: str) -> tuple[dict[str, list[str]], list[str], list[str]]:
     """Submit files; return those of each student, the names not on the roster, and the uncertain owners."""
     for path in paths:
-        hand_in(assignment, path, "{}")
+        submit(assignment, path, "{}")
     submissions = find_submissions(assignment, assignment.folder / "submitted")
     root = assignment.folder / "submitted"
     files = {
@@ -147,7 +147,7 @@ submission_13:
 def test_gradescope_metadata_has_owners_and_times(assignment: Assignment) -> None:
     paths = [f"assignment_7_export/submission_{n}/hw.ipynb" for n in (11, 12, 13, 14)]
     assert find_owners(assignment, *paths)[1] == ["assignment_7_export"]
-    hand_in(assignment, "assignment_7_export/submission_metadata.yml", GRADESCOPE)
+    submit(assignment, "assignment_7_export/submission_metadata.yml", GRADESCOPE)
     owned, strangers, uncertain = find_owners(assignment)
     assert {student: files[0].split("/")[1] for student, files in owned.items()} == {
         "ada1": "submission_11", "hen": "submission_12", "jose": "submission_12",
@@ -161,7 +161,7 @@ def test_gradescope_metadata_has_owners_and_times(assignment: Assignment) -> Non
 
 def test_a_damaged_or_linked_metadata_file_is_ignored(assignment: Assignment, tmp_path: Path) -> None:
     for content in (b"\xff\xfe\0", b"- [", b'submission_1:\n  :submitters:\n  - :name: "\\', b":" * 10**6):
-        hand_in(assignment, "submission_metadata.yml", content)
+        submit(assignment, "submission_metadata.yml", content)
         assert find_owners(assignment, "ada1/hw.ipynb")[0] == {"ada1": ["ada1/hw.ipynb"]}
     (tmp_path / "other.yml").write_text(GRADESCOPE)
     (assignment.folder / "submitted" / "submission_metadata.yml").unlink()
@@ -178,16 +178,16 @@ def test_folder_names_are_shown_on_one_line(assignment: Assignment) -> None:
 
 
 def test_an_ambiguous_owner_is_never_guessed(assignment: Assignment) -> None:
-    hand_in(assignment, "Ada Lovelace_44_assignsubmission_file_/hw.ipynb", right(assignment, "ada1"))
-    hand_in(assignment, "Henri Poincaré_9_assignsubmission_file_/hw.ipynb", right(assignment, "hen"))
-    hand_in(assignment, "José Díaz_1003_assignsubmission_file_/hw.ipynb", right(assignment, "jose"))
+    submit(assignment, "Ada Lovelace_44_assignsubmission_file_/hw.ipynb", make_correct_notebook(assignment, "ada1"))
+    submit(assignment, "Henri Poincaré_9_assignsubmission_file_/hw.ipynb", make_correct_notebook(assignment, "hen"))
+    submit(assignment, "José Díaz_1003_assignsubmission_file_/hw.ipynb", make_correct_notebook(assignment, "jose"))
     results, submissions = grade(assignment)
     same_name, contradiction = submissions.uncertain_owners
     assert same_name.startswith("Ada Lovelace_44_assignsubmission_file_ may belong to ada1 or ada2: ")
     assert contradiction.startswith("José Díaz_1003_assignsubmission_file_ may belong to hen or jose: ")
     for student in ("ada1", "ada2", "jose"):
         assert results[student].obstacle == UNCERTAIN_OWNER and find_work_status(results[student]) == "unusable"
-    assert outcomes(results["hen"]) == RIGHT
+    assert list_outcomes(results["hen"]) == ALL_CORRECT
     assert find_work_status(results["eve"]) == "missing"
 
 
@@ -220,11 +220,11 @@ def test_submission_times_come_from_the_best_source(assignment: Assignment) -> N
     toml = assignment.folder / "assignment.toml"
     toml.write_text(toml.read_text().replace('key = "hw"', 'key = "hw"\ndue = 2026-11-20T12:00:00Z'))
     assignment = load_assignment(assignment.folder)
-    hand_in(assignment, "submission_metadata.yml", GRADESCOPE)
-    hand_in(assignment, "submission_11/hw.ipynb", right(assignment, "ada1"))
-    hand_in(assignment, "lovelaceada_502_9002_hw.ipynb", right(assignment, "ada2"))
-    hand_in(assignment, "poincaréhenri_LATE_503_9003_hw.ipynb", right(assignment, "hen"))
-    late_path = hand_in(assignment, "jose/hw.ipynb", right(assignment, "jose"))
+    submit(assignment, "submission_metadata.yml", GRADESCOPE)
+    submit(assignment, "submission_11/hw.ipynb", make_correct_notebook(assignment, "ada1"))
+    submit(assignment, "lovelaceada_502_9002_hw.ipynb", make_correct_notebook(assignment, "ada2"))
+    submit(assignment, "poincaréhenri_LATE_503_9003_hw.ipynb", make_correct_notebook(assignment, "hen"))
+    late_path = submit(assignment, "jose/hw.ipynb", make_correct_notebook(assignment, "jose"))
     for path in (late_path, *(assignment.folder / "submitted").glob("*_hw.ipynb")):
         os.utime(path, (1_800_000_000, 1_800_000_000))
     results, _ = grade(assignment)
@@ -235,7 +235,7 @@ def test_submission_times_come_from_the_best_source(assignment: Assignment) -> N
         **from_file,
     }
     assert {student for student in work if results[student].late} == {"hen", "jose"}
-    assert received(results["ada1"]) == "2026-11-20T10:11:12+00:00"
+    assert get_received_time(results["ada1"]) == "2026-11-20T10:11:12+00:00"
     assert "the platform marked it as late" in results["hen"].staff_notes
 
 
@@ -243,7 +243,7 @@ def write_zip(path: Path, assignment: Assignment, *, hostile: bool = False) -> P
     with zipfile.ZipFile(path, "w") as archive:
         for name, student in (("Henri Poincare\u0301", "hen"), ("José Díaz", "jose")):
             info = zipfile.ZipInfo(f"{name}_9_assignsubmission_file_/hw.ipynb", (2026, 11, 20, 10, 0, 0))
-            archive.writestr(info, right(assignment, student))
+            archive.writestr(info, make_correct_notebook(assignment, student))
         if hostile:
             archive.writestr("../../evil.ipynb", "{}")
             archive.writestr("/etc/evil.ipynb", "{}")
@@ -260,9 +260,9 @@ def write_zip(path: Path, assignment: Assignment, *, hostile: bool = False) -> P
 
 def test_a_zip_file_is_graded_without_unpacking(assignment: Assignment, tmp_path: Path) -> None:
     results, _ = grade(assignment, write_zip(tmp_path / "moodle.zip", assignment))
-    assert outcomes(results["hen"]) == outcomes(results["jose"]) == RIGHT
+    assert list_outcomes(results["hen"]) == list_outcomes(results["jose"]) == ALL_CORRECT
     local = datetime.datetime(2026, 11, 20, 10).astimezone().astimezone(datetime.UTC)
-    assert received(results["hen"]) == local.isoformat()
+    assert get_received_time(results["hen"]) == local.isoformat()
 
 
 def test_a_hostile_zip_writes_nothing_outside(
@@ -279,7 +279,7 @@ def test_a_hostile_zip_writes_nothing_outside(
     warnings = [line.split(":")[0].replace("\\", "/") for line in capsys.readouterr().err.splitlines()]
     assert warnings == ["../../evil.ipynb", "/etc/evil.ipynb", "a/../../evil.ipynb", "ada1/hw.ipynb"]
     assert set(tmp_path.rglob("*.ipynb")) <= before
-    assert outcomes(results["hen"]) == RIGHT and find_work_status(results["ada1"]) == "missing"
+    assert list_outcomes(results["hen"]) == ALL_CORRECT and find_work_status(results["ada1"]) == "missing"
 
 
 def test_a_file_that_is_no_zip_is_an_error(assignment: Assignment, tmp_path: Path) -> None:
@@ -297,7 +297,7 @@ def test_a_file_that_is_no_zip_is_an_error(assignment: Assignment, tmp_path: Pat
 @pytest.mark.parametrize("folder", ["jose", "Jose Diaz_5_assignsubmission_file_", "José Díaz"])
 def test_metadata_in_a_students_folder_is_ignored(assignment: Assignment, folder: str) -> None:
     """Jose, the first to submit, adds a metadata file that assigns the work to others."""
-    hand_in(assignment, f"{folder}/submission_metadata.yml", GRADESCOPE)
+    submit(assignment, f"{folder}/submission_metadata.yml", GRADESCOPE)
     owned, strangers, uncertain = find_owners(assignment, f"{folder}/submission_11/hw.ipynb", f"{folder}/hw.ipynb")
     assert owned["jose"][0] == f"{folder}/hw.ipynb"
     assert list(owned) == ["jose"] and not strangers and not uncertain

@@ -11,14 +11,14 @@ from qdot.exercises.notebook.notebook import make_solution_notebook, make_studen
 from qdot.exercises.notebook.self_check import SELF_CHECK, Problems
 from qdot.grader.sandbox.sandbox import Sandbox
 from qdot.grader.submissions.cells import Cell, empty_self_checks, read_cells
-from tests.support.problems import drawn, parts_in_turn
-from tests.support.suites import few_families, few_of
+from tests.support.problems import get_problem, select_parts
+from tests.support.suites import few_families, sample_for_suite
 
 
 def make_problems(family: str) -> Problems:
     """Return a problem of the family, and one whose notebook certainly has a self-check."""
-    problem = drawn(family, 0)
-    shortened = replace(problem, parts=tuple(few_of(parts_in_turn(problem), 10)))
+    problem = get_problem(family, 0)
+    shortened = replace(problem, parts=tuple(sample_for_suite(select_parts(problem), 10)))
     return [("p1", shortened), ("p2", generate("planar-2r/0", ["position", "jacobian", "determinant"]))]
 
 

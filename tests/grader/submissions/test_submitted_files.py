@@ -26,24 +26,35 @@ from qdot.grader.submissions import cells as reading
 from qdot.grader.submissions.answer_locator import find_answers
 from qdot.grader.submissions.cells import MAX_BYTES_IN_THIS_PROCESS, OverLimit, Unreadable, read_cells
 from tests.support import DATA
-from tests.support.handing_in import RIGHT, a_class, code, grade, hand_in, notebook, outcomes, right, right_cells, text
-from tests.support.suites import few_of, several
+from tests.support.submitting import (
+    ALL_CORRECT,
+    code_cell,
+    grade,
+    list_outcomes,
+    make_class,
+    make_correct_cells,
+    make_correct_notebook,
+    submit,
+    text_cell,
+    write_notebook,
+)
+from tests.support.suites import sample_for_suite, select_for_suite
 
 pytestmark = pytest.mark.xdist_group("submitted-files")
 HW = "hw.ipynb"
-Make = Callable[[Assignment, str], Any]
+Submit = Callable[[Assignment, str], Any]
 """A function that submits something for a student."""
-Case = tuple[Make, list[str], str]
+Case = tuple[Submit, list[str], str]
 """What submits, the outcomes of the three parts, and words that one message must have."""
 
 
-def submit_file(name: str, content: Callable[[str], str | bytes]) -> Make:
+def submit_file(name: str, content: Callable[[str], str | bytes]) -> Submit:
     """Return a function that submits one file made from the text of the right notebook."""
 
-    def submit(assignment: Assignment, student: str) -> None:
-        hand_in(assignment, f"{student}/{name}", content(right(assignment, student)))
+    def submit_for(assignment: Assignment, student: str) -> None:
+        submit(assignment, f"{student}/{name}", content(make_correct_notebook(assignment, student)))
 
-    return submit
+    return submit_for
 
 
 def with_keys(**keys: Any) -> Callable[[str], str]:
@@ -209,13 +220,13 @@ def many_cells(text: str) -> str:
     return json.dumps(content)
 
 
-def link_to(target: str) -> Make:
-    def submit(assignment: Assignment, student: str) -> None:
+def link_to(target: str) -> Submit:
+    def submit_for(assignment: Assignment, student: str) -> None:
         folder = assignment.folder / "submitted" / student
         folder.mkdir(parents=True)
         (folder / HW).symlink_to(assignment.folder / target)
 
-    return submit
+    return submit_for
 
 
 def submit_linked_folder(assignment: Assignment, student: str) -> None:
@@ -235,28 +246,28 @@ def submit_bare_pipe(assignment: Assignment, student: str) -> None:
 
 def submit_file_and_pipe(assignment: Assignment, student: str) -> None:
     submit_pipe(assignment, student)
-    hand_in(assignment, f"{student}/mine.ipynb", right(assignment, student))
+    submit(assignment, f"{student}/mine.ipynb", make_correct_notebook(assignment, student))
 
 
 def submit_gigabyte(assignment: Assignment, student: str) -> None:
-    with hand_in(assignment, f"{student}/{HW}", "{").open("r+b") as file:
+    with submit(assignment, f"{student}/{HW}", "{").open("r+b") as file:
         file.truncate(1_000_000_000)
 
 
 def submit_two_files(assignment: Assignment, student: str) -> None:
-    hand_in(assignment, f"{student}/hw.ipynb", right(assignment, student)[:500])
-    hand_in(assignment, f"{student}/hw (1).ipynb", right(assignment, student))
+    submit(assignment, f"{student}/hw.ipynb", make_correct_notebook(assignment, student)[:500])
+    submit(assignment, f"{student}/hw (1).ipynb", make_correct_notebook(assignment, student))
 
 
 def submit_with_exports(assignment: Assignment, student: str) -> None:
-    hand_in(assignment, f"{student}/hw.pdf", b"%PDF-1.7")
-    hand_in(assignment, f"{student}/hw.html", "<!DOCTYPE html>")
-    hand_in(assignment, f"{student}/Week 3/Übung für mich 🦾.ipynb", right(assignment, student))
-    hand_in(assignment, f"{student}/Week 3/.ipynb_checkpoints/hw.ipynb", "{}")
+    submit(assignment, f"{student}/hw.pdf", b"%PDF-1.7")
+    submit(assignment, f"{student}/hw.html", "<!DOCTYPE html>")
+    submit(assignment, f"{student}/Week 3/Übung für mich 🦾.ipynb", make_correct_notebook(assignment, student))
+    submit(assignment, f"{student}/Week 3/.ipynb_checkpoints/hw.ipynb", "{}")
 
 
 def submit_odd_name(assignment: Assignment, student: str) -> None:
-    hand_in(assignment, f"{student}/a\nb\x1b[31m.ipynb", "{")
+    submit(assignment, f"{student}/a\nb\x1b[31m.ipynb", "{")
 
 
 def deep_json(depth: int) -> Callable[[str], str]:
@@ -265,10 +276,10 @@ def deep_json(depth: int) -> Callable[[str], str]:
 
 def submit_decomposed_name(assignment: Assignment, student: str) -> None:
     """Submit under a folder name with é written as e and a combining accent, as on macOS."""
-    hand_in(assignment, "Zoe\u0301/hw.ipynb", right(assignment, student))
+    submit(assignment, "Zoe\u0301/hw.ipynb", make_correct_notebook(assignment, student))
 
 
-ALL, NONE, NO_MARK = RIGHT, ["missing"] * 3, ["ungraded"] * 3
+ALL, NONE, NO_MARK = ALL_CORRECT, ["missing"] * 3, ["ungraded"] * 3
 SENTENCE = "hw.ipynb is a PDF, not a notebook; submit the notebook itself"
 
 
@@ -378,11 +389,11 @@ STUDENTS = {name: "Zo\u00e9" if name == "another accent" else f"s{number:02d}" f
 def grade_cases(cases: Collection[str], folder: Path) -> dict[str, Result]:
     """Grade one class with a student for each case and an honest one; return their results."""
     students = [*(STUDENTS[case] for case in cases), "honest"]
-    assignment = a_class(folder / "hw", [Student(student) for student in students])
-    hand_in(assignment, "honest/hw.ipynb", right(assignment, "honest"))
+    assignment = make_class(folder / "hw", [Student(student) for student in students])
+    submit(assignment, "honest/hw.ipynb", make_correct_notebook(assignment, "honest"))
     for case in cases:
-        submit, *_ = CASES[case]
-        submit(assignment, STUDENTS[case])
+        submit_case, *_ = CASES[case]
+        submit_case(assignment, STUDENTS[case])
     results, submissions = grade(assignment, seconds=60)
     assert not submissions.not_on_roster and not submissions.uncertain_owners
     return {**{case: results[STUDENTS[case]] for case in cases}, "honest": results["honest"]}
@@ -392,15 +403,15 @@ CLASSES = [list(CASES)[first::8] for first in range(8)]
 """The cases of each class: a single class of all cases would keep one process busy for long."""
 
 
-@pytest.mark.parametrize("cases", several(CLASSES[:1], CLASSES), ids=lambda cases: cases[0])
+@pytest.mark.parametrize("cases", select_for_suite(CLASSES[:1], CLASSES), ids=lambda cases: cases[0])
 def test_every_file_gets_its_verdict(cases: list[str], tmp_path: Path) -> None:
     results = grade_cases(cases, tmp_path)
     honest = results["honest"]
-    assert outcomes(honest) == RIGHT and not honest.staff_notes  # the other students are graded as usual
+    assert list_outcomes(honest) == ALL_CORRECT and not honest.staff_notes  # the other students are graded as usual
     for case in cases:
         _, expected, words = CASES[case]
         messages = [results[case].obstacle or "", *results[case].notes]
-        assert outcomes(results[case]) == expected, (case, messages)
+        assert list_outcomes(results[case]) == expected, (case, messages)
         assert results[case].score == (4 if expected == ALL else 0), case
         has_words = any(all(word in message for word in words.split()) for message in messages)
         assert has_words if words else not results[case].staff_notes, (case, messages)
@@ -412,7 +423,7 @@ def test_every_file_gets_its_verdict(cases: list[str], tmp_path: Path) -> None:
 JUPYTEXT = sorted((DATA / "jupytext").iterdir())
 
 
-@pytest.mark.parametrize("path", few_of(JUPYTEXT, 3), ids=lambda path: path.stem)
+@pytest.mark.parametrize("path", sample_for_suite(JUPYTEXT, 3), ids=lambda path: path.stem)
 def test_files_of_jupytext_and_nbconvert_are_read(path: Path) -> None:
     """One notebook as written by jupytext 1.19.6 and nbconvert 7.17, with J for p1_b; nbconvert drops metadata."""
     content = read_cells(path.stem, path.read_bytes())
@@ -460,11 +471,11 @@ def test_a_large_file_is_read_by_a_limited_process(monkeypatch: pytest.MonkeyPat
 def test_work_over_a_limit_is_ungraded_without_an_error(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     """The limit on text that is searched for answers counts, too."""
     monkeypatch.setattr(answer_locator, "MAX_PARSED_CHARACTERS", 300_000)
-    assignment = a_class(tmp_path / "hw", [Student("s0"), Student("s1"), Student("s2")])
-    hand_in(assignment, "s0.py", b"# %%\n" * 10**5)
+    assignment = make_class(tmp_path / "hw", [Student("s0"), Student("s1"), Student("s2")])
+    submit(assignment, "s0.py", b"# %%\n" * 10**5)
     unparsable = "p1_position = (\np1_jacobian = (\np1_determinant = (\n" + "+".join(["[a]"] * 7000)
-    hand_in(assignment, "s1.ipynb", notebook(assignment, "s1", [text(f"{unparsable}{k}") for k in range(9)]))
-    hand_in(assignment, "s2.ipynb", right(assignment, "s2"))
+    submit(assignment, "s1.ipynb", write_notebook(assignment, "s1", [text_cell(f"{unparsable}{k}") for k in range(9)]))
+    submit(assignment, "s2.ipynb", make_correct_notebook(assignment, "s2"))
     results, _ = grade(assignment)
     assert [find_work_status(results[name]) for name in ("s0", "s1", "s2")] == ["over limit", "over limit", "graded"]
     assert "cells" in (results["s0"].obstacle or "")
@@ -479,26 +490,26 @@ HELPER = "def angle(x):\n    return x + 0\n"
 
 
 def test_a_module_beside_a_notebook_is_imported_only_by_that_notebook(tmp_path: Path) -> None:
-    assignment = a_class(tmp_path / "hw", [Student(f"s{k}") for k in range(4)])
+    assignment = make_class(tmp_path / "hw", [Student(f"s{k}") for k in range(4)])
 
     def notebook_with_import(student: str) -> str:
-        return right(
+        return make_correct_notebook(
             assignment,
             student,
-            lambda cells: cells.insert(2, code("from helper import angle\nangle(theta1)")),
+            lambda cells: cells.insert(2, code_cell("from helper import angle\nangle(theta1)")),
         )
 
-    hand_in(assignment, f"s0/{HW}", notebook_with_import("s0"))
-    hand_in(assignment, "s0/helper.py", HELPER)
-    hand_in(assignment, "s1.zip", make_zip((f"work/{HW}", notebook_with_import("s1")), ("work/helper.py", HELPER)))
-    hand_in(assignment, f"s2/{HW}", notebook_with_import("s2"))
-    hand_in(assignment, "s3.ipynb", notebook_with_import("s3"))
-    hand_in(assignment, "helper.py", HELPER)
+    submit(assignment, f"s0/{HW}", notebook_with_import("s0"))
+    submit(assignment, "s0/helper.py", HELPER)
+    submit(assignment, "s1.zip", make_zip((f"work/{HW}", notebook_with_import("s1")), ("work/helper.py", HELPER)))
+    submit(assignment, f"s2/{HW}", notebook_with_import("s2"))
+    submit(assignment, "s3.ipynb", notebook_with_import("s3"))
+    submit(assignment, "helper.py", HELPER)
     results, _ = grade(assignment)
     lacks_helper = ["No module named 'helper'" in " ".join(results[f"s{k}"].notes) for k in range(4)]
     assert lacks_helper == [False, False, True, True]
-    assert outcomes(results["s0"]) == outcomes(results["s1"]) == RIGHT
-    hand_in(assignment, "s0/helper.py", "raise ValueError('another one')")
+    assert list_outcomes(results["s0"]) == list_outcomes(results["s1"]) == ALL_CORRECT
+    submit(assignment, "s0/helper.py", "raise ValueError('another one')")
     assert "another one" in " ".join(grade(assignment)[0]["s0"].notes), "a changed module is a changed submission"
     folder = assignment.folder / "submitted" / "s0"
     assert "another one" in " ".join(check_notebook(folder / HW).notes)
@@ -510,11 +521,11 @@ def test_a_module_beside_a_notebook_is_imported_only_by_that_notebook(tmp_path: 
 
 def test_twenty_thousand_extra_cells_are_graded(tmp_path: Path) -> None:
     """Half of the cells are empty, half are text that looks like an answer."""
-    assignment = a_class(tmp_path / "hw", [Student("s1")])
-    cells = right_cells(assignment, "s1") + [code(""), text("p1_jacobian = 3")] * 10_000
-    hand_in(assignment, "s1.ipynb", notebook(assignment, "s1", cells))
+    assignment = make_class(tmp_path / "hw", [Student("s1")])
+    cells = make_correct_cells(assignment, "s1") + [code_cell(""), text_cell("p1_jacobian = 3")] * 10_000
+    submit(assignment, "s1.ipynb", write_notebook(assignment, "s1", cells))
     results, _ = grade(assignment, seconds=60)
-    assert outcomes(results["s1"]) == RIGHT
+    assert list_outcomes(results["s1"]) == ALL_CORRECT
 
 
 @pytest.mark.parametrize("count", [3, 4])

@@ -17,7 +17,7 @@ from qdot.grader.sandbox.sandbox import Limits
 from qdot.grader.submissions.submission import find_submissions
 from tests.platforms.pictures.album import Album, browser, opened
 from tests.support.command import run as qdot
-from tests.support.handing_in import code, notebook
+from tests.support.submitting import code_cell, write_notebook
 
 TOML = """title = "Velocity kinematics"
 key = "velocity"
@@ -51,14 +51,14 @@ def _feedback(folder: Path) -> Path:
     assignment = load_assignment(folder)
     ((slot, problem),) = assignment.generate_problems("s001")
     names = list(problem.symbols)
-    cells = [code(f"from sympy import *\n{', '.join(names)} = symbols({' '.join(names)!r})")]
+    cells = [code_cell(f"from sympy import *\n{', '.join(names)} = symbols({' '.join(names)!r})")]
     for part in problem.parts:
         right = part.answer.write_code()
         wrong = right.replace("theta1 + theta2", "theta2") if part.name == "jacobian" else right
-        cells.append(code(f"{name_answer_variable(slot, part.name)} = {wrong}", f"{slot}.{part.name}"))
+        cells.append(code_cell(f"{name_answer_variable(slot, part.name)} = {wrong}", f"{slot}.{part.name}"))
     handed_in = folder / "submitted" / "s001" / "velocity.ipynb"
     handed_in.parent.mkdir(parents=True)
-    content = json.loads(notebook(assignment, "s001", cells))
+    content = json.loads(write_notebook(assignment, "s001", cells))
     content["metadata"]["qdot"]["assignment"] = "velocity"
     handed_in.write_text(json.dumps(content), encoding="utf-8")
     found = find_submissions(assignment, folder / "submitted").by_student

@@ -110,10 +110,10 @@ def _made(function: Any) -> Any:
 
 
 def _not_for_qdot(function: Any, name: str) -> Any:
-    def asked(*given: Any) -> Any:
+    def asked(*arguments: Any) -> Any:
         if sys._getframe(1).f_globals.get("__name__", "").split(".")[0] in ("exercises", "grader"):
             raise AttributeError(f"module 'os' has no attribute {name!r}")
-        return function(*given)
+        return function(*arguments)
 
     return asked
 

@@ -6,7 +6,6 @@ import pytest
 import sympy as sp
 from sympy.printing.pretty.pretty_symbology import line_width
 
-from qdot.exercises.answer_types import Matrix
 from qdot.exercises.formula.latex import parse_latex
 from qdot.exercises.formula.layout import Layout
 from qdot.exercises.formula.printers.maxima import maxima_text
@@ -14,6 +13,7 @@ from qdot.exercises.formula.printers.speech import speak
 from qdot.exercises.formula.printers.typst import typst_text
 from qdot.exercises.formula.printers.unicode import unicode_text
 from qdot.exercises.problem.problem import Problem
+from qdot.exercises.reference_answers import Matrix
 from qdot.exercises.writing.latex import lay_out
 
 A, B, C = sp.symbols("a b c", real=True)

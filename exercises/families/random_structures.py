@@ -26,13 +26,13 @@ from qdot.exercises.arm.vectors import rot_x, rot_z
 from qdot.exercises.common.errors import QdotError
 from qdot.exercises.common.stream import Stream
 from qdot.exercises.families import variations
-from qdot.exercises.families.base import Family
+from qdot.exercises.families.family import Family
 from qdot.exercises.families.structures import Structure, build_arm, group_clean_structures, is_clean
 from qdot.exercises.families.variations import ANGLES, RIGHT_ANGLES, SIGNED_LENGTHS
 from qdot.exercises.formula.parser import parse_formula
 from qdot.exercises.formula.program import Program, compile_program, evaluate
 from qdot.exercises.singularities.difficulty import HARDEST_BAND, describe_band, difficulty_band
-from qdot.exercises.singularities.singularity import singular_set
+from qdot.exercises.singularities.singular_set import singular_set
 
 Band = tuple[int, int]
 """The minimum and the maximum difficulty band of an arm."""

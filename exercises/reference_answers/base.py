@@ -1,7 +1,7 @@
 """The base class of all types of answers, and the base class of functions that depend on the type of an answer.
 
-Each type is one class, listed in `answer_types.TYPES`. Code outside this folder that does something else for each type
-is a subclass of `AnswerVisitor`.
+Each type is one class, listed in `reference_answers.TYPES`. Code outside this folder that does something else for each
+type is a subclass of `AnswerVisitor`.
 """
 
 from abc import ABC, abstractmethod
@@ -23,7 +23,7 @@ class AnswerVisitor(Generic[T]):
 
     A subclass defines some of these methods:
 
-    - `visit_expression`, `visit_matrix`, … : one for each name in `answer_types.TYPES`
+    - `visit_expression`, `visit_matrix`, … : one for each name in `reference_answers.TYPES`
     - `visit_formulas` for expressions and matrices, and `visit_letters` for all letters of options
     - `visit_any` for every answer
     """

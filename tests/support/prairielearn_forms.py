@@ -1,27 +1,36 @@
-"""Answers as a browser sends them to PrairieLearn: what its elements for options, matches and numbers take."""
+"""Answers as a browser submits them to PrairieLearn's elements for options, matching and numbers."""
 
 from typing import Any
 
-from qdot.exercises.answer_types import LETTERS, TRUE_FALSE, Answer, AnswerVisitor, Letters, Matching, Number, Selection
 from qdot.exercises.exports.prairielearn import list_input_names
 from qdot.exercises.problem.problem import Part
+from qdot.exercises.reference_answers import (
+    LETTERS,
+    TRUE_FALSE,
+    Answer,
+    AnswerVisitor,
+    Letters,
+    Matching,
+    Number,
+    Selection,
+)
 
 Data = dict[str, Any]
 
 
-def filled(part: Part, text: str, params: Data) -> Data:
-    """Return a form for an answer that would be typed as `text` elsewhere; letters stand for options."""
-    return _Filled(part, text, params).visit(part.answer)
+def fill_form(part: Part, text: str, params: Data) -> Data:
+    """Return the form data for an answer that is typed as `text` on other platforms; letters stand for options."""
+    return _FormFiller(part, text, params).visit(part.answer)
 
 
-def left_blank(part: Part) -> Data:
-    """Return what a browser sends for a part that is left alone: nothing for what was not ticked."""
+def leave_blank(part: Part) -> Data:
+    """Return the form data for an unanswered part: nothing for boxes that are not ticked."""
     if part.answer.offered_options and not part.answer.matched_items:
         return {}
     return dict.fromkeys(list_input_names(part), "-1" if part.answer.matched_items else "")
 
 
-class _Filled(AnswerVisitor[Data]):
+class _FormFiller(AnswerVisitor[Data]):
     def __init__(self, part: Part, text: str, params: Data) -> None:
         self.part, self.text, self.params = part, text, params
 

@@ -2,8 +2,8 @@
 
 from dataclasses import dataclass
 
-from qdot.exercises.answer_types.base import Answer, Json
 from qdot.exercises.formula.printers.python import FormulaToCode, python_text
+from qdot.exercises.reference_answers.base import Answer, Json
 
 LETTERS = "ABCDEFGH"
 """The letters that label the options, in order."""

@@ -1,4 +1,4 @@
-"""A server as GitHub and GitLab are to a grading job: repositories, and an API that says when each was pushed to."""
+"""A server that looks like GitHub or GitLab to a grading job: repositories, and an API that lists their pushes."""
 
 import json
 import threading
@@ -19,7 +19,7 @@ PAGE = 100
 
 @dataclass
 class Server:
-    """Repositories by their names, as in course/hw-ada; the pushes to each, and what was written into issues."""
+    """Repositories by name, as in course/hw-ada; the pushes to each, and the edits of issues."""
 
     folder: Path
     pushes: dict[str, list[tuple[str, str, str]]] = field(default_factory=dict)
@@ -30,7 +30,7 @@ class Server:
         return self.folder / f"{name}.git"
 
     def push(self, name: str, files: Mapping[str, str | bytes], moment: str, branch: str = "main") -> str:
-        """Have all of a repository's files replaced by these, as pushed at that moment; return the commit."""
+        """Replace all files of a repository by these in a push at `moment`; return the commit."""
         bare, work = self.bare(name), self.folder / "work" / name
         if not bare.exists():
             git("init", "--quiet", "--bare", bare)
@@ -49,7 +49,7 @@ class Server:
         return commit
 
     def variables(self, platform: str) -> dict[str, str]:
-        """Return what a job's environment says of the server."""
+        """Return the environment variables that describe the server to a job."""
         if platform == "github":
             return {
                 "GITHUB_SERVER_URL": f"file://{self.folder}", "GITHUB_API_URL": self.api,
@@ -61,27 +61,27 @@ class Server:
         }  # fmt: skip
 
     def answer(self, path: str, query: Mapping[str, list[str]]) -> list[Any] | None:
-        """Return a list of the API, the last first; None for what is not there."""
+        """Return a list of the API, newest first; None if it does not exist."""
         kind, *parts = path.strip("/").split("/")
         if kind == "repos" and parts[2:] == ["activity"]:
             branch = query["ref"][0].removeprefix("refs/heads/")
-            pushed = self.pushes.get("/".join(parts[:2]))
-            return pushed and [
+            pushes = self.pushes.get("/".join(parts[:2]))
+            return pushes and [
                 {"after": commit, "timestamp": moment, "ref": f"refs/heads/{on}", "activity_type": "push"}
-                for on, commit, moment in reversed(pushed)
+                for on, commit, moment in reversed(pushes)
                 if on == branch
             ]
         if kind == "projects" and parts[1:] == ["events"]:
-            pushed = self.pushes.get(unquote(parts[0]))
-            return pushed and [
+            pushes = self.pushes.get(unquote(parts[0]))
+            return pushes and [
                 {"created_at": moment, "push_data": {"ref": on, "ref_type": "branch", "commit_to": commit}}
-                for on, commit, moment in reversed(pushed)
+                for on, commit, moment in reversed(pushes)
             ]
         return None
 
 
 @contextmanager
-def serving(folder: Path) -> Iterator[Server]:
+def serve_repositories(folder: Path) -> Iterator[Server]:
     """Run a server while the block lasts."""
     server = Server(folder)
     web = ThreadingHTTPServer(("127.0.0.1", 0), lambda *about: _Api(server, *about))
@@ -95,32 +95,32 @@ def serving(folder: Path) -> Iterator[Server]:
 
 
 class _Api(BaseHTTPRequestHandler):
-    """Lists of pushes, page after page, for who has the token; edits of issues."""
+    """Serve lists of pushes in pages to clients with the token; record edits of issues."""
 
     def __init__(self, server: Server, *about: Any) -> None:
-        self.of = server
+        self.host = server
         super().__init__(*about)
 
     def do_GET(self) -> None:
-        asked = urlsplit(self.path)
-        query = parse_qs(asked.query)
-        found = self.of.answer(asked.path, query)
+        url = urlsplit(self.path)
+        query = parse_qs(url.query)
+        entries = self.host.answer(url.path, query)
         if self.headers["Authorization"] != f"Bearer {TOKEN}":
-            self._say(401)
-        elif found is None:
-            self._say(404)
+            self._respond(401)
+        elif entries is None:
+            self._respond(404)
         else:
             page = int(query.get("page", ["1"])[0])
-            here, rest = found[PAGE * (page - 1) : PAGE * page], found[PAGE * page :]
-            following = f"{self.of.api}{asked.path}?{asked.query.split('&page=')[0]}&page={page + 1}"
-            self._say(200, here, {"Link": f'<{following}>; rel="next"'} if rest else {})
+            here, rest = entries[PAGE * (page - 1) : PAGE * page], entries[PAGE * page :]
+            following = f"{self.host.api}{url.path}?{url.query.split('&page=')[0]}&page={page + 1}"
+            self._respond(200, here, {"Link": f'<{following}>; rel="next"'} if rest else {})
 
     def do_PATCH(self) -> None:
         content = json.loads(self.rfile.read(int(self.headers["Content-Length"])))
-        self.of.edits.append((self.path.strip("/"), {**content, "by": self.headers["Authorization"]}))
-        self._say(200, {})
+        self.host.edits.append((self.path.strip("/"), {**content, "by": self.headers["Authorization"]}))
+        self._respond(200, {})
 
-    def _say(self, code: int, content: Any = None, headers: Mapping[str, str] | None = None) -> None:
+    def _respond(self, code: int, content: Any = None, headers: Mapping[str, str] | None = None) -> None:
         self.send_response(code)
         for name, value in (headers or {}).items():
             self.send_header(name, value)

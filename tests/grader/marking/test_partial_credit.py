@@ -8,7 +8,6 @@ from pathlib import Path
 import pytest
 import sympy as sp
 
-from qdot.exercises.answer_types import ConditionSet, Expression
 from qdot.exercises.arm.chain import Chain
 from qdot.exercises.assignment.assignment import load_assignment
 from qdot.exercises.assignment.release import init_assignment
@@ -18,10 +17,11 @@ from qdot.exercises.formula.sympy_text import expression_text
 from qdot.exercises.generation import generate
 from qdot.exercises.problem.credit import CREDIT_RULES, Credit, parse_credit_policy
 from qdot.exercises.problem.problem import Part, Problem, ProblemId
+from qdot.exercises.reference_answers import ConditionSet, Expression
 from qdot.grader.judging.verdict import Judgement, Outcome
 from tests.support import ROOT
-from tests.support.judging import earned as share_earned
-from tests.support.problems import asked
+from tests.support.judging import judge_with_credit as share_earned
+from tests.support.problems import ask_question
 from tests.support.suites import few_families
 
 PLANAR, SCORBOT = make_planar_2r(), make_scorbot_arm()
@@ -41,7 +41,7 @@ def elbow() -> Problem:
 
 
 def earned(question: str, answer: str, credit: Credit | None = None, chain: Chain = PLANAR) -> Judgement:
-    problem = asked(question, chain)
+    problem = ask_question(question, chain)
     part = replace(problem.parts[0], credit=credit or Credit())
     return share_earned(problem, part, answer, "credit")
 
@@ -319,7 +319,7 @@ def test_the_examples_of_the_page_on_partial_credit_earn_what_it_says() -> None:
 
 
 def test_numbers_are_marked_as_a_vector() -> None:
-    problem = asked("joint-rates", PLANAR)
+    problem = ask_question("joint-rates", PLANAR)
     part = problem.parts[0]
     values = [float(value) for value in part.answer.as_matrix()]
     negated = [-v for v in values]

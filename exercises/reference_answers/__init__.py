@@ -8,10 +8,10 @@
     words           words, which a person marks
 """
 
-from qdot.exercises.answer_types.base import Answer, AnswerVisitor, Json
-from qdot.exercises.answer_types.formulas import ConditionSet, Direction, Expression, Matrix, Number
-from qdot.exercises.answer_types.options import LETTERS, TRUE_FALSE, Choice, Letters, Matching, Selection
-from qdot.exercises.answer_types.words import Words
+from qdot.exercises.reference_answers.base import Answer, AnswerVisitor, Json
+from qdot.exercises.reference_answers.formulas import ConditionSet, Direction, Expression, Matrix, Number
+from qdot.exercises.reference_answers.options import LETTERS, TRUE_FALSE, Choice, Letters, Matching, Selection
+from qdot.exercises.reference_answers.words import Words
 
 TYPES: dict[str, type[Answer]] = {
     answer_type.type: answer_type

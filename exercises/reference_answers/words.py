@@ -2,8 +2,8 @@
 
 from dataclasses import dataclass
 
-from qdot.exercises.answer_types.base import Answer
 from qdot.exercises.formula.printers.python import FormulaToCode, python_text
+from qdot.exercises.reference_answers.base import Answer
 
 
 @dataclass(frozen=True)

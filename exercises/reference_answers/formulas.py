@@ -7,11 +7,11 @@ from typing import Any
 
 import sympy as sp
 
-from qdot.exercises.answer_types.base import Answer, Json, T
 from qdot.exercises.formula.equality import Rounding
 from qdot.exercises.formula.printers.python import FormulaToCode, bracket_long_text, list_code, matrix_code, python_text
 from qdot.exercises.formula.sympy_text import expression_text, matrix_json, matrix_rows_as_text
-from qdot.exercises.singularities.singularity import Component
+from qdot.exercises.reference_answers.base import Answer, Json, T
+from qdot.exercises.singularities.singular_set import Component
 
 
 class _Formulas(Answer):

@@ -14,6 +14,7 @@ import numpy as np
 
 from qdot.exercises.assignment.assignment import Assignment
 from qdot.exercises.common.time_limit import OutOfTime
+from qdot.exercises.formula.trees import has_blank
 from qdot.exercises.problem.credit import MISTAKE_FACTOR
 from qdot.exercises.problem.problem import Part, Problem
 from qdot.exercises.short_questions import question_of
@@ -21,13 +22,13 @@ from qdot.grader.diagnosis.advice import advise
 from qdot.grader.diagnosis.diagnosis import Cause, diagnose
 from qdot.grader.diagnosis.groups import find_group
 from qdot.grader.diagnosis.term_overlap import has_enough_terms
-from qdot.grader.grading.follow_through import FollowThrough, IsCopied, find_follow_through, never_copied
-from qdot.grader.grading.partial_credit import AnswerToCredit, give_partial_credit
-from qdot.grader.judging.answer import ParsedAnswer
-from qdot.grader.judging.answer_parser import read_answer
+from qdot.grader.judging.answer_parser import ParsedAnswer
+from qdot.grader.judging.expected_form import read_answer
 from qdot.grader.judging.functions import FUNCTION_TEXT, is_function_table
 from qdot.grader.judging.judge import judge_parsed
 from qdot.grader.judging.verdict import Diagnosis, Judgement, Outcome, Verdict, missing_judgement
+from qdot.grader.marking.follow_through import FollowThrough, IsCopied, find_follow_through, never_copied
+from qdot.grader.marking.partial_credit import AnswerToCredit, give_partial_credit
 from qdot.grader.sandbox.clock import Budget, TimeBudgets
 
 DEFAULT_CREDIT = Fraction(4, 5)
@@ -106,7 +107,8 @@ class _ProblemMarking:
     """The state of marking one problem part by part: the parsed answers, judgements and mistakes so far.
 
     `seeds` maps each part to the seed of the configurations at which its answer is compared. `attempt_parts` lists the
-    parts whose answers are real attempts at this arm. `undecided_parts` lists the parts for which there was no time to
+    parts whose answers are real attempts at this arm. `differences` maps each part to the reason why its answer differs
+    from the reference, without any partial credit. `undecided_parts` lists the parts for which there was no time to
     find this out.
     """
 
@@ -117,6 +119,7 @@ class _ProblemMarking:
     allowance: TimeBudgets
     parsed_answers: dict[str, ParsedAnswer] = field(default_factory=dict)
     judgements: dict[str, Judgement] = field(default_factory=dict)
+    differences: dict[str, str] = field(default_factory=dict)
     causes: list[Cause] = field(default_factory=list)
     attempt_parts: list[str] = field(default_factory=list)
     undecided_parts: list[str] = field(default_factory=list)
@@ -128,12 +131,26 @@ class _ProblemMarking:
             with self.allowance.judging.spend():
                 parsed_answer = self.parsed_answers[part.name] = read_answer(self.problem, part, text, points_seed)
                 judgement = judge_parsed(self.problem, part, parsed_answer, seed)
+                self.differences[part.name] = judgement.reason
                 answer = AnswerToCredit(self.problem, part, parsed_answer, seed)
-                return give_partial_credit(answer, judgement, self.rules.is_copied)
+                return self._name_blank_parts(part, give_partial_credit(answer, judgement, self.rules.is_copied))
         except OutOfTime:
             return _make_overtime_judgement(self.allowance.judging)
         except Exception as error:  # no error in qdot may become a mark
             return _make_failure_judgement(error)
+
+    def _name_blank_parts(self, part: Part, judgement: Judgement) -> Judgement:
+        """Return the judgement, with the earlier parts to fill in first if a formula of the answer contains a blank."""
+        if judgement.outcome not in WRONG_OR_PARTIAL or not _has_blank_in_formula(self.parsed_answers[part.name]):
+            return judgement
+        trees = {name: parsed.tree for name, parsed in self.parsed_answers.items() if name in self.judgements}
+        is_missing = {name: self.judgements[name].outcome is Outcome.MISSING for name in trees}
+        blank_parts = [repr(name) for name, tree in trees.items() if is_missing[name] or (tree and has_blank(tree))]
+        if not blank_parts:
+            return judgement
+        names = " and ".join(filter(None, [", ".join(blank_parts[:-1]), blank_parts[-1]]))
+        advice = f"your answer contains a blank from an earlier part. Fill in {names} first, then redo this part."
+        return replace(judgement, reason=f"{advice} {_capitalize(judgement.reason)}")
 
     def make_verdict(self, part: Part, text: str | None) -> Verdict:
         """Return the verdict on a part. Call this in the order of the parts, after all of them are judged."""
@@ -145,7 +162,8 @@ class _ProblemMarking:
         if judgement.outcome in WRONG_OR_PARTIAL:
             diagnosis, group, attempt = self._explain(part, follow_through)
             verdict = replace(verdict, diagnosis=diagnosis, group=group, attempt=attempt)
-            return _apply_follow_through(verdict, part, follow_through, self.rules.credit)
+            difference = self.differences.get(part.name, judgement.reason)
+            return _apply_follow_through(verdict, part, follow_through, self.rules.credit, difference)
         is_attempt = judgement.outcome is Outcome.CORRECT and not part.answer.offered_options
         return replace(verdict, attempt=True if is_attempt else None)
 
@@ -208,8 +226,24 @@ def _is_half_right(judgement: Judgement) -> bool:
     return judgement.share >= MISTAKE_FACTOR if judgement.entries is not None else judgement.share > MISTAKE_FACTOR
 
 
-def _apply_follow_through(verdict: Verdict, part: Part, followed: FollowThrough | None, credit: Fraction) -> Verdict:
-    """Return the verdict on a wrong answer, with the points for follow-through if these are more."""
+def _has_blank_in_formula(parsed: ParsedAnswer) -> bool:
+    """Return whether an entry of an answer contains a blank but also something else, so that it was calculated."""
+    if parsed.rows is not None:
+        return any(has_blank(entry) and entry.kind != "blank" for row in parsed.rows for entry in row)
+    return parsed.tree is not None and has_blank(parsed.tree)
+
+
+def _capitalize(reason: str) -> str:
+    return reason[:1].upper() + reason[1:]
+
+
+def _apply_follow_through(
+    verdict: Verdict, part: Part, followed: FollowThrough | None, credit: Fraction, difference: str
+) -> Verdict:
+    """Return the verdict on a wrong answer, with the points for follow-through if these are more.
+
+    `difference` is the reason why the answer differs from the reference.
+    """
     if followed is None:
         return verdict
     judgement = verdict.judgement
@@ -221,17 +255,20 @@ def _apply_follow_through(verdict: Verdict, part: Part, followed: FollowThrough 
         )
         return replace(verdict, judgement=replace(judgement, reason=reason)) if follows_completely else verdict
     followed_points = share_of_points(part.points, followed.judgement.share, credit)
+    source = f"from your wrong answer to {followed.earlier_part!r}"
+    next_step = "Correct that answer first, then redo this part."
     if followed_points <= (verdict.points or 0.0):
-        return verdict
-    earned = f"{'it' if follows_completely else 'what follows'} earns {float(credit):.0%}"
+        reason = f"this follows {source}. {next_step} {_capitalize(judgement.reason)}"
+        return replace(verdict, judgement=replace(judgement, reason=reason)) if follows_completely else verdict
+    earned = f"{'it' if follows_completely else 'what follows'} earns {float(credit):.0%} of the points"
+    difference = _capitalize(f"your answer {difference}" if difference.startswith("differs") else difference)
     reason = (
-        f"this follows{'' if follows_completely else ' in part'} from your wrong answer to {followed.earlier_part!r}, "
-        f"so {earned} of the points. Correct that answer first, then redo this part. Compared with the solution: "
-        f"{judgement.reason}"
+        f"this follows{'' if follows_completely else ' in part'} {source}, so {earned}. {next_step} "
+        f"Compared with the solution: {difference}"
     )
     judgement = replace(judgement, outcome=Outcome.PARTIAL, reason=reason)
-    source, follows = followed.earlier_part, _find_entry_flags(part, followed)
-    return replace(verdict, judgement=judgement, points=followed_points, followed_from=source, follows=follows)
+    earlier_part, follows = followed.earlier_part, _find_entry_flags(part, followed)
+    return replace(verdict, judgement=judgement, points=followed_points, followed_from=earlier_part, follows=follows)
 
 
 def _find_entry_flags(part: Part, followed: FollowThrough) -> tuple[tuple[bool, ...], ...] | None:

@@ -7,7 +7,6 @@ import numpy as np
 import pytest
 import sympy as sp
 
-from qdot.exercises.answer_types import Expression
 from qdot.exercises.arm.chain import Chain
 from qdot.exercises.arm.derivation_graph import StageResults, compute_symbolic_stages, to_sympy_matrix
 from qdot.exercises.chapter import make_planar_2r, make_scorbot_arm
@@ -19,12 +18,12 @@ from qdot.exercises.mistakes.configurations import sample_configurations
 from qdot.exercises.problem.problem import Part, Problem, ProblemId
 from qdot.exercises.questions import QUESTIONS
 from qdot.exercises.questions.results import compute_answer, is_derived
-from qdot.grader.grading.marking import MarkingRules, mark, share_of_points, sum_points
+from qdot.exercises.reference_answers import Expression
 from qdot.grader.judging.verdict import Outcome, Verdict
+from qdot.grader.marking.marking import MarkingRules, mark, share_of_points, sum_points
 from tests.support.judging import list_earlier_parts
-from tests.support.suites import few_families, few_of, several
-
-Draw = Callable[[str, int], Problem]
+from tests.support.problems import get_problem
+from tests.support.suites import few_families, sample_for_suite, select_for_suite
 
 PLANAR, SCORBOT = make_planar_2r(), make_scorbot_arm()
 ASKED = ("position", "jacobian", "determinant", "inverse-jacobian", "inverse-velocity", "singular-angles")
@@ -134,7 +133,7 @@ GAMES = {
 }  # fmt: skip
 
 
-@pytest.mark.parametrize("game", few_of(GAMES, 5))
+@pytest.mark.parametrize("game", sample_for_suite(GAMES, 5))
 def test_nothing_is_earned_by_making_a_later_part_easier(game: str) -> None:
     names = tuple(name for name in ASKED if game != "copied" or name in GAMES["copied"])
     problem = problem_of(PLANAR, names)
@@ -168,8 +167,8 @@ def invented(problem: Problem) -> dict[str, str]:
 
 @few_families
 @pytest.mark.whole
-def test_nothing_follows_from_what_never_looked_at_the_arm(family: str, drawn: Draw) -> None:
-    problem = drawn(family, 0)
+def test_nothing_follows_from_what_never_looked_at_the_arm(family: str) -> None:
+    problem = get_problem(family, 0)
     names = [part.name for part in problem.parts]
     is_point = set(problem.chain.task) <= {"vx", "vy", "vz"}
     if problem.chain.n > 3 or not is_point or not {"position", "jacobian"} <= set(names):
@@ -259,16 +258,16 @@ EARLY = ("relative-angle", "sine-for-cosine", "link-subtracted", "chain-rule", "
 
 
 @few_families
-def test_what_follows_from_a_mistake_is_followed_on_every_family(family: str, drawn: Draw) -> None:
+def test_what_follows_from_a_mistake_is_followed_on_every_family(family: str) -> None:
     """All answers of one derivation with one mistake: each answer is right, follows, or builds on what is easy."""
-    problem = drawn(family, 0)
+    problem = get_problem(family, 0)
     later = [part for part in problem.parts if any(list_earlier_parts(part)) and is_derived(part) and _is_formula(part)]
     if problem.chain.n > 3 or not later:
         return
     w = compute_symbolic_stages(problem.chain)
     tried = followed = 0
     for mistake in EARLY:
-        for wrong in list(apply_mistake(CATALOGUE[mistake], w, later[0]))[: several(1, 2)]:
+        for wrong in list(apply_mistake(CATALOGUE[mistake], w, later[0]))[: select_for_suite(1, 2)]:
             parts = [part for part in problem.parts if is_derived(part) and _is_formula(part)]
             texts = {part.name: written(part, wrong.stages) for part in parts}
             if any(len(text) > 4000 or "zoo" in text or "nan" in text for text in texts.values()):
@@ -311,7 +310,7 @@ OWN: dict[str, Callable[[np.ndarray, np.ndarray], np.ndarray]] = {
 @pytest.mark.parametrize(
     ("name", "family"),
     [
-        *((name, "planar-3r" if name == "least-norm-rates" else "planar-2r") for name in few_of(OWN, 3)),
+        *((name, "planar-3r" if name == "least-norm-rates" else "planar-2r") for name in sample_for_suite(OWN, 3)),
         pytest.param("joint-rates", "stanford-6r", marks=pytest.mark.whole),
     ],
 )

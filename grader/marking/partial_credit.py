@@ -16,7 +16,6 @@ from operator import and_
 import numpy as np
 import sympy as sp
 
-from qdot.exercises.answer_types import Number
 from qdot.exercises.common.errors import count_noun
 from qdot.exercises.common.stream import Stream
 from qdot.exercises.formula.algebra import split_factors
@@ -35,10 +34,11 @@ from qdot.exercises.problem.credit import (
 )
 from qdot.exercises.problem.problem import Part, Problem
 from qdot.exercises.questions.results import find_determinant_in_denominator, is_product
+from qdot.exercises.reference_answers import Number
 from qdot.grader.diagnosis.diagnosis import is_one_mistake
-from qdot.grader.grading.follow_through import IsCopied, never_copied
-from qdot.grader.judging.answer import FunctionValues, ParsedAnswer
+from qdot.grader.judging.answer_parser import FunctionValues, ParsedAnswer
 from qdot.grader.judging.verdict import Judgement, Outcome
+from qdot.grader.marking.follow_through import IsCopied, never_copied
 
 SAMPLE_COUNT = 6
 """Number of random configurations at which answers are evaluated."""
@@ -108,9 +108,10 @@ def give_partial_credit(answer: AnswerToCredit, judgement: Judgement, is_copied:
         credit = _credit_one_mistake(answer, is_copied) or credit
     if credit is not None and credit[0] > share:
         share = credit[0]
-        detail = re.sub(r"^\d+ of \d+ [a-z ]+ are right; ", "", reason)
-        reason = f"{credit[1]}, so you earn {share * rules.factor} of the points; {detail}"
-        judgement = replace(judgement, reason=reason)
+        detail = re.sub(r"^\d+ of \d+ [a-z ]+ (is|are) right[^;]*; ", "", reason)
+        earned = share * rules.factor
+        words = f"{credit[1]}, so you earn {'half' if earned == Fraction(1, 2) else earned} of the points"
+        judgement = replace(judgement, reason=f"{words}; {detail}")
     return _with_share(judgement, share * rules.factor)
 
 

@@ -1,6 +1,6 @@
-"""GitHub's runner and GitLab's, as far as our action, our components and the workflows that use them need them.
+"""Runners of GitHub and GitLab, as far as our action, our components and their example workflows need them.
 
-Whatever else a workflow holds is refused here, so that nothing is passed over that would be done there.
+They refuse everything else in a workflow, so that nothing is skipped that a real runner would do.
 """
 
 import re
@@ -14,42 +14,42 @@ from ruamel.yaml import YAML
 
 from tests.support.ci import Machine, read_yaml
 
-GIVEN = ("actions/checkout", "actions/setup-python", "actions/setup-node")
-"""Actions whose work is done before a job begins here: its folder is a clone, the machine has a Python."""
+PRE_DONE_ACTIONS = ("actions/checkout", "actions/setup-python", "actions/setup-node")
+"""Actions that have nothing to do here: the job's folder is a clone, and the machine has a Python."""
 
 
-def filled(text: object, known: Mapping[str, str]) -> str:
-    """Return a value of a workflow, its expressions filled in: nothing for a secret or output that is not there."""
+def fill_expressions(text: object, known: Mapping[str, str]) -> str:
+    """Return a value of a workflow with its expressions filled in; missing secrets and outputs are empty."""
 
-    def looked_up(found: re.Match[str]) -> str:
-        name = found[1].strip()
+    def look_up(match: re.Match[str]) -> str:
+        name = match[1].strip()
         return known.get(name, "") if name.startswith(("secrets.", "steps.")) else known[name]
 
     if isinstance(text, bool):
         return str(text).lower()
-    return re.sub(r"\$\{\{(.*?)\}\}", looked_up, str(text))
+    return re.sub(r"\$\{\{(.*?)\}\}", look_up, str(text))
 
 
 @dataclass
 class Runner:
-    """A job of GitHub's on a machine: steps in their order, actions made of steps, outputs, what is kept."""
+    """A GitHub job on a machine: steps in order, composite actions, outputs, uploaded artifacts."""
 
     machine: Machine
     clone: Path
     place: Path
     actions: Mapping[str, Path]
-    """Folders of actions by the name that workflows call them; the commit is whatever lies there."""
+    """The folders of actions by their names in workflows; the commit is ignored."""
     known: dict[str, str] = field(default_factory=dict)
     variables: Mapping[str, str] = field(default_factory=dict)
-    said: list[str] = field(default_factory=list)
+    output: list[str] = field(default_factory=list)
 
     def job(self, workflow: Path) -> bool:
-        """Run the only job of a workflow; tell whether it succeeded."""
+        """Run the only job of a workflow; return whether it succeeded."""
         (job,) = read_yaml(workflow)["jobs"].values()
         return self._steps(job["steps"], self.known, None)
 
     def _steps(self, steps: list[dict[str, Any]], known: dict[str, str], action: Path | None) -> bool:
-        """Run steps, also those after one that failed whose condition has it so."""
+        """Run steps; after a failure, only those whose condition allows it."""
         succeeded = True
         for step in steps:
             condition = re.sub(r"[${} ]", "", step.get("if", "success()"))
@@ -58,27 +58,29 @@ class Runner:
         return succeeded
 
     def _step(self, step: dict[str, Any], known: dict[str, str], action: Path | None) -> bool:
-        given = {name: filled(value, known) for name, value in step.get("with", {}).items()}
+        inputs = {name: fill_expressions(value, known) for name, value in step.get("with", {}).items()}
         if "run" in step:
             return self._command(step, known, action)
         name = step["uses"].partition("@")[0]
-        if name in GIVEN:
+        if name in PRE_DONE_ACTIONS:
             return True
         if name == "actions/upload-artifact":
-            if (self.clone / given["path"]).exists():  # else it warns
-                shutil.copytree(self.clone / given["path"], self.place / "kept" / given["name"])
-            elif given.get("if-no-files-found") == "error":
+            if (self.clone / inputs["path"]).exists():  # else it warns
+                shutil.copytree(self.clone / inputs["path"], self.place / "kept" / inputs["name"])
+            elif inputs.get("if-no-files-found") == "error":
                 return False
             return True
-        return self._action(self.actions[name], given, step.get("id"))
+        return self._action(self.actions[name], inputs, step.get("id"))
 
-    def _action(self, folder: Path, given: dict[str, str], name: str | None) -> bool:
+    def _action(self, folder: Path, given_inputs: dict[str, str], name: str | None) -> bool:
         about = read_yaml(folder / "action.yml")
-        assert given.keys() <= about["inputs"].keys() and about["runs"]["using"] == "composite"
-        inputs = {f"inputs.{key}": given.get(key, each.get("default", "")) for key, each in about["inputs"].items()}
+        assert given_inputs.keys() <= about["inputs"].keys() and about["runs"]["using"] == "composite"
+        inputs = {
+            f"inputs.{key}": given_inputs.get(key, each.get("default", "")) for key, each in about["inputs"].items()
+        }
         succeeded = self._steps(about["runs"]["steps"], inputs, folder)
         for output, each in about.get("outputs", {}).items():
-            self.known[f"steps.{name}.outputs.{output}"] = filled(each["value"], inputs)
+            self.known[f"steps.{name}.outputs.{output}"] = fill_expressions(each["value"], inputs)
         return succeeded
 
     def _command(self, step: dict[str, Any], known: dict[str, str], action: Path | None) -> bool:
@@ -87,32 +89,32 @@ class Runner:
         temporary.mkdir(exist_ok=True)
         output.write_text("")
         variables = {
-            **self.variables, **{key: filled(value, known) for key, value in step.get("env", {}).items()},
+            **self.variables, **{key: fill_expressions(value, known) for key, value in step.get("env", {}).items()},
             "GITHUB_OUTPUT": str(output), "GITHUB_STEP_SUMMARY": str(self.place / "summary.md"),
             "RUNNER_TEMP": str(temporary), **({"GITHUB_ACTION_PATH": str(action)} if action else {}),
         }  # fmt: skip
         done = self.machine.run(step["run"], self.clone, **variables)
-        self.said += [done.stdout, done.stderr]
+        self.output += [done.stdout, done.stderr]
         for line in output.read_text().splitlines():
             key, _, value = line.partition("=")
             known[f"steps.{step['id']}.outputs.{key}"] = value
         return done.returncode == 0
 
 
-def component(path: Path, given: Mapping[str, object]) -> dict[str, Any]:
-    """Return what GitLab makes of a component: its jobs, with inputs filled in."""
+def expand_component(path: Path, given_inputs: Mapping[str, object]) -> dict[str, Any]:
+    """Return the jobs of a GitLab component, with its inputs filled in as GitLab does."""
     header, body = path.read_text(encoding="utf-8").split("\n---\n")
     inputs = YAML(typ="safe").load(header)["spec"]["inputs"]
-    assert given.keys() <= inputs.keys(), "GitLab refuses inputs that a component does not have"
-    values = {name: given[name] if name in given else about["default"] for name, about in inputs.items()}
+    assert given_inputs.keys() <= inputs.keys(), "GitLab refuses inputs that a component does not have"
+    values = {name: given_inputs[name] if name in given_inputs else about["default"] for name, about in inputs.items()}
     for name, about in inputs.items():
         assert isinstance(values[name], bool if about.get("type") == "boolean" else str)
-    text = re.sub(r"\$\[\[ inputs\.([\w-]+) \]\]", lambda found: filled(values[found[1]], {}), body)
+    text = re.sub(r"\$\[\[ inputs\.([\w-]+) \]\]", lambda match: fill_expressions(values[match[1]], {}), body)
     assert "$[[" not in text
     jobs: dict[str, Any] = YAML(typ="safe").load(text)
     return jobs
 
 
-def script_of(job: Mapping[str, Any]) -> str:
-    """Return the lines of a job of GitLab's as they are given to one shell, which stops at the first failure."""
+def join_script(job: Mapping[str, Any]) -> str:
+    """Return the commands of a GitLab job as one script for a shell that stops at the first failure."""
     return "\n".join(job["script"])

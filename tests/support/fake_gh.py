@@ -1,5 +1,5 @@
 #!/usr/bin/env python3
-"""Stands for GitHub's command line on PATH: keeps what it is told in $GH_STATE, with real repositories to push to."""
+"""A replacement for GitHub's command line on PATH: records calls in $GH_STATE, with real repositories to push to."""
 
 import json
 import os
@@ -9,15 +9,15 @@ from pathlib import Path
 from typing import Any
 
 STATE = Path(os.environ.get("GH_STATE", "nowhere"))
-GIVEN = sys.argv[1:]
+ARGUMENTS = sys.argv[1:]
 
 
 def option(name: str) -> str:
-    return GIVEN[GIVEN.index(name) + 1]
+    return ARGUMENTS[ARGUMENTS.index(name) + 1]
 
 
-def fail(said: str) -> int:
-    sys.stderr.write(f"{said}\n")
+def fail(message: str) -> int:
+    sys.stderr.write(f"{message}\n")
     return 1
 
 
@@ -26,15 +26,15 @@ def bare(name: str) -> Path:
 
 
 def api(known: dict[str, Any]) -> int:
-    if GIVEN[1] == "--include":
+    if ARGUMENTS[1] == "--include":
         print(f"HTTP/2.0 200 OK\r\nX-Oauth-Scopes: {known['scopes']}\r\n\r\n{{}}")
         return 0
-    path = next(word for word in GIVEN[1:] if word.startswith("repos/"))
+    path = next(word for word in ARGUMENTS[1:] if word.startswith("repos/"))
     if "/collaborators/" in path and path.rpartition("/")[2] not in known["logins"]:
         return fail("gh: Not Found (HTTP 404)")
     if "/issues" in path:
         opened = STATE / "issue"
-        if "--method" in GIVEN:
+        if "--method" in ARGUMENTS:
             opened.write_text("1")
         print(opened.read_text() if opened.exists() else "")
     return 0
@@ -42,27 +42,27 @@ def api(known: dict[str, Any]) -> int:
 
 def main() -> int:
     known = json.loads((STATE / "known.json").read_text())
-    text = sys.stdin.read() if GIVEN[:2] == ["secret", "set"] else ""
+    text = sys.stdin.read() if ARGUMENTS[:2] == ["secret", "set"] else ""
     with (STATE / "calls.jsonl").open("a") as calls:
-        calls.write(json.dumps({"call": GIVEN, "stdin": text}) + "\n")
-    match GIVEN[:2]:
+        calls.write(json.dumps({"call": ARGUMENTS, "stdin": text}) + "\n")
+    match ARGUMENTS[:2]:
         case ["auth", "status"]:
             return 0 if known["logged_in"] else fail("You are not logged into any GitHub hosts.")
         case ["auth", "git-credential"]:
             return 0
         case ["repo", "view"]:
-            if not bare(GIVEN[2]).exists():
-                return fail(f"GraphQL: Could not resolve to a Repository with the name '{GIVEN[2]}'. (repository)")
-            print(f"file://{STATE}/repositories/{GIVEN[2]}")
+            if not bare(ARGUMENTS[2]).exists():
+                return fail(f"GraphQL: Could not resolve to a Repository with the name '{ARGUMENTS[2]}'. (repository)")
+            print(f"file://{STATE}/repositories/{ARGUMENTS[2]}")
         case ["repo", "create"]:
-            subprocess.run(["git", "init", "--quiet", "--bare", bare(GIVEN[2])], check=True)
+            subprocess.run(["git", "init", "--quiet", "--bare", bare(ARGUMENTS[2])], check=True)
         case ["api", _]:
             return api(known)
         case ["secret", "set"]:
             if not bare(option("--repo")).exists():
                 return fail("HTTP 404: Not Found")
         case _:
-            return fail(f"unknown command {GIVEN}")
+            return fail(f"unknown command {ARGUMENTS}")
     return 0
 
 

@@ -24,7 +24,6 @@ from functools import cached_property
 
 import numpy as np
 
-from qdot.exercises.answer_types import Direction, Number
 from qdot.exercises.arm.arithmetic import TreeArithmetic, determinant
 from qdot.exercises.arm.derivation_graph import Change, StageResults, compute_numeric_stages, compute_tree_stages
 from qdot.exercises.common.stream import Stream
@@ -36,8 +35,9 @@ from qdot.exercises.formula.trees import ZERO, Node, ParseError, count_nodes, fi
 from qdot.exercises.mistakes.configurations import sample_configurations, sample_values
 from qdot.exercises.problem.problem import Part, Problem
 from qdot.exercises.questions import QUESTIONS, find_question
+from qdot.exercises.reference_answers import Direction, Number
 from qdot.exercises.short_questions import question_of
-from qdot.grader.judging.answer import ParsedAnswer
+from qdot.grader.judging.answer_parser import ParsedAnswer
 from qdot.grader.judging.formulas import judge_direction, judge_expression, judge_matrix, judge_numbers, judge_singular
 from qdot.grader.judging.verdict import Judgement
 

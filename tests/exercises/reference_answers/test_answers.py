@@ -5,14 +5,14 @@ from typing import Any
 import pytest
 import sympy as sp
 
-from qdot.exercises.answer_types import TYPES, AnswerVisitor, Choice, Expression, Number
 from qdot.exercises.formula.parser import parse_formula
 from qdot.exercises.generation import generate
 from qdot.exercises.problem.problem import Part, Problem, ProblemId
 from qdot.exercises.questions.custom.definition import Definition, Texts
+from qdot.exercises.reference_answers import TYPES, AnswerVisitor, Choice, Expression, Number
 from qdot.grader.judging.judge import judge
 from qdot.grader.judging.verdict import Outcome
-from tests.support.problems import drawn
+from tests.support.problems import get_problem
 
 FORMS = tuple(f"visit_{name}" for name in TYPES)
 
@@ -37,7 +37,7 @@ class OfLettersOnly(AnswerVisitor[str]):
 def parts() -> dict[str, tuple[Problem, Part]]:
     """Return a part of each type."""
     problems = [
-        drawn("planar-2r", 0), generate(ProblemId("planar-3r", 1, ("match-columns",))),
+        get_problem("planar-2r", 0), generate(ProblemId("planar-3r", 1, ("match-columns",))),
         generate(ProblemId("planar-2r", 1, ("singular-configurations",))),
         generate(ProblemId("planar-2r", 1, ("lost-direction",))),
         generate("planar-2r/1", ["why"], definitions=[Definition("why", "text", (("en", Texts("Why", "Why?")),))]),

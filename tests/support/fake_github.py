@@ -1,7 +1,7 @@
-"""GitHub's API on a socket of this machine, for the real gh: what it makes, sets and invites is kept.
+"""GitHub's API on a local socket for the real gh: it stores what gh creates, sets and invites.
 
-gh speaks to the host github.localhost over plain HTTP, and sends all of it to the socket that its configuration names.
-Repositories are real ones of git.
+gh talks to the host github.localhost over plain HTTP through the socket in its configuration. Repositories are real
+Git repositories.
 """
 
 import base64
@@ -24,9 +24,9 @@ NOT_FOUND: Answer = (404, {"message": "Not Found"})
 
 @dataclass
 class GitHub:
-    """An organisation with members who are known by their logins; `scopes` is what gh was logged in with.
+    """An organisation and the logins that exist; `scopes` are those of gh's token.
 
-    `sealed` are the names of the secrets of each repository; no test can open what gh has sealed.
+    `sealed` holds the names of each repository's secrets; no test can open what gh has sealed.
     """
 
     folder: Path
@@ -42,7 +42,7 @@ class GitHub:
 
     @property
     def environment(self) -> dict[str, str]:
-        """What tells gh of this server."""
+        """The environment variables that point gh to this server."""
         return {
             "GH_CONFIG_DIR": str(self.folder / "config"), "GH_HOST": "github.localhost", "GH_TOKEN": "of-the-staff",
             "GH_NO_UPDATE_NOTIFIER": "1", "GH_PROMPT_DISABLED": "1",
@@ -52,16 +52,16 @@ class GitHub:
         return self.folder / "repositories" / f"{name}.git"
 
     def answer(self, method: str, path: str, sent: Mapping[str, Any]) -> Answer:
-        """Answer a request as GitHub documents it, and keep what it changed."""
+        """Answer a request as GitHub documents it, and record what it changes."""
         if path == "/graphql":
             return 200, self._graphql(str(sent["query"]), sent["variables"] if sent.get("variables") else {})
         if method != "GET":
             self.changes.append(f"{method} {path}")
         for pattern, does in self._routes.items():
-            found = re.fullmatch(pattern, f"{method} {path}")
-            if found is not None:
-                known = not found[1].count("/") or self.bare(found[1]).exists()
-                return does(sent, *found.groups()) if known else NOT_FOUND
+            match = re.fullmatch(pattern, f"{method} {path}")
+            if match is not None:
+                known = not match[1].count("/") or self.bare(match[1]).exists()
+                return does(sent, *match.groups()) if known else NOT_FOUND
         return (200, {}) if path == "/" else NOT_FOUND
 
     @property
@@ -78,9 +78,9 @@ class GitHub:
             rf"POST {repository}/issues": self._open,
         }
 
-    def _graphql(self, query: str, given: Mapping[str, Any]) -> Any:
+    def _graphql(self, query: str, arguments: Mapping[str, Any]) -> Any:
         if "createRepository(" in query:
-            wanted = given["input"]
+            wanted = arguments["input"]
             name = f"{self.organisation}/{wanted['name']}"
             self.changes.append(f"create {name}")
             git("init", "--quiet", "--bare", self.bare(name))
@@ -89,18 +89,18 @@ class GitHub:
             return {"data": {"createRepository": {"repository": self._shown(name)}}}
         if "viewer{" in query:
             return {"data": {"viewer": {"login": "staff"}}}
-        name = f"{given['owner']}/{given['name']}"
+        name = f"{arguments['owner']}/{arguments['name']}"
         if self.bare(name).exists():
             return {"data": {"repository": self._shown(name)}}
-        said = f"Could not resolve to a Repository with the name '{name}'."
+        message = f"Could not resolve to a Repository with the name '{name}'."
         return {
-            "data": {"repository": None}, "errors": [{"type": "NOT_FOUND", "path": ["repository"], "message": said}]
+            "data": {"repository": None}, "errors": [{"type": "NOT_FOUND", "path": ["repository"], "message": message}]
         }  # fmt: skip
 
     def _shown(self, name: str) -> Any:
-        owner, _, own = name.partition("/")
+        owner, _, short_name = name.partition("/")
         url = f"file://{self.folder}/repositories/{name}"
-        return {"id": "R", "name": own, "owner": {"login": owner}, "url": url}
+        return {"id": "R", "name": short_name, "owner": {"login": owner}, "url": url}
 
     def _owner(self, _: object, login: str) -> Answer:
         if login != self.organisation:
@@ -127,10 +127,10 @@ class GitHub:
         return 204, None
 
     def _new_variable(self, sent: Mapping[str, Any], name: str) -> Answer:
-        own = self.variables.setdefault(name, {})
-        if sent["name"] in own:
+        variables = self.variables.setdefault(name, {})
+        if sent["name"] in variables:
             return 409, {"message": "Already exists"}
-        own[sent["name"]] = sent["value"]
+        variables[sent["name"]] = sent["value"]
         return 201, {}
 
     def _opened(self, name: str) -> Any:
@@ -147,20 +147,20 @@ PUBLIC_KEY = base64.b64encode(bytes([9, *[0] * 31])).decode()
 
 @contextmanager
 def github(folder: Path, organisation: str, *logins: str) -> Iterator[GitHub]:
-    """Serve an organisation's repositories to gh. A socket's path has to be short: `folder` is near the root."""
+    """Serve an organisation's repositories to gh. A socket needs a short path, so `folder` must be near the root."""
     socket = folder / "socket"
     (folder / "config").mkdir(parents=True)
     (folder / "config" / "config.yml").write_text(f"http_unix_socket: {socket}\n")
-    own = GitHub(folder, organisation, logins)
+    organisation_server = GitHub(folder, organisation, logins)
 
     class Handler(BaseHTTPRequestHandler):
         def answer(self) -> None:
             sent = self.rfile.read(int(self.headers.get("Content-Length") or 0))
-            status, told = own.answer(self.command, self.path, json.loads(sent or b"{}"))
-            content = b"" if told is None else json.dumps(told).encode()
+            status, body = organisation_server.answer(self.command, self.path, json.loads(sent or b"{}"))
+            content = b"" if body is None else json.dumps(body).encode()
             self.send_response(status)
             self.send_header("Content-Type", "application/json; charset=utf-8")
-            self.send_header("X-Oauth-Scopes", own.scopes)
+            self.send_header("X-Oauth-Scopes", organisation_server.scopes)
             self.send_header("Content-Length", str(len(content)))
             self.end_headers()
             self.wfile.write(content)
@@ -179,6 +179,6 @@ def github(folder: Path, organisation: str, *logins: str) -> Iterator[GitHub]:
     with Server(str(socket), Handler) as server:
         threading.Thread(target=server.serve_forever, daemon=True).start()
         try:
-            yield own
+            yield organisation_server
         finally:
             server.shutdown()

@@ -1,0 +1,52 @@
+// Buttons, labelled menus and fields for words, as all pages have them.
+
+import type { ComponentChildren, JSX } from "preact";
+
+import { say, type TextKey } from "./text/text.js";
+
+interface ButtonProps {
+  readonly style?: string;
+  readonly text: string;
+  readonly disabled?: boolean;
+  readonly onClick: () => void;
+}
+
+export const Button = ({ style = "quiet", text, disabled = false, onClick }: ButtonProps): JSX.Element => (
+  <button type="button" class={style} disabled={disabled} onClick={onClick}>
+    {text}
+  </button>
+);
+
+/** An option of a menu: its value, its text, and the language of the text if it is not the page's. */
+export type Option = readonly [value: string | number, text: string, lang?: string];
+
+export const optionsOf = (all: readonly Option[]): JSX.Element[] =>
+  all.map(([value, text, lang]) => (
+    <option key={value} value={value} lang={lang}>
+      {text}
+    </option>
+  ));
+
+interface ChoiceProps {
+  readonly label: TextKey;
+  readonly value: string | number;
+  /** The text of a first option that chooses nothing. */
+  readonly any?: TextKey;
+  /** The other options. */
+  readonly children: ComponentChildren;
+  readonly onValue: (value: string) => void;
+}
+
+/** A menu with its label. */
+export const Choice = ({ label, value, any, children, onValue }: ChoiceProps): JSX.Element => (
+  <label>
+    {say(label)}{" "}
+    <select value={value} onChange={(event) => onValue(event.currentTarget.value)}>
+      {any ? <option value="">{say(any)}</option> : null}
+      {children}
+    </select>
+  </label>
+);
+
+/** Attributes of a field whose text a browser should not change, such as a formula or an address. */
+export const LITERAL = { spellcheck: false, autocomplete: "off", autocapitalize: "none" } as const;

@@ -1,0 +1,89 @@
+"""Problems that are generated once for all runs, cached on disk under a digest of the code that generates them.
+
+The cache is `.kept` at the top of the checkout, and may be removed at any time. A change of any module that
+`qdot.exercises.generation` imports, of Python or of SymPy regenerates all problems. QDOT_KEPT=0 turns the cache off.
+
+`python -m tests.support.problem_cache` generates on all cores what every run needs, a problem of each family in which
+everything varies, so that no test has to wait for it.
+"""
+
+import hashlib
+import os
+import pickle
+import shutil
+import sys
+from collections.abc import Sequence
+from functools import cache
+from multiprocessing import Pool
+from pathlib import Path
+
+import mpmath
+import numpy as np
+import sympy as sp
+
+from qdot.exercises.common.files import write_atomically
+from qdot.exercises.families import FAMILIES
+from qdot.exercises.generation import generate
+from qdot.exercises.problem.problem import Problem, ProblemId
+from tests.support import ROOT
+from tests.support.imports import list_reached_files
+
+CACHE = ROOT / ".kept"
+MAX_DIGESTS = 3
+"""How many digests stay in the cache: those of the latest runs."""
+
+
+@cache
+def get_cache_folder() -> Path | None:
+    """Return the cache folder for this version of the code; None if the cache is off."""
+    if os.environ.get("QDOT_KEPT") == "0":
+        return None
+    digest = hashlib.sha256(repr((sys.version, sp.__version__, np.__version__, mpmath.__version__)).encode())
+    data = [path for kind in ("txt", "json") for path in (ROOT / "exercises").rglob(f"*.{kind}")]
+    for path in sorted({*list_reached_files(["qdot.exercises.generation"]), *data}):
+        digest.update(path.read_bytes())
+    current = CACHE / digest.hexdigest()[:20]
+    current.mkdir(parents=True, exist_ok=True)
+    os.utime(current)
+    for old in sorted(CACHE.iterdir(), key=lambda path: path.stat().st_mtime)[:-MAX_DIGESTS]:
+        shutil.rmtree(old, ignore_errors=True)
+    return current
+
+
+def _path(identity: ProblemId) -> Path | None:
+    here = get_cache_folder()
+    return (
+        None
+        if here is None
+        else here
+        / f"{identity.family}-{identity.seed}-{identity.variation}{identity.convention}{identity.twist_order}.pickle"
+    )
+
+
+def load_problem(identity: ProblemId) -> Problem:
+    """Return a problem with all its questions from the cache; generate and cache it if it is not there."""
+    path = _path(identity)
+    if path is None:
+        return generate(identity)
+    if path.exists():
+        problem: Problem = pickle.loads(path.read_bytes())
+        return problem
+    problem = generate(identity)
+    write_atomically(path, pickle.dumps(problem))
+    return problem
+
+
+def cache_problems(identities: Sequence[ProblemId]) -> int:
+    """Generate and cache the missing problems on all cores; return how many were missing."""
+    missing = [identity for identity in identities if (path := _path(identity)) is not None and not path.exists()]
+    if missing:
+        with Pool() as pool:
+            for _ in pool.imap_unordered(load_problem, missing):
+                pass
+    return len(missing)
+
+
+if __name__ == "__main__":
+    # In reverse, because arms with six and seven joints take longest and are registered last.
+    count = cache_problems([ProblemId(family, 0, variation="full") for family in reversed(FAMILIES)])
+    print(f"{count} problems were generated for the tests, and {len(FAMILIES) - count} were cached")

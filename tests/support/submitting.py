@@ -1,0 +1,149 @@
+"""A class that submits: an assignment of three parts, correct notebooks written by hand, and grading."""
+
+import atexit
+import json
+from collections.abc import Callable, Iterator, Sequence
+from contextlib import contextmanager
+from functools import cache
+from pathlib import Path
+from typing import Any
+from unittest.mock import patch
+
+from qdot.exercises.assignment.assignment import Assignment, Student, load_assignment
+from qdot.exercises.assignment.release import Certifier, init_assignment
+from qdot.exercises.notebook.notebook import make_notebook_metadata
+from qdot.exercises.problem.problem import Problem, name_answer_variable
+from qdot.grader.grading.batch import grade_class
+from qdot.grader.grading.result import Result
+from qdot.grader.sandbox.sandbox import Limits, Sandbox
+from qdot.grader.submissions.submission import SubmissionFolder, find_submissions, open_submissions
+
+TOML = """title = "T"
+key = "hw"
+[[problem]]
+family = "planar-2r"
+questions = ["position", "jacobian", "determinant"]
+points = [1, 2, 1]
+"""
+PARTS = ("p1.position", "p1.jacobian", "p1.determinant")
+Cells = list[dict[str, Any]]
+
+
+def make_class(folder: Path, students: Sequence[Student]) -> Assignment:
+    """Make an assignment folder without releasing it, because a release takes longer than all that is tested here."""
+    init_assignment(folder, "T", "hw", students, secret="0123456789abcdef")
+    (folder / "assignment.toml").write_text(TOML)
+    return load_assignment(folder)
+
+
+def _certify_nothing(_: Problem) -> None:
+    """Accept every problem."""
+
+
+def _write_certificate(assignment: Assignment, student: str, *_: object) -> str:
+    return json.dumps({"edition": assignment.notebook_digest_of(student)})
+
+
+UNCERTIFIED = Certifier(_certify_nothing, _write_certificate)
+"""Replaces certificates in tests that don't read them: proving problems takes ten times as long as everything else."""
+
+
+@contextmanager
+def work_in_one_process() -> Iterator[None]:
+    """Do all work in this process and in one open sandbox: starting either takes longer than grading a notebook."""
+    with (
+        patch("qdot.exercises.common.parallel._run_pool", _run_in_process),
+        patch("qdot.grader.grading.batch.Sandbox", _sandbox),
+        patch("qdot.grader.grading.batch._GradingWorker.close", lambda _: None),
+    ):  # fmt: skip
+        yield
+
+
+def _run_in_process(
+    work: Callable[[Any, Any], Any], setup: Callable[..., Any], arguments: tuple[Any, ...], items: Sequence[Any],
+    jobs: int,
+) -> Iterator[Any]:  # fmt: skip
+    state = setup(*arguments)
+    yield from (work(state, item) for item in items)
+
+
+@cache
+def _sandbox(limits: Limits, strict: bool) -> Sandbox:
+    sandbox = Sandbox(limits, strict=strict)
+    atexit.register(sandbox.close)
+    return sandbox
+
+
+def code_cell(source: str, part: str | None = None) -> dict[str, Any]:
+    metadata = {"qdot": {"part": part}} if part else {}
+    return {"cell_type": "code", "metadata": metadata, "source": source, "outputs": [], "execution_count": None}
+
+
+def text_cell(source: str, kind: str = "markdown") -> dict[str, Any]:
+    return {"cell_type": kind, "metadata": {}, "source": source}
+
+
+def make_correct_cells(assignment: Assignment, student: str) -> Cells:
+    """Return cells 1 to 5: a heading, the setup, and the three answers."""
+    ((slot, problem),) = assignment.generate_problems(student)
+    names = list(problem.symbols)
+    cells = [
+        text_cell("# T"),
+        code_cell(f"from sympy import *\n{', '.join(names)} = symbols({' '.join(names)!r})\nblank = Symbol('blank')"),
+    ]
+    cells += [
+        code_cell(f"{name_answer_variable(slot, p.name)} = {p.answer.write_code()}", f"{slot}.{p.name}")
+        for p in problem.parts
+    ]
+    return cells
+
+
+def write_notebook(assignment: Assignment, student: str, cells: Cells, **others: Any) -> str:
+    """Return a notebook's text, with the metadata that qdot writes."""
+    metadata = make_notebook_metadata("student", assignment.key, student, assignment.generate_problems(student))
+    return json.dumps({"cells": cells, "metadata": {"qdot": metadata}, "nbformat": 4, "nbformat_minor": 5, **others})
+
+
+def make_correct_notebook(
+    assignment: Assignment, student: str, change: Callable[[Cells], Any] = lambda cells: None
+) -> str:
+    """Return a notebook in which every answer is correct; `change` may edit its cells in place."""
+    cells = make_correct_cells(assignment, student)
+    change(cells)
+    return write_notebook(assignment, student, cells)
+
+
+def submit(assignment: Assignment, name: str, content: str | bytes) -> Path:
+    path = assignment.folder / "submitted" / name
+    path.parent.mkdir(parents=True, exist_ok=True)
+    path.write_bytes(content if isinstance(content, bytes) else content.encode())
+    return path
+
+
+def grade(
+    assignment: Assignment, submissions: Path | None = None, seconds: float = 20
+) -> tuple[dict[str, Result], SubmissionFolder]:
+    """Grade all students; return their results, and the submissions that were found."""
+    with open_submissions(submissions or assignment.folder / "submitted") as root, work_in_one_process():
+        submissions_found = find_submissions(assignment, root)
+        results = grade_class(
+            assignment, submissions_found.by_student, 0, Limits(seconds=seconds, cell_seconds=4), lambda _: None
+        )
+    return {result.student: result for result in results}, submissions_found
+
+
+def read_folder(folder: Path) -> dict[str, bytes]:
+    """Return the content of every file in a folder by relative path."""
+    files = (path for path in folder.rglob("*") if path.is_file())
+    return {path.relative_to(folder).as_posix(): path.read_bytes() for path in files}
+
+
+def list_outcomes(result: Result) -> list[str]:
+    return [part.outcome for part in result.parts.values()]
+
+
+def list_reasons(result: Result) -> list[str]:
+    return [part.reason for part in result.parts.values()]
+
+
+ALL_CORRECT = ["correct"] * 3
