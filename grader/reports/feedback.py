@@ -22,7 +22,7 @@ from qdot.exercises.writing.markup import to_html
 from qdot.exercises.writing.problem_texts import write_solution
 from qdot.exercises.writing.render import render
 from qdot.grader.grading.result import PartResult, Result
-from qdot.grader.judging.answer_parser import read_answer
+from qdot.grader.judging.expected_form import read_answer
 from qdot.grader.judging.verdict import Outcome
 from qdot.grader.marking.marking import WRONG_OR_PARTIAL
 from qdot.grader.reports.answers import ShownAnswer, make_visible, show_answer
