@@ -46,6 +46,7 @@ from qdot.exercises.problem.problem import (
 )
 from qdot.exercises.questions import Question
 from qdot.exercises.questions.custom import Definition, make_question
+from qdot.exercises.questions.custom.definition import TEXT_ANSWER
 from qdot.exercises.questions.custom.reader import read_definitions, read_question_file
 from qdot.exercises.short_questions import ALL_QUESTIONS
 from qdot.exercises.singularities.difficulty import HARDEST_BAND
@@ -71,7 +72,7 @@ class ProblemEntry(pydantic.BaseModel):
     robot: str | None = None
     """A real robot or the file of your own arm, instead of a family."""
     questions: list[str] | str | None = None
-    """The questions, in their order. By default, all that apply to the arm, except short questions."""
+    """The questions, in order. By default, all that apply to the arm, except short questions."""
     points: list[float] | None = None
     """The points of each question. By default, those listed by `qdot questions`."""
     difficulty: int | list[int] | None = None
@@ -121,7 +122,7 @@ class AssignmentFile(pydantic.BaseModel):
     twist_order: str | None = None
     """The order of the two halves of a twist, if the arms are described by screw axes."""
     paper: dict[str, Any] = {}
-    """What an exam on paper says above its first problem; see [Paper and screen](paper.md)."""
+    """The front page of an exam on paper; see [Paper and screen](paper.md)."""
     question: dict[str, Any] = {}
     """Questions of your own, each in a table [question.NAME]; see [Write your own question](custom-questions.md)."""
     problem: list[ProblemEntry] = pydantic.Field(min_length=1)
@@ -216,7 +217,7 @@ class Slot:
 class Assignment:
     """An assignment, its roster and its secret; `notes` warn the staff about probable mistakes.
 
-    If roster.csv was exported by a platform, `gradebook` is that export. `replacements` has the replaced problems.
+    If roster.csv was exported by a platform, `gradebook` is that export. `replacements` lists the replaced problems.
     """
 
     folder: Path
@@ -257,6 +258,23 @@ class Assignment:
             except QdotError as error:
                 raise QdotError(f"{slot.name}, with variation {slot.variation}: {error}") from None
         return replace(self, slots=slots)
+
+    def without_text_questions(self) -> tuple["Assignment", tuple[str, ...]]:
+        """Return the assignment without the questions that a person has to mark, and the names of these questions."""
+        text_names = {d.name for slot in self.slots for d in slot.definitions if d.answer == TEXT_ANSWER}
+        if not text_names:
+            return self, ()
+        slots = []
+        for slot in self.slots:
+            points = {name: value for name, value in slot.points_by_question.items() if name not in text_names}
+            definitions = tuple(d for d in slot.definitions if d.name in points)
+            if points:
+                slots.append(
+                    replace(slot, questions=tuple(points), points=tuple(points.values()), definitions=definitions)
+                )
+        if not slots:
+            raise QdotError(f"{self.folder / ASSIGNMENT_FILE}: a person has to mark every question of this assignment")
+        return replace(self, slots=tuple(slots)), tuple(sorted(text_names))
 
     def generate_problems(self, student: str) -> list[tuple[str, Problem]]:
         """Return the student's problems with the names of their slots; the same at every call, on every machine."""

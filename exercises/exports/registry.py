@@ -38,7 +38,7 @@ EXPORT_FORMATS = {
         ExportFormat("canvas", "A quiz as QTI 1.2", "Canvas", "text2qti (as the model), our checks", "variant",
             export_canvas),
         ExportFormat("qti", "A test as a QTI 2.1 package", "any platform that reads QTI 2.1 (TAO, OpenOlat)",
-            "citolab-qti-convert; its XML Schema, by hand", "variant", export_qti),
+            "citolab-qti-convert; its XML Schema, checked by hand", "variant", export_qti),
         ExportFormat("scorm", "Packages that report scores; they contain the answers",
             "any platform that reads SCORM 1.2 or 2004",
             "scorm-again, in Chromium; the rules of its XML Schemas", "variant", export_scorm, check=check_size,
@@ -49,12 +49,12 @@ EXPORT_FORMATS = {
         ExportFormat("pdf", "Handouts, exams and keys as PDF/UA-1, also one for the whole class", "any PDF reader",
             "Poppler", "student", partial(export_paper, file_type="pdf"), check=check_sheet,
             explain_missing=partial(explain_missing, "pdf", "PDF")),
-        ExportFormat("latex", "Handouts, exams and keys as LaTeX source", "LaTeX with TikZ", "our reader of LaTeX",
+        ExportFormat("latex", "Handouts, exams and keys as LaTeX source", "LaTeX with TikZ", "our LaTeX parser",
             "student", partial(export_paper, file_type="tex"), check=check_sheet),
         ExportFormat("stack", "STACK questions in Moodle XML", "Moodle with STACK", "Maxima", "variant",
             export_stack),
         ExportFormat("prairielearn", "A course folder whose questions call qdot", "PrairieLearn",
-            "Mustache; its JSON Schemas, by hand", "variant", export_prairielearn, regenerates_problems=True,
+            "Mustache; its JSON Schemas, checked by hand", "variant", export_prairielearn, regenerates_problems=True,
             check=list_robot_files),
     )
 }  # fmt: skip

@@ -29,8 +29,8 @@ def show(
 ) -> str:  # fmt: skip
     """Return the problem as text, latex, html, json or ipynb.
 
-    If `solution`, reference answers and worked solutions are included. If `hinted`, three hints follow every prompt;
-    JSON always has them. A `certificate` is added to the JSON unchanged. Raises QdotError for any other format.
+    `solution` adds reference answers and worked solutions, and `hinted` adds three hints to every prompt (JSON always
+    has hints). A `certificate` is added to the JSON unchanged. Raises QdotError for any other format.
 
     >>> from qdot import generate
     >>> print(show(generate("planar-2r/7", ["determinant"])).splitlines()[0])

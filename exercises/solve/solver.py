@@ -123,7 +123,7 @@ class Singularities:
 
 
 def solve(chain: Chain) -> Solution:
-    """Return the chapter's results for an arm, in the world frame, in metres and radians.
+    """Return the position, Jacobian, determinant and singular configurations of an arm, in the world frame (m, rad).
 
     Results that would be too long are omitted; in that case, `note` explains why.
 

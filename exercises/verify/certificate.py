@@ -54,7 +54,7 @@ class ProblemCertificate:
 
 
 def certify(problem: Problem) -> ProblemCertificate:
-    """Test every reference answer of a problem, and return the certificate; it fails if a question has no test.
+    """Test every reference answer of a problem, and return the certificate, which fails if a question has no test.
 
     >>> from qdot import generate
     >>> certify(generate("planar-2r/7", ["determinant"])).passed

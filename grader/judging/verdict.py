@@ -25,7 +25,7 @@ class Outcome(StrEnum):
 class Judgement:
     """The judgement on an answer: its share of the points from 0 to 1, the reason, and which entries are correct.
 
-    If the outcome is UNGRADED, either a limit was exceeded (`over_limit`) or qdot failed.
+    If the outcome is UNGRADED, a limit was exceeded (`over_limit`), qdot failed, or a person must mark the answer.
     """
 
     outcome: Outcome
@@ -90,9 +90,9 @@ class Verdict:
     """The judgement on one part with the points (None if ungraded), the text of the answer, and the diagnosis.
 
     `group` is the key that all equivalent wrong answers share (`diagnosis.groups`). If the answer follows from a wrong
-    answer to an earlier part, `followed_from` is that part, and `follows` says which entries follow. `attempt` is
-    whether a symbolic answer is a real attempt at this arm; a correct answer always is. `attempt` is None for options,
-    or if this is unknown.
+    answer to an earlier part, `followed_from` is that part, and `follows` says which entries follow. `attempt` says
+    whether a symbolic answer is a real attempt at this arm; a correct answer always counts as one. `attempt` is None
+    for options, or if this is unknown.
     """
 
     part: str

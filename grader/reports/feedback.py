@@ -36,8 +36,8 @@ PAGE_VERSION = 10
 
 OUTCOME_WORDS = dict(zip(Outcome, ("right", "partly right", "wrong", "not answered", "not graded yet"), strict=True))
 STOP_WORDS = (
-    (r"\bcell of this answer stopped: it (took|waited) longer\b", "stopped at the time limit"),
-    (r"\bcell of this answer stopped\b", "stopped with an error"),
+    (r"\bcell with this answer stopped\b.* \(it (took|waited) longer\b", "stopped at the time limit"),
+    (r"\bcell with this answer stopped\b", "stopped with an error"),
 )
 """Patterns of the reason why an answer is missing, each with the outcome in words that the page shows instead."""
 ALL_UNANSWERED = "Your notebook has no answer to any question. Did you submit the notebook in which you worked?"

@@ -13,6 +13,8 @@ import re
 from collections.abc import Callable, Iterator, Mapping, Sequence
 from dataclasses import dataclass, field
 
+import sympy
+
 from qdot.exercises.problem.problem import Problem, name_answer_variable
 from qdot.grader.sandbox.contained.ipython import translate_to_python
 from qdot.grader.sandbox.sandbox import Run
@@ -376,7 +378,7 @@ def _describe_stop(notebook: _Notebook, index: int, run: Run) -> str:
     """Return a note on the line at which a cell stopped, or on a failed import after which it continued."""
     reasons = [_describe_missing_import(notebook, index, run)]
     if index in run.cell_errors:
-        location = f" at {_quote_line(notebook, index, run.stop_lines[index])}" if index in run.stop_lines else ""
+        location = _locate_stop(notebook, index, run)
         reasons.append(f"{_name_cells([index])} stopped{location} ({run.cell_errors[index]})")
     return "; ".join(filter(None, reasons))
 
@@ -387,6 +389,11 @@ def _describe_missing_import(notebook: _Notebook, index: int, run: Run) -> str:
         return ""
     number, error = run.failed_imports[index]
     return f"{_name_cells([index])} continued without {_quote_line(notebook, index, number)} ({error})"
+
+
+def _locate_stop(notebook: _Notebook, index: int, run: Run) -> str:
+    """Return the line at which a cell stopped, as in " at line 2, x = y + 1"; empty if it is unknown."""
+    return f" at {_quote_line(notebook, index, run.stop_lines[index])}" if index in run.stop_lines else ""
 
 
 def _quote_line(notebook: _Notebook, index: int, line_number: int) -> str:
@@ -413,8 +420,8 @@ def _explain_missing(part: str, name: str, notebook: _Notebook, run: Run, stop_n
     if stopped_cell is not None:
         error, notes_above = run.cell_errors[stopped_cell], {k: v for k, v in stop_notes.items() if k < stopped_cell}
         cause = _describe_missing_import(notebook, stopped_cell, run) or _find_cause(error, notebook, notes_above)
-        cause = cause or next((advice for pattern, advice in _ADVICE_BY_ERROR.items() if pattern in error), "")
-        return f"the cell of this answer stopped: {error}" + (f"; {cause}" if cause else "")
+        location = _locate_stop(notebook, stopped_cell, run)
+        return f"the cell with this answer stopped{location} ({error})" + (f"; {cause}" if cause else "")
     if run.end != "done":
         return _describe_end(run)
     if not cells:
@@ -429,24 +436,36 @@ def _describe_end(run: Run) -> str:
     return run.describe_end() if run.last_begun_cell is None else run.describe_end(_name_cells([run.last_begun_cell]))
 
 
-_ADVICE_BY_ERROR = {
-    "for ^:": "in Python, write a power with **, as in a1**2; or put the answer into quotes, as text",
-    "invalid character": "put an answer with such a character into quotes, as text",
-}
-"""Advice on errors that beginners may not understand, by a part of the error's message."""
-
-
 def _find_cause(error: str, notebook: _Notebook, notes_above: Mapping[int, str]) -> str:
-    """Return the note on the likely cause if the error of a cell is an undefined name; otherwise "".
+    """Return the likely cause if the error of a cell is an undefined name, and what to do; otherwise "".
 
-    The cause is a cell above that stopped, preferably the first cell that mentions the name. `notes_above` are the
-    notes on these cells.
+    The cause is the first cell above that stopped before it set the name, or a misspelt name. `notes_above` are the
+    notes on the cells above that stopped.
     """
     name_error = re.match(r"NameError: name '(\w+)'", error)
     if name_error is None:
         return ""
-    likely_cells = [index for index in sorted(notes_above) if name_error[1] in notebook.sources[index]]
-    return next((notes_above[index] for index in (*likely_cells, *sorted(notes_above))), "")
+    name, names = name_error[1], sorted(set().union(notebook.names.values(), *notebook.names_set.values()))
+    for index in sorted(notes_above):
+        if _may_set(notebook.sources[index][:MAX_CELL_CHARACTERS], name):
+            return f"{name} is missing because {notes_above[index]}"
+    for known_name in (*names, *(sympy_name for sympy_name in dir(sympy) if len(sympy_name) > 1)):
+        if known_name != name and known_name.casefold() == name.casefold():
+            return f"Python distinguishes capital and small letters; write {known_name}"
+    if similar_names := difflib.get_close_matches(name, (set(names) | _COMMON_FUNCTIONS) - {name}, 1, 0.8):
+        return f"check the spelling; a similar name is {similar_names[0]}"
+    return f"no cell above sets {name}; restart the kernel and run all cells to find such errors before you submit"
+
+
+_COMMON_FUNCTIONS = {"sin", "cos", "tan", "sqrt", "atan2", "simplify", "Matrix", "symbols", "solve", "diff", "zeros"}
+
+
+def _may_set(source: str, name: str) -> bool:
+    """Return whether a cell may set a name, by an assignment, a definition, or an import."""
+    word = re.compile(rf"\b{name}\b")
+    beginnings = (line.partition("=")[0] for line in source.split("\n") if "=" in line)
+    is_imported = re.search(rf"\bimport\b[^\n#]*(\*|\b{name}\b)|\bdef +{name}\b", source)
+    return is_imported is not None or any(map(word.search, beginnings))
 
 
 def _name_cells(indices: Sequence[int]) -> str:

@@ -49,7 +49,7 @@ def run(software: Path, work: Path) -> Record:
             counts.add(in_time, seconds < LIMIT, f"{seconds} s")
         used += spent
     started = "from an image" if "optimised" in about["platform"] else "anew each time"
-    counts.but[in_time] = f"of processor time, Maxima started {started}; the dearest took {max(used):.1f} s"
+    counts.but[in_time] = f"of processor time, Maxima started {started}; the slowest took {max(used):.1f} s"
     name = f"Moodle {about['moodle']}, STACK {about['stack']}, {about['database']}"
     return Record("stack", name, today(), counts.told())
 

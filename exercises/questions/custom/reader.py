@@ -61,25 +61,25 @@ class QuestionEntry(pydantic.BaseModel):
     title: str | None = None
     """The title that students see. By default, the name of the question."""
     prompt: str
-    """What is asked, in Markdown. {name} in braces is replaced by what the student's own problem has."""
+    """The question, in Markdown. A name in braces, as in {pose}, is replaced by the value in the student's problem."""
     answer: str | None = None
     """The formula of the answer, or "text" if a person marks it. Each question has either `answer` or `options`."""
     options: list[str | OptionEntry] | None = None
     """The options of a choice, shuffled for each student. If none is marked as right, the first one is."""
     shown: Literal["text", "formula"] = "text"
-    """What options written as texts alone are: texts or formulas."""
+    """Whether plain options are texts or formulas."""
     given: list[str] | dict[str, str | float | int | list[float | int]] = []
-    """What the question gives: groups ("pose", "rates", "velocity"), or a kind, a range or a value for each symbol."""
+    """The given values: groups ("pose", "rates", "velocity"), or for each symbol a kind, a range or a value."""
     rows: list[str] = []
     """The names of the entries of a vector in LaTeX, as in ["v_x", "v_y"]."""
     units: dict[str, str] = {}
     """The units of symbols that the arm does not have, as in {m = "kg"}."""
     unit: str = ""
-    """The unit of a number."""
+    """The unit of a numeric answer."""
     digits: int = pydantic.Field(default=3, ge=2, le=9)
-    """The number of significant digits that a number needs."""
+    """The number of significant digits that a numeric answer needs."""
     up_to_factor: bool = False
-    """Whether every nonzero multiple of a vector of formulas is correct, too, as for a direction."""
+    """Whether every nonzero multiple of a vector of formulas is also correct, as for a direction."""
     points: float = pydantic.Field(default=1.0, gt=0, lt=1e6)
     """The points of the question, if its [[problem]] does not set them."""
     hints: list[str] = []

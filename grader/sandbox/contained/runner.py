@@ -202,13 +202,27 @@ def describe_error(error: BaseException) -> str:
     try:
         message = error.msg if isinstance(error, SyntaxError) else error  # msg does not name the cell and line
         text = f"{type(error).__name__}: {message}".splitlines()[0][:300].removesuffix(": ")
-        advised = ADVICE_BY_ERROR if isinstance(error, (TypeError, ModuleNotFoundError)) else {}
-        return text + next((f"; {advice}" for pattern, advice in advised.items() if pattern in text), "")
+        advice = next((f"; {advice}" for pattern, advice in ADVICE_BY_ERROR.items() if pattern in text), "")
+        return re.sub(PYTHON_HINTS, "", text) + advice
     except BaseException:  # a student's exception must not break the report
         return "an exception that can't be shown"
 
 
 ADVICE_BY_ERROR = {
+    "you meant '=='": "write an equation as Eq(theta2, 0)",
+    "forgot a comma": "a comma or a multiplication sign (*) seems to be missing",
+    "invalid decimal literal": "every multiplication needs *, as in 2*theta1",
+    "SyntaxError: invalid syntax": "check the brackets, and that every multiplication has its *",
+    "SyntaxError: invalid character": "put an answer with such a character into quotes, as text",
+    "for ^:": "in Python, write a power with **, as in a1**2; or put the answer into quotes, as text",
+    "must be square": "the matrix that you solve with or invert must have as many rows as columns",
+    "NonSquareMatrixError": "this needs a matrix with as many rows as columns",
+    "Singular matrix": "the matrix has no inverse, because its determinant is zero",
+    "not invertible": "the matrix has no inverse, because its determinant is zero",
+    "Matrix size mismatch": "matrices of these sizes can't be combined; print the .shape of each of them",
+    "ZeroDivisionError": "look for a denominator that is zero",
+    "' object is not callable": "every multiplication needs *, as in a1*(a2 + a3)",
+    "'list' object has no attribute": "a list is not a matrix: write Matrix([…])",
     "truth value of Relational": "'or' and 'and' can't join equations: write a list of them, or Or(Eq(theta1, 0), "
     "Eq(theta2, pi))",
     "loop of ufunc does not support": "NumPy's functions accept only numbers: use SymPy's, as in sin(theta1)",
@@ -223,6 +237,8 @@ ADVICE_BY_ERROR = {
     "the notebook",
 }
 """Parts of Python's error messages, and the advice that is added to each: how to write what the student meant."""
+PYTHON_HINTS = r"\. (Maybe you meant|Perhaps you forgot|Did you mean) .*\?$"
+"""Matches the advice at the end of Python's error messages, which is for programs and not for formulas."""
 
 
 def evaluate_answer(answer: Any, name: str, request: dict[str, Any]) -> Any:

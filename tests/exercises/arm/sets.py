@@ -1,4 +1,4 @@
-"""Singular sets as pieces, and singular configurations that a search in numbers finds."""
+"""Singular sets as pieces, and singular configurations found by a numeric search."""
 
 from collections.abc import Iterable
 from dataclasses import dataclass
@@ -17,17 +17,17 @@ from qdot.exercises.singularities.singular_set import singular_set
 from qdot.exercises.verify.singular import find_singular_configurations
 
 
-def rows_of(chain: Chain) -> list[int]:
+def list_task_rows(chain: Chain) -> list[int]:
     return [VELOCITY_NAMES.index(row) for row in chain.task]
 
 
-def lengths_of(chain: Chain, stream: Stream) -> dict[str, float]:
+def sample_lengths(chain: Chain, stream: Stream) -> dict[str, float]:
     return {symbol.name: stream.uniform(0.3, 1.0) for symbol in chain.parameters}
 
 
-def rank_ratios(arm: NumericChain, chain: Chain, q: np.ndarray) -> np.ndarray:
-    """Return the smallest singular value of the task's J by the largest one, at configurations (..., n)."""
-    sigma = np.linalg.svd(arm.jacobian(q)[..., rows_of(chain), :], compute_uv=False)
+def compute_rank_ratios(arm: NumericChain, chain: Chain, q: np.ndarray) -> np.ndarray:
+    """Return the smallest singular value of the task Jacobian divided by the largest, at configurations (..., n)."""
+    sigma = np.linalg.svd(arm.jacobian(q)[..., list_task_rows(chain), :], compute_uv=False)
     return np.asarray(sigma[..., -1] / np.maximum(sigma[..., 0], 1e-6))
 
 
@@ -36,27 +36,31 @@ def read_pieces(chain: Chain, texts: Iterable[str]) -> list[Piece]:
     return [piece for text in texts for piece in parse_pieces(parse_formula(text), joints)]
 
 
-def claimed(chain: Chain) -> list[Piece]:
+def read_singular_set(chain: Chain) -> list[Piece]:
     """Return the pieces of the singular set of a chain."""
     return read_pieces(chain, (text for component in singular_set(chain) or () for text in component.pieces()))
 
 
-def compared(chain: Chain, ours: list[Piece], book: Iterable[str]) -> SetComparison:
-    """Return whether pieces are what a book prints, for any lengths."""
+def compare_with_book(chain: Chain, ours: list[Piece], book: Iterable[str]) -> SetComparison:
+    """Compare pieces with the conditions that a book prints, for any lengths."""
     return compare_sets(
         ours, read_pieces(chain, book), ConfigurationSpace([q.name for q in chain.q], domain_of(chain)), chain.name
     )
 
 
-def assert_is_book(chain: Chain, ours: list[Piece], book: Iterable[str]) -> None:
-    """Assert that each condition of a book is covered, and nothing else is claimed."""
-    found = compared(chain, ours, book)
-    assert found.are_equal and all(found.is_covered) and all(found.is_sound), (chain.name, found.missing, found.surplus)
+def assert_same_set(chain: Chain, ours: list[Piece], book: Iterable[str]) -> None:
+    """Assert that the pieces cover each condition of a book, and nothing else."""
+    comparison = compare_with_book(chain, ours, book)
+    assert comparison.are_equal and all(comparison.is_covered) and all(comparison.is_sound), (
+        chain.name,
+        comparison.missing,
+        comparison.surplus,
+    )
 
 
 @dataclass(frozen=True)
 class Search:
-    """An arm with lengths, configurations from which singular ones were looked for, and those that were reached."""
+    """An arm with lengths, the starting configurations of a search, and the singular configurations that it reached."""
 
     chain: Chain
     lengths: dict[str, float]
@@ -68,7 +72,7 @@ class Search:
         return NumericChain(self.chain, self.lengths)
 
     def are_in(self, claims: list[Piece], tolerance: float = SEARCH_TOLERANCE) -> np.ndarray:
-        """Return of each configuration that was reached whether it is in a set."""
+        """Return for each reached configuration whether it is in a set."""
         joints, count = [q.name for q in self.chain.q], len(self.reached)
         values = dict(zip(joints, self.reached.T, strict=True)) | {
             k: np.full(count, v) for k, v in self.lengths.items()
@@ -78,11 +82,14 @@ class Search:
         )
 
 
-def search(chain: Chain, seed: str, count: int = 12) -> Search:
-    """Look for singular configurations of an arm from some starts."""
+def search_singularities(chain: Chain, seed: str, count: int = 12) -> Search:
+    """Search for singular configurations of an arm from random starts."""
     stream = Stream(seed)
-    lengths = lengths_of(chain, stream)
+    lengths = sample_lengths(chain, stream)
     starts = np.array([[stream.uniform(-3, 3) for _ in chain.q] for _ in range(count)])
     return Search(
-        chain, lengths, starts, find_singular_configurations(NumericChain(chain, lengths), starts, rows_of(chain))
+        chain,
+        lengths,
+        starts,
+        find_singular_configurations(NumericChain(chain, lengths), starts, list_task_rows(chain)),
     )

@@ -24,20 +24,20 @@ ROLES = Domain({name: choose_default_role(name) for name in ("theta1", "theta2",
 A, D = sp.symbols("a1 a2 a3"), sp.symbols("d1")
 
 
-def turning(i: int, a: sp.Expr = 0, alpha: sp.Expr = 0, d: sp.Expr = 0) -> Joint:
+def make_revolute(i: int, a: sp.Expr = 0, alpha: sp.Expr = 0, d: sp.Expr = 0) -> Joint:
     return Joint("R", sp.Symbol(f"theta{i}"), d, a, alpha)
 
 
-TWO = Chain("2R", (turning(1, A[0]), turning(2, A[1])), ("vx", "vy"))
+TWO = Chain("2R", (make_revolute(1, A[0]), make_revolute(2, A[1])), ("vx", "vy"))
 SCORBOT = Chain(
     "Scorbot, P",
-    (turning(1, A[0], -sp.pi / 2, D), turning(2, A[1]), turning(3, A[2])),
+    (make_revolute(1, A[0], -sp.pi / 2, D), make_revolute(2, A[1]), make_revolute(3, A[2])),
     ("vx", "vy", "vz"),
 )
 
 
-def agrees(printed: str, matrix: Any) -> bool:
-    """Compare a formula or matrix, typed as in the chapter, with a derived one."""
+def agrees_with_print(printed: str, matrix: Any) -> bool:
+    """Return whether a formula or matrix, typed as in the chapter, equals a derived one."""
     theirs = [entry for row in as_matrix(parse_formula(printed)) for entry in row]
     ours = [parse_formula(str(entry)) for entry in (matrix if isinstance(matrix, sp.MatrixBase) else [matrix])]
     return len(theirs) == len(ours) and all(compare_entries(theirs, ours, ROLES, "chapter").is_correct)
@@ -83,18 +83,18 @@ ERRATA = {
 
 
 @pytest.mark.parametrize("name", CHAPTER)
-def test_the_chapter_is_derived_and_not_what_is_printed_wrong(name: str) -> None:
+def test_derivation_agrees_with_the_chapter_and_not_with_its_errata(name: str) -> None:
     chain, derived, printed = CHAPTER[name]
-    assert agrees(printed, derived(derive(chain)))
-    assert name not in ERRATA or not agrees(ERRATA[name], derived(derive(chain)))
+    assert agrees_with_print(printed, derived(derive(chain)))
+    assert name not in ERRATA or not agrees_with_print(ERRATA[name], derived(derive(chain)))
 
 
 @pytest.mark.parametrize("question", ["6.2 det J", "6.2 inverse", "6.2 rates"])
-def test_a_jacobian_without_an_inverse_says_so(question: str) -> None:
-    redundant = Chain("3R", (turning(1, A[0]), turning(2, A[1]), turning(3, A[2])), ("vx", "vy"))
-    for chain, said in ((redundant, "2 x 3"), (TWO.with_task("vx", "vz"), "det J = 0 everywhere")):
+def test_jacobian_without_inverse_is_refused(question: str) -> None:
+    redundant = Chain("3R", (make_revolute(1, A[0]), make_revolute(2, A[1]), make_revolute(3, A[2])), ("vx", "vy"))
+    for chain, message in ((redundant, "2 x 3"), (TWO.with_task("vx", "vz"), "det J = 0 everywhere")):
         if (question, chain.n) != ("6.2 det J", 2):
-            with pytest.raises(ValueError, match=said):
+            with pytest.raises(ValueError, match=message):
                 CHAPTER[question][1](derive(chain))
 
 
@@ -103,7 +103,7 @@ def domain_of(arm: Any) -> Domain:
 
 
 @pytest.mark.parametrize("name", sample_for_suite(NAMES, 5))
-def test_textbook_jacobians(name: str, textbook_arms: Mapping[str, Any]) -> None:
+def test_jacobian_agrees_with_the_textbook(name: str, textbook_arms: Mapping[str, Any]) -> None:
     arm = textbook_arms[name]
     at_tip = Chain(name, arm.chain.joints, ("vx",))
     ours = [parse_formula(str(entry)) for entry in derive(at_tip).geometric]
@@ -112,7 +112,7 @@ def test_textbook_jacobians(name: str, textbook_arms: Mapping[str, Any]) -> None
 
 
 @pytest.mark.parametrize("name", SQUARE)
-def test_textbook_determinants_up_to_sign(name: str, textbook_arms: Mapping[str, Any]) -> None:
+def test_determinant_agrees_with_the_textbook_up_to_sign(name: str, textbook_arms: Mapping[str, Any]) -> None:
     arm = textbook_arms[name]
     ours, theirs = parse_formula(str(derive(arm.chain).determinant)), parse_formula(arm.record["det"])
     signs = [compare_entries([ours], [t], domain_of(arm), name).is_correct[0] for t in (theirs, Node("neg", (theirs,)))]

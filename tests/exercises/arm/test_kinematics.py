@@ -1,4 +1,4 @@
-"""Chains: what a table may say; all routes to a Jacobian agree with each other and with differences."""
+"""Chains: valid tables; all ways to compute a Jacobian agree with each other and with finite differences."""
 
 from collections.abc import Callable
 
@@ -22,12 +22,14 @@ T1, T2, A1, A2 = sp.symbols("theta1 theta2 a1 a2")
 FIRST, SECOND = Joint("R", T1, 0, A1, 0), Joint("R", T2, 0, A2, 0)
 
 
-def planar(*joints: Joint, task: tuple[str, ...] = ("vx", "vy"), tool: Point | None = None) -> Chain:
+def make_planar_arm(*joints: Joint, task: tuple[str, ...] = ("vx", "vy"), tool: Point | None = None) -> Chain:
     return Chain("arm", joints, task, tool=tool)
 
 
-def test_joint_variables_rates_and_offsets() -> None:
-    arm = planar(FIRST, Joint("R", T2 + sp.pi / 2, 0, A2, 0), Joint("P", 0, sp.Symbol("d3") + sp.Rational(1, 5), 0, 0))
+def test_chain_lists_variables_rates_offsets_and_lengths() -> None:
+    arm = make_planar_arm(
+        FIRST, Joint("R", T2 + sp.pi / 2, 0, A2, 0), Joint("P", 0, sp.Symbol("d3") + sp.Rational(1, 5), 0, 0)
+    )
     assert [q.name for q in arm.q] == ["theta1", "theta2", "d3"]
     assert [rate.name for rate in arm.rates] == ["qd1", "qd2", "qd3"]
     assert arm.offsets == (0, sp.pi / 2, sp.Rational(1, 5))
@@ -39,34 +41,34 @@ D2 = sp.Symbol("d2")
 
 
 @pytest.mark.parametrize(
-    ("make", "said"),
+    ("make", "message"),
     [
-        (planar, "at least one joint"),
-        (lambda: planar(Joint("R", T2, 0, A1, 0)), "theta is theta2, but must be theta1 plus a constant"),
-        (lambda: planar(FIRST, Joint("R", 2 * T2, 0, A2, 0)), "must be theta2 plus a constant"),
-        (lambda: planar(FIRST, Joint("R", T2, 0, T1, 0)), "contains theta1, the variable of a joint"),
-        (lambda: planar(FIRST, Joint("P", 0, D2, D2, 0)), "contains d2"),
-        (lambda: planar(Joint("R", T1, D2, A1, 0), Joint("P", 0, D2, 0, 0)), "contains d2"),
+        (make_planar_arm, "at least one joint"),
+        (lambda: make_planar_arm(Joint("R", T2, 0, A1, 0)), "theta is theta2, but must be theta1 plus a constant"),
+        (lambda: make_planar_arm(FIRST, Joint("R", 2 * T2, 0, A2, 0)), "must be theta2 plus a constant"),
+        (lambda: make_planar_arm(FIRST, Joint("R", T2, 0, T1, 0)), "contains theta1, the variable of a joint"),
+        (lambda: make_planar_arm(FIRST, Joint("P", 0, D2, D2, 0)), "contains d2"),
+        (lambda: make_planar_arm(Joint("R", T1, D2, A1, 0), Joint("P", 0, D2, 0, 0)), "contains d2"),
         (lambda: Joint("X", T1, 0, A1, 0), "'R' or 'P', not 'X'"),
-        *((lambda task=task: planar(FIRST, task=task), "task") for task in ((), ("vx", "vx"), ("x",))),
-        (lambda: planar(FIRST, tool=Point(2)), "there is no frame O2; the last frame is O1"),
+        *((lambda task=task: make_planar_arm(FIRST, task=task), "task") for task in ((), ("vx", "vx"), ("x",))),
+        (lambda: make_planar_arm(FIRST, tool=Point(2)), "there is no frame O2; the last frame is O1"),
     ],
 )
-def test_an_arm_that_makes_no_sense_is_refused(make: Callable[[], object], said: str) -> None:
-    with pytest.raises(QdotError, match=said):
+def test_invalid_arm_is_refused(make: Callable[[], object], message: str) -> None:
+    with pytest.raises(QdotError, match=message):
         make()
 
 
-def test_an_arm_in_the_plane_is_told_from_one_in_space() -> None:
-    assert planar(FIRST, SECOND).is_planar
-    assert planar(Joint("R", T1, 0, A1, sp.pi), SECOND).is_planar
-    assert planar(Joint("R", T1, 0, A1, sp.pi / 2), Joint("P", 0, sp.Symbol("d2"), 0, 0)).is_planar
-    assert not planar(Joint("R", T1, 0, A1, sp.pi / 2), SECOND).is_planar
+def test_planar_arms_are_distinguished_from_spatial_ones() -> None:
+    assert make_planar_arm(FIRST, SECOND).is_planar
+    assert make_planar_arm(Joint("R", T1, 0, A1, sp.pi), SECOND).is_planar
+    assert make_planar_arm(Joint("R", T1, 0, A1, sp.pi / 2), Joint("P", 0, sp.Symbol("d2"), 0, 0)).is_planar
+    assert not make_planar_arm(Joint("R", T1, 0, A1, sp.pi / 2), SECOND).is_planar
     assert not Chain("arm", (FIRST, SECOND), ("vx", "vy"), Base(tilt=sp.pi / 2)).is_planar
 
 
-def test_another_task_leaves_the_arm_as_it_is() -> None:
-    arm = planar(FIRST, SECOND).with_task("vx", "wz")
+def test_changing_the_task_keeps_the_joints() -> None:
+    arm = make_planar_arm(FIRST, SECOND).with_task("vx", "wz")
     assert arm.task == ("vx", "wz")
     assert arm.joints == (FIRST, SECOND)
     assert arm.linear_axes == ("x",)
@@ -82,46 +84,46 @@ def chains(draw: st.DrawFn) -> Chain:
     joints = []
     for i in range(1, draw(st.integers(1, 4)) + 1):
         kind = draw(st.sampled_from("RRP"))
-        own = sp.Symbol(f"theta{i}" if kind == "R" else f"d{i}") + draw(ODD)
-        other = draw(LENGTH) if kind == "R" else draw(ODD)
-        theta, d = (own, other) if kind == "R" else (other, own)
+        joint_value = sp.Symbol(f"theta{i}" if kind == "R" else f"d{i}") + draw(ODD)
+        constant = draw(LENGTH) if kind == "R" else draw(ODD)
+        theta, d = (joint_value, constant) if kind == "R" else (constant, joint_value)
         joints.append(Joint(kind, theta, d, draw(LENGTH), draw(st.one_of(RIGHT, ODD))))
     base = Base((draw(LENGTH), draw(LENGTH), draw(LENGTH)), draw(ODD), draw(st.one_of(RIGHT, ODD)))
     point = Point(draw(st.integers(0, len(joints))), (draw(LENGTH), draw(LENGTH), draw(LENGTH)))
     return Chain("any", tuple(joints), ("vx",), base, point)
 
 
-def values_of(matrix: sp.Matrix, chain: Chain, q: np.ndarray) -> np.ndarray:
+def evaluate_matrix(matrix: sp.Matrix, chain: Chain, q: np.ndarray) -> np.ndarray:
     values = {joint.name: np.array([value]) for joint, value in zip(chain.q, q, strict=True)}
     values["h"] = np.array([0.37])
-    found = evaluate(compile_program([parse_formula(str(entry)) for entry in matrix]), values, 1)[0].real
-    return found.reshape(matrix.shape)
+    entries = evaluate(compile_program([parse_formula(str(entry)) for entry in matrix]), values, 1)[0].real
+    return entries.reshape(matrix.shape)
 
 
 @settings(max_examples=select_for_suite(8, 60))
 @given(chains(), st.integers(0, 10**6))
-def test_all_routes_agree(chain: Chain, seed: int) -> None:
+def test_symbolic_and_numeric_kinematics_agree(chain: Chain, seed: int) -> None:
     q = np.random.default_rng(seed).uniform(-2, 2, chain.n)
     arm = NumericChain(chain, {"h": 0.37})
     poses, jacobian = arm.frames(q), arm.jacobian(q)
     frames, point = frames_and_point(chain)
     stages = compute_symbolic_stages(chain)
     for i, (frame, rotation) in enumerate(zip(frames, stages["rotations"], strict=True)):
-        np.testing.assert_allclose(values_of(frame.rotation, chain, q), poses[i, :3, :3], atol=1e-12)
-        np.testing.assert_allclose(values_of(to_sympy_matrix(rotation), chain, q), poses[i, :3, :3], atol=1e-12)
-        np.testing.assert_allclose(values_of(frame.origin, chain, q)[:, 0], poses[i, :3, 3], atol=1e-12)
-    np.testing.assert_allclose(values_of(point, chain, q)[:, 0], arm.point(q), atol=1e-12)
+        np.testing.assert_allclose(evaluate_matrix(frame.rotation, chain, q), poses[i, :3, :3], atol=1e-12)
+        np.testing.assert_allclose(evaluate_matrix(to_sympy_matrix(rotation), chain, q), poses[i, :3, :3], atol=1e-12)
+        np.testing.assert_allclose(evaluate_matrix(frame.origin, chain, q)[:, 0], poses[i, :3, 3], atol=1e-12)
+    np.testing.assert_allclose(evaluate_matrix(point, chain, q)[:, 0], arm.point(q), atol=1e-12)
     propagated = to_sympy_matrix(np.concatenate([propagate_linear_rows(stages), stages["angular"]]))
-    np.testing.assert_allclose(values_of(propagated, chain, q), jacobian, atol=1e-12)
-    np.testing.assert_allclose(values_of(point.jacobian(chain.q), chain, q), jacobian[:3], atol=1e-12)
+    np.testing.assert_allclose(evaluate_matrix(propagated, chain, q), jacobian, atol=1e-12)
+    np.testing.assert_allclose(evaluate_matrix(point.jacobian(chain.q), chain, q), jacobian[:3], atol=1e-12)
     for i in range(chain.n):
-        p_star = values_of(to_sympy_matrix(stages["arms"][i]), chain, q)[:, 0]
+        p_star = evaluate_matrix(to_sympy_matrix(stages["arms"][i]), chain, q)[:, 0]
         np.testing.assert_allclose(p_star, arm.point(q) - poses[i, :3, 3], atol=1e-12)
 
 
 @settings(max_examples=60)
 @given(chains(), st.integers(0, 10**6))
-def test_the_jacobian_is_the_slope_of_the_pose(chain: Chain, seed: int) -> None:
+def test_jacobian_agrees_with_finite_differences(chain: Chain, seed: int) -> None:
     q = np.random.default_rng(seed).uniform(-2, 2, chain.n)
     arm, h = NumericChain(chain, {"h": 0.37}), 1e-5
     ahead, behind = (arm.frames(q + side * h * np.eye(chain.n)) for side in (1, -1))
@@ -133,7 +135,7 @@ def test_the_jacobian_is_the_slope_of_the_pose(chain: Chain, seed: int) -> None:
 
 @settings(max_examples=25)
 @given(chains())
-def test_the_product_of_exponentials_is_the_same_jacobian(chain: Chain) -> None:
+def test_jacobian_agrees_with_product_of_exponentials(chain: Chain) -> None:
     numeric = NumericChain(chain, {symbol.name: 0.3 + 0.1 * i for i, symbol in enumerate(chain.parameters)})
     poses = choose_random_configurations(chain, Stream("exponentials"), 6)
     assert np.allclose(exponential_jacobian(numeric, poses), numeric.jacobian(poses), atol=1e-12)

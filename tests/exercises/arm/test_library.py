@@ -1,10 +1,10 @@
-"""The library of robots: each is the arm that others have published, in pose and Jacobian; and how one is found.
+"""The library of robots: each agrees with published models in pose and Jacobian; how robots are found by name.
 
-`tests/data/robots` has for each robot the models that it is held against, as they were published: joints of a URDF
-(metres, radians), rows of a DH table (metres, degrees), or poses and Jacobians that another program computed. The
-model's joint values are `sign` times those of the library, plus `zero` (degrees; metres for a slide); its world is the
-library's seen from `base`, and its last frame is `tool` behind the library's. `tolerance` is as good as its numbers
-are. What is computed of a model here knows nothing of qdot.
+`tests/data/robots` has for each robot the models that it is compared with, as published: joints of a URDF (metres,
+radians), rows of a DH table (metres, degrees), or poses and Jacobians that another program computed. The model's joint
+values are `sign` times those of the library, plus `zero` (degrees; metres for a prismatic joint); `base` is the
+library's world frame in the model's, and `tool` is the model's last frame in the library's. `tolerance` is the
+precision of its numbers. The computations with a model here don't use qdot.
 """
 
 import json
@@ -31,8 +31,8 @@ from qdot.exercises.exports.export_format import ExportRequest
 from qdot.exercises.exports.export_format import list_robot_files as robots_to_export
 from qdot.exercises.singularities.classification import sample_condition
 from qdot.exercises.solve.solver import solve
-from tests.exercises.arm.poses import Matrix, about, exponential, placed, shift
-from tests.exercises.arm.sets import rank_ratios, read_pieces, search
+from tests.exercises.arm.poses import Matrix, compute_exponential, compute_origin_pose, rotate_about, translate
+from tests.exercises.arm.sets import compute_rank_ratios, read_pieces, search_singularities
 from tests.support import ROOT
 from tests.support.command import run, run_and_fail
 from tests.support.suites import select_for_suite
@@ -49,27 +49,27 @@ STEP = 1e-5
 # --- published models: poses (…, 4, 4) at joint values (…, n) ---
 
 
-def of_urdf(model: dict[str, Any], q: Matrix) -> Matrix:
+def compute_urdf_pose(model: dict[str, Any], q: Matrix) -> Matrix:
     pose, values = np.eye(4), iter(np.moveaxis(q, -1, 0))
     for joint in model["joints"]:
-        pose = pose @ placed(joint["xyz"], joint["rpy"])
+        pose = pose @ compute_origin_pose(joint["xyz"], joint["rpy"])
         if joint["kind"]:
-            pose = pose @ exponential(joint["axis"], next(values), joint["kind"] == "P")
+            pose = pose @ compute_exponential(joint["axis"], next(values), joint["kind"] == "P")
     return pose
 
 
-def of_rows(model: dict[str, Any], q: Matrix) -> Matrix:
+def compute_table_pose(model: dict[str, Any], q: Matrix) -> Matrix:
     pose = np.eye(4)
     for (kind, theta, d, a, alpha), value in zip(model["rows"], np.moveaxis(q, -1, 0), strict=True):
         turn, slide = (value, 0 * value) if kind == "R" else (0 * value, value)
-        about_z = about("z", np.radians(theta) + turn) @ shift(0, 0, d + slide)
-        about_x = about("x", np.radians(alpha)) @ shift(a, 0, 0)
+        about_z = rotate_about("z", np.radians(theta) + turn) @ translate(0, 0, d + slide)
+        about_x = rotate_about("x", np.radians(alpha)) @ translate(a, 0, 0)
         pose = pose @ (about_x @ about_z if model["kind"] == "modified-dh" else about_z @ about_x)
     return pose
 
 
-def of_craig(model: dict[str, Any], q: Matrix) -> Matrix:
-    """Equation (3.14) of his book: the entries of the pose of frame 6, as they are printed."""
+def compute_craig_pose(model: dict[str, Any], q: Matrix) -> Matrix:
+    """Equation (3.14) of Craig's book: the entries of the pose of frame 6, as printed."""
     a2, a3, d3, d4 = (model["lengths"][name] for name in ("a2", "a3", "d3", "d4"))
     (c1, c2, _, c4, c5, c6), (s1, s2, _, s4, s5, s6) = np.moveaxis(np.array([np.cos(q), np.sin(q)]), -1, 1)
     c23, s23 = np.cos(q[..., 1] + q[..., 2]), np.sin(q[..., 1] + q[..., 2])
@@ -91,19 +91,19 @@ def of_craig(model: dict[str, Any], q: Matrix) -> Matrix:
 
 
 POSES: dict[str, Callable[[dict[str, Any], Matrix], Matrix]] = {
-    "urdf": of_urdf, "dh": of_rows, "modified-dh": of_rows, "craig": of_craig,
+    "urdf": compute_urdf_pose, "dh": compute_table_pose, "modified-dh": compute_table_pose, "craig": compute_craig_pose,
 }  # fmt: skip
 
 
-def in_their_values(model: dict[str, Any], kinds: str, q: Matrix) -> Matrix:
-    """Return the model's joint values for the library's."""
+def convert_joint_values(model: dict[str, Any], kinds: str, q: Matrix) -> Matrix:
+    """Convert joint values of the library to the model's."""
     zero = [np.radians(z) if kind == "R" else z for z, kind in zip(model["zero"], kinds, strict=True)]
     return np.array(model["sign"]) * q + np.array(zero)
 
 
-def ends(model: dict[str, Any]) -> tuple[Matrix, Matrix]:
-    """Return base and tool of a model."""
-    base, tool = (placed(model[key]["xyz"], np.radians(model[key]["rpy"])) for key in ("base", "tool"))
+def get_base_and_tool(model: dict[str, Any]) -> tuple[Matrix, Matrix]:
+    """Return the poses of base and tool of a model."""
+    base, tool = (compute_origin_pose(model[key]["xyz"], np.radians(model[key]["rpy"])) for key in ("base", "tool"))
     return base, tool
 
 
@@ -111,81 +111,85 @@ def ends(model: dict[str, Any]) -> tuple[Matrix, Matrix]:
 
 
 @cache
-def read(name: str) -> Robot:
+def read_robot(name: str) -> Robot:
     return read_robot_file(ROBOT_FOLDER / f"{name}.toml")
 
 
-def seen(model: dict[str, Any], robot: Robot) -> tuple[Matrix, Matrix, Matrix]:
-    """Return joint values, poses of the library's last frame, and its 6 x n Jacobians, as the model has them."""
+def compute_model_motion(model: dict[str, Any], robot: Robot) -> tuple[Matrix, Matrix, Matrix]:
+    """Return joint values, poses of the library's last frame and its 6 x n Jacobians, computed from the model."""
     kinds = "".join(joint.kind for joint in robot.chain.joints)
-    base, tool = ends(model)
+    base, tool = get_base_and_tool(model)
     from_world, from_tip = np.linalg.inv(base), np.linalg.inv(tool)
     if model["kind"] == "poses":
-        return seen_in_poses(model, kinds, from_world, from_tip)
+        return convert_stored_poses(model, kinds, from_world, from_tip)
 
-    def pose(q: Matrix) -> Matrix:
-        return np.asarray(from_world @ POSES[model["kind"]](model, in_their_values(model, kinds, q)) @ from_tip)
+    def compute_pose(q: Matrix) -> Matrix:
+        return np.asarray(from_world @ POSES[model["kind"]](model, convert_joint_values(model, kinds, q)) @ from_tip)
 
     q = np.random.default_rng(2024).uniform(-3, 3, (COUNT, len(kinds)))
-    here, columns = pose(q), []
+    poses, columns = compute_pose(q), []
     for e in np.eye(len(kinds)) * STEP:
-        moved = (pose(q + e) - pose(q - e)) / (2 * STEP)
-        spin = moved[:, :3, :3] @ here[:, :3, :3].swapaxes(-1, -2)
-        turning = np.array(
+        slopes = (compute_pose(q + e) - compute_pose(q - e)) / (2 * STEP)
+        spin = slopes[:, :3, :3] @ poses[:, :3, :3].swapaxes(-1, -2)
+        angular = np.array(
             [spin[:, 2, 1] - spin[:, 1, 2], spin[:, 0, 2] - spin[:, 2, 0], spin[:, 1, 0] - spin[:, 0, 1]]
         )
-        columns.append(np.concatenate([moved[:, :3, 3], turning.T / 2], axis=-1))
-    return q, here, np.stack(columns, axis=-1)
+        columns.append(np.concatenate([slopes[:, :3, 3], angular.T / 2], axis=-1))
+    return q, poses, np.stack(columns, axis=-1)
 
 
-def seen_in_poses(
+def convert_stored_poses(
     model: dict[str, Any], kinds: str, from_world: Matrix, from_tip: Matrix
 ) -> tuple[Matrix, Matrix, Matrix]:
-    """Return the same of what another program computed: its Jacobian is that of its tip."""
-    zero = in_their_values(model, kinds, np.zeros(len(kinds)))
+    """Return the same from stored results of another program, whose Jacobian is that of its tip."""
+    zero = convert_joint_values(model, kinds, np.zeros(len(kinds)))
     q = np.array(model["sign"]) * (np.array(model["q"]) - zero)
-    tip, back = np.zeros((len(q), 4, 4)) + np.eye(4), from_world[:3, :3]
+    tip, base_rotation = np.zeros((len(q), 4, 4)) + np.eye(4), from_world[:3, :3]
     tip[:, :3] = model["pose"]
     jacobian = np.array(model["jacobian"]) * np.array(model["sign"])
-    at_frame = moved_by(jacobian, tip[:, :3, :3] @ from_tip[:3, 3])
-    turned = np.concatenate([back @ at_frame[:, :3], back @ at_frame[:, 3:]], axis=1)
-    return q, from_world @ tip @ from_tip, turned
+    at_frame = shift_jacobian(jacobian, tip[:, :3, :3] @ from_tip[:3, 3])
+    rotated = np.concatenate([base_rotation @ at_frame[:, :3], base_rotation @ at_frame[:, 3:]], axis=1)
+    return q, from_world @ tip @ from_tip, rotated
 
 
-def moved_by(jacobian: Matrix, beside: Matrix) -> Matrix:
-    """Return Jacobians (…, 6, n) of a point that is so far (…, 3) from that whose they are."""
-    linear = jacobian[..., :3, :] + np.cross(jacobian[..., 3:, :], beside[..., None], axis=-2)
+def shift_jacobian(jacobian: Matrix, offset: Matrix) -> Matrix:
+    """Move the reference point of Jacobians (…, 6, n) by an offset (…, 3)."""
+    linear = jacobian[..., :3, :] + np.cross(jacobian[..., 3:, :], offset[..., None], axis=-2)
     return np.concatenate([linear, jacobian[..., 3:, :]], axis=-2)
 
 
 @pytest.mark.parametrize(("name", "k"), CASES)
-def test_a_robot_is_the_one_that_was_published(name: str, k: int) -> None:
-    model, robot = MODELS[name][k], read(name)
+def test_robot_moves_like_its_published_model(name: str, k: int) -> None:
+    model, robot = MODELS[name][k], read_robot(name)
     arm = NumericChain(robot.chain, {}).with_point(robot.chain.n)
-    close, (q, poses, jacobians) = model["tolerance"], seen(model, robot)
+    tolerance, (q, poses, jacobians) = model["tolerance"], compute_model_motion(model, robot)
     assert poses.shape == (COUNT, 4, 4)
     assert jacobians.shape == (COUNT, 6, robot.chain.n)
-    assert np.allclose(arm.frames(q)[:, -1], poses, rtol=0, atol=close)
-    assert np.allclose(arm.jacobian(q), jacobians, rtol=0, atol=5 * close + 1e-8)
+    assert np.allclose(arm.frames(q)[:, -1], poses, rtol=0, atol=tolerance)
+    assert np.allclose(arm.jacobian(q), jacobians, rtol=0, atol=5 * tolerance + 1e-8)
 
 
 @pytest.mark.parametrize("name", list(robots()))
-def test_what_is_derived_of_a_robot_is_that_arm(name: str) -> None:
-    """Position and Jacobian as formulas, at the point of interest, against the first model."""
-    model, robot = MODELS[name][0], read(name)
+def test_derivation_of_robot_agrees_with_its_model(name: str) -> None:
+    """Compare the formulas of position and Jacobian at the point of interest with the first model."""
+    model, robot = MODELS[name][0], read_robot(name)
     chain, derivation = robot.chain, derive(robot.chain)
     assert not chain.parameters, "a real robot has no open lengths"
     point = np.array([float(value) for value in chain.point.offset])
     assert chain.point.frame == chain.n
-    q, pose, jacobian = (values[0] for values in seen(model, robot))
+    q, pose, jacobian = (values[0] for values in compute_model_motion(model, robot))
     values = {symbol: sp.Float(value, 30) for symbol, value in zip(chain.q, q, strict=True)}
-    beside = pose[:3, :3] @ point
-    close = 10 * model["tolerance"] + 1e-7
-    assert np.allclose(_numbers(derivation.position, values)[:, 0], pose[:3, 3] + beside, rtol=0, atol=close)
-    assert np.allclose(_numbers(derivation.geometric, values), moved_by(jacobian, beside), rtol=0, atol=close)
+    offset = pose[:3, :3] @ point
+    tolerance = 10 * model["tolerance"] + 1e-7
+    assert np.allclose(
+        _evaluate_matrix(derivation.position, values)[:, 0], pose[:3, 3] + offset, rtol=0, atol=tolerance
+    )
+    assert np.allclose(
+        _evaluate_matrix(derivation.geometric, values), shift_jacobian(jacobian, offset), rtol=0, atol=tolerance
+    )
 
 
-def _numbers(matrix: sp.Matrix, values: dict[sp.Symbol, sp.Expr]) -> Matrix:
+def _evaluate_matrix(matrix: sp.Matrix, values: dict[sp.Symbol, sp.Expr]) -> Matrix:
     return np.array([[float(sp.N(entry.xreplace(values))) for entry in row] for row in matrix.tolist()])
 
 
@@ -194,64 +198,64 @@ FEW = [name if name in QUICK else pytest.param(name, marks=pytest.mark.whole) fo
 
 
 @pytest.mark.parametrize("name", FEW)
-def test_where_a_robot_is_said_to_be_singular_its_jacobian_loses_rank_and_only_there(name: str) -> None:
-    """At configurations where each condition holds, and at those to which a search from random starts leads."""
-    chain = read(name).chain
-    said = [" and ".join(f"{c} = 0" for c in component.conditions) for component in solve(chain).singular or ()]
-    for text in said:
+def test_robot_loses_rank_exactly_where_solve_says(name: str) -> None:
+    """Rank is lost where each condition holds; a search from random starts finds no other singular configurations."""
+    chain = read_robot(name).chain
+    conditions = [" and ".join(f"{c} = 0" for c in component.conditions) for component in solve(chain).singular or ()]
+    for text in conditions:
         samples = sample_condition(chain, text, name, arm_count=1, samples_per_arm=5)
-        assert samples and all(rank_ratios(sample.arm, chain, sample.q) < 1e-6 for sample in samples), text
-    found = search(chain, name, select_for_suite(40, 300))
-    assert len(found.reached) > len(found.starts) / 2
-    assert found.are_in(read_pieces(chain, said), 1e-5).all()
+        assert samples and all(compute_rank_ratios(sample.arm, chain, sample.q) < 1e-6 for sample in samples), text
+    search = search_singularities(chain, name, select_for_suite(40, 300))
+    assert len(search.reached) > len(search.starts) / 2
+    assert search.are_in(read_pieces(chain, conditions), 1e-5).all()
 
 
 # --- the files ---
 
 
-def test_every_robot_is_held_against_a_model_and_says_where_it_is_from() -> None:
+def test_every_robot_has_a_model_and_a_source() -> None:
     assert sorted(MODELS) == sorted(robots())
     assert all(model["source"] for models in MODELS.values() for model in models)
     assert all(model["tolerance"] <= 1e-8 or model["why"] for models in MODELS.values() for model in models)
     assert all(any(model["tolerance"] <= 3e-5 for model in models) for models in MODELS.values())
     for robot in robots().values():
         text = robot.path.read_text(encoding="utf-8")
-        assert text.startswith("# "), f"{robot.name} says nothing of its source"
-        assert read(robot.name).source == robot.source
+        assert text.startswith("# "), f"{robot.name} does not name its source"
+        assert read_robot(robot.name).source == robot.source
         assert max(map(len, text.splitlines())) <= 120
 
 
-def test_the_source_of_an_arm_is_a_text_and_is_kept(tmp_path: Path) -> None:
-    text, source = robot_text(read("scorbot"), "modified-dh"), read("scorbot").source
+def test_source_of_robot_is_read_and_must_be_text(tmp_path: Path) -> None:
+    text, source = robot_text(read_robot("scorbot"), "modified-dh"), read_robot("scorbot").source
     path = tmp_path / "arm.toml"
-    for line, kept in ((f'source = "{source}"\n', source), ("", ""), ("source = 12\n", None)):
+    for line, expected in ((f'source = "{source}"\n', source), ("", ""), ("source = 12\n", None)):
         path.write_text(text.replace(f'source = "{source}"\n', line), encoding="utf-8")
-        if kept is None:
+        if expected is None:
             with pytest.raises(QdotError, match=r"line 2: source = 12"):
                 read_robot_file(path)
         else:
-            assert read_robot_file(path).source == kept
+            assert read_robot_file(path).source == expected
 
 
-def test_robots_stand_in_the_order_of_their_numbers() -> None:
+def test_robots_are_sorted_by_name_and_number() -> None:
     names = list(robots())
     assert [name for name in names if name.startswith("ur")] == ["ur3", "ur3e", "ur5", "ur5e", "ur10", "ur10e"]
     assert [(a, b) for a, b in pairwise(names) if a[0] > b[0]] == []
 
 
-# --- how one is found ---
+# --- finding a robot ---
 
 
-def test_a_robot_is_found_by_its_name_unless_there_is_a_file(tmp_path: Path) -> None:
-    for given in ("panda", "PANDA", "LR-Mate 200iD", "iiwa_14", "Puma-560"):
-        assert find_robot_path(given) == ROBOT_FOLDER / f"{re.sub('[-_ ]', '', given.lower())}.toml"
-    own = tmp_path / "panda"
-    own.write_text("mine", encoding="utf-8")
-    assert find_robot_path("panda", tmp_path) == find_robot_path(str(own)) == own
+def test_file_takes_precedence_over_robot_name(tmp_path: Path) -> None:
+    for name in ("panda", "PANDA", "LR-Mate 200iD", "iiwa_14", "Puma-560"):
+        assert find_robot_path(name) == ROBOT_FOLDER / f"{re.sub('[-_ ]', '', name.lower())}.toml"
+    path = tmp_path / "panda"
+    path.write_text("mine", encoding="utf-8")
+    assert find_robot_path("panda", tmp_path) == find_robot_path(str(path)) == path
 
 
 @pytest.mark.parametrize(
-    ("given", "said"),
+    ("name", "message"),
     [
         ("pandas", r"no file pandas and no robot 'pandas' \(did you mean 'panda'\?\)"),
         ("ur-5f", "did you mean 'ur5'"), ("wxyz", "no robot 'wxyz'; 'qdot robots'"),
@@ -260,50 +264,50 @@ def test_a_robot_is_found_by_its_name_unless_there_is_a_file(tmp_path: Path) -> 
         ("panda" * 1000, "pandapanda: File name too long"),
     ],
 )  # fmt: skip
-def test_what_is_neither_file_nor_robot_is_told(given: str, said: str) -> None:
-    with pytest.raises(QdotError, match=said):
-        find_robot_path(given)
+def test_unknown_file_or_robot_is_refused(name: str, message: str) -> None:
+    with pytest.raises(QdotError, match=message):
+        find_robot_path(name)
 
 
 # --- in commands and assignments ---
 
 
-def test_robots_are_listed() -> None:
+def test_robots_command_lists_all_robots() -> None:
     listed = json.loads(run("robots", "--json"))
     assert [robot["name"] for robot in listed] == list(robots())
     assert {"name", "title", "joints", "convention", "source"} == {*listed[0]}
-    said = run("robots")
+    output = run("robots")
     for robot in robots().values():
-        assert re.search(rf"(?m)^  {robot.name} +{robot.joints} +{robot.convention} +\S", said)
-    assert max(map(len, said.splitlines())) <= 100
+        assert re.search(rf"(?m)^  {robot.name} +{robot.joints} +{robot.convention} +\S", output)
+    assert max(map(len, output.splitlines())) <= 100
 
 
-def test_a_robot_is_solved_by_its_name(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+def test_solve_accepts_robot_name(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.chdir(tmp_path)
     solved = json.loads(run("solve", "Cobra-600", "--format", "json"))
     assert (solved["name"], solved["determinant"]) == ("Adept Cobra 600", "143*sin(theta2)/1600")
-    assert [one["solutions"] for one in solved["singular"]] == [{"theta2": ["0", "pi"]}]
+    assert [component["solutions"] for component in solved["singular"]] == [{"theta2": ["0", "pi"]}]
     assert "(did you mean 'cobra600'?)" in run_and_fail("solve", "cobra66")
     Path("cobra600").write_text("no arm", encoding="utf-8")
     assert "cobra600: line 1: not valid TOML" in run_and_fail("solve", "cobra600")
 
 
-def test_an_assignment_asks_about_a_robot_of_the_library_unless_it_has_a_file_of_that_name(tmp_path: Path) -> None:
+def test_assignment_takes_robot_from_library_or_folder(tmp_path: Path) -> None:
     init_assignment(tmp_path / "hw", "Robots", "hw")
     path = tmp_path / "hw" / "assignment.toml"
     path.write_text('title = "T"\nkey = "hw"\n[[problem]]\nrobot = "Cobra600"\nquestions = ["determinant"]\n')
     slot = load_assignment(path.parent).slots[0]
     assert (slot.name, slot.family.name, slot.family.title) == ("p1", "cobra600", "Adept Cobra 600")
-    assert _robots_to_export(path.parent) == []
+    assert _list_robots_to_export(path.parent) == []
     path.write_text(path.read_text().replace("Cobra600", "cobra"))
     with pytest.raises(QdotError, match=r'line 4: problem 1: robot = "cobra": .*\'cobra600'):
         load_assignment(path.parent)
-    own = (ROBOT_FOLDER / "cobra600.toml").read_text(encoding="utf-8").replace("Adept Cobra 600", "Mine")
-    (path.parent / "cobra.toml").write_text(own, encoding="utf-8")
+    text = (ROBOT_FOLDER / "cobra600.toml").read_text(encoding="utf-8").replace("Adept Cobra 600", "Mine")
+    (path.parent / "cobra.toml").write_text(text, encoding="utf-8")
     path.write_text(path.read_text().replace('"cobra"', '"cobra.toml"'))
     assert load_assignment(path.parent).slots[0].family.title == "Mine"
-    assert _robots_to_export(path.parent) == ["cobra.toml"]
+    assert _list_robots_to_export(path.parent) == ["cobra.toml"]
 
 
-def _robots_to_export(folder: Path) -> list[str]:
+def _list_robots_to_export(folder: Path) -> list[str]:
     return robots_to_export(ExportRequest(load_assignment(folder), lambda _: ()))

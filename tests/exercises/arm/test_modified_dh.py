@@ -1,4 +1,4 @@
-"""Arms told by a modified table (Craig): the same motion, other frames, and every text speaks of these."""
+"""Arms described by a modified DH table (Craig): the same motion, other frames, and every text names these."""
 
 import re
 from dataclasses import replace
@@ -27,55 +27,55 @@ from tests.support.suites import few_families, on_families, select_for_suite
 MODIFIED = "modified-dh"
 FIXED = [name for name, family in FAMILIES.items() if not family.has_varied_structure]
 SOME = select_for_suite(("polar-rp", "wrist-zyz"), FIXED)
-OF_FRAMES = ("transform", "position-vectors", "joint-axes", "link-velocity", "tool-jacobian", "wrist-block",
+FRAME_QUESTIONS = ("transform", "position-vectors", "joint-axes", "link-velocity", "tool-jacobian", "wrist-block",
              "own-frame-velocity")  # fmt: skip
-"""Questions whose answers hang on where the frames are."""
+"""Questions whose answers depend on the frames."""
 
 
-def modified(family: str, seed: int = 1, variation: str = "full") -> Chain:
+def sample_modified_arm(family: str, seed: int = 1, variation: str = "full") -> Chain:
     return sample_chain(ProblemId(family, seed, variation=variation, convention=MODIFIED))
 
 
-def at_random(chain: Chain, poses: int = 3) -> tuple[dict[str, float], np.ndarray]:
+def sample_values(chain: Chain, poses: int = 3) -> tuple[dict[str, float], np.ndarray]:
     """Return lengths and joint values (poses x n)."""
     stream = Stream(f"told/{chain.name}")
     lengths = {symbol.name: stream.uniform(0.2, 1.2) for symbol in chain.parameters}
     return lengths, np.array([[stream.uniform(-2, 2) for _ in chain.q] for _ in range(poses)])
 
 
-def values(chain: Chain, matrix: sp.Matrix, lengths: dict[str, float], q: np.ndarray) -> np.ndarray:
+def evaluate_matrix(chain: Chain, matrix: sp.Matrix, lengths: dict[str, float], q: np.ndarray) -> np.ndarray:
     known = {sp.Symbol(name): value for name, value in lengths.items()} | dict(zip(chain.q, q.tolist(), strict=True))
     return np.array(matrix.subs(known).evalf().tolist(), dtype=float)
 
 
 @few_families
-def test_the_frames_are_those_of_the_table_as_it_is_told(family: str) -> None:
-    arm = modified(family)
-    lengths, poses = at_random(arm)
+def test_frames_are_those_of_the_modified_table(family: str) -> None:
+    arm = sample_modified_arm(family)
+    lengths, poses = sample_values(arm)
     expected, frames = compute_modified_frames(arm, lengths, poses), link_frames(arm)
     standard = NumericChain(arm, lengths)
     for k, q in enumerate(poses):
         for i, frame in enumerate(frames):
-            assert np.allclose(values(arm, frame.rotation, lengths, q), expected[k, i, :3, :3], atol=1e-9)
-            assert np.allclose(values(arm, frame.origin, lengths, q)[:, 0], expected[k, i, :3, 3], atol=1e-9)
+            assert np.allclose(evaluate_matrix(arm, frame.rotation, lengths, q), expected[k, i, :3, :3], atol=1e-9)
+            assert np.allclose(evaluate_matrix(arm, frame.origin, lengths, q)[:, 0], expected[k, i, :3, 3], atol=1e-9)
         point = convention_of(arm).point
         offset = [float(entry.subs(lengths)) for entry in point.offset]
-        there = expected[k, point.frame, :3, :3] @ offset + expected[k, point.frame, :3, 3]
-        assert np.allclose(there, standard.point(q), atol=1e-9)
+        point_world = expected[k, point.frame, :3, :3] @ offset + expected[k, point.frame, :3, 3]
+        assert np.allclose(point_world, standard.point(q), atol=1e-9)
         assert np.allclose(standard.convention_frames(standard.frames(q)), expected[k], atol=1e-9)
         p_star = standard.point(q)[:, None] - expected[k, 1:, :3, 3].T
-        assert np.allclose(values(arm, derive(arm).p_star, lengths, q), p_star, atol=1e-9)
+        assert np.allclose(evaluate_matrix(arm, derive(arm).p_star, lengths, q), p_star, atol=1e-9)
 
 
 @on_families(SOME)
-def test_what_hangs_on_the_frames_is_certified(family: str) -> None:
-    asked = [name for name in questions_of_family(family, MODIFIED) if name in OF_FRAMES]
-    certificate = certify(generate(ProblemId(family, 2, tuple(asked), variation="full", convention=MODIFIED)))
+def test_questions_about_frames_are_certified(family: str) -> None:
+    questions = [name for name in questions_of_family(family, MODIFIED) if name in FRAME_QUESTIONS]
+    certificate = certify(generate(ProblemId(family, 2, tuple(questions), variation="full", convention=MODIFIED)))
     assert certificate.passed, certificate.failures
     assert {check.name for check in certificate.checks} >= {"modified table: axes", "modified table: point"}
 
 
-def test_a_certificate_sees_a_table_that_leads_elsewhere(monkeypatch: pytest.MonkeyPatch) -> None:
+def test_certificate_detects_wrong_table(monkeypatch: pytest.MonkeyPatch) -> None:
     problem = generate("elbow-3r/1@modified-dh", ["transform"])
 
     table = ModifiedDh._split_base
@@ -90,8 +90,8 @@ def test_a_certificate_sees_a_table_that_leads_elsewhere(monkeypatch: pytest.Mon
 
 
 @on_families(SOME)
-def test_no_text_speaks_of_the_frames_of_the_standard_table(family: str) -> None:
-    """No z_0, and no p*_0: the frame on the axis of joint 1 is frame 1."""
+def test_no_text_names_frames_of_the_standard_table(family: str) -> None:
+    """There is no z_0 and no p*_0: the frame on the axis of joint 1 is frame 1."""
     problem = generate(ProblemId(family, 1, variation="full", convention=MODIFIED))
     texts = {"statement": write_statement(problem, "").replace("replace the chapter's $z_{i-1}$ and $p^*_{i-1}$", "")}
     for part in problem.parts:
@@ -99,13 +99,13 @@ def test_no_text_speaks_of_the_frames_of_the_standard_table(family: str) -> None
         texts[f"{part.name}, hints"] = "\n".join(write_hints(problem, part))
     texts |= {f"{name}, solution": text for name, text in write_solutions(problem).items()}
     wrong = re.compile(r"(?:z|p\^\*)_\{?0\b|p\^\*_\{i-1\} *\$|z_\{i-1\} \\times|R_z\(\\theta_i\)\\, T_z\(d_i\)\\, T_x")
-    assert not {name: found[0] for name, text in texts.items() if (found := wrong.search(text))}
+    assert not {name: match[0] for name, text in texts.items() if (match := wrong.search(text))}
 
 
 @on_families(FIXED)
-def test_a_figure_shows_the_told_frames(family: str) -> None:
-    arm = make_drawable_chain(modified(family))
-    _, poses = at_random(arm)
+def test_figure_shows_frames_of_the_modified_table(family: str) -> None:
+    arm = make_drawable_chain(sample_modified_arm(family))
+    _, poses = sample_values(arm)
     for q in poses:
         assert np.allclose(
             compute_convention_frames(arm, compute_skeleton(arm, q)),
@@ -115,31 +115,31 @@ def test_a_figure_shows_the_told_frames(family: str) -> None:
 
 
 @pytest.mark.parametrize(("alpha", "a"), [(0, "3/10"), ("pi/2", 0), ("pi/3", "a0"), ("pi", "-3/10")])
-def test_the_first_row_may_have_a_length_and_a_twist(alpha: object, a: object) -> None:
-    """Then O_0 is the world frame, where the standard table has its own farther on."""
+def test_first_row_may_have_length_and_twist(alpha: object, a: object) -> None:
+    """Then frame 0 is the world frame, unlike in the standard table."""
     base = Base((sp.S(a), sp.S.Zero, sp.S.Zero), sp.S.Zero, sp.S(alpha))
-    arm = replace(modified("elbow-3r", variation="chapter"), base=base)
+    arm = replace(sample_modified_arm("elbow-3r", variation="chapter"), base=base)
     first = convention_of(arm).rows[0]
     assert (first.a, first.alpha, convention_of(arm).base) == (base.position[0], base.tilt, Base())
-    lengths, poses = at_random(arm)
+    lengths, poses = sample_values(arm)
     expected, numeric = compute_modified_frames(arm, lengths, poses), NumericChain(arm, lengths)
     assert np.allclose(expected[:, 0], np.eye(4))
     assert np.allclose(numeric.convention_frames(numeric.frames(poses)), expected, atol=1e-9)
     assert certify(Problem(ProblemId("mine", 1), arm, ())).passed
-    drawn = make_drawable_chain(arm)
+    drawable = make_drawable_chain(arm)
     for q in poses:
         assert np.allclose(
-            compute_convention_frames(arm, compute_skeleton(drawn, q)),
-            compute_modified_frames(drawn, {}, q[None])[0],
+            compute_convention_frames(arm, compute_skeleton(drawable, q)),
+            compute_modified_frames(drawable, {}, q[None])[0],
             atol=1e-9,
         )
     on_axis = "O_0" if first.a == 0 else None  # d_1 leads from the axis to O_1
     assert convention_of(arm).origin_name(0) == on_axis
-    flat = replace(modified("planar-3r", variation="chapter"), base=base)
+    flat = replace(sample_modified_arm("planar-3r", variation="chapter"), base=base)
     assert [convention_of(flat).origin_name(k) for k in range(4)] == ["O_1", "O_2", "O_3", "P"]
 
 
-def test_ids_tell_the_convention() -> None:
+def test_id_contains_the_convention() -> None:
     for text in ("planar-2r/7@modified-dh", "planar-2r/7@chapter@modified-dh"):
         assert str(ProblemId.parse(text)) == text
     for text, wrong in (("7@full@modified", "'modified'"), ("7@full@zeros", "two variations")):
@@ -147,8 +147,10 @@ def test_ids_tell_the_convention() -> None:
             ProblemId.parse(f"planar-2r/{text}")
 
 
-def test_places_have_the_names_of_the_convention() -> None:
-    planar, puma = (convention_of(modified(family, variation="chapter")) for family in ("planar-3r", "puma-560"))
+def test_origins_have_the_names_of_the_convention() -> None:
+    planar, puma = (
+        convention_of(sample_modified_arm(family, variation="chapter")) for family in ("planar-3r", "puma-560")
+    )
     assert [planar.origin_name(k) for k in range(4)] == ["O_1", "O_2", "O_3", "P"]
     assert puma.origin_name(1) == "O_2"
     assert puma.origin_name(2) is None  # d3 leads away from O_2 of the standard

@@ -1,13 +1,13 @@
-"""Jacobians, determinants and singular sets that textbooks print, of arms told in each book's own convention.
+"""Jacobians, determinants and singular sets from textbooks, of arms described in each book's own convention.
 
-`tests/data/textbooks` has a file for each book, with an arm as a ROBOT.toml and what the book says of it, in its order:
+`tests/data/textbooks` has a file for each book, with each arm as a ROBOT.toml and the book's results, in its order:
 
-    jacobian        entries, or the axes, origins and tip of which the book makes its columns, in a `frame` (base: 0);
-                    six rows vx ... wz if none are named; of frame `link`, where that is not the point of interest
+    jacobian        entries, or the axes, origins and tip from which the book builds the columns, in a `frame`
+                    (base: 0); six rows vx ... wz if none are named; of frame `link` if it is not the point
     determinant, inverse, manipulability, rates, torques, forces (by torques), isotropic, at (figures, rounded)
-    singular        alternatives that the book prints, some with their `kinds`; `derived` are those that it leaves out
-    space           the space Jacobian, rows as the book has them (twist_order), or its axes and points on them
-    home_space      screws at home, a row each, of which exponentials make the space Jacobian; home_body, too
+    singular        alternatives that the book prints, some with their `kinds`; `derived` are those that it omits
+    space           the space Jacobian with the book's order of rows (twist_order), or its axes and points on them
+    home_space      screws at home, one per row, whose exponentials give the space Jacobian; home_body likewise
 """
 
 import tomllib
@@ -36,23 +36,30 @@ from qdot.exercises.singularities.classification import sample_condition
 from qdot.exercises.solve.solver import Solution, solve
 from qdot.exercises.verify.singular import SET_TOLERANCE
 from qdot.exercises.writing.solution_steps import SingularComponent
-from tests.exercises.arm.poses import exponential
-from tests.exercises.arm.sets import assert_is_book, claimed, compared, rank_ratios, read_pieces, search
+from tests.exercises.arm.poses import compute_exponential
+from tests.exercises.arm.sets import (
+    assert_same_set,
+    compare_with_book,
+    compute_rank_ratios,
+    read_pieces,
+    read_singular_set,
+    search_singularities,
+)
 from tests.support import DATA
 
 POINTS = 10
-"""Configurations, each with lengths of its own, at which formulas are compared."""
+"""The number of configurations, each with different lengths, at which formulas are compared."""
 Values = Mapping[str, np.ndarray]
 Texts = Sequence[Sequence[str]]
 
 
 @dataclass(frozen=True)
 class Arm:
-    """An arm as a book tells it, and what the book says of it; the file is that of the book."""
+    """An arm as a book describes it, the book's file, and its entry for the arm."""
 
     name: str
     file: str
-    told: Mapping[str, Any]
+    entry: Mapping[str, Any]
 
     def __repr__(self) -> str:
         return self.name
@@ -65,75 +72,75 @@ ARMS = [Arm(row["name"], file, row) for file, book in sorted(BOOKS.items()) for 
 LONG = ("siciliano-anthropomorphic-with-wrist", "craig-puma-560", "craig-puma-560-without-a3",
         "murray-li-sastry-stanford")  # fmt: skip
 SLOW = (*LONG, "siciliano-anthropomorphic", "chapter-scorbot", "craig-3r", "spong-elbow", "spong-spherical")
-"""Arms whose singular sets take long, and those whose kinds do; families with such arms are in every suite."""
+"""Arms whose singular sets or kinds take long; families with such arms are in every suite."""
 
 
-def _with(*keys: str, slow: Sequence[str] = ()) -> pytest.MarkDecorator:
-    """Return the parameters of a test: the arms of which a book says any of these."""
-    arms = [arm for arm in ARMS if any(key in arm.told for key in keys)]
+def _parametrize_arms(*keys: str, slow: Sequence[str] = ()) -> pytest.MarkDecorator:
+    """Parametrize a test by the arms whose entries have any of these keys."""
+    arms = [arm for arm in ARMS if any(key in arm.entry for key in keys)]
     marks = dict.fromkeys(slow, pytest.mark.whole)
     return pytest.mark.parametrize("arm", [pytest.param(a, marks=marks.get(a.name, ()), id=a.name) for a in arms])
 
 
 @cache
-def _robot(name: str) -> Robot:
-    text = next(arm.told["robot"] for arm in ARMS if arm.name == name)
+def _read_robot(name: str) -> Robot:
+    text = next(arm.entry["robot"] for arm in ARMS if arm.name == name)
     with TemporaryDirectory() as folder:
         path = Path(folder) / "arm.toml"
         path.write_text(text, encoding="utf-8")
         return read_robot_file(path)
 
 
-def _chain(arm: Arm) -> Chain:
-    return _robot(arm.name).chain
+def _get_chain(arm: Arm) -> Chain:
+    return _read_robot(arm.name).chain
 
 
 @cache
-def _solution(name: str) -> Solution:
-    return solve(_robot(name).chain)
+def _solve(name: str) -> Solution:
+    return solve(_read_robot(name).chain)
 
 
-def _geometric(arm: Arm, values: Values) -> np.ndarray:
-    return _ours(derive(_chain(arm)).geometric, values)
+def _compute_geometric_jacobian(arm: Arm, values: Values) -> np.ndarray:
+    return _evaluate_matrix(derive(_get_chain(arm)).geometric, values)
 
 
-# --- in numbers ---
+# --- numeric values ---
 
 
-def _values(arm: Arm, given: Mapping[str, str] | None = None, points: int = POINTS) -> dict[str, np.ndarray]:
-    """Return values of every joint and length, and of forces and velocities x and y; some may be given as formulas."""
-    chain, stream = _chain(arm), Stream(arm.name)
-    values = {q.name: _drawn(stream, -3, 3, points) for q in chain.q}
-    values |= {symbol.name: _drawn(stream, 0.3, 1.2, points) for symbol in chain.parameters}
-    values |= {name: _drawn(stream, -1, 1, points) for name in "xy"}
-    for name, text in (given or {}).items():
+def _sample_values(arm: Arm, formulas: Mapping[str, str] | None = None, points: int = POINTS) -> dict[str, np.ndarray]:
+    """Return values of every joint and length, and of forces and velocities x and y; formulas replace some of them."""
+    chain, stream = _get_chain(arm), Stream(arm.name)
+    values = {q.name: _sample(stream, -3, 3, points) for q in chain.q}
+    values |= {symbol.name: _sample(stream, 0.3, 1.2, points) for symbol in chain.parameters}
+    values |= {name: _sample(stream, -1, 1, points) for name in "xy"}
+    for name, text in (formulas or {}).items():
         assert name in values
-        values[name] = _book(text, values)
+        values[name] = _evaluate_formula(text, values)
     return values
 
 
-def _drawn(stream: Stream, low: float, high: float, points: int) -> np.ndarray:
+def _sample(stream: Stream, low: float, high: float, points: int) -> np.ndarray:
     return np.array([stream.uniform(low, high) for _ in range(points)])
 
 
-def _book(text: str, values: Values) -> np.ndarray:
-    """Return the values of a book's formula, (points,)."""
+def _evaluate_formula(text: str, values: Values) -> np.ndarray:
+    """Evaluate a book's formula, (points,)."""
     node, points = parse_formula(text), len(values["x"])
     assert find_names(node) <= {*values, "pi"}, text
-    found = evaluate_variants([node], values, points)[0]
-    assert np.isfinite(found).all() and np.abs(found.imag).max() < 1e-12, text
-    return np.asarray(found.real)
+    results = evaluate_variants([node], values, points)[0]
+    assert np.isfinite(results).all() and np.abs(results.imag).max() < 1e-12, text
+    return np.asarray(results.real)
 
 
-def _book_matrix(rows: Texts, values: Values) -> np.ndarray:
-    """Return the values of a book's matrix, (points, rows, columns)."""
+def _evaluate_rows(rows: Texts, values: Values) -> np.ndarray:
+    """Evaluate a book's matrix, (points, rows, columns)."""
     assert len({len(row) for row in rows}) == 1
-    entries = np.array([[_book(text, values) for text in row] for row in rows])
+    entries = np.array([[_evaluate_formula(text, values) for text in row] for row in rows])
     return np.moveaxis(entries, -1, 0)
 
 
-def _ours(matrix: sp.Matrix, values: Values) -> np.ndarray:
-    """Return the values of a matrix that was derived, (points, rows, columns)."""
+def _evaluate_matrix(matrix: sp.Matrix, values: Values) -> np.ndarray:
+    """Evaluate a derived matrix, (points, rows, columns)."""
     symbols = sorted(matrix.free_symbols, key=str)
     function = sp.lambdify(symbols, matrix.tolist(), modules="numpy")
     columns = [values[symbol.name] for symbol in symbols]
@@ -141,9 +148,9 @@ def _ours(matrix: sp.Matrix, values: Values) -> np.ndarray:
     return np.array([function(*(column[k] for column in columns)) for k in points], dtype=float)
 
 
-def _task(arm: Arm, six: np.ndarray, rows: Sequence[str] = ()) -> np.ndarray:
+def _select_rows(arm: Arm, six: np.ndarray, rows: Sequence[str] = ()) -> np.ndarray:
     """Return the named rows of a 6 x n Jacobian, those of the arm's task if none are named."""
-    return six[:, [VELOCITY_NAMES.index(row) for row in rows or _chain(arm).task]]
+    return six[:, [VELOCITY_NAMES.index(row) for row in rows or _get_chain(arm).task]]
 
 
 def _is_near(a: np.ndarray, b: np.ndarray) -> bool:
@@ -153,116 +160,130 @@ def _is_near(a: np.ndarray, b: np.ndarray) -> bool:
 # --- Jacobians ---
 
 
-def _as_told(arm: Arm) -> Chain:
-    """Return the arm with the frames of its own convention on its links."""
-    robot = _robot(arm.name)
+def _get_original_chain(arm: Arm) -> Chain:
+    """Return the arm with the link frames of the book's convention."""
+    robot = _read_robot(arm.name)
     return replace(robot.chain, convention=robot.written_arm.convention.name if robot.written_arm else "dh")
 
 
-def _rotation(arm: Arm, frame: int, values: Values) -> np.ndarray:
-    """Return the rotation of a frame of the arm's own convention, (points, 3, 3)."""
-    return _ours(link_frames(_as_told(arm))[frame].rotation, values)
+def _compute_rotation(arm: Arm, frame: int, values: Values) -> np.ndarray:
+    """Return the rotation of a frame of the book's convention, (points, 3, 3)."""
+    return _evaluate_matrix(link_frames(_get_original_chain(arm))[frame].rotation, values)
 
 
-def _seen_from(rotation: np.ndarray, six: np.ndarray) -> np.ndarray:
-    """Return a 6 x n matrix of two vectors in each column, told in a frame of that rotation."""
-    back = rotation.swapaxes(1, 2)
-    return np.concatenate([back @ six[:, :3], back @ six[:, 3:]], axis=1)
+def _express_in_frame(rotation: np.ndarray, six: np.ndarray) -> np.ndarray:
+    """Express a 6 x n matrix with two vectors in each column in a frame of that rotation."""
+    inverse = rotation.swapaxes(1, 2)
+    return np.concatenate([inverse @ six[:, :3], inverse @ six[:, 3:]], axis=1)
 
 
-def _by_axes(arm: Arm, told: Mapping[str, Any], values: Values) -> np.ndarray:
-    """Return the Jacobian that axes, origins and the tip make: (z x (tip - o), z), and (z, 0) of a slide."""
-    z, origins = (_book_matrix(told[key], values) for key in ("axes", "origins"))
-    (tip,) = np.moveaxis(_book_matrix([told["tip"]], values), 1, 0)
-    slides = _slides(arm)
-    linear = np.where(slides, z, np.cross(z, tip[:, None] - origins))
-    return np.concatenate([linear, np.where(slides, 0, z)], axis=2).swapaxes(1, 2)
+def _build_jacobian(arm: Arm, source: Mapping[str, Any], values: Values) -> np.ndarray:
+    """Build the Jacobian from axes, origins and tip: (z x (tip - o), z), and (z, 0) for a prismatic joint."""
+    z, origins = (_evaluate_rows(source[key], values) for key in ("axes", "origins"))
+    (tip,) = np.moveaxis(_evaluate_rows([source["tip"]], values), 1, 0)
+    prismatic = _find_prismatic(arm)
+    linear = np.where(prismatic, z, np.cross(z, tip[:, None] - origins))
+    return np.concatenate([linear, np.where(prismatic, 0, z)], axis=2).swapaxes(1, 2)
 
 
-def _slides(arm: Arm) -> np.ndarray:
-    return np.array([[joint.is_prismatic] for joint in _chain(arm).joints])
+def _find_prismatic(arm: Arm) -> np.ndarray:
+    return np.array([[joint.is_prismatic] for joint in _get_chain(arm).joints])
 
 
-@_with("jacobian")
-def test_the_jacobian_is_the_books(arm: Arm) -> None:
-    values = _values(arm)
-    for told in arm.told["jacobian"]:
-        assert {*told} <= {"frame", "rows", "entries", "axes", "origins", "tip", "link"}
-        rows = told.get("rows", VELOCITY_NAMES)
-        book = _book_matrix(told["entries"], values) if "entries" in told else None
+@_parametrize_arms("jacobian")
+def test_jacobian_agrees_with_the_book(arm: Arm) -> None:
+    values = _sample_values(arm)
+    for source in arm.entry["jacobian"]:
+        assert {*source} <= {"frame", "rows", "entries", "axes", "origins", "tip", "link"}
+        rows = source.get("rows", VELOCITY_NAMES)
+        book = _evaluate_rows(source["entries"], values) if "entries" in source else None
         if book is None:
-            book = _task(arm, _by_axes(arm, told, values), rows)
-        of_link = _ours(derive(_as_told(arm)).link_jacobian(told["link"]), values) if "link" in told else None
-        six = _geometric(arm, values) if of_link is None else of_link
-        seen = _seen_from(_rotation(arm, told.get("frame", 0), values), six)
-        assert _is_near(_task(arm, seen, rows), book)
+            book = _select_rows(arm, _build_jacobian(arm, source, values), rows)
+        of_link = (
+            _evaluate_matrix(derive(_get_original_chain(arm)).link_jacobian(source["link"]), values)
+            if "link" in source
+            else None
+        )
+        six = _compute_geometric_jacobian(arm, values) if of_link is None else of_link
+        in_frame = _express_in_frame(_compute_rotation(arm, source.get("frame", 0), values), six)
+        assert _is_near(_select_rows(arm, in_frame, rows), book)
 
 
-@_with("at")
-def test_figures_at_a_configuration_are_the_books(arm: Arm) -> None:
-    for told in arm.told["at"]:
-        values = _values(arm, told["values"], points=1)
-        figures = _task(arm, _geometric(arm, values), told["rows"])
-        assert np.abs(figures - _book_matrix(told["entries"], values)).max() <= 0.5 * 10 ** -told["decimals"] + 1e-12
+@_parametrize_arms("at")
+def test_numeric_jacobian_agrees_with_the_book(arm: Arm) -> None:
+    for source in arm.entry["at"]:
+        values = _sample_values(arm, source["values"], points=1)
+        figures = _select_rows(arm, _compute_geometric_jacobian(arm, values), source["rows"])
+        assert (
+            np.abs(figures - _evaluate_rows(source["entries"], values)).max() <= 0.5 * 10 ** -source["decimals"] + 1e-12
+        )
 
 
-@_with("determinant")
-def test_the_determinant_is_the_books(arm: Arm) -> None:
-    values = _values(arm)
-    book = _book(arm.told["determinant"], values)
-    assert _is_near(_ours(sp.Matrix([[derive(_chain(arm)).determinant]]), values)[:, 0, 0], book)
-    assert _is_near(np.linalg.det(_task(arm, _geometric(arm, values))), book)
+@_parametrize_arms("determinant")
+def test_determinant_agrees_with_the_book(arm: Arm) -> None:
+    values = _sample_values(arm)
+    book = _evaluate_formula(arm.entry["determinant"], values)
+    assert _is_near(_evaluate_matrix(sp.Matrix([[derive(_get_chain(arm)).determinant]]), values)[:, 0, 0], book)
+    assert _is_near(np.linalg.det(_select_rows(arm, _compute_geometric_jacobian(arm, values))), book)
     if not book.any():
-        solution = _solution(arm.name)
+        solution = _solve(arm.name)
         assert solution.singular is None and "every configuration" in (solution.note or "")
 
 
-@_with("inverse")
-def test_the_inverse_is_the_books(arm: Arm) -> None:
-    values = _values(arm)
-    assert _is_near(_ours(derive(_chain(arm)).inverse, values), _book_matrix(arm.told["inverse"], values))
+@_parametrize_arms("inverse")
+def test_inverse_agrees_with_the_book(arm: Arm) -> None:
+    values = _sample_values(arm)
+    assert _is_near(
+        _evaluate_matrix(derive(_get_chain(arm)).inverse, values), _evaluate_rows(arm.entry["inverse"], values)
+    )
 
 
-@_with("rates")
-def test_rates_for_a_velocity_are_the_books(arm: Arm) -> None:
-    chain = _chain(arm)
-    for told in arm.told["rates"]:
-        velocity = dict(zip(chain.task, told["velocity"], strict=True))
-        values = _values(arm)
-        values |= {row: _book(text, values) for row, text in velocity.items()}
-        ours = _ours(derive(chain).rate_law(), values)[:, :, 0]
-        assert _is_near(ours, _book_matrix([told["values"]], values)[:, 0])
+@_parametrize_arms("rates")
+def test_joint_rates_agree_with_the_book(arm: Arm) -> None:
+    chain = _get_chain(arm)
+    for source in arm.entry["rates"]:
+        velocity = dict(zip(chain.task, source["velocity"], strict=True))
+        values = _sample_values(arm)
+        values |= {row: _evaluate_formula(text, values) for row, text in velocity.items()}
+        ours = _evaluate_matrix(derive(chain).rate_law(), values)[:, :, 0]
+        assert _is_near(ours, _evaluate_rows([source["values"]], values)[:, 0])
 
 
-@_with("torques")
-def test_torques_that_hold_a_force_are_the_books(arm: Arm) -> None:
-    values = _values(arm)
-    for told in arm.told["torques"]:
-        force = _rotation(arm, told.get("frame", 0), values) @ _book_matrix([[f] for f in told["force"]], values)
-        linear = _geometric(arm, values)[:, :3]
-        assert _is_near((linear.swapaxes(1, 2) @ force)[:, :, 0], _book_matrix([told["values"]], values)[:, 0])
+@_parametrize_arms("torques")
+def test_joint_torques_agree_with_the_book(arm: Arm) -> None:
+    values = _sample_values(arm)
+    for source in arm.entry["torques"]:
+        force = _compute_rotation(arm, source.get("frame", 0), values) @ _evaluate_rows(
+            [[f] for f in source["force"]], values
+        )
+        linear = _compute_geometric_jacobian(arm, values)[:, :3]
+        assert _is_near((linear.swapaxes(1, 2) @ force)[:, :, 0], _evaluate_rows([source["values"]], values)[:, 0])
 
 
-@_with("forces")
-def test_forces_by_torques_are_the_books(arm: Arm) -> None:
-    values = _values(arm)
-    for told in arm.told["forces"]:
-        seen = _seen_from(_rotation(arm, told["frame"], values), _geometric(arm, values))
-        assert _is_near(np.linalg.inv(_task(arm, seen).swapaxes(1, 2)), _book_matrix(told["entries"], values))
+@_parametrize_arms("forces")
+def test_tip_forces_agree_with_the_book(arm: Arm) -> None:
+    values = _sample_values(arm)
+    for source in arm.entry["forces"]:
+        in_frame = _express_in_frame(
+            _compute_rotation(arm, source["frame"], values), _compute_geometric_jacobian(arm, values)
+        )
+        assert _is_near(
+            np.linalg.inv(_select_rows(arm, in_frame).swapaxes(1, 2)), _evaluate_rows(source["entries"], values)
+        )
 
 
-@_with("manipulability")
-def test_manipulability_is_the_books(arm: Arm) -> None:
-    values = _values(arm)
-    jacobian = _task(arm, _geometric(arm, values))
+@_parametrize_arms("manipulability")
+def test_manipulability_agrees_with_the_book(arm: Arm) -> None:
+    values = _sample_values(arm)
+    jacobian = _select_rows(arm, _compute_geometric_jacobian(arm, values))
     ours = np.sqrt(np.linalg.det(jacobian @ jacobian.swapaxes(1, 2)))
-    assert np.allclose(ours, _book(arm.told["manipulability"], values), rtol=1e-7)
+    assert np.allclose(ours, _evaluate_formula(arm.entry["manipulability"], values), rtol=1e-7)
 
 
-@_with("isotropic")
-def test_isotropic_configurations_are_the_books(arm: Arm) -> None:
-    for told in arm.told["isotropic"]:
-        jacobian = _task(arm, _geometric(arm, _values(arm, told)))
+@_parametrize_arms("isotropic")
+def test_isotropic_configurations_of_the_book_are_isotropic(arm: Arm) -> None:
+    for formulas in arm.entry["isotropic"]:
+        jacobian = _select_rows(arm, _compute_geometric_jacobian(arm, _sample_values(arm, formulas)))
         sigma = np.linalg.svd(jacobian, compute_uv=False)
         assert sigma.min() > 0.1 and np.allclose(sigma[:, 0], sigma[:, -1])
 
@@ -270,123 +291,129 @@ def test_isotropic_configurations_are_the_books(arm: Arm) -> None:
 # --- screws ---
 
 
-def _space_jacobian(arm: Arm, values: Values) -> np.ndarray:
+def _compute_space_jacobian(arm: Arm, values: Values) -> np.ndarray:
     """Return the space Jacobian, rows (omega, v), from the derived axes and vectors from them to the point."""
-    d = derive(_chain(arm))
-    z, p_star = (_ours(matrix.T, values) for matrix in (d.z, d.p_star))
-    return _columns(arm, z, _ours(d.position.T, values) - p_star)
+    d = derive(_get_chain(arm))
+    z, p_star = (_evaluate_matrix(matrix.T, values) for matrix in (d.z, d.p_star))
+    return _build_screw_columns(arm, z, _evaluate_matrix(d.position.T, values) - p_star)
 
 
-def _columns(arm: Arm, axes: np.ndarray, points: np.ndarray) -> np.ndarray:
-    """Return (omega, -omega x q) of each axis omega with a point q on it, and (0, v) of a slide, (points, 6, n)."""
-    slides = _slides(arm)
-    linear = np.where(slides, axes, -np.cross(axes, points))
-    return np.concatenate([np.where(slides, 0, axes), linear], axis=2).swapaxes(1, 2)
+def _build_screw_columns(arm: Arm, axes: np.ndarray, points: np.ndarray) -> np.ndarray:
+    """Return (omega, -omega x q) for each axis omega and point q, and (0, v) for a prismatic joint, (points, 6, n)."""
+    prismatic = _find_prismatic(arm)
+    linear = np.where(prismatic, axes, -np.cross(axes, points))
+    return np.concatenate([np.where(prismatic, 0, axes), linear], axis=2).swapaxes(1, 2)
 
 
-def _body_jacobian(arm: Arm, values: Values) -> np.ndarray:
-    """Return the body Jacobian, rows (omega, v), in a frame at the point that is turned as the base at home."""
-    chain = _chain(arm)
+def _compute_body_jacobian(arm: Arm, values: Values) -> np.ndarray:
+    """Return the body Jacobian, rows (omega, v), in a frame at the point that is parallel to the base at home."""
+    chain = _get_chain(arm)
     turned = link_frames(chain)[-1].rotation
     rotation = turned * turned.xreplace(dict.fromkeys(chain.q, sp.S.Zero)).T
-    geometric = _geometric(arm, values)
-    return _seen_from(_ours(rotation, values), np.concatenate([geometric[:, 3:], geometric[:, :3]], axis=1))
+    geometric = _compute_geometric_jacobian(arm, values)
+    return _express_in_frame(
+        _evaluate_matrix(rotation, values), np.concatenate([geometric[:, 3:], geometric[:, :3]], axis=1)
+    )
 
 
-def _skew(vector: np.ndarray) -> np.ndarray:
+def _make_skew_matrix(vector: np.ndarray) -> np.ndarray:
     x, y, z = vector
     return np.array([[0, -z, y], [z, 0, -x], [-y, x, 0]])
 
 
-def _adjoint_of_motion(screw: np.ndarray, q: float) -> np.ndarray:
-    """Return the 6 x 6 adjoint of exp([S] q); S = (omega, v), omega of length 1 and v across it, or omega 0."""
-    slides = not screw[:3].any()
-    pose = exponential(screw[3:] if slides else screw[:3], q, slides, np.cross(screw[:3], screw[3:]))
+def _compute_adjoint(screw: np.ndarray, q: float) -> np.ndarray:
+    """Return the 6 x 6 adjoint of exp([S] q); S = (omega, v) with |omega| = 1 and v normal to it, or omega = 0."""
+    is_prismatic = not screw[:3].any()
+    pose = compute_exponential(
+        screw[3:] if is_prismatic else screw[:3], q, is_prismatic, np.cross(screw[:3], screw[3:])
+    )
     rotation = pose[:3, :3]
-    return np.block([[rotation, np.zeros((3, 3))], [_skew(pose[:3, 3]) @ rotation, rotation]])
+    return np.block([[rotation, np.zeros((3, 3))], [_make_skew_matrix(pose[:3, 3]) @ rotation, rotation]])
 
 
-def _by_exponentials(screws: np.ndarray, q: np.ndarray, body: bool) -> np.ndarray:
-    """Return the Jacobian of screws at home, n x 6: each moved by joints before it, in the body by those behind."""
+def _multiply_exponentials(screws: np.ndarray, q: np.ndarray, body: bool) -> np.ndarray:
+    """Return the Jacobian of home screws, n x 6: moved by the joints before, in the body by those after."""
     columns, moved = [], np.eye(6)
     order = range(len(screws))
     for i in reversed(order) if body else order:
         columns.append(moved @ screws[i])
-        moved = moved @ _adjoint_of_motion(screws[i], -q[i] if body else q[i])
+        moved = moved @ _compute_adjoint(screws[i], -q[i] if body else q[i])
     return np.array(columns[::-1] if body else columns).T
 
 
-@_with("space")
-def test_the_space_jacobian_is_the_books(arm: Arm) -> None:
-    values, chain = _values(arm), _chain(arm)
-    asked, _ = QUESTIONS["space-jacobian"].ask(chain, Stream(arm.name))
-    book = _book_matrix(arm.told["space"], values)
-    assert _is_near(_ours(asked.as_matrix(), values), book)
+@_parametrize_arms("space")
+def test_space_jacobian_agrees_with_the_book(arm: Arm) -> None:
+    values, chain = _sample_values(arm), _get_chain(arm)
+    answer, _ = QUESTIONS["space-jacobian"].ask(chain, Stream(arm.name))
+    book = _evaluate_rows(arm.entry["space"], values)
+    assert _is_near(_evaluate_matrix(answer.as_matrix(), values), book)
     linear_first = chain.twist_order == "v-omega"
-    assert _is_near(_space_jacobian(arm, values), np.roll(book, 3, axis=1) if linear_first else book)
+    assert _is_near(_compute_space_jacobian(arm, values), np.roll(book, 3, axis=1) if linear_first else book)
 
 
-@_with("space_axes")
-def test_axes_and_points_of_the_space_jacobian_are_the_books(arm: Arm) -> None:
-    values = _values(arm)
-    axes, points = (_book_matrix(arm.told[key], values) for key in ("space_axes", "space_points"))
-    assert _is_near(_space_jacobian(arm, values), _columns(arm, axes, points))
+@_parametrize_arms("space_axes")
+def test_screw_axes_agree_with_the_book(arm: Arm) -> None:
+    values = _sample_values(arm)
+    axes, points = (_evaluate_rows(arm.entry[key], values) for key in ("space_axes", "space_points"))
+    assert _is_near(_compute_space_jacobian(arm, values), _build_screw_columns(arm, axes, points))
 
 
-def _jacobian_of_screws(arm: Arm, key: str, values: Values) -> np.ndarray:
-    screws = _book_matrix(arm.told[key], values)
-    q = np.stack([values[joint.name] for joint in _chain(arm).q], axis=1)
-    return np.array([_by_exponentials(s, at, key == "home_body") for s, at in zip(screws, q, strict=True)])
+def _compute_screw_jacobian(arm: Arm, key: str, values: Values) -> np.ndarray:
+    screws = _evaluate_rows(arm.entry[key], values)
+    q = np.stack([values[joint.name] for joint in _get_chain(arm).q], axis=1)
+    return np.array([_multiply_exponentials(s, at, key == "home_body") for s, at in zip(screws, q, strict=True)])
 
 
-@_with("home_space", "home_body", slow=LONG)
-def test_screws_at_home_make_the_space_and_the_body_jacobian(arm: Arm) -> None:
-    values = _values(arm)
-    for key, jacobian in (("home_space", _space_jacobian), ("home_body", _body_jacobian)):
-        assert key not in arm.told or _is_near(jacobian(arm, values), _jacobian_of_screws(arm, key, values)), key
+@_parametrize_arms("home_space", "home_body", slow=LONG)
+def test_home_screws_give_the_space_and_body_jacobians(arm: Arm) -> None:
+    values = _sample_values(arm)
+    for key, jacobian in (("home_space", _compute_space_jacobian), ("home_body", _compute_body_jacobian)):
+        assert key not in arm.entry or _is_near(jacobian(arm, values), _compute_screw_jacobian(arm, key, values)), key
 
 
 # --- singular sets ---
 
 
-def _all_singular(arm: Arm) -> list[str]:
-    return [*arm.told.get("singular", ()), *arm.told.get("derived", ())]
+def _list_singular_conditions(arm: Arm) -> list[str]:
+    return [*arm.entry.get("singular", ()), *arm.entry.get("derived", ())]
 
 
-def _shown(component: SingularComponent) -> str:
-    """Return the condition that `solve` shows, by values of joints where it gives any."""
+def _format_component(component: SingularComponent) -> str:
+    """Return the condition that `solve` shows, with joint values if there are any."""
     if component.solutions is None:
         return " and ".join(f"{condition} = 0" for condition in component.conditions)
     shown = ((joint, ", ".join(map(str, values))) for joint, values in component.solutions)
     return " and ".join(f"{joint} in {{{values}}}" for joint, values in shown)
 
 
-@_with("singular", "derived", slow=LONG)
-def test_the_singular_set_is_the_books(arm: Arm) -> None:
-    """Each printed condition is found, and nothing is but these and what is said to be missing from the book.
+@_parametrize_arms("singular", "derived", slow=LONG)
+def test_singular_set_agrees_with_the_book(arm: Arm) -> None:
+    """The derived set is exactly the printed conditions and those listed as missing from the book.
 
-    Rank is lost at each of them, and a search finds no singular configuration beside them.
+    Rank is lost at each of them, and a search finds no other singular configuration.
     """
-    chain, book = _chain(arm), _all_singular(arm)
-    assert_is_book(chain, claimed(chain), book)
+    chain, book = _get_chain(arm), _list_singular_conditions(arm)
+    assert_same_set(chain, read_singular_set(chain), book)
     for text in book:
         samples = sample_condition(chain, text, arm.name, arm_count=3, samples_per_arm=3)
         assert samples, text
-        assert all(rank_ratios(sample.arm, chain, sample.q) < 1e-7 for sample in samples), text
-    found = search(chain, f"{arm.name}/search", 20)
-    assert (rank_ratios(found.arm, chain, found.starts) > 1e-6).all()
-    assert len(found.reached)
-    assert found.are_in(read_pieces(chain, book), SET_TOLERANCE).all()
+        assert all(compute_rank_ratios(sample.arm, chain, sample.q) < 1e-7 for sample in samples), text
+    search = search_singularities(chain, f"{arm.name}/search", 20)
+    assert (compute_rank_ratios(search.arm, chain, search.starts) > 1e-6).all()
+    assert len(search.reached)
+    assert search.are_in(read_pieces(chain, book), SET_TOLERANCE).all()
 
 
-@_with("singular", "derived", slow=SLOW)
-def test_what_is_shown_of_singularities_and_their_kinds_are_the_books(arm: Arm) -> None:
-    """Boundary where some are: stretched over its own base, an arm with an offset there is inside of its reach."""
-    chain = _chain(arm)
-    components = {_shown(component): component.kind for component in _solution(arm.name).singular or ()}
-    assert_is_book(chain, read_pieces(chain, components), _all_singular(arm))
-    for text, kind in arm.told.get("kinds", {}).items():
-        (found,) = (
-            one for shown, one in components.items() if compared(chain, read_pieces(chain, [shown]), [text]).are_equal
+@_parametrize_arms("singular", "derived", slow=SLOW)
+def test_displayed_singularities_and_kinds_agree_with_the_book(arm: Arm) -> None:
+    """A kind is boundary if some configurations are: an arm with an offset, stretched over its base, is not."""
+    chain = _get_chain(arm)
+    components = {_format_component(component): component.kind for component in _solve(arm.name).singular or ()}
+    assert_same_set(chain, read_pieces(chain, components), _list_singular_conditions(arm))
+    for text, kind in arm.entry.get("kinds", {}).items():
+        (classification,) = (
+            classified
+            for shown, classified in components.items()
+            if compare_with_book(chain, read_pieces(chain, [shown]), [text]).are_equal
         )
-        assert found.kind == kind
+        assert classification.kind == kind

@@ -1,4 +1,4 @@
-"""Trigonometric polynomials: the Fourier form proves equality, the factored form keeps the function."""
+"""Trigonometric polynomials: the Fourier form decides equality, the factored form keeps the function."""
 
 import pytest
 import sympy as sp
@@ -20,31 +20,33 @@ terms = st.builds(
 polynomials = st.lists(terms, min_size=1, max_size=4).map(lambda items: sp.Add(*items))
 
 
-def at_a_point(expression: sp.Expr) -> float:
+def evaluate_at_point(expression: sp.Expr) -> float:
     values = {T1: 0.7, T2: -1.9, T3: 2.3, A1: 0.31, A2: 1.7, A3: 0.83}
     return float(expression.xreplace({k: sp.Float(v, 30) for k, v in values.items()}).evalf(25))
 
 
 @given(polynomials)
-def test_a_fourier_form_is_the_same_function(expression: sp.Expr) -> None:
-    assert at_a_point(compute_fourier_form(expression).expression()) == pytest.approx(at_a_point(expression), abs=1e-9)
+def test_fourier_form_keeps_the_function(expression: sp.Expr) -> None:
+    assert evaluate_at_point(compute_fourier_form(expression).expression()) == pytest.approx(
+        evaluate_at_point(expression), abs=1e-9
+    )
 
 
 @settings(max_examples=60)
 @given(polynomials)
-def test_factoring_keeps_the_function(expression: sp.Expr) -> None:
+def test_factored_form_keeps_the_function(expression: sp.Expr) -> None:
     assert are_identical(factor_trig(expression).expression(), expression)
     assert are_identical(textbook_form(expression), expression)
 
 
 @given(polynomials)
-def test_an_expanded_form_is_the_same_and_a_changed_one_is_not(expression: sp.Expr) -> None:
+def test_expanded_form_is_identical_and_changed_form_is_not(expression: sp.Expr) -> None:
     assert are_identical(sp.expand(sp.expand_trig(expression)), expression)
     assert not are_identical(expression + A1 * sp.sin(T2), expression)
 
 
 @pytest.mark.parametrize(
-    ("given_as", "printed"),
+    ("expression", "printed"),
     [
         (sp.cos(T2) * sp.sin(T2 + T3) - sp.sin(T2) * sp.cos(T2 + T3), "sin(theta3)"),
         (A1 * sp.cos(T1) ** 2 + A1 * sp.sin(T1) ** 2, "a1"),
@@ -57,36 +59,36 @@ def test_an_expanded_form_is_the_same_and_a_changed_one_is_not(expression: sp.Ex
         ),
     ],
 )
-def test_a_result_is_printed_as_in_a_textbook(given_as: sp.Expr, printed: str) -> None:
-    assert str(textbook_form(given_as)) == printed
+def test_result_is_printed_as_in_a_textbook(expression: sp.Expr, printed: str) -> None:
+    assert str(textbook_form(expression)) == printed
 
 
-def test_a_product_is_told_by_its_factors() -> None:
+def test_product_is_split_into_its_factors() -> None:
     shoulder = A1 + A2 * sp.cos(T2) + A3 * sp.cos(T2 + T3)
-    found = factor_trig(sp.expand(A2 * A3 * sp.sin(T3) * shoulder))
-    assert {(str(f), power) for f, power in found.factors} == {
+    factored = factor_trig(sp.expand(A2 * A3 * sp.sin(T3) * shoulder))
+    assert {(str(f), power) for f, power in factored.factors} == {
         ("a2", 1), ("a3", 1), ("sin(theta3)", 1), ("a1 + a2*cos(theta2) + a3*cos(theta2 + theta3)", 1),
     }  # fmt: skip
-    assert found.over(factor_trig(A2 * sp.sin(T3))).expression() == A3 * shoulder
+    assert factored.over(factor_trig(A2 * sp.sin(T3))).expression() == A3 * shoulder
     assert factor_trig(sp.S.Zero).is_zero
 
 
-def test_a_long_sum_keeps_what_its_terms_have_in_common_outside() -> None:
+def test_common_factors_of_long_sum_are_extracted() -> None:
     total = sp.expand(6 * A1 * sp.sin(T1) ** 2 * (A2 * sp.cos(T2) + A3 * sp.cos(T2 + T3)) * (A1 + sp.sin(T3)))
-    found = factor_trig(total, max_terms=3)
-    assert {str(f): p for f, p in found.factors if not f.is_Add} == {"a1": 1, "sin(theta1)": 2}
-    assert found.coefficient == 6 and len([f for f, _ in found.factors if f.is_Add]) == 1
-    assert are_identical(found.expression(), total)
+    factored = factor_trig(total, max_terms=3)
+    assert {str(f): p for f, p in factored.factors if not f.is_Add} == {"a1": 1, "sin(theta1)": 2}
+    assert factored.coefficient == 6 and len([f for f, _ in factored.factors if f.is_Add]) == 1
+    assert are_identical(factored.expression(), total)
 
 
 @pytest.mark.parametrize("wrong", [sp.sqrt(A1), sp.sin(T1 / 2), 1 / sp.cos(T1), sp.tan(T1)])
-def test_what_is_no_trigonometric_polynomial_is_refused(wrong: sp.Expr) -> None:
+def test_expression_that_is_not_a_trigonometric_polynomial_is_refused(wrong: sp.Expr) -> None:
     for read_form in (compute_fourier_form, lambda expression: are_identical(expression, A1)):
         with pytest.raises(ValueError, match=r"is not a|expected an expression convertible to a polynomial"):
             read_form(wrong)
 
 
-def test_lengths_that_are_equal_come_out_of_sums() -> None:
+def test_equal_lengths_are_factored_out_of_sums() -> None:
     a, a2, a3, t2, t3 = sp.symbols("a a2 a3 theta2 theta3")
     product = factor_trig(sp.expand(a2 * a3 * sp.sin(t3) * (a2 * sp.cos(t2) + a3 * sp.cos(t2 + t3))))
     assert product.substitute({a2: a, a3: a}) in (
@@ -104,8 +106,8 @@ def test_lengths_that_are_equal_come_out_of_sums() -> None:
         "x**2 + y**2", "(x**2 + 1)*(x**2 + 2)", "5", "(a*(x + y) + b*(x - y))*(x**2 + x*y + y**2)",
     ],
 )  # fmt: skip
-def test_factors_are_those_that_sympy_finds(product: str) -> None:
-    """A factor in which a symbol has the first power only is taken out without looking for factors."""
+def test_factors_agree_with_sympy(product: str) -> None:
+    """A factor that is linear in some symbol is found without general factorization."""
     whole = sp.expand(sp.sympify(product))
     coefficient, factors = polynomial_factors(whole, 200)
     content, expected = sp.factor_list(whole)
@@ -115,8 +117,8 @@ def test_factors_are_those_that_sympy_finds(product: str) -> None:
 
 
 @pytest.mark.parametrize("root", [sp.sqrt(3) / 4, -sp.sqrt(2), (sp.sqrt(6) + sp.sqrt(2)) / 4])
-def test_roots_of_numbers_are_refused_and_not_dropped(root: sp.Expr) -> None:
-    """Of a product they were left out, where a sum was refused."""
+def test_roots_of_numbers_are_refused(root: sp.Expr) -> None:
+    """They are refused in products as in sums."""
     t1, t3, a1 = sp.symbols("theta1 theta3 a1")
     for terms in (a1 * sp.sin(t3), a1 * sp.sin(t3) * sp.cos(t1), a1 * sp.sin(t3) + a1 * sp.cos(t1)):
         with pytest.raises(ValueError, match="roots of numbers"):

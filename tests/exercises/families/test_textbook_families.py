@@ -19,7 +19,14 @@ from qdot.exercises.problem.problem import ProblemId
 from qdot.exercises.singularities.classification import classify_conditions, sample_condition
 from qdot.exercises.singularities.singular_set import singular_set
 from qdot.exercises.verify.singular import SET_TOLERANCE
-from tests.exercises.arm.sets import assert_is_book, claimed, lengths_of, rank_ratios, rows_of, search
+from tests.exercises.arm.sets import (
+    assert_same_set,
+    compute_rank_ratios,
+    list_task_rows,
+    read_singular_set,
+    sample_lengths,
+    search_singularities,
+)
 from tests.support.problems import fold_tool_into_table
 from tests.support.suites import on_families, select_for_suite
 
@@ -105,9 +112,9 @@ def as_text(conditions: tuple[sp.Expr, ...]) -> str:
 def in_numbers(family: str, seed: int, stream: Stream) -> tuple[Chain, dict[sp.Symbol, float], np.ndarray]:
     """Return an arm, values of its lengths and joints, and the J of its task in numbers."""
     chain = arm_of(family, seed)
-    lengths, q = lengths_of(chain, stream), [stream.uniform(-3, 3) for _ in chain.q]
+    lengths, q = sample_lengths(chain, stream), [stream.uniform(-3, 3) for _ in chain.q]
     values = {**dict(zip(chain.q, q, strict=True)), **{sp.Symbol(k): v for k, v in lengths.items()}}
-    return chain, values, NumericChain(chain, lengths).jacobian(np.array(q))[rows_of(chain)]
+    return chain, values, NumericChain(chain, lengths).jacobian(np.array(q))[list_task_rows(chain)]
 
 
 @pytest.mark.parametrize("family", DETERMINANTS)
@@ -136,7 +143,7 @@ def test_the_singular_set_is_that_of_the_books(family: str) -> None:
         book = [as_text(together) for together in alternatives(family, chain)]
         assert len(singular_set(chain) or ()) == len(book)
         if book:
-            assert_is_book(chain, claimed(chain), book)
+            assert_same_set(chain, read_singular_set(chain), book)
 
 
 @pytest.mark.parametrize("family", KNOWN)
@@ -147,17 +154,17 @@ def test_every_condition_can_hold_for_any_lengths_and_costs_rank(family: str) ->
         for together in alternatives(family, chain):
             samples = sample_condition(chain, as_text(together), f"{family}/{seed}", arm_count=4, samples_per_arm=2)
             assert len({sample.arm for sample in samples}) == 4
-            assert all(rank_ratios(sample.arm, chain, sample.q) < 1e-7 for sample in samples)
+            assert all(compute_rank_ratios(sample.arm, chain, sample.q) < 1e-7 for sample in samples)
 
 
 @pytest.mark.parametrize("family", KNOWN)
 def test_what_a_search_finds_is_in_the_set_and_other_poses_are_regular(family: str) -> None:
     for seed in SEVERAL[:2]:
         chain = arm_of(family, seed)
-        found = search(chain, f"{family}/{seed}")
-        assert np.median(rank_ratios(found.arm, chain, found.starts)) > 1e-3
+        found = search_singularities(chain, f"{family}/{seed}")
+        assert np.median(compute_rank_ratios(found.arm, chain, found.starts)) > 1e-3
         assert len(found.reached) > 0 or family == "cartesian"
-        inside = found.are_in(claimed(chain), SET_TOLERANCE)
+        inside = found.are_in(read_singular_set(chain), SET_TOLERANCE)
         # Where components meet, a find may be farther from each than that: the certificate looks closer.
         assert inside.all() or (chain.n > 6 and inside.mean() > 0.7)
 

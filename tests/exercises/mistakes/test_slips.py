@@ -19,7 +19,7 @@ from qdot.exercises.mistakes.base import MistakeVariant
 from qdot.exercises.mistakes.catalogue import CATALOGUE, apply_mistake
 from qdot.exercises.mistakes.configurations import sample_configurations
 from qdot.exercises.problem.problem import Part, Problem, ProblemId
-from tests.exercises.arm.poses import about, exponential, shift
+from tests.exercises.arm.poses import compute_exponential, rotate_about, translate
 from tests.support.problems import get_problem
 from tests.support.suites import on_families, sample_for_suite
 from tests.tools.diagnoses import answers_with, verdict_on
@@ -43,10 +43,10 @@ def _motions(problem: Problem, values: Values, k: int) -> tuple[list[np.ndarray]
     """Return the exponentials at place k, those of joints that turn about the origin, and M."""
     number, (axes, point) = _given(values, k), home_geometry_of(problem.chain)
     made = [
-        exponential([number(entry) for entry in axis.direction], number(q), axis.is_prismatic)
+        compute_exponential([number(entry) for entry in axis.direction], number(q), axis.is_prismatic)
         for axis, q in zip(axes, problem.chain.q, strict=True)
     ]
-    return made, shift(*(number(entry) for entry in point))
+    return made, translate(*(number(entry) for entry in point))
 
 
 @pytest.mark.parametrize("arm", sample_for_suite(ARMS, 1))
@@ -84,11 +84,15 @@ def test_rows_with_the_link_behind_give_the_product_of_these_rows(arm: str) -> N
     rows, base = convention_of(problem.chain).rows, convention_of(problem.chain).base
     for k in range(4):
         number = _given(values, k)
-        pose = shift(*(number(entry) for entry in base.position)) @ about("z", number(base.yaw))
+        pose = translate(*(number(entry) for entry in base.position)) @ rotate_about("z", number(base.yaw))
         for row, behind in zip(rows, [*rows[1:], None], strict=True):
             a, alpha = (0.0, 0.0) if behind is None else (number(behind.a), number(behind.alpha))
             pose = (
-                pose @ about("x", alpha) @ shift(a, 0, 0) @ about("z", number(row.theta)) @ shift(0, 0, number(row.d))
+                pose
+                @ rotate_about("x", alpha)
+                @ translate(a, 0, 0)
+                @ rotate_about("z", number(row.theta))
+                @ translate(0, 0, number(row.d))
             )
         assert np.allclose(wrong.answer[..., k], pose)
     told = answers_with(problem, part, only=("link-behind",))
@@ -144,10 +148,14 @@ def led_to(base: Base, rows: list[Joint], offset: tuple[sp.Expr, ...], known: di
     def number(entry: sp.Expr) -> float:
         return float(sp.sympify(entry).subs(known))
 
-    pose = shift(*map(number, base.position)) @ about("z", number(base.yaw)) @ about("x", number(base.tilt))
+    pose = (
+        translate(*map(number, base.position))
+        @ rotate_about("z", number(base.yaw))
+        @ rotate_about("x", number(base.tilt))
+    )
     for row in rows:
-        pose = pose @ shift(number(row.a), 0, 0) @ about("x", number(row.alpha))
-        pose = pose @ about("z", number(row.theta)) @ shift(0, 0, number(row.d))
+        pose = pose @ translate(number(row.a), 0, 0) @ rotate_about("x", number(row.alpha))
+        pose = pose @ rotate_about("z", number(row.theta)) @ translate(0, 0, number(row.d))
     return np.asarray((pose @ [*map(number, offset), 1])[:3])
 
 

@@ -18,7 +18,7 @@ from qdot.exercises.singularities.axes import Sample
 from qdot.exercises.singularities.classification import sample_condition
 from qdot.exercises.singularities.meanings import list_candidate_meanings
 from qdot.exercises.singularities.singular_set import singular_set
-from tests.exercises.arm.sets import rank_ratios, rows_of
+from tests.exercises.arm.sets import compute_rank_ratios, list_task_rows
 from tests.support.suites import few_families, on_families
 
 
@@ -35,7 +35,7 @@ def samples_of(chain: Chain, condition: str) -> tuple[Sample, ...]:
 def test_parallel_axes_are_a_reason_only_where_their_own_columns_depend_on_each_other(family: str) -> None:
     """At s2 = 0 of a Stanford arm axes 1 and 4 are parallel, which costs no rank by itself."""
     chain = arm(family)
-    rows = rows_of(chain)
+    rows = list_task_rows(chain)
     for component in singular_set(chain) or ():
         samples = [sample for piece in component.pieces() for sample in samples_of(chain, piece)]
         said = find_reason(chain, samples)
@@ -66,7 +66,9 @@ def test_the_reason_that_is_told_holds_at_no_regular_configuration(
             found = {id(sample.arm): zeros(sample.arm, said) for sample in others}
         for sample in others:
             for q in found[id(sample.arm)]:
-                assert not said.predicate(Sample(sample.arm, q)) or rank_ratios(sample.arm, chain, q) < 1e-4, said.words
+                assert not said.predicate(Sample(sample.arm, q)) or compute_rank_ratios(sample.arm, chain, q) < 1e-4, (
+                    said.words
+                )
 
 
 def zeros(arm: NumericChain, said: Statement) -> np.ndarray:

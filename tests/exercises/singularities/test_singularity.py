@@ -24,7 +24,13 @@ from qdot.exercises.singularities.singular_set import (
     solve_condition,
     tidy_branches,
 )
-from tests.exercises.arm.sets import assert_is_book, claimed, compared, rank_ratios, search
+from tests.exercises.arm.sets import (
+    assert_same_set,
+    compare_with_book,
+    compute_rank_ratios,
+    read_singular_set,
+    search_singularities,
+)
 from tests.support import DATA
 from tests.support.suites import select_for_suite
 
@@ -53,10 +59,12 @@ def test_textbook_singular_sets(name: str, textbook_arms: Mapping[str, Any]) -> 
     """Those of the records, and nothing that a search finds is beside them."""
     chain, record = textbook_arms[name].chain, textbook_arms[name].record
     assert singular_set(chain) is not None
-    assert_is_book(chain, claimed(chain), [" and ".join(part["conditions"]) for part in record["singular_set"]])
-    found = search(chain, name)
+    assert_same_set(
+        chain, read_singular_set(chain), [" and ".join(part["conditions"]) for part in record["singular_set"]]
+    )
+    found = search_singularities(chain, name)
     assert len(found.reached) or name == "cartesian_PPP"
-    assert found.are_in(claimed(chain)).all()
+    assert found.are_in(read_singular_set(chain)).all()
 
 
 def elbow(a1: sp.Expr, a2: sp.Expr, a3: sp.Expr) -> Chain:
@@ -162,7 +170,7 @@ def test_symmetric_arms_have_symmetric_sets(textbook_arms: Mapping[str, Any]) ->
     chain = textbook_arms["elbow_RRR"].chain
     moved = replace(chain, base=replace(chain.base, position=(R(1), R(2), R(3)), yaw=PI / 6, tilt=PI / 2))
     book = [text for component in singular_set(chain) or () for text in component.pieces()]
-    assert compared(chain, claimed(moved), book).are_equal
+    assert compare_with_book(chain, read_singular_set(moved), book).are_equal
 
 
 def test_a_condition_may_hold_at_one_root_of_an_angle_only() -> None:
@@ -198,7 +206,7 @@ def test_a_condition_may_hold_at_one_root_of_an_angle_only() -> None:
 def test_conditions_that_never_hold_together_are_not_said(chain: Chain, right: list[str]) -> None:
     found = singular_set(chain)
     assert found is not None and bool(found) is bool(right)
-    assert compared(chain, claimed(chain), right).are_equal
+    assert compare_with_book(chain, read_singular_set(chain), right).are_equal
 
 
 @dataclass(frozen=True)
@@ -233,13 +241,13 @@ DRAWN = [
 def assert_sound(chain: Chain, stream: Stream) -> None:
     """Assert that there are configurations on every piece for some lengths, and J has lost rank there."""
     joints = [q.name for q in chain.q]
-    for piece in claimed(chain):
+    for piece in read_singular_set(chain):
         for _ in range(60):
             lengths = {symbol.name: 2 * 10 ** stream.uniform(-2, 0.5) for symbol in chain.parameters}
             space = ConfigurationSpace(joints, domain_of(chain, lengths))
             values = space.sample_piece(piece, space.collect_names([[piece]]), stream, count=6)
             q = np.stack([values[joint] for joint in joints], axis=1)
-            assert (rank_ratios(NumericChain(chain, lengths), chain, q) < 1e-7).all(), (chain, piece)
+            assert (compute_rank_ratios(NumericChain(chain, lengths), chain, q) < 1e-7).all(), (chain, piece)
             if len(q):
                 break
         else:
@@ -255,9 +263,9 @@ def test_the_set_of_an_arm_as_nobody_would_draw_it_is_sound_and_complete(kind: i
     for seed in range(first, first + 5):
         stream = Stream(f"{arms.name}/{seed}")
         chain = arms.arm(stream)
-        found = search(chain, f"{arms.name}/{seed}")
+        found = search_singularities(chain, f"{arms.name}/{seed}")
         if singular_set(chain) is None:
             assert len(found.reached) == len(found.starts), chain  # J loses rank wherever one looks
             continue
-        assert found.are_in(claimed(chain)).all(), (seed, chain)
+        assert found.are_in(read_singular_set(chain)).all(), (seed, chain)
         assert_sound(chain, stream)

@@ -321,23 +321,35 @@ def test_rerunning_a_cell_changes_no_answer_already_found(sandbox: Sandbox) -> N
 
 def test_the_reason_names_the_cell_that_should_have_defined_a_name(sandbox: Sandbox) -> None:
     cells = [
-        Cell("1/0"),
+        Cell("1/0\nlost = 1"),
         Cell("x = 1\nimport nosuchlibrary as no"),
         Cell("p1_a = no.det", "p1.a"),
         Cell("p1_b = lost", "p1.b"),
         Cell("import scipy_not_here.linalg as la\np1_c = la.norm([1, 2])", "p1.c"),
         Cell("p1_d = 0.5^2", "p1.d"),
         Cell("p1_e = 90\u00b0", "p1.e"),
+        Cell("p1_f = never_set", "p1.f"),
+        Cell("p1_g = Cos(0)", "p1.g"),
+        Cell("p1_h = p1_loss", "p1.h"),
+        Cell("p1_i = [x = 0]", "p1.i"),
+        Cell("p1_j = [x x]", "p1.j"),
     ]
-    reasons = find_answers(cells, ["p1.a", "p1.b", "p1.c", "p1.d", "p1.e"], sandbox.run).reasons
+    reasons = find_answers(cells, [f"p1.{letter}" for letter in "abcdefghij"], sandbox.run).reasons
     for name, words in {
         "p1_a": "'no' cell 2 line 2, nosuchlibrary as no (ModuleNotFoundError:",
         "p1_b": "'lost' cell 1 line 1, 1/0 (ZeroDivisionError:",
         "p1_c": "NameError: 'la' cell 5 line 1, import scipy_not_here.linalg as la (ModuleNotFoundError:",
         "p1_d": "a1**2; quotes",
         "p1_e": "quotes",
+        "p1_f": "no cell above sets never_set; restart the kernel",
+        "p1_g": "write cos",
+        "p1_h": "no cell above sets p1_loss",
+        "p1_i": "write an equation as Eq(theta2, 0)",
+        "p1_j": "comma or a multiplication sign (*)",
     }.items():
         assert has_words([reasons[name]], words), reasons[name]
+        assert ("cell 1" in reasons[name]) == (name == "p1_b"), "a cell that does not set the name is no cause"
+        assert "':='" not in reasons[name] and "?" not in reasons[name]
 
 
 def test_staff_see_every_cell_that_tried_something_forbidden(sandbox: Sandbox) -> None:
@@ -374,7 +386,7 @@ def test_deep_and_long_cells_are_run_but_not_searched(sandbox: Sandbox) -> None:
     find_answers(padded_cells, ["p1.a", "p1.b", "p1.c"], lambda cells, names: Run())
     assert guess_parts(padded_cells, ["a", "c"]) == ["p1.a", "p1.b", "p1.c"]
     assert time.process_time() - start < 20
-    assert "the cell of this answer stopped" in result.reasons["p1_a"]
+    assert "the cell with this answer stopped" in result.reasons["p1_a"]
 
 
 @pytest.mark.parametrize("change", sample_for_suite([stop_first_cell, import_missing_library, use_jupyter_habits], 2))
@@ -395,8 +407,9 @@ def test_symbols_in_metadata_are_not_run_as_code(assignment: Assignment, tmp_pat
     text_of_notebook = write_notebook(assignment, "s00", cells, metadata={"qdot": {"symbols": claims}})
     (tmp_path / "hw.ipynb").write_text(text_of_notebook)
     rows = check_notebook(tmp_path / "hw.ipynb").rows
-    beginning = "the cell of this answer stopped: NameError: name 'a1' is not defined"
-    assert all(row.message.startswith(beginning) for row in rows)
+    cause = r"\(NameError: name 'a1' is not defined\); no cell above sets a1"
+    beginning = rf"the cell with this answer stopped at line \d+, .* {cause}"
+    assert all(re.match(beginning, row.message, re.DOTALL) for row in rows), rows
 
 
 def test_check_prints_notes_to_the_student(assignment: Assignment, tmp_path: Path) -> None:
