@@ -46,6 +46,7 @@ from qdot.exercises.problem.problem import (
 )
 from qdot.exercises.questions import Question
 from qdot.exercises.questions.custom import Definition, make_question
+from qdot.exercises.questions.custom.definition import TEXT_ANSWER
 from qdot.exercises.questions.custom.reader import read_definitions, read_question_file
 from qdot.exercises.short_questions import ALL_QUESTIONS
 from qdot.exercises.singularities.difficulty import HARDEST_BAND
@@ -257,6 +258,23 @@ class Assignment:
             except QdotError as error:
                 raise QdotError(f"{slot.name}, with variation {slot.variation}: {error}") from None
         return replace(self, slots=slots)
+
+    def without_text_questions(self) -> tuple["Assignment", tuple[str, ...]]:
+        """Return the assignment without the questions that a person has to mark, and the names of these questions."""
+        text_names = {d.name for slot in self.slots for d in slot.definitions if d.answer == TEXT_ANSWER}
+        if not text_names:
+            return self, ()
+        slots = []
+        for slot in self.slots:
+            points = {name: value for name, value in slot.points_by_question.items() if name not in text_names}
+            definitions = tuple(d for d in slot.definitions if d.name in points)
+            if points:
+                slots.append(
+                    replace(slot, questions=tuple(points), points=tuple(points.values()), definitions=definitions)
+                )
+        if not slots:
+            raise QdotError(f"{self.folder / ASSIGNMENT_FILE}: a person has to mark every question of this assignment")
+        return replace(self, slots=tuple(slots)), tuple(sorted(text_names))
 
     def generate_problems(self, student: str) -> list[tuple[str, Problem]]:
         """Return the student's problems with the names of their slots; the same at every call, on every machine."""

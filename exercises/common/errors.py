@@ -11,6 +11,10 @@ class QdotError(Exception):
     """
 
 
+class Reason(str):
+    """The reason why something is impossible, for functions that return it instead of a result."""
+
+
 def make_open_files_error(error: BaseException) -> QdotError | None:
     """Return the error to show if this machine's limit of open files was reached; None for any other error.
 

@@ -3,7 +3,7 @@
 from collections.abc import Callable, Generator
 from contextlib import closing
 from functools import partial
-from typing import TypeVar
+from typing import Generic, NamedTuple, TypeVar
 
 from qdot.exercises.assignment.assignment import Slot
 from qdot.exercises.assignment.certified_problems import (
@@ -31,8 +31,14 @@ Work = Callable[[ExportRequest, Slot, Problem], WorkResult]
 """A function that converts a problem for an export. It must belong to a module, to be pickled for other processes."""
 _WorkerState = tuple[ExportRequest, Slot, Work[WorkResult], set[str]]
 """The state of a worker process: its task, and the fingerprints of the problems that exist already."""
-_Candidate = tuple[Problem, str, WorkResult]
-"""A generated problem, its fingerprint (equal for equal problems), and the result of `work`."""
+
+
+class _Candidate(NamedTuple, Generic[WorkResult]):
+    """A generated problem, its fingerprint (equal for equal problems), and the result of `work`."""
+
+    problem: Problem
+    fingerprint: str
+    work_result: WorkResult
 
 
 def iterate_bank(request: ExportRequest) -> Generator[Variant, None, None]:
@@ -104,10 +110,9 @@ def _iterate_distinct_problems(
             for candidate in candidates:
                 if isinstance(candidate, str):
                     failure_messages.append(candidate)
-                elif candidate is not None and candidate[1] not in seen_fingerprints:
-                    problem, fingerprint, work_result = candidate
-                    seen_fingerprints.add(fingerprint)
-                    yield problem, work_result
+                elif candidate is not None and candidate.fingerprint not in seen_fingerprints:
+                    seen_fingerprints.add(candidate.fingerprint)
+                    yield candidate.problem, candidate.work_result
 
 
 def _generate_candidate(state: _WorkerState[WorkResult], number: int) -> _Candidate[WorkResult] | str | None:
@@ -127,4 +132,4 @@ def _generate_candidate(state: _WorkerState[WorkResult], number: int) -> _Candid
     if fingerprint in known_fingerprints:
         return None
     known_fingerprints.add(fingerprint)
-    return problem, fingerprint, work(request, slot, problem)
+    return _Candidate(problem, fingerprint, work(request, slot, problem))

@@ -7,18 +7,10 @@ from dataclasses import dataclass, replace
 
 import sympy as sp
 
+from qdot.exercises import reference_answers
 from qdot.exercises.formula.latex import parse_latex
 from qdot.exercises.problem.problem import Part, Problem
-from qdot.exercises.reference_answers import (
-    LETTERS,
-    TRUE_FALSE,
-    Choice,
-    ConditionSet,
-    Matching,
-    Number,
-    Selection,
-    Words,
-)
+from qdot.exercises.reference_answers import LETTERS, TRUE_FALSE, Number
 from qdot.exercises.short_questions import question_of
 from qdot.exercises.short_questions.options import Options
 from qdot.exercises.writing.fit import estimate_width
@@ -28,8 +20,8 @@ from qdot.exercises.writing.short_answer import format_unit
 
 ROW_HEIGHT, LINE_HEIGHT = 8, 4
 """Height of a row of a box, and of each further line of an entry, in mm."""
-TEXT_HEIGHT = 45
-"""Height of a box for an answer in words, in mm."""
+TEXT_HEIGHT, FRAME_HEIGHT = 45, 5
+"""Height of a box for an answer in words, and of a box's frame and heading, in mm."""
 BOX_WIDTH = 165
 """Approximate width of a box in mm."""
 HANDWRITING_WIDTH = 4.8
@@ -37,7 +29,7 @@ HANDWRITING_WIDTH = 4.8
 MIN_WORKING_SPACE, WORKING_SPACE_PER_CHARACTER, MAX_WORKING_SPACE = 8, 0.014, 40
 """Working space in mm: its minimum, its increase for each character of the worked solution, and its maximum."""
 MIN_SHARE, PACKED_SHARE = 0.65, 0.25
-"""Minimum share of the working space that remains on a long sheet; the same for sheets whose pages are filled up.
+"""Minimum shares of the working space that remain on a long sheet, and on a long sheet whose pages are filled up.
 
 If pages are filled up, the parts on a page share its free space.
 """
@@ -89,7 +81,7 @@ class AnswerBox:
     def total_height(self) -> int:
         """Total height of the box in mm, including its frame and heading."""
         rows = math.ceil(self.rows / self.cells_per_row) if self.holds_numbers else self.rows
-        return self.working_space + rows * self.row_height + 5
+        return self.working_space + rows * self.row_height + FRAME_HEIGHT
 
 
 @dataclass(frozen=True)
@@ -169,14 +161,14 @@ def make_box(problem: Problem, part: Part, solution: str = "") -> AnswerBox | No
     """Return a box that fits the answer, with working space for its solution; None if students tick an option."""
     answer, working_space = part.answer, compute_working_space(solution)
     match answer:
-        case Choice() | Selection():
+        case reference_answers.Choice() | reference_answers.Selection():
             return None
-        case Matching():
+        case reference_answers.Matching():
             labels = tuple(rf"\text{{{item}}}" for item in answer.items)
             return AnswerBox(0, 1, len(answer.items), holds_letters=True, labels=labels)
-        case ConditionSet():
+        case reference_answers.ConditionSet():
             return AnswerBox(working_space, max(2, math.ceil(len(answer.components) / 2) * 2))
-        case Words():
+        case reference_answers.Words():
             return AnswerBox(MIN_WORKING_SPACE, row_height=TEXT_HEIGHT)
         case Number():
             return _make_number_box(problem, part, answer, working_space)
@@ -190,8 +182,8 @@ def make_box(problem: Problem, part: Part, solution: str = "") -> AnswerBox | No
 
 def _make_number_box(problem: Problem, part: Part, answer: Number, working_space: int) -> AnswerBox:
     chain, question = problem.chain, question_of(part)
-    typed_labels = (tex(sp.Symbol(name), chain) for name in question.names_to_type(chain))
-    labels = tuple(question.entry_names(chain, part) or typed_labels)
+    names_to_type = (tex(sp.Symbol(name), chain) for name in question.names_to_type(chain))
+    labels = tuple(question.entry_names(chain, part) or names_to_type)
     units = tuple(map(format_unit, answer.units))
     rows, columns = answer.shape or (1, 1)
     return AnswerBox(working_space, rows * columns, 1, labels=labels if len(labels) == len(units) else (), units=units)

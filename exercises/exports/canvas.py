@@ -1,7 +1,7 @@
 """Export a quiz for Canvas as QTI 1.2. Canvas picks one variant of each question for each student."""
 
+import itertools
 from collections.abc import Generator, Sequence
-from itertools import chain
 
 from qdot.exercises.exports import items, markup
 from qdot.exercises.exports.export_format import ExportedFile, ExportRequest, make_zip
@@ -19,15 +19,16 @@ def export_canvas(request: ExportRequest) -> Generator[ExportedFile, None, None]
         request.report("Canvas takes one number per question, so questions on vectors and matrices use a single entry")
     groups = items.group_by_category(item.single_number_item or item for item in quiz_items)
     images: dict[str, str | bytes] = {}
-    for item in chain.from_iterable(groups.values()):
+    for item in itertools.chain.from_iterable(groups.values()):
         images |= markup.make_image_files((*item.body, *item.solution))
     ident = f"qdot-{assignment.key}"
     context = {
         "ident": ident, "key": assignment.key, "title": assignment.title, "groups": groups, "images": sorted(images),
         "points": markup.format_decimal(sum(group[0].points for group in groups.values())),
-        "tells_values": request.has_solutions or request.includes_feedback("values"),
-        "type_of": _name_question_type, "shares_of": _list_shares, "html": _write_html, "line": markup.write_line_html,
-        "decimal": markup.format_decimal, "limits": markup.format_limits,
+        "shows_values": request.has_solutions or request.includes_feedback("values"),
+        "name_type": _name_question_type, "list_shares": _list_shares, "write_html": _write_html,
+        "write_line": markup.write_line_html, "format_decimal": markup.format_decimal,
+        "format_limits": markup.format_limits,
     }  # fmt: skip
     package: dict[str, str | bytes] = {
         "imsmanifest.xml": render("exports/canvas-manifest.xml.j2", **context),
@@ -50,6 +51,6 @@ def _name_question_type(form: items.ItemForm) -> str:
 
 
 def _list_shares(count: int) -> list[str]:
-    """Return the percentage of the points for each of `count` stems to match, with two decimals; the sum is 100."""
+    """Return the percentage of the points for each of `count` stems to match, with two decimals; their sum is 100."""
     share = round(100 / count, 2)
     return [f"{share:.2f}"] * (count - 1) + [f"{100 - share * (count - 1):.2f}"]

@@ -23,8 +23,8 @@ PAPER_SIZES = ("a4", "letter")
 DEFAULT_ATTEMPTS = 3
 """Number of attempts at a question on platforms that limit attempts, unless the assignment sets another number."""
 
-EarnedShare = Callable[[Problem, Part, str], Fraction]
-"""A function that returns the share of a part's points that a typed answer earns."""
+ComputeEarnedShare = Callable[[Problem, Part, str], Fraction]
+"""A function that returns the share of a part's points for a typed answer."""
 
 
 def _refuse(failure: FailedSlot) -> None:
@@ -60,7 +60,7 @@ class ExportRequest:
     on_step: Callable[[], None] = _ignore
     report: Callable[[str], None] = _ignore
     on_left_out: Callable[[FailedSlot], None] = _refuse
-    compute_earned_share: EarnedShare | None = None
+    compute_earned_share: ComputeEarnedShare | None = None
     passing_share: Fraction | None = None
 
     @property

@@ -17,12 +17,12 @@ from qdot.exercises.writing.render import render
 def export_gradescope(request: ExportRequest) -> Generator[ExportedFile, None, None]:
     """Yield the autograder's zip, a README on how to set it up, and every student's notebook."""
     handouts = collect_handouts(request)
-    assignment, context, (wheel_name, wheel) = handouts.assignment, handouts.context, make_wheel()
+    assignment, context = handouts.assignment, handouts.context
     scripts = {"setup.sh": "exports/gradescope-setup.sh.j2", "run_autograder": "exports/gradescope-run.sh.j2"}
     private_files = dict(read_assignment_files(request)) | {SECRET_FILE: f"{assignment.secret}\n".encode()}
     files: dict[str, str | bytes] = {path: render(template, **context) for path, template in scripts.items()}
     files |= {f"assignment/{path}": data for path, data in private_files.items()}
-    files |= {wheel_name: wheel, "versions.txt": list_versions()}
+    files |= {make_wheel().file_name: make_wheel().content, "versions.txt": list_versions()}
     permissions = dict.fromkeys(scripts, 0o755) | {f"assignment/{path}": 0o600 for path in private_files}
     yield ExportedFile("autograder.zip", make_zip(files, permissions), is_private=True)
     yield ExportedFile("README.md", render("exports/gradescope-readme.md.j2", **context))

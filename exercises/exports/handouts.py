@@ -22,7 +22,7 @@ class Handouts:
     @property
     def context(self) -> dict[str, Any]:
         """The values that the templates of all these exports show: the title, the key, and the wheel's file name."""
-        return {"title": self.assignment.title, "key": self.assignment.key, "wheel": make_wheel()[0]}
+        return {"title": self.assignment.title, "key": self.assignment.key, "wheel": make_wheel().file_name}
 
     def iterate_notebooks(self) -> Generator[tuple[Student, str], None, None]:
         """Yield every notebook, in roster order."""

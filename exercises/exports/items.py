@@ -8,7 +8,7 @@ question that can't be asked.
 import re
 from collections.abc import Generator, Iterable
 from dataclasses import dataclass, replace
-from typing import ClassVar
+from typing import ClassVar, NamedTuple
 
 import numpy as np
 import sympy as sp
@@ -39,7 +39,7 @@ from qdot.exercises.writing.render import render
 MAX_WRONG_VALUES = 6
 """Maximum number of wrong values to recognise for a number. With more values, answers would match them by chance."""
 SINGULARITY_QUESTIONS = ("singular-angles-choice", "singular-configurations", "singular-drawing")
-"""Short questions, of which the first that applies replaces the question for the set of singular configurations."""
+"""Short questions on singular configurations. The first that applies replaces the question for all of them."""
 
 
 @dataclass(frozen=True)
@@ -158,9 +158,17 @@ class TextForm:
 ItemForm = ChoiceForm | MatchingForm | NumberForm | TextForm
 
 
+class ItemCategory(NamedTuple):
+    """The category of an item in a platform's question bank."""
+
+    assignment_title: str
+    slot_title: str
+    question_title: str
+
+
 @dataclass(frozen=True)
 class QuizItem:
-    """A question for learning platforms. `key` is unique and permanent; `category` is (assignment, slot, question).
+    """A question for learning platforms. Its `key` is unique and permanent.
 
     If the item asks for several numbers, `single_number_item` asks for only one of these numbers; otherwise it is None.
     Platforms that accept only one number use it.
@@ -168,7 +176,7 @@ class QuizItem:
 
     key: str
     title: str
-    category: tuple[str, str, str]
+    category: ItemCategory
     body: tuple[str | Picture, ...]
     form: ItemForm
     points: float
@@ -179,16 +187,16 @@ class QuizItem:
 
 def make_items(request: ExportRequest) -> Generator[QuizItem, None, None]:
     """Yield the parts of all variants as items. For each slot, report once which parts can't be asked."""
-    reported_notes: set[str] = set()
+    reported_messages: set[str] = set()
     for variant, variant_items in process_bank(request, _make_problem_items):
         for part, item in zip(variant.problem.parts, variant_items, strict=True):
             if item is not None:
                 yield _add_variant_key(item, variant)
                 continue
-            note = f"{variant.slot.name}: {part.name} is left out, because the platform can't compare formulas"
-            if note not in reported_notes:
-                reported_notes.add(note)
-                request.report(note)
+            message = f"{variant.slot.name}: {part.name} is left out, because the platform can't compare formulas"
+            if message not in reported_messages:
+                reported_messages.add(message)
+                request.report(message)
 
 
 def _make_problem_items(request: ExportRequest, slot: Slot, problem: Problem) -> list[QuizItem | None]:
@@ -211,9 +219,9 @@ def make_items_for_students(request: ExportRequest) -> Generator[QuizItem, None,
         yield item if shows_solutions else replace(item, solution=(), single_number_item=number_item)
 
 
-def group_by_category(items: Iterable[QuizItem]) -> dict[tuple[str, str, str], list[QuizItem]]:
+def group_by_category(items: Iterable[QuizItem]) -> dict[ItemCategory, list[QuizItem]]:
     """Return the items of each category, with the categories in order of appearance."""
-    groups: dict[tuple[str, str, str], list[QuizItem]] = {}
+    groups: dict[ItemCategory, list[QuizItem]] = {}
     for item in items:
         groups.setdefault(item.category, []).append(item)
     return groups
@@ -226,10 +234,10 @@ def _make_item(request: ExportRequest, slot: Slot, problem: Problem, part: Part)
         if short_problem is None:
             return None
         problem, (part,) = short_problem, short_problem.parts
-    tells_mistakes, numeric_part = request.includes_feedback("mistake"), None
+    explains_mistakes, numeric_part = request.includes_feedback("mistake"), None
     form: ItemForm
     if part.answer.offered_options:
-        form = _make_option_form(problem, part, tells_mistakes)
+        form = _make_option_form(problem, part, explains_mistakes)
         question = write_question_alone(problem, part)
     elif isinstance(part.answer, Words):
         form, question = TextForm(), write_question_alone(problem, part)
@@ -237,12 +245,13 @@ def _make_item(request: ExportRequest, slot: Slot, problem: Problem, part: Part)
         numeric_part = ask_in_numbers(problem, part)
         if numeric_part is None:
             return None
-        form = _make_number_form(problem, part, numeric_part, tells_mistakes)
+        form = _make_number_form(problem, part, numeric_part, explains_mistakes)
         question = _write_numeric_question(problem, part, numeric_part, form.fields, len(form.fields))
-    title, figure = question_of(part).title, draw_prompt_figure(problem, part, part.name)
+    title = question_of(part).title
+    figure = draw_prompt_figure(problem, part, part.name)
     figures = () if figure is None else (figure,)
     body = (draw_arm(problem), write_statement(problem, "", explains_typing=False), *figures, question)
-    category = request.assignment.title, f"{slot.name} {slot.family.name}", title
+    category = ItemCategory(request.assignment.title, f"{slot.name} {slot.family.name}", title)
     solution = _write_solution(problem, part, numeric_part)
     item_hints = write_hints(problem, part) if request.assignment.hints else ()
     item = QuizItem(part.name, title, category, body, form, part.points, solution, item_hints)
@@ -302,20 +311,19 @@ def list_entry_labels(problem: Problem, part: Part, shape: tuple[int, ...]) -> t
 def _make_option_form(problem: Problem, part: Part, explains_mistakes: bool) -> ChoiceForm | MatchingForm:
     """Return the options of an answer as a choice, or as stems and options to match."""
     answer = part.answer
-    texts = [write_option(problem, part, index) for index in range(len(part.answer.offered_options))]
+    texts = [write_option(problem, part, index) for index in range(len(answer.offered_options))]
     if isinstance(answer, Matching):
-        correct = [len(answer.items)] * len(texts)
-        for number, index in enumerate(answer.correct):
-            correct[index] = number
-        return MatchingForm(tuple(texts), (*answer.items, "no joint"), tuple(correct))
+        correct_options = [len(answer.items)] * len(texts)  # the option "no joint", unless an item belongs to the text
+        for item_index, text_index in enumerate(answer.correct):
+            correct_options[text_index] = item_index
+        return MatchingForm(tuple(texts), (*answer.items, "no joint"), tuple(correct_options))
     options = []
     for index, text in enumerate(texts):
-        is_right = index in answer.correct_indices
-        blames = list_blames(part, index) if explains_mistakes and not is_right else ()
+        is_correct = index in answer.correct_indices
+        blames = list_blames(part, index) if explains_mistakes and not is_correct else ()
         feedback = name_chapter(" ".join(dict.fromkeys(blame.sentence for blame in blames)))
-        options.append(
-            QuizOption(f"{LETTERS[index]}: {text}" if part.details.has_drawn_options else text, is_right, feedback)
-        )
+        shown_text = f"{LETTERS[index]}: {text}" if part.details.has_drawn_options else text
+        options.append(QuizOption(shown_text, is_correct, feedback))
     has_fixed_order = part.details.has_drawn_options or answer.offered_options == TRUE_FALSE
     return ChoiceForm(tuple(options), isinstance(answer, Selection), has_fixed_order)
 
@@ -345,7 +353,7 @@ def _make_number_form(problem: Problem, part: Part, numeric_part: NumericPart, e
 
 def _make_field(part: Part, numeric_part: NumericPart, index: int, label: str, explains_mistakes: bool) -> NumberField:
     answer = numeric_part.part.answer_as(Number)
-    (rows, columns), is_count = numeric_part.values.shape, answer.tolerance < 1e-6
+    (rows, columns), is_count = numeric_part.values.shape, answer.is_count
 
     def compute_tolerance(value: float) -> float:
         if is_count:
@@ -391,8 +399,9 @@ def _write_numeric_question(
     for pattern, replacement in _TYPING_PHRASES:
         convention = pattern.sub(replacement, convention)
     labels = list_entry_labels(problem, part, numeric_part.values.shape)
-    unit = "" if numeric_part.unit_entry is None else f"its entry ${labels[numeric_part.unit_entry]}$"
-    question_text, precision = _ANSWER.sub("", text).strip(), "exactly" if fields[0].tolerance == 0 else part.precision
-    context: dict[str, object] = {"asked": question_text, "given": numeric_part.given_values, "unit": unit}
-    context |= {"convention": convention, "fields": fields, "entries": entry_count, "precision": precision}
-    return render("exports/question.md.j2", **context).strip()
+    unit_entry = "" if numeric_part.unit_entry is None else f"its entry ${labels[numeric_part.unit_entry]}$"
+    return render(
+        "exports/question.md.j2", asked=_ANSWER.sub("", text).strip(), given=numeric_part.given_values,
+        unit_entry=unit_entry, convention=convention, fields=fields, entries=entry_count,
+        precision="exactly" if fields[0].tolerance == 0 else part.precision,
+    ).strip()  # fmt: skip

@@ -90,10 +90,10 @@ def make_domain(problem: Problem) -> Domain:
     return Domain({name: role for name, role in problem.domain.roles.items() if isinstance(role, str)})
 
 
-def _select_distinct(correct: np.ndarray, candidates: Iterable[PredictedAnswer]) -> Iterator[PredictedAnswer]:
+def _select_distinct(correct: np.ndarray, predictions: Iterable[PredictedAnswer]) -> Iterator[PredictedAnswer]:
     """Yield a numeric wrong answer for each mistake: finite, of the correct shape, and different from all others."""
     accepted_answers, mistake_names = [correct], set[str]()
-    for wrong in candidates:
+    for wrong in predictions:
         answer = wrong.answer
         if wrong.mistake.name in mistake_names or answer.shape != correct.shape or not np.isfinite(answer).all():
             continue
@@ -152,7 +152,7 @@ def _derive_wrong_formulas(question: _StructureQuestion, index: int) -> sp.Matri
 
 
 def _find_wrong_formulas(problem: Problem, part: Part, mistake_count: int) -> Iterator[KnownWrongAnswer]:
-    """Yield the wrong formulas of the first mistakes, if they are short and the grader judges them as wrong."""
+    """Yield the formulas that the likeliest mistakes lead to, if they are short and the grader judges them as wrong."""
     result_choice = part.details if isinstance(part.details, ResultChoiceDetails) else None
     question = _StructureQuestion(symbolic_arm_of(problem.chain).chain, part.kind, result_choice, part)
     reference = part.answer.as_matrix()
@@ -175,13 +175,13 @@ def _find_wrong_formulas(problem: Problem, part: Part, mistake_count: int) -> It
                 yield KnownWrongAnswer(mistake.name, mistake.title, feedback, answer, entries_equal)
 
 
-def compare_entry_by_entry(problem: Problem, first: sp.Matrix, second: sp.Matrix) -> tuple[bool, ...]:
-    """Return for each entry, row by row, whether the grader judges the entries of two matrices as equal."""
+def compare_entry_by_entry(problem: Problem, answer: sp.Matrix, reference: sp.Matrix) -> tuple[bool, ...]:
+    """Return for each entry, row by row, whether the grader judges an answer's entry as equal to the reference."""
     domain = make_domain(problem)
-    first_nodes, second_nodes = (
-        [parse_formula(expression_text(entry), domain.roles) for entry in matrix] for matrix in (first, second)
+    answer_trees, reference_trees = (
+        [parse_formula(expression_text(entry), domain.roles) for entry in matrix] for matrix in (answer, reference)
     )
-    return compare_entries(first_nodes, second_nodes, domain, f"known/{problem.id}").is_correct
+    return compare_entries(answer_trees, reference_trees, domain, f"known/{problem.id}").is_correct
 
 
 # --- numbers and sets ---

@@ -8,25 +8,14 @@ from collections.abc import Iterator
 from dataclasses import dataclass, replace
 from fractions import Fraction
 
-from qdot.exercises.exports.export_format import EarnedShare
+from qdot.exercises import reference_answers
+from qdot.exercises.exports.export_format import ComputeEarnedShare
 from qdot.exercises.exports.known_wrong import KnownWrongAnswer, find_known_wrong_answers
 from qdot.exercises.formula.latex import parse_latex
 from qdot.exercises.problem.credit import INCOMPLETE_CONDITION_FACTOR, MISTAKE_FACTOR, SIGN_OR_FACTOR_COST
 from qdot.exercises.problem.problem import Part, Problem
 from qdot.exercises.questions.results import is_product
-from qdot.exercises.reference_answers import (
-    LETTERS,
-    Answer,
-    Choice,
-    ConditionSet,
-    Direction,
-    Expression,
-    Matching,
-    Matrix,
-    Number,
-    Selection,
-    Words,
-)
+from qdot.exercises.reference_answers import LETTERS, Answer
 from qdot.exercises.short_questions.options import list_blames
 from qdot.exercises.writing.fit import estimate_width, fit_formula
 from qdot.exercises.writing.short_answer import write_short_answer
@@ -58,7 +47,7 @@ class MarkingInstructions:
     rule: str
 
 
-def explain_marking(problem: Problem, part: Part, compute_earned_share: EarnedShare) -> MarkingInstructions:
+def explain_marking(problem: Problem, part: Part, compute_earned_share: ComputeEarnedShare) -> MarkingInstructions:
     """Return the instructions for a part; `compute_earned_share` returns the share of the points for a typed answer."""
     correct_answer = _keep_if_legible(write_short_answer(problem, part)) or "see the key"
     correct_line = MarkingLine("Right", correct_answer, _format_points(part, Fraction(1)))
@@ -83,14 +72,14 @@ def _format_points(part: Part, share: Fraction) -> str:
 
 def _list_options(part: Part) -> Iterator[MarkingLine]:
     """Yield a line for each wrong option that a known mistake leads to, if exactly one option is correct."""
-    if isinstance(part.answer, Choice):
+    if isinstance(part.answer, reference_answers.Choice):
         for index in range(len(part.answer.options)):
             mistakes = dict.fromkeys(blame.title for blame in list_blames(part, index))
             if mistakes and index != part.answer.correct:
                 yield MarkingLine(f"{LETTERS[index]}: {', and '.join(mistakes)}", "", _format_points(part, Fraction(0)))
 
 
-def _list_mistakes(problem: Problem, part: Part, compute_earned_share: EarnedShare) -> Iterator[MarkingLine]:
+def _list_mistakes(problem: Problem, part: Part, compute_earned_share: ComputeEarnedShare) -> Iterator[MarkingLine]:
     """Yield a line for each answer that a known mistake leads to."""
     for known_answer in find_known_wrong_answers(problem, part, MAX_MISTAKES):
         wrong_part = replace(part, answer=_replace_answer(part.answer, known_answer))
@@ -104,11 +93,11 @@ def _list_mistakes(problem: Problem, part: Part, compute_earned_share: EarnedSha
 def _replace_answer(correct: Answer, known_answer: KnownWrongAnswer) -> Answer:
     """Return a known wrong answer as an answer of the same type as the correct one."""
     match correct, known_answer.answer:
-        case ConditionSet(), tuple(components):
+        case reference_answers.ConditionSet(), tuple(components):
             return replace(correct, components=components)
-        case Expression(), matrix:
+        case reference_answers.Expression(), matrix:
             return replace(correct, reference=matrix[0])
-        case ((Matrix() | Direction() | Number()), matrix):
+        case ((reference_answers.Matrix() | reference_answers.Direction() | reference_answers.Number()), matrix):
             return replace(correct, reference=matrix)
     raise TypeError(f"no known mistakes for answers of type {correct.type}")
 
@@ -116,28 +105,28 @@ def _replace_answer(correct: Answer, known_answer: KnownWrongAnswer) -> Answer:
 def _state_rule(problem: Problem, part: Part) -> str:
     """Return the rule for partial credit of all other answers; docs/partial-credit.md explains the rules."""
     answer, credit = part.answer, part.credit
-    if isinstance(answer, Words):
+    if isinstance(answer, reference_answers.Words):
         return f"the marker's decision, from 0 to {_format_points(part, Fraction(1))} points."
     if credit.rule == "whole" or not credit.factor:
         return NO_CREDIT
     match answer:
-        case ConditionSet():
+        case reference_answers.ConditionSet():
             return (
                 "Each missing condition and each condition that is not singular halves the points (all wrong values "
                 "of a joint count as one). A condition with some values missing: "
                 f"{_format_partial_points(part, INCOMPLETE_CONDITION_FACTOR)}. No points if more conditions are "
                 "wrong than right."
             )
-        case Selection():
+        case reference_answers.Selection():
             wrong_count = len(answer.options) - len(answer.correct)
             rule = f"Each right letter: {_format_partial_points(part, Fraction(1, len(answer.correct)))}"
             if wrong_count:
                 rule += f"; each wrong letter deducts {_format_partial_points(part, Fraction(1, wrong_count))}"
             return f"{rule}."
-        case Matching():
+        case reference_answers.Matching():
             letter_points = _format_partial_points(part, Fraction(1, len(answer.items)))
             return f"Each right letter: {letter_points}. A letter that is used twice does not count."
-        case Expression() | Matrix() | Number():
+        case reference_answers.Expression() | reference_answers.Matrix() | reference_answers.Number():
             return " ".join(_list_rules_for_entries(problem, part)) or NO_CREDIT
     return NO_CREDIT
 

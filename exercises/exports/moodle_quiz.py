@@ -11,11 +11,11 @@ import json
 from collections.abc import Iterator, Sequence
 from dataclasses import dataclass
 from itertools import count
-from typing import Any
 
 from qdot.exercises.assignment.assignment import Assignment
 from qdot.exercises.assignment.late_rule import with_zone
 from qdot.exercises.exports.export_format import ExportRequest, make_zip
+from qdot.exercises.problem.record import Json
 from qdot.exercises.writing.render import render
 
 MOODLE_RELEASE, MOODLE_VERSION = "4.0", 2022041900
@@ -42,8 +42,6 @@ EMPTY_QUIZ_FILES = {
     "grade_history": "grade_history",
 }  # fmt: skip
 """Files that a backup and its quiz must have but that are empty, each with the name of its root element."""
-
-Json = dict[str, Any]
 
 
 @dataclass(frozen=True)
@@ -111,7 +109,7 @@ def make_quiz_backup(request: ExportRequest, categories: Sequence[Category]) -> 
         "title": categories[0].names[0], "key": assignment.key, "folders": folders, "files": files,
         "release": MOODLE_RELEASE, "version": MOODLE_VERSION, "quiz": QUIZ_ID, "context": CONTEXT_ID,
         "slots": [
-            {"draws": _write_category_filter(folder), "points": folder["questions"][0]["question"].points}
+            {"filter": _write_category_filter(folder), "points": folder["questions"][0]["question"].points}
             for folder in question_folders
         ],
         "points": sum(category.questions[0].points for category in categories),
@@ -138,9 +136,10 @@ def _describe_attempts(assignment: Assignment) -> Json:
     """Return the settings for attempts: their number (0 is unlimited), which attempt counts, the delay, and the end."""
     policy, due_date = assignment.attempts, assignment.due_date
     closing_time = 0 if due_date is None else int(with_zone(due_date).timestamp())
+    settings = {"attempts": policy.best_of, "counting_attempt": HIGHEST_ATTEMPT, "delay": policy.min_interval}
     if policy.best_of is None:
-        return {"attempts": 0, "counts": LAST_ATTEMPT, "apart": 0, "closes": closing_time}
-    return {"attempts": policy.best_of, "counts": HIGHEST_ATTEMPT, "apart": policy.min_interval, "closes": closing_time}
+        settings = {"attempts": 0, "counting_attempt": LAST_ATTEMPT, "delay": 0}
+    return settings | {"closing_time": closing_time}
 
 
 def _number_categories(key: str, categories: Sequence[Category]) -> list[Json]:

@@ -8,11 +8,11 @@ names in the source notebook and in students' notebooks.
 import hashlib
 import json
 from collections.abc import Generator, Sequence
-from typing import Any
+from typing import Any, NamedTuple
 
 from nbformat.v4 import new_code_cell, new_markdown_cell
 
-from qdot.exercises.assignment.assignment import SECRET_FILE, Slot, Student
+from qdot.exercises.assignment.assignment import SECRET_FILE, Assignment, Slot, Student
 from qdot.exercises.common.input_file import csv_text
 from qdot.exercises.exports.export_format import ExportedFile, ExportRequest
 from qdot.exercises.exports.handouts import collect_handouts
@@ -48,11 +48,7 @@ def export_nbgrader(request: ExportRequest) -> Generator[ExportedFile, None, Non
     for path, data in read_assignment_files(request):
         yield ExportedFile(f"qdot/{key}/{path}", data)
     yield ExportedFile(f"qdot/{key}/{SECRET_FILE}", f"{assignment.secret}\n", is_private=True)
-    points = {
-        f"{slot.name}.{part}": part_points
-        for slot in assignment.slots
-        for part, part_points in slot.points_by_question.items()
-    }
+    points = {part.name: part.points for part in list_parts(assignment)}
     for student, text in handouts.iterate_notebooks():
         if "+" in student.id:
             request.report(f"{student.id}: nbgrader does not accept identifiers with +")
@@ -75,6 +71,25 @@ def make_grade_id(part: str) -> str:
     'p1-rank-at'
     """
     return part.replace(".", "-")
+
+
+class PlatformPart(NamedTuple):
+    """A part of an assignment: its name, its name on the platform, its points and its title."""
+
+    name: str
+    grade_id: str
+    points: float
+    title: str
+
+
+def list_parts(assignment: Assignment) -> list[PlatformPart]:
+    """Return all parts of an assignment, in order."""
+    return [
+        PlatformPart(name, make_grade_id(name), points, slot.find_question(kind).title)
+        for slot in assignment.slots
+        for kind, points in slot.points_by_question.items()
+        for name in [f"{slot.name}.{kind}"]
+    ]
 
 
 def compute_checksum(cell: Cell) -> str:

@@ -42,6 +42,8 @@ MAX_JOINTS_FOR_ALL_MISTAKES = 4
 """Maximum number of joints for which the effects of all mistakes on results derived from J are computed in time."""
 MAX_DISAGREEMENT = 1e-8
 """Maximum difference of the two computations, as a fraction of the largest entry."""
+MAX_TRIES = 30
+"""Maximum number of attempts to sample a configuration at which J is well-conditioned."""
 
 
 @dataclass(frozen=True)
@@ -76,18 +78,19 @@ def ask_in_numbers(problem: Problem, part: Part) -> NumericPart | None:
 
     Raises QdotError if the two computations of the numbers do not agree.
     """
-    answer, is_direction = part.answer, part.answer.counts_up_to_a_factor
+    answer = part.answer
+    numeric_part: NumericPart | None = None
     if answer.is_numeric:
-        number_part = replace(part, answer=_make_number(part, answer.as_matrix())) if is_direction else part
-        numeric_part: NumericPart | None = _take_numbers(problem, number_part, is_direction)
-    else:
-        numeric_part = _evaluate_formulas(problem, part) if answer.list_entries() and is_derived(part) else None
-    return _scale_direction(numeric_part) if is_direction and numeric_part is not None else numeric_part
+        as_number = _make_number(part, answer.as_matrix()) if answer.counts_up_to_a_factor else answer
+        numeric_part = _take_numbers(problem, replace(part, answer=as_number), answer.counts_up_to_a_factor)
+    elif answer.list_entries() and is_derived(part):
+        numeric_part = _evaluate_formulas(problem, part)
+    return _scale_direction(numeric_part) if numeric_part and answer.counts_up_to_a_factor else numeric_part
 
 
 def _make_number(part: Part, values: sp.Matrix) -> Number:
-    absolute_tolerance, units = ABSOLUTE_TOLERANCE * float(max(map(abs, values))), ("",) * len(values)
-    return Number(values, part.details.units or units, inversion.THREE_DIGIT_TOLERANCE, absolute_tolerance)
+    units = part.details.units or ("",) * len(values)
+    return Number(values, units, inversion.THREE_DIGIT_TOLERANCE, ABSOLUTE_TOLERANCE * float(max(map(abs, values))))
 
 
 def _take_numbers(problem: Problem, part: Part, is_direction: bool) -> NumericPart:
@@ -101,10 +104,9 @@ def _take_numbers(problem: Problem, part: Part, is_direction: bool) -> NumericPa
     ]
     if is_derived(part):
         roles: Mapping[str, Any] = domain_of(problem.chain).roles
-        domain, stream = Domain({**roles, **dict.fromkeys(part.symbols, "signed")}), f"{problem.id}/{part.name}/wrong"
-        stages = compute_numeric_stages(
-            problem.chain, sample_configurations(problem.chain, part, domain, 1, Stream(stream))
-        )
+        domain = Domain({**roles, **dict.fromkeys(part.symbols, "signed")})
+        stream = Stream(f"{problem.id}/{part.name}/wrong")
+        stages = compute_numeric_stages(problem.chain, sample_configurations(problem.chain, part, domain, 1, stream))
         _check_agreement(problem, part, reference, compute_answer(stages, part)[..., 0], is_direction)
         predictions = _list_wrong_answers(stages, part)
         wrong_answers += [(name_chapter(wrong.sentence), wrong.answer[..., 0]) for wrong in predictions]
@@ -141,15 +143,17 @@ def _list_wrong_answers(stages: StageResults, part: Part) -> list[catalogue.Pred
 
 def _evaluate_formulas(problem: Problem, part: Part) -> NumericPart | None:
     """Return a part with its formulas evaluated at the best of several sampled configurations."""
-    chain, stream = problem.chain, Stream(f"qdot/{problem.id.engine}/{problem.id}/{part.name}/in numbers")
-    reference = part.answer.as_matrix()
+    chain, reference = problem.chain, part.answer.as_matrix()
+    stream = Stream(f"qdot/{problem.id.engine}/{problem.id}/{part.name}/in numbers")
     configurations = list(_sample_configurations(chain, part, stream))
     values = _collect_values(chain, part, configurations)
     as_number = replace(part, answer=_make_number(part, sp.ones(*reference.shape)))
     stages = compute_numeric_stages(chain, values)
     derived_answer = compute_answer(stages, as_number)
-    mistakes = [wrong for wrong in _list_wrong_answers(stages, as_number) if wrong.answer.shape == derived_answer.shape]
-    best_index = _choose_configuration(derived_answer, mistakes)
+    predictions = [
+        wrong for wrong in _list_wrong_answers(stages, as_number) if wrong.answer.shape == derived_answer.shape
+    ]
+    best_index = _choose_configuration(derived_answer, predictions)
     if best_index is None:
         return None
     substitutions = _add_given_joints(part, configurations[best_index])
@@ -159,7 +163,7 @@ def _evaluate_formulas(problem: Problem, part: Part) -> NumericPart | None:
     as_number = replace(part, answer=_make_number(part, exact_values))
     float_values = np.array(exact_values.tolist(), dtype=float)
     _check_agreement(problem, part, float_values, derived_answer[..., best_index], part.answer.counts_up_to_a_factor)
-    wrong_answers = tuple((name_chapter(wrong.sentence), wrong.answer[..., best_index]) for wrong in mistakes)
+    wrong_answers = tuple((name_chapter(wrong.sentence), wrong.answer[..., best_index]) for wrong in predictions)
     given_values = _describe_given_values(chain, part, configurations[best_index], reference)
     return NumericPart(as_number, float_values, given_values, wrong_answers)
 
@@ -169,10 +173,13 @@ Configuration = dict[sp.Symbol, sp.Expr]
 
 
 def _sample_configurations(chain: Chain, part: Part, stream: Stream) -> Iterator[Configuration]:
-    """Yield values of all symbols; the joint values are such that J is well-conditioned, if that is possible."""
+    """Yield values of all symbols; the joint values are such that J is well-conditioned, if that is possible.
+
+    All values have few digits: angles are multiples of 10 degrees, rates of 0.1, velocities of 0.05, and loads of 1.
+    """
     needs_full_rank = min(len(chain.task), chain.n) and not part.details.given_joints
     for _ in range(CONFIGURATION_COUNT):
-        for _ in range(30):
+        for _ in range(MAX_TRIES):
             lengths = {
                 symbol: sp.pi * sp.Rational(_sample_nonzero(stream, 16), 18) if _is_constant_angle(symbol) else value
                 for symbol, value in sample_unequal_lengths(chain, stream).items()
@@ -229,8 +236,7 @@ def _choose_configuration(correct: np.ndarray, wrong_answers: Sequence[catalogue
         difference = np.nan_to_num(np.abs(wrong.answer - correct), posinf=0.0)
         distinguished_count += difference.max(axis=(0, 1)) > MIN_DIFFERENCE * max_entry
     is_usable = np.isfinite(correct).all(axis=(0, 1)) & (max_entry > MAX_DISAGREEMENT)
-    rankings = [(tiny_count[k], -distinguished_count[k], k) for k in range(correct.shape[-1]) if is_usable[k]]
-    return min(rankings)[2] if rankings else None
+    return min(np.flatnonzero(is_usable).tolist(), key=lambda k: (tiny_count[k], -distinguished_count[k]), default=None)
 
 
 def _scale_direction(direction: NumericPart) -> NumericPart:
@@ -245,7 +251,7 @@ def _scale_direction(direction: NumericPart) -> NumericPart:
     return NumericPart(part, values, direction.given_values, wrong_answers, unit_entry)
 
 
-# --- words ---
+# --- given values ---
 
 
 def _describe_given_values(chain: Chain, part: Part, configuration: Configuration, reference: sp.Matrix) -> GivenValues:

@@ -73,7 +73,8 @@ def export_paper(request: ExportRequest, file_type: str) -> Generator[ExportedFi
         template, functions = _TEMPLATES[file_type]
         text = render(
             f"exports/{template}", title=request.assignment.title, kind=request.sheet, solutions=request.has_solutions,
-            page=request.paper_size, sheets=sheets, questions=questions, last=END_WEIGHT, narrow=FORMULA_WIDTH_SHARE,
+            page=request.paper_size, sheets=sheets, questions=questions, end_weight=END_WEIGHT,
+            formula_width_share=FORMULA_WIDTH_SHARE,
             ticks=VERSION_TICKS if request.version_count else 1, front=request.assignment.front_page, **functions,
         )  # fmt: skip
         return ExportedFile(
@@ -110,9 +111,8 @@ def _list_answers_by_question(sheets: Sequence[Sheet]) -> tuple[PaperQuestion, .
 def compile_pdf(source: str, images: Mapping[str, bytes] = MappingProxyType({})) -> bytes:
     """Return a Typst document as PDF/UA-1; needs the library typst (see `require_extra`).
 
-    `images` are the image files that the document names, by name.
-
-    The bytes are the same on every machine, because only fonts of the library are used and no date is written.
+    `images` maps the names of image files to their content. The bytes are the same on every machine, because only fonts
+    of the library are used and no date is written.
     """
     import typst
 

@@ -18,7 +18,8 @@ from qdot.exercises.writing.render import render
 BANK_FILE = "bank.json"
 """The file that lists the seeds of the certified variants of each slot."""
 TOPIC = "Velocity kinematics"
-COURSE_INSTANCE = "courseInstances/qdot"
+INSTANCE_FOLDER = "courseInstances/qdot"
+"""The folder of the course instance (PrairieLearn's term for a course in one term)."""
 
 
 def export_prairielearn(request: ExportRequest) -> Generator[ExportedFile, None, None]:
@@ -37,17 +38,17 @@ def export_prairielearn(request: ExportRequest) -> Generator[ExportedFile, None,
     yield ExportedFile("infoCourse.json", _write_json(course))
     for slot in assignment.slots:
         yield from _make_question_files(assignment, slot, parts_by_slot[slot.name])
-    yield ExportedFile(f"{COURSE_INSTANCE}/infoCourseInstance.json", _write_json(instance))
+    yield ExportedFile(f"{INSTANCE_FOLDER}/infoCourseInstance.json", _write_json(instance))
     for kind, assessment in _make_assessments(assignment, request.attempt_count).items():
-        yield ExportedFile(f"{COURSE_INSTANCE}/assessments/{key}-{kind}/infoAssessment.json", _write_json(assessment))
+        yield ExportedFile(f"{INSTANCE_FOLDER}/assessments/{key}-{kind}/infoAssessment.json", _write_json(assessment))
     yield from _make_server_files(request, f"serverFilesCourse/qdot/{key}", seeds)
 
 
 def _make_question_files(
     assignment: Assignment, slot: Slot, parts: tuple[Part, ...]
 ) -> Generator[ExportedFile, None, None]:
-    key, qid = assignment.key.lower(), make_question_id(assignment, slot)
-    folder, title = f"questions/{qid}", f"{assignment.title}: {slot.name} ({slot.family.name})"
+    folder = f"questions/{make_question_id(assignment, slot)}"
+    title = f"{assignment.title}: {slot.name} ({slot.family.name})"
     info = {
         "uuid": _make_uuid(assignment, slot.name), "title": title, "topic": TOPIC, "tags": ["qdot"], "type": "v3",
     }  # fmt: skip
@@ -60,21 +61,20 @@ def _make_question_files(
         for part in parts
     ]  # fmt: skip
     yield ExportedFile(f"{folder}/question.html", render("exports/prairielearn/question.html.j2", parts=elements))
-    context = {"title": title.replace("\\", " ").replace('"', "'"), "slot": slot.name, "folder": f"qdot/{key}"}
-    yield ExportedFile(f"{folder}/server.py", render("exports/prairielearn/server.py.j2", **context))
+    server = render(
+        "exports/prairielearn/server.py.j2", title=title.replace("\\", " ").replace('"', "'"), slot=slot.name,
+        folder=f"qdot/{assignment.key.lower()}",
+    )  # fmt: skip
+    yield ExportedFile(f"{folder}/server.py", server)
 
 
 # --- the elements in which answers are given ---
 
 
-EXACT_TOLERANCE = 1e-6
-"""Numbers with a smaller relative tolerance are counts, which must be exact."""
-
-
 def choose_element(answer: Answer) -> str:
     """Return the name of the element in question.html that asks for an answer, the same for all variants of a slot."""
     if isinstance(answer, Number):
-        return "wholes" if answer.tolerance < EXACT_TOLERANCE else "numbers"
+        return "wholes" if answer.is_count else "numbers"
     kinds = ((Matching, "match"), (Selection, "several"), (Choice, "choice"))
     return next((element for kind, element in kinds if isinstance(answer, kind)), "text")
 
@@ -130,10 +130,10 @@ def _make_assessments(assignment: Assignment, attempt_count: int) -> dict[str, d
     """
     points_by_question = {make_question_id(assignment, slot): sum(slot.max_points) for slot in assignment.slots}
     homework = [
-        {"id": qid, "autoPoints": points, "triesPerVariant": attempt_count}
-        for qid, points in points_by_question.items()
+        {"id": name, "autoPoints": points, "triesPerVariant": attempt_count}
+        for name, points in points_by_question.items()
     ]
-    exam = [{"id": qid, "autoPoints": [points] * attempt_count} for qid, points in points_by_question.items()]
+    exam = [{"id": name, "autoPoints": [points] * attempt_count} for name, points in points_by_question.items()]
     return {
         "homework": _make_assessment(assignment, "Homework", homework),
         "exam": _make_assessment(assignment, "Exam", exam) | {"shuffleQuestions": False, "requireHonorCode": False},

@@ -1,4 +1,4 @@
-"""Export a test as a QTI 2.1 package, with formulas as MathML and a section with the variants of each slot.
+"""Export a test as a QTI 2.1 package, with formulas as MathML. Each slot is a section that contains its variants.
 
 The platform picks one variant of each slot at random, with all of its parts in order. If the assignment shows
 solutions, a student sees the solution of an item after full marks or after the last attempt.
@@ -28,16 +28,17 @@ def export_qti(request: ExportRequest) -> Generator[ExportedFile, None, None]:
     files: dict[str, str | bytes] = {}
     images: dict[str, str | bytes] = {}
     resources = []
-    variants_by_slot, titles = dict[str, dict[str, list[str]]](), dict[str, str]()
+    variants_by_slot: dict[str, dict[str, list[str]]] = {}
+    titles: dict[str, str] = {}
     points_by_question: dict[str, float] = {}
     for item in make_items_for_students(request):
         files[f"items/{item.key}.xml"] = _render_item(item, request.attempt_count)
         item_images = markup.make_image_files((*item.body, *item.solution))
         images |= item_images
         resources.append({"ident": item.key, "images": sorted(item_images)})
-        slot_name, number, kind = item.key.split("-", 2)
-        variants_by_slot.setdefault(slot_name, {}).setdefault(f"{slot_name}-{number}", []).append(item.key)
-        titles[slot_name] = item.category[1]
+        slot_name, variant_number, kind = item.key.split("-", 2)
+        variants_by_slot.setdefault(slot_name, {}).setdefault(f"{slot_name}-{variant_number}", []).append(item.key)
+        titles[slot_name] = item.category.slot_title
         points_by_question[f"{slot_name}-{kind}"] = item.points
     sections = [
         {"ident": slot_name, "title": titles[slot_name], "variants": list(variants.items())}
@@ -63,12 +64,12 @@ def _write_line_html(text: str) -> str:
     return _STYLE.sub("", markup.write_line_html(text, plain_mathml))
 
 
-def _render_item(item: QuizItem, tries: int) -> str:
+def _render_item(item: QuizItem, attempt_count: int) -> str:
     return render(
-        "exports/qti-item.xml.j2", item=item, form=item.form, tries=tries, points=markup.format_decimal(item.points),
-        full=markup.format_decimal(item.points * (1 - ROUNDING_SHARE)),
+        "exports/qti-item.xml.j2", item=item, form=item.form, tries=attempt_count,
+        points=markup.format_decimal(item.points), full=markup.format_decimal(item.points * (1 - ROUNDING_SHARE)),
         share=markup.format_decimal(item.points / item.form.correct_count),
-        body=_write_html(item.body), solution=_write_html(item.solution), line=_write_line_html,
-        decimal=markup.format_decimal, allowance=markup.format_tolerance,
+        body=_write_html(item.body), solution=_write_html(item.solution), write_line=_write_line_html,
+        format_decimal=markup.format_decimal, format_tolerance=markup.format_tolerance,
         names_mistakes=isinstance(item.form, NumberForm) and len(item.form.fields) <= MAX_EXPLAINED_FIELDS,
     )  # fmt: skip

@@ -44,7 +44,8 @@ def read_assignment_files(request: ExportRequest) -> list[tuple[str, bytes]]:
 
 def export_repositories(request: ExportRequest, platform: str) -> Generator[ExportedFile, None, None]:
     """Yield the files of all repositories. `platform` is "github" or "gitlab"."""
-    handouts, (wheel_name, wheel), versions = collect_handouts(request), make_wheel(), list_versions()
+    handouts = collect_handouts(request)
+    wheel, versions = make_wheel(), list_versions()
     python_version = f"{sys.version_info.major}.{sys.version_info.minor}"
     context = handouts.context | {"platform": platform, "python": python_version, "actions": ACTIONS}
     grading_workflow, checking_workflow = WORKFLOWS[platform]
@@ -57,14 +58,14 @@ def export_repositories(request: ExportRequest, platform: str) -> Generator[Expo
     yield ExportedFile("grading/README.md", render("exports/grading-readme.md.j2", **context))
     yield ExportedFile("grading/.gitignore", render("exports/gitignore.j2", **context))
     yield ExportedFile("grading/repositories.csv", _list_repositories(request, platform))
-    yield ExportedFile(f"grading/{wheel_name}", wheel)
+    yield ExportedFile(f"grading/{wheel.file_name}", wheel.content)
     yield ExportedFile("grading/versions.txt", versions)
     for student, notebook in handouts.iterate_notebooks():
         folder = f"students/{student.id}"
         yield ExportedFile(f"{folder}/{handouts.assignment.key}.ipynb", notebook)
         yield ExportedFile(f"{folder}/README.md", render("exports/student-readme.md.j2", **context))
         yield ExportedFile(f"{folder}/{checking_workflow}", render(f"exports/{platform}-check.yml.j2", **context))
-        yield ExportedFile(f"{folder}/.qdot/{wheel_name}", wheel)
+        yield ExportedFile(f"{folder}/.qdot/{wheel.file_name}", wheel.content)
         yield ExportedFile(f"{folder}/.qdot/versions.txt", versions)
 
 

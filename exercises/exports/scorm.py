@@ -19,7 +19,7 @@ from qdot.exercises.problem.record import Json
 from qdot.exercises.site import bank
 from qdot.exercises.site.build import NOT_BUILT_MESSAGE
 from qdot.exercises.site.pages import Assets, favicon_text, find_assets
-from qdot.exercises.site.supply import problems_of_variants
+from qdot.exercises.site.supply import find_custom_questions, problems_of_variants
 from qdot.exercises.writing.languages import LANGUAGES
 from qdot.exercises.writing.render import render
 
@@ -37,12 +37,15 @@ _Files = dict[str, str | bytes]
 
 def export_scorm(request: ExportRequest) -> Generator[ExportedFile, None, None]:
     """Yield a package for each version of SCORM: page, scripts, bank, and the manifest that lists them."""
-    assignment = request.assignment
     assets = find_assets()
     if assets is None:
         raise QdotError(NOT_BUILT_MESSAGE)
+    assignment, text_names = request.assignment.without_text_questions()
+    if text_names:
+        request.report(f"the package leaves out {', '.join(text_names)}, because a person marks such answers")
+    request = replace(request, assignment=assignment)
     for slot in assignment.slots:
-        _note_differences(request, slot)
+        _report_differences(request, slot)
     scripts = {path.relative_to(assets.folder).as_posix(): path.read_bytes() for path in assets.files}
     files = _make_bank_files(request) | scripts | {"icon.svg": favicon_text()}
     for version, name in PACKAGE_NAMES.items():
@@ -73,14 +76,14 @@ def check_size(request: ExportRequest) -> None:
         )
 
 
-def _note_differences(request: ExportRequest, slot: Slot) -> None:
+def _report_differences(request: ExportRequest, slot: Slot) -> None:
     """Tell the staff which marking rules of assignment.toml the browser does not apply."""
     if slot.decimals:
-        rounded_names = ", ".join(name for name, _ in slot.decimals)
-        request.report(f"{slot.name}: the package does not accept rounded decimals as right ({rounded_names})")
-    names = [name for name, credit in slot.credit if credit.rule not in ("", "whole")]
-    if names:
-        request.report(f"{slot.name}: the package uses the default partial credit for {', '.join(names)}")
+        rounded_questions = ", ".join(name for name, _ in slot.decimals)
+        request.report(f"{slot.name}: the package does not accept rounded decimals as right ({rounded_questions})")
+    questions = [name for name, credit in slot.credit if credit.rule not in ("", "whole")]
+    if questions:
+        request.report(f"{slot.name}: the package uses the default partial credit for {', '.join(questions)}")
 
 
 def _render_page(request: ExportRequest, version: str, assets: Assets) -> str:
@@ -129,7 +132,9 @@ def _make_bank_files(request: ExportRequest) -> _Files:
             path.relative_to(folder).as_posix(): _compact_record(json.loads(path.read_bytes()), assignment.hints)
             for path in paths
         }
-    files[f"{bank.BANK_FOLDER}/index.json"] = bank.index_text(entries, titles, level)
+    files[f"{bank.BANK_FOLDER}/index.json"] = bank.index_text(
+        entries, titles, level, find_custom_questions(bank_problems)
+    )
     return files | {f"{bank.BANK_FOLDER}/index.{code}.json": bank.titles_text(code, titles) for code in LANGUAGES}
 
 

@@ -37,7 +37,9 @@ from qdot.exercises.writing.short_answer import write_short_answer
 FIGURE_HEIGHT = 50
 """Maximum height of a figure in mm."""
 STATEMENT_HEIGHT, AVERAGE_PART_HEIGHT = 78, 92
-"""Height of a statement, and average height of a part up to which no working space is removed, in mm."""
+"""Height of a statement and average height of a part in mm. If the parts are higher, their working space shrinks."""
+OPTION_HEIGHT, PROMPT_HEIGHT, SHORT_PROMPT_HEIGHT = 8, 25, 15
+"""Approximate heights in mm: of a row of options, of a prompt with its heading, and of each of these two."""
 WIDTH_BESIDE_FIGURE = 0.58
 """The share of the page's width that a prompt gets if its figure is beside it."""
 PROBLEM_SHEETS = ("handout", "exam")
@@ -74,11 +76,11 @@ class SheetPart:
     @property
     def height(self) -> int:
         """Approximate height in mm of a part in an exam."""
-        options_height = 8 * math.ceil(len(self.options.options) / self.options.columns) if self.options else 0
-        box_height = self.box.total_height if self.box else 0
+        row_count = math.ceil(len(self.options.options) / self.options.columns) if self.options else 0
+        options_height, box_height = OPTION_HEIGHT * row_count, self.box.total_height if self.box else 0
         if self.figure is None or self.has_wide_figure or self.box is None or not self.box.is_narrow:
-            return 25 + max(options_height, FIGURE_HEIGHT if self.figure else 0) + box_height
-        return 15 + max(FIGURE_HEIGHT, 15 + options_height + box_height)
+            return PROMPT_HEIGHT + max(options_height, FIGURE_HEIGHT if self.figure else 0) + box_height
+        return SHORT_PROMPT_HEIGHT + max(FIGURE_HEIGHT, SHORT_PROMPT_HEIGHT + options_height + box_height)
 
 
 @dataclass(frozen=True)
@@ -141,7 +143,7 @@ class _SheetTask:
 
 
 _SheetResult = tuple[Sheet | None, Mapping[str, Replacement], tuple[FailedSlot, ...]]
-"""A sheet (None if a slot failed), the replaced problems that are not recorded yet, and the slots that failed."""
+"""A sheet (None if a slot failed), the replaced problems that are not recorded yet, and the failed slots."""
 
 
 def make_sheets(request: ExportRequest) -> Generator[Sheet, None, None]:
@@ -168,8 +170,8 @@ def _list_versions(request: ExportRequest) -> list[_SheetTask]:
     for variant in iterate_bank(replace(request, variant_count=request.version_count, on_step=lambda: None)):
         variants_by_slot.setdefault(variant.slot.name, []).append(variant.problem)
     return [
-        _SheetTask(letter, f"Version {letter}", "", tuple(v[number % len(v)] for v in variants_by_slot.values()))
-        for number, letter in enumerate(VERSION_LETTERS[: request.version_count])
+        _SheetTask(letter, f"Version {letter}", "", tuple(v[index % len(v)] for v in variants_by_slot.values()))
+        for index, letter in enumerate(VERSION_LETTERS[: request.version_count])
     ]
 
 
@@ -187,7 +189,7 @@ def _make_sheet(request: ExportRequest, task: _SheetTask) -> _SheetResult:
 
 
 def _shrink_boxes(problems: tuple[SheetProblem, ...]) -> tuple[SheetProblem, ...]:
-    """Return problems with less working space if a sheet is long: if five parts take more than about two pages."""
+    """Return problems with less working space if a sheet is long, that is, if its parts are higher than average."""
     parts = [part for problem in problems for part in problem.parts]
     boxes = [part.box for part in parts if part.box is not None]
     working_space = sum(box.working_space for box in boxes)
@@ -203,10 +205,10 @@ def _shrink_boxes(problems: tuple[SheetProblem, ...]) -> tuple[SheetProblem, ...
 def _make_sheet_problem(request: ExportRequest, number: int, problem: Problem) -> SheetProblem:
     statement_text = remove_typing_remarks(write_statement(problem, ""), problem)
     intro, table, facts = (*_TABLE.split(statement_text, maxsplit=1), "", "")[:3]  # without a table, all is `intro`
-    is_printed = request.sheet in PROBLEM_SHEETS
+    shows_problem = request.sheet in PROBLEM_SHEETS
     # In an exam, the working space depends on the length of the solution.
     solutions_by_part = write_solutions(problem) if request.has_solutions or request.sheet == "exam" else {}
-    figure = draw_arm(problem, f"p{number}") if is_printed else None
+    figure = draw_arm(problem, f"p{number}") if shows_problem else None
     parts = (
         _make_sheet_part(request, f"{number}.{index}", problem, part, solutions_by_part.get(part.name, ""))
         for index, part in enumerate(problem.parts, 1)
@@ -215,19 +217,20 @@ def _make_sheet_problem(request: ExportRequest, number: int, problem: Problem) -
 
 
 def _make_sheet_part(request: ExportRequest, label: str, problem: Problem, part: Part, solution: str) -> SheetPart:
-    is_printed, shows_solutions = request.sheet in PROBLEM_SHEETS, request.has_solutions
-    is_exam, figure_name = request.sheet == "exam" and not shows_solutions, f"p{label.replace('.', '-')}"
+    shows_problem, shows_solutions = request.sheet in PROBLEM_SHEETS, request.has_solutions
+    is_exam = request.sheet == "exam" and not shows_solutions
     gives_hints = request.sheet == "handout" and not shows_solutions and request.assignment.hints
     text = remove_typing_remarks(write_prompt(problem, part), problem)
-    figure = draw_prompt_figure(problem, part, figure_name) if is_printed else None
+    figure_name = f"p{label.replace('.', '-')}"
+    figure = draw_prompt_figure(problem, part, figure_name) if shows_problem else None
     width_share = WIDTH_BESIDE_FIGURE if figure and not part.details.has_drawn_options else 1.0
-    options = arrange_options(problem, part, width_share) if is_printed else None
+    options = arrange_options(problem, part, width_share) if shows_problem else None
+    hints = write_hints(problem, part) if gives_hints else ()
     compute_earned_share = request.compute_earned_share if request.sheet == "marking" else None
     return SheetPart(
         label, question_of(part).make_title(problem.chain), write_points(part.points), part.points,
         prompt=text if options is None else remove_options(text),
-        hints=tuple(remove_typing_remarks(h, problem) for h in (write_hints(problem, part) if gives_hints else ())),
-        figure=figure, options=options,
+        hints=tuple(remove_typing_remarks(hint, problem) for hint in hints), figure=figure, options=options,
         box=make_box(problem, part, solution) if is_exam else None,
         solution=remove_typing_remarks(solution, problem) if shows_solutions else "",
         solution_figure=draw_solution_figure(problem, part, f"{figure_name}-solution") if shows_solutions else None,

@@ -12,12 +12,12 @@ from dataclasses import dataclass, replace
 
 from qdot.exercises.assignment.assignment import Slot
 from qdot.exercises.assignment.certified_problems import Variant
-from qdot.exercises.common.errors import QdotError
+from qdot.exercises.common.errors import QdotError, Reason
 from qdot.exercises.exports.bank import process_bank
 from qdot.exercises.exports.export_format import ExportedFile, ExportRequest
 from qdot.exercises.exports.markup import Picture, draw_arm, draw_prompt_figure, draw_solution_figure
 from qdot.exercises.exports.moodle import MAX_ID_LENGTH, make_category_path, make_moodle_name
-from qdot.exercises.exports.stack_parts import QuestionTest, StackPart, convert_part, remove_rounding
+from qdot.exercises.exports.stack_parts import QuestionTest, StackPart, convert_part, remove_rounding_if_exact
 from qdot.exercises.problem.problem import Part, Problem
 from qdot.exercises.questions.results import is_product
 from qdot.exercises.short_questions import question_of
@@ -28,18 +28,22 @@ from qdot.exercises.writing.render import render
 STACK_VERSION = "2023060500"
 """The version of STACK that the questions need."""
 PENALTY = 0.1
+"""The share of the points that each wrong attempt costs."""
 UNPARSED_ANSWER = QuestionTest("answers that STACK can't parse are not graded", "qdot_unknown(1)", None, "NULL")
 
 
 @dataclass(frozen=True)
 class StackQuestion:
-    """A part of a variant as the template needs the part: in STACK's terms, with texts as HTML."""
+    """A STACK question: one part of a variant, in the form that the template needs, with texts as HTML.
+
+    `question_note` is STACK's term for a line that identifies the variant.
+    """
 
     stack_part: StackPart
     name: str
     id: str
     category: str
-    note: str
+    question_note: str
     title: str
     statement: str
     prompt: str
@@ -53,14 +57,14 @@ class StackQuestion:
 
 def export_stack(request: ExportRequest) -> Generator[ExportedFile, None, None]:
     """Yield the file. For each slot, report once which parts STACK can't ask or grades differently from qdot."""
-    notes: dict[str, None] = {}
+    messages: dict[str, None] = {}
     questions: dict[str, list[StackQuestion]] = {}
-    for variant, (variant_questions, new_notes) in process_bank(request, _make_questions):
-        notes |= new_notes
+    for variant, (variant_questions, new_messages) in process_bank(request, _make_questions):
+        messages |= new_messages
         for question in variant_questions:
             questions.setdefault(question.category, []).append(_add_variant_key(request, variant, question))
-    for note in notes:
-        request.report(note)
+    for message in messages:
+        request.report(message)
     if not questions:
         raise QdotError(
             "STACK supports none of the questions of this assignment; `qdot export --help` lists other export formats"
@@ -75,22 +79,25 @@ def export_stack(request: ExportRequest) -> Generator[ExportedFile, None, None]:
 def _make_questions(
     request: ExportRequest, slot: Slot, problem: Problem
 ) -> tuple[list[StackQuestion], dict[str, None]]:
-    """Return the questions of a problem that STACK can ask, and notes on the slot as keys of a dict.
+    """Return the questions of a problem that STACK can ask, and messages to the staff as keys of a dict.
 
     The questions do not contain the variant's key yet.
     """
-    questions, notes = list[StackQuestion](), list[str]()
+    questions: list[StackQuestion] = []
+    messages: list[str] = []
+    prefix = f"{slot.name}: STACK"
     for part in problem.parts:
-        stack_part, note = convert_part(problem, remove_rounding(part)), f"{slot.name}: STACK"
-        if isinstance(stack_part, str):
-            notes.append(f"{note} leaves out {part.name!r}: {stack_part}")
+        stack_part = convert_part(problem, remove_rounding_if_exact(part))
+        if isinstance(stack_part, Reason):
+            messages.append(f"{prefix} leaves out {part.name!r}: {stack_part}")
             continue
-        if part.rounding is not None and remove_rounding(part) is not part:
-            notes.append(f"{note} does not accept rounded decimals in {part.name!r}; qdot does, {part.rounding.words}")
+        if part.rounding is not None and part.answer.is_exact:
+            name, rounding = repr(part.name), part.rounding.words
+            messages.append(f"{prefix} does not accept rounded decimals in {name}; qdot does, {rounding}")
         if is_product(part):
-            notes.append(f"{note} marks {part.name!r} right or wrong; right factors earn no partial credit")
+            messages.append(f"{prefix} marks {part.name!r} right or wrong; right factors earn no partial credit")
         questions.append(_make_question(request, slot, problem, stack_part))
-    return questions, dict.fromkeys(notes)
+    return questions, dict.fromkeys(messages)
 
 
 def _make_question(request: ExportRequest, slot: Slot, problem: Problem, stack_part: StackPart) -> StackQuestion:
@@ -98,16 +105,14 @@ def _make_question(request: ExportRequest, slot: Slot, problem: Problem, stack_p
     number = [problem_part.name for problem_part in problem.parts].index(part.name) + 1
     title = question_of(part).title
     category_names = assignment.title, slot.name, f"{number}. {title}"
-    category = make_category_path(list(map(make_moodle_name, category_names)))
-    html_statement, html_prompt = _write_html(write_statement(problem, "")), _write_html(_write_prompt(problem, part))
-    part_hints = write_hints(problem, part) if assignment.hints else ()
-    prompt_figure = draw_prompt_figure(problem, part, part.name)
-    solution_figure = draw_solution_figure(problem, part, f"{part.name}-solution")
-    tests = (*stack_part.question_tests, *([UNPARSED_ANSWER] if stack_part.has_single_box else []))
     return StackQuestion(
-        stack_part, part.name, part.name, category, _describe_arm(problem), title, html_statement, html_prompt,
-        _write_html(write_solution(problem, part)), tuple(map(_write_html, part_hints)), draw_arm(problem),
-        prompt_figure, solution_figure, tests,
+        stack_part, part.name, part.name, make_category_path(list(map(make_moodle_name, category_names))),
+        _describe_arm(problem), title, _write_html(write_statement(problem, "")),
+        _write_html(_write_prompt(problem, part)), _write_html(write_solution(problem, part)),
+        tuple(map(_write_html, write_hints(problem, part) if assignment.hints else ())), draw_arm(problem),
+        draw_prompt_figure(problem, part, part.name),
+        draw_solution_figure(problem, part, f"{part.name}-solution"),
+        (*stack_part.question_tests, *([UNPARSED_ANSWER] if stack_part.has_single_box else [])),
     )  # fmt: skip
 
 
@@ -117,7 +122,7 @@ def _add_variant_key(request: ExportRequest, variant: Variant, question: StackQu
         question,
         name=make_moodle_name(f"{variant.key}, {question.name}: {request.assignment.title}"),
         id=f"{request.assignment.key}-{variant.key}-{question.id}"[-MAX_ID_LENGTH:],
-        note=f"{variant.key}: {question.note}",
+        question_note=f"{variant.key}: {question.question_note}",
     )
 
 

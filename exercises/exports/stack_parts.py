@@ -13,6 +13,8 @@ from fractions import Fraction
 import numpy as np
 import sympy as sp
 
+from qdot.exercises import reference_answers
+from qdot.exercises.common.errors import Reason
 from qdot.exercises.common.stream import Stream
 from qdot.exercises.exports import known_wrong, stack_maxima
 from qdot.exercises.formula.equality import READABLE_POINTS
@@ -35,16 +37,7 @@ from qdot.exercises.problem.credit import (
 )
 from qdot.exercises.problem.problem import Part, Problem
 from qdot.exercises.questions.results import find_determinant_in_denominator
-from qdot.exercises.reference_answers import (
-    LETTERS,
-    Choice,
-    ConditionSet,
-    Direction,
-    Matching,
-    Number,
-    Selection,
-    Words,
-)
+from qdot.exercises.reference_answers import LETTERS
 from qdot.exercises.short_questions.options import list_blames
 from qdot.exercises.singularities.singular_set import Component
 
@@ -54,18 +47,24 @@ CORRECT_NOTE, UNEXPLAINED_NOTE = "prt1-right", "prt1-other"
 """STACK's answer notes for a correct answer, and for an answer that no known mistake explains."""
 POINT_COUNT, MAX_TRIES = 3, 20
 """Number of points at which formulas are compared, and maximum number of attempts to sample usable points."""
+NO_POINTS = Reason("no configurations were found at which formulas could be compared")
 MIN_PIVOT, MAX_ENTRY = 1e-2, 1e4
 """At a usable point, no entry of the answer exceeds MAX_ENTRY, and the pivot, if there is one, exceeds MIN_PIVOT.
 
 The pivot is the entry by which a constant factor between two matrices is found.
 """
+MIN_BOX_WIDTH, MAX_BOX_WIDTH = 8, 60
+MIN_CELL_WIDTH, MAX_CELL_WIDTH = 6, 24
+"""Width of an input box in characters, for a formula or an entry of a vector, and for an entry of a matrix."""
+UNRELATED_VALUE = 7
+"""A value that no mistake leads to, for the question test of an answer that no known mistake explains."""
 
 
 @dataclass(frozen=True)
 class ResponseNode:
-    """A node of a response tree, which compares two expressions in Maxima, `left` and `right`, by STACK's test `test`.
+    """A node of a response tree. It compares two Maxima expressions, `left` and `right`, by STACK's answer test `test`.
 
-    If the expressions are equal, the answer gets the note, the score and the feedback of this node.
+    If the expressions are equal, the answer gets the node's note, score and feedback. `options` are those of the test.
     """
 
     test: str
@@ -79,7 +78,10 @@ class ResponseNode:
 
 @dataclass(frozen=True)
 class QuestionTest:
-    """A question test: an answer with its expected score (None if STACK must not mark the answer) and answer note."""
+    """A question test: an answer with its expected score (None if STACK must not mark the answer) and answer note.
+
+    `value` is the answer as a Maxima expression.
+    """
 
     title: str
     value: str
@@ -134,23 +136,23 @@ class StackPart:
         self.question_tests.append(QuestionTest(wrong.title, name, share, note))
 
 
-def convert_part(problem: Problem, part: Part) -> StackPart | str:
+def convert_part(problem: Problem, part: Part) -> StackPart | Reason:
     """Return a part in STACK's form, or the reason why STACK can't ask it."""
     match part.answer:
-        case Number():
+        case reference_answers.Number():
             return _convert_numbers(problem, part)
-        case ConditionSet():
+        case reference_answers.ConditionSet():
             return _convert_set(problem, part)
-        case Direction(is_numeric=True):
-            return "directions in numbers are not supported"
-        case Direction():
+        case reference_answers.Direction(is_numeric=True):
+            return Reason("directions in numbers are not supported")
+        case reference_answers.Direction():
             return _convert_direction(problem, part)
-        case Choice():
+        case reference_answers.Choice():
             return _convert_choice(part)
-        case Selection() | Matching():
-            return "questions with several right letters are not supported; use an export format for quizzes"
-        case Words():
-            return "a person has to mark it"
+        case reference_answers.Selection() | reference_answers.Matching():
+            return Reason("questions with several right letters are not supported; use an export format for quizzes")
+        case reference_answers.Words():
+            return Reason("a person has to mark it")
         case answer if answer.is_symbolic:
             return _convert_formulas(problem, part)
         case answer:
@@ -162,8 +164,8 @@ def compute_share(
 ) -> float:
     """Return the share of the points that formulas earn. `entries_equal` says which entries are correct.
 
-    The share is the same as with `qdot grade`, but factors of a product earn nothing. An answer that a single known
-    mistake explains (`is_known`) earns at least half of the points.
+    The share is the same as with `qdot grade`, but factors of a product earn nothing. If a single known mistake
+    explains the answer (`is_known`), the answer earns at least half of the points.
     """
     if all(entries_equal):
         return 1.0
@@ -229,7 +231,10 @@ def _find_varying_entries(problem: Problem, reference: sp.Matrix) -> list[int]:
 
 
 def _find_pivot(problem: Problem, reference: sp.Matrix) -> int | None:
-    """Return the position (from 1) of the pivot, the first nonzero entry; None for zeros and for a single constant."""
+    """Return the position of the pivot, the first nonzero entry; None for zeros and for a single constant.
+
+    Positions count the entries row by row from 1, as Maxima does.
+    """
     nonzero_positions = [k for k, entry in enumerate(reference, 1) if entry != 0]
     has_pivot = len(nonzero_positions) > 1 or (nonzero_positions and _find_varying_entries(problem, reference))
     return nonzero_positions[0] if has_pivot else None
@@ -254,14 +259,14 @@ def _list_nonzero_columns(reference: sp.Matrix) -> list[list[int]]:
 # --- formulas ---
 
 
-def _convert_formulas(problem: Problem, part: Part) -> StackPart | str:
+def _convert_formulas(problem: Problem, part: Part) -> StackPart | Reason:
     """Return a part that asks for a formula or a matrix of formulas, or the reason why STACK can't ask it."""
     is_single, reference = part.shape is None, part.answer.as_matrix()
     points = _sample_points(problem, reference, _find_pivot(problem, reference) or 1)
     if points is None:
-        return "no configurations were found at which formulas could be compared"
+        return NO_POINTS
     variables = stack_maxima.write_definitions(problem, stack_maxima.FORMULA_FUNCTIONS, points)
-    variables += [f"ta1: {_write_maxima(reference, is_single)};", "other1: 0*ta1 + 7;"]
+    variables += [f"ta1: {_write_maxima(reference, is_single)};", f"other1: 0*ta1 + {UNRELATED_VALUE};"]
     marking = ["said: qdot_values(qdot_read(ans1));", "due: qdot_values(ta1);", "agree: qdot_agree(said, due);"]
     marking.append(f"same: if qdot_count(agree) = {len(reference)} then 1 else 0;")
     score, feedback = "0", ""
@@ -269,13 +274,15 @@ def _convert_formulas(problem: Problem, part: Part) -> StackPart | str:
         lines, feedback = _write_partial_credit_lines(problem, part, reference)
         marking += lines
         score = "share"
-    words = "a formula" if is_single else f"one formula in each of the {reference.rows} × {reference.cols} boxes"
+    boxes_words = f"one formula in each of the {reference.rows} × {reference.cols} boxes"
     max_length = max(len(maxima_text(entry)) for entry in reference)
-    box_width = min(60, max(8, max_length)) if is_single or reference.cols == 1 else min(24, max(6, max_length))
-    nodes, tests = [ResponseNode("AlgEquiv", "same", "1", CORRECT_NOTE, "1")], [REFERENCE_TEST]
+    is_column = is_single or reference.cols == 1
+    min_width, max_width = (MIN_BOX_WIDTH, MAX_BOX_WIDTH) if is_column else (MIN_CELL_WIDTH, MAX_CELL_WIDTH)
+    tests = [REFERENCE_TEST]
     stack_part = StackPart(
-        part, "algebraic" if is_single else "matrix", words, variables, marking, nodes, tests, feedback, score,
-        box_width, typing_help=explain_typing(problem),
+        part, "algebraic" if is_single else "matrix", "a formula" if is_single else boxes_words, variables, marking,
+        [ResponseNode("AlgEquiv", "same", "1", CORRECT_NOTE, "1")], tests, feedback, score,
+        min(max_width, max(min_width, max_length)), typing_help=explain_typing(problem),
     )  # fmt: skip
     for index, wrong in enumerate(known_wrong.find_known_wrong_answers(problem, part, MAX_MISTAKES), 1):
         share = compute_share(problem, part, wrong.matrix, wrong.entries_equal, is_known=True)
@@ -287,7 +294,7 @@ def _convert_formulas(problem: Problem, part: Part) -> StackPart | str:
     if unusual_form is not None:
         variables.append(f"form1: {_write_maxima(unusual_form, is_single)};")
         tests.append(UNUSUAL_FORM_TEST)
-    unrelated_answer = reference * 0 + sp.ones(*reference.shape) * sp.Integer(7)
+    unrelated_answer = sp.ones(*reference.shape) * UNRELATED_VALUE
     entries_equal = known_wrong.compare_entry_by_entry(problem, unrelated_answer, reference)
     share = compute_share(problem, part, unrelated_answer, entries_equal)
     tests.append(replace(UNRELATED_TEST, score=share))
@@ -299,8 +306,8 @@ def explain_typing(problem: Problem) -> str:
     joint = problem.chain.q[0]
     rule = f"Type names as in the statement, such as {joint}; write * in products, as in 2*{joint}."
     meanings = stack_maxima.list_short_names(problem)
-    examples = [name for digits in (1, 2) for name in [name for name in meanings if len(name) == 1 + digits][:2]]
-    explanations = ", ".join(f"{name} stands for {meanings[name]}" for name in examples)
+    examples = [name for length in (2, 3) for name in [name for name in meanings if len(name) == length][:2]]
+    explanations = ", ".join(f"{name} stands for {meanings[name]}" for name in examples)  # as c1, s1, c12, s12
     return f"{rule} {explanations}." if explanations else rule
 
 
@@ -311,7 +318,8 @@ def _write_maxima(matrix: sp.Matrix, is_single: bool) -> str:
 def _sample_points(problem: Problem, reference: sp.Matrix, pivot: int) -> str | None:
     """Return the line with the points at which formulas are compared; None if no usable points were found.
 
-    The first two points have the same lengths, so a factor with the same value at both is a constant.
+    The first two points have the same lengths, so a factor with the same value at both is a constant. `pivot` is a
+    position (from 1).
     """
     domain = known_wrong.make_domain(problem)
     program = compile_program([parse_formula(expression_text(entry), domain.roles) for entry in reference])
@@ -326,16 +334,16 @@ def _sample_points(problem: Problem, reference: sp.Matrix, pivot: int) -> str | 
     return None
 
 
-def _are_usable(program: Program, points: Sequence[dict[str, float]], pivot: int | None) -> bool:
-    """Return whether all entries are moderate real numbers at all points, and the entry `pivot` is clearly not zero."""
+def _are_usable(program: Program, points: Sequence[dict[str, float]], pivot_index: int | None) -> bool:
+    """Return whether all entries are moderate real numbers at all points, and the pivot (if any) is far from zero."""
     values_by_name = {name: np.array([point[name] for point in points]) for name in points[0]}
-    values = evaluate(program, values_by_name, len(points))[0]
+    values, _ = evaluate(program, values_by_name, len(points))
     are_moderate = np.isfinite(values) & (values.imag == 0) & (np.abs(values) < MAX_ENTRY)
-    return bool(are_moderate.all() and (pivot is None or (np.abs(values[pivot]) > MIN_PIVOT).all()))
+    return bool(are_moderate.all() and (pivot_index is None or (np.abs(values[pivot_index]) > MIN_PIVOT).all()))
 
 
 def _write_minimum_share_line(part: Part, minimum_share: Fraction, condition: str) -> str:
-    """Return the line that raises the share to at least `minimum_share`, times the credit's factor, on a condition."""
+    """Return the line that raises the share to `minimum_share` times the credit's factor, if `condition` is true."""
     return f"share: if {condition} then max(share, {minimum_share * part.credit.factor}) else share;"
 
 
@@ -344,11 +352,10 @@ def _write_partial_credit_lines(problem: Problem, part: Part, reference: sp.Matr
     lines, feedback = (["share: 0;"], "") if part.shape is None else _write_entry_lines(problem, part, reference)
     if _find_pivot(problem, reference) is None:
         return lines, feedback
-    credit_factor = part.credit.factor
     varying_positions = [k + 1 for k in _find_varying_entries(problem, reference)]
     lines += [
         f"amiss: qdot_amiss(said, due, agree, {varying_positions});",
-        f"share: max(share, if amiss = 0 then 0 else {credit_factor}*(1 - {SIGN_OR_FACTOR_COST}*amiss));",
+        f"share: max(share, if amiss = 0 then 0 else {part.credit.factor}*(1 - {SIGN_OR_FACTOR_COST}*amiss));",
     ]
     factor_feedback = "It is right except for signs, a common factor, or both."
     return lines, feedback + f'[[if test="amiss>0"]]<p>{factor_feedback}</p>[[/if]]'
@@ -368,17 +375,18 @@ def _write_entry_lines(problem: Problem, part: Part, reference: sp.Matrix) -> tu
         n = len(columns)
         tests = ", ".join(f"is({write_agreeing_count(column)} = {len(column)})" for column in columns)
         lines = [f"right: qdot_count([{tests}]);", f"share: min(right, {n - 1})/{n}{factor};"]
-        words = f"{n} columns are right"
+        feedback = f"{n} columns are right"
     else:
-        n, spoiled_count = len(counted_entries), f"{len(zeros)} - {write_agreeing_count(zeros)}" if zeros else "0"
+        n = len(counted_entries)
+        spoiled_count = f"{len(zeros)} - {write_agreeing_count(zeros)}" if zeros else "0"
         lines = [f"right: {write_agreeing_count(counted_entries)};", f"spoiled: {spoiled_count};"]
         lines.append(f"share: max(0, min(right - spoiled, {n - 1}))/{n}{factor};")
-        words = f"{n} entries are right"
+        feedback = f"{n} entries are right"
         if zeros:
-            words = f"{n} nonzero entries are right; {{@spoiled@}} of {len(zeros)} zeros have another answer"
+            feedback = f"{n} nonzero entries are right; {{@spoiled@}} of {len(zeros)} zeros have another answer"
     if varying_entries := _find_varying_entries(problem, reference):
         lines.append(f"share: if share > 0 and {write_agreeing_count(varying_entries)} = 0 then 0 else share;")
-    return lines, f"<p>{{@right@}} of {words}.</p>"
+    return lines, f"<p>{{@right@}} of {feedback}.</p>"
 
 
 def _write_unusual_form(problem: Problem, reference: sp.Matrix) -> sp.Matrix | None:
@@ -391,13 +399,13 @@ def _write_unusual_form(problem: Problem, reference: sp.Matrix) -> sp.Matrix | N
     return unusual_form if all(known_wrong.compare_entry_by_entry(problem, unusual_form, reference)) else None
 
 
-def _convert_direction(problem: Problem, part: Part) -> StackPart | str:
+def _convert_direction(problem: Problem, part: Part) -> StackPart | Reason:
     """Return a part that asks for a direction: any nonzero multiple of the reference is correct."""
-    reference = part.answer_as(Direction).reference
+    reference = part.answer_as(reference_answers.Direction).reference
     pivot = next(i for i, entry in enumerate(reference, 1) if entry != 0)
     points = _sample_points(problem, reference, pivot)
     if points is None:
-        return "no configurations were found at which formulas could be compared"
+        return NO_POINTS
     same_line = f"same: if qdot_along(said, qdot_values(ta1), {pivot}) then 1 else 0;"
     variables = stack_maxima.write_definitions(problem, stack_maxima.FORMULA_FUNCTIONS, points)
     variables += [f"ta1: {maxima_matrix(reference)};", "form1: -3*ta1;", "other1: 0*ta1;"]
@@ -413,8 +421,9 @@ def _convert_direction(problem: Problem, part: Part) -> StackPart | str:
 
 def _convert_numbers(problem: Problem, part: Part) -> StackPart:
     """Return a part that asks for a number or a vector of numbers."""
-    answer = part.answer_as(Number)
-    is_single, n = len(answer.reference) == 1, len(answer.reference)
+    answer = part.answer_as(reference_answers.Number)
+    n = len(answer.reference)
+    is_single = n == 1
     tolerances = [sp.Rational(f"{tolerance:.12g}") for tolerance in known_wrong.list_tolerances(part)]
     known_answers = known_wrong.find_known_wrong_answers(problem, part, MAX_MISTAKES)
     exact_reference = sp.Matrix([sp.Rational(f"{float(value):.12g}") for value in answer.reference])
@@ -423,7 +432,8 @@ def _convert_numbers(problem: Problem, part: Part) -> StackPart:
     def write_near_count(variable: str) -> str:
         return f"qdot_count(makelist(qdot_near(said{index}, float({variable}{index}), room[i]), i, 1, {n}))"
 
-    is_zero = [abs(float(v)) <= answer.tolerance_and_floor(part.rounding)[1] for v in answer.reference]
+    _, floor = answer.tolerance_and_floor(part.rounding)
+    is_zero = [abs(float(value)) <= floor for value in answer.reference]
     lines = ["said: qdot_read(ans1);", f"room: [{', '.join(map(maxima_text, tolerances))}];"]
     lines += [f"right: {write_near_count('ta1')};", *_write_number_share_lines(part, is_zero)]
     variables = stack_maxima.write_definitions(problem, stack_maxima.NUMBER_FUNCTIONS)
@@ -432,19 +442,21 @@ def _convert_numbers(problem: Problem, part: Part) -> StackPart:
     if is_single:
         correct_node = ResponseNode("NumAbsolute", "said", "ta1", CORRECT_NOTE, "1", options=maxima_text(tolerances[0]))
     unit = "; ".join(dict.fromkeys(unit for unit in answer.units if unit))
-    words = ("a number" if is_single else f"{n} numbers") + (f", in {unit}, without the unit" if unit else "")
+    unit_words = f", in {unit}, without the unit" if unit else ""
+    expected_answer = f"{'a number' if is_single else f'{n} numbers'}{unit_words}"
     feedback = "" if is_single else f"<p>{{@right@}} of {n} numbers are right.</p>"
     tests = [REFERENCE_TEST]
     stack_part = StackPart(
-        part, "numerical" if is_single else "matrix", words, variables, lines, [correct_node], tests, feedback,
-        "share", box_width=12, reports_wrong_type=False,
+        part, "numerical" if is_single else "matrix", expected_answer, variables, lines, [correct_node], tests,
+        feedback, "share", box_width=12, reports_wrong_type=False,
     )  # fmt: skip
     for number, wrong in enumerate(known_answers, 1):
-        share, floats = _compute_share_of_numbers(part, wrong, is_zero), _write_floats(wrong.matrix, is_single)
+        share = _compute_share_of_numbers(part, wrong, is_zero)
+        floats = _write_floats(wrong.matrix, is_single)
         stack_part.add_mistake(number, wrong, floats, write_near_count(f"wrong{number}"), str(n), share)
         if not is_single and part.credit.is_by_mistakes:
             lines.append(_write_minimum_share_line(part, MISTAKE_FACTOR, f"like{number} = {n}"))
-    values_outside = exact_reference + 50 * sp.Matrix(tolerances)
+    values_outside = exact_reference + 50 * sp.Matrix(tolerances)  # clearly wrong
     values_inside = exact_reference + sp.Matrix(tolerances) / 2
     variables.append(f"form1: {_write_floats(values_inside, is_single)};")
     tests.append(QuestionTest("off by half of what is allowed", "form1", 1.0, CORRECT_NOTE))
@@ -478,8 +490,8 @@ def _compute_share_of_numbers(part: Part, known_answer: known_wrong.KnownWrongAn
     if len(is_zero) == 1 or credit.rule == "whole":
         return 0.0
     share = max(share_of_entries(known_answer.entries_equal, is_zero), MISTAKE_FACTOR * credit.is_by_mistakes)
-    pairs = zip(known_answer.matrix, part.answer.as_matrix(), known_wrong.list_tolerances(part), strict=True)
-    has_correct_sizes = all(abs(float(abs(a) - abs(b))) <= tolerance for a, b, tolerance in pairs)
+    triples = zip(known_answer.matrix, part.answer.as_matrix(), known_wrong.list_tolerances(part), strict=True)
+    has_correct_sizes = all(abs(float(abs(a) - abs(b))) <= tolerance for a, b, tolerance in triples)
     if all(part.answer.expected_units) and not all(is_zero) and has_correct_sizes:
         share = max(share, 1 - SIGN_OR_FACTOR_COST)
     return float(share * credit.factor)
@@ -491,8 +503,9 @@ def _write_floats(matrix: sp.Matrix, is_single: bool) -> str:
     return values[0] if is_single else f"matrix({', '.join(f'[{value}]' for value in values)})"
 
 
-def _are_near(first: sp.Matrix, second: sp.Matrix, tolerances: Sequence[sp.Expr]) -> bool:
-    return all(abs(a - b) <= 2 * r for a, b, r in zip(first, second, tolerances, strict=True))
+def _are_near(numbers: sp.Matrix, other_numbers: sp.Matrix, tolerances: Sequence[sp.Expr]) -> bool:
+    """Return whether one answer could match both vectors: whether they differ by at most twice the tolerances."""
+    return all(abs(a - b) <= 2 * r for a, b, r in zip(numbers, other_numbers, tolerances, strict=True))
 
 
 # --- options and sets ---
@@ -500,7 +513,7 @@ def _are_near(first: sp.Matrix, second: sp.Matrix, tolerances: Sequence[sp.Expr]
 
 def _convert_choice(part: Part) -> StackPart:
     """Return a part that asks for the letter of an option."""
-    answer = part.answer_as(Choice)
+    answer = part.answer_as(reference_answers.Choice)
     flags = ("true" if i == answer.correct else "false" for i in range(len(answer.options)))
     options = [f'[{i}, {flag}, "{letter}"]' for i, (flag, letter) in enumerate(zip(flags, LETTERS, strict=False), 1)]
     correct = str(answer.correct + 1)
@@ -518,14 +531,14 @@ def _convert_choice(part: Part) -> StackPart:
     )  # fmt: skip
 
 
-def _convert_set(problem: Problem, part: Part) -> StackPart | str:
+def _convert_set(problem: Problem, part: Part) -> StackPart | Reason:
     """Return a part that asks for a set of equations, each with a joint variable on the left and a value on the right.
 
     If STACK can't ask it, return the reason.
     """
-    answer = part.answer_as(ConditionSet)
+    answer = part.answer_as(reference_answers.ConditionSet)
     if not all(map(_has_numeric_values_of_one_joint, answer.components)):
-        return "its singular configurations are not values of single joints, so STACK can't grade them fairly"
+        return Reason("its singular configurations are not values of single joints, so STACK can't grade them fairly")
 
     def write_equations(components: tuple[Component, ...], full_turns: int = 0) -> str:
         equations = [
@@ -560,6 +573,7 @@ def _convert_set(problem: Problem, part: Part) -> StackPart | str:
         box_width=50,
     )  # fmt: skip
     correct_values = _list_joint_values(answer.components)
+    # Twice as many mistakes are tried, because some lead to conditions that STACK can't compare.
     for index, wrong in enumerate(known_wrong.find_known_wrong_answers(problem, part, 2 * MAX_MISTAKES), 1):
         assert isinstance(wrong.answer, tuple)
         if len(nodes) > MAX_MISTAKES or not all(map(_has_numeric_values_of_one_joint, wrong.answer)):
@@ -597,8 +611,8 @@ def _explain_set_typing(problem: Problem) -> str:
 
 def _has_numeric_values_of_one_joint(component: Component) -> bool:
     """Return whether a component consists of numeric values of a single joint."""
-    solutions = component.solutions
-    return solutions is not None and len(solutions) == 1 and not any(value.free_symbols for value in solutions[0][1])
+    is_single_joint = component.solutions is not None and len(component.solutions) == 1
+    return is_single_joint and not any(value.free_symbols for _, value in _iterate_joint_values([component]))
 
 
 def _iterate_joint_values(components: Iterable[Component]) -> Iterator[tuple[sp.Symbol, sp.Expr]]:
@@ -617,6 +631,6 @@ def _list_joint_values(components: tuple[Component, ...]) -> set[tuple[str, floa
     return joint_values
 
 
-def remove_rounding(part: Part) -> Part:
+def remove_rounding_if_exact(part: Part) -> Part:
     """Return a part without a tolerance for rounding if its answer is exact, because STACK accepts no rounding then."""
     return replace(part, rounding=None) if part.answer.is_exact else part

@@ -11,6 +11,7 @@ import re
 from functools import cache
 from importlib.metadata import Distribution, PackageNotFoundError, distribution
 from pathlib import Path
+from typing import NamedTuple
 
 from qdot.exercises.common.extras import DISTRIBUTION
 from qdot.exercises.exports.export_format import make_zip
@@ -20,9 +21,16 @@ PACKAGE_FOLDER = Path(__file__).parents[2]
 """The folder of the package qdot. In a checkout, its entries `exercises` and `grader` are links."""
 
 
+class Wheel(NamedTuple):
+    """A wheel: its file name and content."""
+
+    file_name: str
+    content: bytes
+
+
 @cache
-def make_wheel() -> tuple[str, bytes]:
-    """Return the wheel's file name and content."""
+def make_wheel() -> Wheel:
+    """Return the wheel of the installed qdot."""
     installed = distribution(DISTRIBUTION)
     name = f"{DISTRIBUTION.replace('-', '_')}-{installed.version}"
     info_folder = f"{name}.dist-info"
@@ -36,7 +44,7 @@ def make_wheel() -> tuple[str, bytes]:
         digest = base64.urlsafe_b64encode(hashlib.sha256(data).digest()).rstrip(b"=").decode()
         record += f"{path},sha256={digest},{len(data)}\n"
     files[f"{info_folder}/RECORD"] = f"{record}{info_folder}/RECORD,,\n".encode()
-    return f"{name}-py3-none-any.whl", make_zip(files)
+    return Wheel(f"{name}-py3-none-any.whl", make_zip(files))
 
 
 def _read_package_files() -> dict[str, bytes]:

@@ -139,6 +139,11 @@ class Number(RowsAnswer):
     takes_symbols = False
     is_numeric = True
 
+    @property
+    def is_count(self) -> bool:
+        """Whether the numbers are counts, which must be exact; other tolerances are far greater than 1e-6."""
+        return self.tolerance < 1e-6
+
     def tolerance_and_floor(self, rounding: Rounding | None) -> tuple[float, float]:
         """Return the relative and the absolute error allowed, under the assignment's rounding; the larger counts."""
         if rounding is None:

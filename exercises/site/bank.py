@@ -11,7 +11,7 @@ bank/index.de.json                 the titles of index.json in German
 import hashlib
 import json
 from collections import defaultdict
-from collections.abc import Callable, Sequence
+from collections.abc import Callable, Iterable, Sequence
 from contextlib import closing
 from dataclasses import replace
 from functools import cache
@@ -25,6 +25,7 @@ from qdot.exercises.families import FAMILIES
 from qdot.exercises.figure.plane import is_drawn_flat
 from qdot.exercises.problem.problem import Problem
 from qdot.exercises.problem.record import Json
+from qdot.exercises.questions.base import Question
 from qdot.exercises.short_questions import ALL_QUESTIONS
 from qdot.exercises.singularities.difficulty import difficulty_band
 from qdot.exercises.site.record import make_site_record, make_solutions_record, translate_record, translate_solutions
@@ -130,7 +131,9 @@ def _compute_texts_digest() -> str:
     return digest.hexdigest()
 
 
-def index_text(entries: Sequence[Json], titles: Sequence[tuple[str, str, str]], feedback: str) -> str:
+def index_text(
+    entries: Sequence[Json], titles: Sequence[tuple[str, str, str]], feedback: str, custom_questions: Iterable[Question]
+) -> str:  # fmt: skip
     """Return index.json; `titles` are (name, title, source) of the families or slots, in order.
 
     `feedback` is the level of feedback on wrong answers, as in an assignment.
@@ -144,7 +147,7 @@ def index_text(entries: Sequence[Json], titles: Sequence[tuple[str, str, str]], 
     ]
     questions = [
         {"name": question.name, "title": question.title, "source": question.source, "form": question.form}
-        for question in ALL_QUESTIONS.values()
+        for question in (*ALL_QUESTIONS.values(), *custom_questions)
         if question.name in asked_names
     ]
     return _json_text({"format": 1, "feedback": feedback, "families": families, "questions": questions})

@@ -15,7 +15,7 @@ from qdot.exercises.site import pages
 from qdot.exercises.site.bank import BANK_FOLDER, PROBLEM_ENDINGS, SOLUTION_ENDINGS, index_text, titles_text, write_bank
 from qdot.exercises.site.page import INDEX_FILE, ROBOTS_FILE
 from qdot.exercises.site.robots import robots_text
-from qdot.exercises.site.supply import BankProblem
+from qdot.exercises.site.supply import BankProblem, find_custom_questions
 from qdot.exercises.writing.languages import LANGUAGES
 from qdot.exercises.writing.render import render
 
@@ -79,7 +79,7 @@ def write_site(spec: SiteSpec, on_problem: Callable[[], None], on_failed: Callab
         **{path.relative_to(assets.folder).as_posix(): path.read_bytes() for path in assets.files},
         ROBOTS_FILE: robots_text(),
         SIZES_FILE: json.dumps({"format": 1, "files": sizes}, separators=(",", ":")),
-        INDEX_FILE: index_text(entries, spec.titles, spec.feedback),
+        INDEX_FILE: index_text(entries, spec.titles, spec.feedback, find_custom_questions(spec.problems)),
         **{f"{BANK_FOLDER}/index.{language}.json": titles_text(language, spec.titles) for language in LANGUAGES},
         "icon.svg": pages.favicon_text(),
         "manifest.webmanifest": render(  # for adding the site to a phone's home screen

@@ -24,6 +24,8 @@ from qdot.exercises.common.variation import DEFAULT_VARIATION, VARIATION_STEPS, 
 from qdot.exercises.families import FAMILIES
 from qdot.exercises.generation import find_listing, generate, sample_chain, select_quiz_questions
 from qdot.exercises.problem.problem import Problem, ProblemId
+from qdot.exercises.questions.base import Question
+from qdot.exercises.short_questions import ALL_QUESTIONS, question_of
 
 QUIZ = "quiz"
 MAX_ARMS = 1000
@@ -98,6 +100,12 @@ class BankProblem:
 def problems_of_variants(variants: Sequence[Variant]) -> list[BankProblem]:
     """Return the problems for the variants of an assignment's bank; the name of a slot replaces the family's name."""
     return [BankProblem(variant.slot.name, variant.key, problem=variant.problem) for variant in variants]
+
+
+def find_custom_questions(problems: Sequence[BankProblem]) -> list[Question]:
+    """Return the questions that an instructor has defined, each once."""
+    parts = [part for each in problems if each.problem is not None for part in each.problem.parts]
+    return list({part.kind: question_of(part) for part in parts if part.kind not in ALL_QUESTIONS}.values())
 
 
 def problems_of_families(

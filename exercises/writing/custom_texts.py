@@ -35,6 +35,13 @@ def write_hints(part: Part, wording: "Wording") -> list[str]:
     return [fill_text(hint, part, wording) for hint in _texts(part, wording).hints]
 
 
+def list_symbols(part: Part, wording: "Wording") -> list[str]:
+    """Return the names that an answer may contain besides joint variables and lengths, whole groups of names."""
+    chain, used = wording.chain, {symbol.name for symbol in part.answer.as_matrix().free_symbols}
+    groups = ([rate.name for rate in chain.rates], list(chain.task), list(part.symbols))
+    return [name for names in groups if not used.isdisjoint(names) for name in names]
+
+
 def write_options(part: Part, wording: "Wording") -> list[str]:
     """Return the options of a custom question in the order in which they are shown."""
     details = part.details_as(CustomDetails)

@@ -12,7 +12,7 @@ from typing import Any
 import jinja2
 from jinja2.ext import Extension
 
-from qdot.exercises.writing.custom_texts import write_hints, write_options, write_text
+from qdot.exercises.writing.custom_texts import list_symbols, write_hints, write_options, write_text
 from qdot.exercises.writing.languages import ENGLISH, load_catalogue
 from qdot.exercises.writing.latex import tex, tex_angle, tex_length, tex_lines, tex_value, tex_zero
 
@@ -90,6 +90,7 @@ def make_environment(language: str = ENGLISH) -> jinja2.Environment:
         "mistake": lambda blame: messages.translate_title_in_sentence(blame.mistake, blame.title),
         "json": lambda value: json.dumps(value, ensure_ascii=False), "custom_text": write_text,
         "custom_hints": write_hints, "custom_options": write_options,
+        "custom_symbols": list_symbols,
     }  # fmt: skip
     templates.install_gettext_translations(messages.translations, newstyle=True)  # type: ignore[attr-defined]  # by the extension
     return templates

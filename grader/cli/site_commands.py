@@ -78,7 +78,9 @@ def build_site(
         advice = 'for an assignment, set them in assignment.toml, as in convention = "screws"'
         raise QdotError(f"--convention and --twist-order apply to a site of families only; {advice}")
     else:
-        loaded_assignment = load_assignment(assignment)
+        loaded_assignment, text_names = load_assignment(assignment).without_text_questions()
+        if text_names:
+            note(f"the site leaves out {', '.join(text_names)}, because a person marks such answers")
         chapters = [(slot.name, slot.family.title, slot.family.source) for slot in loaded_assignment.slots]
         count, bank_assignment = variants or VARIANTS_PER_PROBLEM, loaded_assignment
         if variation:

@@ -16,8 +16,7 @@ from pathlib import Path
 from typing import Any
 
 from qdot.exercises.assignment.assignment import Assignment
-from qdot.exercises.exports.nbgrader import make_grade_id
-from qdot.exercises.exports.otter import list_parts
+from qdot.exercises.exports.nbgrader import list_parts, make_grade_id
 from qdot.grader.grading.batch import find_student
 from qdot.grader.reports.rows import make_rows
 from tests.platforms.jupyter import jupyter, page, variables

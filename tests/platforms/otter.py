@@ -10,8 +10,7 @@ import zipfile
 from pathlib import Path
 from typing import Any
 
-from qdot.exercises.exports.nbgrader import make_grade_id
-from qdot.exercises.exports.otter import list_parts
+from qdot.exercises.exports.nbgrader import list_parts, make_grade_id
 from qdot.grader.reports.rows import make_rows
 from tests.platforms.notebooks import (
     BLANK,

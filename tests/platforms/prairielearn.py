@@ -31,7 +31,7 @@ from qdot.exercises.assignment.certified_problems import Variant
 from qdot.exercises.exports.bank import iterate_bank
 from qdot.exercises.exports.export_format import ExportRequest
 from qdot.exercises.exports.known_wrong import find_known_wrong_answers
-from qdot.exercises.exports.prairielearn import COURSE_INSTANCE, EXACT_TOLERANCE, list_input_names, make_question_id
+from qdot.exercises.exports.prairielearn import INSTANCE_FOLDER, list_input_names, make_question_id
 from qdot.exercises.exports.registry import EXPORT_FORMATS
 from qdot.exercises.formula.sympy_text import matrix_rows_as_text
 from qdot.exercises.problem.problem import Part, Problem
@@ -240,12 +240,12 @@ def _load(site: Site, counts: Counts) -> None:
 
 def _release(site: Site, course: Path, student: Visitor, counts: Counts) -> None:
     """Publish the course instance, then release both assessments, in the files that its pages write."""
-    assessments = sorted((course / COURSE_INSTANCE / "assessments").glob("*/infoAssessment.json"))
+    assessments = sorted((course / INSTANCE_FOLDER / "assessments").glob("*/infoAssessment.json"))
     pages = [f"/pl/course_instance/1/assessment/{number}" for number in range(1, len(assessments) + 1)]
     hidden = "hidden until released"
     counts.add(hidden, not student.is_let_in("/pl/course_instance/1"), "the course instance")
     dates = {"startDate": "2020-01-01T00:00:01", "endDate": "2099-12-31T23:59:59"}
-    _set(course / COURSE_INSTANCE / "infoCourseInstance.json", publishing=dates)
+    _set(course / INSTANCE_FOLDER / "infoCourseInstance.json", publishing=dates)
     site.load()
     assert student.is_let_in("/pl/course_instance/1")
     for page in pages:
@@ -269,7 +269,7 @@ def _right(part: Part) -> list[str]:
         return [answer.letters]
     if isinstance(answer, Number):
         values = [float(value) for value in answer.as_matrix()]
-        if answer.tolerance < EXACT_TOLERANCE:
+        if answer.is_count:
             return [_listed(str(round(value)) for value in values)]
         return [_listed(f"{value:{form}}" for value in values) for form in (".6g", ".4f", ".5e")]
     typed = answer.as_typed()

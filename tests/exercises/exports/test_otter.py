@@ -16,7 +16,8 @@ import pytest
 from qdot.exercises.assignment.assignment import Assignment, Student, load_assignment
 from qdot.exercises.common.errors import QdotError
 from qdot.exercises.common.json_form import as_json
-from qdot.exercises.exports.otter import PLUGIN_PATH, list_parts
+from qdot.exercises.exports.nbgrader import list_parts
+from qdot.exercises.exports.otter import PLUGIN_PATH
 from qdot.exercises.problem.problem import name_answer_variable
 from qdot.grader.integrations.otter_marks import grade_for_otter, list_marks, require_full_points, write_marks_code
 from tests.support.command import run

@@ -9,7 +9,7 @@ import pytest
 from qdot.exercises.common.errors import QdotError
 from qdot.exercises.exports.numbers import ask_in_numbers
 from qdot.exercises.exports.stack_parts import convert_part as asked_by_stack
-from qdot.exercises.exports.stack_parts import remove_rounding
+from qdot.exercises.exports.stack_parts import remove_rounding_if_exact
 from qdot.exercises.families import FAMILIES
 from qdot.exercises.generation import generate
 from qdot.exercises.mistakes.catalogue import generate_mistaken_answers
@@ -70,7 +70,7 @@ def works(problem: Problem, part: Part) -> dict[str, bool]:
         or next(generate_mistaken_answers(problem.chain, part), None) is not None,
         "follow-through": not ALL_QUESTIONS[part.kind].prerequisites or any(list_earlier_parts(part)),
         "platforms": bool(part.answer.offered_options) or ask_in_numbers(problem, part) is not None,
-        "STACK": not isinstance(asked_by_stack(problem, remove_rounding(part)), str),
+        "STACK": not isinstance(asked_by_stack(problem, remove_rounding_if_exact(part)), str),
     }
 
 

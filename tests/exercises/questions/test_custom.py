@@ -1,6 +1,7 @@
 """Questions that an instructor writes: certified, marked, refused with a reason; the gallery; formulas by chance."""
 
 import ast
+import json
 from collections.abc import Callable, Sequence
 from pathlib import Path
 
@@ -21,6 +22,9 @@ from qdot.exercises.questions.custom import Definition, make_question
 from qdot.exercises.questions.custom.definition import GivenValue, Texts
 from qdot.exercises.questions.custom.language import FormulaError, parse
 from qdot.exercises.reference_answers import ConditionSet, Number, Words
+from qdot.exercises.site.bank import index_text
+from qdot.exercises.site.record import make_site_record
+from qdot.exercises.site.supply import BankProblem, find_custom_questions
 from qdot.exercises.writing.problem_texts import write_hints, write_prompt, write_solution
 from qdot.grader.grading.certify import find_failures
 from qdot.grader.judging.judge import judge
@@ -232,6 +236,42 @@ def test_a_text_is_an_essay_in_a_quiz(tmp_path: Path) -> None:
     bank = (folder / "exports" / "moodle" / "hw.xml").read_text()
     essay = bank[bank.index('<question type="essay">') :]
     assert "Explain why." in essay and "Because the rates grow" in essay[essay.index("<graderinfo") :]
+
+
+def test_a_browser_can_mark_all_but_texts(tmp_path: Path) -> None:
+    kept, left_out = make_assignment(tmp_path, EVERY_KIND).without_text_questions()
+    assert left_out == ("why",)
+    problem = kept.slots[0].generate_from_seed(1)
+    record = make_site_record(problem)
+    assert [part["name"] for part in record["parts"]] == ["midpoint", "tip", "where", "which"]
+    assert record["parts"][0]["names"] == ["qd1", "qd2"] and all(part["key"] for part in record["parts"])
+    questions = find_custom_questions([BankProblem("p1", "p1-001", problem=problem)])
+    index = json.loads(
+        index_text([{"family": "p1", "questions": ["midpoint", "tip"]}], [("p1", "", "")], "", questions)
+    )
+    assert [question["title"] for question in index["questions"]] == ["Midpoint", "Tip"]
+    with pytest.raises(QdotError, match="mark every question"):
+        make_assignment(
+            tmp_path / "2", EVERY_KIND.replace('["midpoint", "tip", "where", "which", "why"]', '["why"]')
+        ).without_text_questions()
+
+
+BUILT_IN = {
+    "position": "p", "velocity": "v", "jacobian": "J", "determinant": "det(J)", "inverse-jacobian": "inv(J)",
+    "inverse-velocity": "inv(J)*[vx, vy]", "gram-determinant": "det(J*transpose(J))",
+}  # fmt: skip
+
+
+@pytest.mark.parametrize("name", BUILT_IN)
+def test_the_language_gives_the_answers_of_built_in_questions(name: str) -> None:
+    """The references of built-in questions that one formula gives are those that the language derives."""
+    family = "planar-3r" if name == "gram-determinant" else "planar-2r"
+    definition = Definition("mine", BUILT_IN[name], (("en", Texts("Mine", "x")),))
+    problem = generate(f"{family}/3", [name, "mine"], definitions=[definition])
+    built_in, own = (part.answer.as_matrix() for part in problem.parts)
+    rows = [i for i in range(own.rows) if built_in.shape == own.shape or any(own.row(i))]
+    difference = built_in - own.extract(rows, list(range(own.cols)))
+    assert difference.applyfunc(lambda entry: sp.simplify(sp.expand_trig(entry))).is_zero_matrix
 
 
 def test_the_commands_preview_and_verify_own_questions(tmp_path: Path) -> None:

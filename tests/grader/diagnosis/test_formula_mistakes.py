@@ -39,14 +39,14 @@ RIGHT = (f"-a1*{S1} - a2*{S12}", f"-a2*{S12}", f"a1*{C1} + a2*{C12}", f"a2*{C12}
     ("changed", "mistakes", "places"),
     [
         ({1: f"a2*{S12}"}, "term-sign-typed", "row 1, column 2"),
-        ({0: f"-a1*{S1} - a2*{C12}"}, "wave-typed", "row 1, column 1"),
+        ({0: f"-a1*{S1} - a2*{C12}"}, "trig-typed", "row 1, column 1"),
         ({2: f"a1*{C1} + {C12}"}, "factor-missing", "row 2, column 1|a2"),
         ({2: f"a1*{C1} + a2"}, "factor-missing", "row 2, column 1|theta1, theta2"),
         ({2: f"a2*{C12}"}, "term-missing", "row 2, column 1|a1"),
         ({0: f"-a2*{S12}", 2: f"a1*{C1}"}, "term-missing", "row 1, column 1|a1;row 2, column 1|a2"),
         ({3: "a2*cos(theta1 - theta2)"}, "angle-typed", "row 2, column 2|angle"),
         ({3: "a2*cos(theta1)*cos(theta2)"}, "sum-of-angles-split", "row 2, column 2|sum"),
-        ({2: f"a1*{S1} + a2*{S12}"}, "waves-typed", "row 2, column 1"),
+        ({2: f"a1*{S1} + a2*{S12}"}, "trigs-typed", "row 2, column 1"),
         ({1: RIGHT[3], 3: RIGHT[1]}, "entries-exchanged", "row 1, column 2, and row 2, column 2"),
         (
             {1: "0", 2: f"a1*{C1} - a2*{C12}", 3: "0"}, "term-missing term-sign-typed",
@@ -54,7 +54,7 @@ RIGHT = (f"-a1*{S1} - a2*{S12}", f"-a2*{S12}", f"a1*{C1} + a2*{C12}", f"a2*{C12}
         ),
         ({0: "0"}, "entry-missing", "row 1, column 1"),
         ({2: f"-a1*{C1} - a2*{C12}"}, "entry-sign", "row 2, column 1"),
-        ({1: f"a2*{C12}"}, "wave-not-derived", "row 1, column 2"),
+        ({1: f"a2*{C12}"}, "trig-not-derived", "row 1, column 2"),
         ({1: f"-a2*{S12}*a1"}, "factor-surplus", "row 1, column 2|a1"),
         ({1: RIGHT[0]}, "term-surplus", "row 1, column 2|a1"),
         ({0: f"-(a1*{S1} + 3*a2*{S12})*2/2"}, "factor-surplus", "row 1, column 1"),
@@ -87,7 +87,7 @@ def test_what_is_missing_is_told_by_its_lengths_rates_and_numbers_else_by_its_jo
     entry = parse_formula(f"0.5*{C1} + a2*qd1*{C12} + {S1}*{S12}", {})
     told = {edit.missing_words for edit in edit_entry(entry) if edit.mistake == "term-missing"}
     assert told >= {" (with 0.5 in it)", " (with a2, qd1 in it)", " (with theta1, theta2 in it)"}
-    assert {edit.missing_words for edit in edit_entry(entry) if edit.mistake == "wave-typed"} == {""}
+    assert {edit.missing_words for edit in edit_entry(entry) if edit.mistake == "trig-typed"} == {""}
 
 
 def test_the_places_of_a_vector_are_told_by_number_and_a_single_formula_has_none() -> None:
