@@ -113,7 +113,7 @@ def _derive_geometry(chain: Chain) -> tuple[sp.Matrix, sp.Matrix, sp.Matrix]:
     for by_differentiation, by_propagation, quantity in (
         (z.T, stages["axes"][: chain.n], "z"),
         (axes_of_convention.T, stages["axes"][: chain.n], "z"),
-        (p_star.T, stages["arms"][: chain.n], "p*"),
+        (p_star.T, stages["p*"][: chain.n], "p*"),
         (geometric, propagated, "Jacobian"),
     ):
         entries = zip(by_differentiation, to_sympy_matrix(by_propagation), strict=True)

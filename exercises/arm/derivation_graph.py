@@ -393,13 +393,13 @@ STAGES: dict[str, tuple[Callable[[StageResults], Any], tuple[str, ...]]] = {
         ("rotations",),
     ),
     "origins on axes": (_origins_on_axes, ("table", "origins", "rotations")),
-    "arms": (lambda stages: stages["point"][None] - stages["origins on axes"], ("point", "origins on axes")),
+    "p*": (lambda stages: stages["point"][None] - stages["origins on axes"], ("point", "origins on axes")),
     "last rotation": (lambda stages: convention_rotation(stages, stages.n), ("rotations", "table")),
     "last origin": (lambda stages: stages["origins on axes"][-1], ("origins on axes",)),
     "kinds": (lambda stages: [row.kind for row in stages["table"].rows], ("table",)),
     "products": (
-        lambda stages: [cross(stages["axes"][i], stages["arms"][i]) for i in range(stages.n)],
-        ("axes", "arms"),
+        lambda stages: [cross(stages["axes"][i], stages["p*"][i]) for i in range(stages.n)],
+        ("axes", "p*"),
     ),
     "linear": (
         lambda stages: np.moveaxis(stages["link derivatives"].sum(axis=1), 0, 1),

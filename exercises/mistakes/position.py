@@ -183,5 +183,5 @@ VARIANTS: dict[str, VariantGenerator] = {
         {"links": lambda stages, _: stages["own links"]},
         {"link": "each"},
     ),
-    "slides-in-order": _slide_along_axes_in_order,
+    "prismatic-joints-along-xyz": _slide_along_axes_in_order,
 }

@@ -28,7 +28,7 @@ class ModifiedDh(Convention):
     name, title = "modified-dh", "modified"
     aliases = ("craig", "mdh", "proximal")
     features = frozenset({FRAMES, FRAMES_OF_JOINTS})
-    specific_mistakes = frozenset({"standard-dh", "link-behind", "previous-frame"})
+    specific_mistakes = frozenset({"standard-dh", "length-and-twist-of-link-i", "previous-frame"})
     columns = (r"\alpha_{i-1}", "a_{i-1}", "d_i", r"\theta_i")
     row_transform = r"R_x(\alpha_{i-1})\, T_x(a_{i-1})\, R_z(\theta_i)\, T_z(d_i)"
     row_vector = r"[a_{i-1}, -d_i \sin\alpha_{i-1}, d_i \cos\alpha_{i-1}]^T"

@@ -38,14 +38,14 @@ ENTRIES = (f"-a1*{S1} - a2*{S12}", f"-a2*{S12}", f"a1*{C1} + a2*{C12}", f"a2*{C1
     ("changed", "mistakes", "places"),
     [
         ({1: f"a2*{S12}"}, "term-sign-typed", "row 1, column 2"),
-        ({0: f"-a1*{S1} - a2*{C12}"}, "wave-typed", "row 1, column 1"),
+        ({0: f"-a1*{S1} - a2*{C12}"}, "trig-typed", "row 1, column 1"),
         ({2: f"a1*{C1} + {C12}"}, "factor-missing", "row 2, column 1|a2"),
         ({2: f"a1*{C1} + a2"}, "factor-missing", "row 2, column 1|theta1, theta2"),
         ({2: f"a2*{C12}"}, "term-missing", "row 2, column 1|a1"),
         ({0: f"-a2*{S12}", 2: f"a1*{C1}"}, "term-missing", "row 1, column 1|a1;row 2, column 1|a2"),
         ({3: "a2*cos(theta1 - theta2)"}, "angle-typed", "row 2, column 2|angle"),
         ({3: "a2*cos(theta1)*cos(theta2)"}, "sum-of-angles-split", "row 2, column 2|sum"),
-        ({2: f"a1*{S1} + a2*{S12}"}, "waves-typed", "row 2, column 1"),
+        ({2: f"a1*{S1} + a2*{S12}"}, "trigs-typed", "row 2, column 1"),
         ({1: ENTRIES[3], 3: ENTRIES[1]}, "entries-exchanged", "row 1, column 2, and row 2, column 2"),
         (
             {1: "0", 2: f"a1*{C1} - a2*{C12}", 3: "0"}, "term-missing term-sign-typed",
@@ -53,7 +53,7 @@ ENTRIES = (f"-a1*{S1} - a2*{S12}", f"-a2*{S12}", f"a1*{C1} + a2*{C12}", f"a2*{C1
         ),
         ({0: "0"}, "entry-missing", "row 1, column 1"),
         ({2: f"-a1*{C1} - a2*{C12}"}, "entry-sign", "row 2, column 1"),
-        ({1: f"a2*{C12}"}, "wave-not-derived", "row 1, column 2"),
+        ({1: f"a2*{C12}"}, "trig-not-derived", "row 1, column 2"),
         ({1: f"-a2*{S12}*a1"}, "factor-surplus", "row 1, column 2|a1"),
         ({1: ENTRIES[0]}, "term-surplus", "row 1, column 2|a1"),
         ({0: f"-(a1*{S1} + 3*a2*{S12})*2/2"}, "factor-surplus", "row 1, column 1"),
@@ -86,7 +86,7 @@ def test_a_missing_term_is_described_by_its_symbols() -> None:
     entry = parse_formula(f"0.5*{C1} + a2*qd1*{C12} + {S1}*{S12}", {})
     descriptions = {edit.missing_words for edit in edit_entry(entry) if edit.mistake == "term-missing"}
     assert descriptions >= {" (with 0.5 in it)", " (with a2, qd1 in it)", " (with theta1, theta2 in it)"}
-    assert {edit.missing_words for edit in edit_entry(entry) if edit.mistake == "wave-typed"} == {""}
+    assert {edit.missing_words for edit in edit_entry(entry) if edit.mistake == "trig-typed"} == {""}
 
 
 def test_entries_are_located_by_row_and_column_or_number() -> None:

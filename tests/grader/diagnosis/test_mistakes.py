@@ -88,19 +88,19 @@ def test_most_mistakes_are_named() -> None:
         ("Overlooked the offset of 45 degrees at theta3 in row 3 of the table.", "offset-forgotten"),
         ("Took O5, the tip", "other-point"), ("Lost the term 0.75", "term-missing"),
         ("Sign slip when the", "product-sign"), ("Left out the bracket of the denominator: /d3", "bracket-missing"),
-        ("Turned only the", "rows-not-turned"), ("Turned 1/0.75 into", "factor-turned-over"),
+        ("Turned only the", "vectors-left-in-base"), ("Turned 1/0.75 into", "number-inverted"),
         ("Saw that the arm", "rank-of-one-condition"), ("Added 0.2 + 0.4*cos", "unlike-terms-added"),
         ("Took only the positive", "one-root-of-each"),
         ("Used the Jacobian at the start A instead of the one at the place 0.3 ", "rates-at-start"),
-        ("Typed fy instead", "symbol-typed"), ("Counted the orientation", "size-of-kinds"),
+        ("Typed fy instead", "symbol-typed"), ("Counted the orientation", "orientation-as-one-component"),
         ("Typed the lengths", "lengths-in-centimetres"), ("Added joint 2 to", "term-surplus"),
-        ("Sign slip in the", "term-sign-typed"), ("From 4*sin = cos", "tangent-turned-over + value-sign-in-set"),
+        ("Sign slip in the", "term-sign-typed"), ("From 4*sin = cos", "tangent-inverted + value-sign-in-set"),
         ("Took the moment arms", "point-forgotten"), ("Squared the sum", "sum-squared"),
         ("Overlooked the minus", "velocity-sign"), ("Product rule forgotten", "chain-rule"),
-        ("Multiplied the base", "turned-the-wrong-way"), ("Dropped the offset 0.5", "offset-forgotten-on-path"),
-        ("Typed sin(theta3", "sum-of-angles-split"), ("Took the unit vector", "path-turned-round"),
+        ("Multiplied the base", "rotated-the-wrong-way"), ("Dropped the offset 0.5", "offset-forgotten-on-path"),
+        ("Typed sin(theta3", "sum-of-angles-split"), ("Took the unit vector", "path-reversed"),
         ("Lost one of the", "square-lost"), ("Added the determinants of the two", "blocks-added"),
-        ("Gave the components", "frame-before"), ("Converted 30 deg", "values-in-wrong-radians"),
+        ("Gave the components", "earlier-frame"), ("Converted 30 deg", "values-in-wrong-radians"),
         ("Left the offset of 90 degrees out", "offset-forgotten-in-set"),
         ("Solved sin(theta2 + pi/4", "offset-sign-in-set"),
         ("Left the offset of 90 degrees out,", "value-called-singular + component-missed"),
@@ -119,7 +119,7 @@ def test_mistakes_get_their_true_names(did: str, mistakes: str) -> None:
 
 def test_messages_name_alternatives_and_places() -> None:
     either = find_diagnosis("From 4*sin = cos")
-    assert either.are_alternatives and either.names == "tangent-turned-over or value-sign-in-set"
+    assert either.are_alternatives and either.names == "tangent-inverted or value-sign-in-set"
     assert "theta2 = pi/2" in find_diagnosis("Solved the condition of the shoulder with one joint alone").says
     signatures = [find_diagnosis(f"Solved sin(theta2 + {angle})").signature for angle in ("pi/4", "pi/3")]
     assert signatures[0] == signatures[1]
