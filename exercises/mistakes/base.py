@@ -54,7 +54,10 @@ class MistakeVariant:
 
 @dataclass(frozen=True)
 class MistakenAnswer:
-    """The wrong answer that one variant of a mistake gives, for a part that is not derived step by step."""
+    """The wrong answer that one variant of a mistake gives, for a part that is not derived step by step.
+
+    `answer` is an `Answer` whose correct value is the one that the student would give.
+    """
 
     answer: Answer
     words: Mapping[str, object] = field(default_factory=dict)
@@ -129,7 +132,7 @@ def name_chapter(sentence: str) -> str:
 
 def vary_always(changes: Mapping[str, Change], words: Mapping[str, object] | None = None) -> VariantGenerator:
     """Return a function that yields one variant, which is the same for every arm."""
-    return lambda chain, shape: iter([MistakeVariant(changes, words or {})])
+    return vary_if(lambda chain: True, changes, words)
 
 
 def vary_if(
@@ -152,7 +155,10 @@ def combine(*generators: Callable[[Chain, Any], Iterator[Any]]) -> Callable[[Cha
 
 
 def make_propagated_variant(changes: Mapping[str, Change], words: Mapping[str, object] | None = None) -> MistakeVariant:
-    """Return a variant with these changes and with the linear rows of the Jacobian computed by propagation (6.9)."""
+    """Return a variant with these changes and with the linear rows of the Jacobian computed by propagation (6.9).
+
+    Linear rows are otherwise derivatives of the link vectors, on which mistakes in the axes or in p* have no effect.
+    """
     return MistakeVariant({**changes, "linear": propagate_linear_rows}, words or {})
 
 

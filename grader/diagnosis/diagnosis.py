@@ -39,7 +39,7 @@ SURPLUS_MISTAKES = set(SURPLUS_BY_MISSING.values())
 """The formula mistakes that a term or a factor is surplus."""
 SIGN_MISTAKES = {"term-sign-typed", "entry-sign"}
 """The formula mistakes that are likelier than a mistake that is usually made throughout an answer."""
-EXCHANGE_MISTAKES = {"wave-throughout"}
+EXCHANGE_MISTAKES = {"trig-throughout"}
 """The formula mistakes that are likelier than a rare mistake at several joints."""
 LOCATION_WORDS = {"joint", "link", "one"}
 """The words in messages of mistakes that are made at one joint or entry.
