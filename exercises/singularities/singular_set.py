@@ -14,7 +14,7 @@ import sympy as sp
 
 from qdot.exercises.arm.chain import Chain
 from qdot.exercises.arm.derivation import Derivation, TooLong, derive
-from qdot.exercises.arm.trigonometry import Factored, factor_trig, substitute
+from qdot.exercises.arm.trigonometry import Factored, factor_trig
 from qdot.exercises.singularities.joint_solvability import (
     drop_following,
     drop_implied,
@@ -475,7 +475,7 @@ def _holds(condition: sp.Expr, values: JointValues, known_conditions: Conjunctio
     """Return whether a condition holds at joint values, given known conditions; factors are compared."""
     if condition in known_conditions:
         return True
-    substituted = factor_trig(sp.expand(substitute(condition, values)))
+    substituted = factor_trig(sp.expand(condition.xreplace(values)))
     return substituted.is_zero or any({factor, -factor} & set(known_conditions) for factor, _ in substituted.factors)
 
 
@@ -527,7 +527,7 @@ def _substitute_zero(
     """Return the factors of a set that can still be zero; None if one of them is already zero."""
     remaining: list[sp.Expr] = []
     for factor in factors:
-        joint_factors = [factor] if not values else _joint_factors_of(substitute(factor, values), search)
+        joint_factors = [factor] if not values else _joint_factors_of(factor.xreplace(values), search)
         if factor == zero or joint_factors is None:
             return None
         remaining += joint_factors
@@ -569,7 +569,7 @@ def _follows(condition: sp.Expr, premises: Conjunction, search: Search) -> bool:
 
 def _follows_at(condition: sp.Expr, values: JointValues, other_premises: list[sp.Expr], search: Search) -> bool:
     """Return whether a condition holds at joint values, whichever factor of each premise is zero."""
-    factor_sets = (_joint_factors_of(substitute(premise, values), search) for premise in other_premises)
+    factor_sets = (_joint_factors_of(premise.xreplace(values), search) for premise in other_premises)
     combinations_of_factors = product(*(factors for factors in factor_sets if factors is not None))
     return all(_holds(condition, values, factors) for factors in combinations_of_factors)
 
