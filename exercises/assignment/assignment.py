@@ -47,6 +47,7 @@ from qdot.exercises.problem.problem import (
 from qdot.exercises.questions import Question
 from qdot.exercises.questions.custom import Definition, make_question
 from qdot.exercises.questions.custom.definition import TEXT_ANSWER
+from qdot.exercises.questions.custom.question import QuestionMaker
 from qdot.exercises.questions.custom.reader import read_definitions, read_question_file
 from qdot.exercises.short_questions import ALL_QUESTIONS
 from qdot.exercises.singularities.difficulty import HARDEST_BAND
@@ -489,7 +490,9 @@ def _read_slot(
         key_path = ("question", definition.name) if is_in_this_file else ("problem", index, questions_key)
         settings = family, (definition.name,), band, variation, convention, (definition,)
         _parse(file, key_path, generation.check_questions, *settings)
-        _parse(file, key_path, _check_texts, definition, family, variation, convention)
+        warning = _parse(file, key_path, check_on_family, definition, family, variation, convention)
+        if warning is not None:
+            notes.append(warning)
     parse(
         questions_key, generation.check_questions, family, questions, band, variation, convention, asked_definitions
     )  # fmt: skip
@@ -503,16 +506,28 @@ def _read_slot(
     )  # fmt: skip
 
 
-def _check_texts(definition: Definition, family: Family, variation: str, convention: str) -> None:
-    """Raise QdotError if a text of an instructor's question can't be filled in for an arm of the family."""
+def check_on_family(
+    definition: Definition, family: Family, variation: str = DEFAULT_VARIATION, convention: str = ""
+) -> str | None:  # fmt: skip
+    """Check an instructor's question more closely on one arm of a family: that its texts can be filled in, for example.
+
+    Returns a warning if a number probably doesn't have its unit, else None. Raises QdotError, also if a number is the
+    same for all given values.
+    """
     identity = ProblemId(family.name, 0, (definition.name,), variation=variation, convention=convention)
     problem = generation.generate(identity, family=family, definitions=(definition,))
+    maker = QuestionMaker(definition)
+    repeated_answer = maker.find_repeated_answer(problem.chain)
+    if repeated_answer is not None:
+        raise QdotError(f"answer: it is {repeated_answer} for all given values of an arm of {family.name}")
     for language, texts in definition.texts:
         for key, text in texts.list_texts():
             try:
                 fill_text(text, problem.parts[0], Wording(problem.chain, load_catalogue(language)))
             except QdotError as error:
                 raise QdotError(f"{key}: {error}") from None
+    objection = maker.find_unit_objection(problem.chain)
+    return objection and f"the answer of {definition.name} for {family.name}: {objection}"
 
 
 def _choose_twist_order(setting: str | None, default: str | None, family: Family, convention: str) -> str:

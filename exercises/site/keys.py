@@ -67,7 +67,7 @@ ALWAYS_INCLUDED = (
 )  # fmt: skip
 """Mistakes that are always included, because they are frequent but late in the catalogue."""
 THROUGHOUT_MISTAKES = (
-    "lengths-missing", "relative-throughout", "wave-throughout", "constants-left-out", "constants-sign",
+    "lengths-missing", "relative-throughout", "trig-throughout", "constants-left-out", "constants-sign",
     "constants-in-degrees", "constants-wrong-radians", "sum-of-angles-split",
 )  # fmt: skip
 """Mistakes that a student makes everywhere in the finished formulas, the likely mistakes first."""

@@ -13,6 +13,7 @@ from typing import Annotated, Any
 
 import typer
 
+from qdot.exercises.assignment.assignment import check_on_family
 from qdot.exercises.assignment.certified_problems import FailedSlot, describe_replacements, raise_failed_slots
 from qdot.exercises.assignment.release import CORE_COUNT, ReleaseResult, notebook_path, release_notebooks
 from qdot.exercises.common.console import note, say, show_progress
@@ -214,8 +215,12 @@ def _list_question_tasks(path: Path, identities: Sequence[ProblemId]) -> list[Ve
         for family in families:
             try:
                 check_questions(family, (definition.name,), definitions=(definition,))
+                warning = check_on_family(definition, look_up_family(family))
             except QdotError as error:
                 refusals[family] = str(error)
+            else:
+                if warning is not None:
+                    note(warning)
         if len(refusals) == len(families):
             raise QdotError(f"{path}: {refusals[families[0]]}")
         for refusal in refusals.values():

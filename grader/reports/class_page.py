@@ -20,6 +20,7 @@ from qdot.grader.marking.marking import WRONG_OR_PARTIAL
 from qdot.grader.reports import charts, class_view
 from qdot.grader.reports.answers import ShownAnswer, make_visible, show_answer
 from qdot.grader.reports.tables import UNMARKED_STATES, find_work_status
+from qdot.grader.statistics import statistics
 from qdot.grader.statistics.fairness_tests import Comparison, compare_groups, correct_p_values
 
 MAX_CHARTED_MISTAKES = 15
@@ -95,7 +96,7 @@ def make_class_page(assignment: Assignment, results: Sequence[Result]) -> str:
         states={name: states[name] for name in ("graded", "late", "missing", "unusable", *UNMARKED_STATES)},
         scores=scores, parts=parts, titles={part.name: part.title for part in parts},
         outcome_words=outcome_words, mistakes=mistakes, comparisons=comparisons,
-        few=scores is None or len(scores.percents) < MIN_RELIABLE_CLASS, overrides=overrides,
+        few=scores is None or len(scores.percents) < MIN_RELIABLE_CLASS, statistics=statistics, overrides=overrides,
         groups=_group_answers(results, work_by_part), visible=make_visible,
         has_due=any(assignment.due_date_of(student) is not None for student in assignment.roster),
         not_on_time=class_view.find_late_or_missing(results), shorten=_shorten, pairs=similar_pairs,

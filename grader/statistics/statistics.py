@@ -87,7 +87,7 @@ def compute_reliability(rows: Sequence[Numbers]) -> float | None:
 
 
 def compute_permutation_p_value(values: Numbers, groups: Sequence[Hashable], seed: str) -> float:
-    """Return the p-value of a permutation test: how often random groups differ in their means as much as these groups.
+    """Return the p-value of a permutation test: how often the means of random groups differ at least as much.
 
     `groups` has the group of each of the values. The statistic is the variance between the groups' means, weighted by
     group size. No normal distribution is assumed. The observed grouping counts as one of `PERMUTATIONS` + 1, so that p

@@ -96,7 +96,7 @@ EXAMPLES = (
     "grader/judging/test_formulas.py", "grader/diagnosis/test_reasons.py", "grader/grading/test_loop.py",
     "grader/reports/test_reports.py::test_junit",
     "grader/sandbox/test_sandbox.py::test_values_come_out_as_text",
-    "grader/cli/test_cli.py::test_help", "grader/cli/test_cli.py::test_show_in_every_format",
+    "grader/cli/test_cli.py::test_help", "grader/cli/test_cli.py::test_show_prints_the_same_twice",
     "grader/cli/test_cli.py::test_generate_grade_and_check",
     "repository/test_structure.py", "repository/test_suites.py",
 )  # fmt: skip

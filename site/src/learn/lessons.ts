@@ -1,7 +1,7 @@
 // The eight lessons: ideas to try on the arm, and goals that the page recognises. Lengths in metres, rates in rad/s.
 // The questions that each lesson practises are in practice/topics.ts.
 
-import { kindHere } from "../arm/descriptions.js";
+import { kindOfSingularity } from "../arm/descriptions.js";
 import { pStar } from "../arm/model.js";
 import { verdictOf } from "../arm/weld.js";
 import type { Layers } from "../arm/marks.js";
@@ -127,8 +127,8 @@ const WRITTEN: readonly LessonData[] = [
     layers: { frames: false },
     pane: "map",
     goals: [
-      ({ stage }) => kindHere(stage.arm, stage.settled) === "boundary",
-      ({ stage }) => kindHere(stage.arm, stage.settled) === "internal",
+      ({ stage }) => kindOfSingularity(stage.arm, stage.settled) === "boundary",
+      ({ stage }) => kindOfSingularity(stage.arm, stage.settled) === "internal",
     ],
   },
   {

@@ -116,10 +116,10 @@ def test_what_is_put_in_the_place_of_a_stage_comes_out_as_it_was(order: str) -> 
 NAMED = {
     "home-screws": {"screw-sign", "screw-point", "twist-rows-exchanged"},
     "space-jacobian": {"screw-sign", "twist-rows-exchanged", "screws-at-home", "other-twist-frame", "velocity-of-p"},
-    "body-jacobian": {"screw-sign", "twist-rows-exchanged", "body-not-turned", "body-about-origin"},
+    "body-jacobian": {"screw-sign", "twist-rows-exchanged", "body-not-rotated", "body-about-origin"},
     "body-adjoint": {
-        "adjoint-of-inverse", "adjoint-block-above", "adjoint-order", "adjoint-sign", "adjoint-without-p",
-        "adjoint-not-turned",
+        "adjoint-of-inverse", "adjoint-block-upper-right", "adjoint-order", "adjoint-sign", "adjoint-without-p",
+        "adjoint-not-rotated",
     },
     "geometric-jacobian": {"twist-rows-exchanged"},
 }  # fmt: skip

@@ -111,7 +111,7 @@ def test_mistakes_are_told_and_none_of_them_is_right() -> None:
             assert len(mistake["values"]) == len(key["right"])
             assert not np.allclose(mistake["values"], key["right"], rtol=1e-4, atol=0.0), mistake
     assert told["jacobian-size"] >= {"size-six-rows"} and told["rank"] >= {"rank-full"}
-    assert told["path-rates"] >= {"rates-at-start", "path-turned-round", "degrees", "rates-in-degrees"}
+    assert told["path-rates"] >= {"rates-at-start", "path-reversed", "degrees", "rates-in-degrees"}
     assert {"row-misread", "product-sign", "determinant-sign"} <= told["joint-rates"]
     assert {"determinant-sign", "degrees-as-radians", "degrees"} <= told["determinant-value"]
     assert {"components-added", "component-alone", "speed-squared"} <= told["speed"]
