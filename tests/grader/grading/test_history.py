@@ -173,7 +173,7 @@ def test_reasons_that_are_rare() -> None:
         assert why(was, now) == [f"p1.position: {expected}", f": {expected}"]
     assert why(result(1), late) == [": received at another time"]
     failed = change_part(result(0), "p1.position", points=None)
-    assert find_mark_changes({"s1": failed}, [result(1)])[0].before == "ungraded"
+    assert find_mark_changes({"s1": failed}, [result(1)])[0].old_points == "ungraded"
     assert describe_mark_changes({"s1": result(1)}, [result(2)]).endswith("1 → 2 (+1)")
 
 
