@@ -131,7 +131,8 @@ class Catalogue:
         if not english_source:
             return translation
         source = english_source if is_formula_number(english_source) else self._translate(SOURCE, english_source)
-        return f"{translation} {self.gettext('See %(where)s.', where=source)}"
+        reference = self.gettext("See %(where)s.", where=source)
+        return f"{translation} {reference}"
 
     # --- numbers ---
 

@@ -54,25 +54,25 @@ ROWS = [[0, 0, 1], [1, 0, 1], [1, 1, 1], [0, 0, 0], [1, 1, 0], [1, 1, 1], [0, 1,
 def test_discrimination_is_the_correlation_with_the_other_parts() -> None:
     marks = np.array(ROWS, dtype=float)
     for part in range(3):
-        discrimination = statistics.discrimination(ROWS, part)
+        discrimination = statistics.compute_discrimination(ROWS, part)
         assert discrimination is not None
         other_points = marks.sum(axis=1) - marks[:, part]
         assert discrimination.value == pytest.approx(np.corrcoef(marks[:, part], other_points)[0, 1])
         assert -1 <= discrimination.low < discrimination.value < discrimination.high <= 1
-    assert statistics.discrimination(ROWS[:9], 0) is None  # too few
-    assert statistics.discrimination([[1, k % 3] for k in range(12)], 0) is None  # everybody has the point
+    assert statistics.compute_discrimination(ROWS[:9], 0) is None  # too few
+    assert statistics.compute_discrimination([[1, k % 3] for k in range(12)], 0) is None  # everybody has the point
 
 
 def test_reliability_agrees_with_numpy_and_hand_calculation() -> None:
     """By hand: part variances 4/15, 5/18, 5/18, total variance 1.6556, so 3/2 (1 - 0.8222/1.6556) = 0.7550."""
     marks = np.array(ROWS, dtype=float)
     by_numpy = 3 / 2 * (1 - marks.var(axis=0, ddof=1).sum() / marks.sum(axis=1).var(ddof=1))
-    assert statistics.reliability(ROWS) == pytest.approx(by_numpy)
+    assert statistics.compute_reliability(ROWS) == pytest.approx(by_numpy)
     same = [[k % 2, k % 2] for k in range(10)]
-    assert statistics.reliability(same) == pytest.approx(1)
-    assert statistics.reliability([[1, 1]] * 10) is None
-    assert statistics.reliability(ROWS[:5]) is None
-    assert statistics.correlation([1, 1], [1, 2]) is None
+    assert statistics.compute_reliability(same) == pytest.approx(1)
+    assert statistics.compute_reliability([[1, 1]] * 10) is None
+    assert statistics.compute_reliability(ROWS[:5]) is None
+    assert statistics.compute_correlation([1, 1], [1, 2]) is None
 
 
 def test_the_permutation_test_agrees_with_enumeration() -> None:
@@ -80,12 +80,12 @@ def test_the_permutation_test_agrees_with_enumeration() -> None:
     divisions = list(itertools.combinations(range(8), 4))
     sums = [abs(sum(values[i] for i in chosen) - 18) for chosen in divisions]
     exact = sum(total >= abs(22 - 18) for total in sums) / len(divisions)
-    p_value = statistics.permutation_p_value(values, groups, "seed")
+    p_value = statistics.compute_permutation_p_value(values, groups, "seed")
     assert p_value == pytest.approx(exact, abs=0.03)
-    assert p_value == statistics.permutation_p_value(values, groups, "seed")
-    assert statistics.permutation_p_value([1, 1, 1, 1], "aabb", "seed") == 1
-    assert statistics.permutation_p_value([1, 2], "aa", "seed") == 1
-    smallest = statistics.permutation_p_value([0.0] * 10 + [1.0] * 10, "a" * 10 + "b" * 10, "seed")
+    assert p_value == statistics.compute_permutation_p_value(values, groups, "seed")
+    assert statistics.compute_permutation_p_value([1, 1, 1, 1], "aabb", "seed") == 1
+    assert statistics.compute_permutation_p_value([1, 2], "aa", "seed") == 1
+    smallest = statistics.compute_permutation_p_value([0.0] * 10 + [1.0] * 10, "a" * 10 + "b" * 10, "seed")
     assert smallest == pytest.approx(1 / 5000)  # never 0
     assert next(statistics._generate_permutations(5, "seed"))[:2].tolist() == [[1, 2, 3, 4, 0], [0, 3, 1, 2, 4]], (
         "permutations never change"
@@ -98,7 +98,7 @@ def test_arms_are_grouped_by_features_of_their_convention() -> None:
     groups = {}
     for convention in CONVENTIONS:
         ids = [ProblemId("planar-2r", seed, variation="full", convention=convention) for seed in range(24)]
-        entries = compare_groups("p1", [sample_chain(item) for item in ids], shares, "x", varied=False)
+        entries = compare_groups("p1", [sample_chain(item) for item in ids], shares, "x", has_varied_structure=False)
         groups[convention] = {item.feature: tuple(item.shares_by_group) for item in entries}
     assert "base tilted" in groups["dh"]["base"]
     assert groups["modified-dh"]["base"] == ("base rotated", "base translated")
@@ -109,13 +109,15 @@ def test_arms_are_grouped_by_features_of_their_convention() -> None:
 def test_groups_that_are_too_small_are_not_compared() -> None:
     chains = [sample_chain(ProblemId("planar-2r", seed)) for seed in range(12)]
     shares = [100.0 if chain.base.is_world else 10.0 for chain in chains]
-    entries = compare_groups("p1", chains, [float(k % 4) for k in range(12)], "x", varied=False)
+    entries = compare_groups("p1", chains, [float(k % 4) for k in range(12)], "x", has_varied_structure=False)
     for entry in entries:
         assert sum(map(len, entry.shares_by_group.values())) == 12
         assert all(len(group_shares) >= 3 for group_shares in entry.shares_by_group.values())
         assert OTHERS_GROUP not in list(entry.shares_by_group)[:-1]
-    assert compare_groups("p1", chains, [50.0] * 12, "x", varied=False) == []  # equal shares: nothing to compare
-    assert compare_groups("p1", chains[:2], shares[:2], "x", varied=False) == []
+    assert (
+        compare_groups("p1", chains, [50.0] * 12, "x", has_varied_structure=False) == []
+    )  # equal shares: nothing to compare
+    assert compare_groups("p1", chains[:2], shares[:2], "x", has_varied_structure=False) == []
     values = [replace(entry, p_value=chance) for entry, chance in zip(entries * 2, (0.01, 0.5), strict=False)]
     corrected = [round(entry.corrected_p_value, 3) for entry in correct_p_values(values)]
     assert corrected == [0.02, 0.5][: len(values)]
