@@ -112,8 +112,19 @@ def zero_set(expressions: Sequence[sp.Expr], chain: Chain, is_symbolic: bool) ->
         conjunctions = find_common_zeros(factored, Search(chain.q))
     if conjunctions is None:
         return None
-    components = (solve_conjunction(conditions, chain) for conditions in conjunctions)
+    components = (solve_conjunction(_insert_prismatic_values(conditions, chain), chain) for conditions in conjunctions)
     return tuple(dict.fromkeys(component for component in components if component is not None))
+
+
+def _insert_prismatic_values(conditions: tuple[sp.Expr, ...], chain: Chain) -> tuple[sp.Expr, ...]:
+    """Return conditions in which a prismatic variable that one condition determines is replaced by its value."""
+    for condition in conditions:
+        solution = solve_condition(condition, chain)
+        if solution is not None and len(solution[1]) == 1 and chain.joints[chain.q.index(solution[0])].is_prismatic:
+            value = {solution[0]: solution[1][0]}
+            others = (sp.expand(c.xreplace(value)) for c in conditions if c is not condition)
+            conditions = (condition, *(c for c in others if c != 0))
+    return conditions
 
 
 def find_special_length_components(chain: Chain) -> tuple[Component, ...]:

@@ -31,7 +31,7 @@ import {
 } from "../src/course/round.js";
 import { type Above, type Api, clock, connect, decimal, findApi, type Version } from "../src/course/scorm.js";
 import { LESSONS } from "../src/learn/lessons.js";
-import { graded } from "../src/grade/verdict.js";
+import { verdictOf } from "../src/grade/verdict.js";
 import { message } from "../src/text/text.js";
 
 const LANGUAGES = ["en", "de"];
@@ -271,7 +271,7 @@ const newsOf = (round: Round, standing: Standing, place: number | null = null, a
   round,
   standing,
   score: scoreOf(round, standing),
-  given: place === null ? null : { place, part: PART, answer, verdict: graded(0.5, []) },
+  given: place === null ? null : { place, part: PART, answer, verdict: verdictOf(0.5, []) },
 });
 
 class Kept {
@@ -418,7 +418,7 @@ test("answers are recorded by kind, where the platform records, and no more than
     const round = roundWith(1);
     connect(version, windows)!.tell({
       ...newsOf(round, after(round, [0, 0.5])),
-      given: { place: 0, part, answer, verdict: graded(0.5, []) },
+      given: { place: 0, part, answer, verdict: verdictOf(0.5, []) },
     });
     return Object.fromEntries([...values].filter(([name]) => /interactions\.\d/.test(name)));
   };

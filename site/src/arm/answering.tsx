@@ -15,7 +15,7 @@ import type { Stage } from "./stage.js";
 import { jointOf, SYMBOL, symbolsIn, symbolsOf, termAt, typedText } from "./terms.js";
 import { jointClass } from "./letters.js";
 
-/** The term pointed at; `stays`: it is pinned; `byKey`: the keyboard selected it. */
+/** The term pointed at; `byKey`: the keyboard selected it. */
 type Term = { readonly parts: readonly Element[]; readonly isPinned: boolean; readonly byKey?: boolean };
 
 /** Minimum distance in pixels of a shown number from the sides of the window. */

@@ -210,7 +210,7 @@ function Lines({ kinds, pixelOf, corner, size }: LinesProps): JSX.Element {
 /** Distance (pixels) within which a line attracts the pointer: a hand could not stop exactly on the line. */
 const CATCH = 4;
 
-/** Return the nearest place on a line or spot of the map; null if none is near. `scale`: pixels per joint unit. */
+/** Return the nearest place on a line or spot of the map; null if none is near. `du` and `dv`: pixels for each unit of a joint. */
 function snapToLine([u, v]: Spot, kinds: readonly Stretch[], [du, dv]: Spot): Spot | null {
   let best: Spot | null = null;
   let least = CATCH;

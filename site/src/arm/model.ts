@@ -17,7 +17,7 @@ export type Pose = readonly number[];
 
 export type Frame = { readonly x: Vec3; readonly y: Vec3; readonly z: Vec3; readonly o: Vec3 };
 
-/** A joint's row of the table: `offset` is added to the joint variable; `other` is the constant d or theta. */
+/** A joint's row of the table: `offset` is added to the joint variable; `otherConstant` is d or theta. */
 export interface Joint {
   readonly kind: "R" | "P";
   readonly name: string;

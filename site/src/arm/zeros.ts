@@ -95,7 +95,7 @@ function cellsNearZero({ us, vs, values }: Grid): Spot[] {
   return cells;
 }
 
-/** Return crossings linked to lines through cells; of four crossings of a cell, the low one joins the right one, or not. */
+/** Return crossings linked to lines; if a cell has four, `joinsLowAndRight` decides how they are paired. */
 function linesThrough(
   cells: readonly Spot[],
   crossing: Crossing,

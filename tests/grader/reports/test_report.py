@@ -54,25 +54,25 @@ ROWS = [[0, 0, 1], [1, 0, 1], [1, 1, 1], [0, 0, 0], [1, 1, 0], [1, 1, 1], [0, 1,
 def test_discrimination_is_the_correlation_with_the_other_parts() -> None:
     marks = np.array(ROWS, dtype=float)
     for part in range(3):
-        found = statistics.discrimination(ROWS, part)
+        found = statistics.compute_discrimination(ROWS, part)
         assert found is not None
         others = marks.sum(axis=1) - marks[:, part]
         assert found.value == pytest.approx(np.corrcoef(marks[:, part], others)[0, 1])
         assert -1 <= found.low < found.value < found.high <= 1
-    assert statistics.discrimination(ROWS[:9], 0) is None  # too few
-    assert statistics.discrimination([[1, k % 3] for k in range(12)], 0) is None  # everybody has the point
+    assert statistics.compute_discrimination(ROWS[:9], 0) is None  # too few
+    assert statistics.compute_discrimination([[1, k % 3] for k in range(12)], 0) is None  # everybody has the point
 
 
 def test_reliability_by_hand() -> None:
     """Three parts, variances 4/15, 5/18, 5/18; of the totals 1.6556: 3/2 (1 - 0.8222/1.6556) = 0.7550."""
     marks = np.array(ROWS, dtype=float)
     by_numpy = 3 / 2 * (1 - marks.var(axis=0, ddof=1).sum() / marks.sum(axis=1).var(ddof=1))
-    assert statistics.reliability(ROWS) == pytest.approx(by_numpy)
+    assert statistics.compute_reliability(ROWS) == pytest.approx(by_numpy)
     same = [[k % 2, k % 2] for k in range(10)]
-    assert statistics.reliability(same) == pytest.approx(1)
-    assert statistics.reliability([[1, 1]] * 10) is None
-    assert statistics.reliability(ROWS[:5]) is None
-    assert statistics.correlation([1, 1], [1, 2]) is None
+    assert statistics.compute_reliability(same) == pytest.approx(1)
+    assert statistics.compute_reliability([[1, 1]] * 10) is None
+    assert statistics.compute_reliability(ROWS[:5]) is None
+    assert statistics.compute_correlation([1, 1], [1, 2]) is None
 
 
 def test_the_permutation_test_against_every_division() -> None:
@@ -80,12 +80,12 @@ def test_the_permutation_test_against_every_division() -> None:
     divisions = list(itertools.combinations(range(8), 4))
     sums = [abs(sum(values[i] for i in chosen) - 18) for chosen in divisions]
     exact = sum(each >= abs(22 - 18) for each in sums) / len(divisions)
-    found = statistics.permutation_p_value(values, groups, "seed")
+    found = statistics.compute_permutation_p_value(values, groups, "seed")
     assert found == pytest.approx(exact, abs=0.03)
-    assert found == statistics.permutation_p_value(values, groups, "seed")
-    assert statistics.permutation_p_value([1, 1, 1, 1], "aabb", "seed") == 1
-    assert statistics.permutation_p_value([1, 2], "aa", "seed") == 1
-    far = statistics.permutation_p_value([0.0] * 10 + [1.0] * 10, "a" * 10 + "b" * 10, "seed")
+    assert found == statistics.compute_permutation_p_value(values, groups, "seed")
+    assert statistics.compute_permutation_p_value([1, 1, 1, 1], "aabb", "seed") == 1
+    assert statistics.compute_permutation_p_value([1, 2], "aa", "seed") == 1
+    far = statistics.compute_permutation_p_value([0.0] * 10 + [1.0] * 10, "a" * 10 + "b" * 10, "seed")
     assert far == pytest.approx(1 / 5000)  # never 0
     assert next(statistics._generate_permutations(5, "seed"))[:2].tolist() == [[1, 2, 3, 4, 0], [0, 3, 1, 2, 4]], (
         "the same for good"
@@ -98,7 +98,7 @@ def test_arms_differ_in_what_their_convention_tells() -> None:
     groups = {}
     for convention in CONVENTIONS:
         ids = [ProblemId("planar-2r", seed, variation="full", convention=convention) for seed in range(24)]
-        found = compare_groups("p1", [sample_chain(each) for each in ids], shares, "x", varied=False)
+        found = compare_groups("p1", [sample_chain(each) for each in ids], shares, "x", has_varied_structure=False)
         groups[convention] = {each.feature: tuple(each.shares_by_group) for each in found}
     assert "base tilted" in groups["dh"]["base"]
     assert groups["modified-dh"]["base"] == ("base rotated", "base translated")
@@ -109,13 +109,15 @@ def test_arms_differ_in_what_their_convention_tells() -> None:
 def test_groups_of_arms_and_what_is_too_small() -> None:
     chains = [sample_chain(ProblemId("planar-2r", seed)) for seed in range(12)]
     shares = [100.0 if chain.base.is_world else 10.0 for chain in chains]
-    found = compare_groups("p1", chains, [float(k % 4) for k in range(12)], "x", varied=False)
+    found = compare_groups("p1", chains, [float(k % 4) for k in range(12)], "x", has_varied_structure=False)
     for each in found:
         assert sum(map(len, each.shares_by_group.values())) == 12
         assert all(len(own) >= 3 for own in each.shares_by_group.values())
         assert OTHERS_GROUP not in list(each.shares_by_group)[:-1]
-    assert compare_groups("p1", chains, [50.0] * 12, "x", varied=False) == []  # all alike: nothing to compare
-    assert compare_groups("p1", chains[:2], shares[:2], "x", varied=False) == []
+    assert (
+        compare_groups("p1", chains, [50.0] * 12, "x", has_varied_structure=False) == []
+    )  # all alike: nothing to compare
+    assert compare_groups("p1", chains[:2], shares[:2], "x", has_varied_structure=False) == []
     values = [replace(each, p_value=chance) for each, chance in zip(found * 2, (0.01, 0.5), strict=False)]
     assert [round(each.corrected_p_value, 3) for each in correct_p_values(values)] == [0.02, 0.5][: len(values)]
     assert "0.040" in describe_p_value(0.04)
