@@ -174,7 +174,7 @@ def compute_skeletons(drawn_chain: Chain, entries: np.ndarray) -> tuple[np.ndarr
     numeric = _make_numeric_chain(drawn_chain)
     frames = numeric.frames(entries)
     lengths = np.stack(
-        [entries[:, i] if kind == PRISMATIC else np.full(len(entries), numeric.fixed[i][0])
+        [entries[:, i] if kind == PRISMATIC else np.full(len(entries), numeric.fixed_entries[i])
          for i, kind in enumerate(numeric.kinds)], axis=1
     )  # fmt: skip
     corners = frames[:, :-1, :3, 3] + lengths[..., None] * frames[:, :-1, :3, 2]

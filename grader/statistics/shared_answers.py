@@ -18,12 +18,12 @@ def describe_shared_answers(assignment: Assignment) -> list[str]:
     Two students share an answer if their parts have the same digest, which covers the question, the data and the
     correct answer.
     """
-    parts: dict[str, list[dict[str, str]]] = {slot.name: [] for slot in assignment.slots}
+    digests_by_slot: dict[str, list[dict[str, str]]] = {slot.name: [] for slot in assignment.slots}
     for student in assignment.roster:
         for name, digests in _read_digests(assignment, student.id).items():
-            if name in parts:
-                parts[name].append(digests)
-    return [line for slot in assignment.slots if (line := _describe_sharing(slot, parts[slot.name]))]
+            if name in digests_by_slot:
+                digests_by_slot[name].append(digests)
+    return [line for slot in assignment.slots if (line := _describe_sharing(slot, digests_by_slot[slot.name]))]
 
 
 def _read_digests(assignment: Assignment, student: str) -> dict[str, dict[str, str]]:

@@ -41,7 +41,7 @@ const CALLED: Readonly<Record<string, readonly string[]>> = {
 };
 
 test.each(PROBLEMS.map((problem) => [problem.id, problem] as const))(
-  "most slips in answers to %s are named, and by no other name",
+  "most slips in answers to %s are reported, and never as another slip",
   (_, problem) => {
     const outcomes = toldOf(problem);
     const slips = problem.slips.map(([part, slip], i) => ({
@@ -62,7 +62,7 @@ test.each(PROBLEMS.map((problem) => [problem.id, problem] as const))(
 const ORDER = "z x p in the wrong order";
 
 test.each(PROBLEMS.map((problem) => [problem.id, problem] as const))(
-  "of two slips at once in answers to %s both are named, mostly, and by no other names",
+  "of two slips at once in answers to %s, mostly both are reported, and never as other slips",
   (_, problem) => {
     const pairs = problem.pairs ?? [];
     const outcomes = toldOf({ ...problem, slips: pairs });
@@ -115,7 +115,7 @@ test.each([
   ["[[-a1*s1 - a2*s12, -a2*s12], [a1*(c1 + c12), a2*c12]]", undefined],
   ["[[-a1*s1 - a2*s12, -a2*s12], [a1*c1 + a2*c12 + a2*c2, a2*c12]]", "Entry (2, 1): there is one term too"],
   ["[[3*a1*s2, 7], [a1^3, 7*a2*s1*s2]]", undefined],
-])("%s is told: %s", (typed, says) => {
+])("for %s, the message is: %s", (typed, says) => {
   const verdict = judgeValues(typed, JACOBIAN);
   expect(verdict.outcome).not.toBe("correct");
   const told = toldBy(verdict);
@@ -141,13 +141,13 @@ test.each([
     "[[-a1*s1 + a2*s12, -a2*c12], [a1*c1 + a2*c12, 7*a1*s1]]",
     ["Entry (1, 2): a sine and a cosine", "Entry (1, 1): one sign"],
   ],
-])("in %s each entry's own slip is told: %s", (typed, says) => {
+])("in %s, each entry's own slip is reported: %s", (typed, says) => {
   const told = toldBy(judgeValues(typed, JACOBIAN));
   expect(told).toHaveLength(says.length);
   for (const each of says) expect(told).toContainEqual(expect.stringContaining(each));
 });
 
-test("of two wrong entries in a column, only the one that a slip explains is reported", () => {
+test("of two wrong entries in a column, only the one with a known slip is reported", () => {
   const [only, ...others] = toldBy(judgeValues("[[-a1*s1 - a2*c12, -a2*s12], [7*a1^3, a2*c12]]", JACOBIAN));
   expect(others).toEqual([]);
   expect(only).toContain("Entry (1, 1): a sine and a cosine");
@@ -157,7 +157,7 @@ test("of two wrong entries in a column, only the one that a slip explains is rep
 const print = (rows: readonly (readonly string[])[]) =>
   POINTS.map((_, k) => keyOf(rows).right.reduce((sum, values, i) => sum + weight(i) * (values[k] as number), 0));
 
-test("a mistake of the problem's in one column is named beside a slip in another, with where", () => {
+test("a known mistake in one column is reported beside a slip in another, with its place", () => {
   const next = [
     ["-a2*s12", "-a2*s12"],
     ["a2*c12", "a2*c12"],
@@ -171,7 +171,7 @@ test("a mistake of the problem's in one column is named beside a slip in another
   expect(judgeValues("[[-a2*s12, -a2*s12], [a2*c12, a2*c12]]", key).mistake).toBe(5);
 });
 
-test("two mistakes of the problem's are named in the columns in which they were made", () => {
+test("two known mistakes are reported with their columns", () => {
   const first = [
     ["a1^2", "-a2*s12"],
     ["a2^3", "a2*c12"],
@@ -219,7 +219,7 @@ test("angles with constants are compared with the right ones", () => {
   expect(says("a1*cos(theta1 + pi/6) + a2*cos(theta2)")).toEqual([]); // which lacks both
 });
 
-test("terms with constants in their angles are missed where the answer has such angles elsewhere", () => {
+test("missing terms with constants in their angles are reported if the answer has such angles elsewhere", () => {
   const key = keyOf([["a1*cos(theta1 + pi/6) + a2*c12"], ["a1*sin(theta1 + pi/6) + a2*s12"]]);
   expect(toldBy(judgeValues("[a2*c12, a1*sin(theta1 + pi/6) + a2*s12]", key))).toEqual([
     expect.stringContaining("Entry 1: a term with a1 is missing"),
@@ -255,12 +255,12 @@ test.each([
   [`[0.5*a1 - 0.5*a1, ${Y}]`, "Entry 1: all terms with qd1, qd2 are missing"],
   ["[-a2*s12*qd2, a2*c12*qd2]", "Your answer: all terms with qd1 are missing"],
   [`[-a2*s12*qd2 + a1*qd1, ${Y}]`, undefined],
-])("of the terms with one rate in %s it is told: %s", (typed, says) => {
+])("about the terms with one rate in %s, the message is: %s", (typed, says) => {
   const told = toldBy(judgeValues(typed, VELOCITY)).map((each) => each.replace("Entries 1, 2", "Your answer"));
   expect(told).toEqual(says === undefined ? [] : [expect.stringContaining(says)]);
 });
 
-test("the same slip everywhere in the formulas is named where slips in places explain less", () => {
+test("a mistake made everywhere is reported if slips in single places explain less", () => {
   const split = [
     ["-a1*s1 - a2*(s1 + s2)", "-a2*(s1 + s2)"],
     ["a1*c1 + a2*(c1 + c2)", "a2*(c1 + c2)"],
@@ -296,7 +296,7 @@ test.each([
   ["a1*a2", "Your answer: a sine or cosine with θ2"],
   ["2*a1*a2*s2", "Your answer: there is one factor too many"],
   ["a1*a2*s1*c2", undefined],
-])("of a determinant %s is told: %s", (typed, says) => {
+])("for the determinant %s, the message is: %s", (typed, says) => {
   const told = toldBy(judgeValues(typed, keyOf([["a1*a2*s2"]])));
   expect(told).toEqual(says === undefined ? [] : [expect.stringContaining(says)]);
 });
@@ -323,7 +323,7 @@ test.each([
   ["theta1 = 0, theta1 = pi", "slip.other-joint"],
   ["theta2 = 1, theta2 = 2", undefined],
   ["theta1 = 1", "slip.called-singular"],
-])("of the set %s is told %s", (typed, key) => {
+])("for the set %s, the message is %s", (typed, key) => {
   const slips = judgeSet(typed, SET, ANGLES, straight).slips;
   expect(slips?.map((slip) => "key" in slip && slip.key)).toEqual(key === undefined ? undefined : [key]);
 });
@@ -377,7 +377,7 @@ test.each([
   ["theta3 = -pi/6, theta3 = 5*pi/6, a1^3 + a2*s2 = 0", undefined],
   ["theta3 = -pi/6, theta3 = 5*pi/6, a1 + a2*c1 + a3*cos(theta1 + theta3) = 0", [of("slip.other-joint", "theta1")]],
   ["theta1 + theta2 = 0", undefined], // sin(theta3 + pi/6) times this vanishes, too
-])("of an elbow's set %s it is told what went wrong", (typed, slips) => {
+])("for an elbow arm's set %s, the mistake is reported", (typed, slips) => {
   const offsets = new Map([["theta3", 30 * DEGREE]]);
   expect(judgeSet(typed, ELBOW, new Set(ELBOW.joints), folded, offsets).slips).toEqual(slips);
 });
@@ -410,7 +410,7 @@ test.each([
   ["theta2 = 0, theta3 = 0", "theta2"],
   ["theta2 = 0, theta2 = pi, theta3 = 0", "theta3"],
   ["theta2 = pi/2, theta1 = 1", "theta2"],
-])("of %s the pose that is told is one of what is said of the mistake first: %s", (typed, joint) => {
+])("for %s, the shown pose belongs to the first reported slip: %s", (typed, joint) => {
   const isSingular = (at: Readonly<Record<string, number>>) =>
     ["theta2", "theta3"].some((each) => Math.abs(Math.sin(at[each]!)) < 1e-6);
   const { slips, at } = judgeSet(typed, TWO, new Set(TWO.joints), isSingular);
@@ -419,7 +419,7 @@ test.each([
   expect([Math.PI, Math.PI / 2].some((due) => Math.abs(value - due) < 1e-6)).toBe(true);
 });
 
-test("a level that names no mistakes keeps slips back", () => {
+test("a level without mistakes hides slips", () => {
   const verdict = judgeValues("a1*s2", keyOf([["a1*a2*s2"]]));
   expect(verdict.slips).toHaveLength(1);
   expect(limitTo(verdict, "outcome").slips).toBeUndefined();

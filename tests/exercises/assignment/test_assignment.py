@@ -259,7 +259,7 @@ def test_the_digest_is_about_problems_and_the_edition_about_notebooks(folder: Pa
         assert after.notebook_digest != before.notebook_digest
 
 
-def test_a_folder_that_cannot_be_written_is_told(tmp_path: Path) -> None:
+def test_an_unwritable_folder_is_an_error(tmp_path: Path) -> None:
     (tmp_path / "file").write_text("")
     with pytest.raises(QdotError, match=r"file.*can't be written: "):
         init_assignment(tmp_path / "file" / "hw", "T", "hw")
