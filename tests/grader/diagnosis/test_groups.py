@@ -20,14 +20,7 @@ from qdot.grader.grading.attempt import make_part_result
 from qdot.grader.grading.final_result import GradedNotebook, compute_final_result
 from qdot.grader.grading.history import describe_mark_changes
 from qdot.grader.grading.overrides import Overrides, describe_unused_groups, read_overrides
-from qdot.grader.grading.result import (
-    CountingSubmission,
-    MarkingVersions,
-    NotebookMarks,
-    Override,
-    PartResult,
-    Result,
-)
+from qdot.grader.grading.result import CountingSubmission, MarkingVersions, NotebookMarks, Override, PartResult, Result
 from qdot.grader.judging.expected_form import read_answer
 from qdot.grader.judging.verdict import Outcome
 from qdot.grader.marking.marking import mark

@@ -494,9 +494,7 @@ def test_a_module_beside_a_notebook_is_imported_only_by_that_notebook(tmp_path: 
 
     def notebook_with_import(student: str) -> str:
         return make_correct_notebook(
-            assignment,
-            student,
-            lambda cells: cells.insert(2, code_cell("from helper import angle\nangle(theta1)")),
+            assignment, student, lambda cells: cells.insert(2, code_cell("from helper import angle\nangle(theta1)"))
         )
 
     submit(assignment, f"s0/{HW}", notebook_with_import("s0"))
