@@ -188,7 +188,7 @@ def _describe_dependent_rows(chain: Chain, samples: Sequence[Sample], rows: Sequ
     if not samples or zero_rows or max(rows) > 2:
         return "the rows of J are linearly dependent"
     directions = {2: "along one line", 3: "in one plane"}[len(rows)]
-    if _has_rank_below(jacobians[:, :3], len(rows)):
+    if _has_zero_singular_value(jacobians[:, :3], len(rows) - 1):
         return f"all joints move the point {directions}"
     (missing_axis,) = {0, 1, 2} - set(rows)
     return f"seen along {'xyz'[missing_axis]}, all joints move the point {directions}"
@@ -196,13 +196,13 @@ def _describe_dependent_rows(chain: Chain, samples: Sequence[Sample], rows: Sequ
 
 def _are_dependent(jacobians: np.ndarray, rows: Sequence[int], columns: Sequence[int]) -> bool:
     """Return whether columns, restricted to some rows, are linearly dependent in each of k Jacobians (k, 6, n)."""
-    return _has_rank_below(jacobians[:, list(rows)][:, :, list(columns)], len(columns))
+    return _has_zero_singular_value(jacobians[:, list(rows)][:, :, list(columns)], -1)
 
 
-def _has_rank_below(matrices: np.ndarray, rank: int) -> bool:
-    """Return whether each of k matrices (k, m, n) has a rank below `rank`."""
+def _has_zero_singular_value(matrices: np.ndarray, index: int) -> bool:
+    """Return whether the singular value with an index, the largest first, is zero in each of k matrices (k, m, n)."""
     sigma = np.linalg.svd(matrices, compute_uv=False)
-    return bool(np.all(sigma[:, rank - 1] < ZERO_TOLERANCE * np.maximum(sigma[:, 0], NONZERO_THRESHOLD)))
+    return bool(np.all(sigma[:, index] < ZERO_TOLERANCE * np.maximum(sigma[:, 0], NONZERO_THRESHOLD)))
 
 
 def _describe_rest(chain: Chain, jacobians: np.ndarray, rows: Sequence[int]) -> str:

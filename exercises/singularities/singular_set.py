@@ -119,10 +119,9 @@ def zero_set(expressions: Sequence[sp.Expr], chain: Chain, is_symbolic: bool) ->
 def _insert_prismatic_values(conditions: tuple[sp.Expr, ...], chain: Chain) -> tuple[sp.Expr, ...]:
     """Return conditions in which a prismatic variable that one condition determines is replaced by its value."""
     for condition in conditions:
-        solution = solve_condition(condition, chain)
-        if solution is not None and len(solution[1]) == 1 and chain.joints[chain.q.index(solution[0])].is_prismatic:
-            value = {solution[0]: solution[1][0]}
-            others = (sp.expand(c.xreplace(value)) for c in conditions if c is not condition)
+        joint, values = solve_condition(condition, chain) or (None, ())
+        if joint is not None and len(values) == 1 and chain.joints[chain.q.index(joint)].is_prismatic:
+            others = (sp.expand(c.xreplace({joint: values[0]})) for c in conditions if c is not condition)
             conditions = (condition, *(c for c in others if c != 0))
     return conditions
 
