@@ -23,6 +23,7 @@ from qdot.exercises.problem.problem import Part, Problem
 from qdot.exercises.questions.results import compute_answer, is_derived
 from qdot.exercises.singularities.singular_set import singular_set
 from qdot.grader.diagnosis.numbers import normalize
+from qdot.grader.diagnosis.wrong_answer import THREE_DIGITS_TOLERANCE
 from qdot.grader.judging.answer_parser import ParsedAnswer, assign_values_to_joint
 from qdot.grader.judging.verdict import Diagnosis
 
@@ -32,6 +33,8 @@ SINGLE_NUMBER_TOLERANCE = 1e-3
 """Relative tolerance for the factor between a single number and the reference."""
 RELATIVE_TOLERANCE = 1e-7
 """Relative error up to which values of formulas count as equal."""
+JOINT_CHANGE = 0.37
+"""Change of a joint value (rad or m) that shows whether a result depends on the joint; no fraction of a turn."""
 FACTOR_WORDS = {
     2.0: "by a factor of 2",
     100.0: "by a factor of 100, as between metres and centimetres",
@@ -63,14 +66,14 @@ def advise(problem: Problem, part: Part, parsed_answer: ParsedAnswer, seed: str 
 def _advise_on_numbers(part: Part, parsed_answer: ParsedAnswer) -> str | None:
     """Return advice on numbers that are not derived step by step, such as a factor by which they are wrong."""
     try:
-        typed_numbers = evaluate(compile_program(parsed_answer.entries), {}, 1)[0]
+        typed_numbers, _ = evaluate(compile_program(parsed_answer.entries), {}, 1)
     except (KeyError, ParseError):  # the numbers contain names
         return None
     expected = part.answer.as_matrix()
     if all(entry.is_Integer for entry in expected):  # a count, such as a rank
         return REWORK_ADVICE
     expected_numbers = np.array([complex(entry) for entry in expected])[:, None]
-    return next(_find_factor(typed_numbers, expected_numbers, 5e-3), REWORK_ADVICE)
+    return next(_find_factor(typed_numbers, expected_numbers, THREE_DIGITS_TOLERANCE), REWORK_ADVICE)
 
 
 def _advise_on_formulas(problem: Problem, part: Part, parsed_answer: ParsedAnswer, seed: str) -> str | None:
@@ -83,7 +86,7 @@ def _advise_on_formulas(problem: Problem, part: Part, parsed_answer: ParsedAnswe
         answer_values, expected_values = pair.evaluate(values)
         if answer_values.shape != expected_values.shape:
             return None  # the verdict's reason says so
-        tolerance = 5e-3 if part.answer.is_numeric else RELATIVE_TOLERANCE
+        tolerance = THREE_DIGITS_TOLERANCE if part.answer.is_numeric else RELATIVE_TOLERANCE
         remarks = chain(
             _find_factor(answer_values, expected_values, tolerance),
             _compare_joints(pair, values),
@@ -105,7 +108,7 @@ class _AnswerAndReference:
     def evaluate(self, values: SymbolValues) -> tuple[np.ndarray, np.ndarray]:
         """Return the values to compare of the answer and of the reference, (entries, N) each."""
         with np.errstate(all="ignore"):
-            answer = np.asarray(evaluate(self.program, values, len(next(iter(values.values()))))[0])
+            answer, _ = evaluate(self.program, values, len(next(iter(values.values()))))
             expected = compute_answer(compute_numeric_stages(self.chain, values), self.part)
             return self._remove_factor(answer), self._remove_factor(expected.reshape(-1, expected.shape[-1]))
 
@@ -157,7 +160,7 @@ def _compare_joints(pair: _AnswerAndReference, values: SymbolValues) -> Iterator
     for i, q in enumerate(() if pair.part.details.list_given_values(pair.chain) else pair.chain.q, 1):
         if q in pair.part.details.given_joints:
             return
-        values_after = pair.evaluate({**values, q.name: values[q.name] + 0.37})
+        values_after = pair.evaluate({**values, q.name: values[q.name] + JOINT_CHANGE})
         answer_changes, expected_changes = map(_has_changed, values_after, values_before)
         if expected_changes and not answer_changes:
             yield f"Your answer does not depend on {q}. What changes if only joint {i} moves?"

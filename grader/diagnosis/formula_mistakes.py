@@ -9,6 +9,7 @@ from dataclasses import dataclass, replace
 from fractions import Fraction
 from functools import partial
 from itertools import islice, product
+from typing import NamedTuple
 
 import numpy as np
 
@@ -165,7 +166,8 @@ def _find_in_entries(
     has_other_entries = 3 < answer.correct_values[..., 0].size != len(wrong_entries)
     mistakes_by_entry: dict[EntryIndex, list[LocatedMistake]] = {}
     for i, j in wrong_entries:
-        typed_formula, is_derivative = answer.rows[i][j] if answer.rows else None, bool(answer.is_differentiated[i, j])
+        typed_formula = answer.rows[i][j] if answer.rows else None
+        is_derivative = bool(answer.is_differentiated[i, j])
         numeric, correct_values = answer.numeric.select_entry(i, j), answer.correct_values[i, j]
         entry = _WrongEntry(reference[i][j], typed_formula, is_derivative, answer.values, numeric, correct_values)
         mistakes_by_entry[i, j] = entry.find_mistakes(has_other_entries, allows_any_number)
@@ -176,7 +178,7 @@ def _find_in_entries(
     common_name = next((name for name, _ in mistakes_by_entry[wrong_entries[0]] if name in common_names), None)
     entries_by_mistake: dict[LocatedMistake, list[EntryIndex]] = {}
     for entry_index, located_mistakes in mistakes_by_entry.items():
-        likeliest_mistake = next(located for located in located_mistakes if common_name in (None, located[0]))
+        likeliest_mistake = next(mistake for mistake in located_mistakes if common_name in (None, mistake.name))
         entries_by_mistake.setdefault(likeliest_mistake, []).append(entry_index)
     mistakes = tuple(dict.fromkeys(name for name, _ in entries_by_mistake))
     if len(mistakes) > 2:
@@ -189,8 +191,11 @@ def _find_in_entries(
     return Diagnosis(mistakes, " ".join(diagnosis.says for diagnosis in diagnoses), signature=signature)
 
 
-LocatedMistake = tuple[str, str]
-"""The name of a mistake, and words that identify the missing term or factor, if any."""
+class LocatedMistake(NamedTuple):
+    """The name of a mistake, and words that identify the missing term or factor, if any."""
+
+    name: str
+    missing_words: str = ""
 
 
 @dataclass(frozen=True)
@@ -218,7 +223,8 @@ class _WrongEntry:
             return []
         if not self.answer.values.any():
             words = finished.Edit("", self.reference, self.reference).missing_words
-            return [("term-missing", words) if expand_terms(self.reference, 1) else ("entry-missing", "")]
+            has_terms = bool(expand_terms(self.reference, 1))
+            return [LocatedMistake("term-missing", words) if has_terms else LocatedMistake("entry-missing")]
         mistakes = list(dict.fromkeys((*self._find_edits(), *self._find_surplus(), *self._find_lost_sign())))
         if mistakes or not (is_informative and allows_any_number):
             return mistakes
@@ -227,7 +233,7 @@ class _WrongEntry:
     def _find_edits(self) -> Iterator[LocatedMistake]:
         """Yield the mistakes that give the entry when they are made in the reference."""
         for edit in self._list_fitting_edits(self.reference, self.answer):
-            yield edit.mistake, edit.missing_words
+            yield LocatedMistake(edit.mistake, edit.missing_words)
 
     def _find_surplus(self) -> Iterator[LocatedMistake]:
         """Yield a mistake if the entry without one of its terms or factors equals the reference."""
@@ -235,9 +241,10 @@ class _WrongEntry:
             return
         expected_answer = replace(self.answer, values=self.correct_values[None, None])
         for edit in self._list_fitting_edits(self.typed_formula, expected_answer, SURPLUS_BY_MISSING):
-            yield SURPLUS_BY_MISSING[edit.mistake], edit.missing_words
+            yield LocatedMistake(SURPLUS_BY_MISSING[edit.mistake], edit.missing_words)
         if expected_answer.equals(np.zeros_like(expected_answer.values)):
-            yield "term-surplus", finished.Edit("", self.typed_formula, self.typed_formula).missing_words
+            words = finished.Edit("", self.typed_formula, self.typed_formula).missing_words
+            yield LocatedMistake("term-surplus", words)
 
     def _list_fitting_edits(
         self, entry: Node, expected: NumericAnswer, allowed_mistakes: Collection[str] = CATALOGUE
@@ -264,9 +271,9 @@ class _WrongEntry:
             if np.isfinite(ratio).all() and np.ptp(ratio.real) <= 1e-6 * np.abs(ratio).max():
                 symbols = ", ".join(sorted(find_names(part)))
                 if part in terms and symbols:
-                    yield "number-typed", f" (with {symbols} in it)"
+                    yield LocatedMistake("number-typed", f" (with {symbols} in it)")
                 else:
-                    yield ("entry-factor" if symbols else "constant-typed"), ""
+                    yield LocatedMistake("entry-factor" if symbols else "constant-typed")
 
     def _find_wrong_angle(self) -> Iterator[LocatedMistake]:
         """Yield a mistake if one angle is wrong by any constant c.
@@ -295,7 +302,7 @@ class _WrongEntry:
             constant = Node("decimal", value=Fraction(float(np.arctan2(sin_c, cos_c))))
             shift = partial(_add_to_angle, constant)
             if self.answer.equals(_evaluate([finished.replace_each_trig(self.reference, shift)[k]], self.values)[None]):
-                yield "angle-typed", ""
+                yield LocatedMistake("angle-typed")
                 return
 
     def _find_lost_sign(self) -> Iterator[LocatedMistake]:
@@ -303,7 +310,7 @@ class _WrongEntry:
         values, reference = self.answer.values[0, 0].real, self.correct_values.real
         is_same_size = replace(self.answer, values=np.abs(values)[None, None]).equals(np.abs(reference)[None, None])
         if is_same_size and (values * reference > 0).any() and (values * reference < 0).any():
-            yield "sign-lost", ""
+            yield LocatedMistake("sign-lost")
 
 
 def _add_to_angle(term: Node, trig: Node) -> Node:

@@ -2,6 +2,7 @@
 
 from dataclasses import dataclass
 from functools import cached_property
+from typing import NamedTuple
 
 import numpy as np
 
@@ -13,17 +14,23 @@ RELATIVE_TOLERANCE = 1e-9
 """Two values count as equal if they differ by at most this fraction of the size of their terms."""
 
 
+class Tolerances(NamedTuple):
+    """The tolerance relative to the size of the terms, and the absolute tolerance; their sum is allowed."""
+
+    relative: float
+    absolute: float
+
+
 @dataclass(frozen=True)
 class NumericAnswer:
     """The values of an answer at N configurations and the size of its terms, (rows, columns, N); nan for blanks.
 
-    `tolerances` has the tolerance relative to the size of the terms, and the absolute tolerance. Directions are
-    compared up to a factor.
+    Directions are compared up to a factor.
     """
 
     values: np.ndarray
     term_size: np.ndarray
-    tolerances: tuple[float, float]
+    tolerances: Tolerances
     is_direction: bool = False
 
     def match_entries(self, expected: np.ndarray) -> np.ndarray:
@@ -32,7 +39,7 @@ class NumericAnswer:
             if self.is_direction:
                 direction, expected_direction = normalize(self.values), normalize(expected)
                 sign = np.where((direction * expected_direction).sum(axis=0) < 0, -1.0, 1.0)  # the same for all entries
-                is_near = np.abs(direction - sign * expected_direction) <= self.tolerances[0]
+                is_near = np.abs(direction - sign * expected_direction) <= self.tolerances.relative
             else:
                 large_size = LARGE_TERM_RATIO * np.maximum(np.abs(expected).max(), 1.0)
                 cap = np.where(self.term_size < large_size, np.inf, RELATIVE_TOLERANCE * large_size)
@@ -51,7 +58,7 @@ class NumericAnswer:
     @property
     def is_precise(self) -> bool:
         """Whether the numbers have so many digits that mistakes hardly ever give the same numbers by chance."""
-        return self.tolerances[0] <= PRECISE_TOLERANCE and self.tolerances[1] == 0.0
+        return self.tolerances.relative <= PRECISE_TOLERANCE and self.tolerances.absolute == 0.0
 
     @cached_property
     def _largest_size(self) -> np.ndarray:
@@ -63,7 +70,8 @@ class NumericAnswer:
         """The error that is allowed for each value, (rows, columns, N)."""
         with np.errstate(all="ignore"):
             # Rounding can turn an entry that is zero into 1e-17 times the other entries.
-            return np.asarray(self.tolerances[0] * np.maximum(self.term_size, self._largest_size) + self.tolerances[1])
+            size = np.maximum(self.term_size, self._largest_size)
+            return np.asarray(self.tolerances.relative * size + self.tolerances.absolute)
 
 
 def normalize(vector: np.ndarray) -> np.ndarray:

@@ -6,7 +6,7 @@ from dataclasses import replace
 import numpy as np
 
 from qdot.exercises.formula.trees import Node, count_decimal_digits
-from qdot.grader.diagnosis.numbers import NumericAnswer
+from qdot.grader.diagnosis.numbers import NumericAnswer, Tolerances
 from qdot.grader.diagnosis.wrong_answer import WrongAnswer
 from qdot.grader.judging.verdict import Diagnosis
 
@@ -35,7 +35,8 @@ def explain_rounding(wrong_answer: WrongAnswer, entries: Sequence[Node]) -> Diag
         return None
     has_decimals = any(map(count_decimal_digits, entries))
     if answer.is_direction:
-        tolerant = replace(answer, tolerances=(CONSTANT_TOLERANCE if has_decimals else answer.tolerances[0], 0.0))
+        relative_tolerance = CONSTANT_TOLERANCE if has_decimals else answer.tolerances.relative
+        tolerant = replace(answer, tolerances=Tolerances(relative_tolerance, 0.0))
         is_correct = replace(wrong_answer, numeric=tolerant).is_correct
         return Diagnosis((), EXACT_VALUES_ADVICE) if entries and not part.answer.is_numeric and is_correct else None
     digits = part.rounding.words if part.rounding is not None else "to three significant digits"

@@ -15,11 +15,13 @@ from qdot.exercises.mistakes.configurations import SymbolValues, sample_configur
 from qdot.exercises.problem.problem import Part, Problem
 from qdot.exercises.questions.concepts import parse_vector
 from qdot.exercises.questions.results import compute_answer, is_derived, is_made_of_jacobian
-from qdot.grader.diagnosis.numbers import RELATIVE_TOLERANCE, NumericAnswer
+from qdot.grader.diagnosis.numbers import RELATIVE_TOLERANCE, NumericAnswer, Tolerances
 from qdot.grader.judging.answer_parser import FunctionValues, ParsedAnswer
 
 SAMPLE_COUNT = 16
 """Number of configurations, unless the question gives one."""
+THREE_DIGITS_TOLERANCE = 5e-3
+"""Relative error of numbers that are rounded to three significant digits (1.00 stands for 0.995 to 1.005)."""
 THREE_DECIMALS_TOLERANCE = 6e-4
 """Absolute error of numbers that are rounded to three decimals."""
 
@@ -101,15 +103,17 @@ def _evaluate_function(problem: Problem, part: Part, table: FunctionValues) -> W
     values = {name: column[:SAMPLE_COUNT] for name, column in table.arguments.items()}
     rows_and_columns = (*table.shape, 1, 1)[:2]
     outputs = table.values[:SAMPLE_COUNT].T.reshape(*rows_and_columns, -1)
-    relative_error, absolute_error = _find_allowed_rounding(part)
-    tolerances = (max(RELATIVE_TOLERANCE, relative_error), absolute_error)
-    numeric = NumericAnswer(outputs, np.abs(outputs), tolerances, part.answer.counts_up_to_a_factor)
+    numeric = NumericAnswer(
+        outputs, np.abs(outputs), _choose_formula_tolerances(part), part.answer.counts_up_to_a_factor
+    )
     return WrongAnswer(problem, part, values, numeric)
 
 
-def _find_allowed_rounding(part: Part) -> tuple[float, float]:
-    """Return the relative and the absolute error that the assignment allows for decimals."""
-    return (0.0, 0.0) if part.rounding is None else (part.rounding.relative, part.rounding.absolute)
+def _choose_formula_tolerances(part: Part) -> Tolerances:
+    """Return the tolerances for formulas: the errors that the assignment allows for decimals, if it allows any."""
+    if part.rounding is None:
+        return Tolerances(RELATIVE_TOLERANCE, 0.0)
+    return Tolerances(max(RELATIVE_TOLERANCE, part.rounding.relative), part.rounding.absolute)
 
 
 def _evaluate_entries(part: Part, parsed_answer: ParsedAnswer, values: SymbolValues) -> NumericAnswer | None:
@@ -125,21 +129,24 @@ def _evaluate_entries(part: Part, parsed_answer: ParsedAnswer, values: SymbolVal
     entry_values, term_size = evaluate(compile_program(entries), values, count)
     entry_values[blanks] = np.nan
     shape = (len(parsed_answer.rows), len(parsed_answer.rows[0]), count)
-    tolerances, is_direction = _choose_tolerances(part, entries), part.answer.counts_up_to_a_factor
-    return NumericAnswer(entry_values.reshape(shape), term_size.reshape(shape), tolerances, is_direction)
+    tolerances = _choose_tolerances(part, entries)
+    return NumericAnswer(
+        entry_values.reshape(shape), term_size.reshape(shape), tolerances, part.answer.counts_up_to_a_factor
+    )
 
 
-def _choose_tolerances(part: Part, entries: Sequence[Node]) -> tuple[float, float]:
-    """Return the relative and the absolute tolerance for an answer.
+def _choose_tolerances(part: Part, entries: Sequence[Node]) -> Tolerances:
+    """Return the tolerances for an answer.
 
     The relative tolerance for numbers depends on the required number of digits, or on the number of typed digits if
     that is larger.
     """
-    relative_error, absolute_error = _find_allowed_rounding(part)
     if not part.answer.is_numeric:
-        return max(RELATIVE_TOLERANCE, relative_error), absolute_error
-    digits = max(map(count_decimal_digits, entries))
-    return max(min(relative_error or 5e-3, 0.6 * 10.0 ** (1 - max(digits, 3))), 1e-5), 0.0
+        return _choose_formula_tolerances(part)
+    digits = max(3, *map(count_decimal_digits, entries))
+    allowed_error = (part.rounding.relative if part.rounding else 0.0) or THREE_DIGITS_TOLERANCE
+    # 0.6 units of the last digit: rounding changes a number by 0.5 units at most
+    return Tolerances(max(min(allowed_error, 0.6 * 10.0 ** (1 - digits)), 1e-5), 0.0)
 
 
 def _parse_option(part: Part, parsed_answer: ParsedAnswer) -> NumericAnswer | None:
@@ -147,7 +154,7 @@ def _parse_option(part: Part, parsed_answer: ParsedAnswer) -> NumericAnswer | No
     if not parsed_answer.chosen:
         return None
     values = np.array(parse_vector(part.answer.offered_options[parsed_answer.chosen[0]]))[:, None, None]
-    return NumericAnswer(values, np.abs(values), (0.0, THREE_DECIMALS_TOLERANCE))
+    return NumericAnswer(values, np.abs(values), Tolerances(0.0, THREE_DECIMALS_TOLERANCE))
 
 
 def transpose(rows: Rows) -> Rows:

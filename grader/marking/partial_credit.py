@@ -12,6 +12,7 @@ from functools import cached_property
 from itertools import chain, combinations, product
 from math import prod
 from operator import and_
+from typing import NamedTuple
 
 import numpy as np
 import sympy as sp
@@ -82,8 +83,11 @@ class AnswerToCredit:
         }
 
 
-ShareAndReason = tuple[Fraction, str]
-"""A share of a part's points, and the reason for it."""
+class EarnedShare(NamedTuple):
+    """A share of a part's points, and the reason for it."""
+
+    share: Fraction
+    reason: str
 
 
 def give_partial_credit(answer: AnswerToCredit, judgement: Judgement, is_copied: IsCopied = never_copied) -> Judgement:
@@ -97,20 +101,21 @@ def give_partial_credit(answer: AnswerToCredit, judgement: Judgement, is_copied:
     part, rules = answer.part, answer.part.credit
     if rules.rule == "whole" or part.answer.counts_up_to_a_factor:
         return _with_share(judgement, Fraction(0))
-    share, reason, credit = Fraction(judgement.share).limit_denominator(1000), judgement.reason, None
+    share, reason = Fraction(judgement.share).limit_denominator(1000), judgement.reason
+    credit: EarnedShare | None = None
     if part.answer.is_symbolic and part.shape is not None:
         judgement, share = _count_entries(answer, judgement, share)
     if part.answer.is_symbolic:
         credit = _credit_except_factor(answer, judgement) or _credit_factors(answer)
     elif part.answer.expected_units:
         credit = _credit_except_signs(answer)
-    if rules.is_by_mistakes and max(share, credit[0] if credit else 0) < MISTAKE_FACTOR:
+    if rules.is_by_mistakes and max(share, credit.share if credit else 0) < MISTAKE_FACTOR:
         credit = _credit_one_mistake(answer, is_copied) or credit
-    if credit is not None and credit[0] > share:
-        share = credit[0]
+    if credit is not None and credit.share > share:
+        share = credit.share
         detail = re.sub(r"^\d+ of \d+ [a-z ]+ (is|are) right[^;]*; ", "", reason)
         earned = share * rules.factor
-        words = f"{credit[1]}, so you earn {'half' if earned == Fraction(1, 2) else earned} of the points"
+        words = f"{credit.reason}, so you earn {'half' if earned == Fraction(1, 2) else earned} of the points"
         judgement = replace(judgement, reason=f"{words}; {detail}")
     return _with_share(judgement, share * rules.factor)
 
@@ -155,7 +160,7 @@ def _find_varying_entries(answer: AnswerToCredit) -> list[bool]:
 # --- correct except for signs or a common factor ---
 
 
-def _credit_except_factor(answer: AnswerToCredit, judgement: Judgement) -> ShareAndReason | None:
+def _credit_except_factor(answer: AnswerToCredit, judgement: Judgement) -> EarnedShare | None:
     """Return the credit for an answer whose wrong entries are all correct except for signs or a common factor.
 
     The factor is a constant. If the reference is divided by the determinant, the factor may also be the determinant.
@@ -176,7 +181,8 @@ def _credit_except_factor(answer: AnswerToCredit, judgement: Judgement) -> Share
     elif not wrong_indices or answer.has_unknown_symbols or len(parsed.entries) <= max(wrong_indices):
         return None
     else:
-        entries, seed = [parsed.entries[k] for k in wrong_indices], f"{answer.seed}/factor"
+        entries = [parsed.entries[k] for k in wrong_indices]
+        seed = f"{answer.seed}/factor"
         factor = find_constant_factor(entries, expected_entries, domain, varying_names, seed, part.rounding)
         may_lack_divisor = factor is None and part.credit.is_by_mistakes
         det = find_determinant_in_denominator(answer.problem.chain, part, domain.roles) if may_lack_divisor else None
@@ -192,7 +198,7 @@ def _credit_except_factor(answer: AnswerToCredit, judgement: Judgement) -> Share
         return None
     share = share_up_to_sign_and_factor(factor.is_negative, factor.changes_size)
     verb = "is" if words in (["the sign"], ["a common factor"]) else "are"
-    return share, f"only {' and '.join(words)} {verb} wrong"
+    return EarnedShare(share, f"only {' and '.join(words)} {verb} wrong")
 
 
 def _find_factor_of_values(
@@ -206,7 +212,7 @@ def _find_factor_of_values(
     count = len(table.values)
     if table.shape is None or not count or not entry_indices or table.values.shape[1] <= max(entry_indices):
         return None
-    reference = evaluate(compile_program(list(expected)), table.arguments, count)[0]
+    reference, _ = evaluate(compile_program(list(expected)), table.arguments, count)
     with np.errstate(all="ignore"):
         ratios = table.values.T[list(entry_indices)] / reference
     sign_differs = ratios[:, 0].real < 0
@@ -232,7 +238,7 @@ def _are_equal(values: np.ndarray, other_values: np.ndarray) -> bool:
 # --- factors of a product ---
 
 
-def _credit_factors(answer: AnswerToCredit) -> ShareAndReason | None:
+def _credit_factors(answer: AnswerToCredit) -> EarnedShare | None:
     """Return the credit for a determinant in which only some of the factors are wrong.
 
     Only factors that vary count. A wrong factor counts as a missing factor and a surplus factor. The constant factor is
@@ -255,10 +261,12 @@ def _credit_factors(answer: AnswerToCredit) -> ShareAndReason | None:
     for missing_count, surplus_count in error_counts:
         share = share_of_product(len(expected_factors), missing_count, surplus_count)
         if share and _have_equal_products(answer, typed_factors, expected_factors, missing_count, surplus_count):
-            correct_count, factors = len(expected_factors) - missing_count, count_noun(len(expected_factors), "factor")
+            correct_count = len(expected_factors) - missing_count
+            factors = count_noun(len(expected_factors), "factor")
             verb = "is" if correct_count == 1 else "are"
             addition = f", and {count_noun(surplus_count, 'factor')} too many" if surplus_count > missing_count else ""
-            return share, f"{correct_count} of the {factors} that depend on the joints {verb} right{addition}"
+            reason = f"{correct_count} of the {factors} that depend on the joints {verb} right{addition}"
+            return EarnedShare(share, reason)
     return None
 
 
@@ -281,7 +289,7 @@ def _have_equal_products(
     if surplus_count >= len(factors):
         return False
     domain, seed = answer.domain, f"{answer.seed}/factors"
-    all_values = evaluate(compile_program([*factors, *expected]), answer.sample("factors"), SAMPLE_COUNT)[0]
+    all_values, _ = evaluate(compile_program([*factors, *expected]), answer.sample("factors"), SAMPLE_COUNT)
     values, expected_values = all_values[: len(factors)], all_values[len(factors) :]
     subsets = combinations(range(len(factors)), len(factors) - surplus_count)
     expected_subsets = combinations(range(len(expected)), len(expected) - missing_count)
@@ -301,24 +309,26 @@ def _have_equal_products(
 # --- numbers ---
 
 
-def _credit_except_signs(answer: AnswerToCredit) -> ShareAndReason | None:
+def _credit_except_signs(answer: AnswerToCredit) -> EarnedShare | None:
     """Return the credit for two or more numbers with units that are correct except for signs."""
     part, parsed = answer.part, answer.parsed
     if len(parsed.entries) < 2 or not all(part.answer.expected_units) or any(parsed.blanks):
         return None
     expected_numbers = np.array([float(value) for value in part.answer.as_matrix()])
-    values = evaluate(compile_program(list(parsed.entries)), {}, 1)[0][:, 0]
+    values, _ = evaluate(compile_program(list(parsed.entries)), {}, 1)
+    numbers = values[:, 0]
     tolerance = np.array(part.answer_as(Number).allowed_errors(part.rounding))
-    error = np.minimum(np.abs(values - expected_numbers), np.abs(values + expected_numbers))
-    if not np.all(np.isfinite(values)) or np.all(np.abs(expected_numbers) <= tolerance) or np.any(error > tolerance):
+    error = np.minimum(np.abs(numbers - expected_numbers), np.abs(numbers + expected_numbers))
+    if not np.all(np.isfinite(numbers)) or np.all(np.abs(expected_numbers) <= tolerance) or np.any(error > tolerance):
         return None
-    return share_up_to_sign_and_factor(is_sign_wrong=True, is_factor_wrong=False), "only signs are wrong"
+    share = share_up_to_sign_and_factor(is_sign_wrong=True, is_factor_wrong=False)
+    return EarnedShare(share, "only signs are wrong")
 
 
 # --- one known mistake ---
 
 
-def _credit_one_mistake(answer: AnswerToCredit, is_copied: IsCopied) -> ShareAndReason | None:
+def _credit_one_mistake(answer: AnswerToCredit, is_copied: IsCopied) -> EarnedShare | None:
     """Return the credit for an answer in which a single known mistake explains all wrong entries."""
     part, parsed = answer.part, answer.parsed
     if any(parsed.blanks) or not (part.answer.is_symbolic or len(part.answer.expected_units) > 1):
@@ -327,7 +337,7 @@ def _credit_one_mistake(answer: AnswerToCredit, is_copied: IsCopied) -> ShareAnd
         return None
     if parsed.rows is not None and is_copied(part, parsed.rows):
         return None
-    return MISTAKE_FACTOR, "a single mistake explains everything that is wrong"
+    return EarnedShare(MISTAKE_FACTOR, "a single mistake explains everything that is wrong")
 
 
 def _varies_as_expected(answer: AnswerToCredit) -> bool:
@@ -336,6 +346,6 @@ def _varies_as_expected(answer: AnswerToCredit) -> bool:
         return True
     if not any(_find_varying_entries(answer)) or answer.has_unknown_symbols:
         return False
-    values = evaluate(compile_program(list(answer.parsed.entries)), answer.sample("moves"), SAMPLE_COUNT)[0]
+    values, _ = evaluate(compile_program(list(answer.parsed.entries)), answer.sample("moves"), SAMPLE_COUNT)
     with np.errstate(all="ignore"):
         return bool((np.abs(values - values[:, :1]).max(axis=1) > RELATIVE_TOLERANCE * np.abs(values).max()).any())
