@@ -108,15 +108,15 @@ def moodle_files(export_request: ExportRequest, items: list[QuizItem]) -> dict[s
 
 
 @pytest.fixture(scope="module")
-def bank(moodles: dict[str, Any]) -> Element:
+def bank(moodle_files: dict[str, Any]) -> Element:
     """Moodle's question bank."""
-    return parsed(moodles["hw.xml"])
+    return parsed(moodle_files["hw.xml"])
 
 
 @pytest.fixture(scope="module")
-def backup(moodles: dict[str, Any]) -> Package:
+def backup(moodle_files: dict[str, Any]) -> Package:
     """Moodle's quiz."""
-    return unzip(moodles["hw.mbz"])
+    return unzip(moodle_files["hw.mbz"])
 
 
 @pytest.fixture(scope="module")
@@ -251,8 +251,10 @@ def test_options_in_moodle_have_the_letters_of_the_solutions(
     assert [stem for stem in stems if stem] == lettered[:2]
 
 
-def test_pages_in_moodle_are_complete_and_fit_small_screens(moodles: dict[str, Any], items: list[QuizItem]) -> None:
-    page: str = moodles["hw.xml"]
+def test_pages_in_moodle_are_complete_and_fit_small_screens(
+    moodle_files: dict[str, Any], items: list[QuizItem]
+) -> None:
+    page: str = moodle_files["hw.xml"]
     assert "&" not in re.sub(r"<!\[CDATA\[.*?\]\]>", "", page, flags=re.DOTALL)  # it drops the space in `&gt; &lt;`
     assert r"A. \(a &lt; b\) &amp; c" in list(parsed(page).itertext())
     tables = re.findall(r"<table[^>]*>\s*<thead", page)
@@ -416,11 +418,11 @@ def test_canvas_package_has_the_structure_of_text2qti(
     assert sorted(list_package_paths(ours) - list_package_paths(golden)) == []
 
 
-def test_canvas_package_contains_everything_it_refers_to(canvass: Package) -> None:
+def test_canvas_package_contains_everything_it_refers_to(canvas_package: Package) -> None:
     """All named files, answers and feedback exist."""
-    listed = {str(file.get("href")) for file in list_elements(parsed(canvass["imsmanifest.xml"]), "file")}
-    assert listed | {"imsmanifest.xml"} == set(canvass)
-    quiz = parsed(canvass["qdot-hw/qdot-hw.xml"])
+    listed = {str(file.get("href")) for file in list_elements(parsed(canvas_package["imsmanifest.xml"]), "file")}
+    assert listed | {"imsmanifest.xml"} == set(canvas_package)
+    quiz = parsed(canvas_package["qdot-hw/qdot-hw.xml"])
     names = [str(item.get("ident")) for item in list_elements(quiz, "item")]
     assert len(set(names)) == len(names)
     types = set()
@@ -442,7 +444,7 @@ def test_canvas_package_contains_everything_it_refers_to(canvass: Package) -> No
         assert round(sum(float(each.text or 0) for each in list_elements(item, "setvar")), 6) == 100, name
         for text in list_elements(item, "mattext"):
             sources = re.findall(r'src="([^"]*)"', text.text or "")
-            assert {source.removeprefix("%24IMS-CC-FILEBASE%24/") for source in sources} <= set(canvass), name
+            assert {source.removeprefix("%24IMS-CC-FILEBASE%24/") for source in sources} <= set(canvas_package), name
     assert types == {
         "multiple_choice_question", "multiple_answers_question", "true_false_question", "matching_question",
         "numerical_question",

@@ -52,7 +52,7 @@ def compute_residuals(text: str, residuals: list[str]) -> np.ndarray:
 
 
 @pytest.mark.parametrize(
-    ("text", "comparison"),
+    ("text", "expected"),
     [
         ("theta2 = 0", [["theta2"]]), ("0 = theta2", [["theta2"]]), ("theta2 = theta1", [["theta2"]]),
         ("theta2 = cos(theta2)", [[None]]), ("2*theta2 = theta1", [["theta1"]]), ("2*theta2 = pi", [[None]]),
