@@ -23,19 +23,22 @@ PLANAR_ROWS = ("vx", "vy", "wz")
 """The components of velocity that a planar arm can have: the other rows of its Jacobian are zero."""
 
 
-def _exchange_two(stage: str, count_of: Callable[[Chain, AnswerShape], int], axis: int = 0) -> VariantGenerator:
+def _exchange_two(stage: str, count: Callable[[Chain, AnswerShape], int], axis: int = 0) -> VariantGenerator:
     """Return a function that yields variants with two rows (axis 0) or columns (axis 1) of a stage exchanged.
 
-    `count_of` returns the number of rows or columns.
+    `count` returns the number of rows or columns.
     """
     return lambda chain, shape: (
         MistakeVariant({stage: exchange(i, j, axis)}, {"one": i + 1, "other": j + 1})
-        for i, j in combinations(range(count_of(chain, shape)), 2)
+        for i, j in combinations(range(count(chain, shape)), 2)
     )
 
 
 def _negate_one(axis: int) -> VariantGenerator:
-    """Return a function that yields variants with one row (axis 0) or column (axis 1) of several negated."""
+    """Return a function that yields one variant for each row (axis 0) or column (axis 1), with its sign flipped.
+
+    An answer with a single row or column has no such variant.
+    """
     return lambda chain, shape: (
         MistakeVariant({RESULT: scale_entries((slice(None),) * axis + (i,), -1)}, {"one": i + 1})
         for i in (range(shape[axis]) if shape[axis] > 1 else ())
@@ -60,7 +63,8 @@ def _take_other_rows(chain: Chain, shape: AnswerShape) -> Iterator[MistakeVarian
 
     all_rows = convention_of(chain).velocity_names
     expected_rows = {(6, chain.n): all_rows, (len(chain.task), chain.n): chain.task}.get(shape)
-    if expected_rows is None:
+    has_ambiguous_order = len(chain.task) == 6 and all_rows != VELOCITY_NAMES  # of the task, or of a twist
+    if expected_rows is None or has_ambiguous_order:
         return
     expects_all_rows = len(expected_rows) == 6
     row_choices: list[tuple[str, Sequence[str]]] = [
@@ -68,8 +72,7 @@ def _take_other_rows(chain: Chain, shape: AnswerShape) -> Iterator[MistakeVarian
     ]  # fmt: skip
     if expects_all_rows:
         row_choices += [("only some", chain.task), ("only some", PLANAR_ROWS)]
-    if expects_all_rows and all_rows != VELOCITY_NAMES and len(chain.task) == 6:  # the task has another order
-        row_choices = []
+
     order = all_rows if expects_all_rows else VELOCITY_NAMES
     for words, rows in row_choices:
         if tuple(rows) != tuple(expected_rows):

@@ -54,7 +54,10 @@ class MistakeVariant:
 
 @dataclass(frozen=True)
 class MistakenAnswer:
-    """The wrong answer that one variant of a mistake gives, for a part that is not derived step by step."""
+    """The wrong answer that one variant of a mistake gives, for a part that is not derived step by step.
+
+    `answer` is an `Answer` whose correct value is the one that the student would give.
+    """
 
     answer: Answer
     words: Mapping[str, object] = field(default_factory=dict)
@@ -78,7 +81,7 @@ class Mistake:
     name: str
     title: str
     message: str
-    source: str
+    source: str = ""
     is_rare: bool = False
     frequency: float = 1.0
     equivalent_mistakes: Sequence[str] = ()
@@ -101,13 +104,16 @@ class Mistake:
         return is_possible and (not self.requires or self.requires in convention.features)
 
     def format_message(self, words: Mapping[str, object]) -> str:
-        """Return the message to the student, with these words for its placeholders and a reference to the chapter."""
-        return f"{self.message.format(**words)} See {self.chapter_reference}."
+        """Return the message to the student, with these words for its placeholders and a reference to the chapter.
+
+        A mistake that can be made in any question has no reference of its own.
+        """
+        return self.message.format(**words) + (f" See {self.chapter_reference}." if self.source else "")
 
     @property
     def chapter_reference(self) -> str:
         """The section, example or equation of the chapter to read, with brackets around the number of an equation."""
-        return f"({self.source})" if self.source[0].isdigit() else self.source
+        return f"({self.source})" if self.source[:1].isdigit() else self.source
 
 
 def name_chapter(sentence: str) -> str:
@@ -126,7 +132,7 @@ def name_chapter(sentence: str) -> str:
 
 def vary_always(changes: Mapping[str, Change], words: Mapping[str, object] | None = None) -> VariantGenerator:
     """Return a function that yields one variant, which is the same for every arm."""
-    return lambda chain, shape: iter([MistakeVariant(changes, words or {})])
+    return vary_if(lambda chain: True, changes, words)
 
 
 def vary_if(
@@ -149,7 +155,10 @@ def combine(*generators: Callable[[Chain, Any], Iterator[Any]]) -> Callable[[Cha
 
 
 def make_propagated_variant(changes: Mapping[str, Change], words: Mapping[str, object] | None = None) -> MistakeVariant:
-    """Return a variant with these changes and with the linear rows of the Jacobian computed by propagation (6.9)."""
+    """Return a variant with these changes and with the linear rows of the Jacobian computed by propagation (6.9).
+
+    Linear rows are otherwise derivatives of the link vectors, on which mistakes in the axes or in p* have no effect.
+    """
     return MistakeVariant({**changes, "linear": propagate_linear_rows}, words or {})
 
 

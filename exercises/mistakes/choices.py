@@ -12,6 +12,7 @@ from qdot.exercises.mistakes.base import AnswerGenerator, MistakenAnswer, combin
 from qdot.exercises.problem.problem import Part
 from qdot.exercises.questions.concepts import INVERTIBILITY_ANSWERS
 from qdot.exercises.questions.differentiation import TaskDetails
+from qdot.exercises.questions.geometry import compute_full_rank
 from qdot.exercises.questions.rank import MeaningDetails
 from qdot.exercises.questions.singular import KIND_OPTIONS
 from qdot.exercises.reference_answers import Choice, Number
@@ -34,42 +35,42 @@ def _choose_wrong_option(part_kind: str, is_mistake: Callable[[Part, int, int], 
     return generate
 
 
-def _confuse_meanings(
-    part_kind: str, text_by_meaning: Mapping[str, str], confused_meanings: Collection[tuple[str, str]]
+def _confuse_options(
+    part_kind: str, option_texts: Mapping[str, str], confused_names: Collection[tuple[str, str]]
 ) -> AnswerGenerator:
-    """Return a function that yields answers in which the correct meaning is confused with another meaning.
+    """Return a function that yields answers in which the correct option is confused with another option.
 
-    `confused_meanings` are pairs of the correct meaning and the meaning that is chosen instead. `text_by_meaning` has
-    the texts of the options.
+    `confused_names` are pairs: the name of the correct option, and the name of the option that is chosen instead.
+    `option_texts` has the text of each option by its name.
     """
-    meanings_by_text = {text: name for name, text in text_by_meaning.items()}
+    names_by_text = {text: name for name, text in option_texts.items()}
 
     def is_chosen(part: Part, chosen_index: int, correct_index: int) -> bool:
         options = part.answer_as(Choice).options
-        return (meanings_by_text[options[correct_index]], meanings_by_text[options[chosen_index]]) in confused_meanings
+        return (names_by_text[options[correct_index]], names_by_text[options[chosen_index]]) in confused_names
 
     return _choose_wrong_option(part_kind, is_chosen)
 
 
-def _confuse_statements(is_same_meaning: bool) -> AnswerGenerator:
-    """Return a function that yields answers with a wrong kind of singularity or a wrong geometric cause.
+def _confuse_statements(has_correct_meaning: bool) -> AnswerGenerator:
+    """Return a function that yields answers with the wrong kind of singularity, or with a wrong geometric meaning.
 
-    If `is_same_meaning`, the geometric cause is correct and only the kind is wrong.
+    If `has_correct_meaning`, the geometric meaning is correct and only the kind is wrong.
     """
 
     def is_chosen(part: Part, chosen_index: int, correct_index: int) -> bool:
         offered = part.details_as(MeaningDetails).offered
-        return (offered[chosen_index][0] is offered[correct_index][0]) is is_same_meaning
+        return (offered[chosen_index].meaning is offered[correct_index].meaning) is has_correct_meaning
 
     return _choose_wrong_option("singularity-meaning", is_chosen)
 
 
-def _give_wrong_numbers(part_kind: str, wrong_numbers: Callable[[Chain, Part], Iterable[list[int]]]) -> AnswerGenerator:
-    """Return a function that yields answers with wrong integers."""
+def _give_wrong_numbers(part_kind: str, list_numbers: Callable[[Chain, Part], Iterable[list[int]]]) -> AnswerGenerator:
+    """Return a function that yields answers with the numbers that `list_numbers` gives, if they are wrong."""
 
     def generate(chain: Chain, part: Part) -> Iterator[MistakenAnswer]:
         if part.kind == part_kind and isinstance(part.answer, Number):
-            for values in wrong_numbers(chain, part):
+            for values in list_numbers(chain, part):
                 if values != list(part.answer.reference):
                     yield MistakenAnswer(replace(part.answer, reference=sp.Matrix(values)))
 
@@ -80,12 +81,11 @@ def _count_task_rows(part: Part) -> int:
     return len(part.details_as(TaskDetails).task)
 
 
-def _full_rank(chain: Chain) -> int:
-    return min(len(chain.task), chain.n)
-
-
-def _rank_loss(chain: Chain, part: Part) -> int:
-    return _full_rank(chain) - int(part.answer_as(Number).reference[0])
+def _list_full_rank_minus_one(chain: Chain, part: Part, rank_losses: Collection[int]) -> list[list[int]]:
+    """Return the rank of a configuration that loses one direction, if the correct loss is one of `rank_losses`."""
+    full_rank = compute_full_rank(chain)
+    rank_loss = full_rank - int(part.answer_as(Number).reference[0])
+    return [[full_rank - 1]] if rank_loss in rank_losses else []
 
 
 def _miscount_rows(chain: Chain, part: Part) -> Iterator[list[int]]:
@@ -97,37 +97,38 @@ def _miscount_rows(chain: Chain, part: Part) -> Iterator[list[int]]:
     yield [min(linear, 1) + min(angular, 1), chain.n]
 
 
-_confuse_kinds = partial(_confuse_meanings, "singularity-type", KIND_OPTIONS)
-_confuse_uses = partial(_confuse_meanings, "invertibility", INVERTIBILITY_ANSWERS)
-_wrong_sizes = partial(_give_wrong_numbers, "jacobian-size")
-_wrong_ranks = partial(_give_wrong_numbers, "rank")
+_confuse_kinds = partial(_confuse_options, "singularity-type", KIND_OPTIONS)
+_confuse_invertibility = partial(_confuse_options, "invertibility", INVERTIBILITY_ANSWERS)
+_give_wrong_sizes = partial(_give_wrong_numbers, "jacobian-size")
+_give_wrong_ranks = partial(_give_wrong_numbers, "rank")
 
 ANSWERS: dict[str, AnswerGenerator] = {
     "boundary-and-internal": combine(
-        _confuse_kinds({("boundary", "internal"), ("internal", "boundary")}), _confuse_statements(is_same_meaning=True)
+        _confuse_kinds({("boundary", "internal"), ("internal", "boundary")}),
+        _confuse_statements(has_correct_meaning=True),
     ),
     "singular-taken-for-regular": combine(
-        _confuse_kinds({("boundary", "regular"), ("internal", "regular")}), _confuse_uses({("singular", "regular")})
+        _confuse_kinds({("boundary", "regular"), ("internal", "regular")}),
+        _confuse_invertibility({("singular", "regular")}),
     ),
     "regular-taken-for-singular": combine(
-        _confuse_kinds({("regular", "boundary"), ("regular", "internal")}), _confuse_uses({("regular", "singular")})
+        _confuse_kinds({("regular", "boundary"), ("regular", "internal")}),
+        _confuse_invertibility({("regular", "singular")}),
     ),
-    "shape-of-jacobian": _confuse_uses(
+    "shape-of-jacobian": _confuse_invertibility(
         set(permutations(INVERTIBILITY_ANSWERS, 2)) - {("singular", "regular"), ("regular", "singular")}
     ),
-    "other-meaning": _confuse_statements(is_same_meaning=False),
+    "meaning-of-other-singularity": _confuse_statements(has_correct_meaning=False),
     "direction-not-lost": _choose_wrong_option("lost-motion", lambda *_: True),
-    "reachable-and-not": _choose_wrong_option("unreachable-velocity", lambda *_: True),
-    "size-transposed": _wrong_sizes(lambda chain, part: [[chain.n, _count_task_rows(part)]]),
-    "size-of-own-task": _wrong_sizes(lambda chain, _: [[len(chain.task), chain.n]]),
-    "size-six-rows": _wrong_sizes(lambda chain, _: [[6, chain.n]]),
-    "size-square": _wrong_sizes(lambda chain, part: [[size, size] for size in (chain.n, _count_task_rows(part))]),
-    "rank-full": _wrong_ranks(lambda chain, _: [[_full_rank(chain)]]),
-    "rank-of-shape": _wrong_ranks(lambda chain, _: [[chain.n], [len(chain.task)]]),
-    "rank-less": _wrong_ranks(lambda chain, part: [[_full_rank(chain) - 1]] if _rank_loss(chain, part) == 0 else []),
-    "rank-of-one-condition": _wrong_ranks(
-        lambda chain, part: [[_full_rank(chain) - 1]] if _rank_loss(chain, part) > 1 else []
-    ),
-    "rank-zero": _wrong_ranks(lambda chain, part: [[0]]),
-    "size-of-kinds": _wrong_sizes(_miscount_rows),
+    "reachable-and-unreachable": _choose_wrong_option("unreachable-velocity", lambda *_: True),
+    "size-transposed": _give_wrong_sizes(lambda chain, part: [[chain.n, _count_task_rows(part)]]),
+    "size-of-own-task": _give_wrong_sizes(lambda chain, _: [[len(chain.task), chain.n]]),
+    "size-six-rows": _give_wrong_sizes(lambda chain, _: [[6, chain.n]]),
+    "size-square": _give_wrong_sizes(lambda chain, part: [[size, size] for size in (chain.n, _count_task_rows(part))]),
+    "rank-full": _give_wrong_ranks(lambda chain, _: [[compute_full_rank(chain)]]),
+    "rank-of-shape": _give_wrong_ranks(lambda chain, _: [[chain.n], [len(chain.task)]]),
+    "rank-of-singular-configuration": _give_wrong_ranks(partial(_list_full_rank_minus_one, rank_losses=[0])),
+    "rank-of-one-condition": _give_wrong_ranks(partial(_list_full_rank_minus_one, rank_losses=range(2, 7))),
+    "rank-zero": _give_wrong_ranks(lambda chain, part: [[0]]),
+    "orientation-as-one-component": _give_wrong_sizes(_miscount_rows),
 }

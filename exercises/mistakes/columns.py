@@ -1,7 +1,8 @@
 """Mistakes in the columns of a Jacobian: by differentiation (6.3) and by propagation (6.9 to 6.12).
 
 Two stages need an explanation. "link derivatives" are the derivatives of all link vectors by all joint variables,
-(joints, links + 1, 3, …). "arms" are the vectors p* from a frame on each joint axis to P, (joints + 1, 3, …).
+(joints, links + 1, 3, …). "p*" are the vectors from a frame on each joint axis to P, (joints + 1, 3, …). Here "…"
+stands for the axes of the arithmetic.
 """
 
 from collections.abc import Callable, Iterator, Mapping, Sequence
@@ -79,10 +80,9 @@ def _mirror_link_derivatives(stages: StageResults, joint: int) -> np.ndarray:
     The run consists of the consecutive parallel joints to which the joint belongs. Negating their angles flips the
     derivatives of all sines and leaves the derivatives of all cosines unchanged.
     """
-    first = first_joint_of_run(stages.chain, joint)
-    run = [
-        i for i in range(stages.n) if first_joint_of_run(stages.chain, i) == first and stages["kinds"][i] == REVOLUTE
-    ]
+    run_start = first_joint_of_run(stages.chain, joint)
+    revolute_joints = [i for i, kind in enumerate(stages["kinds"]) if kind == REVOLUTE]
+    run = [i for i in revolute_joints if first_joint_of_run(stages.chain, i) == run_start]
 
     def mirror(_: StageResults, table: Table) -> Table:
         rows = (replace(row, theta=-row.theta) if i in run else row for i, row in enumerate(table.rows))
@@ -100,13 +100,10 @@ def _flip_derivative(sign: int) -> VariantGenerator:
     """
 
     def apply_change(stages: StageResults, link_derivatives: np.ndarray) -> np.ndarray:
-        kinds = stages["kinds"]
-        return np.stack(
-            [
-                sign * _mirror_link_derivatives(stages, i) if kinds[i] == REVOLUTE else link_derivatives[i]
-                for i in range(stages.n)
-            ]
-        )
+        changed = np.array(link_derivatives)
+        for i in [i for i, kind in enumerate(stages["kinds"]) if kind == REVOLUTE]:
+            changed[i] = sign * _mirror_link_derivatives(stages, i)
+        return changed
 
     return vary_if(lambda chain: chain.revolute_joints, {"link derivatives": apply_change})
 
@@ -160,9 +157,9 @@ def _start_at_other_origin(chain: Chain, _: AnswerShape) -> Iterator[MistakeVari
         return vectors_to_point[[j if k == i else k for k in range(len(vectors_to_point))]]
 
     for i, j in permutations(range(chain.n), 2):
-        frame, other_frame = (convention_of(chain).frame_on_axis(joint + 1) for joint in (i, j))
-        words = {"joint": i + 1, "frame": frame, "other": other_frame}
-        yield MistakeVariant({"arms": partial(replace_vector, i=i, j=j)}, words)
+        frame_on_axis = convention_of(chain).frame_on_axis
+        words = {"joint": i + 1, "frame": frame_on_axis(i + 1), "other": frame_on_axis(j + 1)}
+        yield MistakeVariant({"p*": partial(replace_vector, i=i, j=j)}, words)
 
 
 def _stop_at_next_origin(stages: StageResults, vectors_to_point: np.ndarray) -> np.ndarray:
@@ -184,12 +181,15 @@ def _treat_as(wrong_kind: str, correct_kind: str) -> VariantGenerator:
 
 
 def _replace_angular(
-    new_column: Callable[[StageResults, int, np.ndarray], np.ndarray], words: Mapping[str, object]
+    make_column: Callable[[StageResults, int, np.ndarray], np.ndarray], words: Mapping[str, object]
 ) -> MistakeVariant:
-    """Return the variant in which each joint's column of the angular rows is replaced."""
+    """Return the variant in which each joint's column of the angular rows is replaced.
+
+    The arguments of `make_column` are the stages, the index of the joint and the correct column.
+    """
 
     def apply_change(stages: StageResults, angular: np.ndarray) -> np.ndarray:
-        return np.stack([new_column(stages, i, angular[:, i]) for i in range(stages.n)], axis=1)
+        return np.stack([make_column(stages, i, angular[:, i]) for i in range(stages.n)], axis=1)
 
     return MistakeVariant({"angular": apply_change}, words)
 
@@ -238,8 +238,11 @@ def _use_tool_frame(chain: Chain, _: AnswerShape) -> Iterator[MistakeVariant]:
         return matrix_product(stages["last rotation"].swapaxes(0, 1), vectors)
 
     yield MistakeVariant({"linear": rotate, "angular": rotate, "tool jacobian": _leave_in_base(slice(0, 6))})
-    axes: Change = lambda stages, axes: rotate(stages, axes.swapaxes(0, 1)).swapaxes(0, 1)  # noqa: E731
-    yield MistakeVariant({"axes": axes, "tool jacobian": _leave_in_base(slice(3, 6))})
+
+    def rotate_axes(stages: StageResults, axes: np.ndarray) -> np.ndarray:
+        return rotate(stages, axes.swapaxes(0, 1)).swapaxes(0, 1)
+
+    yield MistakeVariant({"axes": rotate_axes, "tool jacobian": _leave_in_base(slice(3, 6))})
 
 
 def _use_local_axes(stages: StageResults, axes: np.ndarray) -> np.ndarray:
@@ -249,7 +252,7 @@ def _use_local_axes(stages: StageResults, axes: np.ndarray) -> np.ndarray:
 
 
 def _list_rotations_on_axes(stages: StageResults) -> list[np.ndarray]:
-    """Return the rotations of the frames on the joint axes, with the last repeated if there is no next frame."""
+    """Return the rotations of the frames on the axes of joints 1 to n + 1, or of the last frame if there is none."""
     frames = [convention_of(stages.chain).frame_on_axis(joint) for joint in range(1, stages.n + 2)]
     return [convention_rotation(stages, min(frame, stages.n)) for frame in frames]
 
@@ -314,10 +317,10 @@ def _use_other_velocity(chain: Chain, shape: AnswerShape) -> Iterator[MistakeVar
         if not stages.depends_on("joint rates"):
             return velocity
         try:
-            inner = stages if frame == stages.n else stages.for_first_joints(frame)
-            stage = "tool jacobian" if stages.depends_on("tool jacobian") else "geometric"
-            return apply_matrix(inner[stage], stages["joint rates"][:frame])[:, None]
-        except IndexError:  # a joint is after the frame
+            shorter = stages if frame == stages.n else stages.for_first_joints(frame)
+            jacobian = shorter["tool jacobian" if stages.depends_on("tool jacobian") else "geometric"]
+            return apply_matrix(jacobian, stages["joint rates"][:frame])[:, None]
+        except IndexError:  # another mistake in these stages is at a joint after the frame
             return velocity
 
     def replace_by_partial_velocity(stages: StageResults, velocity: np.ndarray, last_joint: int) -> np.ndarray:
@@ -346,22 +349,22 @@ VARIANTS: dict[str, VariantGenerator] = {
     "not-differentiated": vary_always({"link derivatives": _skip_differentiation}),
     "next-axis": _vary_propagation(
         {"axes": _shift_to_next},
-        {"products": lambda stages, _: [cross(stages["axes"][i + 1], stages["arms"][i]) for i in range(stages.n)]},
+        {"cross products": lambda stages, _: list(map(cross, stages["axes"][1:], stages["p*"]))},
         names_axis=True,
     ),
-    "next-arm": _vary_propagation({"arms": _shift_to_next}, names_axis=True),
-    "next-frame": _vary_propagation({"axes": _shift_to_next, "arms": _shift_to_next}, names_axis=True),
-    "previous-frame": _vary_propagation({"axes": _shift_to_previous, "arms": _start_one_frame_earlier}),
+    "next-arm": _vary_propagation({"p*": _shift_to_next}, names_axis=True),
+    "next-frame": _vary_propagation({"axes": _shift_to_next, "p*": _shift_to_next}, names_axis=True),
+    "previous-frame": _vary_propagation({"axes": _shift_to_previous, "p*": _start_one_frame_earlier}),
     "previous-axis": _vary_propagation({"axes": _shift_to_previous}, names_axis=True),
     "cross-order": _vary_propagation(
-        {"products": lambda stages, _: list(map(cross, stages["arms"], stages["axes"]))[: stages.n]}
+        {"cross products": lambda stages, _: list(map(cross, stages["p*"], stages["axes"]))[: stages.n]}
     ),
-    "no-cross-product": _vary_propagation({"products": lambda stages, _: stages["arms"]}),
-    "arm-from-base": _vary_propagation({"arms": lambda stages, arms: np.stack([stages["point"]] * len(arms))}),
+    "no-cross-product": _vary_propagation({"cross products": lambda stages, _: stages["p*"]}),
+    "arm-from-base": _vary_propagation({"p*": lambda stages, vectors: np.stack([stages["point"]] * len(vectors))}),
     "arm-from-other-origin": _start_at_other_origin,
-    "arm-to-origin": _vary_propagation({"arms": lambda stages, _: stages["origins on axes"]}),
-    "arm-reversed": _vary_propagation({"arms": lambda stages, arms: -arms}),
-    "arm-of-one-link": _vary_propagation({"arms": _stop_at_next_origin}),
+    "arm-to-origin": _vary_propagation({"p*": lambda stages, _: stages["origins on axes"]}),
+    "arm-reversed": _vary_propagation({"p*": lambda stages, vectors: -vectors}),
+    "arm-of-one-link": _vary_propagation({"p*": _stop_at_next_origin}),
     "prismatic-as-revolute": _treat_as("R", "P"),
     "revolute-as-prismatic": _treat_as("P", "R"),
     "slide-turns": _rotate_one_prismatic_joint,
@@ -371,21 +374,21 @@ VARIANTS: dict[str, VariantGenerator] = {
     "angular-of-next-axis": _use_next_angular,
     "blocks-exchanged": vary_always({"geometric": lambda stages, both: np.roll(both, 3, axis=0)}),
     "tool-frame": _use_tool_frame,
-    "own-frames": _vary_propagation({"axes": _use_local_axes}),
+    "axes-in-own-frames": _vary_propagation({"axes": _use_local_axes}),
     "wrong-axis": vary_each(lambda _: [("x",), ("y",)], _use_frame_axis),
     "wrong-axis-of-joint": vary_each(lambda chain: product("xy", range(chain.n)), _use_frame_axis),
     "row-of-rotation": _vary_propagation(
         {"axes": lambda stages, _: np.stack([rotation[2] for rotation in _list_rotations_on_axes(stages)])}
     ),
     "axis-sign": _flip_axis,
-    "rows-not-turned": _leave_vectors_in_base,
-    "turned-the-wrong-way": vary_always(
+    "vectors-left-in-base": _leave_vectors_in_base,
+    "rotated-the-wrong-way": vary_always(
         {"tool jacobian": lambda stages, _: rotate_rows(stages["last rotation"], stages["geometric"])}
     ),
-    "frame-before": _use_earlier_frame,
+    "earlier-frame": _use_earlier_frame,
     "velocity-of-other-frame": _use_other_velocity,
     "arms-exchanged": vary_each(
         lambda chain: combinations(range(chain.n), 2),
-        lambda i, j: make_propagated_variant({"arms": exchange(i, j)}, {"joint": i + 1, "other": j + 1}),
+        lambda i, j: make_propagated_variant({"p*": exchange(i, j)}, {"joint": i + 1, "other": j + 1}),
     ),
 }

@@ -23,7 +23,7 @@ MAX_TERMS = 40
 
 TRIG_FUNCTIONS = ("sin", "cos")
 TWO, HALF, DEGREES_PER_RADIAN = make_number(2), make_number(Fraction(1, 2)), make_number(180) / Node("name", value="pi")
-DERIVATIVE_MISTAKES = frozenset({"wave-derived", "wave-not-derived"})
+DERIVATIVE_MISTAKES = frozenset({"trig-derived", "trig-not-derived"})
 """The mistakes that occur only in entries that are derivatives."""
 
 
@@ -74,7 +74,7 @@ def edit_entry(entry: Node, symbols: Iterable[str] = ()) -> Iterator[Edit]:
     if coefficient not in (-1, 0, 1):
         yield Edit("factor-missing", entry / make_number(abs(coefficient)))
         if coefficient:
-            yield Edit("factor-turned-over", entry / make_number(coefficient**2))
+            yield Edit("number-inverted", entry / make_number(coefficient**2))
     yield from _exchange_similar_symbols(entry, symbols)
     yield from _edit_each_node(entry, partial(_add_joint_to_angle, sorted(symbols)))
     for angle in dict.fromkeys(_find_angles(entry)):
@@ -93,7 +93,7 @@ def _edit_all_trigs(entry: Node) -> Iterator[Edit]:
     """Yield an entry with the same mistake in all of its sines and cosines, if it has several."""
     angles = list(_find_angles(entry))
     if len(angles) > 1:
-        yield Edit("waves-typed", _map_trigs(entry, _swap_trig))
+        yield Edit("trigs-typed", _map_trigs(entry, _swap_trig))
     sums = [angle for angle in dict.fromkeys(angles) if len(split_terms(angle)) > 1]
     for keeps_constants in (True, False):
         new_angles = {angle: _keep_last_angle(keeps_constants)(angle) for angle in sums}
@@ -112,10 +112,10 @@ def _edit_each_node(node: Node, edit_node: Callable[[Node], Iterator[Edit]]) -> 
 def _edit_node(node: Node) -> Iterator[Edit]:
     if _is_trig(node):
         swapped = _swap_trig(node)
-        yield Edit("wave-typed", swapped)
-        yield Edit("wave-derived" if node.value == "sin" else "wave-not-derived", swapped)
-        yield Edit("wave-not-derived" if node.value == "sin" else "wave-derived", -swapped)
-        yield Edit("wave-and-sign", -swapped)
+        yield Edit("trig-typed", swapped)
+        yield Edit("trig-derived" if node.value == "sin" else "trig-not-derived", swapped)
+        yield Edit("trig-not-derived" if node.value == "sin" else "trig-derived", -swapped)
+        yield Edit("trig-and-sign", -swapped)
         for angle in _edit_angle(node.args[0]):
             yield Edit("angle-typed", node.with_args([angle]))
         yield from _split_trig_of_sum(node)
@@ -159,7 +159,7 @@ def _edit_product(node: Node) -> Iterator[Edit]:
         yield Edit("factor-missing", other_factor, factor)
         if factor.kind in ("+", "-"):  # the other factor multiplies only one of the terms
             combine, (first_term, second_term) = add if factor.kind == "+" else sub, factor.args
-            yield Edit("waves-in-factor", _map_trigs(factor, _swap_trig) * other_factor)
+            yield Edit("trigs-in-factor", _map_trigs(factor, _swap_trig) * other_factor)
             yield Edit("bracket-missing", combine(first_term, second_term * other_factor))
             yield Edit("bracket-missing", combine(other_factor * first_term, second_term))
 
@@ -332,7 +332,7 @@ def edit_throughout(rows: Sequence[Sequence[Node]]) -> Iterator[tuple[str, list[
     yield "sum-of-angles-split", _map_trigs_in_rows(rows, lambda node: _product(_trigs_of_terms(node)))
     yield "sum-of-angles-split", _map_trigs_in_rows(rows, lambda node: _sum(_trigs_of_terms(node)))
     for angle in angles:
-        yield "wave-throughout", _map_trigs_in_rows(rows, partial(_swap_trig_of_angle, angle))
+        yield "trig-throughout", _map_trigs_in_rows(rows, partial(_swap_trig_of_angle, angle))
     for angle in sums:
         for new_angle in _edit_angle(angle):
             yield "angle-throughout", _map_trigs_in_rows(rows, partial(_replace_angle, {angle: new_angle}))

@@ -163,12 +163,12 @@ VARIANTS: dict[str, VariantGenerator] = {
     "centimetres": _scale_result(100.0),
     "root-forgotten": vary_always({"manipulability": lambda stages, _: stages["gram determinant"]}),
     "value-sign": _flip_value,
-    "ratio-turned-over": vary_always({"condition number": lambda stages, value: 1 / value}),
+    "ratio-inverted": vary_always({"condition number": lambda stages, value: 1 / value}),
     "eigenvalues-for-singular-values": vary_always({"condition number": lambda stages, value: value**2}),
 }
 ANSWERS: dict[str, AnswerGenerator] = {
     "rates-at-start": _change_path_rates(_use_rates_at_start),
     "direction-not-unit": _change_path_rates(_skip_normalization),
-    "path-turned-round": _change_path_rates(_reverse_path),
+    "path-reversed": _change_path_rates(_reverse_path),
     "offset-forgotten-on-path": _change_path_rates(_drop_offset),
 }

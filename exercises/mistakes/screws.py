@@ -1,7 +1,11 @@
-"""Mistakes with screws and the product of exponentials, for arms described by their axes in the home configuration."""
+"""Mistakes with screws and the product of exponentials, for arms described by their axes in the home configuration.
+
+In shapes, "…" stands for the axes of the arithmetic (`arm.derivation_graph`).
+"""
 
 from collections.abc import Callable, Iterator, Sequence
 from functools import partial, reduce
+from typing import NamedTuple
 
 import numpy as np
 import sympy as sp
@@ -43,27 +47,28 @@ def _flip_linear_parts(stages: StageResults, columns: np.ndarray) -> np.ndarray:
     return scale_entries((slice(3, None), revolute_joints), -1)(stages, columns)
 
 
-def _replace_linear_parts(linear_part: Callable[[StageResults, np.ndarray, int, Axis], np.ndarray]) -> Change:
-    """Return the change that replaces the linear parts v of the screws of revolute joints."""
+def _replace_linear_parts(compute_linear: Callable[[StageResults, np.ndarray, int, Axis], np.ndarray]) -> Change:
+    """Return the change that replaces the linear parts v of the screws of revolute joints.
+
+    The arguments of `compute_linear` are the stages, the correct screws, the index of the joint and its axis at home.
+    """
 
     def replace_linear_parts(stages: StageResults, columns: np.ndarray) -> np.ndarray:
         new_columns = np.array(columns)
         for i, axis in enumerate(home_geometry_of(stages.chain).axes):
             if axis.is_revolute:
-                new_columns[3:, i] = linear_part(stages, columns, i, axis)
+                new_columns[3:, i] = compute_linear(stages, columns, i, axis)
         return new_columns
 
     return replace_linear_parts
 
 
-def _move_slide_to_angular_rows(chain: Chain, _: AnswerShape) -> Iterator[MistakeVariant]:
+def _move_prismatic_to_angular_rows(chain: Chain, _: AnswerShape) -> Iterator[MistakeVariant]:
     """Yield variants with the directions of prismatic joints in the rows of omega, unless all joints are prismatic."""
 
     def apply_change(stages: StageResults, columns: np.ndarray) -> np.ndarray:
-        new_columns, prismatic_joints = (
-            np.array(columns),
-            [i for i, kind in enumerate(stages["kinds"]) if kind == PRISMATIC],
-        )
+        prismatic_joints = [i for i, kind in enumerate(stages["kinds"]) if kind == PRISMATIC]
+        new_columns = np.array(columns)
         new_columns[:, prismatic_joints] = np.roll(columns[:, prismatic_joints], 3, axis=0)
         return new_columns
 
@@ -72,7 +77,10 @@ def _move_slide_to_angular_rows(chain: Chain, _: AnswerShape) -> Iterator[Mistak
 
 
 def _use_home_screws(chain: Chain, _: AnswerShape) -> Iterator[MistakeVariant]:
-    """Yield variants with the screws at home in the space Jacobian, or in the body Jacobian about P at home."""
+    """Yield variants with the home screws as the space Jacobian, and with the home screws about P as the body Jacobian.
+
+    These variants forget that the joints move the screws and P.
+    """
 
     def move_to_point(stages: StageResults, _: np.ndarray) -> np.ndarray:
         point, home = _compute_home_point(stages), stages["home screws"]
@@ -86,6 +94,7 @@ def _use_home_screws(chain: Chain, _: AnswerShape) -> Iterator[MistakeVariant]:
 def _use_other_frame(chain: Chain, _: AnswerShape) -> Iterator[MistakeVariant]:
     """Yield variants with the body Jacobian instead of the space Jacobian, and vice versa."""
     yield MistakeVariant(
+        # the body Jacobian is computed from the space Jacobian, so it must not contain this change
         {"space jacobian": lambda stages, _: stages.without_changes_of("space jacobian")["body jacobian"]},
         {"wanted": "space", "taken": "body"},
     )
@@ -131,8 +140,12 @@ def _adjoint_of_inverse(rotation: np.ndarray, position: np.ndarray) -> np.ndarra
 
 # --- exponentials ---
 
-Motion = tuple[np.ndarray, np.ndarray]
-"""The rotation (3, 3, …) and the translation (3, …) of a rigid motion."""
+
+class Motion(NamedTuple):
+    """The rotation (3, 3, …) and the translation (3, …) of a rigid motion."""
+
+    rotation: np.ndarray
+    translation: np.ndarray
 
 
 def _compute_exponential(stages: StageResults, axis: Axis, q: sp.Symbol) -> Motion:
@@ -141,12 +154,12 @@ def _compute_exponential(stages: StageResults, axis: Axis, q: sp.Symbol) -> Moti
     zeros, ones = 0 * u[0], 0 * u[0] + 1
     identity = np.stack([np.stack(row) for row in ((ones, zeros, zeros), (zeros, ones, zeros), (zeros, zeros, ones))])
     if axis.is_prismatic:
-        return identity, stages.arithmetic.drop_derivatives(angle)[None] * u
+        return Motion(identity, stages.arithmetic.drop_derivatives(angle)[None] * u)
     s = stages.arithmetic.drop_derivatives(stages.arithmetic.sin(angle))
     c = stages.arithmetic.drop_derivatives(stages.arithmetic.cos(angle))
     rotation = identity + s * _skew_matrix(u) + (ones - c) * matrix_product(_skew_matrix(u), _skew_matrix(u))
     point = constant_vector(stages, axis.point)
-    return rotation, point - apply_matrix(rotation, point)
+    return Motion(rotation, point - apply_matrix(rotation, point))
 
 
 def _compute_exponentials(stages: StageResults) -> list[Motion]:
@@ -156,9 +169,14 @@ def _compute_exponentials(stages: StageResults) -> list[Motion]:
     ]
 
 
-def _compose(first: Motion, second: Motion) -> Motion:
+def _multiply_exponentials(stages: StageResults) -> Motion:
+    return reduce(_compose, _compute_exponentials(stages))
+
+
+def _compose(left: Motion, right: Motion) -> Motion:
     """Return the product of two motions."""
-    return matrix_product(first[0], second[0]), apply_matrix(first[0], second[1]) + first[1]
+    translation = apply_matrix(left.rotation, right.translation) + left.translation
+    return Motion(matrix_product(left.rotation, right.rotation), translation)
 
 
 def _move_screws(stages: StageResults, motions: Sequence[Motion], is_reversed: bool = False) -> np.ndarray:
@@ -169,16 +187,16 @@ def _move_screws(stages: StageResults, motions: Sequence[Motion], is_reversed: b
     home = stages["home screws"]
     moved_screws, motion = [home[:, 0]], motions[0]
     for i in range(1, stages.n):
-        angular, linear = apply_matrix(motion[0], home[:3, i]), apply_matrix(motion[0], home[3:, i])
-        moved_screws.append(np.concatenate([angular, linear + cross(motion[1], angular)]))
+        angular, linear = (apply_matrix(motion.rotation, half) for half in (home[:3, i], home[3:, i]))
+        moved_screws.append(np.concatenate([angular, linear + cross(motion.translation, angular)]))
         motion = _compose(motions[i], motion) if is_reversed else _compose(motion, motions[i])
     return np.stack(moved_screws, axis=1)
 
 
 def _move_home_point(stages: StageResults, motions: Sequence[Motion]) -> np.ndarray:
     """Return P at home, moved by the product of the motions, (3, …)."""
-    rotation, shift = reduce(_compose, motions)
-    return apply_matrix(rotation, _compute_home_point(stages)) + shift
+    motion = reduce(_compose, motions)
+    return apply_matrix(motion.rotation, _compute_home_point(stages)) + motion.translation
 
 
 def _compute_home_point(stages: StageResults) -> np.ndarray:
@@ -190,7 +208,7 @@ def _reverse_order(chain: Chain, _: AnswerShape) -> Iterator[MistakeVariant]:
     """Yield variants with the exponentials in reverse order, in the pose or in the columns of the space Jacobian."""
     if chain.n > 1:
         yield MistakeVariant({
-            "body rotation": lambda stages, _: reduce(_compose, _compute_exponentials(stages)[::-1])[0],
+            "body rotation": lambda stages, _: reduce(_compose, _compute_exponentials(stages)[::-1]).rotation,
             "point": lambda stages, _: _move_home_point(stages, _compute_exponentials(stages)[::-1]),
         })  # fmt: skip
     if chain.n > 2:
@@ -200,14 +218,14 @@ def _reverse_order(chain: Chain, _: AnswerShape) -> Iterator[MistakeVariant]:
 
 
 def _drop_translation(chain: Chain, _: AnswerShape) -> Iterator[MistakeVariant]:
-    """Yield variants without the translation (I - R) q in the exponentials of all joints, or of one joint.
+    """Yield variants without the translation (I - R) a in the exponentials of all joints, or of one joint.
 
-    These joints then rotate about the origin.
+    a is a point on the axis of the joint. Without the translation, the joint rotates about the origin.
     """
 
     def list_motions(stages: StageResults, changed_joints: Sequence[int]) -> list[Motion]:
         exponentials = enumerate(_compute_exponentials(stages))
-        return [(rotation, 0 * shift if i in changed_joints else shift) for i, (rotation, shift) in exponentials]
+        return [Motion(R, 0 * p) if i in changed_joints else Motion(R, p) for i, (R, p) in exponentials]
 
     def change_point(stages: StageResults, _: np.ndarray, changed_joints: Sequence[int]) -> np.ndarray:
         return _move_home_point(stages, list_motions(stages, changed_joints))
@@ -215,21 +233,24 @@ def _drop_translation(chain: Chain, _: AnswerShape) -> Iterator[MistakeVariant]:
     def change_columns(stages: StageResults, _: np.ndarray, changed_joints: Sequence[int]) -> np.ndarray:
         return _move_screws(stages, list_motions(stages, changed_joints))
 
-    shifting_joints = [  # the translation is zero for an axis through the origin
+    translating_joints = [  # the translation is zero for an axis through the origin
         i
         for i, axis in enumerate(home_geometry_of(chain).axes)
         if axis.is_revolute and any(axis.direction.cross(axis.point))
     ]
-    all_together = [shifting_joints] if len(shifting_joints) > 1 else []
-    for joints in (*all_together, *([i] for i in shifting_joints)):
+    all_together = [translating_joints] if len(translating_joints) > 1 else []
+    for joints in (*all_together, *([i] for i in translating_joints)):
         words = make_joint_words(joints)
         yield MistakeVariant({"point": partial(change_point, changed_joints=joints)}, words)
-        if joints[0] < chain.n - 1:
+        if joints[0] < chain.n - 1:  # the last joint moves no screw
             yield MistakeVariant({"space jacobian": partial(change_columns, changed_joints=joints)}, words)
 
 
 def _confuse_degrees(chain: Chain, _: AnswerShape) -> Iterator[MistakeVariant]:
-    """Yield variants with joint angles in degrees instead of radians, or converted to radians twice."""
+    """Yield variants with joint angles in degrees instead of radians, or converted to radians twice.
+
+    The linear rows are propagated, because a derivative by an angle in degrees would have an additional factor.
+    """
 
     def scale(stages: StageResults, table: Table, factor: sp.Expr) -> Table:
         for i, (q, offset, row) in enumerate(zip(chain.q, chain.offsets, table.rows, strict=False)):
@@ -249,12 +270,12 @@ VARIANTS: dict[str, VariantGenerator] = {
     "twist-rows-exchanged": _vary_each_stage(
         lambda stages, columns: np.roll(columns, 3, axis=0), *SCREW_STAGES, "geometric"
     ),
-    "slide-above": _move_slide_to_angular_rows,
+    "slide-above": _move_prismatic_to_angular_rows,
     "screws-at-home": _use_home_screws,
     "other-twist-frame": _use_other_frame,
     "velocity-of-p": vary_always({"space jacobian": lambda stages, _: _reorder_geometric_rows(stages)}),
-    "body-not-turned": vary_always({"body jacobian": lambda stages, _: _reorder_geometric_rows(stages)}),
-    "body-turned-the-other-way": vary_always(
+    "body-not-rotated": vary_always({"body jacobian": lambda stages, _: _reorder_geometric_rows(stages)}),
+    "body-rotated-the-wrong-way": vary_always(
         {"body jacobian": lambda stages, _: rotate_rows(stages["body rotation"], _reorder_geometric_rows(stages))}
     ),
     "body-about-origin": vary_always(
@@ -265,17 +286,19 @@ VARIANTS: dict[str, VariantGenerator] = {
         }
     ),
     "adjoint-of-inverse": _change_adjoint(_adjoint_of_inverse),
-    "adjoint-block-above": _change_adjoint(lambda R, P: _stack_blocks(R, matrix_product(_skew_matrix(P), R), 0 * R, R)),
+    "adjoint-block-upper-right": _change_adjoint(
+        lambda R, P: _stack_blocks(R, matrix_product(_skew_matrix(P), R), 0 * R, R)
+    ),
     "adjoint-order": _change_adjoint(lambda R, P: _stack_blocks(R, 0 * R, matrix_product(R, _skew_matrix(P)), R)),
     "adjoint-sign": _change_adjoint(lambda R, P: adjoint_matrix(R, -P)),
     "adjoint-without-p": _change_adjoint(lambda R, P: adjoint_matrix(R, 0 * P)),
-    "adjoint-not-turned": _change_adjoint(lambda R, P: _stack_blocks(R, 0 * R, _skew_matrix(P), R)),
+    "adjoint-not-rotated": _change_adjoint(lambda R, P: _stack_blocks(R, 0 * R, _skew_matrix(P), R)),
     "rotation-transposed": _change_adjoint(lambda R, P: adjoint_matrix(R.swapaxes(0, 1), P)),
     "exponentials-reversed": _reverse_order,
-    "home-pose-left": vary_always(
-        {"point": lambda stages, _: _compute_home_point(stages) + reduce(_compose, _compute_exponentials(stages))[1]}
+    "home-pose-multiplied-from-left": vary_always(  # M exp(…) instead of exp(…) M
+        {"point": lambda stages, _: _compute_home_point(stages) + _multiply_exponentials(stages).translation}
     ),
-    "home-pose-forgotten": vary_always({"point": lambda stages, _: reduce(_compose, _compute_exponentials(stages))[1]}),
+    "home-pose-forgotten": vary_always({"point": lambda stages, _: _multiply_exponentials(stages).translation}),
     "exponential-about-origin": _drop_translation,
     "points-at-home": _vary_each_stage(
         _replace_linear_parts(

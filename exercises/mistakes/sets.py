@@ -376,8 +376,8 @@ ANSWERS: dict[str, AnswerGenerator] = {
     "or-for-and": _change_sets(_split_conjunction),
     "one-root-of-each": _change_sets(_keep_one_root_each),
     "and-for-or": _change_sets(_join_alternatives),
-    "condition-too-many": _change_sets(_add_condition),
+    "unneeded-condition": _change_sets(_add_condition),
     "values-in-wrong-radians": _scale_angles(sp.S.Half, sp.S(2)),
-    "tangent-turned-over": _change_sets(_invert_tangent),
+    "tangent-inverted": _change_sets(_invert_tangent),
     "value-sign-in-set": _change_sets(_flip_values),
 }

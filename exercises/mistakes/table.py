@@ -21,7 +21,6 @@ from qdot.exercises.arm.derivation_graph import (
     StageResults,
     Table,
     TableRow,
-    propagate_linear_rows,
     rotation_x,
     rotation_z,
 )
@@ -30,6 +29,7 @@ from qdot.exercises.mistakes.base import (
     MistakeVariant,
     VariantGenerator,
     make_joint_words,
+    make_propagated_variant,
     vary_each_joint_and_all,
     vary_if,
 )
@@ -51,28 +51,28 @@ def _change_row(
 
 def _find_convention_row(stages: StageResults, table: Table, index: int) -> TableRow:
     """Return a row of the table that students see."""
-    row, link = table.rows[index], _find_standard_row(stages, index)
-    if link >= 0:
-        return replace(row, a=table.rows[link].a, alpha=table.rows[link].alpha)
-    position, _, tilt = table.base
+    row, link_row_index = table.rows[index], _find_link_row(stages, index)
+    if link_row_index >= 0:
+        return replace(row, a=table.rows[link_row_index].a, alpha=table.rows[link_row_index].alpha)
+    position, _, tilt = table.base  # its shift is the first a of a modified table only if students see no base
     return replace(row, a=position[0] if convention_of(stages.chain).base.is_world else position[0] * 0, alpha=tilt)
 
 
 def _with_convention_row(stages: StageResults, table: Table, index: int, **new_entries: Any) -> Table:
     """Return the standard table with entries changed in one row of the table that students see."""
-    row, link = _find_convention_row(stages, table, index), _find_standard_row(stages, index)
+    row, link_row_index = _find_convention_row(stages, table, index), _find_link_row(stages, index)
     a, alpha = new_entries.pop("a", row.a), new_entries.pop("alpha", row.alpha)
     table = table.with_row(index, **new_entries)
-    if link >= 0:
-        return table.with_row(link, a=a, alpha=alpha)
+    if link_row_index >= 0:
+        return table.with_row(link_row_index, a=a, alpha=alpha)
     position, yaw, _ = table.base
     base_x_axis = np.stack([stages.arithmetic.cos(yaw), stages.arithmetic.sin(yaw), yaw * 0])
     return replace(table, base=(position + (a - row.a) * base_x_axis, yaw, alpha))
 
 
-def _find_standard_row(stages: StageResults, index: int) -> int:
+def _find_link_row(stages: StageResults, index: int) -> int:
     """Return the index of the standard row with the a and alpha of a row that students see; -1 stands for the base."""
-    return index - convention_of(stages.chain).frame_on_axis(1)
+    return index - 1 if convention_of(stages.chain).is_proximal else index
 
 
 def _change_each_row(
@@ -97,16 +97,16 @@ def _drop_offsets(chain: Chain, _: AnswerShape) -> Iterator[MistakeVariant]:
     return vary_each_joint_and_all([i for i, offset in enumerate(chain.offsets) if offset != 0], drop)
 
 
-def _add_to_variable(term: Callable[[Chain, int], sp.Expr], kind: str) -> VariantGenerator:
+def _add_to_variable(make_term: Callable[[Chain, int], sp.Expr], kind: str) -> VariantGenerator:
     """Return a function that yields one variant per joint of a kind, with a term added to the joint's variable.
 
-    `term` returns the term for the arm and the joint. Joints for which it is zero are skipped.
+    `make_term` returns the term for the arm and the joint. Joints for which it is zero are skipped.
     """
 
     def generate(chain: Chain, _: AnswerShape) -> Iterator[MistakeVariant]:
         for i in chain.joints_of_kind(kind):
-            if term(chain, i) != 0:
-                yield _add_to_row(i, chain.joints[i].variable_key, term(chain, i))
+            if (term := make_term(chain, i)) != 0:
+                yield _add_to_row(i, chain.joints[i].variable_key, term)
 
     return generate
 
@@ -130,20 +130,20 @@ def _scale_offsets(
         offsets = {i: chain.offsets[i] for i in chain.revolute_joints}
         offsets = {i: offset for i, offset in offsets.items() if offset != 0 and is_affected(offset)}
         for factor in factors:
-            yield from vary_each_joint_and_all(list(offsets), partial(_scale_constants, offsets, factor))
+            yield from vary_each_joint_and_all(list(offsets), partial(_scale_offsets_of_joints, offsets, factor))
 
     return generate
 
 
-def _scale_constants(offsets: Mapping[int, sp.Expr], factor: sp.Expr, joints: Sequence[int]) -> MistakeVariant:
+def _scale_offsets_of_joints(offsets: Mapping[int, sp.Expr], factor: sp.Expr, joints: Sequence[int]) -> MistakeVariant:
     def apply_change(stages: StageResults, table: Table) -> Table:
         for i in joints:
             theta = table.rows[i].theta + stages.arithmetic.convert_entry((factor - 1) * offsets[i])
             table = table.with_row(i, theta=theta)
         return table
 
-    constants = ", ".join(dict.fromkeys(_format_degrees(offsets[i]) for i in joints))
-    return MistakeVariant({"table": apply_change}, {**make_joint_words(joints, ", "), "degrees": constants})
+    offset_texts = ", ".join(dict.fromkeys(_format_degrees(offsets[i]) for i in joints))
+    return MistakeVariant({"table": apply_change}, {**make_joint_words(joints, ", "), "degrees": offset_texts})
 
 
 def _format_degrees(angle: sp.Expr) -> str:
@@ -157,8 +157,8 @@ def _use_other_row(chain: Chain, _: AnswerShape) -> Iterator[MistakeVariant]:
         if chain.n > MAX_ROWS_FOR_ANY_PAIR and abs(i - j) > 1:
             continue
         if chain.offsets[i] != chain.offsets[j] and row.kind == other_row.kind:
-            difference, entry_words = chain.offsets[j] - chain.offsets[i], "constant of the joint variable"
-            yield _add_to_row(i, chain.joints[i].variable_key, difference, entry=entry_words, other=j + 1)
+            words = {"entry": "constant of the joint variable", "other": j + 1}
+            yield _add_to_row(i, chain.joints[i].variable_key, chain.offsets[j] - chain.offsets[i], **words)
         for entry in ("a", "d", "alpha"):
             value = getattr(other_row, entry)
             is_variable = entry == "d" and "P" in (row.kind, other_row.kind)
@@ -174,8 +174,8 @@ def _exchange_lengths(chain: Chain, _: AnswerShape) -> Iterator[MistakeVariant]:
     """Yield variants with the lengths a of two rows exchanged."""
 
     def exchange(stages: StageResults, table: Table, i: int, j: int) -> Table:
-        first, second = _find_convention_row(stages, table, i).a, _find_convention_row(stages, table, j).a
-        return _with_convention_row(stages, _with_convention_row(stages, table, i, a=second), j, a=first)
+        a_i, a_j = (_find_convention_row(stages, table, index).a for index in (i, j))
+        return _with_convention_row(stages, _with_convention_row(stages, table, i, a=a_j), j, a=a_i)
 
     rows = convention_of(chain).rows
     for i, j in combinations(range(chain.n), 2):
@@ -183,7 +183,7 @@ def _exchange_lengths(chain: Chain, _: AnswerShape) -> Iterator[MistakeVariant]:
             yield MistakeVariant({"table": partial(exchange, i=i, j=j)}, {"joint": i + 1, "other": j + 1})
 
 
-def _has_twist(joint: Joint) -> bool:
+def _depends_on_twist_sign(joint: Joint) -> bool:
     return bool(sp.sin(joint.alpha) != 0)
 
 
@@ -221,16 +221,17 @@ def _drop_base(stages: StageResults, table: Table) -> Table:
 def _move_to_last_origin(stages: StageResults, table: Table) -> Table:
     """Return the table with P moved to the origin of its frame.
 
-    In a modified table, the standard row of this frame has a coordinate of P as its a, which becomes zero, too.
+    If students see a modified table, the entry a of this frame's standard row is part of P's x coordinate. It becomes
+    zero, too.
     """
-    last = stages.chain.point.frame - 1
-    if convention_of(stages.chain).is_proximal and last >= 0:
-        table = table.with_row(last, a=table.rows[last].a * 0)
+    last_row = stages.chain.point.frame - 1
+    if convention_of(stages.chain).is_proximal and last_row >= 0:
+        table = table.with_row(last_row, a=table.rows[last_row].a * 0)
     return replace(table, offset=table.offset * 0)
 
 
 def _use_other_origin(chain: Chain, _: AnswerShape) -> Iterator[MistakeVariant]:
-    """Yield the variant that uses the last frame's origin as P, or the origin before it if P is on the last frame."""
+    """Yield the variant with the last frame's origin instead of P, or the origin before it if P is on that frame."""
     if convention_of(chain).is_proximal:
         if chain.point.frame == chain.n > 1:
             yield MistakeVariant({"table": _move_to_earlier_origin}, {"frame": chain.n - 1})
@@ -250,8 +251,9 @@ def _use_other_origin(chain: Chain, _: AnswerShape) -> Iterator[MistakeVariant]:
 
 def _move_to_earlier_origin(stages: StageResults, table: Table) -> Table:
     """Return a modified table with P at the second-last origin, by setting the later lengths to zero."""
-    last_row, second_last = table.rows[-1], table.rows[-2]
-    table = table.with_row(stages.n - 1, a=last_row.a * 0, d=last_row.d * 0).with_row(stages.n - 2, a=second_last.a * 0)
+    second_last_row, last_row = table.rows[-2:]
+    table = table.with_row(stages.n - 2, a=second_last_row.a * 0)
+    table = table.with_row(stages.n - 1, a=last_row.a * 0, d=last_row.d * 0)
     return replace(table, offset=table.offset * 0)
 
 
@@ -316,13 +318,13 @@ def _use_next_links(chain: Chain, _: AnswerShape) -> Iterator[MistakeVariant]:
     """
 
     def shift_links(stages: StageResults, table: Table) -> Table:
-        point, link = convention_of(stages.chain).point, stages.chain.point.frame
+        point = convention_of(stages.chain).point
         offset = np.stack([stages.arithmetic.convert_entry(value) for value in point.offset])
         for i, next_row in zip(range(stages.n), [*rows[1:], empty_row], strict=False):
             a, alpha = stages.arithmetic.convert_entry(next_row.a), stages.arithmetic.convert_entry(next_row.alpha)
             table = _with_convention_row(stages, table, i, a=a, alpha=alpha)
-        if 0 < link < stages.n:  # P keeps its coordinates, but they now refer to the previous frame
-            row = table.rows[link - 1]
+        if 0 < point.frame < stages.n:  # P keeps its coordinates, but they now refer to the previous frame
+            row = table.rows[point.frame - 1]
             moved_offset = offset - np.stack([row.a, row.a * 0, row.a * 0])
             table = replace(table, offset=apply_matrix(rotation_x(stages, -row.alpha), moved_offset))
         return table
@@ -330,27 +332,25 @@ def _use_next_links(chain: Chain, _: AnswerShape) -> Iterator[MistakeVariant]:
     rows = convention_of(chain).rows
     empty_row = replace(rows[0], a=sp.S.Zero, alpha=sp.S.Zero)
     if len({(row.a, row.alpha) for row in (*rows, empty_row)}) > 1:
-        yield MistakeVariant({"table": shift_links, "linear": propagate_linear_rows})
+        yield make_propagated_variant({"table": shift_links})
 
 
 def _read_as_standard(chain: Chain, _: AnswerShape) -> Iterator[MistakeVariant]:
     """Yield variants that read a modified table as a standard table.
 
-    The transform of a row is then Rz(theta_i) Tz(d_i) Tx(a_{i-1}) Rx(alpha_{i-1}).
+    The transform of a row is then Rz(theta_i) Tz(d_i) Tx(a_{i-1}) Rx(alpha_{i-1}). The first variant uses the axis of
+    frame i-1 for joint i, as in a standard table. The second variant uses the axis of frame i, as in a modified table.
     """
 
     def shift_links(stages: StageResults, table: Table) -> Table:
         first_row, *later_rows = convention_of(stages.chain).rows
+        convert = stages.arithmetic.convert_entry
         base, point = convention_of(stages.chain).base, convention_of(stages.chain).point
-        link_entries = [
-            (stages.arithmetic.convert_entry(first_row.a), stages.arithmetic.convert_entry(first_row.alpha))
-        ]
+        link_entries = [(convert(first_row.a), convert(first_row.alpha))]
         link_entries += [(row.a, row.alpha) for row in table.rows[: len(later_rows)]]
         rows = [replace(row, a=a, alpha=alpha) for row, (a, alpha) in zip(table.rows, link_entries, strict=True)]
-        base_position = np.stack([stages.arithmetic.convert_entry(value) for value in base.position])
-        base_angles = stages.arithmetic.convert_entry(base.yaw), stages.arithmetic.convert_entry(base.tilt)
-        offset = np.stack([stages.arithmetic.convert_entry(value) for value in point.offset])
-        return Table(tuple(rows), (base_position, *base_angles), offset)
+        base_position, offset = (np.stack([*map(convert, vector)]) for vector in (base.position, point.offset))
+        return Table(tuple(rows), (base_position, convert(base.yaw), convert(base.tilt)), offset)
 
     if any((row.a, row.alpha) != (0, 0) for row in convention_of(chain).rows):
         standard_changes: dict[str, Change] = {
@@ -358,27 +358,22 @@ def _read_as_standard(chain: Chain, _: AnswerShape) -> Iterator[MistakeVariant]:
             "last rotation": lambda stages, _: stages.arithmetic.drop_derivatives(stages["rotations"][-1]),
             "origins on axes": lambda stages, _: stages["origins"],
         }
-        yield MistakeVariant(standard_changes)  # frame i-1 belongs to joint i, as in a standard table
+        yield MistakeVariant(standard_changes)
 
         def use_next_axes(stages: StageResults, _: np.ndarray) -> np.ndarray:
             axes = [stages.arithmetic.drop_derivatives(rotation[:, 2]) for rotation in stages["rotations"][1:]]
             return np.stack([*axes, axes[-1]])
 
-        next_origins: Change = lambda stages, _: np.concatenate([stages["origins"][1:], stages["origins"][-1:]])  # noqa: E731
-        yield MistakeVariant(
-            {
-                **standard_changes,
-                "axes": use_next_axes,
-                "origins on axes": next_origins,
-                "linear": propagate_linear_rows,
-            }
-        )
+        def use_next_origins(stages: StageResults, _: np.ndarray) -> np.ndarray:
+            return np.concatenate([stages["origins"][1:], stages["origins"][-1:]])
+
+        yield make_propagated_variant({**standard_changes, "axes": use_next_axes, "origins on axes": use_next_origins})
 
 
 VARIANTS: dict[str, VariantGenerator] = {
     "offset-forgotten": _drop_offsets,
     "offset-sign": _scale_offsets([sp.S(-1)], lambda offset: bool(sp.sin(offset) != 0)),
-    "slide-offset-sign": _add_to_variable(lambda chain, i: -2 * chain.offsets[i], "P"),
+    "prismatic-offset-sign": _add_to_variable(lambda chain, i: -2 * chain.offsets[i], "P"),
     "offset-in-degrees": _scale_offsets([180 / sp.pi]),
     "wrong-radians": _scale_offsets([sp.S(2), sp.S.Half]),
     "fixed-angle-forgotten": _change_each_row(
@@ -393,14 +388,16 @@ VARIANTS: dict[str, VariantGenerator] = {
     "other-point": _use_other_origin,
     "base-forgotten": vary_if(lambda chain: not convention_of(chain).base.is_world, {"table": _drop_base}),
     "base-not-rotated": vary_if(_has_moved_and_rotated_base, {"table": _drop_base_rotation}),
-    "twist-sign": _change_each_row(_has_twist, lambda _, row: {"alpha": -row.alpha}),
-    "all-twists-sign": vary_if(lambda chain: sum(map(_has_twist, chain.joints)) > 1, {"table": _flip_all_twists}),
+    "twist-sign": _change_each_row(_depends_on_twist_sign, lambda _, row: {"alpha": -row.alpha}),
+    "all-twists-sign": vary_if(
+        lambda chain: sum(map(_depends_on_twist_sign, chain.joints)) > 1, {"table": _flip_all_twists}
+    ),
     "twist-forgotten": _change_each_row(lambda row: row.alpha != 0, lambda _, row: {"alpha": row.alpha * 0}),
     "modified-dh": _read_as_modified,
-    "link-behind": _use_next_links,
+    "length-and-twist-of-link-i": _use_next_links,
     "standard-dh": _read_as_standard,
     "a-and-d-exchanged": _change_each_row(lambda row: row.a != row.d, lambda _, row: {"a": row.d, "d": row.a}),
-    "joint-turns-other-way": _change_each_row(lambda row: row.is_revolute, lambda _, row: {"theta": -row.theta}),
+    "joint-rotates-other-way": _change_each_row(lambda row: row.is_revolute, lambda _, row: {"theta": -row.theta}),
     "quarter-turn": _add_to_variable(lambda chain, i: sp.pi / 2, "R"),
     "lengths-in-centimetres": _use_other_units,
     "degrees": vary_if(lambda chain: chain.revolute_joints, {"table": scale_angles(sp.pi / 180)}),

@@ -194,7 +194,7 @@ def _choose_target(
 ) -> dict[str, sp.Rational]:
     """Return the point B at P plus a displacement in cm: its coordinates in m, rounded to centimetres, by axis."""
     arm = PreciseArm(chain, lengths)
-    point = arm.point_and_jacobian([arm.evaluate_number(joints[q]) for q in chain.q])[0]
+    point, _ = arm.point_and_jacobian([arm.evaluate_number(joints[q]) for q in chain.q])
     start = [sp.Float(PRECISE_CONTEXT.nstr(point[row], 28), 28) for row in arm.task_rows]
     axes = zip(chain.linear_axes, start, displacement, strict=True)
     return {axis: sp.Rational(_round_half_up(100 * value) + k, 100) for axis, value, k in axes}

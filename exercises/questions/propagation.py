@@ -147,8 +147,8 @@ QUESTIONS = (
     ),
     Question(
         "position-vectors", "Position vectors p*", "6.13", points=2.0, required_feature=FRAMES,
-        formula=lambda stages, _: stages["arms"][: stages.n].swapaxes(0, 1),
-        substitution=base.make_column_substitution("arms", linear=propagate_linear_rows),
+        formula=lambda stages, _: stages["p*"][: stages.n].swapaxes(0, 1),
+        substitution=base.make_column_substitution("p*", linear=propagate_linear_rows),
         row_and_column_labels=lambda chain: (
             AXIS_NAMES, list(map(convention_of(chain).vector_name, _list_joint_numbers(chain)))
         ),

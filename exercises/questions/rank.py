@@ -9,6 +9,7 @@ from collections.abc import Iterator, Sequence
 from dataclasses import dataclass, field
 from functools import lru_cache, partial
 from itertools import combinations
+from typing import NamedTuple
 
 import numpy as np
 import sympy as sp
@@ -314,18 +315,29 @@ def _find_meaning_objection(chain: Chain) -> str | None:
     return None if has_meaning else "its singular configurations have no common feature that you can see in a drawing"
 
 
+class MeaningOption(NamedTuple):
+    """An option of a question about a singularity; the kind is None if it differs within the branch."""
+
+    meaning: Meaning
+    kind: str | None
+
+    @property
+    def text(self) -> str:
+        """The text that students see."""
+        return self.meaning.words if self.kind is None else f"{self.meaning.words}; {KIND_WORDS[self.kind]}"
+
+
 @dataclass(frozen=True, kw_only=True)
 class MeaningDetails(Details):
     """Details of a question about the geometric meaning of a branch: what all of its configurations look like.
 
     The question states the joint `values` of the branch, or else one `configuration` that satisfies its `condition`.
-    `offered` has the meaning and the kind of each option. The kind is None if it differs within the branch.
     """
 
     values: Values = field(metadata=recorded_as("asked.values"))
     configuration: ExactConfiguration | None = field(metadata=recorded_as("asked.place"))
     condition: sp.Expr | None = field(metadata=recorded_as("asked.condition"))
-    offered: tuple[tuple[Meaning, str | None], ...] = field(metadata=recorded_as("asked.offered"))
+    offered: tuple[MeaningOption, ...] = field(metadata=recorded_as("asked.offered"))
 
 
 def _ask_meaning(chain: Chain, rng: Stream) -> AnswerAndDetails | None:
@@ -334,13 +346,13 @@ def _ask_meaning(chain: Chain, rng: Stream) -> AnswerAndDetails | None:
         configuration = geometry.sample_displayable_configuration(chain, (branch.component,), rng, 1)
         if configuration is None:
             continue
-        kind, kinds = _find_kind_of_arm(chain, branch, configuration), ("boundary", "internal")
-        options = [(meanings.correct, kind)]
+        kind = _find_kind_of_arm(chain, branch, configuration)
+        options = [MeaningOption(meanings.correct, kind)]
         if kind is not None:
-            options.append((meanings.correct, kinds[kind == "boundary"]))
+            options.append(MeaningOption(meanings.correct, "internal" if kind == "boundary" else "boundary"))
         wrong_meanings = rng.permutation(meanings.wrong)[: 4 - len(options)]
-        options += [(wrong_meaning, None if kind is None else rng.choice(kinds)) for wrong_meaning in wrong_meanings]
-        answer, shuffled = shuffle_options(options, options[0], rng, _describe_meaning)
+        options += [MeaningOption(m, None if kind is None else rng.choice(tuple(KIND_WORDS))) for m in wrong_meanings]
+        answer, shuffled = shuffle_options(options, options[0], rng, lambda option: option.text)
         has_values = branch.component.solutions is not None
         return answer, MeaningDetails(
             values=branch.component.value_combinations()[0] if has_values else (),
@@ -356,11 +368,6 @@ def _find_kind_of_arm(chain: Chain, branch: Branch, configuration: ExactConfigur
     kind = _find_common_kind(symbolic_arm_of(chain).chain, branch.of_structure)
     kinds_of_arm = classify_samples(chain, [geometry.convert_to_sample(chain, configuration)]) if kind else []
     return kind if kinds_of_arm == [kind] else None
-
-
-def _describe_meaning(option: tuple[Meaning, str | None]) -> str:
-    meaning, kind = option
-    return meaning.words if kind is None else f"{meaning.words}; {KIND_WORDS[kind]}"
 
 
 KIND_WORDS = {"boundary": "a boundary singularity", "internal": "an internal singularity"}

@@ -23,7 +23,7 @@ TextbookFormulas = Mapping[str, Callable[[Chain], sp.Matrix | sp.Expr]]
 TEXTBOOK_FORMULAS: TextbookFormulas = {
     "point": lambda chain: derive(chain).position,
     "axes": lambda chain: derive(chain).z.T,
-    "arms": lambda chain: derive(chain).p_star.T,
+    "p*": lambda chain: derive(chain).p_star.T,
     "linear": lambda chain: derive(chain).linear,
     "geometric": lambda chain: derive(chain).geometric,
     "jacobian": lambda chain: derive(chain).jacobian,

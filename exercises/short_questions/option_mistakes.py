@@ -98,5 +98,5 @@ def _blame_by_question_kind(problem: Problem, part: Part, index: int) -> Blames:
     if isinstance(details, ConfigurationStatement):
         is_true = answer.offered_options[answer.correct_indices[0]] == TRUE_FALSE[0]
         confusion = "singular-taken-for-regular" if is_true else "regular-taken-for-singular"
-        return (Blame(confusion if details.statement_kind == "singular" else "motion-turned-round", ()),)
+        return (Blame(confusion if details.statement_kind == "singular" else "motion-reversed", ()),)
     return ()

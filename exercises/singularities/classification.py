@@ -16,7 +16,6 @@ from qdot.exercises.arm.chain import Chain
 from qdot.exercises.arm.conventions.base import VELOCITY_NAMES
 from qdot.exercises.arm.kinematics import NumericChain
 from qdot.exercises.arm.lengths import are_unrelated, with_symbolic_lengths
-from qdot.exercises.arm.trigonometry import substitute
 from qdot.exercises.common.stream import Stream
 from qdot.exercises.formula.conditions import ConfigurationSpace
 from qdot.exercises.formula.equality import Domain
@@ -175,8 +174,8 @@ def generalize_conditions(chain: Chain) -> tuple[Chain, Mapping[str, str]]:
 
 def _substitute_lengths(component: Component, lengths: Mapping[sp.Symbol, sp.Expr]) -> Component:
     """Return a component with values substituted for symbolic lengths."""
-    conditions = tuple(substitute(condition, lengths) for condition in component.conditions)
-    return replace(component, conditions=conditions).map_values(lambda _, value: substitute(value, lengths))
+    conditions = tuple(condition.xreplace(lengths) for condition in component.conditions)
+    return replace(component, conditions=conditions).map_values(lambda _, value: value.xreplace(lengths))
 
 
 @lru_cache(maxsize=4096)

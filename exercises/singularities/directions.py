@@ -17,7 +17,7 @@ import sympy as sp
 from qdot.exercises.arm.chain import Chain
 from qdot.exercises.arm.conventions import convention_of
 from qdot.exercises.arm.derivation import derive
-from qdot.exercises.arm.trigonometry import Factored, count_terms, factor_trig, substitute, textbook_form
+from qdot.exercises.arm.trigonometry import Factored, count_terms, factor_trig, textbook_form
 from qdot.exercises.singularities.axes import Sample
 from qdot.exercises.singularities.singular_set import Component
 
@@ -100,7 +100,7 @@ def _substitute_joint_value(
     This is possible if A and B do not contain angles that occur in J.
     """
     if not joint.name.startswith("theta") or (2 * value / sp.pi).is_Integer:
-        return jacobian.applyfunc(lambda entry: sp.expand(substitute(entry, {joint: value})))
+        return jacobian.applyfunc(lambda entry: sp.expand(entry.xreplace({joint: value})))
     cosine, sine = sp.Dummy("c"), sp.Dummy("s")
     trig = sp.expand(_split_off_angle(condition, joint, cosine, sine))
     a, b = trig.coeff(cosine), trig.coeff(sine)
@@ -148,7 +148,7 @@ def _cancel_common_factors(entries: Sequence[Factored]) -> list[Factored]:
     common_coefficient = sp.Rational(sp.igcd(0, *(c.p for c in coefficients)), sp.ilcm(1, *(c.q for c in coefficients)))
     sign = -1 if sum(map(sp.sign, coefficients)) < 0 else 1
     common = Factored(sign * common_coefficient, tuple((f, power) for f, power in common_powers.items() if power))
-    return [entry if entry.is_zero else entry.over(common) for entry in entries]
+    return [entry if entry.is_zero else entry.divide_by(common) for entry in entries]
 
 
 # --- lines of the arm ---

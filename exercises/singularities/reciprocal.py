@@ -348,7 +348,7 @@ def _divide_factors(matrix: sp.Matrix, shared: list[sp.Expr], row: int = -1, col
 
     def entry(r: int, c: int) -> sp.Expr:
         value = matrix[r, c]
-        return factor_trig(value).over(divisor).expression() if value != 0 and (r == row or c == column) else value
+        return factor_trig(value).divide_by(divisor).expression() if value != 0 and (r == row or c == column) else value
 
     return sp.Matrix(matrix.rows, matrix.cols, entry)
 

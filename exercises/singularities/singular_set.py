@@ -14,7 +14,7 @@ import sympy as sp
 
 from qdot.exercises.arm.chain import Chain
 from qdot.exercises.arm.derivation import Derivation, TooLong, derive
-from qdot.exercises.arm.trigonometry import Factored, factor_trig, substitute
+from qdot.exercises.arm.trigonometry import Factored, factor_trig
 from qdot.exercises.singularities.joint_solvability import (
     drop_following,
     drop_implied,
@@ -109,8 +109,19 @@ def zero_set(expressions: Sequence[sp.Expr], chain: Chain, is_symbolic: bool) ->
         conjunctions = find_common_zeros(factored, Search(chain.q))
     if conjunctions is None:
         return None
-    components = (solve_conjunction(conditions, chain) for conditions in conjunctions)
+    components = (solve_conjunction(_insert_prismatic_values(conditions, chain), chain) for conditions in conjunctions)
     return tuple(dict.fromkeys(component for component in components if component is not None))
+
+
+def _insert_prismatic_values(conditions: tuple[sp.Expr, ...], chain: Chain) -> tuple[sp.Expr, ...]:
+    """Return conditions in which a prismatic variable that one condition determines is replaced by its value."""
+    for condition in conditions:
+        solution = solve_condition(condition, chain)
+        if solution is not None and len(solution[1]) == 1 and chain.joints[chain.q.index(solution[0])].is_prismatic:
+            value = {solution[0]: solution[1][0]}
+            others = (sp.expand(c.xreplace(value)) for c in conditions if c is not condition)
+            conditions = (condition, *(c for c in others if c != 0))
+    return conditions
 
 
 def find_special_length_components(chain: Chain) -> tuple[Component, ...]:
@@ -464,7 +475,7 @@ def _holds(condition: sp.Expr, values: JointValues, known_conditions: Conjunctio
     """Return whether a condition holds at joint values, given known conditions; factors are compared."""
     if condition in known_conditions:
         return True
-    substituted = factor_trig(sp.expand(substitute(condition, values)))
+    substituted = factor_trig(sp.expand(condition.xreplace(values)))
     return substituted.is_zero or any({factor, -factor} & set(known_conditions) for factor, _ in substituted.factors)
 
 
@@ -516,7 +527,7 @@ def _substitute_zero(
     """Return the factors of a set that can still be zero; None if one of them is already zero."""
     remaining: list[sp.Expr] = []
     for factor in factors:
-        joint_factors = [factor] if not values else _joint_factors_of(substitute(factor, values), search)
+        joint_factors = [factor] if not values else _joint_factors_of(factor.xreplace(values), search)
         if factor == zero or joint_factors is None:
             return None
         remaining += joint_factors
@@ -558,7 +569,7 @@ def _follows(condition: sp.Expr, premises: Conjunction, search: Search) -> bool:
 
 def _follows_at(condition: sp.Expr, values: JointValues, other_premises: list[sp.Expr], search: Search) -> bool:
     """Return whether a condition holds at joint values, whichever factor of each premise is zero."""
-    factor_sets = (_joint_factors_of(substitute(premise, values), search) for premise in other_premises)
+    factor_sets = (_joint_factors_of(premise.xreplace(values), search) for premise in other_premises)
     combinations_of_factors = product(*(factors for factors in factor_sets if factors is not None))
     return all(_holds(condition, values, factors) for factors in combinations_of_factors)
 

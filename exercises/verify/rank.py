@@ -211,7 +211,7 @@ def _check_geometric_cause(numeric: NumericReference, part: Part) -> Checks:
     answer, choice = part.answer_as(Choice), part.details_as(MeaningDetails)
     samples = sample_at_values(numeric, choice.values, choice.condition)
     correct = answer.correct
-    matches = [all(text.startswith(m.words) for text, (m, _) in zip(answer.options, choice.offered, strict=True))]
+    matches = [all(text.startswith(o.meaning.words) for text, o in zip(answer.options, choice.offered, strict=True))]
     yield Check("options", all(matches) and len(set(answer.options)) == len(answer.options), "as offered")
     kinds = set(map(str, classify_samples(numeric.chain, samples)))
 
@@ -223,9 +223,9 @@ def _check_geometric_cause(numeric: NumericReference, part: Part) -> Checks:
     expected = [index == correct for index in range(len(holds))]
     detail = f"{', '.join(sorted(kinds))} at {len(samples)} configurations; options that hold: {holds}"
     yield Check("only the right one holds", holds == expected, detail)
-    if choice.offered[correct][1] == "boundary":
+    if choice.offered[correct].kind == "boundary":
         yield check_side_of_lost_direction(numeric.chain, choice.condition, choice.values, samples)
-    are_directions = {meaning.kind for meaning, _ in choice.offered} <= _AXIS_DIRECTION_KINDS
+    are_directions = {option.meaning.kind for option in choice.offered} <= _AXIS_DIRECTION_KINDS
     has_reason = are_directions or bool(numeric.chain.linear_axes)
     yield Check("a reason", has_reason, "where P is, is no reason for a loss of turns; its task counts other rows too")
 

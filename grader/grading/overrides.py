@@ -106,7 +106,8 @@ MAX_GROUPS_LISTED = 8
 def _parse_group(location: str, part: str, group: str, part_names: Sequence[str]) -> tuple[str, str]:
     """Return the part and the key of the group that a line names. Raises QdotError.
 
-    If the line also names the part, `group` may be only the letters of the key. `location` is the file and the line.
+    If the line also names the part, `group` may contain just the letters of the key. `location` is the
+    file and the line.
     """
     part_of_group, _, letters = group.rpartition("/")
     if not re.fullmatch(f"[{KEY_LETTERS}]{{{KEY_LENGTH}}}", letters.lower()) or not (part_of_group or part):

@@ -5,16 +5,16 @@ import type { Index } from "../src/bank.js";
 import {
   ANYTHING,
   faultOf,
-  asLink,
+  wishToLink,
   progressAfter,
-  fromLink,
+  wishFromLink,
   itemsOfSet,
   type Item,
-  items,
+  itemsFor,
   nameOf,
   chooseNext,
   placeIn,
-  variations,
+  variationsIn,
   WAITS,
 } from "../src/practice/choice.js";
 import { entriesOf, isUnfinished, matrixText } from "../src/practice/entries.js";
@@ -52,18 +52,18 @@ const INDEX: Index = {
 };
 
 test("a wish narrows down what is practised", () => {
-  expect(items(INDEX, ANYTHING)).toHaveLength(4);
-  expect(items(INDEX, { ...ANYTHING, family: "scara" }).map(nameOf)).toEqual(["scara/001/determinant"]);
-  expect(items(INDEX, { ...ANYTHING, question: "position", difficulty: 2 }).map(nameOf)).toEqual([
+  expect(itemsFor(INDEX, ANYTHING)).toHaveLength(4);
+  expect(itemsFor(INDEX, { ...ANYTHING, family: "scara" }).map(nameOf)).toEqual(["scara/001/determinant"]);
+  expect(itemsFor(INDEX, { ...ANYTHING, question: "position", difficulty: 2 }).map(nameOf)).toEqual([
     "planar-2r/002/position",
   ]);
-  expect(items(INDEX, { ...ANYTHING, variation: "full" }).map(nameOf)).toEqual(["planar-2r/002/position"]);
-  expect(variations(INDEX)).toEqual(["chapter", "full", "lengths+base"]);
+  expect(itemsFor(INDEX, { ...ANYTHING, variation: "full" }).map(nameOf)).toEqual(["planar-2r/002/position"]);
+  expect(variationsIn(INDEX)).toEqual(["chapter", "full", "lengths+base"]);
   expect(chooseNext(INDEX, { ...ANYTHING, question: "twist" }, {}, 0, Math.random)).toBeNull();
 });
 
 test("what went wrong comes again after a while, before anything new; what went right, later and later", () => {
-  const [item] = items(INDEX, ANYTHING);
+  const [item] = itemsFor(INDEX, ANYTHING);
   if (!item) throw new Error("no item");
   let progress = progressAfter({}, item, false, 1000);
   const at = (now: number) => chooseNext(INDEX, ANYTHING, progress, now, () => 0);
@@ -98,11 +98,11 @@ test("a set is the same order for all, and another for another name", () => {
 
 test("a link leads back to the same wish, and nonsense in it to any", () => {
   const wish = { family: "scara", question: "position", difficulty: 0, variation: "frames", set: "x", count: 7 };
-  expect(fromLink(asLink(wish))).toEqual(wish);
-  expect(asLink({ ...ANYTHING, set: "x" })).toBe("?set=x");
-  expect(fromLink("?set=x&n=-3").count).toBe(ANYTHING.count);
-  expect(fromLink("")).toEqual(ANYTHING);
-  expect(fromLink("?difficulty=9").difficulty).toBeNull();
+  expect(wishFromLink(wishToLink(wish))).toEqual(wish);
+  expect(wishToLink({ ...ANYTHING, set: "x" })).toBe("?set=x");
+  expect(wishFromLink("?set=x&n=-3").count).toBe(ANYTHING.count);
+  expect(wishFromLink("")).toEqual(ANYTHING);
+  expect(wishFromLink("?difficulty=9").difficulty).toBeNull();
 });
 
 test("a set has as many problems as it says, ten where it does not say", () => {
@@ -114,7 +114,7 @@ test("a set has as many problems as it says, ten where it does not say", () => {
 test("if a link asks for something missing, the choices are listed", () => {
   const question = { name: "position", title: "Position", source: "6.1", form: "" };
   const known = { ...INDEX, questions: [question] };
-  const fault = (search: string) => faultOf(known, fromLink(search), search)?.key ?? null;
+  const fault = (search: string) => faultOf(known, wishFromLink(search), search)?.key ?? null;
   expect(fault("?arm=scara")).toBeNull();
   expect(fault("?arm=foo")).toBe("practice.unknown-arm");
   expect(fault("?question=foo")).toBe("practice.unknown-question");
@@ -177,7 +177,7 @@ test("a stored state is found again, and a change of one part keeps the other", 
 });
 
 test("a question that was once wrong comes before new ones when it is due for review; other questions do not", () => {
-  const [first, second] = items(INDEX, ANYTHING) as [Item, Item, ...Item[]];
+  const [first, second] = itemsFor(INDEX, ANYTHING) as [Item, Item, ...Item[]];
   const DAY = WAITS[1] as number;
   const once = progressAfter(progressAfter({}, first, false, 0), first, true, 0);
   expect(nameOf(chooseNext(INDEX, ANYTHING, once, DAY, () => 0) as Item)).toBe(nameOf(first));

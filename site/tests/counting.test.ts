@@ -11,7 +11,7 @@ import {
   outcomesInWords,
   classFinderOf,
 } from "../src/practice/lesson-credit.js";
-import { NEW, type Skills } from "../src/practice/skills.js";
+import { NEW_SKILL, type Skills } from "../src/practice/skills.js";
 
 const DAY = 24 * 3600 * 1000;
 const QUESTIONS = ["jacobian", "joint-effect", "position"];
@@ -43,7 +43,7 @@ const after = (skills: Skills, how: Partial<typeof right>, ...all: string[]): Sk
 describe("an answer in free practice", () => {
   test("counts for the class of its arm, and for no other", () => {
     const skills = after({}, {}, "elbow-3r/chapter");
-    expect(skills).toEqual({ differentiation: { ...NEW, beyond: { space: { row: ["elbow-3r/chapter"] } } } });
+    expect(skills).toEqual({ differentiation: { ...NEW_SKILL, beyond: { space: { row: ["elbow-3r/chapter"] } } } });
     const more = after(skills, {}, "planar-2r/chapter", "planar-2r/full");
     expect(more["differentiation"]).toEqual({
       goals: [],
@@ -89,7 +89,7 @@ describe("an answer in free practice", () => {
 
 describe("what is due", () => {
   const skills: Skills = {
-    singular: { ...NEW, row: [], learned: 1 }, // of which this bank asks nothing
+    singular: { ...NEW_SKILL, row: [], learned: 1 }, // of which this bank asks nothing
     differentiation: {
       goals: [],
       row: ["planar-2r/chapter", "planar-2r/lengths"],

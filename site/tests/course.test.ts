@@ -15,7 +15,7 @@ import {
 } from "../src/course/link.js";
 import { parentPage, type ResultMessage } from "../src/course/parent.js";
 import { type PackageSet, roundOf as roundOfPlaces } from "../src/course/package-set.js";
-import { storedInBrowser, type News } from "../src/course/recipient.js";
+import { storedInBrowser, type Report } from "../src/course/recipient.js";
 import {
   afterAnswer,
   asText,
@@ -31,7 +31,7 @@ import {
 } from "../src/course/round.js";
 import { type Above, type Api, clock, connect, decimal, findApi, type Version } from "../src/course/scorm.js";
 import { LESSONS } from "../src/learn/lessons.js";
-import { graded } from "../src/grade/verdict.js";
+import { verdictOf } from "../src/grade/verdict.js";
 import { message } from "../src/text/text.js";
 
 const LANGUAGES = ["en", "de"];
@@ -267,11 +267,11 @@ test("each student has arms of their own, the same each time, all of them as oft
 // --- the page around ---
 
 const PART = { key: { type: "values" } } as unknown as Part;
-const newsOf = (round: Round, standing: Standing, place: number | null = null, answer = "a1"): News => ({
+const newsOf = (round: Round, standing: Standing, place: number | null = null, answer = "a1"): Report => ({
   round,
   standing,
   score: scoreOf(round, standing),
-  given: place === null ? null : { place, part: PART, answer, verdict: graded(0.5, []) },
+  given: place === null ? null : { place, part: PART, answer, verdict: verdictOf(0.5, []) },
 });
 
 class Kept {
@@ -287,12 +287,12 @@ test("the page around is sent scores at its origin, and nobody is where the page
   const storage = new Kept() as unknown as Storage;
   const named = { named: "https://lms.example", own: "https://qdot.example" };
   const parent = parentPage({ isFramed: true, post }, named, storage, "k");
-  expect(parent.says).toEqual(message("round.sent-to", { origin: "https://lms.example" }));
-  parent.tell(newsOf(round, newStanding(round)));
+  expect(parent.destination).toEqual(message("round.sent-to", { origin: "https://lms.example" }));
+  parent.report(newsOf(round, newStanding(round)));
   const standing = after(round, [0, 0.5]);
-  parent.tell(newsOf(round, standing, 0, "x".repeat(9000)));
-  parent.tell(newsOf(round, afterSolution(standing, 1))); // the last question is given up for its solution
-  parent.tell(newsOf(round, after(round, [0, 0.5], [1, 0]), 1));
+  parent.report(newsOf(round, standing, 0, "x".repeat(9000)));
+  parent.report(newsOf(round, afterSolution(standing, 1))); // the last question is given up for its solution
+  parent.report(newsOf(round, after(round, [0, 0.5], [1, 0]), 1));
   expect(sent.map(([{ event }, origin]) => [event, origin])).toEqual([
     ["opened", "https://lms.example"],
     ["answered", "https://lms.example"],
@@ -310,12 +310,12 @@ test("the page around is sent scores at its origin, and nobody is where the page
   });
   expect(told.answer!.typed).toHaveLength(4000);
   const again = parentPage({ isFramed: true, post }, { ...named, named: "" }, storage, "k");
-  expect(fromText(round, again.kept)).toEqual(after(round, [0, 0.5], [1, 0]));
-  again.tell(newsOf(round, standing));
+  expect(fromText(round, again.stored)).toEqual(after(round, [0, 0.5], [1, 0]));
+  again.report(newsOf(round, standing));
   expect(sent.at(-1)![1]).toBe("https://qdot.example");
   const alone = parentPage({ isFramed: false, post }, named, null, "k");
-  expect(alone.says.key).toBe("round.not-sent");
-  expect(alone.tell(newsOf(round, standing, 0))).toBe(true);
+  expect(alone.destination.key).toBe("round.not-sent");
+  expect(alone.report(newsOf(round, standing, 0))).toBe(true);
   expect(sent).toHaveLength(5);
 });
 
@@ -330,8 +330,8 @@ test("a browser that keeps nothing, or is full, keeps nobody from going on", () 
   } as unknown as Storage;
   for (const storage of [null, refusing]) {
     const nobody = storedInBrowser(storage, "k", message("round.not-sent"));
-    expect(nobody.kept).toBe("");
-    expect(nobody.tell(newsOf(roundWith(1), newStanding(roundWith(1))))).toBe(true);
+    expect(nobody.stored).toBe("");
+    expect(nobody.report(newsOf(roundWith(1), newStanding(roundWith(1))))).toBe(true);
   }
 });
 
@@ -371,12 +371,12 @@ test.each(["1.2", "2004"] as const)("SCORM %s is told scores, status, time and w
   const { values, calls, windows } = keeping(version);
   const there = connect(version, windows)!;
   const round = roundWith(2, 3, 0.6);
-  there.tell(newsOf(round, newStanding(round)));
+  there.report(newsOf(round, newStanding(round)));
   const told = (name12: string, name2004: string) => values.get(version === "1.2" ? name12 : name2004);
   expect(told("cmi.core.lesson_status", "cmi.completion_status")).toBe("incomplete");
   expect(told("cmi.core.score.raw", "cmi.score.scaled")).toBe("0");
   const standing = after(round, [0, 0.5], [1, 1]);
-  there.tell(newsOf(round, standing, 1));
+  there.report(newsOf(round, standing, 1));
   expect(told("cmi.core.score.raw", "cmi.score.raw")).toBe("83.33");
   expect(told("cmi.core.score.max", "cmi.score.max")).toBe("100");
   expect(told("cmi.core.score.min", "cmi.score.min")).toBe("0");
@@ -395,7 +395,7 @@ test.each(["1.2", "2004"] as const)("SCORM %s is told scores, status, time and w
   there.leave(newsOf(round, standing)); // a page is left once
   expect(calls.filter((name) => ["Finish", "Terminate"].includes(name))).toHaveLength(1);
   const resumed = connect(version, keeping(version, {}, Object.fromEntries(values)).windows)!;
-  expect(fromText(round, resumed.kept)).toEqual(standing);
+  expect(fromText(round, resumed.stored)).toEqual(standing);
 });
 
 test("without a pass mark, no success status is sent; below it, a complete round is failed", () => {
@@ -407,7 +407,7 @@ test("without a pass mark, no success status is sent; below it, a complete round
   ] as const) {
     const { values, windows } = keeping(version);
     const round = roundWith(1, 1, pass);
-    connect(version, windows)!.tell(newsOf(round, after(round, [0, 0.5]), 0));
+    connect(version, windows)!.report(newsOf(round, after(round, [0, 0.5]), 0));
     expect(values.get(version === "1.2" ? "cmi.core.lesson_status" : "cmi.success_status")).toBe(said);
   }
 });
@@ -416,9 +416,9 @@ test("answers are recorded by kind, where the platform records, and no more than
   const record = (version: Version, part: Part, answer: string, count: string) => {
     const { values, windows } = keeping(version, {}, { "cmi.interactions._count": count });
     const round = roundWith(1);
-    connect(version, windows)!.tell({
+    connect(version, windows)!.report({
       ...newsOf(round, after(round, [0, 0.5])),
-      given: { place: 0, part, answer, verdict: graded(0.5, []) },
+      given: { place: 0, part, answer, verdict: verdictOf(0.5, []) },
     });
     return Object.fromEntries([...values].filter(([name]) => /interactions\.\d/.test(name)));
   };
@@ -446,10 +446,10 @@ test("if calls to a platform fail, the round goes on, and the results are sent a
   for (const version of ["1.2", "2004"] as const) {
     for (const how of ["false", "throws"] as const) {
       expect(connect(version, keeping(version, { Initialize: how }).windows)).toBeNull();
-      expect(connect(version, keeping(version, { Commit: how }).windows)!.tell(news)).toBe(false);
-      expect(connect(version, keeping(version, { SetValue: how }).windows)!.tell(news)).toBe(false);
+      expect(connect(version, keeping(version, { Commit: how }).windows)!.report(news)).toBe(false);
+      expect(connect(version, keeping(version, { SetValue: how }).windows)!.report(news)).toBe(false);
       const unread = connect(version, keeping(version, { GetValue: how }).windows)!;
-      expect(unread.tell(news)).toBe(true);
+      expect(unread.report(news)).toBe(true);
       const ending = keeping(version, { Finish: how, Terminate: how });
       const there = connect(version, ending.windows)!;
       there.leave(news);
@@ -464,8 +464,8 @@ test("for review nothing is sent", () => {
   for (const version of ["1.2", "2004"] as const) {
     const { calls, windows } = keeping(version, {}, { [mode[version]]: "review" });
     const there = connect(version, windows)!;
-    expect(there.takes).toBe(false);
-    there.tell(newsOf(roundWith(1), newStanding(roundWith(1)), 0));
+    expect(there.isAccepting).toBe(false);
+    there.report(newsOf(roundWith(1), newStanding(roundWith(1)), 0));
     there.leave(newsOf(roundWith(1), newStanding(roundWith(1))));
     expect(calls.filter((name) => ["SetValue", "Commit"].includes(name))).toEqual([]);
   }

@@ -302,8 +302,8 @@ test("a difference is reported with the rates in the question, even if the answe
     ],
     right: [[2 * Math.sin(0.5), 3 * Math.sin(1.5)]],
   };
-  const at = (spoken?: readonly string[]) =>
-    String(judgeValues("sin(theta1)", { ...key, ...(spoken ? { spoken } : {}) }, []).reasons[0]!.values?.["at"]);
+  const at = (mentioned?: readonly string[]) =>
+    String(judgeValues("sin(theta1)", { ...key, ...(mentioned ? { mentioned } : {}) }, []).reasons[0]!.values?.["at"]);
   expect(at(["qd1"])).toContain("qd1 = 2");
   expect(at()).not.toContain("qd1");
 });
@@ -482,9 +482,9 @@ test("what is shown of an answer is what is judged, also of a table", () => {
 test.each([
   [[], "a1, theta1"],
   [["qd1"], "a1, qd1, theta1"],
-])("beside a name that is unknown stand those that the question uses: with %j %s", (spoken, known) => {
+])("beside a name that is unknown stand those that the question uses: with %j %s", (mentioned, known) => {
   const symbols = ["a1", "fx", "qd1", "theta1", "vx"];
-  const key = { ...PLAIN_KEY, symbols, points: [[1, 2, 3, 0.5, 4]], right: [[0.5]], constants: ["a1"], spoken };
+  const key = { ...PLAIN_KEY, symbols, points: [[1, 2, 3, 0.5, 4]], right: [[0.5]], constants: ["a1"], mentioned };
   for (const verdict of [
     judgeValues("l1*theta1", key),
     judgeDirection("[l1, 1]", { ...key, type: "direction", rows: 2, right: [[1], [2]] }),

@@ -2,9 +2,9 @@
 import { describe, expect, test } from "vitest";
 
 import type { Index } from "../src/bank.js";
-import { placesOf, standingOf } from "../src/learn/graph.js";
+import { lessonStates, standingOf } from "../src/learn/graph.js";
 import { LESSONS } from "../src/learn/lessons.js";
-import { NEW } from "../src/practice/skills.js";
+import { NEW_SKILL } from "../src/practice/skills.js";
 
 const DAY = 24 * 3600 * 1000;
 const INDEX: Index = {
@@ -30,8 +30,8 @@ const attempt = (right: boolean) => ({ right, box: 0, due: 0 });
 
 describe("the graph", () => {
   test("has a lesson begun that was practised for a further class of arms alone", () => {
-    expect(standingOf(NEW, 0, [{ row: [] }])).toBe("new");
-    expect(standingOf(NEW, 0, [{ row: ["elbow-3r/1"] }])).toBe("begun");
+    expect(standingOf(NEW_SKILL, 0, [{ row: [] }])).toBe("new");
+    expect(standingOf(NEW_SKILL, 0, [{ row: ["elbow-3r/1"] }])).toBe("begun");
   });
 
   test("has every lesson behind what it needs, and nothing that is needed is unknown", () => {
@@ -48,10 +48,10 @@ describe("the graph", () => {
   });
 
   test("says what comes next, and what is missing before", () => {
-    const first = placesOf(INDEX, {}, {}, 0);
+    const first = lessonStates(INDEX, {}, {}, 0);
     expect(first.filter(({ next }) => next).map(({ lesson }) => lesson.id)).toEqual(["rates"]);
-    const learned = { ...NEW, learned: 1 };
-    const later = placesOf(INDEX, { rates: learned, columns: learned }, {}, 0);
+    const learned = { ...NEW_SKILL, learned: 1 };
+    const later = lessonStates(INDEX, { rates: learned, columns: learned }, {}, 0);
     expect(later.filter(({ next }) => next).map(({ lesson }) => lesson.id)).toEqual(["differentiation", "propagation"]);
     const inverse = later.find(({ lesson }) => lesson.id === "inverse")!;
     expect(inverse.missing.map(({ id }) => id)).toEqual(["differentiation", "propagation"]);
@@ -59,16 +59,16 @@ describe("the graph", () => {
 });
 
 test.each([
-  [NEW, "new"],
-  [{ ...NEW, goals: [0] }, "begun"],
-  [{ ...NEW, row: ["a/1"] }, "begun"],
-  [{ ...NEW, learned: 5 * DAY }, "learned"],
-  [{ ...NEW, learned: 4 * DAY }, "due"],
-  [{ ...NEW, learned: 1, mastered: 2 * DAY }, "mastered"],
+  [NEW_SKILL, "new"],
+  [{ ...NEW_SKILL, goals: [0] }, "begun"],
+  [{ ...NEW_SKILL, row: ["a/1"] }, "begun"],
+  [{ ...NEW_SKILL, learned: 5 * DAY }, "learned"],
+  [{ ...NEW_SKILL, learned: 4 * DAY }, "due"],
+  [{ ...NEW_SKILL, learned: 1, mastered: 2 * DAY }, "mastered"],
 ] as const)("%o is %s", (skill, due) => expect(standingOf(skill, 5 * DAY)).toBe(due));
 
 test("a lesson is mastered if all classes of arms are, and due for review if one class is", () => {
-  const mastered = { ...NEW, learned: 1, mastered: 2 * DAY };
+  const mastered = { ...NEW_SKILL, learned: 1, mastered: 2 * DAY };
   expect(standingOf(mastered, 5 * DAY, [mastered])).toBe("mastered");
   expect(standingOf(mastered, 5 * DAY, [{ row: ["a/1"] }])).toBe("learned");
   expect(standingOf(mastered, 5 * DAY, [{ row: [], learned: 4 * DAY }])).toBe("due");
@@ -81,7 +81,7 @@ test("a question stands by the arms of which it was answered rightly last; one t
     "planar-2r/3/jacobian": attempt(false),
     "planar-2r/4/rank": attempt(true),
   };
-  const places = placesOf(INDEX, {}, progress, 0);
+  const places = lessonStates(INDEX, {}, progress, 0);
   const asked = places.find(({ lesson }) => lesson.id === "differentiation")!.asked;
   expect(asked.map(({ name, right, needed, missed }) => [name, right, needed, missed])).toEqual([
     ["jacobian", 2, 3, true],

@@ -5,7 +5,7 @@ import type { NumbersKey, ValuesKey } from "../src/bank.js";
 import { type Level, LEVELS, lower, limitTo } from "../src/grade/levels.js";
 import { judgeNumbers } from "../src/grade/numbers.js";
 import { judgeValues } from "../src/grade/values.js";
-import { graded, type Verdict, wrong } from "../src/grade/verdict.js";
+import { verdictOf, type Verdict, wrong } from "../src/grade/verdict.js";
 import { message, textOf } from "../src/text/text.js";
 
 const NUMBERS: NumbersKey = {
@@ -30,7 +30,7 @@ const WRONG: readonly (readonly [string, Verdict, RegExp])[] = [
   ["a formula", judgeValues("cos(theta1)", FORMULA, []), /0[.]4794|0[.]9974/],
   [
     "a set",
-    graded(0.5, [message("verdict.uncovered", { at: "theta1 = 0.123" })], { at: { theta1: 0.123 } }),
+    verdictOf(0.5, [message("verdict.uncovered", { at: "theta1 = 0.123" })], { at: { theta1: 0.123 } }),
     /0[.]123/,
   ],
 ];

@@ -3,7 +3,7 @@ import { afterEach, expect, test, vi } from "vitest";
 
 import type { Index, Problem, Solutions, Texts } from "../src/bank.js";
 import { translateSolutions, translateIndex, translateProblem } from "../src/text/problems.js";
-import { ENGLISH, speak } from "../src/text/text.js";
+import { ENGLISH, setLanguage } from "../src/text/text.js";
 import de from "../src/text/de.json" with { type: "json" };
 
 const part = {
@@ -40,7 +40,7 @@ const INDEX: Index = {
 };
 
 afterEach(() => {
-  speak(ENGLISH);
+  setLanguage(ENGLISH);
   vi.unstubAllGlobals();
 });
 
@@ -104,7 +104,7 @@ test("an English page loads no translation; a German one does, and goes on in En
   const { loadProblem } = await import("../src/load.js");
   expect((await loadProblem("scara", "001")).lang).toBeUndefined();
   expect(asked).toEqual(["bank/scara/001.json"]);
-  speak({ code: "de", catalogue: de });
+  setLanguage({ code: "de", catalogue: de });
   expect((await loadProblem("scara", "001")).title).toBe("SCARA-Arm");
   expect((await loadProblem("scara", "002")).lang).toBeUndefined();
   expect(asked.filter((path) => path.endsWith(".de.json"))).toHaveLength(2);

@@ -66,7 +66,7 @@ READ: dict[str, Read] = {
     "position": lambda w: w["point"],
     "J": lambda w: w["jacobian"],
     "axes": lambda w: w["axes"][: w.n],
-    "vectors": lambda w: w["arms"][: w.n],
+    "vectors": lambda w: w["p*"][: w.n],
     "6 x n": lambda w: w["geometric"],
     "det": lambda w: _determinant(w)[None],
     "blocks": lambda w: w["arm block"],

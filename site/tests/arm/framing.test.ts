@@ -7,7 +7,7 @@ import {
   bodiesOf,
   withFraming,
   framingOf,
-  isSame,
+  isSamePose,
   isSeen,
   readableFrom,
 } from "../../src/arm/framing.js";
@@ -68,7 +68,7 @@ it("has all of an ellipse that goes beyond its arrows", () => {
   const view = withFraming(whole, framingOf(arm, state, ends, whole, { flat: false }));
   const ellipse = outline(view, arrows);
   const [x, y] = pixel(view, state.point);
-  const turn = (ellipse.turn * Math.PI) / 180;
+  const turn = (ellipse.rotation * Math.PI) / 180;
   const across = Math.hypot(ellipse.major * Math.cos(turn), ellipse.minor * Math.sin(turn));
   const high = Math.hypot(ellipse.major * Math.sin(turn), ellipse.minor * Math.cos(turn));
   expect(x - across > 0 && x + across < 760 && y - high > 0 && y + high < 420).toBe(true);
@@ -80,8 +80,8 @@ it("has all of an ellipse that goes beyond its arrows", () => {
 it("shows a planar arm half as large again as the view of all that it reaches", () => {
   const arm = armOf(PLAIN);
   const whole = viewOf(arm, extentOf(arm), 760, 420, FIRST_ORBIT);
-  const { times } = framingOf(arm, stateAt(arm, firstPose(arm)), [], whole, { flat: true });
-  expect(times).toBeGreaterThan(1.5);
+  const { zoom } = framingOf(arm, stateAt(arm, firstPose(arm)), [], whole, { flat: true });
+  expect(zoom).toBeGreaterThan(1.5);
 });
 
 it("ends where the arm gets to its edge", () => {
@@ -91,7 +91,7 @@ it("ends where the arm gets to its edge", () => {
   const view = withFraming(whole, framingOf(arm, state, [], whole, { flat: true }));
   const opposite = stateAt(arm, [state.pose[0]! + Math.PI, 0]);
   expect([isSeen(arm, opposite, view), isSeen(arm, opposite, whole)]).toEqual([false, true]);
-  expect([isSame(state.pose, [...state.pose]), isSame(state.pose, opposite.pose)]).toEqual([true, false]);
+  expect([isSamePose(state.pose, [...state.pose]), isSamePose(state.pose, opposite.pose)]).toEqual([true, false]);
 });
 
 it("has the end of a path in it, and ends where that leaves it", () => {

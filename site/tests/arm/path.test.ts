@@ -3,7 +3,7 @@
 import { describe, expect, it } from "vitest";
 
 import { armOf, reachOf, stateAt } from "../../src/arm/model.js";
-import { crossings, follow, obstacle, pathTo, pointOn, stationOn, suggestTarget } from "../../src/arm/path.js";
+import { limitCrossings, follow, whyNoPath, pathTo, pointOn, stationOn, suggestTarget } from "../../src/arm/path.js";
 import { firstPose } from "../../src/arm/ranges.js";
 import { norm, subtract, multiply } from "../../src/arm/vector.js";
 import { PLAIN, ROBOTS } from "./robots.js";
@@ -47,15 +47,15 @@ describe("a path out of reach", () => {
     const edge = Math.sqrt(0.81 - 0.16) - 0.5;
     expect(end.s).toBeLessThan(edge);
     expect(end.s).toBeGreaterThan(edge - 0.005);
-    const [, second] = crossings(journey, 0.1, [Infinity, 1]);
+    const [, second] = limitCrossings(journey, 0.1, [Infinity, 1]);
     const there = stationOn(journey, second!);
     expect(Math.abs(there.slopes[1]!) * 0.1).toBeCloseTo(1, 6);
-    expect(crossings(journey, 0.1, [Infinity, Infinity])).toEqual([null, null]);
+    expect(limitCrossings(journey, 0.1, [Infinity, Infinity])).toEqual([null, null]);
   });
 
   it("is not asked of an arm whose task counts turns only", () => {
-    expect(obstacle({ ...arm, task: [5] })).toBe("turns");
-    expect(obstacle({ ...arm, task: [0, 1, 2] })).toBe("rows");
-    expect(obstacle(arm)).toBeNull();
+    expect(whyNoPath({ ...arm, task: [5] })).toBe("turns");
+    expect(whyNoPath({ ...arm, task: [0, 1, 2] })).toBe("rows");
+    expect(whyNoPath(arm)).toBeNull();
   });
 });

@@ -7,7 +7,7 @@ import { parse } from "../../src/read/reader.js";
 import { realValue } from "../../src/read/real.js";
 import { armOf } from "../../src/arm/model.js";
 import { termAfterKey } from "../../src/arm/formula-keys.js";
-import { jointOf, symbolsOf, termAt, termsOf, typed } from "../../src/arm/terms.js";
+import { jointOf, symbolsOf, termAt, termsOf, typedText } from "../../src/arm/terms.js";
 import { PLAIN } from "./robots.js";
 
 const ARM = armOf(PLAIN);
@@ -85,14 +85,14 @@ describe("what is read of a term", () => {
 
   it.each(cases)("%s", (inner, text) => {
     const row = formula(inner).firstElementChild!;
-    expect(typed([...row.children])).toBe(text);
+    expect(typedText([...row.children])).toBe(text);
   });
 
   it("has the value of the term", () => {
     const names = ["theta1", "theta2", "a1", "a2"];
     const at = { theta1: 0.3, theta2: -1.1, a1: 0.5, a2: 0.4 };
     const row = formula(sum).firstElementChild!;
-    const value = realValue(parse(typed([...row.children])!, new Set(names)), at);
+    const value = realValue(parse(typedText([...row.children])!, new Set(names)), at);
     expect(value).toBeCloseTo(0.5 * Math.cos(0.3) + 0.4 * Math.cos(-0.8), 12);
   });
 });

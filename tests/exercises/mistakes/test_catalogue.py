@@ -27,10 +27,16 @@ ASKED = {
 """Questions in which all mistakes can be made, those first whose answers are short."""
 IN_FORMULAS = {mistake.name for mistake in SECTIONS["The finished formulas"]}
 """Slips in finished formulas, which are no change to a derivation: test_finished.py makes them."""
-SELDOM = {"rank-of-one-condition", "size-of-kinds", "square-lost", "tangent-turned-over", "value-called-singular"}
+SELDOM = {
+    "rank-of-one-condition",
+    "orientation-as-one-component",
+    "square-lost",
+    "tangent-inverted",
+    "value-called-singular",
+}
 """Mistakes that are made on few arms, or beside others: tests/grader/diagnosis/test_mistakes.py has some of them."""
 BY_SHORT_QUESTIONS = {
-    "motion-turned-round", "joint-without-effect", "column-of-other-joint", "components-added", "component-alone",
+    "motion-reversed", "joint-without-effect", "column-of-other-joint", "components-added", "component-alone",
     "speed-squared",
 }  # fmt: skip
 """Mistakes in the answers to short questions: test_option_mistakes.py and test_site_bank.py have them."""

@@ -80,7 +80,9 @@ def test_the_same_carries_screws_to_where_it_says(arm: str) -> None:
 def test_rows_with_the_link_behind_give_the_product_of_these_rows(arm: str) -> None:
     """Rx(alpha_i) Tx(a_i) Rz(theta_i) Tz(d_i), with nothing behind the last row, and P where it is told."""
     problem, part, values = _asked(arm, "transform")
-    wrong = next(apply_mistake(CATALOGUE["link-behind"], compute_numeric_stages(problem.chain, values), part))
+    wrong = next(
+        apply_mistake(CATALOGUE["length-and-twist-of-link-i"], compute_numeric_stages(problem.chain, values), part)
+    )
     rows, base = convention_of(problem.chain).rows, convention_of(problem.chain).base
     for k in range(4):
         number = _given(values, k)
@@ -95,11 +97,11 @@ def test_rows_with_the_link_behind_give_the_product_of_these_rows(arm: str) -> N
                 @ translate(0, 0, number(row.d))
             )
         assert np.allclose(wrong.answer[..., k], pose)
-    told = answers_with(problem, part, only=("link-behind",))
+    told = answers_with(problem, part, only=("length-and-twist-of-link-i",))
     assert [verdict_on(one) for one in told] == ["named"]
 
 
-@pytest.mark.parametrize(("mistake", "stage"), [("next-arm", "arms"), ("next-axis", "axes")])
+@pytest.mark.parametrize(("mistake", "stage"), [("next-arm", "p*"), ("next-axis", "axes")])
 def test_the_next_one_is_taken_and_at_the_last_joint_its_own(mistake: str, stage: str) -> None:
     """Three joints, so that it is told apart from taking the second one twice, or the first."""
     problem = get_problem("elbow-3r", 0)
@@ -109,8 +111,8 @@ def test_the_next_one_is_taken_and_at_the_last_joint_its_own(mistake: str, stage
     count, columns = right.n, []
     for i in range(count):
         k = min(i + 1, len(right[stage]) - 1)
-        axis, arm = right["axes"][k if stage == "axes" else i], right["arms"][k if stage == "arms" else i]
-        columns.append(np.cross(axis, arm, axis=0))
+        axis, vector = right["axes"][k if stage == "axes" else i], right["p*"][k if stage == "p*" else i]
+        columns.append(np.cross(axis, vector, axis=0))
     expected = np.stack(columns, axis=1)
     answers = [wrong.answer[:3] for wrong in apply_mistake(CATALOGUE[mistake], right, part)]
     assert any(np.allclose(answer, expected) for answer in answers)

@@ -13,7 +13,7 @@ from tests.support.problems import get_problem
 from tests.support.suites import sample_for_suite
 
 WITH_LETTERS = [name for name, quiz in SHORT_QUESTIONS.items() if quiz.form != "number"]
-BY_OPTIONS_ALONE = {"motion-turned-round", "joint-without-effect", "column-of-other-joint"}
+BY_OPTIONS_ALONE = {"motion-reversed", "joint-without-effect", "column-of-other-joint"}
 
 
 def named(problem: Problem) -> set[str]:
@@ -45,6 +45,6 @@ def test_something_is_told_of_each_wrong_option_of_the_chapters_questions(family
 def test_mistakes_that_only_options_tell_are_told() -> None:
     """A statement about a motion is drawn by some seeds only."""
     found = set().union(*(named(of_small(name)) for name in ("dependence", "match-columns")))
-    assert found >= BY_OPTIONS_ALONE - {"motion-turned-round"}
+    assert found >= BY_OPTIONS_ALONE - {"motion-reversed"}
     problems = (of_small("true-or-false", seed) for seed in range(1, 9))
-    assert any("motion-turned-round" in named(problem) for problem in problems)
+    assert any("motion-reversed" in named(problem) for problem in problems)

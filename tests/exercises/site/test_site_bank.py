@@ -21,7 +21,7 @@ from qdot.exercises.site.keys import _evaluate_derivation, _find_derived_part, m
 from qdot.exercises.site.record import (
     _find_given_pose,
     _list_labels,
-    find_typed_names,
+    find_names_to_type,
     list_determinant_factors,
     make_arm_record,
     make_site_record,
@@ -58,7 +58,7 @@ def test_a_prompt_says_in_which_rates_an_answer_is_and_what_rows_and_columns_bel
     for part in problem.parts:
         if not isinstance(part.answer, (Choice, Selection, Matching)):
             used = set(re.findall(r"\w+", json.dumps(part.answer.as_json()))) & spoken
-            assert used <= set(find_typed_names(problem, write_prompt(problem, part))), part.name
+            assert used <= set(find_names_to_type(problem, write_prompt(problem, part))), part.name
     for part in problem.parts:
         plain, grid = re.sub(r"[{}]", "", write_prompt(problem, part)), _list_labels(problem.chain, part)
         for lines, count, order in zip(grid, part.shape or (1, 1), ("rows", "columns"), strict=True):
@@ -111,7 +111,7 @@ def test_mistakes_are_told_and_none_of_them_is_right() -> None:
             assert len(mistake["values"]) == len(key["right"])
             assert not np.allclose(mistake["values"], key["right"], rtol=1e-4, atol=0.0), mistake
     assert told["jacobian-size"] >= {"size-six-rows"} and told["rank"] >= {"rank-full"}
-    assert told["path-rates"] >= {"rates-at-start", "path-turned-round", "degrees", "rates-in-degrees"}
+    assert told["path-rates"] >= {"rates-at-start", "path-reversed", "degrees", "rates-in-degrees"}
     assert {"row-misread", "product-sign", "determinant-sign"} <= told["joint-rates"]
     assert {"determinant-sign", "degrees-as-radians", "degrees"} <= told["determinant-value"]
     assert {"components-added", "component-alone", "speed-squared"} <= told["speed"]
