@@ -139,6 +139,11 @@ class Number(RowsAnswer):
     takes_symbols = False
     is_numeric = True
 
+    @classmethod
+    def make_counts(cls, *counts: int) -> "Number":
+        """Return an answer that consists of counts, which must be exact."""
+        return cls(sp.Matrix(counts), ("",) * len(counts), 1e-9, 1e-9)
+
     @property
     def is_count(self) -> bool:
         """Whether the numbers are counts, which must be exact; other tolerances are far greater than 1e-6."""
@@ -229,7 +234,6 @@ def _list_alternatives(component: Component, format_formula: FormulaToCode) -> l
     if component.solutions is None:
         equations = [[f"Eq({format_formula(condition)}, 0)"] for condition in component.conditions]
     else:
-        equations = [
-            [f"Eq({joint}, {format_formula(value)})" for value in values] for joint, values in component.solutions
-        ]
+        solutions = component.solutions
+        equations = [[f"Eq({joint}, {format_formula(value)})" for value in values] for joint, values in solutions]
     return [chosen[0] if len(chosen) == 1 else f"And({', '.join(chosen)})" for chosen in product(*equations)]

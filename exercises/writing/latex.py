@@ -269,10 +269,10 @@ def list_prismatic_joints(chain: Chain) -> tuple[str, ...]:
 @lru_cache(maxsize=256)
 def list_numeric_lengths(chain: Chain) -> tuple[sp.Rational, ...]:
     """Return the absolute values of the nonzero numeric lengths of an arm."""
-    return tuple(dict.fromkeys(abs(size) for size in lengths_of(chain) if size.is_Rational and size != 0))
+    return tuple(dict.fromkeys(abs(size) for size in list_lengths(chain) if size.is_Rational and size != 0))
 
 
-def lengths_of(chain: Chain) -> list[sp.Expr]:
+def list_lengths(chain: Chain) -> list[sp.Expr]:
     """Return the lengths in an arm's table, point and base, in this order."""
     joints = zip(chain.joints, chain.offsets, strict=True)
     rows = ((joint.a, joint.d if joint.is_revolute else offset) for joint, offset in joints)

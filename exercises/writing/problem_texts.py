@@ -122,10 +122,10 @@ def write_answer_code(problem: Problem, part: Part, prefix_width: int = 0) -> st
 
 def add_angle_legend(steps: SolutionSteps, text: str, language: str = ENGLISH) -> str:
     """Return a text on an arm, preceded by a legend of the angles' names in the text."""
-    return _add_legend(_named_angles(steps, text), text, language)
+    return _add_legend(_list_named_angles(steps, text), text, language)
 
 
-def _named_angles(steps: SolutionSteps, text: str) -> list[tuple[str, str]]:
+def _list_named_angles(steps: SolutionSteps, text: str) -> list[tuple[str, str]]:
     """Return the names of angles in a text, each with the angle that it stands for."""
     return [(str(name), tex_angle(angle)) for name, angle in steps.angles.angle_by_name.items() if str(name) in text]
 
@@ -136,7 +136,7 @@ def _make_legend(steps: SolutionSteps, text: str) -> list[tuple[str, str]]:
     single_angles = [(r"c_i", r"\cos\theta_i"), (r"s_i", r"\sin\theta_i")]
     angle_sums = [(r"c_{ij \dots}", r"\cos(\theta_i + \theta_j + \dots)")]
     has_single, has_sums = (any((len(digits) > 1) is is_sum for digits in joints) for is_sum in (False, True))
-    return [*_named_angles(steps, text), *single_angles * has_single, *angle_sums * has_sums]
+    return [*_list_named_angles(steps, text), *single_angles * has_single, *angle_sums * has_sums]
 
 
 def _add_legend(legend: list[tuple[str, str]], text: str, language: str, is_for_several: bool = False) -> str:

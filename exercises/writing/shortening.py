@@ -217,8 +217,8 @@ def _collect_first_joint(total: sp.Add) -> sp.Expr:
     trigs_with_joints = [trig for trig in total.atoms(sp.sin, sp.cos) if trig.args[0].free_symbols]
     if not trigs_with_joints:
         return total
-    first_joint = min(min(_joints_in_angle(trig)) for trig in trigs_with_joints)
-    common_trigs = [trig for trig in trigs_with_joints if first_joint in _joints_in_angle(trig)]
+    first_joint = min(min(_find_joints_in_angle(trig)) for trig in trigs_with_joints)
+    common_trigs = [trig for trig in trigs_with_joints if first_joint in _find_joints_in_angle(trig)]
     if not all(trig.args[0].is_Symbol for trig in common_trigs):
         return total
     angle_symbols = set().union(*(trig.args[0].free_symbols for trig in trigs_with_joints))
@@ -236,5 +236,5 @@ def _collect_first_joint(total: sp.Add) -> sp.Expr:
     return sp.Add(*(trig * sp.Add(*remainders) for trig, remainders in groups.items()))
 
 
-def _joints_in_angle(trig: sp.Expr) -> set[int]:
+def _find_joints_in_angle(trig: sp.Expr) -> set[int]:
     return {joint for symbol in trig.args[0].free_symbols for joint in find_joints(symbol)}

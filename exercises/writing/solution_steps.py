@@ -51,7 +51,7 @@ class Column:
 
 
 @dataclass(frozen=True)
-class Recursion:
+class RecursionStep:
     """A step of (6.13) from p*_i to p*_{i-1} (`p_star`), with i = `number`; `rotated_link` is R_{i-1} r_i."""
 
     number: int
@@ -225,14 +225,14 @@ class SolutionSteps:
         return sp.Matrix.hstack(shortened[:, :2], self.derivation.z[:, joint - 1])
 
     @cached_property
-    def recursion(self) -> list[Recursion]:
+    def recursion(self) -> list[RecursionStep]:
         """The steps of (6.13) for a point in the last frame, the last joint first."""
         derivation, first_frame = derive(self._structure), self.convention.frame_on_axis(1)
         rotations, links = derivation.rotations, derivation.link_vectors
         steps = []
         for i in range(self.chain.point.frame, first_frame, -1):
             rotated_link = self._substitute_numbers(rotations[i - 1] * links[i - 1])
-            steps.append(Recursion(i, rotated_link, self.derivation.p_star[:, i - 1 - first_frame]))
+            steps.append(RecursionStep(i, rotated_link, self.derivation.p_star[:, i - 1 - first_frame]))
         return steps
 
     @property

@@ -16,7 +16,7 @@ from qdot.exercises.singularities.classification import Classification
 from qdot.exercises.singularities.singular_set import Values
 from qdot.exercises.singularities.singularity_kinds import can_establish_kind
 from qdot.exercises.writing.languages import ENGLISH, Catalogue, load_catalogue
-from qdot.exercises.writing.latex import lengths_of, tex, tex_angle, tex_length, tex_value, write_symbol
+from qdot.exercises.writing.latex import list_lengths, tex, tex_angle, tex_length, tex_value, write_symbol
 from qdot.exercises.writing.translatable_phrases import NUMBER_WORDS
 
 
@@ -250,7 +250,7 @@ class Wording:
     @property
     def has_numbers(self) -> bool:
         """Whether a nonzero length of the table, base or point is given as a number."""
-        return any(length.is_number and length != 0 for length in lengths_of(self.chain))
+        return any(length.is_number and length != 0 for length in list_lengths(self.chain))
 
     # --- for single questions ---
 
