@@ -65,7 +65,7 @@ def _ask_jacobian_size(chain: Chain, rng: Stream) -> AnswerAndDetails:
 
 
 @dataclass(frozen=True, kw_only=True)
-class JointEffectDetails(Details):
+class JointEffectDetails(ConfigurationDetails):
     """Details of a question about the velocity that one joint causes at a configuration.
 
     `joint` is the number of the joint, and `rows` are the names of the components of velocity that the options show.
@@ -74,10 +74,6 @@ class JointEffectDetails(Details):
     joint: int = field(metadata=recorded_as("effect.joint"))
     configuration: ExactConfiguration = field(metadata=recorded_as("effect.place"))
     rows: tuple[str, ...] = field(metadata=recorded_as("effect.rows"))
-
-    def list_given_values(self, chain: Chain) -> dict[str, float]:
-        """Return the numbers of the configuration, by name."""
-        return self.configuration.numbers
 
 
 def _choose_rows(chain: Chain) -> tuple[str, ...]:
@@ -109,8 +105,7 @@ def _ask_effect(chain: Chain, rng: Stream) -> AnswerAndDetails | None:
                 options.append(candidate)
         if len(options) >= 4:
             answer, _ = shuffle_options(options[:4], options[0], rng, write_vector)
-            pose = configuration.figure_values
-            return answer, JointEffectDetails(joint=joint + 1, configuration=configuration, rows=rows, pose=pose)
+            return answer, JointEffectDetails(joint=joint + 1, configuration=configuration, rows=rows)
     return None
 
 

@@ -136,7 +136,12 @@ def compute_exponential(axis: Axis, value: sp.Expr) -> sp.Matrix:
         cross = make_cross_product_matrix(axis.direction)
         rotation = (rotation + sp.sin(value) * cross + (1 - sp.cos(value)) * cross**2).applyfunc(sp.expand)
         translation = axis.point - rotation * axis.point
-    return rotation.row_join(translation.applyfunc(sp.expand)).col_join(sp.Matrix([[0, 0, 0, 1]]))
+    return make_transform(rotation, translation.applyfunc(sp.expand))
+
+
+def make_transform(rotation: sp.Matrix, origin: sp.Matrix) -> sp.Matrix:
+    """Return the transform (4 x 4) with a rotation matrix and an origin."""
+    return rotation.row_join(origin).col_join(sp.Matrix([[0, 0, 0, 1]]))
 
 
 @lru_cache(maxsize=1024)
@@ -292,8 +297,7 @@ def derive_body_jacobian(chain: Chain) -> sp.Matrix:
 
 def derive_body_pose(chain: Chain) -> sp.Matrix:
     """Return the pose T_sb of the body frame, 4 x 4."""
-    pose = derive_body_rotation(chain).row_join(derive(chain).position)
-    return pose.col_join(sp.Matrix([[0, 0, 0, 1]]))
+    return make_transform(derive_body_rotation(chain), derive(chain).position)
 
 
 def derive_body_adjoint(chain: Chain) -> sp.Matrix:

@@ -100,24 +100,18 @@ def _rotate_halves(rotation: np.ndarray, velocities: np.ndarray) -> np.ndarray:
     return np.concatenate([rotation @ velocities[:, :3], rotation @ velocities[:, 3:]], axis=1)
 
 
-def _check_inverse(numeric: NumericReference, part: Part) -> Checks:
-    """Check that the Jacobian times its inverse is the identity."""
-    yield _check_product(numeric, part, np.broadcast_to(np.eye(numeric.chain.n), numeric.task_jacobian.shape))
+def _make_product_check(compute_expected: Callable[[NumericReference], np.ndarray]) -> PartCheck:
+    """Return a function that checks that the task Jacobian times the reference gives the expected values."""
 
+    def check(numeric: NumericReference, part: Part) -> Checks:
+        expected = compute_expected(numeric)
+        values = numeric.evaluate_printed_formulas(part.answer.as_matrix())
+        if values.shape == expected.shape:
+            scale = (np.abs(numeric.task_jacobian) @ np.abs(values)).max(axis=(1, 2), keepdims=True)
+            values, expected = numeric.task_jacobian @ values / scale, expected / scale
+        yield check_agreement("J times it", values, expected, EXACT_TOLERANCE)
 
-def _check_inverse_velocity(numeric: NumericReference, part: Part) -> Checks:
-    """Check that the Jacobian times the rates is the desired velocity."""
-    yield _check_product(numeric, part, numeric.task_velocities)
-
-
-def _check_product(numeric: NumericReference, part: Part, expected: np.ndarray) -> Check:
-    """Check that the task Jacobian times the reference gives the expected values."""
-    reference_values = numeric.evaluate_printed_formulas(part.answer.as_matrix())
-    if reference_values.shape != expected.shape:
-        return check_agreement("J times it", reference_values, expected, EXACT_TOLERANCE)
-    scale = (np.abs(numeric.task_jacobian) @ np.abs(reference_values)).max(axis=(1, 2), keepdims=True)
-    products = numeric.task_jacobian @ reference_values
-    return check_agreement("J times it", products / scale, expected / scale, EXACT_TOLERANCE)
+    return check
 
 
 # --- transforms, wrists and statics ---
@@ -184,8 +178,10 @@ CHECKS: dict[str, PartCheck] = {
     "determinant": make_formula_check(
         lambda numeric, _: {"LU decomposition": (np.linalg.det(numeric.task_jacobian)[:, None, None], EXACT_TOLERANCE)}
     ),
-    "inverse-jacobian": _check_inverse,
-    "inverse-velocity": _check_inverse_velocity,
+    "inverse-jacobian": _make_product_check(
+        lambda numeric: np.broadcast_to(np.eye(numeric.chain.n), numeric.task_jacobian.shape)
+    ),
+    "inverse-velocity": _make_product_check(lambda numeric: numeric.task_velocities),
     "transform": make_formula_check(lambda numeric, _: {"frames": (numeric.convention_frames[:, -1], EXACT_TOLERANCE)}),
     "tool-jacobian": make_jacobian_check(_rotate_to_tool_frame),
     "arm-block": make_jacobian_check(lambda _numeric, _part, jacobian: jacobian[:, :3, :3]),
