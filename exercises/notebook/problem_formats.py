@@ -82,9 +82,7 @@ def show_assignment(
     return _write(format, title, problems, solution, hinted)
 
 
-def _write(
-    format: str, title: str, problems: Sequence[tuple[str, Problem]], solution: bool, with_hints: bool
-) -> str:  # fmt: skip
+def _write(format: str, title: str, problems: Sequence[tuple[str, Problem]], solution: bool, with_hints: bool) -> str:
     if format not in FORMATS:
         raise make_name_error("format", format, ["text", "latex", "html", "json", "ipynb"])
     return FORMATS[format](title, problems, solution, with_hints)

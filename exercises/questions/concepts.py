@@ -26,6 +26,7 @@ from qdot.exercises.questions.geometry import ConfigurationDetails, ExactConfigu
 from qdot.exercises.questions.inversion import sample_joint_values
 from qdot.exercises.questions.singular import find_lost_direction_objection
 from qdot.exercises.reference_answers import Number
+from qdot.exercises.reference_answers.formulas import COUNT_TOLERANCE
 from qdot.exercises.singularities.directions import lost_direction
 
 MIN_OPTION_DIFFERENCE = 0.2
@@ -58,7 +59,8 @@ def _ask_jacobian_size(chain: Chain, rng: Stream) -> AnswerAndDetails:
     tasks = _list_other_tasks(chain)
     size = rng.choice(sorted({len(task) for task in tasks}))
     task = rng.choice([task for task in tasks if len(task) == size])
-    return Number.make_counts(size, chain.n), TaskDetails(task=task)
+    answer = Number(sp.Matrix([size, chain.n]), ("", ""), COUNT_TOLERANCE, COUNT_TOLERANCE)
+    return answer, TaskDetails(task=task)
 
 
 # --- effect of one joint ---

@@ -25,6 +25,7 @@ from qdot.exercises.questions.inversion import THREE_DIGIT_TOLERANCE
 from qdot.exercises.questions.lost_lines import SAMPLE_COUNT, LostMotion, compare_lines, find_lost_motion
 from qdot.exercises.questions.singular import KIND_OPTIONS, find_lost_direction_objection, find_singularity_objection
 from qdot.exercises.reference_answers import Direction, Number
+from qdot.exercises.reference_answers.formulas import COUNT_TOLERANCE
 from qdot.exercises.singularities.classification import sample_representatives
 from qdot.exercises.singularities.directions import ArmLine, LostDirectionFormula, clear_rank, lost_direction_formula
 from qdot.exercises.singularities.meanings import BranchMeanings, Meaning, find_branch_meanings
@@ -97,9 +98,8 @@ def _ask_rank(chain: Chain, rng: Stream) -> AnswerAndDetails | None:
         configuration = sample(chain, rng)
         if configuration is not None:
             jacobian = geometry.evaluate_jacobian(chain, configuration)
-            rank = clear_rank(jacobian)
-            assert rank is not None
-            return Number.make_counts(rank), RankDetails(
+            answer = Number(sp.Matrix([[clear_rank(jacobian)]]), ("",), COUNT_TOLERANCE, COUNT_TOLERANCE)
+            return answer, RankDetails(
                 configuration=configuration,
                 independent_columns=_find_independent_columns(jacobian),
                 satisfied_conditions=_find_satisfied_conditions(chain, configuration),

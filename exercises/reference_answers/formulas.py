@@ -13,6 +13,9 @@ from qdot.exercises.formula.sympy_text import expression_text, matrix_json, matr
 from qdot.exercises.reference_answers.base import Answer, Json, T
 from qdot.exercises.singularities.singular_set import Component
 
+COUNT_TOLERANCE = 1e-9
+"""Relative and absolute error allowed for counts. It is far smaller than one, because counts must be exact."""
+
 
 class _Formulas(Answer):
     """An answer whose formulas are the entries of a matrix."""
@@ -138,11 +141,6 @@ class Number(RowsAnswer):
     type = "number"
     takes_symbols = False
     is_numeric = True
-
-    @classmethod
-    def make_counts(cls, *counts: int) -> "Number":
-        """Return an answer that consists of counts, which must be exact."""
-        return cls(sp.Matrix(counts), ("",) * len(counts), 1e-9, 1e-9)
 
     @property
     def is_count(self) -> bool:

@@ -18,14 +18,10 @@ from qdot.exercises.questions.base import AnswerAndDetails
 from qdot.exercises.questions.inversion import make_load_symbols
 from qdot.exercises.questions.screws import SCREWS_SOURCE
 from qdot.exercises.reference_answers import Matching
+from qdot.exercises.short_questions import wrong_formulas
 from qdot.exercises.short_questions.options import OfferedOption, Options, offer_choice
 from qdot.exercises.short_questions.short_question import ShortQuestion
-from qdot.exercises.short_questions.wrong_formulas import (
-    OptionSubject,
-    are_different_functions,
-    ask_base_question,
-    make_four_options,
-)
+from qdot.exercises.short_questions.wrong_formulas import OptionSubject
 from qdot.exercises.short_questions.wrong_sets import make_four_sets
 
 
@@ -56,13 +52,13 @@ def _list_position_subjects(chain: Chain, question: str) -> list[OptionSubject]:
 
 def _find_varying_columns(chain: Chain, question: str) -> list[OptionSubject]:
     """Return the columns that depend on the configuration. The constant columns are obvious without a calculation."""
-    matrix = ask_base_question(chain, question).answer.as_matrix()
+    matrix = wrong_formulas.ask_base_question(chain, question).answer.as_matrix()
     return [OptionSubject(question, i) for i in range(matrix.cols) if matrix.col(i).has(*chain.q)]
 
 
 def _find_varying_entries(chain: Chain, question: str) -> list[OptionSubject]:
     """Return the entries of a vector that depend on the configuration."""
-    vector = ask_base_question(chain, question).answer.as_matrix()
+    vector = wrong_formulas.ask_base_question(chain, question).answer.as_matrix()
     return [OptionSubject(question, None, row) for row in range(vector.rows) if vector[row].has(*chain.q)]
 
 
@@ -72,7 +68,7 @@ def _list_columns(chain: Chain, question: str, first_column: int = 0) -> list[Op
 
 def _ask_formula(chain: Chain, rng: Stream, find_subjects: SubjectFinder, question: str) -> AnswerAndDetails | None:
     for subject in rng.permutation(find_subjects(chain, question)):
-        options = make_four_options(chain, subject, rng)
+        options = wrong_formulas.make_four_options(chain, subject, rng)
         if options is not None:
             symbols = make_load_symbols(chain) if question == "joint-torques" else {}
             answer, offered = offer_choice(options, rng)
@@ -158,9 +154,9 @@ def _split_columns(chain: Chain) -> list[sp.Matrix]:
 def _make_extra_column(chain: Chain, rng: Stream) -> OfferedOption | None:
     """Return a wrong column that differs from all correct columns, or None if none is found."""
     for number in rng.permutation(range(chain.n)):
-        options = make_four_options(chain, OptionSubject("jacobian", number), rng) or ()
+        options = wrong_formulas.make_four_options(chain, OptionSubject("jacobian", number), rng) or ()
         for option in options[1:]:  # the first option is correct
-            is_different = are_different_functions(chain, [*_split_columns(chain), option.content])
+            is_different = wrong_formulas.are_different_functions(chain, [*_split_columns(chain), option.content])
             if is_different and len(option.text) <= MAX_CHARACTERS:
                 return option
     return None
@@ -168,7 +164,9 @@ def _make_extra_column(chain: Chain, rng: Stream) -> OfferedOption | None:
 
 @lru_cache(maxsize=1024)
 def _has_short_distinct_columns(chain: Chain) -> bool:
-    return _has_short_columns(symbolic_arm_of(chain).chain) and are_different_functions(chain, _split_columns(chain))
+    return _has_short_columns(symbolic_arm_of(chain).chain) and wrong_formulas.are_different_functions(
+        chain, _split_columns(chain)
+    )
 
 
 @lru_cache(maxsize=1024)
