@@ -7,6 +7,7 @@ roots. Other numbers are rounded.
 
 from collections.abc import Sequence
 from dataclasses import dataclass, replace
+from typing import NamedTuple
 
 import mpmath
 import numpy as np
@@ -17,13 +18,16 @@ from qdot.exercises.arm.vectors import rot_x, rot_z
 
 ZERO_TOLERANCE = sp.Float("1e-9")
 """Tolerance for zero and for multiples of pi/12. It is large because users round the numbers that they write."""
-EXACT_TOLERANCE, _ROUNDING_ERROR, _DIGITS = sp.Float("1e-45"), sp.Float("1e-50"), 60
-"""The tolerance for recognising an exact number, the size below which a number is a rounding error of zero, and the
-number of digits of computations."""
+_DIGITS = 60
+"""The number of digits of computations."""
+EXACT_TOLERANCE = sp.Float("1e-45")
+"""The tolerance for recognising an exact number."""
+_ROUNDING_ERROR = sp.Float("1e-50")
+"""A number whose absolute value is below this is a rounding error of zero."""
 _SHOWN_DECIMALS = 10
 """Number of decimals to which a number without a simple form is rounded."""
-_MAX_DENOMINATOR, _MAX_SQUARE_DENOMINATOR = 10**8, 10**16
-"""The largest denominators of a fraction that is not a decimal, and of a fraction under a root.
+_MAX_DENOMINATOR = 10**8
+"""The largest denominator of a fraction that is not a decimal; under a root, its square.
 
 Lengths along an axis with the direction (1, 2, 3) or (0, 3, 4) have large denominators. A fraction that matches 45
 digits is no coincidence.
@@ -78,22 +82,29 @@ def split_base_pose(pose: Pose) -> tuple[Base, sp.Expr]:
 
     A base alone has only yaw and tilt. Return the base, and the angle of the rotation (rad).
     """
-    candidates = _find_base_angles(pose.rotation)
-    tilt, yaw, final_angle = min(candidates, key=lambda angles: (angles[2] != 0, abs(angles[1]), -angles[0]))
+    solutions = _find_base_angles(pose.rotation)
+    yaw, tilt, z_angle = min(solutions, key=lambda angles: (angles.z_angle != 0, abs(angles.yaw), -angles.tilt))
     x, y, z = pose.origin.applyfunc(recognize_exact)
-    return Base((x, y, z), yaw, tilt), final_angle
+    return Base((x, y, z), yaw, tilt), z_angle
 
 
-def _find_base_angles(r: sp.Matrix) -> list[tuple[sp.Expr, sp.Expr, sp.Expr]]:
-    """Return each (tilt, yaw, angle) with Rz(yaw) Rx(tilt) Rz(angle) = r: two, or one if z_0 is vertical."""
+class _BaseAngles(NamedTuple):
+    """The angles (rad) of a rotation Rz(yaw) Rx(tilt) Rz(z_angle)."""
+
+    yaw: sp.Expr
+    tilt: sp.Expr
+    z_angle: sp.Expr
+
+
+def _find_base_angles(r: sp.Matrix) -> list[_BaseAngles]:
+    """Return the angles of a rotation matrix: two solutions, or one if z_0 is vertical."""
     if is_zero(r[0, 2]) and is_zero(r[1, 2]):
-        return [(sp.S.Zero if r[2, 2] > 0 else sp.pi, angle_of(r[0, 0], r[1, 0]), sp.S.Zero)]
+        return [_BaseAngles(angle_of(r[0, 0], r[1, 0]), sp.S.Zero if r[2, 2] > 0 else sp.pi, sp.S.Zero)]
     sine = sp.sqrt(evaluate_entry(1 - r[2, 2] ** 2))
-
-    def angles(s: sp.Expr) -> tuple[sp.Expr, sp.Expr, sp.Expr]:
-        return angle_of(r[2, 2], s), angle_of(-r[1, 2] / s, r[0, 2] / s), angle_of(r[2, 1] / s, r[2, 0] / s)
-
-    return [angles(sine), angles(-sine)]
+    return [
+        _BaseAngles(angle_of(-r[1, 2] / s, r[0, 2] / s), angle_of(r[2, 2], s), angle_of(r[2, 1] / s, r[2, 0] / s))
+        for s in (sine, -sine)
+    ]
 
 
 # --- axes ---
@@ -112,12 +123,13 @@ def table_of_axes(axes: Sequence[Axis], point: sp.Matrix) -> tuple[Base, tuple[J
     joints, tool = [], None
     for number, axis in enumerate(axes, 1):
         previous_frame, frame = table_frame, table_frame.frame
+        # a last axis without a kind leads to the point of interest
         next_axis = axes[number] if number < len(axes) else Axis("", frame.rotation[:, 2], point)
-        step, table_frame = _compute_next_row(previous_frame, next_axis)
-        if number == len(axes) and not (12 * step.theta / sp.pi).is_Integer:
+        row, table_frame = _compute_next_row(previous_frame, next_axis)
+        if number == len(axes) and not (12 * row.theta / sp.pi).is_Integer:
             x, y, z = _evaluate_matrix(frame.rotation.T * (point - frame.origin)).applyfunc(recognize_exact)
-            step, tool = Joint("P", -previous_frame.z_rotation, 0, 0, 0), Point(number, (x, y, z))
-        joint = replace(step, kind=axis.kind)
+            row, tool = Joint("P", -previous_frame.z_rotation, 0, 0, 0), Point(number, (x, y, z))
+        joint = replace(row, kind=axis.kind)
         variable = sp.Symbol(f"{axis.variable_key}{number}")
         joints.append(joint.with_variable_entry(variable + joint.variable_entry))
     return base, tuple(joints), tool
@@ -150,7 +162,10 @@ class _TableFrame:
 
 
 def _compute_next_row(table_frame: _TableFrame, next_axis: Axis) -> tuple[Joint, _TableFrame]:
-    """Return one row of the table, without its variable, and the frame after it, whose z lies along `next_axis`."""
+    """Return one row of the table, and the frame after the row; its z axis lies along `next_axis`.
+
+    The caller adds the joint variable and sets the kind of the joint.
+    """
     frame, next_direction, next_rotation = table_frame.frame, next_axis.direction, sp.S.Zero
     x, z = frame.rotation[:, 0], frame.rotation[:, 2]
     to_next_point, normal = _evaluate_matrix(next_axis.point - frame.origin), _evaluate_matrix(z.cross(next_direction))
@@ -219,7 +234,7 @@ def _recognize_number(number: sp.Float) -> sp.Expr:
     """Return the fraction, root of a fraction or sum of roots that equals a number; if there is none, round it."""
     exact = _recognize_fraction(number)
     if exact is None:
-        square = _recognize_fraction(number**2, _MAX_SQUARE_DENOMINATOR)
+        square = _recognize_fraction(number**2, _MAX_DENOMINATOR**2)
         exact = _recognize_sum_of_roots(number) if square is None else sp.sign(number) * sp.sqrt(square)
     return sp.Rational(str(round(number, _SHOWN_DECIMALS))) if exact is None else exact
 

@@ -157,8 +157,8 @@ class Chain:
             raise make_name_error("convention", self.convention, CONVENTIONS)
         if self.twist_order not in TWIST_ORDERS:
             raise make_name_error("order of a twist", self.twist_order, TWIST_ORDERS)
-        wrong = [row for row in self.task if row not in VELOCITY_NAMES]
-        if wrong or len(set(self.task)) != len(self.task) or not self.task:
+        unknown_rows = [row for row in self.task if row not in VELOCITY_NAMES]
+        if unknown_rows or len(set(self.task)) != len(self.task) or not self.task:
             raise QdotError(
                 f"{self.name}: task {list(self.task)}: expected some of {', '.join(VELOCITY_NAMES)}, each at most once"
             )

@@ -10,6 +10,7 @@ from collections.abc import Callable, Iterable
 from dataclasses import dataclass, replace
 from functools import cached_property, lru_cache
 from itertools import combinations, product
+from typing import NamedTuple
 
 import numpy as np
 import sympy as sp
@@ -19,14 +20,13 @@ from qdot.exercises.arm.chain import ANGLE_PREFIXES, Chain
 from qdot.exercises.arm.conventions import convention_of
 from qdot.exercises.arm.conventions.base import VELOCITY_NAMES
 from qdot.exercises.arm.derivation_graph import compute_symbolic_stages, propagate_linear_rows, to_sympy_matrix
-from qdot.exercises.arm.kinematics import frames_and_point, jacobian_seen_from, link_frames, task_matrix
+from qdot.exercises.arm.kinematics import frames_and_point, jacobian_seen_from, link_frames
 from qdot.exercises.arm.trigonometry import (
     Factored,
     are_identical,
     factor_trig,
     remove_arctangents,
     remove_brackets,
-    substitute,
     textbook_form,
     textbook_matrix,
 )
@@ -34,12 +34,10 @@ from qdot.exercises.common.errors import QdotError
 
 Values = dict[sp.Symbol, sp.Expr]
 
-MAX_MINOR_TERMS, LONG_MINOR_TERMS = 3000, 100
-"""Maximum number of terms in all maximal minors of a Jacobian together, and the number of terms above which the minors
-are long: then the singular configurations are found by elimination (`reciprocal`).
-
-For comparison: the seven maximal minors of a Panda have 400 terms.
-"""
+MAX_MINOR_TERMS = 3000
+"""Maximum number of terms in all maximal minors of a Jacobian together; the seven minors of a Panda have 400."""
+LONG_MINOR_TERMS = 100
+"""If the minors have more terms together, the singular configurations are found by elimination (`reciprocal`)."""
 
 
 class TooLong(QdotError):
@@ -91,17 +89,23 @@ def symbolic_arm_of(chain: Chain) -> SymbolicArm:
 @lru_cache(maxsize=4096)
 def _derive_position(chain: Chain) -> sp.Matrix:
     """Return the point of interest of a symbolic arm; this is quick even if the other results take minutes."""
-    return frames_and_point(chain)[1].applyfunc(textbook_form)
+    return frames_and_point(chain).point.applyfunc(textbook_form)
+
+
+class _Geometry(NamedTuple):
+    """The axes (3 x n), the vectors p* (3 x n, m) and the geometric Jacobian (6 x n) of a symbolic arm."""
+
+    z: sp.Matrix
+    p_star: sp.Matrix
+    jacobian: sp.Matrix
 
 
 @lru_cache(maxsize=4096)
-def _derive_geometry(chain: Chain) -> tuple[sp.Matrix, sp.Matrix, sp.Matrix]:
-    """Return the axes (3 x n), p* (3 x n) and the geometric Jacobian (6 x n) of a symbolic arm.
-
-    Raises RuntimeError unless both routes of derivation agree exactly.
-    """
+def _derive_geometry(chain: Chain) -> _Geometry:
+    """Return the geometry of a symbolic arm. Raises RuntimeError unless both routes of derivation agree exactly."""
     frames, point = frames_and_point(chain)
     z = sp.Matrix.hstack(*(frame.rotation[:, 2].applyfunc(textbook_form) for frame in frames[: chain.n]))
+    # the frame on the first axis is frame 0 or frame 1
     frames_on_axes = link_frames(chain)[convention_of(chain).frame_on_axis(1) :][: chain.n]
     p_star = sp.Matrix.hstack(*((point - frame.origin).applyfunc(textbook_form) for frame in frames_on_axes))
     linear = _derive_position(chain).jacobian(chain.q).applyfunc(textbook_form)
@@ -119,11 +123,11 @@ def _derive_geometry(chain: Chain) -> tuple[sp.Matrix, sp.Matrix, sp.Matrix]:
         entries = zip(by_differentiation, to_sympy_matrix(by_propagation), strict=True)
         if not all(are_identical(a, b) for a, b in entries):
             raise RuntimeError(f"the two routes disagree on {quantity} of {chain}; please report this")
-    return z, p_star, geometric
+    return _Geometry(z, p_star, geometric)
 
 
 def _derive_task_jacobian(chain: Chain) -> sp.Matrix:
-    return task_matrix(_derive_geometry(chain)[2], chain.task)
+    return _derive_geometry(chain).jacobian[chain.task_rows, :]
 
 
 def determinant_of(matrix: sp.Matrix) -> sp.Expr:
@@ -145,7 +149,7 @@ def shorten_jacobian(chain: Chain) -> sp.Matrix:
     if set(chain.task) != set(VELOCITY_NAMES) or chain.n < len(VELOCITY_NAMES) or not moves_with_last_link(chain):
         return _derive_task_jacobian(chain)
     k = chain.n // 2
-    return task_matrix(textbook_matrix(jacobian_seen_from(chain, k, k)), chain.task)
+    return textbook_matrix(jacobian_seen_from(chain, k, k))[chain.task_rows, :]
 
 
 def moves_with_last_link(chain: Chain) -> bool:
@@ -156,9 +160,9 @@ def moves_with_last_link(chain: Chain) -> bool:
     if chain.point.frame == chain.n:
         return True
     frames, point = frames_and_point(chain)
-    later = range(chain.point.frame, chain.n)
-    moments = (entry for i in later for entry in frames[i].rotation[:, 2].cross(point - frames[i].origin))
-    return all(chain.joints[i].is_revolute for i in later) and all(are_identical(x, sp.S.Zero) for x in moments)
+    later_joints = range(chain.point.frame, chain.n)
+    moments = (entry for i in later_joints for entry in frames[i].rotation[:, 2].cross(point - frames[i].origin))
+    return all(chain.joints[i].is_revolute for i in later_joints) and all(are_identical(x, sp.S.Zero) for x in moments)
 
 
 @lru_cache(maxsize=4096)
@@ -195,23 +199,20 @@ def _derive_minors(chain: Chain) -> tuple[Factored, ...]:
     if minors is None:
         subject = "the determinant has" if len(chain.task) == chain.n else "the minors of J have"
         raise TooLong(f"{subject} more than {MAX_MINOR_TERMS} terms, too many for readable conditions")
-    return _factor_all(minors)
+    return tuple(map(factor_trig, minors))
 
 
 _stored_minors: dict[Chain, Callable[[], tuple[Factored, ...]]] = {}
+"""For an arm, a function that returns the minors that the grader has stored."""
 _MAX_STORED = 64
+"""If this many arms are stored, all are forgotten, so that grading a large class does not fill the memory."""
 
 
-def store_minors(chain: Chain, minors: Callable[[], tuple[Factored, ...]]) -> None:
+def store_minors(chain: Chain, derive_minors: Callable[[], tuple[Factored, ...]]) -> None:
     """Store a function that returns the minors of an arm's symbolic arm, so that the grader need not derive them."""
     if len(_stored_minors) >= _MAX_STORED:
         _stored_minors.clear()
-    _stored_minors[chain] = minors
-
-
-@lru_cache(maxsize=4096)
-def _factor_all(minors: tuple[sp.Expr, ...]) -> tuple[Factored, ...]:
-    return tuple(factor_trig(minor) for minor in minors)
+    _stored_minors[chain] = derive_minors
 
 
 @lru_cache(maxsize=4096)
@@ -221,12 +222,12 @@ def _derive_inverse(chain: Chain) -> tuple[tuple[Factored, ...], ...]:
     (determinant,) = _derive_minors(chain)
     n = jacobian.rows
 
-    def entry(i: int, j: int) -> Factored:
+    def derive_entry(i: int, j: int) -> Factored:
         submatrix = jacobian.extract([r for r in range(n) if r != j], [c for c in range(n) if c != i])
         cofactor = factor_trig((-1) ** (i + j) * (determinant_of(submatrix) if n > 1 else sp.S.One))
-        return cofactor.over(determinant)
+        return cofactor.divide_by(determinant)
 
-    return tuple(tuple(entry(i, j) for j in range(n)) for i in range(n))
+    return tuple(tuple(derive_entry(i, j) for j in range(n)) for i in range(n))
 
 
 @lru_cache(maxsize=4096)
@@ -237,7 +238,7 @@ def _derive_rates(chain: Chain) -> tuple[Factored, ...]:
     velocity = sp.Matrix(task_velocity(chain))
     # Cramer's rule: the numerator of rate i is the determinant of J with the velocity as column i.
     matrices = (sp.Matrix.hstack(jacobian[:, :i], velocity, jacobian[:, i + 1 :]) for i in range(chain.n))
-    rates = (factor_trig(determinant_of(matrix)).over(determinant) for matrix in matrices)
+    rates = (factor_trig(determinant_of(matrix)).divide_by(determinant) for matrix in matrices)
     return tuple(_collect_by_velocity(rate, tuple(velocity)) for rate in rates)
 
 
@@ -270,7 +271,7 @@ class Derivation:
     @cached_property
     def z(self) -> sp.Matrix:
         """The joint axes, 3 x n: z_0 ... z_{n-1}, or z_1 ... z_n of a modified table."""
-        return self.substitute_matrix(_derive_geometry(self._symbolic_chain)[0])
+        return self.substitute_matrix(_derive_geometry(self._symbolic_chain).z)
 
     @cached_property
     def p_star(self) -> sp.Matrix:
@@ -278,21 +279,21 @@ class Derivation:
 
         The columns are p*_0 ... p*_{n-1}, or p*_1 ... p*_n of a modified table.
         """
-        return self.substitute_matrix(_derive_geometry(self._symbolic_chain)[1])
+        return self.substitute_matrix(_derive_geometry(self._symbolic_chain).p_star)
 
     @cached_property
     def geometric(self) -> sp.Matrix:
         """The geometric Jacobian, 6 x n (6.11, 6.12)."""
-        return self.substitute_matrix(_derive_geometry(self._symbolic_chain)[2])
+        return self.substitute_matrix(_derive_geometry(self._symbolic_chain).jacobian)
 
     @cached_property
     def jacobian(self) -> sp.Matrix:
         """The task Jacobian: the m rows of the geometric Jacobian that belong to the task, m x n."""
-        return task_matrix(self.geometric, self.chain.task)
+        return self.geometric[self.chain.task_rows, :]
 
     def substitute_values(self, expression: sp.Expr) -> sp.Expr:
         """Return an expression of the symbolic arm with this arm's numbers and symbols substituted."""
-        return substitute(expression, self._values)
+        return expression.xreplace(self._values)
 
     def substitute_matrix(self, matrix: sp.Matrix) -> sp.Matrix:
         """Return a matrix of the symbolic arm with this arm's numbers and symbols substituted.
@@ -313,8 +314,8 @@ class Derivation:
     @cached_property
     def symbolic_minors(self) -> tuple[Factored, ...]:
         """The maximal minors of the symbolic arm's task Jacobian, factored; the determinant alone if J is square."""
-        stored = _stored_minors.get(self.chain)
-        return _derive_minors(self._symbolic_chain) if stored is None else stored()
+        derive_stored = _stored_minors.get(self.chain)
+        return _derive_minors(self._symbolic_chain) if derive_stored is None else derive_stored()
 
     @property
     def symbolic_joints(self) -> tuple[sp.Symbol, ...]:
@@ -351,7 +352,7 @@ class Derivation:
         return sp.Matrix(rows)
 
     def _require_square(self, quantity: str, consequence: str = "") -> None:
-        """Raise ValueError if J is not square, or if det J is always zero and that has a `consequence`."""
+        """Raise ValueError if J is not square, or if a `consequence` of det J = 0 is given and det J is always zero."""
         if not self.is_square:
             shape = f"{len(self.chain.task)} x {self.chain.n}"
             raise ValueError(f"{self.chain.name}: the {quantity} needs a square Jacobian, but this one is {shape}")

@@ -9,7 +9,7 @@ Shapes below show the latter as "…".
 from collections.abc import Callable, Mapping
 from dataclasses import dataclass, field, replace
 from functools import cache
-from typing import Any
+from typing import Any, NamedTuple
 
 import numpy as np
 import sympy as sp
@@ -93,7 +93,8 @@ class StageResults:
     def _compute(self, stage: str) -> Any:
         is_affected = any(name in prerequisites(stage) for name, _ in self.new_changes)
         if self.base_results is None or is_affected:
-            result, changes = STAGES[stage][0](self), self.changes
+            compute_result, _ = STAGES[stage]
+            result, changes = compute_result(self), self.changes
         else:
             result, changes = self.base_results[stage], self.new_changes
         for name, change in changes:
@@ -103,8 +104,9 @@ class StageResults:
 
     def with_mistakes(self, changes: Mapping[str, Change]) -> "StageResults":
         """Return the stages of the same derivation with further mistakes: a change for each named stage."""
-        fresh, rotations = tuple(changes.items()), self._row_rotations
-        return StageResults(self.chain, self.arithmetic, (*self.changes, *fresh), fresh, self, _row_rotations=rotations)
+        new = tuple(changes.items())
+        all_changes = (*self.changes, *new)
+        return StageResults(self.chain, self.arithmetic, all_changes, new, self, _row_rotations=self._row_rotations)
 
     def without_changes_of(self, stage: str) -> "StageResults":
         """Return the stages of the same derivation without the mistakes in a stage."""
@@ -118,17 +120,17 @@ class StageResults:
             self._row_rotations[key] = (row, matrix_product(rotation_z(self, row.theta), rotation_x(self, row.alpha)))
         return self._row_rotations[key][1]
 
-    def for_first_joints(self, frame: int) -> "StageResults":
-        """Return the stages, with the same mistakes, for the arm of the first `frame` joints.
+    def for_first_joints(self, joint_count: int) -> "StageResults":
+        """Return the stages, with the same mistakes, for the arm of the first `joint_count` joints.
 
-        The point of interest of that arm is the origin of `frame`.
+        The point of interest of that arm is the origin of its last frame.
         """
-        if frame not in self._first_joints:
-            shorter_base = None if self.base_results is None else self.base_results.for_first_joints(frame)
-            shorter = shorter_base.chain if shorter_base else convention_of(self.chain).keep_first_joints(frame)
+        if joint_count not in self._first_joints:
+            shorter_base = None if self.base_results is None else self.base_results.for_first_joints(joint_count)
+            shorter = shorter_base.chain if shorter_base else convention_of(self.chain).keep_first_joints(joint_count)
             parts = shorter, self.arithmetic, self.changes, self.new_changes, shorter_base
-            self._first_joints[frame] = StageResults(*parts, _row_rotations=self._row_rotations)
-        return self._first_joints[frame]
+            self._first_joints[joint_count] = StageResults(*parts, _row_rotations=self._row_rotations)
+        return self._first_joints[joint_count]
 
     def depends_on(self, stage: str) -> bool:
         """Return whether a result computed so far, also for the first joints only, depends on a stage."""
@@ -164,8 +166,8 @@ def compute_symbolic_stages(chain: Chain) -> StageResults:
 
 
 def _table(stages: StageResults) -> Table:
-    joints, base, to_stepped = stages.chain.joints, stages.chain.base, stages.arithmetic.convert_entry
-    rows = tuple(TableRow(j.kind, *map(to_stepped, (j.theta, j.d, j.a, j.alpha))) for j in joints)
+    base, to_stepped = stages.chain.base, stages.arithmetic.convert_entry
+    rows = tuple(TableRow(j.kind, *map(to_stepped, (j.theta, j.d, j.a, j.alpha))) for j in stages.chain.joints)
     position, offset = (np.stack([*map(to_stepped, vector)]) for vector in (base.position, stages.chain.point.offset))
     return Table(rows, (position, to_stepped(base.yaw), to_stepped(base.tilt)), offset)
 
@@ -203,16 +205,14 @@ def _rotations(stages: StageResults) -> list[np.ndarray]:
 
 def _local_links(stages: StageResults) -> list[np.ndarray]:
     """Return the link vectors r_i in frame i-1 (below (6.13)), and the coordinates of P in its frame."""
-    vectors = []
-    for row in stages["table"].rows:
-        c, s = stages.arithmetic.cos(row.theta), stages.arithmetic.sin(row.theta)
-        vectors.append(np.stack([row.a * c, row.a * s, row.d]))
-    return [*vectors, stages["table"].offset]
+    cos, sin, table = stages.arithmetic.cos, stages.arithmetic.sin, stages["table"]
+    vectors = [np.stack([row.a * cos(row.theta), row.a * sin(row.theta), row.d]) for row in table.rows]
+    return [*vectors, table.offset]
 
 
 def _links(stages: StageResults) -> list[np.ndarray]:
     """Return the vectors of `_local_links` in the world frame."""
-    rotations, local_vectors = stages["rotations"], stages["own links"]
+    rotations, local_vectors = stages["rotations"], stages["local links"]
     vectors = [apply_matrix(rotations[k], local_vectors[k]) for k in range(stages.n)]
     return [*vectors, apply_matrix(rotations[stages.chain.point.frame], local_vectors[stages.n])]
 
@@ -228,15 +228,14 @@ def _stack_values(stages: StageResults, vectors: list[np.ndarray]) -> np.ndarray
 
 
 def _origins(stages: StageResults) -> np.ndarray:
-    steps = _stack_values(stages, [stages["table"].base[0], *stages["links"][:-1]])
-    return np.cumsum(steps, axis=0)
+    base_position, _, _ = stages["table"].base
+    return np.cumsum(_stack_values(stages, [base_position, *stages["links"][:-1]]), axis=0)
 
 
 def _point(stages: StageResults) -> np.ndarray:
-    links = _stack_values(stages, stages["links"])
-    return np.asarray(
-        stages.arithmetic.drop_derivatives(stages["table"].base[0]) + links[links_to_point(stages.chain)].sum(axis=0)
-    )
+    base_position, _, _ = stages["table"].base
+    links = _stack_values(stages, stages["links"])[links_to_point(stages.chain)]
+    return np.asarray(stages.arithmetic.drop_derivatives(base_position) + links.sum(axis=0))
 
 
 def _link_derivatives(stages: StageResults) -> np.ndarray:
@@ -271,7 +270,7 @@ def propagate_linear_rows(stages: StageResults, _: Any = None) -> np.ndarray:
     """
     columns = []
     for i, kind in enumerate(stages["kinds"]):
-        column = stages["products"][i] if kind == REVOLUTE else stages["axes"][i]
+        column = stages["cross products"][i] if kind == REVOLUTE else stages["axes"][i]
         columns.append(column if i < stages.chain.point.frame else column * 0)
     return np.stack(columns, axis=1)
 
@@ -302,19 +301,29 @@ def _self_motion(stages: StageResults) -> np.ndarray:
     jacobian = stages["jacobian"]
     if jacobian.shape[1] != jacobian.shape[0] + 1:  # J has several independent self-motions, or none
         return np.asarray(jacobian[0] * np.nan)
-    other_columns = [[c for c in range(stages.n) if c != i] for i in range(stages.n)]
-    return np.stack([(-1) ** i * determinant(jacobian[:, other_columns[i]]) for i in range(stages.n)])
+    return np.stack([(-1) ** i * determinant(np.delete(jacobian, i, axis=1)) for i in range(stages.n)])
 
 
-def singular_vectors(stages: StageResults) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
-    """Return U (m, m, N), sigma (min(m, n), N) and V^T (n, n, N) of the task Jacobian at N configurations."""
-    u, sigma, v = np.linalg.svd(np.nan_to_num(np.moveaxis(stages["jacobian"], -1, 0).astype(float)))
-    return np.moveaxis(u, 0, -1), sigma.T, np.moveaxis(v, 0, -1)
+class SingularValues(NamedTuple):
+    """The singular value decomposition U diag(sigma) V^T of the m x n task Jacobian at N configurations.
+
+    The shapes are (m, m, N), (min(m, n), N) and (n, n, N).
+    """
+
+    u: np.ndarray
+    sigma: np.ndarray
+    v_transposed: np.ndarray
+
+
+def decompose_jacobian(stages: StageResults) -> SingularValues:
+    """Return the singular value decomposition of the task Jacobian."""
+    u, sigma, v_transposed = np.linalg.svd(np.nan_to_num(np.moveaxis(stages["jacobian"], -1, 0).astype(float)))
+    return SingularValues(np.moveaxis(u, 0, -1), sigma.T, np.moveaxis(v_transposed, 0, -1))
 
 
 def _condition_number(stages: StageResults) -> np.ndarray:
     """Return the largest singular value of J over the smallest, (N,)."""
-    sigma = singular_vectors(stages)[1]
+    sigma = decompose_jacobian(stages).sigma
     with np.errstate(all="ignore"):
         return np.asarray(sigma[0] / sigma[-1])
 
@@ -359,10 +368,9 @@ def _body_rotation(stages: StageResults) -> np.ndarray:
 
     The body frame moves with the last link. At home it has the directions of the world frame.
     """
-    home = frames_and_point(stages.chain)[0][-1].rotation.xreplace(dict.fromkeys(stages.chain.q, sp.S.Zero))
-    home_transposed = np.stack(
-        [constant_vector(stages, home[:, k]) for k in range(3)]
-    )  # its rows are the columns of `home`
+    last_frame = frames_and_point(stages.chain).frames[-1]
+    home = last_frame.rotation.xreplace(dict.fromkeys(stages.chain.q, sp.S.Zero))
+    home_transposed = np.stack([constant_vector(stages, home[:, k]) for k in range(3)])
     return matrix_product(stages.arithmetic.drop_derivatives(stages["rotations"][-1]), home_transposed)
 
 
@@ -383,8 +391,8 @@ STAGES: dict[str, tuple[Callable[[StageResults], Any], tuple[str, ...]]] = {
     "table": (_table, ()),
     "base rotation": (_base_rotation, ("table",)),
     "rotations": (_rotations, ("table", "base rotation")),
-    "own links": (_local_links, ("table",)),
-    "links": (_links, ("rotations", "own links")),
+    "local links": (_local_links, ("table",)),
+    "links": (_links, ("rotations", "local links")),
     "origins": (_origins, ("links",)),
     "point": (_point, ("links",)),
     "link derivatives": (_link_derivatives, ("links",)),
@@ -397,13 +405,13 @@ STAGES: dict[str, tuple[Callable[[StageResults], Any], tuple[str, ...]]] = {
     "last rotation": (lambda stages: convention_rotation(stages, stages.n), ("rotations", "table")),
     "last origin": (lambda stages: stages["origins on axes"][-1], ("origins on axes",)),
     "kinds": (lambda stages: [row.kind for row in stages["table"].rows], ("table",)),
-    "products": (
+    "cross products": (
         lambda stages: [cross(stages["axes"][i], stages["p*"][i]) for i in range(stages.n)],
         ("axes", "p*"),
     ),
     "linear": (
         lambda stages: np.moveaxis(stages["link derivatives"].sum(axis=1), 0, 1),
-        ("link derivatives", "products", "axes", "kinds"),
+        ("link derivatives", "cross products", "axes", "kinds"),
     ),
     "angular": (_angular, ("axes", "kinds")),
     "geometric": (lambda stages: np.concatenate([stages["linear"], stages["angular"]]), ("linear", "angular")),
@@ -429,7 +437,7 @@ STAGES: dict[str, tuple[Callable[[StageResults], Any], tuple[str, ...]]] = {
     ),
     "pseudo-inverse": (_pseudo_inverse, ("gram matrix", "transposed jacobian")),
     "self-motion": (_self_motion, ("jacobian",)),
-    "lost direction": (lambda stages: singular_vectors(stages)[0][:, -1], ("jacobian",)),
+    "lost direction": (lambda stages: decompose_jacobian(stages).u[:, -1], ("jacobian",)),
     "gram determinant": (lambda stages: determinant(stages["gram matrix"]), ("gram matrix",)),
     "manipulability": (lambda stages: stages.arithmetic.sqrt(stages["gram determinant"]), ("gram determinant",)),
     "condition number": (_condition_number, ("jacobian",)),
@@ -455,8 +463,8 @@ STAGES: dict[str, tuple[Callable[[StageResults], Any], tuple[str, ...]]] = {
 @cache
 def prerequisites(stage: str) -> frozenset[str]:
     """Return all stages on which a stage depends, directly or indirectly."""
-    direct = STAGES[stage][1]
-    return frozenset(direct).union(*(prerequisites(name) for name in direct))
+    _, direct_prerequisites = STAGES[stage]
+    return frozenset(direct_prerequisites).union(*map(prerequisites, direct_prerequisites))
 
 
 def to_sympy_matrix(values: np.ndarray) -> sp.Matrix:

@@ -84,12 +84,13 @@ def _parse_formula(text: str, is_angle: bool) -> sp.Expr:
     """Parse a formula in quotes. Raises QdotError, whose message says what to write instead."""
     if len(text) > _MAX_CHARACTERS:
         raise QdotError(f"the formula has {len(text)} characters; at most {_MAX_CHARACTERS} are allowed")
-    for token in (match.group() for match in _TOKEN.finditer(text)):
-        if (token if len(token) == 1 else token.lower()) in _UNITS:
-            raise QdotError(f"{token} is a unit; write the entry without a unit: {_UNIT_HINT[is_angle]}")
-    for first, second in itertools.pairwise(_TOKEN.finditer(text)):
-        if _lacks_product_sign(first, second):
-            correction = f"{text[: first.end()]}*{text[second.start() :]}"
+    tokens = list(_TOKEN.finditer(text))
+    for word in (token.group() for token in tokens):
+        if (word if len(word) == 1 else word.lower()) in _UNITS:
+            raise QdotError(f"{word} is a unit; write the entry without a unit: {_UNIT_HINT[is_angle]}")
+    for token, next_token in itertools.pairwise(tokens):
+        if _lacks_product_sign(token, next_token):
+            correction = f"{text[: token.end()]}*{text[next_token.start() :]}"
             raise QdotError(f'a product needs *; did you mean "{correction}"?')
     if re.fullmatch(r"\s*[-+]?\d*,\d+\s*", text):
         raise QdotError(f"decimals need a point; write {text.strip().replace(',', '.')}")
@@ -103,13 +104,13 @@ def _parse_formula(text: str, is_angle: bool) -> sp.Expr:
         raise QdotError(str(error) if "as in" in str(error) else f"{error}; {_UNIT_HINT[is_angle]}") from None
 
 
-def _lacks_product_sign(first: re.Match[str], second: re.Match[str]) -> bool:
+def _lacks_product_sign(token: re.Match[str], next_token: re.Match[str]) -> bool:
     """Return whether two successive tokens are factors of an ambiguous product, such as "a1 b2"."""
-    if first.lastgroup == "number":
-        return second.lastgroup == "number"
-    is_symbol = first.lastgroup == "name" and first.group().lower() not in FUNCTIONS
-    starts_factor = second.lastgroup in ("number", "name") or (second.group() == "(" and not is_symbol)
-    return starts_factor and (is_symbol or first.group() == ")")
+    if token.lastgroup == "number":
+        return next_token.lastgroup == "number"
+    is_symbol = token.lastgroup == "name" and token.group().lower() not in FUNCTIONS
+    starts_factor = next_token.lastgroup in ("number", "name") or (next_token.group() == "(" and not is_symbol)
+    return starts_factor and (is_symbol or token.group() == ")")
 
 
 # --- angles and lengths ---
@@ -122,10 +123,10 @@ def _check_angle(value: sp.Expr) -> None:
         return
     twelfths = float(constant) / (float(sp.pi) / 12)
     nearest = round(twelfths)
-    if nearest and abs(twelfths - nearest) < 0.005:
+    if nearest and abs(twelfths - nearest) < 0.005:  # about 0.0013 rad, as in 1.57
         exact = sp.pi * nearest / 12
         raise QdotError(f'{float(constant):g} looks like a rounded angle; write the exact angle, "{exact}"')
-    if abs(constant) > 7:
+    if abs(constant) > 7:  # more than a full turn, 2 pi
         in_radians = f'angles are in radians; {float(constant):g} degrees would be "{sp.pi * constant / 180}"'
         raise QdotError(f'{in_radians}; if all angles are in degrees, add angles = "degrees"')
 

@@ -18,13 +18,13 @@ from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
 from copy import copy
 from dataclasses import dataclass, replace
 from functools import lru_cache
+from typing import NamedTuple
 
 import numpy as np
 import sympy as sp
 
 from qdot.exercises.arm.chain import Base, Chain, Joint
 from qdot.exercises.arm.conventions import convention_of
-from qdot.exercises.arm.conventions.base import VELOCITY_NAMES
 from qdot.exercises.arm.conventions.standard_dh import StandardDh
 from qdot.exercises.arm.vectors import cross, rot_x, rot_z
 
@@ -74,57 +74,64 @@ class _FactoredFrame:
 
 
 def _walk_frames(
-    base: Base, rows: Iterable[Joint], row_steps: Callable[[Joint], Iterable[tuple[str, sp.Expr, sp.Expr]]]
+    base: Base, rows: Iterable[Joint], split_row: Callable[[Joint], Iterable[tuple[str, sp.Expr, sp.Expr]]]
 ) -> Iterator[_FactoredFrame]:
-    """Yield frame 0 and the frame after each row; `row_steps` yields the screw motions of a row (`Convention`)."""
+    """Yield frame 0 and the frame after each row; `split_row` yields the screw motions of a row (`Convention`)."""
     frame = _FactoredFrame(sp.eye(3), sp.S.Zero, sp.Matrix(base.position))
     frame = frame.move_along_z(base.yaw, sp.S.Zero).move_along_x(base.tilt, sp.S.Zero)
     yield frame
     for row in rows:
-        for axis, angle, length in row_steps(row):
+        for axis, angle, length in split_row(row):
             frame = frame.move_along_x(angle, length) if axis == "x" else frame.move_along_z(angle, length)
         yield frame
 
 
+class FramesAndPoint(NamedTuple):
+    """The standard frames 0 ... n of an arm, and the position of its point of interest (3 x 1, m)."""
+
+    frames: tuple[Frame, ...]
+    point: sp.Matrix
+
+
 @lru_cache(maxsize=512)
-def frames_and_point(chain: Chain) -> tuple[tuple[Frame, ...], sp.Matrix]:
+def frames_and_point(chain: Chain) -> FramesAndPoint:
     """Return the standard frames 0 ... n and the position of the point of interest (3 x 1, m), with absolute angles.
 
     The result is cached, because every derivation begins with these frames; copy a matrix before you change it.
     """
-    frames = list(_walk_frames(chain.base, chain.joints, StandardDh.row_steps))
+    frames = list(_walk_frames(chain.base, chain.joints, StandardDh.split_row))
     point = frames[chain.point.frame].point(*chain.point.offset)
-    return tuple(frame.multiply_out() for frame in frames), point
+    return FramesAndPoint(tuple(frame.multiply_out() for frame in frames), point)
 
 
 @lru_cache(maxsize=512)
 def link_frames(chain: Chain) -> tuple[Frame, ...]:
     """Return frames 0 ... n of the arm's convention, with absolute angles."""
     convention = convention_of(chain)
-    frames = _walk_frames(convention.base, convention.rows, convention.row_steps)
+    frames = _walk_frames(convention.base, convention.rows, convention.split_row)
     return tuple(frame.multiply_out() for frame in frames)
 
 
 def frame_after(joints: Iterable[Joint]) -> Frame:
     """Return the frame after consecutive joints of an arm, in the coordinates of the frame before these joints."""
-    *_, last_frame = _walk_frames(Base(), joints, StandardDh.row_steps)
+    *_, last_frame = _walk_frames(Base(), joints, StandardDh.split_row)
     return last_frame.multiply_out()
 
 
-def jacobian_seen_from(chain: Chain, frame: int, about: int | None) -> sp.Matrix:
+def jacobian_seen_from(chain: Chain, frame: int, reference_frame: int | None) -> sp.Matrix:
     """Return a Jacobian in the coordinates of a standard frame with the number `frame`.
 
-    - With a number `about`: the 6 x n Jacobian of the last link, with the origin of frame `about` as reference point.
-    - With None: the 3 x n Jacobian of P. Then P must not be fixed in a frame before `frame`.
+    - If `reference_frame` is a number: the 6 x n Jacobian of the last link. The reference point is that frame's origin.
+    - If it is None: the 3 x n Jacobian of P. Then P must not be fixed in a frame before `frame`.
     """
-    end_frame = chain.point.frame if about is None else about
+    end_frame = chain.point.frame if reference_frame is None else reference_frame
     between = frame_after(chain.joints[min(frame, end_frame) : max(frame, end_frame)])
     point = between.origin if end_frame >= frame else -(between.rotation.T * between.origin)
-    if about is None:
+    if reference_frame is None:
         point += between.rotation * sp.Matrix(chain.point.offset)
     columns = []
     for i, joint in enumerate(chain.joints):
-        if about is None and i >= end_frame:
+        if reference_frame is None and i >= end_frame:
             columns.append(sp.zeros(3, 1))
             continue
         relative = frame_after(chain.joints[min(i, frame) : max(i, frame)])
@@ -133,13 +140,8 @@ def jacobian_seen_from(chain: Chain, frame: int, about: int | None) -> sp.Matrix
         else:
             z, origin = relative.rotation * Z, relative.origin
         linear, angular = (z.cross(point - origin), z) if joint.is_revolute else (z, sp.zeros(3, 1))
-        columns.append(linear if about is None else linear.col_join(angular))
+        columns.append(linear if reference_frame is None else linear.col_join(angular))
     return sp.Matrix.hstack(*columns)
-
-
-def task_matrix(geometric: sp.Matrix, task: tuple[str, ...]) -> sp.Matrix:
-    """Return the rows of a 6 x n Jacobian that belong to the task."""
-    return geometric.extract([VELOCITY_NAMES.index(row) for row in task], list(range(geometric.cols)))
 
 
 _to_float = lru_cache(maxsize=4096)(float)
@@ -153,7 +155,7 @@ class NumericChain:
     methods take many configurations at once, an array of shape (…, n).
 
     - `kinds`, `is_revolute`, `offsets`: the kind of each joint, whether the joint is revolute, and its joint offset.
-    - `fixed`: for each joint, the constant one of d and theta, and a and alpha.
+    - `fixed_entries`, `a`: the constant one of d and theta of each joint, and a of each joint.
     - `point_frame`, `offset`: the frame in which P is fixed, and the homogeneous coordinates of P in that frame (4).
     """
 
@@ -169,8 +171,8 @@ class NumericChain:
         self.kinds = tuple(joint.kind for joint in chain.joints)
         self.is_revolute = np.array([joint.is_revolute for joint in chain.joints])
         self.offsets = np.array([to_float(value) for value in chain.offsets])
-        self.fixed = [tuple(map(to_float, (joint.fixed_entry, joint.a, joint.alpha))) for joint in chain.joints]
-        self._fixed_entries, self._a, alpha = np.array(self.fixed).T
+        constants = [[*map(to_float, (joint.fixed_entry, joint.a, joint.alpha))] for joint in chain.joints]
+        self.fixed_entries, self.a, alpha = np.array(constants).T
         self._cos_sin_alpha = np.array([np.cos(alpha), np.sin(alpha)])
         self._convention = convention_of(chain)
         self._base_position = np.array([to_float(value) for value in self._convention.base.position])
@@ -183,11 +185,11 @@ class NumericChain:
     @staticmethod
     def stack(arms: Sequence["NumericChain"]) -> "NumericChain":
         """Return k arms of the same structure as one object; its configurations are k x m x n, m for each arm."""
-        first = arms[0]
-        combined = copy(first)
-        if all(arm is first for arm in arms):
+        first_arm = arms[0]
+        combined = copy(first_arm)
+        if all(arm is first_arm for arm in arms):
             return combined
-        for name in ("offsets", "_fixed_entries", "_a", "offset", "base"):
+        for name in ("offsets", "fixed_entries", "a", "offset", "base"):
             setattr(combined, name, np.stack([getattr(arm, name) for arm in arms])[:, None])
         combined._cos_sin_alpha = np.stack([arm._cos_sin_alpha for arm in arms], axis=1)[:, :, None]
         return combined
@@ -198,13 +200,13 @@ class NumericChain:
         changed.point_frame, changed.offset = frame, np.array([0.0, 0.0, 0.0, 1.0])
         return changed
 
-    def keep_first_joints(self, count: int, offset: tuple[float, float, float]) -> "NumericChain":
-        """Return the arm of the first `count` joints; `offset` is its point of interest in its last frame."""
+    def keep_first_joints(self, joint_count: int, offset: tuple[float, float, float]) -> "NumericChain":
+        """Return the arm of the first `joint_count` joints; `offset` is its point of interest in its last frame."""
         shortened = copy(self)
-        for name in ("kinds", "is_revolute", "offsets", "fixed", "_fixed_entries", "_a"):
-            setattr(shortened, name, getattr(self, name)[:count])
-        shortened._cos_sin_alpha = self._cos_sin_alpha[:, :count]
-        shortened.point_frame, shortened.offset = count, np.array([*offset, 1.0])
+        for name in ("kinds", "is_revolute", "offsets", "fixed_entries", "a"):
+            setattr(shortened, name, getattr(self, name)[:joint_count])
+        shortened._cos_sin_alpha = self._cos_sin_alpha[:, :joint_count]
+        shortened.point_frame, shortened.offset = joint_count, np.array([*offset, 1.0])
         return shortened
 
     def frames(self, q: np.ndarray) -> np.ndarray:
@@ -212,22 +214,22 @@ class NumericChain:
         q = np.asarray(q, dtype=float)
         poses = np.empty((*q.shape[:-1], q.shape[-1] + 1, 4, 4))
         poses[..., 0, :, :] = self.base
-        steps = _pose(*self._theta_and_d(q), self._a, self._cos_sin_alpha)
+        steps = _pose(*self._theta_and_d(q), self.a, self._cos_sin_alpha)
         for i in range(q.shape[-1]):
             np.matmul(poses[..., i, :, :], steps[..., i, :, :], out=poses[..., i + 1, :, :])
         return poses
 
     def convention_frames(self, frames: np.ndarray) -> np.ndarray:
         """Return the poses of the convention's frames, given the poses of the standard frames from `frames`."""
-        corners = frames[..., 1:, :3, 3] - self._a[:, None] * frames[..., 1:, :3, 0]
+        corners = frames[..., 1:, :3, 3] - self.a[:, None] * frames[..., 1:, :3, 0]
         return self._convention.convert_standard_frames(frames, corners, self._base_position)
 
     def _theta_and_d(self, q: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
         """Return theta and d of every row of the table, shape (…, n); constant entries may have shape (n)."""
         variable_entries = q + self.offsets
         if self.is_revolute.all():
-            return variable_entries, self._fixed_entries
-        pairs = (variable_entries, self._fixed_entries), (self._fixed_entries, variable_entries)
+            return variable_entries, self.fixed_entries
+        pairs = (variable_entries, self.fixed_entries), (self.fixed_entries, variable_entries)
         theta, d = (np.where(self.is_revolute, *pair) for pair in pairs)
         return theta, d
 

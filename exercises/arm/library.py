@@ -80,8 +80,8 @@ def find_robot_path(name_or_path: str, folder: Path = Path()) -> Path:
         return robots_by_name[name].path
     if path.is_dir():
         raise QdotError(f"{path} is a folder; give a file, or a name listed by 'qdot robots'")
-    close = difflib.get_close_matches(name, robots_by_name, n=1)
-    hint = f" (did you mean {robots_by_name[close[0]].name!r}?)" if close else ""
+    close_names = difflib.get_close_matches(name, robots_by_name, n=1)
+    hint = f" (did you mean {robots_by_name[close_names[0]].name!r}?)" if close_names else ""
     raise QdotError(f"there is no file {path} and no robot {name_or_path!r}{hint}; 'qdot robots' lists the robots")
 
 

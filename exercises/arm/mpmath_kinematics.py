@@ -37,7 +37,8 @@ class PreciseArm:
         def compute_cos_sin(angle: sp.Expr) -> tuple[Any, Any]:
             return to_number(sp.cos(angle)), to_number(sp.sin(angle))
 
-        self.evaluate_number, self.is_revolute = to_number, [joint.is_revolute for joint in chain.joints]
+        self.evaluate_number = to_number
+        self.is_revolute = [joint.is_revolute for joint in chain.joints]
         self._offsets = [to_number(value) for value in chain.offsets]
         self._links = [(to_number(joint.a), *compute_cos_sin(joint.alpha)) for joint in chain.joints]
         self._fixed: list[Any] = [
@@ -78,8 +79,8 @@ class PreciseArm:
 
     def task_jacobian(self, q: Sequence[Any]) -> list[Vector]:
         """Return the m x n task Jacobian, as rows, at joint values q."""
-        rows = self.point_and_jacobian(q)[1]
-        return [rows[row] for row in self.task_rows]
+        _, jacobian = self.point_and_jacobian(q)
+        return [jacobian[row] for row in self.task_rows]
 
     def _jacobian_column(self, i: int, z: Vector, point: Vector, origin: Vector) -> Vector:
         """Return column i (from 0) of the Jacobian; the joint's axis has the direction z and contains `origin`."""
@@ -102,7 +103,7 @@ def round_to_ten_digits(value: Any) -> sp.Float:
     >>> round_to_ten_digits(PRECISE_CONTEXT.mpf(1) / 3)
     0.3333333333
     """
-    if abs(value) < 1e-20:
+    if abs(value) < 1e-20:  # a rounding error of zero
         return sp.Float(0, 10)
     return sp.Float(PRECISE_CONTEXT.nstr(value, DIGITS - 5), 10)
 
@@ -149,7 +150,7 @@ def determinant(matrix: Sequence[Vector]) -> Any:
 
 def gram_matrix(matrix: Sequence[Vector]) -> list[Vector]:
     """Return the product of a matrix, given as rows, and its transpose."""
-    return [[sum(a * b for a, b in zip(first, second, strict=True)) for second in matrix] for first in matrix]
+    return [[sum(a * b for a, b in zip(row, other_row, strict=True)) for other_row in matrix] for row in matrix]
 
 
 def _rotate(x: Vector, y: Vector, cos: Any, sin: Any) -> tuple[Vector, Vector]:

@@ -18,6 +18,8 @@ from qdot.exercises.arm.mpmath_kinematics import FLOAT_CONTEXT, PreciseArm, Vect
 Values = Mapping[sp.Symbol, sp.Expr]
 MAX_ITERATIONS = 12
 """Maximum number of Newton steps."""
+MAX_JUMP = 0.3
+"""If a joint value (rad or m) differs more from its prediction, the arm has jumped to another branch of solutions."""
 
 
 @dataclass(frozen=True)
@@ -47,7 +49,8 @@ class StraightPath:
     ) -> None:
         self.arm, self.context = PreciseArm(chain, lengths, context), context
         self.start_joints = [self.arm.evaluate_number(joints[q]) for q in chain.q]
-        self.start_point = [self.arm.point_and_jacobian(self.start_joints)[0][row] for row in self.arm.task_rows]
+        start_position, _ = self.arm.point_and_jacobian(self.start_joints)
+        self.start_point = [start_position[row] for row in self.arm.task_rows]
         displacement = [self.arm.evaluate_number(b) - a for a, b in zip(self.start_point, target, strict=True)]
         self.length = context.sqrt(sum(value * value for value in displacement))
         self.direction = [value / self.length for value in displacement]
@@ -97,6 +100,6 @@ class StraightPath:
             predicted_joints = [a + step_length * b for a, b in zip(q, slopes, strict=True)]
             s = step_length * step_count
             joints = self.joints_at(s, predicted_joints)
-            if joints is None or max(abs(a - b) for a, b in zip(joints, predicted_joints, strict=True)) > 0.3:
+            if joints is None or max(abs(a - b) for a, b in zip(joints, predicted_joints, strict=True)) > MAX_JUMP:
                 return
             q = joints

@@ -41,7 +41,7 @@ import numpy as np
 import sympy as sp
 
 from qdot.exercises.arm.axes_to_dh import IDENTITY_POSE, Axis, Pose, make_pose, recognize_exact
-from qdot.exercises.arm.chain import CONVENTIONS, PRISMATIC, REVOLUTE, TWIST_ORDERS, Base, Chain, HasKind, Joint, Point
+from qdot.exercises.arm.chain import CONVENTIONS, PRISMATIC, REVOLUTE, TWIST_ORDERS, Chain, HasKind, Joint, Point
 from qdot.exercises.arm.conventions import ALIASES, REGISTRY
 from qdot.exercises.arm.conventions.base import FRAMES, FRAMES_OF_JOINTS, VELOCITY_NAMES, Convention
 from qdot.exercises.arm.conventions.screws import Screws
@@ -49,6 +49,7 @@ from qdot.exercises.arm.derivation import derive
 from qdot.exercises.arm.entry import check_quantity, find_unit_warning, parse_entry
 from qdot.exercises.arm.kinematics import NumericChain
 from qdot.exercises.arm.standard_table import (
+    ArmTable,
     WrittenRow,
     axes_of_rows,
     dh_of_axes,
@@ -64,11 +65,12 @@ from qdot.exercises.common.stream import Stream
 ROW_KEYS = Convention.joint_keys
 ANGLE_KEYS = ("theta", "alpha")
 MAX_JOINTS = 10
-"""Maximum number of joints: each further parallel joint doubles the time of proving that both routes agree."""
+"""Maximum number of joints: each further parallel joint doubles the time of the proof that both derivations agree."""
 ANGLE_UNITS = ("radians", "degrees")
 """The units in which a file may give its angles; the first is the default."""
 TOP_KEYS = ("name", "source", "convention", "twist_order", "angles", "task", "point", "base", "tool", "joint", "draw")
 """The keys outside the [[joint]] tables."""
+
 _RANGE_HINT = "lengths need a range in metres, as in a1 = [0.3, 0.8]"
 _POSE_HINT = "expected {position = [x, y, z]}, with rpy = [roll, pitch, yaw] if the frame is rotated"
 Limits = tuple[sp.Expr, sp.Expr]
@@ -139,16 +141,16 @@ def read_robot_file(path: Path, tip: str = "") -> Robot:
     return parse_robot(read_toml(path))
 
 
-def _describe_excess_joints(count: int) -> str:
+def _describe_excess_joints(joint_count: int) -> str:
     """Return the error message for an arm with too many joints."""
-    return f"{count} joints are too many; qdot can derive arms with at most {MAX_JOINTS}"
+    return f"{joint_count} joints are too many; qdot can derive arms with at most {MAX_JOINTS}"
 
 
 def _convert_urdf(path: Path, urdf_chain: UrdfChain) -> Robot:
-    count = len(urdf_chain.axes)
-    if count > MAX_JOINTS:
-        raise QdotError(f"{path}: {_describe_excess_joints(count)}")
-    base, joints, point = dh_of_axes(urdf_chain.axes, urdf_chain.tip, count)
+    joint_count = len(urdf_chain.axes)
+    if joint_count > MAX_JOINTS:
+        raise QdotError(f"{path}: {_describe_excess_joints(joint_count)}")
+    base, joints, point = dh_of_axes(urdf_chain.axes, urdf_chain.tip, joint_count)
     chain = Chain(urdf_chain.name, joints, ("vx",), base, point, urdf_chain.name)
     chain = chain.with_task(*default_task(chain))
     written_arm, rounded = _describe_axes(urdf_chain.axes), is_rounded(chain, urdf_chain.axes, urdf_chain.tip)
@@ -159,9 +161,9 @@ def parse_robot(file: TomlFile) -> Robot:
     """Return the robot that a parsed TOML file describes. Raises QdotError."""
     reader = _RobotReader(file)
     chain = reader.read_chain()
-    ranges, rounded = _parse_length_ranges(file, chain), is_rounded(chain, *reader.home_axes)
-    notes = _find_length_warning(file, chain, ranges)
-    return Robot(chain, ranges, notes, reader.read_limits(), reader.written_arm, reader.source, rounded)
+    ranges = _parse_length_ranges(file, chain)
+    notes, is_table_rounded = _find_length_warning(file, chain, ranges), is_rounded(chain, *reader.home_axes)
+    return Robot(chain, ranges, notes, reader.read_limits(), reader.written_arm, reader.source, is_table_rounded)
 
 
 class _RobotReader:
@@ -173,8 +175,8 @@ class _RobotReader:
         self.title = self._read_text("name", "my arm")
         self.source = self._read_text("source", "its manual, p. 12") if "source" in self.table else ""
         self.convention = REGISTRY[self._read_choice("convention", CONVENTIONS)]
-        features = self.convention.features
-        self.has_table, self.is_modified_table = (name in features for name in (FRAMES, FRAMES_OF_JOINTS))
+        self.has_table = FRAMES in self.convention.features
+        self.is_modified_table = FRAMES_OF_JOINTS in self.convention.features
         self.twist_order = self._read_choice("twist_order", TWIST_ORDERS)
         if "twist_order" in self.table and not self.convention.twist_orders:
             with file.locate_errors("twist_order"):
@@ -249,7 +251,7 @@ class _RobotReader:
 
     # --- tables ---
 
-    def _read_table(self) -> tuple[Base, tuple[Joint, ...], Point | None]:
+    def _read_table(self) -> ArmTable:
         """Return base, standard table and point of an arm that is described by a table."""
         rows = [self._read_row(index) for index in range(len(self.rows))]
         if self.is_modified_table and rows[0].alpha.free_symbols:
@@ -312,7 +314,7 @@ class _RobotReader:
 
     # --- axes ---
 
-    def _read_axes(self) -> tuple[Base, tuple[Joint, ...], Point | None]:
+    def _read_axes(self) -> ArmTable:
         """Return base, standard table and point of an arm that is described by its axes."""
         if "tool" in self.table:
             tool = self.file.describe_value("tool")
@@ -323,13 +325,13 @@ class _RobotReader:
             hint = "expected [x, y, z] in the base frame, the point of interest when all joint variables are zero"
             home_point = self._read_point(self.table["point"], hint)
 
-        def in_world(position: Sequence[sp.Expr]) -> sp.Matrix:
+        def to_world(position: Sequence[sp.Expr]) -> sp.Matrix:
             return (base @ Pose(sp.eye(3), sp.Matrix(position))).origin
 
-        axes, point = [self._read_axis(index) for index in range(len(self.rows))], in_world(home_point.offset)
+        axes, point = [self._read_axis(index) for index in range(len(self.rows))], to_world(home_point.offset)
         self.written_arm = replace(_describe_axes(axes), base=self._read_position_and_angles("base"))
         directions = (base.rotation * axis.direction / axis.direction.norm() for axis in axes)
-        world_axes = [Axis(axis.kind, z, in_world(axis.point)) for axis, z in zip(axes, directions, strict=True)]
+        world_axes = [Axis(axis.kind, z, to_world(axis.point)) for axis, z in zip(axes, directions, strict=True)]
         self.home_axes = world_axes, point
         self.axis_points = tuple(_to_triple(axis.point) if axis.is_revolute else None for axis in world_axes)
         return dh_of_axes(world_axes, point, home_point.frame)
@@ -371,7 +373,7 @@ class _RobotReader:
                 raise QdotError('the angles must be numbers, as in rpy = [0, 0, "pi/2"]')
             return position, rpy
 
-    def _parse_triple(self, raw: object, correction: str, are_angles: bool = False) -> tuple[sp.Expr, sp.Expr, sp.Expr]:
+    def _parse_triple(self, raw: object, correction: str, are_angles: bool = False) -> Triple:
         """Parse three entries. If there are not three, `correction` is the error message."""
         if not isinstance(raw, list) or len(raw) != 3:
             raise QdotError(correction)
@@ -403,10 +405,11 @@ class _RobotReader:
         return tuple(self._read_joint_limits(index) if "limits" in row else None for index, row in enumerate(self.rows))
 
     def _read_joint_limits(self, index: int) -> Limits:
-        ends, is_angle = self.rows[index]["limits"], self.rows[index]["kind"] == REVOLUTE
+        limits = self.rows[index]["limits"]
+        is_angle = self.rows[index]["kind"] == REVOLUTE
         example = '["-pi/2", "pi/2"]' if is_angle else "[0, 0.5]"
         with self.file.locate_errors("joint", index, "limits"):
-            values = [parse_entry(end, is_angle, self.in_degrees) for end in ends] if _is_pair(ends) else []
+            values = [parse_entry(limit, is_angle, self.in_degrees) for limit in limits] if _is_pair(limits) else []
             if not values or any(value.free_symbols for value in values) or not values[0] < values[1]:
                 raise QdotError(f"expected two numbers, the lower one first, as in {example}")
         return values[0], values[1]
@@ -441,7 +444,7 @@ def _split_variable(value: sp.Expr, variable: sp.Symbol, kind: str) -> tuple[sp.
 
 
 def _check_symbols(value: sp.Expr, variables: Sequence[sp.Symbol]) -> None:
-    """Raise QdotError if an entry contains the variable of a joint, even of a joint that does not exist."""
+    """Raise QdotError if an entry contains the variable of a joint, whether or not the arm has that joint."""
     for symbol in sorted(value.free_symbols, key=str):
         if symbol in variables:
             number = list(variables).index(symbol) + 1
@@ -474,15 +477,15 @@ def _parse_length_ranges(file: TomlFile, chain: Chain) -> LengthRanges:
             raise QdotError("expected a table, [draw], in which " + _RANGE_HINT)
     angles = set[sp.Basic]().union(*(value.free_symbols for j in chain.joints for value in (j.theta, j.alpha)))
     ranges = []
-    for name, ends in range_table.items():
+    for name, range_ends in range_table.items():
         symbol = sp.Symbol(name)
         with file.locate_errors("draw", name):
             if symbol not in chain.parameters:
-                open_lengths = ", ".join(s.name for s in chain.parameters if s not in angles) or "none"
-                raise QdotError(f"{name!r} is not a symbolic length of the table; symbolic lengths: {open_lengths}")
+                symbolic_lengths = ", ".join(s.name for s in chain.parameters if s not in angles) or "none"
+                raise QdotError(f"{name!r} is not a symbolic length of the table; symbolic lengths: {symbolic_lengths}")
             if symbol in angles:
                 raise QdotError(f"{name!r} is an angle; {_RANGE_HINT}")
-            ranges.append((symbol, *_parse_range(ends)))
+            ranges.append((symbol, *_parse_range(range_ends)))
     return tuple(ranges)
 
 
@@ -501,15 +504,14 @@ def _parse_range(range_ends: object) -> tuple[int, int]:
 def _find_length_warning(file: TomlFile, chain: Chain, length_ranges: LengthRanges) -> tuple[str, ...]:
     """Return a warning about the first length that is probably not in metres; an empty tuple if there is none."""
     rows = product(enumerate(chain.joints), ("d", "a"))
-    entries: list[tuple[KeyPath, sp.Expr]]
-    entries = [(("joint", i, key), getattr(joint, key)) for (i, joint), key in rows]
+    entries: list[tuple[KeyPath, sp.Expr]] = [(("joint", i, key), getattr(joint, key)) for (i, joint), key in rows]
     entries += [(("point",), value) for value in chain.point.offset]
     entries += [(("draw", symbol.name), sp.Rational(high, 100)) for symbol, _, high in length_ranges]
-    doubts = [(path, warning) for path, value in entries if (warning := find_unit_warning(value)) is not None]
-    if not doubts:
+    warnings = [(path, warning) for path, value in entries if (warning := find_unit_warning(value)) is not None]
+    if not warnings:
         return ()
-    (path, warning), other_count = doubts[0], len(doubts) - 1
-    others = f" ({other_count} more like this)" if other_count else ""
+    (path, warning), *other_warnings = warnings
+    others = f" ({len(other_warnings)} more like this)" if other_warnings else ""
     return (f"{file.describe_value(*path)}: {warning}{others}",)
 
 
@@ -518,7 +520,7 @@ def _is_number(value: object) -> bool:
 
 
 _NONZERO_THRESHOLD = 1e-6
-"""An entry of J above this is no rounding error: other entries are about 1 rad/rad, or about an arm's length in m."""
+"""An entry of J above this is no rounding error: typical entries are about 1 rad/rad, or about an arm's length in m."""
 
 
 def _find_nonzero_rows(chain: Chain) -> tuple[bool, ...]:

@@ -24,13 +24,14 @@ def robot_text(robot: Robot, convention: str) -> str:
     """
     chain = robot.chain
     presentation = REGISTRY[convention](chain)
-    top, joints = _make_screw_entries(chain) if "axis" in presentation.joint_keys else _make_table_entries(presentation)
+    is_table = presentation.shows_table
+    point_and_base, joints = _make_table_entries(presentation) if is_table else _make_screw_entries(chain)
     top_entries = [("name", toml_text(chain.title or chain.name))]
     top_entries += [("source", toml_text(robot.source))] if robot.source else []
     top_entries += [("convention", toml_text(convention))] if convention != CONVENTIONS[0] else []
     if presentation.twist_orders and chain.twist_order != TWIST_ORDERS[0]:
         top_entries.append(("twist_order", toml_text(chain.twist_order)))
-    top_entries += [("task", toml_text(list(chain.task))), *top]
+    top_entries += [("task", toml_text(list(chain.task))), *point_and_base]
     limits = [*robot.limits, *[None] * (chain.n - len(robot.limits))]
     sections = [_format_lines(top_entries)]
     for joint, joint_limits in zip(joints, limits, strict=True):
@@ -48,12 +49,12 @@ def _format_lines(entries: TomlEntries) -> str:
 def _make_table_entries(convention: Convention) -> tuple[TomlEntries, list[TomlEntries]]:
     """Return the top-level entries, and the entries of each joint, for an arm that is described by a table."""
     chain, base, point = convention.chain, convention.base, convention.point
-    top: list[tuple[str, str]] = []
+    top_entries: list[tuple[str, str]] = []
     if chain.tool is not None or convention.step_to_standard_frame(chain.n) != (0, 0):
-        top.append(("point", _format_point(point, point.frame == chain.n)))
+        top_entries.append(("point", _format_point(point, point.frame == chain.n)))
     if not base.is_world:
-        top.append(("base", _format_pose(base.position, (base.tilt, sp.S.Zero, base.yaw))))
-    return top, [
+        top_entries.append(("base", _format_pose(base.position, (base.tilt, sp.S.Zero, base.yaw))))
+    return top_entries, [
         [("kind", toml_text(row.kind)), *((key, _format_entry(getattr(row, key))) for key in convention.joint_keys[1:])]
         for row in convention.rows
     ]
@@ -75,12 +76,12 @@ def _make_screw_entries(chain: Chain) -> tuple[TomlEntries, list[TomlEntries]]:
     return [("point", _format_point(home_point, chain.point.frame == chain.n, is_at_home=True))], joints
 
 
-def _format_point(point: Point, is_last: bool, is_at_home: bool = False) -> str:
+def _format_point(point: Point, is_in_last_frame: bool, is_at_home: bool = False) -> str:
     """Return the point of interest as TOML text; the text names the frame unless the frame is the last."""
     if point.is_origin and not is_at_home:
         return toml_text(f"O{point.frame}")
     offset = _format_list(point.offset)
-    return offset if is_last else f"{{frame = {point.frame}, offset = {offset}}}"
+    return offset if is_in_last_frame else f"{{frame = {point.frame}, offset = {offset}}}"
 
 
 def _format_pose(position: Sequence[sp.Expr], rpy: Sequence[sp.Expr]) -> str:

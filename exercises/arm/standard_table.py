@@ -95,24 +95,25 @@ def _move_frame(point: Point | None, frame: int, motion: Pose) -> Point | None:
     return Point(frame, (x, y, z))
 
 
-def dh_of_axes(axes: Sequence[Axis], point: sp.Matrix, link: int) -> ArmTable:
+def dh_of_axes(axes: Sequence[Axis], point: sp.Matrix, link_number: int) -> ArmTable:
     """Return base, standard table and point of an arm, given its axes and the point of interest at home (3 x 1, m).
 
-    `link` is the number of the link to which the point is fixed. Raises RuntimeError if table and axes move that link
+    The point is fixed to the link with the number `link_number`. Raises RuntimeError if table and axes move that link
     differently, which would be a bug.
     """
     base, joints, tool = table_of_axes(axes, point)
-    if link < len(axes):
+    if link_number < len(axes):
         chain = Chain("axes", joints, ("vx",), base)
-        frame, home = frames_and_point(chain)[0][link], dict.fromkeys(chain.q, sp.S.Zero)
+        home = dict.fromkeys(chain.q, sp.S.Zero)
+        frame = frames_and_point(chain).frames[link_number]
         offset = frame.rotation.xreplace(home).T * (point - frame.origin.xreplace(home))
         x, y, z = offset.applyfunc(recognize_exact)
-        tool = Point(link, (x, y, z))
-    _check_table(Chain("axes", joints, ("vx",), base, tool), axes, point, link)
+        tool = Point(link_number, (x, y, z))
+    _check_table(Chain("axes", joints, ("vx",), base, tool), axes, point, link_number)
     return base, joints, tool
 
 
-def _check_table(chain: Chain, axes: Sequence[Axis], point: sp.Matrix, link: int) -> None:
+def _check_table(chain: Chain, axes: Sequence[Axis], point: sp.Matrix, link_number: int) -> None:
     """Raise RuntimeError unless the chain's table and its axes move the points of a link in the same way."""
     stream = Stream("axes")
     symbols = sorted(set(point.free_symbols).union(*(axis.point.free_symbols for axis in axes)), key=str)
@@ -121,9 +122,10 @@ def _check_table(chain: Chain, axes: Sequence[Axis], point: sp.Matrix, link: int
         lengths = {symbol: sp.Float(stream.uniform(0.3, 2)) for symbol in symbols}
         arm = NumericChain(chain, {symbol.name: float(value) for symbol, value in lengths.items()})
         frames, home = arm.frames(q), arm.frames(0 * q)
-        link_rotation = frames[link, :3, :3] @ home[link, :3, :3].T
+        link_rotation = frames[link_number, :3, :3] @ home[link_number, :3, :3].T
         for displacement in np.vstack([np.zeros(3), np.eye(3)]):
-            expected_point = move_point_along_axes(axes[:link], point + sp.Matrix(displacement), q[:link], lengths)
+            moved_point = point + sp.Matrix(displacement)
+            expected_point = move_point_along_axes(axes[:link_number], moved_point, q[:link_number], lengths)
             if not np.allclose(arm.point_of(frames) + link_rotation @ displacement, expected_point, atol=1e-7):
                 raise RuntimeError(f"the table of {chain} does not lead where its axes do; please report this")
 
@@ -181,7 +183,7 @@ def _poses_at_home(rows: Iterable[Joint], base: Pose, convention: type[Conventio
     """Yield for each row of a table the pose before its rotation about z, and finally the pose after the last row."""
     pose = base
     for row in rows:
-        for axis, angle, length in convention.row_steps(row):
+        for axis, angle, length in convention.split_row(row):
             if axis == "x":
                 pose = pose @ Pose(rot_x(angle), sp.Matrix([length, 0, 0]))
             else:
@@ -203,11 +205,12 @@ def is_rounded(chain: Chain, axes: Sequence[Axis], point: sp.Matrix | None = Non
     is tested for one random choice of the symbolic lengths.
     """
     rng = Stream("rounded")
+    # lengths from 0.3 m to 1.2 m, with a prime denominator, so that no fraction in the table cancels them
     values = {symbol: sp.Rational(3000 + rng.integer_below(9000), 10007) for symbol in chain.parameters}
     values |= dict.fromkeys(chain.q, sp.S.Zero)
     base, position = chain.base, sp.Matrix(chain.base.position).xreplace(values)
     rows = [Joint(j.kind, *(entry.xreplace(values) for entry in (j.theta, j.d, j.a, j.alpha))) for j in chain.joints]
-    base_pose = Pose(rot_z(base.yaw) * rot_x(base.tilt), position) @ IDENTITY_POSE
+    base_pose = Pose(rot_z(base.yaw) * rot_x(base.tilt), position) @ IDENTITY_POSE  # `@` evaluates the numbers
     poses = list(_poses_at_home(rows, base_pose, StandardDh))
     deviations: list[sp.Expr] = []
     for axis, pose in zip(axes, poses, strict=False):

@@ -89,9 +89,9 @@ def _to_rational(number: Any) -> sp.Rational:
 def _read_multiples(phi: sp.Expr) -> dict[sp.Symbol, int]:
     """Return the integers by which the symbols in an angle are multiplied. Raises ValueError for other angles."""
     multiples = phi.expand().as_coefficients_dict()
-    if any(not (angle.is_Symbol and count.is_Integer) for angle, count in multiples.items()):
+    if any(not (angle.is_Symbol and multiple.is_Integer) for angle, multiple in multiples.items()):
         raise ValueError(f"{phi} is not a whole-number sum of angles")
-    return {angle: int(count) for angle, count in multiples.items()}
+    return {angle: int(multiple) for angle, multiple in multiples.items()}
 
 
 def _sort_symbols(symbols: Iterable[sp.Symbol]) -> tuple[sp.Symbol, ...]:
@@ -139,7 +139,7 @@ class Factored:
         """Return the product as a SymPy expression."""
         return sp.Mul(self.coefficient, *(factor**power for factor, power in self.factors))
 
-    def over(self, divisor: "Factored") -> "Factored":
+    def divide_by(self, divisor: "Factored") -> "Factored":
         """Return the quotient, with common factors cancelled; powers may become negative."""
         powers = dict(self.factors)
         for factor, power in divisor.factors:
@@ -150,7 +150,7 @@ class Factored:
     def substitute(self, values: Mapping[sp.Symbol, sp.Expr]) -> sp.Expr:
         """Return the product with values substituted in each factor; lengths that become equal are factored out."""
         has_duplicates = len(set(values.values())) < len(values)
-        bases = [(substitute(factor, values), power) for factor, power in self.factors]
+        bases = [(factor.xreplace(values), power) for factor, power in self.factors]
         if has_duplicates:
             bases = [(distribute_fraction(sp.factor_terms(base)), power) for base, power in bases]
         return sp.Mul(self.coefficient, *(base**power for base, power in bases))
@@ -172,11 +172,11 @@ def distribute_fraction(product: sp.Expr) -> sp.Expr:
     return sp.Mul(*other_factors, sp.Add(*(distribute_fraction(fraction * term) for term in sum_with_numbers.args)))
 
 
-def _has_numbers(terms: sp.Expr) -> bool:
+def _has_numbers(total: sp.Expr) -> bool:
     """Return whether a term of a sum, or of a sum in a term, has a numeric factor other than 1 and -1."""
     return any(
         abs(term.as_coeff_Mul()[0]) != 1 or any(inner.is_Add and _has_numbers(inner) for inner in term.args)
-        for term in terms.args
+        for term in total.args
     )
 
 
@@ -236,11 +236,6 @@ def _has_bracket(product: sp.Mul) -> bool:
 
 def _is_root(number: sp.Expr) -> bool:
     return number.is_Pow and number.exp.is_Rational and not number.exp.is_Integer
-
-
-def substitute(expression: sp.Expr, values: Mapping[sp.Symbol, sp.Expr]) -> sp.Expr:
-    """Return an expression with symbols replaced by values simultaneously; cos(t + pi/2) becomes -sin(t)."""
-    return expression.xreplace(dict(values))
 
 
 @lru_cache(maxsize=20_000)

@@ -51,7 +51,7 @@ def read_urdf(path: Path, tip: str = "") -> UrdfChain:
             axes.append(Axis(kind, pose.rotation * reader.read_direction(joint), pose.origin))
             limits.append(reader.read_limits(joint))
     if not axes:
-        raise QdotError(f"{path}: no joint moves link {tip or reader.read_child(chain_joints[-1])!r}")
+        raise QdotError(f"{path}: no joint moves link {tip or reader.read_link(chain_joints[-1], 'child')!r}")
     return UrdfChain(reader.title, tuple(axes), pose.origin, tuple(limits), tuple(reader.notes))
 
 
@@ -65,7 +65,7 @@ class _UrdfReader:
         if "<!DOCTYPE" in text or "<!ENTITY" in text:
             raise QdotError(f"{path}: remove the DOCTYPE; a URDF does not need one")
         try:
-            root = ElementTree.fromstring(text)  # noqa: S314 - it is the instructor's own, and defines no entity
+            root = ElementTree.fromstring(text)  # noqa: S314 - the instructor's own file, without entities
         except ElementTree.ParseError as error:
             raise QdotError(f"{path}: line {error.position[0]}: not valid XML: {str(error).split(':')[0]}") from None
         if root.tag != "robot":
@@ -77,7 +77,7 @@ class _UrdfReader:
         self.joints = root.findall("joint")
         self.parent_joints: dict[str, ElementTree.Element] = {}
         for joint in self.joints:
-            child = self.read_child(joint)
+            child = self.read_link(joint, "child")
             if child in self.parent_joints:
                 earlier_joint = self.read_name(self.parent_joints[child])
                 raise self.make_joint_error(joint, f"link {child!r} is also the child of joint {earlier_joint!r}")
@@ -94,11 +94,7 @@ class _UrdfReader:
             raise QdotError(f"{self.path}: a <{element.tag}> has no name")
         return name
 
-    def read_child(self, joint: ElementTree.Element) -> str:
-        """Return the name of a joint's child link."""
-        return self._read_link(joint, "child")
-
-    def _read_link(self, joint: ElementTree.Element, role: str) -> str:
+    def read_link(self, joint: ElementTree.Element, role: str) -> str:
         """Return the name of a joint's "parent" or "child" link. Raises QdotError if there is no such link."""
         element = joint.find(role)
         link = "" if element is None else element.get("link", "")
@@ -112,7 +108,7 @@ class _UrdfReader:
 
         Raises QdotError if there is no such chain.
         """
-        parents = {self._read_link(joint, "parent") for joint in self.joints}
+        parents = {self.read_link(joint, "parent") for joint in self.joints}
         end_links = [link for link in self.links if link not in parents]
         if tip and tip not in self.links:
             raise QdotError(f"{self.path}: {make_name_error('link', tip, self.links)}")
@@ -126,7 +122,7 @@ class _UrdfReader:
             if joint in chain_joints:
                 raise self.make_joint_error(joint, "its links form a loop; qdot needs a chain of links")
             chain_joints.insert(0, joint)
-            link = self._read_link(joint, "parent")
+            link = self.read_link(joint, "parent")
         if not chain_joints:
             raise QdotError(f"{self.path}: link {link!r} is the root, which no joint moves; choose another with --tip")
         return chain_joints
@@ -190,7 +186,7 @@ class _UrdfReader:
         difference = abs(sp.N(angle - exact, 30))
         if not twelfths or difference > ANGLE_TOLERANCE:
             return angle
-        if difference > ZERO_TOLERANCE * 1000:
+        if difference > ZERO_TOLERANCE * 1000:  # angles rounded to six or more decimals need no note
             self.notes.append(
                 f"{self.path}: joint {self.read_name(joint)!r}: {float(angle):g} rad is taken as exactly {exact}"
             )

@@ -47,6 +47,7 @@ from qdot.exercises.problem.problem import (
 from qdot.exercises.questions import Question
 from qdot.exercises.questions.custom import Definition, make_question
 from qdot.exercises.questions.custom.definition import TEXT_ANSWER
+from qdot.exercises.questions.custom.question import QuestionMaker
 from qdot.exercises.questions.custom.reader import read_definitions, read_question_file
 from qdot.exercises.short_questions import ALL_QUESTIONS
 from qdot.exercises.singularities.difficulty import HARDEST_BAND
@@ -61,6 +62,8 @@ SECRET_FILE = "secret.txt"  # noqa: S105 - a file's name
 SECRET_VARIABLE = "QDOT_SECRET"  # noqa: S105 - a variable's name
 _MISSING_FILE_HINT = "'qdot init' creates a folder with this file"
 MISSING_ROSTER_HINT = "give your class list, as saved by Canvas, Moodle or a spreadsheet"
+MIN_SECRET_LENGTH = 16
+MAX_QUESTION_POINTS = 1e6
 
 
 class ProblemEntry(pydantic.BaseModel):
@@ -208,8 +211,11 @@ class Slot:
         problem = generation.generate(
             self.make_id_from_seed(seed), points=self.points, family=self.family, definitions=self.definitions
         )
-        roundings, credit = dict(self.decimals), dict(self.credit)
-        parts = (replace(p, rounding=roundings.get(p.name), credit=credit.get(p.name, Credit())) for p in problem.parts)
+        roundings, credits_by_name = dict(self.decimals), dict(self.credit)
+        parts = [
+            replace(part, rounding=roundings.get(part.name), credit=credits_by_name.get(part.name, Credit()))
+            for part in problem.parts
+        ]
         return replace(problem, parts=tuple(parts))
 
 
@@ -389,12 +395,12 @@ def _read_all_definitions(file: TomlFile, content: AssignmentFile) -> dict[str, 
                 names.append(name)
                 continue
             with file.locate_errors("problem", index, "questions"):
-                found = read_question_file(file.path.parent / name, ALL_QUESTIONS)
-                clash = next((name for name in found if definitions.get(name, found[name]) != found[name]), None)
-                if clash is not None:
-                    raise QdotError(f"two different questions are called {clash!r}")
-            definitions |= found
-            names += found
+                new_definitions = read_question_file(file.path.parent / name, ALL_QUESTIONS)
+                for new_name, definition in new_definitions.items():
+                    if definitions.get(new_name, definition) != definition:
+                        raise QdotError(f"two different questions are called {new_name!r}")
+            definitions |= new_definitions
+            names += new_definitions
         entry.questions = names
     return definitions
 
@@ -461,7 +467,8 @@ def _read_slot(
                 '"my-arm.toml"'
             )
     if entry.family is not None:
-        family, robot_digest = parse("family", generation.look_up_family, entry.family), ""
+        family = parse("family", generation.look_up_family, entry.family)
+        robot_digest = ""
     else:
         family, robot_digest = parse("robot", _read_own_robot, str(entry.robot), file.path.parent, notes)
     if entry.variation is not None:
@@ -480,10 +487,12 @@ def _read_slot(
     asked_definitions = tuple(definitions[name] for name in questions if name in definitions)
     for definition in asked_definitions:
         is_in_this_file = definition.name in file.content.get("question", {})
-        place = ("question", definition.name) if is_in_this_file else ("problem", index, questions_key)
+        key_path = ("question", definition.name) if is_in_this_file else ("problem", index, questions_key)
         settings = family, (definition.name,), band, variation, convention, (definition,)
-        _parse(file, place, generation.check_questions, *settings)
-        _parse(file, place, _check_texts, definition, *settings[:1], variation, convention)
+        _parse(file, key_path, generation.check_questions, *settings)
+        warning = _parse(file, key_path, check_on_family, definition, family, variation, convention)
+        if warning is not None:
+            notes.append(warning)
     parse(
         questions_key, generation.check_questions, family, questions, band, variation, convention, asked_definitions
     )  # fmt: skip
@@ -497,16 +506,28 @@ def _read_slot(
     )  # fmt: skip
 
 
-def _check_texts(definition: Definition, family: Family, variation: str, convention: str) -> None:
-    """Raise QdotError if a text of an instructor's question can't be filled in for an arm of the family."""
+def check_on_family(
+    definition: Definition, family: Family, variation: str = DEFAULT_VARIATION, convention: str = ""
+) -> str | None:  # fmt: skip
+    """Check an instructor's question more closely on one arm of a family: that its texts can be filled in, for example.
+
+    Returns a warning if a number probably doesn't have its unit, else None. Raises QdotError, also if a number is the
+    same for all given values.
+    """
     identity = ProblemId(family.name, 0, (definition.name,), variation=variation, convention=convention)
     problem = generation.generate(identity, family=family, definitions=(definition,))
+    maker = QuestionMaker(definition)
+    repeated_answer = maker.find_repeated_answer(problem.chain)
+    if repeated_answer is not None:
+        raise QdotError(f"answer: it is {repeated_answer} for all given values of an arm of {family.name}")
     for language, texts in definition.texts:
         for key, text in texts.list_texts():
             try:
                 fill_text(text, problem.parts[0], Wording(problem.chain, load_catalogue(language)))
             except QdotError as error:
                 raise QdotError(f"{key}: {error}") from None
+    objection = maker.find_unit_objection(problem.chain)
+    return objection and f"the answer of {definition.name} for {family.name}: {objection}"
 
 
 def _choose_twist_order(setting: str | None, default: str | None, family: Family, convention: str) -> str:
@@ -557,7 +578,7 @@ def _check_points(points: tuple[float, ...] | None, question_count: int) -> None
         counts = f"{count_noun(len(points), 'number')} for {count_noun(question_count, 'question')}"
         form = EXPECTED_FORMS["points"].removesuffix("[1, 2]")
         raise QdotError(f"{counts}; {form}{[1] * question_count}")
-    if points is not None and any(not 0 < number < 1e6 for number in points):
+    if points is not None and any(not 0 < number < MAX_QUESTION_POINTS for number in points):
         raise QdotError(EXPECTED_FORMS["points"])
 
 
@@ -594,7 +615,8 @@ def read_roster(path: Path, missing_hint: str = _MISSING_FILE_HINT) -> tuple[Stu
         if folded_identifier in lines:
             raise QdotError(f"{location}: student {identifier!r} is already on line {lines[folded_identifier]}")
         lines[folded_identifier] = number
-        other_cells = tuple((k, v) for k, v in cells.items() if k not in ("student", "name", "email"))
+        identity_columns = ("student", "name", "email")
+        other_cells = tuple((column, cell) for column, cell in cells.items() if column not in identity_columns)
         due_date = _parse_due_date(location, cells.get("due", "").strip())
         name, email = (cells.get(column, "").strip() for column in ("name", "email"))
         students.append(Student(identifier, name, email, other_cells, due_date))
@@ -609,7 +631,7 @@ def read_roster_table(path: Path, missing_hint: str = _MISSING_FILE_HINT) -> lis
     return gradebook.roster_lines if gradebook else read_table(path, "student", "student,name,email", missing_hint)
 
 
-def _parse_due_date(where: str, text: str) -> datetime.datetime | None:
+def _parse_due_date(location: str, text: str) -> datetime.datetime | None:
     """Return the date in a cell `due` of the roster; None if the cell is empty."""
     if not text:
         return None
@@ -619,32 +641,33 @@ def _parse_due_date(where: str, text: str) -> datetime.datetime | None:
     except ValueError:
         pass
     form = "expected a date with a time, as in 2027-01-20T23:59:00+01:00, or nothing"
-    raise QdotError(f"{where}: due = {text!r}: {form}")
+    raise QdotError(f"{location}: due = {text!r}: {form}")
 
 
-def _check_identifier(where: str, identifier: str) -> None:
+def _check_identifier(location: str, identifier: str) -> None:
     if not identifier:
-        raise QdotError(f"{where}: the first cell, the student's identifier, is empty")
-    forbidden_characters = [ch for ch in identifier if ch in '/\\:*?"<>|' or unicodedata.category(ch)[0] == "C"]
-    is_unusable = forbidden_characters or identifier.startswith((".", "-")) or len(identifier) > 100
+        raise QdotError(f"{location}: the first cell, the student's identifier, is empty")
+    has_control_character = any(unicodedata.category(character).startswith("C") for character in identifier)
+    has_forbidden_character = has_control_character or not set(identifier).isdisjoint('/\\:*?"<>|')
+    is_unusable = has_forbidden_character or identifier.startswith((".", "-")) or len(identifier) > 100
     if is_unusable or is_changed_by_windows(identifier):
         rule = IDENTIFIER_RULE if is_unusable else WINDOWS_NAME_RULE
-        raise QdotError(f"{where}: {identifier!r} can't be an identifier, because qdot names folders after it; {rule}")
+        advice = f"can't be an identifier, because qdot names folders after it; {rule}"
+        raise QdotError(f"{location}: {identifier!r} {advice}")
 
 
 def read_secret(folder: Path) -> str:
     """Return the assignment's secret, from its file or from the environment."""
     path = folder / SECRET_FILE
-    from_environment = os.environ.get(SECRET_VARIABLE, "").strip()
-    if not path.exists() and from_environment:
-        secret, source = from_environment, f"${SECRET_VARIABLE}"
-    elif path.exists():
+    secret, source = os.environ.get(SECRET_VARIABLE, "").strip(), f"${SECRET_VARIABLE}"
+    if path.exists():
         secret, source = read_text(path).strip(), str(path)
-    else:
+    elif not secret:
         raise QdotError(
             f"{path}: file not found; without the secret, qdot can't regenerate the students' problems. Restore the "
             f"file that 'qdot init' created (always have a copy of it), or set {SECRET_VARIABLE}"
         )
-    if len(secret) < 16:
-        raise QdotError(f"{source}: the secret has {count_noun(len(secret), 'character')}; it needs at least 16")
+    if len(secret) < MIN_SECRET_LENGTH:
+        length = count_noun(len(secret), "character")
+        raise QdotError(f"{source}: the secret has {length}; it needs at least {MIN_SECRET_LENGTH}")
     return secret

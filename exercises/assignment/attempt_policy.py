@@ -59,7 +59,7 @@ class AttemptPolicy:
 
 
 def read_attempt_policy(setting: str | Mapping[str, Any]) -> AttemptPolicy:
-    """Return the policy set in assignment.toml. Raises QdotError.
+    """Return the policy that assignment.toml sets. Raises QdotError.
 
     >>> read_attempt_policy("best"), read_attempt_policy({"best_of": 3, "apart": "1 h"})
     (AttemptPolicy(best_of=5, min_interval=600), AttemptPolicy(best_of=3, min_interval=3600))

@@ -13,7 +13,7 @@ from typing import Generic, TypeVar
 
 from qdot.exercises.assignment.assignment import Assignment, Slot
 from qdot.exercises.assignment.replacements import MAX_SEEDS, REPLACEMENTS_FILE, Replacement, write_replacements
-from qdot.exercises.common.errors import QdotError, count_noun
+from qdot.exercises.common.errors import QdotError, Reason, count_noun
 from qdot.exercises.common.parallel import map_in_order, return_state
 from qdot.exercises.problem.problem import Problem
 from qdot.exercises.verify.certificate import FULL_RANK
@@ -95,7 +95,7 @@ def certify_with(find_failures: FindFailures, problem: Problem) -> None:
 
 
 def require_certified(problem: Problem, find_failures: FindFailures) -> Problem:
-    """Return a problem, which no other can replace, if it passes its certificate. Raises QdotError otherwise."""
+    """Return a problem if it passes its certificate. Raises QdotError otherwise, because no seed can replace it."""
     try:
         certify_with(find_failures, problem)
     except Uncertified as error:
@@ -103,28 +103,28 @@ def require_certified(problem: Problem, find_failures: FindFailures) -> Problem:
     return problem
 
 
-def generate_and_certify(make: Callable[[], Problem], certify: Certify[Record]) -> tuple[Problem, Record] | str:
+def generate_and_certify(generate: Callable[[], Problem], certify: Certify[Record]) -> tuple[Problem, Record] | Reason:
     """Generate and certify a problem; return it with its record, or return the reason why it can't be used.
 
     An internal error of qdot is returned as a reason, so that it affects only this problem. Raises QdotError if the
     problem would fail with every seed. OSError and MemoryError are not caught.
     """
     try:
-        problem = make()
+        problem = generate()
     except (QdotError, RuntimeError) as error:  # the questions do not apply to this arm
-        return str(error)
+        return Reason(error)
     except (OSError, MemoryError):
         raise
     except Exception as error:
-        return describe_internal_error(error)
+        return Reason(describe_internal_error(error))
     try:
         return problem, certify(problem)
     except Uncertified as error:
-        return str(error)
+        return Reason(error)
     except (QdotError, OSError, MemoryError):
         raise
     except Exception as error:
-        return describe_internal_error(error)
+        return Reason(describe_internal_error(error))
 
 
 def describe_internal_error(error: Exception) -> str:
@@ -139,8 +139,9 @@ def generate_certified(
     recorded_number, first_failure = assignment.seed_number_of(slot, student), ""
     for number in (recorded_number, *(n for n in range(1, MAX_SEEDS + 1) if n != recorded_number)):
         result = generate_and_certify(partial(slot.generate_problem, assignment.secret, student, number), certify)
-        if not isinstance(result, str):
-            return CertifiedProblem(result[0], number, result[1], first_failure)
+        if not isinstance(result, Reason):
+            problem, record = result
+            return CertifiedProblem(problem, number, record, first_failure)
         first_failure = first_failure or result
     return FailedSlot(student, slot.name, slot.family.name, first_failure)
 
@@ -206,8 +207,9 @@ def certify_class(
 def _certify_student(
     state: tuple[Assignment, Certify[None]], student: str
 ) -> tuple[dict[str, Replacement], tuple[FailedSlot, ...]]:
-    student_problems = generate_student_problems(state[0], student, state[1])
-    return student_problems.find_new_replacements(state[0]), student_problems.failed_slots
+    assignment, certify = state
+    student_problems = generate_student_problems(assignment, student, certify)
+    return student_problems.find_new_replacements(assignment), student_problems.failed_slots
 
 
 def describe_replacements(before: Assignment, after: Assignment) -> list[str]:
@@ -215,9 +217,9 @@ def describe_replacements(before: Assignment, after: Assignment) -> list[str]:
     new_count = sum(before.replacements.get(slot) != replacement for slot, replacement in after.replacements.items())
     if not new_count:
         return []
-    count = f"{count_noun(new_count, 'problem')} did"
+    problems = count_noun(new_count, "problem")
     advice = f"store {after.folder / REPLACEMENTS_FILE} together with assignment.toml"
-    return [f"{count} not pass the certificate at first and had to be regenerated; {advice}"]
+    return [f"{problems} did not pass the certificate at first and had to be regenerated; {advice}"]
 
 
 def raise_failed_slots(assignment: Assignment, failed_slots: Sequence[FailedSlot]) -> None:

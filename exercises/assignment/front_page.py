@@ -14,8 +14,8 @@ IMAGE_TYPES = {"png": "image/png", "jpg": "image/jpeg", "jpeg": "image/jpeg", "s
 """The formats of logos, by the ending of the file, with their media types."""
 IMAGE_STARTS = {"png": b"\x89PNG", "jpg": b"\xff\xd8", "jpeg": b"\xff\xd8", "svg": b"<"}
 """The first bytes of an image file, by the ending of its name."""
-MAX_LOGO_SIZE = 2_000_000
-MAX_TEXT_LENGTH = 5000
+MAX_LOGO_SIZE, MAX_TEXT_LENGTH = 2_000_000, 5000
+"""Maximum size of a logo in bytes, and of a text in characters."""
 
 
 @dataclass(frozen=True)
@@ -66,9 +66,10 @@ def _read_text(name: str, value: object) -> str:
 
 
 def _read_logo(name: object, folder: Path) -> Logo:
-    if not isinstance(name, str) or name.rpartition(".")[2].lower() not in IMAGE_TYPES:
+    extension = str(name).rpartition(".")[2].lower()
+    if not isinstance(name, str) or extension not in IMAGE_TYPES:
         raise QdotError(f"logo: {PAPER_FORMS['logo']}")
-    path, extension = folder / name, name.rpartition(".")[2].lower()
+    path = folder / name
     try:
         is_too_large = path.stat().st_size > MAX_LOGO_SIZE
         content = b"" if is_too_large else path.read_bytes()

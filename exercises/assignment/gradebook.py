@@ -25,8 +25,10 @@ _TEST_LOGIN = re.compile("[0-9a-f]{40}")
 _CANVAS_NAME_COLUMNS = ("Student", "LastName", "FirstName", "ID")
 
 MOODLE_COLUMNS: dict[str, tuple[str, ...]] = {
-    "first": ("first name", "vorname", "prénom", "nombre", "nome", "voornaam"),
-    "last": ("last name", "surname", "nachname", "nom", "nom de famille", "apellido(s)", "cognome", "achternaam"),
+    "first name": ("first name", "vorname", "prénom", "nombre", "nome", "voornaam"),
+    "last name": (
+        "last name", "surname", "nachname", "nom", "nom de famille", "apellido(s)", "cognome", "achternaam",
+    ),
     "id number": (
         "id number", "idnumber", "id-nummer", "numéro d'identification", "número de id", "codice identificativo",
     ),
@@ -72,12 +74,14 @@ def read_export(path: Path) -> Gradebook | None:
     rows = _parse_rows(read_table_text(path)) if path.is_file() else []
     if not rows:
         return None
-    header, points_row = tuple(name.strip() for name in rows[0][1]), tuple[str, ...]()
+    _, header_cells = rows[0]
+    header = tuple(name.strip() for name in header_cells)
+    points_row: tuple[str, ...] = ()
     columns = {key: find_column(header, names) for key, names in MOODLE_COLUMNS.items()}
     if _is_canvas(header, rows):
         platform, lines = CANVAS, list(_iterate_canvas_lines(path, header, rows))
         points_row = next((tuple(map(str.strip, cells)) for _, cells in rows[1:] if _is_points_row(header, cells)), ())
-    elif columns["first"] is not None and columns["last"] is not None and header[0].lower() != "student":
+    elif None not in (columns["first name"], columns["last name"]) and header[0].lower() != "student":
         platform, lines = MOODLE, list(_iterate_moodle_lines(path, header, rows, columns))
     else:
         return None
@@ -165,22 +169,23 @@ def _iterate_moodle_lines(
     filled_keys = [
         key
         for key in MOODLE_KEYS
-        if key in column_by_key and any(row[column_by_key[key]].strip() for _, row in rows[1:])
+        if key in column_by_key and any(cells[column_by_key[key]].strip() for _, cells in rows[1:])
     ]
     if not filled_keys:
         raise QdotError(
             f"{path}: line 1: no column identifies the users in Moodle; export it with the ID number, the username "
             "or the email address"
         )
+    identity_key = filled_keys[0]
     for number, cells in rows[1:]:
         cell_by_key = {key: cells[index].strip() for key, index in column_by_key.items()}
-        if not cell_by_key[filled_keys[0]]:
-            column = header[column_by_key[filled_keys[0]]]
+        if not cell_by_key[identity_key]:
+            column = header[column_by_key[identity_key]]
             raise QdotError(
                 f"{path}: line {number}: the column {column!r} is empty, but it identifies the students; fill it in, "
                 "or delete the column, so that qdot uses the next of ID number, username and email address"
             )
-        name = f"{cell_by_key['first']} {cell_by_key['last']}".strip()
-        identity = {"student": normalize_identifier(cell_by_key[filled_keys[0]]), "name": name}
+        name = f"{cell_by_key['first name']} {cell_by_key['last name']}".strip()
+        identity = {"student": normalize_identifier(cell_by_key[identity_key]), "name": name}
         other_keys = {key: cell_by_key[key] for key in filled_keys if key != "email"}
         yield number, cells, identity | {"email": cell_by_key.get("email", "")} | other_keys

@@ -61,7 +61,7 @@ def describe_duration(seconds: int) -> str:
     ('40 s', '13 min', '1 day 1 h', '2 days')
     """
     days, seconds_left = divmod(seconds, SECONDS_PER_DAY)
-    hours, minutes = seconds_left // 3600, seconds_left % 3600 // 60
+    hours, minutes = divmod(seconds_left // 60, 60)
     words = [count_noun(days, "day") if days else "", f"{hours} h" if hours else ""]
     words.append(f"{minutes} min" if minutes and not days else "")
     return " ".join(filter(None, words)) or f"{seconds} s"

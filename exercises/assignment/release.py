@@ -107,12 +107,12 @@ def notebook_path(assignment: Assignment, student: str, kind: str = "released") 
     return assignment.folder / kind / student / f"{assignment.key}.ipynb"
 
 
-def release_student(work: tuple[Assignment, Certifier], student: str) -> ReleaseResult:
+def release_student(state: tuple[Assignment, Certifier], student: str) -> ReleaseResult:
     """Certify the problems of one student and write both notebooks, unless all files are up to date.
 
     If a problem has to be replaced, write nothing and return the replacement, which the caller records.
     """
-    assignment, certifier = work
+    assignment, certifier = state
     if is_up_to_date(assignment, student):
         return ReleaseResult(student, "kept")
     student_problems = generate_student_problems(assignment, student, certifier.make_record)
@@ -131,13 +131,13 @@ def release_student(work: tuple[Assignment, Certifier], student: str) -> Release
         return ReleaseResult(student, "left out", failed_slots=(failed_slot,))
     records = {slot: certified.record for slot, certified in student_problems.certified.items()}
     certificate = certifier.make_certificate(assignment, student, records, notebooks[0])
-    outcome = _write(assignment, student, notebooks, certificate)
+    outcome = _write_files(assignment, student, notebooks, certificate)
     store_problems(assignment, student, problems)
     return ReleaseResult(student, outcome)
 
 
-def _write(assignment: Assignment, student: str, notebooks: "Sequence[NotebookNode]", certificate: str) -> str:
-    """Write the certificate and the notebooks, and return the outcome."""
+def _write_files(assignment: Assignment, student: str, notebooks: "Sequence[NotebookNode]", certificate: str) -> str:
+    """Write the certificate and the notebooks, and return the outcome (see `ReleaseResult`)."""
     released_path, solution_path = (notebook_path(assignment, student, kind) for kind in NOTEBOOK_FOLDERS)
     new_text, solution = map(write_notebook, notebooks)
     existing_text = read_if_present(released_path)
@@ -164,7 +164,8 @@ def _find_faulty_slot(assignment: Assignment, student: str, problems: Problems, 
             _make_notebooks(assignment, student, [(slot, problem)])
         except Exception as slot_error:
             return FailedSlot(student, slot, problem.id.family, describe_internal_error(slot_error))
-    return FailedSlot(student, problems[0][0], problems[0][1].id.family, describe_internal_error(error))
+    slot, problem = problems[0]
+    return FailedSlot(student, slot, problem.id.family, describe_internal_error(error))
 
 
 def _make_notebooks(assignment: Assignment, student: str, problems: Problems) -> "tuple[NotebookNode, NotebookNode]":
@@ -178,9 +179,10 @@ def make_notebook(
 ) -> "NotebookNode":
     """Return the notebook to release, or the staff's notebook with solutions if the `released` notebook is given."""
     content = assignment.title, assignment.key, student, problems, assignment.hints
-    notebook = (
-        make_student_notebook(*content) if released is None else make_solution_notebook(*content, released=released)
-    )
+    if released is None:
+        notebook = make_student_notebook(*content)
+    else:
+        notebook = make_solution_notebook(*content, released=released)
     notebook.metadata["qdot"].update(
         digest=assignment.problems_digest_of(student),
         edition=assignment.notebook_digest_of(student),
@@ -202,7 +204,7 @@ def is_released(assignment: Assignment, student: str) -> bool:
 
 
 def read_if_present(path: Path) -> str | None:
-    """Return the text of a file, None if there is no file, and "" if it can't be read."""
+    """Return the text of a file; None if there is no file, "" if it can't be read."""
     try:
         return path.read_bytes().decode(errors="replace")
     except (FileNotFoundError, NotADirectoryError):
@@ -227,9 +229,10 @@ def release_notebooks(
     files that are up to date stay unchanged. When this function ends, partly written files are removed.
     """
     students = [student.id for student in assignment.roster]
-    notebooks = [notebook_path(assignment, student, kind) for student in students for kind in NOTEBOOK_FOLDERS]
-    other_paths = [path(assignment, student) for student in students for path in (certificate_path, store_path)]
-    with clean_up_after([*notebooks, *other_paths, assignment.folder / REPLACEMENTS_FILE]), sync_disks_after():
+    paths = [notebook_path(assignment, student, kind) for student in students for kind in NOTEBOOK_FOLDERS]
+    paths += [certificate_path(assignment, student) for student in students]
+    paths += [store_path(assignment.folder, student) for student in students]
+    with clean_up_after([*paths, assignment.folder / REPLACEMENTS_FILE]), sync_disks_after():
         while students:
             waiting_students: list[str] = []
             state = assignment, certifier

@@ -54,9 +54,9 @@ def write_replacements(folder: Path, replacements: Replacements) -> None:
 
     Lines are sorted by student and slot.
     """
-    ordered = sorted(replacements.items(), key=lambda item: (item[0][0], len(item[0][1]), item[0][1]))
-    rows = (
-        (student, slot, replacement.family, replacement.seed_number, " ".join(replacement.first_failure.split()))
-        for (student, slot), replacement in ordered
-    )
-    write_atomically(folder / REPLACEMENTS_FILE, csv_text([COLUMNS, *rows]))
+    rows = [COLUMNS]
+    for student, _, slot in sorted((student, len(slot), slot) for student, slot in replacements):  # p2 before p10
+        replacement = replacements[student, slot]
+        failure = " ".join(replacement.first_failure.split())
+        rows.append((student, slot, replacement.family, str(replacement.seed_number), failure))
+    write_atomically(folder / REPLACEMENTS_FILE, csv_text(rows))

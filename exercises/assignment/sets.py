@@ -16,7 +16,7 @@ from qdot.exercises.writing.render import find_template_folder
 class ProblemSet:
     """A set of problems: its name, a title for the assignment, its purpose, and the minutes it should take.
 
-    `note` says how to release a set that is not for notebooks; otherwise the note is empty. `variation` is the
+    `note` says how to release a set that is not for notebooks; it is empty for other sets. `variation` is the
     `variation` of the new assignment.
     """
 
@@ -46,12 +46,8 @@ class ProblemSet:
         )
 
 
-SETS = {
-    name: ProblemSet(name, **about)
-    for name, about in tomllib.loads(
-        (find_template_folder() / "init" / "sets.toml").read_text(encoding="utf-8")
-    ).items()
-}
+_SETS_TEXT = (find_template_folder() / "init" / "sets.toml").read_text(encoding="utf-8")
+SETS = {name: ProblemSet(name, **fields) for name, fields in tomllib.loads(_SETS_TEXT).items()}
 """All sets by name."""
 DEFAULT_SET = next(iter(SETS))
 

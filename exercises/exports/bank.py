@@ -14,7 +14,7 @@ from qdot.exercises.assignment.certified_problems import (
     generate_and_certify,
 )
 from qdot.exercises.assignment.replacements import MAX_SEEDS
-from qdot.exercises.common.errors import QdotError, count_noun
+from qdot.exercises.common.errors import QdotError, Reason, count_noun
 from qdot.exercises.common.json_form import as_json
 from qdot.exercises.common.parallel import map_in_order, return_state
 from qdot.exercises.exports.export_format import ExportRequest
@@ -108,15 +108,15 @@ def _iterate_distinct_problems(
             map_in_order(_generate_candidate, numbers, request.jobs, setup=return_state, arguments=(state,))
         ) as candidates:
             for candidate in candidates:
-                if isinstance(candidate, str):
+                if isinstance(candidate, Reason):
                     failure_messages.append(candidate)
                 elif candidate is not None and candidate.fingerprint not in seen_fingerprints:
                     seen_fingerprints.add(candidate.fingerprint)
                     yield candidate.problem, candidate.work_result
 
 
-def _generate_candidate(state: _WorkerState[WorkResult], number: int) -> _Candidate[WorkResult] | str | None:
-    """Return the problem with a number; a message if it fails its certificate; None if an equal problem exists.
+def _generate_candidate(state: _WorkerState[WorkResult], number: int) -> _Candidate[WorkResult] | Reason | None:
+    """Return the problem with a number, the reason why it fails its certificate, or None if an equal problem exists.
 
     Each process handles its numbers in ascending order. So for equal problems of one process, the caller receives first
     the problem that has a result.
@@ -125,7 +125,7 @@ def _generate_candidate(state: _WorkerState[WorkResult], number: int) -> _Candid
     student = f"bank/{number}"  # no student has this identifier, because identifiers contain no slash
     generate = partial(slot.generate_problem, request.assignment.secret, student)
     result = generate_and_certify(generate, partial(certify_with, request.find_failures))
-    if isinstance(result, str):
+    if isinstance(result, Reason):
         return result
     problem, _ = result
     fingerprint = repr(as_json(compute_digests(problem)))

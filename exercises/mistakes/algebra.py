@@ -10,7 +10,7 @@ import sympy as sp
 from qdot.exercises.arm.arithmetic import apply_matrix, cofactor_signs, determinant, matrix_product
 from qdot.exercises.arm.chain import Chain
 from qdot.exercises.arm.derivation import derive, symbolic_arm_of
-from qdot.exercises.arm.derivation_graph import Change, StageResults, links_to_point, singular_vectors
+from qdot.exercises.arm.derivation_graph import Change, StageResults, decompose_jacobian, links_to_point
 from qdot.exercises.mistakes.base import (
     AnswerShape,
     MistakeVariant,
@@ -188,9 +188,11 @@ VARIANTS: dict[str, VariantGenerator] = {
     "minors-not-squared": _vary_if_wide("gram determinant", lambda stages, _: _add_minors(stages)),
     "root-taken": _vary_if_wide("gram determinant", lambda stages, value: stages.arithmetic.sqrt(value)),
     "direction-that-moves": vary_if(
-        lambda chain: len(chain.task) == 2, {"lost direction": lambda stages, _: singular_vectors(stages)[0][:, 0]}
+        lambda chain: len(chain.task) == 2, {"lost direction": lambda stages, _: decompose_jacobian(stages).u[:, 0]}
     ),  # the direction perpendicular to the lost direction
-    "null-vector-of-jacobian": _vary_if_square("lost direction", lambda stages, _: singular_vectors(stages)[2][-1]),
+    "null-vector-of-jacobian": _vary_if_square(
+        "lost direction", lambda stages, _: decompose_jacobian(stages).v_transposed[-1]
+    ),
     "jacobian-for-transpose": _vary_if_square("transposed jacobian", lambda stages, _: stages["jacobian"]),
     "product-sign": _flip_product_sign,
     "blocks-added": _vary_if_square(

@@ -81,7 +81,7 @@ class Mistake:
     name: str
     title: str
     message: str
-    source: str
+    source: str = ""
     is_rare: bool = False
     frequency: float = 1.0
     equivalent_mistakes: Sequence[str] = ()
@@ -104,13 +104,16 @@ class Mistake:
         return is_possible and (not self.requires or self.requires in convention.features)
 
     def format_message(self, words: Mapping[str, object]) -> str:
-        """Return the message to the student, with these words for its placeholders and a reference to the chapter."""
-        return f"{self.message.format(**words)} See {self.chapter_reference}."
+        """Return the message to the student, with these words for its placeholders and a reference to the chapter.
+
+        A mistake that can be made in any question has no reference of its own.
+        """
+        return self.message.format(**words) + (f" See {self.chapter_reference}." if self.source else "")
 
     @property
     def chapter_reference(self) -> str:
         """The section, example or equation of the chapter to read, with brackets around the number of an equation."""
-        return f"({self.source})" if self.source[0].isdigit() else self.source
+        return f"({self.source})" if self.source[:1].isdigit() else self.source
 
 
 def name_chapter(sentence: str) -> str:

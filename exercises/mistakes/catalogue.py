@@ -56,7 +56,7 @@ MISTAKES_FOR_ONE_NUMBER = frozenset(
 PROPAGATION_FACTOR = 0.5
 """Factor for the frequency of a mistake in adding up the links if the columns of J are computed by propagation."""
 
-_POSITION_STAGES = frozenset({"table", "rotations", "own links", "links"})
+_POSITION_STAGES = frozenset({"table", "rotations", "local links", "links"})
 """The stages that lead to the position of P."""
 
 

@@ -335,7 +335,7 @@ VARIANTS: dict[str, VariantGenerator] = {
     "not-differentiated": vary_always({"link derivatives": _skip_differentiation}),
     "next-axis": _vary_propagation(
         {"axes": _shift_to_next},
-        {"products": lambda stages, _: [cross(stages["axes"][i + 1], stages["p*"][i]) for i in range(stages.n)]},
+        {"cross products": lambda stages, _: list(map(cross, stages["axes"][1:], stages["p*"]))},
         names_axis=True,
     ),
     "next-arm": _vary_propagation({"p*": _shift_to_next}, names_axis=True),
@@ -343,9 +343,9 @@ VARIANTS: dict[str, VariantGenerator] = {
     "previous-frame": _vary_propagation({"axes": _shift_to_previous, "p*": _start_one_frame_earlier}),
     "previous-axis": _vary_propagation({"axes": _shift_to_previous}, names_axis=True),
     "cross-order": _vary_propagation(
-        {"products": lambda stages, _: list(map(cross, stages["p*"], stages["axes"]))[: stages.n]}
+        {"cross products": lambda stages, _: list(map(cross, stages["p*"], stages["axes"]))[: stages.n]}
     ),
-    "no-cross-product": _vary_propagation({"products": lambda stages, _: stages["p*"]}),
+    "no-cross-product": _vary_propagation({"cross products": lambda stages, _: stages["p*"]}),
     "arm-from-base": _vary_propagation({"p*": lambda stages, vectors: np.stack([stages["point"]] * len(vectors))}),
     "arm-from-other-origin": _start_at_other_origin,
     "arm-to-origin": _vary_propagation({"p*": lambda stages, _: stages["origins on axes"]}),

@@ -49,7 +49,7 @@ def _compute_relative_link(stages: StageResults, link: int, keeps_constants: boo
     frame = stages.chain.point.frame if link == stages.n else link
     return apply_matrix(
         _rotate_without(stages, frame, list_earlier_joints(stages.chain, link), keeps_constants),
-        stages["own links"][link],
+        stages["local links"][link],
     )
 
 
@@ -176,11 +176,11 @@ VARIANTS: dict[str, VariantGenerator] = {
         lambda stages, links, k: links[k] * 0, lambda chain, _: len(list_moving_links(chain)) > 1
     ),
     "link-not-rotated": _change_links(
-        lambda stages, links, link: stages["own links"][link], lambda chain, link: link > 0
+        lambda stages, links, link: stages["local links"][link], lambda chain, link: link > 0
     ),
     "links-not-rotated": vary_if(
         lambda chain: sum(k > 0 for k in list_moving_links(chain)) > 1,
-        {"links": lambda stages, _: stages["own links"]},
+        {"links": lambda stages, _: stages["local links"]},
         {"link": "each"},
     ),
     "prismatic-joints-along-xyz": _slide_along_axes_in_order,

@@ -148,7 +148,9 @@ QUESTIONS = (
         stage="jacobian", make_details=lambda chain, _: TaskDetails(task=chain.task),
         label_rows_and_columns=base.label_jacobian(lambda chain: chain.task),
         find_size_objection=base.limit_terms("jacobian"), link_sums="columns of links",
-        find_link_sum_rows=lambda chain: list(enumerate(list_linear_task_rows(chain))),
+        find_link_sum_rows=lambda chain: [
+            (k, "xyz".index(row[1])) for k, row in enumerate(chain.task) if row[0] == "v"
+        ],
     ),
     Question(
         "determinant", "Determinant of the Jacobian", "6.8", prerequisites=("jacobian",),

@@ -306,7 +306,7 @@ def match_branches(chain: Chain) -> tuple[Branch, ...]:
             branches.append(Branch(component, match))
         for values in component.value_combinations():
             same_values = (v for v in match.value_combinations() if _are_same_values(chain, values, v))
-            branches += [Branch(component.at(values), match.at(v)) for v in islice(same_values, 1)]
+            branches += [Branch(component.restrict_to(values), match.restrict_to(v)) for v in islice(same_values, 1)]
     return tuple(branches)
 
 

@@ -147,7 +147,7 @@ def _factor_minors(symbolic_chain: Chain) -> FactoredMinors:
     shared_powers = {f: min(p.get(f, 0) for p in powers) for f in powers[0]} if powers else {}
     coefficient = sp.gcd([minor.coefficient for minor in nonzero_minors])
     shared_factors = Factored(coefficient, tuple((f, power) for f, power in shared_powers.items() if power))
-    quotients = tuple(minor if minor.is_zero else minor.over(shared_factors) for minor in minors)
+    quotients = tuple(minor if minor.is_zero else minor.divide_by(shared_factors) for minor in minors)
     return FactoredMinors(shared_factors, quotients)
 
 

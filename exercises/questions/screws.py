@@ -147,8 +147,7 @@ def make_transform(rotation: sp.Matrix, origin: sp.Matrix) -> sp.Matrix:
 @lru_cache(maxsize=1024)
 def _derive_moved_screws(symbolic_chain: Chain) -> tuple[Screw, ...]:
     """Return the screws of a structure's joints, moved by the joints before them."""
-    frames, _ = frames_and_point(symbolic_chain)
-    moved_screws = []
+    moved_screws, frames = [], frames_and_point(symbolic_chain).frames
     for number, (joint, frame) in enumerate(zip(symbolic_chain.joints, frames, strict=False), 1):
         z, origin = textbook_matrix(frame.rotation[:, 2]), textbook_matrix(frame.origin)
         coordinates = _join_twist(joint.kind, z, textbook_matrix(-z.cross(origin)))

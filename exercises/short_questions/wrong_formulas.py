@@ -217,7 +217,7 @@ def tidy_entry(entry: sp.Expr) -> sp.Expr:
         factored_denominator = factor_trig(denominator) if not denominator.has(*NOT_A_NUMBER) else None
         if factored_denominator is None or factored_denominator.is_zero or numerator.has(*NOT_A_NUMBER):
             raise ValueError(f"{entry} divides by zero")
-        return factor_trig(numerator).over(factored_denominator).expression()
+        return factor_trig(numerator).divide_by(factored_denominator).expression()
     return textbook_form(sp.expand(entry))
 
 

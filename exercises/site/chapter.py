@@ -16,7 +16,7 @@ from qdot.exercises.writing.markup import to_html
 from qdot.exercises.writing.render import make_environment
 
 SECTION = "examples"
-OVERVIEW, ERRATA = "examples/index.html", "examples/errata.html"
+OVERVIEW_PATH, ERRATA_PATH = "examples/index.html", "examples/errata.html"
 FORMULA_SHARE = 0.62
 """The fraction of the page's width that is left for formulas beside the arm."""
 
@@ -32,10 +32,10 @@ def example_path(number: str) -> str:
 
 def make_chapter_pages() -> Iterator[Page]:
     """Yield the overview of the chapter's examples, their pages, and the errata."""
-    yield _make_translated_page(OVERVIEW, _write_overview, "wide")
+    yield _make_translated_page(OVERVIEW_PATH, _write_overview, "wide")
     for index, example in enumerate(solve_examples()):
         yield _make_translated_page(example_path(example.number), partial(_write_example, index), "wide")
-    yield _make_translated_page(ERRATA, _write_errata)
+    yield _make_translated_page(ERRATA_PATH, _write_errata)
 
 
 def _make_translated_page(path: str, write: Callable[[str], tuple[str, str]], kind: str = "") -> Page:
@@ -45,10 +45,11 @@ def _make_translated_page(path: str, write: Callable[[str], tuple[str, str]], ki
 
 
 def _list_examples(language: str) -> list[dict[str, object]]:
-    """Return the number, title, address and figure of each example; `is_translated` if the figure's words are."""
+    """Return the number, title, address and figure of each example; `is_translated` is about the figure's words."""
     return [
-        {"number": e.number, "title": e.title, "address": example_path(e.number)} | _draw_card_figure(e, language)
-        for e in solve_examples(language)
+        {"number": example.number, "title": example.title, "address": example_path(example.number)}
+        | _draw_card_figure(example, language)
+        for example in solve_examples(language)
     ]
 
 
@@ -56,7 +57,7 @@ def _write_overview(language: str) -> tuple[str, str]:
     """Return the title and body of the overview of the examples."""
     template = make_environment(language).get_template("site/examples.html.j2")
     title = load_catalogue(language).gettext("Examples 6.1 to 6.4")
-    return title, template.render(examples=_list_examples(language), errata=len(read_errata()), errata_at=ERRATA)
+    return title, template.render(examples=_list_examples(language), errata=len(read_errata()), errata_at=ERRATA_PATH)
 
 
 def _draw_card_figure(example: Example, language: str) -> dict[str, object]:
@@ -96,7 +97,7 @@ def _write_example(index: int, language: str) -> tuple[str, str]:
         arm=json.dumps(make_arm_data(arm), ensure_ascii=False),
         before=all_examples[index - 1] if index else None,
         after=all_examples[index + 1] if index + 1 < len(all_examples) else None,
-        errata_at=ERRATA,
+        errata_at=ERRATA_PATH,
     )
 
 

@@ -23,10 +23,10 @@ has that vector as "values". The page itself finds single mistakes in a formula,
 (site/src/grade/slips.ts, set-slips.ts).
 """
 
+import itertools
 from collections.abc import Callable, Collection, Iterable, Iterator, Sequence
 from dataclasses import dataclass, replace
-from itertools import chain, islice
-from typing import Any
+from typing import Any, NamedTuple
 
 import mpmath
 import numpy as np
@@ -134,7 +134,7 @@ class _KeyMaker(AnswerVisitor[Json]):
         }  # fmt: skip
         if answer.shape == (1, 1):  # many other mistakes give the same number if the number has few digits
             known_values = {tuple(mistake["values"]) for mistake in mistakes}
-            precise_mistakes = self._collect(_find_mistakes_in_numbers(self.problem, self.part, answer, precise=True))
+            precise_mistakes = self._collect(_find_mistakes_in_numbers(self.problem, self.part, answer, True))
             key["precise"] = [mistake for mistake in precise_mistakes if tuple(mistake["values"]) not in known_values]
         return key
 
@@ -186,11 +186,9 @@ def _find_linear_coefficients(problem: Problem, part: Part, points: SymbolValues
     for name, symbol in problem.symbols.items():
         if name in used_names and symbol.role in ("rate", "velocity", "force"):
             samples = (first_points | {name: first_points[name] * 0 + k} for k in range(3))
-            values = [np.real(evaluate(program, sample, FINGERPRINT_POINT_COUNT)[0]) for sample in samples]
-            if np.allclose(values[2] - values[1], values[1] - values[0], rtol=1e-9, atol=1e-12):
-                factors[name] = [
-                    [round_to_six_digits(value) + 0.0 for value in entry] for entry in values[1] - values[0]
-                ]
+            at_0, at_1, at_2 = [evaluate(program, sample, FINGERPRINT_POINT_COUNT)[0].real for sample in samples]
+            if np.allclose(at_2 - at_1, at_1 - at_0, rtol=1e-9, atol=1e-12):
+                factors[name] = [[round_to_six_digits(value) + 0.0 for value in entry] for entry in at_1 - at_0]
     return factors
 
 
@@ -247,13 +245,13 @@ def _find_mistakes_throughout(problem: Problem, part: Part, points: SymbolValues
     first_points = {name: column[:FINGERPRINT_POINT_COUNT] for name, column in points.items()}
     rows = as_matrix(parse_formula(write_answer_code(problem, part), problem.domain.roles))
     reference_names = set().union(*(find_names(entry) for row in rows for entry in row))
-    edits = [edit for edit in edit_throughout(rows) if edit[0] in THROUGHOUT_MISTAKES]
-    edits.sort(key=lambda edit: THROUGHOUT_MISTAKES.index(edit[0]))
+    edits = list(edit_throughout(rows))
+    likely_edits = [edit for likely_name in THROUGHOUT_MISTAKES for edit in edits if edit[0] == likely_name]
     correct = np.array(key["right"])[:, :FINGERPRINT_POINT_COUNT].reshape(key["rows"], key["columns"], -1)
     known_fingerprints = {_compute_fingerprint(correct)}
-    for name, edited_rows in edits[:MAX_THROUGHOUT_MISTAKES]:
+    for name, edited_rows in likely_edits[:MAX_THROUGHOUT_MISTAKES]:
         entries = [entry for row in edited_rows for entry in row]
-        values = evaluate(compile_program(entries), first_points, FINGERPRINT_POINT_COUNT)[0]
+        values, _ = evaluate(compile_program(entries), first_points, FINGERPRINT_POINT_COUNT)
         if not np.isfinite(values).all() or (fingerprint := _compute_fingerprint(values)) in known_fingerprints:
             continue
         known_fingerprints.add(fingerprint)
@@ -278,29 +276,33 @@ def _predict_wrong_answers(
             yield from catalogue.apply_mistake(mistake, stages, part)
 
 
-NumericMistakes = Iterator[tuple[float, Json, list[float]]]
-"""For each wrong answer: how likely its mistake is, the record of the mistake, and the wrong numbers."""
+class _NumericMistake(NamedTuple):
+    """A mistake in a numeric answer: how frequent it is, its record, and the wrong numbers that it leads to."""
+
+    frequency: float
+    record: Json
+    values: list[float]
 
 
-def _find_wrong_unit_vectors(problem: Problem, part: Part, correct: np.ndarray) -> NumericMistakes:
+def _find_wrong_unit_vectors(problem: Problem, part: Part, correct: np.ndarray) -> Iterator[_NumericMistake]:
     """Yield the unit vectors that mistakes lead to, each with the sign for which it is nearer to the correct vector."""
-    for chance, mistake, values in _find_derived_mistakes(problem, part):
-        unit = np.array(values) / np.linalg.norm(values)
-        yield chance, mistake, (unit * (np.sign(unit @ correct) or 1.0)).tolist()
+    for mistake in _find_derived_mistakes(problem, part):
+        unit = np.array(mistake.values) / np.linalg.norm(mistake.values)
+        yield mistake._replace(values=(unit * (np.sign(unit @ correct) or 1.0)).tolist())
 
 
-def _select_likeliest_mistakes(answers: NumericMistakes, correct: Iterable[float]) -> Iterator[Json]:
-    """Yield the record of the likeliest mistake for every different wrong answer."""
+def _select_likeliest_mistakes(mistakes: Iterable[_NumericMistake], correct: Iterable[float]) -> Iterator[Json]:
+    """Yield the record of the most frequent mistake for every different wrong answer."""
     correct_texts = _round_to_texts(correct)
-    answer_by_texts: dict[tuple[str, ...], tuple[float, Json, list[float]]] = {}
-    for chance, mistake, values in answers:
-        texts = _round_to_texts(values)
+    mistake_by_texts: dict[tuple[str, ...], _NumericMistake] = {}
+    for mistake in mistakes:
+        texts = _round_to_texts(mistake.values)
         is_wrong = len(texts) == len(correct_texts) and texts != correct_texts
-        if is_wrong and (texts not in answer_by_texts or answer_by_texts[texts][0] < chance):
-            answer_by_texts[texts] = chance, mistake, values
+        if is_wrong and (texts not in mistake_by_texts or mistake_by_texts[texts].frequency < mistake.frequency):
+            mistake_by_texts[texts] = mistake
     max_count = min(MAX_NUMERIC_MISTAKES, MAX_MISTAKE_NUMBERS // len(correct_texts))
-    for _, mistake, values in islice(answer_by_texts.values(), max_count):
-        yield {**mistake, "values": [round_to_six_digits(value) + 0.0 for value in values]}
+    for mistake in itertools.islice(mistake_by_texts.values(), max_count):
+        yield {**mistake.record, "values": [round_to_six_digits(value) + 0.0 for value in mistake.values]}
 
 
 def _compute_fingerprint(answer: np.ndarray, up_to_a_factor: bool = False) -> tuple[str, ...]:
@@ -311,8 +313,7 @@ def _compute_fingerprint(answer: np.ndarray, up_to_a_factor: bool = False) -> tu
     entries = answer.reshape(-1, answer.shape[-1])
     if up_to_a_factor:
         entries = entries / np.sqrt((np.abs(entries) ** 2).sum(axis=0))
-    total = sum(weight(i) * entry for i, entry in enumerate(entries))
-    values = np.asarray(total).real
+    values = np.asarray(sum(weight(i) * entry for i, entry in enumerate(entries))).real
     return tuple(f"{value:.5e}" for value in (np.abs(values) if up_to_a_factor else values))
 
 
@@ -333,36 +334,39 @@ def _record_mistake(mistake: str, sentence: str, missing: str = "") -> Json:
 # --- numbers ---
 
 
-def _find_mistakes_in_numbers(problem: Problem, part: Part, answer: Number, precise: bool = False) -> Iterator[Json]:
+def _find_mistakes_in_numbers(problem: Problem, part: Part, answer: Number, is_precise: bool = False) -> Iterator[Json]:
     """Return the records of the mistakes that lead to different wrong numbers.
 
-    For a single number, only the likely mistakes are considered, unless the number is `precise` (has many digits).
+    For a single number, only the likely mistakes are considered, unless the number has many digits (`is_precise`).
     """
-    answers = _list_mistaken_answers(problem, part), _list_speed_mistakes(problem, part)
-    derived_answers = _find_derived_mistakes(problem, part, precise)
-    return _select_likeliest_mistakes(chain(*answers, derived_answers), map(float, answer.reference))
+    mistakes = itertools.chain(
+        _list_mistaken_answers(problem, part), _list_speed_mistakes(problem, part),
+        _find_derived_mistakes(problem, part, is_precise),
+    )  # fmt: skip
+    return _select_likeliest_mistakes(mistakes, map(float, answer.reference))
 
 
-def _list_mistaken_answers(problem: Problem, part: Part) -> NumericMistakes:
+def _list_mistaken_answers(problem: Problem, part: Part) -> Iterator[_NumericMistake]:
     """Yield the wrong numbers of mistakes that are defined for this question alone."""
     for mistake, mistaken in catalogue.generate_mistaken_answers(problem.chain, part):
         if isinstance(mistaken.answer, Number):
             values = [float(value) for value in mistaken.answer.reference]
-            yield 1.0, _record_mistake(mistake.name, mistake.format_message(mistaken.words)), values
+            record = _record_mistake(mistake.name, mistake.format_message(mistaken.words))
+            yield _NumericMistake(1.0, record, values)
 
 
-def _find_derived_mistakes(problem: Problem, part: Part, precise: bool = False) -> NumericMistakes:
+def _find_derived_mistakes(problem: Problem, part: Part, is_precise: bool = False) -> Iterator[_NumericMistake]:
     """Yield the wrong numbers that follow from a mistake in the derivation."""
-    derived_part, numbers_of_answer = _find_derived_part(part)
+    derived_part, extract_numbers = _find_derived_part(part)
     if derived_part is None:
         return
-    for wrong in catalogue.predict_wrong_answers(_evaluate_derivation(problem, part), derived_part, precise):
-        numbers = numbers_of_answer(wrong.answer)
+    for wrong in catalogue.predict_wrong_answers(_evaluate_derivation(problem, part), derived_part, is_precise):
+        numbers = extract_numbers(wrong.answer)
         if _is_finite_and_nonzero(numbers) and (derived_part is part or wrong.mistake.name not in _RATE_MISTAKES):
-            yield wrong.frequency, _describe_mistake(wrong), numbers.tolist()
+            yield _NumericMistake(wrong.frequency, _describe_mistake(wrong), numbers.tolist())
 
 
-def _list_speed_mistakes(problem: Problem, part: Part) -> NumericMistakes:
+def _list_speed_mistakes(problem: Problem, part: Part) -> Iterator[_NumericMistake]:
     """Yield wrong speeds that students compute from the components of a velocity; nothing for other questions."""
     if part.kind != "speed":
         return
@@ -373,7 +377,8 @@ def _list_speed_mistakes(problem: Problem, part: Part) -> NumericMistakes:
     wrong_speeds = [("components-added", moving.sum()), ("components-added", abs(velocity.sum()))]
     wrong_speeds += [("component-alone", component) for component in moving]
     for name, value in [*wrong_speeds, ("speed-squared", (moving**2).sum())]:
-        yield 1.0, _record_mistake(name, catalogue.CATALOGUE[name].format_message({})), [float(value)]
+        record = _record_mistake(name, catalogue.CATALOGUE[name].format_message({}))
+        yield _NumericMistake(1.0, record, [float(value)])
 
 
 def _evaluate_derivation(problem: Problem, part: Part) -> StageResults:
@@ -385,16 +390,16 @@ def _evaluate_derivation(problem: Problem, part: Part) -> StageResults:
 
 
 def _flatten(answer: np.ndarray) -> np.ndarray:
-    """Return the entries of an answer at the first point."""
+    """Return the entries of an answer at its first configuration."""
     return answer.reshape(-1, answer.shape[-1])[:, 0].real
 
 
-def _norm(answer: np.ndarray) -> np.ndarray:
+def _compute_norm(answer: np.ndarray) -> np.ndarray:
     return np.array([np.linalg.norm(_flatten(answer))])
 
 
-_CHAPTER_QUESTIONS = {"determinant-value": ("determinant", _flatten), "speed": ("velocity", _norm)}
-"""For each numeric short question: the chapter's question behind it, and how the answer of that gives the number."""
+_CHAPTER_QUESTIONS = {"determinant-value": ("determinant", _flatten), "speed": ("velocity", _compute_norm)}
+"""For each numeric short question: the chapter's question behind it, and a function from its answer to the number."""
 
 
 _RATE_MISTAKES = frozenset({"rates-in-degrees", "rates-in-turns"})
@@ -402,14 +407,14 @@ _RATE_MISTAKES = frozenset({"rates-in-degrees", "rates-in-turns"})
 
 
 def _find_derived_part(part: Part) -> tuple[Part | None, Callable[[np.ndarray], np.ndarray]]:
-    """Return the part of the derivation that leads to an answer, and a function that returns the answer's numbers.
+    """Return the derived question behind a part, and a function that extracts the part's numbers from its answer.
 
-    That part is the part itself, or a question of the chapter; None if there is no such part.
+    The question is the part itself, or a question of the chapter; None if there is no such question.
     """
     if is_derived(part) or part.kind not in _CHAPTER_QUESTIONS:
         return (part if is_derived(part) else None), _flatten
-    kind, numbers_of_answer = _CHAPTER_QUESTIONS[part.kind]
-    return replace(part, kind=kind), numbers_of_answer
+    kind, extract_numbers = _CHAPTER_QUESTIONS[part.kind]
+    return replace(part, kind=kind), extract_numbers
 
 
 def _round_to_texts(values: Iterable[float]) -> tuple[str, ...]:
@@ -429,15 +434,18 @@ def _list_variables(problem: Problem) -> tuple[list[str], list[str]]:
 
 def _count_pieces(problem: Problem, answer: ConditionSet) -> list[int]:
     """Return the number of pieces of each component of the singular set."""
-    roles, joints = problem.domain.roles, [q.name for q in problem.chain.q]
+    roles = problem.domain.roles
+    joints = [q.name for q in problem.chain.q]
     groups = answer.group_by_condition(answer.pieces())
     return [sum(len(parse_pieces(parse_formula(text, roles), joints)) for text in group) for group in groups]
 
 
 def _sample_pieces(problem: Problem, part: Part, answer: ConditionSet) -> list[Any]:
     """Return configurations on each piece of the singular set; each is a row with the values of all symbols."""
-    (joints, symbols), domain, stream = _list_variables(problem), problem.domain, _make_stream(problem, part)
-    space, rows_by_piece = ConfigurationSpace(joints, domain), []
+    joints, symbols = _list_variables(problem)
+    domain, stream = problem.domain, _make_stream(problem, part)
+    space = ConfigurationSpace(joints, domain)
+    rows_by_piece = []
     for text in answer.pieces():
         for piece in parse_pieces(parse_formula(text, domain.roles), joints):
             values = space.sample_piece(piece, {*joints, *symbols}, stream, 4 * CONFIGURATIONS_PER_PIECE)

@@ -51,5 +51,5 @@ class Page:
 
 
 def translate_message(message: str) -> dict[str, str]:
-    """Return a message in every language except English, by language; scripts then replace the English text."""
+    """Return the translations of a message by language; scripts replace the English text by one of them."""
     return {code: load_catalogue(code).gettext(message) for code in LANGUAGES}

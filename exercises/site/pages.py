@@ -138,10 +138,10 @@ def make_pages(
     practice = render("site/practice.html.j2", has_docs=has_docs)
     arms = {"plain": make_arm_data(robot) | {"pose": LESSON_CONFIGURATION}, "elbow": make_arm_data(make_scorbot_arm())}
     learn = render("site/learn.html.j2", arms=json.dumps(arms, ensure_ascii=False))
-    yield Page("learn.html", "Learn", learn, "learn", "learn", "practice")
-    yield Page("practice.html", "Practise", practice, "practice", "practice", "practice")
+    yield Page("learn.html", "Learn", learn, script="learn", section="learn", kind="practice")
+    yield Page("practice.html", "Practise", practice, script="practice", section="practice", kind="practice")
     own_arm = render("site/own.html.j2", has_docs=has_docs)
-    yield Page("own.html", "Your own arm", own_arm, "own", "own", "practice")
+    yield Page("own.html", "Your own arm", own_arm, script="own", section="own", kind="practice")
     course_help = render("site/course.html.j2", has_docs=has_docs)
     yield Page("course.html", "In a course", course_help, script="course", kind="wide", allows_frames=True)
     yield Page("404.html", "There is no such page", render("site/missing.html.j2", root=""), is_error_page=True)
@@ -164,8 +164,10 @@ def _make_documentation_pages(docs: Path, command_reference: str) -> Iterator[Pa
             content = command_reference if entry.name == COMMANDS else to_html(path.read_text(encoding="utf-8"))
             body = link_pages(content)
             shown_headings = find_headings(body) if len(find_headings(body)) >= MIN_LISTED_HEADINGS else []
-            context = {"body": body, "groups": groups, "entry": entry, "headings": shown_headings}
-            page_body = render("site/doc.html.j2", **context, translate=translate_message)
+            page_body = render(
+                "site/doc.html.j2", body=body, groups=groups, entry=entry, headings=shown_headings,
+                translate=translate_message,
+            )  # fmt: skip
             yield Page(f"docs/{entry.name}.html", entry.title, page_body, section="docs", kind="docs")
 
 

@@ -64,7 +64,7 @@ def make_arm_record(problem: Problem) -> Json:
 
 
 def list_determinant_factors(chain: Chain) -> list[list[str]]:
-    """Return the factors of det J that depend on the configuration, each as HTML and in the notation for typing.
+    """Return the factors of det J with joint variables, each as HTML and in the notation for typing.
 
     Return an empty list if J is not square, or if det J is too long to be factored by hand.
     """
@@ -104,8 +104,11 @@ def translate_record(problem: Problem, record: Json, language: str) -> Json:
 
 def translate_solutions(problem: Problem, language: str) -> Json:
     """Return the worked solutions in another language: {"parts": [{"name", "solution"}]}."""
-    solutions = {part.name: html_with_latex(write_solution(problem, part, language)) for part in problem.parts}
-    return {"parts": [{"name": name, "solution": solution} for name, solution in solutions.items()]}
+    parts = [
+        {"name": part.name, "solution": html_with_latex(write_solution(problem, part, language))}
+        for part in problem.parts
+    ]
+    return {"parts": parts}
 
 
 def _translate_sentence(words: Catalogue, name: str, _: str, sentence: str, *missing: str) -> list[str]:
@@ -122,11 +125,8 @@ def make_solutions_record(problem: Problem) -> Json:
     """
     parts = []
     for part in problem.parts:
-        solution, figure = (
-            write_solution(problem, part),
-            draw_singular_configurations(problem, part, f"{part.name}-solution"),
-        )
-        record = {"name": part.name, "solution": html_with_latex(solution), "figure": figure}
+        figure = draw_singular_configurations(problem, part, f"{part.name}-solution")
+        record = {"name": part.name, "solution": html_with_latex(write_solution(problem, part)), "figure": figure}
         parts.append(record | {"typed": write_answer_code(problem, part)})
     return {"id": str(problem.id), "factors": list_determinant_factors(problem.chain), "parts": parts}
 
@@ -152,7 +152,7 @@ def _list_symbols(problem: Problem) -> Json:
     return symbols
 
 
-def find_typed_names(problem: Problem, prompt_text: str) -> list[str]:
+def find_names_to_type(problem: Problem, prompt_text: str) -> list[str]:
     """Return the names of rates, velocities and forces that a prompt mentions; the page has a button for each."""
     names = (name for name, info in problem.symbols.items() if info.role in ("rate", "velocity", "force"))
     return [name for name in names if f"`{name}`" in prompt_text]
@@ -212,10 +212,8 @@ def _make_part_record(problem: Problem, part: Part, sentences: MistakeSentences)
     svg = draw_part_svg(chain, part, part.name)
     record: Json = {"name": part.name, "kind": part.kind, "title": question.title, "type": part.type}
     record |= {"shape": part.shape and list(part.shape), "points": part.points, "prompt": to_html(prompt_text)}
-    record |= {
-        "names": find_typed_names(problem, prompt_text),
-        "labels": list(question.list_names_to_type(chain, part)),
-    }
+    record |= {"names": find_names_to_type(problem, prompt_text)}
+    record |= {"labels": list(question.list_names_to_type(chain, part))}
     record |= {"columns": list(question.name_columns(chain)), "grid": _list_labels(chain, part), "figure": svg}
     record |= {"alt": describe_part_figure(chain, part) if svg else "", "pose": _find_given_pose(chain, part)}
     record |= {"hints": list(map(html_with_latex, write_hints(problem, part))), "options": _list_options(problem, part)}

@@ -28,13 +28,13 @@ def list_commands(program: Any, name: str) -> Iterator[Command]:
     if program.hidden:
         return
     context = program.context_class(program, info_name=name)
-    records = [parameter.get_help_record(context) for parameter in program.params]
+    records = filter(None, (parameter.get_help_record(context) for parameter in program.params))
     usage = " ".join(program.collect_usage_pieces(context))
     yield Command(
         name,
         f"{name} {usage}",
         to_html(_remove_marks(program.help or "")),
-        tuple((record[0], " ".join(_remove_marks(record[1]).split())) for record in records if record),
+        tuple((parameter, " ".join(_remove_marks(meaning).split())) for parameter, meaning in records),
         _remove_marks(program.epilog or "").strip(),
     )
 

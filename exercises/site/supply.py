@@ -9,6 +9,7 @@ import json
 from collections.abc import Iterator, Sequence
 from dataclasses import dataclass, replace
 from functools import lru_cache, partial
+from typing import NamedTuple
 
 from qdot.exercises.arm.chain import Chain
 from qdot.exercises.assignment.certified_problems import (
@@ -20,6 +21,7 @@ from qdot.exercises.assignment.certified_problems import (
     require_certified,
 )
 from qdot.exercises.assignment.replacements import MAX_SEEDS
+from qdot.exercises.common.errors import Reason
 from qdot.exercises.common.variation import DEFAULT_VARIATION, VARIATION_STEPS, find_canonical_name
 from qdot.exercises.families import FAMILIES
 from qdot.exercises.generation import find_listing, generate, sample_chain, select_quiz_questions
@@ -41,8 +43,15 @@ COMPARED_SEEDS = (1, 2, 3)
 MAX_SEEDS_PER_ARM = 4
 """Maximum number of seeds to try for each arm, because some steps of variation give few different arms."""
 
-FrameConvention = tuple[str, str]
-"""A convention (such as standard DH) and an order of twists; "" means the default of the family."""
+
+class FrameConvention(NamedTuple):
+    """A convention (such as standard DH) and an order of twists; "" means the default of the family."""
+
+    name: str = ""
+    twist_order: str = ""
+
+
+DEFAULT_FRAME_CONVENTION = FrameConvention()
 
 
 @dataclass(frozen=True)
@@ -65,7 +74,7 @@ class BankProblem:
     variation: str = DEFAULT_VARIATION
     problem: Problem | None = None
     question_share: tuple[int, int] | None = None
-    frame_convention: FrameConvention = ("", "")
+    frame_convention: FrameConvention = DEFAULT_FRAME_CONVENTION
 
     def generate(self, seed_number: int = 1) -> Problem:
         """Return the problem with its seed number `seed_number`.
@@ -77,7 +86,7 @@ class BankProblem:
             return self.problem
         questions = self.questions
         if questions == (QUIZ,):
-            questions = select_quiz_questions(self.family, self.frame_convention[0])
+            questions = select_quiz_questions(self.family, self.frame_convention.name)
         elif self.question_share is not None:
             names = find_questions_with_sampled_numbers(self.family, self.frame_convention)
             questions = deal_questions(names, *self.question_share)
@@ -88,13 +97,14 @@ class BankProblem:
         """Return the problem with the first seed that passes. Raises QdotError if an existing `problem` fails."""
         if self.problem is not None:
             return require_certified(self.problem, find_failures)
-        first_reason = ""
+        first_failure = ""
         for seed_number in range(1, MAX_SEEDS + 1):
             result = generate_and_certify(partial(self.generate, seed_number), partial(certify_with, find_failures))
-            if not isinstance(result, str):
-                return result[0]
-            first_reason = first_reason or result
-        return FailedSlot("", self.key, self.family, first_reason)
+            if not isinstance(result, Reason):
+                problem, _ = result
+                return problem
+            first_failure = first_failure or result
+        return FailedSlot("", self.key, self.family, first_failure)
 
 
 def problems_of_variants(variants: Sequence[Variant]) -> list[BankProblem]:
@@ -117,7 +127,7 @@ def problems_of_families(
     apply to all arms, if given. Raises QdotError for unknown names.
     """
     identity = ProblemId(names[0], 0).with_convention(convention, twist_order)
-    frame_convention = identity.convention, identity.twist_order
+    frame_convention = FrameConvention(identity.convention, identity.twist_order)
     steps = [find_canonical_name(variation)] if variation else list(VARIATION_STEPS)
     problems: list[BankProblem] = []
     for name in names:
@@ -140,7 +150,7 @@ def _list_problems(family: str, step: str, seeds: range, frame_convention: Frame
     distinct_seeds, repeated_seeds = _find_distinct_seeds(family, step, seeds)
     yield BankProblem(family, f"{distinct_seeds[0]:03d}", distinct_seeds[0], variation=step)
     for index, seed in enumerate(distinct_seeds[1:]):
-        names = deal_questions(_list_questions(family, frame_convention[0]), index, len(distinct_seeds) - 1)
+        names = deal_questions(_list_questions(family, frame_convention.name), index, len(distinct_seeds) - 1)
         yield BankProblem(family, f"{seed:03d}", seed, names, step)
     for index, seed in enumerate(repeated_seeds):
         yield BankProblem(family, f"{seed:03d}", seed, variation=step, question_share=(index, len(repeated_seeds)))
@@ -173,8 +183,8 @@ def deal_questions(names: Sequence[str], arm_index: int, arm_count: int) -> tupl
     >>> [deal_questions("abcd", index, 4) for index in range(4)]
     [('a', 'b'), ('c', 'd'), ('a', 'b'), ('c', 'd')]
     """
-    total = max(min(ARMS_PER_QUESTION, arm_count) * len(names), arm_count)
-    question_indices = range(arm_index * total // arm_count, (arm_index + 1) * total // arm_count)
+    deal_count = max(min(ARMS_PER_QUESTION, arm_count) * len(names), arm_count)
+    question_indices = range(arm_index * deal_count // arm_count, (arm_index + 1) * deal_count // arm_count)
     chosen_names = {names[index % len(names)] for index in question_indices}
     return tuple(name for name in names if name in chosen_names)
 
@@ -185,9 +195,11 @@ def _list_questions(family: str, convention: str) -> tuple[str, ...]:
 
 
 @lru_cache(maxsize=4)
-def find_questions_with_sampled_numbers(family: str, frame_convention: FrameConvention = ("", "")) -> tuple[str, ...]:
+def find_questions_with_sampled_numbers(
+    family: str, frame_convention: FrameConvention = DEFAULT_FRAME_CONVENTION
+) -> tuple[str, ...]:
     """Return the questions whose numbers vary for the same arm, such as a configuration or joint rates."""
-    step, questions = next(iter(VARIATION_STEPS)), _list_questions(family, frame_convention[0])
+    step, questions = next(iter(VARIATION_STEPS)), _list_questions(family, frame_convention.name)
     identities = [ProblemId(family, seed, questions, variation=step) for seed in COMPARED_SEEDS]
     problems = [generate(identity.with_convention(*frame_convention)) for identity in identities]
     parts_of_questions = zip(*(problem.parts for problem in problems), strict=True)

@@ -9,7 +9,6 @@ from dataclasses import dataclass, replace
 import sympy as sp
 
 from qdot.exercises.arm.chain import Chain
-from qdot.exercises.arm.trigonometry import substitute
 from qdot.exercises.singularities.appearance import find_reason
 from qdot.exercises.singularities.axes import Sample
 from qdot.exercises.singularities.classification import Classification
@@ -117,13 +116,11 @@ def redundant_events(chain: Chain) -> Iterator[str | RedundantSingularities]:
     arm, values = polynomial_arm(chain)
     reciprocal = reciprocal_set(arm, tuple((symbol, value) for symbol, value in values.items() if symbol not in arm.q))
     remaining_matrices = _collect_remaining_matrices(filter(_is_shown, reciprocal.cases), values)
-    result = RedundantSingularities(
-        reciprocal, _substitute_values(reciprocal.reduction.matrix, values), remaining_matrices
-    )
+    result = RedundantSingularities(reciprocal, reciprocal.reduction.matrix.xreplace(values), remaining_matrices)
     if () in reciprocal.branches:
         yield replace(result, is_always_singular=True)
         return
-    branches = [tuple(_scale_coefficients(substitute(c, values)) for c in branch) for branch in reciprocal.branches]
+    branches = [tuple(_scale_coefficients(c.xreplace(values)) for c in branch) for branch in reciprocal.branches]
     solved = [(branch, component) for branch in branches if (component := solve_conjunction(branch, chain)) is not None]
     yield "the numeric test of these conditions"
     check = check_rank_loss(chain, [component.conditions for _, component in solved])
@@ -180,10 +177,10 @@ def _collect_remaining_matrices(
     """Return the matrices of cases with the arm's numbers; cases with the same matrix are grouped."""
     cases: dict[tuple[sp.ImmutableMatrix, tuple[int, ...], frozenset[sp.Expr]], list[tuple[sp.Expr, ...]]] = {}
     for reduced in reduced_cases:
-        case = tuple(substitute(condition, values) for condition in reduced.case)
+        case = tuple(condition.xreplace(values) for condition in reduced.case)
         (only_branch,) = reduced.branches if len(reduced.branches) == 1 else ((),)
-        minors = frozenset(_scale_coefficients(substitute(minor, values)) for minor in only_branch)
-        cases.setdefault((_substitute_values(reduced.matrix, values), reduced.joints, minors), []).append(case)
+        minors = frozenset(_scale_coefficients(minor.xreplace(values)) for minor in only_branch)
+        cases.setdefault((reduced.matrix.xreplace(values), reduced.joints, minors), []).append(case)
     return tuple(RemainingMatrix(tuple(matrix_cases), *key) for key, matrix_cases in cases.items())
 
 
@@ -193,10 +190,6 @@ def _index_of_minors(remaining_matrices: RemainingMatrices, conditions: tuple[sp
         if len(conditions) > 2 and remaining.cases == ((),) and set(conditions) <= remaining.minors:
             return index
     return None
-
-
-def _substitute_values(matrix: sp.ImmutableMatrix, values: Mapping[sp.Symbol, sp.Expr]) -> sp.ImmutableMatrix:
-    return sp.ImmutableMatrix(matrix.applyfunc(lambda entry: substitute(entry, values)))
 
 
 def _scale_coefficients(condition: sp.Expr) -> sp.Expr:

@@ -121,15 +121,18 @@ class Catalogue:
     def translate_mistake_sentence(self, name: str, english_pattern: str, english_source: str, sentence: str) -> str:
         """Return the translation of a `sentence` on a mistake, which was made from `english_pattern`.
 
-        The translation ends with a reference to the chapter, `english_source`.
+        The translation ends with a reference to the chapter, `english_source`, unless this is empty.
         """
-        match = make_phrase_pattern(english_pattern + "{tail}").fullmatch(sentence)
+        match = make_phrase_pattern(english_pattern + ("{tail}" if english_source else "")).fullmatch(sentence)
         if self.is_english or match is None:
             return sentence
-        source = english_source if is_formula_number(english_source) else self._translate(SOURCE, english_source)
         words = {key: self.translate_phrase(word) for key, word in match.groupdict().items()}
+        translation = self._translate(name_mistake_context(name), english_pattern).format(**words)
+        if not english_source:
+            return translation
+        source = english_source if is_formula_number(english_source) else self._translate(SOURCE, english_source)
         reference = self.gettext("See %(where)s.", where=source)
-        return f"{self._translate(name_mistake_context(name), english_pattern).format(**words)} {reference}"
+        return f"{translation} {reference}"
 
     # --- numbers ---
 

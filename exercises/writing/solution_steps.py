@@ -18,7 +18,7 @@ from qdot.exercises.arm.derivation import Derivation, TooLong, derive, symbolic_
 from qdot.exercises.arm.kinematics import frame_after, link_frames
 from qdot.exercises.arm.mpmath_kinematics import determinant, inverse, round_matrix, round_to_four_digits
 from qdot.exercises.arm.standard_table import home_geometry_of
-from qdot.exercises.arm.trigonometry import remove_brackets, substitute, textbook_form
+from qdot.exercises.arm.trigonometry import remove_brackets, textbook_form
 from qdot.exercises.problem.problem import Part
 from qdot.exercises.questions import rank, screws
 from qdot.exercises.questions.inversion import Configuration, ConfigurationAndVelocity, evaluate_jacobian_precisely
@@ -135,7 +135,7 @@ class SolutionSteps:
 
     def _substitute_numbers(self, matrix: sp.Matrix) -> sp.Matrix:
         """Return a matrix of the structure in the textbook's form, with this arm's numbers."""
-        return matrix.applyfunc(lambda entry: substitute(textbook_form(sp.expand(entry)), self._values))
+        return matrix.applyfunc(lambda entry: textbook_form(sp.expand(entry)).xreplace(self._values))
 
     @cached_property
     def transforms(self) -> list[sp.Matrix]:

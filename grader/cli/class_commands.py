@@ -13,6 +13,7 @@ from typing import Annotated, Any
 
 import typer
 
+from qdot.exercises.assignment.assignment import check_on_family
 from qdot.exercises.assignment.certified_problems import FailedSlot, describe_replacements, raise_failed_slots
 from qdot.exercises.assignment.release import CORE_COUNT, ReleaseResult, notebook_path, release_notebooks
 from qdot.exercises.common.console import note, say, show_progress
@@ -91,7 +92,7 @@ def generate(
 
 
 def verify(
-    what: Annotated[
+    targets: Annotated[
         list[str],
         name_argument(
             "PROBLEM… | DIR",
@@ -132,7 +133,7 @@ def verify(
     family_problems = []
     if family:
         family_problems = _list_family_problems(list(FAMILIES) if family == "all" else [family], first_seed, count)
-    tasks = _list_verification_tasks(what, family_problems, variation, convention, twist_order)
+    tasks = _list_verification_tasks(targets, family_problems, variation, convention, twist_order)
     failure_counts, passed_counts = Counter[FailureKind](), Counter[str]()
     printed_messages: set[str] = set()
     with show_progress("verifying", len(tasks)) as counter, closing(verify_all(tasks, jobs)) as verified_tasks:
@@ -154,21 +155,22 @@ def verify(
 
 
 def _list_verification_tasks(
-    what: Sequence[str], family_problems: Sequence[ProblemId], variation: str, convention: str, twist_order: str
+    targets: Sequence[str], family_problems: Sequence[ProblemId], variation: str, convention: str, twist_order: str
 ) -> list[VerificationTask]:
     """Return the tasks for the arguments of `qdot verify`. Raises QdotError if they don't go together."""
-    folders = [Path(item) for item in what if Path(item).is_dir()]
-    question_files = [Path(item) for item in what if item.lower().endswith(".toml")]
-    if not family_problems and not what:
+    folders = [Path(target) for target in targets if Path(target).is_dir()]
+    question_files = [Path(target) for target in targets if target.lower().endswith(".toml")]
+    if not family_problems and not targets:
         raise QdotError("give problems (planar-2r/7), an assignment folder, or --family FAMILY (or all) with --count")
-    if question_files and (not family_problems or len(question_files) < len(what)):
+    if question_files and (not family_problems or len(question_files) < len(targets)):
         raise QdotError(f"name the families for the questions of {question_files[0]}, as in --family planar-2r")
-    if family_problems and what and not question_files:
-        raise QdotError(f"give either --family, which verifies a whole family, or {what[0]!r}")
+    if family_problems and targets and not question_files:
+        raise QdotError(f"give either --family, which verifies a whole family, or {targets[0]!r}")
     if folders and (variation or convention or twist_order):
         advice = f"for an assignment, set them in {folders[0]}/assignment.toml"
         raise QdotError(f"--variation, --convention and --twist-order apply to problems only; {advice}")
-    identities = family_problems or [ProblemId.parse(i, NO_FOLDER_HINT) for i in what if not Path(i).is_dir()]
+    problem_texts = [target for target in targets if not Path(target).is_dir()]
+    identities = family_problems or [ProblemId.parse(text, NO_FOLDER_HINT) for text in problem_texts]
     identities = [each.with_variation(variation).with_convention(convention, twist_order) for each in identities]
     if question_files:
         return [task for path in question_files for task in _list_question_tasks(path, identities)]
@@ -213,15 +215,19 @@ def _list_question_tasks(path: Path, identities: Sequence[ProblemId]) -> list[Ve
         for family in families:
             try:
                 check_questions(family, (definition.name,), definitions=(definition,))
+                warning = check_on_family(definition, look_up_family(family))
             except QdotError as error:
                 refusals[family] = str(error)
+            else:
+                if warning is not None:
+                    note(warning)
         if len(refusals) == len(families):
             raise QdotError(f"{path}: {refusals[families[0]]}")
         for refusal in refusals.values():
             note(refusal)
-        asked = [replace(each, questions=(definition.name,)) for each in identities if each.family not in refusals]
-        tasks += [VerificationTask(identity, definitions=(definition,)) for identity in asked]
-        for identity in asked[:SAMPLE_COUNT]:
+        applicable = [replace(each, questions=(definition.name,)) for each in identities if each.family not in refusals]
+        tasks += [VerificationTask(identity, definitions=(definition,)) for identity in applicable]
+        for identity in applicable[:SAMPLE_COUNT]:
             part = generate_problem(identity, definitions=(definition,)).parts[0]
             say(f"{definition.name} for {identity}: {part.answer.as_json() or part.answer.type}")
     return tasks
@@ -250,12 +256,12 @@ def compare(
           many comparisons, one JSON object per line
     """
     if batch:
-        refused: list[str] = []
-        for answer in compare_lines(_read_lines(batch), refused):
-            say(answer)
-        if refused:
-            others_text = f", and {count_noun(len(refused) - 1, 'more line')} with errors" if len(refused) > 1 else ""
-            raise QdotError(f"{refused[0]}{others_text}; all other lines were compared")
+        errors: list[str] = []
+        for response in compare_lines(_read_lines(batch), errors):
+            say(response)
+        if errors:
+            others_text = f", and {count_noun(len(errors) - 1, 'more line')} with errors" if len(errors) > 1 else ""
+            raise QdotError(f"{errors[0]}{others_text}; all other lines were compared")
         return
     if not reference:
         raise QdotError("give two texts, STUDENT and REFERENCE, or --batch FILE.jsonl")

@@ -135,14 +135,14 @@ def _grade_class(
             note(f"{name}: the roster has no student with this name; not graded{hint}")
         if not executor:  # each worker of a cluster checks its own sandbox
             _note_sandbox_weakness(assignment)
-        by_student, jobs = submission_folder.by_student, min(jobs, len(assignment.roster))
+        jobs = min(jobs, len(assignment.roster))
         with batch.lock_folder(assignment.folder):
             earlier_results = read_previous_results(assignment)
             if not allow_missing:
                 _check_nobody_missing(assignment, source, earlier_results, submission_folder)
             with show_progress("grading", len(assignment.roster)) as counter:
                 results = batch.grade_class(
-                    assignment, by_student, jobs, limits, lambda _: counter.step(), executor=executor
+                    assignment, submission_folder.by_student, jobs, limits, lambda _: counter.step(), executor=executor
                 )
             with show_progress("writing feedback", len(results)) as counter:
                 results = write_reports(assignment, results, jobs, counter.step)

@@ -55,15 +55,15 @@ COLLECTION_THRESHOLDS = 20_000, 10, 10
 default thresholds, garbage collection takes a tenth of the time."""
 
 LIST_COMMANDS = "--help"
-"""The value of `only` for a program that only lists the commands."""
+"""The value of `needed_part` for a program that only lists the commands."""
 
 
 @functools.cache
-def make_program(only: str = "") -> "typer.Typer":
-    """Return the program; if `only` names a command, the program has only this command, because loading takes time.
+def make_program(needed_part: str = "") -> "typer.Typer":
+    """Return the program; if `needed_part` names a command, only with this command, because loading takes time.
 
-    If `only` is `LIST_COMMANDS`, the program can list the commands but not run them. The list is then made from the
-    source of the modules, without loading the modules.
+    If `needed_part` is `LIST_COMMANDS`, the program can list the commands but not run them. The list is then made from
+    the source of the modules, without loading the modules.
     """
     import typer
 
@@ -80,8 +80,8 @@ def make_program(only: str = "") -> "typer.Typer":
             typer.echo(f"qdot {find_qdot_version()}")
             raise typer.Exit
 
-    def add(group: typer.Typer, name: str, module: str, function: str) -> None:
-        if only == LIST_COMMANDS:
+    def add_command(group: typer.Typer, name: str, module: str, function: str) -> None:
+        if needed_part == LIST_COMMANDS:
             command, docstring = (lambda: None), _parse_docstrings(module)[function]
         else:
             command = _report_errors(getattr(import_module(module), function))
@@ -91,12 +91,12 @@ def make_program(only: str = "") -> "typer.Typer":
         group.command(name, context_settings=context, help=text, epilog=f"\b\nExamples:\n{examples}")(command)
 
     for name, module in COMMANDS.items():
-        if only not in COMMANDS or name == only:
-            add(app, name, module, name)
-    if only not in COMMANDS:
+        if needed_part not in COMMANDS or name == needed_part:
+            add_command(app, name, module, name)
+    if needed_part not in COMMANDS:
         site = typer.Typer(no_args_is_help=True, help="Build the web site, or serve it on this machine.")
         for name, function in SITE_COMMANDS.items():
-            add(site, name, "qdot.grader.cli.site_commands", function)
+            add_command(site, name, "qdot.grader.cli.site_commands", function)
         app.add_typer(site, name="site")
     return app
 
@@ -130,7 +130,8 @@ def _report_errors(command: Callable[..., None]) -> Callable[..., None]:
         except QdotError as error:
             _exit_with_message(str(error), 2)
         except KeyboardInterrupt as stop:
-            _exit_with_message(STOP_MESSAGES.get(command.__name__, "stopped"), 128 + (stop.args or (signal.SIGINT,))[0])
+            signal_number = next(iter(stop.args), signal.SIGINT)
+            _exit_with_message(STOP_MESSAGES.get(command.__name__, "stopped"), 128 + signal_number)
         except BrokenPipeError:
             os.dup2(os.open(os.devnull, os.O_WRONLY), sys.stdout.fileno())  # nobody reads the output any more
         except (typer.Exit, typer.Abort, typer.BadParameter):
@@ -179,7 +180,7 @@ def _stop(signal_number: int, _: object) -> NoReturn:
 
 
 def find_needed_part(arguments: Sequence[str], environment: Mapping[str, str]) -> str:
-    """Return the value of `only` for `make_program`: the command that is called or completed, or `LIST_COMMANDS`.
+    """Return the `needed_part` of the program: the command that is called or completed, or `LIST_COMMANDS`.
 
     >>> find_needed_part(["grade", "homework"], {}), find_needed_part([], {}), find_needed_part(["site", "build"], {})
     ('grade', '--help', 'site')

@@ -24,9 +24,9 @@ def complete_names(*registries: Names, separator: str = "", suffix: str = "") ->
     """
 
     def complete(incomplete: str) -> list[str]:
-        earlier_names, sign, prefix = incomplete.rpartition(separator) if separator else ("", "", incomplete)
+        earlier_names, last_separator, prefix = incomplete.rpartition(separator) if separator else ("", "", incomplete)
         names = (name for registry in registries for name in (registry() if callable(registry) else registry))
-        return [f"{earlier_names}{sign}{name}{suffix}" for name in names if name.startswith(prefix)]
+        return [f"{earlier_names}{last_separator}{name}{suffix}" for name in names if name.startswith(prefix)]
 
     return complete
 
@@ -51,7 +51,7 @@ def _make_twist_order_option(default: str) -> Any:
     return name_option(text, "--twist-order", names=TWIST_ORDERS, metavar="ORDER")
 
 
-def _variation_option(default: str) -> Any:
+def _make_variation_option(default: str) -> Any:
     steps, names = ", ".join(VARIATION_STEPS), (*VARIATION_STEPS, *VARIATION_AXES)
     text = f"How much arms differ from the chapter's: {steps}, or axes as in lengths+base; default: {default}."
     return name_option(text, "--variation", names=names, metavar="TEXT", separator="+")
@@ -63,9 +63,9 @@ ConventionOption = Annotated[str, _make_convention_option(DEFAULT_FROM_ID)]
 TwistOption = Annotated[str, _make_twist_order_option(DEFAULT_FROM_ID)]
 SiteConventionOption = Annotated[str, _make_convention_option("")]
 SiteTwistOption = Annotated[str, _make_twist_order_option("")]
-VariationOption = Annotated[str, _variation_option(f"{DEFAULT_FROM_ID}{DEFAULT_VARIATION}")]
-BankVariationOption = Annotated[str, _variation_option("that of assignment.toml")]
-SiteVariationOption = Annotated[str, _variation_option("all steps in turn, or that of assignment.toml")]
+VariationOption = Annotated[str, _make_variation_option(f"{DEFAULT_FROM_ID}{DEFAULT_VARIATION}")]
+BankVariationOption = Annotated[str, _make_variation_option("that of assignment.toml")]
+SiteVariationOption = Annotated[str, _make_variation_option("all steps in turn, or that of assignment.toml")]
 
 FolderArgument = Annotated[Path, typer.Argument(metavar="DIR", help="The assignment folder.")]
 JsonOption = Annotated[bool, typer.Option("--json", help="Print JSON.")]

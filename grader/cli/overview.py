@@ -67,12 +67,12 @@ def describe_family(family: Family, convention: str = "") -> str:
     joints = f"joints {listing.kinds}" if listing.kinds else "joints of several kinds"
     lines = [f"{family.name}: {family.title}; {family.source}", f"{joints}, difficulty {listing.difficulty}", ""]
     lines += _wrap("questions        ", ", ".join(name for name in QUESTIONS if name in listing.questions))
-    by_reason: dict[str, list[str]] = {}
+    names_by_reason: dict[str, list[str]] = {}
     for name, reason in list_refusals(family, convention).items():
-        by_reason.setdefault(reason, []).append(name)
-    if by_reason:
+        names_by_reason.setdefault(reason, []).append(name)
+    if names_by_reason:
         lines += ["", f"not applicable{' to arms such as this one' if family.has_varied_structure else ''}"]
-    for reason, names in by_reason.items():
+    for reason, names in names_by_reason.items():
         lines += _wrap("  ", f"{', '.join(names)}: {reason}")
     if family.robot_argument:
         solve = f"qdot solve {family.robot_argument}"

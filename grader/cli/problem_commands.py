@@ -172,7 +172,7 @@ def show(
     format: Annotated[
         str, name_option(f"Output format: {', '.join(SHOW_FORMATS)}.", "--format", "-f", names=SHOW_FORMATS)
     ] = "text",
-    ask: Annotated[
+    asked_questions: Annotated[
         str | None,
         name_option(QUESTIONS_HELP, "--questions", names=[*ALL_QUESTIONS, "quiz"], metavar="NAMES", separator=","),
     ] = None,
@@ -207,22 +207,18 @@ def show(
     """
     check_choice(format, SHOW_FORMATS, "--format")
     if Path(problem).is_dir():
-        say(
-            _preview_assignment(
-                Path(problem), student, solution, format, hints, ask, variation, convention, twist_order
-            )
-        )
+        problem_options = asked_questions, variation, convention, twist_order
+        say(_preview_assignment(Path(problem), student, solution, format, hints, *problem_options))
         return
     if student:
         raise QdotError("--student needs the folder of an assignment, as in 'qdot show homework --student ID'")
-    identity = (
-        ProblemId.parse(problem, NO_FOLDER_HINT).with_variation(variation).with_convention(convention, twist_order)
-    )
-    if ask is not None:
-        names = tuple(name.strip() for name in ask.split(","))
+    identity = ProblemId.parse(problem, NO_FOLDER_HINT)
+    identity = identity.with_variation(variation).with_convention(convention, twist_order)
+    if asked_questions is not None:
+        names = tuple(name.strip() for name in asked_questions.split(","))
         if not any(names):
             raise QdotError("--questions is empty; leave it out to use all questions that apply")
-        if ask == "quiz":
+        if asked_questions == "quiz":
             names = select_quiz_questions(identity.family, identity.convention)
         identity = replace(identity, questions=names)
     generated_problem = make_problem(identity)

@@ -70,7 +70,7 @@ def build_site(
         check_choice(feedback, FEEDBACK, "level of feedback")
     if assignment is None:
         names = [look_up_family(name.strip()).name for name in families.split(",") if name.strip()] or list(FAMILIES)
-        chapters = [(name, FAMILIES[name].title, FAMILIES[name].source) for name in names]
+        titles = [(name, FAMILIES[name].title, FAMILIES[name].source) for name in names]
         arm_count = variants or ARMS_PER_STEP * (1 if variation else len(VARIATION_STEPS))
         problems = problems_of_families(names, arm_count, variation, convention, twist_order)
         course, default_level = "", FEEDBACK[-1]
@@ -81,16 +81,15 @@ def build_site(
         loaded_assignment, text_names = load_assignment(assignment).without_text_questions()
         if text_names:
             note(f"the site leaves out {', '.join(text_names)}, because a person marks such answers")
-        chapters = [(slot.name, slot.family.title, slot.family.source) for slot in loaded_assignment.slots]
-        count, bank_assignment = variants or VARIANTS_PER_PROBLEM, loaded_assignment
-        if variation:
-            bank_assignment = loaded_assignment.with_variation(variation)
-        request = ExportRequest(bank_assignment, find_failures, count, jobs=jobs, report=note)
+        titles = [(slot.name, slot.family.title, slot.family.source) for slot in loaded_assignment.slots]
+        bank_assignment = loaded_assignment.with_variation(variation) if variation else loaded_assignment
+        variant_count = variants or VARIANTS_PER_PROBLEM
+        request = ExportRequest(bank_assignment, find_failures, variant_count, jobs=jobs, report=note)
         problems = problems_of_variants(list(iterate_bank(request)))
         course, default_level = loaded_assignment.title, loaded_assignment.feedback
     level, jobs = feedback or default_level, min(jobs, len(problems))
     commands = render_reference(context.find_root().command)
-    site = SiteSpec(out, problems, chapters, find_failures, jobs, commands, find_docs_folder(), course, level)
+    site = SiteSpec(out, problems, titles, find_failures, jobs, commands, find_docs_folder(), course, level)
     failed_slots: list[FailedSlot] = []
     with show_progress("building the site", len(problems)) as counter:
         totals = write_site(site, counter.step, failed_slots.append)

@@ -5,6 +5,7 @@ catalogue gives the whole answer, the errors are described entry by entry. If th
 named.
 """
 
+import re
 from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass, replace
 
@@ -16,6 +17,7 @@ from qdot.exercises.formula.trees import as_matrix
 from qdot.exercises.mistakes.catalogue import CATALOGUE, PredictedAnswer, apply_mistake, predict_wrong_answers
 from qdot.exercises.problem.problem import Part, Problem
 from qdot.exercises.questions.results import is_product
+from qdot.exercises.short_questions import question_of
 from qdot.exercises.short_questions.options import list_blames
 from qdot.exercises.writing.problem_texts import write_answer_code
 from qdot.grader.diagnosis.formula_mistakes import SURPLUS_BY_MISSING, explain_formulas
@@ -62,8 +64,9 @@ def diagnose(
 ) -> Diagnosis | None:
     """Return the known mistake that explains a wrong answer, or None if no mistake in the catalogue does.
 
-    If the mistake is one of the `causes`, which were found in earlier parts, the diagnosis names the earlier part.
-    `seed` determines the configurations at which the answer is compared with the answers that known mistakes give.
+    The message refers to the chapter: to the source of the mistake, or else to that of the question. If the mistake is
+    one of the `causes`, which were found in earlier parts, the diagnosis names the earlier part. `seed` determines the
+    configurations at which the answer is compared with the answers that known mistakes give.
 
     >>> from qdot import generate
     >>> from qdot import read_answer
@@ -72,6 +75,29 @@ def diagnose(
     >>> diagnose(problem, part, read_answer(problem, part, "d2 + 0.7")).mistakes
     ('determinant-sign',)
     """
+    diagnosis = _find_mistake(problem, part, parsed_answer, seed, causes)
+    reference = _refer_to_chapter(question_of(part).source)
+    if diagnosis is None or not reference or all(CATALOGUE[name].source for name in diagnosis.mistakes):
+        return diagnosis
+    return replace(diagnosis, says=f"{diagnosis.says} See {reference}.")
+
+
+def _refer_to_chapter(source: str) -> str:
+    """Return the source of a question as a reference; "" for a source that an instructor has worded.
+
+    >>> _refer_to_chapter("6.8 for m < n"), _refer_to_chapter("below 6.10"), _refer_to_chapter("appendix")
+    ('(6.8)', 'the text below (6.10)', 'the appendix')
+    """
+    match = re.match(r"(below |dual of |)(6\.\d+(?: and 6\.\d+)?)", source)
+    if match is None:
+        return f"the {source}" if source in ("appendix", "product of exponentials") else ""
+    return {"below ": "the text below ", "dual of ": "the dual of ", "": ""}[match[1]] + f"({match[2]})"
+
+
+def _find_mistake(
+    problem: Problem, part: Part, parsed_answer: ParsedAnswer, seed: str, causes: Sequence[Cause]
+) -> Diagnosis | None:
+    """Return the diagnosis of a wrong answer, without a reference to the question."""
     if parsed_answer.table is None:
         option_mistakes = _explain_option(part, parsed_answer)
         if option_mistakes is not None:

@@ -50,7 +50,7 @@ def explain_missing_links(answer: WrongAnswer) -> Diagnosis | None:
         f"{_describe_links(stages, missing_links)} in column {column}"
         for column, missing_links in missing_by_column.items()
     ]
-    message = f"You seem to have left out {'; '.join(clauses)}. A joint moves every link after it. See (6.3)."
+    message = f"You seem to have left out {'; '.join(clauses)}. A joint moves every link after it."
     return Diagnosis(("chain-rule",), message, signature=(f"chain-rule {missing_by_column}",))
 
 

@@ -103,7 +103,7 @@ def collect(assignment: Assignment, host: Host) -> list[CollectedRepository]:
         fetched_folder = Path(work_folder, "submitted")
         fetched_folder.mkdir()
         with ThreadPoolExecutor(MAX_PARALLEL) as threads:
-            rows = list(threads.map(lambda pair: _collect_one(assignment, host, fetched_folder, *pair), pairs))
+            rows = list(threads.map(lambda pair: _collect_repository(assignment, host, fetched_folder, *pair), pairs))
         for row in rows:
             if row.unreached:
                 note(f"{row.student}: qdot can't fetch {row.repository}, so there is no mark: {row.unreached}")
@@ -139,11 +139,12 @@ def _read_repositories(assignment: Assignment, host: Host) -> list[tuple[str, st
     return [(student, repository.replace("OWNER/", owner, 1)) for student, repository in pairs if student]
 
 
-def _collect_one(
+def _collect_repository(
     assignment: Assignment, host: Host, parent: Path, student: Student, repository: str
 ) -> CollectedRepository:
     """Fetch the commit of a student's repository that counts into `parent`/STUDENT; return the repository's row."""
-    cutoff, folder = find_cutoff(assignment, student), parent / student.id
+    cutoff = find_cutoff(assignment, student)
+    folder = parent / student.id
     row = {"counts_until": "" if cutoff is None else cutoff.isoformat()}
     try:
         head = _run_git(host, "ls-remote", "--symref", host.make_repository_url(repository), "HEAD").split()
@@ -237,13 +238,13 @@ def hand_back(assignment: Assignment, host: Host) -> list[CollectedRepository]:
     feedback again.
     """
     graded_assignment, results = read_last_results(assignment)
-    by_student = {result.student: result for result in results}
+    result_by_student = {result.student: result for result in results}
 
     def push_feedback(student: str, repository: str) -> CollectedRepository:
         page = assignment.folder / "graded" / "feedback" / f"{student}.html"
         with tempfile.TemporaryDirectory(prefix="qdot-feedback-") as folder:
             try:
-                summary = make_summary(graded_assignment, [by_student[student]])
+                summary = make_summary(graded_assignment, [result_by_student[student]])
                 Path(folder, "README.md").write_text(summary, encoding="utf-8")
                 shutil.copyfile(page, Path(folder, "feedback.html"))
                 _push_folder(host, repository, folder)
@@ -252,8 +253,11 @@ def hand_back(assignment: Assignment, host: Host) -> list[CollectedRepository]:
         return CollectedRepository(student, repository, FEEDBACK_BRANCH)
 
     submitted_folder = assignment.folder / "submitted"
-    graded_students = [name for name in by_student if (submitted_folder / name).is_dir()]
-    pairs = [pair for pair in _read_repositories(assignment, host) if pair[0] in graded_students]
+    pairs = [
+        (student, repository)
+        for student, repository in _read_repositories(assignment, host)
+        if student in result_by_student and (submitted_folder / student).is_dir()
+    ]
     with ThreadPoolExecutor(MAX_PARALLEL) as threads:
         rows = list(threads.map(lambda pair: push_feedback(*pair), pairs))
     for row in rows:

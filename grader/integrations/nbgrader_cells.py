@@ -25,23 +25,23 @@ def restore_cells(cells: Sequence[Cell], points: Mapping[str, float]) -> list[Ce
     changed remains as an ordinary cell.
     """
     parts = {make_grade_id(part): part for part in points}
-    marks = {name: nbgrader.make_marks_cell(part, points[part]) for name, part in parts.items()}
-    unplaced_marks, restored_cells = dict(marks), list[Cell]()
-    ids = {cell["id"] for cell in marks.values()}
+    marks_cells = {name: nbgrader.make_marks_cell(part, points[part]) for name, part in parts.items()}
+    unplaced_cells, restored_cells = dict(marks_cells), list[Cell]()
+    ids = {cell["id"] for cell in marks_cells.values()}
     for index, cell in enumerate(cells):
         name = _read_metadata_text(cell["metadata"].pop("nbgrader", None), "grade_id")
         part = _read_metadata_text(cell["metadata"].get("qdot"), "part")
         answer_name = make_grade_id(part) if part in points else name.removesuffix(ANSWER_SUFFIX)
-        if name in marks and cell["source"].strip() == marks[name]["source"]:
+        if name in marks_cells and cell["source"].strip() == marks_cells[name]["source"]:
             continue
         if cell.get("id") in ids:
             cell["id"] = f"changed-{index}"
         restored_cells.append(cell)
         is_answer = cell["cell_type"] == "code" and (part in points or name.endswith(ANSWER_SUFFIX))
-        if is_answer and answer_name in unplaced_marks:
+        if is_answer and answer_name in unplaced_cells:
             cell["metadata"].update(nbgrader.make_answer_metadata(parts[answer_name]))
-            restored_cells.append(unplaced_marks.pop(answer_name))
-    return [*restored_cells, *unplaced_marks.values()]
+            restored_cells.append(unplaced_cells.pop(answer_name))
+    return [*restored_cells, *unplaced_cells.values()]
 
 
 def _read_metadata_text(metadata: object, name: str) -> str:
@@ -64,15 +64,15 @@ def fill_in_marks(cells: Sequence[Cell], rows: Sequence[PartRow]) -> None:
 
     The checksum of an unanswered cell is recomputed, so that nbgrader takes the cell for unchanged.
     """
-    by_name = {make_grade_id(row.part): row for row in rows}
-    unplaced_marks = dict(by_name)
+    row_by_name = {make_grade_id(row.part): row for row in rows}
+    unplaced_rows = dict(row_by_name)
     for cell in cells:
         if cell["cell_type"] != "code":
             continue
         cell["outputs"], cell["execution_count"] = [], None
         metadata = cell["metadata"].get("nbgrader") or {}
         if metadata.get("grade"):
-            row = unplaced_marks.pop(metadata["grade_id"], None)
+            row = unplaced_rows.pop(metadata["grade_id"], None)
             if row is None or row.points is None or float(metadata["points"]) != row.max_points:
                 reason = f"the assignment does not have this part, or it has other points; {GENERATE_AGAIN}"
                 if row is not None and row.points is None:
@@ -80,11 +80,11 @@ def fill_in_marks(cells: Sequence[Cell], rows: Sequence[PartRow]) -> None:
                 raise QdotError(f"{metadata['grade_id']}: {reason}")
             cell["outputs"] = make_outputs(row)
         elif metadata.get("solution"):
-            row = by_name.get(metadata["grade_id"].removesuffix(ANSWER_SUFFIX))
+            row = row_by_name.get(metadata["grade_id"].removesuffix(ANSWER_SUFFIX))
             if row is not None and row.outcome == Outcome.MISSING and "blank" in cell["source"]:
                 metadata["checksum"] = nbgrader.compute_checksum(cell)
-    if unplaced_marks:
-        raise QdotError(f"{', '.join(unplaced_marks)}: nbgrader's database has no such cells; {GENERATE_AGAIN}")
+    if unplaced_rows:
+        raise QdotError(f"{', '.join(unplaced_rows)}: nbgrader's database has no such cells; {GENERATE_AGAIN}")
 
 
 MAX_LINE_LENGTH = 76

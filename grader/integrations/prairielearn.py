@@ -10,7 +10,7 @@ import json
 from pathlib import Path
 from typing import Any
 
-from qdot.exercises.assignment.assignment import Slot, load_assignment
+from qdot.exercises.assignment.assignment import Assignment, Slot, load_assignment
 from qdot.exercises.common.errors import QdotError
 from qdot.exercises.exports.items import list_entry_labels, write_question_alone
 from qdot.exercises.exports.markup import write_line_html
@@ -47,12 +47,12 @@ def generate(data: PrairieLearnData, folder: str, slot: str) -> None:
 
     `folder` is the folder of the assignment among the server's course files.
     """
-    assignment_slot, assignment_hints = _load_slot_and_hints(data, folder, slot)
+    assignment = _load_assignment(data, folder)
     seeds = json.loads((_find_assignment_folder(data, folder) / BANK_FILE).read_text(encoding="utf-8"))["seeds"][slot]
     seed = seeds[int(data["variant_seed"]) % len(seeds)]
-    problem = assignment_slot.generate_from_seed(int(seed))
+    problem = _find_slot(assignment, slot).generate_from_seed(int(seed))
     figure = draw_figure_svg(problem.chain, f"{folder}-{slot}".replace("/", "-"))
-    shown_parts = {part.name: _show_part(problem, part, assignment_hints) for part in problem.parts}
+    shown_parts = {part.name: _show_part(problem, part, assignment.hints) for part in problem.parts}
     text = to_html_for_mathjax(write_statement(problem, ""))
     data["params"].update(seed=seed, engine=ENGINE, statement=text, figure=figure, shown=shown_parts)
     choices = [part for part in problem.parts if part.answer.offered_options]
@@ -66,7 +66,8 @@ def parse(data: PrairieLearnData, folder: str, slot: str) -> None:
 
     The errors that the elements themselves have reported remain.
     """
-    problem, errors = _load_problem(data, folder, slot), data["format_errors"]
+    problem = _load_problem(data, folder, slot)
+    errors = data["format_errors"]
     is_blank = not errors
     for part in problem.parts:
         names = list_input_names(part)
@@ -84,7 +85,8 @@ def grade(data: PrairieLearnData, folder: str, slot: str) -> None:
 
     If qdot itself fails, the submission is invalid and costs no attempt.
     """
-    problem, assignment = _load_problem(data, folder, slot), load_assignment(_find_assignment_folder(data, folder))
+    problem = _load_problem(data, folder, slot)
+    assignment = _load_assignment(data, folder)
     texts = {part.name: _read_typed_answer(data, part) for part in problem.parts}
     answers = {name: text for name, text in texts.items() if text}
     verdicts = mark(problem, answers, secret=assignment.secret, rules=MarkingRules(assignment.follow_through))
@@ -110,8 +112,8 @@ def _compute_scores(part: Part, verdict: Verdict, shows_entries: bool) -> Prairi
     scores: PrairieLearnData = {part.name: {"score": verdict.points / part.points, "weight": part.points}}
     names, entries = list_input_names(part), verdict.judgement.entries
     if shows_entries and part.answer.is_numeric and len(names) > 1 and entries is not None:
-        matches = [is_correct for row in entries for is_correct in row]
-        scores |= {name: {"score": int(match), "weight": 0} for name, match in zip(names, matches, strict=True)}
+        flags = [is_correct for row in entries for is_correct in row]
+        scores |= {name: {"score": int(flag), "weight": 0} for name, flag in zip(names, flags, strict=True)}
     return scores
 
 
@@ -122,9 +124,12 @@ def _find_assignment_folder(data: PrairieLearnData, folder: str) -> Path:
     return Path(data["options"]["server_files_course_path"]) / folder
 
 
-def _load_slot_and_hints(data: PrairieLearnData, folder: str, slot: str) -> tuple[Slot, bool]:
-    assignment = load_assignment(_find_assignment_folder(data, folder))
-    return next(candidate for candidate in assignment.slots if candidate.name == slot), assignment.hints
+def _load_assignment(data: PrairieLearnData, folder: str) -> Assignment:
+    return load_assignment(_find_assignment_folder(data, folder))
+
+
+def _find_slot(assignment: Assignment, name: str) -> Slot:
+    return next(slot for slot in assignment.slots if slot.name == name)
 
 
 def _load_problem(data: PrairieLearnData, folder: str, slot: str) -> Problem:
@@ -132,7 +137,7 @@ def _load_problem(data: PrairieLearnData, folder: str, slot: str) -> Problem:
     if data["params"]["engine"] != ENGINE:
         engine = data["params"]["engine"]
         raise QdotError(f"engine {engine} of qdot generated this variant, but engine {ENGINE} is installed")
-    return _load_slot_and_hints(data, folder, slot)[0].generate_from_seed(int(data["params"]["seed"]))
+    return _find_slot(_load_assignment(data, folder), slot).generate_from_seed(int(data["params"]["seed"]))
 
 
 def _show_part(problem: Problem, part: Part, has_hints: bool) -> PrairieLearnData:
@@ -220,7 +225,8 @@ def _list_typed_texts(data: PrairieLearnData, part: Part) -> list[str]:
 
 def _describe_incomplete(data: PrairieLearnData, part: Part) -> str:
     """Return a message on the missing numbers or matches of an incomplete part; "" if it is complete or blank."""
-    texts, items = _list_typed_texts(data, part), part.answer.matched_items
+    texts = _list_typed_texts(data, part)
+    items = part.answer.matched_items
     is_filled = [text in _MATCHING_OPTION_NAMES if items else bool(text) for text in texts]
     if all(is_filled) or not any(is_filled):
         return ""

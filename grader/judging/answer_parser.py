@@ -1,7 +1,7 @@
 """Parse the text of an answer into a formula, entries, numbers or conditions, or refuse the text with a reason.
 
 Judging, partial credit, diagnosis, follow-through and reports all use the parsed answer and never parse the text again.
-`answer_parser` calls the function of this module that fits the part.
+`expected_form` calls the function of this module that fits the part.
 
 A parsed text is a tree of nodes (`formula.trees`). The domain of a problem contains the names of its symbols. Labels
 are the names that a student may write before entries, such as vx, as in vx = 0.
@@ -145,8 +145,9 @@ def read_matrix(
     A vector may be typed as a row instead of a column, and the entries may be named by `labels`. The columns of a
     matrix may be typed as vectors with the names in `columns`, and a twist as the two vectors v and ω.
     """
-    parsed, find_table = _read_entries(text, shape, domain, labels, columns), partial(convert_table, shape=shape)
-    return _or_printed_table(parsed, find_table, lambda table: read_matrix(table, shape, domain))
+    parsed = _read_entries(text, shape, domain, labels, columns)
+    find_table = partial(convert_table, shape=shape)
+    return _retry_printed_table(parsed, find_table, lambda table: read_matrix(table, shape, domain))
 
 
 def read_numbers(text: str, count: int, labels: Sequence[str] = (), units: Sequence[str] = ()) -> ParsedAnswer:
@@ -161,7 +162,7 @@ def read_numbers(text: str, count: int, labels: Sequence[str] = (), units: Seque
         return replace(read_numbers(text_with_points, count, labels), text=text)
     parsed = _read_entries(text, (count, 1), Domain({}), labels, are_numbers=True)
     find_table = partial(convert_numbers, count=count)
-    return _or_printed_table(parsed, find_table, lambda table: read_numbers(table, count, labels))
+    return _retry_printed_table(parsed, find_table, lambda table: read_numbers(table, count, labels))
 
 
 def _read_entries(
@@ -206,7 +207,7 @@ _ORDERED_KINDS = ("eq", "pair", "set", "list")
 """Kinds of entries allowed in a set. Such an entry has a name or is a row, so the order of the set doesn't matter."""
 
 
-def _or_printed_table(
+def _retry_printed_table(
     parsed: ParsedAnswer, find_table: Callable[[str], str | None], parse_again: Callable[[str], ParsedAnswer]
 ) -> ParsedAnswer:
     """Return an answer unchanged, unless it was refused and its text is a printed table, which is then parsed.
@@ -346,8 +347,8 @@ def _has_no_content(node: Node) -> bool:
         return True
     if node.kind == "in" and node.args[0].value in WHOLE_NUMBER_NAMES:
         return node.args[1].value in VOCABULARY["whole_number_sets"]
-    is_several = node.kind in ("eq", "in", "pair") and node.args[1].kind in ("list", "set")
-    return has_blank(node) and not is_several
+    has_several_values = node.kind in ("eq", "in", "pair") and node.args[1].kind in ("list", "set")
+    return has_blank(node) and not has_several_values
 
 
 def assign_values_to_joint(node: Node, joints: Sequence[str]) -> Node:
@@ -407,8 +408,9 @@ def replace_decimal_commas(text: str) -> str:
     """
     if "," not in text:
         return text
-    closing_brackets, characters = _find_closing_brackets(text), list[str]()
-    is_grouping = list[bool]()  # for each open bracket, whether it only groups
+    closing_brackets = _find_closing_brackets(text)
+    characters: list[str] = []
+    is_grouping: list[bool] = []  # for each open bracket, whether it only groups
     for index, (before, char, after) in enumerate(zip(f" {text}", text, f"{text[1:]} ", strict=False)):
         if char in "([{":
             is_grouping.append(char == "(" and _is_grouping_bracket(text, index, closing_brackets.get(index)))
@@ -430,11 +432,15 @@ def _find_closing_brackets(text: str) -> dict[int, int]:
     return closing_brackets
 
 
-def _is_grouping_bracket(text: str, opening: int, closing: int | None) -> bool:
-    """Return whether a bracket contains a formula and not a list: if so, an operator or a function applies to it."""
-    before = text[max(0, opening - BRACKET_CONTEXT) : opening]
-    after = "" if closing is None else text[closing + 1 : closing + BRACKET_CONTEXT]
-    return bool(_BEFORE_GROUPING.search(before) or (not _BEFORE_CALL.search(before) and _AFTER_GROUPING.match(after)))
+def _is_grouping_bracket(text: str, start: int, end: int | None) -> bool:
+    """Return whether a bracket contains a formula and not a list: if so, an operator or a function applies to it.
+
+    The bracket is opened at the index `start` and closed at `end`, which is None if the bracket is never closed.
+    """
+    text_before = text[max(0, start - BRACKET_CONTEXT) : start]
+    text_after = "" if end is None else text[end + 1 : end + BRACKET_CONTEXT]
+    is_operand = not _BEFORE_CALL.search(text_before) and _AFTER_GROUPING.match(text_after)
+    return bool(_BEFORE_GROUPING.search(text_before) or is_operand)
 
 
 # --- helpers for the parsers above ---
@@ -580,10 +586,10 @@ def _remove_labels(node: Node, labels: NameSequence = (), shape: MatrixShape = (
     entry_names = [f"j{i + 1}{j + 1}" for i in range(rows) for j in range(columns)]
     for expected_names in (row_names, entry_names):
         if set(entries) == set(expected_names) and columns:
-            in_order = [entries[label] for label in expected_names]
+            ordered_entries = [entries[label] for label in expected_names]
             if len(expected_names) > rows or columns == 1:
-                return make_rows(in_order[i : i + columns] for i in range(0, len(expected_names), columns))
-            return Node("list", tuple(in_order))
+                return make_rows(ordered_entries[i : i + columns] for i in range(0, len(expected_names), columns))
+            return Node("list", tuple(ordered_entries))
     if not entries or not all(map(_is_named, node.args)):
         return node
     expected_words = f", but the question asks for {', '.join(labels)}" if labels else ""
@@ -618,10 +624,10 @@ def _stack_vectors(node: Node, shape: MatrixShape, labels: NameSequence, columns
         return None
     if any(len(vector) * (2 if is_twist else 1) != shape[0] for vector in vectors.values()):
         return None
-    in_order = [vectors[name] for name in expected_names]
+    ordered_vectors = [vectors[name] for name in expected_names]
     if is_twist:
-        return Node("list", tuple(entry for vector in in_order for entry in vector))
-    return make_rows(zip(*in_order, strict=True))
+        return Node("list", tuple(entry for vector in ordered_vectors for entry in vector))
+    return make_rows(zip(*ordered_vectors, strict=True))
 
 
 _COLUMN_LETTERS = ("j", "s")
@@ -670,14 +676,13 @@ def _require_shape(rows: Matrix, expected: tuple[int, int], text: str) -> Matrix
         return [[entry] for entry in rows[0]]
     if shape == expected:
         return rows
-    is_vector, is_transposed = 1 in expected, shape == expected[::-1]
     hint = f"; write it as in {_make_example(expected)}"
-    if is_transposed and not is_vector:
+    if shape == expected[::-1] and 1 not in expected:  # a transposed matrix
         hint = ", so its entries can't be compared"
     if shape[0] * shape[1] > expected[0] * expected[1] and re.search(r"\d,\d", text):
         hint = _COMMA_HINT
-    found, asked = (f"{rows} × {columns}" for rows, columns in (shape, expected))
-    raise _Refusal(f"your answer is {found}, but it must be {asked}{hint}")
+    actual_size, expected_size = (f"{rows} × {columns}" for rows, columns in (shape, expected))
+    raise _Refusal(f"your answer is {actual_size}, but it must be {expected_size}{hint}")
 
 
 _COMMA_HINT = "; if 0,5 is a number, separate entries by semicolons, or by commas and spaces, as in [0,5; 1,25]"

@@ -21,8 +21,9 @@ BLANK_TEXTS = ("", "blank", "ellipsis", "none")
 # --- parsing ---
 
 
-MAX_LENGTH = 1000
-"""Maximum number of characters of an answer, with single spaces, that are searched for an option."""
+MAX_LENGTH, MIN_PARTIAL_LENGTH = 1000, 4
+"""Maximum number of characters of an answer, with single spaces, that are searched for an option, and minimum number of
+characters of an option's text by which the option is recognised."""
 
 
 def read_choice(text: str, options: Sequence[str]) -> ParsedAnswer:
@@ -40,7 +41,8 @@ def read_selection(text: str, option_count: int) -> ParsedAnswer:
 
 def read_matching(text: str, items: Sequence[str], option_count: int) -> ParsedAnswer:
     """Parse a letter for each item, in the order of the items."""
-    chosen, letters = find_letters(text, option_count), ", ".join(LETTERS[:option_count])
+    chosen = find_letters(text, option_count)
+    letters = ", ".join(LETTERS[:option_count])
     is_complete = chosen is not None and len(chosen) == len(items)
     expected_form = f"{len(items)} of the letters {letters}, one for each of {items[0]} to {items[-1]}"
     parsed = _parse(text, chosen if is_complete else None, f"does not contain {expected_form}")
@@ -69,9 +71,10 @@ def find_letters(text: str, option_count: int) -> list[int] | None:
     >>> find_letters("AF", 4), find_letters("a1*cos(theta1)", 4)
     (None, None)
     """
-    typed = re.sub(r"\b(and|joints?)\b|\d+\s*(is\b|[:=.-]>?)|[\"'()\[\]{}.,;&+\s]", "", _normalize(text))
+    typed_letters = re.sub(r"\b(and|joints?)\b|\d+\s*(is\b|[:=.-]>?)|[\"'()\[\]{}.,;&+\s]", "", _normalize(text))
     letters = LETTERS[:option_count].casefold()
-    return [letters.index(letter) for letter in typed] if typed and set(typed) <= set(letters) else None
+    is_valid = typed_letters and set(typed_letters) <= set(letters)
+    return [letters.index(letter) for letter in typed_letters] if is_valid else None
 
 
 def _normalize(text: str) -> str:
@@ -80,7 +83,7 @@ def _normalize(text: str) -> str:
     A text longer than any option is truncated, and a special character at its end ensures that it matches no option.
     """
     words = " ".join(text.split())
-    characters = "".join(sign for sign in words[:MAX_LENGTH] if unicodedata.category(sign) != "Cf")
+    characters = "".join(character for character in words[:MAX_LENGTH] if unicodedata.category(character) != "Cf")
     characters += "\N{REPLACEMENT CHARACTER}" if len(words) > MAX_LENGTH else ""
     return unicodedata.normalize("NFKC", characters).casefold()
 
@@ -98,18 +101,18 @@ _LABEL_BEFORE_LETTER = re.compile(
 
 def find_option(text: str, options: Sequence[str]) -> int | None:
     """Return the index of the option with this letter or text; None if no option or more than one option matches."""
-    plain = _strip_label(text)
+    choice = _strip_label(text)
     if tuple(options) == TRUE_FALSE:
-        plain = {"t": "true", "f": "false"}.get(plain, plain)
-    if exact_matches := [index for index, option in enumerate(options) if plain == _strip_label(option)]:
+        choice = {"t": "true", "f": "false"}.get(choice, choice)
+    if exact_matches := [index for index, option in enumerate(options) if choice == _strip_label(option)]:
         return exact_matches[0]
-    letter_match = re.match(r"([a-h])\s*[.):]", plain)
-    plain = plain if letter_match is None else letter_match.group(1)
+    letter_match = re.match(r"([a-h])\s*[.):]", choice)
+    choice = choice if letter_match is None else letter_match.group(1)
     letters = LETTERS[: len(options)].casefold()
-    partial_matches = [index for index, option in enumerate(options) if len(plain) > 3 and plain in option.casefold()]
-    if len(plain) == 1 and plain in letters:
-        return letters.index(plain)
-    return partial_matches[0] if len(partial_matches) == 1 else None
+    if len(choice) == 1 and choice in letters:
+        return letters.index(choice)
+    partial_matches = [index for index, option in enumerate(options) if choice in option.casefold()]
+    return partial_matches[0] if len(choice) >= MIN_PARTIAL_LENGTH and len(partial_matches) == 1 else None
 
 
 # --- judging ---
@@ -134,14 +137,15 @@ def judge_selection(parsed: ParsedAnswer, option_count: int, correct_indices: Se
     Each correct letter earns an equal share of the points. Each wrong letter costs an equal share of them, but the
     result is never negative.
     """
-    hit_count = len(set(parsed.chosen) & set(correct_indices))
-    miss_count, missing_count = len(set(parsed.chosen) - set(correct_indices)), len(correct_indices) - hit_count
-    if not missing_count and not miss_count:
+    right_count = len(set(parsed.chosen) & set(correct_indices))
+    wrong_count = len(set(parsed.chosen) - set(correct_indices))
+    missing_count = len(correct_indices) - right_count
+    if not missing_count and not wrong_count:
         return correct_judgement(_CERTIFICATE)
     wrong_option_count = max(option_count - len(correct_indices), 1)
-    share = Fraction(hit_count, len(correct_indices)) - Fraction(miss_count, wrong_option_count)
-    verbs = ["is" if count == 1 else "are" for count in (hit_count, miss_count)]
-    reason = f"{hit_count} of your letters {verbs[0]} right and {miss_count} {verbs[1]} wrong"
+    share = Fraction(right_count, len(correct_indices)) - Fraction(wrong_count, wrong_option_count)
+    right_verb, wrong_verb = ("is" if count == 1 else "are" for count in (right_count, wrong_count))
+    reason = f"{right_count} of your letters {right_verb} right and {wrong_count} {wrong_verb} wrong"
     reason += f"; {missing_count} more belong to the answer" if missing_count else ""
     return partial_judgement(float(max(share, Fraction(0))), reason, _CERTIFICATE)
 

@@ -72,7 +72,8 @@ def judge_matrix(
     The share is the number of correct nonzero entries, minus the number of wrong entries that should be zero, divided
     by the number of nonzero entries in the reference. So a matrix of zeros earns nothing.
     """
-    expected, blanks = [entry for row in reference for entry in row], parsed.blanks
+    expected = [entry for row in reference for entry in row]
+    blanks = parsed.blanks
     # A blank entry is replaced by the correct entry, so that it is never the counterexample.
     answered = zip(parsed.entries, expected, blanks, strict=True)
     filled_entries = [correct_entry if is_blank else entry for entry, correct_entry, is_blank in answered]
@@ -114,12 +115,13 @@ def _describe_count(
     zeros = list(is_zero) if not all(is_zero) else [False] * len(is_zero)
     correct_count = sum(is_right and not zero for is_right, zero in zip(is_correct, zeros, strict=True))
     total = len(zeros) - sum(zeros)
-    description = f"{total} nonzero {noun}" if any(zeros) else f"{total} {noun}"
-    spoiled_count, verb = count_spoiled_zeros(is_correct, zeros, blanks), "is" if correct_count == 1 else "are"
+    spoiled_count = count_spoiled_zeros(is_correct, zeros, blanks)
     if total <= 1 and not spoiled_count:
         return "it is not right"
+    kind = "nonzero " if any(zeros) else ""
+    verb = "is" if correct_count == 1 else "are"
     spoiled_words = f", and {spoiled_count} that should be zero {'is' if spoiled_count == 1 else 'are'} not"
-    return f"{correct_count} of {description} {verb} right{spoiled_words if spoiled_count else ''}"
+    return f"{correct_count} of {total} {kind}{noun} {verb} right{spoiled_words if spoiled_count else ''}"
 
 
 def _describe_blanks(blanks: Sequence[bool], singular: str = "entry", plural: str = "entries") -> str:
@@ -161,23 +163,29 @@ def judge_numbers(
     """
     blanks, expected = parsed.blanks, np.array(reference)
     entries = [ZERO if is_blank else entry for is_blank, entry in zip(blanks, parsed.entries, strict=True)]
-    values = evaluate(compile_program(entries), {}, 1)[0][:, 0]
+    values = _evaluate_numbers(entries)
     with np.errstate(all="ignore"):
         is_close = np.isfinite(values) & (np.abs(values - expected) <= np.maximum(tolerance * np.abs(expected), floor))
     is_correct = [bool(flag) for flag in is_close & ~np.array(blanks)]
     if all(is_correct):
         judgement = correct_judgement(Certificate("numeric", 1, 0.0), f"right to {100 * tolerance:g} %")
     else:
-        wrong, zeros = is_correct.index(False), [abs(value) <= floor for value in reference]
-        answer_value = "blank" if blanks[wrong] else to_json_number(complex(values[wrong]))
-        example = EntryDifference(wrong, {}, answer_value, float(f"{reference[wrong]:.4g}"))
-        difference = " was left blank" if blanks[wrong] else _describe_number(example, units[wrong])
-        blank_words = "" if blanks[wrong] else _describe_blanks(blanks, "number", "numbers")
+        wrong_index, zeros = is_correct.index(False), [abs(value) <= floor for value in reference]
+        answer_value = "blank" if blanks[wrong_index] else to_json_number(complex(values[wrong_index]))
+        example = EntryDifference(wrong_index, {}, answer_value, float(f"{reference[wrong_index]:.4g}"))
+        difference = " was left blank" if blanks[wrong_index] else _describe_number(example, units[wrong_index])
+        blank_words = "" if blanks[wrong_index] else _describe_blanks(blanks, "number", "numbers")
         count_words = _describe_count(is_correct, blanks, zeros, "numbers")
-        reason = "; ".join(filter(None, [count_words, blank_words, f"number {wrong + 1}{difference}"]))
+        reason = "; ".join(filter(None, [count_words, blank_words, f"number {wrong_index + 1}{difference}"]))
         share = share_of_entries(is_correct, zeros, blanks)
         judgement = partial_judgement(float(share), reason, Certificate("numeric", 1, 0.0, example))
     return replace(judgement, entries=tuple((is_right,) for is_right in is_correct))
+
+
+def _evaluate_numbers(entries: Sequence[Node]) -> np.ndarray:
+    """Return the values of entries without symbols."""
+    values, _ = evaluate(compile_program(entries), {}, 1)
+    return values[:, 0]
 
 
 def judge_direction(
@@ -215,11 +223,11 @@ def _judge_symbolic_direction(parsed: ParsedAnswer, reference: Sequence[Node], d
         return correct_judgement(comparison.certificate)
     certificate = _make_pivot_certificate(comparison.certificate, reference[pivot], entries[pivot], pivot)
     example = certificate.counterexample
-    entry, at = comparison.is_correct.index(False), ""
+    entry, point_words = comparison.is_correct.index(False), ""
     if isinstance(example, EntryDifference):
-        entry, at = example.entry, _describe_point(example.at)
+        entry, point_words = example.entry, _describe_point(example.at)
     problem = "should be 0" if entry == pivot else f"does not have the right ratio to entry {pivot + 1}"
-    reason = f"your vector does not have the right direction: entry {entry + 1} {problem}{at}"
+    reason = f"your vector does not have the right direction: entry {entry + 1} {problem}{point_words}"
     return wrong_judgement(describe_unknown_symbols(parsed, domain) or reason, certificate)
 
 
@@ -235,19 +243,21 @@ def _make_pivot_certificate(certificate: Certificate, expected: Node, answered: 
         return certificate
     if not isinstance(example.yours, float) or not isinstance(example.expected, float):
         return certificate
-    at = {name: np.array([value]) for name, value in example.at.items()}
-    scale, value = (complex(pivots[0]) for pivots in evaluate(compile_program([expected, answered]), at, 1)[0])
-    if not scale:  # e.g. -sin(theta1) at theta1 = 0; readable sample values may be 0
-        return replace(certificate, counterexample=EntryDifference(pivot, example.at, to_json_number(value), 0.0))
-    values = show_difference(example.yours / scale, example.expected / scale)
-    return replace(certificate, counterexample=EntryDifference(example.entry, example.at, *values, pivot))
+    point = {name: np.array([value]) for name, value in example.at.items()}
+    values, _ = evaluate(compile_program([expected, answered]), point, 1)
+    expected_pivot, answered_pivot = map(complex, values[:, 0])
+    if not expected_pivot:  # e.g. -sin(theta1) at theta1 = 0; readable sample values may be 0
+        pivot_difference = EntryDifference(pivot, example.at, to_json_number(answered_pivot), 0.0)
+        return replace(certificate, counterexample=pivot_difference)
+    shown_values = show_difference(example.yours / expected_pivot, example.expected / expected_pivot)
+    return replace(certificate, counterexample=EntryDifference(example.entry, example.at, *shown_values, pivot))
 
 
 def _judge_numeric_direction(parsed: ParsedAnswer, reference: Sequence[Node], tolerance: float) -> Judgement:
     """Judge a direction given by numbers."""
     if parsed.symbols:
         return wrong_judgement(describe_symbols_in_numbers(parsed.symbols))
-    values = evaluate(compile_program([*parsed.entries, *reference]), {}, 1)[0][:, 0]
+    values = _evaluate_numbers([*parsed.entries, *reference])
     answer, expected = values[: len(reference)], values[len(reference) :].real
     if not np.all(np.isfinite(answer)) or np.any(np.abs(answer.imag) > IMAGINARY_TOLERANCE * np.abs(answer)):
         return wrong_judgement("an entry of the vector is not a finite real number")
@@ -288,11 +298,10 @@ def judge_singular(
     if judgement.outcome is Outcome.CORRECT or (joined_tree := combine_with_and(parsed.tree, joints)) is None:
         return judgement
     try:
-        is_better = (
-            _judge_set(parse_typed_set(joined_tree, joints), reference_pieces, space, seed).share > judgement.share
-        )
+        joined_judgement = _judge_set(parse_typed_set(joined_tree, joints), reference_pieces, space, seed)
     except ParseError:  # the combined conditions have too many cases
         return judgement
+    is_better = joined_judgement.share > judgement.share
     return replace(judgement, reason=f"{OR_HINT}; {judgement.reason}") if is_better else judgement
 
 
@@ -337,13 +346,13 @@ def _judge_set(
     if comparison.is_only_rounded:
         exactness = zip(claimed, comparison.is_sound, strict=True)
         rounded_pieces = [piece for piece, is_exact in exactness if not is_exact and piece in sound_pieces]
-        at = compare_sets(rounded_pieces, reference_pieces, space, seed).surplus or {}
-        rounding = f"correct except for rounding{_describe_configuration(at, space.joints)}"
-        reason = f"{rounding}; write {_EXACT_VALUE_HINT}{reason and f'; {reason}'}"
+        rounded_values = compare_sets(rounded_pieces, reference_pieces, space, seed).surplus or {}
+        rounding_words = f"correct except for rounding{_describe_configuration(rounded_values, space.joints)}"
+        reason = f"{rounding_words}; write {_EXACT_VALUE_HINT}{reason and f'; {reason}'}"
     if tolerant_comparison.surplus is not None and _are_degrees(claimed, reference_pieces, space, seed):
         reason, false_count = "these values are in degrees, but the question asks for radians", 0
-    words = f"{_describe_matches(matches, false_count)}; " if share else ""
-    reason = words + (reason or "your answer contains no configuration")
+    matches_words = f"{_describe_matches(matches, false_count)}; " if share else ""
+    reason = matches_words + (reason or "your answer contains no configuration")
     return partial_judgement(float(share), reason, _make_set_certificate(comparison))
 
 
@@ -371,14 +380,14 @@ def _describe_matches(match_counts: Sequence[tuple[int, int]], false_count: int)
     complete_count = sum(found_count == expected_count for found_count, expected_count in match_counts)
     partial_count = sum(0 < found_count < expected_count for found_count, expected_count in match_counts)
     if len(match_counts) == 1:
-        found = "you found the condition" if complete_count or partial_count else "you did not find the condition"
+        found_words = "you found the condition" if complete_count or partial_count else "you did not find the condition"
         partial_words = " only in part" if partial_count else ""
     else:
-        found = f"you found {complete_count} of {len(match_counts)} conditions"
+        found_words = f"you found {complete_count} of {len(match_counts)} conditions"
         partial_words = f", and {partial_count} only in part" if partial_count else ""
     verb = "is" if false_count == 1 else "are"
     false_words = f"; {false_count} of your conditions {verb} false" if false_count else ""
-    return f"{found}{partial_words}{false_words}"
+    return f"{found_words}{partial_words}{false_words}"
 
 
 def group_by_joints(reference: Sequence[Node], joints: Sequence[str]) -> list[list[Node]]:

@@ -100,23 +100,25 @@ def judge_function(
     if not part.answer.list_entries():
         return wrong_judgement("your answer is a function, but the question does not ask for a formula")
     reference = part.answer.parse_trees(symbol_names)
-    nodes, expected_shape = [entry for row in reference for entry in row], (len(reference), len(reference[0]))
+    nodes = [entry for row in reference for entry in row]
+    expected_shape = (len(reference), len(reference[0]))
     shape, values = function_values.shape, function_values.values
     if shape is None or len(values) != SAMPLE_COUNT:
         return wrong_judgement("these are not the values of a function")
     is_matrix = len(shape) == 2 and 1 not in shape
     if values.shape[1] != len(nodes) or (is_matrix and shape != expected_shape):
-        size_words, expected_words = " x ".join(map(str, shape)) or "one number", " x ".join(map(str, expected_shape))
+        size_words = " x ".join(map(str, shape)) or "one number"
+        expected_words = " x ".join(map(str, expected_shape))
         return wrong_judgement(f"your function returns {size_words}, but it must return {expected_words}")
-    expected, size = evaluate(compile_program(nodes), function_values.arguments, SAMPLE_COUNT)
-    answer_values = _scale_to(expected, values.T) if part.answer.counts_up_to_a_factor else values.T
+    expected, term_size = evaluate(compile_program(nodes), function_values.arguments, SAMPLE_COUNT)
+    answer_values = _scale_to_fit(expected, values.T) if part.answer.counts_up_to_a_factor else values.T
     shown_names = set(joints).union(*map(find_names, nodes))
-    at = {name: column for name, column in function_values.arguments.items() if name in shown_names}
-    comparison = _compare_values(answer_values, expected, size, at, part.rounding)
+    shown_arguments = {name: column for name, column in function_values.arguments.items() if name in shown_names}
+    comparison = _compare_values(answer_values, expected, term_size, shown_arguments, part.rounding)
     return judge_compared_matrix(comparison, [False] * len(nodes), reference)
 
 
-def _scale_to(expected: np.ndarray, answer_values: np.ndarray) -> np.ndarray:
+def _scale_to_fit(expected: np.ndarray, answer_values: np.ndarray) -> np.ndarray:
     """Return the vectors scaled by the factors that bring them closest to the expected ones."""
     with np.errstate(all="ignore"):
         factor = np.sum(expected * answer_values.conj(), axis=0) / np.sum(np.abs(answer_values) ** 2, axis=0)

@@ -261,10 +261,11 @@ def _apply_follow_through(
         reason = f"this follows {source}. {next_step} {_capitalize(judgement.reason)}"
         return replace(verdict, judgement=replace(judgement, reason=reason)) if follows_completely else verdict
     earned = f"{'it' if follows_completely else 'what follows'} earns {float(credit):.0%} of the points"
-    difference = _capitalize(f"your answer {difference}" if difference.startswith("differs") else difference)
+    is_single = difference.startswith("differs")
+    comparison = f", your answer {difference}" if is_single else f": {_capitalize(difference)}"
     reason = (
         f"this follows{'' if follows_completely else ' in part'} {source}, so {earned}. {next_step} "
-        f"Compared with the solution: {difference}"
+        f"Compared with the solution{comparison}"
     )
     judgement = replace(judgement, outcome=Outcome.PARTIAL, reason=reason)
     earlier_part, follows = followed.earlier_part, _find_entry_flags(part, followed)

@@ -29,6 +29,8 @@ MAX_TITLE_LENGTH = 44
 
 CHART_WIDTH = 4.7
 """Width of a chart in inches; a phone shows it without shrinking the letters."""
+ROW_HEIGHT = 0.27
+"""Height of a part or mistake in a chart, in inches."""
 
 
 def check_library() -> None:
@@ -126,7 +128,7 @@ def draw_outcomes(parts: Sequence[str], counts: Sequence[Mapping[Outcome, int]])
         spacing = {"columnspacing": 0.9, "handlelength": 1.3, "handletextpad": 0.5}
         axes.legend(loc="lower center", bbox_to_anchor=(0.36, 1.0), ncols=5, **spacing)
 
-    return _make_chart("outcomes", 1.15 + 0.27 * len(parts), draw)
+    return _make_chart("outcomes", 1.15 + ROW_HEIGHT * len(parts), draw)
 
 
 def draw_intervals(parts: Sequence[str], intervals: Sequence[Interval | None]) -> str:
@@ -145,7 +147,7 @@ def draw_intervals(parts: Sequence[str], intervals: Sequence[Interval | None]) -
         axes.set(xlim=(-1, 1), xticks=[-1, -0.5, 0, 0.5, 1])
         axes.set_xlabel("correlation with the other points")
 
-    return _make_chart("discrimination", 0.75 + 0.27 * len(parts), draw)
+    return _make_chart("discrimination", 0.75 + ROW_HEIGHT * len(parts), draw)
 
 
 def draw_mistakes(count_by_title: Mapping[str, int]) -> str:
@@ -162,7 +164,7 @@ def draw_mistakes(count_by_title: Mapping[str, int]) -> str:
         axes.set(xlim=(0, 1.12 * max(counts)), xticks=[])
         axes.spines["bottom"].set_visible(False)
 
-    return _make_chart("mistakes", 0.3 + 0.27 * len(names), draw)
+    return _make_chart("mistakes", 0.3 + ROW_HEIGHT * len(names), draw)
 
 
 def draw_groups(number: int, shares_by_group: Mapping[str, Sequence[float]]) -> str:

@@ -69,13 +69,14 @@ def make_class_page(assignment: Assignment, results: Sequence[Result]) -> str:
     charts.check_library()
     graded_ids = [result.student for result in class_view.select_graded(results)]
     problems = {student: dict(load_stored_problems(assignment, student).problems) for student in graded_ids}
-    scores, parts = class_view.summarize_scores(results), class_view.summarize_parts(assignment, results)
+    scores = class_view.summarize_scores(results)
+    parts = class_view.summarize_parts(assignment, results)
     mistakes = class_view.summarize_mistakes(results)
     comparisons = _compare_variants(assignment, results, problems)
     names = [part.name for part in parts]
     work_by_part = {name: _collect_work(name, results, problems) for name in names}
     states = Counter(map(find_work_status, results))
-    pairs = _find_similar_answers(work_by_part)
+    similar_pairs = _find_similar_answers(work_by_part)
     overrides = [(result.student, name, line) for result in results for name, line in result.overrides.items()]
     outcome_words = {outcome: word for outcome, (word, *_) in charts.OUTCOMES.items()}
     if not any(map(states.get, UNMARKED_STATES)):
@@ -98,8 +99,8 @@ def make_class_page(assignment: Assignment, results: Sequence[Result]) -> str:
         few=scores is None or len(scores.percents) < MIN_RELIABLE_CLASS, statistics=statistics, overrides=overrides,
         groups=_group_answers(results, work_by_part), visible=make_visible,
         has_due=any(assignment.due_date_of(student) is not None for student in assignment.roster),
-        not_on_time=class_view.find_late_or_missing(results), shorten=_shorten, pairs=pairs, max_pairs=MAX_PAIRS,
-        without_attempt=class_view.find_students_without_attempt(results),
+        not_on_time=class_view.find_late_or_missing(results), shorten=_shorten, pairs=similar_pairs,
+        max_pairs=MAX_PAIRS, without_attempt=class_view.find_students_without_attempt(results),
     )  # fmt: skip
 
 
@@ -120,8 +121,9 @@ def _group_answers(results: Sequence[Result], works: Mapping[str, Sequence[Stude
     """Return the groups of equal wrong answers to each part; `works` maps each part to the work of all students."""
     parts = []
     for name, part_groups in groupby(class_view.group_wrong_answers(results), key=lambda group: group.part):
-        groups, work_of = list(part_groups), {work.student: work for work in works[name]}
-        pairs = [(group, work_of.get(group.typical_student)) for group in groups[:MAX_GROUPS]]
+        groups = list(part_groups)
+        work_by_student = {work.student: work for work in works[name]}
+        pairs = [(group, work_by_student.get(group.typical_student)) for group in groups[:MAX_GROUPS]]
         # An answer without work is a function, which has no text.
         shown_groups = [(group, work.shown_answer if work else ShownAnswer(FUNCTION_TEXT)) for group, work in pairs]
         parts.append(GroupsOfPart(name, shown_groups, groups[MAX_GROUPS:]))
@@ -134,7 +136,7 @@ def _compare_variants(
     """Return, for every problem of the assignment, comparisons of the shares of points between groups of arms."""
     comparisons = []
     for slot in assignment.slots:
-        chains, shares, has_varied_structure = [], [], slot.family.has_varied_structure
+        chains, shares = [], []
         for result in class_view.select_graded(results):
             parts = next(problem.parts for problem in result.problems if problem.slot == slot.name)
             points = [part.points for part in parts if part.points is not None]
@@ -142,7 +144,9 @@ def _compare_variants(
                 chains.append(problems[result.student][slot.name].chain)
                 shares.append(100 * sum(points) / sum(part.max_points for part in parts))
         if chains:
-            comparisons += compare_groups(slot.name, chains, shares, assignment.key, varied=has_varied_structure)
+            comparisons += compare_groups(
+                slot.name, chains, shares, assignment.key, has_varied_structure=slot.family.has_varied_structure
+            )
     return correct_p_values(comparisons)
 
 
@@ -150,7 +154,8 @@ def _find_similar_answers(work_by_part: Mapping[str, Sequence[StudentWork]]) -> 
     """Return pairs of nearly identical wrong answers with their part, unless a known mistake explains the answers."""
     pairs: list[tuple[str, SimilarPair]] = []
     for name, works in work_by_part.items():
-        wrong_answers, max_common_count = [], max(3, len(works) // 20)
+        wrong_answers: list[similar.StudentAnswer] = []
+        max_common_count = max(3, len(works) // 20)  # what more students wrote is a common mistake
         for work in works:
             is_explained = work.result.mistake is not None or work.result.followed_from is not None
             if is_explained or work.result.outcome not in WRONG_OR_PARTIAL or work.part.type not in COMPARED_TYPES:

@@ -14,7 +14,7 @@ from qdot.grader.judging.verdict import Outcome
 from qdot.grader.marking.marking import map_max_points
 from qdot.grader.reports.answers import make_visible
 from qdot.grader.reports.tables import UNMARKED_STATES, find_work_status, is_marked
-from qdot.grader.statistics.statistics import Interval, discrimination, reliability
+from qdot.grader.statistics.statistics import Interval, compute_discrimination, compute_reliability
 
 
 @dataclass(frozen=True)
@@ -122,10 +122,10 @@ def summarize_scores(results: Sequence[Result]) -> Scores | None:
     counts = Counter(min(9, int(percent // 10)) for percent in percents)
     tenth_counts = tuple(counts[tenth] for tenth in range(10))
     mean, median = statistics.fmean(percents), statistics.median(percents)
-    deviation = statistics.stdev(percents) if len(percents) > 1 else None
+    standard_deviation = statistics.stdev(percents) if len(percents) > 1 else None
     full_score_count = sum(percent >= 100 - 1e-9 for percent in percents)
-    alpha = reliability(_list_point_rows(results))
-    return Scores(percents, tenth_counts, mean, median, deviation, alpha, full_score_count)
+    alpha = compute_reliability(_list_point_rows(results))
+    return Scores(percents, tenth_counts, mean, median, standard_deviation, alpha, full_score_count)
 
 
 def _list_point_rows(results: Sequence[Result]) -> list[list[float]]:
@@ -144,12 +144,13 @@ def summarize_parts(assignment: Assignment, results: Sequence[Result]) -> list[P
         shares = [part.points / max_points for part in answers if part.points is not None]
         slot_name, question = name.split(".", 1)
         slot = next(slot for slot in assignment.slots if slot.name == slot_name)
-        count, title = Counter(part.outcome for part in answers), slot.find_question(question).title
-        counts = {outcome: count[outcome] for outcome in Outcome}
-        mean_share = statistics.fmean(shares) if shares else None
-        interval = discrimination(point_rows, index) if point_rows else None
-        follow_through_count = sum(part.followed_from is not None for part in answers)
-        summaries.append(PartSummary(name, title, max_points, counts, mean_share, interval, follow_through_count))
+        counter = Counter(part.outcome for part in answers)
+        summaries.append(PartSummary(
+            name, slot.find_question(question).title, max_points, {outcome: counter[outcome] for outcome in Outcome},
+            mean_share=statistics.fmean(shares) if shares else None,
+            discrimination=compute_discrimination(point_rows, index) if point_rows else None,
+            follow_through_count=sum(part.followed_from is not None for part in answers),
+        ))  # fmt: skip
     return summaries
 
 
@@ -178,23 +179,26 @@ def group_wrong_answers(results: Sequence[Result]) -> list[AnswerGroup]:
         for index, (name, part) in enumerate(result.parts.items()):
             if part.group is not None:
                 answers.setdefault((index, part.group), []).append((result.student, name, part))
-    ordered_keys = sorted(answers, key=lambda key: (key[0], -len(answers[key]), key[1]))
-    return [_summarize_group(key[1], answers[key]) for key in ordered_keys]
+    ordered_groups = sorted((index, -len(group_answers), key) for (index, key), group_answers in answers.items())
+    return [_summarize_group(key, answers[index, key]) for index, _, key in ordered_groups]
 
 
 def _summarize_group(key: str, answers: Sequence[tuple[str, str, PartResult]]) -> AnswerGroup:
     """Return a group from its key and its answers, each given by the student, the part's name and the part's result."""
     students, names, parts = zip(*answers, strict=True)
     wordings = ["".join((part.answer or "").split()) for part in parts]
-    typical_student = students[wordings.index(Counter(wordings).most_common(1)[0][0])]
+    ((most_common_wording, _),) = Counter(wordings).most_common(1)
+    typical_student = students[wordings.index(most_common_wording)]
     mistakes = next((part.mistake for part in parts if part.mistake), "").split(" and ")
     overrides = [part.override for part in parts if part.override is not None]
     grader_points = [part.points if part.override is None else part.override.was for part in parts]
     earned_points = [points for points in grader_points if points is not None] or [0.0]
-    mistake, points_range = " and ".join(map(_find_mistake_title, mistakes)), (min(earned_points), max(earned_points))
-    max_points, count = parts[0].max_points, sum(part.followed_from is not None for part in parts)
-    override = next((override for override in overrides if override.group == key), None)
-    return AnswerGroup(key, names[0], students, typical_student, mistake, points_range, max_points, count, override)
+    return AnswerGroup(
+        key, names[0], students, typical_student, mistake=" and ".join(map(_find_mistake_title, mistakes)),
+        points_range=(min(earned_points), max(earned_points)), max_points=parts[0].max_points,
+        follow_through_count=sum(part.followed_from is not None for part in parts),
+        override=next((override for override in overrides if override.group == key), None),
+    )  # fmt: skip
 
 
 @dataclass(frozen=True)

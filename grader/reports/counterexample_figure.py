@@ -41,7 +41,7 @@ def draw_example(problem: Problem, part: Part, example: Counterexample, answer: 
     name = f"{part.name}-example"
     if isinstance(example, SetDifference):
         candidates = ((MISSING_CAPTION, example.missing), (SURPLUS_CAPTION, example.surplus))
-        arms = [_pose_arm(problem.chain, caption, at) for caption, at in candidates if at is not None]
+        arms = [_pose_arm(problem.chain, caption, values) for caption, values in candidates if values is not None]
         return draw_examples_svg([arm for arm in arms if arm], name) if arms and all(arms) else ""
     if part.kind != "position" or answer is None or answer == FUNCTION_TEXT or len(answer) > MAX_ANSWER_LENGTH:
         return ""
@@ -49,34 +49,35 @@ def draw_example(problem: Problem, part: Part, example: Counterexample, answer: 
     return "" if arm_with_answer is None else draw_examples_svg([arm_with_answer], name, CROSS_CAPTION)
 
 
-def _pose_arm(chain: Chain, caption: str, at: Mapping[str, float]) -> Example | None:
-    """Return an arm to be drawn at the configuration `at`, which maps symbols to values in rad and m.
+def _pose_arm(chain: Chain, caption: str, values: Mapping[str, float]) -> Example | None:
+    """Return an arm to be drawn at a configuration; `values` maps symbols to values in rad and m.
 
-    Lengths and joints that are not in `at` get default values. Return None if a joint value is not finite or a length
-    is not positive.
+    Lengths and joints without a value get default values. Return None if a joint value is not finite or a length is not
+    positive.
     """
     default_lengths = iter([length for length in DEFAULT_LENGTHS if length not in list_table_lengths(chain)])
     lengths = {
-        symbol: sp.Rational(str(round(at[symbol.name], 4))) if symbol.name in at else next(default_lengths)
+        symbol: sp.Rational(str(round(values[symbol.name], 4))) if symbol.name in values else next(default_lengths)
         for symbol in chain.parameters
     }
     joints = zip(chain.q, chain.joints, strict=True)
-    configuration = {q.name: at.get(q.name, DEFAULT_JOINT_VALUES[joint.kind]) for q, joint in joints}
+    configuration = {q.name: values.get(q.name, DEFAULT_JOINT_VALUES[joint.kind]) for q, joint in joints}
     if not all(map(math.isfinite, configuration.values())) or any(length <= 0 for length in lengths.values()):
         return None
     return Example(caption, substitute_arm_lengths(chain, lengths), configuration)
 
 
-def _mark_answer_point(problem: Problem, part: Part, at: Mapping[str, float], answer: str) -> Example | None:
+def _mark_answer_point(problem: Problem, part: Part, symbol_values: Mapping[str, float], answer: str) -> Example | None:
     """Return the arm with a mark at the point that the answer gives; None if the point is missing or too far."""
-    figure = _pose_arm(problem.chain, "the arm in this configuration", at)
+    figure = _pose_arm(problem.chain, "the arm in this configuration", symbol_values)
     tree = read_answer(problem, part, answer).tree
     if figure is None or tree is None:
         return None
     axes = ["xyz".index(axis) for axis in part.details.axes]  # type: ignore[attr-defined]  # of a position
     try:
         entries = [entry for row in as_matrix(tree) for entry in row]
-        values, _ = evaluate(compile_program(entries), {name: np.array([value]) for name, value in at.items()}, 1)
+        point = {name: np.array([value]) for name, value in symbol_values.items()}
+        values, _ = evaluate(compile_program(entries), point, 1)
     except (KeyError, ParseError):
         return None
     if len(entries) != len(axes) or not np.isfinite(values).all() or np.abs(values.imag).max() > 1e-9:

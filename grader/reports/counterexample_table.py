@@ -64,8 +64,8 @@ def make_counterexample_table(problem: Problem, part: Part, example: Counterexam
         columns = [heading for heading, configuration in headings if configuration is not None]
         title = "Configurations where your answer is wrong"
         return Table(title, ("Quantity", *columns), tuple(symbols)) if columns and symbols else None
-    caption, results = _write_caption(part, example, bool(symbols)), _make_result_rows(part, example)
-    return Table(caption, ("Quantity", "Value"), tuple(symbols), results)
+    caption = _write_caption(part, example, bool(symbols))
+    return Table(caption, ("Quantity", "Value"), tuple(symbols), _make_result_rows(part, example))
 
 
 def _write_caption(part: Part, example: EntryDifference, has_configuration: bool) -> str:
@@ -123,10 +123,10 @@ def _format_quantity(value: float | None, unit: str) -> str:
 def _format_distinctly(student_value: float | str, correct_value: float | str, unit: str) -> tuple[str, str]:
     """Return two values as texts, with enough digits to distinguish them."""
     for digits in range(DIGITS, MAX_DIGITS + 1):
-        texts = _format_value(student_value, digits, unit), _format_value(correct_value, digits, unit)
-        if texts[0] != texts[1]:
+        answer_text, correct_text = (_format_value(value, digits, unit) for value in (student_value, correct_value))
+        if answer_text != correct_text:
             break
-    return texts
+    return answer_text, correct_text
 
 
 def _format_value(value: float | str, digits: int, unit: str) -> str:

@@ -20,6 +20,8 @@ CREATION_TIME = datetime.datetime(2000, 1, 1)  # noqa: DTZ001 - a workbook's tim
 """The creation time recorded in every workbook; the time is constant so that the same results give the same bytes."""
 MAX_CELL_LENGTH = 32_000
 """Maximum number of characters written to a cell; Excel allows 32,767."""
+MIN_COLUMN_WIDTH, MAX_COLUMN_WIDTH, MAX_HEADING_LENGTH = 8, 60, 14
+"""Width of a column in characters, and length of a line of a heading; longer headings are wrapped."""
 
 
 def make_workbook(assignment: Assignment, results: Sequence[Result]) -> bytes:
@@ -58,14 +60,15 @@ def _fill_sheet(
     """Write a table into a sheet; the header and the first `frozen_columns` columns stay visible when one scrolls."""
     for column, name in enumerate(header):
         cells = [row[column] for row in rows]
-        widths = [len(cell) for cell in cells if isinstance(cell, str)]
-        sheet.set_column(column, column, min(60, max([8, min(len(name), 14) + 2, *(length + 2 for length in widths)])))
+        heading_length = min(len(name), MAX_HEADING_LENGTH)
+        length = max([heading_length, *(len(cell) for cell in cells if isinstance(cell, str))])
+        sheet.set_column(column, column, min(MAX_COLUMN_WIDTH, max(MIN_COLUMN_WIDTH, length + 2)))
         sheet.write_string(0, column, escape_controls(name), formats["head"])
         number_format = formats["percent" if name == "percent" else "points"]
-        for line, cell in enumerate(cells, 1):
+        for row_number, cell in enumerate(cells, 1):
             if isinstance(cell, str) and cell:
-                sheet.write_string(line, column, escape_controls(cell)[:MAX_CELL_LENGTH])
+                sheet.write_string(row_number, column, escape_controls(cell)[:MAX_CELL_LENGTH])
             elif isinstance(cell, float):
-                sheet.write_number(line, column, cell, number_format)
+                sheet.write_number(row_number, column, cell, number_format)
     sheet.freeze_panes(1, frozen_columns)
     sheet.autofilter(0, 0, len(rows), len(header) - 1)

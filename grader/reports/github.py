@@ -44,7 +44,7 @@ def make_summary(assignment: Assignment, results: Sequence[Result]) -> str:
         """Return the summary with the parts of the first `count` students."""
         sections = [(result, make_rows(result, assignment.feedback), list_notes(result)) for result in results[:count]]
         texts.update(sections=sections, left_out=len(results) - count)
-        return render("reports/github.md.j2", **texts, markdown=_escape_markdown, number=format_points)
+        return render("reports/github.md.j2", **texts, escape_markdown=_escape_markdown, format_points=format_points)
 
     def measure_summary(count: int) -> int:
         return len(render_summary(count).encode())
@@ -100,15 +100,15 @@ def _write_commands(kind: str, annotations: Sequence[Annotation], title: str) ->
     """Return the commands for annotations of a kind; if GitHub would not show all, the last one says how many more."""
     annotations = [annotation for annotation in annotations if annotation.kind == kind]
     if len(annotations) > MAX_ANNOTATIONS:
-        left_out = len(annotations) - MAX_ANNOTATIONS + 1
-        last_annotation = Annotation(kind, title, f"and {left_out} more; see the job summary")
+        omitted_count = len(annotations) - MAX_ANNOTATIONS + 1
+        last_annotation = Annotation(kind, title, f"and {omitted_count} more; see the job summary")
         annotations = [*annotations[: MAX_ANNOTATIONS - 1], last_annotation]
     return "".join(annotation.command for annotation in annotations)
 
 
 def make_check_summary(checked: CheckedNotebook) -> str:
     """Return the job summary of `qdot check`: the answers that qdot finds in a notebook."""
-    return render("reports/github-check.md.j2", checked=checked, markdown=_escape_markdown)
+    return render("reports/github-check.md.j2", checked=checked, escape_markdown=_escape_markdown)
 
 
 def make_check_annotations(path: Path, checked: CheckedNotebook) -> str:

@@ -78,7 +78,8 @@ Identities = dict[str, tuple[Sequence[str], str]]
 
 def _identify_by_export(book: Gradebook, title: str, points: str) -> tuple[list[str], Identities]:
     """Return the header of the table, and the cells that identify its students, from Canvas's export."""
-    column, count = _find_column(book, title), book.identity_column_count
+    column = _find_column(book, title)
+    count = book.identity_column_count
     if column is None:
         return [*book.header[:count], title], {name: (row[:count], "") for name, row in book.rows_by_student.items()}
     canvas_points = book.points_row[column] if book.points_row else ""
@@ -137,7 +138,8 @@ def make_moodle_csv(assignment: Assignment, results: Sequence[Result]) -> str:
     An identifying column is included only if every student has a different, non-empty text in it. If a cell is empty,
     Moodle gives the mark to the student in the line above.
     """
-    title, columns = _write_column_title(assignment), _list_identifying_columns(assignment)
+    title = _write_column_title(assignment)
+    columns = _list_identifying_columns(assignment)
     mark_titles = ([title] if results[0].max_score <= MAX_GRADE else []) + [f"{title} (percent)"]
     rows = [[*(name for name, _ in columns), *mark_titles]]
     for index, result in enumerate(results):
@@ -159,7 +161,7 @@ def _list_identifying_columns(assignment: Assignment) -> list[tuple[str, list[st
         names, keys = columns[:2], columns[2:]
     else:
         names, keys = [("Name", [student.name for student in roster])], list(_list_keys_of_roster(roster))
-    identifying_columns = [column for column in keys if _identifies_everybody(column[1])]
+    identifying_columns = [(header, cells) for header, cells in keys if _identifies_everybody(cells)]
     return [*names, *(identifying_columns or [("student", [student.id for student in roster])])]
 
 

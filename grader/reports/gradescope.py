@@ -69,11 +69,14 @@ def make_results_json(assignment: Assignment, results: Sequence[Result]) -> str:
 
 def make_gradescope_results(result: Result, feedback: str, visibility: str = "visible") -> GradescopeResults:
     """Return the contents of results.json at a level of feedback; `visibility` says when students see the tests."""
-    staff_notes, tests = tuple(list_staff_notes(result)), list[PartTest]()
+    staff_notes = tuple(list_staff_notes(result))
     staff_data = StaffData(result.student, result.assignment, result.made_from, result.late, staff_notes)
-    for row in make_rows(result, feedback):
-        status, output = "passed" if row.passed else "failed", make_visible(f"{row.outcome}: {row.message}")
-        score, max_score = row.points, row.max_points
-        tests.append(PartTest(row.title, row.part, score, max_score, status, output, "text", visibility))
+    tests = tuple(
+        PartTest(
+            row.title, row.part, row.points, row.max_points, "passed" if row.passed else "failed",
+            make_visible(f"{row.outcome}: {row.message}"), "text", visibility,
+        )
+        for row in make_rows(result, feedback)
+    )  # fmt: skip
     output = make_visible("\n".join(list_notes(result)))
-    return GradescopeResults(result.score, output, "text", visibility, "hidden", tuple(tests), staff_data)
+    return GradescopeResults(result.score, output, "text", visibility, "hidden", tests, staff_data)

@@ -14,6 +14,9 @@ from qdot.grader.marking.marking import format_points
 from qdot.grader.reports.answers import make_visible
 from qdot.grader.reports.rows import PartRow, make_rows
 
+MAX_ATTRIBUTE_LENGTH = 300
+"""Maximum number of characters of a message in an attribute; the element's text has the whole message."""
+
 
 def write_junit_xml(assignment: Assignment, results: Sequence[Result]) -> str:
     """Return the text of the XML file, with a test suite for every student."""
@@ -31,7 +34,9 @@ def write_junit_xml(assignment: Assignment, results: Sequence[Result]) -> str:
             if not row.passed:
                 message = make_visible(f"{row.points_text} points, {row.outcome}: {row.message}")
                 kind = "error" if row.points is None else "failure"
-                ET.SubElement(test, kind, {"message": message[:300], "type": row.outcome}).text = message
+                ET.SubElement(
+                    test, kind, {"message": message[:MAX_ATTRIBUTE_LENGTH], "type": row.outcome}
+                ).text = message
     ET.indent(root, " ")
     return ET.tostring(root, encoding="unicode", xml_declaration=False) + "\n"
 

@@ -51,9 +51,8 @@ def make_rows(result: Result, feedback: str = FEEDBACK[-1]) -> list[PartRow]:
         override_text = "" if part.override is None else describe_override(part.override, "Points")
         sentences = [text.rstrip(".") for text in (shown_part.advice, shown_part.reason, override_text) if text]
         message = shorten(name_chapter(" ".join(". ".join(sentences).split())), MAX_MESSAGE_LENGTH)
-        title = (
-            ALL_QUESTIONS[part.name].title if part.name in ALL_QUESTIONS else part.name.replace("-", " ").capitalize()
-        )
+        question = ALL_QUESTIONS.get(part.name)  # None for an instructor's own question
+        title = part.name.replace("-", " ").capitalize() if question is None else question.title
         rows.append(PartRow(name, title, part.outcome, part.points, part.max_points, message))
     return rows
 

@@ -72,7 +72,8 @@ def is_marked(result: Result, *, count_zero: bool = False) -> bool:
     If `count_zero` is True, missing or unusable work also has a mark, which is 0. Work that qdot failed to grade never
     has a mark.
     """
-    state, counts_anyway = find_work_status(result), count_zero or count_overridden(result) > 0
+    state = find_work_status(result)
+    counts_anyway = count_zero or count_overridden(result) > 0
     return state in ("graded", "late") or (state not in UNMARKED_STATES and counts_anyway)
 
 
@@ -124,8 +125,10 @@ def count_overridden(result: Result) -> int:
 def list_group_notes(result: Result) -> list[str]:
     """Return a note for the staff on each override that applies to a whole group of equal wrong answers."""
     overrides = [override for override in result.overrides.values() if override.group is not None]
-    verbs = {True: "comments on", False: "sets"}
-    return [f"overrides.csv {verbs[override.points is None]} the group {override.group}" for override in overrides]
+    return [
+        f"overrides.csv {'comments on' if override.points is None else 'sets'} the group {override.group}"
+        for override in overrides
+    ]
 
 
 def _compute_late_penalty(result: Result) -> float | None:

@@ -16,7 +16,7 @@ from qdot.exercises.arm.conventions import convention_of
 from qdot.exercises.arm.standard_table import home_geometry_of
 from qdot.exercises.common.errors import count_noun
 from qdot.exercises.singularities.difficulty import difficulty_band
-from qdot.grader.statistics.statistics import holm_correction, permutation_p_value
+from qdot.grader.statistics.statistics import compute_permutation_p_value, correct_by_holm
 
 MIN_GROUP_SIZE = 3
 """Minimum number of students in a group; smaller groups are merged into `OTHERS_GROUP`."""
@@ -99,17 +99,18 @@ STRUCTURE_FEATURES: Features = {"difficulty": lambda chain: f"difficulty {diffic
 
 
 def compare_groups(
-    slot: str, chains: Sequence[Chain], shares: Sequence[float], seed: str, *, varied: bool
+    slot: str, chains: Sequence[Chain], shares: Sequence[float], seed: str, *, has_varied_structure: bool
 ) -> list[Comparison]:
     """Return a comparison for every feature in which the arms of a slot of the assignment differ.
 
-    `chains` are the students' arms, and `shares` the percentages of the points that the students earned. `varied`
-    means that the family also samples the structure: the kinds and the order of joints and links.
+    `chains` are the students' arms, and `shares` the percentages of the points that the students earned. If
+    `has_varied_structure`, the family also samples the structure: the kinds and the order of joints and links.
     """
     comparisons = []
-    show_tables = {convention_of(chain).shows_table for chain in chains}
-    by_convention = {True: TABLE_FEATURES, False: SCREW_FEATURES}[show_tables.pop()] if len(show_tables) == 1 else {}
-    features = {**FEATURES, **by_convention, **(STRUCTURE_FEATURES if varied else {})}
+    features = {**FEATURES, **(STRUCTURE_FEATURES if has_varied_structure else {})}
+    shows_table = {convention_of(chain).shows_table for chain in chains}
+    if len(shows_table) == 1:
+        features |= TABLE_FEATURES if True in shows_table else SCREW_FEATURES
     for feature, describe in features.items():
         names = [describe(chain) for chain in chains]
         small_groups = {name for name, size in Counter(names).items() if size < MIN_GROUP_SIZE}
@@ -117,7 +118,7 @@ def compare_groups(
         groups = sorted(set(names), key=lambda name: (name == OTHERS_GROUP, name))
         if len(groups) < 2 or names.count(OTHERS_GROUP) in (1, 2) or len(set(shares)) < 2:
             continue
-        p_value = permutation_p_value(shares, names, f"{seed}/{slot}/{feature}")
+        p_value = compute_permutation_p_value(shares, names, f"{seed}/{slot}/{feature}")
         pairs = list(zip(shares, names, strict=True))
         shares_by_group = {group: tuple(share for share, name in pairs if name == group) for group in groups}
         comparisons.append(Comparison(slot, feature, shares_by_group, p_value))
@@ -126,9 +127,10 @@ def compare_groups(
 
 def correct_p_values(comparisons: Sequence[Comparison]) -> list[Comparison]:
     """Return the comparisons with their corrected p-values, the smallest p-values first."""
-    values = holm_correction([test.p_value for test in comparisons])
-    corrected = [replace(test, corrected_p_value=value) for test, value in zip(comparisons, values, strict=True)]
-    return sorted(corrected, key=lambda test: (test.corrected_p_value, test.p_value, test.slot, test.feature))
+    p_values = correct_by_holm([comparison.p_value for comparison in comparisons])
+    pairs = zip(comparisons, p_values, strict=True)
+    corrected_comparisons = [replace(comparison, corrected_p_value=p_value) for comparison, p_value in pairs]
+    return sorted(corrected_comparisons, key=lambda c: (c.corrected_p_value, c.p_value, c.slot, c.feature))
 
 
 def describe_p_value(p_value: float) -> str:

@@ -18,12 +18,12 @@ def describe_shared_answers(assignment: Assignment) -> list[str]:
     Two students share an answer if their parts have the same digest, which covers the question, the data and the
     correct answer.
     """
-    parts: dict[str, list[dict[str, str]]] = {slot.name: [] for slot in assignment.slots}
+    digests_by_slot: dict[str, list[dict[str, str]]] = {slot.name: [] for slot in assignment.slots}
     for student in assignment.roster:
         for name, digests in _read_digests(assignment, student.id).items():
-            if name in parts:
-                parts[name].append(digests)
-    return [line for slot in assignment.slots if (line := _describe_sharing(slot, parts[slot.name]))]
+            if name in digests_by_slot:
+                digests_by_slot[name].append(digests)
+    return [line for slot in assignment.slots if (line := _describe_sharing(slot, digests_by_slot[slot.name]))]
 
 
 def _read_digests(assignment: Assignment, student: str) -> dict[str, dict[str, str]]:
@@ -39,14 +39,18 @@ def _read_digests(assignment: Assignment, student: str) -> dict[str, dict[str, s
 
 def _describe_sharing(slot: Slot, digests: list[dict[str, str]]) -> str:
     """Return the line on a slot, given the digests of each student by part; "" if few students share an answer."""
-    sharing: dict[int, list[str]] = {}
+    sharing: dict[tuple[int, bool], list[str]] = {}
     for question in slot.questions:
         digest_counts = Counter(parts[question] for parts in digests if question in parts)
         students = sum(count for count in digest_counts.values() if count > 1)
         if students >= MIN_SHARING_STUDENTS and students > MIN_SHARING_FRACTION * len(digests):
-            sharing.setdefault(students, []).append(question)
+            sharing.setdefault((students, max(digest_counts.values()) == students), []).append(question)
     if not sharing:
         return ""
-    counts = "; ".join(f"{students} in {', '.join(names)}" for students, names in sorted(sharing.items(), reverse=True))
+    total, clauses = len(digests), list[str]()
+    for (students, is_one_answer), names in sorted(sharing.items(), reverse=True):
+        who = f"all {total}" if students == total else f"{students} of {total}"
+        answer = "the same answer" if is_one_answer else "the same answer as another student"
+        clauses.append(f"{', '.join(names)}: {who} students have {answer}")
     slot_text = f"{slot.name} ({slot.family.name}, {describe_variation(slot.family, slot.variation)})"
-    return f"{slot_text}: of {len(digests)} students, some share an answer with another: {counts}"
+    return f"{slot_text}, {'; '.join(clauses)}"

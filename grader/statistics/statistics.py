@@ -34,18 +34,18 @@ class Interval:
     high: float
 
 
-def correlation(first: Numbers, second: Numbers) -> float | None:
+def compute_correlation(numbers: Numbers, other_numbers: Numbers) -> float | None:
     """Return Pearson's correlation; None if either sequence is constant, apart from rounding errors.
 
-    >>> correlation([1, 2, 3], [2, 4, 6])
+    >>> compute_correlation([1, 2, 3], [2, 4, 6])
     1.0
     """
-    x, y = (np.array(values) - statistics.fmean(values) for values in (first, second))
+    x, y = (np.array(values) - statistics.fmean(values) for values in (numbers, other_numbers))
     scale = math.sqrt((x @ x) * (y @ y))
     return None if scale <= _TOLERANCE else max(-1.0, min(1.0, float(x @ y) / scale))
 
 
-def discrimination(rows: Sequence[Numbers], part: int) -> Interval | None:
+def compute_discrimination(rows: Sequence[Numbers], part: int) -> Interval | None:
     """Return the corrected item-total correlation of a part: its correlation with the sum of the other parts.
 
     Each of the `rows` has the points of one student; `part` is an index. Return None if there are fewer than
@@ -53,26 +53,27 @@ def discrimination(rows: Sequence[Numbers], part: int) -> Interval | None:
     """
     if len(rows) < MIN_STUDENTS or len(rows[0]) < 2:
         return None
-    r = correlation([row[part] for row in rows], [math.fsum(row) - row[part] for row in rows])
-    return None if r is None else fisher_interval(r, len(rows))
+    r = compute_correlation([row[part] for row in rows], [math.fsum(row) - row[part] for row in rows])
+    return None if r is None else compute_fisher_interval(r, len(rows))
 
 
-def fisher_interval(r: float, n: int) -> Interval:
+def compute_fisher_interval(r: float, n: int) -> Interval:
     """Return Fisher's 95 % confidence interval of a correlation, tanh(atanh r ± 1.96 / √(n − 3)).
 
     The interval is approximate, because it assumes that marks are normally distributed.
 
-    >>> [round(bound, 3) for bound in (fisher_interval(0.5, 28).low, fisher_interval(0.5, 28).high)]
+    >>> [round(bound, 3) for bound in (compute_fisher_interval(0.5, 28).low, compute_fisher_interval(0.5, 28).high)]
     [0.156, 0.736]
     """
-    center, half_width = math.atanh(max(-0.999999, min(0.999999, r))), 1.959964 / math.sqrt(n - 3)
+    center = math.atanh(max(-0.999999, min(0.999999, r)))  # for r = 1, atanh would be infinite
+    half_width = 1.959964 / math.sqrt(n - 3)
     return Interval(r, math.tanh(center - half_width), math.tanh(center + half_width))
 
 
-def reliability(rows: Sequence[Numbers]) -> float | None:
+def compute_reliability(rows: Sequence[Numbers]) -> float | None:
     """Return Cronbach's alpha: k/(k − 1) · (1 − sum of the parts' variances / variance of the totals).
 
-    Each of the `rows` has the points of one student. Return None in the same cases as `discrimination`.
+    Each of the `rows` has the points of one student. Return None in the same cases as `compute_discrimination`.
     """
     if len(rows) < MIN_STUDENTS or len(rows[0]) < 2:
         return None
@@ -85,8 +86,8 @@ def reliability(rows: Sequence[Numbers]) -> float | None:
 # --- chance ---
 
 
-def permutation_p_value(values: Numbers, groups: Sequence[Hashable], seed: str) -> float:
-    """Return the p-value of a permutation test: how often random groups differ in their means as much as these groups.
+def compute_permutation_p_value(values: Numbers, groups: Sequence[Hashable], seed: str) -> float:
+    """Return the p-value of a permutation test: how often the means of random groups differ at least as much.
 
     `groups` has the group of each of the values. The statistic is the variance between the groups' means, weighted by
     group size. No normal distribution is assumed. The observed grouping counts as one of `PERMUTATIONS` + 1, so that p
@@ -97,14 +98,14 @@ def permutation_p_value(values: Numbers, groups: Sequence[Hashable], seed: str) 
     membership = np.array([[group == name for name in names] for group in groups], dtype=float)
     sizes = membership.sum(axis=0)
 
-    def between_group_variance(permuted: np.ndarray) -> np.ndarray:
+    def compute_group_variance(permuted: np.ndarray) -> np.ndarray:
         return np.asarray(((permuted @ membership) ** 2 / sizes).sum(axis=-1))
 
-    observed_variance = float(between_group_variance(deviations))
+    observed_variance = float(compute_group_variance(deviations))
     scale = max(float((deviations**2).sum()), _TOLERANCE)
-    threshold, count = observed_variance - _TOLERANCE * scale, 0
-    for orders in _generate_permutations(len(deviations), seed):
-        count += int((between_group_variance(deviations[orders]) >= threshold).sum())
+    threshold = observed_variance - _TOLERANCE * scale
+    batches = _generate_permutations(len(deviations), seed)
+    count = sum(int((compute_group_variance(deviations[orders]) >= threshold).sum()) for orders in batches)
     return (1 + count) / (1 + PERMUTATIONS)
 
 
@@ -119,10 +120,10 @@ def _generate_permutations(n: int, seed: str) -> Iterator[np.ndarray]:
         yield np.argsort(generator.random_raw((size, n)), axis=1, kind="stable")
 
 
-def holm_correction(p_values: Numbers) -> list[float]:
+def correct_by_holm(p_values: Numbers) -> list[float]:
     """Return p-values corrected by Holm's method, because the smallest of many p-values may be small by chance.
 
-    >>> holm_correction([0.01, 0.04, 0.03])
+    >>> correct_by_holm([0.01, 0.04, 0.03])
     [0.03, 0.06, 0.06]
     """
     values = np.array(p_values, dtype=float)

@@ -144,7 +144,8 @@ def unpack_temporarily(path: Path) -> Iterator[tuple[Path, list[str]]]:
 
 def _unpack(archive: zipfile.ZipFile, folder: Path) -> list[str]:
     """Unpack a zip into a folder, and return a message about each skipped file. Raises Unreadable."""
-    messages, total, files = [], 0, [info for info in archive.infolist() if not info.is_dir()]
+    messages, total_size = list[str](), 0
+    files = [info for info in archive.infolist() if not info.is_dir()]
     if len(files) > MAX_DOWNLOAD_FILES:
         raise Unreadable(f"{archive.filename} contains more than {MAX_DOWNLOAD_FILES} files")
     for info in files:
@@ -157,12 +158,12 @@ def _unpack(archive: zipfile.ZipFile, folder: Path) -> list[str]:
             reason = "it needs a password"
         else:
             try:
-                total += _write_member(archive, info, folder / path)
+                total_size += _write_member(archive, info, folder / path)
             except ARCHIVE_ERRORS:
                 reason = "it is damaged"
         if reason:
             messages.append(f"{make_printable(info.filename)}: {reason}; not unpacked")
-        if total > MAX_DOWNLOAD_BYTES:
+        if total_size > MAX_DOWNLOAD_BYTES:
             raise Unreadable(f"{archive.filename} unpacks to more than {MAX_DOWNLOAD_BYTES // 1_000_000_000} GB")
     return messages
 

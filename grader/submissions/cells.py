@@ -90,7 +90,7 @@ def make_printable(name: str) -> str:
     >>> print(make_printable("a\nb.ipynb"))
     a�b.ipynb
     """
-    printable_text = "".join(ch if ch.isprintable() else "\N{REPLACEMENT CHARACTER}" for ch in name)
+    printable_text = "".join(char if char.isprintable() else "\N{REPLACEMENT CHARACTER}" for char in name)
     return printable_text if len(printable_text) <= 120 else f"{printable_text[:80]}…{printable_text[-30:]}"
 
 
@@ -266,16 +266,16 @@ def _find_part(text: str) -> str | None:
 
 
 def _split_script(text: str) -> Iterator[Cell]:
-    """Yield the cells of a script, split at lines with `# %%`, else at gaps between statements."""
+    """Yield the cells of a script, split at lines with `# %%`; without such lines, at gaps between statements."""
     lines = text.split("\n")
     headers = [(number, match.group(1)) for number, line in enumerate(lines) if (match := _CELL_HEADER.fullmatch(line))]
     if not headers:
         yield from _split_statements(text, lines)
         return
-    if headers[0][0]:
-        yield Cell("\n".join(lines[: headers[0][0]]))
-    cell_ends = [number for number, _ in headers[1:]] + [len(lines)]
-    for (number, header), end in zip(headers, cell_ends, strict=True):
+    cell_starts = [number for number, _ in headers]
+    if cell_starts[0]:
+        yield Cell("\n".join(lines[: cell_starts[0]]))
+    for (number, header), end in zip(headers, [*cell_starts[1:], len(lines)], strict=True):
         body, is_text = lines[number + 1 : end], re.search(r"\[(markdown|md|raw)\]", header)
         if is_text:
             body = [re.sub(r"^# ?", "", line) for line in body]

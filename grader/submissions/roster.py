@@ -53,18 +53,19 @@ class Roster:
         if path_name in self._student_ids:
             return PossibleOwners((self._student_ids[path_name],))
         texts = [*map(_fold_case, submitted.ids), path_name]
-        by_student_id = {self._student_ids[text] for text in texts if text in self._student_ids}
-        ids = by_student_id or {owner for text in texts for owner in self._other_ids.get(text, ())}
-        names = self._find_by_name(submitted.name)
-        if len(ids) == 1 and (by_student_id or not names or ids <= names):
-            return PossibleOwners(tuple(ids))
-        if len(ids) > 1 and len(ids & names) == 1:
-            return PossibleOwners(tuple(ids & names))
-        if ids and names and not ids & names:
-            return PossibleOwners(tuple(sorted(ids | names)), "its name and its number belong to different students")
-        if ids:
-            return PossibleOwners(tuple(sorted(ids)), "its identifier fits several students")
-        return PossibleOwners(tuple(sorted(names)), "several students have this name" if len(names) > 1 else "")
+        with_student_id = {self._student_ids[text] for text in texts if text in self._student_ids}
+        with_id = with_student_id or {owner for text in texts for owner in self._other_ids.get(text, ())}
+        with_name = self._find_by_name(submitted.name)
+        if len(with_id) == 1 and (with_student_id or not with_name or with_id <= with_name):
+            return PossibleOwners(tuple(with_id))
+        if len(with_id) > 1 and len(with_id & with_name) == 1:
+            return PossibleOwners(tuple(with_id & with_name))
+        if with_id and with_name and not with_id & with_name:
+            students = tuple(sorted(with_id | with_name))
+            return PossibleOwners(students, "its name and its number belong to different students")
+        if with_id:
+            return PossibleOwners(tuple(sorted(with_id)), "its identifier fits several students")
+        return PossibleOwners(tuple(sorted(with_name)), "several students have this name" if len(with_name) > 1 else "")
 
     def _find_by_name(self, name: str) -> set[str]:
         """Return the students with this name; an empty set if there are none.
@@ -81,7 +82,7 @@ def _fold_case(text: str) -> str:
 
 
 def _strip_accents(name: str) -> str:
-    return "".join(ch for ch in unicodedata.normalize("NFKD", name) if not unicodedata.combining(ch))
+    return "".join(char for char in unicodedata.normalize("NFKD", name) if not unicodedata.combining(char))
 
 
 def _split_words(name: str) -> list[str]:
@@ -93,5 +94,5 @@ def _list_spellings(name: str) -> Iterator[str]:
     """Yield the spellings of a name that platforms use, without spaces: "Ada King Lovelace" may be kinglovelaceada."""
     for spelling in (name, _strip_accents(name)):
         words = _split_words(spelling)
-        for first in range(len(words)):
-            yield "".join(words[first:] + words[:first])
+        for first_index in range(len(words)):
+            yield "".join(words[first_index:] + words[:first_index])

@@ -313,8 +313,8 @@ _ENDINGS_BY_RANK = (
     (".txt", ".html", ".htm", ".pdf", ".docx", ".doc", ".odt", ".rtf"),
 )
 """Endings of file names, the most likely for a notebook first."""
-_DOCUMENT_RANK = 4
-"""The index in `_ENDINGS_BY_RANK` of documents that are not notebooks; files with unknown endings come after it."""
+_ARCHIVE_RANK, _DOCUMENT_RANK = 2, 4
+"""The indices in `_ENDINGS_BY_RANK` of archives and of documents; files with unknown endings come after documents."""
 
 
 def _rank_by_ending(name: str) -> int:
@@ -336,17 +336,18 @@ AnyFile = TypeVar("AnyFile")
 
 
 def sort_candidates(
-    files: Sequence[AnyFile], name_of: Callable[[AnyFile], str], read: Callable[[AnyFile], bytes], key: str
+    files: Sequence[AnyFile], get_name: Callable[[AnyFile], str], read: Callable[[AnyFile], bytes], key: str
 ) -> list[AnyFile]:
     """Return the files sorted by how likely they are to be the notebook of the assignment `key`, most likely first.
 
-    `name_of` returns the name of a file, and `read` its content.
+    `get_name` returns the name of a file, and `read` its content.
     """
     marker = f'"assignment": "{key}"'.encode()
 
     def rank(file: AnyFile) -> tuple[int, bool, bool, int, str]:
-        name, ending_rank = name_of(file), _rank_by_ending(name_of(file))
-        is_unmarked = len(files) > 1 and ending_rank <= 1 and marker not in read(file)
+        name = get_name(file)
+        ending_rank = _rank_by_ending(name)
+        is_unmarked = len(files) > 1 and ending_rank < _ARCHIVE_RANK and marker not in read(file)
         return ending_rank, PurePosixPath(name).name != f"{key}.ipynb", is_unmarked, _find_archive_depth(name), name
 
     return sorted(files, key=rank)
@@ -372,13 +373,13 @@ def select_likely_notebooks(files: Sequence[Path]) -> tuple[tuple[Path, ...], st
     If there are more than `MAX_NOTEBOOKS`, the first notebook and the newest of the others are returned. The note says
     so.
     """
-    highest_rank = min(max(2, _rank_by_ending(files[0].name)), _DOCUMENT_RANK - 1)
+    highest_rank = min(max(_ARCHIVE_RANK, _rank_by_ending(files[0].name)), _DOCUMENT_RANK - 1)
     likely_paths = [path for path in files if _rank_by_ending(path.name) <= highest_rank]
     if len(likely_paths) <= MAX_NOTEBOOKS:
         return tuple(likely_paths) or tuple(files[:1]), ""
-    first, *others = likely_paths
-    chosen_paths = {first, *sorted(others, key=find_modification_time, reverse=True)[: MAX_NOTEBOOKS - 1]}
-    choice = f"{first.name} and the {MAX_NOTEBOOKS - 1} newest of the others"
+    first_path, *other_paths = likely_paths
+    chosen_paths = {first_path, *sorted(other_paths, key=find_modification_time, reverse=True)[: MAX_NOTEBOOKS - 1]}
+    choice = f"{first_path.name} and the {MAX_NOTEBOOKS - 1} newest of the others"
     note = f"{len(likely_paths)} notebooks were submitted, but qdot reads at most {MAX_NOTEBOOKS}: {choice}"
     return tuple(path for path in likely_paths if path in chosen_paths), note
 
@@ -422,7 +423,8 @@ def read_submission(path: Path, key: str = "", siblings: Sequence[Path] = ()) ->
         data = path.read_bytes()
     except OSError as error:
         raise Unreadable(f"{label} can't be read: {error.strerror}") from None
-    name, notes, digest = path.name, list[str](), hashlib.sha256(data).hexdigest()
+    digest = hashlib.sha256(data).hexdigest()
+    name, notes = path.name, list[str]()
     same_folder = [sibling for sibling in siblings if sibling.parent == path.parent and sibling != path]
     neighbours: list[_Neighbour] = [(sibling.name, partial(_read_small, sibling)) for sibling in same_folder]
     if is_archive(data[:512]):
@@ -431,8 +433,10 @@ def read_submission(path: Path, key: str = "", siblings: Sequence[Path] = ()) ->
     content = read_cells(name, data)
     if content.note:
         notes.append(f"{make_printable(name)} is not an .ipynb file: {content.note}")
-    description = content.cells, content.qdot_metadata, tuple(notes), content.unknown_metadata
-    return Submission(path, find_modification_time(path), digest, *description, modules=_read_modules(neighbours))
+    return Submission(
+        path, find_modification_time(path), digest, content.cells, content.qdot_metadata, tuple(notes),
+        content.unknown_metadata, modules=_read_modules(neighbours),
+    )  # fmt: skip
 
 
 MAX_MODULES, MAX_MODULE_BYTES = 20, 200_000
@@ -457,19 +461,20 @@ def _read_from_archive(path: Path, key: str) -> tuple[str, bytes, str, list[_Nei
     """
     sizes, label = list_members(path), make_printable(path.name)
     names = [name for name in sizes if not any(map(_is_hidden, PurePosixPath(name).parts))]
-    candidates = [name for name in names if _rank_by_ending(name) in (0, 1, 3)]
+    ranks = {name: _rank_by_ending(name) for name in names}
+    candidates = [name for name, rank in ranks.items() if rank != _ARCHIVE_RANK and rank < _DOCUMENT_RANK]
     if not candidates:
-        has_archive = any(_rank_by_ending(name) == 2 for name in names)
+        has_archive = _ARCHIVE_RANK in ranks.values()
         content = "contains only another archive, which qdot does not open" if has_archive else "contains no notebook"
         raise Unreadable(f"{label} {content}; {NOTEBOOK_ADVICE}")
-    candidates.sort(key=lambda name: (_rank_by_ending(name), _find_archive_depth(name), name))
+    candidates.sort(key=lambda name: (ranks[name], _find_archive_depth(name), name))
     read = partial(_read_small_member, path, sizes)
-    best, *others = sort_candidates(candidates[:20], str, read, key)
+    best, *others = sort_candidates(candidates[:20], str, read, key)  # reading more files would take too long
     if sizes[best] > MAX_FILE_BYTES:
         limit = f"{MAX_FILE_BYTES // 1_000_000} MB"
         raise OverLimit(f"{make_printable(best)} in {label} is larger than {limit}; clear its outputs")
     note = f"{label} is an archive; qdot graded {make_printable(best)} in it"
-    likely_names = [make_printable(name) for name in others if _rank_by_ending(name) <= _rank_by_ending(best)]
+    likely_names = [make_printable(name) for name in others if ranks[name] <= ranks[best]]
     note += f", not {', '.join(likely_names[:5])}" if likely_names else ""
     folder = PurePosixPath(best).parent
     same_folder = [name for name in names if name != best and PurePosixPath(name).parent == folder]

@@ -139,7 +139,7 @@ export interface ValuesKey {
   readonly throughout?: readonly (readonly number[])[];
   readonly tolerance?: number | null;
   /** Rates, velocities and forces that the question mentions. */
-  readonly spoken?: readonly string[];
+  readonly mentioned?: readonly string[];
 }
 
 export interface NumbersKey {

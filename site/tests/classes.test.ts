@@ -2,9 +2,9 @@
 import { describe, expect, test } from "vitest";
 
 import type { Index, Listed } from "../src/bank.js";
-import { classesOf, currentClass, rowOf, withRow } from "../src/practice/classes.js";
+import { classesOf, currentClass, streakIn, withStreak } from "../src/practice/classes.js";
 import { LESSONS } from "../src/learn/lessons.js";
-import { rowAfter, NEW, type Skill } from "../src/practice/skills.js";
+import { streakAfter, NEW_SKILL, type Skill } from "../src/practice/skills.js";
 import { STEPS } from "../src/practice/choice.js";
 
 const DAY = 24 * 3600 * 1000;
@@ -28,7 +28,7 @@ const INDEX = indexOf(arms("random-3", false), arms("elbow-3r", false), arms("pl
 const CLASSES = classesOf(INDEX, LESSON);
 
 describe("the classes of a lesson", () => {
-  test("are the chapter's plain arms, such in space, and any: varied ones, and of further families", () => {
+  test("are the chapter's planar arms, its spatial arms, and any arms: varied ones, and further families", () => {
     const named = CLASSES.map(({ name, items }) => [name, items.map(({ family, key }) => `${family}/${key}`)]);
     expect(named.slice(0, 2)).toEqual([
       ["plain", ["planar-2r/chapter", "planar-2r/lengths"]],
@@ -40,14 +40,14 @@ describe("the classes of a lesson", () => {
     expect(any).toContain("random-3/chapter");
   });
 
-  test("are those of which the bank has arms", () => {
+  test("are only those for which the bank has arms", () => {
     expect(classesOf(indexOf(arms("elbow-3r", false)), LESSON).map(({ name }) => name)).toEqual(["space", "any"]);
     expect(classesOf(indexOf(), LESSON)).toEqual([]);
     // an instructor's own arms, in families of their own names
     expect(classesOf(indexOf(arms("place-1", false)), LESSON).map(({ name }) => name)).toEqual(["space", "any"]);
   });
 
-  test("a bank of random arms alone has them once", () => {
+  test("contain each arm once if the bank has only random arms", () => {
     const all = classesOf(indexOf(arms("random-3", false)), LESSON).flatMap(({ items }) => items);
     expect(all).toHaveLength(STEPS.length);
   });
@@ -55,23 +55,28 @@ describe("the classes of a lesson", () => {
 
 test("progress stored before there were classes counts for the first class, and the next one is asked", () => {
   const old: Skill = { row: ["a/1", "a/2", "a/3"], learned: 1, mastered: 2 * DAY, goals: [0] };
-  expect(CLASSES.map((_, at) => rowOf(old, CLASSES, at).mastered)).toEqual([2 * DAY, undefined, undefined]);
+  expect(CLASSES.map((_, at) => streakIn(old, CLASSES, at).mastered)).toEqual([2 * DAY, undefined, undefined]);
   expect(currentClass(old, CLASSES, 9 * DAY)).toBe(1);
 });
 
-test("rows of the classes are counted by themselves: a wrong answer for an arm in space leaves plain ones", () => {
-  const plain: Skill = { ...NEW, row: ["planar-2r/chapter"], learned: 0, mastered: DAY };
+test("each class has its own streak: a wrong answer about a spatial arm keeps that of planar arms", () => {
+  const plain: Skill = { ...NEW_SKILL, row: ["planar-2r/chapter"], learned: 0, mastered: DAY };
   const attempt = { helped: false, again: false, now: 2 * DAY, armCount: 2 };
   const right = (skill: Skill, at: number, key: string, isRight = true): Skill => {
     const item = { family: "elbow-3r", key, question: "jacobian" };
-    return withRow(skill, CLASSES, at, rowAfter(rowOf(skill, CLASSES, at), item, { ...attempt, right: isRight }));
+    return withStreak(
+      skill,
+      CLASSES,
+      at,
+      streakAfter(streakIn(skill, CLASSES, at), item, { ...attempt, right: isRight }),
+    );
   };
   const begun = right(plain, 1, "chapter");
-  expect(rowOf(begun, CLASSES, 1).row).toEqual(["elbow-3r/chapter"]);
+  expect(streakIn(begun, CLASSES, 1).row).toEqual(["elbow-3r/chapter"]);
   const wrong = right(begun, 1, "lengths", false);
-  expect([rowOf(wrong, CLASSES, 1).row, wrong.mastered]).toEqual([[], DAY]);
+  expect([streakIn(wrong, CLASSES, 1).row, wrong.mastered]).toEqual([[], DAY]);
   const learned = right(begun, 1, "lengths");
-  expect(rowOf(learned, CLASSES, 1).learned).toBe(2 * DAY);
+  expect(streakIn(learned, CLASSES, 1).learned).toBe(2 * DAY);
   expect(currentClass(learned, CLASSES, 2 * DAY)).toBe(2); // the next class, until this one is due for review
   expect(currentClass(learned, CLASSES, 3 * DAY)).toBe(1);
 });

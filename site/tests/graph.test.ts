@@ -2,9 +2,9 @@
 import { describe, expect, test } from "vitest";
 
 import type { Index } from "../src/bank.js";
-import { placesOf, standingOf } from "../src/learn/graph.js";
+import { lessonStates, standingOf } from "../src/learn/graph.js";
 import { LESSONS } from "../src/learn/lessons.js";
-import { NEW } from "../src/practice/skills.js";
+import { NEW_SKILL } from "../src/practice/skills.js";
 
 const DAY = 24 * 3600 * 1000;
 const INDEX: Index = {
@@ -29,29 +29,29 @@ const INDEX: Index = {
 const attempt = (right: boolean) => ({ right, box: 0, due: 0 });
 
 describe("the graph", () => {
-  test("has a lesson begun that was practised for a further class of arms alone", () => {
-    expect(standingOf(NEW, 0, [{ row: [] }])).toBe("new");
-    expect(standingOf(NEW, 0, [{ row: ["elbow-3r/1"] }])).toBe("begun");
+  test("shows a lesson as begun that was practised only for a later class of arms", () => {
+    expect(standingOf(NEW_SKILL, 0, [{ row: [] }])).toBe("new");
+    expect(standingOf(NEW_SKILL, 0, [{ row: ["elbow-3r/1"] }])).toBe("begun");
   });
 
-  test("has every lesson behind what it needs, and nothing that is needed is unknown", () => {
+  test("has every lesson after those it needs, and only known lessons", () => {
     const layers = new Map(LESSONS.map(({ id, at }) => [id, at[0]]));
     for (const { id, needs } of LESSONS)
       for (const need of needs) expect(layers.get(need), `${id} needs ${need}`).toBeLessThan(layers.get(id)!);
   });
 
-  test("puts lessons of a layer beside each other, around its middle", () => {
+  test("places the lessons of a layer beside each other, around its middle", () => {
     const spots = LESSONS.map(({ at }) => at);
     expect(new Set(spots.map(String)).size).toBe(LESSONS.length);
     for (const [layer] of spots)
       expect(spots.filter(([other]) => other === layer).reduce((sum, [, across]) => sum + across, 0)).toBe(0);
   });
 
-  test("says what comes next, and what is missing before", () => {
-    const first = placesOf(INDEX, {}, {}, 0);
+  test("shows which lesson comes next, and which lessons are missing before it", () => {
+    const first = lessonStates(INDEX, {}, {}, 0);
     expect(first.filter(({ next }) => next).map(({ lesson }) => lesson.id)).toEqual(["rates"]);
-    const learned = { ...NEW, learned: 1 };
-    const later = placesOf(INDEX, { rates: learned, columns: learned }, {}, 0);
+    const learned = { ...NEW_SKILL, learned: 1 };
+    const later = lessonStates(INDEX, { rates: learned, columns: learned }, {}, 0);
     expect(later.filter(({ next }) => next).map(({ lesson }) => lesson.id)).toEqual(["differentiation", "propagation"]);
     const inverse = later.find(({ lesson }) => lesson.id === "inverse")!;
     expect(inverse.missing.map(({ id }) => id)).toEqual(["differentiation", "propagation"]);
@@ -59,29 +59,29 @@ describe("the graph", () => {
 });
 
 test.each([
-  [NEW, "new"],
-  [{ ...NEW, goals: [0] }, "begun"],
-  [{ ...NEW, row: ["a/1"] }, "begun"],
-  [{ ...NEW, learned: 5 * DAY }, "learned"],
-  [{ ...NEW, learned: 4 * DAY }, "due"],
-  [{ ...NEW, learned: 1, mastered: 2 * DAY }, "mastered"],
+  [NEW_SKILL, "new"],
+  [{ ...NEW_SKILL, goals: [0] }, "begun"],
+  [{ ...NEW_SKILL, row: ["a/1"] }, "begun"],
+  [{ ...NEW_SKILL, learned: 5 * DAY }, "learned"],
+  [{ ...NEW_SKILL, learned: 4 * DAY }, "due"],
+  [{ ...NEW_SKILL, learned: 1, mastered: 2 * DAY }, "mastered"],
 ] as const)("%o is %s", (skill, due) => expect(standingOf(skill, 5 * DAY)).toBe(due));
 
 test("a lesson is mastered if all classes of arms are, and due for review if one class is", () => {
-  const mastered = { ...NEW, learned: 1, mastered: 2 * DAY };
+  const mastered = { ...NEW_SKILL, learned: 1, mastered: 2 * DAY };
   expect(standingOf(mastered, 5 * DAY, [mastered])).toBe("mastered");
   expect(standingOf(mastered, 5 * DAY, [{ row: ["a/1"] }])).toBe("learned");
   expect(standingOf(mastered, 5 * DAY, [{ row: [], learned: 4 * DAY }])).toBe("due");
 });
 
-test("a question stands by the arms of which it was answered rightly last; one the bank lacks is not there", () => {
+test("a question shows on how many arms its last answer was right, unless the bank does not ask it", () => {
   const progress = {
     "planar-2r/1/jacobian": attempt(true),
     "planar-2r/2/jacobian": attempt(true),
     "planar-2r/3/jacobian": attempt(false),
     "planar-2r/4/rank": attempt(true),
   };
-  const places = placesOf(INDEX, {}, progress, 0);
+  const places = lessonStates(INDEX, {}, progress, 0);
   const asked = places.find(({ lesson }) => lesson.id === "differentiation")!.asked;
   expect(asked.map(({ name, right, needed, missed }) => [name, right, needed, missed])).toEqual([
     ["jacobian", 2, 3, true],

@@ -5,7 +5,7 @@ import type { NumbersKey, ValuesKey } from "../src/bank.js";
 import { type Level, LEVELS, lower, limitTo } from "../src/grade/levels.js";
 import { judgeNumbers } from "../src/grade/numbers.js";
 import { judgeValues } from "../src/grade/values.js";
-import { graded, type Verdict, wrong } from "../src/grade/verdict.js";
+import { verdictOf, type Verdict, wrong } from "../src/grade/verdict.js";
 import { message, textOf } from "../src/text/text.js";
 
 const NUMBERS: NumbersKey = {
@@ -30,18 +30,18 @@ const WRONG: readonly (readonly [string, Verdict, RegExp])[] = [
   ["a formula", judgeValues("cos(theta1)", FORMULA, []), /0[.]4794|0[.]9974/],
   [
     "a set",
-    graded(0.5, [message("verdict.uncovered", { at: "theta1 = 0.123" })], { at: { theta1: 0.123 } }),
+    verdictOf(0.5, [message("verdict.uncovered", { at: "theta1 = 0.123" })], { at: { theta1: 0.123 } }),
     /0[.]123/,
   ],
 ];
 const text = (verdict: Verdict): string => verdict.reasons.map((reason) => textOf(reason)).join(" ");
 
-test("of two levels the one that tells less", () => {
+test("the lower of two levels is the one that reveals less", () => {
   expect(lower("solutions", "counterexample")).toBe("counterexample");
   expect(lower("mistake", "counterexample")).toBe("mistake");
 });
 
-test.each(WRONG)("%s: each level tells more", (_, verdict, right) => {
+test.each(WRONG)("%s: each level reveals more", (_, verdict, right) => {
   const at = (level: Level): Verdict => limitTo(verdict, level);
   expect(text(at("values"))).toMatch(right);
   expect(at("solutions")).toEqual(verdict);
@@ -57,7 +57,7 @@ test.each(WRONG)("%s: each level tells more", (_, verdict, right) => {
   expect(at("outcome").entries).toBeUndefined();
 });
 
-test("a counterexample is the answer's own, and no configuration that is missing", () => {
+test("a counterexample belongs to the answer; a missing configuration is not shown", () => {
   const [, formula, set] = WRONG.map(([, verdict]) => limitTo(verdict, "counterexample")) as [
     Verdict,
     Verdict,

@@ -1,7 +1,7 @@
 // A table's angles in the other unit are the same angles, and what can't be read stays as it was typed.
 import { expect, test } from "vitest";
 
-import { inAngles } from "../src/own/angles.js";
+import { withAnglesIn } from "../src/own/angles.js";
 import { newRow, numbersOf, type Numbers, type Table, ZEROS } from "../src/own/table.js";
 
 const TABLE: Table = {
@@ -19,15 +19,15 @@ const flat = ({ rows, turn }: Numbers): number[] => [
   ...turn,
 ];
 
-test("what is typed is converted, and is the same in numbers", () => {
-  const degrees = inAngles(TABLE, "degrees");
+test("typed angles are converted, and have the same values", () => {
+  const degrees = withAnglesIn(TABLE, "degrees");
   expect(degrees.angles).toBe("degrees");
   expect(degrees.rows.map(({ theta, alpha }) => [theta, alpha])).toEqual([
     ["-q1 + 90", "-90"],
     ["q2 + 17.1887339", "120"],
     ["180", "7.07350776"],
   ]);
-  const back = inAngles(degrees, "radians");
+  const back = withAnglesIn(degrees, "radians");
   expect(back.rows[0]).toMatchObject({ theta: "-q1 + pi/2", alpha: "-pi/2", a: "0.5" });
   expect(back.turn).toEqual(["0", "pi/4", "-0.2"]);
   const due = flat(numbersOf(TABLE) as Numbers);
@@ -35,7 +35,7 @@ test("what is typed is converted, and is the same in numbers", () => {
     flat(numbersOf(table) as Numbers).forEach((value, i) => expect(value).toBeCloseTo(due[i]!, 8));
 });
 
-test("a cell that is wrong or empty stays, and may be right in the other unit", () => {
+test("an invalid or empty cell stays unchanged, and may be valid in the other unit", () => {
   const wrong = {
     ...TABLE,
     rows: [
@@ -43,5 +43,5 @@ test("a cell that is wrong or empty stays, and may be right in the other unit", 
       { ...newRow("R", 1), alpha: "" },
     ],
   };
-  expect(inAngles(wrong, "degrees").rows.map(({ alpha }) => alpha)).toEqual(["90", ""]);
+  expect(withAnglesIn(wrong, "degrees").rows.map(({ alpha }) => alpha)).toEqual(["90", ""]);
 });

@@ -1,4 +1,4 @@
-"""How qdot is got and first used: install words, extras, completion, examples in help, reasons for libraries."""
+"""Installing qdot and first use: install commands, extras, dependencies, examples in help, completion."""
 
 import os
 import re
@@ -28,19 +28,19 @@ PROJECT = tomllib.loads((ROOT / "pyproject.toml").read_text(encoding="utf-8"))["
 
 
 INSTALL = re.compile(r"""pip install (['"]?)(?:qdot|qdot-robotics|\.)(?:\[([a-z,]+)\])?\1(?![\w=./\[-])""")
-"""How people are told to install qdot itself, with extras or without."""
+"""Install commands for qdot itself, with or without extras."""
 
 
 @pytest.mark.parametrize(
     "page", [ROOT / "README.md", *sorted((ROOT / "docs").glob("*.md"))], ids=lambda page: page.name
 )
-def test_everybody_is_told_to_install_in_the_same_words(page: Path) -> None:
-    """README and docs, as in messages; steps of a CI install as they like."""
+def test_install_commands_are_the_same_everywhere(page: Path) -> None:
+    """README and docs use the command of the messages; CI steps may differ."""
     text = re.sub(r"(?m)^.*- run:.*$", "", page.read_text(encoding="utf-8"))
     assert all(match[0] == make_install_command(match[2] or "") for match in INSTALL.finditer(text))
 
 
-def test_after_the_release_the_words_are_the_indexs(monkeypatch: pytest.MonkeyPatch) -> None:
+def test_install_commands_name_the_package_once_it_is_released(monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setattr(extras, "IS_RELEASED", True)
     assert make_install_command() == "pip install qdot-robotics"
     monkeypatch.setitem(sys.modules, "typst", None)
@@ -53,7 +53,7 @@ def test_after_the_release_the_words_are_the_indexs(monkeypatch: pytest.MonkeyPa
 # --- extras ---
 
 
-def test_extras_are_those_of_the_project() -> None:
+def test_extras_agree_with_pyproject() -> None:
     declared = PROJECT["optional-dependencies"]
     assert set(declared) == {*EXTRAS, "all"}
     for name, modules in EXTRAS.items():
@@ -71,18 +71,18 @@ def test_extras_are_those_of_the_project() -> None:
     ],
     ids=["pdf", "html", "xlsx", "executor"],
 )  # fmt: skip
-def test_a_library_that_is_missing_is_told_before_anything_is_done(
+def test_a_missing_library_is_an_error_before_work_starts(
     module: str, command: list[str], tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
-    made = make_class(tmp_path / "hw", [Student("ada")])
+    assignment = make_class(tmp_path / "hw", [Student("ada")])
     monkeypatch.chdir(tmp_path)
     monkeypatch.setitem(sys.modules, module, None)
-    said = run_and_fail(*(word.format(hw=made.folder) for word in command)).splitlines()[-1]
-    assert f"needs {module}, which is not installed; install it with: pip install '.[" in said
-    assert not (made.folder / "graded" / "results.jsonl").exists() and not list(tmp_path.glob("x.*"))
+    message = run_and_fail(*(word.format(hw=assignment.folder) for word in command)).splitlines()[-1]
+    assert f"needs {module}, which is not installed; install it with: pip install '.[" in message
+    assert not (assignment.folder / "graded" / "results.jsonl").exists() and not list(tmp_path.glob("x.*"))
 
 
-def test_what_is_there_is_not_asked_for() -> None:
+def test_installed_extras_are_not_requested() -> None:
     for extra in EXTRAS:
         assert explain_missing(extra, "it") == "", "the development environment has all extras"
         require_extra(extra, "it")
@@ -91,7 +91,7 @@ def test_what_is_there_is_not_asked_for() -> None:
 # --- libraries ---
 
 
-def test_every_library_has_a_reason_and_a_record() -> None:
+def test_every_dependency_is_explained_in_the_docs() -> None:
     lines = [*PROJECT["dependencies"], *(line for name in EXTRAS for line in PROJECT["optional-dependencies"][name])]
     page = (ROOT / "docs" / "dependencies.md").read_text(encoding="utf-8")
     rows = re.findall(r"(?m)^\| ([\w-]+) \| [^|]+ \|.*\| 20\d\d-\d\d-\d\d \|$", page)
@@ -99,7 +99,7 @@ def test_every_library_has_a_reason_and_a_record() -> None:
     assert all(f"## `{name}`: " in page and f"\n\n    {make_install_command(name)}\n" in page for name in EXTRAS)
 
 
-def test_what_only_an_extra_needs_is_loaded_by_nothing_else() -> None:
+def test_libraries_of_extras_are_not_loaded_by_the_program() -> None:
     code = "import sys; sys.modules.update(dict.fromkeys(('typst', 'matplotlib', 'xlsxwriter', 'distributed', 'dask')))"
     code += "; from qdot.grader.cli.main import make_program; make_program()"
     subprocess.run([sys.executable, "-c", code], check=True)
@@ -107,19 +107,19 @@ def test_what_only_an_extra_needs_is_loaded_by_nothing_else() -> None:
 
 # --- help and completion ---
 
-WHOLE_PROGRAM: Any = typer.main.get_command(make_program())
+PROGRAM: Any = typer.main.get_command(make_program())
 NAMES = [*COMMANDS, *(f"site {name}" for name in SITE_COMMANDS)]
 
 
-def command_named(name: str) -> Any:
-    """Return a command by its whole name, as "site build"."""
-    command = WHOLE_PROGRAM
+def find_command(name: str) -> Any:
+    """Return a command by its full name, such as "site build"."""
+    command = PROGRAM
     for word in name.split():
         command = command.commands[word]
     return command
 
 
-EXAMPLES = {name: re.findall(r"(?m)^  (qdot .*)$", command_named(name).epilog) for name in NAMES}
+EXAMPLES = {name: re.findall(r"(?m)^  (qdot .*)$", find_command(name).epilog) for name in NAMES}
 
 
 def test_every_command_has_examples() -> None:
@@ -127,12 +127,12 @@ def test_every_command_has_examples() -> None:
     assert "Examples:\n    qdot show planar-2r/7\n        a problem as students see it" in run("show", "--help")
 
 
-@pytest.mark.parametrize("typed", [typed for examples in EXAMPLES.values() for typed in examples])
-def test_an_example_is_what_the_program_takes(typed: str) -> None:
-    name = next(name for name in sorted(EXAMPLES, key=len, reverse=True) if f"{typed} ".startswith(f"qdot {name} "))
-    assert typed in EXAMPLES[name]
-    words = shlex.split(typed.split(" > ", maxsplit=1)[0])[1 + len(name.split()) :]
-    command_named(name).make_context(name, words).close()
+@pytest.mark.parametrize("example", [example for examples in EXAMPLES.values() for example in examples])
+def test_every_example_is_accepted(example: str) -> None:
+    name = next(name for name in sorted(EXAMPLES, key=len, reverse=True) if f"{example} ".startswith(f"qdot {name} "))
+    assert example in EXAMPLES[name]
+    words = shlex.split(example.split(" > ", maxsplit=1)[0])[1 + len(name.split()) :]
+    find_command(name).make_context(name, words).close()
 
 
 @pytest.mark.parametrize(
@@ -155,7 +155,7 @@ def test_an_example_is_what_the_program_takes(typed: str) -> None:
         ("qdot solve ./ar", []),  # the shell completes files
     ],
 )
-def test_the_tab_key_completes_commands_options_and_names(
+def test_tab_completes_commands_options_and_names(
     line: str, names: list[str], monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
 ) -> None:
     environment = {"_QDOT_COMPLETE": "complete_bash", "COMP_WORDS": line, "_TYPER_COMPLETE_ARGS": line}
@@ -167,8 +167,8 @@ def test_the_tab_key_completes_commands_options_and_names(
     assert sorted(capsys.readouterr().out.split()) == sorted(names)
 
 
-def test_a_shell_is_told_how_to_complete() -> None:
+def test_the_completion_script_is_printed() -> None:
     environment = {**os.environ, "_QDOT_COMPLETE": "source_bash"}
     code = "import sys; sys.argv = ['qdot']; from qdot.grader.cli.main import main; main()"
-    done = subprocess.run([sys.executable, "-c", code], env=environment, capture_output=True, encoding="utf-8")
-    assert "_QDOT_COMPLETE=complete_bash" in done.stdout
+    process = subprocess.run([sys.executable, "-c", code], env=environment, capture_output=True, encoding="utf-8")
+    assert "_QDOT_COMPLETE=complete_bash" in process.stdout

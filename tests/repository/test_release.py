@@ -1,4 +1,4 @@
-"""A release: its version and changelog, the bytes that are built, and the rights of its workflow."""
+"""A release: its version and changelog, reproducible builds, and the permissions of its workflow."""
 
 import os
 import re
@@ -18,8 +18,8 @@ WORKFLOW = ROOT / ".github" / "workflows" / "release.yml"
 JOBS = read_yaml(WORKFLOW)["jobs"]
 
 
-def copied(folder: Path) -> Path:
-    """Copy what is, or is to be, committed: also what is not yet."""
+def copy_checkout(folder: Path) -> Path:
+    """Copy all files that are committed or could be."""
     require_program("git", GIT)
     listed = ["git", "ls-files", "-z", "--cached", "--others", "--exclude-standard"]
     names = subprocess.run(listed, cwd=ROOT, capture_output=True, text=True, check=True).stdout.split("\0")
@@ -35,21 +35,21 @@ def copied(folder: Path) -> Path:
 
 @pytest.fixture
 def checkout(tmp_path: Path) -> Path:
-    """What of a checkout a release looks at."""
+    """Return a folder with the files of a checkout that a release reads."""
     for name in (*release.PLACES, "CHANGELOG.md"):
         shutil.copy(ROOT / name, tmp_path / name)
     return tmp_path
 
 
-def test_the_version_stands_in_one_place_and_is_repeated_for_citations_only(checkout: Path) -> None:
+def test_the_version_is_in_one_place_and_in_the_citation(checkout: Path) -> None:
     version = release.version_of(ROOT)
     assert release.objections(ROOT, "") == []
-    found = [
+    repetitions = [
         name
         for name in ("site/package.json", "README.md", "exercises/__init__.py")
         if version in (ROOT / name).read_text()
     ]
-    assert found == []
+    assert repetitions == []
 
 
 def test_a_release_is_prepared_by_one_command(checkout: Path, capsys: pytest.CaptureFixture[str]) -> None:
@@ -67,19 +67,20 @@ def test_a_release_is_prepared_by_one_command(checkout: Path, capsys: pytest.Cap
     assert "## Unreleased\n\n## 7.0.0 - 2026-12-01\n\n###" in changelog
     assert release.main(["prepare", "7.0.0"], checkout) == 2
     assert release.main(["prepare", "7.1.0"], checkout) == 2
-    told = capsys.readouterr().err.splitlines()
-    assert told == ["CHANGELOG.md has a section of 7.0.0 already", "CHANGELOG.md: nothing stands under '## Unreleased'"]
+    errors = capsys.readouterr().err.splitlines()
+    assert errors == [
+        "CHANGELOG.md has a section of 7.0.0 already",
+        "CHANGELOG.md: nothing stands under '## Unreleased'",
+    ]
 
 
 @pytest.mark.parametrize("version", ["1", "v1.0.0", "1.0", "1.0.0.post1", "01.0.0", "1.0.0\n"])
-def test_what_is_no_version_is_refused(version: str, checkout: Path, capsys: pytest.CaptureFixture[str]) -> None:
+def test_an_invalid_version_is_refused(version: str, checkout: Path, capsys: pytest.CaptureFixture[str]) -> None:
     assert release.main(["prepare", version], checkout) == 2
     assert "write one like 1.0.0" in capsys.readouterr().err
 
 
-def test_a_tag_that_is_not_of_the_version_or_has_no_section_is_refused(
-    checkout: Path, capsys: pytest.CaptureFixture[str]
-) -> None:
+def test_a_tag_must_match_version_archive_and_changelog(checkout: Path, capsys: pytest.CaptureFixture[str]) -> None:
     version = release.version_of(checkout)
     assert release.main(["check", "v9.9.9"], checkout) == 2
     assert capsys.readouterr().err.splitlines() == [
@@ -104,8 +105,8 @@ def test_a_tag_that_is_not_of_the_version_or_has_no_section_is_refused(
 # --- the same bytes ---
 
 
-def built(source: Path, folder: Path, **environment: str) -> dict[str, bytes]:
-    """Build both from a folder, by who lets nobody else read what is written."""
+def build(source: Path, folder: Path, **environment: str) -> dict[str, bytes]:
+    """Build both distributions from a folder in the given environment."""
     command = [sys.executable, "-m", "build", "--no-isolation", "--outdir", str(folder), str(source)]
     given = {**os.environ, "SOURCE_DATE_EPOCH": "1700000000", **environment}
     done = subprocess.run(command, env=given, umask=int(environment["UMASK"], 8), capture_output=True, text=True)
@@ -115,13 +116,13 @@ def built(source: Path, folder: Path, **environment: str) -> dict[str, bytes]:
 
 @pytest.mark.integration
 def test_the_same_source_gives_the_same_bytes(tmp_path: Path) -> None:
-    """In another folder, at another time, in another time zone, by somebody with other rights and another language."""
-    one, other = copied(tmp_path / "one"), copied(tmp_path / "far" / "away" / "two")
+    """The second build has another folder, time, time zone, umask and locale."""
+    one, other = copy_checkout(tmp_path / "one"), copy_checkout(tmp_path / "far" / "away" / "two")
     for number, path in enumerate(sorted(other.rglob("*"), reverse=True)):
         os.utime(path, (1_000_000_000 + number, 1_000_000_000 + number))
         path.chmod(0o700 if path.is_dir() else 0o600)
-    first = built(one, tmp_path / "first", UMASK="022", TZ="UTC", LC_ALL="C.UTF-8", PYTHONHASHSEED="1")
-    again = built(other, tmp_path / "again", UMASK="077", TZ="Asia/Tokyo", LC_ALL="C", PYTHONHASHSEED="2")
+    first = build(one, tmp_path / "first", UMASK="022", TZ="UTC", LC_ALL="C.UTF-8", PYTHONHASHSEED="1")
+    again = build(other, tmp_path / "again", UMASK="077", TZ="Asia/Tokyo", LC_ALL="C", PYTHONHASHSEED="2")
     assert len(first) == 2
     assert first.keys() == again.keys()
     assert {name for name in first if first[name] != again[name]} == set()
@@ -130,13 +131,13 @@ def test_the_same_source_gives_the_same_bytes(tmp_path: Path) -> None:
 # --- the workflow ---
 
 
-def test_what_publishes_has_the_rights_that_it_needs_and_no_other_job_has() -> None:
+def test_only_publishing_jobs_have_write_permissions() -> None:
     workflow = read_yaml(WORKFLOW)
     assert workflow["permissions"] == {}
-    rights = {
-        name: {right for right, what in job["permissions"].items() if what == "write"} for name, job in JOBS.items()
+    permissions = {
+        name: {scope for scope, access in job["permissions"].items() if access == "write"} for name, job in JOBS.items()
     }
-    assert {name: found for name, found in rights.items() if found} == {
+    assert {name: granted for name, granted in permissions.items() if granted} == {
         "publish": {"id-token"}, "pages": {"pages", "id-token"}, "release": {"contents", "id-token", "attestations"},
     }  # fmt: skip
     text = WORKFLOW.read_text(encoding="utf-8")
@@ -145,7 +146,7 @@ def test_what_publishes_has_the_rights_that_it_needs_and_no_other_job_has() -> N
     assert all(JOBS[name]["needs"] == "publish" for name in ("release", "pages"))
 
 
-def test_it_is_tried_on_every_python_that_the_project_names() -> None:
+def test_releases_are_tested_on_every_declared_python() -> None:
     project = (ROOT / "pyproject.toml").read_text(encoding="utf-8")
     named = re.findall(r'"Programming Language :: Python :: (3\.\d+)"', project)
     assert JOBS["test"]["strategy"]["matrix"] == {"python": named, "form": ["whl", "tar.gz"]}

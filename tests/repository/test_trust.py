@@ -1,4 +1,4 @@
-"""What a stranger has to trust: nothing is sent anywhere, what is bundled keeps its licence, who to tell is said."""
+"""What users must trust: qdot sends nothing anywhere, licences are kept, and the citation and links are correct."""
 
 import json
 import re
@@ -16,16 +16,16 @@ from tests.support.imports import get_module_name, list_imported_names
 from tests.support.suites import WHOLE
 
 NETWORK = {
-    "qdot.grader.integrations.git_hosts": "fetches pushes from the GitHub or GitLab that it is told",
+    "qdot.grader.integrations.git_hosts": "fetches pushes from the configured GitHub or GitLab",
     "qdot.grader.integrations.git_submissions": "the same",
     "qdot.grader.cli.site_commands": "`qdot site serve`, on this machine alone",
     "qdot.grader.sandbox.sandbox": "pipes to the sandbox",
-    "qdot.grader.sandbox.guarantees": "what a probe tries to reach",
-    "qdot.grader.sandbox.contained.attempts": "tries to reach it",
+    "qdot.grader.sandbox.guarantees": "a target for the probe",
+    "qdot.grader.sandbox.contained.attempts": "the probe's attempts",
     "qdot.grader.sandbox.contained.session": "cells of students that wait for something",
     "qdot.grader.sandbox.contained.zygote": "pipes to the sandbox",
 }  # fmt: skip
-"""The modules that may speak to anything outside of their process, and to what."""
+"""The modules that may communicate outside their process, and why."""
 LIBRARIES = {"socket", "ssl", "http", "urllib", "ftplib", "smtplib", "asyncio", "requests", "httpx"}
 
 
@@ -39,7 +39,7 @@ def test_no_other_module_can_reach_a_network() -> None:
     assert using - {name for name in using if name in NETWORK} == set()
 
 
-WATCHED = """
+WATCHER = """
 import sys
 
 def hook(event, arguments):
@@ -58,7 +58,7 @@ for arguments in %r:
 """
 
 
-def test_nothing_is_sent_by_any_command(tmp_path: Path) -> None:
+def test_no_command_uses_the_network(tmp_path: Path) -> None:
     folder = str(tmp_path / "hw")
     commands = [["init", folder], ["families"], ["show", "polar-rp/1", "--solution"]]
     if WHOLE:
@@ -66,17 +66,17 @@ def test_nothing_is_sent_by_any_command(tmp_path: Path) -> None:
             [name, folder, *options, "--jobs", "1"]
             for name, *options in (["generate"], ["verify"], ["grade"], ["export", "--to", "html"])
         ]
-    done = subprocess.run(
-        [sys.executable, "-c", WATCHED % commands], cwd=tmp_path, capture_output=True, encoding="utf-8"
+    process = subprocess.run(
+        [sys.executable, "-c", WATCHER % commands], cwd=tmp_path, capture_output=True, encoding="utf-8"
     )
-    assert done.returncode == 0, done.stderr
-    assert "NETWORK" not in done.stderr
+    assert process.returncode == 0, process.stderr
+    assert "NETWORK" not in process.stderr
 
 
-def test_a_look_at_the_network_is_noticed(tmp_path: Path) -> None:
-    code = WATCHED % [] + "import socket; socket.getaddrinfo('localhost', 80)"
-    done = subprocess.run([sys.executable, "-c", code], cwd=tmp_path, capture_output=True, encoding="utf-8")
-    assert "NETWORK socket.getaddrinfo" in done.stderr
+def test_the_watcher_notices_network_use(tmp_path: Path) -> None:
+    code = WATCHER % [] + "import socket; socket.getaddrinfo('localhost', 80)"
+    process = subprocess.run([sys.executable, "-c", code], cwd=tmp_path, capture_output=True, encoding="utf-8")
+    assert "NETWORK socket.getaddrinfo" in process.stderr
 
 
 # --- licences ---
@@ -85,7 +85,7 @@ DIST = ROOT / "site" / "dist"
 
 
 @pytest.mark.skipif(not DIST.is_dir(), reason="the site's scripts are not built here: make site")
-def test_the_page_of_licences_has_every_library_of_the_site() -> None:
+def test_the_licence_page_lists_every_library_of_the_site() -> None:
     page = licences_text(DIST)
     wanted = json.loads((ROOT / "site" / "package.json").read_text(encoding="utf-8"))["dependencies"]
     listed = re.findall(r"(?m)^## (\S+) - \S+ \(([\w.-]+)\)$", page)
@@ -96,8 +96,8 @@ def test_the_page_of_licences_has_every_library_of_the_site() -> None:
     assert page.count("Permission is hereby granted") >= len(listed)
 
 
-def test_nothing_else_is_bundled() -> None:
-    """What others wrote says so; of fonts there are none."""
+def test_no_other_foreign_code_is_bundled() -> None:
+    """Foreign code would have a copyright notice; fonts are not allowed."""
     foreign = re.compile(r"copyright|all rights reserved|SPDX", re.IGNORECASE)
     files = [path for top in ("exercises", "grader", "templates", "site/src") for path in (ROOT / top).rglob("*")]
     files = [path for path in files if path.is_file() and "__pycache__" not in path.parts]
@@ -110,7 +110,7 @@ def test_nothing_else_is_bundled() -> None:
 # --- SECURITY.md, CITATION.cff ---
 
 
-def test_the_citation_is_of_this_version() -> None:
+def test_the_citation_has_this_version() -> None:
     project = tomllib.loads((ROOT / "pyproject.toml").read_text(encoding="utf-8"))["project"]
     citation = YAML(typ="safe").load((ROOT / "CITATION.cff").read_text(encoding="utf-8"))
     assert citation["cff-version"] == "1.2.0" and {"message", "title", "authors"} <= set(citation)
@@ -119,7 +119,7 @@ def test_the_citation_is_of_this_version() -> None:
 
 
 @pytest.mark.parametrize("name", ["SECURITY.md", "docs/privacy.md", "docs/compatibility.md"])
-def test_links_lead_somewhere(name: str) -> None:
+def test_links_resolve(name: str) -> None:
     page = ROOT / name
     links = re.findall(r"\]\(([^)#]+)", page.read_text(encoding="utf-8"))
     assert links and [link for link in links if not (page.parent / link).exists()] == []

@@ -1,6 +1,6 @@
-"""The built wheel, installed in a fresh environment with the dependencies that it declares and nothing else.
+"""The built wheel, installed in a fresh environment with its declared dependencies only.
 
-A file that the wheel leaves out, or a library that only developers have, goes unnoticed in a checkout.
+In a checkout, a file missing from the wheel or an undeclared library goes unnoticed.
 """
 
 import json
@@ -25,46 +25,54 @@ from tests.support.suites import WHOLE
 
 
 def run(*command: str | Path, cwd: Path) -> str:
-    """Run a command without this environment's Python settings; its standard output, or a failure with both."""
+    """Run a command without this environment's Python settings; return its standard output, or fail with all output."""
     env = {name: value for name, value in os.environ.items() if not name.startswith(("PYTHON", "VIRTUAL_ENV"))}
-    done = subprocess.run([str(word) for word in command], cwd=cwd, env=env, capture_output=True, encoding="utf-8")
-    if done.returncode != 0:
-        pytest.fail(f"{' '.join(map(str, command))}: exit code {done.returncode}\n{done.stdout}\n{done.stderr}")
-    return done.stdout
+    process = subprocess.run([str(word) for word in command], cwd=cwd, env=env, capture_output=True, encoding="utf-8")
+    if process.returncode != 0:
+        pytest.fail(
+            f"{' '.join(map(str, command))}: exit code {process.returncode}\n{process.stdout}\n{process.stderr}"
+        )
+    return process.stdout
 
 
-def link(source: str, target: str) -> None:
-    """Give the file a second name where the file system can, and copy it elsewhere."""
+def link_or_copy(source: str, target: str) -> None:
+    """Link a file, or copy it if the file system can't."""
     try:
         os.link(source, target)
     except OSError:
         shutil.copy2(source, target)
 
 
-def lend(requirements: list[str], site: Path) -> set[str]:
-    """Put the installed distributions that these requirements ask for, and what those ask for, into `site`."""
-    lent: set[str] = set()
+def install_requirements(requirements: list[str], site: Path) -> set[str]:
+    """Copy the installed distributions of these requirements, and of their requirements, into `site`."""
+    installed: set[str] = set()
     waiting = [(Requirement(line), "") for line in requirements]
     while waiting:
-        wanted, extra = waiting.pop()
-        if wanted.marker and not wanted.marker.evaluate({"extra": extra}):
+        requirement, extra = waiting.pop()
+        if requirement.marker and not requirement.marker.evaluate({"extra": extra}):
             continue
-        found = distribution(wanted.name)
-        waiting += [(Requirement(line), each) for line in found.requires or () for each in (wanted.extras or {""})]
-        if wanted.name in lent:
+        package = distribution(requirement.name)
+        waiting += [
+            (Requirement(line), requested_extra)
+            for line in package.requires or ()
+            for requested_extra in (requirement.extras or {""})
+        ]
+        if requirement.name in installed:
             continue
-        lent.add(wanted.name)
-        assert wanted.specifier.contains(found.version, prereleases=True), f"{wanted}: {found.version} is installed"
-        for file in found.files or ():
+        installed.add(requirement.name)
+        assert requirement.specifier.contains(package.version, prereleases=True), (
+            f"{requirement}: {package.version} is installed"
+        )
+        for file in package.files or ():
             if file.parts[0] != ".." and not (site / file).exists():
                 (site / file).parent.mkdir(parents=True, exist_ok=True)
-                link(str(file.locate()), str(site / file))
-    return lent
+                link_or_copy(str(file.locate()), str(site / file))
+    return installed
 
 
 @pytest.fixture(scope="module")
 def wheel(tmp_path_factory: pytest.TempPathFactory) -> Path:
-    """The wheel, in `make whole` built from the source distribution built from this checkout."""
+    """Build the wheel; in `make whole`, from the source distribution built from this checkout."""
     folder, form = tmp_path_factory.mktemp("dist"), [] if WHOLE else ["--wheel"]
     run(sys.executable, "-m", "build", "--no-isolation", *form, "--outdir", folder, ROOT, cwd=folder)
     (path,) = folder.glob("qdot_robotics-*.whl")
@@ -73,7 +81,7 @@ def wheel(tmp_path_factory: pytest.TempPathFactory) -> Path:
 
 @pytest.fixture(scope="module")
 def home(wheel: Path, tmp_path_factory: pytest.TempPathFactory) -> Path:
-    """A fresh environment that has the wheel and its dependencies."""
+    """Return a fresh environment with the wheel and its dependencies."""
     home = tmp_path_factory.mktemp("fresh")
     venv.create(home, with_pip=False, symlinks=True)
     python = home / "bin" / "python"
@@ -81,16 +89,16 @@ def home(wheel: Path, tmp_path_factory: pytest.TempPathFactory) -> Path:
     run(*pip, "install", "--no-index", "--no-deps", "--no-compile", wheel, cwd=home)
     (site,) = home.glob("lib/python3.*/site-packages")
     (qdot,) = distributions(name="qdot-robotics", path=[str(site)])
-    assert {"sympy", "typer"} <= lend(qdot.requires or [], site)
+    assert {"sympy", "typer"} <= install_requirements(qdot.requires or [], site)
     return home
 
 
-def qdot(home: Path, *arguments: str | Path, cwd: Path) -> str:
-    """Standard output of the installed command."""
+def run_qdot(home: Path, *arguments: str | Path, cwd: Path) -> str:
+    """Run the installed command and return its standard output."""
     return run(home / "bin" / "qdot", *arguments, cwd=cwd)
 
 
-def test_the_wheel_carries_packages_and_templates_and_nothing_else(wheel: Path) -> None:
+def test_the_wheel_contains_packages_and_templates_only(wheel: Path) -> None:
     names = zipfile.ZipFile(wheel).namelist()
     folders = {name.split("/")[0] for name in names}
     assert {"qdot"} == {name for name in folders if not name.endswith(".dist-info")}
@@ -129,7 +137,7 @@ for arguments in (["--version"], ["families", "--json"],
         app(arguments)
     except SystemExit as left:
         assert not left.code
-sys.modules["babel"] = None  # as where qdot alone is installed: nothing but `make messages` asks for it
+sys.modules["babel"] = None  # not a dependency: only `make messages` needs it
 from qdot.exercises.writing.languages import catalogue
 print("=====")
 print(catalogue("de").gettext("the world frame"))
@@ -137,46 +145,46 @@ print(catalogue("de").gettext("the world frame"))
 
 
 @pytest.fixture(scope="module")
-def told(home: Path, tmp_path_factory: pytest.TempPathFactory) -> list[str]:
-    """What one process with the wheel prints: whence it imports, and what some commands say."""
+def outputs(home: Path, tmp_path_factory: pytest.TempPathFactory) -> list[str]:
+    """Return what one process with the wheel prints: the origins of modules, then the output of some commands."""
     return run(home / "bin" / "python", "-c", PROGRAM, cwd=tmp_path_factory.mktemp("elsewhere")).split("=====\n")
 
 
 @pytest.mark.integration
-def test_commands_run_from_the_wheel_alone(told: list[str], home: Path, wheel: Path) -> None:
-    places = told[0].splitlines()
+def test_commands_run_from_the_wheel_alone(outputs: list[str], home: Path, wheel: Path) -> None:
+    places = outputs[0].splitlines()
     assert len(places) == 3 and all(Path(place).is_relative_to(home) for place in places)
-    assert wheel.name.split("-")[1] in told[1]
-    assert "planar-2r" in json.dumps(json.loads(told[2]))
-    shown = json.loads(told[3])
+    assert wheel.name.split("-")[1] in outputs[1]
+    assert "planar-2r" in json.dumps(json.loads(outputs[2]))
+    shown = json.loads(outputs[3])
     assert shown["id"] == "planar-2r/7" and len(shown["parts"]) == 2
     assert all(part["reference"] for part in shown["parts"])
-    assert told[-1] == "Weltkoordinatensystem\n", "German is in the wheel, and loaded without Babel"
+    assert outputs[-1] == "Weltkoordinatensystem\n", "German is in the wheel, and loaded without Babel"
 
 
 @pytest.mark.integration
-def test_an_assignment_from_init_to_full_marks(home: Path, tmp_path: Path) -> None:
-    """The solution notebook, handed in by a student, gets every point."""
+def test_an_assignment_runs_from_init_to_full_marks(home: Path, tmp_path: Path) -> None:
+    """A solution notebook submitted by a student gets every point."""
     course = tmp_path / "course"
-    qdot(home, "init", course, cwd=tmp_path)
+    run_qdot(home, "init", course, cwd=tmp_path)
     toml = (course / "assignment.toml").read_text(encoding="utf-8")
     key = tomllib.loads(toml)["key"]
     (course / "roster.csv").write_text("student,name,email\nada,Ada Lovelace,ada@example.org\n", encoding="utf-8")
 
-    qdot(home, "generate", course, cwd=tmp_path)
+    run_qdot(home, "generate", course, cwd=tmp_path)
     notebook = f"{Path(key).stem}.ipynb"
     assert (course / "released" / "ada" / notebook).is_file()
 
     (course / "submitted" / "ada").mkdir(parents=True)
     shutil.copy(course / "solutions" / "ada" / notebook, course / "submitted" / "ada" / notebook)
-    qdot(home, "grade", course, cwd=tmp_path)
+    run_qdot(home, "grade", course, cwd=tmp_path)
     (line,) = (course / "graded" / "results.jsonl").read_text(encoding="utf-8").splitlines()
     result = json.loads(line)
     assert result["student"] == "ada"
     assert result["score"] == result["max_score"] > 0
 
 
-OWN_TEST = """
+COURSE_TEST = """
 from exercises import OWNER as of_exercises
 from grader import OWNER as of_grader
 from tests import OWNER as of_tests
@@ -190,22 +198,24 @@ def test_packages_of_the_course_are_its_own():
 
 
 @pytest.mark.integration
-def test_a_course_may_have_packages_of_the_names_of_our_folders(home: Path, tmp_path: Path) -> None:
+def test_a_course_may_have_packages_named_like_our_folders(home: Path, tmp_path: Path) -> None:
     (site,) = home.glob("lib/python3.*/site-packages")
-    lend(["pytest"], site)
+    install_requirements(["pytest"], site)
     for name in ("exercises", "grader", "tests"):
         (tmp_path / name).mkdir()
         (tmp_path / name / "__init__.py").write_text('OWNER = "the course"\n')
-    (tmp_path / "tests" / "test_course.py").write_text(OWN_TEST)
+    (tmp_path / "tests" / "test_course.py").write_text(COURSE_TEST)
     assert "1 passed" in run(home / "bin" / "python", "-m", "pytest", "-q", cwd=tmp_path)
 
 
-def test_it_carries_the_documentation_and_the_sites_scripts(wheel: Path) -> None:
+def test_the_wheel_contains_the_docs_and_the_sites_scripts(wheel: Path) -> None:
     names = set(zipfile.ZipFile(wheel).namelist())
     pages = {f"qdot/exercises/site_docs/{path.name}" for path in (ROOT / "docs").glob("*.md")}
     assert pages and pages <= names
     dist = ROOT / "site" / "dist"
-    built = {f"qdot/exercises/site_dist/{p.relative_to(dist).as_posix()}" for p in dist.rglob("*") if p.is_file()}
+    built = {
+        f"qdot/exercises/site_dist/{path.relative_to(dist).as_posix()}" for path in dist.rglob("*") if path.is_file()
+    }
     assert built == {name for name in names if name.startswith("qdot/exercises/site_dist/")}
 
 
@@ -215,8 +225,8 @@ def test_an_instructor_builds_the_site_without_node(home: Path, tmp_path: Path) 
     site = tmp_path / "site"
     environment = {"PATH": str(home / "bin"), "HOME": str(tmp_path)}  # no Node, no npm
     command = [home / "bin" / "qdot", "site", "build", "--families", "polar-rp", "--variants", "1", "--out", site]
-    done = subprocess.run([*map(str, command)], env=environment, cwd=tmp_path, capture_output=True, encoding="utf-8")
-    assert done.returncode == 0, done.stderr
+    process = subprocess.run([*map(str, command)], env=environment, cwd=tmp_path, capture_output=True, encoding="utf-8")
+    assert process.returncode == 0, process.stderr
     for name in ("index.html", "practice.html", "examples/6-3.html", "arms.html", "docs/instructors.html"):
         page = (site / name).read_text(encoding="utf-8")
         for address in re.findall(r'<(?:script|link)[^>]* (?:src|href)="([^"]+)"', page):

@@ -1,6 +1,6 @@
-"""What runs no student's code works where there is nothing of POSIX, as on Windows; the rest says so in one sentence.
+"""Commands that run no student code work without POSIX, as on Windows; the others say so in one sentence.
 
-A stand-in (`tests/support/windows`) takes away what Windows lacks. CI runs the same on Windows itself.
+A stand-in (`tests/support/windows`) removes what Windows lacks. CI runs the same tests on Windows itself.
 """
 
 import json
@@ -27,7 +27,7 @@ NEEDS_SCRIPTS = pytest.mark.skipif(
 
 
 def run(*arguments: str | Path, code: int = 0, encoding: str = "") -> tuple[str, str]:
-    """Run a command where there is nothing of POSIX; no file is opened in whatever encoding the system has."""
+    """Run a command without POSIX; opening a file in the system's encoding is an error."""
     environment = {**os.environ, "PYTHONPATH": str(ROOT), "PYTHONWARNDEFAULTENCODING": "1"}
     if not ON_WINDOWS:
         environment["PYTHONPATH"] = f"{STAND_IN}{os.pathsep}{ROOT}"
@@ -35,15 +35,15 @@ def run(*arguments: str | Path, code: int = 0, encoding: str = "") -> tuple[str,
         environment["PYTHONIOENCODING"] = encoding
     warnings = ("-W", "error::EncodingWarning:exercises", "-W", "error::EncodingWarning:grader")
     command = [sys.executable, *warnings, "-m", "qdot", *map(str, arguments)]
-    done = subprocess.run(command, env=environment, capture_output=True, cwd=ROOT, timeout=600)
-    said, told = done.stdout.decode("utf-8"), done.stderr.decode("utf-8", "replace")
-    assert done.returncode == code, f"{arguments}: {said}{told}"
-    assert "Traceback" not in told
-    return said, told
+    process = subprocess.run(command, env=environment, capture_output=True, cwd=ROOT, timeout=600)
+    output, errors = process.stdout.decode("utf-8"), process.stderr.decode("utf-8", "replace")
+    assert process.returncode == code, f"{arguments}: {output}{errors}"
+    assert "Traceback" not in errors
+    return output, errors
 
 
-@pytest.mark.skipif(ON_WINDOWS, reason="it is the system itself")
-def test_the_stand_in_has_nothing_of_posix(tmp_path: Path) -> None:
+@pytest.mark.skipif(ON_WINDOWS, reason="Windows needs no stand-in")
+def test_the_stand_in_has_no_posix(tmp_path: Path) -> None:
     program = """
 import importlib, multiprocessing, os, signal, sys
 for name in ("fcntl", "resource", "pwd", "termios"):
@@ -66,26 +66,26 @@ for refused in (lambda: os.open(".", os.O_RDONLY), lambda: open("a:b", "w"), lam
     subprocess.run([sys.executable, "-c", program], env=environment, cwd=tmp_path, check=True)
 
 
-WORK = (
+PROCESS_MODULES = (
     "qdot.exercises.assignment.release",
     *(f"qdot.grader.{name}" for name in ("grading.certify", "grading.batch", "reports.write")),
 )
-"""What the processes of a command load."""
+"""The modules that a command's processes load."""
 
 
-def test_every_command_and_all_that_its_processes_need_can_be_loaded() -> None:
-    """What one module asks of POSIX when it is loaded ends every command that needs it."""
-    names = sorted({*COMMANDS.values(), "qdot.grader.cli.site_commands", *WORK})
+def test_every_command_and_its_processes_can_be_loaded() -> None:
+    """A module that needs POSIX at import would end every command that loads it."""
+    names = sorted({*COMMANDS.values(), "qdot.grader.cli.site_commands", *PROCESS_MODULES})
     program = f"import importlib; [importlib.import_module(name) for name in {names}]"
     environment = {**os.environ, "PYTHONPATH": str(ROOT) if ON_WINDOWS else f"{STAND_IN}{os.pathsep}{ROOT}"}
-    done = subprocess.run([sys.executable, "-c", program], env=environment, cwd=ROOT, capture_output=True, text=True)
-    assert done.returncode == 0, done.stderr
+    process = subprocess.run([sys.executable, "-c", program], env=environment, cwd=ROOT, capture_output=True, text=True)
+    assert process.returncode == 0, process.stderr
 
 
 @pytest.mark.integration
-def test_what_is_asked_and_solved() -> None:
-    said, _ = run("show", "polar-rp/1", "--solution")
-    assert "θ" in said, "a pipe is UTF-8, whatever the system's encoding is"
+def test_problems_are_shown_solved_verified_and_compared() -> None:
+    output, _ = run("show", "polar-rp/1", "--solution")
+    assert "θ" in output, "a pipe is UTF-8, whatever the system's encoding is"
     assert "?" in run("show", "polar-rp/1", encoding="ascii")[0]
     assert json.loads(run("show", "polar-rp/1", "--format", "json")[0])["id"] == "polar-rp/1"
     assert "determinant" in run("solve", ROOT / "tests/data/archives/unreleased/arm.toml")[0].lower()
@@ -94,25 +94,25 @@ def test_what_is_asked_and_solved() -> None:
 
 
 @pytest.mark.integration
-def test_time_that_is_over_ends_a_derivation() -> None:
-    """There is no timer of the system."""
-    said, _ = run("solve", "panda", "--time", "0.1", "--format", "json")
-    assert json.loads(said)["missing"]
+def test_a_time_limit_ends_a_derivation() -> None:
+    """Windows has no system timer for it."""
+    output, _ = run("solve", "panda", "--time", "0.1", "--format", "json")
+    assert json.loads(output)["missing"]
 
 
 REFUSED = "qdot can't sandbox student code on Windows, so it does not run any. Use the container"
 
 
 @pytest.mark.integration
-def test_students_code_is_refused_in_one_sentence(tmp_path: Path) -> None:
-    made = make_class(tmp_path / "hw", [Student("ada")])
-    notebook = submit(made, "ada/hw.ipynb", make_correct_notebook(made, "ada"))
-    for command, path in (("grade", made.folder), ("check", notebook), ("demo", tmp_path / "demo")):
-        said, told = run(command, path, code=2)
-        assert told.startswith(f"qdot: {REFUSED}") and len(told.splitlines()) == 1 and not said
-    assert not (tmp_path / "demo").exists() and not (made.folder / "graded" / "results.jsonl").exists()
-    found = json.loads(run("doctor", "--json")[0])
-    assert not found["strict"] and {each["by"] for each in found["guarantees"]} == {"missing"}
+def test_commands_that_run_student_code_are_refused(tmp_path: Path) -> None:
+    assignment = make_class(tmp_path / "hw", [Student("ada")])
+    notebook = submit(assignment, "ada/hw.ipynb", make_correct_notebook(assignment, "ada"))
+    for command, path in (("grade", assignment.folder), ("check", notebook), ("demo", tmp_path / "demo")):
+        output, errors = run(command, path, code=2)
+        assert errors.startswith(f"qdot: {REFUSED}") and len(errors.splitlines()) == 1 and not output
+    assert not (tmp_path / "demo").exists() and not (assignment.folder / "graded" / "results.jsonl").exists()
+    report = json.loads(run("doctor", "--json")[0])
+    assert not report["strict"] and {guarantee["by"] for guarantee in report["guarantees"]} == {"missing"}
     assert REFUSED in run("doctor")[0]
 
 
@@ -121,25 +121,25 @@ ARCHIVES = {"gradescope", "github", "gitlab", "nbgrader", "otter", "prairielearn
 
 @pytest.fixture(scope="module")
 def folder(tmp_path_factory: pytest.TempPathFactory) -> Path:
-    """A class that was graded elsewhere, and is generated, exported and reported here."""
-    made = make_class(tmp_path_factory.mktemp("windows") / "hw", [Student("ada", "Ädä"), Student("bo")])
-    elsewhere = shutil.copytree(made.folder, made.folder.parent / "elsewhere")
-    run("generate", made.folder, "--jobs", "2")
+    """Return a class that is generated here and was graded elsewhere."""
+    assignment = make_class(tmp_path_factory.mktemp("windows") / "hw", [Student("ada", "Ädä"), Student("bo")])
+    elsewhere = shutil.copytree(assignment.folder, assignment.folder.parent / "elsewhere")
+    run("generate", assignment.folder, "--jobs", "2")
     if not ON_WINDOWS:
-        submit(made, "ada/hw.ipynb", make_correct_notebook(made, "ada"))
-        run_here("grade", made.folder, "--jobs", "1")
+        submit(assignment, "ada/hw.ipynb", make_correct_notebook(assignment, "ada"))
+        run_here("grade", assignment.folder, "--jobs", "1")
         run_here("generate", elsewhere, "--jobs", "1")
-    return made.folder
+    return assignment.folder
 
 
 @pytest.mark.integration
-class TestAClass:
+class TestClass:
     @pytest.mark.skipif(ON_WINDOWS, reason="there is nothing to compare with")
-    def test_the_same_notebooks_are_written(self, folder: Path) -> None:
+    def test_generate_writes_the_same_notebooks(self, folder: Path) -> None:
         for kind in ("released", "solutions", "certificates"):
             assert read_folder(folder / kind) == read_folder(folder.parent / "elsewhere" / kind)
 
-    def test_it_is_verified_and_goes_on(self, folder: Path) -> None:
+    def test_verify_passes_and_generate_keeps_notebooks(self, folder: Path) -> None:
         assert "2 problems verified, 0 failed" in run("verify", folder, "--jobs", "1")[0]
         assert "2 kept" in run("generate", folder)[0]
 
@@ -147,28 +147,18 @@ class TestAClass:
         "export_format",
         [pytest.param(name, marks=NEEDS_SCRIPTS if name == "scorm" else ()) for name in sorted(EXPORT_FORMATS)],
     )
-    def test_every_export_format(self, folder: Path, export_format: str) -> None:
-        run(
-            "export",
-            folder,
-            "--to",
-            export_format,
-            "--variants",
-            "1",
-            "--jobs",
-            "1",
-            "--out",
-            folder.parent / export_format,
-        )
+    def test_every_export_format_is_written(self, folder: Path, export_format: str) -> None:
+        options = ("--variants", "1", "--jobs", "1", "--out", folder.parent / export_format)
+        run("export", folder, "--to", export_format, *options)
         assert list((folder.parent / export_format).iterdir())
 
     @pytest.mark.skipif(ON_WINDOWS, reason="nothing is graded here")
-    def test_the_report_and_marks(self, folder: Path) -> None:
+    def test_reports_are_written(self, folder: Path) -> None:
         run("report", folder)
         run("report", folder, "--report", f"xlsx={folder / 'grades.xlsx'}")
         assert (folder / "grades.xlsx").stat().st_size > 1000
 
     @NEEDS_SCRIPTS
-    def test_the_site(self, tmp_path: Path) -> None:
+    def test_the_site_is_built(self, tmp_path: Path) -> None:
         run("site", "build", "--families", "polar-rp", "--variants", "1", "--jobs", "2", "--out", tmp_path / "site")
         assert (tmp_path / "site" / "practice.html").exists()

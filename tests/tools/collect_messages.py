@@ -86,7 +86,7 @@ def _find_messages() -> Iterator[FoundMessage]:
         {
             mistake.chapter_reference
             for mistake in CATALOGUE.values()
-            if not is_formula_number(mistake.chapter_reference)
+            if mistake.source and not is_formula_number(mistake.chapter_reference)
         }
     ):
         yield "exercises/mistakes", where, SOURCE

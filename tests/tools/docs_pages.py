@@ -218,7 +218,7 @@ def _describe_default(field: FieldInfo) -> str:
 def _value_form(message: str) -> str:
     """Return the form of a value as a cell of a table, from the message about a wrong value; examples are code."""
     text = message.removeprefix("expected ").replace("|", "\\|")
-    return re.sub(r"\w+ = (?:\{.*?\}|\[.*?\]|\"[^\"]*\"|[^;,) ]+)", r"`\g<0>`", text)
+    return re.sub(r"\w+ = (?:\{.*?\}|\[.*?\]|\"[^\"]*\"|[^;,) ]+)|\[\{.*?\}\]|\[\".*?\]", r"`\g<0>`", text)
 
 
 # --- real robots ---

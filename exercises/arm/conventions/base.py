@@ -118,14 +118,14 @@ class Convention:
         return [theta, d, a, alpha]
 
     @staticmethod
-    def row_steps(row: "Joint") -> "Iterator[tuple[str, sp.Expr, sp.Expr]]":
+    def split_row(row: "Joint") -> "Iterator[tuple[str, sp.Expr, sp.Expr]]":
         """Yield the axis, the angle (rad) and the length (m) of each screw motion of which a row consists."""
         yield "z", row.theta, row.d
         yield "x", row.alpha, row.a
 
     def rotation(self, row: "Joint") -> sp.Matrix:
         """Return the rotation from frame i to frame i-1 (3 x 3)."""
-        rotations = [rot_z(angle) if axis == "z" else rot_x(angle) for axis, angle, _ in self.row_steps(row)]
+        rotations = [rot_z(angle) if axis == "z" else rot_x(angle) for axis, angle, _ in self.split_row(row)]
         return rotations[0] * rotations[1]
 
     def link_vector(self, row: "Joint") -> sp.Matrix:
@@ -152,9 +152,9 @@ class Convention:
         """
         return frames
 
-    def keep_first_joints(self, count: int) -> "Chain":
-        """Return the arm of the first `count` joints; its point of interest is the origin of its last frame."""
-        return replace(self.chain, joints=self.chain.joints[:count], tool=None)
+    def keep_first_joints(self, joint_count: int) -> "Chain":
+        """Return the arm of the first `joint_count` joints; its point of interest is the origin of its last frame."""
+        return replace(self.chain, joints=self.chain.joints[:joint_count], tool=None)
 
     # --- names ---
 

@@ -73,7 +73,7 @@ class ModifiedDh(Convention):
         return [alpha, a, d, theta]
 
     @staticmethod
-    def row_steps(row: "Joint") -> "Iterator[tuple[str, sp.Expr, sp.Expr]]":
+    def split_row(row: "Joint") -> "Iterator[tuple[str, sp.Expr, sp.Expr]]":
         """Yield the two screw motions of a row: along and about x, then along and about the joint's z axis."""
         yield "x", row.alpha, row.a
         yield "z", row.theta, row.d
@@ -109,9 +109,9 @@ class ModifiedDh(Convention):
         poses[..., :3, 1] = cross(poses[..., :3, 2], poses[..., :3, 0])
         return poses
 
-    def keep_first_joints(self, count: int) -> "Chain":
-        """Return the arm of the first `count` joints; its last row has neither `a` nor `alpha`."""
-        shortened = super().keep_first_joints(count)
+    def keep_first_joints(self, joint_count: int) -> "Chain":
+        """Return the arm of the first `joint_count` joints; its last row has neither `a` nor `alpha`."""
+        shortened = super().keep_first_joints(joint_count)
         last_row = [replace(joint, a=sp.S.Zero, alpha=sp.S.Zero) for joint in shortened.joints[-1:]]
         return replace(shortened, joints=(*shortened.joints[:-1], *last_row))
 
@@ -122,4 +122,5 @@ class ModifiedDh(Convention):
             return f"O_{frame + 1}"
         if frame == chain.point.frame and chain.point.is_origin:
             return "P"
-        return f"O_{frame}" if self.step_to_standard_frame(frame)[1] == 0 else None
+        _, shift = self.step_to_standard_frame(frame)
+        return f"O_{frame}" if shift == 0 else None

@@ -6,6 +6,7 @@ The modules, from what an instructor writes to the question:
     reader          reads it from a file
     language        the language of formulas: parsing, operations, functions
     quantities      the named quantities of an arm, in any arithmetic
+    units           checks the unit of a number
     question        the question of a definition: computes, samples and checks its answer
 """
 

@@ -16,6 +16,7 @@ import sympy as sp
 from qdot.exercises.arm.chain import Chain
 from qdot.exercises.arm.derivation import TooLong, derive, symbolic_arm_of
 from qdot.exercises.arm.derivation_graph import StageResults, compute_symbolic_stages, to_sympy_matrix
+from qdot.exercises.arm.lengths import with_symbolic_lengths
 from qdot.exercises.arm.trigonometry import textbook_form
 from qdot.exercises.common.stream import Stream
 from qdot.exercises.formula.parser import parse_formula
@@ -24,7 +25,7 @@ from qdot.exercises.formula.sympy_text import expression_text
 from qdot.exercises.problem.problem import Details, SymbolInfo, list_table_numbers
 from qdot.exercises.questions import inversion
 from qdot.exercises.questions.base import AnswerAndDetails, Question, find_term_count_objection
-from qdot.exercises.questions.custom.definition import TEXT_ANSWER, Definition, GivenValue
+from qdot.exercises.questions.custom.definition import GIVEN_GROUPS, SAMPLED_KINDS, TEXT_ANSWER, Definition, GivenValue
 from qdot.exercises.questions.custom.language import (
     FormulaError,
     compute,
@@ -34,6 +35,7 @@ from qdot.exercises.questions.custom.language import (
     parse,
 )
 from qdot.exercises.questions.custom.quantities import make_quantities, name_accelerations
+from qdot.exercises.questions.custom.units import find_unit_objection
 from qdot.exercises.questions.reference import derive_reference
 from qdot.exercises.reference_answers import (
     Choice,
@@ -319,7 +321,14 @@ class QuestionMaker:
     # --- whether it can be asked ---
 
     def find_objection(self, chain: Chain) -> str | None:
-        """Return why the question can't be asked of an arm, or None."""
+        """Return why the question can't be asked of an arm, or None.
+
+        A number at random values is sampled for the symbolic arm, once for all arms of a class.
+        """
+        given = self.definition.given
+        is_random = bool(given) and all(value.kind or value.name in GIVEN_GROUPS for value in given)
+        if is_random and self.formulas and not self.names_arm_symbols(chain):
+            return _find_objection(self.definition, symbolic_arm_of(chain).chain)
         return _find_objection(self.definition, chain)
 
     def check(self, chain: Chain) -> str | None:
@@ -344,6 +353,32 @@ class QuestionMaker:
         except (FormulaError, TooLong, ValueError) as error:
             return str(error)
         return None
+
+    def find_repeated_answer(self, chain: Chain) -> str | None:
+        """Return a numeric answer that is the same for three samples of random values; None if there is none."""
+        given = self.definition.given
+        if not self.formulas or not any(g.kind or g.name in GIVEN_GROUPS or g.low < g.high for g in given):
+            return None
+        samples = (self.sample_number(chain, Stream(f"check {k}")) for k in range(3))
+        answers = {", ".join(sample[0].as_json()) for sample in samples if sample is not None}
+        return answers.pop() if len(answers) == 1 else None
+
+    def find_unit_objection(self, chain: Chain) -> str | None:
+        """Return why a number probably doesn't have its unit, or None."""
+        if not self.definition.given or self.is_set or not self.formulas:
+            return None
+        try:
+            arm, _ = with_symbolic_lengths(chain)
+            details = self._sample_values(arm, Stream("units"))
+            answer = to_sympy_matrix(self.compute_answer(compute_symbolic_stages(arm), details))
+        except FormulaError:  # it names a number of the table, which has no symbol
+            return None
+        units = {value.name: SAMPLED_KINDS.get(value.kind, "1") for value in self.definition.given}
+        units |= dict(self.definition.units)
+        for q, rate, joint in zip(arm.q, arm.rates, arm.joints, strict=True):
+            units |= {q.name: "m", rate.name: "m/s"} if joint.is_prismatic else {q.name: "rad", rate.name: "rad/s"}
+        units |= {row: "m/s" if row[0] == "v" else "rad/s" for row in arm.task}
+        return find_unit_objection(answer, details.all_values, units, self.definition.unit)
 
     def _check_zeros(self, chain: Chain) -> str | None:
         found = self.find_zeros(chain, Stream("check"))

@@ -26,7 +26,7 @@ FUNCTION_TYPES = (*PYTHON_FUNCTIONS, numpy.vectorize, numpy.ufunc, sympy.Lambda)
 TABLE_PREFIX = "function: "
 """The prefix of an answer that is a table of values, not a formula: JSON with the shape and a row for each point."""
 
-# Names of parameters: of the vector of joint variables, of the vector of joint rates, and of a single variable or rate.
+# Accepted parameter names for the vector of joint variables or of joint rates, and for a single variable or rate.
 _JOINT_VECTOR_NAME = re.compile(r"q|th|theta|thetas|joints|angles|qs|config|configuration|pose")
 _RATE_VECTOR_NAME = re.compile(r"qd|dq|qp|q_?dot|d?theta_?dot|dtheta|rates|thetad")
 _JOINT_NAME = re.compile(r"(?:theta|th|q|t|d|θ)_?(\d)")
@@ -46,7 +46,7 @@ _NUMPY_NAMES = {"asin": "arcsin", "acos": "arccos", "atan": "arctan", "atan2": "
 
 
 def evaluate_function(function: Any, calls: Mapping[str, Any]) -> Any:
-    """Return the result of a function called with symbols; if the result is no formula, a text with a table of values.
+    """Return the result of a function called with symbols, or a table of values as text if it is not a formula.
 
     `calls` has the fields of `qdot.grader.sandbox.sandbox.Calls`. Raises whatever the function raises, and TypeError if
     the function can't be called with symbols or at points.
@@ -90,7 +90,7 @@ def _tabulate_values(function: Any, calls: Mapping[str, Any]) -> dict[str, Any]:
 def _make_arguments(function: Any, calls: Mapping[str, Any], value_of_symbol: Any) -> list[Any]:
     """Return the arguments for a function, matched by the names of its parameters.
 
-    `value_of_symbol` returns the value of the symbol with a name: the symbol itself, or a number.
+    `value_of_symbol` maps a symbol's name to the symbol itself or to a number.
     """
     if isinstance(function, sympy.Lambda):
         names: list[str] = [str(symbol) for symbol in function.variables]
@@ -107,7 +107,7 @@ def _make_arguments(function: Any, calls: Mapping[str, Any], value_of_symbol: An
         return [value_of_symbol(joint) for joint in joints]
     targets = [_match_parameter(name, joints, calls["symbols"]) for name in names]
     if all(target is None for target in targets) and len(names) == len(joints):
-        targets = list(joints)  # one parameter for each joint, in order, with names of the student's own
+        targets = list(joints)  # one parameter for each joint, in order, under names that the student chose
     for name, target in zip(names, targets, strict=True):
         if target is None:
             names_text = ", ".join(calls["symbols"])

@@ -153,7 +153,7 @@ def _find_stop_line(error: BaseException, cell_name: str) -> int | None:
         position = find_position(error, cell_name)
     except BaseException:  # a student's exception must not break the report
         return None
-    return None if position is None else position[0]
+    return None if position is None else position.line
 
 
 class _SymbolTracker:

@@ -2,7 +2,7 @@
 
 import type { JSX } from "preact";
 
-import { type Arm, entries, type State } from "./model.js";
+import { type Arm, thetaAndD, type State } from "./model.js";
 import { dot } from "./vector.js";
 import { vectorInPixels, pixel, type Pixel, type View } from "./view.js";
 import { jointClass } from "./letters.js";
@@ -23,14 +23,14 @@ export function arcOf(arm: Arm, state: State, view: View, i: number): Arc | null
   const joint = arm.joints[i]!;
   if (joint.kind !== "R") return null;
   const before = state.frames[i]!;
-  const [angle] = entries(joint, state.pose[i]!);
+  const [angle] = thetaAndD(joint, state.pose[i]!);
   const turn = Math.atan2(Math.sin(angle), Math.cos(angle));
   if (Math.abs(turn) < 0.06) return null;
   const [x, y] = pixel(view, before.o);
   const [sx, sy] = vectorInPixels(view, before.x);
-  const toward = dot(before.z, view.toward);
+  const towardReader = dot(before.z, view.towardReader);
   const start = Math.atan2(-sy, sx);
-  const spin = toward > 0 ? turn : -turn; // positive counterclockwise on the page
+  const spin = towardReader > 0 ? turn : -turn; // positive counterclockwise on the page
   const at = (share: number, radius: number): Pixel => [
     x + radius * Math.cos(start + share * spin),
     y - radius * Math.sin(start + share * spin),

@@ -12,11 +12,11 @@ import { namedPose, type State } from "./model.js";
 import { stationOn } from "./path.js";
 import { angleIn, digits } from "./number-format.js";
 import type { Stage } from "./stage.js";
-import { jointOf, SYMBOL, symbolsIn, symbolsOf, termAt, typed } from "./terms.js";
+import { jointOf, SYMBOL, symbolsIn, symbolsOf, termAt, typedText } from "./terms.js";
 import { jointClass } from "./letters.js";
 
-/** The term pointed at; `stays`: it is pinned; `byKey`: the keyboard selected it. */
-type Term = { readonly parts: readonly Element[]; readonly stays: boolean; readonly byKey?: boolean };
+/** The term pointed at; `byKey`: the keyboard selected it. */
+type Term = { readonly parts: readonly Element[]; readonly isPinned: boolean; readonly byKey?: boolean };
 
 /** Minimum distance in pixels of a shown number from the sides of the window. */
 const EDGE = 64;
@@ -35,12 +35,12 @@ function onlySymbol(parts: readonly Element[]): Element | null {
 }
 
 /** Show the number of the highlighted term, and highlight the letters of the joint that is pointed at. */
-export function Answering({ stage, radians, rates }: Omit<ValueProps, "parts">): JSX.Element {
+export function TermLinks({ stage, radians, rates }: Omit<ValueProps, "parts">): JSX.Element {
   const help = useId();
   const [term, setTerm] = useState<Term | null>(null);
   const [, setScrolled] = useState(0);
-  const { arm, point, lit } = stage;
-  const isOurs = useRef(false); // whether a formula, not the drawing, highlighted the joint
+  const { arm, highlight, highlighted } = stage;
+  const isFromFormula = useRef(false); // whether a formula, not the drawing, highlighted the joint
   const isResting = useRef(false); // whether the pointer rests while the keyboard is used
   const current = useRef(term);
   current.current = term;
@@ -50,24 +50,24 @@ export function Answering({ stage, radians, rates }: Omit<ValueProps, "parts">):
     const listening = new AbortController();
     const listen = (name: string, listener: (event: Event) => void): void =>
       document.addEventListener(name, listener, { signal: listening.signal, passive: true });
-    const light = (next: Term | null, symbol: Element | null | undefined): void => {
+    const highlightTerm = (next: Term | null, symbol: Element | null | undefined): void => {
       setTerm(next);
       const joint = symbol ? jointOf(symbol, arm) : null;
-      if (joint !== null || isOurs.current) point(joint);
-      isOurs.current = joint !== null;
+      if (joint !== null || isFromFormula.current) highlight(joint);
+      isFromFormula.current = joint !== null;
     };
-    const show = (event: Event, stays: boolean): void => {
+    const show = (event: Event, isPinned: boolean): void => {
       const pointed = pointedAt(event);
-      light(pointed && { parts: pointed.parts, stays }, pointed?.symbol);
+      highlightTerm(pointed && { parts: pointed.parts, isPinned }, pointed?.symbol);
     };
     /** Move from the highlighted term of this formula, or from its first term; return whether the key was used. */
     const step = (math: Element, key: string): boolean => {
       const from = current.current && math.contains(current.current.parts[0]!) ? current.current.parts : null;
       const parts = key === "Enter" ? from : termAfterKey(math, from, key);
       if (!parts) return false;
-      const stays = key === "Enter" && !current.current?.stays;
-      light(
-        { parts, stays, byKey: true },
+      const isPinned = key === "Enter" && !current.current?.isPinned;
+      highlightTerm(
+        { parts, isPinned, byKey: true },
         symbolsIn(parts).find((symbol) => jointOf(symbol, arm) !== null),
       );
       return true;
@@ -78,7 +78,7 @@ export function Answering({ stage, radians, rates }: Omit<ValueProps, "parts">):
     });
     listen("pointerover", (event) => {
       const hasPageScrolled = isResting.current && current.current?.byKey; // the page moved under a resting pointer
-      if (!current.current?.stays && !hasPageScrolled) show(event, false);
+      if (!current.current?.isPinned && !hasPageScrolled) show(event, false);
     });
     listen("click", (event) => {
       const pointed = pointedAt(event);
@@ -88,18 +88,18 @@ export function Answering({ stage, radians, rates }: Omit<ValueProps, "parts">):
       if (isFormula(target) && target.matches(":focus-visible")) step(target, "Home");
     });
     listen("focusout", ({ target }) => {
-      if (isFormula(target) && current.current?.byKey && !current.current.stays) light(null, null);
+      if (isFormula(target) && current.current?.byKey && !current.current.isPinned) highlightTerm(null, null);
     });
     const pressKey = (event: KeyboardEvent): void => {
       const { key, target, ctrlKey, metaKey, altKey } = event;
-      if (key === "Escape" && current.current) light(null, null);
+      if (key === "Escape" && current.current) highlightTerm(null, null);
       else if (isFormula(target) && !ctrlKey && !metaKey && !altKey && step(target, key)) event.preventDefault();
     };
     document.addEventListener("keydown", pressKey, { signal: listening.signal });
     const scrolling = { signal: listening.signal, passive: true };
     addEventListener("scroll", () => current.current && setScrolled(scrollY), scrolling);
     return () => listening.abort();
-  }, [arm, point]);
+  }, [arm, highlight]);
 
   useEffect(() => {
     for (const part of term?.parts ?? []) part.classList.add("term-on");
@@ -109,14 +109,14 @@ export function Answering({ stage, radians, rates }: Omit<ValueProps, "parts">):
   }, [term]);
 
   useEffect(() => {
-    if (lit === null) return;
-    const names = ["term-lit", jointClass(lit)];
-    const symbols = symbolsOf(document.querySelector("main") ?? document, lit, arm);
+    if (highlighted === null) return;
+    const names = ["term-lit", jointClass(highlighted)];
+    const symbols = symbolsOf(document.querySelector("main") ?? document, highlighted, arm);
     for (const symbol of symbols) symbol.classList.add(...names);
     return () => {
       for (const symbol of symbols) symbol.classList.remove(...names);
     };
-  }, [lit, arm]);
+  }, [highlighted, arm]);
 
   return (
     <>
@@ -146,7 +146,7 @@ interface ValueProps {
 
 /** A term by its letters and its number, for a screen reader. */
 function Spelled(props: ValueProps): JSX.Element {
-  const name = spellOut(typed(props.parts) ?? props.parts.map(({ textContent }) => textContent).join(" "));
+  const name = spellOut(typedText(props.parts) ?? props.parts.map(({ textContent }) => textContent).join(" "));
   const value = formatValue(props);
   return <>{value === null ? name : say("arm.term.spelled", { name, value })}</>;
 }
@@ -160,7 +160,7 @@ const spellOut = (text: string): string =>
 
 /** Return the value of a term at the current pose as text; null if it has none. */
 function formatValue({ parts, stage, radians, rates }: ValueProps): string | null {
-  const text = typed(parts);
+  const text = typedText(parts);
   const value = text === null ? null : valueOf(text, stage, rates);
   if (value === null || !parts[0]!.isConnected) return null;
   const isAngle = /^theta\d+$/.test(text!);

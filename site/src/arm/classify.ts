@@ -12,9 +12,8 @@ import { dot, type Matrix, norm, subtract, multiply, transpose } from "./vector.
 
 export type Kind = "regular" | "boundary" | "internal";
 
-const REGULAR = 1e-7;
-const STEP = 1e-4;
-const TURNS = 24;
+/** Relative tolerance for the rank of J; step of numeric derivatives (rad or m); and rotations tried in a turn. */
+const [RANK_TOLERANCE, STEP, ROTATIONS] = [1e-7, 1e-4, 24];
 
 /** Return whether the kind of a singularity can be decided for an arm and its task. */
 export function isKindDecidable(arm: Arm): boolean {
@@ -40,13 +39,13 @@ export function wristCentre(arm: Arm): number | null {
   const [first, second, third] = arm.joints.slice(-3);
   if (n < 4 || !first || !second || !third) return null;
   if ([first, second, third].some((joint) => joint.kind !== "R")) return null;
-  const meet = [first.a, second.a, second.other].every((length) => Math.abs(length) < 1e-12);
-  const bent = [first, second].every((joint) => Math.abs(Math.sin(joint.alpha)) > REGULAR);
-  return meet && bent ? n - 2 : null;
+  const axesMeet = [first.a, second.a, second.otherConstant].every((length) => Math.abs(length) < 1e-12);
+  const axesDiffer = [first, second].every((joint) => Math.abs(Math.sin(joint.alpha)) > RANK_TOLERANCE);
+  return axesMeet && axesDiffer ? n - 2 : null;
 }
 
 /** Return the kind of a pose. An arm with a spherical wrist is at its boundary if its wrist centre is. */
-export function kindAt(arm: Arm, pose: Pose, tolerance = REGULAR): Kind {
+export function kindAt(arm: Arm, pose: Pose, tolerance = RANK_TOLERANCE): Kind {
   const positioner = withoutWrist(arm);
   if (!positioner) return kindForWorstRotation(arm, pose, tolerance);
   if (rankOf(arm, pose, tolerance) === 6) return "regular";
@@ -57,8 +56,8 @@ export function kindAt(arm: Arm, pose: Pose, tolerance = REGULAR): Kind {
 /** Return the first three joints of a six-joint arm with a spherical wrist, for its wrist centre; else null. */
 function withoutWrist(arm: Arm): Arm | null {
   if (arm.joints.length !== 6 || arm.task.length !== 6 || wristCentre(arm) === null) return null;
-  if ([3, 4].some((i) => Math.abs(Math.cos(arm.joints[i]!.alpha)) > REGULAR)) return null;
-  const wristPoint = { frame: 3, offset: [0, 0, arm.joints[3]!.other] as const };
+  if ([3, 4].some((i) => Math.abs(Math.cos(arm.joints[i]!.alpha)) > RANK_TOLERANCE)) return null;
+  const wristPoint = { frame: 3, offset: [0, 0, arm.joints[3]!.otherConstant] as const };
   return { ...arm, joints: arm.joints.slice(0, 3), point: wristPoint, task: [0, 1, 2] };
 }
 
@@ -80,8 +79,12 @@ function kindForWorstRotation(arm: Arm, pose: Pose, tolerance: number): Kind {
   const start = stateAt(arm, pose).point;
   for (let joint = 1; joint < Math.min(arm.joints.length, arm.point.frame); joint += 1) {
     if (arm.joints[joint]!.kind !== "R") continue;
-    const rotated = Array.from({ length: TURNS }, (_, k) => pose.with(joint, pose[joint]! + (2 * Math.PI * k) / TURNS));
-    if (rotated.every((other) => norm(subtract(stateAt(arm, other).point, start)) < Math.max(REGULAR, tolerance))) {
+    const rotated = Array.from({ length: ROTATIONS }, (_, k) =>
+      pose.with(joint, pose[joint]! + (2 * Math.PI * k) / ROTATIONS),
+    );
+    if (
+      rotated.every((other) => norm(subtract(stateAt(arm, other).point, start)) < Math.max(RANK_TOLERANCE, tolerance))
+    ) {
       return rotated.some((other) => kindFromJacobian(arm, other, tolerance) === "boundary") ? "boundary" : "internal";
     }
   }
@@ -93,14 +96,14 @@ function kindFromJacobian(arm: Arm, pose: Pose, tolerance: number): Kind {
   const decomposition = decompose(counted);
   const rank = rankIn(counted, decomposition.sigma, reachOf(arm), tolerance);
   if (rank === Math.min(counted.length, arm.joints.length)) return "regular";
-  const lost = decompose(transpose(counted)).v.slice(rank);
-  const still = decomposition.v.slice(rank);
+  const lostDirections = decompose(transpose(counted)).v.slice(rank);
+  const selfMotions = decomposition.v.slice(rank);
   if (counted.length > arm.joints.length) return "internal";
-  return directions(lost).some((u) => isEdge(arm, pose, u, still)) ? "boundary" : "internal";
+  return sampleDirections(lostDirections).some((u) => isEdge(arm, pose, u, selfMotions)) ? "boundary" : "internal";
 }
 
 /** Return unit vectors among the lost directions: the only one, or twelve random combinations of several. */
-function directions(lost: Matrix): Matrix {
+function sampleDirections(lost: Matrix): Matrix {
   if (lost.length === 1) return lost;
   const next = randomNumbers(11);
   return Array.from({ length: 12 }, () => {
@@ -131,7 +134,7 @@ function secondOrderMotion(arm: Arm, pose: Pose, lost: readonly number[], still:
     const [ahead, behind] = [lostRatesAfter(k, STEP), lostRatesAfter(k, -STEP)];
     return ahead.map((value, j) => (value - behind[j]!) / (2 * STEP));
   });
-  const even = form.map((row, i) => row.map((value, j) => (value + form[j]![i]!) / 2));
-  const axes = axesOf(even);
+  const symmetric = form.map((row, i) => row.map((value, j) => (value + form[j]![i]!) / 2));
+  const axes = axesOf(symmetric);
   return [axes.some(({ value }) => value > 1e-5), axes.some(({ value }) => value < -1e-5)];
 }

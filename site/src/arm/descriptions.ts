@@ -15,19 +15,19 @@ export function nearness(arm: Arm, { ratio }: Measures): Nearness {
 }
 
 /** Return the kind of a nearly singular pose; null if it is regular or the kind can't be decided. */
-export function kindHere(arm: Arm, state: State): Exclude<Kind, "regular"> | null {
+export function kindOfSingularity(arm: Arm, state: State): Exclude<Kind, "regular"> | null {
   if (nearness(arm, measuresOf(state)) !== "singular" || !isKindDecidable(arm)) return null;
   const kind = kindAt(arm, state.pose, 0.005);
   return kind === "regular" ? null : kind;
 }
 
 /** Return pose, position, determinant and nearness in sentences. */
-export function inWords(arm: Arm, state: State, radians: boolean): string {
-  return `${poseAndPoint(arm, state, radians)} ${singularityInWords(arm, state)}`;
+export function describeArm(arm: Arm, state: State, radians: boolean): string {
+  return `${describePose(arm, state, radians)} ${describeSingularity(arm, state)}`;
 }
 
 /** Return the pose and the position of P in sentences. */
-export function poseAndPoint(arm: Arm, { pose, point }: State, radians: boolean): string {
+export function describePose(arm: Arm, { pose, point }: State, radians: boolean): string {
   const rotatedKey = radians ? "arm.words.turned-radians" : "arm.words.turned";
   const joints = arm.joints.map(({ kind, name }, i) =>
     say(kind === "R" ? rotatedKey : "arm.words.slid", {
@@ -39,7 +39,7 @@ export function poseAndPoint(arm: Arm, { pose, point }: State, radians: boolean)
   return `${say("arm.words.pose", { joints: joints.join(", ") })} ${say("arm.words.point", { x, y, z })}`;
 }
 
-function singularityInWords(arm: Arm, state: State): string {
+function describeSingularity(arm: Arm, state: State): string {
   const measures = measuresOf(state);
   const { det, volume, least, ratio } = measures;
   const percent = decimals(100 * ratio, 1);
@@ -48,7 +48,7 @@ function singularityInWords(arm: Arm, state: State): string {
   const near = nearness(arm, measures);
   const sentences = [size, say("arm.words.sigma", { least: digits(least), percent }), say(`arm.words.${near}`)];
   if (near === "singular") {
-    const kind = kindHere(arm, state);
+    const kind = kindOfSingularity(arm, state);
     if (kind) sentences.push(say(`arm.words.${kind}`));
   }
   const lost = near === "regular" ? null : lostDirection(arm, state);

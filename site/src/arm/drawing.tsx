@@ -11,7 +11,7 @@ import { jointClass, plainLetters } from "./letters.js";
 import { drawnLostDirection } from "./lost-direction.js";
 import { drawnColumns, Marks } from "./marks.js";
 import { measuresOf, stateAt } from "./model.js";
-import { edgesOf, withFraming, framingOf, isSame, isSeen, readableFrom } from "./framing.js";
+import { edgesOf, withFraming, framingOf, isSamePose, isSeen, readableFrom } from "./framing.js";
 import { dragLink, movePoint } from "./moves.js";
 import { extentOf, within } from "./ranges.js";
 import { atShare, linkOf, nearestShare } from "./shape.js";
@@ -38,7 +38,7 @@ interface DrawingProps extends Stage {
   /** The size of the drawing in pixels if it is known beforehand: then it is drawn only once. */
   readonly room?: readonly [number, number] | undefined;
   /** Whether the first pose is drawn larger until the arm moves out of sight. */
-  readonly near?: boolean;
+  readonly isEnlarged?: boolean;
   /** Points that must be visible in the enlarged view, besides the arm. */
   readonly extraPoints?: readonly Vec3[];
   /** Text in a corner of the drawing. */
@@ -57,12 +57,12 @@ const DEGREE = Math.PI / 180;
 const OFFSET_DECAY = 0.85;
 
 export function Drawing(props: DrawingProps): JSX.Element {
-  const { arm, state, reach, layers, chosen, choose, lit, point, move, target } = props;
+  const { arm, state, reach, layers, chosen, choose, highlighted, highlight, move, target } = props;
   const box = useRef<HTMLDivElement>(null);
   const [width, height] = useSize(box, props.room ?? [560, 420]);
   const [orbit, setOrbit, firstOrbit] = useOrbit(props);
   const [held, setHeld] = useState<Held | null>(null);
-  const [hasDragged, setDragged] = useState(false); // whether the reader has dragged something
+  const [hasDragged, setDragged] = useState(false); // the hint is shown until the reader has dragged something
   const [solid, setSolid] = useState(false);
   const extent = useMemo(() => extentOf(arm), [arm]);
   const flat = useMemo(() => flatPlane(arm) !== null, [arm]);
@@ -181,10 +181,10 @@ export function Drawing(props: DrawingProps): JSX.Element {
           {links.map((line, i) => (
             <polyline
               key={i}
-              class={`arm-grip${i === chosen ? " arm-chosen" : ""}${i === lit ? " arm-lit" : ""} ${jointClass(i)}`}
+              class={`arm-grip${i === chosen ? " arm-chosen" : ""}${i === highlighted ? " arm-lit" : ""} ${jointClass(i)}`}
               points={polylineText(view, line)}
-              onPointerEnter={() => held === null && point(i)}
-              onPointerLeave={() => point(null)}
+              onPointerEnter={() => held === null && highlight(i)}
+              onPointerLeave={() => highlight(null)}
               onPointerDown={(event) => {
                 choose(i);
                 const corners = line.map((corner) => pixel(view, corner));
@@ -251,12 +251,12 @@ const NO_POINTS: readonly Vec3[] = [];
 
 /** Return the view of the whole reach, or an enlarged view of the first pose as long as the arm stays in sight. */
 function useNearView(props: DrawingProps, fullView: View, firstOrbit: Orbit, flat: boolean): View {
-  const { arm, state, home, reach, layers, isConcealed, near, target, extraPoints = NO_POINTS } = props;
+  const { arm, state, home, reach, layers, isConcealed, isEnlarged, target, extraPoints = NO_POINTS } = props;
   const pathEnds = target ? [target.at] : []; // the view must not follow B while B is dragged
   const [hasLeft, setLeft] = useState(false);
   const { width, height } = fullView;
   const framing = useMemo(() => {
-    if (!near) return null;
+    if (!isEnlarged) return null;
     const first = stateAt(arm, home);
     const page = viewOf(arm, extentOf(arm), width, height, firstOrbit);
     const arrows = layers.columns || layers.ellipse ? drawnColumns(arm, first, reach) : [];
@@ -266,7 +266,7 @@ function useNearView(props: DrawingProps, fullView: View, firstOrbit: Orbit, fla
     const visible = [...heads, ...pathEnds, ...extraPoints];
     return framingOf(arm, first, visible, page, { flat, lines: isLost ? 2 : 1 });
   }, [
-    near,
+    isEnlarged,
     arm,
     home,
     width,
@@ -279,7 +279,7 @@ function useNearView(props: DrawingProps, fullView: View, firstOrbit: Orbit, fla
     isConcealed,
   ]);
   const nearer = useMemo(() => (framing ? withFraming(fullView, framing) : fullView), [framing, fullView]);
-  const isBack = isSame(state.pose, home) && isSeen(arm, state, nearer, pathEnds);
+  const isBack = isSamePose(state.pose, home) && isSeen(arm, state, nearer, pathEnds);
   const isOut = !isBack && (hasLeft || !isSeen(arm, state, nearer, pathEnds));
   useEffect(() => setLeft(isOut), [arm, isOut]);
   return isOut ? fullView : nearer;

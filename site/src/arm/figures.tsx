@@ -7,7 +7,7 @@ import { inDigits, numberSeparator, say } from "../text/text.js";
 import { Determinant } from "./jacobian.js";
 import { decimals } from "./number-format.js";
 import type { Stage } from "./stage.js";
-import { kindHere, nearness } from "./descriptions.js";
+import { kindOfSingularity, nearness } from "./descriptions.js";
 
 interface FiguresProps extends Pick<Stage, "arm" | "state" | "measures" | "settled" | "sizes" | "isConcealed"> {
   /** Whether the pane beside already says that J is concealed. */
@@ -18,7 +18,7 @@ export const Figures = withPace(
   (props: FiguresProps): JSX.Element => {
     const { arm, state, measures, settled, sizes, isConcealed, isExplainedBeside } = props;
     const near = nearness(arm, measures);
-    const kind = near === "singular" && settled === state ? kindHere(arm, state) : null;
+    const kind = near === "singular" && settled === state ? kindOfSingularity(arm, state) : null;
     const point = (
       <>
         <i>P</i> = ({state.point.map((value) => inDigits(decimals(value, 3))).join(numberSeparator())}) m.

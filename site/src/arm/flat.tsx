@@ -4,7 +4,7 @@ import type { JSX } from "preact";
 
 import type { WantedLabel } from "./labels.js";
 import type { Arm, State } from "./model.js";
-import { linkOf, placesOf } from "./shape.js";
+import { linkOf, jointCentresOf } from "./shape.js";
 import { add, dot, scaleVector, type Vec3 } from "./vector.js";
 import { vectorInPixels, pixel, type Pixel, pointsText, type View } from "./view.js";
 import { jointClass } from "./letters.js";
@@ -12,7 +12,7 @@ import { jointClass } from "./letters.js";
 export type BodyProps = { readonly arm: Arm; readonly state: State; readonly view: View; readonly reach: number };
 
 export function Body({ arm, state, view, reach }: BodyProps): JSX.Element {
-  const places = placesOf(arm, state, reach);
+  const places = jointCentresOf(arm, state, reach);
   return (
     <g class="arm-body">
       <Ground state={state} view={view} />
@@ -41,7 +41,7 @@ type GlyphProps = { readonly i: number; readonly at: Pixel; readonly z: Vec3; re
 
 /** A revolute joint: a dot where its axis comes out of the page, a cross where it goes in. */
 function RevoluteGlyph({ i, at: [x, y], z, view }: GlyphProps): JSX.Element {
-  const toward = dot(z, view.toward);
+  const toward = dot(z, view.towardReader);
   const r = 5.6;
   return (
     <g class={`arm-joint ${jointClass(i)}`}>
@@ -89,11 +89,12 @@ export type NamedArrow = { readonly name: string; readonly style: string; readon
 
 /** Return the label at the head of an arrow. */
 export function headLabel(view: View, { name, style, from, vector }: NamedArrow): WantedLabel {
-  return { name, style, at: pixel(view, add(from, vector)), toward: vectorInPixels(view, vector) };
+  return { name, style, at: pixel(view, add(from, vector)), direction: vectorInPixels(view, vector) };
 }
 
 /** Return the length of an arrow on the page (pixels). */
-export const lengthOf = (view: View, { vector }: NamedArrow): number => Math.hypot(...vectorInPixels(view, vector));
+export const lengthInPixels = (view: View, { vector }: NamedArrow): number =>
+  Math.hypot(...vectorInPixels(view, vector));
 
 /** Return an arrow's shaft and heads in pixels; `hasTwinHead` adds a second head, as for angular velocities. */
 function arrowOf(view: View, { from, vector }: Span, hasTwinHead = false): [shaft: Pixel[], heads: Pixel[][]] | null {
@@ -150,5 +151,5 @@ export function Arrows({ view, style, spans }: Drawn & { readonly spans: readonl
 }
 
 /** Return the vector along `direction` (a unit vector) that is as long as some pixels of the view. */
-export const ofPixels = (view: View, direction: Vec3, pixels: number): Vec3 =>
+export const vectorOfLength = (view: View, direction: Vec3, pixels: number): Vec3 =>
   scaleVector(direction, pixels / view.scale);

@@ -4,7 +4,7 @@
 import { useEffect } from "preact/hooks";
 
 import type { Arm } from "./model.js";
-import { isSame, jointOf, SYMBOL, symbolsIn, termsOf } from "./terms.js";
+import { isSameTerm, jointOf, SYMBOL, symbolsIn, termsOf } from "./terms.js";
 
 /** Return the formulas of the page, outside the arm's panel, that contain letters of the arm. */
 function formulasOf(arm: Arm): Element[] {
@@ -50,7 +50,7 @@ const SOON = 100;
 export function termAfterKey(math: Element, from: readonly Element[] | null, key: string): readonly Element[] | null {
   const terms = termsOf(math);
   const enclosing = terms.filter((term) => from?.every((part) => term.some((termPart) => termPart.contains(part))));
-  const term = terms.find((candidate) => from && isSame(candidate, from)) ?? enclosing.at(-1);
+  const term = terms.find((candidate) => from && isSameTerm(candidate, from)) ?? enclosing.at(-1);
   const at = term ? terms.indexOf(term) : -1;
   if (key === "ArrowRight") return terms[Math.min(at + 1, terms.length - 1)] ?? null;
   if (key === "ArrowLeft") return terms[Math.max(at - 1, 0)] ?? null;
@@ -64,6 +64,6 @@ export function termAfterKey(math: Element, from: readonly Element[] | null, key
 function letterFrom(term: readonly Element[], from: readonly Element[], way: 1 | -1): readonly Element[] {
   const letters = symbolsIn(term);
   if (letters.length < 2) return term;
-  const next = letters.findIndex((letter) => isSame([letter], from)) + way;
+  const next = letters.findIndex((letter) => isSameTerm([letter], from)) + way;
   return next < 0 ? term : [letters[Math.min(next, letters.length - 1)]!];
 }

@@ -2,23 +2,22 @@
 
 import { type Arm, reachOf, type State } from "./model.js";
 import { thicknessOf } from "./ranges.js";
-import { bodyOf, placesOf, wayToPoint } from "./shape.js";
+import { bodyOf, jointCentresOf, wayToPoint } from "./shape.js";
 import { addScaled, dot, norm, scaleVector, subtract, type Vec3 } from "./vector.js";
 import { axonometric, FIRST_ORBIT, type Orbit, pixel, type View } from "./view.js";
 
 /** The centre of the drawing, and how many times larger it is than the view of the whole reach. */
-export type Framing = { readonly centre: Vec3; readonly times: number };
+export type Framing = { readonly centre: Vec3; readonly zoom: number };
 
 const MAX_ZOOM = 1.9;
 /** A small drawing without room for arrows and letters is enlarged at least by this factor. */
 const MIN_ZOOM = 0.7;
-/** Margin in pixels for arrows and letters; in a flat drawing also for arcs and ground. A low drawing has less. */
-const [FLAT, SOLID] = [58, 44];
-const SHARE = 0.2;
+/** Margin in pixels for arrows and letters, in a flat drawing also for arcs and ground; at most a share of the height. */
+const [FLAT_MARGIN, SOLID_MARGIN, MARGIN_SHARE] = [58, 44, 0.2];
 /** Pixels of texts above and below a spatial arm, and of buttons to its right. */
-const [WORDS, BUTTONS] = [14, 60];
+const [TEXT_HEIGHT, BUTTON_WIDTH] = [14, 60];
 /** Pixels of the hint below a spatial arm, and of each further line of text. */
-const [FOOT, LINE] = [28, 18];
+const [HINT_HEIGHT, LINE_HEIGHT] = [28, 18];
 /** Minimum distance of the arm from the edge (pixels). */
 const EDGE = 16;
 
@@ -41,24 +40,24 @@ export function framingOf(
   state: State,
   extraPoints: readonly Vec3[],
   view: View,
-  around: Surroundings,
+  surroundings: Surroundings,
 ): Framing {
-  const { flat, lines = 1 } = around;
+  const { flat, lines = 1 } = surroundings;
   const pixels = [...pointsOfArm(arm, state), ...extraPoints].map((place) => pixel(view, place));
   const bodies = flat ? [] : bodiesOf(arm, state, view);
-  const side = Math.min(flat ? FLAT : SOLID, SHARE * view.height);
-  const beside = side + Math.min(WORDS, 0.05 * view.height);
-  const foot = Math.min(FOOT, 0.1 * view.height) + LINE * (lines - 1);
-  const buttons = flat ? 0 : BUTTONS;
+  const side = Math.min(flat ? FLAT_MARGIN : SOLID_MARGIN, MARGIN_SHARE * view.height);
+  const beside = side + Math.min(TEXT_HEIGHT, 0.05 * view.height);
+  const foot = Math.min(HINT_HEIGHT, 0.1 * view.height) + LINE_HEIGHT * (lines - 1);
+  const buttons = flat ? 0 : BUTTON_WIDTH;
   const [xs, ys] = [0, 1].map((k) => pixels.map((place) => place[k as 0 | 1]));
   const [wide, high] = [
     fitOf(xs!, [side, side + buttons], bodies[0], [EDGE, EDGE + buttons]),
     fitOf(ys!, [beside, beside], bodies[1], [EDGE, foot]),
   ];
-  const times = Math.max(MIN_ZOOM, Math.min(MAX_ZOOM, wide.fitting(view.width), high.fitting(view.height)));
-  const across = (wide.middle(times) - view.width / 2) / view.scale;
-  const up = (view.height / 2 - high.middle(times)) / view.scale;
-  return { centre: addScaled(addScaled(view.centre, view.right, across), view.up, up), times };
+  const zoom = Math.max(MIN_ZOOM, Math.min(MAX_ZOOM, wide.fitting(view.width), high.fitting(view.height)));
+  const across = (wide.middle(zoom) - view.width / 2) / view.scale;
+  const up = (view.height / 2 - high.middle(zoom)) / view.scale;
+  return { centre: addScaled(addScaled(view.centre, view.right, across), view.up, up), zoom };
 }
 
 type Interval = readonly [low: number, high: number];
@@ -96,7 +95,7 @@ function fitOf(points: readonly number[], margin: Interval, bodies: Interval | u
 export function bodiesOf(arm: Arm, state: State, view: View): readonly [across: Interval, down: Interval] {
   const radius = thicknessOf(arm) * view.scale;
   const sides = [view.right, view.up].map((axis, k): Interval => {
-    const ends = placesOf(arm, state, reachOf(arm)).flatMap((place, i) => {
+    const ends = jointCentresOf(arm, state, reachOf(arm)).flatMap((place, i) => {
       const rim = radius * Math.sqrt(Math.max(0, 1 - dot(state.frames[i]!.z, axis) ** 2));
       return bodyOf(arm, state, i, place).flatMap((end) => {
         const at = pixel(view, end)[k as 0 | 1];
@@ -117,8 +116,8 @@ export function edgesOf(arrows: readonly Vec3[], { right, up }: View): readonly 
 }
 
 /** Return a view enlarged by a framing. */
-export function withFraming(view: View, { centre, times }: Framing): View {
-  return { ...view, centre, scale: times * view.scale };
+export function withFraming(view: View, { centre, zoom }: Framing): View {
+  return { ...view, centre, scale: zoom * view.scale };
 }
 
 /** Return whether the whole arm and the points `extraPoints` are visible in a view. */
@@ -130,7 +129,7 @@ export function isSeen(arm: Arm, state: State, view: View, extraPoints: readonly
 }
 
 /** Return whether two poses are equal. */
-export function isSame(one: readonly number[], other: readonly number[]): boolean {
+export function isSamePose(one: readonly number[], other: readonly number[]): boolean {
   return one.length === other.length && dot(one, one) - 2 * dot(one, other) + dot(other, other) < 1e-16;
 }
 
@@ -139,8 +138,8 @@ const [DISTANT, APART] = [0.1, 0.25];
 /** From this crowding on, another view is tried; it must halve the crowding. */
 const CROWDED = 0.2;
 /** Alternative views (rad): rotations about the vertical and upward. */
-const ABOUT = [0, 25, -25, 50, -50, 75, -75, 100, -100].map((angle) => (angle * Math.PI) / 180);
-const UP = [0, 16].map((angle) => (angle * Math.PI) / 180);
+const AZIMUTHS = [0, 25, -25, 50, -50, 75, -75, 100, -100].map((angle) => (angle * Math.PI) / 180);
+const ELEVATIONS = [0, 16].map((angle) => (angle * Math.PI) / 180);
 
 /** Return how much of an arm is hidden behind itself in a view: 0 nothing, 1 everything (it points at the reader). */
 export function crowding(arm: Arm, state: State, orbit: Orbit): number {
@@ -162,8 +161,8 @@ export function readableFrom(arm: Arm, state: State, now: Orbit): Orbit {
   const { azimuth, elevation } = FIRST_ORBIT;
   let best: Orbit = now;
   let least = before / 2;
-  for (const higher of UP) {
-    for (const about of ABOUT) {
+  for (const higher of ELEVATIONS) {
+    for (const about of AZIMUTHS) {
       const orbit = { ...now, azimuth: azimuth + about, elevation: elevation + higher };
       const value = crowding(arm, state, orbit);
       if (value < least - 0.02) [best, least] = [orbit, value]; // prefer views near the first one

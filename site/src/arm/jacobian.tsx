@@ -69,17 +69,17 @@ export function JacobianTable(props: TableProps): JSX.Element {
 }
 
 export const Jacobian = withPace(
-  ({ arm, state, lit, point }: Pick<Stage, "arm" | "state" | "lit" | "point">): JSX.Element => (
+  ({ arm, state, highlighted, highlight }: Pick<Stage, "arm" | "state" | "highlighted" | "highlight">): JSX.Element => (
     <JacobianTable
       arm={arm}
       state={state}
       format={toThreeDecimals}
       style="arm-jacobian"
-      columnStyle={(i) => `${jointClass(i)}${lit === i ? " arm-lit" : ""}`}
-      onColumn={point}
+      columnStyle={(i) => `${jointClass(i)}${highlighted === i ? " arm-lit" : ""}`}
+      onColumn={highlight}
     />
   ),
-  { atOnce: ["arm", "lit", "point"], inTurn: ["state"] },
+  { atOnce: ["arm", "highlighted", "highlight"], inTurn: ["state"] },
 );
 
 /** Return the name of a row of J as `Letters` takes it: v_x, ω_z. */

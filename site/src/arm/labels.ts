@@ -1,15 +1,15 @@
 // Place labels beside what they name, without overlaps and, if possible, without covering the arm. A distant label gets
 // a leader line; a label without room is omitted.
 
-import { partsOf } from "./letters.js";
+import { splitName } from "./letters.js";
 import type { Pixel } from "./view.js";
 
-/** A label wanted near `at`, preferably in the direction `toward` (on the page). */
+/** A label wanted near `at`, preferably in a direction from there (on the page). */
 export interface WantedLabel {
   readonly name: string;
   readonly style: string;
   readonly at: Pixel;
-  readonly toward: Pixel;
+  readonly direction: Pixel;
   /** Pixels to be left free, such as half the width of a joint's body. */
   readonly gap?: number;
   /** Whether the label must be just beside `at`, or is omitted: nobody looks for a leader line at an arrow's head. */
@@ -55,9 +55,9 @@ export function placeLabels(
   const obstacles = lines.flatMap(samplePoints);
   const labels: PlacedLabel[] = [];
   const byRank = [...wanted].sort((a, b) => rankOf(a) - rankOf(b));
-  for (const { name, style, at, toward, gap = 0, isClose = false } of byRank) {
+  for (const { name, style, at, direction, gap = 0, isClose = false } of byRank) {
     const half = halfOf(name);
-    const heading = Math.hypot(...toward) > 1e-6 ? Math.atan2(toward[1], toward[0]) : -Math.PI / 4;
+    const heading = Math.hypot(...direction) > 1e-6 ? Math.atan2(direction[1], direction[0]) : -Math.PI / 4;
     let best: Pixel = at;
     let least = Infinity;
     (isClose ? RINGS.slice(0, CLOSE_RINGS) : RINGS).forEach((distance, ring) => {
@@ -99,7 +99,7 @@ function rankOf({ name, style }: WantedLabel): number {
 /** Return half the size of a label: an index is small, and spaces surround an equals sign. */
 function halfOf(name: string): Half {
   const width = name.split("=").reduce((sum, part, k) => {
-    const [letter, star, index] = partsOf(part);
+    const [letter, star, index] = splitName(part);
     const plain = /^[\d.,−]+$/.test(letter) ? 7.6 : 11;
     return sum + (k > 0 ? 19 : 0) + plain * [...letter].length + 7 * (star.length + index.length);
   }, 3);

@@ -6,7 +6,7 @@ import { memo } from "../pace.js";
 const GREEK: Readonly<Record<string, string>> = { theta: "θ", sigma: "σ" };
 
 /** Return the letter, star and index of a name such as "theta1", "d3", "z0", "p*1" or "P". */
-export function partsOf(name: string): readonly [letter: string, star: string, index: string] {
+export function splitName(name: string): readonly [letter: string, star: string, index: string] {
   const [, letter = name, star = "", word, index = ""] =
     /^([A-Za-zθω\u0307]+?)(\*?)(?:_(min|[wxyz])|_?(\d*))$/.exec(name) ?? [];
   return [GREEK[letter] ?? letter, star, word ?? index];
@@ -16,7 +16,7 @@ export function partsOf(name: string): readonly [letter: string, star: string, i
 export function plainLetters(name: string): string {
   return name
     .split("=")
-    .map((part) => partsOf(part).join(""))
+    .map((part) => splitName(part).join(""))
     .join(" = ");
 }
 
@@ -32,7 +32,7 @@ export const Dotted = ({ letter }: { letter: string }): JSX.Element => (
 );
 
 export const Letters = memo(({ name, dot = false }: { name: string; dot?: boolean }): JSX.Element => {
-  const [letter, star, index] = partsOf(name);
+  const [letter, star, index] = splitName(name);
   return (
     <span class="arm-letters">
       {dot ? <Dotted letter={letter} /> : <i>{letter}</i>}
@@ -44,7 +44,7 @@ export const Letters = memo(({ name, dot = false }: { name: string; dot?: boolea
 
 /** The same inside an SVG text element; equal points have "=" between their names. */
 export const DrawnLetters = memo(({ name }: { name: string }): JSX.Element => {
-  const names = name.split("=").map(partsOf);
+  const names = name.split("=").map(splitName);
   return (
     <>
       {names.map(([letter, star, index], k) => (

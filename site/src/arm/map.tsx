@@ -42,13 +42,13 @@ export function SingularMap(props: Pick<Stage, "arm" | "pose" | "measures" | "mo
   const otherJoints = pose.map((value, i) => (pair.includes(i) ? 0 : value));
   const key = otherJoints.map((value) => value.toFixed(4)).join(" ");
   const settledKey = useDebounced(key, 120);
-  const worked = useMap(arm, otherJoints, pair, shown, settledKey);
-  const terrain = worked?.terrain ?? null;
-  const kinds = worked?.kinds ?? NONE;
+  const computed = useMap(arm, otherJoints, pair, shown, settledKey);
+  const terrain = computed?.terrain ?? null;
+  const kinds = computed?.kinds ?? NONE;
 
   const [across, up] = [rangeOf(arm, pair[0]), rangeOf(arm, pair[1])];
   const [w, h] = [width - LEFT - EDGE, height - BOTTOM - EDGE];
-  const px = ([u, v]: Spot): Spot => [
+  const pixelOf = ([u, v]: Spot): Spot => [
     LEFT + ((u - across.low) / (across.high - across.low)) * w,
     EDGE + h - ((v - up.low) / (up.high - up.low)) * h,
   ];
@@ -82,22 +82,25 @@ export function SingularMap(props: Pick<Stage, "arm" | "pose" | "measures" | "mo
 
   // Lines and ticks are built only when they change: a line has hundreds of spots.
   const place = [across.low, across.high, up.low, up.high, w, h];
-  const lines = useMemo(() => <Lines kinds={kinds} px={px} corner={[LEFT, EDGE]} size={[w, h]} />, [kinds, ...place]);
+  const lines = useMemo(
+    () => <Lines kinds={kinds} pixelOf={pixelOf} corner={[LEFT, EDGE]} size={[w, h]} />,
+    [kinds, ...place],
+  );
   const ticks = useMemo(
     () => (
       <>
         {ticksOf(arm, pair[0], radians).map(([value, text]) => (
           <g key={text} class="arm-tick">
-            <path d={`M${px([value, up.low])[0]} ${EDGE + h}v4`} />
-            <text x={px([value, up.low])[0]} y={EDGE + h + 16}>
+            <path d={`M${pixelOf([value, up.low])[0]} ${EDGE + h}v4`} />
+            <text x={pixelOf([value, up.low])[0]} y={EDGE + h + 16}>
               {text}
             </text>
           </g>
         ))}
         {ticksOf(arm, pair[1], radians).map(([value, text]) => (
           <g key={text} class="arm-tick arm-tick-left">
-            <path d={`M${LEFT} ${px([across.low, value])[1]}h-4`} />
-            <text x={LEFT - 7} y={px([across.low, value])[1] + 4}>
+            <path d={`M${LEFT} ${pixelOf([across.low, value])[1]}h-4`} />
+            <text x={LEFT - 7} y={pixelOf([across.low, value])[1] + 4}>
               {text}
             </text>
           </g>
@@ -107,7 +110,7 @@ export function SingularMap(props: Pick<Stage, "arm" | "pose" | "measures" | "mo
     [arm, pair, radians, ...place],
   );
   const legend = useMemo(() => (terrain ? <Legend kinds={kinds} lost={terrain.max === 0} /> : null), [terrain, kinds]);
-  const [x, y] = px(here);
+  const [x, y] = pixelOf(here);
   const name = shown === "least" ? say("arm.map.least") : say(sizeName(arm));
   const joints = pair.map((joint) => plainLetters(arm.joints[joint]!.name));
   return (
@@ -173,10 +176,10 @@ const Here = withPace(
   { atOnce: ["value"], inTurn: ["number"] },
 );
 
-type LinesProps = { kinds: readonly Stretch[]; px: (spot: Spot) => Spot; corner: Spot; size: Spot };
+type LinesProps = { kinds: readonly Stretch[]; pixelOf: (spot: Spot) => Spot; corner: Spot; size: Spot };
 
 /** The singular set: lines, and isolated spots. */
-function Lines({ kinds, px, corner, size }: LinesProps): JSX.Element {
+function Lines({ kinds, pixelOf, corner, size }: LinesProps): JSX.Element {
   const crowded = kinds.length > 16; // so many spots form a line
   return (
     <svg
@@ -189,13 +192,13 @@ function Lines({ kinds, px, corner, size }: LinesProps): JSX.Element {
     >
       {kinds.map(({ kind, spots }, i) =>
         spots.length > 1 ? (
-          <polyline key={i} class={`arm-zero arm-${kind}`} points={pointsText(spots.map(px))} />
+          <polyline key={i} class={`arm-zero arm-${kind}`} points={pointsText(spots.map(pixelOf))} />
         ) : (
           <circle
             key={i}
             class={`arm-zero-spot arm-${kind}`}
-            cx={px(spots[0]!)[0]}
-            cy={px(spots[0]!)[1]}
+            cx={pixelOf(spots[0]!)[0]}
+            cy={pixelOf(spots[0]!)[1]}
             r={crowded ? 2.2 : 4.5}
           />
         ),
@@ -207,7 +210,7 @@ function Lines({ kinds, px, corner, size }: LinesProps): JSX.Element {
 /** Distance (pixels) within which a line attracts the pointer: a hand could not stop exactly on the line. */
 const CATCH = 4;
 
-/** Return the nearest place on a line or spot of the map; null if none is near. `scale`: pixels per joint unit. */
+/** Return the nearest place on a line or spot of the map; null if none is near. `du` and `dv`: pixels for each unit of a joint. */
 function snapToLine([u, v]: Spot, kinds: readonly Stretch[], [du, dv]: Spot): Spot | null {
   let best: Spot | null = null;
   let least = CATCH;
@@ -258,7 +261,7 @@ function asMultipleOfPi(angle: number): string {
   return ["−π", "−π/2", "0", "π/2", "π"][Math.round(halves) + 2] ?? inDigits(decimals(angle, 2));
 }
 
-function Legend({ kinds, lost }: { kinds: readonly Stretch[]; lost: boolean }): JSX.Element {
+function Legend({ kinds, lost: isEverywhere }: { kinds: readonly Stretch[]; lost: boolean }): JSX.Element {
   const present = (["boundary", "internal", "unknown"] as const).filter((kind) =>
     kinds.some((stretch) => stretch.kind === kind),
   );
@@ -276,8 +279,8 @@ function Legend({ kinds, lost }: { kinds: readonly Stretch[]; lost: boolean }): 
           {say(`arm.map.${kind}`)}
         </li>
       ))}
-      {lost && <li>{say("arm.map.always")}</li>}
-      {!lost && kinds.length === 0 && <li>{say("arm.map.none")}</li>}
+      {isEverywhere && <li>{say("arm.map.always")}</li>}
+      {!isEverywhere && kinds.length === 0 && <li>{say("arm.map.none")}</li>}
     </ul>
   );
 }

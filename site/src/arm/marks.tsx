@@ -3,14 +3,14 @@
 import type { JSX } from "preact";
 
 import { inDigits } from "../text/text.js";
-import { Arrow, Arrows, type BodyProps, headLabel, lengthOf, type NamedArrow, ofPixels } from "./flat.js";
+import { Arrow, Arrows, type BodyProps, headLabel, lengthInPixels, type NamedArrow, vectorOfLength } from "./flat.js";
 import { Angles, arcOf } from "./angles.js";
 import { type Covered, placeLabels, type WantedLabel } from "./labels.js";
 import { DrawnLetters, jointClass } from "./letters.js";
 import { drawnLostDirection } from "./lost-direction.js";
 import { type Arm, arrowsOf, type Measures, pStar, type State } from "./model.js";
 import { extentOf, thicknessOf } from "./ranges.js";
-import { linkOf, placesOf, wayToPoint } from "./shape.js";
+import { linkOf, jointCentresOf, wayToPoint } from "./shape.js";
 import { add, addScaled, scaleVector, type Vec3, ZERO } from "./vector.js";
 import { vectorInPixels, vectorFromPixels, outline, pixel, type Pixel, type View } from "./view.js";
 import { wayToBase, World, worldLabels } from "./world.js";
@@ -21,7 +21,7 @@ export type Layers = Readonly<Record<(typeof LAYERS)[number], boolean>>;
 /** Length (m) at which a velocity of 1 m/s is drawn; smaller for a small arm. */
 const BY_SPEED = 0.4;
 /** Return the length of a frame's axes in pixels; in space they must reach out of the bodies of joints. */
-function axisOf({ width, height }: View, flat: boolean): number {
+function axisLength({ width, height }: View, flat: boolean): number {
   return Math.min(flat ? 44 : 58, (flat ? 0.12 : 0.16) * Math.min(width, height));
 }
 
@@ -34,14 +34,14 @@ const ROOMY = 300;
 
 /** Return the drawn length (m) of a velocity of 1 m/s of P. */
 export function speedScale(arm: Arm): number {
-  const { around, above } = extentOf(arm);
-  return BY_SPEED * Math.min(1, Math.max(around, above));
+  const { radius, above } = extentOf(arm);
+  return BY_SPEED * Math.min(1, Math.max(radius, above));
 }
 
 /** Return the columns of J as they are drawn at P (m). */
 export function drawnColumns(arm: Arm, state: State, reach: number): readonly Vec3[] {
-  const { turning, columns } = arrowsOf(arm, state);
-  const scale = turning ? 0.35 * reach : speedScale(arm);
+  const { isAngular, columns } = arrowsOf(arm, state);
+  const scale = isAngular ? 0.35 * reach : speedScale(arm);
   return columns.map((column) => scaleVector(column, scale));
 }
 
@@ -51,7 +51,7 @@ const [DISC, CLEAR] = [9, 26];
 const MIN_ARROW_LENGTH = 3;
 
 /** Return where the arrow of a column begins: at P or, if the arrow is short, at most at the rim of P's disc. */
-export function tailOf(view: View, point: Vec3, column: Vec3): Vec3 {
+export function arrowStart(view: View, point: Vec3, column: Vec3): Vec3 {
   const [x, y] = vectorInPixels(view, column);
   const length = Math.hypot(x, y);
   if (length < MIN_ARROW_LENGTH || length > CLEAR) return point;
@@ -66,7 +66,7 @@ export interface MarksProps extends BodyProps {
   /** Whether the line along which P can't move would reveal the answer to the question. */
   readonly isConcealed: boolean;
   /** The joint that is pointed at, whose column is highlighted; null if none is. */
-  readonly lit: number | null;
+  readonly highlighted: number | null;
   /** The ends of a path by name. */
   readonly ends: Readonly<Record<string, Vec3>>;
   /** Boxes over the drawing, which labels avoid. */
@@ -74,14 +74,14 @@ export interface MarksProps extends BodyProps {
 }
 
 export function Marks(props: MarksProps): JSX.Element {
-  const { arm, state, view, reach, layers, flat, measures, isConcealed, lit } = props;
+  const { arm, state, view, reach, layers, flat, measures, isConcealed, highlighted } = props;
   const columns = drawnColumns(arm, state, reach);
   const arrows = namedArrows(props, columns);
-  const { turning } = arrowsOf(arm, state);
+  const { isAngular } = arrowsOf(arm, state);
   const P = pixel(view, state.point);
   const ellipse = outline(view, columns);
   const lost = drawnLostDirection(arm, state, measures, isConcealed);
-  const [dx, dy] = vectorInPixels(view, ofPixels(view, lost ?? ZERO, 90));
+  const [dx, dy] = vectorInPixels(view, vectorOfLength(view, lost ?? ZERO, 90));
   return (
     <g class="arm-marks">
       <World arm={arm} view={view} flat={flat} />
@@ -91,7 +91,7 @@ export function Marks(props: MarksProps): JSX.Element {
           class={flat ? "arm-ellipse" : "arm-ellipse arm-ellipse-space"}
           rx={Math.max(ellipse.major, 0.6)}
           ry={Math.max(ellipse.minor, 0.6)}
-          transform={`translate(${P[0]} ${P[1]}) rotate(${ellipse.turn})`}
+          transform={`translate(${P[0]} ${P[1]}) rotate(${ellipse.rotation})`}
         />
       )}
       {lost && <path class="arm-lost" d={`M${P[0] - dx} ${P[1] - dy}L${P[0] + dx} ${P[1] + dy}`} />}
@@ -109,8 +109,8 @@ export function Marks(props: MarksProps): JSX.Element {
           key={name}
           view={view}
           {...span}
-          style={`arm-column ${style}${lit === i ? " arm-lit" : ""}`}
-          hasTwinHead={turning}
+          style={`arm-column ${style}${highlighted === i ? " arm-lit" : ""}`}
+          hasTwinHead={isAngular}
         />
       ))}
       <g class="arm-letter-layer">
@@ -150,7 +150,7 @@ function namedArrows(props: MarksProps, columns: readonly Vec3[]): NamedArrows {
   const { arm, state, view, layers, flat } = props;
   const { frames, point } = state;
   const axes = frames.flatMap(({ x, y, z, o: from }, i): NamedArrow[] => {
-    const vectorOf = (axis: Vec3): Vec3 => ofPixels(view, axis, axisOf(view, flat));
+    const vectorOf = (axis: Vec3): Vec3 => vectorOfLength(view, axis, axisLength(view, flat));
     const grey = { name: `x${i}`, style: GREY, from, vector: vectorOf(x) };
     const joint = i < arm.joints.length ? jointClass(i) : "arm-last";
     return flat
@@ -158,7 +158,7 @@ function namedArrows(props: MarksProps, columns: readonly Vec3[]): NamedArrows {
       : [grey, { name: `z${i}`, style: joint, from, vector: vectorOf(z) }];
   });
   const ofColumn = (vector: Vec3, i: number): NamedArrow => {
-    return { name: `J${i + 1}`, style: jointClass(i), from: tailOf(view, point, vector), vector };
+    return { name: `J${i + 1}`, style: jointClass(i), from: arrowStart(view, point, vector), vector };
   };
   const ofVector = (vector: Vec3, i: number): NamedArrow => {
     return { name: `p*${i}`, style: jointClass(i), from: frames[i]!.o, vector };
@@ -193,32 +193,32 @@ function wantedLabels({ arm, state, view, reach, layers, flat, ends }: MarksProp
       else origins.push([`O${i}`, at]);
     });
   origins.forEach(([name, at], k) =>
-    wanted.push({ name, style: "arm-label-p", at, toward: [0.7, k === 0 ? -0.7 : 0.7], gap: flat ? FACE : 4 }),
+    wanted.push({ name, style: "arm-label-p", at, direction: [0.7, k === 0 ? -0.7 : 0.7], gap: flat ? FACE : 4 }),
   );
   for (const [name, place] of Object.entries(ends))
-    wanted.push({ name, style: "arm-end", at: pixel(view, place), toward: [-0.7, 0.7], gap: FACE });
+    wanted.push({ name, style: "arm-end", at: pixel(view, place), direction: [-0.7, 0.7], gap: FACE });
   wanted.push(...worldLabels(arm, view, flat));
   if (layers.lengths) wanted.push(...lengthLabels(arm, state, view));
   for (const column of arrows.columns)
-    if (lengthOf(view, column) > MIN_ARROW_LENGTH) wanted.push(headLabel(view, column));
+    if (lengthInPixels(view, column) > MIN_ARROW_LENGTH) wanted.push(headLabel(view, column));
   for (const axis of areNamed ? arrows.axes : [])
-    if (lengthOf(view, axis) > 14 && (flat || axis.style !== GREY))
+    if (lengthInPixels(view, axis) > 14 && (flat || axis.style !== GREY))
       wanted.push({ ...headLabel(view, axis), isClose: true });
-  const places = placesOf(arm, state, reach);
+  const places = jointCentresOf(arm, state, reach);
   places.forEach((place, i) => {
     const label = { name: arm.joints[i]!.name, style: jointClass(i) };
     const arc = flat && layers.frames ? arcOf(arm, state, view, i) : null;
-    const toward = flat ? sideOf(arm, state, view, i) : besideAxis(state, view, i);
+    const direction = flat ? sideOf(arm, state, view, i) : besideAxis(state, view, i);
     const gap = flat ? FACE : thicknessOf(arm) * view.scale;
     wanted.push({
       ...label,
-      ...(arc ? { at: arc.middle, toward: arc.outward } : { at: pixel(view, place), toward, gap }),
+      ...(arc ? { at: arc.middle, direction: arc.outward } : { at: pixel(view, place), direction, gap }),
     });
   });
   for (const { from, vector, ...named } of arrows.vectors) {
     const [x, y] = vectorInPixels(view, vector);
     if (Math.hypot(x, y) > 40)
-      wanted.push({ ...named, at: pixel(view, addScaled(from, vector, 0.55)), toward: [-y, x] });
+      wanted.push({ ...named, at: pixel(view, addScaled(from, vector, 0.55)), direction: [-y, x] });
   }
   return wanted;
 }
@@ -232,12 +232,12 @@ function lengthsOf(arm: Arm, state: State): Length[] {
   const labelled = (labels: readonly string[], values: Vec3, places: readonly Vec3[]): Length[] =>
     values.map((value, k): Length => [labels[k]!, value, places[k]!, places[k + 1]!]);
   return [
-    ...arm.joints.flatMap(({ a, called, other }, i): Length[] => [
-      [called.a, a, state.corners[i]!, state.frames[i + 1]!.o],
-      ...(called.d ? [[called.d, other, state.frames[i]!.o, state.corners[i]!] as const] : []),
+    ...arm.joints.flatMap(({ a, labels, otherConstant }, i): Length[] => [
+      [labels.a, a, state.corners[i]!, state.frames[i + 1]!.o],
+      ...(labels.d ? [[labels.d, otherConstant, state.frames[i]!.o, state.corners[i]!] as const] : []),
     ]),
-    ...labelled(arm.called?.offset ?? [], arm.point.offset, [lastFrame.o, ...wayToPoint(lastFrame, arm.point.offset)]),
-    ...labelled(arm.called?.base ?? [], arm.base.o, wayToBase(arm)),
+    ...labelled(arm.labels?.offset ?? [], arm.point.offset, [lastFrame.o, ...wayToPoint(lastFrame, arm.point.offset)]),
+    ...labelled(arm.labels?.base ?? [], arm.base.o, wayToBase(arm)),
   ].filter(([label]) => label);
 }
 
@@ -249,7 +249,7 @@ function lengthLabels(arm: Arm, state: State, view: View): WantedLabel[] {
     if (Math.hypot(x, y) < SHORT) return [];
     const size = inDigits(Math.abs(Number(value.toFixed(3))));
     const name = /^-?[a-z]\d*$/i.test(label) ? label.replace("-", "") : size;
-    return [{ name, style: "arm-length", at: [(p[0] + q[0]) / 2, (p[1] + q[1]) / 2], toward: [y, -x] }];
+    return [{ name, style: "arm-length", at: [(p[0] + q[0]) / 2, (p[1] + q[1]) / 2], direction: [y, -x] }];
   });
 }
 

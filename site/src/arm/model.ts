@@ -17,16 +17,16 @@ export type Pose = readonly number[];
 
 export type Frame = { readonly x: Vec3; readonly y: Vec3; readonly z: Vec3; readonly o: Vec3 };
 
-/** A joint's row of the table: `offset` is added to the joint variable; `other` is the constant d or theta. */
+/** A joint's row of the table: `offset` is added to the joint variable; `otherConstant` is d or theta. */
 export interface Joint {
   readonly kind: "R" | "P";
   readonly name: string;
   readonly offset: number;
-  readonly other: number;
+  readonly otherConstant: number;
   readonly a: number;
   readonly alpha: number;
   /** The table's texts for a and d, which label the lengths in a drawing; d is empty for a prismatic joint. */
-  readonly called: { readonly a: string; readonly d: string };
+  readonly labels: { readonly a: string; readonly d: string };
 }
 
 export interface Arm {
@@ -37,9 +37,9 @@ export interface Arm {
   /** The rows of the Jacobian that the task counts, as indices into `ROWS`. */
   readonly task: readonly number[];
   /** Poses in which prismatic joints go beyond their usual range, which must still be shown. */
-  readonly shown?: readonly Pose[];
+  readonly shownPoses?: readonly Pose[];
   /** The table's texts for the coordinates of the base's position and of the point's offset, if known. */
-  readonly called?: Readonly<Record<"base" | "offset", readonly [string, string, string]>>;
+  readonly labels?: Readonly<Record<"base" | "offset", readonly [string, string, string]>>;
 }
 
 /** The arm at a pose. `corners[i-1]` is O_{i-1} + d_i z_{i-1}; `jacobian` is 6 x n, `counted` its task rows. */
@@ -77,15 +77,15 @@ export function armOf(robot: Robot): Arm {
       kind: row.kind,
       name: names[i]!,
       offset: number(row.kind === "R" ? row.theta : row.d),
-      other: number(row.kind === "R" ? row.d : row.theta),
+      otherConstant: number(row.kind === "R" ? row.d : row.theta),
       a: number(row.a),
       alpha: number(row.alpha),
-      called: { a: row.a, d: row.kind === "R" ? row.d : "" },
+      labels: { a: row.a, d: row.kind === "R" ? row.d : "" },
     })),
     base: { ...orientation, o: vector(base.position) },
     point: { frame: point.frame, offset: vector(point.offset) },
     task: robot.task.map((row) => ROWS.indexOf(row)),
-    called: { base: base.position, offset: point.offset },
+    labels: { base: base.position, offset: point.offset },
   };
 }
 
@@ -113,9 +113,9 @@ export function fromFrame(frame: Frame, [u, v, w]: Vec3): Vec3 {
 }
 
 /** Return theta_i and d_i of a row for a value of its joint variable. */
-export function entries(joint: Joint, value: number): readonly [theta: number, d: number] {
+export function thetaAndD(joint: Joint, value: number): readonly [theta: number, d: number] {
   const total = value + joint.offset;
-  return joint.kind === "R" ? [total, joint.other] : [joint.other, total];
+  return joint.kind === "R" ? [total, joint.otherConstant] : [joint.otherConstant, total];
 }
 
 /** Return where the arm is in a pose, without its Jacobian. */
@@ -124,7 +124,7 @@ export function pointsAt(arm: Arm, pose: Pose): Pick<State, "frames" | "corners"
   const corners: Vec3[] = [];
   arm.joints.forEach((joint, i) => {
     const previous = frames[i]!;
-    const [theta, d] = entries(joint, pose[i] ?? 0);
+    const [theta, d] = thetaAndD(joint, pose[i] ?? 0);
     corners.push(addScaled(previous.o, previous.z, d));
     frames.push(nextFrame(previous, theta, d, joint.a, joint.alpha));
   });
@@ -171,7 +171,7 @@ export function pStar(arm: Arm, state: State): readonly Vec3[] {
 
 /** Return the total length of all links (m), the scale for distances and drawings. */
 export function reachOf(arm: Arm): number {
-  const links = arm.joints.map((joint) => norm([joint.a, joint.kind === "R" ? joint.other : 0]));
+  const links = arm.joints.map((joint) => norm([joint.a, joint.kind === "R" ? joint.otherConstant : 0]));
   const fixed = links.reduce((sum, value) => sum + value, norm(arm.point.offset));
   const prismaticCount = arm.joints.filter((joint) => joint.kind === "P").length;
   return fixed + prismaticCount * (fixed > 0 ? longest(arm) : 0.4) || 0.4;
@@ -182,18 +182,18 @@ export const isMixed = (arm: Arm): boolean => arm.task.some((row) => row < 3) &&
 
 /** Return the longest part of the arm (m), the scale for its prismatic joints; 0.4 if all lengths are zero. */
 export function longest(arm: Arm): number {
-  const parts = arm.joints.flatMap((joint) => [joint.a, joint.kind === "R" ? joint.other : 0]);
+  const parts = arm.joints.flatMap((joint) => [joint.a, joint.kind === "R" ? joint.otherConstant : 0]);
   const shortest = arm.joints.some((joint) => joint.kind === "P") ? 0.3 : 0; // so that a prismatic joint is visible
   return Math.max(shortest, ...[...parts, ...arm.point.offset].map(Math.abs)) || 0.4;
 }
 
 /** Return the columns of J drawn as arrows at P: linear parts, or angular parts if the task is purely angular. */
-export function arrowsOf(arm: Arm, state: State): { readonly turning: boolean; readonly columns: readonly Vec3[] } {
-  const turning = arm.task.every((row) => row > 2);
-  const first = turning ? 3 : 0;
+export function arrowsOf(arm: Arm, state: State): { readonly isAngular: boolean; readonly columns: readonly Vec3[] } {
+  const isAngular = arm.task.every((row) => row > 2);
+  const first = isAngular ? 3 : 0;
   const columns = arm.joints.map((_, j): Vec3 => {
     const [x, y, z] = [0, 1, 2].map((k) => state.jacobian[first + k]![j]!);
     return [x!, y!, z!];
   });
-  return { turning, columns };
+  return { isAngular, columns };
 }

@@ -29,16 +29,17 @@ const NUDGE = 1e-3;
 const TINY = 1e-7;
 
 /**
- * Return the pose in which P has moved by `step` (m), or as near to that as possible. If the goal is out of reach, the
- * arm comes to rest stretched out or folded back, and keeps the side on which it was bent.
+ * Return the pose in which P has moved by `step` (m), or as near to that as possible. With a `view`, only the visible
+ * part of the error counts. If the goal is out of reach, the arm comes to rest stretched out or folded back, and keeps
+ * the side on which it was bent.
  *
  * The steps descend D = |p - goal|^2 / 2. If the goal is out of reach, Gauss's J^T J alone is no measure of a step: the
  * remaining error e weights the curvature of p, so D's second derivatives are J^T J - e . d2p. Without the second term,
  * a stretched arm oscillates about its stretched pose.
  */
-export function movePoint(arm: Arm, pose: Pose, step: Vec3, seen?: View): Pose {
+export function movePoint(arm: Arm, pose: Pose, step: Vec3, view?: View): Pose {
   const goal = add(stateAt(arm, pose).point, step);
-  const errorAt = (point: Vec3): Vec3 => onPage(subtract(goal, point), seen);
+  const errorAt = (point: Vec3): Vec3 => onPage(subtract(goal, point), view);
   const reach = reachOf(arm);
   let now = poseWithin(arm, pose);
   for (let k = 0; k < STEPS; k += 1) {
@@ -46,7 +47,7 @@ export function movePoint(arm: Arm, pose: Pose, step: Vec3, seen?: View): Pose {
     const error = errorAt(state.point);
     const distance = norm(error);
     if (distance < 1e-9) break;
-    const step = newtonStep(arm, state, error, reach, seen);
+    const step = newtonStep(arm, state, error, reach, view);
     const next = takeStep(arm, now, step, (point) => norm(errorAt(point)) < distance);
     if (!next) break;
     const change = Math.max(...next.map((value, i) => Math.abs(value - now[i]!)));
@@ -106,9 +107,9 @@ function takeStep(arm: Arm, pose: Pose, step: readonly number[], isNearer: (poin
 }
 
 /** Return Newton's step that reduces |error|^2 / 2, downhill along each axis of its second derivatives. */
-function newtonStep(arm: Arm, state: State, error: Vec3, reach: number, seen?: View): number[] {
+function newtonStep(arm: Arm, state: State, error: Vec3, reach: number, view?: View): number[] {
   const columns = arm.joints.map((_, j) => state.jacobian.map((row) => row[j]!).slice(0, 3) as unknown as Vec3);
-  const visible = columns.map((column) => onPage(column, seen));
+  const visible = columns.map((column) => onPage(column, view));
   const downhill = visible.map((column) => dot(column, error));
   // A prismatic joint at its end stays there while it is pulled outward.
   const free = downhill.map((force, i) => {
@@ -138,4 +139,4 @@ function newtonStep(arm: Arm, state: State, error: Vec3, reach: number, seen?: V
 }
 
 /** Return the part of a vector that is visible on the page, without its depth; the whole vector without a view. */
-const onPage = (v: Vec3, seen?: View): Vec3 => (seen ? addScaled(v, seen.toward, -dot(v, seen.toward)) : v);
+const onPage = (v: Vec3, view?: View): Vec3 => (view ? addScaled(v, view.towardReader, -dot(v, view.towardReader)) : v);

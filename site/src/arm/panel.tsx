@@ -10,7 +10,7 @@ import { useId, useLayoutEffect, useMemo, useRef, useState } from "preact/hooks"
 import type { SymbolInfo } from "../bank.js";
 import type { State } from "./model.js";
 import { inDigits, say, type TextKey } from "../text/text.js";
-import { Answering } from "./answering.js";
+import { TermLinks } from "./answering.js";
 import { Drawing } from "./drawing.js";
 import { Figures } from "./figures.js";
 import { Jacobian } from "./jacobian.js";
@@ -18,14 +18,14 @@ import { Joints } from "./joints.js";
 import { Lengths } from "./lengths.js";
 import { SingularMap } from "./map.js";
 import { LAYERS, type Layers } from "./marks.js";
-import { obstacle, pointOn } from "./path.js";
+import { whyNoPath, pointOn } from "./path.js";
 import { onPull } from "./pull.js";
 import { useSize } from "./size.js";
 import { digits, InRadians } from "./number-format.js";
 import { type Pane, type Stage, type StageWish, useStage } from "./stage.js";
 import type { View } from "./view.js";
 import { Route, Welding } from "./weld.js";
-import { inWords, nearness, poseAndPoint, sizeName } from "./descriptions.js";
+import { describeArm, nearness, describePose, sizeName } from "./descriptions.js";
 
 export interface ArmProps extends StageWish {
   readonly symbols: Readonly<Record<string, SymbolInfo>>;
@@ -79,7 +79,7 @@ function Panel(props: ArmProps): JSX.Element {
   const [isFolded, setFolded] = useState(false);
   const pull = onPull((way) => setFolded(way === "up"));
   const words = useMemo(() => {
-    return isConcealed ? poseAndPoint(arm, settled, radians) : inWords(arm, settled, radians);
+    return isConcealed ? describePose(arm, settled, radians) : describeArm(arm, settled, radians);
   }, [arm, settled, radians, isConcealed]);
   const ids = useId();
   const panes: Pane[] = isWide ? ["map", "weld"] : ["joints", "jacobian", "map", "weld", "layers"];
@@ -116,7 +116,7 @@ function Panel(props: ArmProps): JSX.Element {
             <Drawing
               {...stage}
               room={room}
-              near
+              isEnlarged
               readout={isWide || isConcealed ? null : <Readout {...stage} />}
               label={say("arm.drawing.label", { robot: robot.title })}
               describedBy={`${ids}words`}
@@ -184,7 +184,7 @@ function Panel(props: ArmProps): JSX.Element {
           {words}
         </p>
       </section>
-      <Answering stage={stage} radians={radians} rates={props.rates} />
+      <TermLinks stage={stage} radians={radians} rates={props.rates} />
     </>
   );
 }
@@ -240,7 +240,7 @@ function Map({ stage }: { stage: Stage }): JSX.Element {
 
 function Path({ stage }: { stage: Stage }): JSX.Element {
   const { arm, welding } = stage;
-  const blocked = obstacle(arm);
+  const blocked = whyNoPath(arm);
   return (
     <>
       {welding ? <Welding {...stage} {...welding} /> : null}

@@ -23,14 +23,17 @@ export type Path = { readonly start: Vec3; readonly unit: Vec3; readonly length:
 /** A path with the stations that the arm can reach, and whether it reaches the end. */
 export type Journey = { readonly path: Path; readonly stations: readonly Station[]; readonly arrives: boolean };
 
-const FLOOR = 2e-3;
-const STRIDES = 160;
-const ROUGH = 16; // strides of a path that is only being scored
+/** A path ends where sigma_min/sigma_max falls below this limit. */
+const MIN_RATIO = 2e-3;
+/** Strides along a path, and along one that is only being scored. */
+const [STRIDES, FEW_STRIDES] = [160, 16];
+/** A joint that deviates more (rad or m) from where its rate leads has jumped to another branch. */
 const JUMP = 0.15;
+/** Smallest stride, as a share of the usual one. */
 const FINEST = 1 / 64;
 
 /** Return why no path can be followed: the task counts no velocity of P, or has more rows than joints; else null. */
-export function obstacle(arm: Arm): "turns" | "rows" | null {
+export function whyNoPath(arm: Arm): "turns" | "rows" | null {
   if (arm.task.every((row) => row > 2)) return "turns";
   return arm.task.length > arm.joints.length ? "rows" : null;
 }
@@ -80,13 +83,13 @@ export function follow(arm: Arm, pose: Pose, path: Path, strides = STRIDES): Jou
   if (path.length === 0) return { path, stations, arrives: true };
   const stride = path.length / strides;
   let share = 1;
-  for (let now = stations[0]!; now.ratio >= FLOOR && path.length - now.s > 1e-12 && share >= FINEST;) {
+  for (let now = stations[0]!; now.ratio >= MIN_RATIO && path.length - now.s > 1e-12 && share >= FINEST;) {
     const s = Math.min(path.length, now.s + share * stride);
     const ahead = now.pose.map((value, i) => value + (s - now.s) * now.slopes[i]!);
     const reached = poseAt(arm, path, s, ahead, first);
     const hasJumped = reached === null || reached.some((value, i) => Math.abs(value - ahead[i]!) > JUMP);
     const next = hasJumped ? null : stationAt(arm, path, s, reached);
-    if (next === null || next.ratio < FLOOR) {
+    if (next === null || next.ratio < MIN_RATIO) {
       share /= 2;
       continue;
     }
@@ -114,7 +117,7 @@ export function stationOn({ stations }: Journey, s: number): Station {
 }
 
 /** Return where each joint's speed first exceeds its limit (m from A), or null. */
-export function crossings(journey: Journey, speed: number, limits: readonly number[]): (number | null)[] {
+export function limitCrossings(journey: Journey, speed: number, limits: readonly number[]): (number | null)[] {
   return limits.map((limit, i) => {
     const first = journey.stations.findIndex(({ slopes }) => Math.abs(slopes[i]!) * speed > limit);
     if (first < 0) return null;
@@ -133,7 +136,7 @@ export function suggestTarget(arm: Arm, pose: Pose, reach: number, regular: bool
   for (const direction of directionsOf(arm)) {
     for (const share of regular ? [0.5, 0.35] : [0.9, 0.6, 0.4]) {
       const target = addScaled(point, direction, share * reach);
-      const { stations, arrives, path } = follow(arm, pose, pathTo(arm, pose, target), ROUGH);
+      const { stations, arrives, path } = follow(arm, pose, pathTo(arm, pose, target), FEW_STRIDES);
       const least = Math.min(...stations.map(({ ratio }) => ratio));
       const covered = stations.at(-1)!.s / path.length;
       const score = regular

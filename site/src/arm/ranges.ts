@@ -11,19 +11,22 @@ export type Range = { readonly low: number; readonly high: number };
 export function rangeOf(arm: Arm, index: number): Range {
   const joint = arm.joints[index]!;
   if (joint.kind === "R") return { low: -Math.PI, high: Math.PI };
-  const unit = longest(arm);
+  const longestPart = longest(arm);
   const round = (value: number): number => Math.round(value * 20) / 20;
-  const most = (flatPlane(arm) ? 2.05 : 1.3) * unit; // figures of planar arms show prismatic joints that far out
-  const shown = (arm.shown ?? []).map((pose) => pose[index]!);
-  return { low: Math.min(round(-unit - joint.offset), ...shown), high: Math.max(round(most - joint.offset), ...shown) };
+  const most = (flatPlane(arm) ? 2.05 : 1.3) * longestPart; // figures of planar arms show prismatic joints that far out
+  const shown = (arm.shownPoses ?? []).map((pose) => pose[index]!);
+  return {
+    low: Math.min(round(-longestPart - joint.offset), ...shown),
+    high: Math.max(round(most - joint.offset), ...shown),
+  };
 }
 
 /** Return the arm with wider ranges of prismatic joints, if some of the poses that must be shown need them. */
 export function withRoom(arm: Arm, poses: readonly Pose[]): Arm {
   const isBeyond = (pose: Pose): boolean =>
     pose.some((value, i) => isPrismatic(arm, i) && within(arm, i, value) !== value);
-  const shown = poses.filter(isBeyond);
-  return shown.length > 0 ? { ...arm, shown } : arm;
+  const shownPoses = poses.filter(isBeyond);
+  return shownPoses.length > 0 ? { ...arm, shownPoses } : arm;
 }
 
 const isPrismatic = ({ joints }: Arm, index: number): boolean => joints[index]!.kind === "P";
@@ -46,7 +49,7 @@ const REGULAR = 0.4;
 
 /** Return the first pose: among fixed candidates, one far from singularities, with P above the base. */
 export function firstPose(arm: Arm): Pose {
-  const unit = longest(arm);
+  const longestPart = longest(arm);
   const regular = isMixed(arm) ? 0.1 : 0.4;
   let best: Pose = arm.joints.map(() => 0);
   let most = -Infinity;
@@ -57,14 +60,14 @@ export function firstPose(arm: Arm): Pose {
       const choices = joint.kind === "R" ? ANGLES : DISPLACEMENTS;
       const choice = choices[digits % choices.length]!;
       digits = Math.floor(digits / choices.length);
-      const entry = joint.kind === "R" ? (choice * Math.PI) / 180 : choice * unit;
+      const entry = joint.kind === "R" ? (choice * Math.PI) / 180 : choice * longestPart;
       return round(within(arm, i, entry - joint.offset), joint.kind === "R" ? Math.PI / 180 : 0.01);
     });
     const key = pose.join(" ");
     if (seen.has(key)) continue;
     seen.add(key);
     const state = stateAt(arm, pose);
-    const place = placeScore(arm, state, unit);
+    const place = placeScore(arm, state, longestPart);
     if (place + REGULAR <= most) continue; // can't become the best pose; singular values take longest to compute
     const score = place + REGULAR * Math.min(measuresOf(state).ratio / regular, 1);
     if (score > most + 1e-9) [best, most] = [pose, score];
@@ -74,23 +77,23 @@ export function firstPose(arm: Arm): Pose {
 
 const round = (value: number, step: number): number => Math.round(value / step) * step;
 
-/** The extent of an arm from its base (m): radially, and above and below along the base's axis. */
+/** The extent of an arm from its base (m): from the base's axis, and above and below along it. */
 export interface Extent {
-  readonly around: number;
+  readonly radius: number;
   readonly above: number;
   readonly below: number;
   /** The extent on the page in the first view: up, down and to the sides, including the circles of the ground. */
   readonly up: number;
   readonly down: number;
-  readonly aside: number;
+  readonly sideways: number;
 }
 
 const EXTENTS = new WeakMap<Arm, Extent>();
 
 /** Return half the width of a joint's body in space (m). */
 export function thicknessOf(arm: Arm): number {
-  const { around, above, below } = extentOf(arm);
-  return 0.06 * Math.max(around, 0.6 * above, 0.6 * below);
+  const { radius, above, below } = extentOf(arm);
+  return 0.06 * Math.max(radius, 0.6 * above, 0.6 * below);
 }
 
 /** Return the extent of an arm, sampled over the ranges of its joints. */
@@ -100,45 +103,45 @@ export function extentOf(arm: Arm): Extent {
   const { o, z } = arm.base;
   const page = axonometric(FIRST_ORBIT);
   const prismaticScale = flatPlane(arm) ? 1.6 : 1;
-  let [around, above, below, up, down, aside] = [0, 0, 0, 0, 0, 0];
+  let [radius, above, below, up, down, sideways] = [0, 0, 0, 0, 0, 0];
   const sampled = randomPoses(300, arm.joints.length, 3).map((values) =>
     values.map((value, i) => {
       const { kind, offset } = arm.joints[i]!;
       return kind === "R" ? value : (0.5 + (0.8 * value) / Math.PI) * longest(arm) * prismaticScale - offset;
     }),
   );
-  for (const pose of [...sampled, ...(arm.shown ?? [])]) {
+  for (const pose of [...sampled, ...(arm.shownPoses ?? [])]) {
     const { frames, corners, point } = pointsAt(arm, pose);
     for (const place of [...frames.map((frame) => frame.o), ...corners, point]) {
       const offset = subtract(place, o);
       const height = dot(offset, z);
-      around = Math.max(around, Math.sqrt(Math.max(0, dot(offset, offset) - height * height)));
+      radius = Math.max(radius, Math.sqrt(Math.max(0, dot(offset, offset) - height * height)));
       up = Math.max(up, dot(offset, page.up));
       down = Math.max(down, -dot(offset, page.up));
-      aside = Math.max(aside, Math.abs(dot(offset, page.right)));
+      sideways = Math.max(sideways, Math.abs(dot(offset, page.right)));
       above = Math.max(above, height);
       below = Math.max(below, -height);
     }
   }
-  const largest = Math.max(around, above, below, longest(arm));
-  const floor = (axis: Vec3): number => around * Math.sqrt(Math.max(0, 1 - dot(axis, z) ** 2));
+  const largest = Math.max(radius, above, below, longest(arm));
+  const floor = (axis: Vec3): number => radius * Math.sqrt(Math.max(0, 1 - dot(axis, z) ** 2));
   const extent = {
-    around: Math.max(around, 0.3 * largest),
+    radius: Math.max(radius, 0.3 * largest),
     above: Math.max(above, 0.3 * largest),
     below,
     up: Math.max(up, floor(page.up), 0.15 * largest),
     down: Math.max(down, floor(page.up), 0.15 * largest),
-    aside: Math.max(aside, floor(page.right), 0.3 * largest),
+    sideways: Math.max(sideways, floor(page.right), 0.3 * largest),
   };
   EXTENTS.set(arm, extent);
   return extent;
 }
 
 /** Return the score of a pose by the place of P, and by how far the arm reaches below its base. */
-function placeScore(arm: Arm, state: State, unit: number): number {
+function placeScore(arm: Arm, state: State, longestPart: number): number {
   const up = flatPlane(arm) === "z" ? 1 : 2;
   const heights = [...state.frames.map(({ o }) => o[up]!), state.point[up]!].map((z) => z - arm.base.o[up]!);
-  const lowest = Math.min(0, ...heights) / unit;
+  const lowest = Math.min(0, ...heights) / longestPart;
   const distance = norm(subtract(state.point, arm.base.o)) / reachOf(arm);
-  return 0.4 * distance + 0.35 * Math.max(lowest, -1) + 0.1 * Math.min(1, heights.at(-1)! / unit);
+  return 0.4 * distance + 0.35 * Math.max(lowest, -1) + 0.1 * Math.min(1, heights.at(-1)! / longestPart);
 }

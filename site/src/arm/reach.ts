@@ -5,10 +5,10 @@ import { type Arm, type Frame, type Pose, reachOf, type State, stateAt } from ".
 import { solveDamped } from "./svd.js";
 import { cross, norm, scaleVector, subtract, type Vec3 } from "./vector.js";
 
-const STARTS = 60;
-const STEPS = 40;
-const EARLY = 8;
-const KEPT = 15;
+/** Number of starts, and of steps from each; after `EARLY_STEPS`, only the `NEAREST` starts continue. */
+const [STARTS, STEPS] = [60, 40];
+const [EARLY_STEPS, NEAREST] = [8, 15];
+/** How far beyond the pose the goal is (share of the reach, or rad). */
 const BEYOND = 1e-4;
 
 /** Return the task error from the current state to a goal: position differences (m) and a rotation vector (rad). */
@@ -41,7 +41,7 @@ export function reachesBeyond(arm: Arm, pose: Pose, direction: readonly number[]
       const most = Math.max(...move.map(Math.abs), 1e-12);
       candidate.q = candidate.q.map((value, i) => value + move[i]! * Math.min(1, 0.6 / most));
     }
-    if (step === EARLY) candidates = [...candidates].sort((a, b) => a.distance - b.distance).slice(0, KEPT);
+    if (step === EARLY_STEPS) candidates = [...candidates].sort((a, b) => a.distance - b.distance).slice(0, NEAREST);
   }
   return false;
 }

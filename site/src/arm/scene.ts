@@ -4,7 +4,7 @@ import * as THREE from "three";
 
 import { type Arm, reachOf, type State } from "./model.js";
 import { extentOf, thicknessOf } from "./ranges.js";
-import { bodyOf, linkOf, placesOf } from "./shape.js";
+import { bodyOf, linkOf, jointCentresOf } from "./shape.js";
 import { decompose } from "./svd.js";
 import { addScaled, norm, scaleVector, subtract, unit, type Vec3 } from "./vector.js";
 import type { View } from "./view.js";
@@ -17,8 +17,9 @@ export interface Palette {
   readonly joints: readonly string[];
 }
 
-/** A scene as the page uses it. */
-export interface Stage {
+/** A solid arm on a canvas. */
+export interface SolidArm {
+  /** Draw an arm, and the ellipsoid of velocities of P from the columns of J; null columns hide the ellipsoid. */
   draw(arm: Arm, state: State, view: View, columns: readonly Vec3[] | null, palette: Palette): void;
   dispose(): void;
 }
@@ -34,8 +35,8 @@ type Solid = "bar" | "ball" | "box";
 /** A copy of a solid: its position and size as a matrix, and its colour. */
 type Piece = { readonly solid: Solid; readonly place: THREE.Matrix4; readonly color: string };
 
-/** Return a scene on a canvas. Throws if the browser has no WebGL. */
-export function stageOn(canvas: HTMLCanvasElement): Stage {
+/** Return a solid arm on a canvas. Throws if the browser has no WebGL. */
+export function createSolidArm(canvas: HTMLCanvasElement): SolidArm {
   const renderer = new THREE.WebGLRenderer({ canvas, antialias: true, alpha: true });
   const scene = new THREE.Scene();
   const camera = new THREE.OrthographicCamera();
@@ -52,25 +53,25 @@ export function stageOn(canvas: HTMLCanvasElement): Stage {
   ellipsoid.matrixAutoUpdate = false;
   ellipsoid.frustumCulled = false; // its position is only in its matrix
   scene.add(ellipsoid);
-  const lines = new THREE.LineBasicMaterial();
+  const gridMaterial = new THREE.LineBasicMaterial();
   let grid: { readonly arm: Arm; readonly lines: THREE.PolarGridHelper } | null = null;
-  let size = "";
+  let fittedSize = "";
 
   /** Put the grid under an arm; a new grid is made only for another arm. */
-  function ground(arm: Arm): void {
+  function placeGrid(arm: Arm): void {
     if (grid?.arm === arm) return;
     if (grid) scene.remove(grid.lines);
     grid?.lines.geometry.dispose();
-    grid = { arm, lines: gridUnder(arm, lines) };
+    grid = { arm, lines: gridUnder(arm, gridMaterial) };
     scene.add(grid.lines);
   }
 
   /** Fit the renderer to the pixels of a view. Resizing clears the canvas, so it happens only if the size changed. */
   function fit({ width, height }: View): void {
     const ratio = Math.min(2, globalThis.devicePixelRatio || 1);
-    const key = `${width} ${height} ${ratio}`;
-    if (size === key) return;
-    size = key;
+    const size = `${width} ${height} ${ratio}`;
+    if (size === fittedSize) return;
+    fittedSize = size;
     renderer.setPixelRatio(ratio);
     renderer.setSize(width, height, false);
   }
@@ -86,17 +87,17 @@ export function stageOn(canvas: HTMLCanvasElement): Stage {
       ellipsoid.visible = columns !== null;
       if (columns) ellipsoid.matrix.copy(ellipsoidAt(state, columns));
       glass.color.set(palette.ellipse);
-      lines.color.set(palette.grid);
-      ground(arm);
+      gridMaterial.color.set(palette.grid);
+      placeGrid(arm);
       fit(view);
-      const [w, h, far] = [view.width / view.scale / 2, view.height / view.scale / 2, 20 * reachOf(arm)];
-      Object.assign(camera, { left: -w, right: w, top: h, bottom: -h, near: 0, far: 2 * far });
-      camera.position.set(...addScaled(view.centre, view.toward, far));
+      const [w, h, distance] = [view.width / view.scale / 2, view.height / view.scale / 2, 20 * reachOf(arm)];
+      Object.assign(camera, { left: -w, right: w, top: h, bottom: -h, near: 0, far: 2 * distance });
+      camera.position.set(...addScaled(view.centre, view.towardReader, distance));
       camera.up.set(...view.up);
       camera.lookAt(...view.centre);
       camera.updateProjectionMatrix();
-      const light = addScaled(addScaled(view.toward, view.up, 1.1), view.right, -0.6);
-      sun.position.set(...addScaled(view.centre, light, far));
+      const toLight = addScaled(addScaled(view.towardReader, view.up, 1.1), view.right, -0.6); // from above, left
+      sun.position.set(...addScaled(view.centre, toLight, distance));
       sun.target.position.set(...view.centre);
       renderer.render(scene, camera);
     },
@@ -129,24 +130,24 @@ function placeCopies(copies: THREE.InstancedMesh, pieces: readonly Piece[]): voi
 
 /** Return the arm as solids: bars with round ends for its links, a body for each joint, a ball for P. */
 function piecesOf(arm: Arm, state: State, palette: Palette): Piece[] {
-  const joint = thicknessOf(arm);
-  const thin = 0.48 * joint;
-  const places = placesOf(arm, state, reachOf(arm));
+  const jointRadius = thicknessOf(arm);
+  const linkRadius = 0.48 * jointRadius;
+  const jointCentres = jointCentresOf(arm, state, reachOf(arm));
   return [
     ...arm.joints.flatMap((_, i) =>
       linkOf(arm, state, i + 1).flatMap((corner, k, line) => [
-        ballAt(corner, thin, palette.link),
-        ...(k > 0 ? solidBetween("bar", line[k - 1]!, corner, thin, palette.link) : []),
+        ballAt(corner, linkRadius, palette.link),
+        ...(k > 0 ? solidBetween("bar", line[k - 1]!, corner, linkRadius, palette.link) : []),
       ]),
     ),
     ...arm.joints.flatMap(({ kind }, i) => {
-      const [low, high] = bodyOf(arm, state, i, places[i]!);
+      const [low, high] = bodyOf(arm, state, i, jointCentres[i]!);
       const color = palette.joints[i % palette.joints.length]!;
       return kind === "R"
-        ? solidBetween("bar", low, high, joint, color)
-        : solidBetween("box", low, high, 1.7 * joint, color);
+        ? solidBetween("bar", low, high, jointRadius, color)
+        : solidBetween("box", low, high, 1.7 * jointRadius, color);
     }),
-    ballAt(state.point, 0.6 * joint, palette.link),
+    ballAt(state.point, 0.6 * jointRadius, palette.link),
   ];
 }
 
@@ -155,10 +156,10 @@ function solidBetween(solid: "bar" | "box", a: Vec3, b: Vec3, radius: number, co
   const way = subtract(b, a);
   const length = norm(way);
   if (length < 1e-9) return [];
-  const turn = new THREE.Quaternion().setFromUnitVectors(UP, new THREE.Vector3(...unit(way)));
+  const rotation = new THREE.Quaternion().setFromUnitVectors(UP, new THREE.Vector3(...unit(way)));
   const size = new THREE.Vector3(radius, length, radius);
   return [
-    { solid, place: new THREE.Matrix4().compose(new THREE.Vector3(...addScaled(a, way, 0.5)), turn, size), color },
+    { solid, place: new THREE.Matrix4().compose(new THREE.Vector3(...addScaled(a, way, 0.5)), rotation, size), color },
   ];
 }
 
@@ -166,7 +167,7 @@ function ballAt([x, y, z]: Vec3, radius: number, color: string): Piece {
   return { solid: "ball", place: new THREE.Matrix4().makeScale(radius, radius, radius).setPosition(x, y, z), color };
 }
 
-/** Return the matrix that maps the unit ball to the ellipsoid {J q : |q| = 1} at P. */
+/** Return the matrix that maps the unit ball to the ellipsoid {J qdot : |qdot| = 1} at P; flat ones keep a little depth. */
 function ellipsoidAt(state: State, columns: readonly Vec3[]): THREE.Matrix4 {
   const { sigma, v } = decompose(columns);
   const [a, b, c] = v.map((axis, k) =>
@@ -176,12 +177,12 @@ function ellipsoidAt(state: State, columns: readonly Vec3[]): THREE.Matrix4 {
 }
 
 /** Return rings and rays in the plane of the base, which show where the arm stands in space. */
-function gridUnder(arm: Arm, paint: THREE.LineBasicMaterial): THREE.PolarGridHelper {
+function gridUnder(arm: Arm, material: THREE.LineBasicMaterial): THREE.PolarGridHelper {
   const { o, x, y, z } = arm.base;
-  const grid = new THREE.PolarGridHelper(extentOf(arm).around, 12, 4, 96);
-  grid.material = paint;
+  const grid = new THREE.PolarGridHelper(extentOf(arm).radius, 12, 4, 96);
+  grid.material = material;
   grid.matrixAutoUpdate = false;
-  const [across, up, toward] = [x, z, scaleVector(y, -1)].map((axis) => new THREE.Vector3(...axis));
-  grid.matrix.makeBasis(across!, up!, toward!).setPosition(...o);
+  const [right, up, front] = [x, z, scaleVector(y, -1)].map((axis) => new THREE.Vector3(...axis));
+  grid.matrix.makeBasis(right!, up!, front!).setPosition(...o);
   return grid;
 }

@@ -22,19 +22,20 @@ export function wayToPoint(frame: Frame, [u, v, w]: Vec3): Vec3[] {
 }
 
 /** Return the place of each joint's symbol: O_{i-1}, or shifted along its axis if another joint is always there too. */
-export function placesOf(arm: Arm, state: State, reach: number): readonly Vec3[] {
+export function jointCentresOf(arm: Arm, state: State, reach: number): readonly Vec3[] {
   let crowd = 0;
   return arm.joints.map((joint, i) => {
     const { o, z } = state.frames[i]!;
     const previous = arm.joints[i - 1];
-    const isShared = previous !== undefined && previous.a === 0 && previous.kind === "R" && previous.other === 0;
+    const isShared =
+      previous !== undefined && previous.a === 0 && previous.kind === "R" && previous.otherConstant === 0;
     crowd = isShared ? crowd + 1 : 0;
     if (!isShared && joint.kind === "R") return o;
     if (joint.kind === "P") {
       const way = subtract(state.corners[i]!, o);
       return add(o, scaleVector(way, 0.45));
     }
-    if (joint.other !== 0) return addScaled(o, z, 0.45 * joint.other);
+    if (joint.otherConstant !== 0) return addScaled(o, z, 0.45 * joint.otherConstant);
     return addScaled(o, z, 0.13 * reach * (crowd % 2 === 1 ? 1 : -1));
   });
 }

@@ -26,8 +26,8 @@ export function useSize(element: { readonly current: Element | null }, first: Si
 }
 
 /** Return whether the system asks for reduced motion. */
-export function useStillness(): boolean {
-  const [still, setStill] = useState(false);
+export function useReducedMotion(): boolean {
+  const [isReduced, setStill] = useState(false);
   useEffect(() => {
     const query = matchMedia("(prefers-reduced-motion: reduce)");
     const update = (): void => setStill(query.matches);
@@ -35,5 +35,5 @@ export function useStillness(): boolean {
     query.addEventListener("change", update);
     return () => query.removeEventListener("change", update);
   }, []);
-  return still;
+  return isReduced;
 }

@@ -4,7 +4,7 @@ import type { JSX } from "preact";
 import { useEffect, useLayoutEffect, useMemo, useRef, useState } from "preact/hooks";
 
 import type { Arm, State } from "./model.js";
-import type { Palette, Stage } from "./scene.js";
+import type { Palette, SolidArm } from "./scene.js";
 import { colorOf } from "./shade.js";
 import type { Vec3 } from "./vector.js";
 import type { View } from "./view.js";
@@ -19,34 +19,34 @@ export interface SpaceProps {
 
 export function Space({ arm, state, view, columns, onReady }: SpaceProps): JSX.Element {
   const canvas = useRef<HTMLCanvasElement>(null);
-  const [stage, setStage] = useState<Stage | null>(null);
-  const [paints, setPaints] = useState(0);
+  const [solidArm, setSolidArm] = useState<SolidArm | null>(null);
+  const [schemeChanges, setPaints] = useState(0);
 
   useEffect(() => {
     let isUnmounted = false;
-    let ownStage: Stage | null = null;
+    let created: SolidArm | null = null;
     void import("./scene.js")
-      .then(({ stageOn }) => {
+      .then(({ createSolidArm }) => {
         if (isUnmounted || !canvas.current) return;
-        ownStage = stageOn(canvas.current);
-        setStage(ownStage);
+        created = createSolidArm(canvas.current);
+        setSolidArm(created);
         onReady(true);
       })
       .catch(() => onReady(false));
     return () => {
       isUnmounted = true;
-      ownStage?.dispose();
+      created?.dispose();
     };
   }, []);
 
   useEffect(() => onSchemeChange(() => setPaints((count) => count + 1)), []);
 
-  const palette = useMemo(() => canvas.current && paletteOf(canvas.current), [stage, paints]);
+  const palette = useMemo(() => canvas.current && paletteOf(canvas.current), [solidArm, schemeChanges]);
 
   // In the same frame as the lines over it.
   useLayoutEffect(() => {
-    if (stage && palette) stage.draw(arm, state, view, columns, palette);
-  }, [stage, palette, arm, state, view, columns]);
+    if (solidArm && palette) solidArm.draw(arm, state, view, columns, palette);
+  }, [solidArm, palette, arm, state, view, columns]);
 
   return <canvas ref={canvas} class="arm-canvas" aria-hidden="true" />;
 }

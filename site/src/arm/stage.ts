@@ -16,7 +16,7 @@ import {
   type State,
   stateAt,
 } from "./model.js";
-import { obstacle, stationOn } from "./path.js";
+import { whyNoPath, stationOn } from "./path.js";
 import { firstPose, poseWithin, withRoom } from "./ranges.js";
 import { useDebounced } from "../scheduling.js";
 import { firstWeld, journeyOf, type Weld } from "./weld.js";
@@ -59,8 +59,8 @@ export interface Stage {
   readonly chosen: number;
   readonly choose: (joint: number) => void;
   /** The joint that is pointed at: its link, arrow and column are highlighted. */
-  readonly lit: number | null;
-  readonly point: (joint: number | null) => void;
+  readonly highlighted: number | null;
+  readonly highlight: (joint: number | null) => void;
   readonly isConcealed: boolean;
   readonly layers: Layers;
   readonly toggle: (layer: keyof Layers) => void;
@@ -99,7 +99,7 @@ export function useStage(wish: StageWish, pane: Pane | null): Stage {
   const isSent = !isBack && requested !== undefined;
   const [pose, setPose] = useState<Pose>(home);
   const [chosen, choose] = useState(0);
-  const [lit, point] = useState<number | null>(null);
+  const [highlighted, highlight] = useState<number | null>(null);
   const [chosenLayers, setLayers] = useState<Layers>({ ...FIRST_LAYERS, ...wish.layers });
   const layers = useMemo(
     () => (isConcealed ? { ...chosenLayers, columns: false, ellipse: false } : chosenLayers),
@@ -152,7 +152,7 @@ export function useStage(wish: StageWish, pane: Pane | null): Stage {
   };
   const open = (next: Pane | null): void => {
     setOpened(next);
-    if (next === "weld" && !weld && !obstacle(arm)) {
+    if (next === "weld" && !weld && !whyNoPath(arm)) {
       setWeld(firstWeld(arm, pose, reach));
       setPlace(0);
     }
@@ -162,7 +162,7 @@ export function useStage(wish: StageWish, pane: Pane | null): Stage {
   }, []);
   return {
     ...{ robot, arm, reach, pose, home, isSent, state, measures, settled, sizes, move, reset },
-    ...{ chosen, choose, lit, point, isConcealed, layers, toggle },
+    ...{ chosen, choose, highlighted, highlight, isConcealed, layers, toggle },
     pane: opened,
     open,
     welding: opened === "weld" && weld && journey ? { weld, journey, place, change, goTo } : null,

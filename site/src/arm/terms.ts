@@ -5,7 +5,7 @@ import type { Arm } from "./model.js";
 const GREEK: Readonly<Record<string, string>> = { θ: "theta" };
 
 /** Return the letter and the index of an indexed symbol; null for other elements. */
-function partsOf(symbol: Element): readonly [letter: string, index: string] | null {
+function letterAndIndex(symbol: Element): readonly [letter: string, index: string] | null {
   if (!/^msub(sup)?$/.test(symbol.localName)) return null;
   const [base, index] = symbol.children;
   const [letter, number] = [base?.textContent ?? "", index?.textContent ?? ""];
@@ -20,7 +20,7 @@ function partsOf(symbol: Element): readonly [letter: string, index: string] | nu
  * z_0 is the axis of joint 1.
  */
 export function jointOf(symbol: Element, arm: Arm): number | null {
-  const parts = partsOf(symbol);
+  const parts = letterAndIndex(symbol);
   if (!parts) return null;
   const [letter, index] = parts;
   const count = arm.joints.length;
@@ -91,13 +91,13 @@ export function termsOf(math: Element): Element[][] {
   const terms: Element[][] = [];
   for (const leaf of math.querySelectorAll("mi, mn, mo")) {
     const term = termAt(leaf);
-    if (term.length > 0 && !terms.some((other) => isSame(other, term))) terms.push(term);
+    if (term.length > 0 && !terms.some((other) => isSameTerm(other, term))) terms.push(term);
   }
   return terms;
 }
 
 /** Return whether two terms are the same. */
-export const isSame = (one: readonly Element[], other: readonly Element[]): boolean =>
+export const isSameTerm = (one: readonly Element[], other: readonly Element[]): boolean =>
   one[0] === other[0] && one.length === other.length;
 
 const FUNCTIONS = new Set(["sin", "cos", "tan"]);
@@ -108,7 +108,7 @@ const isFunction = (part: Element): boolean =>
   part.localName === "mrow" && FUNCTIONS.has(part.textContent!.replace(/[\u2061\s]/g, ""));
 
 /** Return parts of a formula as they would be typed; null if that is impossible. */
-export function typed(parts: readonly Element[]): string | null {
+export function typedText(parts: readonly Element[]): string | null {
   let text = "";
   let isArgument = false; // whether the next part is the argument of a function
   for (const part of parts.flatMap((part) => (isFunction(part) ? [...part.children] : [part]))) {
@@ -138,25 +138,25 @@ export function typed(parts: readonly Element[]): string | null {
 
 /** Return the typed name of an indexed letter; a joint rate is qd1. */
 function typedSymbol(part: Element): string | null {
-  const [letter = "", index = ""] = partsOf(part) ?? [];
+  const [letter = "", index = ""] = letterAndIndex(part) ?? [];
   if (/^[θdq]˙$/.test(letter)) return `qd${index}`;
   return /^[a-zθ]$/.test(letter) ? `${GREEK[letter] ?? letter}${index}` : null;
 }
 
 function typedPart(part: Element): string | null {
   const children = [...part.children];
-  const [first, second] = children.map((child) => typed([child]));
+  const [first, second] = children.map((child) => typedText([child]));
   const { localName, textContent } = part;
   if (localName === "mi") return GREEK[textContent!] ?? textContent!;
   if (localName === "mn") return textContent!.replace(",", ".");
   if (localName === "msub") return typedSymbol(part);
   if (localName === "msubsup") {
-    const [symbol, power] = [typedSymbol(part), children[2] ? typed([children[2]]) : null];
+    const [symbol, power] = [typedSymbol(part), children[2] ? typedText([children[2]]) : null];
     return symbol && power ? `(${symbol})^(${power})` : null;
   }
   if (localName === "msup") return first && second ? `(${first})^(${second})` : null;
   if (localName === "mfrac") return first && second ? `((${first})/(${second}))` : null;
-  const inner = typed(children);
+  const inner = typedText(children);
   if (localName === "msqrt") return inner === null ? null : `sqrt(${inner})`;
   if (!["mrow", "mstyle", "mpadded"].includes(localName)) return null;
   return inner === null || !/[-+]/.test(inner) || /^\(.*\)$/.test(inner) ? inner : `(${inner})`;

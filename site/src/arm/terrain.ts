@@ -65,7 +65,7 @@ export function terrainOf(arm: Arm, pose: Pose, pair: Pair, shown: Shown): Terra
   const lines = [...crossed, ...touched];
   const positive = { ...volumes, values: volumes.values.map((row) => row.map(Math.abs)) };
   const spots = minima(positive, magnitude, 1e-7 * size).filter(
-    (spot) => isInside(spot, ranges) && lines.every((line) => isApart(line, spot, grid)),
+    (spot) => isInside(spot, ranges) && lines.every((line) => isFarFrom(line, spot, grid)),
   );
   return { grid, max, lines, spots };
 }
@@ -74,7 +74,7 @@ function isInside([u, v]: Spot, [[u0, u1], [v0, v1]]: readonly [Spot, Spot]): bo
   return u >= u0 && u <= u1 && v >= v0 && v <= v1;
 }
 
-function isApart(line: readonly Spot[], [u, v]: Spot, { us, vs }: Grid): boolean {
+function isFarFrom(line: readonly Spot[], [u, v]: Spot, { us, vs }: Grid): boolean {
   const [du, dv] = [us[1]! - us[0]!, vs[1]! - vs[0]!];
   return line.every(([a, b]) => Math.abs(a - u) > 1.5 * du || Math.abs(b - v) > 1.5 * dv);
 }

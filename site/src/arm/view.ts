@@ -8,7 +8,7 @@ import { addScaled, dot, scaleVector, subtract, type Vec3 } from "./vector.js";
 export interface View {
   readonly right: Vec3;
   readonly up: Vec3;
-  readonly toward: Vec3;
+  readonly towardReader: Vec3;
   readonly scale: number;
   readonly centre: Vec3;
   readonly width: number;
@@ -30,17 +30,17 @@ export type Orbit = { readonly azimuth: number; readonly elevation: number; read
 
 export const FIRST_ORBIT: Orbit = { azimuth: (36 * Math.PI) / 180, elevation: (24 * Math.PI) / 180, zoom: 1 };
 
-type Axes = Pick<View, "right" | "up" | "toward">;
+type Axes = Pick<View, "right" | "up" | "towardReader">;
 
 const FLAT: Readonly<Record<"x" | "y" | "z", Axes>> = {
-  z: { right: [1, 0, 0], up: [0, 1, 0], toward: [0, 0, 1] },
-  x: { right: [0, 1, 0], up: [0, 0, 1], toward: [1, 0, 0] },
-  y: { right: [1, 0, 0], up: [0, 0, 1], toward: [0, -1, 0] },
+  z: { right: [1, 0, 0], up: [0, 1, 0], towardReader: [0, 0, 1] },
+  x: { right: [0, 1, 0], up: [0, 0, 1], towardReader: [1, 0, 0] },
+  y: { right: [1, 0, 0], up: [0, 0, 1], towardReader: [0, -1, 0] },
 };
 
 export function axonometric({ azimuth, elevation }: Orbit): Axes {
   const [ca, sa, ce, se] = [Math.cos(azimuth), Math.sin(azimuth), Math.cos(elevation), Math.sin(elevation)];
-  return { right: [-sa, ca, 0], up: [-se * ca, -se * sa, ce], toward: [ce * ca, ce * sa, se] };
+  return { right: [-sa, ca, 0], up: [-se * ca, -se * sa, ce], towardReader: [ce * ca, ce * sa, se] };
 }
 
 /** Return the world axis perpendicular to all motion of an arm, or null, as ../../../exercises/figure/plane.py. */
@@ -80,20 +80,20 @@ const BUTTONS = 60;
 /** Return the view of an arm in a box of pixels, in which its whole reach is visible. */
 export function viewOf(arm: Arm, extent: Extent, width: number, height: number, orbit: Orbit): View {
   const plane = flatPlane(arm);
-  const { around, above, below, up, down, aside } = extent;
+  const { radius, above, below, up, down, sideways } = extent;
   const { o } = arm.base;
   if (plane) {
     const axes = FLAT[plane];
-    const radius = Math.max(around, above, below);
-    const across = spanWith(radius, radius, -dot(o, axes.right), 0.12 * radius);
-    const high = spanWith(radius, radius, -dot(o, axes.up), 0.12 * radius);
+    const reach = Math.max(radius, above, below);
+    const across = spanWith(reach, reach, -dot(o, axes.right), 0.12 * reach);
+    const high = spanWith(reach, reach, -dot(o, axes.up), 0.12 * reach);
     const scale = 0.9 * Math.min(width / (across.high - across.low), height / (high.high - high.low));
     const centre = addScaled(addScaled(o, axes.right, middle(across)), axes.up, middle(high));
     return { ...axes, scale, centre, width, height };
   }
   const page = axonometric(FIRST_ORBIT);
-  const across = spanWith(aside, aside, -dot(o, page.right), 0.2 * aside);
-  const high = spanWith(down, up, -dot(o, page.up), 0.2 * aside);
+  const across = spanWith(sideways, sideways, -dot(o, page.right), 0.2 * sideways);
+  const high = spanWith(down, up, -dot(o, page.up), 0.2 * sideways);
   const room = 1.02; // margin for arrows and letters
   const scale =
     Math.min((width - BUTTONS) / (room * (across.high - across.low)), height / (room * (high.high - high.low))) *
@@ -137,8 +137,11 @@ export function vectorFromPixels(view: View, [dx, dy]: Pixel): Vec3 {
   return addScaled(scaleVector(view.right, dx / view.scale), view.up, -dy / view.scale);
 }
 
-/** Return the half axes (pixels) and rotation (degrees, y down) of the drawn ellipsoid {J q : |q| = 1}. */
-export function outline(view: View, columns: readonly Vec3[]): Readonly<Record<"major" | "minor" | "turn", number>> {
+/** Return the half axes (pixels) and rotation (degrees, y down) of the drawn ellipsoid {J qdot : |qdot| = 1}. */
+export function outline(
+  view: View,
+  columns: readonly Vec3[],
+): Readonly<Record<"major" | "minor" | "rotation", number>> {
   let [xx, xy, yy] = [0, 0, 0];
   for (const column of columns) {
     const [x, y] = vectorInPixels(view, column);
@@ -151,7 +154,7 @@ export function outline(view: View, columns: readonly Vec3[]): Readonly<Record<"
   return {
     major: Math.sqrt(middle + spread),
     minor: Math.sqrt(Math.max(0, middle - spread)),
-    turn: (Math.atan2(xy, (xx - yy) / 2) * 90) / Math.PI,
+    rotation: (Math.atan2(xy, (xx - yy) / 2) * 90) / Math.PI,
   };
 }
 

@@ -8,8 +8,8 @@ import { say } from "../text/text.js";
 import { Chart } from "./chart.js";
 import { Dotted, jointClass, Letters, plainLetters } from "./letters.js";
 import { type Arm, type Pose } from "./model.js";
-import { crossings, follow, type Journey, pathTo, pointOn, stationOn, suggestTarget } from "./path.js";
-import { useStillness } from "./size.js";
+import { limitCrossings, follow, type Journey, pathTo, pointOn, stationOn, suggestTarget } from "./path.js";
+import { useReducedMotion } from "./size.js";
 import { decimals, digits } from "./number-format.js";
 import type { Stage, Welding as Welded } from "./stage.js";
 import type { Vec3 } from "./vector.js";
@@ -53,7 +53,7 @@ const FIELDS = [
 
 export function Welding(props: WeldProps): JSX.Element {
   const { arm, weld, journey, place, change, goTo } = props;
-  const prefersStill = useStillness();
+  const prefersStill = useReducedMotion();
   const end = journey.stations.at(-1)!.s;
   const [isPlaying, setPlaying] = useClock(place, end, weld.speed, goTo);
   const limits = limitsOf(arm, weld);
@@ -248,7 +248,7 @@ export function verdictOf(
 ): "stops" | "exceeds" | "keeps" | null {
   if (!welding || welding.journey.path.length === 0) return null;
   const { weld, journey } = welding;
-  if (crossings(journey, weld.speed, limitsOf(arm, weld)).some((s) => s !== null)) return "exceeds";
+  if (limitCrossings(journey, weld.speed, limitsOf(arm, weld)).some((s) => s !== null)) return "exceeds";
   return journey.arrives ? "keeps" : "stops";
 }
 
@@ -266,7 +266,7 @@ export function verdict(arm: Arm, journey: Journey, weld: Weld): string {
         ? say("arm.weld.arrives", { length: decimals(end, 3), time: decimals(end / weld.speed, 1) })
         : say("arm.weld.stops", { s: decimals(end, 3), length: decimals(journey.path.length, 3) }),
   ];
-  const exceeding = crossings(journey, weld.speed, limits)
+  const exceeding = limitCrossings(journey, weld.speed, limits)
     .flatMap((s, i) => (s === null ? [] : [{ s, i }]))
     .sort((a, b) => a.s - b.s);
   const joint = (i: number): string => plainLetters(arm.joints[i]!.name);

@@ -2,7 +2,7 @@
 
 import type { JSX } from "preact";
 
-import { Arrow, headLabel, lengthOf, type NamedArrow, ofPixels } from "./flat.js";
+import { Arrow, headLabel, lengthInPixels, type NamedArrow, vectorOfLength } from "./flat.js";
 import type { WantedLabel } from "./labels.js";
 import type { Arm } from "./model.js";
 import { norm, subtract, type Vec3, ZERO } from "./vector.js";
@@ -16,7 +16,7 @@ const AXES: readonly Vec3[] = [
 const LENGTH = 40;
 
 /** Return whether the base frame differs from the world frame. */
-function isApart({ base }: Arm): boolean {
+function isBaseMoved({ base }: Arm): boolean {
   return norm(base.o) > 1e-9 || norm(subtract(base.x, AXES[0]!)) > 1e-9 || norm(subtract(base.z, AXES[2]!)) > 1e-9;
 }
 
@@ -29,14 +29,14 @@ function worldAxes(view: View, flat: boolean): NamedArrow[] {
     name: `${"xyz"[k]}_w`,
     style: "arm-w",
     from: ZERO,
-    vector: ofPixels(view, axis, LENGTH),
-  })).filter((arrow) => !flat || lengthOf(view, arrow) >= 1);
+    vector: vectorOfLength(view, axis, LENGTH),
+  })).filter((arrow) => !flat || lengthInPixels(view, arrow) >= 1);
 }
 
 type WorldProps = { readonly arm: Arm; readonly view: View; readonly flat: boolean };
 
 export function World({ arm, view, flat }: WorldProps): JSX.Element | null {
-  if (!isApart(arm)) return null;
+  if (!isBaseMoved(arm)) return null;
   const corners = wayToBase(arm);
   return (
     <g class="arm-world">
@@ -50,8 +50,9 @@ export function World({ arm, view, flat }: WorldProps): JSX.Element | null {
 
 /** Return the labels of the world frame: its axes, and its origin if the base is elsewhere. */
 export function worldLabels(arm: Arm, view: View, flat: boolean): WantedLabel[] {
-  if (!isApart(arm)) return [];
+  if (!isBaseMoved(arm)) return [];
   const wanted = worldAxes(view, flat).map((axis) => headLabel(view, axis));
-  if (norm(arm.base.o) > 1e-9) wanted.push({ name: "O_w", style: "arm-w", at: pixel(view, ZERO), toward: [-0.7, 0.7] });
+  if (norm(arm.base.o) > 1e-9)
+    wanted.push({ name: "O_w", style: "arm-w", at: pixel(view, ZERO), direction: [-0.7, 0.7] });
   return wanted;
 }

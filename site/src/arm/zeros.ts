@@ -95,11 +95,11 @@ function cellsNearZero({ us, vs, values }: Grid): Spot[] {
   return cells;
 }
 
-/** Return crossings linked to lines through cells; `apart` decides how to pair the four crossings of a cell. */
+/** Return crossings linked to lines; if a cell has four, `joinsLowAndRight` decides how they are paired. */
 function linesThrough(
   cells: readonly Spot[],
   crossing: Crossing,
-  apart: ((i: number, j: number) => boolean) | null,
+  joinsLowAndRight: ((i: number, j: number) => boolean) | null,
 ): Spot[][] {
   const spots = new Map<string, Spot | null>();
   const links = new Map<string, string[]>();
@@ -119,7 +119,11 @@ function linesThrough(
     if (crossed.length === 2) link(crossed[0]!, crossed[1]!);
     if (crossed.length === 4) {
       const pairs =
-        apart === null ? [low, high, left, right] : apart(i, j) ? [low, right, high, left] : [low, left, high, right];
+        joinsLowAndRight === null
+          ? [low, high, left, right]
+          : joinsLowAndRight(i, j)
+            ? [low, right, high, left]
+            : [low, left, high, right];
       link(pairs[0]!, pairs[1]!);
       link(pairs[2]!, pairs[3]!);
     }

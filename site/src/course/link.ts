@@ -1,7 +1,7 @@
 // Links to a round of practice, as an instructor makes them: parsed, explained if they are wrong, and written.
 
 import type { Index } from "../bank.js";
-import { ANYTHING, faultOf as faultOfWish, type Item, items, shuffle, type Wish } from "../practice/choice.js";
+import { ANYTHING, faultOf as faultOfWish, type Item, itemsFor, shuffle, type Wish } from "../practice/choice.js";
 import type { Topic } from "../practice/topics.js";
 import { message, type Message } from "../text/text.js";
 import type { Round } from "./round.js";
@@ -120,7 +120,7 @@ export function candidatesOf(link: Link, index: Index, lessons: readonly LinkedL
     return message("link.lesson", { name: link.lesson, known: lessons.map(({ id }) => id).join(", ") });
   const fault = faultOfWish(index, link.wish, "");
   if (fault) return fault;
-  const matching = items(index, link.wish);
+  const matching = itemsFor(index, link.wish);
   if (!lesson) return matching;
   const inLesson = matching.filter(({ question }) => lesson.questions.includes(question));
   const ofLesson = inLesson.filter(({ family }) => lesson.families.includes(family));

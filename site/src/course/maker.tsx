@@ -7,7 +7,7 @@ import type { Index } from "../bank.js";
 import { Choice, LITERAL, optionsOf } from "../controls.js";
 import { useDebounced } from "../scheduling.js";
 import { LESSONS } from "../learn/lessons.js";
-import { Copied } from "../pages/copied.js";
+import { CopyButton } from "../pages/copied.js";
 import { WishChoices } from "../practice/wish-choices.js";
 import { LANGUAGES } from "../text/languages.js";
 import { textOf, say, type TextKey } from "../text/text.js";
@@ -15,7 +15,7 @@ import { newSeed } from "../random.js";
 import { candidatesOf, EMPTY, isOrigin, type Link, MAX_QUESTIONS, MAX_TRIES, writeLink } from "./link.js";
 
 /** Height of the frame (pixels): enough for arm and question one above the other. */
-const HEIGHT = 900;
+const FRAME_HEIGHT = 900;
 
 export function Maker({ index }: { index: Index }): JSX.Element {
   const [link, setLink] = useState<Link>(() => ({ ...EMPTY, seed: newSeed() }));
@@ -46,7 +46,7 @@ export function Maker({ index }: { index: Index }): JSX.Element {
 
 /** Return the HTML of a frame for the page of a course. */
 function frameOf(address: string, name: string): string {
-  const attributes = { src: address, title: name || say("round.title"), width: "100%", height: HEIGHT };
+  const attributes = { src: address, title: name || say("round.title"), width: "100%", height: FRAME_HEIGHT };
   return Object.assign(document.createElement("iframe"), attributes).outerHTML;
 }
 
@@ -73,17 +73,23 @@ function Choices({ index, link, max, hasWrongOrigin, onLink }: ChoicesProps): JS
         {optionsOf(LESSONS.map(({ id, title }) => [id, say(title)]))}
       </Choice>
       <WishChoices index={index} wish={wish} lesson={lesson} onWish={(wish) => change({ wish })} />
-      <Count
+      <NumberField
         label="maker.count"
         value={wish.count}
         min={1}
         max={max}
         onValue={(count) => change({ wish: { ...wish, count } })}
       />
-      <Count label="maker.tries" value={link.tries} min={0} max={MAX_TRIES} onValue={(tries) => change({ tries })} />
-      <Words label="maker.name" value={link.name} onValue={(name) => change({ name })} />
-      <Words label="maker.seed" value={link.seed} onValue={(seed) => change({ seed })} />
-      <Words
+      <NumberField
+        label="maker.tries"
+        value={link.tries}
+        min={0}
+        max={MAX_TRIES}
+        onValue={(tries) => change({ tries })}
+      />
+      <TextField label="maker.name" value={link.name} onValue={(name) => change({ name })} />
+      <TextField label="maker.seed" value={link.seed} onValue={(seed) => change({ seed })} />
+      <TextField
         label="maker.origin"
         value={link.origin}
         hint="https://moodle.example.org"
@@ -102,7 +108,7 @@ function Choices({ index, link, max, hasWrongOrigin, onLink }: ChoicesProps): JS
   );
 }
 
-interface CountProps {
+interface NumberFieldProps {
   readonly label: TextKey;
   readonly value: number;
   readonly min: number;
@@ -110,7 +116,7 @@ interface CountProps {
   readonly onValue: (value: number) => void;
 }
 
-function Count({ label, value, min, max, onValue }: CountProps): JSX.Element {
+function NumberField({ label, value, min, max, onValue }: NumberFieldProps): JSX.Element {
   return (
     <label>
       {say(label)}
@@ -131,7 +137,7 @@ function Count({ label, value, min, max, onValue }: CountProps): JSX.Element {
   );
 }
 
-interface WordsProps {
+interface TextFieldProps {
   readonly label: TextKey;
   readonly value: string;
   readonly hint?: string;
@@ -139,7 +145,7 @@ interface WordsProps {
   readonly onValue: (value: string) => void;
 }
 
-function Words({ label, value, hint = "", wrong = null, onValue }: WordsProps): JSX.Element {
+function TextField({ label, value, hint = "", wrong = null, onValue }: TextFieldProps): JSX.Element {
   return (
     <label>
       {say(label)}
@@ -170,17 +176,17 @@ const CopyableText = ({ label, text }: { label: TextKey; text: string }): JSX.El
         onFocus={({ currentTarget }) => currentTarget.select()}
       />
     </label>
-    <Copied key={text} text={text} label={say("maker.copy")} />
+    <CopyButton key={text} text={text} label={say("maker.copy")} />
   </div>
 );
 
 /** Milliseconds without a change after which the preview is loaded again. */
-const REST = 400;
+const SETTLING = 400;
 
 /** The frame as students see it, and the last message that the surrounding page receives. */
 function Preview({ link }: { link: Link }): JSX.Element {
   const address = `practice.html${writeLink({ ...link, embed: true, origin: window.location.origin })}`;
-  const shown = useDebounced(address, REST);
+  const shown = useDebounced(address, SETTLING);
   const [lastMessage, setLastMessage] = useState("");
   const frame = useRef<HTMLIFrameElement>(null);
   useEffect(() => {

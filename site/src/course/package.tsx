@@ -7,7 +7,7 @@ import { useState } from "preact/hooks";
 import { WithIndex } from "../practice/with-index.js";
 import { storage } from "../storage.js";
 import { chosenLanguage, loadLanguage } from "../text/languages.js";
-import { ENGLISH, message, speak } from "../text/text.js";
+import { ENGLISH, message, setLanguage } from "../text/text.js";
 import { type PackageSet, roundOf } from "./package-set.js";
 import { storedInBrowser } from "./recipient.js";
 import { type Above, connect, type Version } from "./scorm.js";
@@ -32,7 +32,7 @@ function Package({ set }: { set: ScormSet }): JSX.Element {
   );
 }
 
-speak(await loadLanguage().catch(() => ENGLISH));
+setLanguage(await loadLanguage().catch(() => ENGLISH));
 const place = document.getElementById("package")!;
 const set = JSON.parse(place.dataset["set"]!) as ScormSet;
 place.textContent = "";

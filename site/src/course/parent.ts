@@ -2,7 +2,7 @@
 
 import { nameOf } from "../practice/choice.js";
 import { message } from "../text/text.js";
-import { storedInBrowser, isComplete, type News, type Recipient } from "./recipient.js";
+import { storedInBrowser, isComplete, type Report, type Recipient } from "./recipient.js";
 
 /** Longer answers are cut in messages. */
 const MAX_CHARACTERS = 4000;
@@ -10,7 +10,7 @@ const MAX_CHARACTERS = 4000;
 /** What is sent, as docs/site.md describes it; a change that receivers would notice needs another version. */
 export type ResultMessage = ReturnType<typeof resultMessage>;
 
-export function resultMessage({ round, standing, score, given }: News, isFirst: boolean) {
+export function resultMessage({ round, standing, score, given }: Report, isFirst: boolean) {
   const { points, max, share, answered, count } = score;
   return {
     qdot: "round" as const,
@@ -31,7 +31,7 @@ export function resultMessage({ round, standing, score, given }: News, isFirst: 
 }
 
 /** The surrounding window, as far as results are sent to it. */
-export interface Around {
+export interface SurroundingPage {
   /** Whether the page is in a frame. */
   readonly isFramed: boolean;
   post(message: ResultMessage, origin: string): void;
@@ -40,17 +40,17 @@ export interface Around {
 type Origins = { readonly named: string; readonly own: string };
 
 /** Return the surrounding page as recipient, at the named origin or our own; the browser stores the round, too. */
-export function parentPage(around: Around, origins: Origins, storage: Storage | null, key: string): Recipient {
+export function parentPage(around: SurroundingPage, origins: Origins, storage: Storage | null, key: string): Recipient {
   let isFirst = true;
   const sentTo = origins.named ? message("round.sent-to", { origin: origins.named }) : message("round.sent-here");
   const stored = storedInBrowser(storage, key, around.isFramed ? sentTo : message("round.not-sent"));
   return {
     ...stored,
-    takes: around.isFramed,
-    tell(news) {
+    isAccepting: around.isFramed,
+    report(news) {
       if (around.isFramed) around.post(resultMessage(news, isFirst), origins.named || origins.own);
       isFirst = false;
-      return stored.tell(news);
+      return stored.report(news);
     },
   };
 }

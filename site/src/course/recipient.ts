@@ -1,33 +1,32 @@
 // The recipients of a round's results: the browser, the surrounding page, or a learning platform.
 
-import type { Part } from "../bank.js";
-import type { Verdict } from "../grade/verdict.js";
+import type { Judged } from "../practice/task.js";
 import { storeText, storedText } from "../storage.js";
 import type { Message } from "../text/text.js";
 import { asText, type Round, type Score, type Standing } from "./round.js";
 
-/** An answer that was judged: the question, the typed answer and the verdict. */
-export type Given = { readonly place: number; readonly part: Part; readonly answer: string; readonly verdict: Verdict };
+/** An answer with its verdict, and the place of its question in the round. */
+export type JudgedAnswer = Judged & { readonly place: number };
 
 /** The state of a round, and the answer that led to it; null if there was none. */
-export interface News {
+export interface Report {
   readonly round: Round;
   readonly standing: Standing;
   readonly score: Score;
-  readonly given: Given | null;
+  readonly given: JudgedAnswer | null;
 }
 
 export interface Recipient {
   /** The stored state of the round from an earlier visit; "" if there is none. */
-  readonly kept: string;
+  readonly stored: string;
   /** A sentence on where results go, or why they go nowhere. */
-  readonly says: Message;
+  readonly destination: Message;
   /** Whether it accepts results. */
-  readonly takes: boolean;
+  readonly isAccepting: boolean;
   /** Report results; return false if they must be reported again. */
-  tell(news: News): boolean;
+  report(news: Report): boolean;
   /** Called when the page is left. */
-  leave(news: News): void;
+  leave(news: Report): void;
 }
 
 /** Return whether all questions were answered or given up. */
@@ -39,12 +38,12 @@ export function isPassed({ pass }: Round, { share }: Score): boolean | null {
 }
 
 /** Return a recipient that only stores the round in this browser, under `key`. */
-export function storedInBrowser(storage: Storage | null, key: string, says: Message): Recipient {
+export function storedInBrowser(storage: Storage | null, key: string, destination: Message): Recipient {
   return {
-    kept: storedText(storage, key) ?? "",
-    says,
-    takes: false,
-    tell({ round, standing }) {
+    stored: storedText(storage, key) ?? "",
+    destination,
+    isAccepting: false,
+    report({ round, standing }) {
       storeText(storage, key, asText(round, standing));
       return true;
     },

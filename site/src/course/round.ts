@@ -16,10 +16,10 @@ export interface Round {
 }
 
 /** The state of a question: answers so far, the best share of its points, and whether the solution was shown. */
-export type Tried = { readonly tries: number; readonly share: number; readonly shown: boolean };
+export type QuestionState = { readonly tries: number; readonly share: number; readonly shown: boolean };
 
 /** The states of a round's questions, in its order. */
-export type Standing = readonly Tried[];
+export type Standing = readonly QuestionState[];
 
 export interface Score {
   readonly points: number;
@@ -33,23 +33,23 @@ export interface Score {
   readonly count: number;
 }
 
-const FRESH: Tried = { tries: 0, share: 0, shown: false };
+const UNTRIED: QuestionState = { tries: 0, share: 0, shown: false };
 
-export const newStanding = (round: Round): Standing => round.asked.map(() => FRESH);
+export const newStanding = (round: Round): Standing => round.asked.map(() => UNTRIED);
 
 /** Return whether a question has no points left to gain. */
-export const isDone = ({ tries }: Round, tried: Tried): boolean =>
+export const isDone = ({ tries }: Round, tried: QuestionState): boolean =>
   tried.share === 1 || tried.shown || (tries > 0 && tried.tries >= tries);
 
 /** Return whether the next answer to a question is the last one allowed. */
-export const isLastTry = ({ tries }: Round, tried: Tried): boolean => tries > 0 && tried.tries + 1 >= tries;
+export const isLastTry = ({ tries }: Round, tried: QuestionState): boolean => tries > 0 && tried.tries + 1 >= tries;
 
 /** Return the standing after an answer; unchanged if the question had no points left to gain. */
 export function afterAnswer(round: Round, standing: Standing, place: number, share: number): Standing {
   const tried = standing[place];
   const asked = round.asked[place];
   if (!tried || !asked || isDone(round, tried)) return standing;
-  const earned = share >= 1 ? 1 : Math.round(share * asked.credit * MILLE) / MILLE;
+  const earned = share >= 1 ? 1 : Math.round(share * asked.credit * SHARE_STEPS) / SHARE_STEPS;
   return standing.with(place, {
     ...tried,
     tries: Math.min(tried.tries + 1, MAX_TRIES),
@@ -64,8 +64,8 @@ export function afterSolution(standing: Standing, place: number): Standing {
 }
 
 export function scoreOf(round: Round, standing: Standing): Score {
-  const max = total(round.asked.map(({ points }) => points));
-  const points = total(round.asked.map((asked, i) => asked.points * (standing[i]?.share ?? 0)));
+  const max = sumOf(round.asked.map(({ points }) => points));
+  const points = sumOf(round.asked.map((asked, i) => asked.points * (standing[i]?.share ?? 0)));
   return {
     points,
     max,
@@ -77,7 +77,7 @@ export function scoreOf(round: Round, standing: Standing): Score {
 }
 
 /** Return a sum without rounding errors of binary fractions. */
-const total = (values: readonly number[]): number =>
+const sumOf = (values: readonly number[]): number =>
   Math.round(values.reduce((sum, value) => sum + value, 0) * 1e6) / 1e6;
 
 /** Return the next question that is not done, starting over after the last; null if all are done. */
@@ -85,17 +85,17 @@ export function nextPlace(round: Round, standing: Standing, after: number): numb
   const count = round.asked.length;
   for (let step = 1; step <= count; step += 1) {
     const place = (after + step + count) % count;
-    if (!isDone(round, standing[place] ?? FRESH)) return place;
+    if (!isDone(round, standing[place] ?? UNTRIED)) return place;
   }
   return null;
 }
 
 /** Shares are stored in thousandths. */
-const MILLE = 1000;
+const SHARE_STEPS = 1000;
 const MAX_TRIES = 63;
 const DIGITS = "ABCDEFGHIJKLMNOPQRSTUVWXYZabcdefghijklmnopqrstuvwxyz0123456789-_";
 /** Digits of a question: 64³ exceeds 1001 shares times 64 numbers of tries times 2 (solution shown or not). */
-const EACH = 3;
+const DIGITS_EACH = 3;
 const FORMAT = "q1";
 
 /**
@@ -105,7 +105,7 @@ const FORMAT = "q1";
  */
 export function asText(round: Round, standing: Standing): string {
   const codes = standing.map(({ tries, share, shown }) => {
-    const number = (Math.round(share * MILLE) * (MAX_TRIES + 1) + tries) * 2 + Number(shown);
+    const number = (Math.round(share * SHARE_STEPS) * (MAX_TRIES + 1) + tries) * 2 + Number(shown);
     return [number >> 12, (number >> 6) & 63, number & 63].map((k) => DIGITS[k]).join("");
   });
   return `${FORMAT}.${fingerprintOf(round)}.${codes.join("").replace(/(?:AAA)+$/, "")}`;
@@ -118,19 +118,19 @@ export function fromText(round: Round, text: string): Standing {
     format === FORMAT &&
     print === fingerprintOf(round) &&
     more.length === 0 &&
-    codes.length % EACH === 0 &&
-    codes.length <= EACH * round.asked.length;
-  const states = fits ? round.asked.map((_, i) => triedFrom(codes.slice(i * EACH, (i + 1) * EACH))) : [];
+    codes.length % DIGITS_EACH === 0 &&
+    codes.length <= DIGITS_EACH * round.asked.length;
+  const states = fits ? round.asked.map((_, i) => triedFrom(codes.slice(i * DIGITS_EACH, (i + 1) * DIGITS_EACH))) : [];
   return fits && states.every((tried) => tried !== null) ? states : newStanding(round);
 }
 
-function triedFrom(signs: string): Tried | null {
-  if (!signs) return FRESH;
+function triedFrom(signs: string): QuestionState | null {
+  if (!signs) return UNTRIED;
   const digits = [...signs].map((sign) => DIGITS.indexOf(sign));
   if (digits.some((digit) => digit < 0)) return null;
   const number = digits.reduce((sum, digit) => sum * 64 + digit, 0);
   const tries = (number >> 1) & MAX_TRIES;
-  const share = (number >> 7) / MILLE;
+  const share = (number >> 7) / SHARE_STEPS;
   return share <= 1 ? { tries, share, shown: (number & 1) === 1 } : null;
 }
 

@@ -5,7 +5,7 @@
 
 import type { Part } from "../bank.js";
 import { message } from "../text/text.js";
-import { isComplete, isPassed, type Given, type News, type Recipient } from "./recipient.js";
+import { isComplete, isPassed, type JudgedAnswer, type Report, type Recipient } from "./recipient.js";
 import { asText, type Round, type Score } from "./round.js";
 
 export type Version = "1.2" | "2004";
@@ -96,7 +96,7 @@ type AnswerModel = Readonly<Record<"type" | "between" | "pair" | "name" | "wrong
 };
 
 /** Return the elements that record an answer as the n-th interaction. */
-function interaction(model: Model, n: number, { place, part, answer, verdict }: Given, round: Round): Elements {
+function interaction(model: Model, n: number, { place, part, answer, verdict }: JudgedAnswer, round: Round): Elements {
   const { item, points } = round.asked[place]!;
   const [type, response] = responseOf(part, answer, model.answer);
   const elements: Elements = [
@@ -182,16 +182,16 @@ export function connect(version: Version, from: Above): Platform | null {
   const set = (name: string, value: string): boolean => isTrue(call("SetValue", name, value));
   if (!isTrue(call("Initialize", ""))) return null;
   const startTime = Date.now();
-  const takes = !["review", "browse"].includes(get(model.mode));
+  const isAccepting = !["review", "browse"].includes(get(model.mode));
   let hasEnded = false;
 
   /** Record an answer. A platform need not store it, so failures are ignored. */
-  const record = (given: Given, round: Round): void => {
+  const record = (given: JudgedAnswer, round: Round): void => {
     const count = Number(get("cmi.interactions._count") || NaN);
     if (count < MAX_RECORDED) for (const [name, value] of interaction(model, count, given, round)) set(name, value);
   };
-  const report = (news: News): boolean => {
-    if (!takes || hasEnded) return true;
+  const report = (news: Report): boolean => {
+    if (!isAccepting || hasEnded) return true;
     const { round, score, standing, given } = news;
     const all: Elements = [
       ...model.results(round, score),
@@ -204,10 +204,10 @@ export function connect(version: Version, from: Above): Platform | null {
   };
   return {
     learner: get(model.learner),
-    kept: get("cmi.suspend_data"),
-    takes,
-    says: message(takes ? "round.sent" : "round.review"),
-    tell: report,
+    stored: get("cmi.suspend_data"),
+    isAccepting,
+    destination: message(isAccepting ? "round.sent" : "round.review"),
+    report: report,
     leave(news) {
       if (hasEnded) return;
       report({ ...news, given: null });

@@ -7,7 +7,7 @@ import { Button } from "../controls.js";
 import type { Index } from "../bank.js";
 import { Current } from "../practice/current.js";
 import { inDigits, message, type Message, textOf, say } from "../text/text.js";
-import { type Given, isComplete, isPassed, type News, type Recipient } from "./recipient.js";
+import { type JudgedAnswer, isComplete, isPassed, type Report, type Recipient } from "./recipient.js";
 import {
   afterAnswer,
   afterSolution,
@@ -19,23 +19,23 @@ import {
   type Score,
   scoreOf,
   type Standing,
-  type Tried,
+  type QuestionState,
 } from "./round.js";
 
 type RoundViewProps = { readonly index: Index; readonly round: Round; readonly recipient: Recipient };
 
 export function RoundView({ index, round, recipient }: RoundViewProps): JSX.Element {
-  const [standing, setStanding] = useState<Standing>(() => fromText(round, recipient.kept));
+  const [standing, setStanding] = useState<Standing>(() => fromText(round, recipient.stored));
   const [{ place, visits }, setPlace] = useState({ place: nextPlace(round, standing, -1) ?? 0, visits: 0 });
   const [isSent, setSent] = useState(true);
   const latest = useRef<Standing>(standing);
-  const newsOf = (now: Standing, given: Given | null): News => {
+  const newsOf = (now: Standing, given: JudgedAnswer | null): Report => {
     return { round, standing: now, score: scoreOf(round, now), given };
   };
-  const report = (now: Standing, given: Given | null): void => {
+  const report = (now: Standing, given: JudgedAnswer | null): void => {
     latest.current = now;
     setStanding(now);
-    setSent(recipient.tell(newsOf(now, given)));
+    setSent(recipient.report(newsOf(now, given)));
   };
   useEffect(() => {
     report(standing, null);
@@ -58,7 +58,7 @@ export function RoundView({ index, round, recipient }: RoundViewProps): JSX.Elem
         standing={standing}
         place={place}
         onPlace={go}
-        destination={isSent ? recipient.says : message("round.failed")}
+        destination={isSent ? recipient.destination : message("round.failed")}
         onAgain={isSent ? null : () => report(latest.current, null)}
       />
       <Current
@@ -136,7 +136,7 @@ const STATES = {
 } as const;
 
 /** Return how a question is marked: by a text as well as a colour. */
-function markOf(round: Round, tried: Tried): keyof typeof STATES {
+function markOf(round: Round, tried: QuestionState): keyof typeof STATES {
   if (tried.share === 1) return "right";
   if (tried.share > 0) return "partial";
   return tried.tries > 0 || isDone(round, tried) ? "wrong" : "open";
@@ -149,7 +149,7 @@ function finalMessage(round: Round, score: Score): Message {
   return message(passed ? "round.passed" : "round.not-passed", { percent: rounded(100 * round.pass!) });
 }
 
-function triesLeft(round: Round, tried: Tried): string {
+function triesLeft(round: Round, tried: QuestionState): string {
   if (tried.share === 1) return say("round.closed-right");
   if (tried.shown) return say("round.closed-shown");
   if (round.tries === 0) return say("round.tries-any");

@@ -11,16 +11,16 @@ export const isWave = ({ kind, text }: Node): boolean => kind === "call" && (tex
 export const otherWave = (tree: Node): Node => ({ ...tree, text: tree.text === "sin" ? "cos" : "sin" });
 
 /** Return a tree in which each sine and cosine is changed. */
-export function everyWave(tree: Node, change: (wave: Node) => Node): Node {
+export function changeEveryWave(tree: Node, change: (wave: Node) => Node): Node {
   if (isWave(tree)) return change(tree);
-  return tree.args.length === 0 ? tree : { ...tree, args: tree.args.map((arg) => everyWave(arg, change)) };
+  return tree.args.length === 0 ? tree : { ...tree, args: tree.args.map((arg) => changeEveryWave(arg, change)) };
 }
 
 /** An angle as a sum: the coefficient of each joint angle, and a constant (rad). */
 type Sum = { readonly joints: ReadonlyMap<string, number>; readonly constant: number };
 
 /** Return an angle as a sum; null if it contains anything else. */
-function sumIn(angle: Node): Sum | null {
+function sumOfAngles(angle: Node): Sum | null {
   const joints = new Map<string, number>();
   let constant = 0;
   const visit = (tree: Node, sign: number): boolean => {
@@ -41,7 +41,7 @@ function sumIn(angle: Node): Sum | null {
 
 /** Return a text that is equal for equal sums of angles; "" if the angle is no such sum. */
 export function angleText(angle: Node): string {
-  const sum = sumIn(angle);
+  const sum = sumOfAngles(angle);
   if (!sum || sum.joints.size === 0) return "";
   const joints = [...sum.joints].sort().map(([joint, count]) => `${count} ${joint}`);
   const constant = ((sum.constant % TURN) + TURN) % TURN;
@@ -68,7 +68,7 @@ export function withAngle(wave: Node, old: Node, angle: Node): Node {
 /** Return angles that may be correct: sums of successive joints; the angle with a joint added, removed or negated. */
 export function otherAngles(angle: Node, angles: readonly Node[]): Node[] {
   const joints = angles.filter(({ kind }) => kind === "name");
-  const sum = sumIn(angle);
+  const sum = sumOfAngles(angle);
   const negated = joints.flatMap((joint) => {
     const count = sum?.joints.get(joint.text) ?? 0;
     if (count === 0) return [];
@@ -82,7 +82,7 @@ export function otherAngles(angle: Node, angles: readonly Node[]): Node[] {
 
 /** Return whether an angle depends on a joint: theta1 - theta1 does not. */
 function dependsOnJoint(angle: Node): boolean {
-  const sum = sumIn(angle);
+  const sum = sumOfAngles(angle);
   return sum === null || [...sum.joints.values()].some((count) => count !== 0);
 }
 
@@ -105,11 +105,11 @@ export function otherConstants(wave: Node, here: number, value: number): Node[] 
 }
 
 /** Return the sine or cosine of the sum from joint `first` to the last joint of this angle; null if there is none. */
-export function countedFrom(first: Node, wave: Node, angles: readonly Node[]): Node | null {
+export function withJointsFrom(first: Node, wave: Node, angles: readonly Node[]): Node | null {
   const [angle] = wave.args as [Node];
-  const typed = sumIn(angle);
+  const typed = sumOfAngles(angle);
   const absolute = angles.find((candidate) => {
-    const joints = [...(sumIn(candidate)?.joints.keys() ?? [])];
+    const joints = [...(sumOfAngles(candidate)?.joints.keys() ?? [])];
     return joints[0] === first.text && typed && [...typed.joints.keys()].sort().at(-1) === joints.at(-1);
   });
   if (!absolute || !typed) return null;
@@ -119,7 +119,7 @@ export function countedFrom(first: Node, wave: Node, angles: readonly Node[]): N
 
 /** Return whether an angle lacks only joints before its first one: theta2 instead of theta1 + theta2. */
 export function isRelative(typed: Node, expected: Node): boolean {
-  const [sum, absolute] = [sumIn(typed), sumIn(expected)];
+  const [sum, absolute] = [sumOfAngles(typed), sumOfAngles(expected)];
   if (!sum || !absolute || Math.abs(sum.constant - absolute.constant) > 1e-9) return false;
   const isIn = [...sum.joints].every(([joint, count]) => count === 1 && absolute.joints.get(joint) === 1);
   const lasts = [sum, absolute].map(({ joints }) => [...joints.keys()].sort().at(-1));

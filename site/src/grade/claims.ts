@@ -15,13 +15,13 @@ const WHOLE_NUMBERS = VOCABULARY.whole_numbers;
 const WHOLE = Array.from({ length: 13 }, (_, k) => (k < 6 ? node("neg", integer(6 - k)) : integer(k - 6)));
 const MAX_PIECES = 500;
 /** Limits: nodes in the cases of all whole numbers together, and nodes added for each case. */
-const MOST_CASES = 100_000;
-const CASE = 10;
+const MAX_CASE_NODES = 100_000;
+const NODES_PER_CASE = 10;
 
 /** Return the pieces of an answer. Throws ParseError, also if there would be too many cases. */
 export function parseClaims(tree: Node, joints: ReadonlySet<string>): Piece[] {
-  if (countCaseNodes(tree) > MOST_CASES) throw new ParseError("read.many-cases");
-  return pieces(tree, joints);
+  if (countCaseNodes(tree) > MAX_CASE_NODES) throw new ParseError("read.many-cases");
+  return piecesOf(tree, joints);
 }
 
 function countCaseNodes(tree: Node): number {
@@ -36,35 +36,35 @@ function countCaseNodes(tree: Node): number {
       let size = 0;
       anyNode(top, () => ((size += 1), false));
       const free = WHOLE_NUMBERS.filter((letter) => namesIn(top as Node).has(letter));
-      count += (CASE + size) * WHOLE.length ** free.length;
+      count += (NODES_PER_CASE + size) * WHOLE.length ** free.length;
     }
   }
   return count;
 }
 
 /** Return the pieces that a tree describes. Throws ParseError. */
-export function pieces(tree: Node, joints: ReadonlySet<string>): Piece[] {
+export function piecesOf(tree: Node, joints: ReadonlySet<string>): Piece[] {
   const [left, right] = tree.args;
-  if (["or", "list", "set"].includes(tree.kind)) return alternatives(tree, joints);
+  if (["or", "list", "set"].includes(tree.kind)) return piecesOfUnion(tree, joints);
   if (tree.kind === "and" && !tree.args.some((arg) => [...namesIn(arg)].some((symbol) => joints.has(symbol))))
     throw new ParseError("read.no-joint");
-  if (tree.kind === "and") return refuseContradictions(intersect(tree.args.map((arg) => pieces(arg, joints))));
+  if (tree.kind === "and") return refuseContradictions(intersect(tree.args.map((arg) => piecesOf(arg, joints))));
   if (tree.kind === "dict") {
-    return intersect(tree.args.map((pair) => assign(pair.args[0] as Node, pair.args[1] as Node, joints)));
+    return intersect(tree.args.map((pair) => piecesOfValues(pair.args[0] as Node, pair.args[1] as Node, joints)));
   }
-  if (tree.kind === "in" && left && right) return assign(left, right, joints);
-  if (tree.kind === "eq" && left && right) return equation(left, right, joints);
+  if (tree.kind === "in" && left && right) return piecesOfValues(left, right, joints);
+  if (tree.kind === "eq" && left && right) return piecesOfEquation(left, right, joints);
   if (tree.kind === "name" && joints.has(tree.text)) {
     throw new ParseError("read.alone", { joint: tree.text });
   }
   return vanishingPieces(tree);
 }
 
-function equation(left: Node, right: Node, joints: ReadonlySet<string>): Piece[] {
-  if (right.kind === "list" || right.kind === "set") return assign(left, right, joints);
+function piecesOfEquation(left: Node, right: Node, joints: ReadonlySet<string>): Piece[] {
+  if (right.kind === "list" || right.kind === "set") return piecesOfValues(left, right, joints);
   for (const [side, other] of [[left, right] as const, [right, left] as const]) {
     if (side.kind === "name" && joints.has(side.text) && !namesIn(other).has(side.text))
-      return assign(side, other, joints);
+      return piecesOfValues(side, other, joints);
   }
   return vanishingPieces(node("-", left, right));
 }
@@ -81,7 +81,7 @@ function refuseContradictions(union: Piece[]): Piece[] {
 function jointWithTwoValues(piece: Piece): string | null {
   const values = new Map<string, string>();
   for (const { joint, zero } of piece) {
-    const value = joint === null ? null : modulo(zero);
+    const value = joint === null ? null : textModuloTurns(zero);
     if (joint === null || value === null) continue;
     if ((values.get(joint) ?? value) !== value) return joint;
     values.set(joint, value);
@@ -90,7 +90,7 @@ function jointWithTwoValues(piece: Piece): string | null {
 }
 
 /** Return the union of a list; a bare value belongs to the joint before it: theta3 = 0, pi, or (theta3, [0, pi]). */
-function alternatives(tree: Node, joints: ReadonlySet<string>): Piece[] {
+function piecesOfUnion(tree: Node, joints: ReadonlySet<string>): Piece[] {
   const found: Piece[] = [];
   let joint: Node | null = null;
   for (const arg of tree.args) {
@@ -107,9 +107,9 @@ function alternatives(tree: Node, joints: ReadonlySet<string>): Piece[] {
       const [first = "", second = ""] = joints;
       if (isLabel && joints.size === 2 && arg.text === first && !["list", "set"].includes(other?.kind ?? ""))
         throw new ParseError("read.pair", { first, second });
-      if (!isLabel || hasJointLater) found.push(...pieces(arg, joints));
+      if (!isLabel || hasJointLater) found.push(...piecesOf(arg, joints));
     } else if (joint) {
-      found.push(...assign(joint, arg, joints));
+      found.push(...piecesOfValues(joint, arg, joints));
     } else {
       throw new ParseError("read.no-joint");
     }
@@ -124,21 +124,22 @@ function intersect(sets: readonly (readonly Piece[])[]): Piece[] {
   return sets.reduce<Piece[]>((all, set) => all.flatMap((one) => set.map((other) => [...one, ...other])), [[]]);
 }
 
-function assign(joint: Node, values: Node, joints: ReadonlySet<string>): Piece[] {
-  const listed = listedIn(values);
+function piecesOfValues(joint: Node, values: Node, joints: ReadonlySet<string>): Piece[] {
+  const listed = valuesIn(values);
   if (joint.kind !== "name" || !joints.has(joint.text)) {
     return listed.flatMap((value) => vanishingPieces(node("-", joint, value)));
   }
-  return listed.flatMap((value) => cases(value).map((zero) => [{ joint: joint.text, zero }]));
+  return listed.flatMap((value) => substituteWholeNumbers(value).map((zero) => [{ joint: joint.text, zero }]));
 }
 
 /** Return each of several values: three for [0, ±pi]. */
-function listedIn(values: Node): readonly Node[] {
+function valuesIn(values: Node): readonly Node[] {
   if (!["list", "set", "or"].includes(values.kind)) return [values];
   return values.args.flatMap((arg) => (arg.kind === "set" ? arg.args : [arg]));
 }
 
-const vanishingPieces = (tree: Node): Piece[] => cases(simplifyZero(tree)).map((zero) => [{ joint: null, zero }]);
+const vanishingPieces = (tree: Node): Piece[] =>
+  substituteWholeNumbers(simplifyZero(tree)).map((zero) => [{ joint: null, zero }]);
 
 /** Return an expression with the same zeros and a slope there: X for sqrt(X) or X^4. The search needs a slope. */
 function simplifyZero(tree: Node): Node {
@@ -151,16 +152,18 @@ function simplifyZero(tree: Node): Node {
 }
 
 /** Return an expression for each whole number k in it; values that differ by full turns appear once. */
-function cases(tree: Node): Node[] {
+function substituteWholeNumbers(tree: Node): Node[] {
   const free = WHOLE_NUMBERS.filter((letter) => namesIn(tree).has(letter));
   if (free.length === 0) return [tree];
   let all = [tree];
   for (const name of free) all = all.flatMap((expression) => WHOLE.map((k) => replaceName(expression, name, k)));
-  return [...new Map(all.map((expression, index) => [modulo(expression) ?? `case ${index}`, expression])).values()];
+  return [
+    ...new Map(all.map((expression, index) => [textModuloTurns(expression) ?? `case ${index}`, expression])).values(),
+  ];
 }
 
 /** Return a rational multiple of pi as a text, modulo full turns; null for other expressions. */
-function modulo(tree: Node): string | null {
+function textModuloTurns(tree: Node): string | null {
   if (namesIn(tree).size > 0) return null;
   const { re, im } = evaluate(tree, {});
   const steps = (re / Math.PI) * 720;

@@ -2,8 +2,8 @@
 
 /** Deduction for wrong signs (of any number), for a wrong common factor, or for rounded joint values. */
 const DEDUCTION = 1 / 5;
-const FORGOTTEN = 2 / 3;
-const HALF = 1 / 2;
+/** Factors for a condition of which pieces are forgotten, and for a condition that is missing or false. */
+const [SOME_FORGOTTEN, HALF] = [2 / 3, 1 / 2];
 
 /** Return the share if all is right up to signs or a constant factor (`deviations` 1), or both (2). */
 export const shareButForFactor = (deviations: 1 | 2): number => 1 - DEDUCTION * deviations;
@@ -28,7 +28,7 @@ export function shareOfSet(coverage: readonly Coverage[], falseCount: number, is
   const conditions = coverage.filter(([count]) => count > 0).length;
   if (conditions === 0 || falseCount > conditions) return 0;
   const share = coverage.reduce(
-    (product, [count, expected]) => product * (count === expected ? 1 : count > 0 ? FORGOTTEN : HALF),
+    (product, [count, expected]) => product * (count === expected ? 1 : count > 0 ? SOME_FORGOTTEN : HALF),
     HALF ** falseCount * (isRounded ? 1 - DEDUCTION : 1),
   );
   return share < 1 ? share : HALF;

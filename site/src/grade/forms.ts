@@ -40,9 +40,15 @@ export function parseAs(
 }
 
 /** Return the entries of a vector or matrix, or a verdict if it has another shape. Throws ParseError. */
-export function entriesOf(tree: Node, shape: Shape, known: Known, labels: Names, vectors: Names = []): Rows | Verdict {
+export function entriesOf(
+  tree: Node,
+  shape: Shape,
+  known: Known,
+  labels: Names,
+  columnNames: Names = [],
+): Rows | Verdict {
   if (isBlank(tree)) return missing();
-  const rows = withShape(matrixOf(tree, known, labels, shape, vectors), shape);
+  const rows = withShape(matrixOf(tree, known, labels, shape, columnNames), shape);
   return "outcome" in rows ? rows : ofScalars(rows);
 }
 
@@ -59,14 +65,14 @@ function isStatement(tree: Node): boolean {
   return false;
 }
 
-/** Return the entries of a matrix; `labels` name entries, `vectors` columns. Throws ParseError for an unordered set. */
-export function matrixOf(typed: Node, known: Known, labels: Names, shape: Shape, vectors: Names = []): Node[][] {
+/** Return the entries of a matrix; `labels` name entries. Throws ParseError for an unordered set. */
+export function matrixOf(typed: Node, known: Known, labels: Names, shape: Shape, columnNames: Names = []): Node[][] {
   const { rows, columns } = shape;
-  const tree = rightSide(splitChains(typed, [...labels, ...vectors]), known);
+  const tree = rightSide(splitChains(typed, [...labels, ...columnNames]), known);
   const isOrdered = ({ kind }: Node) => ["eq", "pair", "set", "list"].includes(kind);
   if (tree.kind === "set" && tree.args.length > 1 && !tree.args.some(isOrdered)) throw new ParseError("read.no-order");
   return asMatrix(
-    ofVectors(tree, labels, vectors, { rows, columns }) ?? orderByLabels(tree, labels, { rows, columns }),
+    ofVectors(tree, labels, columnNames, { rows, columns }) ?? orderByLabels(tree, labels, { rows, columns }),
   );
 }
 
@@ -74,16 +80,16 @@ export function matrixOf(typed: Node, known: Known, labels: Names, shape: Shape,
 function ofVectors(
   { kind, args }: Node,
   labels: Names,
-  vectors: Names,
-  { rows: count, columns: across }: Shape,
+  columnNames: Names,
+  { rows: count, columns: columnCount }: Shape,
 ): Node | null {
   if (!["dict", "list", "set", "and"].includes(kind) || !args.every(nameBefore)) return null;
   const first = args[0] ? labelOf(nameBefore(args[0])).slice(0, 1) : "";
-  const isCounted = vectors.length === 0 && across > 1 && (first === "j" || first === "s"); // J1, J2 or S1, S2
-  const columns = isCounted ? Array.from({ length: across }, (_, i) => `${first}${i + 1}`) : vectors;
+  const isCounted = columnNames.length === 0 && columnCount > 1 && (first === "j" || first === "s"); // J1, J2 or S1, S2
+  const columns = isCounted ? Array.from({ length: columnCount }, (_, i) => `${first}${i + 1}`) : columnNames;
   const names = labels.map(labelOf);
-  const halves = [COMPONENTS, [...COMPONENTS.slice(3), ...COMPONENTS.slice(0, 3)]];
-  const isTwist = halves.some((components) => components.join() === names.join());
+  const orders = [COMPONENTS, [...COMPONENTS.slice(3), ...COMPONENTS.slice(0, 3)]];
+  const isTwist = orders.some((components) => components.join() === names.join());
   const expected = isTwist ? [0, 3].map((i) => (names[i] as string)[0] as string) : columns.map(labelOf);
   const vectorOfName = new Map(args.map((arg) => [labelOf(nameBefore(arg)), vectorOf(arg.args[1] as Node)]));
   const columnVectors = expected.map((name) => vectorOfName.get(name) ?? []);
@@ -96,12 +102,12 @@ function ofVectors(
 /** Rewrite z0 = z1 = a as z0 = a, z1 = a if these names are expected, also in a list. */
 function splitChains(tree: Node, expected: readonly string[]): Node {
   if (!["and", "list", "set"].includes(tree.kind)) return tree;
-  const called = expected.map(labelOf);
+  const expectedLabels = expected.map(labelOf);
   const isChain = tree.kind === "and" && tree.text === CHAIN;
   const parts = (isChain ? [tree] : tree.args).flatMap((statement) => {
     const sides = chainOf(statement);
     const left = sides.slice(0, -1);
-    const isExpected = ({ kind, text }: Node): boolean => kind === "name" && called.includes(labelOf(text));
+    const isExpected = ({ kind, text }: Node): boolean => kind === "name" && expectedLabels.includes(labelOf(text));
     return left.length > 0 && left.every(isExpected)
       ? left.map((name) => node("eq", name, sides.at(-1) as Node))
       : [statement];
@@ -163,7 +169,7 @@ export function rightSide(typed: Node, known: ReadonlySet<string>, labels: reado
   // det J = a1*a2*sin(theta2) = 0
   if (!left || !right || (namesIn(right).size === 0 && sides.slice(1, -1).some(isOfSymbols))) return typed;
   const isOwn = (name: Node) =>
-    (isCalled(name) || isOfEntries(name)) && ![...namesIn(name)].some((symbol) => known.has(symbol));
+    (isName(name) || isOfEntries(name)) && ![...namesIn(name)].some((symbol) => known.has(symbol));
   const isLabel = (name: Node) =>
     name.kind === "name" && labels.length === 1 && labelOf(name.text) === labelOf(labels[0] as string);
   if (isOwn(left) || isLabel(left)) return right;
@@ -193,7 +199,7 @@ function isOfEntries(tree: Node): boolean {
 }
 
 /** Return whether an expression is a name: words, dx/dq, |J|, or the power of a name, as in J^-1. */
-function isCalled(tree: Node): boolean {
+function isName(tree: Node): boolean {
   let top = tree.kind === "call" && tree.text === "abs" ? (tree.args[0] as Node) : tree;
   while ((top.kind === "*" || top.kind === "/") && top.args[1]?.kind === "name") top = top.args[0] as Node;
   return top.kind === "name" || (top.kind === "^" && top.args[0]?.kind === "name");
@@ -213,10 +219,10 @@ function orderByLabels(tree: Node, labels: readonly string[], { rows, columns }:
   }
   if (!["dict", "list", "set", "and"].includes(tree.kind) || !tree.args.every(isLabelled)) return tree;
   const names = tree.args.map((arg) => labelOf(arg.args[0]?.text ?? ""));
-  const twice = names.findIndex((label, i) => names.lastIndexOf(label) !== i);
+  const repeated = names.findIndex((label, i) => names.lastIndexOf(label) !== i);
   const areNamed = tree.args.every(isNamed);
-  if (twice >= 0 && areNamed) throw new ParseError("read.twice", { name: tree.args[twice]?.args[0]?.text ?? "" });
-  if (twice >= 0) return tree; // rows of a matrix may begin with the same name
+  if (repeated >= 0 && areNamed) throw new ParseError("read.twice", { name: tree.args[repeated]?.args[0]?.text ?? "" });
+  if (repeated >= 0) return tree; // rows of a matrix may begin with the same name
   const entriesNamed = (expected: readonly string[]): readonly Node[] | null =>
     expected.length > 0 && names.length === new Set(expected).size && expected.every((label) => names.includes(label))
       ? expected.map((label) => tree.args[names.indexOf(label)]?.args[1] as Node)

@@ -11,18 +11,19 @@ import { type IsSingular, judgeSet } from "./sets.js";
 import { judgeValues } from "./values.js";
 import type { Verdict } from "./verdict.js";
 
-export { ownColumns } from "./typed-jacobian.js";
+export { typedColumns as ownColumns } from "./typed-jacobian.js";
 
 /**
  * Judge an answer; `isSingular` decides whether a configuration of this problem's arm is singular. A formula that can't
  * be parsed is parsed once more with commas between digits as decimal commas, but several numbers stay separate.
  */
 export function judge(problem: Problem, part: Part, answer: string, isSingular: IsSingular): Verdict {
-  const first = judged(problem, part, answer, isSingular);
-  const pointed = withPoints(answer);
-  if (pointed === answer || part.key.type !== "values" || !isUnparsed(first)) return withRemedy(first, answer);
-  const second = judged(problem, part, pointed, isSingular);
-  return isUnparsed(second) ? withRemedy(first, answer) : second;
+  const verdict = judgeByKey(problem, part, answer, isSingular);
+  const withDecimalPoints = withPoints(answer);
+  if (withDecimalPoints === answer || part.key.type !== "values" || !isUnparsed(verdict))
+    return withRemedy(verdict, answer);
+  const verdictWithPoints = judgeByKey(problem, part, withDecimalPoints, isSingular);
+  return isUnparsed(verdictWithPoints) ? withRemedy(verdict, answer) : verdictWithPoints;
 }
 
 /** If decimal commas made too many entries of a list, say how to separate numbers with commas. */
@@ -34,7 +35,7 @@ function withRemedy(verdict: Verdict, answer: string): Verdict {
 
 const isUnparsed = ({ reasons }: Verdict): boolean => reasons[0]?.key.startsWith("read.") ?? false;
 
-function judged(problem: Problem, part: Part, answer: string, isSingular: IsSingular): Verdict {
+function judgeByKey(problem: Problem, part: Part, answer: string, isSingular: IsSingular): Verdict {
   const { key, labels, columns, names } = part;
   if ("option_mistakes" in key) return judgeLetters(answer, key);
   if (key.type === "numbers") return judgeNumbers(answer, key, labels);
@@ -44,8 +45,10 @@ function judged(problem: Problem, part: Part, answer: string, isSingular: IsSing
     const offsets = offsetsOf(problem.robot, angles);
     return suggestAnd(answer, (text) => judgeSet(text, key, angles, isSingular, offsets));
   }
-  const spoken = { ...key, spoken: names };
-  return key.type === "values" ? judgeValues(answer, spoken, labels, columns) : judgeDirection(answer, spoken, labels);
+  const keyWithNames = { ...key, mentioned: names };
+  return key.type === "values"
+    ? judgeValues(answer, keyWithNames, labels, columns)
+    : judgeDirection(answer, keyWithNames, labels);
 }
 
 /** Return the constants that a standard table adds to variables of revolute joints. */
@@ -60,14 +63,14 @@ function offsetsOf({ joints, convention }: Robot, angles: ReadonlySet<string>): 
 
 const isUnsound = ({ reasons }: Verdict): boolean => reasons.some(({ key }) => key === "verdict.unsound");
 
-/** Return the verdict on conditions. If separate values claim too much, but "and" is right, it says so. */
+/** Return the verdict on conditions. If separate values claim too much, but "and" is right, the verdict says so. */
 function suggestAnd(answer: string, judgeText: (text: string) => Verdict): Verdict {
   const verdict = judgeText(answer);
   const values = answer.trim().split(/\s*[,;\n]\s*/);
   const joints = new Set(values.map((value) => /^\w+(?=\s*=[^=]+$)/.exec(value)?.[0]));
   if (!isUnsound(verdict) || values.length < 2 || joints.size < values.length || joints.has(undefined)) return verdict;
-  const second = judgeText(values.join(" and "));
-  if (isUnparsed(second) || isUnsound(second) || second.outcome === "missing") return verdict;
+  const verdictWithAnd = judgeText(values.join(" and "));
+  if (isUnparsed(verdictWithAnd) || isUnsound(verdictWithAnd) || verdictWithAnd.outcome === "missing") return verdict;
   const slips = (verdict.slips ?? []).filter((slip) => !("key" in slip) || slip.key !== "slip.and-missing");
   const reasons = [...verdict.reasons, message("verdict.together")];
   const { slips: _, ...others } = verdict;

@@ -2,7 +2,7 @@
 
 import type { LettersKey } from "../bank.js";
 import { message, type Message } from "../text/text.js";
-import { correct, graded, missing, type Slip, type Verdict, wrong } from "./verdict.js";
+import { correct, verdictOf, missing, type Slip, type Verdict, wrong } from "./verdict.js";
 
 const LETTERS = "ABCDEFGH";
 const NOTHING = new Set(["", "blank", "ellipsis", "none"]);
@@ -20,11 +20,11 @@ export function judgeLetters(answer: string, key: LettersKey): Verdict {
       letters: [...LETTERS.slice(0, key.options)].join(", "),
     });
   }
-  if (key.type === "matching") return matched(chosen, key);
-  return key.type === "choice" ? single(chosen[0] as number, key) : selected(chosen, key);
+  if (key.type === "matching") return judgeMatching(chosen, key);
+  return key.type === "choice" ? judgeChoice(chosen[0] as number, key) : judgeSelection(chosen, key);
 }
 
-function single(chosen: number, { right, option_mistakes }: LettersKey): Verdict {
+function judgeChoice(chosen: number, { right, option_mistakes }: LettersKey): Verdict {
   if (right.includes(chosen)) return correct();
   const [first, ...more] = option_mistakes[chosen] ?? [];
   return {
@@ -49,7 +49,7 @@ function slipsBehind(
 }
 
 /** Each right letter counts, each wrong letter subtracts as much; the share is at least 0. */
-function selected(chosen: readonly number[], key: LettersKey): Verdict {
+function judgeSelection(chosen: readonly number[], key: LettersKey): Verdict {
   const all = new Set(chosen);
   const hits = [...all].filter((index) => key.right.includes(index)).length;
   const misses = all.size - hits;
@@ -57,11 +57,11 @@ function selected(chosen: readonly number[], key: LettersKey): Verdict {
   const wrongOnes = [...all].filter((index) => !key.right.includes(index));
   const places = wrongOnes.map((index) => [index, message("slip.option", { letter: LETTERS[index] ?? "" })] as const);
   const share = hits / key.right.length - misses / Math.max(key.options - key.right.length, 1);
-  return graded(Math.max(share, 0), [message("verdict.letters", { hits, misses })], slipsBehind(places, key));
+  return verdictOf(Math.max(share, 0), [message("verdict.letters", { hits, misses })], slipsBehind(places, key));
 }
 
 /** Each right pair counts; a letter given twice does not count. */
-function matched(chosen: readonly number[], key: LettersKey): Verdict {
+function judgeMatching(chosen: readonly number[], key: LettersKey): Verdict {
   const { right } = key;
   const isOnce = (letter: number) => chosen.filter((chosenLetter) => chosenLetter === letter).length === 1;
   const wrongItems = right.flatMap((expected, i) => (chosen[i] === expected && isOnce(expected) ? [] : [i + 1]));
@@ -69,7 +69,7 @@ function matched(chosen: readonly number[], key: LettersKey): Verdict {
   const differing = wrongItems.filter((item) => chosen[item - 1] !== right[item - 1]);
   const places = differing.map((item) => [chosen[item - 1] as number, message("slip.item", { item })] as const);
   const reasons = [message("verdict.matching", { items: wrongItems.join(", ") })];
-  return graded((right.length - wrongItems.length) / right.length, reasons, slipsBehind(places, key));
+  return verdictOf((right.length - wrongItems.length) / right.length, reasons, slipsBehind(places, key));
 }
 
 /** Return the indices of the letters in an answer, with or without separators; null if it has anything else. */

@@ -77,8 +77,10 @@ function findMistake({ values, key, relative }: TypedNumbers): number | undefine
 /** Return a mistake, and a way of writing numbers that turns the mistake's numbers into the typed ones. */
 function findMistakeAndWay({ values, key, relative }: TypedNumbers): Slip[] | null {
   if (values.length < 2) return null; // some pair would match by chance
-  const share = values.map((value) => 2 * (relative + (key.floor * relative) / key.tolerance / Math.abs(value)));
-  let tries = BY_CHANCE / share.reduce((product, probability) => product * Math.min(1, probability), 1);
+  const chanceByNumber = values.map(
+    (value) => 2 * (relative + (key.floor * relative) / key.tolerance / Math.abs(value)),
+  );
+  let tries = BY_CHANCE / chanceByNumber.reduce((product, probability) => product * Math.min(1, probability), 1);
   for (const way of WAYS) {
     const factors = key.units.map((unit) => way.factor(unit));
     if (factors.every((factor) => factor === 1)) continue;

@@ -11,14 +11,14 @@ import { hasBlank, namesIn, type Node } from "../read/tree.js";
 import { message } from "../text/text.js";
 import { shareButForFactor, shareOfEntries } from "./credit.js";
 import { EXACT, slipsInNumbers } from "./number-slips.js";
-import { correct, graded, parseOrVerdict, missing, type Verdict, wrong } from "./verdict.js";
+import { correct, verdictOf, parseOrVerdict, missing, type Verdict, wrong } from "./verdict.js";
 import { entriesOf, labelOf, parseAs } from "./forms.js";
 import { agreement, atText, configuration, unknownSymbols, weight } from "./values.js";
 
-const NONE: ReadonlySet<string> = new Set();
-const SAME = 1e-9;
+const NO_SYMBOLS: ReadonlySet<string> = new Set();
+const TOLERANCE = 1e-9;
 /** A component below this share of a number is a rounding error. */
-const ZERO = 1e-12;
+const ZERO_TOLERANCE = 1e-12;
 
 /** Judge numbers, which are right within the key's tolerance. */
 export function judgeNumbers(answer: string, key: NumbersKey, labels: readonly string[] = []): Verdict {
@@ -27,7 +27,7 @@ export function judgeNumbers(answer: string, key: NumbersKey, labels: readonly s
   if (unit) return unit;
   const count = key.right.length;
   const rows = parseAs(
-    (typed) => entriesOf(parse(typed, NONE), { rows: count, columns: 1 }, NONE, labels),
+    (typed) => entriesOf(parse(typed, NO_SYMBOLS), { rows: count, columns: 1 }, NO_SYMBOLS, labels),
     count === 1 ? withPoints(answer) : answer,
     () => numbersText(answer, count),
   );
@@ -70,14 +70,14 @@ function judgeEntries(entries: readonly Node[], key: NumbersKey, text: string): 
     expected: Number((key.right[first] as number).toPrecision(4)),
   });
   const zeros = key.right.map((expected) => Math.abs(expected) <= key.floor);
-  const isButForSigns =
+  const isRightUpToSigns =
     right.length > 1 &&
     !zeros.every(Boolean) &&
     key.units.every(Boolean) &&
     values.every((value, i) => near(value, key.right[i] as number) || near(-value, key.right[i] as number));
   const byEntries = shareOfEntries(right, zeros, entries.map(hasBlank));
-  const share = isButForSigns ? Math.max(byEntries, shareButForFactor(1)) : byEntries;
-  return graded(share, isButForSigns ? [message("verdict.but-signs"), reason] : [reason], {
+  const share = isRightUpToSigns ? Math.max(byEntries, shareButForFactor(1)) : byEntries;
+  return verdictOf(share, isRightUpToSigns ? [message("verdict.but-signs"), reason] : [reason], {
     entries: right.map((ok) => [ok]),
     ...slipsInNumbers(values, right, key, text),
   });
@@ -85,7 +85,7 @@ function judgeEntries(entries: readonly Node[], key: NumbersKey, text: string): 
 
 function real(entry: Node): number {
   const { re, im, size } = evaluate(entry, {});
-  return Math.abs(im) <= SAME * size ? re : NaN;
+  return Math.abs(im) <= TOLERANCE * size ? re : NaN;
 }
 
 /** Judge a vector that is right if it is the reference times any nonzero factor. */
@@ -105,11 +105,11 @@ function judgeVector(entries: readonly Node[], key: ValuesKey): Verdict {
     const at = configuration(key, k, names);
     return entries.map((entry) => evaluate(entry, at));
   });
-  if (vectorValues.every((values) => values.every(({ re, im, size }) => Math.hypot(re, im) <= ZERO * size)))
+  if (vectorValues.every((values) => values.every(({ re, im, size }) => Math.hypot(re, im) <= ZERO_TOLERANCE * size)))
     return wrong("verdict.zero-vector");
   const wrongPoint = vectorValues.findIndex((values, k) => {
     const expected = key.right.map((values) => values[k] ?? NaN);
-    const room = SAME * Math.max(...values.map(({ size }) => size));
+    const room = TOLERANCE * Math.max(...values.map(({ size }) => size));
     if (!Number.isFinite(room)) return true;
     const isAlong = (part: "re" | "im") =>
       distanceFromLine(
@@ -120,19 +120,20 @@ function judgeVector(entries: readonly Node[], key: ValuesKey): Verdict {
   });
   if (wrongPoint < 0) return agreement(entries, message("verdict.direction"), vectorValues);
   const unknown = unknownSymbols(names, key);
-  if (unknown) return graded(0, [unknown]);
+  if (unknown) return verdictOf(0, [unknown]);
   const vectors = vectorValues.map((values) => values.map(({ re, im }) => (im === 0 ? re : NaN)));
   const mistake = key.mistakes.find(([, ...prints]) =>
     prints.every(
-      (print, k) => Math.abs(fingerprintOf(vectors[k] ?? []) - print) <= PRINT * Math.max(print, PRINT_FROM),
+      (print, k) =>
+        Math.abs(fingerprintOf(vectors[k] ?? []) - print) <= FINGERPRINT_TOLERANCE * Math.max(print, MIN_FINGERPRINT),
     ),
   );
   return withMistake(differenceAt(names, configuration(key, wrongPoint, new Set())), mistake);
 }
 
 /** Relative tolerance for the fingerprint of a direction, stored with six digits; smaller ones count as this number. */
-const PRINT = 1e-5;
-const PRINT_FROM = 0.1;
+const FINGERPRINT_TOLERANCE = 1e-5;
+const MIN_FINGERPRINT = 0.1;
 
 /** Return a fingerprint of a direction, independent of its length, as in ../../../exercises/site/keys.py. */
 const fingerprintOf = (vector: readonly number[]): number =>
@@ -151,7 +152,9 @@ function judgeNumericVector(
   if (names.size > 0) return wrong("read.numbers", { names: [...names].sort().slice(0, 5).join(", ") });
   const values = entries.map((entry) => evaluate(entry, {}));
   const expected = key.right.map((values) => values[0] ?? NaN);
-  const isReal = values.every(({ re, im }) => Number.isFinite(re) && Math.abs(im) <= ZERO * Math.hypot(re, im));
+  const isReal = values.every(
+    ({ re, im }) => Number.isFinite(re) && Math.abs(im) <= ZERO_TOLERANCE * Math.hypot(re, im),
+  );
   const size = Math.hypot(...values.map(({ re }) => re));
   if (isReal && size === 0) return wrong("verdict.zero-vector");
   const unit = values.map(({ re }) => re / size);
@@ -167,7 +170,7 @@ function differenceAt(names: ReadonlySet<string>, at: Readonly<Record<string, nu
   const used = [...names].filter((symbol) => symbol in at).sort();
   const values = Object.fromEntries(used.map((symbol) => [symbol, at[symbol] as number]));
   if (used.length === 0) return wrong("verdict.other-direction");
-  return graded(0, [message("verdict.not-along", { at: atText(values) })], { at: values });
+  return verdictOf(0, [message("verdict.not-along", { at: atText(values) })], { at: values });
 }
 
 /** Return the distance of a vector's head from the line along another vector. */
@@ -179,6 +182,7 @@ function distanceFromLine(v: readonly number[], line: readonly number[]): number
 /** Return the distance between two unit vectors, or between one and the negative of the other if that is less. */
 function directionDifference(unit: readonly number[], expected: readonly number[]): number {
   const length = Math.hypot(...expected);
-  const away = (sign: number) => Math.hypot(...unit.map((x, i) => x - (sign * (expected[i] as number)) / length));
-  return Math.min(away(1), away(-1));
+  const distanceFrom = (sign: number) =>
+    Math.hypot(...unit.map((x, i) => x - (sign * (expected[i] as number)) / length));
+  return Math.min(distanceFrom(1), distanceFrom(-1));
 }

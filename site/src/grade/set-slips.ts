@@ -4,7 +4,7 @@
 import { evaluate } from "../read/evaluate.js";
 import { decimal, name, namesIn, type Node, node } from "../read/tree.js";
 import { message, type Message } from "../text/text.js";
-import { type Kind, KINDS, meansOf, singleChanges } from "./single-changes.js";
+import { type Kind, KINDS, repairsFor, singleChanges } from "./single-changes.js";
 import type { Atom, Piece } from "./claims.js";
 import { displayName } from "./values.js";
 import type { SymbolValues } from "./verdict.js";
@@ -27,11 +27,11 @@ const ONE = " one";
 export interface Claims {
   readonly claims: readonly Piece[];
   /** Claims that contain regular configurations. */
-  readonly bad: readonly Piece[];
+  readonly wrongClaims: readonly Piece[];
   /** Pieces of the right set that no claim covers. */
-  readonly open: readonly (readonly SymbolValues[])[];
+  readonly uncovered: readonly (readonly SymbolValues[])[];
   /** All pieces of the right set, each by some configurations. */
-  readonly poses: readonly (readonly SymbolValues[])[];
+  readonly pieces: readonly (readonly SymbolValues[])[];
   readonly joints: readonly string[];
   readonly angles: ReadonlySet<string>;
   /** Nonzero constants that the table adds to joint variables (rad). */
@@ -52,12 +52,12 @@ export function slipsInSet(set: Claims): SetSlip[] {
     const key = JSON.stringify(setSlip.slip);
     if (!slips.has(key)) slips.set(key, setSlip);
   };
-  for (const claim of set.bad.slice(0, MAX_CLAIMS)) {
+  for (const claim of set.wrongClaims.slice(0, MAX_CLAIMS)) {
     if (slips.size === MAX_SLIPS) break;
     const slip = slipInClaim(set, claim);
     if (slip) add({ slip, claim });
   }
-  if (set.bad.length === 0) findMissing(set).forEach(add);
+  if (set.wrongClaims.length === 0) findMissing(set).forEach(add);
   return [...slips.values()].slice(0, MAX_SLIPS);
 }
 
@@ -75,8 +75,8 @@ function slipInClaim(set: Claims, claim: Piece): Message | null {
 const unchanged = (at: SymbolValues): SymbolValues => at;
 
 /** Return whether a claim with substitutions is sound, and covers a piece that no claim covers. */
-function fits({ open, holds, isSound }: Claims, claim: Piece, meant = unchanged, typed = unchanged): boolean {
-  return open.some((poses) => poses.every((at) => holds(claim, typed(at)))) && isSound(claim, meant);
+function fits({ uncovered, holds, isSound }: Claims, claim: Piece, meant = unchanged, typed = unchanged): boolean {
+  return uncovered.some((poses) => poses.every((at) => holds(claim, typed(at)))) && isSound(claim, meant);
 }
 
 const rotated =
@@ -147,11 +147,11 @@ function findValueSlip(set: Claims, claim: Piece): Message | null {
 }
 
 /** Report a joint that is claimed to be singular at some value, but is singular at none. */
-function findFreeJoint({ poses, angles }: Claims, claim: Piece): Message | null {
+function findFreeJoint({ pieces, angles }: Claims, claim: Piece): Message | null {
   const [atom, ...others] = claim;
   if (!atom || atom.joint === null || others.length > 0 || namesIn(atom.zero).size > 0) return null;
   const { joint } = atom;
-  const isFree = poses.every((piece) => !isFixed(piece, joint, angles));
+  const isFree = pieces.every((piece) => !isFixed(piece, joint, angles));
   return isFree ? message("slip.called-singular", { joint: displayName(joint) }) : null;
 }
 
@@ -165,15 +165,15 @@ function isFixed(piece: readonly SymbolValues[], joint: string, angles: Readonly
 }
 
 /** Report the slip in a formula that should vanish: once undone, it vanishes on a piece that no claim covers. */
-function findFormulaSlip({ open, symbols, joints }: Claims, claim: Piece): Message | null {
+function findFormulaSlip({ uncovered, symbols, joints }: Claims, claim: Piece): Message | null {
   const [atom, ...others] = claim;
   if (!atom || atom.joint !== null || others.length > 0) return null;
   // one is added to what should be zero, so that relative tolerances apply
   const entry = node("+", atom.zero, name(ONE));
   const slips = new Map<Kind, string>();
-  for (const poses of open) {
-    const means = meansOf([atom.zero], { ...poses[0], [ONE]: 1 }, { symbols });
-    for (const { kind, what = "", entry: changed } of singleChanges(entry, 1, means))
+  for (const poses of uncovered) {
+    const repairs = repairsFor([atom.zero], { ...poses[0], [ONE]: 1 }, { symbols });
+    for (const { kind, what = "", entry: changed } of singleChanges(entry, 1, repairs))
       if (!slips.has(kind) && poses.every((at) => vanishes(changed, at) && !vanishes(changed, elsewhere(at, joints))))
         slips.set(kind, what);
   }
@@ -203,8 +203,8 @@ function vanishes(tree: Node, at: SymbolValues): boolean {
 }
 
 /** Report a claim that covers a piece of the right set, and regular poses too: it needs another condition. */
-function findMissingCondition({ poses, holds }: Claims, claim: Piece): Message | null {
-  const coversPiece = poses.some((piece) => piece.every((at) => holds(claim, at)));
+function findMissingCondition({ pieces, holds }: Claims, claim: Piece): Message | null {
+  const coversPiece = pieces.some((piece) => piece.every((at) => holds(claim, at)));
   const joints = [...new Set(claim.flatMap(({ joint }) => joint ?? []))];
   return coversPiece && joints.length > 0
     ? message("slip.and-missing", { joint: displayName(joints.join(", ")) })
@@ -216,22 +216,22 @@ const jointsOf = ({ joint, zero }: Atom, joints: readonly string[]): string =>
   joint ?? joints.filter((joint) => namesIn(zero).has(joint)).join(", ");
 
 /** Report what is missing if all claims are singular. */
-function findMissing({ claims, open, angles, joints, holds, isSound }: Claims): SetSlip[] {
+function findMissing({ claims, uncovered, angles, joints, holds, isSound }: Claims): SetSlip[] {
   for (const claim of claims.filter(({ length }) => length > 1))
     for (const atom of claim) {
       const others = claim.filter((condition) => condition !== atom);
-      const piece = open.find((poses) => poses.every((at) => holds(others, at)));
+      const piece = uncovered.find((poses) => poses.every((at) => holds(others, at)));
       if (piece && isSound(others, unchanged))
         return [{ slip: message("slip.too-narrow", { joint: displayName(jointsOf(atom, joints)) }), piece }];
     }
   for (const joint of angles) {
-    const piece = open.find((poses) =>
+    const piece = uncovered.find((poses) =>
       poses.every((at) => claims.some((claim) => holds(claim, rotated(joint, HALF_TURN)(at)))),
     );
     if (piece) return [{ slip: message("slip.half-turn", { joint: displayName(joint) }), piece }];
   }
   const isOfJoints = (piece: readonly SymbolValues[]) => joints.some((joint) => isFixed(piece, joint, angles));
-  const [values, tie] = [open.find(isOfJoints), open.find((piece) => !isOfJoints(piece))];
+  const [values, tie] = [uncovered.find(isOfJoints), uncovered.find((piece) => !isOfJoints(piece))];
   return [
     ...(values ? [{ slip: message("slip.values-left-out"), piece: values }] : []),
     ...(tie ? [{ slip: message("slip.tie-left-out"), piece: tie }] : []),

@@ -29,9 +29,9 @@ import { message, type Message } from "../text/text.js";
 import { type Atom, parseClaims, type Piece } from "./claims.js";
 import { falseConditions, shareOfSet } from "./credit.js";
 import { slipsInSet } from "./set-slips.js";
-import { type SymbolValues, correct, graded, parseOrVerdict, missing, type Verdict, wrong } from "./verdict.js";
+import { type SymbolValues, correct, verdictOf, parseOrVerdict, missing, type Verdict, wrong } from "./verdict.js";
 import { isBlank } from "./forms.js";
-import { anyNumber, atText } from "./values.js";
+import { arbitraryNumber, atText } from "./values.js";
 
 /** Tolerance of a condition (rad or m), and of a value, which keys state with nine decimals. */
 const CONDITION_TOLERANCE = 1e-6;
@@ -88,7 +88,7 @@ type Conditions = readonly (readonly SymbolValues[])[][];
 function posesOf(key: ConfigurationsKey, tree: Node): Conditions {
   const unknown = [...namesIn(tree)].filter((symbol) => !key.symbols.includes(symbol));
   const poseOf = (values: readonly number[], k: number): SymbolValues => ({
-    ...Object.fromEntries(unknown.map((symbol) => [symbol, anyNumber(symbol, k)])),
+    ...Object.fromEntries(unknown.map((symbol) => [symbol, arbitraryNumber(symbol, k)])),
     ...Object.fromEntries(key.symbols.map((symbol, i) => [symbol, values[i] as number])),
   });
   let start = 0;
@@ -191,43 +191,43 @@ function assignJoint(tree: Node, { joints }: Space): Node {
 }
 
 function compare(typed: readonly Piece[], conditions: Conditions, space: Table, isSingular: IsSingular): Verdict {
-  const poses = conditions.flat();
-  const claims = typed.map((claim) => withExactValues(claim, poses, space));
-  const counterexamples = claims.map((claim, i) => counterexample(claim, space, isSingular, i, poses.flat()));
+  const pieces = conditions.flat();
+  const claims = typed.map((claim) => withExactValues(claim, pieces, space));
+  const counterexamples = claims.map((claim, i) => counterexample(claim, space, isSingular, i, pieces.flat()));
   const rounded = typed.find((claim, i) => claim !== claims[i] && counterexamples[i] === null);
   const sound = claims.filter((_, i) => counterexamples[i] === null);
-  const bad = claims.filter((_, i) => counterexamples[i] !== null && counterexamples[i] !== "nowhere");
+  const wrongClaims = claims.filter((_, i) => counterexamples[i] !== null && counterexamples[i] !== "nowhere");
   const findUncovered = (by: readonly Piece[], piece: readonly SymbolValues[]) =>
     piece.find((at) => !by.some((claim) => holdsAt(claim, at, space)));
-  const uncovered = poses.flatMap((piece): SymbolValues[] => {
-    const at = findUncovered([...sound, ...bad], piece);
+  const uncovered = pieces.flatMap((piece): SymbolValues[] => {
+    const at = findUncovered([...sound, ...wrongClaims], piece);
     return at ? [at] : [];
   });
-  if (claims.length > 0 && uncovered.length === 0 && bad.length === 0 && !rounded)
+  if (claims.length > 0 && uncovered.length === 0 && wrongClaims.length === 0 && !rounded)
     return correct(message("verdict.set"), false);
   // A claim beyond the right set must not earn points for what it happens to cover.
   const isCovered = (piece: readonly SymbolValues[]) => findUncovered(sound, piece) === undefined;
   const share = shareOfSet(
     conditions.map((pieces) => [pieces.filter(isCovered).length, pieces.length]),
     falseConditions(
-      bad.map((claim) => jointsOf(claim, space)),
+      wrongClaims.map((claim) => jointsOf(claim, space)),
       new Set(sound.map((claim) => jointsOf(claim, space))),
     ),
     rounded !== undefined,
   );
   const slips = slipsInSet({
     claims,
-    bad,
-    poses,
-    open: poses.filter((piece) => findUncovered(claims, piece) !== undefined),
+    wrongClaims,
+    pieces,
+    uncovered: pieces.filter((piece) => findUncovered(claims, piece) !== undefined),
     ...space,
     holds: (claim, at) => holdsAt(claim, at, space),
     isSound: (claim, substitute) =>
-      counterexample(claim, space, (at) => isSingular(substitute(at)), 0, poses.flat()) === null,
+      counterexample(claim, space, (at) => isSingular(substitute(at)), 0, pieces.flat()) === null,
   });
   const [slip] = slips;
   const verdict = (reasons: readonly Message[], at?: SymbolValues) =>
-    graded(share, [...(rounded ? [message("verdict.rounded")] : []), ...reasons], {
+    verdictOf(share, [...(rounded ? [message("verdict.rounded")] : []), ...reasons], {
       ...(at ? { at } : {}),
       ...(slip ? { slips: slips.map((setSlip) => setSlip.slip) } : {}),
     });
@@ -242,7 +242,7 @@ function compare(typed: readonly Piece[], conditions: Conditions, space: Table, 
   if (missed) return verdict([message("verdict.uncovered", { at: atText(jointValues(missed, space)) })], missed);
   if (rounded) {
     const values = rounded.map(({ joint, zero }) => [joint, evaluate(zero, {}).re]);
-    return verdict([], { ...poses[0]?.[0], ...Object.fromEntries(values) });
+    return verdict([], { ...pieces[0]?.[0], ...Object.fromEntries(values) });
   }
   const nowhere = counterexamples.findIndex((result) => result === "nowhere" || result === "close") + 1;
   return verdict([message("verdict.nowhere", { text: String(nowhere) })]);

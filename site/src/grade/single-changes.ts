@@ -9,8 +9,8 @@ import { decimal, integer, namesIn, type Node, node } from "../read/tree.js";
 import { inDigits, type TextKey } from "../text/text.js";
 import {
   anglesIn,
-  countedFrom,
-  everyWave,
+  withJointsFrom,
+  changeEveryWave,
   isRelative,
   isWave,
   otherAngles,
@@ -27,7 +27,7 @@ import {
   termsNear,
   termsOf,
   times,
-  waves,
+  wavesOf,
 } from "./terms.js";
 import type { SymbolValues } from "./verdict.js";
 
@@ -35,7 +35,7 @@ import type { SymbolValues } from "./verdict.js";
 const NEAR = 1e-7;
 
 /** At most this many terms are tried in pairs. */
-const MOST_PAIRED = 600;
+const MAX_PAIRED_TERMS = 600;
 
 /** The kinds of slips, in the order in which they are reported if several changes make an entry right. */
 export const KINDS = [
@@ -63,17 +63,17 @@ export type Kind = (typeof KINDS)[number];
 /** The entry with a slip undone; `what` is the missing part in symbols, if it is reported. */
 export type Change = { readonly kind: Kind; readonly what?: string; readonly entry: Node };
 
-/** A subexpression of an entry; `put` returns the entry with another expression in its place. */
+/** A subexpression of an entry; `replace` returns the entry with another one in its place. */
 interface Piece {
   readonly tree: Node;
   readonly parent: Node | null;
-  readonly put: (other: Node) => Node;
+  readonly replace: (other: Node) => Node;
   /** Whether it is the numerator of a fraction, up to a sign. */
-  readonly divided: boolean;
+  readonly isNumerator: boolean;
 }
 
-/** What may complete or replace parts of an entry, with values at the first configuration. */
-export interface Means {
+/** What may complete or replace parts of an entry, with values at the first configuration of the key. */
+export interface Repairs {
   readonly library: Library;
   readonly at: SymbolValues;
   readonly terms: Terms;
@@ -82,37 +82,41 @@ export interface Means {
   readonly factors: readonly ValuedTree[];
 }
 
-export function meansOf(entries: readonly Node[], at: SymbolValues, { symbols }: Pick<ValuesKey, "symbols">): Means {
+export function repairsFor(
+  entries: readonly Node[],
+  at: SymbolValues,
+  { symbols }: Pick<ValuesKey, "symbols">,
+): Repairs {
   const library = libraryOf(symbols, entries);
-  const factors = [...waves(library, at), ...library.lengths.map((length) => withValue(length, at))];
-  return { library, at, terms: termsOf(library, at), fewTerms: termsOf(library, at, MOST_PAIRED), factors };
+  const factors = [...wavesOf(library, at), ...library.lengths.map((length) => withValue(length, at))];
+  return { library, at, terms: termsOf(library, at), fewTerms: termsOf(library, at, MAX_PAIRED_TERMS), factors };
 }
 
 /** Yield an entry with one change that gives it the expected value, in every way; likelier changes first. */
-export function* singleChanges(entry: Node, expected: number, means: Means): Generator<Change> {
-  const { library, at } = means;
+export function* singleChanges(entry: Node, expected: number, repairs: Repairs): Generator<Change> {
+  const { library, at } = repairs;
   const isRight = (other: Node) => near(evaluate(other, at).re, expected);
   const ifRight = function* (kind: Kind, other: Node): Generator<Change> {
     if (isRight(other)) yield { kind, entry: other };
   };
   yield* ifRight("slip.whole-sign", node("neg", entry));
-  yield* ifRight("slip.all-waves", everyWave(entry, otherWave));
+  yield* ifRight("slip.all-waves", changeEveryWave(entry, otherWave));
   for (const angle of anglesIn([entry]))
     for (const other of otherAngles(angle, library.angles))
       yield* ifRight(
         kindOfAngle(angle, other),
-        everyWave(entry, (wave) => withAngle(wave, angle, other)),
+        changeEveryWave(entry, (wave) => withAngle(wave, angle, other)),
       );
   for (const first of library.angles.filter(({ kind }) => kind === "name"))
     yield* ifRight(
       "slip.relative",
-      everyWave(entry, (wave) => countedFrom(first, wave, library.angles) ?? wave),
+      changeEveryWave(entry, (wave) => withJointsFrom(first, wave, library.angles) ?? wave),
     );
-  yield* lengthened(entry, expected, means);
+  yield* withMissingLengths(entry, expected, repairs);
   for (const piece of piecesOf(entry)) {
-    yield* bracketed(piece);
-    const target = wantedOf(piece, expected, at);
-    if (target !== null) yield* changesOf(piece, target, means);
+    yield* withMissingBrackets(piece);
+    const target = targetOf(piece, expected, at);
+    if (target !== null) yield* changesOf(piece, target, repairs);
   }
 }
 
@@ -120,18 +124,18 @@ const kindOfAngle = (typed: Node, expected: Node): Kind =>
   isRelative(typed, expected) ? "slip.relative" : "slip.angle";
 
 /** Yield an entry, or a numerator in it, with two missing terms; neither may cancel one of its own terms. */
-export function* withTwoTerms(entry: Node, expected: number, means: Means): Generator<Change> {
-  const isSum = ({ tree, parent, divided }: Piece) => parent === null || (divided && tree.kind !== "/");
-  for (const { tree, put } of piecesOf(entry).filter(isSum)) {
-    const target = put(tree) === tree ? expected : wantedOf({ tree, put }, expected, means.at);
+export function* withTwoTerms(entry: Node, expected: number, repairs: Repairs): Generator<Change> {
+  const isSum = ({ tree, parent, isNumerator }: Piece) => parent === null || (isNumerator && tree.kind !== "/");
+  for (const { tree, replace } of piecesOf(entry).filter(isSum)) {
+    const target = replace(tree) === tree ? expected : targetOf({ tree, replace }, expected, repairs.at);
     if (target !== null)
-      for (const { sum, what } of sumsOfThree(tree, target, means))
-        yield { kind: "slip.terms-missing", what, entry: put(sum) };
+      for (const { sum, what } of sumsOfThree(tree, target, repairs))
+        yield { kind: "slip.terms-missing", what, entry: replace(sum) };
   }
 }
 
 /** Yield a sum with two added terms that give it the target value, and the text of these terms. */
-function* sumsOfThree(tree: Node, target: number, { at, fewTerms }: Means) {
+function* sumsOfThree(tree: Node, target: number, { at, fewTerms }: Repairs) {
   const here = evaluate(tree, at).re;
   const ownTerms = multipliedOut(tree, at) ?? [];
   const cancelsTerm = (value: number) => ownTerms.some((term) => near(term, -value));
@@ -150,7 +154,7 @@ function* sumsOfThree(tree: Node, target: number, { at, fewTerms }: Means) {
 }
 
 /** At most this many terms of a multiplied-out entry are considered. */
-const MOST_MULTIPLIED = 64;
+const MAX_MULTIPLIED_TERMS = 64;
 
 /** Return the values of an entry's terms when it is multiplied out; null if there are too many. */
 function multipliedOut(tree: Node, at: SymbolValues): number[] | null {
@@ -163,7 +167,7 @@ function multipliedOut(tree: Node, at: SymbolValues): number[] | null {
     tree.kind === "*"
       ? some.flatMap((value) => others.map((other) => value * other))
       : [...some, ...others.map((other) => (tree.kind === "-" ? -other : other))];
-  return all.length > MOST_MULTIPLIED ? null : all;
+  return all.length > MAX_MULTIPLIED_TERMS ? null : all;
 }
 
 /** Return the text that names a term: its lengths and rates, or else its angles, with θ2 for theta2. */
@@ -183,19 +187,23 @@ function termText(tree: Node): string {
 const termsText = (trees: readonly Node[]): string => [...new Set(trees.map(termText))].sort().join(", ");
 
 /** Return the value that a piece needs for the entry to be right at a configuration; null if there is none. */
-function wantedOf({ tree, put }: Pick<Piece, "tree" | "put">, expected: number, at: SymbolValues): number | null {
+function targetOf(
+  { tree, replace }: Pick<Piece, "tree" | "replace">,
+  expected: number,
+  at: SymbolValues,
+): number | null {
   // If the piece occurs once, the entry is (p x + q) / (r x + s) in its value x; such functions keep cross-ratios.
   const here = evaluate(tree, at).re;
   const step = 0.37 * Math.abs(here) + 0.05;
-  const worth = (value: number) => evaluate(put(decimal(value)), at).re;
-  const [a, b, c] = [worth(here), worth(here + step), worth(here - step)];
+  const valueWith = (value: number) => evaluate(replace(decimal(value)), at).re;
+  const [a, b, c] = [valueWith(here), valueWith(here + step), valueWith(here - step)];
   const ratio = ((expected - a) * (b - c)) / ((expected - c) * (b - a)); // cross-ratio of x, here and here ± step
   const change = ((ratio / 2) * step) / (1 - ratio / 2);
   return Number.isFinite(change) ? here + change : null;
 }
 
 /** Yield expressions that may be correct instead of a piece, with the kind of slip and the missing part. */
-function* othersFor({ tree, parent }: Piece, { library, factors }: Means): Generator<[Kind, Node, string?]> {
+function* replacementsFor({ tree, parent }: Piece, { library, factors }: Repairs): Generator<[Kind, Node, string?]> {
   yield [parent === null ? "slip.whole-sign" : "slip.sign", node("neg", tree)];
   if (isWave(tree)) {
     const [angle] = tree.args as [Node];
@@ -216,12 +224,12 @@ function* othersFor({ tree, parent }: Piece, { library, factors }: Means): Gener
 }
 
 /** Yield the changes of a piece that give it the target value. */
-function* changesOf(piece: Piece, target: number, means: Means): Generator<Change> {
-  const { tree, parent, put } = piece;
-  const { at } = means;
+function* changesOf(piece: Piece, target: number, repairs: Repairs): Generator<Change> {
+  const { tree, parent, replace } = piece;
+  const { at } = repairs;
   const here = evaluate(tree, at).re;
-  const changed = (kind: Kind, other: Node, what = ""): Change => ({ kind, what, entry: put(other) });
-  for (const [kind, other, what] of othersFor(piece, means))
+  const changed = (kind: Kind, other: Node, what = ""): Change => ({ kind, what, entry: replace(other) });
+  for (const [kind, other, what] of replacementsFor(piece, repairs))
     if (near(target, evaluate(other, at).re)) yield changed(kind, other, what);
   if (isWave(tree))
     for (const other of otherConstants(tree, evaluate(tree.args[0] as Node, at).re, target))
@@ -233,7 +241,7 @@ function* changesOf(piece: Piece, target: number, means: Means): Generator<Chang
   // a term that would cancel an existing one is not missing
   const cancelsTerm = () => multipliedOut(tree, at)?.some((term) => near(term, -lacking)) ?? true;
   if (Math.abs(lacking) > NEAR * Math.abs(here) && !cancelsTerm())
-    for (const term of termsNear(means.terms, lacking, NEAR))
+    for (const term of termsNear(repairs.terms, lacking, NEAR))
       yield changed("slip.term-missing", withTerm(tree, term, lacking), termText(term.tree));
 }
 
@@ -242,25 +250,25 @@ const withTerm = (sum: Node, term: ValuedTree, value: number): Node =>
   node(value * term.value > 0 ? "+" : "-", sum, term.tree);
 
 /** Yield a*(b + c) for a*b + c: the brackets are missing. */
-function* bracketed({ tree, put }: Piece): Generator<Change> {
+function* withMissingBrackets({ tree, replace }: Piece): Generator<Change> {
   const [left, right] = tree.args;
   if ((tree.kind !== "+" && tree.kind !== "-") || left?.kind !== "*") return;
   const [factor, inner] = left.args as [Node, Node];
-  yield { kind: "slip.bracket", entry: put(node("*", factor, node(tree.kind, inner, right as Node))) };
+  yield { kind: "slip.bracket", entry: replace(node("*", factor, node(tree.kind, inner, right as Node))) };
 }
 
 /** At most this many ways in which lengths may be missing are tried. */
-const MOST_WAYS = 3000;
+const MAX_WAYS = 3000;
 
 /** Yield the entry with two or more missing lengths: one or two in each of its terms. */
-function* lengthened(entry: Node, expected: number, { library, at }: Means): Generator<Change> {
+function* withMissingLengths(entry: Node, expected: number, { library, at }: Repairs): Generator<Change> {
   const terms = summandsOf(entry).map(({ tree, sign }) => ({ tree, sign, value: evaluate(tree, at).re }));
   const lengths = library.lengths.map((length) => withValue(length, at));
   const pairs = lengths.flatMap((a, i) =>
     lengths.slice(i).map((b) => ({ count: 2, value: a.value * b.value, tree: node("*", a.tree, b.tree) })),
   );
   const factors = [{ count: 0, value: 1, tree: null }, ...lengths.map((a) => ({ count: 1, ...a })), ...pairs];
-  if (factors.length ** terms.length > MOST_WAYS) return;
+  if (factors.length ** terms.length > MAX_WAYS) return;
   const ways = function* (k: number, left: number, chosen: typeof factors): Generator<typeof factors> {
     const term = terms[k];
     if (!term) {
@@ -293,7 +301,7 @@ function summandsOf(tree: Node, sign = 1): { tree: Node; sign: number }[] {
 function piecesOf(entry: Node): Piece[] {
   const pieces: Piece[] = [];
   const visit = (piece: Piece): void => {
-    const { tree, put } = piece;
+    const { tree, replace } = piece;
     pieces.push(piece);
     if (tree.kind === "call" && tree.text !== "sqrt") return;
     const inner = tree.kind === "^" ? tree.args.slice(0, 1) : tree.args;
@@ -301,12 +309,12 @@ function piecesOf(entry: Node): Piece[] {
       visit({
         tree: arg,
         parent: tree,
-        put: (other) => put({ ...tree, args: tree.args.with(k, other) }),
-        divided: (tree.kind === "/" && k === 0) || (piece.divided && tree.kind === "neg"),
+        replace: (other) => replace({ ...tree, args: tree.args.with(k, other) }),
+        isNumerator: (tree.kind === "/" && k === 0) || (piece.isNumerator && tree.kind === "neg"),
       }),
     );
   };
-  visit({ tree: entry, parent: null, put: (other) => other, divided: false });
+  visit({ tree: entry, parent: null, replace: (other) => other, isNumerator: false });
   return pieces;
 }
 

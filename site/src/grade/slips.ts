@@ -8,18 +8,26 @@ import { evaluate } from "../read/evaluate.js";
 import { sizeOf } from "../read/products.js";
 import { namesIn, type Node } from "../read/tree.js";
 import { message, type Message } from "../text/text.js";
-import { type Change, type Kind, KINDS, type Means, meansOf, singleChanges, withTwoTerms } from "./single-changes.js";
+import {
+  type Change,
+  type Kind,
+  KINDS,
+  type Repairs,
+  repairsFor,
+  singleChanges,
+  withTwoTerms,
+} from "./single-changes.js";
 import type { SymbolValues, Slip } from "./verdict.js";
 
 /** Maximum number of nodes of an entry that is examined, and of all entries. */
 const MAX_ENTRY_SIZE = 400;
 const MAX_ANSWER_SIZE = 1200;
 /** At most this many slips are reported. */
-const MOST_TOLD = 3;
+const MAX_REPORTED = 3;
 /** At most this many entries are listed, unless they are a column or all others. */
-const MOST_LISTED = 4;
+const MAX_LISTED = 4;
 /** Kinds of slips that explain a column better than the problem's mistakes. */
-const FIRST: readonly Kind[] = ["slip.whole-sign", "slip.wave", "slip.all-waves", "slip.relative"];
+const FIRST_KINDS: readonly Kind[] = ["slip.whole-sign", "slip.wave", "slip.all-waves", "slip.relative"];
 
 export interface Answer {
   readonly entries: readonly Node[];
@@ -45,14 +53,14 @@ export type Explained = { readonly slips: readonly Slip[]; readonly isAll: boole
 export function slipsIn(answer: Answer, key: ValuesKey): Explained {
   const [missing, otherFindings] = findSymbolSlips(answer, key);
   const findings = [...findMissingColumns(answer, key), ...missing, ...slipsAndMistakes(answer, key), ...otherFindings];
-  const { chosen, open } = coverPlaces(findings, answer.wrong, MOST_TOLD);
+  const { chosen, open } = coverPlaces(findings, answer.wrong, MAX_REPORTED);
   const isAll = open.length === 0 && chosen.length > 1;
   const wheres = chosen.map(({ places }) => whereOf(places, answer.wrong, key));
-  const isLong = wheres.map(({ key }, k) => key === "slip.entries" && chosen[k]!.places.length > MOST_LISTED);
+  const isLong = wheres.map(({ key }, k) => key === "slip.entries" && chosen[k]!.places.length > MAX_LISTED);
   const last = isAll ? isLong.indexOf(true) : -1; // its places are all those of no other slip
   if (last >= 0) wheres[last] = message("slip.others");
-  const begins = (k: number) => (k === last ? Infinity : (chosen[k]!.places[0] as number) % key.columns);
-  const order = chosen.map((_, k) => k).sort((a, b) => begins(a) - begins(b));
+  const firstColumnOf = (k: number) => (k === last ? Infinity : (chosen[k]!.places[0] as number) % key.columns);
+  const order = chosen.map((_, k) => k).sort((a, b) => firstColumnOf(a) - firstColumnOf(b));
   return { slips: order.map((k) => chosen[k]!.report(wheres[k]!)), isAll: open.length === 0 };
 }
 
@@ -65,12 +73,12 @@ export function coverPlaces<F extends { readonly places: readonly number[]; read
   const chosen: F[] = [];
   let open = places;
   while (open.length > 0 && chosen.length < most) {
-    const still = findings.map((finding) => {
+    const openFindings = findings.map((finding) => {
       const places = finding.places.filter((i) => open.includes(i));
       return { ...finding, places: finding.isIndivisible && places.length < finding.places.length ? [] : places };
     });
-    const count = Math.max(0, ...still.map((finding) => finding.places.length));
-    const best = still.find((finding) => finding.places.length === count);
+    const count = Math.max(0, ...openFindings.map((finding) => finding.places.length));
+    const best = openFindings.find((finding) => finding.places.length === count);
     if (count === 0 || !best) break;
     chosen.push(best);
     open = open.filter((i) => !best.places.includes(i));
@@ -96,7 +104,7 @@ const isZero = ({ kind, value }: Node): boolean => kind === "number" && value ==
 /** Relative tolerance for values with six digits. */
 const SIX_DIGITS = 1e-5;
 /** How many times this tolerance a symbol's terms must be, for their absence to be noticed. */
-const TELLING = 100;
+const NOTICEABLE = 100;
 
 /** Ways in which all terms with a rate, velocity or force may be wrong; `off` is the change of the symbol's value. */
 const SYMBOL_SLIPS = [
@@ -115,7 +123,7 @@ function findSymbolSlips(answer: Answer, key: ValuesKey): [missing: Finding[], o
       const some = linear.filter(([symbol, factors]) => used.has(symbol) === isIn && factors[i]?.some(Boolean));
       // all of several symbols, or one of them
       for (const symbols of some.length > 1 ? [some, ...some.map((factors) => [factors])] : [some])
-        if (symbols.length > 0 && isOffBy(answer, i, key, symbols, off)) {
+        if (symbols.length > 0 && lacksTermsWith(answer, i, key, symbols, off)) {
           const what = symbols.map(([symbol]) => symbol).join(", ");
           places.set(what, [...(places.get(what) ?? []), i]);
         }
@@ -130,10 +138,16 @@ function findSymbolSlips(answer: Answer, key: ValuesKey): [missing: Finding[], o
 }
 
 type SymbolFactors = readonly [symbol: string, factors: readonly (readonly number[])[]];
-type Off = (x: number) => number;
+type OffBy = (x: number) => number;
 
 /** Return whether an entry lacks exactly what its terms with some symbols change by. */
-function isOffBy({ entries, at }: Answer, index: number, key: ValuesKey, symbols: SymbolFactors[], off: Off): boolean {
+function lacksTermsWith(
+  { entries, at }: Answer,
+  index: number,
+  key: ValuesKey,
+  symbols: SymbolFactors[],
+  off: OffBy,
+): boolean {
   const points = symbols[0]?.[1][index]?.length ?? 0;
   return Array.from({ length: points }, (_, k) => k).every((k) => {
     const expected = key.right[index]?.[k] ?? NaN;
@@ -141,7 +155,7 @@ function isOffBy({ entries, at }: Answer, index: number, key: ValuesKey, symbols
     const change = contributions.reduce((sum, contribution) => sum + contribution, 0);
     const tolerance = SIX_DIGITS * Math.max(Math.abs(expected), ...contributions.map(Math.abs));
     const lacking = expected - evaluate(entries[index] as Node, at(k)).re;
-    return Math.abs(change) > TELLING * tolerance && Math.abs(lacking - change) <= tolerance;
+    return Math.abs(change) > NOTICEABLE * tolerance && Math.abs(lacking - change) <= tolerance;
   });
 }
 
@@ -150,8 +164,8 @@ function slipsAndMistakes(answer: Answer, key: ValuesKey): Finding[] {
   const mistakes = mistakesIn(answer, key);
   if (wrong.reduce((sum, i) => sum + sizeOf(entries[i] as Node, MAX_ANSWER_SIZE + 1), 0) > MAX_ANSWER_SIZE)
     return mistakes;
-  const means = meansOf(entries, at(0), key);
-  const slipsAt = new Map(wrong.map((i) => [i, slipsByName(answer, i, key, means)]));
+  const repairs = repairsFor(entries, at(0), key);
+  const slipsAt = new Map(wrong.map((i) => [i, slipsByName(answer, i, key, repairs)]));
   const named = new Map([...slipsAt.values()].flatMap((slips) => [...slips]));
   const slips = (isIncluded: (kind: Kind) => boolean): Finding[] =>
     KINDS.filter(isIncluded).flatMap((kind) =>
@@ -163,7 +177,7 @@ function slipsAndMistakes(answer: Answer, key: ValuesKey): Finding[] {
           report: (where) => message(kind, what ? { where, what } : { where }),
         })),
     );
-  return [...slips((kind) => FIRST.includes(kind)), ...mistakes, ...slips((kind) => !FIRST.includes(kind))];
+  return [...slips((kind) => FIRST_KINDS.includes(kind)), ...mistakes, ...slips((kind) => !FIRST_KINDS.includes(kind))];
 }
 
 /** Report known mistakes that explain a column, a row, all wrong entries outside of one, or all but one entry. */
@@ -197,7 +211,7 @@ function whereOf(entries: readonly number[], wrong: readonly number[], key: Valu
 }
 
 /** Return the slips each of which, undone, makes an entry right; by kind and missing part. */
-function slipsByName(answer: Answer, index: number, key: ValuesKey, means: Means): Map<string, TypedSlip> {
+function slipsByName(answer: Answer, index: number, key: ValuesKey, repairs: Repairs): Map<string, TypedSlip> {
   const entry = answer.entries[index] as Node;
   const slips = new Map<string, TypedSlip>();
   const expected = key.right[index]?.[0];
@@ -210,9 +224,9 @@ function slipsByName(answer: Answer, index: number, key: ValuesKey, means: Means
       if (!slips.has(slip) && answer.isRight(index, changed)) slips.set(slip, { kind, what });
     }
   };
-  collect(singleChanges(entry, expected, means));
+  collect(singleChanges(entry, expected, repairs));
   // if products add up to zero, two terms seem to be missing in the others
-  if (slips.size === 0 && expected !== 0) collect(withTwoTerms(entry, expected, means));
+  if (slips.size === 0 && expected !== 0) collect(withTwoTerms(entry, expected, repairs));
   return slips;
 }
 

@@ -6,9 +6,9 @@ import { anglesIn, angleText } from "./angles.js";
 import type { SymbolValues } from "./verdict.js";
 
 /** Limits: symbols of a kind, the answer's own angles, and angles for products of three sines or cosines. */
-const MOST_SYMBOLS = 8;
-const MOST_OWN = 8;
-const MOST_FOR_THREE = 10;
+const MAX_SYMBOLS = 8;
+const MAX_OWN_ANGLES = 8;
+const MAX_ANGLES_FOR_THREE = 10;
 
 const LENGTH = /^[ad]\d+$/;
 const ANGLE = /^theta\d+$/;
@@ -38,14 +38,14 @@ export function libraryOf(symbols: readonly string[], entries: readonly Node[]):
   const symbolsOf = (kind: RegExp) =>
     symbols
       .filter((symbol) => kind.test(symbol))
-      .slice(0, MOST_SYMBOLS)
+      .slice(0, MAX_SYMBOLS)
       .map(name);
   const sums = successiveSums(symbolsOf(ANGLE));
   const texts = new Set(sums.map(angleText));
   const ownAngles = anglesIn(entries).filter((angle) => !texts.has(angleText(angle)));
-  const angles = [...sums, ...ownAngles.slice(0, MOST_OWN)];
+  const angles = [...sums, ...ownAngles.slice(0, MAX_OWN_ANGLES)];
   const multipliers = MULTIPLIERS.filter((kind) => [...used].some((symbol) => kind.test(symbol))).flatMap(symbolsOf);
-  const lengths = [...symbolsOf(LENGTH), ...[...decimals.values()].slice(0, MOST_SYMBOLS)];
+  const lengths = [...symbolsOf(LENGTH), ...[...decimals.values()].slice(0, MAX_SYMBOLS)];
   const rates = multipliers.filter(({ text }) => RATE.test(text));
   return { angles, lengths, multipliers, rateSums: successiveSums(rates).filter(({ kind }) => kind === "+") };
 }
@@ -60,7 +60,7 @@ function successiveSums(names: readonly Node[]): Node[] {
 const sumOf = (terms: readonly Node[]): Node => terms.reduce((total, term) => node("+", total, term));
 
 /** Return sines and cosines of the angles with their values at a configuration. */
-export function waves({ angles }: Library, at: SymbolValues): ValuedTree[] {
+export function wavesOf({ angles }: Library, at: SymbolValues): ValuedTree[] {
   return angles.flatMap((angle) => [withValue(call("sin", angle), at), withValue(call("cos", angle), at)]);
 }
 
@@ -75,13 +75,13 @@ export interface Terms {
 
 /** Return terms with products of up to two or three sines and cosines; of fewer if there are more than `most` terms. */
 export function termsOf(library: Library, at: SymbolValues, most = Infinity): Terms {
-  const waveList = waves(library, at);
+  const waveList = wavesOf(library, at);
   const lengths = [ONE, ...library.lengths.map((length) => withValue(length, at))];
   const rates = [...library.multipliers, ...library.rateSums].map((rate) => withValue(rate, at));
   const multipliers = (rates.length > 0 ? rates : [ONE]).flatMap((rate) =>
     lengths.map((length) => times(length, rate)),
   );
-  const allowsThree = library.angles.length <= MOST_FOR_THREE;
+  const allowsThree = library.angles.length <= MAX_ANGLES_FOR_THREE;
   let products = [ONE];
   let last = products.map((product) => ({ product, from: 0 }));
   for (let count = 0; count < (allowsThree ? 3 : 2); count += 1) {

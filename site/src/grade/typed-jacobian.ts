@@ -7,13 +7,13 @@ import { catchParseError, hasBlank } from "../read/tree.js";
 import { matrixOf, withShape } from "./forms.js";
 
 /** Returns the linear part of each column of a typed Jacobian at a pose (m/s at unit joint rate); null if undefined. */
-export type OwnColumns = (pose: Readonly<Record<string, number>>) => readonly (readonly number[])[] | null;
+export type ColumnsAt = (pose: Readonly<Record<string, number>>) => readonly (readonly number[])[] | null;
 
 const LINEAR: readonly TaskRow[] = ["vx", "vy", "vz"];
 const ALL: readonly TaskRow[] = [...LINEAR, "wx", "wy", "wz"];
 
 /** Return an answer to a question for J as a function of the pose; null for other questions or invalid answers. */
-export function ownColumns(problem: Problem, part: Part, answer: string): OwnColumns | null {
+export function typedColumns(problem: Problem, part: Part, answer: string): ColumnsAt | null {
   const { robot, symbols } = problem;
   const { key } = part;
   const rows = { jacobian: robot.task, "geometric-jacobian": ALL }[part.kind];

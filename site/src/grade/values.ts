@@ -11,19 +11,20 @@ import { inDigits, message, type Message, numberSeparator, say, type TextKey } f
 import { shareButForFactor, shareOfEntries } from "./credit.js";
 import { entriesOf, isBlank, matrixOf, ofScalars, otherComponent, parseAs, rightSide, withShape } from "./forms.js";
 import { slipsIn } from "./slips.js";
-import { type SymbolValues, correct, graded, parseOrVerdict, missing, type Verdict, wrong } from "./verdict.js";
+import { type SymbolValues, correct, verdictOf, parseOrVerdict, missing, type Verdict, wrong } from "./verdict.js";
 
 /** Relative tolerance for rounding, of the size of the terms. */
-const SAME = 1e-9;
+const TOLERANCE = 1e-9;
 /** Relative tolerance for the fingerprint of a mistake, stored with six digits. */
-const PRINT = 2e-5;
-/** Mistakes have fingerprints at this many configurations; a part must differ by this many times the tolerance. */
-const PRINTED = 3;
-const TELLING = 100;
+const FINGERPRINT_TOLERANCE = 2e-5;
+/** Mistakes have fingerprints at this many configurations or fewer. */
+const FINGERPRINT_COUNT = 3;
+/** How many times the tolerance a mistake in some entries must change the fingerprint. */
+const NOTICEABLE = 100;
 /** Terms may be this many times the entry: rounding errors are then still far below the entry. */
-const HIDING = 1e4;
+const MAX_CANCELLATION = 1e4;
 const UNITS = table(VOCABULARY.units);
-const GOLDEN = 0.6180339887498949;
+const GOLDEN_RATIO = 0.6180339887498949;
 /** Functions with branches: two formulas with them may be equal in one region and differ in another. */
 const BRANCHING = new Set(["sqrt", "abs", "sign", "asin", "acos", "atan", "acot", "atan2", "log"]);
 
@@ -33,20 +34,20 @@ type Mistakes = ValuesKey["mistakes"];
 type Values = readonly (Value | null)[];
 type ValuesAt = (k: number) => Values;
 
-/** Judge a formula, vector or matrix; `labels` name the entries of a vector, `vectors` the columns of a matrix. */
-export function judgeValues(answer: string, key: ValuesKey, labels: Names = [], vectors: Names = []): Verdict {
+/** Judge a formula, vector or matrix; `labels` name the entries of a vector. */
+export function judgeValues(answer: string, key: ValuesKey, labels: Names = [], columnNames: Names = []): Verdict {
   if (!answer.trim()) return missing();
   const known = new Set(key.symbols);
   const answerRows =
     key.rows * key.columns === 1
-      ? parseOrVerdict(() => formula(answer, known, labels))
+      ? parseOrVerdict(() => parseFormula(answer, known, labels))
       : parseAs(
           (text) => {
             const tree = parse(text, known);
-            const rows = isBlank(tree) ? null : matrixOf(tree, known, labels, key, vectors);
+            const rows = isBlank(tree) ? null : matrixOf(tree, known, labels, key, columnNames);
             return rows && isTransposed(rows, key)
               ? judgeTransposed(rows, key)
-              : entriesOf(tree, key, known, labels, vectors);
+              : entriesOf(tree, key, known, labels, columnNames);
           },
           answer,
           () => tableText(answer, key.rows, key.columns),
@@ -55,14 +56,15 @@ export function judgeValues(answer: string, key: ValuesKey, labels: Names = [], 
 }
 
 /** Return the only entry of an answer; if 0,5 makes a list of it, commas are read as points. */
-function formula(answer: string, known: ReadonlySet<string>, labels: readonly string[]): Rows | Verdict {
+function parseFormula(answer: string, known: ReadonlySet<string>, labels: readonly string[]): Rows | Verdict {
   const typed = parse(answer, known);
   if (isBlank(typed)) return missing();
   const other = otherComponent(typed, labels);
   if (other) return wrong("read.component", { other, asked: labels[0] as string });
   const tree = rightSide(onlyEntry(rightSide(typed, known, labels)), known, labels);
-  const pointed = withPoints(answer);
-  if (tree.kind === "list" && pointed !== answer) return parseOrVerdict(() => formula(pointed, known, labels));
+  const withDecimalPoints = withPoints(answer);
+  if (tree.kind === "list" && withDecimalPoints !== answer)
+    return parseOrVerdict(() => parseFormula(withDecimalPoints, known, labels));
   return ["list", "set", "dict"].includes(tree.kind) ? wrong("read.list") : [[tree]];
 }
 
@@ -91,10 +93,10 @@ function compare(rows: readonly (readonly Node[])[], key: ValuesKey): Verdict {
   const entries = rows.flat();
   const blank = entries.map(hasBlank);
   const names = new Set(entries.flatMap((entry) => [...namesIn(entry)]));
-  const known: Values[] = [];
+  const valuesByPoint: Values[] = [];
   // a wrong answer differs at one of the first configurations, so later values are computed only when needed
   const evaluateAt = (at: SymbolValues) => entries.map((entry, i) => (blank[i] ? null : evaluate(entry, at)));
-  const valuesAt = (k: number) => (known[k] ??= evaluateAt(configuration(key, k, names)));
+  const valuesAt = (k: number) => (valuesByPoint[k] ??= evaluateAt(configuration(key, k, names)));
   const scales = key.right.map((values) => Math.max(...values.map((value) => Math.abs(value ?? 0))));
   const largest = Math.max(...scales);
   const differing = entries.map((_, i) =>
@@ -106,20 +108,21 @@ function compare(rows: readonly (readonly Node[])[], key: ValuesKey): Verdict {
       message("verdict.values", { points: key.points.length }),
       Array.from(key.points.keys(), valuesAt),
     );
-  const right = differing.map((k) => k < 0);
+  const rightEntries = differing.map((k) => k < 0);
   const zeros = scales.map((scale) => scale === 0 && largest > 0);
-  const deviation = blank.some(Boolean) ? 0 : deviationOf(valuesAt, key, zeros, right);
+  const deviation = blank.some(Boolean) ? 0 : deviationOf(valuesAt, key, zeros, rightEntries);
   const moving = key.moving ?? [];
   const byEntries =
-    right.length === 1 || (moving.length > 0 && !moving.some((i) => right[i]))
+    rightEntries.length === 1 || (moving.length > 0 && !moving.some((i) => rightEntries[i]))
       ? 0
-      : shareOfEntries(right, zeros, blank);
+      : shareOfEntries(rightEntries, zeros, blank);
   const share = Math.max(byEntries, deviation === 0 ? 0 : shareButForFactor(deviation.count));
-  const marks = rows.map((row, r) => row.map((_, c) => right[r * row.length + c] as boolean));
-  const first = differing.findIndex((k) => k >= 0);
-  const k = differing[first] as number;
+  const rowsOfRight = rows.map((row, r) => row.map((_, c) => rightEntries[r * row.length + c] as boolean));
+  const firstWrong = differing.findIndex((k) => k >= 0);
+  const firstPoint = differing[firstWrong] as number;
   const unknownNames = unknownSymbols(names, key);
-  const reason = unknownNames ?? differenceMessage(entries, first, valuesAt(k)[first] ?? null, key, k);
+  const reason =
+    unknownNames ?? differenceMessage(entries, firstWrong, valuesAt(firstPoint)[firstWrong] ?? null, key, firstPoint);
   const mistake = findMistake(valuesAt, key.mistakes, key);
   const isRight = (i: number, entry: Node) =>
     key.points.every((_, j) => same(evaluate(entry, configuration(key, j, names)), key.right[i]?.[j] ?? null));
@@ -129,14 +132,14 @@ function compare(rows: readonly (readonly Node[])[], key: ValuesKey): Verdict {
   const isOpen = mistake === undefined && wrong.length > 0;
   const explained = isOpen ? slipsIn({ entries, wrong, at, isRight, mistakeIn }, key) : null;
   // the same mistake everywhere may look like several slips
-  const everywhere = explained && !explained.isAll ? findMistake(valuesAt, key.throughout ?? [], key) : mistake;
-  const slips = everywhere === undefined ? (explained?.slips ?? []) : [];
-  const but = deviation === 0 ? [] : [message(deviation.key)];
-  const count = unknownNames && !right.some(Boolean) ? [] : entryCount(right, zeros);
-  return graded(share, [...but, ...count, reason], {
-    entries: marks,
-    at: configuration(key, k, NOTHING),
-    ...(everywhere === undefined ? {} : { mistake: everywhere }),
+  const mistakeEverywhere = explained && !explained.isAll ? findMistake(valuesAt, key.throughout ?? [], key) : mistake;
+  const slips = mistakeEverywhere === undefined ? (explained?.slips ?? []) : [];
+  const deviationMessages = deviation === 0 ? [] : [message(deviation.key)];
+  const countMessages = unknownNames && !rightEntries.some(Boolean) ? [] : entryCount(rightEntries, zeros);
+  return verdictOf(share, [...deviationMessages, ...countMessages, reason], {
+    entries: rowsOfRight,
+    at: configuration(key, firstPoint, NO_NAMES),
+    ...(mistakeEverywhere === undefined ? {} : { mistake: mistakeEverywhere }),
     ...(slips.length > 0 ? { slips } : {}),
   });
 }
@@ -145,7 +148,7 @@ function compare(rows: readonly (readonly Node[])[], key: ValuesKey): Verdict {
 function same(value: Value | null, expected: number | null): boolean {
   if (!value) return false;
   if (expected === null) return !isFinite(value.re) || Math.abs(value.re) > 1e12;
-  const tolerance = SAME * Math.max(value.size, Math.abs(expected), 1e-300);
+  const tolerance = TOLERANCE * Math.max(value.size, Math.abs(expected), 1e-300);
   return (
     Number.isFinite(value.re) && Number.isFinite(value.im) && Math.hypot(value.re - expected, value.im) <= tolerance
   );
@@ -191,7 +194,7 @@ function cancellationSize(values: readonly Values[]): string | null {
   const lengths = most(({ re, im }) => Math.hypot(re, im));
   const largest = Math.max(...lengths) || 1;
   const hiding = most(({ size }) => size).find(
-    (size, i) => !(size <= HIDING * Math.max(lengths[i] as number, largest / 100)),
+    (size, i) => !(size <= MAX_CANCELLATION * Math.max(lengths[i] as number, largest / 100)),
   );
   return hiding === undefined ? null : hiding.toExponential(0);
 }
@@ -227,7 +230,7 @@ function deviationOf(
       powers.reduce((product, power, j) => product * (key.points[k]?.[constants[j]!] ?? NaN) ** power, ratio),
     );
     const [first] = left as [number];
-    if (!(Math.abs(first) > SAME) || !left.every((factor) => near(factor, first))) continue;
+    if (!(Math.abs(first) > TOLERANCE) || !left.every((factor) => near(factor, first))) continue;
     const isOther = powers.some((power) => power !== 0) || !near(first, 1);
     const isNegative = signs.includes(-1);
     if (!isNegative && !isOther) return 0;
@@ -244,7 +247,7 @@ const MOST_CONSTANTS = 5;
 /** Powers of lengths in a constant factor; `qdot grade` accepts any factor that no joint changes. */
 const POWERS = [0, 1, -1, 0.5, -0.5];
 
-const near = (a: number, b: number): boolean => Math.abs(a - b) <= SAME * Math.abs(b);
+const near = (a: number, b: number): boolean => Math.abs(a - b) <= TOLERANCE * Math.abs(b);
 
 /** Return all ways to raise a number of symbols to these powers. */
 function powersOf(count: number): number[][] {
@@ -269,7 +272,7 @@ function differenceMessage(
   if (!value) return message("verdict.blank", place);
   const expected = key.right[i]?.[k] ?? null;
   const values = {
-    at: atText(shownAt(key, k, entries[i] as Node)),
+    at: atText(valuesToShow(key, k, entries[i] as Node)),
     yours: complexText(value),
     expected: numberText(expected),
   };
@@ -289,15 +292,15 @@ function findMistake(
       return value && value.im === 0 ? value.re : NaN;
     });
   const sum = (values: readonly number[]) => values.reduce((total, value, i) => total + weight(i) * value, 0);
-  const fingerprints = key.points.slice(0, PRINTED).map((_, k) => sum(valuesWithMistake(k)));
+  const fingerprints = key.points.slice(0, FINGERPRINT_COUNT).map((_, k) => sum(valuesWithMistake(k)));
   const difference = (k: number) => fingerprints[k]! - sum(key.right.map((values) => values[k] ?? NaN));
   const mistake = mistakes.find(([, ...prints]) =>
     prints.every((print, k) => {
-      const tolerance = PRINT * Math.max(Math.abs(print), 1e-9);
+      const tolerance = FINGERPRINT_TOLERANCE * Math.max(Math.abs(print), 1e-9);
       // a part must make a difference that is not lost in the other entries
       return (
         Math.abs((fingerprints[k] ?? NaN) - print) <= tolerance &&
-        (!some || Math.abs(difference(k)) > TELLING * tolerance)
+        (!some || Math.abs(difference(k)) > NOTICEABLE * tolerance)
       );
     }),
   );
@@ -305,25 +308,25 @@ function findMistake(
 }
 
 /** Return the weight of an entry in the fingerprint of an answer, as in ../../../exercises/site/keys.py. */
-export const weight = (index: number): number => 1 + ((index * GOLDEN) % 1);
+export const weight = (index: number): number => 1 + ((index * GOLDEN_RATIO) % 1);
 
 /** Return the values of all symbols at point k; an unknown name gets an arbitrary number. */
 export function configuration(key: ValuesKey, k: number, names: ReadonlySet<string>): SymbolValues {
   const values: Record<string, number> = {};
-  for (const unknown of names) values[unknown] = anyNumber(unknown, k);
+  for (const unknown of names) values[unknown] = arbitraryNumber(unknown, k);
   key.symbols.forEach((symbol, i) => (values[symbol] = key.points[k]?.[i] ?? NaN));
   return values;
 }
 
-const NOTHING: ReadonlySet<string> = new Set();
+const NO_NAMES: ReadonlySet<string> = new Set();
 
-export function anyNumber(name: string, k: number): number {
+export function arbitraryNumber(name: string, k: number): number {
   const hash = [...name].reduce((sum, sign) => (sum * 31 + (sign.codePointAt(0) ?? 0)) % 9973, 7 + k);
-  return 0.3 + ((hash * GOLDEN) % 1.4);
+  return 0.3 + ((hash * GOLDEN_RATIO) % 1.4);
 }
 
 /** Return what a student needs to check an entry at point k: joints, lengths, rates, symbols of entry and question. */
-function shownAt(key: ValuesKey, k: number, entry: Node): SymbolValues {
+function valuesToShow(key: ValuesKey, k: number, entry: Node): SymbolValues {
   const used = namesIn(entry);
   const isMoving = [...used].some(isRate);
   const relevant = key.symbols.filter(
@@ -331,7 +334,7 @@ function shownAt(key: ValuesKey, k: number, entry: Node): SymbolValues {
       isJoint(symbol) ||
       (key.constants ?? []).includes(symbol) ||
       used.has(symbol) ||
-      (key.spoken ?? []).includes(symbol) ||
+      (key.mentioned ?? []).includes(symbol) ||
       (isMoving && isRate(symbol)),
   );
   return Object.fromEntries(relevant.map((symbol) => [symbol, key.points[k]?.[key.symbols.indexOf(symbol)] ?? NaN]));
@@ -339,12 +342,12 @@ function shownAt(key: ValuesKey, k: number, entry: Node): SymbolValues {
 
 export function atText(at: SymbolValues): string {
   return Object.entries(at)
-    .map(([symbol, value]) => `${displayName(symbol)} = ${inDigits(asOnSliders(symbol, value))}${unitOf(symbol)}`)
+    .map(([symbol, value]) => `${displayName(symbol)} = ${inDigits(asShownOnSliders(symbol, value))}${unitOf(symbol)}`)
     .join(numberSeparator());
 }
 
 /** Return a joint angle in degrees within a turn, as the page's sliders show it; other values unchanged. */
-function asOnSliders(symbol: string, value: number): number {
+function asShownOnSliders(symbol: string, value: number): number {
   if (!isAngle(symbol)) return value;
   const degrees = (value * 180) / Math.PI;
   return Number((degrees - 360 * Math.round(degrees / 360)).toFixed(1));
@@ -359,13 +362,13 @@ export const displayName = (symbol: string): string => symbol.replace(/^theta(?=
 
 /** Return a message on words of an answer that are no symbols of the problem; null if there are none. */
 export function unknownSymbols(names: ReadonlySet<string>, key: ValuesKey): Message | null {
-  const { symbols, constants, spoken = [] } = key;
+  const { symbols, constants, mentioned = [] } = key;
   const unknown = [...names].filter((name) => !symbols.includes(name)).sort();
   if (unknown.length === 0) return null;
   if (unknown.every((name) => UNITS.has(name))) return message("read.unit-left", { unit: unknown[0] as string });
   // of rates, velocities and forces, list only those that the question mentions
   const isUsed = (symbol: string): boolean =>
-    !constants || isJoint(symbol) || constants.includes(symbol) || spoken.includes(symbol);
+    !constants || isJoint(symbol) || constants.includes(symbol) || mentioned.includes(symbol);
   const known = symbols.filter(isUsed).join(", ");
   return message("read.unknown", { names: unknown.slice(0, 5).join(", "), known });
 }
@@ -376,6 +379,6 @@ function numberText(value: number | null): string {
 
 function complexText({ re, im, size }: Value): string {
   if (!Number.isFinite(re) || !Number.isFinite(im)) return numberText(null);
-  if (Math.abs(im) <= SAME * size) return numberText(re);
+  if (Math.abs(im) <= TOLERANCE * size) return numberText(re);
   return `${numberText(re)} ${im < 0 ? "−" : "+"} ${numberText(Math.abs(im))} i`;
 }

@@ -45,6 +45,6 @@ export const parseOrVerdict = <T>(parse: () => T): T | Verdict =>
   catchParseError(parse, ({ why }) => wrong("read.unreadable", { why }));
 
 /** Return the verdict on an answer that is partly right or wrong. */
-export function graded(share: number, reasons: readonly Message[], more: Partial<Verdict> = {}): Verdict {
+export function verdictOf(share: number, reasons: readonly Message[], more: Partial<Verdict> = {}): Verdict {
   return { outcome: share > 0 ? "partial" : "wrong", share, reasons, sure: true, ...more };
 }

@@ -18,11 +18,11 @@ import { storedState, storeState } from "../practice/stored-state.js";
 import { storage } from "../storage.js";
 import { Offline } from "../offline/offline.js";
 import { type Message, textOf, say } from "../text/text.js";
-import { classesOf, currentClass, rowOf, type ClassItems, withRow } from "../practice/classes.js";
+import { classesOf, currentClass, streakIn, type ClassItems, withStreak } from "../practice/classes.js";
 import { Dots } from "./dots.js";
 import { type Lesson, LESSONS } from "./lessons.js";
-import { rowAfter, armCountOf, isDue, NEEDED, nextIn, outcomeOf, type Skill } from "../practice/skills.js";
-import { DialBoard, FIRST_DIALS, ratesOf, Shares, velocityOf } from "./tools.js";
+import { streakAfter, armCountOf, isDue, NEEDED, nextIn, outcomeOf, type Skill } from "../practice/skills.js";
+import { DialBoard, FIRST_DIALS, ratesOf, Contributions, velocityOf } from "./tools.js";
 
 export interface LessonProps {
   readonly lesson: Lesson;
@@ -84,7 +84,7 @@ function Idea(props: LessonProps & Classes & { items: readonly Item[]; onPractis
   const overlay = useMemo(
     () =>
       tool
-        ? (now: Stage, view: View) => <Shares stage={now} view={view} rates={ratesOf(tool, dials, now.state)} />
+        ? (now: Stage, view: View) => <Contributions stage={now} view={view} rates={ratesOf(tool, dials, now.state)} />
         : undefined,
     [tool, dials],
   );
@@ -165,7 +165,7 @@ function Practice(props: LessonProps & Classes & { hasArrived: boolean; onIdea: 
   /** Choose the next question, and the class of arms to which it belongs. */
   const chooseNext = (): { at: number; item: Item | null } => {
     const at = currentClass(skill, classes, Date.now());
-    const item = nextIn(classes[at]!.items, rowOf(skill, classes, at), asked.current, Math.random);
+    const item = nextIn(classes[at]!.items, streakIn(skill, classes, at), asked.current, Math.random);
     if (item) asked.current.push(nameOf(item));
     return { at, item };
   };
@@ -175,7 +175,7 @@ function Practice(props: LessonProps & Classes & { hasArrived: boolean; onIdea: 
   const [note, setNote] = useState<Message | null>(null);
   const again = useRef(false); // whether this question was answered before
   const armCount = armCountOf(classes[at]!.items);
-  const row = rowOf(skill, classes, at);
+  const streak = streakIn(skill, classes, at);
   return (
     <div class="workspace">
       <div class="choosing">
@@ -189,11 +189,11 @@ function Practice(props: LessonProps & Classes & { hasArrived: boolean; onIdea: 
               <strong class="class-name">{say(`classes.${classes[at]!.name}`)}</strong> ·{" "}
             </>
           ) : null}
-          {row.mastered !== undefined
+          {streak.mastered !== undefined
             ? say("lesson.mastered")
-            : row.learned !== undefined
-              ? say(isDue(row, Date.now()) ? "lesson.due" : "lesson.learned")
-              : say("lesson.row", { count: row.row.length, needed: Math.min(NEEDED, armCount) })}
+            : streak.learned !== undefined
+              ? say(isDue(streak, Date.now()) ? "lesson.due" : "lesson.learned")
+              : say("lesson.row", { count: streak.row.length, needed: Math.min(NEEDED, armCount) })}
         </p>
         {skill.learned !== undefined ? (
           <p class="actions">
@@ -211,10 +211,10 @@ function Practice(props: LessonProps & Classes & { hasArrived: boolean; onIdea: 
           onVerdict={(right, helped) => {
             const now = Date.now();
             const attempt = { right, helped, again: again.current, armCount };
-            const after = rowAfter(row, item, { ...attempt, now });
+            const after = streakAfter(streak, item, { ...attempt, now });
             again.current = true;
-            setNote(outcomeOf(row, after, attempt));
-            onSkill(withRow(skill, classes, at, after));
+            setNote(outcomeOf(streak, after, attempt));
+            onSkill(withStreak(skill, classes, at, after));
             // a wrong answer is asked again on the practice page
             storeState(storage, { progress: progressAfter(storedState(storage).progress, item, right, now) });
           }}

@@ -1,7 +1,7 @@
 // The eight lessons: ideas to try on the arm, and goals that the page recognises. Lengths in metres, rates in rad/s.
 // The questions that each lesson practises are in practice/topics.ts.
 
-import { kindHere } from "../arm/descriptions.js";
+import { kindOfSingularity } from "../arm/descriptions.js";
 import { pStar } from "../arm/model.js";
 import { verdictOf } from "../arm/weld.js";
 import type { Layers } from "../arm/marks.js";
@@ -37,8 +37,8 @@ type LessonData = Pick<Lesson, "needs" | "at" | "layers" | "pane"> &
   };
 
 /** Return an entry of J; rows and columns count from 1. */
-const entry = ({ state }: Stage, row: number, column: number): number => state.counted[row - 1]![column - 1]!;
-const column = (stage: Stage, k: number): Vec3 =>
+const entryOf = ({ state }: Stage, row: number, column: number): number => state.counted[row - 1]![column - 1]!;
+const columnOf = (stage: Stage, k: number): Vec3 =>
   [0, 1, 2].map((row) => stage.state.jacobian[row]![k - 1]!) as unknown as Vec3;
 /** Return the cosine of the angle between two vectors; 0 if one of them vanishes. */
 const cosine = (a: Vec3, b: Vec3): number => dot(a, b) / (norm(a) * norm(b) || Infinity);
@@ -46,7 +46,7 @@ const UP: Vec3 = [0, 1, 0];
 const theta2 = ({ pose }: Stage): number => Math.abs(pose[1]!);
 const DEGREE = Math.PI / 180;
 
-const WRITTEN: readonly LessonData[] = [
+const LESSON_DATA: readonly LessonData[] = [
   {
     id: "rates",
     needs: [],
@@ -67,9 +67,9 @@ const WRITTEN: readonly LessonData[] = [
     layers: { ellipse: false },
     pane: "jacobian",
     goals: [
-      ({ stage }) => cosine(column(stage, 2), UP) > 0.998,
-      ({ stage }) => norm(column(stage, 1)) < 0.11 * stage.reach,
-      ({ stage }) => Math.abs(cosine(column(stage, 1), column(stage, 2))) > 0.999,
+      ({ stage }) => cosine(columnOf(stage, 2), UP) > 0.998,
+      ({ stage }) => norm(columnOf(stage, 1)) < 0.11 * stage.reach,
+      ({ stage }) => Math.abs(cosine(columnOf(stage, 1), columnOf(stage, 2))) > 0.999,
     ],
   },
   {
@@ -79,9 +79,9 @@ const WRITTEN: readonly LessonData[] = [
     layers: { ellipse: false },
     pane: "jacobian",
     goals: [
-      ({ stage }) => Math.abs(entry(stage, 1, 1)) < 0.02 * stage.reach,
+      ({ stage }) => Math.abs(entryOf(stage, 1, 1)) < 0.02 * stage.reach,
       ({ stage }) =>
-        Math.abs(entry(stage, 2, 2)) < 0.02 * stage.reach && Math.abs(entry(stage, 2, 1)) > 0.1 * stage.reach,
+        Math.abs(entryOf(stage, 2, 2)) < 0.02 * stage.reach && Math.abs(entryOf(stage, 2, 1)) > 0.1 * stage.reach,
     ],
   },
   {
@@ -127,8 +127,8 @@ const WRITTEN: readonly LessonData[] = [
     layers: { frames: false },
     pane: "map",
     goals: [
-      ({ stage }) => kindHere(stage.arm, stage.settled) === "boundary",
-      ({ stage }) => kindHere(stage.arm, stage.settled) === "internal",
+      ({ stage }) => kindOfSingularity(stage.arm, stage.settled) === "boundary",
+      ({ stage }) => kindOfSingularity(stage.arm, stage.settled) === "internal",
     ],
   },
   {
@@ -146,7 +146,7 @@ const WRITTEN: readonly LessonData[] = [
   },
 ];
 
-export const LESSONS: readonly Lesson[] = WRITTEN.map(({ id, goals, ...lesson }) => ({
+export const LESSONS: readonly Lesson[] = LESSON_DATA.map(({ id, goals, ...lesson }) => ({
   ...topicOf(id),
   idea: [`lesson.${id}.idea-1`, `lesson.${id}.idea-2`],
   arm: "plain",

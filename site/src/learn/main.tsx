@@ -13,11 +13,11 @@ import { WithIndex } from "../practice/with-index.js";
 import { say } from "../text/text.js";
 import { Offline } from "../offline/offline.js";
 import { Dots } from "./dots.js";
-import { placesOf } from "./graph.js";
+import { lessonStates } from "./graph.js";
 import { SkillMap } from "./skill-map.js";
 import { LessonView } from "./lesson.js";
 import { type Lesson, LESSONS } from "./lessons.js";
-import { NEW } from "../practice/skills.js";
+import { NEW_SKILL } from "../practice/skills.js";
 
 /** The arms of the ideas, as Python wrote them. */
 type Arms = Readonly<Record<"plain" | "elbow", ArmRecord>>;
@@ -33,7 +33,7 @@ function Learn({ arms, index }: { arms: Arms; index: Index }): JSX.Element {
         lesson={lesson}
         record={arms[lesson.arm]}
         index={index}
-        skill={skills[lesson.id] ?? NEW}
+        skill={skills[lesson.id] ?? NEW_SKILL}
         isPractising={parameters.has("practise")}
         onSkill={(skill) => changeStored({ lessons: { ...skills, [lesson.id]: skill } })}
       />
@@ -49,7 +49,7 @@ function List({ stored, wrong, index }: { stored: StoredState; wrong: string | n
     [index],
   );
   const now = Date.now();
-  const places = placesOf(index, skills, progress, now);
+  const places = lessonStates(index, skills, progress, now);
   const next =
     LESSONS.find(({ id }) => skills[id]?.learned === undefined) ??
     places.find(({ classes }) => classes.some(([, { learned }]) => learned === undefined))?.lesson;
@@ -60,7 +60,7 @@ function List({ stored, wrong, index }: { stored: StoredState; wrong: string | n
       <SkillMap places={places} />
       <ol>
         {places.map(({ lesson: { id, title, idea, goals }, standing, classes }) => {
-          const skill = skills[id] ?? NEW;
+          const skill = skills[id] ?? NEW_SKILL;
           const due = standing === "due";
           return (
             <li key={id} class={due || (next?.id === id && !due) ? "current" : ""}>

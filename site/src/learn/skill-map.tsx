@@ -3,10 +3,10 @@
 import type { JSX } from "preact";
 
 import { say } from "../text/text.js";
-import { inClass } from "./dots.js";
-import { type Asked, type Place, standingOf } from "./graph.js";
+import { describeClass } from "./dots.js";
+import { type QuestionProgress, type LessonNode, standingOf } from "./graph.js";
 
-export function SkillMap({ places }: { places: readonly Place[] }): JSX.Element {
+export function SkillMap({ places }: { places: readonly LessonNode[] }): JSX.Element {
   const layers = Math.max(...places.map(({ lesson }) => lesson.at[0])) + 1;
   const most = 1 + 2 * Math.max(...places.map(({ lesson }) => lesson.at[1]));
   return (
@@ -32,8 +32,8 @@ export function SkillMap({ places }: { places: readonly Place[] }): JSX.Element 
 }
 
 /** Lines from each lesson to what it builds on: once from left to right, once downwards. A page shows one of both. */
-function Lines({ places, layers, most }: { places: readonly Place[]; layers: number; most: number }): JSX.Element {
-  const middle = ({ lesson: { at } }: Place): [number, number] => [at[0] + 0.5, most / 2 + at[1]];
+function Lines({ places, layers, most }: { places: readonly LessonNode[]; layers: number; most: number }): JSX.Element {
+  const middle = ({ lesson: { at } }: LessonNode): [number, number] => [at[0] + 0.5, most / 2 + at[1]];
   const lines = places.flatMap((place) =>
     place.lesson.needs.map((need) => {
       const from = places.find(({ lesson }) => lesson.id === need)!;
@@ -65,9 +65,9 @@ const flipped = ([x, y]: readonly [number, number]): [number, number] => [y, x];
 
 const SIGNS = { new: "○", begun: "◔", learned: "◕", due: "◕", mastered: "●" } as const;
 
-function Skill({ place }: { place: Place }): JSX.Element {
+function Skill({ place }: { place: LessonNode }): JSX.Element {
   const { lesson, standing, next, missing, classes, asked } = place;
-  const title = ({ title }: Place["lesson"]): string => say(title);
+  const title = ({ title }: LessonNode["lesson"]): string => say(title);
   return (
     <>
       <a href={`learn.html?lesson=${lesson.id}${standing === "due" ? "&practise=1" : ""}`}>{title(lesson)}</a>
@@ -80,11 +80,11 @@ function Skill({ place }: { place: Place }): JSX.Element {
           {classes.map(([armClass, row]) => {
             const standing = standingOf({ ...row, goals: [] }, -Infinity);
             return (
-              <li key={armClass.name} class={`is-${standing}`} title={inClass(armClass, row)}>
+              <li key={armClass.name} class={`is-${standing}`} title={describeClass(armClass, row)}>
                 <span aria-hidden="true">
                   {SIGNS[standing]} {say(`classes.${armClass.name}`)}
                 </span>
-                <span class="visually-hidden">{inClass(armClass, row)}</span>
+                <span class="visually-hidden">{describeClass(armClass, row)}</span>
               </li>
             );
           })}
@@ -107,7 +107,7 @@ function Skill({ place }: { place: Place }): JSX.Element {
 }
 
 /** A link to a question, with a segment for each needed arm, filled for each right answer. */
-function AskedLink({ name, title, lang, right, needed, missed }: Asked): JSX.Element {
+function AskedLink({ name, title, lang, right, needed, missed }: QuestionProgress): JSX.Element {
   const state = say(missed ? "skills.of-missed" : "skills.of", { right, needed });
   return (
     <a

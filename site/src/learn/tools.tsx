@@ -41,8 +41,10 @@ const MAX_RATE = 1e3;
 /** Velocities are drawn longer than columns of J by this factor, because the rates are small. */
 const ARROW_SCALE = 2;
 
+type ContributionsProps = { readonly stage: Stage; readonly view: View; readonly rates: readonly number[] };
+
 /** The contribution of each joint to the velocity of P, head to tail, and their sum. */
-export function Shares({ stage, view, rates }: { stage: Stage; view: View; rates: readonly number[] }): JSX.Element {
+export function Contributions({ stage, view, rates }: ContributionsProps): JSX.Element {
   const { arm, state } = stage;
   const scale = ARROW_SCALE * speedScale(arm);
   const shares = arrowsOf(arm, state).columns.map((column, i) =>
@@ -67,7 +69,7 @@ export function Shares({ stage, view, rates }: { stage: Stage; view: View; rates
 }
 
 /** Two decimals. */
-const signed = (value: number): string => inDigits(decimals(value, 2));
+const rounded = (value: number): string => inDigits(decimals(value, 2));
 
 interface DialsProps {
   readonly tool: Tool;
@@ -80,7 +82,7 @@ interface DialsProps {
 
 /** The sliders of a tool, and the resulting numbers. */
 export function DialBoard({ tool, arm, dials, rates, velocity, onDials }: DialsProps): JSX.Element {
-  const [vx, vy] = velocity.map((value) => signed(value)) as [string, string, string];
+  const [vx, vy] = velocity.map((value) => rounded(value)) as [string, string, string];
   return (
     <div class="dials">
       {tool === "rates" ? (
@@ -99,7 +101,7 @@ export function DialBoard({ tool, arm, dials, rates, velocity, onDials }: DialsP
                 onDials({ ...dials, rates: dials.rates.with(i, value) });
               }}
             />
-            <output>{signed(dials.rates[i] ?? 0)} rad/s</output>
+            <output>{rounded(dials.rates[i] ?? 0)} rad/s</output>
           </label>
         ))
       ) : (
@@ -114,13 +116,13 @@ export function DialBoard({ tool, arm, dials, rates, velocity, onDials }: DialsP
             aria-label={say("lesson.direction")}
             onInput={(event) => onDials({ ...dials, direction: Number(event.currentTarget.value) })}
           />
-          <output>{signed(dials.direction)}°</output>
+          <output>{rounded(dials.direction)}°</output>
         </label>
       )}
       <p class="muted">
         {tool === "rates"
           ? say("lesson.velocity", { vx, vy })
-          : say("lesson.rates-due", { first: signed(rates[0] ?? 0), second: signed(rates[1] ?? 0) })}
+          : say("lesson.rates-due", { first: rounded(rates[0] ?? 0), second: rounded(rates[1] ?? 0) })}
       </p>
     </div>
   );

@@ -79,6 +79,6 @@ export const megabytes = (bytes: number): number => {
   return Number(size < 10 ? size.toFixed(1) : size.toFixed(0));
 };
 
-export const sum = (files: readonly BankFile[]): number => files.reduce((total, { bytes }) => total + bytes, 0);
+export const totalBytes = (files: readonly BankFile[]): number => files.reduce((total, { bytes }) => total + bytes, 0);
 
 export const problemsIn = (files: readonly BankFile[]): number => new Set(files.map(({ problem }) => problem)).size;

@@ -6,7 +6,7 @@ import { useEffect, useRef, useState } from "preact/hooks";
 import { Button } from "../controls.js";
 import { loadSizes } from "../load.js";
 import { language, message, type Message, textOf, say } from "../text/text.js";
-import { cacheOf, fetchAll, filesOf, megabytes, missingOf, problemsIn, sum, type BankFile } from "./keep.js";
+import { cacheOf, fetchAll, filesOf, megabytes, missingOf, problemsIn, totalBytes, type BankFile } from "./keep.js";
 
 /** Null at first; "impossible" if the browser stores nothing; else the cache, all files, and those that are missing. */
 type StorageState =
@@ -51,8 +51,8 @@ function Storing({ problems }: { problems: readonly string[] }): JSX.Element {
   const { cache, all, missing } = known;
   const start = async (): Promise<void> => {
     const room = await roomLeft();
-    if (room !== null && room < sum(missing))
-      return setNote(message("offline.no-room", { room: megabytes(room), size: megabytes(sum(missing)) }));
+    if (room !== null && room < totalBytes(missing))
+      return setNote(message("offline.no-room", { room: megabytes(room), size: megabytes(totalBytes(missing)) }));
     setNote(null);
     const control = new AbortController();
     setController(control);
@@ -76,17 +76,17 @@ function Storing({ problems }: { problems: readonly string[] }): JSX.Element {
     <>
       <p role="status">
         {missing.length === 0
-          ? say("offline.all", { count: problemsIn(all), size: megabytes(sum(all)) })
+          ? say("offline.all", { count: problemsIn(all), size: megabytes(totalBytes(all)) })
           : say("offline.some", {
               count,
               all: problemsIn(all),
-              kept: megabytes(sum(here)),
-              size: megabytes(sum(all)),
+              kept: megabytes(totalBytes(here)),
+              size: megabytes(totalBytes(all)),
             })}{" "}
         {note ? textOf(note) : ""}
       </p>
       {controller || (here.length > 0 && missing.length > 0) ? (
-        <progress max={sum(all)} value={sum(here)} aria-label={say("offline.progress")} />
+        <progress max={totalBytes(all)} value={totalBytes(here)} aria-label={say("offline.progress")} />
       ) : null}
       {missing.length > 0 ? (
         <p class="actions">
@@ -95,7 +95,7 @@ function Storing({ problems }: { problems: readonly string[] }): JSX.Element {
           ) : (
             <Button
               style="quiet small"
-              text={say("offline.keep", { size: megabytes(sum(missing)) })}
+              text={say("offline.keep", { size: megabytes(totalBytes(missing)) })}
               onClick={() => void start()}
             />
           )}

@@ -9,7 +9,7 @@ import { rowName } from "../arm/jacobian.js";
 import { ROWS } from "../arm/model.js";
 import { jointClass, Letters } from "../arm/letters.js";
 import { textOf, say } from "../text/text.js";
-import { inAngles } from "./angles.js";
+import { withAnglesIn } from "./angles.js";
 import {
   ANGLES,
   type Cell,
@@ -53,7 +53,7 @@ export const Editor = memo(({ table, faults, defaultTask, onTable }: EditorProps
           all={ANGLES}
           chosen={table.angles}
           text={(unit) => say(`own.angles-${unit}`)}
-          onChoose={(angles) => onTable(inAngles(table, angles))}
+          onChoose={(angles) => onTable(withAnglesIn(table, angles))}
         />
       </div>
       <p class="own-head" aria-hidden="true">
@@ -86,7 +86,7 @@ export const Editor = memo(({ table, faults, defaultTask, onTable }: EditorProps
           />
         ))}
       </p>
-      <More table={table} faults={faults} defaultTask={defaultTask} onTable={onTable} />
+      <PlacesAndTask table={table} faults={faults} defaultTask={defaultTask} onTable={onTable} />
     </div>
   );
 });
@@ -178,7 +178,7 @@ function RowFields({ index, row, faults, isOnly, onRow, onRemove }: RowProps): J
       >
         ×
       </button>
-      <Wrong
+      <FaultList
         faults={faults}
         cells={ENTRIES.map((entry): Named => [rowCell(index, entry), `${SIGNS[entry]}${number}`])}
       />
@@ -222,7 +222,7 @@ const faultId = (cell: Cell): string => `wrong-${cell.replaceAll("/", "-")}`;
 type Named = readonly [cell: Cell, name: string];
 
 /** The errors in some cells. */
-function Wrong({ faults, cells }: { faults: Faults; cells: readonly Named[] }): JSX.Element | null {
+function FaultList({ faults, cells }: { faults: Faults; cells: readonly Named[] }): JSX.Element | null {
   const wrong = cells.filter(([cell]) => faults.has(cell));
   if (wrong.length === 0) return null;
   return (
@@ -243,7 +243,7 @@ const PLACES = [
 ] as const;
 
 /** The point, the base, and the task rows. */
-function More({ table, faults, defaultTask, onTable }: EditorProps): JSX.Element {
+function PlacesAndTask({ table, faults, defaultTask, onTable }: EditorProps): JSX.Element {
   const isOpen = PLACES.some(
     ([place]) => [0, 1, 2].some((axis) => faults.has(placeCell(place, axis))), // else the error is not visible
   );
@@ -266,7 +266,7 @@ function More({ table, faults, defaultTask, onTable }: EditorProps): JSX.Element
               }}
             />
           ))}
-          <Wrong faults={faults} cells={axes.map((axis, k) => [placeCell(place, k), axis] as const)} />
+          <FaultList faults={faults} cells={axes.map((axis, k) => [placeCell(place, k), axis] as const)} />
         </fieldset>
       ))}
       <Task table={table} defaultTask={defaultTask} onTable={onTable} />

@@ -7,7 +7,7 @@ import { Letters } from "../arm/letters.js";
 import { ROWS } from "../arm/model.js";
 import type { Stage } from "../arm/stage.js";
 import { sizeName } from "../arm/descriptions.js";
-import { Copied } from "../pages/copied.js";
+import { CopyButton } from "../pages/copied.js";
 import { inDigits, numberSeparator, say } from "../text/text.js";
 
 /** Format with six significant digits, a true minus sign, and 0 for rounding errors relative to `largest`. */
@@ -41,7 +41,7 @@ export function Figures({ stage }: { stage: Stage }): JSX.Element {
             : ""}
         </dd>
       </dl>
-      <Copied text={asPython(stage)} label={say("own.copy-numbers")} />
+      <CopyButton text={asPython(stage)} label={say("own.copy-numbers")} />
     </section>
   );
 }

@@ -10,9 +10,9 @@ import { Arm } from "../arm/panel.js";
 import { armOf, namedPose } from "../arm/model.js";
 import type { Stage } from "../arm/stage.js";
 import type { NamedPose, Robot } from "../bank.js";
-import { Copied, saveFile } from "../pages/copied.js";
+import { CopyButton, saveFile } from "../pages/copied.js";
 import { language, textOf, say } from "../text/text.js";
-import { inAngles } from "./angles.js";
+import { withAnglesIn } from "./angles.js";
 import { Editor } from "./editor.js";
 import { Figures } from "./figures.js";
 import { tomlOf } from "./file.js";
@@ -22,7 +22,7 @@ import { robotOf } from "./standard.js";
 import { type Faults, newRow, noteOn, numbersOf, type Table, ZEROS } from "./table.js";
 
 /** The arm on the page: a table, the known arm that it is, and a pose to begin with (degrees, metres). */
-interface Own {
+interface OwnState {
   readonly table: Table;
   readonly robot: string | null;
   readonly at: readonly number[] | null;
@@ -40,7 +40,7 @@ const NOTHING_WRONG: Faults = new Map();
 
 export function OwnArm({ known }: { known: KnownArms }): JSX.Element {
   const all = useMemo(() => [...known.plain, ...known.robots], [known]);
-  const [state, setOwn] = useState<Own>(() => fromAddress(all));
+  const [state, setOwn] = useState<OwnState>(() => fromAddress(all));
   const [stage, setStage] = useState<Stage | null>(null);
   const numbers = useMemo(() => numbersOf(state.table), [state.table]);
   const faults = numbers instanceof Map ? (numbers as Faults) : NOTHING_WRONG;
@@ -97,7 +97,7 @@ export function OwnArm({ known }: { known: KnownArms }): JSX.Element {
       const start = all.find((arm) => arm.key === key);
       if (key && !start) return;
       pose.current = undefined;
-      const table = inAngles(start ? tableOf(start, language().code) : NEW_TABLE, state.table.angles);
+      const table = withAnglesIn(start ? tableOf(start, language().code) : NEW_TABLE, state.table.angles);
       setOwn({ table, robot: start ? key : null, at: null, fault: null });
     },
     [all, state.table.angles],
@@ -133,7 +133,7 @@ export function OwnArm({ known }: { known: KnownArms }): JSX.Element {
           {faults.size > 0 ? say("own.wrong", { count: faults.size }) : note ? textOf(note) : ""}
         </p>
         {stage ? <Figures stage={stage} /> : null}
-        <Onward table={state.table} link={`${window.location.href.split("#")[0]}${fragment}`} />
+        <NextSteps table={state.table} link={`${window.location.href.split("#")[0]}${fragment}`} />
       </article>
       <section class="stage" aria-label={say("practice.move")}>
         {robot ? (
@@ -162,7 +162,7 @@ function poseIfFits(robot: Robot | null, pose: NamedPose | undefined): NamedPose
 }
 
 /** Return the pose of a link by the names of the joints (rad, m). */
-function poseOf({ at, table }: Own): NamedPose | undefined {
+function poseOf({ at, table }: OwnState): NamedPose | undefined {
   if (at?.length !== table.rows.length) return undefined;
   return Object.fromEntries(
     table.rows.map(({ kind }, i) =>
@@ -172,8 +172,8 @@ function poseOf({ at, table }: Own): NamedPose | undefined {
 }
 
 /** Return the arm that the address describes; the first known arm if it describes none. */
-function fromAddress(all: readonly Known[]): Own {
-  const known = (arm: Known): Table => inAngles(tableOf(arm, language().code), NEW_TABLE.angles);
+function fromAddress(all: readonly Known[]): OwnState {
+  const known = (arm: Known): Table => withAnglesIn(tableOf(arm, language().code), NEW_TABLE.angles);
   const first = { table: known(all[0]!), robot: all[0]!.key, at: null };
   const content = fromFragment(window.location.hash);
   if (content === null) return { ...first, fault: null };
@@ -203,12 +203,12 @@ const Begin = memo((props: BeginProps): JSX.Element => {
 });
 
 /** The arm as a link, and as the file from which `qdot solve` derives formulas. */
-const Onward = memo(({ table, link }: { table: Table; link: string }): JSX.Element => (
+const NextSteps = memo(({ table, link }: { table: Table; link: string }): JSX.Element => (
   <section class="own-onward">
     <h3>{say("own.onward")}</h3>
     <p>{say("own.link-says")}</p>
     <p class="actions">
-      <Copied text={link} label={say("own.copy-link")} />
+      <CopyButton text={link} label={say("own.copy-link")} />
     </p>
     <p>{say("own.solve-says")}</p>
     <pre>

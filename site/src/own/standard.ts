@@ -14,7 +14,7 @@ type Base = { readonly position: Vec3; readonly rotation: Matrix };
 /** Return the arm of a table as a record like those of the bank. */
 export function robotOf(table: Table, numbers: Numbers): Robot {
   const [roll, pitch, yawOfBase] = numbers.turn; // about fixed axes
-  const rotation = product(product(about(2, yawOfBase), about(1, pitch)), about(0, roll));
+  const rotation = product(product(rotationAbout(2, yawOfBase), rotationAbout(1, pitch)), rotationAbout(0, roll));
   const home: Base = { position: numbers.place, rotation };
   const isModified = table.convention === "modified-dh";
   const [base, rows] = withoutReversed(
@@ -37,18 +37,18 @@ export function robotOf(table: Table, numbers: Numbers): Robot {
     name: "own",
     title: table.name,
     joints,
-    base: { position: texts(base.position), yaw: String(yaw), tilt: String(tilt) },
-    point: { frame: joints.length, offset: texts(numbers.tool) },
+    base: { position: asTexts(base.position), yaw: String(yaw), tilt: String(tilt) },
+    point: { frame: joints.length, offset: asTexts(numbers.tool) },
     task: ROWS.filter((row) => table.task?.includes(row) ?? true),
     values: {},
   };
   return table.task ? robot : { ...robot, task: defaultTask(armOf(robot)) };
 }
 
-const texts = ([x, y, z]: Triple<number>): [string, string, string] => [String(x), String(y), String(z)];
+const asTexts = ([x, y, z]: Triple<number>): [string, string, string] => [String(x), String(y), String(z)];
 
 /** Return the rotation about axis x, y or z (0, 1, 2). */
-function about(axis: 0 | 1 | 2, angle: number): Matrix {
+function rotationAbout(axis: 0 | 1 | 2, angle: number): Matrix {
   const [c, s] = [Math.cos(angle), Math.sin(angle)];
   if (axis === 0) return [[1, 0, 0], [0, c, -s], [0, s, c]]; // prettier-ignore
   if (axis === 1) return [[c, 0, s], [0, 1, 0], [-s, 0, c]]; // prettier-ignore
@@ -64,7 +64,7 @@ function shiftRows({ position, rotation }: Base, rows: readonly Row[]): readonly
   const [first] = rows;
   const base: Base = {
     position: add(position, multiply(rotation, [first!.a, 0, 0]) as unknown as Vec3),
-    rotation: product(rotation, about(0, first!.alpha)),
+    rotation: product(rotation, rotationAbout(0, first!.alpha)),
   };
   return [base, rows.map((row, i) => ({ ...row, a: rows[i + 1]?.a ?? 0, alpha: rows[i + 1]?.alpha ?? 0 }))];
 }
@@ -79,7 +79,7 @@ function withoutReversed(home: Base, reversible: readonly Row[]): readonly [Base
     rows[i] = { ...row, theta: -row.theta, d: -row.d, alpha: row.alpha - Math.PI, reversed: false };
     const previous = rows[i - 1];
     if (previous) rows[i - 1] = { ...previous, alpha: previous.alpha + Math.PI };
-    else base = { ...base, rotation: product(base.rotation, about(0, Math.PI)) };
+    else base = { ...base, rotation: product(base.rotation, rotationAbout(0, Math.PI)) };
   });
   return [base, rows];
 }

@@ -68,9 +68,9 @@ export const MAX_CHARACTERS = 100;
 /** A length (m) beyond that of any arm. */
 const MAX_VALUE = 1e6;
 /** A larger angle in radians is probably meant in degrees. */
-const MANY_TURNS = 7;
+const MAX_RADIANS = 7;
 /** A larger length in metres is probably meant in millimetres. */
-const LONG = 20;
+const LONGEST_IN_METRES = 20;
 
 export const ZEROS: Triple<string> = ["0", "0", "0"];
 
@@ -114,7 +114,7 @@ export function numbersOf(table: Table): Numbers | Faults {
   const rows = table.rows.map((row, i) => numbersOfRow(row, i, table.angles, orFault));
   const tripleOf = (place: "tool" | "place" | "turn"): Triple<number> => {
     const [x, y, z] = table[place].map((text, axis) =>
-      orFault(placeCell(place, axis), () => constant(text, place === "turn" ? table.angles : null), 0),
+      orFault(placeCell(place, axis), () => parseConstant(text, place === "turn" ? table.angles : null), 0),
     );
     return [x!, y!, z!];
   };
@@ -130,9 +130,12 @@ function numbersOfRow(row: TypedRow, index: number, angles: Angles, orFault: OrF
   for (const entry of ENTRIES) {
     const unit = entry === "theta" || entry === "alpha" ? angles : null;
     const cell = rowCell(index, entry);
-    if (entry !== moving) numbers[entry] = orFault(cell, () => constant(row[entry], unit), 0);
+    if (entry !== moving) numbers[entry] = orFault(cell, () => parseConstant(row[entry], unit), 0);
     else {
-      const [constantPart, reversed] = orFault(cell, () => withVariable(row[entry], row.kind, index, unit), [0, false]);
+      const [constantPart, reversed] = orFault(cell, () => parseVariable(row[entry], row.kind, index, unit), [
+        0,
+        false,
+      ]);
       numbers[entry] = constantPart;
       numbers.reversed = reversed;
     }
@@ -150,19 +153,19 @@ function parseCell(text: string, known: ReadonlySet<string>): Node {
 }
 
 /** Return a cell's number (rad or m); `angles` is null for a length. Throws ParseError. */
-export function constant(text: string, angles: Angles | null): number {
+export function parseConstant(text: string, angles: Angles | null): number {
   const tree = parseCell(text, new Set());
-  refuseLetters(tree, new Set());
+  refuseOtherNames(tree, new Set());
   return inUnit(tree, {}, angles);
 }
 
 type Variable = readonly [rest: number, reversed: boolean];
 
 /** Return the constant that a cell adds to its joint variable, and whether that is negative. Throws ParseError. */
-export function withVariable(text: string, kind: Kind, index: number, angles: Angles | null): Variable {
+export function parseVariable(text: string, kind: Kind, index: number, angles: Angles | null): Variable {
   const names = [variableOf(index), `${kind === "R" ? "theta" : "d"}${index + 1}`];
   const tree = parseCell(text, new Set(names));
-  refuseLetters(tree, new Set(names));
+  refuseOtherNames(tree, new Set(names));
   const used = [...namesIn(tree)].filter((name) => names.includes(name));
   if (used.length === 0) return [inUnit(tree, {}, angles), false];
   const at = (value: number): number => {
@@ -176,14 +179,14 @@ export function withVariable(text: string, kind: Kind, index: number, angles: An
   );
   if (!isStraight || Math.abs(Math.abs(slope) - 1) > 1e-9)
     throw new ParseError("own.moves", { own: variableOf(index), offset: EXAMPLES[angles ?? "length"] });
-  refuseTurns(constantPart, angles, tree);
-  return [inRadians(finite(constantPart), angles), slope < 0];
+  refuseOtherUnit(constantPart, angles, tree);
+  return [inRadians(requireFinite(constantPart), angles), slope < 0];
 }
 
 /** Examples of a constant that may be added to a joint variable. */
 const EXAMPLES = { length: "0.2", degrees: "90", radians: "pi/2" } as const;
 
-function refuseLetters(tree: Node, known: ReadonlySet<string>): void {
+function refuseOtherNames(tree: Node, known: ReadonlySet<string>): void {
   const others = [...namesIn(tree)].filter((name) => !known.has(name));
   if (others.length > 0) throw new ParseError("own.letters", { names: others.join(", ") });
 }
@@ -192,8 +195,8 @@ function refuseLetters(tree: Node, known: ReadonlySet<string>): void {
 const OF_ANGLES = /^(a?(sin|cos|tan)|atan2)$/;
 
 function inUnit(tree: Node, values: Readonly<Record<string, number>>, angles: Angles | null): number {
-  const value = finite(realValue(tree, values));
-  refuseTurns(value, angles, tree);
+  const value = requireFinite(realValue(tree, values));
+  refuseOtherUnit(value, angles, tree);
   return inRadians(value, angles);
 }
 
@@ -201,18 +204,19 @@ function inRadians(value: number, angles: Angles | null): number {
   return angles === "degrees" ? (value * Math.PI) / 180 : value;
 }
 
-function finite(value: number): number {
+function requireFinite(value: number): number {
   if (!Number.isFinite(value)) throw new ParseError("own.not-real");
   if (Math.abs(value) > MAX_VALUE) throw new ParseError("own.out-of-range");
   return value;
 }
 
 /** Refuse degrees where radians are expected, and vice versa. */
-function refuseTurns(value: number, angles: Angles | null, tree: Node): void {
+function refuseOtherUnit(value: number, angles: Angles | null, tree: Node): void {
   const hasPi = anyNode(tree, ({ kind, text }) => kind === "name" && text === "pi");
   const hasAngles = anyNode(tree, ({ kind, text }) => kind === "call" && OF_ANGLES.test(text));
   if (angles === "degrees" && (hasPi || hasAngles)) throw new ParseError("own.in-degrees");
-  if (angles === "radians" && Math.abs(value) > MANY_TURNS && !hasPi) throw new ParseError("own.in-radians", { value });
+  if (angles === "radians" && Math.abs(value) > MAX_RADIANS && !hasPi)
+    throw new ParseError("own.in-radians", { value });
   if (angles === null && hasPi) throw new ParseError("own.pi");
 }
 
@@ -220,7 +224,7 @@ function refuseTurns(value: number, angles: Angles | null, tree: Node): void {
 export function noteOn({ rows, tool }: Numbers): Message | null {
   const lengths = [...rows.flatMap(({ a, d }) => [a, d]), ...tool].map(Math.abs);
   const most = Math.max(...lengths);
-  return most > LONG ? message("own.millimetres", { length: most, metres: most / 1000 }) : null;
+  return most > LONGEST_IN_METRES ? message("own.millimetres", { length: most, metres: most / 1000 }) : null;
 }
 
 export const isTaskRow = (name: string): name is TaskRow => (ROWS as readonly string[]).includes(name);

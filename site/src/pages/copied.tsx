@@ -7,13 +7,13 @@ import { Button } from "../controls.js";
 import { say } from "../text/text.js";
 
 /** How long the confirmation is shown (milliseconds). */
-const SHOWN = 3000;
+const CONFIRMATION_TIME = 3000;
 
-export function Copied({ text, label }: { text: string; label: string }): JSX.Element {
+export function CopyButton({ text, label }: { text: string; label: string }): JSX.Element {
   const [confirmation, setConfirmation] = useState<"" | "page.copied" | "page.not-copied">("");
   useEffect(() => {
     if (!confirmation) return;
-    const timer = setTimeout(() => setConfirmation(""), SHOWN);
+    const timer = setTimeout(() => setConfirmation(""), CONFIRMATION_TIME);
     return () => clearTimeout(timer);
   }, [confirmation]);
   const copy = (): void => {

@@ -11,7 +11,7 @@ import type { Layers } from "../arm/marks.js";
 import { stateAt } from "../arm/model.js";
 import { type StageWish, useStage } from "../arm/stage.js";
 import { addScaled, norm, subtract } from "../arm/vector.js";
-import { inWords } from "../arm/descriptions.js";
+import { describeArm } from "../arm/descriptions.js";
 import { useSteps } from "../scheduling.js";
 import { say } from "../text/text.js";
 
@@ -20,7 +20,7 @@ const LAYERS: Layers = { frames: false, lengths: true, vectors: false, columns: 
 export function Hero(wish: StageWish): JSX.Element {
   const stage = useStage(wish, null);
   const { arm, home, reach, settled, robot } = stage;
-  const words = useMemo(() => inWords(arm, settled, false), [arm, settled]);
+  const words = useMemo(() => describeArm(arm, settled, false), [arm, settled]);
   // The page suggests pulling P straight out: its place at full reach must be visible.
   const stretched = useMemo(() => {
     const out = subtract(stateAt(arm, home).point, arm.base.o);
@@ -34,7 +34,7 @@ export function Hero(wish: StageWish): JSX.Element {
       <Drawing
         {...stage}
         layers={LAYERS}
-        near
+        isEnlarged
         extraPoints={stretched}
         label={say("arm.drawing.label", { robot: robot.title })}
         describedBy={`${id}words`}

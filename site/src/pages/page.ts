@@ -2,14 +2,14 @@
 
 import { ROOT } from "../load.js";
 import { chooseLanguage, chosenLanguage, LANGUAGES, loadLanguage } from "../text/languages.js";
-import { ENGLISH, say, speak, type Values, type TextKey } from "../text/text.js";
+import { ENGLISH, say, setLanguage, type Values, type TextKey } from "../text/text.js";
 
 export async function startPage(): Promise<void> {
   if ("serviceWorker" in navigator && window.isSecureContext) {
     window.addEventListener("load", () => void navigator.serviceWorker.register(`${ROOT}sw.js`).catch(() => undefined));
   }
   if (document.body.dataset["anywhere"] !== undefined) resolveLinks();
-  speak(await loadLanguage().catch(() => ENGLISH));
+  setLanguage(await loadLanguage().catch(() => ENGLISH));
   await translatePage().catch(() => undefined); // without a translation, the page stays English
   document.querySelector("main")!.lang ||= "en";
   document.documentElement.lang = chosenLanguage(); // for texts without a language of their own

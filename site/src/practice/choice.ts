@@ -26,7 +26,7 @@ export const ANYTHING: Wish = { family: "", question: "", difficulty: null, vari
 export type Item = { readonly family: string; readonly key: string; readonly question: string };
 
 /** The state of an item: the last result, its box, when it is due, and whether it was ever answered wrongly. */
-export interface Attempted {
+export interface ItemState {
   readonly right: boolean;
   readonly missed?: boolean;
   readonly box: number;
@@ -34,7 +34,7 @@ export interface Attempted {
 }
 
 /** The states of items by name. */
-export type Progress = Readonly<Record<string, Attempted>>;
+export type Progress = Readonly<Record<string, ItemState>>;
 
 const DAY = 24 * 3600 * 1000;
 /** Waiting time until an item of a box is due. */
@@ -43,13 +43,13 @@ export const WAITS: readonly number[] = [2 * 60 * 1000, DAY, 3 * DAY, 7 * DAY, 3
 export const nameOf = ({ family, key, question }: Item): string => `${family}/${key}/${question}`;
 
 /** Return the variations of the bank's arms: the standard steps in their order, then an instructor's own. */
-export function variations(index: Index): string[] {
+export function variationsIn(index: Index): string[] {
   const names = new Set(index.families.flatMap(({ problems }) => problems.map((problem) => problem.variation)));
   return [...STEPS.filter((step) => names.delete(step)), ...names];
 }
 
 /** Return every item that a wish allows, in the bank's order. */
-export function items(index: Index, wish: Wish): Item[] {
+export function itemsFor(index: Index, wish: Wish): Item[] {
   return index.families
     .filter((family) => !wish.family || family.name === wish.family)
     .flatMap((family) =>
@@ -86,7 +86,7 @@ export function chooseNext(
   random: () => number,
   last = "",
 ): Item | null {
-  const allowed = items(index, wish);
+  const allowed = itemsFor(index, wish);
   const others = allowed.filter((item) => nameOf(item) !== last);
   const due = others.filter((item) => (progress[nameOf(item)]?.due ?? Infinity) <= now);
   const wrong = due.filter((item) => isMissed(progress[nameOf(item)]));
@@ -115,7 +115,7 @@ function easiest(index: Index, some: readonly Item[]): Item[] {
 /** Return the items that were answered wrongly and are due again, longest due first. */
 export function dueItems(index: Index, progress: Progress, now: number): Item[] {
   const due = (item: Item): number => progress[nameOf(item)]?.due ?? Infinity;
-  return items(index, ANYTHING)
+  return itemsFor(index, ANYTHING)
     .filter((item) => isMissed(progress[nameOf(item)]) && due(item) <= now)
     .sort((a, b) => due(a) - due(b));
 }
@@ -130,7 +130,7 @@ export function placeIn(order: readonly Item[], progress: Progress): number {
 
 /** Return the items of a set in its order. */
 export function itemsOfSet(index: Index, wish: Wish): Item[] {
-  return shuffle(items(index, wish), wish.set).slice(0, wish.count);
+  return shuffle(itemsFor(index, wish), wish.set).slice(0, wish.count);
 }
 
 /** Return items in an order that a seed determines. */
@@ -153,7 +153,7 @@ export function progressAfter(progress: Progress, item: Item, right: boolean, no
 }
 
 /** Return whether an item was ever answered wrongly, and has to be repeated. */
-export const isMissed = (attempt: Attempted | undefined): boolean =>
+export const isMissed = (attempt: ItemState | undefined): boolean =>
   attempt !== undefined && (!attempt.right || attempt.missed === true);
 
 /** Return a generator of random numbers from 0 to 1, seeded by a text. */
@@ -161,7 +161,7 @@ export const randomFrom = (seed: string): (() => number) =>
   randomNumbers([...seed].reduce((hash, sign) => Math.imul(hash ^ (sign.codePointAt(0) ?? 0), 0x01000193), 0x811c9dc5));
 
 /** Write a wish as the end of an address. */
-export function asLink({ family, question, difficulty, variation, set, count }: Wish): string {
+export function wishToLink({ family, question, difficulty, variation, set, count }: Wish): string {
   const parameters = Object.entries({
     ...{ arm: family, question, difficulty: String(difficulty ?? ""), variation, set },
     n: set && count !== ANYTHING.count ? String(count) : "",
@@ -170,7 +170,7 @@ export function asLink({ family, question, difficulty, variation, set, count }: 
 }
 
 /** Parse a wish from the end of an address; invalid values are ignored. */
-export function fromLink(search: string): Wish {
+export function wishFromLink(search: string): Wish {
   const parameters = new URLSearchParams(search);
   const difficulty = parameters.get("difficulty");
   const step = difficulty === null ? NaN : Number(difficulty);
@@ -190,7 +190,7 @@ export function faultOf(index: Index, wish: Wish, search: string): Message | nul
   const arm = index.families.find(({ name }) => name === wish.family);
   const question = index.questions.find(({ name }) => name === wish.question);
   const difficulty = new URLSearchParams(search).get("difficulty");
-  const known = variations(index);
+  const known = variationsIn(index);
   if (wish.family && !arm)
     return message("practice.unknown-arm", {
       name: wish.family,
@@ -201,8 +201,8 @@ export function faultOf(index: Index, wish: Wish, search: string): Message | nul
     return message("practice.unknown-variation", { name: wish.variation, known: known.join(", ") });
   if (difficulty !== null && wish.difficulty === null)
     return message("practice.unknown-difficulty", { name: difficulty });
-  if (items(index, wish).length > 0) return null;
-  if (arm && question && items(index, { ...ANYTHING, family: arm.name, question: question.name }).length === 0)
+  if (itemsFor(index, wish).length > 0) return null;
+  if (arm && question && itemsFor(index, { ...ANYTHING, family: arm.name, question: question.name }).length === 0)
     return message("practice.never-asked", { question: question.title, arm: arm.title });
   return message("practice.none");
 }

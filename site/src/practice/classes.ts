@@ -2,7 +2,7 @@
 
 import type { Index } from "../bank.js";
 import { type Item, problemsIn, STEPS } from "./choice.js";
-import { isDue, itemsOf, NEW_ROW, type Row, type Skill } from "./skills.js";
+import { isDue, itemsOf, NO_STREAK, type Streak, type Skill } from "./skills.js";
 import type { Topic } from "./topics.js";
 
 export const CLASSES = ["plain", "space", "any"] as const;
@@ -36,20 +36,20 @@ export function classesOf(index: Index, { questions, families }: Topic): readonl
 }
 
 /** Return the progress in a class; that of the first class is stored in the skill itself, for older progress files. */
-export function rowOf(skill: Skill, classes: readonly ClassItems[], at: number): Row {
-  return at === 0 ? skill : (skill.beyond?.[classes[at]!.name] ?? NEW_ROW);
+export function streakIn(skill: Skill, classes: readonly ClassItems[], at: number): Streak {
+  return at === 0 ? skill : (skill.beyond?.[classes[at]!.name] ?? NO_STREAK);
 }
 
 /** Return the skill with the progress in a class. */
-export function withRow(skill: Skill, classes: readonly ClassItems[], at: number, row: Row): Skill {
-  return at === 0 ? { ...skill, ...row } : { ...skill, beyond: { ...skill.beyond, [classes[at]!.name]: row } };
+export function withStreak(skill: Skill, classes: readonly ClassItems[], at: number, streak: Streak): Skill {
+  return at === 0 ? { ...skill, ...streak } : { ...skill, beyond: { ...skill.beyond, [classes[at]!.name]: streak } };
 }
 
 /** Return the class to ask next: one that is due, else the first that is not learned, else the last. */
 export function currentClass(skill: Skill, classes: readonly ClassItems[], now: number): number {
-  const rows = classes.map((_, at) => rowOf(skill, classes, at));
-  const due = rows.findIndex((row) => isDue(row, now));
+  const streaks = classes.map((_, at) => streakIn(skill, classes, at));
+  const due = streaks.findIndex((streak) => isDue(streak, now));
   if (due >= 0) return due;
-  const open = rows.findIndex(({ learned }) => learned === undefined);
+  const open = streaks.findIndex(({ learned }) => learned === undefined);
   return open >= 0 ? open : classes.length - 1;
 }

@@ -8,7 +8,7 @@ import { loadProblem } from "../load.js";
 import { say } from "../text/text.js";
 import { Task, type TaskProps } from "./task.js";
 
-/** One problem. If it follows another one (`arrived`), the page moves to it, also for keyboards and screen readers. */
+/** One problem. If it follows another one, the page moves to it, also for keyboards and screen readers. */
 export function Current(props: Omit<TaskProps, "problem" | "part">): JSX.Element {
   const { item } = props;
   const { found: problem, failed, again } = useLoaded(() => loadProblem(item.family, item.key), [item]);

@@ -8,13 +8,13 @@ import type { Index } from "../bank.js";
 import { message, textOf, say, type TextKey } from "../text/text.js";
 import {
   ANYTHING,
-  asLink,
+  wishToLink,
   dueItems,
   progressAfter,
   faultOf,
-  fromLink,
+  wishFromLink,
   itemsOfSet,
-  items,
+  itemsFor,
   type Item,
   nameOf,
   placeIn,
@@ -23,7 +23,7 @@ import {
   type Wish,
 } from "./choice.js";
 import {
-  type ClassOfTopic,
+  type TopicClass,
   classInWords,
   countAnswer,
   chooseFrom,
@@ -42,19 +42,21 @@ export function Practice(): JSX.Element {
   const sheet = sheetFrom(search);
   return (
     <WithIndex>
-      {(index) => (sheet ? <Sheet index={index} wish={fromLink(search)} first={sheet} /> : <Session index={index} />)}
+      {(index) =>
+        sheet ? <Sheet index={index} wish={wishFromLink(search)} first={sheet} /> : <Session index={index} />
+      }
     </WithIndex>
   );
 }
 
 function Session({ index }: { index: Index }) {
-  const [wish, setWish] = useState<Wish>(() => fromLink(window.location.search));
+  const [wish, setWish] = useState<Wish>(() => wishFromLink(window.location.search));
   const [stored, changeStored] = useStoredState();
   const { progress, lessons: skills } = stored;
   const [{ place, item }, setChosen] = useState(() => chosenBy(index, wish, progress, null, ""));
   const [moves, setMoves] = useState(0);
   const [isAnsweringDue, setAnsweringDue] = useState(false); // whether due questions are being answered
-  const [aim, setAim] = useState<ClassOfTopic | null>(null); // the class of the current review question
+  const [aim, setAim] = useState<TopicClass | null>(null); // the class of the current review question
   const [notes, setNotes] = useState<readonly string[]>([]);
   const again = useRef(false); // whether this question was answered before
   const asked = useRef<string[]>([]); // names of questions asked from due classes
@@ -63,7 +65,7 @@ function Session({ index }: { index: Index }) {
   const dueForReview = dueClasses(skills, Date.now(), findClasses);
   const order = useMemo(() => (wish.set ? itemsOfSet(index, wish) : null), [index, wish]);
 
-  const show = (chosen: Chosen, of: ClassOfTopic | null = null): void => {
+  const show = (chosen: Chosen, of: TopicClass | null = null): void => {
     again.current = false;
     setNotes([]);
     setAim(of);
@@ -75,7 +77,7 @@ function Session({ index }: { index: Index }) {
   const showDue = (isFirst: boolean): void => {
     const [first] = due.filter((dueItem) => isFirst || !item || nameOf(dueItem) !== nameOf(item));
     if (first) return show({ place, item: first });
-    const isLast = ({ topic, at }: ClassOfTopic): boolean => topic === aim?.topic && at === aim.at;
+    const isLast = ({ topic, at }: TopicClass): boolean => topic === aim?.topic && at === aim.at;
     const of = dueForReview.find((dueClass) => !isLast(dueClass)) ?? dueForReview[0];
     const review = of && chooseFrom(of, skills, asked.current, Math.random);
     if (review) {
@@ -96,7 +98,7 @@ function Session({ index }: { index: Index }) {
 
   const changeWish = (wanted: Wish) => {
     setWish(wanted);
-    window.history.replaceState(null, "", asLink(wanted) || window.location.pathname);
+    window.history.replaceState(null, "", wishToLink(wanted) || window.location.pathname);
     choose(wanted, null);
   };
   return (
@@ -136,7 +138,7 @@ function Session({ index }: { index: Index }) {
         <div class="task" role="alert">
           <p>{textOf(fault ?? message("practice.none"))}</p>
           <p class="ways">
-            {waysOn(index, wish).map(([key, to]) => (
+            {suggestionsFor(index, wish).map(([key, to]) => (
               <Button key={key} style="button" text={say(key)} onClick={() => changeWish(to)} />
             ))}
           </p>
@@ -147,13 +149,15 @@ function Session({ index }: { index: Index }) {
 }
 
 /** Return wishes to suggest if nothing fits a wish: its arm alone, its question alone, or anything. */
-function waysOn(index: Index, wish: Wish): [TextKey, Wish][] {
+function suggestionsFor(index: Index, wish: Wish): [TextKey, Wish][] {
   const ways: [TextKey, Wish][] = [
     ["practice.this-arm", { ...ANYTHING, family: wish.family }],
     ["practice.this-question", { ...ANYTHING, question: wish.question }],
     ["practice.all", ANYTHING],
   ];
-  return ways.filter(([, to], i) => (i === 2 || asLink(to) !== asLink(ANYTHING)) && items(index, to).length > 0);
+  return ways.filter(
+    ([, to], i) => (i === 2 || wishToLink(to) !== wishToLink(ANYTHING)) && itemsFor(index, to).length > 0,
+  );
 }
 
 /** A question, and its place in a set. */
@@ -168,7 +172,7 @@ function chosenBy(index: Index, wish: Wish, progress: Progress, from: number | n
 }
 
 /** Typical number of minutes for a question. */
-const EACH = 1.5;
+const MINUTES_EACH = 1.5;
 
 interface DueProps {
   readonly count: number;
@@ -191,7 +195,7 @@ function Due({ count, isAnswering, of, onStart }: DueProps): JSX.Element | null 
         </span>
       ) : (
         <>
-          <strong>{say("practice.due-now", { count, minutes: Math.ceil(EACH * count) })}</strong>
+          <strong>{say("practice.due-now", { count, minutes: Math.ceil(MINUTES_EACH * count) })}</strong>
           <Button style="quiet small" text={say("practice.due-start")} onClick={onStart} />
         </>
       )}

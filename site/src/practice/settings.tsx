@@ -7,7 +7,7 @@ import { Button } from "../controls.js";
 import type { Index } from "../bank.js";
 import { newSeed } from "../random.js";
 import { say } from "../text/text.js";
-import { asLink, isMissed, WAITS, type Wish } from "./choice.js";
+import { wishToLink, isMissed, WAITS, type Wish } from "./choice.js";
 import { type StoredState, asFile, fromFile, mergeStates, EMPTY_STATE } from "./stored-state.js";
 import { sheetLink } from "./sheet.js";
 import { variationName, WishChoices } from "./wish-choices.js";
@@ -64,7 +64,7 @@ function More({ wish, stored, onWish, onRestored }: SettingsProps) {
     if (restored) onRestored(mergeStates(stored, restored));
     if (file.current) file.current.value = ""; // so that the same file may be chosen again
   };
-  const link = `${window.location.origin}${window.location.pathname}${asLink(wish)}`;
+  const link = `${window.location.origin}${window.location.pathname}${wishToLink(wish)}`;
   return (
     <details class="more">
       <summary>{say("practice.progress")}</summary>

@@ -12,7 +12,7 @@ import { parse } from "../read/reader.js";
 import { catchParseError } from "../read/tree.js";
 import { typesetTree } from "../read/typeset.js";
 import { inDigits, say } from "../text/text.js";
-import { asLink, itemsOfSet, type Item, nameOf, type Wish } from "./choice.js";
+import { wishToLink, itemsOfSet, type Item, nameOf, type Wish } from "./choice.js";
 import { Html, Tex } from "./math.js";
 import { promptOnPaper } from "./prompt.js";
 
@@ -31,15 +31,15 @@ export function sheetFrom(search: string): SheetWish | null {
 }
 
 export function sheetLink(wish: Wish, { count, key }: SheetWish): string {
-  const link = asLink(wish);
+  const link = wishToLink(wish);
   return `${link}${link ? "&" : "?"}sheet=${count}${key ? "&key=1" : ""}`;
 }
 
 /** A question of a sheet, and the correct answer as it is typed. */
-type Asked = { readonly item: Item; readonly part: Part; readonly typed: string };
+type SheetQuestion = { readonly item: Item; readonly part: Part; readonly typed: string };
 
 /** An arm of a sheet, and the questions about it. */
-type Group = { readonly problem: Problem; readonly asked: readonly Asked[] };
+type SheetArm = { readonly problem: Problem; readonly asked: readonly SheetQuestion[] };
 
 export function Sheet({ index, wish, first }: { index: Index; wish: Wish; first: SheetWish }): JSX.Element {
   const hasSolutions = atLeast(index.feedback, "solutions"); // else there are no answers in the bank
@@ -63,7 +63,7 @@ export function Sheet({ index, wish, first }: { index: Index; wish: Wish; first:
           </label>
         ) : null}
         <Button style="button" text={say("sheet.print")} disabled={!groups} onClick={() => window.print()} />
-        <a href={asLink(wish) || window.location.pathname}>{say("sheet.back")}</a>
+        <a href={wishToLink(wish) || window.location.pathname}>{say("sheet.back")}</a>
       </form>
       {failed ? <p role="alert">{say("practice.failed", { why: failed })}</p> : null}
       {groups ? <Paper groups={groups} set={wish.set} withKey={sheet.key} /> : null}
@@ -73,7 +73,7 @@ export function Sheet({ index, wish, first }: { index: Index; wish: Wish; first:
 }
 
 /** Load the problems of questions, and group the questions by arm in their order. */
-async function loadGroups(items: readonly Item[], hasSolutions: boolean): Promise<readonly Group[]> {
+async function loadGroups(items: readonly Item[], hasSolutions: boolean): Promise<readonly SheetArm[]> {
   const arms = new Map<string, Item[]>();
   for (const item of items) {
     const arm = `${item.family}/${item.key}`;
@@ -97,7 +97,7 @@ async function loadGroups(items: readonly Item[], hasSolutions: boolean): Promis
   );
 }
 
-function Paper({ groups, set, withKey }: { groups: readonly Group[]; set: string; withKey: boolean }) {
+function Paper({ groups, set, withKey }: { groups: readonly SheetArm[]; set: string; withKey: boolean }) {
   let number = 0;
   const numbered = groups.map(({ problem, asked }) => ({
     problem,

@@ -2,22 +2,22 @@
 // another arm; mastered after one more a day later.
 
 import type { Index } from "../bank.js";
-import { ANYTHING, type Item, items, nameOf, problemsIn, stepOf } from "./choice.js";
+import { ANYTHING, type Item, itemsFor, nameOf, problemsIn, stepOf } from "./choice.js";
 import { message, type Message } from "../text/text.js";
 
 export const NEEDED = 3;
 const DAY = 24 * 3600 * 1000;
 
-/** Progress in a lesson for a class of arms: the arms answered in a row, and when it was learned and mastered. */
-export type Row = { readonly row: readonly string[]; readonly learned?: number; readonly mastered?: number };
+/** Progress in a class of arms: the arms answered rightly in a row, and when the class was learned and mastered. */
+export type Streak = { readonly row: readonly string[]; readonly learned?: number; readonly mastered?: number };
 
-/** Progress in a lesson: goals reached, the row of the first class of arms, and the rows of the other classes. */
-export type Skill = Row & { readonly goals: readonly number[]; readonly beyond?: Readonly<Record<string, Row>> };
+/** Progress in a lesson: goals reached, the streak in the first class of arms, and those in the other classes. */
+export type Skill = Streak & { readonly goals: readonly number[]; readonly beyond?: Readonly<Record<string, Streak>> };
 
 export type Skills = Readonly<Record<string, Skill>>;
 
-export const NEW_ROW: Row = { row: [] };
-export const NEW: Skill = { ...NEW_ROW, goals: [] };
+export const NO_STREAK: Streak = { row: [] };
+export const NEW_SKILL: Skill = { ...NO_STREAK, goals: [] };
 
 /** Return the arm of an item; a set of short questions belongs to the arm with the same number. */
 const armOf = ({ family, key }: Item): string => `${family}/${key.replace(/-quiz$/, "")}`;
@@ -25,8 +25,12 @@ const armOf = ({ family, key }: Item): string => `${family}/${key.replace(/-quiz
 /** How a question was answered: `helped` by hints or the solution, `again` after another answer to it. */
 export type Attempt = { readonly right: boolean; readonly helped: boolean; readonly again: boolean };
 
-/** Return the row after an answer; `armCount` is the number of arms, which may be smaller than needed. */
-export function rowAfter<R extends Row>(skill: R, item: Item, attempt: Attempt & { now: number; armCount: number }): R {
+/** Return the streak after an answer; `armCount` is the number of arms, which may be smaller than needed. */
+export function streakAfter<R extends Streak>(
+  skill: R,
+  item: Item,
+  attempt: Attempt & { now: number; armCount: number },
+): R {
   const { right, helped, again, now, armCount } = attempt;
   if (again) return skill;
   if (!right) return { ...skill, row: [] };
@@ -38,7 +42,7 @@ export function rowAfter<R extends Row>(skill: R, item: Item, attempt: Attempt &
 }
 
 /** Return the effect of an answer as a message; null if the lesson is learned, and less than a day ago. */
-export function outcomeOf(before: Row, after: Row, attempt: Attempt & { armCount: number }): Message | null {
+export function outcomeOf(before: Streak, after: Streak, attempt: Attempt & { armCount: number }): Message | null {
   const { right, helped, again, armCount } = attempt;
   if (before.mastered !== undefined) return null;
   if (after.mastered !== undefined) return message("lesson.mastered");
@@ -53,14 +57,14 @@ export function outcomeOf(before: Row, after: Row, attempt: Attempt & { armCount
 }
 
 /** Return whether a learned class is due for review: after a day, until it is mastered. */
-export function isDue(skill: Row | undefined, now: number): boolean {
+export function isDue(skill: Streak | undefined, now: number): boolean {
   return skill?.learned !== undefined && skill.mastered === undefined && now - skill.learned >= DAY;
 }
 
 /** Return a lesson's questions, easiest first: arms of the chapter before rotated and offset ones. */
 export function itemsOf(index: Index, questions: readonly string[], families: readonly string[]): Item[] {
   const problemOf = problemsIn(index);
-  const asked = items(index, ANYTHING).filter(({ question }) => questions.includes(question));
+  const asked = itemsFor(index, ANYTHING).filter(({ question }) => questions.includes(question));
   const ofFamilies = asked.filter(({ family }) => families.includes(family));
   return (ofFamilies.length > 0 ? ofFamilies : asked)
     .map((item) => {
@@ -81,7 +85,12 @@ const DIFFICULTY_RANGES = [
 const MIN_CANDIDATES = 3;
 
 /** Return the next item, harder as the row grows; if possible about a new arm, and not in `asked`. */
-export function nextIn(all: readonly Item[], skill: Row, asked: readonly string[], random: () => number): Item | null {
+export function nextIn(
+  all: readonly Item[],
+  skill: Streak,
+  asked: readonly string[],
+  random: () => number,
+): Item | null {
   const newArms = all.filter((item) => !skill.row.includes(armOf(item)));
   const preferred = newArms.length > 0 ? newArms : all;
   const unasked = preferred.filter((item) => !asked.includes(nameOf(item)));
@@ -101,7 +110,7 @@ export function checkSkills(content: unknown): Skills {
   return Object.fromEntries(Object.entries(content ?? {}).filter(([, skill]) => isSkill(skill)));
 }
 
-/** Merge two sets of skills: all goals reached, and of each row the one with more progress. */
+/** Merge two sets of skills: all goals reached, and of each class the better streak. */
 export function mergeSkills(mine: Skills, other: Skills): Skills {
   const merged: Record<string, Skill> = { ...mine };
   for (const [name, skill] of Object.entries(other)) {
@@ -113,34 +122,34 @@ export function mergeSkills(mine: Skills, other: Skills): Skills {
 
 function mergeSkill(mine: Skill, other: Skill): Skill {
   const goals = [...new Set([...mine.goals, ...other.goals])];
-  const classes = new Set([...Object.keys(mine.beyond ?? {}), ...Object.keys(other.beyond ?? {})]);
-  const beyond = Object.fromEntries(
-    [...classes].map((name) => [name, betterRow(mine.beyond?.[name] ?? NEW_ROW, other.beyond?.[name] ?? NEW_ROW)]),
-  );
-  return { ...betterRow(mine, other), goals, ...(classes.size > 0 ? { beyond } : {}) };
+  const streakOf = ({ beyond }: Skill, name: string): Streak => beyond?.[name] ?? NO_STREAK;
+  const classes = Object.keys({ ...mine.beyond, ...other.beyond });
+  const streaks = classes.map((name) => [name, betterStreak(streakOf(mine, name), streakOf(other, name))]);
+  const beyond = classes.length > 0 ? { beyond: Object.fromEntries(streaks) } : {};
+  return { ...betterStreak(mine, other), goals, ...beyond };
 }
 
-/** Return the row that is mastered, else learned, else longer; the first one if both are equal. */
-function betterRow(mine: Row, other: Row): Row {
-  const lengthOf = ({ row, learned, mastered }: Row): number =>
+/** Return the streak that is mastered, else learned, else longer; the first one if both are equal. */
+function betterStreak(mine: Streak, other: Streak): Streak {
+  const lengthOf = ({ row, learned, mastered }: Streak): number =>
     (mastered !== undefined ? 2000 : learned !== undefined ? 1000 : 0) + row.length;
   return lengthOf(other) > lengthOf(mine) ? other : mine;
 }
 
 function isSkill(skill: unknown): skill is Skill {
-  if (!isRow(skill)) return false;
+  if (!isStreak(skill)) return false;
   const { goals, beyond = {} } = skill as Partial<Record<keyof Skill, unknown>>;
   return (
     Array.isArray(goals) &&
     goals.every(Number.isInteger) &&
     typeof beyond === "object" &&
-    Object.values(beyond ?? {}).every(isRow)
+    Object.values(beyond ?? {}).every(isStreak)
   );
 }
 
-function isRow(found: unknown): found is Row {
+function isStreak(found: unknown): found is Streak {
   if (typeof found !== "object" || found === null) return false;
-  const { row, learned, mastered } = found as Partial<Record<keyof Row, unknown>>;
+  const { row, learned, mastered } = found as Partial<Record<keyof Streak, unknown>>;
   const time = (value: unknown): boolean => value === undefined || Number.isFinite(value);
   return Array.isArray(row) && row.every((arm) => typeof arm === "string") && time(learned) && time(mastered);
 }

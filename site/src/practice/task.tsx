@@ -10,7 +10,7 @@ import type { Stage } from "../arm/stage.js";
 import type { View } from "../arm/view.js";
 import type { Factor, Part, Problem, Solutions } from "../bank.js";
 import { atLeast, lower, type Level, limitTo } from "../grade/levels.js";
-import type { OwnColumns } from "../grade/typed-jacobian.js";
+import type { ColumnsAt } from "../grade/typed-jacobian.js";
 import { type SymbolValues, isParsed, type Verdict } from "../grade/verdict.js";
 import { loadSolutions } from "../load.js";
 import { language, say } from "../text/text.js";
@@ -20,7 +20,7 @@ import { Answer, Preview } from "./answer.js";
 import { type Item, nameOf } from "./choice.js";
 import { Feedback, nameOfJoint, poseOf } from "./feedback.js";
 import { Html } from "./math.js";
-import { OwnArrows } from "./typed-columns.js";
+import { TypedColumns } from "./typed-columns.js";
 import { promptOf } from "./prompt.js";
 
 /** The movable arm; or a message if it could not be loaded, because practice works without it. */
@@ -82,7 +82,7 @@ export function Task(props: TaskProps): JSX.Element {
   const [verdict, setVerdict] = useState<Verdict | null>(null);
   const [failed, setFailed] = useState("");
   const [pose, setPose] = useState<SymbolValues | undefined>(undefined);
-  const [ownColumns, setOwnColumns] = useState<OwnColumns | null>(null);
+  const [ownColumns, setOwnColumns] = useState<ColumnsAt | null>(null);
   const [helped, setHelped] = useState(false); // an answer after the solution was shown does not count
   const hasHints = useRef(false);
   const isPrepared = useRef(false);
@@ -99,7 +99,7 @@ export function Task(props: TaskProps): JSX.Element {
   const overlay = useMemo(
     () =>
       ownColumns
-        ? (stage: Stage, view: View) => <OwnArrows stage={stage} view={view} columns={ownColumns} />
+        ? (stage: Stage, view: View) => <TypedColumns stage={stage} view={view} columns={ownColumns} />
         : undefined,
     [ownColumns],
   );

@@ -7,13 +7,13 @@ import { speedScale } from "../arm/marks.js";
 import type { Stage } from "../arm/stage.js";
 import { scaleVector, type Vec3 } from "../arm/vector.js";
 import type { View } from "../arm/view.js";
-import type { OwnColumns } from "../grade/typed-jacobian.js";
+import type { ColumnsAt } from "../grade/typed-jacobian.js";
 import { jointClass } from "../arm/letters.js";
 import { namedPose } from "../arm/model.js";
 
-type OwnProps = { readonly stage: Stage; readonly view: View; readonly columns: OwnColumns };
+type TypedColumnsProps = { readonly stage: Stage; readonly view: View; readonly columns: ColumnsAt };
 
-export function OwnArrows({ stage: { arm, state }, view, columns }: OwnProps): JSX.Element | null {
+export function TypedColumns({ stage: { arm, state }, view, columns }: TypedColumnsProps): JSX.Element | null {
   const vectors = columns(namedPose(arm, state.pose));
   if (!vectors) return null;
   const scale = speedScale(arm);

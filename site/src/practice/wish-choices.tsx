@@ -5,7 +5,7 @@ import type { JSX } from "preact";
 import type { Index } from "../bank.js";
 import { Choice, type Option, optionsOf } from "../controls.js";
 import { say } from "../text/text.js";
-import { ANYTHING, items, STEPS, variations, type Wish } from "./choice.js";
+import { ANYTHING, itemsFor, STEPS, variationsIn, type Wish } from "./choice.js";
 import type { Topic } from "./topics.js";
 
 interface WishChoicesProps {
@@ -20,7 +20,7 @@ export function WishChoices({ index, wish, lesson, onWish }: WishChoicesProps): 
   // offer only questions that the bank asks about this family
   const asked = new Set([
     wish.question, // a link may name a question that the arm does not have; an error is shown below
-    ...items(index, { ...ANYTHING, family: wish.family }).map(({ question }) => question),
+    ...itemsFor(index, { ...ANYTHING, family: wish.family }).map(({ question }) => question),
   ]);
   const questions = index.questions.filter(
     ({ name }) => asked.has(name) && (!lesson || lesson.questions.includes(name)),
@@ -29,7 +29,7 @@ export function WishChoices({ index, wish, lesson, onWish }: WishChoicesProps): 
     { label: say("practice.long"), all: questions.filter(({ form }) => !form) },
     { label: say("practice.short"), all: questions.filter(({ form }) => form) },
   ].filter(({ all }) => all.length > 0);
-  const known = variations(index);
+  const known = variationsIn(index);
   const change = (changed: Partial<Wish>): void => onWish({ ...wish, ...changed });
   return (
     <>

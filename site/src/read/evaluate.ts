@@ -76,16 +76,17 @@ function chainValue(tree: Node, values: Readonly<Record<string, number>>, kinds:
   let top = tree;
   for (; kinds.includes(top.kind); top = top.args[0] as Node) spine.push(top);
   let total = valueOf(top, values);
-  let all = size;
+  let totalSize = size;
   for (const operation of spine.reverse()) {
     const x = inner(operation, 1, values);
     if (operation.kind === "+") total = plus(total, x);
     else if (operation.kind === "-") total = plus(total, minus(x));
     else if (operation.kind === "*") total = times(total, x);
     else total = over(total, x);
-    all = kinds === "+-" ? all + size : (all * size) / (operation.kind === "/" ? absolute(x) ** 2 : 1);
+    totalSize =
+      kinds === "+-" ? totalSize + size : (totalSize * size) / (operation.kind === "/" ? absolute(x) ** 2 : 1);
   }
-  size = all;
+  size = totalSize;
   return total;
 }
 

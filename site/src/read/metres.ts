@@ -15,7 +15,7 @@ interface Step {
   readonly top: Node;
   readonly isReady: boolean;
   /** Whether m is a whole number here, because it multiplies pi or an angle. */
-  readonly counts: boolean;
+  readonly isWholeNumber: boolean;
   /** Whether no factor follows. */
   readonly isLast: boolean;
 }
@@ -23,7 +23,7 @@ interface Step {
 /** Return a tree without the unit m after a number, list or product; m times pi or an angle stays, as an integer. */
 export function withoutMetres(tree: Node): Node {
   const done: Node[] = [];
-  const todo: Step[] = [{ top: tree, isReady: false, counts: false, isLast: true }];
+  const todo: Step[] = [{ top: tree, isReady: false, isWholeNumber: false, isLast: true }];
   for (let next = todo.pop(); next; next = todo.pop()) {
     // no recursion, because a long sum is a deep tree
     const { top, isReady, isLast } = next;
@@ -31,14 +31,14 @@ export function withoutMetres(tree: Node): Node {
     else if (isReady) {
       const args = done.splice(done.length - top.args.length);
       const [first, second] = args as [Node, Node];
-      const isUnit = top.kind === "*" && !next.counts && isMetre(second) && hasUnit(first, isLast);
+      const isUnit = top.kind === "*" && !next.isWholeNumber && isMetre(second) && hasUnit(first, isLast);
       done.push(isUnit ? first : { ...top, args });
     } else {
       const isProduct = PRODUCTS.has(top.kind);
-      const counts = top.kind !== "call" && (next.counts || (isProduct && isLast && hasAngle(top)));
-      todo.push({ top, isReady: true, counts, isLast });
+      const isWholeNumber = top.kind !== "call" && (next.isWholeNumber || (isProduct && isLast && hasAngle(top)));
+      todo.push({ top, isReady: true, isWholeNumber, isLast });
       for (let i = top.args.length - 1; i >= 0; i -= 1)
-        todo.push({ top: top.args[i] as Node, isReady: false, counts, isLast: !isProduct });
+        todo.push({ top: top.args[i] as Node, isReady: false, isWholeNumber, isLast: !isProduct });
     }
   }
   return done[0] as Node;

@@ -16,7 +16,7 @@ export const ARITY = table(VOCABULARY.arity);
 export const MAX_NAME_LENGTH = LIMITS.name;
 
 const CONSTANTS = table(VOCABULARY.constants);
-const MEANT = new Set(CONSTANTS.values());
+const CONSTANT_NAMES = new Set(CONSTANTS.values());
 const LETTERS = table(VOCABULARY.letters);
 const VELOCITIES = table<string>(VOCABULARY.velocities);
 const RATE = wholePattern("rate");
@@ -63,7 +63,7 @@ export function factorsOf(raw: string, known: ReadonlySet<string>): readonly str
   if (!plainName(raw).includes(".")) return [];
   const names = raw.split(".");
   const isKnown = ({ kind, parts: [symbol = ""] }: Piece) =>
-    kind !== "name" || MEANT.has(symbol) || (known.size > 0 ? known.has(symbol) : /[0-9]$/.test(symbol));
+    kind !== "name" || CONSTANT_NAMES.has(symbol) || (known.size > 0 ? known.has(symbol) : /[0-9]$/.test(symbol));
   return names.flatMap((name) => piecesOf(name, known)).every(isKnown) ? names : [];
 }
 

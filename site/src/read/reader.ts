@@ -130,7 +130,7 @@ class Parser {
     if (rows.length > 1) return listOf(rows);
     const items = rows[0] as readonly Node[];
     if (items.length === 0) throw new ParseError("read.nothing"); // only semicolons
-    if (items.some(({ kind }) => kind === "pair")) return this.paired(items); // x: a, y: b
+    if (items.some(({ kind }) => kind === "pair")) return this.dictionaryOf(items); // x: a, y: b
     return parsedRows.comma || items.length > 1 ? node("list", ...items) : (items[0] as Node);
   }
 
@@ -148,7 +148,7 @@ class Parser {
       }
       const first = this.disjunction();
       const isJoined = close === "" && this.isCommaAnd() && this.isCondition(first);
-      const item = isJoined ? this.joined(first, rows) : first;
+      const item = isJoined ? this.conjunctionAfterComma(first, rows) : first;
       const named = (close === "" || close === "}") && this.take(":");
       rows.at(-1)?.push(named ? node("pair", item, this.disjunction()) : item);
       if (this.take(",")) {
@@ -173,7 +173,7 @@ class Parser {
   }
 
   /** Return a dictionary from pairs and the values after them. */
-  private paired(items: readonly Node[]): Node {
+  private dictionaryOf(items: readonly Node[]): Node {
     const pairs: Node[][] = [];
     for (const item of items) {
       const last = pairs.at(-1);
@@ -250,7 +250,7 @@ class Parser {
   }
 
   /** Parse "A, and B" as "A and B" if B is a condition; other commas make it ambiguous. */
-  private joined(first: Node, rows: readonly (readonly Node[])[]): Node {
+  private conjunctionAfterComma(first: Node, rows: readonly (readonly Node[])[]): Node {
     const here = this.at;
     const terms = first.kind === "and" ? [...first.args] : [first];
     while (this.isCommaAnd()) {
@@ -467,7 +467,7 @@ class Parser {
   private readonly power = (): Node => {
     const base = this.primary();
     if (this.peek() !== "**" && this.peek() !== "^") return base;
-    const ofLast = base === this.joinedProduct;
+    const isOfLastName = base === this.joinedProduct;
     const exponents: Node[] = [];
     while (this.take("**", "^")) {
       exponents.push(this.signed(this.primary));
@@ -478,13 +478,13 @@ class Parser {
     if (base.kind === "list" && exponents.length === 1 && isTransposed) return transposeList(base);
     let tower = exponents.pop();
     if (!tower) return base;
-    for (let below = exponents.pop(); below; below = exponents.pop()) {
+    for (let exponent = exponents.pop(); exponent; exponent = exponents.pop()) {
       // -a^-b^c: the sign of an exponent applies to the whole power
-      const inner = below.args[0];
-      tower = below.kind === "neg" && inner ? node("neg", node("^", inner, tower)) : node("^", below, tower);
+      const inner = exponent.args[0];
+      tower = exponent.kind === "neg" && inner ? node("neg", node("^", inner, tower)) : node("^", exponent, tower);
     }
     const [left, right] = base.args;
-    if (ofLast && left && right) return node("*", left, node("^", right, tower)); // a1c2^2
+    if (isOfLastName && left && right) return node("*", left, node("^", right, tower)); // a1c2^2
     return node("^", base, tower);
   };
 
@@ -528,7 +528,7 @@ class Parser {
     const items = rows[0] as readonly Node[];
     const first = items[0];
     if (kind === "group") return first && items.length === 1 && !comma ? first : node("list", ...items);
-    return items.some((item) => item.kind === "pair") ? this.paired(items) : node(kind, ...items);
+    return items.some((item) => item.kind === "pair") ? this.dictionaryOf(items) : node(kind, ...items);
   }
 
   private args(close: string): readonly Node[] {
@@ -544,39 +544,39 @@ class Parser {
     if (typeof plain === "string") return this.function(plain);
     if (plain && !opens) return plain;
     if (raw.endsWith(".diff") && opens) return this.bound("Derivative", this.first(raw.slice(0, -".diff".length)));
-    const plainOwn = plainName(raw);
-    if (opens && BOUND.has(plainOwn)) return this.bound(plainOwn, null);
-    const varies = this.known.has(plainOwn) || JOINT.test(plainOwn);
+    const spelled = plainName(raw);
+    if (opens && BOUND.has(spelled)) return this.bound(spelled, null);
+    const varies = this.known.has(spelled) || JOINT.test(spelled);
     if (opens && varies && this.textAt(1) === "t" && this.textAt(2) === ")") {
       this.at += 3; // theta1(t), as dynamicsymbols prints it
       return this.first(raw);
     }
-    if (opens && CONTAINERS.has(plainOwn)) {
+    if (opens && CONTAINERS.has(spelled)) {
       this.at += 1;
-      return this.container(plainOwn, this.args(")"));
+      return this.container(spelled, this.args(")"));
     }
-    if (UNDEFINED.has(plainOwn)) {
+    if (UNDEFINED.has(spelled)) {
       this.at -= 1; // the error is at the name, which was already taken
-      throw this.fail("read.no-answer", { name: plainOwn });
+      throw this.fail("read.no-answer", { name: spelled });
     }
-    if (BLANK.has(plainOwn)) return node("blank");
-    if (SHORTHAND.has(plainOwn) && !this.known.has(plainOwn) && this.isAngleAhead()) return this.shorthand(plainOwn);
+    if (BLANK.has(spelled)) return node("blank");
+    if (SHORTHAND.has(spelled) && !this.known.has(spelled) && this.isAngleAhead()) return this.shorthand(spelled);
     const pieces = this.piecesOf(raw);
     const symbol = pieces.length === 1 && pieces[0]?.kind === "name" ? pieces[0].parts[0] : undefined;
-    if (opens && symbol && !this.known.has(plainOwn) && !this.known.has(symbol) && !BEFORE_BRACKETS.has(symbol)) {
+    if (opens && symbol && !this.known.has(spelled) && !this.known.has(symbol) && !BEFORE_BRACKETS.has(symbol)) {
       const isFirst = this.at === 1 || BEFORE_STATEMENT.has(this.textAt(-2));
       const behind = isFirst ? this.behindBracket() : 0;
       if (this.tokens[behind]?.text === "=") {
         this.at = behind; // J(q) = …
         return name(symbol);
       }
-      throw this.fail("read.function", { name: plainOwn });
+      throw this.fail("read.function", { name: spelled });
     }
-    const only = pieces.length === 1 && plainOwn === raw ? pieces[0] : undefined;
+    const only = pieces.length === 1 && spelled === raw ? pieces[0] : undefined;
     if (only?.kind === "function") this.plain.set(raw, only.parts[0] as string);
-    else if (only && this.known.has(plainOwn)) this.plain.set(raw, treeOfPiece(only));
+    else if (only && this.known.has(spelled)) this.plain.set(raw, treeOfPiece(only));
     const product = this.productOf(pieces);
-    if (FUNCTIONS.has(pieces.at(-1)?.kind ?? "") && SHORT_OF_ANGLE.test(plainOwn)) this.bareArgumentEnd = this.at;
+    if (FUNCTIONS.has(pieces.at(-1)?.kind ?? "") && SHORT_OF_ANGLE.test(spelled)) this.bareArgumentEnd = this.at;
     return product;
   }
 
@@ -664,8 +664,9 @@ class Parser {
     const opened = this.peek();
     const args = this.take("(") ? this.args(")") : this.take("[") ? this.args("]") : [this.bareArgument(called)];
     this.bracesAreLists ||= opened === "[";
-    const due = ARITY.get(called) ?? 1;
-    if (args.length !== due) throw this.fail("read.arguments", { name: called, due, count: args.length });
+    const expectedCount = ARITY.get(called) ?? 1;
+    if (args.length !== expectedCount)
+      throw this.fail("read.arguments", { name: called, due: expectedCount, count: args.length });
     const inverted = power?.kind === "neg" && power.args[0]?.kind === "number" && power.args[0].value === 1;
     const inverse = inverted ? INVERSES.get(called) : undefined;
     if (inverse !== undefined) return applied(inverse, args); // sin^-1(x) is the arc sine

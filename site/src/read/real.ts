@@ -15,8 +15,8 @@ interface RealFunction {
 
 const real = (value: Real, slope: Real, from = -Infinity, to = Infinity): RealFunction => ({ value, slope, from, to });
 const { sin, cos, tan, exp, sinh, cosh, tanh } = Math;
-const overRoot = (x: number): number => 1 / Math.sqrt(1 - x * x);
-const overSum = (x: number): number => 1 / (1 + x * x);
+const slopeOfArcSine = (x: number): number => 1 / Math.sqrt(1 - x * x);
+const slopeOfArcTangent = (x: number): number => 1 / (1 + x * x);
 
 /** Functions by name; complex.js has methods of the same names. */
 export const REAL: Readonly<Record<string, RealFunction>> = {
@@ -26,10 +26,10 @@ export const REAL: Readonly<Record<string, RealFunction>> = {
   cot: real((x) => 1 / tan(x), (x) => 1 / sin(x) ** 2), // prettier-ignore
   sec: real((x) => 1 / cos(x), (x) => sin(x) / cos(x) ** 2), // prettier-ignore
   csc: real((x) => 1 / sin(x), (x) => cos(x) / sin(x) ** 2), // prettier-ignore
-  asin: real(Math.asin, overRoot, -1, 1),
-  acos: real(Math.acos, overRoot, -1, 1),
-  atan: real(Math.atan, overSum),
-  acot: real((x) => Math.atan(1 / x), overSum),
+  asin: real(Math.asin, slopeOfArcSine, -1, 1),
+  acos: real(Math.acos, slopeOfArcSine, -1, 1),
+  atan: real(Math.atan, slopeOfArcTangent),
+  acot: real((x) => Math.atan(1 / x), slopeOfArcTangent),
   sinh: real(sinh, cosh),
   cosh: real(cosh, sinh),
   tanh: real(tanh, (x) => 1 / cosh(x) ** 2),

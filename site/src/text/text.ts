@@ -18,17 +18,17 @@ export type Language = { readonly code: string; readonly catalogue: Catalogue };
 
 export const ENGLISH: Language = { code: "en", catalogue: english };
 
-let page = ENGLISH;
+let pageLanguage = ENGLISH;
 
 /** Return the language of the page. */
-export const language = (): Language => page;
+export const language = (): Language => pageLanguage;
 
-export function speak(chosen: Language): void {
-  page = chosen;
+export function setLanguage(chosen: Language): void {
+  pageLanguage = chosen;
 }
 
 /** Return the text of a message; numbers have the language's decimal sign, and never separators of thousands. */
-export function textOf({ key, values }: Message, inLanguage: Language = page): string {
+export function textOf({ key, values }: Message, inLanguage: Language = pageLanguage): string {
   return inLanguage.catalogue[key].replace(/\{([\w-]+)\}/g, (_, name: string) => {
     const value = values[name] ?? "";
     if (typeof value === "object") return textOf(value, inLanguage);
@@ -40,13 +40,13 @@ export function textOf({ key, values }: Message, inLanguage: Language = page): s
 export const say = (key: TextKey, values: Values = {}): string => textOf(message(key, values));
 
 /** Return the decimal sign of the page's language: a point or a comma. */
-export const decimalSign = (): string => page.catalogue["number.point"];
+export const decimalSign = (): string => pageLanguage.catalogue["number.point"];
 
 /** Return the separator of listed numbers: a comma, or a semicolon if the decimal sign is a comma. */
 export const numberSeparator = (): string => (decimalSign() === "," ? "; " : ", ");
 
 /** Format a number with at most six significant digits and a true minus sign; Intl.NumberFormat starts slowly. */
-export function inDigits(value: number, inLanguage: Language = page): string {
+export function inDigits(value: number, inLanguage: Language = pageLanguage): string {
   if (!Number.isFinite(value)) return Number.isNaN(value) ? "NaN" : value < 0 ? "−∞" : "∞";
   const [mantissa = "", exponent = ""] = Math.abs(value).toExponential(5).split("e");
   const digits = mantissa.replace(".", "").replace(/0+$/, "");

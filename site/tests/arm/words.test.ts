@@ -4,12 +4,12 @@ import { describe, expect, it } from "vitest";
 
 import { plainLetters } from "../../src/arm/letters.js";
 import { armOf, measuresOf, stateAt } from "../../src/arm/model.js";
-import { inWords, kindHere, nearness } from "../../src/arm/descriptions.js";
+import { describeArm, kindOfSingularity, nearness } from "../../src/arm/descriptions.js";
 import { PLAIN, ROBOTS } from "./robots.js";
 
 describe("the planar arm in words", () => {
   const arm = armOf(PLAIN);
-  const told = (pose: number[]): string => inWords(arm, stateAt(arm, pose), false);
+  const told = (pose: number[]): string => describeArm(arm, stateAt(arm, pose), false);
 
   it("contains pose, point and determinant", () => {
     expect(told([Math.PI / 6, -Math.PI / 2])).toBe(
@@ -19,13 +19,13 @@ describe("the planar arm in words", () => {
     );
   });
 
-  it("has its angles in radians where they are chosen", () => {
-    const text = inWords(arm, stateAt(arm, [Math.PI / 6, -Math.PI / 2]), true);
+  it("has angles in radians if radians are chosen", () => {
+    const text = describeArm(arm, stateAt(arm, [Math.PI / 6, -Math.PI / 2]), true);
     expect(text).toContain("Joints: θ1 0.524 radians, θ2 −1.571 radians. The point P");
     expect(text).not.toContain("degrees");
   });
 
-  it("is slow near a singularity, along the direction that will be lost", () => {
+  it("is slow near a singularity, along the direction that is lost there", () => {
     const text = told([0, 0.08]);
     expect(text).toContain("Near a singularity.");
     expect(text).toMatch(/slowest along \(−?1, −?0\.0\d, 0\)|slowest along \(−?0\.9\d, −?0\.\d+, 0\)/);
@@ -34,23 +34,23 @@ describe("the planar arm in words", () => {
   it("says that the boundary is reached", () => {
     const state = stateAt(arm, [0.5, 0]);
     expect(nearness(arm, measuresOf(state))).toBe("singular");
-    expect(kindHere(arm, state)).toBe("boundary");
-    expect(inWords(arm, state, false)).toContain("At the boundary of the workspace. The point can't be moved");
+    expect(kindOfSingularity(arm, state)).toBe("boundary");
+    expect(describeArm(arm, state, false)).toContain("At the boundary of the workspace. The point can't be moved");
   });
 });
 
 describe("other arms in words", () => {
-  it("have no determinant where J is not square", () => {
+  it("have no determinant if J is not square", () => {
     const arm = armOf(ROBOTS["planar-3r"]!);
-    expect(inWords(arm, stateAt(arm, [0.3, 0.4, 0.5]), false)).toContain("J is not square");
+    expect(describeArm(arm, stateAt(arm, [0.3, 0.4, 0.5]), false)).toContain("J is not square");
   });
 
-  it("of prismatic joints are in metres", () => {
+  it("have values of prismatic joints in metres", () => {
     const arm = armOf(ROBOTS["scara"]!);
-    expect(inWords(arm, stateAt(arm, [0, 0, 0.25, 0]), false)).toContain("d3 0.25 metres");
+    expect(describeArm(arm, stateAt(arm, [0, 0, 0.25, 0]), false)).toContain("d3 0.25 metres");
   });
 
-  it("call their symbols by their letters", () => {
+  it("have symbols as letters", () => {
     expect(["theta12", "d3", "p*0", "P", "sigma_min"].map(plainLetters)).toEqual(["θ12", "d3", "p*0", "P", "σmin"]);
   });
 });

@@ -69,7 +69,7 @@ def test_product_is_split_into_its_factors() -> None:
     assert {(str(f), power) for f, power in factored.factors} == {
         ("a2", 1), ("a3", 1), ("sin(theta3)", 1), ("a1 + a2*cos(theta2) + a3*cos(theta2 + theta3)", 1),
     }  # fmt: skip
-    assert factored.over(factor_trig(A2 * sp.sin(T3))).expression() == A3 * shoulder
+    assert factored.divide_by(factor_trig(A2 * sp.sin(T3))).expression() == A3 * shoulder
     assert factor_trig(sp.S.Zero).is_zero
 
 

@@ -259,7 +259,7 @@ def test_the_digest_is_about_problems_and_the_edition_about_notebooks(folder: Pa
         assert after.notebook_digest != before.notebook_digest
 
 
-def test_a_folder_that_cannot_be_written_is_told(tmp_path: Path) -> None:
+def test_an_unwritable_folder_is_an_error(tmp_path: Path) -> None:
     (tmp_path / "file").write_text("")
     with pytest.raises(QdotError, match=r"file.*can't be written: "):
         init_assignment(tmp_path / "file" / "hw", "T", "hw")
@@ -326,7 +326,7 @@ def test_what_a_killed_run_had_begun_is_removed_and_what_another_writes_is_not(r
         of_the_first / ".hw.ipynb.1ra2d1o5.tmp",
         released / "released" / "s002" / ".hw.ipynb.abcd_f_8.tmp",
         released / "certificates" / "s002" / ".hw.json.00000000.tmp",
-        _begun_beside(store_path(load_assignment(released), "s001")),
+        _begun_beside(store_path(released, "s001")),
     ]
     names = (".other.ipynb.1ra2d1o5.tmp", "hw.ipynb.1ra2d1o5.tmp", ".hw.ipynb.swp.tmp")
     strange = [*(of_the_first / name for name in names), released / "submitted" / ".hw.ipynb.1ra2d1o5.tmp"]
@@ -349,7 +349,7 @@ def test_what_a_killed_run_had_begun_is_removed_and_what_another_writes_is_not(r
 def test_what_a_dead_worker_had_begun_is_gone_when_the_run_is_over(folder: Path) -> None:
     (folder / "assignment.toml").write_text(TOML)
     assignment = load_assignment(folder)
-    paths = [notebook_path(assignment, "s002", "solutions"), store_path(assignment, "s001")]
+    paths = [notebook_path(assignment, "s002", "solutions"), store_path(assignment.folder, "s001")]
 
     def a_worker_dies(told: ReleaseResult) -> None:
         for path in paths:

@@ -213,10 +213,10 @@ def test_pages_are_whole_and_can_be_heard(order: ExportRequest) -> None:
             assert not re.search(r"""(?:src|href)=|url\(|@import|<script""", file.content)
             (document,) = page.all("html")
             assert document[0] == {"lang": "en"}
-            levels = [int(tag[1]) for tag, _, _ in page.found if re.fullmatch(r"h[1-6]", tag)]
+            levels = [int(tag[1]) for tag, _, _ in page.elements if re.fullmatch(r"h[1-6]", tag)]
             assert levels[0] == 1 and levels.count(1) == 1
             assert all(after <= before + 1 for before, after in pairwise(levels))
-            ids = [about["id"] for _, about, _ in page.found if "id" in about]
+            ids = [about["id"] for _, about, _ in page.elements if "id" in about]
             assert len(ids) == len(set(ids))
             assert all(about.get("role") == "img" and about["aria-labelledby"] for about, _ in page.all("svg"))
             assert all(about.get("scope") in ("col", "row") for about, _ in page.all("th"))

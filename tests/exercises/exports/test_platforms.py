@@ -30,6 +30,7 @@ from qdot.exercises.exports import items as made
 from qdot.exercises.exports.export_format import DEFAULT_ATTEMPTS, ExportRequest
 from qdot.exercises.exports.items import (
     ChoiceForm,
+    ItemCategory,
     MatchingForm,
     NumberForm,
     QuizItem,
@@ -68,11 +69,19 @@ def asked(order: ExportRequest) -> list[QuizItem]:
         (r"$\begin{bmatrix} a_{1} \\ 0 \end{bmatrix}$", "$b < c$"), ("joint 1", "joint 2", "no joint"), (1, 2)
     )
     one = replace(
-        made[0], key="p3-001-match", category=("T", "p3", "Match"), form=form, single_number_item=None, title="Match"
+        made[0],
+        key="p3-001-match",
+        category=ItemCategory("T", "p3", "Match"),
+        form=form,
+        single_number_item=None,
+        title="Match",
     )
     nasty = QuizOption(r"$a < b$ & c", False, 'Say } # ~ / \\ " <b> & {1:NUMERICAL:=1}')
     several = replace(
-        one, key="p4-001-nasty", category=("T", "p4", "Nasty"), form=ChoiceForm((nasty, QuizOption("$c$", True)))
+        one,
+        key="p4-001-nasty",
+        category=ItemCategory("T", "p4", "Nasty"),
+        form=ChoiceForm((nasty, QuizOption("$c$", True))),
     )
     return [*made, one, several]
 

@@ -274,6 +274,34 @@ def test_the_language_gives_the_answers_of_built_in_questions(name: str) -> None
     assert difference.applyfunc(lambda entry: sp.simplify(sp.expand_trig(entry))).is_zero_matrix
 
 
+@pytest.mark.parametrize(
+    ("answer", "unit", "warning"),
+    [
+        ("norm(p) + theta1", "m", "it combines lengths with angles"),
+        ("det(J)", "m^2", "its unit m^2 doesn't fit, because it grows like a length"),
+        ("det(J)*d2", "m^2", None), ("norm(v)", "m/s", None), ("qd1*theta1", "rad/s", None), ("p.x*a1", "m^2", None),
+        ("norm(v)", "rad/s", "grows like a length"), ("norm(v)", "furlong", None),
+    ],
+)  # fmt: skip
+def test_a_unit_that_does_not_fit_is_said(answer: str, unit: str, warning: str | None, tmp_path: Path) -> None:
+    question = f'[question.mine]\nprompt = "x"\nanswer = "{answer}"\nunit = "{unit}"\ngiven = ["pose", "rates"]\n'
+    assignment = make_assignment(tmp_path, question + '[[problem]]\nfamily = "polar-rp"\nquestions = ["mine"]\n')
+    notes = [note for note in assignment.notes if "mine" in note]
+    assert bool(notes) == (warning is not None) and (warning is None or warning in notes[0])
+
+
+def test_a_number_at_a_singular_pose_is_refused(tmp_path: Path) -> None:
+    question = 'prompt = "x"\ngiven = {theta1 = 0, theta2 = 0}\nunit = "1/s"\nanswer = "norm(inv(J)*[1, 1])"'
+    with pytest.raises(QdotError, match="not a finite number"):
+        make_problem(tmp_path, question, more='variation = "chapter"\n')
+
+
+def test_a_slide_is_solved_before_the_angle(tmp_path: Path) -> None:
+    problem = make_problem(tmp_path, 'prompt = "x"\nanswer = "zeros(det(J), p.x)"', "polar-rp")
+    answer = problem.parts[0].answer_as(ConditionSet)
+    assert all(component.solutions for component in answer.components) and find_failures(problem) == []
+
+
 def test_the_commands_preview_and_verify_own_questions(tmp_path: Path) -> None:
     folder = make_assignment(tmp_path, EVERY_KIND).folder
     samples, of_ada = run("show", folder), run("show", folder, "--student", "s1", "--solution")
@@ -292,6 +320,7 @@ def test_the_commands_preview_and_verify_own_questions(tmp_path: Path) -> None:
 # --- refused, with the reason ---
 
 BAD = {
+    'given = ["pose"]\nunit = "m"\nanswer = "norm(z0)"': "it is 1 for all given values of an arm of planar-2r",
     'answer = "ddt(o1 + o7)"': "unknown name 'o7'", 'answer = "foo(p)"': "unknown function 'foo'",
     'answer = "p*p"': "write dot(a, b) or cross(a, b)", 'answer = "det(Jv)"': "needs a square matrix",
     'answer = "(p"': "is not a formula", 'answer = "p - p"': "always zero", 'answer = "1"': "the same everywhere",

@@ -29,7 +29,7 @@ from qdot.exercises.writing.markup import to_text
 from qdot.exercises.writing.problem_texts import write_hints, write_prompt, write_solution
 from qdot.grader.judging.judge import judge
 from qdot.grader.judging.verdict import Outcome
-from tests.repository.test_schemas import errors
+from tests.repository.test_schemas import find_schema_errors
 from tests.support.solving import solve_to_json
 from tests.support.suites import select_for_suite
 from tests.tools.diagnoses import answers_with, verdict_on
@@ -211,7 +211,7 @@ def test_a_file_says_the_order_and_is_written_with_it(tmp_path: Path) -> None:
     assert 'twist_order = "v-omega"' in again.read_text() and read_robot(again) == robot.chain
     assert "twist_order" not in robot_text(robot, "dh")
     data = solve_to_json(robot.chain)
-    assert errors("solve", json.loads(json.dumps(data))) == []
+    assert find_schema_errors("solve", json.loads(json.dumps(data))) == []
     assert data["twist_rows"] == ["vx", "vy", "vz", "wx", "wy", "wz"]
     assert data["space_jacobian"][1] == ["0", "-a1*cos(theta1)"] and data["space_jacobian"][5] == ["1", "1"]
     assert data["body_jacobian"][0] == ["a1*sin(theta2)", "0"] and data["body_jacobian"][5] == ["1", "1"]

@@ -22,7 +22,7 @@ from qdot.exercises.common.errors import QdotError
 from qdot.exercises.problem.problem import Problem
 from qdot.exercises.site import pages as site_pages
 from qdot.exercises.site import supply
-from qdot.exercises.site.chapter import ERRATA, make_chapter_pages
+from qdot.exercises.site.chapter import ERRATA_PATH, make_chapter_pages
 from qdot.exercises.site.guide import COMMANDS, OTHER_PAGES, REPLACED_PAGES, arrange_pages
 from qdot.exercises.site.pages import link_pages, make_pages, read_assets
 from qdot.exercises.site.robots import robots_text
@@ -97,7 +97,7 @@ def test_the_errata_are_told_in_german_with_the_same_numbers() -> None:
         title, body = page.translations["de"]
         assert body.count("<strong>Gedruckt:</strong>") == page.body.count("<strong>Printed:</strong>"), page.path
         assert "Printed" not in body
-        assert page.path != ERRATA or title == "Errata des Kapitels"
+        assert page.path != ERRATA_PATH or title == "Errata des Kapitels"
     for english, german in zip(read_errata(), read_errata("de"), strict=True):
         assert german.why != english.why
         told = [value.replace(",", ".") for _, value in german.values]

@@ -21,7 +21,7 @@ from qdot.exercises.site.keys import _evaluate_derivation, _find_derived_part, m
 from qdot.exercises.site.record import (
     _find_given_pose,
     _list_labels,
-    find_typed_names,
+    find_names_to_type,
     list_determinant_factors,
     make_arm_record,
     make_site_record,
@@ -58,7 +58,7 @@ def test_a_prompt_says_in_which_rates_an_answer_is_and_what_rows_and_columns_bel
     for part in problem.parts:
         if not isinstance(part.answer, (Choice, Selection, Matching)):
             used = set(re.findall(r"\w+", json.dumps(part.answer.as_json()))) & spoken
-            assert used <= set(find_typed_names(problem, write_prompt(problem, part))), part.name
+            assert used <= set(find_names_to_type(problem, write_prompt(problem, part))), part.name
     for part in problem.parts:
         plain, grid = re.sub(r"[{}]", "", write_prompt(problem, part)), _list_labels(problem.chain, part)
         for lines, count, order in zip(grid, part.shape or (1, 1), ("rows", "columns"), strict=True):

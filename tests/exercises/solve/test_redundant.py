@@ -19,7 +19,7 @@ from qdot.exercises.singularities.reciprocal import elimination_applies, polynom
 from qdot.exercises.singularities.singular_set import singular_set
 from qdot.exercises.solve import special_lengths
 from qdot.exercises.solve.solver import Solution, solve
-from tests.repository.test_schemas import errors
+from tests.repository.test_schemas import find_schema_errors
 from tests.support.solving import solve_to_json, solve_to_text
 
 Rows = list[tuple[object, object, object, int]]
@@ -94,7 +94,7 @@ SLOW = ("panda", "gen3", "iiwa-open", "baxter", "sawyer", "eight", "oblique")
 def test_an_arm_is_solved_in_seconds_and_all_that_is_told_holds(name: str) -> None:
     solution = _solved(name)
     content = solve_to_json(solution.chain)
-    assert errors("solve", content) == []
+    assert find_schema_errors("solve", content) == []
     assert content["singular"] and content["tested"]["unexplained"] == 0
     assert content["tested"]["ended"] > 0.9 * content["tested"]["searches"]
     text = " ".join(solve_to_text(solution.chain, "text").split())
@@ -221,14 +221,14 @@ def test_a_position_whose_minors_are_long_is_solved_by_a_force_that_does_no_work
     assert elimination_applies(chain)
     solution = solve(chain)
     found = solution.redundant
-    assert found is not None and found.reciprocal.reduction.about is None
+    assert found is not None and found.reciprocal.reduction.reference_frame is None
     assert (found.doubtful, found.undecided) == ((), ())
     assert frozenset({"sin(theta5)"}) in _conditions(solution)
     out = check_rank_loss(chain, [one.conditions for one in found.components], start_count=150, seed="again")
     assert (out.full_rank_branches, out.unexplained_configurations) == ((), ()) and all(out.samples)
     text = " ".join(solve_to_text(solution.chain, "text").split())
     assert "some force at P" in text and "a boundary singularity" in text
-    assert errors("solve", solve_to_json(solution.chain)) == []
+    assert find_schema_errors("solve", solve_to_json(solution.chain)) == []
 
 
 @pytest.mark.whole

@@ -32,7 +32,7 @@ from qdot.exercises.solve.time_limited import write_solution
 from qdot.exercises.writing.markup import to_text
 from qdot.exercises.writing.problem_texts import get_solution_steps
 from qdot.exercises.writing.solution_steps import SingularComponent, SolutionSteps
-from tests.repository.test_schemas import errors
+from tests.repository.test_schemas import find_schema_errors
 from tests.support import DATA
 from tests.support.command import run, run_and_fail
 from tests.support.solving import solve_to_json, solve_to_text
@@ -522,7 +522,7 @@ BY_AXES += SLIDE % "[0, 1, 1]" + TURN % ("[1, 0, 0]", '[0, "a1", 0.3]')
 def test_json_of_an_arm_told_by_axes_has_its_space_and_body_jacobian(tmp_path: Path) -> None:
     """Held against exponentials of the told axes: where they take axes, and how the body frame then stands."""
     data = solve_to_json(_read(tmp_path, BY_AXES % "[0.3, 0.4, 0.6]"))
-    assert errors("solve", data) == [] and data["twist_rows"] == ["wx", "wy", "wz", "vx", "vy", "vz"]
+    assert find_schema_errors("solve", data) == [] and data["twist_rows"] == ["wx", "wy", "wz", "vx", "vy", "vz"]
     values = {sp.Symbol(name): value for name, value in (("theta1", 0.4), ("d2", -0.3), ("theta3", 1.2), ("a1", 0.7))}
     q, lengths = np.array([0.4, -0.3, 1.2]), {sp.Symbol("a1"): 0.7}
     up = np.array([0.0, 1.0, 1.0]) / np.sqrt(2)
@@ -550,7 +550,7 @@ def test_json_of_an_arm_told_by_axes_has_its_space_and_body_jacobian(tmp_path: P
         np.testing.assert_allclose(ours, np.array(expected).T, atol=1e-12)
     inner = _read(tmp_path, BY_AXES % "{frame = 2, offset = [0.3, 0.4, 0.6]}")
     data = solve_to_json(inner)
-    assert errors("solve", data) == []
+    assert find_schema_errors("solve", data) == []
     assert data["body_jacobian"] is None and len(data["space_jacobian"]) == 6  # P is on link 2
     assert "space_jacobian" not in solve_to_json(_read(tmp_path, TWO_R))
 
@@ -578,4 +578,4 @@ def test_numbers_that_are_rounded_are_told_to_be(arm: str, rpy: str, tmp_path: P
     said: list[str] = []
     write_solution(robot, "json", 0.3, said.append, lambda _: nullcontext())
     content = json.loads("".join(said))
-    assert errors("solve", content) == [] and content.get("rounded", False) == rounded
+    assert find_schema_errors("solve", content) == [] and content.get("rounded", False) == rounded

@@ -18,7 +18,7 @@ from qdot.exercises.arm.robot_file import Robot, read_robot_file
 from qdot.exercises.common.time_limit import OutOfTime, parse_seconds, time_limit
 from qdot.exercises.solve.solver import data_events, solve, text_events
 from qdot.exercises.solve.time_limited import write_solution
-from tests.repository.test_schemas import errors
+from tests.repository.test_schemas import find_schema_errors
 from tests.support.command import run, run_and_fail
 from tests.support.suites import sample_for_suite
 
@@ -89,7 +89,7 @@ def test_an_arm_that_takes_minutes_ends_in_time_and_says_so(tmp_path: Path) -> N
     said = " ".join(text[text.index("What is missing") :].split())
     assert "Determinant of the Jacobian; Singular configurations" in said and "0.8 seconds" in said and "--time" in said
     content = json.loads(_written(robot, "json", 0.5))
-    assert errors("solve", content) == []
+    assert find_schema_errors("solve", content) == []
     assert content["missing"][-2:] == ["determinant", "singular"] and content["singular"] is None
     assert "What is missing" in _written(robot, "latex", 0.5)
 
@@ -112,7 +112,7 @@ def _stopped(robot: Robot, form: str, stop: str) -> str:
 def _keys(robot: Robot, stop: str) -> dict[str, Any]:
     """Return the JSON of what there is where Ctrl-C comes, which is valid."""
     content: dict[str, Any] = json.loads(_stopped(robot, "json", stop))
-    assert errors("solve", content) == []
+    assert find_schema_errors("solve", content) == []
     return content
 
 
@@ -241,7 +241,7 @@ def test_ctrl_c_at_the_very_beginning_is_told_in_one_line(where: str, form: str,
         assert "What is missing" in ended.stdout if missing else ended.stdout == ""
     else:
         content = json.loads(ended.stdout)
-        assert errors("solve", content) == [] and content["missing"][0] == missing
+        assert find_schema_errors("solve", content) == [] and content["missing"][0] == missing
 
 
 @pytest.mark.parametrize("text", ["x", "", "0", "0.09", "-3", "nan", "inf", "1e9", "1e400", "0,5", "5 min", "٣"])
@@ -267,7 +267,7 @@ def test_conditions_that_were_tested_are_kept_where_what_they_look_like_is_not()
         return nullcontext()
 
     whole, data = json.loads(_written(robot, "json")), json.loads(_written(robot, "json", shown=ended))
-    assert errors("solve", data) == [] and data["missing"] == ["meaning"]
+    assert find_schema_errors("solve", data) == [] and data["missing"] == ["meaning"]
     assert len(whole["singular"]) > 1
     assert [one["conditions"] for one in data["singular"]] == [one["conditions"] for one in whole["singular"]]
     assert {one["meaning"] for one in data["singular"]} == {None} != {one["meaning"] for one in whole["singular"]}

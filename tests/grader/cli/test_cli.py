@@ -1,4 +1,4 @@
-"""The command line as its contract says: results on stdout, one clear message and code 2 for bad input."""
+"""The command line: results on stdout; for bad input, one clear message and exit code 2."""
 
 import json
 import os
@@ -25,8 +25,8 @@ from tests.support.submitting import TOML
 from tests.support.suites import select_for_suite
 
 
-def robot_of(task: str, *rows: tuple[str, str]) -> str:
-    """Return a robot's file, with d and alpha of every joint."""
+def robot_toml(task: str, *rows: tuple[str, str]) -> str:
+    """Return a robot file's text; a row gives d and alpha of a joint."""
     joints = [
         f'[[joint]]\nkind = "R"\ntheta = "theta{i}"\nd = {d}\na = "a{i}"\nalpha = {alpha}\n'
         for i, (d, alpha) in enumerate(rows, 1)
@@ -34,50 +34,48 @@ def robot_of(task: str, *rows: tuple[str, str]) -> str:
     return f'name = "elbow"\ntask = {task}\n{"".join(joints)}'
 
 
-ELBOW = robot_of('["vx", "vy", "vz"]', ('"d1"', '"-pi/2"'), ("0", "0"), ("0", "0"))
-PLANAR = robot_of('["vx", "vy"]', ("0", "0"), ("0", "0"))
+ELBOW = robot_toml('["vx", "vy", "vz"]', ('"d1"', '"-pi/2"'), ("0", "0"), ("0", "0"))
+PLANAR = robot_toml('["vx", "vy"]', ("0", "0"), ("0", "0"))
 
 
-def test_help_lists_every_command_and_each_explains_itself() -> None:
-    listed = run("--help").split("Commands:")[1]
-    assert "..." not in listed
+def test_help_lists_every_command_and_explains_each() -> None:
+    listing = run("--help").split("Commands:")[1]
+    assert "..." not in listing
     for name in COMMANDS:
-        assert f"  {name} " in listed
+        assert f"  {name} " in listing
         assert len(run(name, "--help")) > 250
 
 
-def test_families_and_questions() -> None:
+def test_families_and_questions_list_the_registries() -> None:
     families = json.loads(run("families", "--json"))
     assert [family["name"] for family in families] == list(FAMILIES)
     assert [question["name"] for question in json.loads(run("questions", "--json"))] == list(ALL_QUESTIONS)
     assert "planar-2r" in run("families") and "difficulty" in run("families")
     assert "inverse-velocity" in run("questions")
-    hard = {family["name"]: family["difficulty"] for family in families}
-    assert hard["planar-2r"] < hard["elbow-3r"]
+    difficulties = {family["name"]: family["difficulty"] for family in families}
+    assert difficulties["planar-2r"] < difficulties["elbow-3r"]
 
 
-@pytest.mark.parametrize("like", select_for_suite(["planar-rpr"], ["planar-rpr", "random-2"]))
-def test_a_family_that_is_new_in_the_registry_is_listed_without_more_ado(
-    monkeypatch: pytest.MonkeyPatch, like: str
-) -> None:
-    family = replace(FAMILIES[like], name="my-arm", title="my arm")
+@pytest.mark.parametrize("model", select_for_suite(["planar-rpr"], ["planar-rpr", "random-2"]))
+def test_a_newly_registered_family_is_listed(monkeypatch: pytest.MonkeyPatch, model: str) -> None:
+    family = replace(FAMILIES[model], name="my-arm", title="my arm")
     monkeypatch.setitem(FAMILIES, "my-arm", family)
-    *others, found = json.loads(run("families", "--json"))
-    assert (found["name"], found["title"]) == ("my-arm", "my arm")
-    (known,) = [row for row in others if row["name"] == like]
-    same = (
+    *other_rows, row = json.loads(run("families", "--json"))
+    assert (row["name"], row["title"]) == ("my-arm", "my arm")
+    (expected,) = [model_row for model_row in other_rows if model_row["name"] == model]
+    keys = (
         ("joints", "questions")
         if family.has_varied_structure
         else ("joints", "questions", "difficulty", "difficulties")
     )
-    assert [found[key] for key in same] == [known[key] for key in same]
+    assert [row[key] for key in keys] == [expected[key] for key in keys]
     assert re.search(r"\n  my-arm +[RPvaried]+ .* my arm; ", run("families"))
 
 
 @pytest.mark.parametrize(
     "family", select_for_suite(["planar-2r"], ["planar-2r", "random-2", "elbow-3r", "scara-rrrp", "random-3"])
 )
-def test_show_json_has_the_contracts_shape(family: str) -> None:
+def test_show_json_has_the_documented_keys(family: str) -> None:
     shown = json.loads(run("show", f"{family}/7", "--solution", "--format", "json"))
     assert set(shown) >= {"id", "family", "seed", "engine", "robot", "symbols", "parts", "certificate"}
     assert shown["id"] == f"{family}/7"
@@ -92,14 +90,14 @@ def test_show_json_has_the_contracts_shape(family: str) -> None:
 
 
 @pytest.mark.parametrize("format", ["text", "latex", "html", "ipynb"])
-def test_show_in_every_format_is_the_same_twice(format: str) -> None:
+def test_show_prints_the_same_twice_in_every_format(format: str) -> None:
     first = run("show", "polar-rp/3", "--solution", "-f", format)
     assert len(first) > 1000
     assert run("show", "polar-rp/3", "--solution", "-f", format) == first
 
 
 @pytest.mark.parametrize(
-    ("args", "said"),
+    ("args", "message"),
     [
         (("show", "planar-2r"), "FAMILY/SEED"),
         (("show", "planar-2r/99999999999999999999999"), "9223372036854775807"),
@@ -125,21 +123,22 @@ def test_show_in_every_format_is_the_same_twice(format: str) -> None:
         (("export", "nowhere"), "--to html"),
     ],
 )
-def test_bad_input_gets_one_message_and_code_2(args: tuple[str, ...], said: str) -> None:
-    assert said in run_and_fail(*args)
+def test_bad_input_gets_one_message_and_exit_code_2(args: tuple[str, ...], message: str) -> None:
+    assert message in run_and_fail(*args)
     assert runner.invoke(app, ["show", "planar-2r/7", "--solutoin"]).exit_code == 2
     assert runner.invoke(app, ["shwo"]).exit_code == 2
 
 
 @pytest.mark.whole
-def test_solve_prints_example_63(tmp_path: Path) -> None:
+def test_solve_derives_example_6_3(tmp_path: Path) -> None:
     (tmp_path / "elbow.toml").write_text(ELBOW)
-    found = json.loads(run("solve", tmp_path / "elbow.toml", "--format", "json"))
-    assert found["task"] == ["vx", "vy", "vz"]
-    assert [len(found["jacobian"]), len(found["geometric_jacobian"])] == [3, 6]
-    judged = run("compare", found["determinant"], "a2*a3*sin(theta3)*(a1 + a2*cos(theta2) + a3*cos(theta2 + theta3))")
+    solution = json.loads(run("solve", tmp_path / "elbow.toml", "--format", "json"))
+    assert solution["task"] == ["vx", "vy", "vz"]
+    assert [len(solution["jacobian"]), len(solution["geometric_jacobian"])] == [3, 6]
+    expected = "a2*a3*sin(theta3)*(a1 + a2*cos(theta2) + a3*cos(theta2 + theta3))"
+    judged = run("compare", solution["determinant"], expected)
     assert json.loads(judged)["outcome"] == "correct"
-    elbow, shoulder = found["singular"]
+    elbow, shoulder = solution["singular"]
     assert elbow["solutions"] == {"theta3": ["0", "pi"]}
     assert (elbow["condition"], elbow["type"]) == ("sin(theta3)", "boundary")
     assert shoulder["solutions"] is None
@@ -149,16 +148,16 @@ def test_solve_prints_example_63(tmp_path: Path) -> None:
     assert r"\begin{document}" in run("solve", tmp_path / "planar.toml", "--format", "latex")
 
 
-def test_rank_lost_everywhere_is_null_in_json_and_is_said_in_words(tmp_path: Path) -> None:
+def test_rank_lost_everywhere_is_null_in_json_and_explained_in_text(tmp_path: Path) -> None:
     robot = tmp_path / "elbow.toml"
     robot.write_text(ELBOW.replace('["vx", "vy", "vz"]', '["wx", "wy"]'))
-    found = json.loads(run("solve", robot, "--format", "json"))
-    assert found["singular"] is None
-    for text in (found["note"], run("solve", robot), run("solve", "--help")):
+    solution = json.loads(run("solve", robot, "--format", "json"))
+    assert solution["singular"] is None
+    for text in (solution["note"], run("solve", robot), run("solve", "--help")):
         assert "rank in every configuration" in " ".join(text.split())
 
 
-def test_solve_notes_a_length_that_may_be_in_millimetres_beside_the_results(tmp_path: Path) -> None:
+def test_solve_warns_of_a_length_in_millimetres_on_stderr(tmp_path: Path) -> None:
     robot = tmp_path / "elbow.toml"
     robot.write_text(PLANAR.replace('"a2"', "400"))
     result = runner.invoke(app, ["solve", str(robot), "--format", "json"])
@@ -167,12 +166,12 @@ def test_solve_notes_a_length_that_may_be_in_millimetres_beside_the_results(tmp_
     assert result.stderr.startswith(f"{robot}: line 13: joint 2: a = 400: ") and result.stderr.count("\n") == 1
 
 
-def test_compare_by_argument_and_by_batch(tmp_path: Path) -> None:
-    judged = json.loads(run("compare", "a1*a2*s2", "a1*a2*sin(theta2)"))
-    assert judged["outcome"] == "correct"
-    assert set(judged["certificate"]) == {"method", "points", "bound", "counterexample"}
-    wrong = json.loads(run("compare", "a1*a2*c2", "a1*a2*sin(theta2)"))
-    assert wrong["certificate"]["counterexample"]["at"]
+def test_compare_judges_arguments_and_batches(tmp_path: Path) -> None:
+    right_answer = json.loads(run("compare", "a1*a2*s2", "a1*a2*sin(theta2)"))
+    assert right_answer["outcome"] == "correct"
+    assert set(right_answer["certificate"]) == {"method", "points", "bound", "counterexample"}
+    wrong_answer = json.loads(run("compare", "a1*a2*c2", "a1*a2*sin(theta2)"))
+    assert wrong_answer["certificate"]["counterexample"]["at"]
     requests: list[dict[str, Any]] = [
         {"id": 1, "type": "matrix", "reference": [["a1", "0"], ["0", "a2"]], "student": "[[a1, 0], [0, a2*2]]"},
         {"id": 2, "type": "angles", "reference": "{0, pi}", "student": "{pi, 2*pi}"},
@@ -194,35 +193,33 @@ def test_compare_by_argument_and_by_batch(tmp_path: Path) -> None:
     (tmp_path / "b.jsonl").write_bytes(b'{"id": 1}\n\xff\n[]\n' + lines.encode())
     result = runner.invoke(app, ["compare", "--batch", str(tmp_path / "b.jsonl")])
     assert result.exit_code == 2
-    answered = [json.loads(line)["outcome"] for line in result.stdout.splitlines()]
-    assert answered == ["ungraded"] * 3 + expected
+    outcomes = [json.loads(line)["outcome"] for line in result.stdout.splitlines()]
+    assert outcomes == ["ungraded"] * 3 + expected
     assert result.stderr.startswith("qdot: line 1: ") and "2 more lines" in result.stderr
 
 
 @pytest.mark.whole
-def test_verify_problems_and_families(monkeypatch: pytest.MonkeyPatch) -> None:
-    monkeypatch.setattr(
-        "qdot.exercises.common.console.PROGRESS_INTERVAL", 0.0
-    )  # as long work tells its progress in a log
+def test_verify_counts_problems_and_reports_progress(monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setattr("qdot.exercises.common.console.PROGRESS_INTERVAL", 0.0)
     result = runner.invoke(app, ["verify", "planar-pr/7", "polar-rp/1", "--jobs", "1"])
     assert result.exit_code == 0 and "2 problems verified, 0 failed" in result.stdout
     assert result.stderr.splitlines()[:2] == ["verifying: 1 of 2", "verifying: 2 of 2"]
     assert "2 problems verified, 0 failed" in run("verify", "--family", "all", "--count", "2", "--jobs", "2")
 
 
-def test_verify_says_what_failed_and_a_sweep_begins_at_any_seed(monkeypatch: pytest.MonkeyPatch) -> None:
+def test_verify_names_failed_problems_from_the_first_seed_on(monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setattr(Matrix, "as_typed", lambda answer: "theta1")
-    said = run("verify", "--family", "planar-2r", "--count", "2", "--first-seed", "40", "--jobs", "1", code=1)
-    assert {line.split()[0].rstrip(":") for line in said.splitlines()[:-1]} == {"planar-2r/40", "planar-2r/41"}
-    assert "the reference answer is judged wrong" in said
+    output = run("verify", "--family", "planar-2r", "--count", "2", "--first-seed", "40", "--jobs", "1", code=1)
+    assert {line.split()[0].rstrip(":") for line in output.splitlines()[:-1]} == {"planar-2r/40", "planar-2r/41"}
+    assert "the reference answer is judged wrong" in output
 
 
 @pytest.mark.parametrize(
-    ("command", "said"),
+    ("command", "hint"),
     [(["verify", "--family", "planar-2r"], "--first-seed"), (["grade", "."], "again to continue"), (["families"], "")],
 )
-def test_ctrl_c_says_what_is_true_of_the_command(
-    monkeypatch: pytest.MonkeyPatch, command: list[str], said: str
+def test_ctrl_c_says_how_to_continue_the_command(
+    monkeypatch: pytest.MonkeyPatch, command: list[str], hint: str
 ) -> None:
     def stop(*_: object) -> None:
         raise KeyboardInterrupt
@@ -235,19 +232,19 @@ def test_ctrl_c_says_what_is_true_of_the_command(
         monkeypatch.setattr(name, stop)
     result = runner.invoke(app, command)
     assert result.exit_code == 130
-    assert result.stderr.startswith("qdot: stopped") and said in result.stderr
-    assert ("again to continue" in result.stderr) == ("again to continue" in said)
+    assert result.stderr.startswith("qdot: stopped") and hint in result.stderr
+    assert ("again to continue" in result.stderr) == ("again to continue" in hint)
 
 
 @pytest.fixture(scope="module")
 def folder(tmp_path_factory: pytest.TempPathFactory) -> Path:
-    made = tmp_path_factory.mktemp("cli") / "hw"
-    run("init", made, "--key", "hw", "--title", "Home work")
-    toml = made / "assignment.toml"
+    folder = tmp_path_factory.mktemp("cli") / "hw"
+    run("init", folder, "--key", "hw", "--title", "Home work")
+    toml = folder / "assignment.toml"
     toml.write_text('title = "T"\nkey = "hw"\n[[problem]]\nfamily = "polar-rp"\nquestions = ["position", "jacobian"]\n')
-    said = run("generate", made, "--jobs", "2")
-    assert "2 written" in said
-    return made
+    output = run("generate", folder, "--jobs", "2")
+    assert "2 written" in output
+    return folder
 
 
 def test_generate_grade_and_check(folder: Path) -> None:
@@ -261,8 +258,8 @@ def test_generate_grade_and_check(folder: Path) -> None:
     target = folder / "in" / "s001" / "hw.ipynb"
     target.parent.mkdir(parents=True)
     target.write_bytes(solved.read_bytes())
-    said = run("grade", folder, folder / "in", "--jobs", "1")
-    assert "1 graded, 1 missing" in said
+    output = run("grade", folder, folder / "in", "--jobs", "1")
+    assert "1 graded, 1 missing" in output
     rows = [json.loads(line) for line in (folder / "graded" / "results.jsonl").read_text().splitlines()]
     assert [(row["student"], row["score"], row["max_score"]) for row in rows] == [("s001", 3, 3), ("s002", 0, 3)]
     assert (folder / "graded" / "feedback" / "s002.html").exists()
@@ -292,30 +289,30 @@ def test_check_calls_a_list_of_conditions_no_matrix(tmp_path: Path) -> None:
     assert said.count("matrix") == 1
 
 
-def test_a_terminal_without_unicode_is_no_failure() -> None:
-    shown = subprocess.run(
+def test_show_works_in_a_terminal_without_unicode() -> None:
+    process = subprocess.run(
         [sys.executable, "-m", "qdot", "show", "planar-2r/7", "--questions", "position"],
         capture_output=True, env={**os.environ, "PYTHONIOENCODING": "ascii"}, timeout=60,
     )  # fmt: skip
-    assert shown.returncode == 0, shown.stderr
-    assert not shown.stderr
+    assert process.returncode == 0, process.stderr
+    assert not process.stderr
 
 
-AT_WORK = "at work"
+WHILE_GENERATING = "at work"
 
 
 @pytest.fixture
 def ctrl_c() -> Iterator[None]:
-    """Have Ctrl-C and a closed terminal end what is started in a test, also where they don't end the tests (nohup)."""
+    """Let Ctrl-C and a closed terminal end programs started by a test, even if the tests ignore them (nohup)."""
     numbers = (signal.SIGINT, signal.SIGHUP)
-    usual = [signal.signal(number, signal.default_int_handler) for number in numbers]
+    handlers = [signal.signal(number, signal.default_int_handler) for number in numbers]
     yield
-    for number, handler in zip(numbers, usual, strict=True):
+    for number, handler in zip(numbers, handlers, strict=True):
         signal.signal(number, handler)
 
 
-def ended(process: subprocess.Popen[bytes]) -> tuple[bytes, bytes]:
-    """Return what a process that was stopped has printed; where it goes on, it is killed with all that it started."""
+def wait_for_end(process: subprocess.Popen[bytes]) -> tuple[bytes, bytes]:
+    """Return the output of a process that was stopped; kill its group if it goes on."""
     try:
         return process.communicate(timeout=60)
     finally:
@@ -324,18 +321,18 @@ def ended(process: subprocess.Popen[bytes]) -> tuple[bytes, bytes]:
             process.communicate()
 
 
-def of_thousands(folder: Path) -> Path:
-    """Make an assignment of few questions for more students than are generated before it is stopped."""
+def make_large_assignment(folder: Path) -> Path:
+    """Create an assignment for more students than are generated before a test stops it."""
     run("init", folder)
     (folder / "roster.csv").write_text("student\n" + "".join(f"s{i}\n" for i in range(2000)))
     (folder / "assignment.toml").write_text(TOML)
     return folder
 
 
-def wait_for(when: float | str, folder: Path) -> None:
-    """Wait some seconds, or until the first notebook is written."""
-    if isinstance(when, float | int):
-        time.sleep(when)
+def wait_for(moment: float | str, folder: Path) -> None:
+    """Wait a number of seconds, or until the first notebook is written."""
+    if isinstance(moment, float | int):
+        time.sleep(moment)
         return
     deadline = time.monotonic() + 60
     while not list(folder.glob("released/*/*.ipynb")):
@@ -343,10 +340,10 @@ def wait_for(when: float | str, folder: Path) -> None:
         time.sleep(0.02)
 
 
-def all_gone(group: int) -> None:
-    """Hold that no process of a group is left, within a time that a busy machine needs, too."""
+def assert_group_ended(group: int) -> None:
+    """Check that no process of a group is left, allowing a busy machine some seconds."""
     deadline = time.monotonic() + 5
-    while left := [each for each in psutil.process_iter(["status"]) if is_alive(each, group)]:
+    while left := [process for process in psutil.process_iter(["status"]) if is_alive(process, group)]:
         assert time.monotonic() < deadline, left
         time.sleep(0.05)
 
@@ -356,61 +353,61 @@ def all_gone(group: int) -> None:
     [["-a1*s1", "-a1*sin(theta1)"], ["-theta1*s2", "--type", "expression", "-theta1*sin(theta2)"], ["--", "-a1", "-a1"],
      ["--5", "5"]],
 )  # fmt: skip
-def test_an_answer_to_compare_may_begin_with_a_minus(texts: list[str]) -> None:
+def test_compare_accepts_answers_that_begin_with_a_minus(texts: list[str]) -> None:
     assert json.loads(run("compare", *texts))["outcome"] == "correct"
 
 
-def test_an_option_of_compare_that_is_none_is_refused() -> None:
+def test_compare_refuses_unknown_options() -> None:
     assert runner.invoke(app, ["compare", "--jonits", "theta1", "a", "b"]).exit_code == 2
 
 
 def is_alive(process: psutil.Process, group: int) -> bool:
-    """Return whether a process of a group runs; an ended one that nobody has asked for doesn't."""
+    """Return whether a process belongs to a group and runs; a zombie does not."""
     try:
         return os.getpgid(process.pid) == group and process.status() != psutil.STATUS_ZOMBIE
     except (OSError, psutil.Error):
         return False
 
 
-GO_ON = b"run the same command again to continue"
-BEGIN_AGAIN = b"--first-seed SEED"
+CONTINUE_HINT = b"run the same command again to continue"
+FIRST_SEED_HINT = b"--first-seed SEED"
 STOPS: list[tuple[str, str, signal.Signals, float | str]] = [
-    ("generate", "group", signal.SIGINT, AT_WORK),
-    ("generate", "group", signal.SIGHUP, AT_WORK),
+    ("generate", "group", signal.SIGINT, WHILE_GENERATING),
+    ("generate", "group", signal.SIGHUP, WHILE_GENERATING),
     *(("generate", "group", signal.SIGINT, when) for when in (0.3, 1.2, 4)),
-    *(("generate", whom, signal.SIGTERM, when) for whom in ("parent", "group") for when in (AT_WORK, 0.3, 4)),
+    *(("generate", whom, signal.SIGTERM, when) for whom in ("parent", "group") for when in (WHILE_GENERATING, 0.3, 4)),
     *(("verify", "parent", signal.SIGTERM, when) for when in (0.3, 4)),
 ]
-"""Stopped while modules are loaded, at 0.3 s, or while problems are made; `make test` takes the first two alone."""
+"""Stops during imports, at 0.3 s, or while problems are generated; `make test` takes the first two."""
 
 
-@pytest.mark.parametrize(("command", "whom", "number", "when"), select_for_suite(STOPS[:2], STOPS))
+@pytest.mark.parametrize(("command", "target", "number", "moment"), select_for_suite(STOPS[:2], STOPS))
 @pytest.mark.usefixtures("ctrl_c")
-def test_a_stop_ends_everything_at_once_in_one_line(
-    tmp_path: Path, command: str, whom: str, number: signal.Signals, when: float | str
+def test_a_signal_ends_all_processes_with_one_line(
+    tmp_path: Path, command: str, target: str, number: signal.Signals, moment: float | str
 ) -> None:
-    made = of_thousands(tmp_path / "hw")
-    what = [str(made)] if command == "generate" else ["--family", "elbow-3r", "--count", "2000"]
+    folder = make_large_assignment(tmp_path / "hw")
+    arguments = [str(folder)] if command == "generate" else ["--family", "elbow-3r", "--count", "2000"]
     process = subprocess.Popen(
-        [sys.executable, "-m", "qdot", command, *what, "--jobs", "2"],
+        [sys.executable, "-m", "qdot", command, *arguments, "--jobs", "2"],
         stdout=subprocess.PIPE, stderr=subprocess.PIPE, start_new_session=True,
     )  # fmt: skip
-    wait_for(when, made)
-    (os.kill if whom == "parent" else os.killpg)(process.pid, number)
-    output, errors = ended(process)
+    wait_for(moment, folder)
+    (os.kill if target == "parent" else os.killpg)(process.pid, number)
+    output, errors = wait_for_end(process)
     assert output == b""
     assert errors.startswith(b"qdot: stopped; ") and errors.count(b"\n") == 1
-    assert (GO_ON if command == "generate" else BEGIN_AGAIN) in errors
+    assert (CONTINUE_HINT if command == "generate" else FIRST_SEED_HINT) in errors
     assert process.returncode == 128 + number
-    all_gone(process.pid)
-    assert not list(made.rglob("*.tmp"))
+    assert_group_ended(process.pid)
+    assert not list(folder.rglob("*.tmp"))
 
 
-def test_a_stop_while_processes_start_is_a_stop_whatever_fails_then() -> None:
+def test_a_signal_while_processes_start_outranks_other_errors() -> None:
     def stop(number: int, _: object) -> None:
         raise KeyboardInterrupt(number)
 
-    usual = signal.signal(signal.SIGTERM, stop)
+    handler = signal.signal(signal.SIGTERM, stop)
     try:
         with pytest.raises(KeyboardInterrupt) as caught, _defer_stop():
             signal.raise_signal(signal.SIGTERM)
@@ -418,41 +415,41 @@ def test_a_stop_while_processes_start_is_a_stop_whatever_fails_then() -> None:
         assert caught.value.args == (signal.SIGTERM,)
         assert signal.getsignal(signal.SIGTERM) is stop
     finally:
-        signal.signal(signal.SIGTERM, usual)
+        signal.signal(signal.SIGTERM, handler)
 
 
-def test_a_stopped_pipe_and_ctrl_c_end_quietly(folder: Path) -> None:
-    qdot = [sys.executable, "-m", "qdot"]
-    shown = subprocess.Popen([*qdot, "questions", "--json"], stdout=subprocess.PIPE, stderr=subprocess.PIPE)
-    assert shown.stdout is not None
-    shown.stdout.close()
-    _, errors = shown.communicate(timeout=60)
+def test_a_closed_pipe_causes_no_traceback() -> None:
+    command = [sys.executable, "-m", "qdot", "questions", "--json"]
+    process = subprocess.Popen(command, stdout=subprocess.PIPE, stderr=subprocess.PIPE)
+    assert process.stdout is not None
+    process.stdout.close()
+    _, errors = process.communicate(timeout=60)
     assert b"Traceback" not in errors
 
 
 @pytest.mark.parametrize("name", COMMANDS)
-def test_a_command_by_itself_is_the_one_that_the_program_has(name: str) -> None:
-    """Only its own modules are loaded for it."""
-    alone, whole = (runner.invoke(made, [name, "--help"]) for made in (make_program(name), make_program()))
-    assert alone.exit_code == 0 and alone.output == whole.output
+def test_a_command_loaded_alone_has_the_same_help(name: str) -> None:
+    """The program loads only the modules of the command that is run."""
+    alone, full = (runner.invoke(program, [name, "--help"]) for program in (make_program(name), make_program()))
+    assert alone.exit_code == 0 and alone.output == full.output
 
 
-def test_the_list_of_commands_is_that_of_the_program_and_loads_none_of_them() -> None:
+def test_the_list_of_commands_is_complete_and_loads_none() -> None:
     assert (
         runner.invoke(make_program(LIST_COMMANDS), ["--help"]).output
         == runner.invoke(make_program(), ["--help"]).output
     )
     listing = "import sys; from qdot.grader.cli.main import main; sys.argv = ['qdot', '--help']\n"
     listing += "try: main()\nexcept SystemExit: "
-    made = subprocess.run(
+    run = subprocess.run(
         [sys.executable, "-c", f"{listing}print('sympy' in sys.modules)"], capture_output=True, text=True, check=True
     )
-    assert made.stdout.startswith("Usage: qdot") and made.stdout.endswith("False\n")
+    assert run.stdout.startswith("Usage: qdot") and run.stdout.endswith("False\n")
 
 
 @pytest.mark.parametrize("command", select_for_suite(["check"], ["show", "solve", "check"]))
-def test_a_command_about_one_thing_loads_nothing_of_classes(command: str) -> None:
-    loading = f"import sys; from qdot.grader.cli.main import make_program; make_program({command!r})"
+def test_commands_on_single_problems_load_no_class_modules(command: str) -> None:
+    load_command = f"import sys; from qdot.grader.cli.main import make_program; make_program({command!r})"
     names = ("qdot.exercises.assignment.assignment", "qdot.grader.grading.batch")
-    told = f"{loading}; print([name for name in {names} if name in sys.modules])"
-    assert subprocess.run([sys.executable, "-c", told], capture_output=True, text=True, check=True).stdout == "[]\n"
+    program = f"{load_command}; print([name for name in {names} if name in sys.modules])"
+    assert subprocess.run([sys.executable, "-c", program], capture_output=True, text=True, check=True).stdout == "[]\n"

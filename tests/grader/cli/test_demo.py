@@ -1,4 +1,4 @@
-"""The demonstration's students: what is planted in their answers is named in the first part in which it shows."""
+"""The demonstration class: the mistake planted in a student's answers is diagnosed."""
 
 from pathlib import Path
 
@@ -12,10 +12,10 @@ from qdot.grader.marking.marking import mark
 from qdot.grader.sandbox.sandbox import Sandbox
 from tests.support.suites import select_for_suite
 
-NAMES = {
+MISTAKES = {
     "wrong sign throughout": {
-        "sign", "determinant-sign", "determinant-plus",  # of two by two, these may give the same rates
-        "singular-taken-for-regular", "regular-taken-for-singular",  # for a letter "A" is given
+        "sign", "determinant-sign", "determinant-plus",  # may give the same joint rates for 2 × 2 matrices
+        "singular-taken-for-regular", "regular-taken-for-singular",  # the student answers every choice with A
     },
     "relative for absolute angles": {"relative-angle", "all-relative-angles", "relative-throughout"},
     "matrices transposed": {"transposed"},
@@ -33,8 +33,8 @@ def demonstration(tmp_path_factory: pytest.TempPathFactory) -> Assignment:
     return load_assignment(folder)
 
 
-def answers(sandbox: Sandbox, problem: Problem, kind: str) -> dict[str, str]:
-    """Return what a student of a kind answers, as it leaves the notebook."""
+def make_answers(sandbox: Sandbox, problem: Problem, kind: str) -> dict[str, str]:
+    """Return the answers of a student with this mistake, as text."""
     edit, names = EDITS[kind], sorted({*problem.symbols, "theta1", "theta2", "theta3", "qd2"})
     codes = {part.name.replace("-", "_"): edit(part.answer.write_code(), part) for part in problem.parts}
     setup = f"from sympy import *\n{', '.join(names)} = symbols('{' '.join(names)}')"
@@ -43,16 +43,14 @@ def answers(sandbox: Sandbox, problem: Problem, kind: str) -> dict[str, str]:
     return {part.name: run.answers[part.name.replace("-", "_")] for part in problem.parts}
 
 
-@pytest.mark.parametrize("kind", select_for_suite(["degrees for radians", "joint 2 forgotten"], list(NAMES)))
-def test_planted_mistakes_carry_their_names(
-    kind: str, demonstration: Assignment, sandbox: Sandbox, tmp_path: Path
-) -> None:
+@pytest.mark.parametrize("kind", select_for_suite(["degrees for radians", "joint 2 forgotten"], list(MISTAKES)))
+def test_planted_mistakes_are_diagnosed(kind: str, demonstration: Assignment, sandbox: Sandbox, tmp_path: Path) -> None:
     named: set[str] = set()
     for student in STUDENTS[: select_for_suite(1, 3)]:
         for slot, problem in demonstration.generate_problems(student):
-            verdicts = mark(problem, answers(sandbox, problem, kind), secret=SECRET, points_seed=slot)
-            made = [v.diagnosis for v in verdicts if v.diagnosis is not None and v.diagnosis.mistakes]
-            named |= {name for diagnosis in made for name in diagnosis.mistakes}
-            wrong = [v for v in verdicts if v.judgement.share < 1]
-            assert not wrong or made, (problem.id, [v.judgement.reason for v in wrong])
-    assert named and named <= NAMES[kind], named
+            verdicts = mark(problem, make_answers(sandbox, problem, kind), secret=SECRET, points_seed=slot)
+            diagnoses = [verdict.diagnosis for verdict in verdicts if verdict.diagnosis and verdict.diagnosis.mistakes]
+            named |= {name for diagnosis in diagnoses for name in diagnosis.mistakes}
+            wrong = [verdict for verdict in verdicts if verdict.judgement.share < 1]
+            assert not wrong or diagnoses, (problem.id, [verdict.judgement.reason for verdict in wrong])
+    assert named and named <= MISTAKES[kind], named

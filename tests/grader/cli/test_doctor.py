@@ -1,4 +1,4 @@
-"""`qdot doctor` and the level "strict": what is told of this machine, and that strict runs nothing unprotected."""
+"""`qdot doctor` describes the machine's sandbox, and the level "strict" runs nothing without full protection."""
 
 import json
 from pathlib import Path
@@ -12,39 +12,40 @@ from qdot.grader.sandbox import guarantees
 from qdot.grader.sandbox.sandbox import Sandbox
 from tests.support.command import run, run_and_fail, runner
 
-WEAK = ("namespaces", "landlock", "seccomp")
+MISSING_MEASURES = ("namespaces", "landlock", "seccomp")
 TOML = 'title = "T"\nkey = "hw"\n{}[[problem]]\nfamily = "polar-rp"\nquestions = ["position"]\n'
 
 
 @pytest.fixture
 def folder(tmp_path: Path) -> Path:
-    made = tmp_path / "hw"
-    run("init", made, "--key", "hw")
-    (made / "assignment.toml").write_text(TOML.format(""))
-    run("generate", made, "--jobs", "1")
-    return made
+    folder = tmp_path / "hw"
+    run("init", folder, "--key", "hw")
+    (folder / "assignment.toml").write_text(TOML.format(""))
+    run("generate", folder, "--jobs", "1")
+    return folder
 
 
 @pytest.fixture
-def weak(monkeypatch: pytest.MonkeyPatch) -> None:
-    """A machine that has neither namespaces nor Landlock nor seccomp."""
-    weaker = guarantees.probe(WEAK, quick=True)
-    monkeypatch.setattr(guarantees, "probe", lambda **_: weaker)
+def weak_machine(monkeypatch: pytest.MonkeyPatch) -> None:
+    """Pretend that the machine has neither namespaces nor Landlock nor seccomp."""
+    findings = guarantees.probe(MISSING_MEASURES, quick=True)
+    monkeypatch.setattr(guarantees, "probe", lambda **_: findings)
 
 
-def test_doctor_tells_every_guarantee_and_leaves_with_0() -> None:
+def test_doctor_lists_every_guarantee() -> None:
     result = runner.invoke(app, ["doctor"])
     assert result.exit_code == 0
     for name in guarantees.GUARANTEES:
         assert f"\n{name} " in result.stdout
-    found = json.loads(runner.invoke(app, ["doctor", "--json"]).stdout)
-    assert {"python", "sympy", "numpy", "qdot", "cores", "strict", "guarantees", "lacking"} <= found.keys()
-    assert [each["name"] for each in found["guarantees"]] == list(guarantees.GUARANTEES)
-    assert found["strict"] == all(each["by"] == guarantees.ENFORCED_BY_KERNEL for each in found["guarantees"])
-    assert f'this machine {"can" if found["strict"] else "can" + chr(39) + "t"} use sandbox = "strict"' in result.stdout
+    report = json.loads(runner.invoke(app, ["doctor", "--json"]).stdout)
+    assert {"python", "sympy", "numpy", "qdot", "cores", "strict", "guarantees", "lacking"} <= report.keys()
+    assert [guarantee["name"] for guarantee in report["guarantees"]] == list(guarantees.GUARANTEES)
+    assert report["strict"] == ({each["by"] for each in report["guarantees"]} == {guarantees.ENFORCED_BY_KERNEL})
+    can = "can" if report["strict"] else "can't"
+    assert f'this machine {can} use sandbox = "strict"' in result.stdout
 
 
-def test_doctor_says_what_is_missing_and_what_to_do(weak: None) -> None:
+def test_doctor_says_what_is_missing_and_how_to_get_it(weak_machine: None) -> None:
     result = runner.invoke(app, ["doctor"])
     assert result.exit_code == 0
     for words in (
@@ -53,7 +54,7 @@ def test_doctor_says_what_is_missing_and_what_to_do(weak: None) -> None:
         assert words in result.stdout
 
 
-def test_strict_refuses_to_run_what_the_machine_does_not_contain(folder: Path, weak: None) -> None:
+def test_strict_runs_nothing_on_a_weak_machine(folder: Path, weak_machine: None) -> None:
     (folder / "assignment.toml").write_text(TOML.format('sandbox = "strict"\n'))
     result = runner.invoke(app, ["grade", str(folder), str(folder / "solutions"), "--jobs", "1"])
     assert result.exit_code == 2
@@ -63,7 +64,7 @@ def test_strict_refuses_to_run_what_the_machine_does_not_contain(folder: Path, w
     assert not (folder / "graded").exists()
 
 
-def test_best_tells_in_one_line_what_is_not_enforced_and_goes_on(folder: Path, weak: None) -> None:
+def test_best_warns_in_one_line_and_grades(folder: Path, weak_machine: None) -> None:
     result = runner.invoke(app, ["grade", str(folder), str(folder / "solutions"), "--jobs", "1"])
     assert result.exit_code == 0
     lines = [line for line in result.stderr.splitlines() if "sandbox" in line]
@@ -71,7 +72,7 @@ def test_best_tells_in_one_line_what_is_not_enforced_and_goes_on(folder: Path, w
 
 
 @pytest.mark.whole
-def test_strict_grades_where_it_can_be_had(folder: Path) -> None:
+def test_strict_grades_if_the_machine_can_enforce_it(folder: Path) -> None:
     before = load_assignment(folder)
     (folder / "assignment.toml").write_text(TOML.format('sandbox = "strict"\n'))
     after = load_assignment(folder)
@@ -88,13 +89,13 @@ def test_strict_grades_where_it_can_be_had(folder: Path) -> None:
         assert result.exit_code == 2
 
 
-def test_a_wrong_level_is_told_with_its_line(folder: Path) -> None:
+def test_an_unknown_level_is_an_error_with_its_line(folder: Path) -> None:
     (folder / "assignment.toml").write_text(TOML.format('sandbox = "Strict"\n'))
     assert 'assignment.toml: line 3: sandbox = "Strict": ' in run_and_fail("grade", folder)
 
 
 @pytest.mark.parametrize("without", [{"seccomp"}, {"limits"}, {"privileges"}, {"namespaces", "landlock"}])
-def test_a_strict_sandbox_that_starts_weaker_than_the_probe_runs_nothing(without: set[str]) -> None:
+def test_a_strict_sandbox_that_starts_with_less_runs_nothing(without: set[str]) -> None:
     with (
         Sandbox(disabled_measures=without, load_libraries=False, strict=True) as sandbox,
         pytest.raises(QdotError, match="isolated strictly"),

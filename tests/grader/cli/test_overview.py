@@ -1,4 +1,4 @@
-"""What there is to ask: families, and ready-made sets, which climb and are solved by their own solutions."""
+"""The overviews of families and of ready-made sets; a set gets harder and its solutions get full marks."""
 
 import json
 import re
@@ -27,7 +27,7 @@ from tests.support.command import run, run_and_fail, runner
 from tests.support.suites import select_for_suite
 
 
-def test_the_overview_has_every_family_once_among_its_kind() -> None:
+def test_the_overview_lists_every_family_once_under_its_kind() -> None:
     text = describe_families()
     shown = re.findall(r"(?m)^  ([a-z0-9-]+) +(?:[RP]+|varied) ", text)
     assert sorted(shown) == sorted(FAMILIES)
@@ -44,43 +44,43 @@ def test_the_overview_has_every_family_once_among_its_kind() -> None:
 
 
 @pytest.mark.parametrize("name", ["planar-rpr", "pan-tilt", "lbr-7r", "random-4"])
-def test_one_family_tells_of_every_question_whether_it_can_be_asked_and_why_not(name: str) -> None:
+def test_a_family_lists_its_questions_and_why_others_are_refused(name: str) -> None:
     row = json.loads(run("families", name, "--json"))
     assert row["questions"] == list(find_listing(name).questions)
     assert sorted(row["questions"] + list(row["refused"])) == sorted(QUESTIONS)
     chain = sample_chain(ProblemId(name, 0))
-    assert all(why == QUESTIONS[question].find_obstacle(chain) for question, why in row["refused"].items())
+    assert all(reason == QUESTIONS[question].find_obstacle(chain) for question, reason in row["refused"].items())
     text = " ".join(run("families", name).split())
-    can, _, cant = text.partition("not applicable")
-    assert all(re.search(rf"[ ,]{question}[, ]", can) for question in row["questions"])
-    assert all(re.search(rf"[ ,]{question}[,:]", cant) and why in cant for question, why in row["refused"].items())
+    asked, _, refused = text.partition("not applicable")
+    assert all(re.search(rf"[ ,]{question}[, ]", asked) for question in row["questions"])
+    assert all(re.search(rf"[ ,]{question}[,:]", refused) for question in row["refused"])
+    assert all(reason in refused for reason in row["refused"].values())
 
 
-def test_a_robot_is_told_as_a_family_is(tmp_path: Path) -> None:
-    """One of the library, by any spelling of its name, and one of a file, with what is odd about it."""
-    for name, file in (("UR-5", find_robot_path("ur5")), (str(tmp_path / "my arm.toml"), tmp_path / "my arm.toml")):
-        if not file.exists():
+def test_a_robot_is_described_like_a_family(tmp_path: Path) -> None:
+    """Try a robot of the library, by any spelling of its name, and a robot file with an odd length."""
+    for name, path in (("UR-5", find_robot_path("ur5")), (str(tmp_path / "my arm.toml"), tmp_path / "my arm.toml")):
+        if not path.exists():
             row = '[[joint]]\nkind = "R"\ntheta = "q%d"\nd = 0\na = %s\nalpha = 0\n'
-            file.write_text('name = "mine"\n' + row % (1, 400) + row % (2, '"a2"'))
+            path.write_text('name = "mine"\n' + row % (1, 400) + row % (2, '"a2"'))
         row = json.loads(run("families", name, "--json"))
-        chain = read_robot_file(file).chain
-        assert row["questions"] == [one for one, question in QUESTIONS.items() if question.find_obstacle(chain) is None]
-        assert row["refused"] == {
-            one: why for one, q in QUESTIONS.items() if (why := q.find_obstacle(chain)) is not None
-        }
+        chain = read_robot_file(path).chain
+        reasons = {question: QUESTIONS[question].find_obstacle(chain) for question in QUESTIONS}
+        assert row["questions"] == [question for question, reason in reasons.items() if reason is None]
+        assert row["refused"] == {question: reason for question, reason in reasons.items() if reason is not None}
         assert row["joints"] == "".join(joint.kind for joint in chain.joints)
-    told = runner.invoke(app, ["families", str(tmp_path / "my arm.toml")])
-    assert "is this in millimetres?" in told.stderr
-    assert f"qdot solve '{tmp_path / 'my arm.toml'}'" in told.stdout and "qdot show" not in told.stdout
+    result = runner.invoke(app, ["families", str(tmp_path / "my arm.toml")])
+    assert "is this in millimetres?" in result.stderr
+    assert f"qdot solve '{tmp_path / 'my arm.toml'}'" in result.stdout and "qdot show" not in result.stdout
 
 
-def test_a_robot_that_is_taken_for_a_family_is_told_as_what_it_is() -> None:
+def test_a_robot_given_as_a_family_is_recognised() -> None:
     assert 'robot = "ur5"' in run_and_fail("show", "ur5/3")
     assert "none.toml" in run_and_fail("families", "none.toml")
     assert "'planer-2r' (did you mean 'planar-2r'?)" in run_and_fail("families", "planer-2r")
 
 
-def test_what_a_robot_can_not_be_asked_points_to_what_it_can() -> None:
+def test_a_refused_question_points_to_the_list_of_questions() -> None:
     scorbot = read_robot_family(find_robot_path("scorbot"))
     scorbot_elsewhere = read_robot_family(find_robot_path("scorbot", Path("x/..")))
     for family, command in ((scorbot, "scorbot"), (scorbot_elsewhere, "scorbot"),
@@ -92,26 +92,26 @@ def test_what_a_robot_can_not_be_asked_points_to_what_it_can() -> None:
 
 
 @pytest.mark.parametrize("name", ["planar-2r", pytest.param("scorbot", marks=pytest.mark.whole)])
-def test_what_can_be_asked_is_told_of_a_convention(name: str) -> None:
+def test_a_convention_decides_which_questions_apply(name: str) -> None:
     chain = (
         sample_chain(ProblemId(name, 0, convention="screws")) if name in FAMILIES
         else replace(read_robot_file(find_robot_path(name)).chain, convention="screws")
     )  # fmt: skip
     row = json.loads(run("families", name, "--convention", "screws", "--json"))
-    assert row["questions"] == [one for one, question in QUESTIONS.items() if question.find_obstacle(chain) is None]
+    assert row["questions"] == [key for key, question in QUESTIONS.items() if question.find_obstacle(chain) is None]
     assert "home-screws" in row["questions"] and "transform" in row["refused"]
     assert f"{name}/1@screws" in run("families", name, "--convention", "screws") or name not in FAMILIES
     assert "'modified-dh'" in run_and_fail("families", name, "--convention", "craig")
     assert "--convention" in run_and_fail("families", "--convention", "screws")
 
 
-TRIED = select_for_suite(("mid-term",), tuple(SETS))
-"""Sets that are generated and graded; of the others, `make test` looks at what they ask."""
+GRADED_SETS = select_for_suite(("mid-term",), tuple(SETS))
+"""The sets that are generated and graded; `make test` only reads the others."""
 
 
 @pytest.mark.parametrize("name", SETS)
-def test_a_set_climbs_and_says_what_it_is_worth(name: str, tmp_path: Path) -> None:
-    """No problem varies less than the one before it; the last is harder than the first."""
+def test_a_set_gets_harder_and_states_its_size(name: str, tmp_path: Path) -> None:
+    """No problem varies less than the one before it, and the last is harder than the first."""
     run("init", tmp_path / "hw", "--set", name)
     slots, chosen = load_assignment(tmp_path / "hw").slots, SETS[name]
     varied = [set(list_variation_axes(slot.variation)) for slot in slots]
@@ -126,8 +126,8 @@ def test_a_set_climbs_and_says_what_it_is_worth(name: str, tmp_path: Path) -> No
     assert 1 <= chosen.minutes / chosen.points <= 6
 
 
-@pytest.mark.parametrize("name", TRIED)
-def test_a_set_is_solved_by_its_own_solutions(name: str, tmp_path: Path) -> None:
+@pytest.mark.parametrize("name", GRADED_SETS)
+def test_a_sets_solutions_get_full_marks(name: str, tmp_path: Path) -> None:
     run("init", tmp_path, "--set", name)
     (tmp_path / "roster.csv").write_text("student\ns001\n", encoding="utf-8")
     run("generate", tmp_path, "--jobs", "1")
@@ -137,9 +137,9 @@ def test_a_set_is_solved_by_its_own_solutions(name: str, tmp_path: Path) -> None
     assert result["score"] == result["max_score"] == SETS[name].points
 
 
-def test_sets_are_listed_and_a_wrong_name_is_told() -> None:
-    listed = run("init", "--list")
-    assert all(name in listed and one.title in listed for name, one in SETS.items())
-    assert listed.startswith(DEFAULT_SET)
+def test_sets_are_listed_and_an_unknown_set_is_an_error() -> None:
+    listing = run("init", "--list")
+    assert all(name in listing and preset.title in listing for name, preset in SETS.items())
+    assert listing.startswith(DEFAULT_SET)
     assert "'quizz' (did you mean 'quiz'?)" in run_and_fail("init", "x", "--set", "quizz")
     assert "give the folder" in run_and_fail("init")

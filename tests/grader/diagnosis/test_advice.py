@@ -1,4 +1,4 @@
-"""What is said of a wrong answer that no mistake gives: what is true of it, and nothing of the right one."""
+"""Advice on a wrong answer without a known mistake: it is true, and reveals nothing of the right answer."""
 
 import pytest
 
@@ -16,7 +16,7 @@ TWO_R = (
 
 
 @pytest.mark.parametrize(
-    ("question", "answer", "begins"),
+    ("question", "answer", "beginning"),
     [
         ("position", "[a1, 0]", "Your answer does not depend on theta1."),
         ("jacobian", "[[0, 0], [0, 0]]", "Your answer does not depend on theta1."),
@@ -33,11 +33,11 @@ TWO_R = (
         ("singular-angles", "[Eq(theta2, 1)]", "Substitute each of your values into the determinant"),
     ],
 )
-def test_what_is_said_is_what_the_answer_fails_simplest_first(question: str, answer: str, begins: str) -> None:
+def test_advice_names_the_simplest_thing_that_is_wrong(question: str, answer: str, beginning: str) -> None:
     problem = ask_question(question, make_planar_2r())
-    found = advise(problem, problem.parts[0], read_answer(problem, problem.parts[0], answer), "advice")
-    assert found is not None and found.mistakes == ()
-    assert found.says.startswith(begins)
+    advice = advise(problem, problem.parts[0], read_answer(problem, problem.parts[0], answer), "advice")
+    assert advice is not None and advice.mistakes == ()
+    assert advice.says.startswith(beginning)
 
 
 @pytest.mark.parametrize(
@@ -47,20 +47,20 @@ def test_what_is_said_is_what_the_answer_fails_simplest_first(question: str, ans
         ("elbow-3r/2", "rank", "1"),
     ],
 )  # fmt: skip
-def test_numbers_and_counts_are_not_asked_for_a_factor(arm: str, question: str, answer: str) -> None:
+def test_numbers_and_counts_get_no_advice_on_factors(arm: str, question: str, answer: str) -> None:
     problem = generate(f"{arm}@chapter", [question])
-    found = advise(problem, problem.parts[0], read_answer(problem, problem.parts[0], answer), "advice")
-    assert found is not None and found.says.startswith("Calculate ")
+    advice = advise(problem, problem.parts[0], read_answer(problem, problem.parts[0], answer), "advice")
+    assert advice is not None and advice.says.startswith("Calculate ")
 
 
 AXES = "[[0, {sign}s1, {cos}*s1*(1 - c2) + s2*c1], [0, c1, s1*s2 + {cos}*(c1*c2 - c1)], [1, {cos}, c2 + 0.00001*{cos}]]"
 
 
 @pytest.mark.parametrize(
-    ("arm", "question", "answer", "is_said"),
-    [  # due are 1.391223934 and 0.3918262811
+    ("arm", "question", "answer", "is_rounding"),
+    [  # expected: 1.391223934 and 0.3918262811
         ("polar-rp/3@zeros", "joint-rates", "[1.4, 0.39]", True),
-        ("polar-rp/3@zeros", "joint-rates", "[1.3, 0.39]", True),  # cut off
+        ("polar-rp/3@zeros", "joint-rates", "[1.3, 0.39]", True),  # truncated
         ("polar-rp/3@zeros", "joint-rates", "[1.39, 0.4]", True),
         ("polar-rp/3@zeros", "joint-rates", "[1, 0.4]", False),
         ("polar-rp/3@zeros", "joint-rates", "[1.4, 0.38]", False),
@@ -74,14 +74,14 @@ AXES = "[[0, {sign}s1, {cos}*s1*(1 - c2) + s2*c1], [0, c1, s1*s2 + {cos}*(c1*c2 
         ("wrist-zyz/1@chapter", "joint-axes", AXES.format(cos="3.673e-6", sign="+"), False),
     ],
 )
-def test_what_is_right_but_for_rounding_is_said_so_and_blamed_on_nothing(
-    arm: str, question: str, answer: str, is_said: bool
+def test_answers_right_except_for_rounding_are_recognised(
+    arm: str, question: str, answer: str, is_rounding: bool
 ) -> None:
     problem = generate(arm, [question])
     (verdict,) = mark(problem, {question: answer}, secret="s")
     assert verdict.judgement.share < 1 and verdict.diagnosis is not None
-    assert verdict.diagnosis.says.startswith("Your answer is correct except for rounding.") is is_said
-    assert not (is_said and verdict.diagnosis.mistakes)
+    assert verdict.diagnosis.says.startswith("Your answer is correct except for rounding.") is is_rounding
+    assert not (is_rounding and verdict.diagnosis.mistakes)
     assert "j" not in verdict.judgement.reason.split(": yours")[-1]
 
 
@@ -97,15 +97,15 @@ def test_what_is_right_but_for_rounding_is_said_so_and_blamed_on_nothing(
         ("theta2 = 1", "theta3"),
     ],
 )
-def test_of_conditions_that_hold_together_nothing_false_is_said(answer: str, words: str) -> None:
+def test_advice_on_joined_conditions_is_true(answer: str, words: str) -> None:
     problem = get_problem("planar-3r", 0, variation="lengths")
     part = problem["singular-angles"]
-    found = advise(problem, part, read_answer(problem, part, answer), "advice")
-    assert found is not None and words in found.says
-    assert "whatever the other joints are" not in found.says
+    advice = advise(problem, part, read_answer(problem, part, answer), "advice")
+    assert advice is not None and words in advice.says
+    assert "whatever the other joints are" not in advice.says
 
 
-def test_marking_says_it_where_nothing_is_named() -> None:
+def test_marking_gives_advice_if_no_mistake_is_named() -> None:
     problem = get_problem("elbow-3r", 0)
     verdicts = mark(problem, {"determinant": "theta1**2 + 3*theta3"}, secret="s")
     verdict = next(verdict for verdict in verdicts if verdict.part == "determinant")

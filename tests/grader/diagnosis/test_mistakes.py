@@ -1,16 +1,16 @@
-"""Wrong answers that two people wrote who had not seen the catalogue: most are named, and each gets something true.
+"""Wrong answers by people who had not seen the catalogue of mistakes: most are named, and all get a true message.
 
-In `slips.jsonl`: whose hand, a problem, a part, the answer as it was typed, and what the student did. Written on 24
-November 2026 by two hands that saw worked solutions only, as edits of these, a quarter of them with two slips at once.
+A line of `slips.jsonl` has the writer, a problem, a part, the typed answer, and what the student did. Two people wrote
+them on 24 November 2026 as edits of worked solutions, which were all they saw; a quarter have two mistakes at once.
 
-Of 250 answers with one slip 245 are named, or the entry and what is wrong there, of 72 with two slips 37: two mistakes
-that change the same entries are not taken apart. The diagnosis of an answer takes 40 ms of processor time on average.
+Of 250 answers with one mistake 245 are named, or located in an entry; of 72 with two mistakes, 37, because two mistakes
+in the same entries are not separated. The diagnosis of an answer takes 40 ms of processor time on average.
 
-The third hand is that of a reader who found the wrong name behind these answers, or none: they are named since.
+The third writer is a reader who reported answers with a wrong name or none; they are named since.
 
-Three names are not what the student did, and give the very same answer: a difference formula taken for a sum is a twist
-that is left out (pan-tilt/20); an offset with the wrong sign and the direction that is not lost are an offset in
-the wrong radians (planar-3r/11), and with the wrong sign of a cofactor, constants with the wrong sign (wrist-zyz/18).
+Three names are not what the student did, but give the same answer: a difference formula taken for a sum is named as a
+twist left out (pan-tilt/20); an offset with the wrong sign and a wrong direction as an offset in the wrong radians
+(planar-3r/11), and with the wrong sign of a cofactor, as constants with the wrong sign (wrist-zyz/18).
 """
 
 import itertools
@@ -36,47 +36,47 @@ from tests.support import DATA, judging
 from tests.support.problems import ask_question
 from tests.support.suites import sample_for_suite, select_for_suite
 
-pytestmark = pytest.mark.xdist_group("slips")  # each is diagnosed once
+pytestmark = pytest.mark.xdist_group("slips")  # so that each is diagnosed once
 SLIPS: list[dict[str, Any]] = list(map(json.loads, (DATA / "slips.jsonl").read_text(encoding="utf-8").splitlines()))
-TAKEN = range(0, len(SLIPS), select_for_suite(12, 1))
-NAMED = {1: select_for_suite(0.9, 0.97), 2: select_for_suite(0.4, 0.5)}
-"""The share of answers with one slip, and with two, behind which mistakes are named."""
+SELECTED = range(0, len(SLIPS), select_for_suite(12, 1))
+NAMED_SHARE = {1: select_for_suite(0.9, 0.97), 2: select_for_suite(0.4, 0.5)}
+"""The share of answers with one mistake, and with two, that must be named."""
 
 
 @cache
-def told(index: int) -> tuple[Diagnosis | None, Diagnosis | None]:
-    """Return the mistake that is named, or what is said where there is none."""
+def diagnose_slip(index: int) -> tuple[Diagnosis | None, Diagnosis | None]:
+    """Return the named mistake, or else the advice."""
     slip = SLIPS[index]
     problem = generate(ProblemId.parse(slip["problem"]), [slip["part"]])
     (part,) = problem.parts
-    given = read_answer(problem, part, slip["answer"], "slips")
-    assert judge_parsed(problem, part, given, "slips").outcome in (Outcome.WRONG, Outcome.PARTIAL), slip
-    named = diagnose(problem, part, given, "slips")
-    return named, None if named else advise(problem, part, given, "slips")
+    answer = read_answer(problem, part, slip["answer"], "slips")
+    assert judge_parsed(problem, part, answer, "slips").outcome in (Outcome.WRONG, Outcome.PARTIAL), slip
+    diagnosis = diagnose(problem, part, answer, "slips")
+    return diagnosis, None if diagnosis else advise(problem, part, answer, "slips")
 
 
-def named(did: str) -> Diagnosis:
-    """Return the mistake that is named behind the slip of a student who did this."""
-    made, _ = told(next(index for index, slip in enumerate(SLIPS) if slip["did"].startswith(did)))
-    assert made is not None, did
-    return made
+def find_diagnosis(did: str) -> Diagnosis:
+    """Return the diagnosis of the first student whose mistake is described so."""
+    diagnosis, _ = diagnose_slip(next(index for index, slip in enumerate(SLIPS) if slip["did"].startswith(did)))
+    assert diagnosis is not None, did
+    return diagnosis
 
 
 @pytest.mark.parametrize("part", sample_for_suite(range(4), 2))
-def test_something_is_said_of_every_wrong_answer(part: int) -> None:
-    for index in TAKEN[part::4]:
-        mistake, advice = told(index)
+def test_every_wrong_answer_gets_one_message(part: int) -> None:
+    for index in SELECTED[part::4]:
+        mistake, advice = diagnose_slip(index)
         text = mistake or advice
         assert text is not None and text.says.endswith((".", "?")), SLIPS[index]
         assert bool(mistake) != bool(advice), SLIPS[index]
 
 
-def test_most_are_named() -> None:
-    made, known = Counter[int](), Counter[int]()
-    for index in TAKEN:
-        made[SLIPS[index]["slips"]] += 1
-        known[SLIPS[index]["slips"]] += told(index)[0] is not None
-    assert all(known[slips] >= NAMED[slips] * made[slips] for slips in made), (known, made)
+def test_most_mistakes_are_named() -> None:
+    totals, named_counts = Counter[int](), Counter[int]()
+    for index in SELECTED:
+        totals[SLIPS[index]["slips"]] += 1
+        named_counts[SLIPS[index]["slips"]] += diagnose_slip(index)[0] is not None
+    assert all(named_counts[slips] >= NAMED_SHARE[slips] * totals[slips] for slips in totals), (named_counts, totals)
 
 
 @pytest.mark.parametrize(
@@ -113,78 +113,79 @@ def test_most_are_named() -> None:
         ("Cancelled d3 from", "component-missed + one-root-only"),
     ], 15),
 )  # fmt: skip
-def test_by_their_true_names(did: str, mistakes: str) -> None:
-    assert set(named(did).mistakes) == set(mistakes.split(" + "))
+def test_mistakes_get_their_true_names(did: str, mistakes: str) -> None:
+    assert set(find_diagnosis(did).mistakes) == set(mistakes.split(" + "))
 
 
-def test_what_is_said_behind_some_of_them() -> None:
-    either = named("From 4*sin = cos")
+def test_messages_name_alternatives_and_places() -> None:
+    either = find_diagnosis("From 4*sin = cos")
     assert either.are_alternatives and either.names == "tangent-inverted or value-sign-in-set"
-    assert "theta2 = pi/2" in named("Solved the condition of the shoulder with one joint alone").says
-    on_two_arms = [named(f"Solved sin(theta2 + {angle})").signature for angle in ("pi/4", "pi/3")]
-    assert on_two_arms[0] == on_two_arms[1]
-    for index in TAKEN:
+    assert "theta2 = pi/2" in find_diagnosis("Solved the condition of the shoulder with one joint alone").says
+    signatures = [find_diagnosis(f"Solved sin(theta2 + {angle})").signature for angle in ("pi/4", "pi/3")]
+    assert signatures[0] == signatures[1]
+    for index in SELECTED:
         if SLIPS[index]["problem"].startswith("planar-3r/") and SLIPS[index]["part"] == "singular-angles":
-            assert not any(one and "det J" in one.says for one in told(index)), SLIPS[index]
+            assert not any(diagnosis and "det J" in diagnosis.says for diagnosis in diagnose_slip(index)), SLIPS[index]
 
 
-def answer_without(problem: Problem, part: Part, left_out: dict[int, tuple[int, ...]]) -> str:
-    """Return the Jacobian with the parts of some links left out of some columns."""
-    w = compute_symbolic_stages(problem.chain)
+def leave_out_links(problem: Problem, part: Part, left_out: dict[int, tuple[int, ...]]) -> str:
+    """Return the Jacobian without the contributions of some links to some columns."""
+    stages = compute_symbolic_stages(problem.chain)
     assert isinstance(part.answer, Matrix)
-    found = part.answer.reference.as_mutable()
+    jacobian = part.answer.reference.as_mutable()
     for column, links in left_out.items():
         for row, name in enumerate(problem.chain.task):
             if name.startswith("w"):
                 continue
-            found[row, column] -= sum(w["link derivatives"][column][k]["xyz".index(name[1])][0] for k in links)
-    return str(found.tolist())
+            jacobian[row, column] -= sum(stages["link derivatives"][column][k]["xyz".index(name[1])][0] for k in links)
+    return str(jacobian.tolist())
 
 
 @pytest.mark.parametrize("family", ["planar-3r", "elbow", "scorbot-wrist", "orthogonal-3r"])
 def test_links_left_out_of_several_columns_are_named(family: str) -> None:
     problem = generate(ProblemId(family, 1, ("jacobian",)))
     (part,) = problem.parts
-    w = compute_symbolic_stages(problem.chain)
+    stages = compute_symbolic_stages(problem.chain)
     rows = ["xyz".index(name[1]) for name in problem.chain.task if name.startswith("v")]
-    moved = [
-        [k for k in links_to_point(problem.chain) if any(w["link derivatives"][column][k][row][0] != 0 for row in rows)]
+    derivatives = stages["link derivatives"]
+    moved_links = [
+        [k for k in links_to_point(problem.chain) if any(derivatives[column][k][row][0] != 0 for row in rows)]
         for column in range(problem.chain.n)
     ]
-    columns = [column for column in range(problem.chain.n) if len(moved[column]) > 1]
+    columns = [column for column in range(problem.chain.n) if len(moved_links[column]) > 1]
     assert len(columns) > 1
     for first, second in itertools.combinations(columns, 2):
-        left_out = {first: (moved[first][-1],), second: tuple(moved[second][:-1])}
-        found = judging.diagnose(problem, part, answer_without(problem, part, left_out), "seed")
-        assert found is not None, left_out
-        if found.mistakes == ("chain-rule",) and "; " in found.says:
-            assert all(f"in column {column + 1}" in found.says for column in (first, second))
+        left_out = {first: (moved_links[first][-1],), second: tuple(moved_links[second][:-1])}
+        diagnosis = judging.diagnose(problem, part, leave_out_links(problem, part, left_out), "seed")
+        assert diagnosis is not None, left_out
+        if diagnosis.mistakes == ("chain-rule",) and "; " in diagnosis.says:
+            assert all(f"in column {column + 1}" in diagnosis.says for column in (first, second))
 
 
 def test_links_left_out_of_the_position_are_named() -> None:
     problem = generate(ProblemId("planar-3r", 1, ("position",)))
     links = compute_symbolic_stages(problem.chain)["links"]
     lost = sp.Matrix([sum(links[k][row][0] for k in (0, 2)) for row in range(2)])
-    found = judging.diagnose(
+    diagnosis = judging.diagnose(
         problem, problem.parts[0], str((problem.parts[0].answer.as_matrix() - lost).tolist()), "seed"
     )
-    assert found is not None and "link 1 and link 3" in found.says
+    assert diagnosis is not None and "link 1 and link 3" in diagnosis.says
     jacobian = ask_question("jacobian", sample_chain(ProblemId("planar-3r", 1)))
-    text = answer_without(jacobian, jacobian.parts[0], {0: (0, 1), 1: (2,)})
-    found = judging.diagnose(jacobian, jacobian.parts[0], text, "seed")
-    assert found is not None and re.search("link 1 and link 2 in column 1; .* in column 2", found.says)
+    text = leave_out_links(jacobian, jacobian.parts[0], {0: (0, 1), 1: (2,)})
+    diagnosis = judging.diagnose(jacobian, jacobian.parts[0], text, "seed")
+    assert diagnosis is not None and re.search("link 1 and link 2 in column 1; .* in column 2", diagnosis.says)
 
 
 @pytest.mark.parametrize("family", ["planar-3r", "elbow"])
-def test_zeros_and_other_sums_are_not_blamed(family: str) -> None:
+def test_zero_columns_and_extra_terms_are_no_links_left_out(family: str) -> None:
     problem = generate(ProblemId(family, 1, ("jacobian",)))
     (part,) = problem.parts
     reference = part.answer.as_matrix()
-    zero = reference.as_mutable()
-    zero[:, 0] = sp.zeros(reference.rows, 1)
-    named = judging.diagnose(problem, part, str(zero.tolist()), "seed")
-    assert named is None or "chain-rule" not in named.mistakes
-    other = reference.as_mutable()
-    other[0, 0] += sp.Symbol("a3") * sp.sin(2 * sp.Symbol("theta1"))
-    found = judging.diagnose(problem, part, str(other.tolist()), "seed")
-    assert found is not None and found.mistakes == ("term-surplus",) and "a3" in found.says
+    zero_column = reference.as_mutable()
+    zero_column[:, 0] = sp.zeros(reference.rows, 1)
+    zero_diagnosis = judging.diagnose(problem, part, str(zero_column.tolist()), "seed")
+    assert zero_diagnosis is None or "chain-rule" not in zero_diagnosis.mistakes
+    extended = reference.as_mutable()
+    extended[0, 0] += sp.Symbol("a3") * sp.sin(2 * sp.Symbol("theta1"))
+    diagnosis = judging.diagnose(problem, part, str(extended.tolist()), "seed")
+    assert diagnosis is not None and diagnosis.mistakes == ("term-surplus",) and "a3" in diagnosis.says

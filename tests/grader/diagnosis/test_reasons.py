@@ -1,4 +1,4 @@
-"""What a judgement says: reasons word by word, shares, certificates, and what is left out of long ones."""
+"""The reasons, shares and certificates of judgements, word by word."""
 
 from fnmatch import fnmatchcase
 from types import SimpleNamespace
@@ -30,35 +30,35 @@ LENGTHS, RATES = dict.fromkeys(("a1", "a2", "a3", "d1"), "length"), dict.fromkey
 DOMAIN = Domain({**dict.fromkeys(JOINTS, "angle"), **LENGTHS, **RATES})
 
 
-def matrix(student: str, reference: list[list[str]], *labels: str) -> Judgement:
+def judge_rows(student: str, reference: list[list[str]], *labels: str) -> Judgement:
     return judge_matrix(student, reference, DOMAIN, "s", labels)
 
 
-def numbers(student: str, *reference: float, labels: tuple[str, ...] = ()) -> Judgement:
+def judge_rates(student: str, *reference: float, labels: tuple[str, ...] = ()) -> Judgement:
     return judge_numbers(student, reference, ["rad/s"] * len(reference), 0.005, 0.001, labels)
 
 
-def singular(student: str, *reference: str, rounding: Rounding | None = None) -> Judgement:
+def judge_set(student: str, *reference: str, rounding: Rounding | None = None) -> Judgement:
     return judge_singular(student, reference, JOINTS, DOMAIN, "s", rounding)
 
 
 @pytest.mark.parametrize("student", ["Eq(a1, a1*a2)", "Eq(2*detJ, a1*a2)", "Eq(a1*a2, a1)", "Eq(a1*a2, a1*a2)"])
-def test_only_a_name_of_their_own_may_stand_on_the_other_side(student: str) -> None:
+def test_only_a_new_name_may_stand_on_the_other_side_of_an_equation(student: str) -> None:
     for text, is_right in ((student, False), ("Eq(detJ, a1*a2)", True), ("Eq(a1*a2, detJ)", True)):
-        judged = judge_expression(text, "a1*a2", DOMAIN, "s")
-        assert (judged.outcome is Outcome.CORRECT) is is_right
-        assert is_right or "found an equation" in judged.reason
-        as_matrix = matrix(text.replace("a1*a2", "[a1, a2]"), [["a1"], ["a2"]])
+        judgement = judge_expression(text, "a1*a2", DOMAIN, "s")
+        assert (judgement.outcome is Outcome.CORRECT) is is_right
+        assert is_right or "found an equation" in judgement.reason
+        as_matrix = judge_rows(text.replace("a1*a2", "[a1, a2]"), [["a1"], ["a2"]])
         assert (as_matrix.outcome is Outcome.CORRECT) is is_right
 
 
 @pytest.mark.parametrize("student", ["{a1}", "{a1: 2}", "{a1, a2}", "[[a1, a2]]"])
-def test_a_list_is_no_expression(student: str) -> None:
+def test_a_list_is_refused_for_an_expression(student: str) -> None:
     assert judge_expression(student, "a1", DOMAIN, "s").reason.startswith("your answer is a list or matrix")
 
 
 @pytest.mark.parametrize(
-    ("student", "right"),
+    ("student", "is_right"),
     [
         ("[Eq(qd1, qd2*a1), Eq(qd2, a2)]", True), ("[{qd2: a2, qd1: qd2*a1}]", True),
         ("{{qd2: a2, qd1: qd2*a1}}", True), ("-[qd2*a1, a2]", False), ("-{qd1: qd2*a1, qd2: a2}", False),
@@ -66,34 +66,34 @@ def test_a_list_is_no_expression(student: str) -> None:
         ("Or(Eq(qd1, qd2*a1), Eq(qd2, a2))", False), ("[{qd1: qd2*a1, d1: a2}]", False),
     ],
 )  # fmt: skip
-def test_a_vector_with_labels(student: str, right: bool) -> None:
-    assert (matrix(student, [["qd2*a1"], ["a2"]], "qd1", "qd2").outcome is Outcome.CORRECT) is right
+def test_entries_of_a_vector_may_be_labelled(student: str, is_right: bool) -> None:
+    assert (judge_rows(student, [["qd2*a1"], ["a2"]], "qd1", "qd2").outcome is Outcome.CORRECT) is is_right
 
 
-def test_a_list_of_one() -> None:
-    assert matrix("[Eq(qd1, a1)]", [["a1"]], "qd1").outcome is Outcome.CORRECT
-    assert matrix("[[a1, a2]]", [["a1", "a2"]]).outcome is Outcome.CORRECT
-    assert matrix("[[a1, a2], [0, 0]]", [["a1"], ["a2"]]).outcome is Outcome.WRONG
-    assert numbers("[[1, 2]]", 1, 2).outcome is Outcome.CORRECT
+def test_row_and_column_vectors_are_accepted() -> None:
+    assert judge_rows("[Eq(qd1, a1)]", [["a1"]], "qd1").outcome is Outcome.CORRECT
+    assert judge_rows("[[a1, a2]]", [["a1", "a2"]]).outcome is Outcome.CORRECT
+    assert judge_rows("[[a1, a2], [0, 0]]", [["a1"], ["a2"]]).outcome is Outcome.WRONG
+    assert judge_rates("[[1, 2]]", 1, 2).outcome is Outcome.CORRECT
 
 
 @pytest.mark.parametrize(
-    ("text", "read"),
+    ("text", "expected"),
     [
         ("0,5*a1", "0.5*a1"), ("1,5 - 2,25", "1.5 - 2.25"), ("atan2(0,1)", "atan2(0,1)"), ("[1,5]", "[1,5]"),
         ("atan2(0,1) + 0,5", "atan2(0,1) + 0.5"), ("{1,2}*1,5*[1,2]", "{1,2}*1.5*[1,2]"),
         ("f((1),0,1)", "f((1),0,1)"), ("a,5", "a,5"), ("5,a", "5,a"), ("5, 6", "5, 6"), ("5,", "5,"), (",5", ",5"),
     ],
 )  # fmt: skip
-def test_commas_of_decimals(text: str, read: str) -> None:
-    assert replace_decimal_commas(text) == read
+def test_decimal_commas_are_replaced(text: str, expected: str) -> None:
+    assert replace_decimal_commas(text) == expected
 
 
 TWO_BY_TWO = [["0", "a1"], ["0", "a2"]]
 
 
 @pytest.mark.parametrize(
-    ("student", "reference", "share", "said"),
+    ("student", "reference", "share", "reason"),
     [
         ("[[0, a1], [0, a1]]", TWO_BY_TWO, 1 / 2,
          "1 of 2 nonzero entries is right; entry (2, 2) differs at *: yours *, expected *"),
@@ -114,14 +114,14 @@ TWO_BY_TWO = [["0", "a1"], ["0", "a2"]]
         ("[f + g + h + k + m + n, a2]", [["a1"], ["a2"]], 1 / 2, "1 of 2 *; 'f', 'g', 'h', 'k', 'm' are *"),
     ],
 )  # fmt: skip
-def test_what_is_said_of_a_matrix(student: str, reference: list[list[str]], share: float, said: str) -> None:
-    judged = matrix(student, reference)
-    assert fnmatchcase(judged.reason, said), judged.reason
-    assert judged.share == pytest.approx(share)
+def test_reason_for_a_matrix(student: str, reference: list[list[str]], share: float, reason: str) -> None:
+    judgement = judge_rows(student, reference)
+    assert fnmatchcase(judgement.reason, reason), judgement.reason
+    assert judgement.share == pytest.approx(share)
 
 
 @pytest.mark.parametrize(
-    ("student", "shape", "said"),
+    ("student", "shape", "reason"),
     [
         ("[[1, 2], [3, 4], [5, 6]]", (2, 3), "*3 × 2, but it must be 2 × 3*compared*"),
         ("[[1, 2], [3, 4], [5, 6]]", (2, 2), "*3 × 2, but it must be 2 × 2; *[[][[]a, b], [[]c, d]]"),
@@ -133,13 +133,13 @@ def test_what_is_said_of_a_matrix(student: str, reference: list[list[str]], shar
         ("[{1, 2}]", (2, 1), "*itself a list"), ("[Eq(a1, a2), 0]", (2, 1), "*couldn't parse*an equation*"),
     ],
 )  # fmt: skip
-def test_what_is_said_of_a_wrong_shape(student: str, shape: tuple[int, int], said: str) -> None:
-    reason = matrix(student, [["a1"] * shape[1]] * shape[0]).reason
-    assert fnmatchcase(reason, said), reason
+def test_reason_for_a_wrong_shape(student: str, shape: tuple[int, int], reason: str) -> None:
+    reason = judge_rows(student, [["a1"] * shape[1]] * shape[0]).reason
+    assert fnmatchcase(reason, reason), reason
 
 
 @pytest.mark.parametrize(
-    ("student", "share", "said"),
+    ("student", "share", "reason"),
     [
         ("[1, 2, 3]", 1, "right to 0.5 %"),
         ("[1, 2.5, 7]", 1 / 3, "1 of 3 numbers is right; number 2 is 2.5, and 2 rad/s is right"),
@@ -151,30 +151,30 @@ def test_what_is_said_of_a_wrong_shape(student: str, shape: tuple[int, int], sai
         ("[f + g + h + k + m + n, 2, 3]", 0, "* asks for numbers, but your answer contains f, g, h, k, m; *"),
     ],
 )  # fmt: skip
-def test_what_is_said_of_numbers(student: str, share: float, said: str) -> None:
-    judged = numbers(student, 1, 2, 3)
-    assert fnmatchcase(judged.reason, said), judged.reason
-    assert judged.share == pytest.approx(share)
+def test_reason_for_numbers(student: str, share: float, reason: str) -> None:
+    judgement = judge_rates(student, 1, 2, 3)
+    assert fnmatchcase(judgement.reason, reason), judgement.reason
+    assert judgement.share == pytest.approx(share)
 
 
-def test_the_certificate_of_numbers_is_one_of_numbers() -> None:
-    assert numbers("[1, 2]", 1, 2).certificate == Certificate("numeric", 1, 0.0)
+def test_numbers_get_a_numeric_certificate() -> None:
+    assert judge_rates("[1, 2]", 1, 2).certificate == Certificate("numeric", 1, 0.0)
     example = EntryDifference(1, {}, 3.0, 2.0)
-    assert numbers("[1, 3]", 1, 2).certificate == Certificate("numeric", 1, 0.0, example)
+    assert judge_rates("[1, 3]", 1, 2).certificate == Certificate("numeric", 1, 0.0, example)
 
 
-def test_numbers_up_to_their_tolerance() -> None:
-    assert numbers("[-2.009, 0.25]", -2, 0.25).outcome is Outcome.CORRECT
-    assert numbers("[-2.011, 0.25]", -2, 0.25).share == 0.5
+def test_numbers_are_right_within_their_tolerance() -> None:
+    assert judge_rates("[-2.009, 0.25]", -2, 0.25).outcome is Outcome.CORRECT
+    assert judge_rates("[-2.011, 0.25]", -2, 0.25).share == 0.5
     assert judge_numbers("0.5", [0.0], [""], 0.005, 0.5).outcome is Outcome.CORRECT
-    judged = numbers("[1, blank]", 1, 2.71828)
-    assert (judged.outcome, judged.share, judged.entries) == (Outcome.PARTIAL, 0.5, ((True,), (False,)))
-    assert judged.certificate and isinstance(judged.certificate.counterexample, EntryDifference)
-    assert judged.certificate.counterexample.yours == "blank"
+    judgement = judge_rates("[1, blank]", 1, 2.71828)
+    assert (judgement.outcome, judgement.share, judgement.entries) == (Outcome.PARTIAL, 0.5, ((True,), (False,)))
+    assert judgement.certificate and isinstance(judgement.certificate.counterexample, EntryDifference)
+    assert judgement.certificate.counterexample.yours == "blank"
 
 
 @pytest.mark.parametrize(
-    ("student", "right", "said"),
+    ("student", "is_right", "reason"),
     [
         ("C", False, "'C' is not one of the options A, B"), ("int", False, "'int' is not one of *"),
         ("B", True, "right"),
@@ -182,10 +182,11 @@ def test_numbers_up_to_their_tolerance() -> None:
         ("wxyz" * 20, False, f"'{'wxyz' * 10}' is not one of *"),
     ],
 )  # fmt: skip
-def test_what_is_said_of_a_choice(student: str, right: bool, said: str) -> None:
-    judged = judge_choice(student, ("a boundary singularity", "an internal singularity"), 1)
-    assert (judged.outcome is Outcome.CORRECT) is right and fnmatchcase(judged.reason, said), judged.reason
-    assert judged.certificate == (None if "not one of" in said else Certificate("exact", 1, 0.0))
+def test_reason_for_a_choice(student: str, is_right: bool, reason: str) -> None:
+    judgement = judge_choice(student, ("a boundary singularity", "an internal singularity"), 1)
+    assert (judgement.outcome is Outcome.CORRECT) is is_right
+    assert fnmatchcase(judgement.reason, reason), judgement.reason
+    assert judgement.certificate == (None if "not one of" in reason else Certificate("exact", 1, 0.0))
 
 
 FOLD = ("theta2 = 0", "theta2 = pi")
@@ -193,7 +194,7 @@ ELBOW = ("theta3 = 0", "theta3 = pi", "a1 + a2*cos(theta2) + a3*cos(theta2 + the
 
 
 @pytest.mark.parametrize(
-    ("student", "share", "said"),
+    ("student", "share", "reason"),
     [
         ("{0, pi}", 1, "right"),
         ("{0}", 2 / 3, "you found the condition only in part; an angle is missing: angle = 3.142"),
@@ -202,14 +203,14 @@ ELBOW = ("theta3 = 0", "theta3 = pi", "a1 + a2*cos(theta2) + a3*cos(theta2 + the
         ("blank", 0, "*blank"), ("sin(", 0, "*couldn't parse*: *"),
     ],
 )  # fmt: skip
-def test_what_is_said_of_angles(student: str, share: float, said: str) -> None:
-    judged = judge_angles(student, "{0, pi}", DOMAIN, "s")
-    assert fnmatchcase(judged.reason, said), judged.reason
-    assert judged.share == pytest.approx(share)
+def test_reason_for_angles(student: str, share: float, reason: str) -> None:
+    judgement = judge_angles(student, "{0, pi}", DOMAIN, "s")
+    assert fnmatchcase(judgement.reason, reason), judgement.reason
+    assert judgement.share == pytest.approx(share)
 
 
 @pytest.mark.parametrize(
-    ("student", "reference", "share", "said"),
+    ("student", "reference", "share", "reason"),
     [
         ("theta2 = 0", FOLD, 2 / 3,
          "you found the condition only in part; * missing: *, theta2 = 3.142, *"),
@@ -226,26 +227,26 @@ def test_what_is_said_of_angles(student: str, share: float, said: str) -> None:
         ("[0, pi]", ELBOW, 0, "*couldn't parse*name the joint*"),
     ],
 )  # fmt: skip
-def test_what_is_said_of_singular_configurations(
-    student: str, reference: tuple[str, ...], share: float, said: str
+def test_reason_for_singular_configurations(
+    student: str, reference: tuple[str, ...], share: float, reason: str
 ) -> None:
-    judged = singular(student, *reference)
-    assert fnmatchcase(judged.reason, said), judged.reason
-    assert judged.share == pytest.approx(share)
-    assert ("degrees" in judged.reason) is ("degrees" in said)
+    judgement = judge_set(student, *reference)
+    assert fnmatchcase(judgement.reason, reason), judgement.reason
+    assert judgement.share == pytest.approx(share)
+    assert ("degrees" in judgement.reason) is ("degrees" in reason)
 
 
-def test_a_rounded_value_that_is_allowed_is_no_reason() -> None:
-    judged = singular("{theta2: 3.14}", *FOLD, rounding=Rounding(0.005))
-    assert judged.share == pytest.approx(2 / 3)
+def test_allowed_rounding_is_not_mentioned() -> None:
+    judgement = judge_set("{theta2: 3.14}", *FOLD, rounding=Rounding(0.005))
+    assert judgement.share == pytest.approx(2 / 3)
     assert fnmatchcase(
-        judged.reason, "you found the condition only in part; * missing: theta1 = *, theta2 = 0, theta3 = *"
+        judgement.reason, "you found the condition only in part; * missing: theta1 = *, theta2 = 0, theta3 = *"
     )
 
 
-def test_the_certificate_of_a_set_has_its_points_and_what_is_wrong() -> None:
-    assert singular("sin(theta2) = 0", *FOLD).certificate == Certificate("numeric", 50, chance_of_missing(50))
-    certificate = singular("{theta2: [0, 1]}", *FOLD).certificate
+def test_the_certificate_of_a_set_has_counterexamples() -> None:
+    assert judge_set("sin(theta2) = 0", *FOLD).certificate == Certificate("numeric", 50, chance_of_missing(50))
+    certificate = judge_set("{theta2: [0, 1]}", *FOLD).certificate
     assert certificate is not None
     assert isinstance(certificate.counterexample, SetDifference)
     missing, surplus = certificate.counterexample.missing, certificate.counterexample.surplus
@@ -254,5 +255,5 @@ def test_the_certificate_of_a_set_has_its_points_and_what_is_wrong() -> None:
 
 
 @pytest.mark.parametrize("shape", [None, (1, 1)])
-def test_an_answer_of_one_entry_is_what_is_asked(shape: tuple[int, int] | None) -> None:
+def test_a_single_entry_is_called_the_result(shape: tuple[int, int] | None) -> None:
     assert _name_entry(SimpleNamespace(shape=shape), 0) == "the result"  # type: ignore[arg-type]

@@ -1,4 +1,4 @@
-"""What is right but for rounding: no mistake is named behind it, however it is written, in every convention."""
+"""Answers that are right except for rounding: no mistake is named, in every notation and convention."""
 
 import json
 from collections.abc import Callable
@@ -27,49 +27,49 @@ ARMS += select_for_suite([("elbow-3r", 1, "screws")], [])
 DIGITS = 10
 
 
-def _constants(entry: sp.Expr) -> set[sp.Expr]:
+def find_constants(entry: sp.Expr) -> set[sp.Expr]:
     powers = {power for power in entry.atoms(sp.Pow) if power.is_number and not power.is_Rational}
     return powers | ({sp.pi} if entry.has(sp.pi) else set())
 
 
-def _as_decimals(entry: sp.Expr) -> sp.Expr:
-    return entry.xreplace({constant: constant.evalf(DIGITS) for constant in _constants(entry)})
+def round_constants(entry: sp.Expr) -> sp.Expr:
+    return entry.xreplace({constant: constant.evalf(DIGITS) for constant in find_constants(entry)})
 
 
-def _as_fractions(entry: sp.Expr) -> sp.Expr:
-    def fraction(constant: sp.Expr) -> sp.Rational:
+def replace_by_fractions(entry: sp.Expr) -> sp.Expr:
+    def to_fraction(constant: sp.Expr) -> sp.Rational:
         value = Fraction(str(constant.evalf(DIGITS)))
         return sp.Rational(value.numerator, value.denominator)
 
-    return entry.xreplace({constant: fraction(constant) for constant in _constants(entry)})
+    return entry.xreplace({constant: to_fraction(constant) for constant in find_constants(entry)})
 
 
-def _text(part: Part, form: Callable[[sp.Expr], sp.Expr]) -> str:
-    rows = [", ".join(expression_text(form(entry)) for entry in row) for row in part.answer.as_matrix().tolist()]
+def write_answer(part: Part, change: Callable[[sp.Expr], sp.Expr]) -> str:
+    rows = [", ".join(expression_text(change(entry)) for entry in row) for row in part.answer.as_matrix().tolist()]
     return rows[0] if part.shape is None else f"[[{'], ['.join(rows)}]]"
 
 
-def _of_rounding(problem: Problem, part: Part, text: str, points: str = "") -> Diagnosis | None:
-    """Return what is said of a text that is not right, and of none that is."""
+def diagnose_rounded(problem: Problem, part: Part, text: str, points: str = "") -> Diagnosis | None:
+    """Return the diagnosis of an answer, or None if it is judged right."""
     if judge(problem, part, text, "rounding").outcome is Outcome.CORRECT:
         return None
     return diagnose(problem, part, text, "rounding", points) or Diagnosis((), "nothing")
 
 
-@pytest.mark.parametrize("form", [_as_decimals, _as_fractions])
+@pytest.mark.parametrize("change", [round_constants, replace_by_fractions])
 @pytest.mark.parametrize(("family", "seed", "convention"), ARMS)
-def test_constants_of_ten_digits_are_no_mistake(
-    family: str, seed: int, convention: str, form: Callable[[sp.Expr], sp.Expr]
+def test_constants_with_ten_digits_are_no_mistake(
+    family: str, seed: int, convention: str, change: Callable[[sp.Expr], sp.Expr]
 ) -> None:
-    problem, said = get_problem(family, seed, convention=convention), {}
+    problem, diagnoses = get_problem(family, seed, convention=convention), {}
     for part in problem.parts:
-        if part.answer.is_symbolic and any(map(_constants, part.answer.as_matrix())):
-            found = _of_rounding(problem, part, _text(part, form))
-            said[part.name] = found and (found.mistakes, found.says)
-    assert said
-    assert not {name: told for name, told in said.items() if told and told[0]}
+        if part.answer.is_symbolic and any(map(find_constants, part.answer.as_matrix())):
+            diagnosis = diagnose_rounded(problem, part, write_answer(part, change))
+            diagnoses[part.name] = diagnosis and (diagnosis.mistakes, diagnosis.says)
+    assert diagnoses
+    assert not {name: diagnosis for name, diagnosis in diagnoses.items() if diagnosis and diagnosis[0]}
     assert convention != "screws" or "Your answer is correct except for rounding. Write exact values" in str(
-        said.get("home-screws")
+        diagnoses.get("home-screws")
     )
 
 
@@ -81,36 +81,36 @@ def test_singular_sets_with_decimals_for_pi_are_no_mistake(convention: str, digi
         part = problem["singular-angles"]
         assert isinstance(part.answer, ConditionSet)
         text = f"[{', '.join(part.answer.pieces())}]".replace("pi", f"{sp.pi.evalf(digits)}")
-        found = _of_rounding(problem, part, text)
-        assert found is not None
-        assert (found.mistakes, found.says.startswith("Your answer is correct except for rounding")) == ((), True), text
-        missed = f"[{', '.join(part.answer.pieces()[:1])}]".replace("pi", f"{sp.pi.evalf(digits)}")
-        other = _of_rounding(problem, part, missed)
-        assert other is None or not other.says.startswith("Right")
+        diagnosis = diagnose_rounded(problem, part, text)
+        assert diagnosis is not None and diagnosis.mistakes == (), text
+        assert diagnosis.says.startswith("Your answer is correct except for rounding"), text
+        incomplete = f"[{', '.join(part.answer.pieces()[:1])}]".replace("pi", f"{sp.pi.evalf(digits)}")
+        incomplete_diagnosis = diagnose_rounded(problem, part, incomplete)
+        assert incomplete_diagnosis is None or not incomplete_diagnosis.says.startswith("Right")
 
 
 @pytest.mark.parametrize("digits", [7, 9])
 @pytest.mark.parametrize(("family", "seed", "convention"), ARMS)
-def test_a_function_that_returns_rounded_values_made_no_mistake(
-    family: str, seed: int, convention: str, digits: int
-) -> None:
+def test_rounded_values_of_a_function_are_no_mistake(family: str, seed: int, convention: str, digits: int) -> None:
     problem = get_problem(family, seed, convention=convention)
     calls = make_calls(problem, problem.domain, "points")
     points = np.array(calls.points).T
-    at, named, said = dict(zip(calls.symbols, points, strict=True)), {}, set()
+    values_of, mistakes, messages = dict(zip(calls.symbols, points, strict=True)), {}, set()
     for part in problem.parts:
         if not part.answer.is_symbolic or part.answer.counts_up_to_a_factor:
             continue
         rows = part.answer.parse_trees(problem.domain.roles)
-        values = evaluate(compile_program([entry for row in rows for entry in row]), at, points.shape[1])[0].T.real
+        program = compile_program([entry for row in rows for entry in row])
+        values = evaluate(program, values_of, points.shape[1])[0].T.real
         with np.errstate(all="ignore"):
             step = 10.0 ** (np.floor(np.log10(np.abs(values))) + 1 - digits)
-            short = np.where(values == 0, 0, np.round(values / step) * step)
-        content = {"shape": [len(rows), len(rows[0])], "values": [[[v, 0.0] for v in row] for row in short.tolist()]}
-        found = _of_rounding(problem, part, TABLE_PREFIX + json.dumps(content), "points")
-        if found is not None:
-            said.add(found.says)
-            if found.mistakes:
-                named[part.name] = found
-    assert not named
-    assert digits == 9 or any(text.startswith("Your function is correct except for rounding.") for text in said)
+            rounded = np.where(values == 0, 0, np.round(values / step) * step)
+        table = [[[value, 0.0] for value in row] for row in rounded.tolist()]
+        content = {"shape": [len(rows), len(rows[0])], "values": table}
+        diagnosis = diagnose_rounded(problem, part, TABLE_PREFIX + json.dumps(content), "points")
+        if diagnosis is not None:
+            messages.add(diagnosis.says)
+            if diagnosis.mistakes:
+                mistakes[part.name] = diagnosis
+    assert not mistakes
+    assert digits == 9 or any(text.startswith("Your function is correct except for rounding.") for text in messages)

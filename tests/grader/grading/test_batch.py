@@ -1,4 +1,4 @@
-"""Grading a class: every kind of submission gets its verdict, nobody's trouble is another's, and nothing is lost."""
+"""Grading a class: every kind of submission gets its result, and no student's trouble affects another."""
 
 import csv
 import json
@@ -41,7 +41,7 @@ Text = Callable[[str], str]
 
 
 @pytest.fixture(scope="module")
-def made(tmp_path_factory: pytest.TempPathFactory) -> Path:
+def released_class(tmp_path_factory: pytest.TempPathFactory) -> Path:
     folder = tmp_path_factory.mktemp("class") / "hw"
     init_assignment(folder, "T", "hw", secret="0123456789abcdef")
     (folder / "assignment.toml").write_text(TOML)
@@ -51,21 +51,23 @@ def made(tmp_path_factory: pytest.TempPathFactory) -> Path:
 
 
 @pytest.fixture
-def assignment(made: Path, tmp_path: Path) -> Assignment:
-    """An assignment of its own for each test, the notebooks shared."""
+def assignment(released_class: Path, tmp_path: Path) -> Assignment:
+    """Return an assignment for one test; all tests share the notebooks."""
     for name in ("assignment.toml", "roster.csv", "secret.txt"):
-        (tmp_path / name).write_bytes((made / name).read_bytes())
-    for name in ("released", ".qdot"):  # the notebooks, and the problems that are kept for grading
-        (tmp_path / name).symlink_to(made / name)
+        (tmp_path / name).write_bytes((released_class / name).read_bytes())
+    for name in ("released", ".qdot"):  # the notebooks, and the problems stored for grading
+        (tmp_path / name).symlink_to(released_class / name)
     return load_assignment(tmp_path)
 
 
-def right(assignment: Assignment, student: str, change: Callable[[str, Part], str] = lambda code, _: code) -> str:
+def make_right_notebook(
+    assignment: Assignment, student: str, change: Callable[[str, Part], str] = lambda code, _: code
+) -> str:
     text = (assignment.folder / "released" / student / "hw.ipynb").read_text()
     return fill_in_answers(text, load_stored_problems(assignment, student).problems, change)
 
 
-def hand_in(assignment: Assignment, name: str, text: str | bytes) -> Path:
+def submit(assignment: Assignment, name: str, text: str | bytes) -> Path:
     path = assignment.folder / "submitted" / name
     path.parent.mkdir(parents=True, exist_ok=True)
     path.write_bytes(text if isinstance(text, bytes) else text.encode())
@@ -74,27 +76,31 @@ def hand_in(assignment: Assignment, name: str, text: str | bytes) -> Path:
 
 def grade(assignment: Assignment, jobs: int = 0) -> dict[str, Result]:
     (assignment.folder / "submitted").mkdir(exist_ok=True)
-    found = find_submissions(assignment, assignment.folder / "submitted").by_student
+    submissions = find_submissions(assignment, assignment.folder / "submitted").by_student
     with nullcontext() if jobs else work_in_one_process():  # processes can't share one
-        results = grade_class(assignment, found, jobs, Limits(seconds=20, cell_seconds=2), lambda _: None)
+        results = grade_class(assignment, submissions, jobs, Limits(seconds=20, cell_seconds=2), lambda _: None)
     assert [result.student for result in results] == STUDENTS
     return index_by_student(results)
 
 
-def test_every_kind_of_submission_in_one_class(assignment: Assignment) -> None:
-    full = right(assignment, "s01")
-    hand_in(assignment, "s01/hw.ipynb", full)
-    hand_in(assignment, "s02.ipynb", right(assignment, "s02"))
-    hand_in(assignment, "s03/my answers.ipynb", right(assignment, "s03"))
-    hand_in(assignment, "s04/hw.ipynb", full)  # copied from s01
-    hand_in(assignment, "s05/hw.ipynb", full[:3000])
-    hand_in(assignment, "s06/hw.ipynb", b"")
-    hand_in(assignment, "s07/hw.ipynb", full.replace('"assignment": "hw"', '"assignment": "other"'))
-    hand_in(assignment, "s08/hw.ipynb", (assignment.folder / "released" / "s08" / "hw.ipynb").read_text())
-    hand_in(assignment, "s09/hw.ipynb", right(assignment, "s09", lambda c, p: "1/0" if p.name == "position" else c))
-    hand_in(assignment, "s10/hw.ipynb", b"\x93\xff\0{}")
-    hand_in(assignment, "s11/notes.txt", "no notebook")
-    hand_in(assignment, "stranger/hw.ipynb", full)
+def test_every_kind_of_submission_gets_its_result(assignment: Assignment) -> None:
+    right_notebook = make_right_notebook(assignment, "s01")
+    submit(assignment, "s01/hw.ipynb", right_notebook)
+    submit(assignment, "s02.ipynb", make_right_notebook(assignment, "s02"))
+    submit(assignment, "s03/my answers.ipynb", make_right_notebook(assignment, "s03"))
+    submit(assignment, "s04/hw.ipynb", right_notebook)  # copied from s01
+    submit(assignment, "s05/hw.ipynb", right_notebook[:3000])
+    submit(assignment, "s06/hw.ipynb", b"")
+    submit(assignment, "s07/hw.ipynb", right_notebook.replace('"assignment": "hw"', '"assignment": "other"'))
+    submit(assignment, "s08/hw.ipynb", (assignment.folder / "released" / "s08" / "hw.ipynb").read_text())
+    submit(
+        assignment,
+        "s09/hw.ipynb",
+        make_right_notebook(assignment, "s09", lambda code, part: "1/0" if part.name == "position" else code),
+    )
+    submit(assignment, "s10/hw.ipynb", b"\x93\xff\0{}")
+    submit(assignment, "s11/notes.txt", "no notebook")
+    submit(assignment, "stranger/hw.ipynb", right_notebook)
     strangers = find_submissions(assignment, assignment.folder / "submitted").not_on_roster
     assert strangers == ["stranger"]
     graded = grade(assignment, jobs=2)
@@ -116,73 +122,73 @@ def test_every_kind_of_submission_in_one_class(assignment: Assignment) -> None:
     assert (find_work_status(graded["s12"]), graded["s12"].score) == ("missing", 0)
 
 
-def test_a_grade_does_not_depend_on_who_else_is_graded_or_how(assignment: Assignment) -> None:
+def test_a_grade_does_not_depend_on_other_students_or_processes(assignment: Assignment) -> None:
     for student in ("s01", "s02"):
-        hand_in(
-            assignment, f"{student}/hw.ipynb", right(assignment, student, lambda c, p: c if "r" in p.name else "a1")
+        submit(
+            assignment,
+            f"{student}/hw.ipynb",
+            make_right_notebook(assignment, student, lambda code, part: code if "r" in part.name else "a1"),
         )
-    one = grade(assignment)
+    alone = grade(assignment)
     for path in (assignment.folder / "graded" / ".cache").glob("*.json"):
         path.unlink()
-    hand_in(assignment, "s03/hw.ipynb", right(assignment, "s03"))
-    two = grade(assignment, jobs=2)
-    assert one["s01"] == two["s01"]
-    assert one["s02"] == two["s02"]
+    submit(assignment, "s03/hw.ipynb", make_right_notebook(assignment, "s03"))
+    with_others = grade(assignment, jobs=2)
+    assert alone["s01"] == with_others["s01"]
+    assert alone["s02"] == with_others["s02"]
 
 
-def test_a_rerun_takes_what_has_not_changed_and_grades_what_has(
-    assignment: Assignment, monkeypatch: pytest.MonkeyPatch
-) -> None:
-    hand_in(assignment, "s01/hw.ipynb", right(assignment, "s01"))
+def test_a_rerun_grades_only_changed_submissions(assignment: Assignment, monkeypatch: pytest.MonkeyPatch) -> None:
+    submit(assignment, "s01/hw.ipynb", make_right_notebook(assignment, "s01"))
     first = grade(assignment)
     marked: list[str] = []
     monkeypatch.setattr("qdot.grader.grading.attempt.mark", lambda *args: marked.append(args[1]))
     assert grade(assignment) == first
     assert marked == []
     monkeypatch.undo()
-    hand_in(assignment, "s01/hw.ipynb", right(assignment, "s02"))
+    submit(assignment, "s01/hw.ipynb", make_right_notebook(assignment, "s02"))
     assert grade(assignment)["s01"].score < first["s01"].score
     damaged = next((assignment.folder / "graded" / ".cache").glob("*.json"))
     damaged.write_text('{"key": ')
     assert grade(assignment)["s02"] == first["s02"]
 
 
-def test_what_a_dead_worker_or_grader_had_begun_is_gone_when_the_run_is_over(assignment: Assignment) -> None:
+def test_temporary_files_of_dead_processes_are_removed(assignment: Assignment) -> None:
     results = list(grade(assignment).values())
     graded = assignment.folder / "graded"
     marked = next((graded / ".cache").glob("*.json"))
     page, grades = graded / "feedback" / "s01.html", graded / "grades.csv"
 
-    def dies(*of: Path) -> None:
-        for path in of:
+    def leave_temporary_files(*paths: Path) -> None:
+        for path in paths:
             path.parent.mkdir(exist_ok=True)
             path.with_name(f".{path.name}.1ra2d1o5.tmp").write_text("{")
 
-    dies(marked, page, grades)
+    leave_temporary_files(marked, page, grades)
     write_reports(assignment, list(grade(assignment).values()))
     assert not list(graded.rglob("*.tmp"))
-    grade_class(assignment, {}, 0, Limits(), lambda _: dies(marked))
+    grade_class(assignment, {}, 0, Limits(), lambda _: leave_temporary_files(marked))
     assert not list(graded.rglob("*.tmp"))
-    write_reports(assignment, results, on_page=lambda: dies(page, grades))
+    write_reports(assignment, results, on_page=lambda: leave_temporary_files(page, grades))
     assert not list(graded.rglob("*.tmp"))
 
 
-def test_nothing_follows_from_answers_that_are_right_for_somebody_else(assignment: Assignment) -> None:
-    """s02 writes the answers of s01 into the own notebook; s03 makes one mistake and goes on from there."""
-    others = {
+def test_no_credit_follows_from_another_students_answers(assignment: Assignment) -> None:
+    """s02 copies the answers of s01; s03 makes one mistake and continues from it."""
+    copied = {
         part.name: part.answer.write_code()
         for _, problem in assignment.generate_problems("s01")
         for part in problem.parts
     }
-    hand_in(assignment, "s02/hw.ipynb", right(assignment, "s02", lambda _, part: others[part.name]))
-    forgotten = {
+    submit(assignment, "s02/hw.ipynb", make_right_notebook(assignment, "s02", lambda _, part: copied[part.name]))
+    wrong_answers = {
         "position": "{} + 0.3*Matrix([cos(theta1), sin(theta1)])",
         "jacobian": "{} + 0.3*Matrix([[-sin(theta1), 0], [cos(theta1), 0]])", "determinant": "p1_jacobian.det()",
     }  # fmt: skip
-    hand_in(
+    submit(
         assignment,
         "s03/hw.ipynb",
-        right(assignment, "s03", lambda code, part: forgotten.get(part.name, "{}").format(code)),
+        make_right_notebook(assignment, "s03", lambda code, part: wrong_answers.get(part.name, "{}").format(code)),
     )
     graded = grade(assignment)
     assert [part.followed_from for part in graded["s02"].parts.values()] == [None] * 5
@@ -191,8 +197,8 @@ def test_nothing_follows_from_answers_that_are_right_for_somebody_else(assignmen
     assert followed["p1.jacobian"].followed_from == "position" and followed["p1.determinant"].points == 0.8
 
 
-def test_our_own_failure_is_ungraded_and_no_mark(assignment: Assignment, monkeypatch: pytest.MonkeyPatch) -> None:
-    hand_in(assignment, "s01/hw.ipynb", right(assignment, "s01"))
+def test_a_failure_of_qdot_leaves_the_part_ungraded(assignment: Assignment, monkeypatch: pytest.MonkeyPatch) -> None:
+    submit(assignment, "s01/hw.ipynb", make_right_notebook(assignment, "s01"))
     monkeypatch.setattr(judging, "judge_matrix", lambda *_: 1 / 0)
     graded = grade(assignment)["s01"]
     part = graded.parts["p1.jacobian"]
@@ -201,26 +207,30 @@ def test_our_own_failure_is_ungraded_and_no_mark(assignment: Assignment, monkeyp
     assert graded.parts["p1.determinant"].outcome == "correct" and find_work_status(graded) == "ungraded"
 
 
-def test_reports_hold_what_the_contract_says(assignment: Assignment) -> None:
-    os.utime(hand_in(assignment, "s01/hw.ipynb", right(assignment, "s01")), (1_700_000_000, 1_700_000_000))
+def test_reports_have_the_documented_fields(assignment: Assignment) -> None:
+    os.utime(submit(assignment, "s01/hw.ipynb", make_right_notebook(assignment, "s01")), (1_700_000_000, 1_700_000_000))
     results = list(grade(assignment).values())
-    line, *others = map(json.loads, make_results_jsonl(results).splitlines())
+    line, *other_lines = map(json.loads, make_results_jsonl(results).splitlines())
     assert {"student", "assignment", "submission", "score", "max_score", "late", "problems"} <= line.keys()
-    assert (line["submission"]["received"], len(others)) == ("2023-11-14T22:13:20+00:00", len(STUDENTS) - 1)
-    of_a_part = {"name", "outcome", "points", "max_points", "reason", "mistake", "followed_from", "certificate"}
-    assert of_a_part <= line["problems"][0]["parts"][0].keys()
-    row, other, *_ = csv.DictReader(make_grades_csv(results, assignment.roster).splitlines())
-    assert (row["name"], other["status"]) == ("'=Name s01", "missing")
+    assert (line["submission"]["received"], len(other_lines)) == ("2023-11-14T22:13:20+00:00", len(STUDENTS) - 1)
+    part_keys = {"name", "outcome", "points", "max_points", "reason", "mistake", "followed_from", "certificate"}
+    assert part_keys <= line["problems"][0]["parts"][0].keys()
+    row, second_row, *_ = csv.DictReader(make_grades_csv(results, assignment.roster).splitlines())
+    assert (row["name"], second_row["status"]) == ("'=Name s01", "missing")
     assert {"student", "p1.position", "p2.joint-rates", "score", "max_score", "percent", "note"} <= row.keys()
 
 
-def test_odd_notebooks_are_told_to_the_staff(assignment: Assignment) -> None:
-    hand_in(assignment, "s01/hw.ipynb", (assignment.folder / "released" / "s02" / "hw.ipynb").read_text())
-    full = right(assignment, "s02")
-    hand_in(assignment, "s02/hw.ipynb", full)
-    hand_in(assignment, "s02/old.ipynb", full)
-    hand_in(assignment, "s03/hw.ipynb", full.replace('"kind": "student"', '"kind": "solution"'))
-    hand_in(assignment, "s04/hw.ipynb", full.replace(assignment.problems_digest, "0" * 16).replace('"s02"', '"s04"'))
+def test_staff_are_told_of_odd_notebooks(assignment: Assignment) -> None:
+    submit(assignment, "s01/hw.ipynb", (assignment.folder / "released" / "s02" / "hw.ipynb").read_text())
+    right_notebook = make_right_notebook(assignment, "s02")
+    submit(assignment, "s02/hw.ipynb", right_notebook)
+    submit(assignment, "s02/old.ipynb", right_notebook)
+    submit(assignment, "s03/hw.ipynb", right_notebook.replace('"kind": "student"', '"kind": "solution"'))
+    submit(
+        assignment,
+        "s04/hw.ipynb",
+        right_notebook.replace(assignment.problems_digest, "0" * 16).replace('"s02"', '"s04"'),
+    )
     results = list(grade(assignment).values())
     table = list(csv.DictReader(make_grades_csv(results, assignment.roster).splitlines()))
     for row, words in zip(table, ("'s02'", "2 notebooks", "solutions", OTHER_VERSION), strict=False):
@@ -229,8 +239,8 @@ def test_odd_notebooks_are_told_to_the_staff(assignment: Assignment) -> None:
     assert "another version" in results[3].notes[0]
 
 
-def test_a_changed_secret_is_told_and_a_changed_title_is_not(assignment: Assignment) -> None:
-    hand_in(assignment, "s01/hw.ipynb", right(assignment, "s01"))
+def test_a_changed_secret_is_reported_and_a_changed_title_is_not(assignment: Assignment) -> None:
+    submit(assignment, "s01/hw.ipynb", make_right_notebook(assignment, "s01"))
     path = assignment.folder / "assignment.toml"
     path.write_text(path.read_text().replace('"T"', '"U"'))
     retitled = grade(load_assignment(assignment.folder))
@@ -240,18 +250,20 @@ def test_a_changed_secret_is_told_and_a_changed_title_is_not(assignment: Assignm
     assert OTHER_VERSION in changed["s01"].staff_notes
 
 
-def test_a_folder_that_cannot_be_written_is_told(assignment: Assignment) -> None:
+def test_an_unwritable_folder_is_an_error(assignment: Assignment) -> None:
     (assignment.folder / "graded").write_text("a file")
     with pytest.raises(QdotError, match=r"graded.*can't be written: "):
         grade(assignment)
 
 
-def test_text_that_no_file_can_hold_costs_only_its_own_part(assignment: Assignment) -> None:
-    bad = right(assignment, "s01", lambda code, part: '"a1 \\ud800"' if part.name == "determinant" else code)
-    notebook = json.loads(bad)
+def test_unencodable_text_costs_only_its_part(assignment: Assignment) -> None:
+    text = make_right_notebook(
+        assignment, "s01", lambda code, part: '"a1 \\ud800"' if part.name == "determinant" else code
+    )
+    notebook = json.loads(text)
     notebook["metadata"]["qdot"]["student"] = "\ud800"
-    hand_in(assignment, "s01/hw.ipynb", json.dumps(notebook))
-    hand_in(assignment, "s02/hw.ipynb", right(assignment, "s02"))
+    submit(assignment, "s01/hw.ipynb", json.dumps(notebook))
+    submit(assignment, "s02/hw.ipynb", make_right_notebook(assignment, "s02"))
     graded = grade(assignment)
     write_reports(assignment, list(graded.values()))
     assert graded["s01"].score == graded["s01"].max_score - 1
@@ -260,8 +272,8 @@ def test_text_that_no_file_can_hold_costs_only_its_own_part(assignment: Assignme
     assert len((assignment.folder / "graded" / "results.jsonl").read_text().splitlines()) == len(STUDENTS)
 
 
-def test_a_process_that_is_forked_does_not_hold_the_lock(tmp_path: Path) -> None:
-    """Else the next run would be refused while one of a killed run's processes still works."""
+def test_a_forked_process_does_not_hold_the_lock(tmp_path: Path) -> None:
+    """Otherwise a process left by a killed run would block the next run."""
     with lock_folder(tmp_path):
         pid = os.fork()
         if pid == 0:

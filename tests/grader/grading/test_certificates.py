@@ -1,4 +1,4 @@
-"""Certificates kept with an assignment: written with the notebooks; by them `qdot verify DIR` knows what changed."""
+"""Certificates stored with an assignment: `qdot verify DIR` uses them to find what changed."""
 
 import json
 import pickle
@@ -48,7 +48,8 @@ questions = ["position", "determinant"]
 @pytest.fixture(scope="module")
 def released(tmp_path_factory: pytest.TempPathFactory) -> Path:
     folder = tmp_path_factory.mktemp("certified") / "hw"
-    init_assignment(folder, "Test", "test", secret="0123456789abcdef")  # with others, two may draw alike
+    # With another secret, two students may get the same lengths.
+    init_assignment(folder, "Test", "test", secret="0123456789abcdef")
     (folder / "assignment.toml").write_text(PROBLEMS, encoding="utf-8")
     (folder / "Lab arm.toml").write_text(ARM, encoding="utf-8")
     release_notebooks(load_assignment(folder), CERTIFIER, 1, lambda _: None)
@@ -60,13 +61,13 @@ def folder(released: Path, tmp_path: Path) -> Path:
     return Path(shutil.copytree(released, tmp_path / "hw"))
 
 
-def verified(folder: Path) -> tuple[int, str]:
-    """Return how many problems fail, and what is printed."""
-    found = CliRunner().invoke(make_program(), ["verify", str(folder), "--jobs", "1"])
-    counts = re.search(r"(\d+) problems? verified, (\d+) failed", found.output)
-    assert counts, found.output
-    assert found.exit_code == (counts[2] != "0")
-    return int(counts[2]), found.output
+def verify_folder(folder: Path) -> tuple[int, str]:
+    """Return how many problems fail, and the output."""
+    result = CliRunner().invoke(make_program(), ["verify", str(folder), "--jobs", "1"])
+    counts = re.search(r"(\d+) problems? verified, (\d+) failed", result.output)
+    assert counts, result.output
+    assert result.exit_code == (counts[2] != "0")
+    return int(counts[2]), result.output
 
 
 Cells = list[dict[str, Any]]
@@ -79,26 +80,27 @@ def change_json(path: Path, change: Callable[[Any], object]) -> None:
     path.write_text(json.dumps(content, indent=2), encoding="utf-8")
 
 
-def certificate(folder: Path, student: str = "s001") -> Path:
+def find_certificate(folder: Path, student: str = "s001") -> Path:
     return certificate_path(load_assignment(folder), student)
 
 
-def notebook(folder: Path, student: str = "s001") -> Path:
+def find_notebook(folder: Path, student: str = "s001") -> Path:
     return notebook_path(load_assignment(folder), student)
 
 
-def edited(change: dict[str, Any], student: str = "s002") -> Change:
-    """Change a certificate of a problem."""
-    return lambda folder: change_json(certificate(folder, student), lambda made: made["problems"]["p2"].update(change))
+def edit_entry(change: dict[str, Any], student: str = "s002") -> Change:
+    """Return a change to a problem's entry in a certificate."""
+    update = lambda content: content["problems"]["p2"].update(change)  # noqa: E731
+    return lambda folder: change_json(find_certificate(folder, student), update)
 
 
-def altered(change: Callable[[Cells], object]) -> Change:
-    """Change the cells of a notebook."""
-    return lambda folder: change_json(notebook(folder), lambda made: change(made["cells"]))
+def edit_cells(change: Callable[[Cells], object]) -> Change:
+    """Return a change to the cells of a notebook."""
+    return lambda folder: change_json(find_notebook(folder), lambda content: change(content["cells"]))
 
 
-def rewritten(name: str, change: Callable[[str], str]) -> Change:
-    """Change the text of a file."""
+def edit_file(name: str, change: Callable[[str], str]) -> Change:
+    """Return a change to the text of a file."""
 
     def rewrite(folder: Path) -> None:
         path = folder / name
@@ -107,233 +109,248 @@ def rewritten(name: str, change: Callable[[str], str]) -> Change:
     return rewrite
 
 
-def damaged(content: bytes | None) -> Change:
-    """Put other bytes, or a folder, in the place of a certificate; another one says of a problem what isn't so."""
+def damage(content: bytes | None) -> Change:
+    """Return a change that replaces a certificate by bytes or a folder, and falsifies another certificate."""
 
-    def damage(folder: Path) -> None:
-        path = certificate(folder)
+    def replace_content(folder: Path) -> None:
+        path = find_certificate(folder)
         path.unlink()
         path.mkdir() if content is None else path.write_bytes(content)
-        edited({"sha256": "0" * 64})(folder)
+        edit_entry({"sha256": "0" * 64})(folder)
 
-    return damage
+    return replace_content
 
 
-def cell(cells: Cells, name: str) -> dict[str, Any]:
+def find_cell(cells: Cells, name: str) -> dict[str, Any]:
     return next(cell for cell in cells if cell["id"] == name)
 
 
-def reworded(name: str) -> Change:
-    return altered(lambda cells: cell(cells, name).update(source=cell(cells, name)["source"].replace("the", "teh", 1)))
+def reword_cell(name: str) -> Change:
+    def misspell(cells: Cells) -> None:
+        find_cell(cells, name)["source"] = find_cell(cells, name)["source"].replace("the", "teh", 1)
+
+    return edit_cells(misspell)
 
 
-def broken(content: bytes | None) -> Change:
-    """Put other bytes, or nothing, in the place of a notebook."""
+def break_notebook(content: bytes | None) -> Change:
+    """Return a change that replaces a notebook by bytes, or removes it."""
 
-    return lambda folder: notebook(folder).unlink() if content is None else notebook(folder).write_bytes(content)
+    def replace_content(folder: Path) -> None:
+        path = find_notebook(folder)
+        path.unlink() if content is None else path.write_bytes(content)
+
+    return replace_content
 
 
-def of_another_edition(folder: Path) -> None:
+def claim_another_edition(folder: Path) -> None:
     digest = load_assignment(folder).problems_digest
-    rewritten(str(notebook(folder).relative_to(folder)), lambda text: text.replace(digest, "0" * 16))(folder)
+    edit_file(str(find_notebook(folder).relative_to(folder)), lambda text: text.replace(digest, "0" * 16))(folder)
 
 
 SHA = {"sha256": "0" * 64}
 EMPTY = '{"assignment": "test", "student": "s001", "edition": "", "notebook": {}, "problems": '
 LATER = PROBLEMS + '[[problem]]\nfamily = "polar-rp"\nquestions = ["position"]\n'
 NOTEBOOK = "test.ipynb"
-ALTERED: dict[str, tuple[Change, int, str, str]] = {
+CHANGES: dict[str, tuple[Change, int, str, str]] = {
     "nothing": (lambda _: None, 0, "", ""),
     "digests of parts": (
-        edited({**SHA, "parts": {"position": "1", "determinant": "2"}}), 1, "2", "planar-2r/|position, determinant",
+        edit_entry({**SHA, "parts": {"position": "1", "determinant": "2"}}), 1, "2", "planar-2r/|position, determinant",
     ),
-    "digest of the arm": (edited({**SHA, "arm": "1"}), 1, "2", "planar-2r/|the arm"),
-    "another problem": (edited({**SHA, "problem": "planar-2r/12"}), 1, "2", "planar-2r/|was released instead"),
-    "another problem, same digest": (edited({"problem": "planar-2r/12"}), 1, "2", "planar-2r/|was released instead"),
-    "another engine": (edited({"engine": ENGINE + 1, "qdot": "9.1"}), 1, "2", f"planar-2r/|{ENGINE + 1}|9.1"),
-    "another engine with news": (edited({"engine": ENGINE + 1, "news": {}}), 1, "2", "1 of another engine"),
+    "digest of the arm": (edit_entry({**SHA, "arm": "1"}), 1, "2", "planar-2r/|the arm"),
+    "another problem": (edit_entry({**SHA, "problem": "planar-2r/12"}), 1, "2", "planar-2r/|was released instead"),
+    "another problem, same digest": (
+        edit_entry({"problem": "planar-2r/12"}), 1, "2", "planar-2r/|was released instead",
+    ),
+    "another engine": (edit_entry({"engine": ENGINE + 1, "qdot": "9.1"}), 1, "2", f"planar-2r/|{ENGINE + 1}|9.1"),
+    "another engine with news": (edit_entry({"engine": ENGINE + 1, "news": {}}), 1, "2", "1 of another engine"),
     "a robot": (
-        rewritten("Lab arm.toml", lambda text: text.replace('"pi/2"', '"-pi/2"')), 2, "12", "the arm|2 changed",
+        edit_file("Lab arm.toml", lambda text: text.replace('"pi/2"', '"-pi/2"')), 2, "12", "the arm|2 changed",
     ),
     "no certificate": (
         lambda folder: shutil.rmtree(folder / "certificates" / "s001"), 2, "1", "test.json|2 without a certificate",
     ),
-    "a certificate cut off": (damaged(b"{"), 3, "12", "test.json|EOF|2 with a damaged certificate|1 changed"),
-    "an empty certificate": (damaged(b""), 3, "12", "test.json|EOF|2 with a damaged certificate"),
-    "a list for a certificate": (damaged(b"[]"), 3, "12", "object|2 with a damaged certificate"),
-    "a deep certificate": (damaged(b"[" * 100_000), 3, "12", "recursion|2 with a damaged certificate"),
-    "a certificate in no encoding": (damaged(b"\xff\xfe"), 3, "12", "UTF-8|2 with a damaged certificate"),
-    "a list of problems": (damaged(f"{EMPTY}[]}}".encode()), 3, "12", "problems: |2 with a damaged"),
-    "a problem without keys": (damaged(f'{EMPTY}{{"p1": {{}}}}}}'.encode()), 3, "12", "problems.p1.problem: "),
-    "a folder for a certificate": (damaged(None), 3, "12", "Is a directory|2 with a damaged certificate"),
+    "a certificate cut off": (damage(b"{"), 3, "12", "test.json|EOF|2 with a damaged certificate|1 changed"),
+    "an empty certificate": (damage(b""), 3, "12", "test.json|EOF|2 with a damaged certificate"),
+    "a list for a certificate": (damage(b"[]"), 3, "12", "object|2 with a damaged certificate"),
+    "a deep certificate": (damage(b"[" * 100_000), 3, "12", "recursion|2 with a damaged certificate"),
+    "a certificate in no encoding": (damage(b"\xff\xfe"), 3, "12", "UTF-8|2 with a damaged certificate"),
+    "a list of problems": (damage(f"{EMPTY}[]}}".encode()), 3, "12", "problems: |2 with a damaged"),
+    "a problem without keys": (damage(f'{EMPTY}{{"p1": {{}}}}}}'.encode()), 3, "12", "problems.p1.problem: "),
+    "a folder for a certificate": (damage(None), 3, "12", "Is a directory|2 with a damaged certificate"),
     "no digests of the notebook": (
-        lambda folder: change_json(certificate(folder), lambda made: made.pop("notebook")), 2, "1",
+        lambda folder: change_json(find_certificate(folder), lambda content: content.pop("notebook")), 2, "1",
         "notebook: |2 with a damaged certificate",
     ),
     "another student's certificate": (
-        lambda folder: shutil.copy(certificate(folder, "s002"), certificate(folder)), 2, "1", "s002|2 with a damaged",
+        lambda folder: shutil.copy(find_certificate(folder, "s002"), find_certificate(folder)), 2, "1",
+        "s002|2 with a damaged",
     ),
-    "an arm only": (edited({"arm": "1"}, "s001"), 1, "1", "1 with a damaged certificate"),
-    "parts only": (edited({"parts": {"position": "1"}}, "s001"), 1, "1", "1 with a damaged certificate"),
-    "questions only": (edited({"questions": ["position", "jacobian"]}, "s001"), 1, "1", "1 with a damaged certificate"),
+    "an arm only": (edit_entry({"arm": "1"}, "s001"), 1, "1", "1 with a damaged certificate"),
+    "parts only": (edit_entry({"parts": {"position": "1"}}, "s001"), 1, "1", "1 with a damaged certificate"),
+    "questions only": (
+        edit_entry({"questions": ["position", "jacobian"]}, "s001"), 1, "1", "1 with a damaged certificate",
+    ),
     "a student who is new": (
-        rewritten("roster.csv", lambda text: f"{text}s003,Cy Example,cy@example.org\n"), 2, "3",
+        edit_file("roster.csv", lambda text: f"{text}s003,Cy Example,cy@example.org\n"), 2, "3",
         "qdot generate|2 without a certificate",
     ),
     "a problem that is gone": (
-        rewritten("assignment.toml", lambda text: text.rpartition("[[problem]]")[0]), 2, "12",
+        edit_file("assignment.toml", lambda text: text.rpartition("[[problem]]")[0]), 2, "12",
         "p2|assignment.toml|2 changed",
     ),
-    "a problem that is new": (rewritten("assignment.toml", lambda _: LATER), 2, "12", "p3|2 without a certificate"),
-    "a statement": (reworded("p1-statement"), 1, "1", f"{NOTEBOOK}|p1-statement|1 in an altered notebook"),
-    "a question": (reworded("p2-position-question"), 1, "1", f"{NOTEBOOK}|p2-position-question"),
-    "the set-up": (altered(lambda cells: cell(cells, "setup").update(source="from sympy import *")), 2, "1", "setup"),
+    "a problem that is new": (edit_file("assignment.toml", lambda _: LATER), 2, "12", "p3|2 without a certificate"),
+    "a statement": (reword_cell("p1-statement"), 1, "1", f"{NOTEBOOK}|p1-statement|1 in an altered notebook"),
+    "a question": (reword_cell("p2-position-question"), 1, "1", f"{NOTEBOOK}|p2-position-question"),
+    "the set-up": (
+        edit_cells(lambda cells: find_cell(cells, "setup").update(source="from sympy import *")), 2, "1", "setup",
+    ),
     "a type of cell": (
-        altered(lambda cells: cell(cells, "p1-jacobian-question").update(cell_type="raw")), 1, "1",
+        edit_cells(lambda cells: find_cell(cells, "p1-jacobian-question").update(cell_type="raw")), 1, "1",
         "p1-jacobian-question",
     ),
-    "metadata": (altered(lambda cells: cell(cells, "p1-jacobian")["metadata"].clear()), 1, "1", "p1-jacobian changed"),
+    "metadata": (
+        edit_cells(lambda cells: find_cell(cells, "p1-jacobian")["metadata"].clear()), 1, "1", "p1-jacobian changed",
+    ),
     "a cell that is gone": (
-        altered(lambda cells: cells.remove(cell(cells, "p2-determinant"))), 1, "1", "p2-determinant",
+        edit_cells(lambda cells: cells.remove(find_cell(cells, "p2-determinant"))), 1, "1", "p2-determinant",
     ),
     "a cell that is added": (
-        altered(lambda cells: cells.append({"cell_type": "raw", "source": ["Not ", "so."]})), 2, "1", "cell 18",
+        edit_cells(lambda cells: cells.append({"cell_type": "raw", "source": ["Not ", "so."]})), 2, "1", "cell 18",
     ),
-    "a cell that is there twice": (altered(lambda cells: cells.append(dict(cell(cells, "title")))), 2, "1", "title"),
-    "another order": (altered(lambda cells: cells.append(cells.pop(3))), 2, "1", "order|2 in an altered notebook"),
+    "a cell that is there twice": (
+        edit_cells(lambda cells: cells.append(dict(find_cell(cells, "title")))), 2, "1", "title",
+    ),
+    "another order": (edit_cells(lambda cells: cells.append(cells.pop(3))), 2, "1", "order|2 in an altered notebook"),
     "text that is none": (
-        altered(lambda cells: cells.append({"cell_type": "raw", "source": "\ud800"})), 2, "1", "cell 18",
+        edit_cells(lambda cells: cells.append({"cell_type": "raw", "source": "\ud800"})), 2, "1", "cell 18",
     ),
-    "a cell that is none": (altered(lambda cells: cells.append([])), 0, "", ""),  # type: ignore[arg-type]
+    "a cell that is none": (edit_cells(lambda cells: cells.append([])), 0, "", ""),  # type: ignore[arg-type]
     "another student's notebook": (
-        lambda folder: shutil.copy(notebook(folder, "s002"), notebook(folder)), 2, "1", "metadata|title|2 in an",
+        lambda folder: shutil.copy(find_notebook(folder, "s002"), find_notebook(folder)), 2, "1",
+        "metadata|title|2 in an",
     ),
-    "another edition's notebook": (of_another_edition, 2, "1", "metadata|2 in an altered notebook"),
-    "no notebook": (broken(None), 2, "1", f"{NOTEBOOK}|2 without a notebook"),
-    "a notebook cut off": (broken(b"{"), 2, "1", f"{NOTEBOOK}|2 in an altered notebook"),
-    "a notebook in no encoding": (broken(b"\xff"), 2, "1", f"{NOTEBOOK}|utf-8|2 in an altered notebook"),
-    "a notebook without cells": (broken(b"[]"), 2, "1", f"{NOTEBOOK}|no cells|2 in an altered notebook"),
-    "a deep notebook": (broken(b"[" * 100_000), 2, "1", f"{NOTEBOOK}|2 in an altered notebook"),
+    "another edition's notebook": (claim_another_edition, 2, "1", "metadata|2 in an altered notebook"),
+    "no notebook": (break_notebook(None), 2, "1", f"{NOTEBOOK}|2 without a notebook"),
+    "a notebook cut off": (break_notebook(b"{"), 2, "1", f"{NOTEBOOK}|2 in an altered notebook"),
+    "a notebook in no encoding": (break_notebook(b"\xff"), 2, "1", f"{NOTEBOOK}|utf-8|2 in an altered notebook"),
+    "a notebook without cells": (break_notebook(b"[]"), 2, "1", f"{NOTEBOOK}|no cells|2 in an altered notebook"),
+    "a deep notebook": (break_notebook(b"[" * 100_000), 2, "1", f"{NOTEBOOK}|2 in an altered notebook"),
 }  # fmt: skip
-"""What is changed, how many problems fail by it and of which students, and what is printed."""
+"""A change, how many problems fail, the numbers of their students, and words of the output."""
 
 
-@pytest.mark.parametrize("case", ALTERED)
-def test_what_was_altered_fails_its_student(folder: Path, case: str, monkeypatch: pytest.MonkeyPatch) -> None:
-    change, failed, students, words = ALTERED[case]
+@pytest.mark.parametrize("case", CHANGES)
+def test_verify_finds_every_change(folder: Path, case: str, monkeypatch: pytest.MonkeyPatch) -> None:
+    change, failed, students, words = CHANGES[case]
     if case != "nothing":  # to prove all problems again takes longest
         monkeypatch.setattr(certifying, "find_failures", lambda _: [])
     change(folder)
-    count, output = verified(folder)
+    count, output = verify_folder(folder)
     assert (count, [word for word in words.split("|") if word not in output]) == (failed, []), output
     named = {line[:5] for line in output.splitlines() if re.match(r"s00\d: ", line)}
     assert named == {f"s00{number}:" for number in students}, output
 
 
-def test_a_certificate_says_what_was_made_by_what_and_what_it_passed(released: Path) -> None:
+def test_a_certificate_records_problem_version_and_checks(released: Path) -> None:
     assignment = load_assignment(released)
     content = json.loads(certificate_path(assignment, "s001").read_text(encoding="utf-8"))
-    own, plain = content["problems"]["p1"], content["problems"]["p2"]
-    assert own["problem"].startswith("lab-arm/")
-    assert (plain["engine"], plain["band"], plain["questions"]) == (ENGINE, [1, 2], ["position", "determinant"])
-    assert 10 <= plain["difficulty"] < 24
-    assert {"jacobian: product of exponentials", "singular-angles: complete"} <= set(own["checks"])
-    assert set(own["parts"]) == {"jacobian", "determinant", "singular-angles"}
+    robot, family = content["problems"]["p1"], content["problems"]["p2"]
+    assert robot["problem"].startswith("lab-arm/")
+    assert (family["engine"], family["band"], family["questions"]) == (ENGINE, [1, 2], ["position", "determinant"])
+    assert 10 <= family["difficulty"] < 24
+    assert {"jacobian: product of exponentials", "singular-angles: complete"} <= set(robot["checks"])
+    assert set(robot["parts"]) == {"jacobian", "determinant", "singular-angles"}
     (_, problem), _ = assignment.generate_problems("s001")
-    assert own["sha256"] == compute_digests(problem).sha256
+    assert robot["sha256"] == compute_digests(problem).sha256
 
 
-def test_students_draw_different_lengths_of_an_own_robot(released: Path) -> None:
+def test_students_get_different_lengths_of_an_own_robot(released: Path) -> None:
     assignment = load_assignment(released)
     arms = {assignment.generate_problems(student.id)[0][1].chain for student in assignment.roster}
     assert len(arms) == len(assignment.roster)
     assert all(not arm.parameters or {s.name for s in arm.parameters} == {"d1"} for arm in arms)
-    again = pickle.loads(pickle.dumps(assignment))  # as it goes to other processes
+    again = pickle.loads(pickle.dumps(assignment))  # as when it is sent to other processes
     assert again.generate_problems("ada") == assignment.generate_problems("ada")
 
 
-def test_all_of_a_folder_are_certified_whatever_their_certificates_are(
-    folder: Path, monkeypatch: pytest.MonkeyPatch
-) -> None:
+def test_all_problems_are_checked_without_certificates(folder: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     shutil.rmtree(folder / "certificates")
     monkeypatch.setattr(Matrix, "as_typed", lambda answer: "theta1")
-    failed, output = verified(folder)
+    failed, output = verify_folder(folder)
     assert failed == 4 and "4 not passing the checks" in output
 
 
-def test_answers_and_what_programs_do_to_a_notebook_alter_nothing(
-    folder: Path, monkeypatch: pytest.MonkeyPatch
-) -> None:
-    def work(cells: Cells) -> None:
-        cell(cells, "p2-position")["source"] = ["p2_position = ", "Matrix([a1, 0])"]
-        cell(cells, "setup").update(outputs=[{"output_type": "stream", "name": "stdout", "text": "1"}])
-        cell(cells, "setup")["execution_count"] = 3
-        for each in cells:
-            del each["id"]
-            each["source"] = "".join(each["source"]).splitlines(keepends=True)
+def test_answering_and_saving_a_notebook_is_no_change(folder: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    def answer_and_save(cells: Cells) -> None:
+        find_cell(cells, "p2-position")["source"] = ["p2_position = ", "Matrix([a1, 0])"]
+        find_cell(cells, "setup").update(outputs=[{"output_type": "stream", "name": "stdout", "text": "1"}])
+        find_cell(cells, "setup")["execution_count"] = 3
+        for cell in cells:
+            del cell["id"]
+            cell["source"] = "".join(cell["source"]).splitlines(keepends=True)
         cells.append({"cell_type": "code", "source": " \n", "metadata": {}, "outputs": []})
 
-    altered(work)(folder)
+    edit_cells(answer_and_save)(folder)
     monkeypatch.setattr(
         "qdot.exercises.writing.problem_texts.write_statement", lambda *_: "Another wording."
     )  # as of a later version
     monkeypatch.setattr("qdot.exercises.writing.problem_texts.write_prompt", lambda *_: "Another question's wording.")
     monkeypatch.setattr("qdot.grader.grading.certify.find_qdot_version", lambda: "9.1")
-    assert verified(folder)[0] == 0
+    assert verify_folder(folder)[0] == 0
 
 
-def test_who_left_the_roster_is_verified_all_the_same(folder: Path) -> None:
-    rewritten("roster.csv", lambda text: "".join(text.splitlines(keepends=True)[:-1]))(folder)
-    failed, output = verified(folder)
+def test_notebooks_of_former_students_are_verified(folder: Path) -> None:
+    edit_file("roster.csv", lambda text: "".join(text.splitlines(keepends=True)[:-1]))(folder)
+    failed, output = verify_folder(folder)
     assert failed == 0 and "s002" in output
-    edited(SHA)(folder)
-    assert verified(folder)[0] == 1
+    edit_entry(SHA)(folder)
+    assert verify_folder(folder)[0] == 1
     shutil.rmtree(folder / "certificates" / "s002")
-    assert verified(folder)[0] == 2
+    assert verify_folder(folder)[0] == 2
 
 
-def test_files_that_are_not_qdots_fail_nothing(folder: Path) -> None:
+def test_unrelated_files_are_ignored(folder: Path) -> None:
     for name in ("released/.DS_Store", "released/s001/.ipynb_checkpoints/test.ipynb", "released/.old/test.ipynb"):
         (folder / name).parent.mkdir(exist_ok=True)
         (folder / name).write_text("{", encoding="utf-8")
     (folder / "released" / "s001" / "other.ipynb").write_text("{", encoding="utf-8")
     (folder / "certificates" / "README").write_text("{", encoding="utf-8")
-    assert verified(folder)[0] == 0
+    assert verify_folder(folder)[0] == 0
 
 
-def test_a_problem_that_fails_is_not_handed_out(folder: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+def test_a_failing_problem_is_not_released(folder: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     shutil.rmtree(folder / "released")
     monkeypatch.setattr(certifying, "find_failures", lambda *_: ["jacobian: frames: entry (1, 1): 1, expected 2"])
-    told: list[ReleaseResult] = []
-    release_notebooks(load_assignment(folder), CERTIFIER, 1, told.append)
-    assert [(one.student, one.outcome) for one in told] == [("s001", "left out"), ("s002", "left out")]
+    released: list[ReleaseResult] = []
+    release_notebooks(load_assignment(folder), CERTIFIER, 1, released.append)
+    assert [(result.student, result.outcome) for result in released] == [("s001", "left out"), ("s002", "left out")]
     assert "s001: p1 (lab-arm): 10 attempts, but no valid problem. The first attempt: jacobian: frames:" in str(
-        told[0].failed_slots[0]
+        released[0].failed_slots[0]
     )
     assert not (folder / "released").exists()
 
 
-def test_an_own_robot_that_is_singular_everywhere_is_not_handed_out(folder: Path) -> None:
+def test_an_own_robot_that_is_always_singular_is_not_released(folder: Path) -> None:
     shutil.rmtree(folder / "released")
     (folder / "Lab arm.toml").write_text('task = ["wx", "wy"]\n' + ARM, encoding="utf-8")
     (folder / "assignment.toml").write_text(
         PROBLEMS.replace('"jacobian", "determinant", "singular-angles"', '"jacobian"')
     )
-    said = r"full rank: J for the task wx, wy has rank 1 of 2, whatever the configuration; choose another task$"
-    with pytest.raises(QdotError, match=said):
+    message = r"full rank: J for the task wx, wy has rank 1 of 2, whatever the configuration; choose another task$"
+    with pytest.raises(QdotError, match=message):
         release_notebooks(load_assignment(folder), CERTIFIER, 1, lambda _: None)
     assert not (folder / "released").exists()
 
 
-def test_a_record_is_the_same_each_time_whatever_the_points() -> None:
+def test_a_record_is_reproducible_and_independent_of_points() -> None:
     problem = generate(ProblemId("elbow-3r", 4, ("jacobian", "singular-angles")))
     assert make_record(problem) == make_record(generate(problem.id))
     assert compute_digests(problem) == compute_digests(generate(problem.id, points=(5, 6)))
-    other = compute_digests(generate(ProblemId("elbow-3r", 5, problem.id.questions)))
-    assert compute_digests(problem).arm != other.arm
+    another = compute_digests(generate(ProblemId("elbow-3r", 5, problem.id.questions)))
+    assert compute_digests(problem).arm != another.arm
 
 
-def test_an_unknown_band_fails_loudly() -> None:
+def test_an_impossible_difficulty_is_a_failure() -> None:
     ((_, failures),) = verify_all([VerificationTask(ProblemId("planar-2r", 1, band=(4, 4)))], 1)
     assert [failure.message for failure in failures] == [
         "planar-2r/1 (all questions): planar-2r has no arm of difficulty 4; its arms are of difficulty 1"
@@ -341,7 +358,7 @@ def test_an_unknown_band_fails_loudly() -> None:
 
 
 @pytest.mark.parametrize(
-    ("entry", "said"),
+    ("entry", "message"),
     [
         ('robot = "none.toml"', 'robot = "none.toml": there is no file'),
         ('family = "planar-2r"\nrobot = "Lab arm.toml"', "either a family, .* or a robot"),
@@ -356,38 +373,38 @@ def test_an_unknown_band_fails_loudly() -> None:
         ("a2 = [0.501, 0.502]", "whole centimetres"),
     ],
 )
-def test_an_entry_or_a_range_that_can_t_be_made_is_said(folder: Path, entry: str, said: str) -> None:
+def test_an_impossible_problem_or_range_is_an_error(folder: Path, entry: str, message: str) -> None:
     if entry.startswith("a"):
         (folder / "Lab arm.toml").write_text(ARM.partition("[draw]")[0] + f"[draw]\n{entry}\n", encoding="utf-8")
-        said = rf"Lab arm\.toml: .*{said}"
+        message = rf"Lab arm\.toml: .*{message}"
     else:
         text = f'title = "T"\nkey = "t"\n[[problem]]\n{entry}\n'
         (folder / "assignment.toml").write_text(text, encoding="utf-8")
-        said = rf"assignment\.toml: line \d: problem 1: .*{said}"
-    with pytest.raises(QdotError, match=said):
+        message = rf"assignment\.toml: line \d: problem 1: .*{message}"
+    with pytest.raises(QdotError, match=message):
         load_assignment(folder)
 
 
-def test_a_crash_is_a_failure_of_its_problem_alone(monkeypatch: pytest.MonkeyPatch) -> None:
-    made = generate
+def test_a_crash_fails_only_its_problem(monkeypatch: pytest.MonkeyPatch) -> None:
+    content = generate
 
-    def crashing(identity: ProblemId, **others: Any) -> Problem:
+    def crashing(identity: ProblemId, **options: Any) -> Problem:
         if identity.seed == 1:
             raise ZeroDivisionError("by zero")
-        return made(identity, **others)
+        return content(identity, **options)
 
     monkeypatch.setattr("qdot.grader.grading.certify.generate", crashing)
     tasks = [VerificationTask(ProblemId("planar-2r", seed, ("jacobian",))) for seed in range(3)]
-    found = [[failure.message for failure in failures] for _, failures in verify_all(tasks, 1)]
-    said = "planar-2r/1 (jacobian): qdot failed: ZeroDivisionError: by zero; please report this error"
-    assert found == [[], [said], []]
+    messages = [[failure.message for failure in failures] for _, failures in verify_all(tasks, 1)]
+    expected = "planar-2r/1 (jacobian): qdot failed: ZeroDivisionError: by zero; please report this error"
+    assert messages == [[], [expected], []]
 
 
 IDS = ("planar-2r/7", "planar-2r/7@full", "planar-2r/7@modified-dh", "scara/1@chapter@screws")
 
 
 @pytest.mark.parametrize("text", IDS)
-def test_every_identity_can_be_put_on_record(text: str) -> None:
-    own = {"questions": (), "band": None, "engine": 1, "qdot": "0", "difficulty": 0, "sha256": "", "arm": ""}
-    record = ProblemRecord.model_validate({"problem": str(ProblemId.parse(text)), "parts": {}, "checks": (), **own})
+def test_every_problem_id_can_be_recorded(text: str) -> None:
+    fields = {"questions": (), "band": None, "engine": 1, "qdot": "0", "difficulty": 0, "sha256": "", "arm": ""}
+    record = ProblemRecord.model_validate({"problem": str(ProblemId.parse(text)), "parts": {}, "checks": (), **fields})
     assert record.problem == text

@@ -1,4 +1,4 @@
-"""Overrides, lateness and several attempts: exact sums, in every report, whatever is graded again."""
+"""Overrides, lateness and several attempts: sums are exact in every report, and survive regrading."""
 
 import csv
 import datetime
@@ -47,25 +47,25 @@ def folder(tmp_path: Path) -> Path:
     return tmp_path / "hw"
 
 
-def marked(*points: float | None) -> NotebookMarks:
-    """What the grader gives, with these points for the two parts."""
-    outcomes = ["partial" if each else "ungraded" if each is None else "wrong" for each in points]
+def make_marks(*points: float | None) -> NotebookMarks:
+    """Return the marks of a notebook with these points for its two parts."""
+    outcomes = ["partial" if earned else "ungraded" if earned is None else "wrong" for earned in points]
     parts = tuple(
-        make_part(name, outcome, most, points=each, reason="the reason")
-        for name, outcome, most, each in zip(("position", "determinant"), outcomes, (2.0, 0.7), points, strict=True)
+        make_part(name, outcome, most, points=earned, reason="the reason")
+        for name, outcome, most, earned in zip(("position", "determinant"), outcomes, (2.0, 0.7), points, strict=True)
     )
     return NotebookMarks(sha256="0", made_from=MarkingVersions(), problems=(ProblemResult("planar-2r/1", "p1", parts),))
 
 
-def one(assignment: Assignment, hours: float, *points: float | None, **overrides: Override) -> Result:
-    handed_in = [GradedNotebook("hw.ipynb", DUE + hours * HOUR, marked(*points))]
-    named = {{"total": ""}.get(name, f"p1.{name}"): override for name, override in overrides.items()}
+def attempt(assignment: Assignment, hours: float, *points: float | None, **overrides: Override) -> Result:
+    notebooks = [GradedNotebook("hw.ipynb", DUE + hours * HOUR, make_marks(*points))]
+    by_part = {{"total": ""}.get(name, f"p1.{name}"): override for name, override in overrides.items()}
     student = assignment.roster[0]
-    return compute_final_result(assignment, student, handed_in, Overrides({student.id: named}))
+    return compute_final_result(assignment, student, notebooks, Overrides({student.id: by_part}))
 
 
 @pytest.mark.parametrize(
-    ("line", "said"),
+    ("line", "message"),
     [
         ("s9,p1.position,1,", "line 2: roster.csv has no student 's9'"),
         ("s1,p1.positon,1,", "line 2: unknown part 'p1.positon' (did you mean 'p1.position'?)"),
@@ -77,15 +77,15 @@ def one(assignment: Assignment, hours: float, *points: float | None, **overrides
         ("s1,p1.position,1,well, now", "line 2: 5 cells, but the header has 4"), ("s1,p1.position", "line 2: "),
     ],
 )  # fmt: skip
-def test_what_is_wrong_in_overrides_is_told(folder: Path, line: str, said: str) -> None:
+def test_an_error_in_overrides_is_reported_with_its_line(folder: Path, line: str, message: str) -> None:
     (folder / "overrides.csv").write_text(f"student,part,points,comment\n{line}\n")
     with pytest.raises(QdotError) as caught:
         read_overrides(load_assignment(folder))
     assert str(caught.value).startswith(f"{folder / 'overrides.csv'}: line ")
-    assert said in str(caught.value)
+    assert message in str(caught.value)
 
 
-def test_overrides_are_read_as_spreadsheets_write_them(folder: Path) -> None:
+def test_overrides_are_read_from_spreadsheet_formats(folder: Path) -> None:
     assert read_overrides(load_assignment(folder)) == Overrides()
     (folder / "overrides.csv").write_text('﻿Student;Part;Points;Comment\ns1;p1.position;1,5;"a; b"\ns2;;2;\n\n')
     of_students = read_overrides(load_assignment(folder)).by_student
@@ -95,14 +95,14 @@ def test_overrides_are_read_as_spreadsheets_write_them(folder: Path) -> None:
     assert read_overrides(load_assignment(folder)).by_student == {"s1": shares}
 
 
-def test_an_override_keeps_what_the_grader_said(folder: Path) -> None:
+def test_an_override_keeps_the_graders_verdict(folder: Path) -> None:
     assignment = load_assignment(folder)
-    assert find_work_status(one(assignment, -1, None, 0.7)) == "ungraded"
-    for settled in ({"position": make_override(1)}, {"total": make_override(1)}):
-        assert find_work_status(one(assignment, -1, None, 0.7, **settled)) == "graded", (
-            "a person settles what qdot failed on"
+    assert find_work_status(attempt(assignment, -1, None, 0.7)) == "ungraded"
+    for overrides in ({"position": make_override(1)}, {"total": make_override(1)}):
+        assert find_work_status(attempt(assignment, -1, None, 0.7, **overrides)) == "graded", (
+            "an override replaces a failed grading"
         )
-    result = one(assignment, -1, 0.5, 0.7, position=make_override(1.25, "the sketch is right"))
+    result = attempt(assignment, -1, 0.5, 0.7, position=make_override(1.25, "the sketch is right"))
     part = result.parts["p1.position"]
     assert (part.outcome, part.reason, part.points) == ("partial", "the reason", 1.25)
     assert part.override == Override(1.25, "the sketch is right", 0.5)
@@ -110,7 +110,7 @@ def test_an_override_keeps_what_the_grader_said(folder: Path) -> None:
 
 
 @pytest.mark.parametrize(
-    ("late", "said"),
+    ("late", "message"),
     [
         ("late = 0.1", "late = 0.1: "), ("late = {}", "per_day, until"), ('late = {grace = "1 h"}', "per_day, until"),
         ("late = {perday = 0.1}", "unknown key 'perday' (did you mean 'per_day'?)"),
@@ -126,13 +126,13 @@ def test_an_override_keeps_what_the_grader_said(folder: Path) -> None:
         ("attempts = 3", "attempts = 3: "), (f"{RULE}\n# no time: ", "due ="),
     ],
 )  # fmt: skip
-def test_what_is_wrong_in_the_late_rule_or_about_attempts_is_told(folder: Path, late: str, said: str) -> None:
+def test_an_error_in_the_late_rule_or_attempts_is_reported(folder: Path, late: str, message: str) -> None:
     text = TOML.format(late)
     (folder / "assignment.toml").write_text(text.replace("due", "# due", 1) if "no time" in late else text)
     with pytest.raises(QdotError) as caught:
         load_assignment(folder)
     assert str(caught.value).startswith(f"{folder / 'assignment.toml'}: line 4: ")
-    assert said in str(caught.value)
+    assert message in str(caught.value)
 
 
 @pytest.mark.parametrize(
@@ -140,17 +140,15 @@ def test_what_is_wrong_in_the_late_rule_or_about_attempts_is_told(folder: Path, 
     [(-1, None, 2.7), (0.25, None, 2.7), (0.26, 0.1, 2.43), (24, 0.1, 2.43), (24.01, 0.2, 2.16), (119, 0.5, 1.35),
      (200, 0.5, 1.35), (240, 0.5, 1.35), (240.01, 1.0, 0.0)],
 )  # fmt: skip
-def test_days_begun_take_a_share_of_what_was_earned(
-    folder: Path, hours: float, penalty: float | None, score: float
-) -> None:
+def test_late_work_loses_a_tenth_per_day(folder: Path, hours: float, penalty: float | None, score: float) -> None:
     (folder / "assignment.toml").write_text(TOML.format(RULE))
-    result = one(load_assignment(folder), hours, 2.0, 0.7)
+    result = attempt(load_assignment(folder), hours, 2.0, 0.7)
     received = (DUE + hours * HOUR).isoformat()
     late = penalty and Lateness("2027-01-15T12:00:00+00:00", received, int(hours * 3600), penalty, 2.7)
     assert (result.score, result.late) == (score, late)
     assert find_work_status(result) == ("graded" if penalty is None else "late")
     (folder / "assignment.toml").write_text(TOML.format(""))
-    result = one(load_assignment(folder), hours, 2.0, 0.7)  # without a rule, lateness is told and costs nothing
+    result = attempt(load_assignment(folder), hours, 2.0, 0.7)  # without a rule, lateness is recorded and costs nothing
     assert (result.score, bool(result.late)) == (2.7, hours > 0)
 
 
@@ -158,45 +156,45 @@ def test_sums_are_exact_whatever_the_points(folder: Path) -> None:
     (folder / "assignment.toml").write_text(TOML.format(RULE))
     assignment = load_assignment(folder)
     for a, b, hours in itertools.product((0.1, 0.3333, 1.0, 1.9999), (0.0667, 0.2, 0.7), (1, 30, 60)):
-        result = one(assignment, hours, a, b)
+        result = attempt(assignment, hours, a, b)
         before = Fraction(str(a)) + Fraction(str(b))
         assert result.late is not None
-        off = round(before * Fraction(str(result.late.penalty)), 4)
-        assert Fraction(str(result.score)) == before - off
+        deduction = round(before * Fraction(str(result.late.penalty)), 4)
+        assert Fraction(str(result.score)) == before - deduction
         (row,) = csv.DictReader(make_grades_csv([result], assignment.roster).splitlines())
         cells = {name: Fraction(row[name]) for name in ("p1.position", "p1.determinant", "late_penalty", "score")}
         assert cells["p1.position"] + cells["p1.determinant"] - cells["late_penalty"] == cells["score"]
 
 
-def test_an_extension_is_a_time_of_the_students_own(folder: Path) -> None:
+def test_an_extension_moves_the_students_deadline(folder: Path) -> None:
     (folder / "assignment.toml").write_text(TOML.format(RULE))
     (folder / "roster.csv").write_text("student,due\ns1,2027-01-16T12:00:00+00:00\ns2,2027-01-16 13:00\ns3,\n")
     assignment = load_assignment(folder)
     scores = []
     for student, hours in itertools.product(assignment.roster, (24, 24.5, 250)):
-        handed_in = [GradedNotebook("hw.ipynb", DUE + hours * HOUR, marked(2.0, 0.7))]
-        scores.append(compute_final_result(assignment, student, handed_in).score)
+        notebooks = [GradedNotebook("hw.ipynb", DUE + hours * HOUR, make_marks(2.0, 0.7))]
+        scores.append(compute_final_result(assignment, student, notebooks).score)
     assert scores == [2.7, 2.43, 1.35, 2.7, 2.7, 1.35, 2.43, 2.16, 0.0]
-    for wrong in ("2027-01-16", "16.1.2027", "Friday"):
-        (folder / "roster.csv").write_text(f"student,due\ns1,{wrong}\n")
-        with pytest.raises(QdotError, match=rf"roster.csv: line 2: due = '{wrong}': "):
+    for invalid in ("2027-01-16", "16.1.2027", "Friday"):
+        (folder / "roster.csv").write_text(f"student,due\ns1,{invalid}\n")
+        with pytest.raises(QdotError, match=rf"roster.csv: line 2: due = '{invalid}': "):
             load_assignment(folder)
 
 
-def test_times_without_a_zone_are_the_machines_or_the_assignments(folder: Path) -> None:
-    bare = TOML.format("late = {until = 2027-01-20T12:00:00}").replace("00Z", "00")
-    (folder / "assignment.toml").write_text(bare)
+def test_times_without_a_zone_are_local(folder: Path) -> None:
+    text = TOML.format("late = {until = 2027-01-20T12:00:00}").replace("00Z", "00")
+    (folder / "assignment.toml").write_text(text)
     assignment = load_assignment(folder)
-    due = assignment.due_date_of(assignment.roster[0])
-    assert due == datetime.datetime(2027, 1, 15, 12).astimezone()
+    deadline = assignment.due_date_of(assignment.roster[0])
+    assert deadline == datetime.datetime(2027, 1, 15, 12).astimezone()
     assert assignment.late == LateRule(until=datetime.datetime(2027, 1, 20, 12).astimezone())
 
 
-def test_parts_that_were_set_lose_for_lateness_and_a_total_that_was_set_does_not(folder: Path) -> None:
+def test_lateness_reduces_overridden_parts_but_no_overridden_total(folder: Path) -> None:
     (folder / "assignment.toml").write_text(TOML.format(RULE))
     assignment = load_assignment(folder)
-    assert one(assignment, 1, 0.0, 0.7, position=make_override(1)).score == 1.53
-    result = one(assignment, 1, 0.0, 0.7, position=make_override(1), total=make_override(2.5, "ill"))
+    assert attempt(assignment, 1, 0.0, 0.7, position=make_override(1)).score == 1.53
+    result = attempt(assignment, 1, 0.0, 0.7, position=make_override(1), total=make_override(2.5, "ill"))
     assert (result.score, result.override) == (2.5, Override(2.5, "ill", 1.53))
     (row,) = csv.DictReader(make_grades_csv([result], assignment.roster).splitlines())
     assert [row[name] for name in SUMMARY_COLUMNS[:-1]] == [
@@ -204,53 +202,54 @@ def test_parts_that_were_set_lose_for_lateness_and_a_total_that_was_set_does_not
     ]  # fmt: skip
 
 
-def test_many_notebooks_in_a_folder_are_one_attempt_and_attempts_have_a_limit(folder: Path, released: Path) -> None:
+def test_notebooks_within_minutes_are_one_attempt_and_attempts_are_limited(folder: Path, released: Path) -> None:
     for k in range(4):  # within ten minutes
-        hand_in(folder, released, f"s1/hw-{k}.ipynb", -5 + k / 30, position="blank" if k != 1 else "0")
+        submit_answers(folder, released, f"s1/hw-{k}.ipynb", -5 + k / 30, position="blank" if k != 1 else "0")
     for k in range(1, 6):  # the right one is the sixth attempt
         answers = {} if k == 5 else {"determinant": "blank"}
-        hand_in(folder, released, f"s1/later-{k}.ipynb", -5 + k / 2, **answers)
+        submit_answers(folder, released, f"s1/later-{k}.ipynb", -5 + k / 2, **answers)
     (folder / "assignment.toml").write_text(TOML.format('attempts = "best"'))
-    found, _ = run(folder)
-    scores = {one.file: one.score for one in found["s1"].attempts}
+    results, _ = run(folder)
+    scores = {attempt.file: attempt.score for attempt in results["s1"].attempts}
     counted = ["hw-3.ipynb", *(f"later-{k}.ipynb" for k in range(1, 5))]
     assert [name for name, score in scores.items() if score is not None] == counted
-    assert found["s1"].notes[0].endswith(" within 10 min, only the last counts; at most 5 attempts count")
+    assert results["s1"].notes[0].endswith(" within 10 min, only the last counts; at most 5 attempts count")
     (folder / "assignment.toml").write_text(TOML.format('attempts = {best_of = 1, apart = "1 day"}'))
     assert get_counted_file(run(folder)[0]["s1"]) == "later-5.ipynb"
 
 
-def best(assignment: Assignment, *handed_in: GradedNotebook, **overrides: Override) -> Result:
-    named = {f"p1.{name}": override for name, override in overrides.items()}
+def compute_best(assignment: Assignment, *notebooks: GradedNotebook, **overrides: Override) -> Result:
+    by_part = {f"p1.{name}": override for name, override in overrides.items()}
     student = assignment.roster[0]
     return compute_final_result(
-        replace(assignment, attempts=AttemptPolicy(5)), student, handed_in, Overrides({student.id: named})
+        replace(assignment, attempts=AttemptPolicy(5)), student, notebooks, Overrides({student.id: by_part})
     )
 
 
-def test_the_best_counts_after_what_lateness_takes_off(folder: Path) -> None:
+def test_the_best_attempt_counts_after_deductions(folder: Path) -> None:
     (folder / "assignment.toml").write_text(TOML.format(RULE))
     assignment = load_assignment(folder)
-    early = GradedNotebook("a.ipynb", DUE - HOUR, marked(1.9, 0.7))
-    late = GradedNotebook("b.ipynb", DUE + HOUR, marked(2.0, 0.7))
-    result = best(assignment, early, late)
+    early = GradedNotebook("a.ipynb", DUE - HOUR, make_marks(1.9, 0.7))
+    late = GradedNotebook("b.ipynb", DUE + HOUR, make_marks(2.0, 0.7))
+    result = compute_best(assignment, early, late)
     assert (result.score, get_counted_file(result), result.late) == (2.6, "a.ipynb", None)
-    assert [(one.file, one.score) for one in result.attempts] == [("a.ipynb", 2.6), ("b.ipynb", 2.43)]
+    assert [(attempt.file, attempt.score) for attempt in result.attempts] == [("a.ipynb", 2.6), ("b.ipynb", 2.43)]
     assert result.attempts[1].received == "2027-01-15T13:00:00+00:00"
-    said = "2 notebooks were submitted; a.ipynb counts, the best, not b.ipynb"
-    assert result.notes == result.staff_notes == (said,)
-    soon = replace(early, file="c.ipynb", received=DUE - HOUR - HOUR / 60, marks=None)
-    note = best(assignment, soon, early).notes[0]
+    expected_note = "2 notebooks were submitted; a.ipynb counts, the best, not b.ipynb"
+    assert result.notes == result.staff_notes == (expected_note,)
+    same_attempt = replace(early, file="c.ipynb", received=DUE - HOUR - HOUR / 60, marks=None)
+    note = compute_best(assignment, same_attempt, early).notes[0]
     assert "a.ipynb counts, not c.ipynb" in note and "within 10 min" in note
-    assert get_counted_file(best(assignment, early, late, position=make_override(2))) == "a.ipynb"
-    assert get_counted_file(best(assignment, early, replace(early, file="c.ipynb"))) == "a.ipynb"
+    assert get_counted_file(compute_best(assignment, early, late, position=make_override(2))) == "a.ipynb"
+    assert get_counted_file(compute_best(assignment, early, replace(early, file="c.ipynb"))) == "a.ipynb"
 
 
-def test_what_qdot_failed_on_is_not_passed_over_where_it_may_be_the_best(folder: Path) -> None:
+def test_a_failed_attempt_leaves_the_result_open_if_it_could_be_best(folder: Path) -> None:
     assignment = load_assignment(folder)
-    failed = GradedNotebook("a.ipynb", DUE, marked(None, 0.2))
-    assert find_work_status(best(assignment, failed, GradedNotebook("b.ipynb", DUE, marked(1.0, 0.7)))) == "ungraded"
-    assert find_work_status(best(assignment, failed, GradedNotebook("b.ipynb", DUE, marked(2.0, 0.7)))) == "graded"
+    failed = GradedNotebook("a.ipynb", DUE, make_marks(None, 0.2))
+    for points, status in ((1.0, "ungraded"), (2.0, "graded")):
+        other_attempt = GradedNotebook("b.ipynb", DUE, make_marks(points, 0.7))
+        assert find_work_status(compute_best(assignment, failed, other_attempt)) == status
 
 
 @pytest.fixture(scope="module")
@@ -262,56 +261,56 @@ def released(tmp_path_factory: pytest.TempPathFactory) -> Path:
     return folder
 
 
-def hand_in(folder: Path, released: Path, name: str, hours: float, **answers: str) -> None:
-    """Write a notebook that came so many hours after it was due; what isn't given in `answers` is right."""
+def submit_answers(folder: Path, released: Path, name: str, hours: float, **answers: str) -> None:
+    """Write a notebook received this many hours after the deadline; parts not in `answers` are right."""
     student = name.split("/", maxsplit=1)[0]
     text = (released / "released" / student / "hw.ipynb").read_text()
     problems = load_assignment(released).generate_problems(student)
     path = folder / "submitted" / name
     path.parent.mkdir(parents=True, exist_ok=True)
     path.write_text(fill_in_answers(text, problems, lambda code, part: answers.get(part.name, code)))
-    when = (DUE + hours * HOUR).timestamp()
-    os.utime(path, (when, when))
+    timestamp = (DUE + hours * HOUR).timestamp()
+    os.utime(path, (timestamp, timestamp))
 
 
 def run(folder: Path, *options: str) -> tuple[dict[str, Result], str]:
     with work_in_one_process():
-        printed = command.run("grade", folder, "--jobs", "1", *options)
-    return read_results(folder), printed
+        output = command.run("grade", folder, "--jobs", "1", *options)
+    return read_results(folder), output
 
 
-def test_the_last_counts_unless_the_assignment_says_the_best(folder: Path, released: Path) -> None:
-    hand_in(folder, released, "s1/hw.ipynb", -2)
-    hand_in(folder, released, "s1/hw-1.ipynb", -1, position="blank")
-    hand_in(folder, released, "s2/hw.ipynb", -1)
-    hand_in(folder, released, "s2/a.ipynb", -1, position="blank")
+def test_the_last_attempt_counts_unless_the_best_is_asked_for(folder: Path, released: Path) -> None:
+    submit_answers(folder, released, "s1/hw.ipynb", -2)
+    submit_answers(folder, released, "s1/hw-1.ipynb", -1, position="blank")
+    submit_answers(folder, released, "s2/hw.ipynb", -1)
+    submit_answers(folder, released, "s2/a.ipynb", -1, position="blank")
     scratch = folder / "submitted" / "s2" / "scratch.ipynb"
     scratch.write_text('{"cells": [], "metadata": {}, "nbformat": 4}')
     os.utime(scratch, (DUE.timestamp(), DUE.timestamp()))
     last, _ = run(folder)
     assert (get_counted_file(last["s1"]), last["s1"].score) == ("hw-1.ipynb", 0.7)
-    assert [one.score for one in last["s1"].attempts] == [None, 0.7]
+    assert [attempt.score for attempt in last["s1"].attempts] == [None, 0.7]
     assert last["s1"].notes[0].endswith("hw-1.ipynb counts, the last, not hw.ipynb")
     assert get_counted_file(last["s2"]) == "hw.ipynb"  # at the same time as a.ipynb, and named as handed out
     assert "hw.ipynb counts, of the last 2, received at the same time, the likeliest" in last["s2"].notes[0]
     assert last["s2"].attempts[-1].file == "scratch.ipynb"  # the last file, but no attempt
     assert (last["s3"].submission, last["s3"].attempts) == (None, ())
     (folder / "assignment.toml").write_text(TOML.format('attempts = "best"'))
-    kept = {path: path.stat().st_mtime_ns for path in (folder / "graded" / ".cache").glob("*.json")}
-    found, _ = run(folder)
-    assert (get_counted_file(found["s1"]), found["s1"].score) == ("hw.ipynb", 2.7)
-    assert {one.file: one.score for one in found["s1"].attempts} == {"hw.ipynb": 2.7, "hw-1.ipynb": 0.7}
-    assert kept.items() <= {p: p.stat().st_mtime_ns for p in kept}.items()
+    stored = {path: path.stat().st_mtime_ns for path in (folder / "graded" / ".cache").glob("*.json")}
+    results, _ = run(folder)
+    assert (get_counted_file(results["s1"]), results["s1"].score) == ("hw.ipynb", 2.7)
+    assert {attempt.file: attempt.score for attempt in results["s1"].attempts} == {"hw.ipynb": 2.7, "hw-1.ipynb": 0.7}
+    assert stored.items() <= {path: path.stat().st_mtime_ns for path in stored}.items()
 
 
 def test_an_override_survives_every_regrade_and_is_in_every_report(folder: Path, released: Path) -> None:
     (folder / "assignment.toml").write_text(TOML.format(RULE))
-    hand_in(folder, released, "s1/hw.ipynb", 25, position="blank")
+    submit_answers(folder, released, "s1/hw.ipynb", 25, position="blank")
     (folder / "overrides.csv").write_text(
         "student,part,points,comment\ns1,p1.position,1.5,<on paper>\ns2,p1.position,2,told\ns3,,1,ill\n"
     )
-    first, said = run(folder)
-    assert "3 set by overrides.csv; see" in said
+    first, output = run(folder)
+    assert "3 set by overrides.csv; see" in output
     assert {student: result.score for student, result in first.items()} == {"s1": 1.76, "s2": 2.0, "s3": 1.0}
     assert find_work_status(first["s3"]) == "missing"
     rows = {row["student"]: row for row in csv.DictReader((folder / "graded" / "grades.csv").read_text().splitlines())}
@@ -322,14 +321,14 @@ def test_an_override_survives_every_regrade_and_is_in_every_report(folder: Path,
         assert words in pages["s1"]
     assert "2 points: told" in pages["s2"] and "1 point: ill" in pages["s3"]
     (folder / "assignment.toml").write_text(TOML.format(RULE).replace('"T"', '"another title"'))
-    hand_in(folder, released, "s1/hw.ipynb", 25, position="blank", determinant="blank")
+    submit_answers(folder, released, "s1/hw.ipynb", 25, position="blank", determinant="blank")
     again, _ = run(folder)
     assert {student: result.score for student, result in again.items()} == {"s1": 1.2, "s2": 2.0, "s3": 1.0}
 
 
-def test_a_comment_is_no_formula_and_no_markup(folder: Path) -> None:
+def test_a_comment_becomes_no_formula_and_no_markup(folder: Path) -> None:
     assignment = load_assignment(folder)
-    result = one(assignment, -1, 0.0, 0.7, total=make_override(1, "=1+1 <b>\x07"))
+    result = attempt(assignment, -1, 0.0, 0.7, total=make_override(1, "=1+1 <b>\x07"))
     page = make_feedback_page(assignment, assignment.roster[0], replace(result, obstacle="it can't be read"))
     assert "=1+1 &lt;b&gt;␇" in page
     result = replace(result, override=Override(1, "", 0.7))

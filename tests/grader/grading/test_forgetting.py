@@ -1,4 +1,4 @@
-"""`qdot forget`: all that is of one student is found, told and removed, and nothing that is of another."""
+"""`qdot forget` lists and removes everything about one student, and nothing about the others."""
 
 import re
 import shutil
@@ -28,26 +28,28 @@ ADA = re.compile(rb"\b(?:ada|Lovelace|ada@example\.org)\b")
 
 
 @pytest.fixture(scope="module")
-def graded(tmp_path_factory: pytest.TempPathFactory) -> Path:
-    """A class of which everything is kept that can be: two runs, a table of each kind, a page, exports."""
-    made = make_class(tmp_path_factory.mktemp("forget") / "hw", STUDENTS)
-    made = release_notebooks(made, CERTIFIER, 1, lambda _: None)
+def graded_class(tmp_path_factory: pytest.TempPathFactory) -> Path:
+    """Return a folder with every kind of file: two runs, all tables, a report, exports."""
+    assignment = make_class(tmp_path_factory.mktemp("forget") / "hw", STUDENTS)
+    assignment = release_notebooks(assignment, CERTIFIER, 1, lambda _: None)
     for student in ("ada", "bo"):
         submit(
-            made,
+            assignment,
             f"{student}/hw.ipynb",
-            make_correct_notebook(made, student, lambda cells: cells[-1].update(source="x = 1")),
+            make_correct_notebook(assignment, student, lambda cells: cells[-1].update(source="x = 1")),
         )
-    grade(made.folder)
-    submit(made, "ada/hw.ipynb", make_correct_notebook(made, "ada"))
-    (made.folder / "overrides.csv").write_text("student,part,points,comment\nada,p1.position,0.5,\nbo,,3,on paper\n")
+    grade(assignment.folder)
+    submit(assignment, "ada/hw.ipynb", make_correct_notebook(assignment, "ada"))
+    (assignment.folder / "overrides.csv").write_text(
+        "student,part,points,comment\nada,p1.position,0.5,\nbo,,3,on paper\n"
+    )
     header = "student,problem,family,draw,why\n"
-    (made.folder / REPLACEMENTS_FILE).write_text(f"{header}ada,p1,other-family,2,x\nbo,p1,other-family,2,x\n")
-    grade(made.folder)
-    run("export", made.folder, "--to", "html", "--to", "gradescope", "--jobs", "1")
-    (made.folder / "graded" / "report.html").write_text("<p>Ada King Lovelace</p>")
-    (made.folder / "notes.txt").write_text("ask ada about Friday\n")
-    return made.folder
+    (assignment.folder / REPLACEMENTS_FILE).write_text(f"{header}ada,p1,other-family,2,x\nbo,p1,other-family,2,x\n")
+    grade(assignment.folder)
+    run("export", assignment.folder, "--to", "html", "--to", "gradescope", "--jobs", "1")
+    (assignment.folder / "graded" / "report.html").write_text("<p>Ada King Lovelace</p>")
+    (assignment.folder / "notes.txt").write_text("ask ada about Friday\n")
+    return assignment.folder
 
 
 def grade(folder: Path, *options: str) -> str:
@@ -56,18 +58,18 @@ def grade(folder: Path, *options: str) -> str:
 
 
 @pytest.fixture
-def folder(graded: Path, tmp_path: Path) -> Path:
-    return Path(shutil.copytree(graded, tmp_path / "hw"))
+def folder(graded_class: Path, tmp_path: Path) -> Path:
+    return Path(shutil.copytree(graded_class, tmp_path / "hw"))
 
 
 def forget(folder: Path, student: str = "ada", *options: str) -> list[str]:
     return run("forget", student, folder, *(options or ("--yes",))).splitlines()
 
 
-STAYS = {
+REMAINING_FILES = {
     "exports/gradescope/autograder.zip", "exports/html/handout-all.html", "notes.txt",
 }  # fmt: skip
-"""What still names ada, and is listed."""
+"""Files that still name ada; the command lists them."""
 TABLES = {
     "graded/results.jsonl",
     "graded/grades.csv",
@@ -78,25 +80,25 @@ TABLES = {
 }
 
 
-def test_nothing_is_left_of_a_student(folder: Path) -> None:
+def test_everything_about_a_student_is_removed(folder: Path) -> None:
     before = read_folder(folder)
-    said = forget(folder)
+    output = forget(folder)
     after = read_folder(folder)
-    left = {name for name, data in after.items() if ADA.search(data) or "ada" in name or name.endswith(".zip")}
-    assert left <= STAYS
-    assert {line.split()[1].rstrip(":") for line in said if line.startswith("  stays")} == left
-    gone = set(before) - set(after)
+    remaining = {name for name, data in after.items() if ADA.search(data) or "ada" in name or name.endswith(".zip")}
+    assert remaining <= REMAINING_FILES
+    assert {line.split()[1].rstrip(":") for line in output if line.startswith("  stays")} == remaining
+    removed = set(before) - set(after)
     for name in (
         "released/ada/hw.ipynb", "solutions/ada/hw.ipynb", "certificates/ada/hw.json", "submitted/ada/hw.ipynb",
         "graded/feedback/ada.html", "graded/history/ada.jsonl", "graded/report.html", "exports/html/handout/ada.html",
         "exports/gradescope/students/ada/hw.ipynb",
     ):  # fmt: skip
-        assert name in gone
-    assert sum(name.startswith(".qdot/") for name in gone) == 1
-    assert sum(line.startswith("  shorten ") for line in said) == len(TABLES)
+        assert name in removed
+    assert sum(name.startswith(".qdot/") for name in removed) == 1
+    assert sum(line.startswith("  shorten ") for line in output) == len(TABLES)
 
 
-def test_nothing_is_lost_of_the_others(folder: Path) -> None:
+def test_nothing_about_other_students_is_removed(folder: Path) -> None:
     before = read_folder(folder)
     forget(folder)
     after = read_folder(folder)
@@ -109,69 +111,69 @@ def test_nothing_is_lost_of_the_others(folder: Path) -> None:
     assert [student.id for student in load_assignment(folder).roster] == ["bo", "cy"]
 
 
-def test_it_is_told_first_and_asked_about(folder: Path) -> None:
+def test_files_are_listed_and_confirmed_before_removal(folder: Path) -> None:
     before = read_folder(folder)
-    said = forget(folder, "ada", "--dry-run")
-    assert said[-1] == "nothing was removed: --dry-run"
-    asked = run_and_fail("forget", "ada", folder)
-    assert "--yes" in asked and "--dry-run" in asked
+    output = forget(folder, "ada", "--dry-run")
+    assert output[-1] == "nothing was removed: --dry-run"
+    message = run_and_fail("forget", "ada", folder)
+    assert "--yes" in message and "--dry-run" in message
     terminal = Mock(stdin=Mock(isatty=lambda: True))
     with patch.object(forget_command, "sys", terminal), patch("typer.confirm", lambda *_, **__: False):
         assert run("forget", "ada", folder, code=1).splitlines()[-1] == "nothing was removed"
     assert read_folder(folder) == before
     with patch.object(forget_command, "sys", terminal), patch("typer.confirm", lambda *_, **__: True):
-        assert run("forget", "ada", folder).splitlines()[:-1] == said[:-1]
+        assert run("forget", "ada", folder).splitlines()[:-1] == output[:-1]
 
 
-@pytest.mark.parametrize("named", ["ada", " ada ", "Ada King Lovelace", "ADA@example.org"])
-def test_a_student_is_known_by_identifier_name_or_email(folder: Path, named: str) -> None:
-    assert forget(folder, named, "--dry-run")[0].endswith("hw: ada (Ada King Lovelace)")
+@pytest.mark.parametrize("query", ["ada", " ada ", "Ada King Lovelace", "ADA@example.org"])
+def test_a_student_is_found_by_id_name_or_email(folder: Path, query: str) -> None:
+    assert forget(folder, query, "--dry-run")[0].endswith("hw: ada (Ada King Lovelace)")
 
 
-def test_who_is_nobody(folder: Path) -> None:
+def test_an_unknown_or_ambiguous_student_is_an_error(folder: Path) -> None:
     assert "'adam' (did you mean 'ada'?)" in run_and_fail("forget", "adam", folder)
-    for named in ("../hw", "..", "", "ada/..", ".qdot"):
-        assert "unknown student" in run_and_fail("forget", named, folder)
+    for query in ("../hw", "..", "", "ada/..", ".qdot"):
+        assert "unknown student" in run_and_fail("forget", query, folder)
     (folder / "roster.csv").write_text("student,name\nada,Ada\nbo,Ada\n")
     assert "'Ada' fits ada and bo" in run_and_fail("forget", "Ada", folder)
     assert "not an assignment's folder" in run_and_fail("forget", "ada", folder / "submitted" / "ada")
 
 
-def test_who_has_left_the_roster_is_found_by_what_is_there(folder: Path) -> None:
+def test_a_student_no_longer_on_the_roster_is_forgotten(folder: Path) -> None:
     (folder / "roster.csv").write_text("student,name,email\nbo,Bo Example,\n")
     assert forget(folder)[0].endswith("hw: ada")
-    left = {name for name, data in read_folder(folder).items() if re.search(rb"\bada\b", data) or "ada" in name}
-    assert left <= STAYS
+    remaining = {name for name, data in read_folder(folder).items() if re.search(rb"\bada\b", data) or "ada" in name}
+    assert remaining <= REMAINING_FILES
 
 
-def test_what_was_stopped_is_ended_by_the_same_command(folder: Path) -> None:
-    def stopped(path: Path, *rest: object) -> None:
+def test_an_interrupted_run_is_finished_by_the_same_command(folder: Path) -> None:
+    def write_until_roster(path: Path, *arguments: object) -> None:
         if path.name == "roster.csv":
             raise KeyboardInterrupt
-        write_atomically(path, *rest)  # type: ignore[arg-type]
+        write_atomically(path, *arguments)  # type: ignore[arg-type]
 
-    with patch.object(forgetting, "write_atomically", stopped):
+    with patch.object(forgetting, "write_atomically", write_until_roster):
         run("forget", "ada", folder, "--yes", code=130)
     assert b"ada" in read_folder(folder)["roster.csv"] and not (folder / "submitted" / "ada").exists()
     forget(folder)
     assert b"ada," not in read_folder(folder)["roster.csv"]
 
 
-def test_what_cannot_be_removed_is_told(folder: Path) -> None:
+def test_a_file_that_cannot_be_removed_is_an_error(folder: Path) -> None:
     with patch.object(forgetting, "remove_path", side_effect=OSError(5, "Input/output error", "x")):
         assert "x can't be removed: Input/output error" in run_and_fail("forget", "ada", folder, "--yes")
 
 
-def test_not_while_a_class_is_being_graded(folder: Path) -> None:
+def test_nothing_is_removed_during_grading(folder: Path) -> None:
     with lock_folder(folder):
         assert "is grading" in run_and_fail("forget", "ada", folder, "--yes")
     assert (folder / "submitted" / "ada").is_dir()
 
 
-def test_all_assignments_of_a_course(folder: Path) -> None:
+def test_a_student_is_forgotten_in_all_assignments_of_a_course(folder: Path) -> None:
     shutil.copytree(folder, folder.parent / "hw2")
-    said = forget(folder.parent)
-    assert [line for line in said if line.endswith("ada (Ada King Lovelace)")] == [
+    output = forget(folder.parent)
+    assert [line for line in output if line.endswith("ada (Ada King Lovelace)")] == [
         f"{folder.parent / name}: ada (Ada King Lovelace)" for name in ("hw", "hw2")
     ]
     assert not list(folder.parent.glob("*/submitted/ada"))
@@ -193,36 +195,38 @@ CANVAS = (
     ],
     ids=["canvas", "windows", "utf-16", "utf-8 with its mark"],
 )
-def test_rosters_of_any_kind_lose_one_line_and_no_byte_more(
+def test_a_roster_in_any_format_loses_exactly_one_line(
     tmp_path: Path, text: str, encode: Callable[[str], bytes]
 ) -> None:
-    made = make_class(tmp_path / "hw", STUDENTS)
-    (made.folder / "roster.csv").write_bytes(encode(text))
-    forget(made.folder)
+    assignment = make_class(tmp_path / "hw", STUDENTS)
+    (assignment.folder / "roster.csv").write_bytes(encode(text))
+    forget(assignment.folder)
     lines = [line for line in text.splitlines(True) if "ada" not in line]
-    assert (made.folder / "roster.csv").read_bytes() == encode("".join(lines))
+    assert (assignment.folder / "roster.csv").read_bytes() == encode("".join(lines))
 
 
-def test_what_a_platform_calls_by_names_and_numbers(tmp_path: Path) -> None:
-    made = make_class(tmp_path / "hw", STUDENTS)
+def test_platform_folders_are_removed_without_following_links(tmp_path: Path) -> None:
+    assignment = make_class(tmp_path / "hw", STUDENTS)
     for name in ("Ada King Lovelace_31_assignsubmission_file_", "Bo Example_32_assignsubmission_file_"):
-        submit(made, f"{name}/hw.ipynb", "{}")
+        submit(assignment, f"{name}/hw.ipynb", "{}")
     (tmp_path / ".git").mkdir()
     outside = tmp_path / "outside"
     outside.mkdir()
     (outside / "kept").write_text("x")
-    theirs = made.folder / "submitted" / "Ada King Lovelace_31_assignsubmission_file_"
-    (theirs / "link").symlink_to(outside)
-    (theirs / "closed").mkdir()
-    (theirs / "closed" / "deep").write_text("x")
-    (theirs / "closed").chmod(0)
-    told = forget(made.folder)
-    assert any(line.split()[:2] == ["stays", ".git:"] for line in told)
-    assert [path.name for path in (made.folder / "submitted").iterdir()] == ["Bo Example_32_assignsubmission_file_"]
+    student_folder = assignment.folder / "submitted" / "Ada King Lovelace_31_assignsubmission_file_"
+    (student_folder / "link").symlink_to(outside)
+    (student_folder / "closed").mkdir()
+    (student_folder / "closed" / "deep").write_text("x")
+    (student_folder / "closed").chmod(0)
+    output = forget(assignment.folder)
+    assert any(line.split()[:2] == ["stays", ".git:"] for line in output)
+    assert [path.name for path in (assignment.folder / "submitted").iterdir()] == [
+        "Bo Example_32_assignsubmission_file_"
+    ]
     assert (outside / "kept").exists(), "a link is removed, and not what it leads to"
 
 
-def test_the_page_on_data_protection_names_every_kind_of_file(folder: Path) -> None:
+def test_the_privacy_page_names_every_kind_of_file(folder: Path) -> None:
     page = (ROOT / "docs" / "privacy.md").read_text(encoding="utf-8")
     kinds = {
         re.sub(r"^(exports|submitted|released|solutions|certificates|\.qdot)/.*", r"\1", name)
@@ -232,5 +236,5 @@ def test_the_page_on_data_protection_names_every_kind_of_file(folder: Path) -> N
         re.sub(r"/\.cache/.*", "/.cache", name).replace("/bo.", "/STUDENT.").replace("/ada.", "/STUDENT.")
         for name in kinds
     }
-    of_nobody = {"assignment.toml", "README.md", ".gitignore", "notes.txt", "graded/feedback/cy.html"}
-    assert len(kinds) > 12 and {name for name in kinds - of_nobody if name.split("/")[-1] not in page} == set()
+    impersonal = {"assignment.toml", "README.md", ".gitignore", "notes.txt", "graded/feedback/cy.html"}
+    assert len(kinds) > 12 and {name for name in kinds - impersonal if name.split("/")[-1] not in page} == set()

@@ -1,4 +1,4 @@
-"""What was git_submissions, fetched as it was when the work was due by the server's clock; feedback handed back."""
+"""Collecting pushed work as it was at the deadline by the server's clock, and pushing feedback back."""
 
 import csv
 import json
@@ -26,29 +26,31 @@ IN_TIME, LATE = "2027-01-15T22:00:00Z", "2027-01-16T08:00:00Z"
 
 @pytest.fixture
 def server(tmp_path: Path) -> Iterator[Server]:
-    with serve_repositories(tmp_path / "server") as made:
-        yield made
+    with serve_repositories(tmp_path / "server") as server:
+        yield server
 
 
 @pytest.fixture
 def assignment(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Assignment:
-    made = make_class(tmp_path / "hw", [Student("ada"), Student("bo"), Student("cy")])
-    lines = [f"OWNER/hw-{student.id},{student.id}" for student in made.roster]
-    (made.folder / "repositories.csv").write_text("\n".join(["repository,student", *lines, ""]))
-    (made.folder / "assignment.toml").write_text(f"due = {DUE.isoformat()}\n{TOML}")
+    folder = tmp_path / "hw"
+    students = ["ada", "bo", "cy"]
+    make_class(folder, [Student(student) for student in students])
+    lines = [f"OWNER/hw-{student},{student}" for student in students]
+    (folder / "repositories.csv").write_text("\n".join(["repository,student", *lines, ""]))
+    (folder / "assignment.toml").write_text(f"due = {DUE.isoformat()}\n{TOML}")
     monkeypatch.setattr(git_hosts, "RETRY_PAUSES", ())
-    return load_assignment(made.folder)
+    return load_assignment(folder)
 
 
-def on(server: Server, platform: str, monkeypatch: pytest.MonkeyPatch) -> None:
+def set_platform(server: Server, platform: str, monkeypatch: pytest.MonkeyPatch) -> None:
     for name, value in server.variables(platform).items():
         monkeypatch.setenv(name, value)
 
 
 @pytest.fixture
 def github(server: Server, monkeypatch: pytest.MonkeyPatch) -> Server:
-    """The server as GitHub, which the environment names."""
-    on(server, "github", monkeypatch)
+    """Return the server, which the environment presents as GitHub."""
+    set_platform(server, "github", monkeypatch)
     return server
 
 
@@ -56,21 +58,21 @@ def collect(assignment: Assignment, platform: str = "github", command: str = "co
     return main([command, str(assignment.folder), "--on", platform])
 
 
-def collected(assignment: Assignment) -> dict[str, dict[str, str]]:
+def read_collected(assignment: Assignment) -> dict[str, dict[str, str]]:
     with (assignment.folder / "graded" / "collected.csv").open() as table:
         return {row["student"]: row for row in csv.DictReader(table)}
 
 
 @pytest.mark.parametrize("platform", ["github", "gitlab"])
-def test_the_state_at_the_deadline_is_fetched_by_the_servers_clock(
+def test_the_last_push_before_the_deadline_is_collected(
     platform: str, assignment: Assignment, server: Server, monkeypatch: pytest.MonkeyPatch
 ) -> None:
-    """Ada went on after it, with commits that she dated back; Bo pushed a hundred times too late; Cy never before.
+    """Ada pushed backdated commits after it, Bo pushed 250 times too late, Cy pushed only after it.
 
-    What lies in a repository does nothing: no link is followed, and no hook or filter is run.
+    Content does nothing: no link is followed, and no hook or filter runs.
     """
     monkeypatch.setenv("GIT_COMMITTER_DATE", "2020-01-01T00:00:00Z")
-    counting = server.push("course/hw-ada", {"hw.ipynb": "in time", "x/y.txt": "y"}, IN_TIME)
+    commit_in_time = server.push("course/hw-ada", {"hw.ipynb": "in time", "x/y.txt": "y"}, IN_TIME)
     server.push("course/hw-ada", {"hw.ipynb": "too late"}, LATE)
     server.push("course/hw-ada", {"hw.ipynb": "elsewhere"}, "2027-01-15T22:30:00Z", branch="feedback")
     server.push("course/hw-bo", {"hw.ipynb": "in time, too"}, IN_TIME)
@@ -80,26 +82,26 @@ def test_the_state_at_the_deadline_is_fetched_by_the_servers_clock(
     git("init", "--quiet", work)
     (work / "hw.ipynb").symlink_to("/etc/passwd")
     server.push("course/hw-cy", {".gitattributes": "*.ipynb filter=lfs\n", ".gitmodules": "[submodule"}, LATE)
-    on(server, platform, monkeypatch)
+    set_platform(server, platform, monkeypatch)
     assert collect(assignment, platform) == 0
     submitted = assignment.folder / "submitted"
     assert (submitted / "ada" / "hw.ipynb").read_text() == "in time"
     assert (submitted / "bo" / "hw.ipynb").read_text() == "in time, too"
-    late = submitted / "cy" / "hw.ipynb"  # `due` alone marks it as late, and that is all
+    late = submitted / "cy" / "hw.ipynb"  # without a rule for late work, it is only marked as late
     assert late.read_text() == "/etc/passwd" and not late.is_symlink()
     assert not (submitted / "ada" / ".git").exists()
     for path in ("hw.ipynb", "x/y.txt"):
         moment = (submitted / "ada" / path).stat().st_mtime
         assert datetime.fromtimestamp(moment, UTC) == datetime.fromisoformat(IN_TIME)
-    rows = collected(assignment)
-    assert (rows["ada"]["commit"], rows["ada"]["branch"]) == (counting, "main")
+    rows = read_collected(assignment)
+    assert (rows["ada"]["commit"], rows["ada"]["branch"]) == (commit_in_time, "main")
     assert rows["ada"]["counts_until"] == DUE.isoformat()
     assert rows["cy"]["pushed"] > rows["cy"]["counts_until"] and not rows["cy"]["left_out"]
     toml = assignment.folder / "assignment.toml"
     toml.write_text(f"late = {{until = {(DUE + timedelta(hours=1)).isoformat()}}}\n{toml.read_text()}")
     (assignment.folder / ".submitted-of-a-run-that-was-killed" / "submitted").mkdir(parents=True)
     assert collect(assignment, platform) == 0
-    assert "no push to main until" in collected(assignment)["cy"]["left_out"]
+    assert "no push to main until" in read_collected(assignment)["cy"]["left_out"]
     monkeypatch.setenv("GITHUB_API_URL", "http://127.0.0.1:9")
     monkeypatch.setenv("CI_API_V4_URL", "http://127.0.0.1:9")
     assert collect(assignment, platform) == 2, "nothing new could be fetched"
@@ -108,56 +110,56 @@ def test_the_state_at_the_deadline_is_fetched_by_the_servers_clock(
 
 
 @pytest.mark.whole
-def test_who_could_not_be_asked_has_no_mark_and_who_pushed_nothing_a_zero(
+def test_unreachable_work_is_ungraded_and_missing_work_gets_zero(
     assignment: Assignment, github: Server, capsys: pytest.CaptureFixture[str]
 ) -> None:
-    """Of Bo the server does not give the list; Cy never pushed. Neither stops Ada, nor each other."""
+    """The server has no list of Bo's pushes, and Cy never pushed. Ada is graded anyway."""
     for student in ("ada", "bo"):
         github.push(f"course/hw-{student}", {"hw.ipynb": make_correct_notebook(assignment, student)}, IN_TIME)
-    bos = github.pushes.pop("course/hw-bo")
+    bo_pushes = github.pushes.pop("course/hw-bo")
     git("init", "--quiet", "--bare", github.bare("course/hw-cy"))
     assert collect(assignment) == 0
     printed = capsys.readouterr()
     assert printed.out == "1 repository fetched, 1 without work to grade, 1 could not be fetched\n"
-    for_bo, for_cy = printed.err.splitlines()
-    assert for_bo.startswith("bo: ") and "course/hw-bo" in for_bo and "404 Not Found" in for_bo
-    assert for_cy.startswith("cy: ") and "course/hw-cy" in for_cy and TOKEN not in printed.err
-    row = collected(assignment)["bo"]
+    bo_message, cy_message = printed.err.splitlines()
+    assert bo_message.startswith("bo: ") and "course/hw-bo" in bo_message and "404 Not Found" in bo_message
+    assert cy_message.startswith("cy: ") and "course/hw-cy" in cy_message and TOKEN not in printed.err
+    row = read_collected(assignment)["bo"]
     assert "404 Not Found" in row["unreached"] and not row["left_out"]
 
-    def statuses(code: int) -> list[str]:
+    def grade_statuses(code: int) -> list[str]:
         with work_in_one_process():
             run("grade", assignment.folder, "--jobs", "1", code=code)
         with (assignment.folder / "graded" / "grades.csv").open() as table:
             return [row["status"] for row in csv.DictReader(table)]
 
-    assert statuses(code=2) == ["graded", "ungraded", "missing"]
+    assert grade_statuses(code=2) == ["graded", "ungraded", "missing"]
     assert "answers 404" in (assignment.folder / "graded" / "feedback" / "bo.html").read_text()
     assert collect(assignment, command="hand-back") == 0
     assert capsys.readouterr().out.startswith("feedback pushed to 1 repository,")
-    github.pushes["course/hw-bo"] = bos
+    github.pushes["course/hw-bo"] = bo_pushes
     assert collect(assignment) == 0
-    assert statuses(code=0) == ["graded", "graded", "missing"]
+    assert grade_statuses(code=0) == ["graded", "graded", "missing"]
 
 
-def test_a_commit_in_time_that_a_forced_push_replaced_is_left_out(assignment: Assignment, github: Server) -> None:
+def test_a_commit_replaced_by_a_forced_push_is_left_out(assignment: Assignment, github: Server) -> None:
     for student in ("ada", "bo"):
         github.push(f"course/hw-{student}", {"hw.ipynb": "in time"}, IN_TIME)
     bare = github.bare("course/hw-bo")
     git("update-ref", "refs/heads/main", git("commit-tree", "-m", "new", "HEAD^{tree}", cwd=bare).strip(), cwd=bare)
     git("gc", "--quiet", "--prune=now", cwd=bare)
     assert collect(assignment) == 0
-    row = collected(assignment)["bo"]
+    row = read_collected(assignment)["bo"]
     assert "no longer exists" in row["left_out"] and not row["unreached"]
 
 
-def test_without_a_token_a_server_or_a_list_there_is_one_message(
+def test_a_missing_token_server_or_list_is_one_error(
     assignment: Assignment, server: Server, monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
 ) -> None:
     monkeypatch.delenv("QDOT_TOKEN", raising=False)
     assert collect(assignment) == 2
     assert "QDOT_TOKEN is not set" in capsys.readouterr().err
-    on(server, "github", monkeypatch)
+    set_platform(server, "github", monkeypatch)
     assert collect(assignment) == 2
     assert "no repository could be fetched" in capsys.readouterr().err
     (assignment.folder / "repositories.csv").write_text("who,what\nada,hw\n")
@@ -165,18 +167,19 @@ def test_without_a_token_a_server_or_a_list_there_is_one_message(
     assert "columns repository and student" in capsys.readouterr().err
 
 
-def test_until_when_a_push_counts(assignment: Assignment) -> None:
+def test_pushes_count_until_the_students_cutoff(assignment: Assignment) -> None:
     ada = assignment.roster[0]
-    later = replace(ada, due_date=datetime(2027, 1, 17, 23, tzinfo=UTC))
-    end = datetime(2027, 1, 20, tzinfo=UTC)
-    ends = replace(assignment, late=read_late({"until": end}, DUE))
+    ada_extended = replace(ada, due_date=datetime(2027, 1, 17, 23, tzinfo=UTC))
+    last_day = datetime(2027, 1, 20, tzinfo=UTC)
+    with_end = replace(assignment, late=read_late({"until": last_day}, DUE))
     open_ended = replace(assignment, late=read_late({"per_day": 0.1}, DUE))
-    assert [find_cutoff(assignment, each) for each in (ada, later)] == [DUE, later.due_date]
-    assert [find_cutoff(ends, each) for each in (ada, later)] == [end, datetime(2027, 1, 22, tzinfo=UTC)]
+    assert [find_cutoff(assignment, student) for student in (ada, ada_extended)] == [DUE, ada_extended.due_date]
+    extended_end = datetime(2027, 1, 22, tzinfo=UTC)
+    assert [find_cutoff(with_end, student) for student in (ada, ada_extended)] == [last_day, extended_end]
     assert find_cutoff(open_ended, ada) is find_cutoff(replace(assignment, due_date=None), ada) is None
 
 
-def test_feedback_goes_to_its_student_and_nothing_is_sent_where_it_is_the_same(
+def test_feedback_goes_to_its_student_and_is_pushed_once(
     assignment: Assignment, github: Server, capsys: pytest.CaptureFixture[str]
 ) -> None:
     for student in ("ada", "bo"):
@@ -203,7 +206,7 @@ def test_feedback_goes_to_its_student_and_nothing_is_sent_where_it_is_the_same(
     assert printed.out == "feedback pushed to 0 repositories, 2 failed\n"
 
 
-def test_git_is_given_the_token_but_neither_an_argument_nor_the_secret(monkeypatch: pytest.MonkeyPatch) -> None:
+def test_git_gets_the_token_only_in_its_environment(monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setenv("QDOT_SECRET", "0123456789abcdef")
     host = git_hosts.find_host("github", {"QDOT_TOKEN": TOKEN, "GITHUB_SERVER_URL": "https://git.example.org/"})
     environment = host.make_git_environment()

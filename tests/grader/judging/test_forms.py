@@ -1,8 +1,8 @@
-"""What a person types: every form in tests/data/forms.jsonl gets what it says there.
+"""Typed answers: every form in tests/data/forms.jsonl gets the outcome stated there.
 
-`where` a form is typed is a cell of a notebook, as Python, or a box, as text. `gets` is the outcome; "refused" is read
-and of another form than is due, "unreadable" a value that is no formula, "stopped" a cell that Python stops. `says` is
-how the sentence begins that the student reads. `right` has the right answer where it is not the problem's own.
+`where` is "cell" for Python in a notebook, "text" for an answer box. `gets` is the outcome: "refused" is parsed but of
+another form than expected, "unreadable" is a value that is no formula, "stopped" is a cell that raises. The message to
+the student begins with `says`. `right` is the right answer if it differs from the problem's.
 """
 
 import json
@@ -40,12 +40,12 @@ SEED = "forms"
 
 
 def problem() -> Problem:
-    """The plain arm of the chapter."""
+    """Return the chapter's planar arm."""
     return get_problem("planar-2r", 0, "chapter")
 
 
 def part_of(form: Mapping[str, Any]) -> Part:
-    """The part that a form answers, with the right answer that the form names."""
+    """Return the part that a form answers, with the form's right answer."""
     part = problem()[form["part"]]
     answer = part.answer
     if "right" in form and isinstance(answer, Number):
@@ -57,32 +57,32 @@ def part_of(form: Mapping[str, Any]) -> Part:
 
 
 @dataclass(frozen=True)
-class Typed:
-    """A form with its value as it left the notebook or the box, or why there is none."""
+class TypedAnswer:
+    """A form with the text that left the notebook or the box, or the reason why there is none."""
 
     form: Mapping[str, Any]
     text: str | None
-    why: str = ""
+    failure: str = ""
 
     @property
-    def given(self) -> ParsedAnswer:
+    def parsed(self) -> ParsedAnswer:
         assert self.text is not None
         return read_answer(problem(), part_of(self.form), self.text, SEED)
 
 
-TOGETHER = 12
-"""AnswerVisitor in one notebook: after every cell, all answers are looked at again."""
+BATCH = 12
+"""How many forms share a notebook; after every cell, the sandbox looks at all its answers again."""
 
 
 @pytest.fixture(scope="module")
-def typed(sandbox: Sandbox) -> list[Typed]:
-    """All forms, in `make test` every third: each that is Python in a cell of its own."""
+def typed(sandbox: Sandbox) -> list[TypedAnswer]:
+    """Run all forms, in `make test` every third; each Python form has a cell to itself."""
     cells, texts = CELLS[:: select_for_suite(3, 1)], TEXTS[:: select_for_suite(3, 1)]
-    runs = (_run(sandbox, cells[begin : begin + TOGETHER]) for begin in range(0, len(cells), TOGETHER))
-    return [*(one for run in runs for one in run), *(Typed(form, form["typed"]) for form in texts)]
+    runs = (run_in_notebook(sandbox, cells[begin : begin + BATCH]) for begin in range(0, len(cells), BATCH))
+    return [*(answer for run in runs for answer in run), *(TypedAnswer(form, form["typed"]) for form in texts)]
 
 
-def _run(sandbox: Sandbox, forms: list[dict[str, Any]]) -> list[Typed]:
+def run_in_notebook(sandbox: Sandbox, forms: list[dict[str, Any]]) -> list[TypedAnswer]:
     slots = [f"p{k}" for k in range(len(forms))]
     names = [f"{slot}_form" for slot in slots]
     calls = dict.fromkeys(slots, make_calls(problem(), problem().domain, SEED))
@@ -90,43 +90,43 @@ def _run(sandbox: Sandbox, forms: list[dict[str, Any]]) -> list[Typed]:
     run = sandbox.run(cells, names, calls)
     assert run.end == "done"
     return [
-        Typed(form, run.answers.get(name), run.unreadable_reasons.get(name) or run.cell_errors.get(k + 1, ""))
+        TypedAnswer(form, run.answers.get(name), run.unreadable_reasons.get(name) or run.cell_errors.get(k + 1, ""))
         for k, (name, form) in enumerate(zip(names, forms, strict=True))
     ]
 
 
-def outcome(one: Typed, number: int) -> tuple[str, str]:
-    """Return what a form gets, and what is said of it."""
-    if one.text is None:
-        return ("stopped" if one.form["gets"] == "stopped" else "unreadable"), one.why
-    given = one.given
-    judged = judge_parsed(problem(), part_of(one.form), given, f"forms/{number}")
-    return ("refused" if given.refusal else judged.outcome.value), judged.reason
+def judge_typed(answer: TypedAnswer, number: int) -> tuple[str, str]:
+    """Return a form's outcome and message."""
+    if answer.text is None:
+        return ("stopped" if answer.form["gets"] == "stopped" else "unreadable"), answer.failure
+    parsed = answer.parsed
+    judgement = judge_parsed(problem(), part_of(answer.form), parsed, f"forms/{number}")
+    return ("refused" if parsed.refusal else judgement.outcome.value), judgement.reason
 
 
-def test_every_form_gets_what_is_due(typed: list[Typed]) -> None:
-    found = [(one.form, *outcome(one, number)) for number, one in enumerate(typed)]
-    assert [(form["typed"], gets, said) for form, gets, said in found if gets != form["gets"]] == []
-    assert [(form["typed"], said) for form, _, said in found if not said.startswith(form["says"])] == []
+def test_every_form_gets_its_outcome_and_message(typed: list[TypedAnswer]) -> None:
+    judged = [(answer.form, *judge_typed(answer, number)) for number, answer in enumerate(typed)]
+    assert [(form["typed"], got, message) for form, got, message in judged if got != form["gets"]] == []
+    assert [(form["typed"], message) for form, _, message in judged if not message.startswith(form["says"])] == []
 
 
-def test_check_says_of_every_form_whether_the_grader_can_read_it(typed: list[Typed]) -> None:
-    """Options to choose from are in no notebook; what `qdot check` can't know is known to the grader alone."""
-    said = make_notebook_metadata("student", "hw", "ada", [("p1", problem())])
-    for one in typed:
-        if one.text is not None:
-            part = part_of(one.form)
-            due = (
+def test_check_agrees_with_the_grader_on_what_is_readable(typed: list[TypedAnswer]) -> None:
+    """Notebooks have no options to choose from, so for those `qdot check` gets the grader's form."""
+    metadata = make_notebook_metadata("student", "hw", "ada", [("p1", problem())])
+    for answer in typed:
+        if answer.text is not None:
+            part = part_of(answer.form)
+            form = (
                 find_expected_form(problem(), part)
                 if part.answer.offered_options
-                else find_claimed_form(said, "p1", part.name)
+                else find_claimed_form(metadata, "p1", part.name)
             )
-            strange = not part.answer.is_set and one.given.symbols - set(problem().domain.roles)
-            readable_there = one.given.refusal is None and not strange
-            assert due is not None and is_readable(one.text, due) == readable_there, one.form
+            has_unknown_symbols = not part.answer.is_set and answer.parsed.symbols - set(problem().domain.roles)
+            is_gradable = answer.parsed.refusal is None and not has_unknown_symbols
+            assert form is not None and is_readable(answer.text, form) == is_gradable, answer.form
 
 
-def test_there_are_many_forms_of_every_question() -> None:
+def test_the_corpus_is_large_and_covers_every_part_and_outcome() -> None:
     assert len(FORMS) >= 600
     assert len({(form["part"], form["where"], form["typed"], str(form.get("right"))) for form in FORMS}) == len(FORMS)
     assert {form["part"] for form in FORMS} == {part.name for part in problem().parts}

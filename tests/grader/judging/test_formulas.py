@@ -1,4 +1,4 @@
-"""Judging one answer: right in any form, wrong in the usual ways, hostile, empty. What is typed has test_forms.py."""
+"""Judging single answers: right in any form, wrong in the usual ways, hostile, empty. See test_forms.py, too."""
 
 from fractions import Fraction
 
@@ -30,10 +30,10 @@ J = [
 ]
 JOINTS = ["theta1", "theta2", "theta3"]
 CORRECT, PARTIAL, WRONG, MISSING = Outcome.CORRECT, Outcome.PARTIAL, Outcome.WRONG, Outcome.MISSING
-GIVEN = Domain(
+GIVEN_LENGTHS = Domain(
     {"theta1": "angle", "theta2": "angle", "a1": 0.3, "a2": Fraction(1, 2), "a3": Fraction(1, 3), "d1": 0.5**0.5}
 )
-"""Lengths that are given, by name."""
+"""Lengths with given values."""
 
 
 # --- formulas ---
@@ -65,13 +65,13 @@ EXPRESSIONS = {
 }  # fmt: skip
 
 
-@pytest.mark.parametrize(("reference", "due"), EXPRESSIONS, ids=str)
-def test_an_expression_is_judged_by_what_it_is_worth(reference: str, due: Outcome) -> None:
-    for student in EXPRESSIONS[reference, due]:
-        assert judge_expression(student, reference, DOMAIN, "seed").outcome is due, student[:200]
+@pytest.mark.parametrize(("reference", "expected"), EXPRESSIONS, ids=str)
+def test_an_expression_is_judged_by_its_value(reference: str, expected: Outcome) -> None:
+    for student in EXPRESSIONS[reference, expected]:
+        assert judge_expression(student, reference, DOMAIN, "seed").outcome is expected, student[:200]
 
 
-def test_a_rejection_says_where_it_differs_or_what_is_unknown() -> None:
+def test_a_rejection_has_a_counterexample_or_names_unknown_symbols() -> None:
     judged = judge_expression("a1*cos(theta1)", PX, DOMAIN, "seed")
     assert judged.certificate is not None and isinstance(judged.certificate.counterexample, EntryDifference)
     assert set(judged.certificate.counterexample.at) == {"a1", "a2", "theta1", "theta2"}
@@ -81,7 +81,7 @@ def test_a_rejection_says_where_it_differs_or_what_is_unknown() -> None:
     assert "list" in judge_expression("a1, a2", "a1", DOMAIN, "s").reason
 
 
-def test_given_lengths_are_exact_by_name() -> None:
+def test_a_named_given_length_is_exact() -> None:
     for reference, right, wrong in (
         ("3/10*cos(theta1)", ("a1*cos(theta1)", "sqrt(a1^2)*cos(theta1)"), ()),
         ("cos(theta1)/3", ("a3*cos(theta1)", "sqrt(a3)^2*cos(theta1)", "0.3333333333333333*cos(theta1)"),
@@ -90,21 +90,21 @@ def test_given_lengths_are_exact_by_name() -> None:
         ("0.3333*cos(theta1)", (), ("a3*cos(theta1)",)), ("0.7071*cos(theta1)", (), ("d1*cos(theta1)",)),
     ):  # fmt: skip
         for student in (*right, *wrong):
-            is_right = judge_expression(student, reference, GIVEN, "s").outcome is CORRECT
+            is_right = judge_expression(student, reference, GIVEN_LENGTHS, "s").outcome is CORRECT
             assert is_right == (student in right), (student, reference)
 
 
 # --- matrices, numbers, options ---
 
 
-def written(rows: list[list[str]]) -> str:
+def format_rows(rows: list[list[str]]) -> str:
     return str(rows).replace("'", "")
 
 
 VECTOR, RATES = [["a1"], ["a2"], ["a3"]], [["qd2*a1"], ["a2"]]
 ZERO, ZEROS, COLUMN = [["0"], ["cos(theta1)"]], [["0", "0"], ["0", "cos(theta1)"]], [["0", "a1"], ["0", "a2"]]
 MATRICES: list[tuple[list[list[str]], float, tuple[str, ...]]] = [
-    (J, 1.0, (written(J), f"Matrix({written(J)})")),
+    (J, 1.0, (format_rows(J), f"Matrix({format_rows(J)})")),
     (J, 0.5, (f"[[{J[0][0]}, {J[0][1]}], [blank, 0]]",)),
     (ZEROS, 0.0, ("[[0, 0], [0, 0]]", "[[0, 0], [1, cos(theta1)]]")),
     (ZEROS, 1.0, ("[[0, 0], [0, cos(theta1)]]",)),
@@ -130,31 +130,31 @@ def test_a_matrix_is_marked_by_its_entries() -> None:
             assert judged.outcome is (CORRECT if share == 1 else PARTIAL if share else WRONG), student
     half = judge_matrix(f"[[{J[0][0]}, {J[0][1]}], [blank, 0]]", J, DOMAIN, "s")
     assert half.entries == ((True, True), (False, False))
-    turned = judge_matrix(f"[[{J[0][0]}, {J[1][0]}], [{J[0][1]}, {J[1][1]}]]", J, DOMAIN, "s")
-    assert turned.outcome is PARTIAL and "entry (1, 2)" in turned.reason
+    transposed = judge_matrix(f"[[{J[0][0]}, {J[1][0]}], [{J[0][1]}, {J[1][1]}]]", J, DOMAIN, "s")
+    assert transposed.outcome is PARTIAL and "entry (1, 2)" in transposed.reason
 
 
 @pytest.mark.parametrize(
-    ("student", "said"),
+    ("student", "reason"),
     [("[1, 2, 3]", "3 × 1"), ("5", "1 × 1"), ("[[1, 2], [3]]", "different lengths"), ("[[1, 2], [3, [4]]]", "list"),
      ("sin(theta1", "expected ')'"), ("{1: 2}", "1 × 1")],
 )  # fmt: skip
-def test_wrong_shapes_are_told(student: str, said: str) -> None:
+def test_wrong_shapes_are_reported(student: str, reason: str) -> None:
     judged = judge_matrix(student, J, DOMAIN, "s")
-    assert judged.outcome is WRONG and said in judged.reason
+    assert judged.outcome is WRONG and reason in judged.reason
 
 
 @pytest.mark.parametrize(
-    ("student", "due"),
+    ("student", "expected"),
     [
         ("[1.00, -0.2]", CORRECT), ("[1.0045, -1/5]", CORRECT), ("[1.0, -0.21]", PARTIAL), ("[57.55, -11.46]", WRONG),
         ("[nan, -0.2]", WRONG), ("[blank, blank]", MISSING), ("[theta1, -0.2]", WRONG), ("1.0", WRONG),
         ("{qd2: -0.2, qd1: 1.0}", CORRECT), ("{qd1: -0.2, qd2: 1.0}", WRONG),
     ],
 )  # fmt: skip
-def test_numbers_to_three_digits(student: str, due: Outcome) -> None:
+def test_numbers_are_judged_to_three_digits(student: str, expected: Outcome) -> None:
     labels = ("qd1", "qd2")
-    assert judge_numbers(student, [1.0045, -0.2], ["rad/s", "rad/s"], 0.005, 0.001, labels).outcome is due
+    assert judge_numbers(student, [1.0045, -0.2], ["rad/s", "rad/s"], 0.005, 0.001, labels).outcome is expected
 
 
 OPTIONS = ("a boundary singularity", "an internal singularity", "no singularity: full rank")
@@ -169,7 +169,7 @@ OPTIONS = ("a boundary singularity", "an internal singularity", "no singularity:
         *((f"B{' ' * count}C", None) for count in (1, 1000, 300_000)), ("B" * 5000, None),
     ],
 )  # fmt: skip
-def test_a_choice_is_a_letter_or_a_text_that_only_one_option_has(student: str, right: int | None) -> None:
+def test_a_choice_is_a_letter_or_an_unambiguous_text(student: str, right: int | None) -> None:
     for option in range(3):
         assert judge_choice(student, OPTIONS, option).outcome is (CORRECT if option == right else WRONG)
     assert judge_choice("blank", OPTIONS, 0).outcome is MISSING
@@ -254,18 +254,18 @@ SETS: dict[tuple[str, Outcome | None], tuple[list[str], tuple[str, ...]]] = {
          "theta2 = 0 or 3.14159265358979"),
     ),
 }  # fmt: skip
-"""References with what students write; None: not right."""
+"""References with students' answers; None: anything but correct."""
 
 
-@pytest.mark.parametrize(("which", "due"), sample_for_suite(SETS, 5), ids=str)
-def test_a_set_is_judged_by_the_configurations_in_it(which: str, due: Outcome | None) -> None:
-    reference, students = SETS[which, due]
+@pytest.mark.parametrize(("name", "expected"), sample_for_suite(SETS, 5), ids=str)
+def test_a_set_is_judged_by_its_configurations(name: str, expected: Outcome | None) -> None:
+    reference, students = SETS[name, expected]
     for student in students:
         judged = judge_singular(student, reference, JOINTS, DOMAIN, "s")
-        assert judged.outcome is due if due else judged.outcome is not CORRECT, (student, judged.reason)
+        assert judged.outcome is expected if expected else judged.outcome is not CORRECT, (student, judged.reason)
 
 
-def test_a_blank_and_a_condition_of_fewer_configurations_cost_themselves_only() -> None:
+def test_a_blank_or_narrow_condition_costs_only_its_share() -> None:
     for student, reference in (
         ("[blank, Eq(theta2, blank), Eq(theta2, pi)]", ["theta2 = 0", "theta2 = pi"]),
         ("And(Eq(theta2, 0), Eq(theta3, 0))", FOUR),
@@ -273,14 +273,14 @@ def test_a_blank_and_a_condition_of_fewer_configurations_cost_themselves_only() 
         assert judge_singular(student, reference, JOINTS, DOMAIN, "s").share == pytest.approx(2 / 3)
 
 
-def test_bare_values_are_refused_where_several_joints_could_be_meant() -> None:
-    """The reference is nobody to ask: it would make {0, pi} right for any joint."""
+def test_values_without_a_joint_are_refused_if_several_joints_are_possible() -> None:
+    """Taking the joint from the reference would make {0, pi} right for any joint."""
     for text in ("{0, pi}", "[0, pi]", "k*pi", "0, pi"):
         judged = judge_singular(text, ["sin(theta2) = 0"], JOINTS, DOMAIN, "s")
         assert judged.outcome is WRONG and "name the joint" in judged.reason, text
     assert "has no value" in judge_singular("theta2", SINE, JOINTS, DOMAIN, "s").reason
-    alone = Domain({"theta1": "angle"})
-    assert judge_singular("{0, pi}", ["sin(theta1) = 0"], ["theta1"], alone, "s").outcome is CORRECT
+    one_joint = Domain({"theta1": "angle"})
+    assert judge_singular("{0, pi}", ["sin(theta1) = 0"], ["theta1"], one_joint, "s").outcome is CORRECT
 
 
 def test_angles_are_equal_modulo_whole_turns() -> None:
@@ -290,20 +290,20 @@ def test_angles_are_equal_modulo_whole_turns() -> None:
 
 
 @pytest.mark.parametrize(
-    ("student", "said"),
+    ("student", "reason"),
     [
         ("{theta2: [0, 3.1415926536]}", "rounding"), ("{theta2: [0, 3.1416]}", "rounding"),
         ("{theta2: [0, 2.9]}", "theta1 ="), ("theta2 = k*180", "degrees"), ("theta2 in {0, 180}", "degrees"),
         ("theta2 = 0", "missing"),
     ],
 )  # fmt: skip
-def test_values_that_are_not_exact_doubles_are_wrong_and_it_is_said_why(student: str, said: str) -> None:
+def test_inexact_angles_are_wrong_and_the_reason_is_given(student: str, reason: str) -> None:
     judged = judge_singular(student, ["sin(theta2) = 0"], ["theta1", "theta2"], DOMAIN, "s")
-    assert judged.outcome is not CORRECT and said in judged.reason
+    assert judged.outcome is not CORRECT and reason in judged.reason
 
 
 @pytest.mark.parametrize(
-    ("student", "is_said"),
+    ("student", "is_explained"),
     [
         ("theta1 = 90° or -90°, theta2 = 0", True), ("theta2 = 0, theta1 = pi/2, -pi/2", True),
         ("(theta1 = ±90°), theta2 = 0", True), ("[Eq(theta1, pi/2), Eq(theta1, -pi/2), Eq(theta2, 0)]", True),
@@ -311,14 +311,14 @@ def test_values_that_are_not_exact_doubles_are_wrong_and_it_is_said_why(student:
         ("theta1 = 90° and theta2 = 0", False),
     ],
 )  # fmt: skip
-def test_how_a_comma_was_read_is_said_where_it_decides_the_mark(student: str, is_said: bool) -> None:
+def test_the_reading_of_a_comma_is_explained_if_it_decides_the_mark(student: str, is_explained: bool) -> None:
     reference = ["theta1 = pi/2 and theta2 = 0", "theta1 = -pi/2 and theta2 = 0"]
     judged = judge_singular(student, reference, ["theta1", "theta2"], DOMAIN, "s")
-    assert judged.outcome is not CORRECT and judged.reason.startswith(OR_HINT) is is_said
+    assert judged.outcome is not CORRECT and judged.reason.startswith(OR_HINT) is is_explained
 
 
 @pytest.mark.parametrize(
-    ("student", "share", "said"),
+    ("student", "share", "reason"),
     [
         ("theta2 = 0, theta2 = 3.1416 rad", 4 / 5, "you found the condition; correct except for rounding: theta1 ="),
         ("theta2 = 0, 22/7", 4 / 5, "rounding"), ("theta2 = 0°, 179.9°", 4 / 5, "rounding"),
@@ -326,11 +326,9 @@ def test_how_a_comma_was_read_is_said_where_it_decides_the_mark(student: str, is
         ("theta2 = 0, 3.1", 1 / 3, "is not singular"),
     ],
 )  # fmt: skip
-def test_values_that_are_right_but_for_rounding_are_found_and_cost_a_fifth(
-    student: str, share: float, said: str
-) -> None:
+def test_rounded_angles_lose_a_fifth(student: str, share: float, reason: str) -> None:
     judged = judge_singular(student, ["theta2 = 0", "theta2 = pi"], ["theta1", "theta2"], DOMAIN, "s")
-    assert judged.share == pytest.approx(share) and said in judged.reason
+    assert judged.share == pytest.approx(share) and reason in judged.reason
 
 
 def test_a_singular_set_may_name_given_lengths() -> None:
@@ -338,6 +336,6 @@ def test_a_singular_set_may_name_given_lengths() -> None:
     rows = [("a1 + d1*cos(theta2) = 0", ROOTS, WRONG), ("d1*cos(theta2) + a1 = 0", third, CORRECT)]
     for student in ("a1 + a2*cos(theta2) = 0", "{theta2: [acos(-a1/a2), -acos(-a1/a2)]}", "cos(theta2) = -3/5"):
         rows += [(student, reference, CORRECT) for reference in (ROOTS, "3/10 + cos(theta2)/2 = 0")]
-    for student, reference, due in rows:
-        judged = judge_singular(student, [reference], ["theta1", "theta2"], GIVEN, "s")
-        assert judged.outcome is due, (student, reference, judged.reason)
+    for student, reference, expected in rows:
+        judged = judge_singular(student, [reference], ["theta1", "theta2"], GIVEN_LENGTHS, "s")
+        assert judged.outcome is expected, (student, reference, judged.reason)

@@ -1,4 +1,4 @@
-"""Answers that are Python functions: called with symbols where they take them, at random configurations where not."""
+"""Answers that are Python functions: called with symbols if possible, otherwise at random configurations."""
 
 import re
 from dataclasses import replace
@@ -25,7 +25,7 @@ CALLS = Calls(
 )  # fmt: skip
 
 
-def given_back(sandbox: Sandbox, code: str) -> tuple[str | None, str | None]:
+def run_answer(sandbox: Sandbox, code: str) -> tuple[str | None, str | None]:
     run = sandbox.run([IMPORTS, code], ["p1_a"], {"p1": CALLS})
     assert not run.cell_errors, run.cell_errors
     return run.answers.get("p1_a"), run.unreadable_reasons.get("p1_a")
@@ -48,8 +48,8 @@ SYMBOLIC = [
 
 
 @pytest.mark.parametrize(("function", "text"), SYMBOLIC)
-def test_a_function_that_takes_symbols_is_a_formula(sandbox: Sandbox, function: str, text: str) -> None:
-    assert given_back(sandbox, f"p1_a = {function}") == (text, None)
+def test_a_function_that_takes_symbols_becomes_a_formula(sandbox: Sandbox, function: str, text: str) -> None:
+    assert run_answer(sandbox, f"p1_a = {function}") == (text, None)
 
 
 NUMERIC = [
@@ -60,8 +60,8 @@ NUMERIC = [
 
 
 @pytest.mark.parametrize("function", NUMERIC)
-def test_a_function_that_needs_numbers_is_called_at_the_points(sandbox: Sandbox, function: str) -> None:
-    text, _ = given_back(sandbox, f"p1_a = {function}")
+def test_a_function_that_needs_numbers_is_sampled(sandbox: Sandbox, function: str) -> None:
+    text, _ = run_answer(sandbox, f"p1_a = {function}")
     assert text is not None
     assert text.startswith(TABLE_PREFIX + '{"shape": [2], "values": [[[0.995')
 
@@ -79,14 +79,14 @@ REFUSED = [
 ]
 
 
-@pytest.mark.parametrize(("function", "said"), REFUSED)
-def test_what_is_no_answer_is_told(sandbox: Sandbox, function: str, said: str) -> None:
-    text, failure = given_back(sandbox, f"p1_a = {function}")
-    assert said in (failure or "")
+@pytest.mark.parametrize(("function", "reason"), REFUSED)
+def test_functions_that_are_no_answer_are_refused(sandbox: Sandbox, function: str, reason: str) -> None:
+    text, failure = run_answer(sandbox, f"p1_a = {function}")
+    assert reason in (failure or "")
     assert text is None or text in ("a1a1", str([0] * 200))
 
 
-def test_math_and_sympy_are_left_as_they_were(sandbox: Sandbox) -> None:
+def test_math_and_sympy_are_unchanged_afterwards(sandbox: Sandbox) -> None:
     cells = [
         IMPORTS,
         "p1_a = lambda theta1: cos(theta1)",
@@ -98,30 +98,31 @@ def test_math_and_sympy_are_left_as_they_were(sandbox: Sandbox) -> None:
     assert run.answers["p1_c"] == "refused"
 
 
-def test_an_endless_function_costs_one_answer(sandbox: Sandbox) -> None:
+def test_an_endless_function_costs_only_its_answer(sandbox: Sandbox) -> None:
     code = "def p1_a(theta1):\n    while True: pass\np1_b = 1"
-    with Sandbox(Limits(seconds=30, cell_seconds=0.3)) as hasty:
-        run = hasty.run([code], ["p1_a", "p1_b"], {"p1": CALLS})
+    with Sandbox(Limits(seconds=30, cell_seconds=0.3)) as strict_sandbox:
+        run = strict_sandbox.run([code], ["p1_a", "p1_b"], {"p1": CALLS})
     assert run.answers == {"p1_b": "1"}
     assert run.unreadable_reasons["p1_a"] == "computing the answer took longer than 0.3 s of processor time"
 
 
-def test_a_wrong_function_is_shown_a_configuration_of_what_counts(sandbox: Sandbox) -> None:
+def test_the_counterexample_to_a_function_names_only_relevant_variables(sandbox: Sandbox) -> None:
     problem = get_problem("planar-2r", 3)
     calls = {"p1": make_calls(problem, problem.domain, "points")}
     run = sandbox.run(["p1_position = lambda theta1, theta2: [0.5 * float(theta1), 1]"], ["p1_position"], calls)
     answers = Answers(run).map_texts("p1", problem)
-    (found,) = (v for v in mark(problem, answers, secret="secret", points_seed="points") if v.part == "position")
-    assert found.judgement.certificate is not None
-    assert "qd1" not in found.judgement.reason
-    assert "theta2 = " in found.judgement.reason
+    verdicts = mark(problem, answers, secret="secret", points_seed="points")
+    (verdict,) = (verdict for verdict in verdicts if verdict.part == "position")
+    assert verdict.judgement.certificate is not None
+    assert "qd1" not in verdict.judgement.reason
+    assert "theta2 = " in verdict.judgement.reason
 
 
-def formulas(problem: Problem) -> list[Part]:
+def formula_parts(problem: Problem) -> list[Part]:
     return [part for part in sample_parts(problem) if isinstance(part.answer, (Expression, Matrix))]
 
 
-WAYS = {
+VARIATIONS = {
     "symbols": ("return f({names})", Outcome.CORRECT),
     "numbers": ("return np.array(f({names}), dtype=float)", Outcome.CORRECT),
     "wrong symbols": ("return 1.001 * f({names})", Outcome.WRONG),
@@ -131,32 +132,32 @@ WAYS = {
 
 
 @few_families
-def test_functions_of_every_question_get_what_their_formulas_would(
+def test_a_function_gets_the_outcome_of_its_formula(
     problem: Problem, sandbox: Sandbox, monkeypatch: pytest.MonkeyPatch
 ) -> None:
-    """Which mistake is behind a wrong one isn't looked for: it changes no mark, and has test_diagnosis.py."""
+    """Leave out the diagnosis, which changes no mark; test_diagnosis.py tests it."""
     monkeypatch.setattr("qdot.grader.marking.marking.diagnose", lambda *_: None)
-    parts = formulas(problem)
+    parts = formula_parts(problem)
     calls = {"p1": make_calls(problem, problem.domain, "points")}
     names = calls["p1"].symbols
     first = next((name.removeprefix("theta") for name in names if name.startswith("theta")), None)
-    for way, (body, due) in WAYS.items():
+    for variation, (body, expected) in VARIATIONS.items():
         if first is None and "{first}" in body:
             continue
         cells = ["from sympy import *\nimport numpy as np", f"{', '.join(names)} = symbols('{' '.join(names)}')"]
+        code = body.format(names=", ".join(names), first=first)
         for part in parts:
-            said = body.format(names=", ".join(names), first=first)
             cells.append(
                 f"f = lambdify([{', '.join(names)}], {part.answer.write_code()}, 'numpy')\n"
-                f"def {name_answer_variable('p1', part.name)}({', '.join(names)}, f=f):\n    {said}"
+                f"def {name_answer_variable('p1', part.name)}({', '.join(names)}, f=f):\n    {code}"
             )
-        wanted = [name_answer_variable("p1", part.name) for part in parts]
-        run = sandbox.run(cells, wanted, calls)
+        answer_names = [name_answer_variable("p1", part.name) for part in parts]
+        run = sandbox.run(cells, answer_names, calls)
         assert not run.unreadable_reasons, run.unreadable_reasons
         for verdict in mark(problem, Answers(run).map_texts("p1", problem), secret="secret", points_seed="points"):
             if verdict.part in {part.name for part in parts if not is_zero(part)}:
-                said = f"{verdict.part}, {way}: {verdict.judgement.reason} {verdict.answer}"
-                assert (verdict.judgement.outcome is Outcome.CORRECT) == (due is Outcome.CORRECT), said
+                is_right = verdict.judgement.outcome is Outcome.CORRECT
+                assert is_right == (expected is Outcome.CORRECT), (variation, verdict)
 
 
 def is_zero(part: Part) -> bool:
@@ -164,8 +165,8 @@ def is_zero(part: Part) -> bool:
     return sp.Matrix([part.answer.reference]).is_zero_matrix is True
 
 
-def test_a_table_that_a_student_typed_is_no_answer(problem: Problem) -> None:
-    for part in formulas(problem)[:1]:
+def test_a_table_typed_by_a_student_is_wrong(problem: Problem) -> None:
+    for part in formula_parts(problem)[:1]:
         domain, joints = problem.domain, [q.name for q in problem.chain.q]
         pairs = ['{"shape": [1], "values": [[["x", 0]]]}', '{"shape": [-1], "values": [[[1, 0]]]}']
         for text in (*pairs, "", "[]", "{}", '{"shape": [1], "values": []}', '{"shape": [1e400]}', "[" * 10000):
@@ -173,7 +174,7 @@ def test_a_table_that_a_student_typed_is_no_answer(problem: Problem) -> None:
             assert judged.outcome is Outcome.WRONG
 
 
-def test_values_that_are_nearly_right_are_shown_with_the_digits_in_which_they_differ() -> None:
+def test_nearly_right_values_are_shown_with_enough_digits() -> None:
     problem = get_problem("planar-2r", 0, variation="chapter")
     part, domain, joints = problem["position"], problem.domain, [q.name for q in problem.chain.q]
     empty = read_table(f'{TABLE_PREFIX}{{"shape": [2], "values": []}}', domain, "points")

@@ -1,4 +1,4 @@
-"""A later part is marked on the student's own earlier answer, and nothing is earned by making it easier."""
+"""Follow-through: later parts are marked on the student's earlier answers, and an easier problem earns nothing."""
 
 from collections.abc import Callable
 from fractions import Fraction
@@ -26,10 +26,10 @@ from tests.support.problems import get_problem
 from tests.support.suites import few_families, sample_for_suite, select_for_suite
 
 PLANAR, SCORBOT = make_planar_2r(), make_scorbot_arm()
-ASKED = ("position", "jacobian", "determinant", "inverse-jacobian", "inverse-velocity", "singular-angles")
+QUESTION_NAMES = ("position", "jacobian", "determinant", "inverse-jacobian", "inverse-velocity", "singular-angles")
 
 
-def problem_of(chain: Chain, names: tuple[str, ...] = ASKED) -> Problem:
+def make_problem(chain: Chain, names: tuple[str, ...] = QUESTION_NAMES) -> Problem:
     parts = []
     for name in names:
         question = QUESTIONS[name]
@@ -38,16 +38,16 @@ def problem_of(chain: Chain, names: tuple[str, ...] = ASKED) -> Problem:
     return Problem(ProblemId("textbook", 1, names), chain, tuple(parts))
 
 
-def marked(problem: Problem, answers: dict[str, str], credit: Fraction = Fraction(4, 5)) -> dict[str, Verdict]:
+def mark_answers(problem: Problem, answers: dict[str, str], credit: Fraction = Fraction(4, 5)) -> dict[str, Verdict]:
     return {verdict.part: verdict for verdict in mark(problem, answers, secret="secret", rules=MarkingRules(credit))}
 
 
-def written(part: Part, w: StageResults) -> str:
-    matrix = to_sympy_matrix(compute_answer(w, part))
+def write_answer(part: Part, stages: StageResults) -> str:
+    matrix = to_sympy_matrix(compute_answer(stages, part))
     return expression_text(matrix[0]) if isinstance(part.answer, Expression) else str(matrix.tolist())
 
 
-RELATIVE = {
+RELATIVE_ANGLES = {
     "position": "[a1*cos(theta1) + a2*cos(theta2), a1*sin(theta1) + a2*sin(theta2)]",
     "jacobian": "[[-a1*sin(theta1), -a2*sin(theta2)], [a1*cos(theta1), a2*cos(theta2)]]",
     "determinant": "a1*a2*sin(theta2 - theta1)",
@@ -57,46 +57,46 @@ RELATIVE = {
     " -(vx*cos(theta1) + vy*sin(theta1))/(a2*sin(theta2 - theta1))]",
     "singular-angles": "[theta2 = theta1, theta2 = theta1 + pi]",
 }
-"""Everything that follows from relative angles in the position of the planar arm."""
+"""All answers that follow from relative angles in the position of the planar arm."""
 
 
-def test_one_mistake_at_the_start_costs_its_own_part_and_a_fifth_of_the_others() -> None:
-    verdicts = marked(problem_of(PLANAR), RELATIVE)
+def test_a_first_mistake_costs_a_fifth_of_later_parts() -> None:
+    verdicts = mark_answers(make_problem(PLANAR), RELATIVE_ANGLES)
     first = verdicts.pop("position")
     assert (first.points, first.judgement.outcome, first.followed_from) == (0.5, Outcome.PARTIAL, None)
     assert first.diagnosis is not None and first.diagnosis.mistakes == ("relative-angle",)
     for verdict in verdicts.values():
         assert verdict.points == share_of_points(verdict.max_points, 1.0, Fraction(4, 5)), verdict
         assert verdict.judgement.outcome is Outcome.PARTIAL
-        assert verdict.followed_from in ASKED and "80%" in verdict.judgement.reason
+        assert verdict.followed_from in QUESTION_NAMES and "80%" in verdict.judgement.reason
     assert verdicts["jacobian"].followed_from == "position"
 
 
-def test_the_assignment_sets_the_credit_and_may_give_none() -> None:
-    three_fifths = marked(problem_of(PLANAR), RELATIVE, Fraction(3, 5))
+def test_the_assignment_sets_the_credit_for_following() -> None:
+    three_fifths = mark_answers(make_problem(PLANAR), RELATIVE_ANGLES, Fraction(3, 5))
     assert three_fifths["jacobian"].points == 1.2
-    none = marked(problem_of(PLANAR), RELATIVE, Fraction(0))  # the same mistake gives it, which earns half by itself
+    none = mark_answers(make_problem(PLANAR), RELATIVE_ANGLES, Fraction(0))  # known as a mistake, it earns half
     assert none["jacobian"].points == 1.0 and none["jacobian"].followed_from is None
 
 
-def test_a_part_is_never_worth_more_and_a_right_one_stays_right() -> None:
-    jacobian = written(problem_of(PLANAR)["jacobian"], compute_symbolic_stages(PLANAR))
-    verdicts = marked(problem_of(PLANAR), {**RELATIVE, "jacobian": jacobian})
+def test_following_never_exceeds_full_marks_nor_lowers_right_answers() -> None:
+    jacobian = write_answer(make_problem(PLANAR)["jacobian"], compute_symbolic_stages(PLANAR))
+    verdicts = mark_answers(make_problem(PLANAR), {**RELATIVE_ANGLES, "jacobian": jacobian})
     assert verdicts["jacobian"].points == verdicts["jacobian"].max_points
-    assert verdicts["determinant"].followed_from is None  # what was handed in before is right
-    assert all((v.points or 0) <= v.max_points for v in verdicts.values())
+    assert verdicts["determinant"].followed_from is None  # the earlier answer is right
+    assert all((verdict.points or 0) <= verdict.max_points for verdict in verdicts.values())
 
 
-def test_an_answer_that_is_right_in_part_keeps_the_better_of_the_two() -> None:
+def test_partial_credit_counts_if_it_is_higher() -> None:
     answers = {
-        **RELATIVE,
+        **RELATIVE_ANGLES,
         "jacobian": "[[-a1*sin(theta1) - a2*sin(theta1 + theta2), -a2*sin(theta1 + theta2)], [0, 0]]",
     }
-    verdict = marked(problem_of(PLANAR), answers)["jacobian"]
+    verdict = mark_answers(make_problem(PLANAR), answers)["jacobian"]
     assert verdict.points == 1.0 and verdict.followed_from is None
 
 
-GAMES = {
+TRICKS = {
     "zero": {
         "position": "[0, 0]", "jacobian": "[[0, 0], [0, 0]]", "determinant": "0", "singular-angles": "theta1 = k*pi",
     },
@@ -133,48 +133,48 @@ GAMES = {
 }  # fmt: skip
 
 
-@pytest.mark.parametrize("game", sample_for_suite(GAMES, 5))
-def test_nothing_is_earned_by_making_a_later_part_easier(game: str) -> None:
-    names = tuple(name for name in ASKED if game != "copied" or name in GAMES["copied"])
-    problem = problem_of(PLANAR, names)
-    verdicts = marked(problem, GAMES[game])
+@pytest.mark.parametrize("trick", sample_for_suite(TRICKS, 5))
+def test_easier_made_up_problems_earn_nothing(trick: str) -> None:
+    names = tuple(name for name in QUESTION_NAMES if trick != "copied" or name in TRICKS["copied"])
+    problem = make_problem(PLANAR, names)
+    verdicts = mark_answers(problem, TRICKS[trick])
     assert all(verdict.followed_from is None for verdict in verdicts.values())
-    for part in problem.parts:  # what it has in common with the solution by chance counts as it does by itself
-        alone = marked(problem, {part.name: GAMES[game].get(part.name, "")})[part.name]
+    for part in problem.parts:  # what agrees with the solution by chance counts as it would alone
+        alone = mark_answers(problem, {part.name: TRICKS[trick].get(part.name, "")})[part.name]
         assert verdicts[part.name].points == alone.points, part.name
         assert alone.points is not None and alone.points <= 0.7 * part.points, part.name
 
 
-def invented(problem: Problem) -> dict[str, str]:
-    """Return a position that never looked at the arm, and all that follows from it."""
+def invent_answers(problem: Problem) -> dict[str, str]:
+    """Return a position that ignores the arm, and the answers that follow from it."""
     q = problem.chain.q
     count = len(problem.chain.task)
     point = sp.Matrix([
-        sum(j * sp.cos(each + i) for j, each in enumerate(q, 2)) + sp.sin(q[0] - q[-1]) + sp.prod(map(sp.sin, q))
+        sum(j * sp.cos(angle + i) for j, angle in enumerate(q, 2)) + sp.sin(q[0] - q[-1]) + sp.prod(map(sp.sin, q))
         for i in range(count)
     ])  # fmt: skip
     jacobian = point.jacobian(q)
-    told = {"position": str(point.tolist()), "jacobian": str(jacobian.tolist())}
+    answers = {"position": str(point.tolist()), "jacobian": str(jacobian.tolist())}
     if jacobian.rows == jacobian.cols:
-        told["determinant"] = str(jacobian.det())
-        told["singular-angles"] = f"Eq({jacobian.det()}, 0)"
+        answers["determinant"] = str(jacobian.det())
+        answers["singular-angles"] = f"Eq({jacobian.det()}, 0)"
     if jacobian.shape == (2, 2):
         inverse = jacobian.inv()
-        told["inverse-jacobian"] = str(inverse.tolist())
-        told["inverse-velocity"] = str((inverse * sp.Matrix(sp.symbols(problem.chain.task))).T.tolist()[0])
-    return told
+        answers["inverse-jacobian"] = str(inverse.tolist())
+        answers["inverse-velocity"] = str((inverse * sp.Matrix(sp.symbols(problem.chain.task))).T.tolist()[0])
+    return answers
 
 
 @few_families
 @pytest.mark.whole
-def test_nothing_follows_from_what_never_looked_at_the_arm(family: str) -> None:
+def test_nothing_follows_from_answers_that_ignore_the_arm(family: str) -> None:
     problem = get_problem(family, 0)
     names = [part.name for part in problem.parts]
     is_point = set(problem.chain.task) <= {"vx", "vy", "vz"}
     if problem.chain.n > 3 or not is_point or not {"position", "jacobian"} <= set(names):
         return
-    answers = {name: text for name, text in invented(problem).items() if name in names}
-    verdicts = marked(problem, answers)
+    answers = {name: text for name, text in invent_answers(problem).items() if name in names}
+    verdicts = mark_answers(problem, answers)
     assert [verdicts[name].points for name in answers] == [0.0] * len(answers)
     assert {verdicts[name].attempt for name in answers} <= {False, None}
 
@@ -213,31 +213,31 @@ FROM_UNROTATED = f"[[-({Y[0]}), {Z[1]}, {Z[2]}], [{X[0]}, 0, 0], [0, -({X[1]}), 
         ({"joint-axes": UNROTATED, "position-vectors": "", "geometric-jacobian": FROM_UNROTATED}, [0.0, 0.0, 1.6]),
     ],
 )  # fmt: skip
-def test_a_chain_is_followed_if_it_began_with_an_attempt(answers: dict[str, str], points: list[float]) -> None:
+def test_answers_are_followed_if_the_first_is_an_attempt(answers: dict[str, str], points: list[float]) -> None:
     problem = generate(ProblemId("elbow-3r", 1, tuple(answers), variation="chapter"))
     assert [verdict.points for verdict in mark(problem, answers, secret="secret")] == points
 
 
-def test_what_two_mistakes_explain_at_once_is_no_attempt() -> None:
+def test_an_answer_explained_only_by_two_mistakes_is_no_attempt() -> None:
     invention = {
         "position": "[a1*cos(theta1), a2*sin(theta2)]",
         "jacobian": "[[-a1*sin(theta1), 0], [0, a2*cos(theta2)]]", "determinant": "-a1*a2*sin(theta1)*cos(theta2)",
         "singular-angles": "[theta1 = 0, theta1 = pi, theta2 = pi/2, theta2 = -pi/2]",
     }  # fmt: skip
-    assert all(verdict.points == 0.0 for verdict in marked(problem_of(PLANAR), invention).values())
+    assert all(verdict.points == 0.0 for verdict in mark_answers(make_problem(PLANAR), invention).values())
 
 
-def test_what_was_left_blank_on_the_way_is_worked_out() -> None:
-    for gone in ({"jacobian": ""}, {"jacobian": "", "determinant": ""}):
-        verdicts = marked(problem_of(PLANAR), {**RELATIVE, **gone})
+def test_blank_intermediate_parts_are_derived() -> None:
+    for blanks in ({"jacobian": ""}, {"jacobian": "", "determinant": ""}):
+        verdicts = mark_answers(make_problem(PLANAR), {**RELATIVE_ANGLES, **blanks})
         assert verdicts["singular-angles"].points == verdicts["inverse-velocity"].points == 1.6
         assert verdicts["jacobian"].points == 0.0
-    without = problem_of(PLANAR, ("position", "determinant"))
-    assert marked(without, RELATIVE)["determinant"].followed_from == "position"
+    without = make_problem(PLANAR, ("position", "determinant"))
+    assert mark_answers(without, RELATIVE_ANGLES)["determinant"].followed_from == "position"
 
 
 @pytest.mark.parametrize(
-    ("answer", "due"),
+    ("answer", "is_attempt"),
     [
         ("[a1*cos(theta1) + a2*sin(theta2), a1*sin(theta1) - 3*a2]", True),  # half of the terms
         (
@@ -245,47 +245,47 @@ def test_what_was_left_blank_on_the_way_is_worked_out() -> None:
             True,
         ),
         ("[a1*cos(theta1) + a2*sin(theta2)/3, a1*sin(theta2)/5 - 3*a2*cos(theta1)]", False),  # a quarter
-        ("[a1*sin(theta1)/2 + a2*sin(theta1 + theta2)*3, a1*cos(theta1)*7]", False),  # in the other entry
-        ("[a1*(c1 + s1) + a2*(c1*c2 + s1 + c2), a1*(s1 + c1) + a2*(s1 + s2)]", False),  # among twice as many
+        ("[a1*sin(theta1)/2 + a2*sin(theta1 + theta2)*3, a1*cos(theta1)*7]", False),  # in the wrong entry
+        ("[a1*(c1 + s1) + a2*(c1*c2 + s1 + c2), a1*(s1 + c1) + a2*(s1 + s2)]", False),  # among twice as many terms
     ],
 )
-def test_half_of_the_terms_are_an_attempt(answer: str, due: bool) -> None:
-    verdict = marked(problem_of(PLANAR, ("position",)), {"position": answer})["position"]
-    assert (verdict.points, verdict.attempt) == (0.0, due), verdict.diagnosis
+def test_half_of_the_terms_are_an_attempt(answer: str, is_attempt: bool) -> None:
+    verdict = mark_answers(make_problem(PLANAR, ("position",)), {"position": answer})["position"]
+    assert (verdict.points, verdict.attempt) == (0.0, is_attempt), verdict.diagnosis
 
 
-EARLY = ("relative-angle", "sine-for-cosine", "link-subtracted", "chain-rule", "term-sign")
+EARLY_MISTAKES = ("relative-angle", "sine-for-cosine", "link-subtracted", "chain-rule", "term-sign")
 
 
 @few_families
-def test_what_follows_from_a_mistake_is_followed_on_every_family(family: str) -> None:
-    """All answers of one derivation with one mistake: each answer is right, follows, or builds on what is easy."""
+def test_mistakes_are_followed_on_every_family(family: str) -> None:
+    """Derive all answers with one mistake: a large share of those that differ must be followed."""
     problem = get_problem(family, 0)
-    later = [part for part in problem.parts if any(list_earlier_parts(part)) and is_derived(part) and _is_formula(part)]
+    later = [part for part in problem.parts if any(list_earlier_parts(part)) and is_derived(part) and is_formula(part)]
     if problem.chain.n > 3 or not later:
         return
-    w = compute_symbolic_stages(problem.chain)
+    stages = compute_symbolic_stages(problem.chain)
     tried = followed = 0
-    for mistake in EARLY:
-        for wrong in list(apply_mistake(CATALOGUE[mistake], w, later[0]))[: select_for_suite(1, 2)]:
-            parts = [part for part in problem.parts if is_derived(part) and _is_formula(part)]
-            texts = {part.name: written(part, wrong.stages) for part in parts}
+    for mistake in EARLY_MISTAKES:
+        for wrong in list(apply_mistake(CATALOGUE[mistake], stages, later[0]))[: select_for_suite(1, 2)]:
+            parts = [part for part in problem.parts if is_derived(part) and is_formula(part)]
+            texts = {part.name: write_answer(part, wrong.stages) for part in parts}
             if any(len(text) > 4000 or "zoo" in text or "nan" in text for text in texts.values()):
                 continue
-            verdicts = marked(problem, texts)
+            verdicts = mark_answers(problem, texts)
             for part in later:
                 verdict = verdicts[part.name]
-                if verdict.judgement.outcome is not Outcome.CORRECT and _sources_wrong(part, verdicts):
+                if verdict.judgement.outcome is not Outcome.CORRECT and depends_on_wrong_part(part, verdicts):
                     tried += 1
                     followed += (verdict.points or 0.0) >= 0.8 * verdict.max_points
     assert followed >= 0.4 * tried, (followed, tried)
 
 
-def _is_formula(part: Part) -> bool:
-    return part.type in ("expression", "matrix") and part.kind != "link-velocity"  # whose mistakes are its own
+def is_formula(part: Part) -> bool:
+    return part.type in ("expression", "matrix") and part.kind != "link-velocity"  # which has separate mistakes
 
 
-def _sources_wrong(part: Part, verdicts: dict[str, Verdict]) -> bool:
+def depends_on_wrong_part(part: Part, verdicts: dict[str, Verdict]) -> bool:
     wrong = {name for name, verdict in verdicts.items() if (verdict.points or 0.0) < verdict.max_points}
     return bool(wrong & set(list_earlier_parts(part)))
 
@@ -297,41 +297,41 @@ def test_points_are_exact_and_add_up() -> None:
     assert share_of_points(1.1, 1.0) == 1.1
 
 
-OWN: dict[str, Callable[[np.ndarray, np.ndarray], np.ndarray]] = {
+BY_NUMPY: dict[str, Callable[[np.ndarray, np.ndarray], np.ndarray]] = {
     "joint-rates": np.linalg.solve,
     "path-rates": np.linalg.solve,
     "least-norm-rates": lambda jacobian, v: np.linalg.pinv(jacobian) @ v,
     "manipulability": lambda jacobian, _: np.array([np.sqrt(np.linalg.det(jacobian @ jacobian.T))]),
     "condition-number": lambda jacobian, _: np.array([np.linalg.cond(jacobian)]),
 }
-"""What NumPy makes of a Jacobian and a task velocity."""
+"""Results that NumPy computes from a Jacobian and a task velocity."""
 
 
 @pytest.mark.parametrize(
     ("name", "family"),
     [
-        *((name, "planar-3r" if name == "least-norm-rates" else "planar-2r") for name in sample_for_suite(OWN, 3)),
+        *((name, "planar-3r" if name == "least-norm-rates" else "planar-2r") for name in sample_for_suite(BY_NUMPY, 3)),
         pytest.param("joint-rates", "stanford-6r", marks=pytest.mark.whole),
     ],
 )
-def test_numbers_are_marked_on_the_students_own_jacobian(name: str, family: str) -> None:
+def test_numbers_follow_from_the_students_jacobian(name: str, family: str) -> None:
     problem = generate(ProblemId(family, 1, ("jacobian", name)))
     jacobian, part = problem.parts
     wrong = jacobian.answer.as_matrix().as_mutable()
     wrong[0, 0] = 2 * wrong[0, 0]
     values = sample_configurations(problem.chain, part, problem.domain, 1, Stream("test"))
     numbers = {symbol: float(values[symbol][0]) for symbol in values}
-    there = np.array(sp.Matrix(wrong).subs(numbers).evalf().tolist(), dtype=float)
-    rates = OWN[name](there, np.array([numbers[row] for row in problem.chain.task]))
+    wrong_values = np.array(sp.Matrix(wrong).subs(numbers).evalf().tolist(), dtype=float)
+    rates = BY_NUMPY[name](wrong_values, np.array([numbers[row] for row in problem.chain.task]))
     answers = {"jacobian": str(wrong.tolist()), name: str([float(f"{rate:.5g}") for rate in rates])}
-    verdict = marked(problem, answers)[name]
+    verdict = mark_answers(problem, answers)[name]
     assert verdict.followed_from == "jacobian", verdict
     assert verdict.points == pytest.approx(0.8 * verdict.max_points)
-    off = {**answers, name: str([float(f"{1.3 * rate + 0.2:.5g}") for rate in rates])}
-    assert marked(problem, off)[name].followed_from is None
+    unrelated = {**answers, name: str([float(f"{1.3 * rate + 0.2:.5g}") for rate in rates])}
+    assert mark_answers(problem, unrelated)[name].followed_from is None
 
 
-def test_a_self_motion_is_marked_up_to_a_factor_on_the_students_own_jacobian() -> None:
+def test_a_self_motion_follows_up_to_a_factor() -> None:
     problem = generate(ProblemId("planar-3r", 1, ("jacobian", "self-motion")))
     jacobian, part = problem.parts
     assert not part.answer.is_numeric
@@ -339,6 +339,7 @@ def test_a_self_motion_is_marked_up_to_a_factor_on_the_students_own_jacobian() -
     wrong[0, 0] = 2 * wrong[0, 0]
     motion = -3 * wrong.row(0).cross(wrong.row(1))
     for source in ("jacobian", None):
-        verdict = marked(problem, {"jacobian": str(wrong.tolist()), "self-motion": str(list(motion))})["self-motion"]
+        answers = {"jacobian": str(wrong.tolist()), "self-motion": str(list(motion))}
+        verdict = mark_answers(problem, answers)["self-motion"]
         assert verdict.followed_from == source, verdict
         motion[0] = motion[0] + 1

@@ -1,4 +1,4 @@
-"""What an answer earns that is right in part, and how an assignment sets it."""
+"""Partial credit: the share that a partly right answer earns, and the settings of an assignment."""
 
 from collections.abc import Iterator
 from dataclasses import replace
@@ -20,7 +20,7 @@ from qdot.exercises.problem.problem import Part, Problem, ProblemId
 from qdot.exercises.reference_answers import ConditionSet, Expression
 from qdot.grader.judging.verdict import Judgement, Outcome
 from tests.support import ROOT
-from tests.support.judging import judge_with_credit as share_earned
+from tests.support.judging import judge_with_credit
 from tests.support.problems import ask_question
 from tests.support.suites import few_families
 
@@ -32,18 +32,18 @@ RIGHT = (
 )
 
 
-ELBOW_ASKED = ("position", "joint-axes", "position-vectors", "jacobian", "inverse-jacobian")
+ELBOW_QUESTIONS = ("position", "joint-axes", "position-vectors", "jacobian", "inverse-jacobian")
 
 
-def elbow() -> Problem:
-    names = (*ELBOW_ASKED, "geometric-jacobian", "determinant", "singular-angles")
+def make_elbow_problem() -> Problem:
+    names = (*ELBOW_QUESTIONS, "geometric-jacobian", "determinant", "singular-angles")
     return generate(ProblemId("elbow-3r", 1, names, variation="chapter"))
 
 
-def earned(question: str, answer: str, credit: Credit | None = None, chain: Chain = PLANAR) -> Judgement:
+def judge_planar(question: str, answer: str, credit: Credit | None = None, chain: Chain = PLANAR) -> Judgement:
     problem = ask_question(question, chain)
     part = replace(problem.parts[0], credit=credit or Credit())
-    return share_earned(problem, part, answer, "credit")
+    return judge_with_credit(problem, part, answer, "credit")
 
 
 @pytest.mark.parametrize(
@@ -56,14 +56,14 @@ def earned(question: str, answer: str, credit: Credit | None = None, chain: Chai
     ],
 )  # fmt: skip
 def test_a_determinant_is_marked_by_its_factors(answer: str, share: float) -> None:
-    """What is wrong in the usual ways is below, of every arm."""
-    judged = earned("determinant", answer)
-    assert judged.share == share
-    assert judged.outcome is (Outcome.CORRECT if share == 1 else Outcome.PARTIAL if share else Outcome.WRONG)
+    """The usual mistakes are tested below, on every arm."""
+    judgement = judge_planar("determinant", answer)
+    assert judgement.share == share
+    assert judgement.outcome is (Outcome.CORRECT if share == 1 else Outcome.PARTIAL if share else Outcome.WRONG)
 
 
-def factors_of(part: Part, problem: Problem) -> tuple[sp.Expr, list[sp.Expr]]:
-    """Return the constant part of a determinant, and its factors with joints, each as often as its power says."""
+def split_determinant(part: Part, problem: Problem) -> tuple[sp.Expr, list[sp.Expr]]:
+    """Return the constant part of a determinant, and its factors with joint variables, repeated by their powers."""
     joints, constant, factors = set(problem.chain.q), sp.S.One, []
     for factor in sp.Mul.make_args(part.answer_as(Expression).reference):
         base, power = factor.as_base_exp()
@@ -74,15 +74,15 @@ def factors_of(part: Part, problem: Problem) -> tuple[sp.Expr, list[sp.Expr]]:
     return constant, factors
 
 
-def test_equal_mistakes_in_a_determinant_earn_equal_shares_whatever_the_arm(family: str, drawn: object) -> None:
+def test_a_mistake_in_a_determinant_earns_the_same_on_every_arm(family: str, drawn: object) -> None:
     problem = drawn(family, 0)  # type: ignore[operator]
     for part in problem.parts:
         if part.kind not in ("determinant", "gram-determinant") or not isinstance(part.answer, Expression):
             continue
-        constant, factors = factors_of(part, problem)
+        constant, factors = split_determinant(part, problem)
         reference = part.answer.reference
         lengths = sorted(constant.free_symbols, key=str)
-        made = {
+        wrong_answers = {
             "the sign": (-reference, 0.8),
             "another number": (3 * reference, 0.8),
             "sign and number": (-reference / 7, 0.6),
@@ -99,51 +99,51 @@ def test_equal_mistakes_in_a_determinant_earn_equal_shares_whatever_the_arm(fami
             "a number": (sp.Integer(7), 0.0),
         }
         if not factors:  # a determinant that is a number: right or not
-            made = dict.fromkeys(("the sign", "twice"), (-reference, 0.0))
-        for mistake, (answer, share) in made.items():
+            wrong_answers = dict.fromkeys(("the sign", "twice"), (-reference, 0.0))
+        for mistake, (answer, share) in wrong_answers.items():
             if answer is None or (problem.chain.joints[0].is_prismatic and "too many" in mistake):
                 continue
-            judgement = share_earned(problem, part, expression_text(answer), "f")
+            judgement = judge_with_credit(problem, part, expression_text(answer), "f")
             assert judgement.share == share, (mistake, answer, judgement)
 
 
 @few_families
-def test_nothing_is_earned_by_zeros_constants_and_guesses(family: str, drawn: object) -> None:
+def test_zeros_constants_and_guesses_earn_nothing(family: str, drawn: object) -> None:
     problem = drawn(family, 0)  # type: ignore[operator]
     zeros = ", ".join(f"{q.name} = {value}" for q in problem.chain.q for value in ("0", "pi", "pi/2", "-pi/2"))
     for part in problem.parts:
         if part.answer.is_set:
-            assert share_earned(problem, part, f"[{zeros}]", "g").share == 0.0, part
+            assert judge_with_credit(problem, part, f"[{zeros}]", "g").share == 0.0, part
         elif part.answer.is_symbolic:
             rows, columns = part.shape or (1, 1)
             varies = {symbol.name for symbol in part.answer.as_matrix().free_symbols} - problem.constants
             for guess in ("0", "1", "7") if varies else ("0",):
                 answer = str([[guess] * columns] * rows).replace("'", "") if part.shape else guess
-                assert share_earned(problem, part, answer, "g").share == 0.0, (part, guess)
+                assert judge_with_credit(problem, part, answer, "g").share == 0.0, (part, guess)
 
 
-def test_a_matrix_is_marked_by_entries_or_columns_or_as_a_whole() -> None:
+def test_a_matrix_is_marked_by_entries_columns_or_as_a_whole() -> None:
     one_wrong = RIGHT.replace(", a2*cos(theta1 + theta2)]]", ", a2*sin(theta2)]]")
-    assert earned("jacobian", one_wrong).share == 0.75
-    by_columns = earned("jacobian", one_wrong, Credit("columns"))
+    assert judge_planar("jacobian", one_wrong).share == 0.75
+    by_columns = judge_planar("jacobian", one_wrong, Credit("columns"))
     assert by_columns.share == 0.5 and "1 of 2 columns" in by_columns.reason
-    assert earned("jacobian", one_wrong, Credit("whole")).outcome is Outcome.WRONG
-    assert earned("jacobian", one_wrong, Credit("", Fraction(1, 2))).share == 0.375
+    assert judge_planar("jacobian", one_wrong, Credit("whole")).outcome is Outcome.WRONG
+    assert judge_planar("jacobian", one_wrong, Credit("", Fraction(1, 2))).share == 0.375
 
 
-def test_no_way_gives_full_marks_for_what_is_not_right_or_takes_any_from_what_is() -> None:
-    for by in CREDIT_RULES:
+def test_no_credit_rule_gives_wrong_answers_full_marks_or_right_ones_less() -> None:
+    for rule in CREDIT_RULES:
         for factor in ("-1", "a1", "3"):
             scaled = str((sp.Matrix(sp.sympify(RIGHT)) * sp.sympify(factor)).tolist())
-            assert earned("jacobian", scaled, Credit(by)).share == (0.0 if by == "whole" else 0.8), scaled
-        assert earned("jacobian", RIGHT, Credit(by)).share == 1.0
-        assert earned("jacobian", RIGHT.replace("a2*cos", "a1*cos"), Credit(by)).share < 1.0
-        share = 0.0 if by == "whole" else 2 / 3
-        assert earned("singular-angles", "theta2 = 0", Credit(by)).share == pytest.approx(share)
+            assert judge_planar("jacobian", scaled, Credit(rule)).share == (0.0 if rule == "whole" else 0.8), scaled
+        assert judge_planar("jacobian", RIGHT, Credit(rule)).share == 1.0
+        assert judge_planar("jacobian", RIGHT.replace("a2*cos", "a1*cos"), Credit(rule)).share < 1.0
+        share = 0.0 if rule == "whole" else 2 / 3
+        assert judge_planar("singular-angles", "theta2 = 0", Credit(rule)).share == pytest.approx(share)
 
 
-ELBOW = elbow()
-POSITION, AXES, ARMS, J, INVERSE = (ELBOW[name].answer.as_matrix() for name in ELBOW_ASKED)
+ELBOW = make_elbow_problem()
+POSITION, AXES, ARMS, J, INVERSE = (ELBOW[name].answer.as_matrix() for name in ELBOW_QUESTIONS)
 SIGNS = sp.diag(1, -1, -1)
 DET = sp.sympify(DETERMINANT)
 GEOMETRIC = sp.Matrix.vstack(J, AXES)
@@ -151,7 +151,7 @@ FULL = "theta3 = 0, theta3 = pi, a1 + a2*cos(theta2) + a3*cos(theta2 + theta3) =
 INVENTED = "a1*a2*a3*sin(theta1)*sin(theta2)*sin(theta3)"
 
 
-def exchanged(matrix: sp.Matrix) -> sp.Matrix:
+def swap_waves(matrix: sp.Matrix) -> sp.Matrix:
     return matrix.replace(sp.sin, sp.Function("S")).replace(sp.cos, sp.sin).replace(sp.Function("S"), sp.cos)
 
 
@@ -166,7 +166,7 @@ def exchanged(matrix: sp.Matrix) -> sp.Matrix:
         ("inverse-jacobian", -INVERSE * DET, 0.6), ("determinant", "sin(theta3)*a2", 0.5),
         ("inverse-jacobian", INVERSE * sp.cos(sp.Symbol("theta1")), 0.0), ("jacobian", J * DET, 0.0),
         # one known mistake
-        ("position", POSITION.subs("d1", 0), 2 / 3), ("position", exchanged(POSITION), 0.5), ("jacobian", J.T, 0.5),
+        ("position", POSITION.subs("d1", 0), 2 / 3), ("position", swap_waves(POSITION), 0.5), ("jacobian", J.T, 0.5),
         ("position", POSITION.subs(sp.sympify("theta2 + theta3"), sp.Symbol("theta3")), 0.5),
         ("joint-axes", "[[0, 0, 0], [0, 1, 1], [1, 0, 0]]", 0.0), ("jacobian", J.subs("theta1", 0), 0.5),
         ("jacobian", J.subs({"theta1": 0, "theta2": 0, "theta3": 1}), 0.0),
@@ -182,24 +182,24 @@ def exchanged(matrix: sp.Matrix) -> sp.Matrix:
         ("singular-angles", "[theta1 = 0, theta1 = pi, theta2 = 0, theta2 = pi, theta3 = 0, theta3 = pi]", 0.0),
     ],
 )  # fmt: skip
-def test_a_mistake_costs_the_same_however_much_it_touches(question: str, answer: object, share: float) -> None:
-    """What is better never earns less: the elbow arm of the chapter."""
+def test_a_mistake_costs_the_same_however_many_entries_it_changes(question: str, answer: object, share: float) -> None:
+    """Try answers for the chapter's elbow arm."""
     text = str(list(answer) if answer.cols == 1 else answer.tolist()) if isinstance(answer, sp.MatrixBase) else answer
-    judged = share_earned(ELBOW, ELBOW[question], str(text), "m")
-    assert judged.share == pytest.approx(share, abs=1e-3), judged
+    judgement = judge_with_credit(ELBOW, ELBOW[question], str(text), "m")
+    assert judgement.share == pytest.approx(share, abs=1e-3), judgement
 
 
 @pytest.mark.parametrize(
     ("question", "right", "wrong"),
     [
         ("jacobian", J, 2 * J * SIGNS), ("inverse-jacobian", INVERSE, INVERSE * DET), ("jacobian", J, J.T),
-        ("position", POSITION, exchanged(POSITION)), ("position-vectors", ARMS, -ARMS), ("joint-axes", AXES, 2 * AXES),
+        ("position", POSITION, swap_waves(POSITION)), ("position-vectors", ARMS, -ARMS), ("joint-axes", AXES, 2 * AXES),
     ],
 )  # fmt: skip
-def test_one_entry_more_that_is_right_never_earns_less(question: str, right: sp.Matrix, wrong: sp.Matrix) -> None:
+def test_one_more_right_entry_never_earns_less(question: str, right: sp.Matrix, wrong: sp.Matrix) -> None:
     shares, answer = [], wrong.as_mutable()
     for k in range(len(right)):
-        shares.append(share_earned(ELBOW, ELBOW[question], str(answer.tolist()), "m").share)
+        shares.append(judge_with_credit(ELBOW, ELBOW[question], str(answer.tolist()), "m").share)
         answer[k] = right[k]
     assert shares == sorted(shares) and shares[0] < 1.0
 
@@ -213,24 +213,24 @@ questions = ["jacobian", "determinant"]
 """
 
 
-def test_an_assignment_says_how(tmp_path: Path) -> None:
+def test_an_assignment_sets_the_credit_of_its_parts(tmp_path: Path) -> None:
     folder = tmp_path / "hw"
     init_assignment(folder, "T", "t", secret="0123456789abcdef")
-    file = folder / "assignment.toml"
-    file.write_text(TOML + 'credit = {jacobian = "columns", determinant = 0.5}\n')
+    path = folder / "assignment.toml"
+    path.write_text(TOML + 'credit = {jacobian = "columns", determinant = 0.5}\n')
     assignment = load_assignment(folder)
     parts = {part.name: part for part in assignment.slots[0].generate_problem(assignment.secret, "s").parts}
     assert parts["jacobian"].credit == Credit("columns") and parts["determinant"].credit == Credit("", Fraction(1, 2))
     assert assignment.follow_through == 1
     markings = {assignment.marking_digest}
     for text in (TOML, f"{TOML}credit = 0\n"):
-        file.write_text(text)
+        path.write_text(text)
         markings.add(load_assignment(folder).marking_digest)
     assert len(markings) == 3
 
 
 @pytest.mark.parametrize(
-    ("text", "says"),
+    ("text", "message"),
     [
         *(
             (f"{TOML}credit = {wrong}\n", "line 7.*credit")
@@ -242,15 +242,15 @@ def test_an_assignment_says_how(tmp_path: Path) -> None:
         ),
     ],
 )
-def test_a_mistake_in_what_an_assignment_says_is_told(tmp_path: Path, text: str, says: str) -> None:
+def test_an_invalid_credit_setting_is_an_error(tmp_path: Path, text: str, message: str) -> None:
     folder = tmp_path / "hw"
     init_assignment(folder, "T", "t", secret="0123456789abcdef")
     (folder / "assignment.toml").write_text(text)
-    with pytest.raises(QdotError, match=f"assignment.toml: {says}"):
+    with pytest.raises(QdotError, match=f"assignment.toml: {message}"):
         load_assignment(folder)
 
 
-def test_equal_mistakes_in_a_set_earn_equal_shares_whatever_the_arm(family: str, drawn: object) -> None:
+def test_a_mistake_in_a_set_earns_the_same_on_every_arm(family: str, drawn: object) -> None:
     problem = drawn(family, 0)  # type: ignore[operator]
     for part in problem.parts:
         if not isinstance(part.answer, ConditionSet):
@@ -259,15 +259,15 @@ def test_equal_mistakes_in_a_set_earn_equal_shares_whatever_the_arm(family: str,
         k = next((k for k, group in enumerate(groups) if len(group) > 1), None)
         if k is not None:
             one_root_less = [piece for j, group in enumerate(groups) for piece in group[j == k :]]
-            judged = share_earned(problem, part, f"[{', '.join(map(typed, one_root_less))}]", "s")
-            assert judged.share == pytest.approx(2 / 3), judged
+            judgement = judge_with_credit(problem, part, f"[{', '.join(map(write_condition, one_root_less))}]", "s")
+            assert judgement.share == pytest.approx(2 / 3), judgement
         if len(groups) > 1:
             one_less = [piece for group in groups[1:] for piece in group]
-            judged = share_earned(problem, part, f"[{', '.join(map(typed, one_less))}]", "s")
-            assert judged.share in (0.5, 1.0), judged  # what is left may hold all of it
+            judgement = judge_with_credit(problem, part, f"[{', '.join(map(write_condition, one_less))}]", "s")
+            assert judgement.share in (0.5, 1.0), judgement  # the other conditions may imply it
 
 
-def typed(piece: str) -> str:
+def write_condition(piece: str) -> str:
     conditions = [condition.replace(" = ", ", ") for condition in piece.split(" and ")]
     equations = [f"Eq({condition})" for condition in conditions]
     return equations[0] if len(equations) == 1 else f"And({', '.join(equations)})"
@@ -285,8 +285,8 @@ SETS = {
 """Wrong sets of singular configurations of the elbow arm."""
 
 
-def wrong_answers(problem: Problem) -> Iterator[tuple[str, str, str]]:
-    """Yield questions, each with a mistake as docs/partial-credit.md words it and the answer that it gives."""
+def list_wrong_answers(problem: Problem) -> Iterator[tuple[str, str, str]]:
+    """Yield a question, a mistake in the words of docs/partial-credit.md, and its answer."""
     names = ("position", "joint-axes", "position-vectors", "jacobian", "inverse-jacobian", "determinant")
     position, axes, vectors, jacobian, inverse, (det,) = (problem[name].answer.as_matrix() for name in names)
     first = jacobian.as_mutable()
@@ -311,10 +311,10 @@ def wrong_answers(problem: Problem) -> Iterator[tuple[str, str, str]]:
 
 
 @pytest.mark.whole
-def test_the_examples_of_the_page_on_partial_credit_earn_what_it_says() -> None:
-    page, problem = (ROOT / "docs" / "partial-credit.md").read_text(encoding="utf-8"), elbow()
-    for name, mistake, answer in wrong_answers(problem):
-        share = Fraction(share_earned(problem, problem[name], answer, "credit").share).limit_denominator(100)
+def test_the_examples_in_the_docs_earn_the_stated_shares() -> None:
+    page, problem = (ROOT / "docs" / "partial-credit.md").read_text(encoding="utf-8"), make_elbow_problem()
+    for name, mistake, answer in list_wrong_answers(problem):
+        share = Fraction(judge_with_credit(problem, problem[name], answer, "credit").share).limit_denominator(100)
         assert f"| {name} | {mistake} | {share} |" in page
 
 
@@ -322,12 +322,12 @@ def test_numbers_are_marked_as_a_vector() -> None:
     problem = ask_question("joint-rates", PLANAR)
     part = problem.parts[0]
     values = [float(value) for value in part.answer.as_matrix()]
-    negated = [-v for v in values]
+    negated = [-value for value in values]
     one_negated = [-values[0], values[1]]
     for answer, share in ((negated, 0.8), (one_negated, 0.8), ([values[0], 99], 0.5), ([0, 0], 0.0), (values, 1.0)):
-        assert share_earned(problem, part, str(answer), "n").share == share, answer
+        assert judge_with_credit(problem, part, str(answer), "n").share == share, answer
 
 
-def test_nothing_said_is_each_questions_own_way() -> None:
+def test_without_settings_each_question_has_its_credit_rule() -> None:
     assert parse_credit_policy(None, ["jacobian"]) == ()
     assert parse_credit_policy("whole", ["jacobian"]) == (("jacobian", Credit("whole")),)

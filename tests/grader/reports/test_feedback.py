@@ -1,4 +1,4 @@
-"""The feedback page: every outcome on it, readable by people and by screen readers, safe whatever was typed."""
+"""The feedback page: it shows every outcome, is accessible, and is safe for any answer."""
 
 import re
 import time
@@ -46,31 +46,31 @@ questions = ["twist", "joint-effect", "lost-direction", "rank"]
 """
 VOID = {"meta", "link", "br", "hr", "img", "path", "circle", "use", "rect", "polyline", "polygon", "mspace"}
 Answers = Callable[[str, str, str], str | None]
-"""Slot, part and right answer to what is handed in, None for nothing."""
+"""A function from slot, part and right answer to the submitted answer, or None."""
 
 
 class Page(HTMLParser):
-    """A page taken apart: its elements with the text in each; raises AssertionError where they do not nest."""
+    """A parsed page: its elements with their text. An AssertionError says that elements do not nest."""
 
     def __init__(self, text: str) -> None:
         super().__init__()
         self.open: list[tuple[str, dict[str, str]]] = []
-        self.found: list[tuple[str, dict[str, str], list[str]]] = []
+        self.elements: list[tuple[str, dict[str, str], list[str]]] = []
         self.inside: list[list[str]] = []
         self.feed(text)
         self.close()
         assert not self.open
 
     def handle_starttag(self, tag: str, attrs: list[tuple[str, str | None]]) -> None:
-        about = {name: value or "" for name, value in attrs}
-        assert len(about) == len(attrs), (tag, attrs)
-        self.found.append((tag, about, []))
+        attributes = {name: value or "" for name, value in attrs}
+        assert len(attributes) == len(attrs), (tag, attrs)
+        self.elements.append((tag, attributes, []))
         if tag not in VOID:
-            self.open.append((tag, about))
-            self.inside.append(self.found[-1][2])
+            self.open.append((tag, attributes))
+            self.inside.append(self.elements[-1][2])
 
     def handle_startendtag(self, tag: str, attrs: list[tuple[str, str | None]]) -> None:
-        self.found.append((tag, {name: value or "" for name, value in attrs}, []))
+        self.elements.append((tag, {name: value or "" for name, value in attrs}, []))
 
     def handle_endtag(self, tag: str) -> None:
         if tag in VOID:
@@ -86,11 +86,13 @@ class Page(HTMLParser):
 
     @property
     def text(self) -> str:
-        """All that a reader sees."""
+        """The visible text."""
         return " ".join(text for _, text in self.all("body"))
 
     def all(self, *tags: str) -> list[tuple[dict[str, str], str]]:
-        return [(about, " ".join("".join(texts).split())) for tag, about, texts in self.found if tag in tags]
+        return [
+            (attributes, " ".join("".join(texts).split())) for tag, attributes, texts in self.elements if tag in tags
+        ]
 
 
 @pytest.fixture(scope="module")
@@ -101,30 +103,31 @@ def assignment(tmp_path_factory: pytest.TempPathFactory) -> Assignment:
     return load_assignment(folder)
 
 
-def right(problem: Problem, name: str) -> str:
+def write_right_answer(problem: Problem, name: str) -> str:
     part = next(part for part in problem.parts if part.name == name)
-    found = part.answer.as_json()
-    return str(found).replace("'", "") if part.type != "singular" else f"[{', '.join(found)}]"
+    content = part.answer.as_json()
+    return str(content).replace("'", "") if part.type != "singular" else f"[{', '.join(content)}]"
 
 
-def result_of(assignment: Assignment, answers: Answers = lambda slot, part, code: code) -> Result:
-    """Return what grading a student makes of answers, without a notebook."""
-    marked = list[ProblemResult]()
+def make_result(assignment: Assignment, answers: Answers = lambda slot, part, code: code) -> Result:
+    """Return the result of a student with these answers, without running a notebook."""
+    problems = list[ProblemResult]()
     for slot, problem in assignment.generate_problems("s1"):
-        own = {part.name: answers(slot, part.name, right(problem, part.name)) for part in problem.parts}
-        handed_in = {name: text for name, text in own.items() if text is not None}
-        verdicts = mark(problem, handed_in, secret=assignment.secret, points_seed="points")
+        names = [part.name for part in problem.parts]
+        answer_texts = {name: answers(slot, name, write_right_answer(problem, name)) for name in names}
+        submitted = {name: text for name, text in answer_texts.items() if text is not None}
+        verdicts = mark(problem, submitted, secret=assignment.secret, points_seed="points")
         parts = tuple(make_part_result(slot, verdict) for verdict in verdicts)
-        marked.append(ProblemResult(str(problem.id), slot, parts))
-    every = [part for problem in marked for part in problem.parts]
+        problems.append(ProblemResult(str(problem.id), slot, parts))
+    marked = [part for problem in problems for part in problem.parts]
     return Result(
         student="s1", assignment="hw", submission=CountingSubmission("hw.ipynb", "0", None), late=None,
-        score=sum_points(part.points for part in every), max_score=sum_points(part.max_points for part in every),
-        notes=("<i>told</i>",), problems=tuple(marked),
+        score=sum_points(part.points for part in marked), max_score=sum_points(part.max_points for part in marked),
+        notes=("<i>told</i>",), problems=tuple(problems),
     )  # fmt: skip
 
 
-def mixed(slot: str, part: str, code: str) -> str | None:
+def choose_answer(slot: str, part: str, code: str) -> str | None:
     changed: dict[tuple[str, str], str | None] = {
         ("p1", "position"): f"-({code.strip('[]')}, 1)", ("p1", "jacobian"): code.replace("sin", "cos", 1),
         ("p1", "determinant"): f"2*({code})", ("p1", "singular-angles"): "{theta2: [0, 1]}",
@@ -135,92 +138,93 @@ def mixed(slot: str, part: str, code: str) -> str | None:
 
 
 @pytest.fixture(scope="module")
-def mix(assignment: Assignment) -> Result:
-    """A result with every outcome in it, and a part that follows from a wrong one."""
-    result = result_of(assignment, mixed)
+def mixed_result(assignment: Assignment) -> Result:
+    """Return a result with every outcome, and with a part that follows from a wrong one."""
+    result = make_result(assignment, choose_answer)
     reason = "qdot failed on this answer (E: <x>)"
     result = change_part(result, "p2.rank", outcome=Outcome.UNGRADED, points=None, reason=reason)
     assert {part.outcome for part in result.parts.values()} == set(Outcome) - {Outcome.CORRECT}
-    right = result_of(assignment).parts["p1.position"]
-    return change_part(result, "p1.position", **{field.name: getattr(right, field.name) for field in fields(right)})
+    right_part = make_result(assignment).parts["p1.position"]
+    values = {field.name: getattr(right_part, field.name) for field in fields(right_part)}
+    return change_part(result, "p1.position", **values)
 
 
-def page_of(assignment: Assignment, result: Result) -> tuple[str, Page]:
+def make_page(assignment: Assignment, result: Result) -> tuple[str, Page]:
     text = make_feedback_page(assignment, assignment.roster[0], result)
     return text, Page(text)
 
 
-def test_every_outcome_is_said_in_words_and_by_a_sign(assignment: Assignment, mix: Result) -> None:
-    text, page = page_of(assignment, mix)
-    for part in mix.parts.values():
-        assert f'class="part {part.outcome}"' in text
-    words = [said for about, said in page.all("span") if about.get("class") == "word"]
+def test_every_outcome_is_shown_as_a_word_and_a_sign(assignment: Assignment, mixed_result: Result) -> None:
+    text, page = make_page(assignment, mixed_result)
+    for part_result in mixed_result.parts.values():
+        assert f'class="part {part_result.outcome}"' in text
+    words = [text_of_span for attrs, text_of_span in page.all("span") if attrs.get("class") == "word"]
     assert len(set(words)) == 5
-    assert Counter(words) == Counter({word: 2 * words[9:].count(word) for word in words})  # contents and parts
+    # Each word is in the contents and at its part.
+    assert Counter(words) == Counter({word: 2 * words[9:].count(word) for word in words})
     assert "points so far" in text and "No mark yet" not in text
     assert "<i>" not in text and "&lt;i&gt;told" in text and "A. &lt;b&gt;" in text
     assert "Worked solution" not in text
     for slot, problem in assignment.generate_problems("s1"):
-        for asked in problem.parts:
-            assert to_html(write_prompt(problem, asked)) in text, (slot, asked.name)
-    assert len([about for about, _ in page.all("details") if about.get("class") == "asked"]) == 9
+        for part in problem.parts:
+            assert to_html(write_prompt(problem, part)) in text, (slot, part.name)
+    assert len([attrs for attrs, _ in page.all("details") if attrs.get("class") == "asked"]) == 9
 
 
-def test_entries_that_follow_are_marked_as_such_and_parts_called_by_their_numbers(tmp_path: Path) -> None:
-    """Relative for absolute angles in the position, and in the Jacobian that follows from it."""
+def test_followed_entries_are_marked_and_parts_are_numbered(tmp_path: Path) -> None:
+    """Use relative angles in the position, and in the Jacobian that follows from it."""
     init_assignment(tmp_path / "hw", "T", "hw", [Student("s1")], "0123456789abcdef")
     (tmp_path / "hw" / "assignment.toml").write_text(f'variation = "chapter"\n{TOML}')
-    made = load_assignment(tmp_path / "hw")
+    assignment = load_assignment(tmp_path / "hw")
     wrong = {
         "position": "[a1*cos(theta1) + a2*cos(theta2), a1*sin(theta1) + a2*sin(theta2)]",
         "jacobian": "[[-a1*sin(theta1), -a2*sin(theta2)], [a1*cos(theta1), a2*cos(theta2)]]",
     }
-    result = result_of(made, lambda slot, part, code: wrong.get(part, code))
-    text, page = page_of(made, result)
+    result = make_result(assignment, lambda slot, part, code: wrong.get(part, code))
+    text, page = make_page(assignment, result)
     jacobian = result.parts["p1.jacobian"]
     assert (jacobian.followed_from, jacobian.follows) == ("position", ((True, True), (True, True)))
-    assert [said for about, said in page.all("td") if about.get("class") == "follows"] == ["↪follows"] * 4
+    assert [cell for attrs, cell in page.all("td") if attrs.get("class") == "follows"] == ["↪follows"] * 4
     assert "or follow from 1.1" in text and "'position'" not in text
 
 
-def test_the_page_links_the_first_part_to_correct_of_each_problem(assignment: Assignment, mix: Result) -> None:
+def test_the_page_links_the_first_part_to_correct_of_each_problem(assignment: Assignment, mixed_result: Result) -> None:
     """A wrong part comes before an unanswered one, and a problem without either has no link."""
-    _, page = page_of(assignment, mix)
-    [links] = [text for about, text in page.all("p") if about.get("class") == "review"]
+    _, page = make_page(assignment, mixed_result)
+    [links] = [text for attrs, text in page.all("p") if attrs.get("class") == "review"]
     assert links == "Start with: 1.2 Jacobian by differentiation, 2.2 Velocity caused by one joint"
-    assert page_of(assignment, result_of(assignment))[0].count('class="review"') == 0
+    assert make_page(assignment, make_result(assignment))[0].count('class="review"') == 0
 
 
-def test_a_table_is_called_what_it_is(tmp_path: Path) -> None:
-    """And a short sheet has no contents."""
-    asked = '[[problem]]\nfamily = "planar-2r"\nquestions = ["position"]\nconvention = "{}"\n'
+def test_tables_are_captioned_by_convention(tmp_path: Path) -> None:
+    """A short sheet has no table of contents."""
+    problem_toml = '[[problem]]\nfamily = "planar-2r"\nquestions = ["position"]\nconvention = "{}"\n'
     init_assignment(tmp_path / "hw", "T", "hw", [Student("s1")], "0123456789abcdef")
-    problems = "".join(map(asked.format, CONVENTIONS))
+    problems = "".join(map(problem_toml.format, CONVENTIONS))
     (tmp_path / "hw" / "assignment.toml").write_text(f'title = "T"\nkey = "hw"\n{problems}')
-    made = load_assignment(tmp_path / "hw")
-    text, page = page_of(made, result_of(made))
-    called = [caption for about, caption in page.all("caption") if about.get("class") == "unseen"]
-    assert called == ["Denavit–Hartenberg parameters"] * 2 + ["Joint axes at home"]
+    assignment = load_assignment(tmp_path / "hw")
+    text, page = make_page(assignment, make_result(assignment))
+    captions = [caption for attrs, caption in page.all("caption") if attrs.get("class") == "unseen"]
+    assert captions == ["Denavit–Hartenberg parameters"] * 2 + ["Joint axes at home"]
     assert "<nav" not in text and "<figure" in text
 
 
-def test_the_table_holds_what_the_certificate_does_and_the_reason_does_not_repeat_it(
-    assignment: Assignment, mix: Result
+def test_counterexamples_are_in_tables_and_not_repeated_in_reasons(
+    assignment: Assignment, mixed_result: Result
 ) -> None:
-    text, page = page_of(assignment, mix)
-    assert (
-        "in your answer, but not singular" in text and "singular, but not in your answer" in text
-    )  # the two drawn arms
-    tables = [said for about, said in page.all("table") if about.get("class") == "differs"]
+    text, page = make_page(assignment, mixed_result)
+    assert all(caption in text for caption in ("in your answer, but not singular", "singular, but not in your answer"))
+    tables = [table_text for attrs, table_text in page.all("table") if attrs.get("class") == "differs"]
     examples = [
         part.certificate.counterexample
-        for part in mix.parts.values()
+        for part in mixed_result.parts.values()
         if part.outcome in WRONG_OR_PARTIAL and part.certificate and part.certificate.counterexample
     ]
     assert len(tables) == len(examples) >= 4
     for table, example in zip(tables, examples, strict=True):
-        for at in (example.missing, example.surplus) if isinstance(example, SetDifference) else (example.at,):
-            for name, value in (at or {}).items():
+        points = (example.missing, example.surplus) if isinstance(example, SetDifference) else (example.at,)
+        for configuration in points:
+            for name, value in (configuration or {}).items():
                 unit = {"t": " rad", "q": ""}.get(name[0], " m")
                 assert f"{format_decimal(value if abs(value) > 1e-12 else 0.0)}{unit}" in table, (table, name)
         for number in () if isinstance(example, SetDifference) else (example.yours, example.expected):
@@ -228,37 +232,37 @@ def test_the_table_holds_what_the_certificate_does_and_the_reason_does_not_repea
     reasons = re.findall(r'<article class="part (?:wrong|partial)".*?<p class="reason">(.*?)</p>', text, re.DOTALL)
     assert len(reasons) >= 5
     assert not [reason for reason in reasons if re.search(r"yours|expected|= -?\d", reason)]
-    of_direction = next(table for table in tables if "Correct for your entry 1" in table)
-    assert "Your answer2 " in of_direction
+    direction_table = next(table for table in tables if "Correct for your entry 1" in table)
+    assert "Your answer2 " in direction_table
 
 
-def test_two_values_are_shown_with_the_digits_that_tell_them_apart(assignment: Assignment) -> None:
+def test_two_values_are_shown_with_enough_digits_to_differ(assignment: Assignment) -> None:
     problem = assignment.generate_problems("s1")[0][1]
     part = problem.parts[2]
 
-    def shown(yours: float | str, expected: float | str) -> tuple[str, ...]:
+    def format_pair(yours: float | str, expected: float | str) -> tuple[str, ...]:
         example = EntryDifference(0, {"theta1": 0.5}, yours, expected)
         table = make_counterexample_table(problem, part, example)
         assert table is not None
         assert table.symbols[0].cells == ("0.5 rad (28.65°)",)
         return tuple(row.cells[0] for row in table.results)
 
-    assert shown(0.25, -0.5) == ("0.25", "−0.5")
-    assert shown(0.500001, 0.500002) == ("0.500001", "0.500002")
-    assert shown("0.3 + -0.2i", 1e-7) == ("0.3 − 0.2 i", "1·10⁻⁷")
-    assert shown("0.3 + 0.2i", "(0.3 - 0.25j)") == ("0.3 + 0.2 i", "0.3 − 0.25 i")
-    assert shown("not a finite number", 1.0) == ("not a finite number", "1")
-    assert shown("3.14159265358979", "3.14159265358980") == ("3.14159265358979", "3.14159265358980")
-    assert shown("blank", 0.0) == ("left blank", "0")
+    assert format_pair(0.25, -0.5) == ("0.25", "−0.5")
+    assert format_pair(0.500001, 0.500002) == ("0.500001", "0.500002")
+    assert format_pair("0.3 + -0.2i", 1e-7) == ("0.3 − 0.2 i", "1·10⁻⁷")
+    assert format_pair("0.3 + 0.2i", "(0.3 - 0.25j)") == ("0.3 + 0.2 i", "0.3 − 0.25 i")
+    assert format_pair("not a finite number", 1.0) == ("not a finite number", "1")
+    assert format_pair("3.14159265358979", "3.14159265358980") == ("3.14159265358979", "3.14159265358980")
+    assert format_pair("blank", 0.0) == ("left blank", "0")
     assert make_counterexample_table(problem, part, EntryDifference(0, {"k": 1.0}, 1.0, None)) is None
 
 
-def test_sets_have_a_column_for_each_way_in_which_they_differ(assignment: Assignment) -> None:
+def test_sets_have_a_column_for_missing_and_surplus(assignment: Assignment) -> None:
     problem = assignment.generate_problems("s1")[0][1]
-    at, nearby = {"theta1": 0.5, "theta2": 1.25}, {"theta1": 0.5, "theta2": 0.0}
+    point, nearby = {"theta1": 0.5, "theta2": 1.25}, {"theta1": 0.5, "theta2": 0.0}
     for missing, surplus, columns in (
-        (at, None, 1),
-        (at, nearby, 2),
+        (point, None, 1),
+        (point, nearby, 2),
         (None, None, 0),
         ({}, None, 0),
         ({"x": 1}, {}, 0),
@@ -270,62 +274,64 @@ def test_sets_have_a_column_for_each_way_in_which_they_differ(assignment: Assign
 
 
 @pytest.mark.parametrize(
-    ("level", "has"),
+    ("level", "expected"),
     [("outcome", (0, 0, 0)), ("mistake", (0, 1, 0)), ("counterexample", (1, 1, 0)), ("values", (1, 1, 1))],
 )
-def test_levels_of_feedback(assignment: Assignment, mix: Result, level: str, has: tuple[int, int, int]) -> None:
-    text, page = page_of(replace(assignment, feedback=level), mix)
-    tables = [said for about, said in page.all("table") if about.get("class") == "differs"]
+def test_the_feedback_level_decides_what_is_shown(
+    assignment: Assignment, mixed_result: Result, level: str, expected: tuple[int, int, int]
+) -> None:
+    text, page = make_page(replace(assignment, feedback=level), mixed_result)
+    tables = [table_text for attrs, table_text in page.all("table") if attrs.get("class") == "differs"]
     shown = bool(tables), "What seems to have happened" in text, any("Correct" in table for table in tables)
-    assert tuple(map(int, shown)) == has
+    assert tuple(map(int, shown)) == expected
     assert ("Singular, but not in your answer" in text) == (level == "values")
 
 
-def test_nothing_on_it_tells_the_answer_or_regenerates_the_problem(assignment: Assignment, mix: Result) -> None:
-    text, _ = page_of(assignment, result_of(assignment, lambda slot, part, code: "blank"))
-    for (slot, problem), entry in zip(assignment.generate_problems("s1"), mix.problems, strict=True):
+def test_the_page_reveals_no_answer_and_no_problem_id(assignment: Assignment, mixed_result: Result) -> None:
+    text, _ = make_page(assignment, make_result(assignment, lambda slot, part, code: "blank"))
+    for (slot, problem), entry in zip(assignment.generate_problems("s1"), mixed_result.problems, strict=True):
         assert str(problem.id) not in text and str(problem.id.seed) not in text
         assert entry.id not in text and assignment.secret not in text
         for part in problem.parts:
-            if not isinstance(part.answer, Choice) and len(right(problem, part.name)) > 8:
-                assert right(problem, part.name) not in text, (slot, part.name)
+            if not isinstance(part.answer, Choice) and len(write_right_answer(problem, part.name)) > 8:
+                assert write_right_answer(problem, part.name) not in text, (slot, part.name)
 
 
 @pytest.mark.parametrize("obstacle", ["nothing was handed in", "hw.ipynb is not a Jupyter notebook & <more>"])
-def test_a_page_of_one_who_handed_in_nothing(assignment: Assignment, obstacle: str) -> None:
-    result = replace(result_of(assignment, lambda *_: None), obstacle=obstacle, submission=None, notes=())
+def test_the_page_without_a_submission_shows_the_obstacle(assignment: Assignment, obstacle: str) -> None:
+    result = replace(make_result(assignment, lambda *_: None), obstacle=obstacle, submission=None, notes=())
     assert find_work_status(result) == "missing"
-    text, page = page_of(assignment, result)
+    text, page = make_page(assignment, result)
     assert 'class="part' not in text and "<nav" not in text
     assert any(obstacle in paragraph for _, paragraph in page.all("p"))
 
 
-def test_it_is_well_built(assignment: Assignment, mix: Result) -> None:
-    for result in (mix, result_of(assignment), result_of(assignment, lambda *_: None)):
-        text, page = page_of(assignment, result)
-        tags = [tag for tag, _, _ in page.found]
+def test_the_page_is_accessible_html(assignment: Assignment, mixed_result: Result) -> None:
+    for result in (mixed_result, make_result(assignment), make_result(assignment, lambda *_: None)):
+        text, page = make_page(assignment, result)
+        tags = [tag for tag, _, _ in page.elements]
         levels = [int(tag[1]) for tag in tags if re.fullmatch(r"h\d", tag)]
         assert levels[0] == 1 and levels.count(1) == 1
         assert all(after <= before + 1 for before, after in pairwise(levels))
         assert [tags.count(tag) for tag in ("header", "nav", "main", "footer")] == [1] * 4
-        ids = [about["id"] for _, about, _ in page.found if "id" in about]
+        ids = [attrs["id"] for _, attrs, _ in page.elements if "id" in attrs]
         assert len(set(ids)) == len(ids)
-        for tag, about, _ in page.found:
+        for tag, attrs, _ in page.elements:
             for name in ("aria-labelledby", "href"):
-                assert all(target.lstrip("#") in ids for target in about.get(name, "").split()), (tag, about)
-            assert tag != "svg" or "aria-hidden" in about or "aria-labelledby" in about
-            assert about.get("role") != "region" or (about["tabindex"], bool(about["aria-label"])) == ("0", True)
-            assert not [name for name in about if name.startswith("on")]
+                assert all(target.lstrip("#") in ids for target in attrs.get(name, "").split()), (tag, attrs)
+            assert tag != "svg" or "aria-hidden" in attrs or "aria-labelledby" in attrs
+            assert attrs.get("role") != "region" or (attrs["tabindex"] == "0" and attrs["aria-label"])
+            assert not [name for name in attrs if name.startswith("on")]
         assert not {"script", "link", "iframe", "object", "embed", "img", "base", "form"} & set(tags)
         tables = tags.count("table")
         assert tables == tags.count("caption")
-        assert all(about.get("scope") in ("row", "col") for about, _ in page.all("th"))
+        assert all(attrs.get("scope") in ("row", "col") for attrs, _ in page.all("th"))
         assert not re.search(r"url\(|@import|https?://(?!www\.w3\.org/)", text)
         for formula in re.findall(r"<math.*?</math>|<svg xmlns.*?</svg>", text, re.DOTALL):
             ET.fromstring(formula)
 
 
-def _luminance(colour: str) -> float:
+def compute_luminance(colour: str) -> float:
     digits = colour.lstrip("#")
     digits = "".join(2 * digit for digit in digits) if len(digits) == 3 else digits
     parts = [int(digits[k : k + 2], 16) / 255 for k in (0, 2, 4)]
@@ -333,15 +339,15 @@ def _luminance(colour: str) -> float:
     return 0.2126 * linear[0] + 0.7152 * linear[1] + 0.0722 * linear[2]
 
 
-def test_every_colour_can_be_read_on_every_ground() -> None:
+def test_every_colour_has_enough_contrast() -> None:
     css = (find_template_folder() / "reports/feedback.css.j2").read_text(encoding="utf-8")
-    schemes = [dict(re.findall(r"--(\w+): (#\w+)", found)) for found in re.findall(r":root \{(.*?)\}", css)]
+    schemes = [dict(re.findall(r"--(\w+): (#\w+)", block)) for block in re.findall(r":root \{(.*?)\}", css)]
     assert len(schemes) == 3  # light, dark, print
     for scheme in schemes:
-        for ground in ("paper", "card", "field"):
-            for ink in ("ink", "soft", "link", "good", "half", "bad", "none"):
-                one, other = sorted((_luminance(scheme[ground]), _luminance(scheme[ink])))
-                assert (other + 0.05) / (one + 0.05) >= 4.5, (ground, ink, scheme)
+        for background in ("paper", "card", "field"):
+            for foreground in ("ink", "soft", "link", "good", "half", "bad", "none"):
+                darker, lighter = sorted((compute_luminance(scheme[background]), compute_luminance(scheme[foreground])))
+                assert (lighter + 0.05) / (darker + 0.05) >= 4.5, (background, foreground, scheme)
 
 
 HOSTILE = [
@@ -356,7 +362,7 @@ HOSTILE = [
 
 
 @pytest.mark.parametrize("text", HOSTILE, ids=range(len(HOSTILE)))
-def test_whatever_was_typed_is_shown_safely_and_soon(assignment: Assignment, text: str) -> None:
+def test_any_answer_is_shown_safely_and_quickly(assignment: Assignment, text: str) -> None:
     start = time.process_time()
     for _, problem in assignment.generate_problems("s1"):
         for part in problem.parts:
@@ -365,23 +371,23 @@ def test_whatever_was_typed_is_shown_safely_and_soon(assignment: Assignment, tex
             assert not set(answer.text) & set(map(chr, (*range(9), *range(11, 32))))
             if answer.html:
                 element = ET.fromstring(answer.html)
-                assert {"script", "img", "b"}.isdisjoint(one.tag for one in element.iter()) or part.type == "choice"
+                assert {"script", "img", "b"}.isdisjoint(child.tag for child in element.iter()) or part.type == "choice"
     assert time.process_time() - start < 5
 
 
-def test_a_page_of_hostile_answers_and_reasons(assignment: Assignment, mix: Result) -> None:
+def test_hostile_answers_and_reasons_are_escaped(assignment: Assignment, mixed_result: Result) -> None:
     for text in sample_for_suite(HOSTILE, 8):
-        result = replace(mix, notes=(text[:100],))
-        for name, part in mix.parts.items():
+        result = replace(mixed_result, notes=(text[:100],))
+        for name, part in mixed_result.parts.items():
             result = change_part(result, name, answer=text, reason=f"{part.reason} near '{text[:40]}'")
-        page, _ = page_of(assignment, result)
+        page, _ = make_page(assignment, result)
         assert "<script" not in page and "onerror=alert(1)>" not in page.replace("&gt;", "")
         page.encode("utf-8")
 
 
-def test_a_reference_of_every_type_is_set(problem: Problem) -> None:
+def test_references_of_every_type_are_typeset(problem: Problem) -> None:
     for part in problem.parts:
-        text = right(problem, part.name)
+        text = write_right_answer(problem, part.name)
         answer = show_answer(problem, part, text)
         if len(text) <= 3000:
             assert answer.html, (part.name, text)
@@ -390,11 +396,11 @@ def test_a_reference_of_every_type_is_set(problem: Problem) -> None:
             assert answer.text.startswith(text[:1000])
 
 
-def test_what_is_set_and_what_stands_there_as_text(assignment: Assignment) -> None:
+def test_formulas_are_typeset_and_unparsable_text_is_verbatim(assignment: Assignment) -> None:
     problem = assignment.generate_problems("s1")[0][1]
     part = problem.parts[2]
     formula = show_answer(problem, part, "a1*sin(theta2)").html
-    assert "xmlns" not in formula and "&#x" not in formula  # a page holds many: each is set in few characters
+    assert "xmlns" not in formula and "&#x" not in formula  # short, because a page has many
     tree = ET.fromstring(formula)
     assert not [row for row in tree.iter("mrow") if len(row) == 1 and row[0].tag in ("mi", "mn", "mo")]
     assert "".join(tree.itertext()).replace("\u2061", "").replace(" ", "") == "a1s2"
@@ -405,22 +411,22 @@ def test_what_is_set_and_what_stands_there_as_text(assignment: Assignment) -> No
     assert "0.5" in show_answer(problem, part, "0,5").html
 
 
-def test_a_page_is_written_again_only_if_it_says_something_else(assignment: Assignment, mix: Result) -> None:
-    other = replace(mix, student="s2", obstacle="nothing was handed in")
-    counted: list[None] = []
+def test_a_page_is_rewritten_only_if_it_changes(assignment: Assignment, mixed_result: Result) -> None:
+    other_result = replace(mixed_result, student="s2", obstacle="nothing was handed in")
+    written: list[None] = []
 
     def write(results: list[Result]) -> dict[str, int]:
-        counted.clear()
-        write_reports(assignment, results, 1, lambda: counted.append(None))
-        assert len(counted) == 2
+        written.clear()
+        write_reports(assignment, results, 1, lambda: written.append(None))
+        assert len(written) == 2
         pages = sorted((assignment.folder / "graded" / "feedback").glob("*.html"))
         return {page.stem: page.stat().st_mtime_ns for page in pages}
 
-    first = write([mix, other])
+    first = write([mixed_result, other_result])
     assert set(first) == {"s1", "s2"}
-    assert write([mix, other]) == first
-    changed = write([replace(mix, notes=("another",)), other])
+    assert write([mixed_result, other_result]) == first
+    changed = write([replace(mixed_result, notes=("another",)), other_result])
     assert changed["s1"] > first["s1"] and changed["s2"] == first["s2"]
-    assert compute_page_fingerprint(assignment, assignment.roster[0], mix) != compute_page_fingerprint(
-        assignment, assignment.roster[0], other
+    assert compute_page_fingerprint(assignment, assignment.roster[0], mixed_result) != compute_page_fingerprint(
+        assignment, assignment.roster[0], other_result
     )

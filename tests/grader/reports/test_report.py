@@ -1,4 +1,4 @@
-"""The class overview: its statistics against hand and NumPy, what is alike, and the page that it makes."""
+"""The class report: its statistics compared with NumPy and hand calculations, similar answers, and its page."""
 
 import itertools
 import json
@@ -54,94 +54,97 @@ ROWS = [[0, 0, 1], [1, 0, 1], [1, 1, 1], [0, 0, 0], [1, 1, 0], [1, 1, 1], [0, 1,
 def test_discrimination_is_the_correlation_with_the_other_parts() -> None:
     marks = np.array(ROWS, dtype=float)
     for part in range(3):
-        found = statistics.discrimination(ROWS, part)
-        assert found is not None
-        others = marks.sum(axis=1) - marks[:, part]
-        assert found.value == pytest.approx(np.corrcoef(marks[:, part], others)[0, 1])
-        assert -1 <= found.low < found.value < found.high <= 1
-    assert statistics.discrimination(ROWS[:9], 0) is None  # too few
-    assert statistics.discrimination([[1, k % 3] for k in range(12)], 0) is None  # everybody has the point
+        discrimination = statistics.compute_discrimination(ROWS, part)
+        assert discrimination is not None
+        other_points = marks.sum(axis=1) - marks[:, part]
+        assert discrimination.value == pytest.approx(np.corrcoef(marks[:, part], other_points)[0, 1])
+        assert -1 <= discrimination.low < discrimination.value < discrimination.high <= 1
+    assert statistics.compute_discrimination(ROWS[:9], 0) is None  # too few
+    assert statistics.compute_discrimination([[1, k % 3] for k in range(12)], 0) is None  # everybody has the point
 
 
-def test_reliability_by_hand() -> None:
-    """Three parts, variances 4/15, 5/18, 5/18; of the totals 1.6556: 3/2 (1 - 0.8222/1.6556) = 0.7550."""
+def test_reliability_agrees_with_numpy_and_hand_calculation() -> None:
+    """By hand: part variances 4/15, 5/18, 5/18, total variance 1.6556, so 3/2 (1 - 0.8222/1.6556) = 0.7550."""
     marks = np.array(ROWS, dtype=float)
     by_numpy = 3 / 2 * (1 - marks.var(axis=0, ddof=1).sum() / marks.sum(axis=1).var(ddof=1))
-    assert statistics.reliability(ROWS) == pytest.approx(by_numpy)
+    assert statistics.compute_reliability(ROWS) == pytest.approx(by_numpy)
     same = [[k % 2, k % 2] for k in range(10)]
-    assert statistics.reliability(same) == pytest.approx(1)
-    assert statistics.reliability([[1, 1]] * 10) is None
-    assert statistics.reliability(ROWS[:5]) is None
-    assert statistics.correlation([1, 1], [1, 2]) is None
+    assert statistics.compute_reliability(same) == pytest.approx(1)
+    assert statistics.compute_reliability([[1, 1]] * 10) is None
+    assert statistics.compute_reliability(ROWS[:5]) is None
+    assert statistics.compute_correlation([1, 1], [1, 2]) is None
 
 
-def test_the_permutation_test_against_every_division() -> None:
+def test_the_permutation_test_agrees_with_enumeration() -> None:
     values, groups = [3.0, 5, 6, 8, 1, 2, 4, 7], "aaaabbbb"
     divisions = list(itertools.combinations(range(8), 4))
     sums = [abs(sum(values[i] for i in chosen) - 18) for chosen in divisions]
-    exact = sum(each >= abs(22 - 18) for each in sums) / len(divisions)
-    found = statistics.permutation_p_value(values, groups, "seed")
-    assert found == pytest.approx(exact, abs=0.03)
-    assert found == statistics.permutation_p_value(values, groups, "seed")
-    assert statistics.permutation_p_value([1, 1, 1, 1], "aabb", "seed") == 1
-    assert statistics.permutation_p_value([1, 2], "aa", "seed") == 1
-    far = statistics.permutation_p_value([0.0] * 10 + [1.0] * 10, "a" * 10 + "b" * 10, "seed")
-    assert far == pytest.approx(1 / 5000)  # never 0
+    exact = sum(total >= abs(22 - 18) for total in sums) / len(divisions)
+    p_value = statistics.compute_permutation_p_value(values, groups, "seed")
+    assert p_value == pytest.approx(exact, abs=0.03)
+    assert p_value == statistics.compute_permutation_p_value(values, groups, "seed")
+    assert statistics.compute_permutation_p_value([1, 1, 1, 1], "aabb", "seed") == 1
+    assert statistics.compute_permutation_p_value([1, 2], "aa", "seed") == 1
+    smallest = statistics.compute_permutation_p_value([0.0] * 10 + [1.0] * 10, "a" * 10 + "b" * 10, "seed")
+    assert smallest == pytest.approx(1 / 5000)  # never 0
     assert next(statistics._generate_permutations(5, "seed"))[:2].tolist() == [[1, 2, 3, 4, 0], [0, 3, 1, 2, 4]], (
-        "the same for good"
+        "permutations never change"
     )
 
 
-def test_arms_differ_in_what_their_convention_tells() -> None:
-    """Of a modified table the tilt of the base is the twist of the first row; told by axes, an arm has no frames."""
+def test_arms_are_grouped_by_features_of_their_convention() -> None:
+    """In a modified table the tilt of the base is the twist of the first row; screws have no frames."""
     shares = [float(k % 4) for k in range(24)]
     groups = {}
     for convention in CONVENTIONS:
         ids = [ProblemId("planar-2r", seed, variation="full", convention=convention) for seed in range(24)]
-        found = compare_groups("p1", [sample_chain(each) for each in ids], shares, "x", varied=False)
-        groups[convention] = {each.feature: tuple(each.shares_by_group) for each in found}
+        entries = compare_groups("p1", [sample_chain(item) for item in ids], shares, "x", has_varied_structure=False)
+        groups[convention] = {item.feature: tuple(item.shares_by_group) for item in entries}
     assert "base tilted" in groups["dh"]["base"]
     assert groups["modified-dh"]["base"] == ("base rotated", "base translated")
     assert groups["screws"].keys() <= {*FEATURES, *SCREW_FEATURES}
     assert groups["screws"].keys() & SCREW_FEATURES.keys()
 
 
-def test_groups_of_arms_and_what_is_too_small() -> None:
+def test_groups_that_are_too_small_are_not_compared() -> None:
     chains = [sample_chain(ProblemId("planar-2r", seed)) for seed in range(12)]
     shares = [100.0 if chain.base.is_world else 10.0 for chain in chains]
-    found = compare_groups("p1", chains, [float(k % 4) for k in range(12)], "x", varied=False)
-    for each in found:
-        assert sum(map(len, each.shares_by_group.values())) == 12
-        assert all(len(own) >= 3 for own in each.shares_by_group.values())
-        assert OTHERS_GROUP not in list(each.shares_by_group)[:-1]
-    assert compare_groups("p1", chains, [50.0] * 12, "x", varied=False) == []  # all alike: nothing to compare
-    assert compare_groups("p1", chains[:2], shares[:2], "x", varied=False) == []
-    values = [replace(each, p_value=chance) for each, chance in zip(found * 2, (0.01, 0.5), strict=False)]
-    assert [round(each.corrected_p_value, 3) for each in correct_p_values(values)] == [0.02, 0.5][: len(values)]
+    entries = compare_groups("p1", chains, [float(k % 4) for k in range(12)], "x", has_varied_structure=False)
+    for entry in entries:
+        assert sum(map(len, entry.shares_by_group.values())) == 12
+        assert all(len(group_shares) >= 3 for group_shares in entry.shares_by_group.values())
+        assert OTHERS_GROUP not in list(entry.shares_by_group)[:-1]
+    assert (
+        compare_groups("p1", chains, [50.0] * 12, "x", has_varied_structure=False) == []
+    )  # equal shares: nothing to compare
+    assert compare_groups("p1", chains[:2], shares[:2], "x", has_varied_structure=False) == []
+    values = [replace(entry, p_value=chance) for entry, chance in zip(entries * 2, (0.01, 0.5), strict=False)]
+    corrected = [round(entry.corrected_p_value, 3) for entry in correct_p_values(values)]
+    assert corrected == [0.02, 0.5][: len(values)]
     assert "0.040" in describe_p_value(0.04)
 
 
 @pytest.fixture(scope="module")
 def assignment(tmp_path_factory: pytest.TempPathFactory) -> Assignment:
     students = [Student(f"s{k}", name) for k, name in enumerate(("Ada", "<script>alert(1)</script>", "Emmy", "Paul"))]
-    made = make_class(tmp_path_factory.mktemp("report") / "hw", students)
-    for student in students:  # as `qdot generate` does, so that they are worked out once
-        store_problems(made, student.id, made.generate_problems(student.id))
-    return made
+    assignment = make_class(tmp_path_factory.mktemp("report") / "hw", students)
+    for student in students:  # as `qdot generate` does, so that they are derived once
+        store_problems(assignment, student.id, assignment.generate_problems(student.id))
+    return assignment
 
 
-def form(assignment: Assignment, text: str) -> CanonicalForm:
+def make_form(assignment: Assignment, text: str) -> CanonicalForm:
     ((_, problem),) = assignment.generate_problems("s0")
-    found = make_canonical_form(read_answer(problem, problem.parts[0], text))
-    assert found is not None
-    return found
+    form = make_canonical_form(read_answer(problem, problem.parts[0], text))
+    assert form is not None
+    return form
 
 
-def test_the_order_of_terms_and_factors_is_no_difference(assignment: Assignment) -> None:
-    one = form(assignment, "-a1*sin(theta1) - a2*sin(theta1 + theta2)")
-    assert form(assignment, "-sin(theta2 + theta1)*a2 - (sin(theta1)*a1)") == one
-    assert compute_similarity(one, one) == 1
-    assert compute_similarity(one, form(assignment, "a1 + a2")) < 0.3
+def test_order_of_terms_and_factors_does_not_matter(assignment: Assignment) -> None:
+    reference = make_form(assignment, "-a1*sin(theta1) - a2*sin(theta1 + theta2)")
+    assert make_form(assignment, "-sin(theta2 + theta1)*a2 - (sin(theta1)*a1)") == reference
+    assert compute_similarity(reference, reference) == 1
+    assert compute_similarity(reference, make_form(assignment, "a1 + a2")) < 0.3
     ((_, problem),) = assignment.generate_problems("s0")
     for text in ("blank", "sin(", "sin(" * 700 + "a1" + ")" * 700):
         assert make_canonical_form(read_answer(problem, problem.parts[0], text)) is None
@@ -150,25 +153,27 @@ def test_the_order_of_terms_and_factors_is_no_difference(assignment: Assignment)
 LONG = "a1*cos(theta1)*cos(theta2) + a2*sin(theta1 - theta2) + 7*a1"
 
 
-def test_pairs_are_long_rare_and_of_different_problems(assignment: Assignment) -> None:
-    long, short = form(assignment, LONG), form(assignment, "a1*a2")
+def test_similar_pairs_are_long_rare_and_from_different_problems(assignment: Assignment) -> None:
+    long, short = make_form(assignment, LONG), make_form(assignment, "a1*a2")
 
-    def wrong(student: str, of: CanonicalForm, due: str) -> StudentAnswer:
-        return StudentAnswer(student, of.text, of, due)
+    def make_answer(student: str, form: CanonicalForm, reference: str) -> StudentAnswer:
+        return StudentAnswer(student, form.text, form, reference)
 
-    (pair,) = find_similar_pairs([wrong("a", long, "1"), wrong("b", long, "2"), wrong("c", long, "1")][:2], 3)
+    (pair,) = find_similar_pairs(
+        [make_answer("a", long, "1"), make_answer("b", long, "2"), make_answer("c", long, "1")][:2], 3
+    )
     assert (pair.first.student, pair.second.student, pair.similarity) == ("a", "b", 1)
-    assert not find_similar_pairs([wrong("a", long, "1"), wrong("b", long, "1")], 3)  # the same problem
-    assert not find_similar_pairs([wrong("a", short, "1"), wrong("b", short, "2")], 3)
-    assert not find_similar_pairs([wrong(name, long, name) for name in "abcd"], 3)  # what many write
-    near = form(assignment, LONG.replace("7*a1", "8*a1"))
-    assert len(find_similar_pairs([wrong("a", long, "1"), wrong("b", near, "2")], 3)) == (
-        compute_similarity(long, near) >= 0.9
+    assert not find_similar_pairs([make_answer("a", long, "1"), make_answer("b", long, "1")], 3)  # the same problem
+    assert not find_similar_pairs([make_answer("a", short, "1"), make_answer("b", short, "2")], 3)
+    assert not find_similar_pairs([make_answer(name, long, name) for name in "abcd"], 3)  # an answer that many give
+    similar = make_form(assignment, LONG.replace("7*a1", "8*a1"))
+    assert len(find_similar_pairs([make_answer("a", long, "1"), make_answer("b", similar, "2")], 3)) == (
+        compute_similarity(long, similar) >= 0.9
     )
 
 
-def a_graded_class(assignment: Assignment) -> list[Result]:
-    """Return results: right in another form, two alike, a mistake set right by hand; qdot failed on one."""
+def make_class_results(assignment: Assignment) -> list[Result]:
+    """Return results: right in another form, two similar, one overridden, one ungraded."""
     answers = {}
     for student in ("s0", "s1", "s2", "s3"):
         ((_, problem),) = assignment.generate_problems(student)
@@ -176,19 +181,19 @@ def a_graded_class(assignment: Assignment) -> list[Result]:
     odd = "(sin(theta1)*cos(theta2)*a1 - a1*cos(theta1)*sin(theta2))*(theta1 - theta1 + 1)/1"
     first = make_result(assignment, "s0", ["correct", "correct", "correct"], [*answers["s0"][:2], odd])
     hostile = "<img src=x onerror=alert(1)>"
-    one = make_result(assignment, "s1", ["correct", "partial", "wrong"], [answers["s1"][0], LONG, hostile])
-    two = make_result(assignment, "s2", ["wrong", "partial", "wrong"], [None, LONG, "a1"])
-    two = change_part(two, "p1.determinant", mistake="determinant-sign and sine-for-cosine")
-    two = change_part(two, "p1.position", override=Override(0.5, "<b>half</b>", 0.0))
+    second = make_result(assignment, "s1", ["correct", "partial", "wrong"], [answers["s1"][0], LONG, hostile])
+    third = make_result(assignment, "s2", ["wrong", "partial", "wrong"], [None, LONG, "a1"])
+    third = change_part(third, "p1.determinant", mistake="determinant-sign and sine-for-cosine")
+    third = change_part(third, "p1.position", override=Override(0.5, "<b>half</b>", 0.0))
     last = make_result(assignment, "s3", ["ungraded", "ungraded", "ungraded"], obstacle="qdot itself <failed>")
-    return [first, one, two, last]
+    return [first, second, third, last]
 
 
-def test_numbers_of_the_class(assignment: Assignment) -> None:
-    results = a_graded_class(assignment)
-    of_class = summarize_scores(results)
-    assert of_class is not None and of_class.percents == (100.0, 50.0, 25.0)  # the fourth has no mark
-    assert of_class.full_score_count == 1
+def test_scores_parts_and_mistakes_are_summarized(assignment: Assignment) -> None:
+    results = make_class_results(assignment)
+    scores = summarize_scores(results)
+    assert scores is not None and scores.percents == (100.0, 50.0, 25.0)  # the fourth has no mark
+    assert scores.full_score_count == 1
     position, jacobian, determinant = summarize_parts(assignment, results)
     assert (
         position.outcome_counts[Outcome.CORRECT],
@@ -197,32 +202,32 @@ def test_numbers_of_the_class(assignment: Assignment) -> None:
     ) == (2, 1, 3)
     assert jacobian.mean_share == pytest.approx(2 / 3)
     assert determinant.discrimination is None
-    assert [(one.name, one.students, one.parts) for one in summarize_mistakes(results)] == [
+    assert [(mistake.name, mistake.students, mistake.parts) for mistake in summarize_mistakes(results)] == [
         ("determinant-sign", ("s2",), ("p1.determinant",)),
         ("sine-for-cosine", ("s2",), ("p1.determinant",)),
     ]
 
 
-def test_the_page(assignment: Assignment) -> None:
-    results = a_graded_class(assignment)
+def test_the_report_is_safe_reproducible_and_lists_similar_answers(assignment: Assignment) -> None:
+    results = make_class_results(assignment)
     text = make_class_page(assignment, results)
     assert text == make_class_page(
         assignment, [from_json(Result, line) for line in make_results_jsonl(results).splitlines()]
     )
     page = Page(text)
-    # What students wrote is text and nothing else, and nothing comes from elsewhere.
-    assert not {tag for tag, _, _ in page.found} & {"script", "img", "iframe", "object", "link", "b", "failed"}
-    attributes = [about for _, about, _ in page.found]
-    assert not [name for about in attributes for name in about if name.startswith("on")]
-    links = [link for about in attributes for name in ("href", "src") if (link := about.get(name))]
-    ids = [about["id"] for about in attributes if "id" in about]
+    # Students' text is not markup, and nothing is loaded from elsewhere.
+    assert not {tag for tag, _, _ in page.elements} & {"script", "img", "iframe", "object", "link", "b", "failed"}
+    attrs = [attrs for _, attrs, _ in page.elements]
+    assert not [name for attrs in attrs for name in attrs if name.startswith("on")]
+    links = [link for attrs in attrs for name in ("href", "src") if (link := attrs.get(name))]
+    ids = [attrs["id"] for attrs in attrs if "id" in attrs]
     assert {link[:1] for link in links} <= {"#"} and {link[1:] for link in links} <= set(ids)
     assert len(ids) == len(set(ids)) and not re.findall(r"url\((?!#)", text)
     assert "<script>alert(1)</script> (s1)" in page.text
     assert "<b>half</b>" in page.text
-    # Every chart says what it is, is drawn alike each time, and in the page's colours.
-    drawn = [about for about in attributes if about.get("role") == "img"]
-    assert len(drawn) >= 3 and all(about["aria-label"] for about in drawn)
+    # Every chart has a description, is reproducible, and uses the page's colours.
+    charts_on_page = [attrs for attrs in attrs if attrs.get("role") == "img"]
+    assert len(charts_on_page) >= 3 and all(attrs["aria-label"] for attrs in charts_on_page)
     chart = charts.draw_histogram([1, 0, 0, 0, 0, 1, 0, 0, 0, 1], 51.7, 55.0)
     assert chart == charts.draw_histogram([1, 0, 0, 0, 0, 1, 0, 0, 0, 1], 51.7, 55.0) and "var(--bar)" in chart
     assert not re.search(r"#[0-9a-f]{6}\b|font-family|<style|xlink", chart)
@@ -231,18 +236,18 @@ def test_the_page(assignment: Assignment) -> None:
     assert "(s1) and Emmy (s2)" not in Page(make_class_page(assignment, results)).text
 
 
-def test_who_does_not_look_at_the_arm_is_told_to_the_staff(assignment: Assignment) -> None:
-    results = a_graded_class(assignment)
+def test_students_who_ignore_the_arm_are_listed(assignment: Assignment) -> None:
+    results = make_class_results(assignment)
     for name in ("p1.position", "p1.jacobian"):
         results[0] = change_part(results[0], name, outcome=Outcome.WRONG, points=0.0, attempt=False)
-    told = Page(make_class_page(assignment, results)).text.split("seem to ignore the student's arm")[1]
-    assert "(s0): p1.position, p1.jacobian" in told
+    listing = Page(make_class_page(assignment, results)).text.split("seem to ignore the student's arm")[1]
+    assert "(s0): p1.position, p1.jacobian" in listing
     results[0] = change_part(results[0], "p1.determinant", attempt=True)
     assert "seem to ignore the student's arm" not in make_class_page(assignment, results)
 
 
 @pytest.mark.parametrize(
-    ("outcomes", "said"),
+    ("outcomes", "message"),
     [
         ([], "No student has a mark yet."),
         (["ungraded"] * 3, "No student has a mark yet."),
@@ -251,26 +256,28 @@ def test_who_does_not_look_at_the_arm_is_told_to_the_staff(assignment: Assignmen
     ],
     ids=["nothing", "ungraded", "right", "blank"],
 )
-def test_a_class_of_one(assignment: Assignment, outcomes: Sequence[str], said: str) -> None:
-    alone = replace(assignment, roster=assignment.roster[:1])
-    page = Page(make_class_page(alone, [make_result(alone, "s0", outcomes)]))
-    assert said in page.text
+def test_the_report_of_one_student_is_valid(assignment: Assignment, outcomes: Sequence[str], message: str) -> None:
+    single = replace(assignment, roster=assignment.roster[:1])
+    page = Page(make_class_page(single, [make_result(single, "s0", outcomes)]))
+    assert message in page.text
     assert not re.search(r"\bnan\b", page.text)
 
 
-def test_without_what_draws_charts_one_message_and_no_file(
+def test_a_report_without_matplotlib_is_an_error_and_no_file(
     assignment: Assignment, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     monkeypatch.setitem(sys.modules, "matplotlib", None)
     with pytest.raises(QdotError, match="the report needs matplotlib"):
-        write_requested_reports(assignment, a_graded_class(assignment), [("html", str(tmp_path / "x.html"))])
+        write_requested_reports(assignment, make_class_results(assignment), [("html", str(tmp_path / "x.html"))])
     assert not list(tmp_path.iterdir())
 
 
-def test_report_as_an_instructor_uses_it(assignment: Assignment, tmp_path: Path) -> None:
+def test_the_report_command_writes_every_format_and_refuses_stale_results(
+    assignment: Assignment, tmp_path: Path
+) -> None:
     folder = assignment.folder
     assert "nothing has been graded; run: qdot grade" in run_and_fail("report", folder)
-    lines = make_results_jsonl(a_graded_class(assignment)).decode().splitlines(keepends=True)
+    lines = make_results_jsonl(make_class_results(assignment)).decode().splitlines(keepends=True)
     (folder / "graded").mkdir()
     (folder / "graded" / "results.jsonl").write_text("".join(lines))
     assert "4 students" in run("report", folder)

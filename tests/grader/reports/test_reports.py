@@ -1,4 +1,4 @@
-"""Reports of results, read as the programs read them that they are for; one student graded alone."""
+"""Reports for other programs, parsed as those programs parse them; and grading a single student."""
 
 import json
 import re
@@ -31,16 +31,16 @@ from tests.support.submitting import (
 
 @pytest.fixture(scope="module")
 def assignment(tmp_path_factory: pytest.TempPathFactory) -> Assignment:
-    """A class of three: Ada is right, Bo has one part half right and one wrong, Cy handed in nothing."""
-    made = make_class(tmp_path_factory.mktemp("course") / "hw", [Student("ada"), Student("bo"), Student("cy")])
+    """Return a class of three: Ada is right, Bo has one part half right and one wrong, Cy submitted nothing."""
+    assignment = make_class(tmp_path_factory.mktemp("course") / "hw", [Student("ada"), Student("bo"), Student("cy")])
 
-    def spoil(cells: Cells) -> None:
+    def add_mistakes(cells: Cells) -> None:
         cells.insert(4, code_cell("p1_jacobian[0, 0] = 0"))
         cells[-1]["source"] = "p1_determinant = a1*a2"
 
-    submit(made, "ada/hw.ipynb", make_correct_notebook(made, "ada"))
-    submit(made, "bo/hw.ipynb", make_correct_notebook(made, "bo", spoil))
-    return made
+    submit(assignment, "ada/hw.ipynb", make_correct_notebook(assignment, "ada"))
+    submit(assignment, "bo/hw.ipynb", make_correct_notebook(assignment, "bo", add_mistakes))
+    return assignment
 
 
 @pytest.fixture(scope="module")
@@ -48,85 +48,87 @@ def results(assignment: Assignment) -> list[Result]:
     return list(grade(assignment)[0].values())
 
 
-def ungraded(result: Result) -> Result:
+def leave_ungraded(result: Result) -> Result:
     return change_part(result, "p1.position", points=None, outcome=Outcome.UNGRADED, reason="qdot failed")
 
 
-def said(result: Result, reason: str) -> Result:
+def set_reasons(result: Result, reason: str) -> Result:
     for name in result.parts:
         result = change_part(result, name, reason=reason, points=0.0, outcome=Outcome.WRONG)
     return result
 
 
-def test_junit_as_junitparser_reads_it(assignment: Assignment, results: list[Result]) -> None:
-    hostile = said(results[2], "a \x1b[2J\x00 <b> ]]> & é \ud800")
-    report = JUnitXml.fromstring(write_junit_xml(assignment, [results[0], ungraded(results[1]), hostile]).encode())
+def test_junit_is_valid_for_junitparser(assignment: Assignment, results: list[Result]) -> None:
+    hostile = set_reasons(results[2], "a \x1b[2J\x00 <b> ]]> & é \ud800")
+    report = JUnitXml.fromstring(
+        write_junit_xml(assignment, [results[0], leave_ungraded(results[1]), hostile]).encode()
+    )
     cases = [case for suite in report for case in suite]
     names = [(case.classname, case.name) for case in cases]
     assert len(set(names)) == len(names) == 9  # GitLab drops the second of a pair
     assert names[4] == ("hw.bo", "p1.jacobian: Jacobian by differentiation")
-    kinds = [[type(found) for found in case.result] for case in cases]
+    kinds = [[type(outcome) for outcome in case.result] for case in cases]
     assert kinds[:5] == [[], [], [], [Error], [Failure]]
     assert re.match(r"\S+ of 2 points, partial: .*", cases[4].result[0].text)
     assert (report.tests, report.failures, report.errors) == (9, 5, 1)
     assert "<b> ]]> & é" in cases[-1].result[0].text
 
 
-def test_a_summary_is_a_table_in_which_nothing_of_a_student_is_markup(
-    assignment: Assignment, results: list[Result]
-) -> None:
+def test_a_summary_contains_no_markup_from_students(assignment: Assignment, results: list[Result]) -> None:
     hostile = "a | b\n\n# c <img src=x> [l](javascript:x) `x` $y$ @me ![i](u) ::error::no"
-    page = MarkdownIt("commonmark").enable("table").render(make_summary(assignment, [said(results[1], hostile)]))
+    page = MarkdownIt("commonmark").enable("table").render(make_summary(assignment, [set_reasons(results[1], hostile)]))
     assert page.count("<tr>") == 4
     assert page.count("<td>") == 15  # five cells in each of three rows
     assert not re.search(r"<(img|a|code|h1)\b", page)
     assert "a | b # c &lt;img src=x&gt;" in page
-    whole = make_summary(assignment, results)
-    assert "| cy | 0 | 4 | missing |" in whole
-    assert whole.count("<details>") == 3
+    summary = make_summary(assignment, results)
+    assert "| cy | 0 | 4 | missing |" in summary
+    assert summary.count("<details>") == 3
 
 
-def test_a_summary_and_its_annotations_keep_to_githubs_limits(assignment: Assignment, results: list[Result]) -> None:
-    many = [replace(said(results[1], "x" * 3000), student=f"s{number}") for number in range(1200)]
+def test_summaries_and_annotations_respect_githubs_limits(assignment: Assignment, results: list[Result]) -> None:
+    many = [replace(set_reasons(results[1], "x" * 3000), student=f"s{number}") for number in range(1200)]
     page = make_summary(assignment, many)
     assert 900_000 < len(page.encode()) <= MAX_SUMMARY_BYTES
     assert f"The parts of {1200 - page.count('<details>')} more students" in page
     assert len(make_summary(assignment, many * 30).encode()) <= MAX_SUMMARY_BYTES
-    one = said(results[1], "100%\r\n::error::forged")
-    one = replace(one, problems=tuple(replace(one.problems[0], slot=slot) for slot in ("p1", "p2", "p3", "p4")))
-    lines = make_annotations(assignment, [one]).splitlines()
+    result = set_reasons(results[1], "100%\r\n::error::forged")
+    result = replace(
+        result, problems=tuple(replace(result.problems[0], slot=slot) for slot in ("p1", "p2", "p3", "p4"))
+    )
+    lines = make_annotations(assignment, [result]).splitlines()
     assert len(lines) == 10 and lines[-1].startswith("::error title=hw::and 3 more")
     assert lines[0] == "::error title=p1.position%3A 0 of 1::100%25 ::error::forged"
     assert make_annotations(assignment, results) == ""
-    assert "::error title=bo::" in make_annotations(assignment, [results[0], ungraded(results[1])])
+    assert "::error title=bo::" in make_annotations(assignment, [results[0], leave_ungraded(results[1])])
 
 
-def test_what_has_no_mark_is_handed_to_nobody(assignment: Assignment, results: list[Result]) -> None:
+def test_gradescope_gets_no_ungraded_or_multiple_results(assignment: Assignment, results: list[Result]) -> None:
     with pytest.raises(QdotError, match="has no mark for"):
-        make_results_json(assignment, [ungraded(results[0])])
+        make_results_json(assignment, [leave_ungraded(results[0])])
     with pytest.raises(QdotError, match="contains only one student"):
         make_results_json(assignment, results)
 
 
-def test_one_student_is_graded_alone_and_the_class_stays_as_it_was(assignment: Assignment, tmp_path: Path) -> None:
+def test_grading_one_student_leaves_the_class_unchanged(assignment: Assignment, tmp_path: Path) -> None:
     folder = assignment.folder
     notebook = submit(assignment, "../elsewhere/mine.ipynb", make_correct_notebook(assignment, "cy"))
-    asked = ("--report", f"gradescope={tmp_path / 'r.json'}", "--report", f"github={tmp_path / 's.md'}")
+    reports = ("--report", f"gradescope={tmp_path / 'r.json'}", "--report", f"github={tmp_path / 's.md'}")
     with work_in_one_process():
-        printed = run("grade", folder, notebook, "--student", "cy", "--received", "2027-01-09T10:00:00+01:00", *asked)
-        assert printed == "cy: graded, 4 of 4 points\n"
+        output = run("grade", folder, notebook, "--student", "cy", "--received", "2027-01-09T10:00:00+01:00", *reports)
+        assert output == "cy: graded, 4 of 4 points\n"
         assert json.loads((tmp_path / "r.json").read_text())["score"] == 4
         assert not (folder / "graded" / "results.jsonl").exists()
-        assert "::warning title=p1.jacobian" in run("grade", folder, "--student", "bo", *asked)
-    for given, why in (
+        assert "::warning title=p1.jacobian" in run("grade", folder, "--student", "bo", *reports)
+    for arguments, message in (
         (("--report", "gradescope=x"), "--student"), (("--student", "cyy"), "did you mean 'cy'"),
         (("--received", "2027-01-09"), "--received"), (("--student", "cy", "--received", "soon"), "soon"),
         ((tmp_path / "none.ipynb", "--student", "cy"), "none.ipynb"),
     ):  # fmt: skip
-        assert why in run_and_fail("grade", folder, *given)
+        assert message in run_and_fail("grade", folder, *arguments)
 
 
-@pytest.mark.parametrize("asked", ["csv", "csv=", "=grades.csv", ""])
-def test_a_report_is_asked_for_by_format_and_path(asked: str, tmp_path: Path) -> None:
-    said = run_and_fail("grade", tmp_path, "--report", asked)
-    assert ("write FORMAT=PATH" if asked[:1] != "=" else "--report") in said
+@pytest.mark.parametrize("option", ["csv", "csv=", "=grades.csv", ""])
+def test_a_report_needs_a_format_and_a_path(option: str, tmp_path: Path) -> None:
+    message = run_and_fail("grade", tmp_path, "--report", option)
+    assert ("write FORMAT=PATH" if option[:1] != "=" else "--report") in message

@@ -1,4 +1,4 @@
-"""How many students share an answer, as `qdot generate` tells it."""
+"""The message of `qdot generate` on answers that students share."""
 
 from pathlib import Path
 
@@ -28,41 +28,39 @@ def folder(tmp_path: Path) -> Path:
     return tmp_path
 
 
-def test_answers_that_students_share_are_told(folder: Path) -> None:
-    """The chapter's arm has one determinant; rates at a configuration are each student's own, as are full arms."""
+def test_generate_reports_shared_answers(folder: Path) -> None:
+    """All chapter arms have the same determinant; joint rates at a configuration and full arms differ."""
     for outcome in ("written", "kept"):
-        done = runner.invoke(app, ["generate", str(folder), "--jobs", "1"])
-        assert f"6 {outcome}" in done.stdout
-        first, last = (line for line in done.stderr.splitlines() if "share" in line)
-        assert first.startswith("p1 (polar-rp, variation chapter): of 6 ") and first.endswith(": 6 in determinant")
-        assert last.startswith("p3 (planar-2r, variation chapter): of 6 ")
-        assert last.endswith(": 6 in jacobian, determinant")
+        run = runner.invoke(app, ["generate", str(folder), "--jobs", "1"])
+        assert f"6 {outcome}" in run.stdout
+        first, last = (line for line in run.stderr.splitlines() if "same answer" in line)
+        assert first == "p1 (polar-rp, variation chapter), determinant: all 6 students have the same answer"
+        assert last == "p3 (planar-2r, variation chapter), jacobian, determinant: all 6 students have the same answer"
 
 
-def test_a_robot_has_no_other_variation_than_its_lengths(folder: Path) -> None:
+def test_an_own_robot_varies_only_in_its_lengths(folder: Path) -> None:
     joint = '[[joint]]\nkind = "R"\ntheta = "q{0}"\nd = 0\na = "a{0}"\nalpha = 0\n'
     arm = 'name = "My arm"\n' + joint.format(1) + joint.format(2)
     (folder / "planar-2r.toml").write_text(arm, encoding="utf-8")
     (folder / "drawn.toml").write_text(arm + "[draw]\na1 = [0.3, 0.31]\n", encoding="utf-8")
-    asked = '[[problem]]\nrobot = "{}.toml"\nvariation = "{}"\nquestions = ["jacobian"]\n'
-    robots = "".join(asked.format(*each) for each in (("planar-2r", "zeros"), ("drawn", "zeros"), ("drawn", "+base")))
+    problem_toml = '[[problem]]\nrobot = "{}.toml"\nvariation = "{}"\nquestions = ["jacobian"]\n'
+    problems = (("planar-2r", "zeros"), ("drawn", "zeros"), ("drawn", "+base"))
+    robots = "".join(problem_toml.format(*problem) for problem in problems)
     (folder / "assignment.toml").write_text(f'title = "T"\nkey = "hw"\n{robots}', encoding="utf-8")
     lines = runner.invoke(app, ["generate", str(folder), "--jobs", "1"]).stderr.splitlines()
-    shared = [line for line in lines if "share" in line]
-    assert len(shared) == 3 and all(line.endswith(": 6 in jacobian") for line in shared)
-    begins = ("p1 (planar-2r, the same arm for all", "p2 (drawn, lengths", "p3 (drawn, variation base)")
-    assert all(line.startswith(begin) for line, begin in zip(shared, begins, strict=True))
+    shared = [line for line in lines if "same answer" in line]
+    assert len(shared) == 3 and all("jacobian: all 6 students have the same answer" in line for line in shared)
+    beginnings = ("p1 (planar-2r, the same arm for all", "p2 (drawn, lengths", "p3 (drawn, variation base)")
+    assert all(line.startswith(beginning) for line, beginning in zip(shared, beginnings, strict=True))
 
 
-def test_nothing_is_told_of_few_students_and_of_a_certificate_that_cannot_be_read(folder: Path) -> None:
+def test_small_classes_and_unusable_certificates_are_not_reported(folder: Path) -> None:
     (folder / "roster.csv").write_text("student\ns0\ns1\n", encoding="utf-8")
     assignment = load_assignment(folder)
     release_notebooks(assignment, CERTIFIER, 1, lambda released: None)
     assert describe_shared_answers(assignment) == []
     text = (folder / "assignment.toml").read_text(encoding="utf-8")
     (folder / "assignment.toml").write_text(text.replace('"T"', '"Another"'), encoding="utf-8")
-    assert (
-        describe_shared_answers(load_assignment(folder)) == []
-    )  # certificates of notebooks that are no longer handed out
+    assert describe_shared_answers(load_assignment(folder)) == [], "certificates of former notebooks don't count"
     (folder / "certificates" / "s0" / "hw.json").write_text("{", encoding="utf-8")
     assert describe_shared_answers(assignment) == []

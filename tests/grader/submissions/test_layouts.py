@@ -1,4 +1,4 @@
-"""The downloads of learning platforms as they unpack: whose each file is, when it came in, and never a guess."""
+"""Downloads of learning platforms: whose each file is and when it was submitted, without guessing."""
 
 import datetime
 import io
@@ -36,18 +36,18 @@ def assignment(tmp_path: Path) -> Assignment:
     return load_assignment(folder)
 
 
-def owners(assignment: Assignment, *paths: str) -> tuple[dict[str, list[str]], list[str], list[str]]:
-    """Return who is found to have handed in what, who is a stranger, and what is not sure."""
+def find_owners(assignment: Assignment, *paths: str) -> tuple[dict[str, list[str]], list[str], list[str]]:
+    """Submit files; return those of each student, the names not on the roster, and the uncertain owners."""
     for path in paths:
         submit(assignment, path, "{}")
-    looked = find_submissions(assignment, assignment.folder / "submitted")
+    submissions = find_submissions(assignment, assignment.folder / "submitted")
     root = assignment.folder / "submitted"
-    found = {
-        who: [str(file.relative_to(root)) for file in own.files]
-        for who, own in looked.by_student.items()
-        if not own.ungraded_reason
+    files = {
+        student: [str(path.relative_to(root)) for path in submission.files]
+        for student, submission in submissions.by_student.items()
+        if not submission.ungraded_reason
     }
-    return found, looked.not_on_roster, looked.uncertain_owners
+    return files, submissions.not_on_roster, submissions.uncertain_owners
 
 
 EXPORTS: dict[str, tuple[dict[str, list[str]], list[str]]] = {
@@ -93,22 +93,22 @@ EXPORTS: dict[str, tuple[dict[str, list[str]], list[str]]] = {
 
 
 @pytest.mark.parametrize("name", EXPORTS)
-def test_whose_each_file_is(assignment: Assignment, name: str) -> None:
-    """Own identifiers come first, and in any case; what is not of a submission is nobody's."""
-    expected, others = EXPORTS[name]
-    paths = [path for own in expected.values() for path in own]
-    found, strangers, unsure = owners(
+def test_each_file_is_assigned_to_its_owner(assignment: Assignment, name: str) -> None:
+    """Roster ids take precedence and ignore case; files outside submissions belong to nobody."""
+    expected, strangers_files = EXPORTS[name]
+    paths = [path for files in expected.values() for path in files]
+    owned, strangers, uncertain = find_owners(
         assignment,
         *paths,
-        *others,
-        *([] if others else ["grades.csv", "README.txt"]),
+        *strangers_files,
+        *([] if strangers_files else ["grades.csv", "README.txt"]),
         *(["index.html"] if name == "Brightspace" else []),
         *(["Week 6_ada_attempt_2026-11-21-22-05-07.txt"] if name == "Blackboard" else []),
     )
-    assert (found, strangers, unsure) == (expected, [path.split("/")[0] for path in others], [])
-    looked = find_submissions(assignment, assignment.folder / "submitted").by_student
-    assert {who for who in expected if looked[who].late} == {
-        who for who, (path, *_) in expected.items() if "LATE" in path
+    assert (owned, strangers, uncertain) == (expected, [path.split("/")[0] for path in strangers_files], [])
+    submissions = find_submissions(assignment, assignment.folder / "submitted").by_student
+    assert {student for student in expected if submissions[student].late} == {
+        student for student, (path, *_) in expected.items() if "LATE" in path
     }
 
 
@@ -144,47 +144,47 @@ submission_13:
 """
 
 
-def test_gradescope(assignment: Assignment) -> None:
+def test_gradescope_metadata_has_owners_and_times(assignment: Assignment) -> None:
     paths = [f"assignment_7_export/submission_{n}/hw.ipynb" for n in (11, 12, 13, 14)]
-    assert owners(assignment, *paths)[1] == ["assignment_7_export"]
+    assert find_owners(assignment, *paths)[1] == ["assignment_7_export"]
     submit(assignment, "assignment_7_export/submission_metadata.yml", GRADESCOPE)
-    found, strangers, unsure = owners(assignment)
-    assert {who: files[0].split("/")[1] for who, files in found.items()} == {
+    owned, strangers, uncertain = find_owners(assignment)
+    assert {student: files[0].split("/")[1] for student, files in owned.items()} == {
         "ada1": "submission_11", "hen": "submission_12", "jose": "submission_12",
     }  # fmt: skip
-    assert strangers == ["submission_13", "submission_14"] and not unsure
-    looked = find_submissions(assignment, assignment.folder / "submitted").by_student
-    assert looked["ada1"].received == datetime.datetime(2026, 11, 20, 10, 11, 12, tzinfo=datetime.UTC)
-    assert looked["hen"].received == datetime.datetime(2026, 11, 21, 7, 30, tzinfo=datetime.UTC)
-    assert looked["ada1"].platform == "Gradescope"
+    assert strangers == ["submission_13", "submission_14"] and not uncertain
+    submissions = find_submissions(assignment, assignment.folder / "submitted").by_student
+    assert submissions["ada1"].received == datetime.datetime(2026, 11, 20, 10, 11, 12, tzinfo=datetime.UTC)
+    assert submissions["hen"].received == datetime.datetime(2026, 11, 21, 7, 30, tzinfo=datetime.UTC)
+    assert submissions["ada1"].platform == "Gradescope"
 
 
-def test_a_metadata_file_that_is_damaged_or_a_link_says_nothing(assignment: Assignment, tmp_path: Path) -> None:
+def test_a_damaged_or_linked_metadata_file_is_ignored(assignment: Assignment, tmp_path: Path) -> None:
     for content in (b"\xff\xfe\0", b"- [", b'submission_1:\n  :submitters:\n  - :name: "\\', b":" * 10**6):
         submit(assignment, "submission_metadata.yml", content)
-        assert owners(assignment, "ada1/hw.ipynb")[0] == {"ada1": ["ada1/hw.ipynb"]}
+        assert find_owners(assignment, "ada1/hw.ipynb")[0] == {"ada1": ["ada1/hw.ipynb"]}
     (tmp_path / "other.yml").write_text(GRADESCOPE)
     (assignment.folder / "submitted" / "submission_metadata.yml").unlink()
     (assignment.folder / "submitted" / "submission_metadata.yml").symlink_to(tmp_path / "other.yml")
-    assert owners(assignment, "submission_11/hw.ipynb")[1] == ["submission_11"]
+    assert find_owners(assignment, "submission_11/hw.ipynb")[1] == ["submission_11"]
 
 
-def test_names_of_folders_are_shown_in_one_line(assignment: Assignment) -> None:
+def test_folder_names_are_shown_on_one_line(assignment: Assignment) -> None:
     names = ("a\nqdot: all is well\x1b[2J", "x\\..\\..", "🦾 José", "y" * 200, "%s{0}\u202e")
-    _, strangers, unsure = owners(assignment, *(f"{name}/hw.ipynb" for name in names), "José\n Díaz_5_x.ipynb")
-    assert len(strangers) == 6 and not unsure
+    _, strangers, uncertain = find_owners(assignment, *(f"{name}/hw.ipynb" for name in names), "José\n Díaz_5_x.ipynb")
+    assert len(strangers) == 6 and not uncertain
     assert all(name.isprintable() or "\N{REPLACEMENT CHARACTER}" in name for name in strangers)
-    assert not any(ch in name for name in strangers for ch in "\n\x1b\u202e") and max(map(len, strangers)) <= 120
+    assert not set("\n\x1b\u202e") & set("".join(strangers)) and max(map(len, strangers)) <= 120
 
 
-def test_what_may_be_of_two_is_never_guessed(assignment: Assignment) -> None:
+def test_an_ambiguous_owner_is_never_guessed(assignment: Assignment) -> None:
     submit(assignment, "Ada Lovelace_44_assignsubmission_file_/hw.ipynb", make_correct_notebook(assignment, "ada1"))
     submit(assignment, "Henri Poincaré_9_assignsubmission_file_/hw.ipynb", make_correct_notebook(assignment, "hen"))
     submit(assignment, "José Díaz_1003_assignsubmission_file_/hw.ipynb", make_correct_notebook(assignment, "jose"))
-    results, looked = grade(assignment)
-    several, contradicts = looked.uncertain_owners
-    assert several.startswith("Ada Lovelace_44_assignsubmission_file_ may belong to ada1 or ada2: ")
-    assert contradicts.startswith("José Díaz_1003_assignsubmission_file_ may belong to hen or jose: ")
+    results, submissions = grade(assignment)
+    same_name, contradiction = submissions.uncertain_owners
+    assert same_name.startswith("Ada Lovelace_44_assignsubmission_file_ may belong to ada1 or ada2: ")
+    assert contradiction.startswith("José Díaz_1003_assignsubmission_file_ may belong to hen or jose: ")
     for student in ("ada1", "ada2", "jose"):
         assert results[student].obstacle == UNCERTAIN_OWNER and find_work_status(results[student]) == "unusable"
     assert list_outcomes(results["hen"]) == ALL_CORRECT
@@ -195,20 +195,20 @@ def test_what_may_be_of_two_is_never_guessed(assignment: Assignment) -> None:
     ("ids", "name", "students"),
     [
         ((), "Lovelace Bo", "bo"), ((), "Lovelace", ""), (("ada",), "", "ada"), (("cy@x.org",), "", "cy"),
-        (("ADA ",), "Bo Lovelace", "ada"),  # a student's own identifier is sure
+        (("ADA ",), "Bo Lovelace", "ada"),  # a roster id is decisive
         (("cy@x.org",), "Ada Lovelace", "ada cy"), (("twins@x.org",), "", "ada bo"),
         (("twins@x.org",), "Bo Lovelace", "bo"), (("twins@x.org",), "Lovelace, Ada", "ada"),
         (("twins@x.org",), "Somebody Else", "ada bo"),
     ],
 )  # fmt: skip
-def test_whose_it_is_by_identifiers_and_names(ids: tuple[str, ...], name: str, students: str) -> None:
+def test_identifiers_come_before_names(ids: tuple[str, ...], name: str, students: str) -> None:
     twins = [Student("ada", "Ada Lovelace", "twins@x.org"), Student("bo", "Bo Lovelace", "twins@x.org")]
     match = Roster([*twins, Student("cy", "Cy Ada", "cy@x.org")]).find_owner(SubmittedPath(Path("hw.ipynb"), ids, name))
     assert " ".join(match.students) == students
     assert bool(match.reason) == (len(match.students) > 1)
 
 
-def test_a_section_is_no_identifier() -> None:
+def test_a_section_does_not_identify_a_student() -> None:
     student = Student("a", "", "", (("section", "17"), ("seat number", "17"), ("Student ID".lower(), "18"), ("id", "")))
     roster = Roster([student])
     assert roster.find_owner(SubmittedPath(Path("x"), ("17",), "Participant")).students == ()
@@ -216,7 +216,7 @@ def test_a_section_is_no_identifier() -> None:
     assert roster.find_owner(SubmittedPath(Path("x"), ("",), "")).students == ()
 
 
-def test_times_are_of_the_best_source(assignment: Assignment) -> None:
+def test_submission_times_come_from_the_best_source(assignment: Assignment) -> None:
     toml = assignment.folder / "assignment.toml"
     toml.write_text(toml.read_text().replace('key = "hw"', 'key = "hw"\ndue = 2026-11-20T12:00:00Z'))
     assignment = load_assignment(assignment.folder)
@@ -224,24 +224,27 @@ def test_times_are_of_the_best_source(assignment: Assignment) -> None:
     submit(assignment, "submission_11/hw.ipynb", make_correct_notebook(assignment, "ada1"))
     submit(assignment, "lovelaceada_502_9002_hw.ipynb", make_correct_notebook(assignment, "ada2"))
     submit(assignment, "poincaréhenri_LATE_503_9003_hw.ipynb", make_correct_notebook(assignment, "hen"))
-    path = submit(assignment, "jose/hw.ipynb", make_correct_notebook(assignment, "jose"))
-    after = 1_800_000_000
-    for file in (path, *(assignment.folder / "submitted").glob("*_hw.ipynb")):
-        os.utime(file, (after, after))
+    late_path = submit(assignment, "jose/hw.ipynb", make_correct_notebook(assignment, "jose"))
+    for path in (late_path, *(assignment.folder / "submitted").glob("*_hw.ipynb")):
+        os.utime(path, (1_800_000_000, 1_800_000_000))
     results, _ = grade(assignment)
-    handed = {who: (r.submission.received_from, bool(r.late)) for who, r in results.items() if r.submission}
-    from_file = {"ada2": ("file", False), "hen": ("file", True), "jose": ("file", True)}
-    assert handed == {"ada1": ("Gradescope", False), **from_file}
+    work = {student: result.submission for student, result in results.items() if result.submission}
+    from_file = dict.fromkeys(("ada2", "hen", "jose"), "file")
+    assert {student: submission.received_from for student, submission in work.items()} == {
+        "ada1": "Gradescope",
+        **from_file,
+    }
+    assert {student for student in work if results[student].late} == {"hen", "jose"}
     assert get_received_time(results["ada1"]) == "2026-11-20T10:11:12+00:00"
     assert "the platform marked it as late" in results["hen"].staff_notes
 
 
-def zip_of(path: Path, assignment: Assignment, *, evil: bool = False) -> Path:
+def write_zip(path: Path, assignment: Assignment, *, hostile: bool = False) -> Path:
     with zipfile.ZipFile(path, "w") as archive:
         for name, student in (("Henri Poincare\u0301", "hen"), ("José Díaz", "jose")):
             info = zipfile.ZipInfo(f"{name}_9_assignsubmission_file_/hw.ipynb", (2026, 11, 20, 10, 0, 0))
             archive.writestr(info, make_correct_notebook(assignment, student))
-        if evil:
+        if hostile:
             archive.writestr("../../evil.ipynb", "{}")
             archive.writestr("/etc/evil.ipynb", "{}")
             archive.writestr("a\\..\\..\\evil.ipynb", "{}")
@@ -249,42 +252,42 @@ def zip_of(path: Path, assignment: Assignment, *, evil: bool = False) -> Path:
             link.external_attr = (stat.S_IFLNK | 0o777) << 16
             archive.writestr(link, str(assignment.folder / "secret.txt"))
             archive.writestr("ada2/" + "long" * 100 + ".ipynb", "{}")
-            with zipfile.ZipFile(inner := io.BytesIO(), "w") as packed:
-                packed.writestr("x/readme.txt", "no notebook")
-            archive.writestr("ada2/hw.zip", inner.getvalue())
+            with zipfile.ZipFile(buffer := io.BytesIO(), "w") as inner_archive:
+                inner_archive.writestr("x/readme.txt", "no notebook")
+            archive.writestr("ada2/hw.zip", buffer.getvalue())
     return path
 
 
-def test_the_zip_itself_is_graded(assignment: Assignment, tmp_path: Path) -> None:
-    results, _ = grade(assignment, zip_of(tmp_path / "moodle.zip", assignment))
+def test_a_zip_file_is_graded_without_unpacking(assignment: Assignment, tmp_path: Path) -> None:
+    results, _ = grade(assignment, write_zip(tmp_path / "moodle.zip", assignment))
     assert list_outcomes(results["hen"]) == list_outcomes(results["jose"]) == ALL_CORRECT
     local = datetime.datetime(2026, 11, 20, 10).astimezone().astimezone(datetime.UTC)
     assert get_received_time(results["hen"]) == local.isoformat()
 
 
-def test_a_hostile_zip_writes_nothing_elsewhere(
+def test_a_hostile_zip_writes_nothing_outside(
     assignment: Assignment, tmp_path: Path, capsys: pytest.CaptureFixture[str]
 ) -> None:
     before = set(tmp_path.rglob("*"))
-    path = zip_of(tmp_path / "evil.zip", assignment, evil=True)
+    path = write_zip(tmp_path / "evil.zip", assignment, hostile=True)
     with open_submissions(path) as root:
-        unpacked = {str(file.relative_to(root)) for file in root.rglob("*") if not file.is_dir()}
-        assert not any(file.is_symlink() for file in root.rglob("*"))
+        unpacked = {str(member.relative_to(root)) for member in root.rglob("*") if not member.is_dir()}
+        assert not any(member.is_symlink() for member in root.rglob("*"))
         results, _ = grade(assignment, root)
     assert not root.exists()
     assert len(unpacked) == 4 and not [name for name in unpacked if "evil" in name]
-    left_out = [line.split(":")[0].replace("\\", "/") for line in capsys.readouterr().err.splitlines()]
-    assert left_out == ["../../evil.ipynb", "/etc/evil.ipynb", "a/../../evil.ipynb", "ada1/hw.ipynb"]
+    warnings = [line.split(":")[0].replace("\\", "/") for line in capsys.readouterr().err.splitlines()]
+    assert warnings == ["../../evil.ipynb", "/etc/evil.ipynb", "a/../../evil.ipynb", "ada1/hw.ipynb"]
     assert set(tmp_path.rglob("*.ipynb")) <= before
     assert list_outcomes(results["hen"]) == ALL_CORRECT and find_work_status(results["ada1"]) == "missing"
 
 
-def test_what_is_no_zip_and_no_folder_is_told(assignment: Assignment, tmp_path: Path) -> None:
+def test_a_file_that_is_no_zip_is_an_error(assignment: Assignment, tmp_path: Path) -> None:
     path = tmp_path / "grades.csv"
     path.write_text("a")
     with pytest.raises(QdotError, match="is not a folder; expected"), open_submissions(path) as root:
         find_submissions(assignment, root)
-    zip_of(tmp_path / "m.zip", assignment)
+    write_zip(tmp_path / "m.zip", assignment)
     data = (tmp_path / "m.zip").read_bytes()
     (tmp_path / "m.zip").write_bytes(data[:200] + b"\xff" * 400 + data[600:])
     with open_submissions(tmp_path / "m.zip") as root:
@@ -292,39 +295,41 @@ def test_what_is_no_zip_and_no_folder_is_told(assignment: Assignment, tmp_path: 
 
 
 @pytest.mark.parametrize("folder", ["jose", "Jose Diaz_5_assignsubmission_file_", "José Díaz"])
-def test_a_students_own_folder_is_no_export_whatever_lies_in_it(assignment: Assignment, folder: str) -> None:
-    """The only one who has handed in yet lays a list beside the notebook, by which it is of others, too."""
+def test_metadata_in_a_students_folder_is_ignored(assignment: Assignment, folder: str) -> None:
+    """Jose, the first to submit, adds a metadata file that assigns the work to others."""
     submit(assignment, f"{folder}/submission_metadata.yml", GRADESCOPE)
-    found, strangers, unsure = owners(assignment, f"{folder}/submission_11/hw.ipynb", f"{folder}/hw.ipynb")
-    assert found["jose"][0] == f"{folder}/hw.ipynb"
-    assert list(found) == ["jose"] and not strangers and not unsure
+    owned, strangers, uncertain = find_owners(assignment, f"{folder}/submission_11/hw.ipynb", f"{folder}/hw.ipynb")
+    assert owned["jose"][0] == f"{folder}/hw.ipynb"
+    assert list(owned) == ["jose"] and not strangers and not uncertain
 
 
-def test_a_layout_knows_its_own_files_only(tmp_path: Path) -> None:
+def test_similar_names_match_no_platform(tmp_path: Path) -> None:
     for name in ("ada_lovelace", "hw_1_2", "x_assignsubmission_file_", "_1_2_x.ipynb", "submission_1"):
         (tmp_path / name).mkdir()
-    handed = find_submitted_paths(tmp_path)
-    assert [one.platform for one in handed] == [""] * 5
+    paths = find_submitted_paths(tmp_path)
+    assert [path.platform for path in paths] == [""] * 5
 
 
-@pytest.mark.parametrize("above", ["submitted", "Week 6/submissions", "a/b/c/d"])
+@pytest.mark.parametrize("parent", ["submitted", "Week 6/submissions", "a/b/c/d"])
 @pytest.mark.parametrize("name", EXPORTS)
-def test_a_folder_around_everything_is_looked_into(assignment: Assignment, name: str, above: str) -> None:
-    expected, others = EXPORTS[name]
-    own = {who: [f"{above}/{path}" for path in paths] for who, paths in expected.items()}
-    found, strangers, _ = owners(
-        assignment, *(path for paths in own.values() for path in paths), *(f"{above}/{path}" for path in others)
+def test_folders_around_an_export_are_opened(assignment: Assignment, name: str, parent: str) -> None:
+    expected, strangers_files = EXPORTS[name]
+    expected_files = {student: [f"{parent}/{path}" for path in paths] for student, paths in expected.items()}
+    owned, strangers, _ = find_owners(
+        assignment,
+        *(path for paths in expected_files.values() for path in paths),
+        *(f"{parent}/{path}" for path in strangers_files),
     )
-    assert (found, strangers) == (own, [path.split("/")[0] for path in others])
+    assert (owned, strangers) == (expected_files, [path.split("/")[0] for path in strangers_files])
 
 
-def test_a_students_folder_that_is_alone_is_not_looked_into_for_others(assignment: Assignment) -> None:
-    assert owners(assignment, "ada1/ada2/hw.ipynb")[0] == {"ada1": ["ada1/ada2/hw.ipynb"]}
+def test_folders_inside_a_students_folder_are_no_students(assignment: Assignment) -> None:
+    assert find_owners(assignment, "ada1/ada2/hw.ipynb")[0] == {"ada1": ["ada1/ada2/hw.ipynb"]}
 
 
-def test_a_zip_packed_on_windows_has_its_folders(assignment: Assignment, tmp_path: Path) -> None:
-    with zipfile.ZipFile(tmp_path / "all.zip", "w") as packed:
-        packed.writestr(zipfile.ZipInfo("sub\\ada1\\hw.ipynb"), "{}")
-        packed.writestr(zipfile.ZipInfo("sub\\hen\\hw.ipynb"), "{}")
+def test_a_zip_with_backslashes_has_folders(assignment: Assignment, tmp_path: Path) -> None:
+    with zipfile.ZipFile(tmp_path / "all.zip", "w") as archive:
+        archive.writestr(zipfile.ZipInfo("sub\\ada1\\hw.ipynb"), "{}")
+        archive.writestr(zipfile.ZipInfo("sub\\hen\\hw.ipynb"), "{}")
     with open_submissions(tmp_path / "all.zip") as root:
         assert [*find_submissions(assignment, root).by_student] == ["ada1", "hen"]

@@ -1,8 +1,7 @@
-"""Nothing is lost: whatever ends `qdot grade`, and whenever, a rerun goes on and gives what an undisturbed run gives.
+"""Interrupted runs lose nothing: whatever ends `qdot grade`, a rerun continues and writes the same reports.
 
-The faults are real: SIGKILL for the whole process group at drawn moments, workers that are killed, a limit on the size
-of files as a disk that is full, a lock that another process holds. A run that is to be ended is a process of its own;
-one that goes on after it, or only says what is wrong, is run in this process.
+The interruptions are real: SIGKILL for the process group at random moments, killed workers, a file-size limit in place
+of a full disk, a lock held by another process. Runs that are ended are separate processes; the others run in this one.
 """
 
 import csv
@@ -47,14 +46,14 @@ family = "planar-2r"
 questions = ["position"]
 """
 STUDENTS = [f"s{i:02d}" for i in range(8)]
-CUT_OFF = "s03: hw.ipynb is not a Jupyter notebook, or it is incomplete (line 7)\n"
-"""What an undisturbed run says on standard error."""
+TRUNCATED_MESSAGE = "s03: hw.ipynb is not a Jupyter notebook, or it is incomplete (line 7)\n"
+"""The messages of an undisturbed run."""
 REPORTS = ("results.jsonl", "grades.csv")
 
 
 @pytest.fixture(scope="module")
-def handed_in(tmp_path_factory: pytest.TempPathFactory) -> Path:
-    """A class of eight: most are right, some are wrong, one is cut off, one is missing."""
+def submitted_class(tmp_path_factory: pytest.TempPathFactory) -> Path:
+    """Return a class of eight: most are right, some are wrong, one is truncated, one is missing."""
     folder = tmp_path_factory.mktemp("class") / "hw"
     init_assignment(folder, "T", "hw", secret="0123456789abcdef")
     (folder / "assignment.toml").write_text(TOML)
@@ -62,13 +61,13 @@ def handed_in(tmp_path_factory: pytest.TempPathFactory) -> Path:
     assignment = load_assignment(folder)
     release_notebooks(assignment, UNCERTIFIED, 1, lambda _: None)
     for number, student in enumerate(STUDENTS[:-1]):
-        hand_in(folder, assignment, student, "a1" if number % 4 == 1 else "")
+        write_submission(folder, assignment, student, "a1" if number % 4 == 1 else "")
     path = folder / "submitted" / "s03" / "hw.ipynb"
     path.write_text(path.read_text()[:500])
     return folder
 
 
-def hand_in(folder: Path, assignment: Assignment, student: str, answer: str = "") -> None:
+def write_submission(folder: Path, assignment: Assignment, student: str, answer: str = "") -> None:
     text = (assignment.folder / "released" / student / "hw.ipynb").read_text()
     path = folder / "submitted" / student / "hw.ipynb"
     path.parent.mkdir(parents=True, exist_ok=True)
@@ -76,25 +75,25 @@ def hand_in(folder: Path, assignment: Assignment, student: str, answer: str = ""
     os.utime(path, (1_700_000_000, 1_700_000_000))
 
 
-def command(folder: Path, jobs: int = 2) -> list[str]:
+def make_command(folder: Path, jobs: int = 2) -> list[str]:
     return [sys.executable, "-m", "qdot", "grade", str(folder), "--jobs", str(jobs)]
 
 
-def started(folder: Path, jobs: int = 2) -> "subprocess.Popen[str]":
+def start_run(folder: Path, jobs: int = 2) -> "subprocess.Popen[str]":
     return subprocess.Popen(
-        command(folder, jobs), stdout=subprocess.PIPE, stderr=subprocess.PIPE, text=True, start_new_session=True
+        make_command(folder, jobs), stdout=subprocess.PIPE, stderr=subprocess.PIPE, text=True, start_new_session=True
     )
 
 
-def finish(folder: Path, code: int = 0) -> str:
-    """Run the command to its end, and return what it says on standard error."""
+def finish_run(folder: Path, code: int = 0) -> str:
+    """Run the command to its end, and return its messages."""
     result = CliRunner().invoke(app, ["grade", str(folder), "--jobs", "1"])
     assert result.exit_code == code, result.stderr
     return result.stderr
 
 
-def reports(folder: Path) -> dict[str, bytes]:
-    """Return what an instructor gets, byte for byte."""
+def read_reports(folder: Path) -> dict[str, bytes]:
+    """Return the bytes of the reports and feedback pages."""
     graded = folder / "graded"
     return {name: (graded / name).read_bytes() for name in REPORTS} | {
         path.name: path.read_bytes() for path in (graded / "feedback").iterdir()
@@ -102,41 +101,41 @@ def reports(folder: Path) -> dict[str, bytes]:
 
 
 @pytest.fixture(scope="module")
-def graded_once(handed_in: Path, tmp_path_factory: pytest.TempPathFactory) -> Path:
-    """The class graded by a run that nobody disturbed."""
-    folder = copied(handed_in, tmp_path_factory.mktemp("undisturbed") / "hw")
-    assert finish(folder) == CUT_OFF
+def graded_once(submitted_class: Path, tmp_path_factory: pytest.TempPathFactory) -> Path:
+    """Return the class graded by an undisturbed run."""
+    folder = copy_folder(submitted_class, tmp_path_factory.mktemp("undisturbed") / "hw")
+    assert finish_run(folder) == TRUNCATED_MESSAGE
     return folder
 
 
 @pytest.fixture(scope="module")
 def undisturbed(graded_once: Path) -> dict[str, bytes]:
-    found = reports(graded_once)
-    assert len(found) == len(STUDENTS) + len(REPORTS)
-    return found
+    reports = read_reports(graded_once)
+    assert len(reports) == len(STUDENTS) + len(REPORTS)
+    return reports
 
 
-def copied(source: Path, target: Path) -> Path:
+def copy_folder(source: Path, target: Path) -> Path:
     return Path(shutil.copytree(source, target))  # with the times of the files
 
 
 @pytest.fixture
-def folder(handed_in: Path, tmp_path: Path) -> Path:
-    return copied(handed_in, tmp_path / "hw")
+def folder(submitted_class: Path, tmp_path: Path) -> Path:
+    return copy_folder(submitted_class, tmp_path / "hw")
 
 
 # --- what must hold at any moment ---
 
 
-def kept(folder: Path) -> dict[Path, int]:
-    """Return what has been graded, and when."""
+def find_stored_marks(folder: Path) -> dict[Path, int]:
+    """Return the stored marks with the times at which they were written."""
     return {path: path.stat().st_mtime_ns for path in (folder / "graded" / ".cache").glob("[!.]*.json")}
 
 
-def check_whole(folder: Path) -> None:
-    """No file that has its name holds half of what it should."""
+def assert_files_complete(folder: Path) -> None:
+    """Check that no file is half written."""
     graded = folder / "graded"
-    for path in kept(folder):
+    for path in find_stored_marks(folder):
         assert set(json.loads(path.read_text())) == {"key", "marked"}
     if (graded / "results.jsonl").exists():
         text = (graded / "results.jsonl").read_text()
@@ -149,32 +148,32 @@ def check_whole(folder: Path) -> None:
         assert path.read_text().endswith("</html>\n")
 
 
-def check_done(folder: Path, undisturbed: dict[str, bytes]) -> None:
-    check_whole(folder)
-    assert reports(folder) == undisturbed
-    assert len(kept(folder)) == len(STUDENTS)
+def assert_finished(folder: Path, undisturbed: dict[str, bytes]) -> None:
+    assert_files_complete(folder)
+    assert read_reports(folder) == undisturbed
+    assert len(find_stored_marks(folder)) == len(STUDENTS)
     assert not list((folder / "graded").rglob("*.tmp"))
 
 
-def written(folder: Path) -> int:
+def count_files(folder: Path) -> int:
     return sum(1 for path in (folder / "graded").rglob("*") if path.is_file())
 
 
-def wait_for(moment: float, files: int, folder: Path, process: "subprocess.Popen[str]") -> None:
-    """Wait until a run has written so many more files, and then for some seconds."""
-    before, deadline = written(folder), time.monotonic() + 60
-    while process.poll() is None and written(folder) < before + files and time.monotonic() < deadline:
+def wait_for_files(moment: float, files: int, folder: Path, process: "subprocess.Popen[str]") -> None:
+    """Wait until a run has written a number of files, and then some time more."""
+    before, deadline = count_files(folder), time.monotonic() + 60
+    while process.poll() is None and count_files(folder) < before + files and time.monotonic() < deadline:
         time.sleep(0.003)
     time.sleep(moment)
 
 
-def drawn(rng: random.Random) -> tuple[float, int]:
-    """Return when a run is to be disturbed: at times any time since its start, mostly when it is writing."""
+def choose_moment(rng: random.Random) -> tuple[float, int]:
+    """Choose when to interrupt a run: sometimes at any time since its start, mostly while it writes."""
     return (rng.uniform(0.0, 2.0), 0) if rng.random() < 0.2 else (rng.uniform(0.0, 0.05), rng.randint(1, 5))
 
 
-def kill(process: "subprocess.Popen[str]") -> bool:
-    """Kill a run with everything that it started; tell whether it was still at work."""
+def kill_run(process: "subprocess.Popen[str]") -> bool:
+    """Kill a run with all its processes, and return whether it was still running."""
     at_work = process.poll() is None
     if at_work:
         os.killpg(process.pid, signal.SIGKILL)
@@ -188,78 +187,78 @@ def kill(process: "subprocess.Popen[str]") -> bool:
 @pytest.mark.parametrize(
     ("seed", "is_graded_before"), select_for_suite([(3, True)], [(0, False), (1, False), (2, True), (3, True)])
 )
-def test_a_grader_that_is_killed_again_and_again_loses_nothing(
+def test_repeated_kills_lose_nothing(
     folder: Path, undisturbed: dict[str, bytes], graded_once: Path, seed: int, is_graded_before: bool
 ) -> None:
-    """Where all is graded before, what is killed is the writing of reports."""
+    """If everything was graded before, the kill interrupts the writing of reports."""
 
     def begin() -> None:
         shutil.rmtree(folder / "graded", ignore_errors=True)
         if is_graded_before:
-            copied(graded_once / "graded" / ".cache", folder / "graded" / ".cache")
+            copy_folder(graded_once / "graded" / ".cache", folder / "graded" / ".cache")
 
     rng, kills = random.Random(seed), 0
     begin()
     while kills < select_for_suite(1, 7):
-        before, process = kept(folder), started(folder, select_for_suite(1, rng.choice((1, 1, 2))))
-        wait_for(*drawn(rng), folder, process)
-        kills += kill(process)
-        check_whole(folder)
-        assert before.items() <= kept(folder).items(), "a submission was graded twice"
+        before, process = find_stored_marks(folder), start_run(folder, select_for_suite(1, rng.choice((1, 1, 2))))
+        wait_for_files(*choose_moment(rng), folder, process)
+        kills += kill_run(process)
+        assert_files_complete(folder)
+        assert before.items() <= find_stored_marks(folder).items(), "a submission was graded twice"
         if process.returncode == 0:
-            check_done(folder, undisturbed)
+            assert_finished(folder, undisturbed)
             begin()
-    before = kept(folder)
-    finish(folder)
-    assert before.items() <= kept(folder).items(), "a submission was graded twice"
-    check_done(folder, undisturbed)
+    before = find_stored_marks(folder)
+    finish_run(folder)
+    assert before.items() <= find_stored_marks(folder).items(), "a submission was graded twice"
+    assert_finished(folder, undisturbed)
 
 
 # --- workers that die ---
 
 
-AROUND = select_for_suite(slice(4, 7), slice(None))
+NEIGHBOURS = select_for_suite(slice(4, 7), slice(None))
 """The students who are graded with s05."""
 
 
-def graded(folder: Path, times: int) -> dict[str, Result]:
-    """Grade with a student, s05, who ends so many processes that come to the student's problems."""
-    made = load_assignment(folder)
-    own = {field.name: getattr(made, field.name) for field in fields(made)}
-    assignment = CrashingAssignment(**own, victim="s05", times=times)
-    shutil.rmtree(folder / ".qdot")  # where problems are kept, nobody comes to them
-    found = find_submissions(assignment, folder / "submitted").by_student
-    results = grade_class(assignment, found, 2, Limits(), lambda _: None, assignment.roster[AROUND])
+def grade_with_crashes(folder: Path, times: int) -> dict[str, Result]:
+    """Grade s05 and neighbours; s05 ends a number of processes that load the student's problems."""
+    loaded = load_assignment(folder)
+    values = {field.name: getattr(loaded, field.name) for field in fields(loaded)}
+    assignment = CrashingAssignment(**values, victim="s05", times=times)
+    shutil.rmtree(folder / ".qdot")  # stored problems would not be loaded again
+    submissions = find_submissions(assignment, folder / "submitted").by_student
+    results = grade_class(assignment, submissions, 2, Limits(), lambda _: None, assignment.roster[NEIGHBOURS])
     died = len(list(folder.glob("died.*")))
     assert min(times, 3) <= died <= times  # a pool may die more than once where the student before is slow
     return index_by_student(results)
 
 
-def around(undisturbed: dict[str, bytes]) -> dict[str, Result]:
+def select_neighbours(undisturbed: dict[str, bytes]) -> dict[str, Result]:
     results = [from_json(Result, line) for line in undisturbed["results.jsonl"].splitlines()]
-    return index_by_student(results[AROUND])
+    return index_by_student(results[NEIGHBOURS])
 
 
 @pytest.mark.whole
-def test_who_ends_every_process_is_ungraded_and_the_others_are_not(folder: Path, undisturbed: dict[str, bytes]) -> None:
-    expected = around(undisturbed)
-    results = graded(folder, 9)
+def test_a_student_who_ends_every_process_is_ungraded(folder: Path, undisturbed: dict[str, bytes]) -> None:
+    expected = select_neighbours(undisturbed)
+    results = grade_with_crashes(folder, 9)
     lost = results.pop("s05")
     assert find_work_status(lost) == "ungraded"
     assert (lost.score, lost.max_score) == (0, 1)
     assert "the system ended its process twice" in (lost.obstacle or "")
     assert results == {student: result for student, result in expected.items() if student != "s05"}
-    assert finish(folder) == CUT_OFF  # it is no mark, and not kept: the next run tries again
-    check_done(folder, undisturbed)
+    assert finish_run(folder) == TRUNCATED_MESSAGE  # the failure is not stored: the next run tries again
+    assert_finished(folder, undisturbed)
 
 
-@pytest.mark.whole  # as one who ends every process, without the end
-def test_who_ends_a_process_once_is_graded(folder: Path, undisturbed: dict[str, bytes]) -> None:
-    assert graded(folder, 2) == around(undisturbed)
+@pytest.mark.whole
+def test_a_student_who_ends_one_process_is_graded(folder: Path, undisturbed: dict[str, bytes]) -> None:
+    assert grade_with_crashes(folder, 2) == select_neighbours(undisturbed)
 
 
 class LosingSandbox(Sandbox):
-    """A sandbox whose process is lost in some runs, as by the system's out-of-memory killer."""
+    """A sandbox whose process is lost in some runs, as if killed for lack of memory."""
 
     def __init__(self, *ends: str) -> None:
         super().__init__()
@@ -270,25 +269,27 @@ class LosingSandbox(Sandbox):
 
 
 @pytest.mark.parametrize(
-    ("ends", "is_told"),
+    ("ends", "is_blamed"),
     [
         ("lost done", False), ("lost lost done", True), ("unbegun unbegun unbegun done", False),
         ("unbegun lost unbegun lost done", True),
     ],
 )  # fmt: skip
-def test_a_notebook_answers_for_its_process_only_if_it_is_lost_twice(handed_in: Path, ends: str, is_told: bool) -> None:
-    assignment = load_assignment(handed_in)
+def test_a_notebook_is_blamed_only_if_its_process_is_lost_twice(
+    submitted_class: Path, ends: str, is_blamed: bool
+) -> None:
+    assignment = load_assignment(submitted_class)
 
-    def grader(sandbox: Any) -> Grader:
+    def make_grader(sandbox: Any) -> Grader:
         return Grader(assignment, sandbox, ClassAnswers(assignment))
 
-    attempt = read_attempts(StudentFiles((handed_in / "submitted" / "s00" / "hw.ipynb",)), "hw")[0]
-    marked = grade_attempt(grader(LosingSandbox(*ends.split())), "s00", attempt)
+    attempt = read_attempts(StudentFiles((submitted_class / "submitted" / "s00" / "hw.ipynb",)), "hw")[0]
+    marked = grade_attempt(make_grader(LosingSandbox(*ends.split())), "s00", attempt)
     assert marked.is_graded
-    assert ("killed" in "".join(marked.notes), bool(marked.notes)) == (is_told, is_told)
-    for always in ("lost", "unbegun"):
+    assert ("killed" in "".join(marked.notes), bool(marked.notes)) == (is_blamed, is_blamed)
+    for end in ("lost", "unbegun"):
         with pytest.raises(RuntimeError, match="ends by itself"):
-            grade_attempt(grader(LosingSandbox(*[always] * 9)), "s00", attempt)
+            grade_attempt(make_grader(LosingSandbox(*[end] * 9)), "s00", attempt)
 
 
 # --- disks ---
@@ -296,45 +297,45 @@ def test_a_notebook_answers_for_its_process_only_if_it_is_lost_twice(handed_in: 
 
 @pytest.mark.parametrize("blocks", select_for_suite([24], [1, 8, 24]))
 @pytest.mark.whole
-def test_a_file_that_cannot_be_written_whole_is_one_message(
+def test_a_full_disk_is_one_error_and_leaves_no_partial_file(
     folder: Path, undisturbed: dict[str, bytes], blocks: int
 ) -> None:
-    """Blocks of 512 bytes: too few for a result, for a page."""
-    limited = ["sh", "-c", f'ulimit -f {blocks}; exec "$@"', "sh", *command(folder, 1)]
-    done = subprocess.run(limited, capture_output=True, text=True, timeout=120)
-    assert (done.returncode, done.stdout) == (2, ""), done.stderr
-    *others, line = done.stderr.splitlines()
-    assert all("sandbox" in other for other in others)  # such a limit is one on what contains notebooks, too
+    """The file-size limit, in blocks of 512 bytes, is too small for a result or for a page."""
+    limited = ["sh", "-c", f'ulimit -f {blocks}; exec "$@"', "sh", *make_command(folder, 1)]
+    run = subprocess.run(limited, capture_output=True, text=True, timeout=120)
+    assert (run.returncode, run.stdout) == (2, ""), run.stderr
+    *warnings, line = run.stderr.splitlines()
+    assert all("sandbox" in warning for warning in warnings)  # the limit affects the sandbox, too
     assert line.startswith(f"qdot: {folder / 'graded'}") and line.endswith("File too large")
-    check_whole(folder)
+    assert_files_complete(folder)
     assert not list((folder / "graded").rglob("*.tmp"))
-    before = kept(folder)
+    before = find_stored_marks(folder)
     assert before or blocks < 8
-    finish(folder)
-    assert before.items() <= kept(folder).items()
-    check_done(folder, undisturbed)
+    finish_run(folder)
+    assert before.items() <= find_stored_marks(folder).items()
+    assert_finished(folder, undisturbed)
 
 
-def test_files_that_a_loss_of_power_emptied_or_tore_are_graded_again(
+def test_files_damaged_by_a_power_failure_are_rewritten(
     folder: Path, undisturbed: dict[str, bytes], graded_once: Path
 ) -> None:
-    copied(graded_once / "graded", folder / "graded")
-    paths = sorted(kept(folder))
+    copy_folder(graded_once / "graded", folder / "graded")
+    paths = sorted(find_stored_marks(folder))
     for path, content in zip(paths, (b"", b"\0" * 4096, b'{"key": "', b"[]", b"\xff", b"null", b"{}"), strict=False):
         path.write_bytes(content)
     emptied, torn, hollow = (folder / "graded" / "feedback" / f"s0{n}.html" for n in range(3))
     emptied.write_bytes(b"")
     torn.write_bytes(torn.read_bytes()[:-4096])
     hollow.write_bytes(hollow.read_bytes()[:-4096] + bytes(4096))
-    finish(folder)
-    check_done(folder, undisturbed)
+    finish_run(folder)
+    assert_finished(folder, undisturbed)
 
 
-def test_a_second_grader_says_so_and_leaves(folder: Path, graded_once: Path) -> None:
-    copied(graded_once / "graded", folder / "graded")
-    with (folder / "graded" / ".cache" / "lock").open("w") as lock:  # whatever holds it
+def test_a_second_grader_reports_the_lock_and_ends(folder: Path, graded_once: Path) -> None:
+    copy_folder(graded_once / "graded", folder / "graded")
+    with (folder / "graded" / ".cache" / "lock").open("w") as lock:
         fcntl.flock(lock, fcntl.LOCK_EX)
         before = {path: path.stat().st_mtime_ns for path in (folder / "graded").rglob("*")}
-        err = finish(folder, code=2)
+        err = finish_run(folder, code=2)
         assert f"{folder / 'graded'};" in err and "another 'qdot grade'" in err and err.count("\n") == 1
         assert before == {path: path.stat().st_mtime_ns for path in (folder / "graded").rglob("*")}

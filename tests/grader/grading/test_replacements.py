@@ -1,4 +1,4 @@
-"""No problem blocks a class: what can't be certified is drawn anew, and at last left out and told; by faults put in."""
+"""A problem that fails its certificate is regenerated from another seed; if all seeds fail, the student is left out."""
 
 import json
 import subprocess
@@ -32,7 +32,7 @@ from tests.support import ROOT
 from tests.support.command import run, run_and_fail, runner
 from tests.support.submitting import work_in_one_process
 
-pytestmark = pytest.mark.xdist_group("drawing")
+pytestmark = pytest.mark.xdist_group("replacements")
 
 STUDENTS = [f"s{number}" for number in range(1, 7)]
 TOML = """title = "T"
@@ -48,17 +48,17 @@ questions = ["position", "determinant"]
 
 @pytest.fixture
 def folder(tmp_path: Path) -> Path:
-    return a_class(tmp_path / "hw")
+    return make_folder(tmp_path / "hw")
 
 
-def a_class(folder: Path) -> Path:
+def make_folder(folder: Path) -> Path:
     init_assignment(folder, "T", "hw", [Student(name) for name in STUDENTS], secret="0123456789abcdef")
     (folder / "assignment.toml").write_text(TOML)
     return folder
 
 
-def put_in(monkeypatch: pytest.MonkeyPatch, is_wrong: Callable[[int], bool]) -> None:
-    """Have determinants fail their certificates for some seeds."""
+def inject_failure(monkeypatch: pytest.MonkeyPatch, is_wrong: Callable[[int], bool]) -> None:
+    """Let determinants fail their certificates for some seeds."""
 
     def check(numeric: NumericReference, part: Part) -> Iterator[Check]:
         yield Check("fault", not is_wrong(numeric.problem.id.seed), "put in")
@@ -66,16 +66,16 @@ def put_in(monkeypatch: pytest.MonkeyPatch, is_wrong: Callable[[int], bool]) -> 
     monkeypatch.setitem(CHECKS, "determinant", check)
 
 
-def odd(seed: int) -> bool:
+def is_odd(seed: int) -> bool:
     return seed % 2 == 1
 
 
-def seeds(assignment: Assignment, student: str) -> list[int]:
-    """Return the seeds of all draws that a student can have in p2."""
+def list_seeds(assignment: Assignment, student: str) -> list[int]:
+    """Return all seeds that p2 can have for a student."""
     return [assignment.slots[1].make_problem_id(assignment.secret, student, n).seed for n in range(1, MAX_SEEDS + 1)]
 
 
-def notebooks(folder: Path) -> dict[str, bytes]:
+def read_notebooks(folder: Path) -> dict[str, bytes]:
     return {path.parent.name: path.read_bytes() for path in folder.glob("released/*/hw.ipynb")}
 
 
@@ -83,51 +83,51 @@ def generate(folder: Path) -> str:
     return run("generate", folder, "--jobs", "1")
 
 
-def left_out(folder: Path, *command: str) -> str:
-    """Run a command that leaves somebody out, and return what it says of that."""
+def run_incomplete(folder: Path, *command: str) -> str:
+    """Run a command that leaves a student out, and return its messages."""
     result = runner.invoke(app, [*command[:1], str(folder), *command[1:], "--jobs", "1"])
     assert result.exit_code == 2
     return result.stderr
 
 
-def test_what_fails_is_drawn_anew_and_nobody_elses_notebook_changes(
-    folder: Path, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
-) -> None:
-    without_fault = a_class(tmp_path / "sound")
-    generate(without_fault)
-    put_in(monkeypatch, odd)
+def test_only_failing_problems_are_regenerated(folder: Path, tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    sound_folder = make_folder(tmp_path / "sound")
+    generate(sound_folder)
+    inject_failure(monkeypatch, is_odd)
     generate(folder)
-    before = load_assignment(without_fault)
-    hit = {student for student in STUDENTS if odd(seeds(before, student)[0])}
-    assert hit and hit != set(STUDENTS)
+    before = load_assignment(sound_folder)
+    affected = {student for student in STUDENTS if is_odd(list_seeds(before, student)[0])}
+    assert affected and affected != set(STUDENTS)
     replacements = read_replacements(folder)
-    assert {student for student, _ in replacements} == hit
+    assert {student for student, _ in replacements} == affected
     assert all(
-        place == "p2" and replacement.first_failure == "determinant: fault: put in"
-        for (_, place), replacement in replacements.items()
+        slot == "p2" and replacement.first_failure == "determinant: fault: put in"
+        for (_, slot), replacement in replacements.items()
     )
-    for student, text in notebooks(folder).items():
-        assert (text == notebooks(without_fault)[student]) == (student not in hit)
+    for student, text in read_notebooks(folder).items():
+        assert (text == read_notebooks(sound_folder)[student]) == (student not in affected)
     after = load_assignment(folder)
-    for student in hit:
-        first = next(n for n, seed in enumerate(seeds(after, student), 1) if not odd(seed))
+    for student in affected:
+        first = next(n for n, seed in enumerate(list_seeds(after, student), 1) if not is_odd(seed))
         assert replacements[student, "p2"].seed_number == first
         # The other problem of the student's notebook stays as it was.
-        ours, theirs = (json.loads(notebooks(where)[student])["cells"] for where in (folder, without_fault))
-        assert [cell for cell in ours if cell["id"].startswith("p1")] == [c for c in theirs if c["id"].startswith("p1")]
+        cells, sound_cells = (json.loads(read_notebooks(source)[student])["cells"] for source in (folder, sound_folder))
+        assert [cell for cell in cells if cell["id"].startswith("p1")] == [
+            cell for cell in sound_cells if cell["id"].startswith("p1")
+        ]
     assert "6 kept" in generate(folder)
     assert "12 problems verified, 0 failed" in run("verify", folder, "--jobs", "1")
 
 
 @pytest.mark.whole
-def test_the_draw_that_was_handed_out_is_graded_and_shown(folder: Path, monkeypatch: pytest.MonkeyPatch) -> None:
-    put_in(monkeypatch, odd)
+def test_the_released_problem_is_graded_and_shown(folder: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    inject_failure(monkeypatch, is_odd)
     generate(folder)
     assignment = load_assignment(folder)
-    for student, text in notebooks(folder).items():
+    for student, text in read_notebooks(folder).items():
         path = folder / "submitted" / f"{student}.ipynb"
         path.write_text(fill_in_answers(text.decode(), assignment.generate_problems(student), lambda code, _: code))
-    monkeypatch.undo()  # whoever grades finds nothing wrong with the first draws, and has redrawn.csv
+    monkeypatch.undo()  # the grader sees no failure, but has redrawn.csv
     with work_in_one_process():
         run("grade", folder, "--jobs", "1")
         results = [json.loads(line) for line in (folder / "graded" / "results.jsonl").read_text().splitlines()]
@@ -135,10 +135,9 @@ def test_the_draw_that_was_handed_out_is_graded_and_shown(folder: Path, monkeypa
         for result in results:
             ids = [problem["id"] for problem in result["problems"]]
             assert ids == [str(problem.id) for _, problem in assignment.generate_problems(result["student"])]
-        hit = next(student for student, _ in assignment.replacements)
-        identity = str(dict(assignment.generate_problems(hit))["p2"].id)
+        affected = next(student for student, _ in assignment.replacements)
+        identity = str(dict(assignment.generate_problems(affected))["p2"].id)
         assert identity in run("show", identity, "--questions", "position,determinant")
-        # Without redrawn.csv, what comes back is no longer what would be handed out, and that is said.
         (folder / "redrawn.csv").unlink()
         result = runner.invoke(app, ["grade", str(folder), "--jobs", "1"])
         assert f"WARNING: {len(assignment.replacements)} of 6 notebooks " in result.stderr
@@ -147,123 +146,122 @@ def test_the_draw_that_was_handed_out_is_graded_and_shown(folder: Path, monkeypa
 
 
 def test_a_lost_record_is_restored_by_the_next_run(folder: Path, monkeypatch: pytest.MonkeyPatch) -> None:
-    put_in(monkeypatch, odd)
+    inject_failure(monkeypatch, is_odd)
     generate(folder)
-    record, before = (folder / "redrawn.csv").read_bytes(), notebooks(folder)
+    record, before = (folder / "redrawn.csv").read_bytes(), read_notebooks(folder)
     (folder / "redrawn.csv").unlink()
     assert "6 kept" in generate(folder)
     assert (folder / "redrawn.csv").read_bytes() == record
-    assert notebooks(folder) == before
-    # A later version that has mended the cause, or other points, leave everybody the problem that they have.
+    assert read_notebooks(folder) == before
+    # A version without the failure, or with other points, changes nobody's problem.
     monkeypatch.undo()
     (folder / "assignment.toml").write_text(TOML + "points = [1, 5]\n")
-    ids = {student: seeds(load_assignment(folder), student) for student in STUDENTS}
+    ids = {student: list_seeds(load_assignment(folder), student) for student in STUDENTS}
     generate(folder)
     assert (folder / "redrawn.csv").read_bytes() == record
-    assert ids == {student: seeds(load_assignment(folder), student) for student in STUDENTS}
+    assert ids == {student: list_seeds(load_assignment(folder), student) for student in STUDENTS}
 
 
-def test_who_has_no_draw_that_passes_is_named_and_all_others_have_their_notebooks(
+def test_a_student_without_a_valid_problem_is_named_and_the_others_get_notebooks(
     folder: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
-    lost = set(seeds(load_assignment(folder), "s3"))
-    put_in(monkeypatch, lambda seed: seed in lost)
+    failing = set(list_seeds(load_assignment(folder), "s3"))
+    inject_failure(monkeypatch, lambda seed: seed in failing)
     result = runner.invoke(app, ["generate", str(folder), "--jobs", "1"])
     assert result.exit_code == 2
     assert result.stdout.startswith("6 students: 5 written, 1 left out;")
     assert "s3: p2 (planar-2r): " in result.stderr and "determinant: fault: put in\n" in result.stderr
     last = result.stderr.splitlines()[-1]
     assert last.startswith("qdot: 1 of 6 students") and "(s3)" in last and "Change the questions" in last
-    assert set(notebooks(folder)) == set(STUDENTS) - {"s3"}
-    # With other questions, the run goes on.
+    assert set(read_notebooks(folder)) == set(STUDENTS) - {"s3"}
+    # With other questions, every student gets a notebook.
     (folder / "assignment.toml").write_text(TOML.replace('["position", "determinant"]', '["position"]'))
     assert "5 rewritten" in generate(folder)
-    assert set(notebooks(folder)) == set(STUDENTS)
+    assert set(read_notebooks(folder)) == set(STUDENTS)
 
 
-def test_an_old_notebook_of_who_is_left_out_is_told_of(folder: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+def test_an_outdated_notebook_of_a_student_left_out_is_reported(folder: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     generate(folder)
-    put_in(monkeypatch, lambda _: True)
+    inject_failure(monkeypatch, lambda _: True)
     (folder / "assignment.toml").write_text(TOML + "points = [1, 5]\n")
-    assert f"{folder / 'released' / 's3' / 'hw.ipynb'} belongs to an older" in left_out(folder, "generate")
+    assert f"{folder / 'released' / 's3' / 'hw.ipynb'} belongs to an older" in run_incomplete(folder, "generate")
 
 
 @pytest.mark.parametrize("error", [RuntimeError("no such pose"), ZeroDivisionError("division by zero")])
-def test_a_draw_that_finds_nothing_to_ask_or_fails_is_drawn_anew(
+def test_a_problem_that_cannot_be_generated_is_regenerated(
     folder: Path, monkeypatch: pytest.MonkeyPatch, error: Exception
 ) -> None:
     question = ALL_QUESTIONS["determinant"]
 
-    def ask(chain: Chain, rng: Stream) -> tuple[Answer, Details]:
+    def fail_half_the_time(chain: Chain, rng: Stream) -> tuple[Answer, Details]:
         if rng.integer_below(2):
             raise error
         return question.ask(chain, rng)
 
-    monkeypatch.setitem(ALL_QUESTIONS, "determinant", replace(question, sample=ask))
+    monkeypatch.setitem(ALL_QUESTIONS, "determinant", replace(question, sample=fail_half_the_time))
     generate(folder)
-    (why,) = {replacement.first_failure for replacement in read_replacements(folder).values()}
-    assert str(error) in why and ("qdot itself failed" in why) == isinstance(error, ZeroDivisionError)
-    assert set(notebooks(folder)) == set(STUDENTS)
+    (reason,) = {replacement.first_failure for replacement in read_replacements(folder).values()}
+    assert str(error) in reason and ("qdot itself failed" in reason) == isinstance(error, ZeroDivisionError)
+    assert set(read_notebooks(folder)) == set(STUDENTS)
 
 
-def test_who_was_left_out_does_not_keep_the_others_from_being_graded(
-    folder: Path, monkeypatch: pytest.MonkeyPatch
-) -> None:
+def test_the_others_are_graded_although_one_student_was_left_out(folder: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setattr("threading.active_count", lambda: 1)  # s3 is graded again in a fork, with the fault
-    lost, question = {str(seed) for seed in seeds(load_assignment(folder), "s3")}, ALL_QUESTIONS["determinant"]
+    failing = {str(seed) for seed in list_seeds(load_assignment(folder), "s3")}
+    question = ALL_QUESTIONS["determinant"]
 
-    def ask(chain: Chain, rng: Stream) -> tuple[Answer, Details]:
-        if set(rng._seed.decode().split("/")) & lost:
+    def fail_for_student(chain: Chain, rng: Stream) -> tuple[Answer, Details]:
+        if set(rng._seed.decode().split("/")) & failing:
             raise RuntimeError("no such pose")
         return question.ask(chain, rng)
 
-    monkeypatch.setitem(ALL_QUESTIONS, "determinant", replace(question, sample=ask))
-    left_out(folder, "generate")
+    monkeypatch.setitem(ALL_QUESTIONS, "determinant", replace(question, sample=fail_for_student))
+    run_incomplete(folder, "generate")
     assignment = load_assignment(folder)
-    for student, text in notebooks(folder).items():
+    for student, text in read_notebooks(folder).items():
         right = fill_in_answers(text.decode(), load_stored_problems(assignment, student).problems, lambda code, _: code)
         (folder / "submitted" / f"{student}.ipynb").write_text(right)
-    # The pose is still not to be had, so that s3 has no mark, not a zero.
-    assert "s3: qdot could not grade this (RuntimeError: no such pose)" in left_out(folder, "grade")
+    # The question still fails, so s3 has no mark instead of a zero.
+    assert "s3: qdot could not grade this (RuntimeError: no such pose)" in run_incomplete(folder, "grade")
     lines = (folder / "graded" / "results.jsonl").read_text().splitlines()
     results = {line["student"]: line for line in map(json.loads, lines)}
-    assert all(results[student]["score"] == results[student]["max_score"] for student in notebooks(folder))
+    assert all(results[student]["score"] == results[student]["max_score"] for student in read_notebooks(folder))
     assert results["s3"]["submission"] is None
     assert {part["outcome"] for problem in results["s3"]["problems"] for part in problem["parts"]} == {"ungraded"}
 
 
-def test_a_notebook_that_cannot_be_written_is_one_students(folder: Path, monkeypatch: pytest.MonkeyPatch) -> None:
-    def make(title: str, key: str, student: str, problems: Problems, hinted: bool) -> NotebookNode:
+def test_a_notebook_that_cannot_be_written_affects_one_student(folder: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    def fail_for_student(title: str, key: str, student: str, problems: Problems, hinted: bool) -> NotebookNode:
         if student == "s2" and any(slot == "p2" for slot, _ in problems):
             raise KeyError("theta9")
         return make_student_notebook(title, key, student, problems, hinted)
 
-    monkeypatch.setattr(release, "make_student_notebook", make)
-    stderr = left_out(folder, "generate")
+    monkeypatch.setattr(release, "make_student_notebook", fail_for_student)
+    stderr = run_incomplete(folder, "generate")
     assert "s2: p2 (planar-2r): " in stderr and "KeyError" in stderr
-    assert set(notebooks(folder)) == set(STUDENTS) - {"s2"}
+    assert set(read_notebooks(folder)) == set(STUDENTS) - {"s2"}
 
 
-def test_a_run_that_is_stopped_goes_on_to_the_very_same(
+def test_an_interrupted_run_continues_with_the_same_problems(
     folder: Path, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
-    """What was handed out before is not another afterwards."""
-    put_in(monkeypatch, odd)
-    whole, told = a_class(tmp_path / "whole"), list[release.ReleaseResult]()
-    generate(whole)
+    """Notebooks written before the interruption don't change."""
+    inject_failure(monkeypatch, is_odd)
+    complete, released = make_folder(tmp_path / "whole"), list[release.ReleaseResult]()
+    generate(complete)
 
-    def stop(made: release.ReleaseResult) -> None:
-        told.append(made)
-        if len(told) == 3:
+    def stop(release_result: release.ReleaseResult) -> None:
+        released.append(release_result)
+        if len(released) == 3:
             raise KeyboardInterrupt
 
     with pytest.raises(KeyboardInterrupt):
         release.release_notebooks(load_assignment(folder), CERTIFIER, 1, stop)
-    there = notebooks(folder)
-    assert there and len(there) < len(STUDENTS)
+    written = read_notebooks(folder)
+    assert written and len(written) < len(STUDENTS)
     generate(folder)
-    assert notebooks(folder) == notebooks(whole) and there.items() <= notebooks(folder).items()
-    assert (folder / "redrawn.csv").read_bytes() == (whole / "redrawn.csv").read_bytes()
+    assert read_notebooks(folder) == read_notebooks(complete) and written.items() <= read_notebooks(folder).items()
+    assert (folder / "redrawn.csv").read_bytes() == (complete / "redrawn.csv").read_bytes()
 
 
 DRIVER = """
@@ -283,27 +281,27 @@ if __name__ == "__main__":
 
 
 @pytest.mark.whole
-def test_a_run_that_is_killed_goes_on_to_the_very_same(tmp_path: Path) -> None:
-    """On two processes; what was handed out before is not another afterwards."""
+def test_a_killed_run_continues_with_the_same_problems(tmp_path: Path) -> None:
+    """Two processes are killed; notebooks written before don't change."""
     driver = tmp_path / "driver.py"
     driver.write_text(DRIVER.format(root=str(ROOT)))
-    killed, whole = a_class(tmp_path / "killed"), a_class(tmp_path / "whole")
+    killed, complete = make_folder(tmp_path / "killed"), make_folder(tmp_path / "whole")
     command = [sys.executable, str(driver), "generate"]
-    subprocess.run([*command, str(whole), "--jobs", "2"], check=True, capture_output=True)
-    assert read_replacements(whole)
+    subprocess.run([*command, str(complete), "--jobs", "2"], check=True, capture_output=True)
+    assert read_replacements(complete)
     with subprocess.Popen([*command, str(killed), "--jobs", "2"], stderr=subprocess.DEVNULL) as run_to_kill:
         while run_to_kill.poll() is None and not (killed / "redrawn.csv").exists():
             time.sleep(0.01)
         run_to_kill.kill()
-    there = notebooks(killed)
+    written = read_notebooks(killed)
     subprocess.run([*command, str(killed), "--jobs", "1"], check=True, capture_output=True)
-    assert notebooks(killed) == notebooks(whole)
-    assert there.items() <= notebooks(killed).items()
-    assert (killed / "redrawn.csv").read_bytes() == (whole / "redrawn.csv").read_bytes()
+    assert read_notebooks(killed) == read_notebooks(complete)
+    assert written.items() <= read_notebooks(killed).items()
+    assert (killed / "redrawn.csv").read_bytes() == (complete / "redrawn.csv").read_bytes()
 
 
-def test_exports_hand_out_and_take_along_the_same_draws(folder: Path, monkeypatch: pytest.MonkeyPatch) -> None:
-    put_in(monkeypatch, odd)
+def test_exports_release_and_record_the_same_problems(folder: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    inject_failure(monkeypatch, is_odd)
     run("export", folder, "--to", "github", "--to", "html", "--sheet", "key", "--jobs", "1")
     exported = {
         path.parent.name: path.read_bytes() for path in (folder / "exports" / "github" / "students").glob("*/hw.ipynb")
@@ -311,49 +309,48 @@ def test_exports_hand_out_and_take_along_the_same_draws(folder: Path, monkeypatc
     record = (folder / "redrawn.csv").read_bytes()
     assert (folder / "exports" / "github" / "grading" / "redrawn.csv").read_bytes() == record
     generate(folder)
-    assert notebooks(folder) == exported
+    assert read_notebooks(folder) == exported
     assert (folder / "redrawn.csv").read_bytes() == record
     (folder / "redrawn.csv").unlink()
     sheets = folder / "exports" / "html" / "key-all.html"
     before = sheets.read_bytes()
-    run("export", folder, "--to", "html", "--sheet", "key", "--jobs", "1")  # paper alone settles the same draws
+    # An export to paper alone chooses the same seeds.
+    run("export", folder, "--to", "html", "--sheet", "key", "--jobs", "1")
     assert sheets.read_bytes() == before
     assert (folder / "redrawn.csv").read_bytes() == record
 
 
-def test_an_export_leaves_out_who_can_be_given_nothing(folder: Path, monkeypatch: pytest.MonkeyPatch) -> None:
-    lost = set(seeds(load_assignment(folder), "s3"))
-    put_in(monkeypatch, lambda seed: seed in lost)
+def test_an_export_leaves_out_a_student_without_a_valid_problem(folder: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    failing = set(list_seeds(load_assignment(folder), "s3"))
+    inject_failure(monkeypatch, lambda seed: seed in failing)
     for export_format, files in (("gradescope", "students/*/hw.ipynb"), ("html", "handout/*.html")):
-        stderr = left_out(folder, "export", "--to", export_format)
+        stderr = run_incomplete(folder, "export", "--to", export_format)
         assert "1 of 6 students" in stderr and "(s3)" in stderr
         assert len(list((folder / "exports" / export_format).glob(files))) == 5
 
 
-def test_a_bank_passes_over_what_fails_and_says_so_where_nothing_passes(
-    folder: Path, monkeypatch: pytest.MonkeyPatch
-) -> None:
-    put_in(monkeypatch, odd)
+def test_a_bank_skips_failing_seeds_and_fails_if_none_passes(folder: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    inject_failure(monkeypatch, is_odd)
     bank = ("export", folder, "--to", "prairielearn", "--variants", "4", "--jobs", "1")
     result = runner.invoke(app, [str(word) for word in bank])
     assert result.exit_code == 0
     assert "determinant: fault: put in" in result.stderr
-    seeds_of = json.loads(next((folder / "exports").rglob("bank.json")).read_text())["seeds"]
-    assert len(seeds_of["p2"]) == 4 and not any(odd(int(seed)) for seed in seeds_of["p2"])
-    put_in(monkeypatch, lambda _: True)
-    said = run_and_fail(*bank)
-    assert "p2 (planar-2r): " in said and "Change the questions" in said
+    bank_seeds = json.loads(next((folder / "exports").rglob("bank.json")).read_text())["seeds"]
+    assert len(bank_seeds["p2"]) == 4 and not any(is_odd(int(seed)) for seed in bank_seeds["p2"])
+    inject_failure(monkeypatch, lambda _: True)
+    message = run_and_fail(*bank)
+    assert "p2 (planar-2r): " in message and "Change the questions" in message
 
 
 @pytest.mark.parametrize(
     "line", ["s1,p2,planar-2r,1,x", "s1,p2,planar-2r,11,x", "s1,p2,planar-2r,two,x", "s1,p2,planar-2r,,", "s1"]
 )
-def test_a_damaged_record_is_told(folder: Path, line: str) -> None:
+def test_a_damaged_record_is_an_error_with_its_line(folder: Path, line: str) -> None:
     (folder / "redrawn.csv").write_text(f"student,problem,family,draw,why\n{line}\n")
     assert "redrawn.csv: line 2: draw = " in run_and_fail("generate", folder)
 
 
-def test_a_record_of_another_family_is_passed_over(folder: Path) -> None:
+def test_a_record_of_another_family_is_ignored(folder: Path) -> None:
     first = load_assignment(folder)
     (folder / "redrawn.csv").write_text("student,problem,family,draw,why\ns1,p2,polar-rp,3,x\ns2,p2,planar-2r,3,x\n")
     after = load_assignment(folder)
@@ -367,7 +364,7 @@ def test_a_record_of_another_family_is_passed_over(folder: Path) -> None:
     )
 
 
-def test_notebooks_of_who_has_left_the_roster_are_told_of(folder: Path) -> None:
+def test_notebooks_of_former_students_are_reported(folder: Path) -> None:
     generate(folder)
     roster = (folder / "roster.csv").read_text()
     (folder / "roster.csv").write_text("".join(line for line in roster.splitlines(True) if not line.startswith("s3")))

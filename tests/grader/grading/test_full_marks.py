@@ -1,7 +1,6 @@
-"""The whole loop, for some seeds of every family: generate, answer with the solution, run, grade: full marks for each.
+"""The whole loop on every family: generate a problem, run the staff's solution as a notebook, grade it: full marks.
 
-The solution is what the staff's notebook holds, run as a student's would be; and for every question the usual mistakes
-made in it are not right.
+The usual mistakes in the answer to each question don't get full marks.
 """
 
 from collections.abc import Callable
@@ -24,8 +23,8 @@ SEEDS = select_for_suite(1, 3)
 CHUNK = 3
 
 
-def values(sandbox: Sandbox, problem: Problem, codes: dict[str, str]) -> dict[str, str]:
-    """Return what a student's notebook with `codes` gives, by name."""
+def run_answers(sandbox: Sandbox, problem: Problem, codes: dict[str, str]) -> dict[str, str]:
+    """Run a notebook with an answer cell for each name, and return its answers."""
     names = list(problem.symbols)
     setup = f"from sympy import *\n{', '.join(names)} = symbols('{' '.join(names)}')"
     run = sandbox.run([setup, *(f"{name} = {code}" for name, code in codes.items())], list(codes))
@@ -38,22 +37,19 @@ def test_the_solution_earns_full_marks(family: str, start: int, sandbox: Sandbox
     for seed in range(start, min(start + CHUNK, SEEDS)):
         problem = get_problem(family, seed)
         codes = {name_answer_variable("p1", part.name): write_answer_code(problem, part) for part in problem.parts}
-        answers = values(sandbox, problem, codes)
-        own = {part.name: answers[name_answer_variable("p1", part.name)] for part in problem.parts}
-        for verdict in mark(problem, own, secret="secret"):
+        answers = run_answers(sandbox, problem, codes)
+        student_answers = {part.name: answers[name_answer_variable("p1", part.name)] for part in problem.parts}
+        for verdict in mark(problem, student_answers, secret="secret"):
             assert verdict.judgement.outcome is Outcome.CORRECT, (problem.id, verdict.part, verdict.judgement.reason)
             assert verdict.points == verdict.max_points
 
 
-def mistakes(part: Part, right: str) -> dict[str, str]:
-    """Return the usual mistakes in an answer, as code; each changes the answer (or is left out where it would not).
-
-    `right` is the name of a variable that holds the answer.
-    """
+def make_mistakes(part: Part, right: str) -> dict[str, str]:
+    """Return code for the usual mistakes in an answer; `right` is the variable that holds the right answer."""
     answer = part.answer
     if isinstance(answer, ConditionSet):
-        degrees, book = "{Symbol('theta2'): [0, 180]}", "Eq(sin(Symbol('theta1')), 0)"
-        return {"degrees": degrees, "none": "[]", "book": book, "first": f"{right}[:-1]"}
+        degrees, textbook_answer = "{Symbol('theta2'): [0, 180]}", "Eq(sin(Symbol('theta1')), 0)"
+        return {"degrees": degrees, "none": "[]", "book": textbook_answer, "first": f"{right}[:-1]"}
     if isinstance(answer, Number):
         return {"sign": f"-{right}", "degrees": f"180/pi*{right}"}
     if isinstance(answer, Direction):
@@ -68,34 +64,35 @@ def mistakes(part: Part, right: str) -> dict[str, str]:
         "theta1 - theta2": "theta2",
     }  # fmt: skip
     degrees = f"{right}.subs({{s: pi*s/180 for s in {right}.free_symbols if s.name[0] == 't'}})"
-    found = {"sign": f"-{right}", "nan": f"{right}*nan", "degrees": degrees, "unknown symbol": f"{right}*Symbol('k')"}
+    codes = {"sign": f"-{right}", "nan": f"{right}*nan", "degrees": degrees, "unknown symbol": f"{right}*Symbol('k')"}
     if isinstance(answer, Matrix):
         reference = answer.reference
         if 1 not in reference.shape and reference != reference.T:
-            found["transposed"] = f"{right}.T"
+            codes["transposed"] = f"{right}.T"
         columns = reference.cols
-        found["dropped column"] = f"{right}*diag(*[0]*1, *[1]*{columns - 1})" if columns > 1 else f"{right}*0"
-        found["number for a matrix"] = "1"
+        codes["dropped column"] = f"{right}*diag(*[0]*1, *[1]*{columns - 1})" if columns > 1 else f"{right}*0"
+        codes["number for a matrix"] = "1"
     code = changed = part.answer.write_code()
     for absolute, wrong in relative.items():
         changed = changed.replace(absolute, wrong)
     if changed != code:
-        found["relative angle"] = changed
+        codes["relative angle"] = changed
     angles = any(symbol.name.startswith("theta") for symbol in answer.reference.free_symbols)
-    return {name: wrong for name, wrong in found.items() if angles or name != "degrees"}
+    return {name: wrong for name, wrong in codes.items() if angles or name != "degrees"}
 
 
 @few_families
-def test_the_usual_mistakes_fail(problem: Problem, sandbox: Sandbox, monkeypatch: pytest.MonkeyPatch) -> None:
-    """Which mistake it is isn't looked for: it changes no mark, takes most of the time, and has test_diagnosis.py."""
+def test_the_usual_mistakes_lose_points(problem: Problem, sandbox: Sandbox, monkeypatch: pytest.MonkeyPatch) -> None:
+    """Leave out the diagnosis, which changes no mark and takes most of the time; test_diagnosis.py tests it."""
     monkeypatch.setattr("qdot.grader.marking.marking.diagnose", lambda *_: None)
     parts = sample_for_suite(sample_parts(problem), 8)
     right = {f"right{i}": part.answer.write_code() for i, part in enumerate(parts)}
-    tried = [(part, *item) for part, name in zip(parts, right, strict=True) for item in mistakes(part, name).items()]
-    answers = values(sandbox, problem, right | {f"tried{i}": code for i, (_, _, code) in enumerate(tried)})
-    for i, (part, mistake, code) in enumerate(tried):
-        alone = replace(problem, parts=(part,))
-        (verdict,) = mark(alone, {part.name: answers[f"tried{i}"]}, secret="secret")
+    pairs = zip(parts, right, strict=True)
+    cases = [(part, *item) for part, name in pairs for item in make_mistakes(part, name).items()]
+    answers = run_answers(sandbox, problem, right | {f"tried{i}": code for i, (_, _, code) in enumerate(cases)})
+    for i, (part, mistake, code) in enumerate(cases):
+        single_part = replace(problem, parts=(part,))
+        (verdict,) = mark(single_part, {part.name: answers[f"tried{i}"]}, secret="secret")
         case = (problem.id, part.name, mistake, verdict.judgement.outcome, code)
         assert verdict.judgement.outcome in (Outcome.WRONG, Outcome.PARTIAL, Outcome.MISSING), case
         assert verdict.points is not None and verdict.points < verdict.max_points, case
