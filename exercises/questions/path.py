@@ -66,8 +66,7 @@ class WeldingLine(Configuration):
         q = self.compute_joint_values(chain, sp.sympify(s))
         distance = line.arm.evaluate_number(sp.sympify(s))
         jacobian = line.arm.task_jacobian(q)
-        values_and_joints = zip(q, chain.joints, strict=True)
-        joints = [PRECISE_CONTEXT.degrees(v) if joint.is_revolute else v for v, joint in values_and_joints]
+        joints = [PRECISE_CONTEXT.degrees(v) if j.is_revolute else v for v, j in zip(q, chain.joints, strict=True)]
         sigma = PRECISE_CONTEXT.svd_r(PRECISE_CONTEXT.matrix(jacobian), compute_uv=False)
         return ResultsAtPoint(
             s=sp.Float(PRECISE_CONTEXT.nstr(distance, 5), 10),

@@ -317,9 +317,8 @@ def _iterate_meanings(chain: Chain, branches: Sequence[Branch]) -> Iterator[tupl
 def _find_meaning_objection(chain: Chain) -> str | None:
     if objection := find_singularity_objection(chain):
         return objection
-    if next(_iterate_meanings(chain, geometry.match_branches(chain)), None) is None:
-        return "its singular configurations have no common feature that you can see in a drawing"
-    return None
+    has_meaning = next(_iterate_meanings(chain, geometry.match_branches(chain)), None) is not None
+    return None if has_meaning else "its singular configurations have no common feature that you can see in a drawing"
 
 
 class MeaningOption(NamedTuple):

@@ -100,10 +100,8 @@ class MinorDetails(Details):
 
 
 def _make_minor_details(chain: Chain, rng: Stream) -> MinorDetails:
-    return MinorDetails(
-        shared_factors=_find_shared_factors(chain),
-        squares=tuple(_substitute_numbers(chain, quotient) ** 2 for quotient in _factor_minors_of(chain).quotients),
-    )
+    squares = tuple(_substitute_numbers(chain, quotient) ** 2 for quotient in _factor_minors_of(chain).quotients)
+    return MinorDetails(shared_factors=_find_shared_factors(chain), squares=squares)
 
 
 def _find_shared_factors(chain: Chain) -> sp.Expr:
