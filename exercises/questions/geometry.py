@@ -298,7 +298,9 @@ def match_branches(chain: Chain) -> tuple[Branch, ...]:
             branches.append(Branch(component, of_structure))
         for values in component.value_combinations():
             same_values = (v for v in of_structure.value_combinations() if _are_same_values(chain, values, v))
-            branches += [Branch(component.at(values), of_structure.at(v)) for v in islice(same_values, 1)]
+            branches += [
+                Branch(component.restrict_to(values), of_structure.restrict_to(v)) for v in islice(same_values, 1)
+            ]
     return tuple(branches)
 
 

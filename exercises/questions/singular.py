@@ -91,7 +91,7 @@ def find_components_with(chain: Chain, configurations: ConfigurationsOfOneKind) 
         elif component.solutions is not None:
             values = tuple((q, configurations.joints[q]) for q, _ in component.solutions)
             if values in component.value_combinations():
-                components.append((component, component.at(values)))
+                components.append((component, component.restrict_to(values)))
     return components
 
 

@@ -321,7 +321,14 @@ class QuestionMaker:
     # --- whether it can be asked ---
 
     def find_objection(self, chain: Chain) -> str | None:
-        """Return why the question can't be asked of an arm, or None."""
+        """Return why the question can't be asked of an arm, or None.
+
+        A number at random values is sampled for the symbolic arm, once for all arms of a class.
+        """
+        given = self.definition.given
+        is_random = bool(given) and all(value.kind or value.name in GIVEN_GROUPS for value in given)
+        if is_random and self.formulas and not self.names_arm_symbols(chain):
+            return _find_objection(self.definition, symbolic_arm_of(chain).chain)
         return _find_objection(self.definition, chain)
 
     def check(self, chain: Chain) -> str | None:

@@ -326,7 +326,7 @@ def test_what_a_killed_run_had_begun_is_removed_and_what_another_writes_is_not(r
         of_the_first / ".hw.ipynb.1ra2d1o5.tmp",
         released / "released" / "s002" / ".hw.ipynb.abcd_f_8.tmp",
         released / "certificates" / "s002" / ".hw.json.00000000.tmp",
-        _begun_beside(store_path(load_assignment(released), "s001")),
+        _begun_beside(store_path(released, "s001")),
     ]
     names = (".other.ipynb.1ra2d1o5.tmp", "hw.ipynb.1ra2d1o5.tmp", ".hw.ipynb.swp.tmp")
     strange = [*(of_the_first / name for name in names), released / "submitted" / ".hw.ipynb.1ra2d1o5.tmp"]
@@ -349,7 +349,7 @@ def test_what_a_killed_run_had_begun_is_removed_and_what_another_writes_is_not(r
 def test_what_a_dead_worker_had_begun_is_gone_when_the_run_is_over(folder: Path) -> None:
     (folder / "assignment.toml").write_text(TOML)
     assignment = load_assignment(folder)
-    paths = [notebook_path(assignment, "s002", "solutions"), store_path(assignment, "s001")]
+    paths = [notebook_path(assignment, "s002", "solutions"), store_path(assignment.folder, "s001")]
 
     def a_worker_dies(told: ReleaseResult) -> None:
         for path in paths:

@@ -42,7 +42,7 @@ def made(tmp_path_factory: pytest.TempPathFactory) -> Assignment:
 
 
 def file_of(assignment: Assignment, student: str) -> Path:
-    return store.store_path(assignment, student)
+    return store.store_path(assignment.folder, student)
 
 
 def test_problems_and_figures_are_kept_and_the_same(made: Assignment) -> None:

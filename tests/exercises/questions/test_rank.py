@@ -57,7 +57,7 @@ def test_lost_direction_of_the_chapters_arms(textbook_arms: dict[str, Any]) -> N
     for name, vector in expected.items():
         generic = symbolic_arm_of(textbook_arms[name].chain).chain
         component = (singular_set(generic) or ())[0]
-        formula = lost_direction_formula(generic, component.at(component.value_combinations()[0]))
+        formula = lost_direction_formula(generic, component.restrict_to(component.value_combinations()[0]))
         assert formula is not None
         assert formula.direction == sp.Matrix(vector)
 
