@@ -63,7 +63,7 @@ const lessons: readonly LinkedLesson[] = [
 ];
 
 /** The key of a link's error; "" if the link makes a round. */
-function saidOf(search: string): string {
+function errorKeyOf(search: string): string {
   const link = readLink(search, LANGUAGES);
   if ("key" in link) return link.key;
   const round = roundOf(link, INDEX, lessons);
@@ -116,7 +116,7 @@ test.each([
   ["?embed=1&seed=a&lesson=columns&n=3", ""],
   ["?seed=a&lesson=columns&arm=scara&n=3", ""],
 ])("%s: %s", (search, key) => {
-  expect(saidOf(search)).toBe(key);
+  expect(errorKeyOf(search)).toBe(key);
 });
 
 test("the last try is the last one that can earn points", () => {
