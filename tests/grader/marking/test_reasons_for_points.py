@@ -4,6 +4,7 @@ from qdot.exercises.generation import generate
 from qdot.exercises.problem.problem import ProblemId
 from qdot.grader.judging.verdict import Verdict
 from qdot.grader.marking.marking import mark
+from qdot.grader.reports.feedback_levels import remove_numbers
 
 QUESTIONS = ("position", "jacobian", "determinant")
 RELATIVE_POSITION = "[a1*cos(theta1) + a2*cos(theta2), a1*sin(theta1) + a2*sin(theta2)]"
@@ -32,3 +33,9 @@ def test_a_mistake_that_can_be_made_anywhere_refers_to_the_question() -> None:
     position = "[a1*cos(theta1) + a2*cos(theta1 + theta2), -a1*sin(theta1) + a2*sin(theta1 + theta2)]"
     diagnosis = mark_answers(position=position)["position"].diagnosis
     assert diagnosis is not None and diagnosis.says.endswith("See (6.1).")
+
+
+def test_a_capital_letter_does_not_reveal_a_missing_configuration() -> None:
+    assert remove_numbers("Compared with the solution: A singular configuration is missing: theta2 = 0.5") == (
+        "Compared with the solution: A singular configuration is missing"
+    )
