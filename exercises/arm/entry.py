@@ -23,10 +23,8 @@ from qdot.exercises.formula.trees import Node, ParseError
 SUSPICIOUS_LENGTH = 20
 """A length above this limit (m) is probably meant in millimetres."""
 
-_MAX_CHARACTERS = 200
-"""Maximum number of characters of a formula."""
-_MAX_EXPONENT, _MAX_BASE = 20, 10**6
-"""Maximum exponent and maximum numeric base of a power."""
+_MAX_CHARACTERS, _MAX_EXPONENT, _MAX_BASE = 200, 20, 10**6
+"""Maximum number of characters of a formula, maximum exponent, and maximum numeric base of a power."""
 _MIN_MAGNITUDE, _MAX_MAGNITUDE = sp.Rational(1, 10**9), 10**6
 """Minimum and maximum absolute value of a nonzero number."""
 _OPERATIONS = {"+": operator.add, "-": operator.sub, "*": operator.mul, "/": operator.truediv}

@@ -155,7 +155,7 @@ class NumericChain:
     methods take many configurations at once, an array of shape (…, n).
 
     - `kinds`, `is_revolute`, `offsets`: the kind of each joint, whether the joint is revolute, and its joint offset.
-    - `fixed`: for each joint, the constant one of d and theta, and a and alpha.
+    - `fixed_entries`, `a`: the constant one of d and theta of each joint, and a of each joint.
     - `point_frame`, `offset`: the frame in which P is fixed, and the homogeneous coordinates of P in that frame (4).
     """
 
@@ -171,8 +171,8 @@ class NumericChain:
         self.kinds = tuple(joint.kind for joint in chain.joints)
         self.is_revolute = np.array([joint.is_revolute for joint in chain.joints])
         self.offsets = np.array([to_float(value) for value in chain.offsets])
-        self.fixed = [tuple(map(to_float, (joint.fixed_entry, joint.a, joint.alpha))) for joint in chain.joints]
-        self._fixed_entries, self._a, alpha = np.array(self.fixed).T
+        constants = [[*map(to_float, (joint.fixed_entry, joint.a, joint.alpha))] for joint in chain.joints]
+        self.fixed_entries, self.a, alpha = np.array(constants).T
         self._cos_sin_alpha = np.array([np.cos(alpha), np.sin(alpha)])
         self._convention = convention_of(chain)
         self._base_position = np.array([to_float(value) for value in self._convention.base.position])
@@ -189,7 +189,7 @@ class NumericChain:
         combined = copy(first_arm)
         if all(arm is first_arm for arm in arms):
             return combined
-        for name in ("offsets", "_fixed_entries", "_a", "offset", "base"):
+        for name in ("offsets", "fixed_entries", "a", "offset", "base"):
             setattr(combined, name, np.stack([getattr(arm, name) for arm in arms])[:, None])
         combined._cos_sin_alpha = np.stack([arm._cos_sin_alpha for arm in arms], axis=1)[:, :, None]
         return combined
@@ -201,9 +201,9 @@ class NumericChain:
         return changed
 
     def keep_first_joints(self, joint_count: int, offset: tuple[float, float, float]) -> "NumericChain":
-        """Return the arm of the first `count` joints; `offset` is its point of interest in its last frame."""
+        """Return the arm of the first `joint_count` joints; `offset` is its point of interest in its last frame."""
         shortened = copy(self)
-        for name in ("kinds", "is_revolute", "offsets", "fixed", "_fixed_entries", "_a"):
+        for name in ("kinds", "is_revolute", "offsets", "fixed_entries", "a"):
             setattr(shortened, name, getattr(self, name)[:joint_count])
         shortened._cos_sin_alpha = self._cos_sin_alpha[:, :joint_count]
         shortened.point_frame, shortened.offset = joint_count, np.array([*offset, 1.0])
@@ -214,22 +214,22 @@ class NumericChain:
         q = np.asarray(q, dtype=float)
         poses = np.empty((*q.shape[:-1], q.shape[-1] + 1, 4, 4))
         poses[..., 0, :, :] = self.base
-        steps = _pose(*self._theta_and_d(q), self._a, self._cos_sin_alpha)
+        steps = _pose(*self._theta_and_d(q), self.a, self._cos_sin_alpha)
         for i in range(q.shape[-1]):
             np.matmul(poses[..., i, :, :], steps[..., i, :, :], out=poses[..., i + 1, :, :])
         return poses
 
     def convention_frames(self, frames: np.ndarray) -> np.ndarray:
         """Return the poses of the convention's frames, given the poses of the standard frames from `frames`."""
-        corners = frames[..., 1:, :3, 3] - self._a[:, None] * frames[..., 1:, :3, 0]
+        corners = frames[..., 1:, :3, 3] - self.a[:, None] * frames[..., 1:, :3, 0]
         return self._convention.convert_standard_frames(frames, corners, self._base_position)
 
     def _theta_and_d(self, q: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
         """Return theta and d of every row of the table, shape (…, n); constant entries may have shape (n)."""
         variable_entries = q + self.offsets
         if self.is_revolute.all():
-            return variable_entries, self._fixed_entries
-        pairs = (variable_entries, self._fixed_entries), (self._fixed_entries, variable_entries)
+            return variable_entries, self.fixed_entries
+        pairs = (variable_entries, self.fixed_entries), (self.fixed_entries, variable_entries)
         theta, d = (np.where(self.is_revolute, *pair) for pair in pairs)
         return theta, d
 

@@ -230,7 +230,8 @@ def release_notebooks(
     """
     students = [student.id for student in assignment.roster]
     paths = [notebook_path(assignment, student, kind) for student in students for kind in NOTEBOOK_FOLDERS]
-    paths += [find_path(assignment, student) for student in students for find_path in (certificate_path, store_path)]
+    paths += [certificate_path(assignment, student) for student in students]
+    paths += [store_path(assignment.folder, student) for student in students]
     with clean_up_after([*paths, assignment.folder / REPLACEMENTS_FILE]), sync_disks_after():
         while students:
             waiting_students: list[str] = []

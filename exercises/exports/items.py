@@ -26,14 +26,8 @@ from qdot.exercises.problem.problem import Part, Problem
 from qdot.exercises.reference_answers import LETTERS, TRUE_FALSE, Matching, Number, Selection, Words
 from qdot.exercises.short_questions import ALL_QUESTIONS, question_of
 from qdot.exercises.short_questions.options import list_blames
+from qdot.exercises.writing import problem_texts
 from qdot.exercises.writing.latex import tex
-from qdot.exercises.writing.problem_texts import (
-    write_hints,
-    write_option,
-    write_prompt,
-    write_solution,
-    write_statement,
-)
 from qdot.exercises.writing.render import render
 
 MAX_WRONG_VALUES = 6
@@ -250,10 +244,10 @@ def _make_item(request: ExportRequest, slot: Slot, problem: Problem, part: Part)
     title = question_of(part).title
     figure = draw_prompt_figure(problem, part, part.name)
     figures = () if figure is None else (figure,)
-    body = (draw_arm(problem), write_statement(problem, "", explains_typing=False), *figures, question)
+    body = (draw_arm(problem), problem_texts.write_statement(problem, "", explains_typing=False), *figures, question)
     category = ItemCategory(request.assignment.title, f"{slot.name} {slot.family.name}", title)
     solution = _write_solution(problem, part, numeric_part)
-    item_hints = write_hints(problem, part) if request.assignment.hints else ()
+    item_hints = problem_texts.write_hints(problem, part) if request.assignment.hints else ()
     item = QuizItem(part.name, title, category, body, form, part.points, solution, item_hints)
     if numeric_part is None or not isinstance(form, NumberForm) or len(form.fields) == 1:
         return item
@@ -295,14 +289,14 @@ _TYPING_PHRASES = (
 
 def write_question_alone(problem: Problem, part: Part) -> str:
     """Return a prompt without its options and without the line that says how to type the answer."""
-    return _ANSWER.sub("", _OPTION.sub("", write_prompt(problem, part))).strip()
+    return _ANSWER.sub("", _OPTION.sub("", problem_texts.write_prompt(problem, part))).strip()
 
 
 def list_entry_labels(problem: Problem, part: Part, shape: tuple[int, ...]) -> tuple[str, ...]:
     """Return the LaTeX labels of the entries of an answer with a given shape, row by row."""
     chain, question, count = problem.chain, question_of(part), int(np.prod(shape))
-    names_to_type = (tex(sp.Symbol(name), chain) for name in question.names_to_type(chain))
-    entry_names = tuple(question.entry_names(chain, part) or names_to_type)
+    names_to_type = (tex(sp.Symbol(name), chain) for name in question.list_labels(chain))
+    entry_names = tuple(question.name_entries(chain, part) or names_to_type)
     if len(entry_names) == count:
         return entry_names
     return tuple(f"({index // shape[1] + 1}, {index % shape[1] + 1})" for index in range(count))
@@ -311,7 +305,7 @@ def list_entry_labels(problem: Problem, part: Part, shape: tuple[int, ...]) -> t
 def _make_option_form(problem: Problem, part: Part, explains_mistakes: bool) -> ChoiceForm | MatchingForm:
     """Return the options of an answer as a choice, or as stems and options to match."""
     answer = part.answer
-    texts = [write_option(problem, part, index) for index in range(len(answer.offered_options))]
+    texts = [problem_texts.write_option(problem, part, index) for index in range(len(answer.offered_options))]
     if isinstance(answer, Matching):
         correct_options = [len(answer.items)] * len(texts)  # the option "no joint", unless an item belongs to the text
         for item_index, text_index in enumerate(answer.correct):
@@ -329,7 +323,7 @@ def _make_option_form(problem: Problem, part: Part, explains_mistakes: bool) -> 
 
 
 def _write_solution(problem: Problem, part: Part, numeric_part: NumericPart | None) -> tuple[str | Picture, ...]:
-    text = write_solution(problem, part)
+    text = problem_texts.write_solution(problem, part)
     if numeric_part is not None and (numeric_part.given_values is not None or numeric_part.unit_entry is not None):
         rows = [[f"{value:.4g}" for value in row] for row in numeric_part.values]
         text += "\n" + render("exports/solution.md.j2", rows=rows)
@@ -393,7 +387,7 @@ def _write_numeric_question(
     problem: Problem, part: Part, numeric_part: NumericPart, fields: tuple[NumberField, ...], entry_count: int
 ) -> str:
     """Return the question that asks for some fields of an answer with `entry_count` entries."""
-    text = write_prompt(problem, part)
+    text = problem_texts.write_prompt(problem, part)
     answer_line = _ANSWER.search(text)
     convention = "" if answer_line is None or part.type in ("expression", "direction") else answer_line[1].strip()
     for pattern, replacement in _TYPING_PHRASES:

@@ -27,14 +27,7 @@ from qdot.exercises.mistakes.configurations import sample_configurations
 from qdot.exercises.problem.problem import Part, Problem, ResultChoiceDetails
 from qdot.exercises.questions.results import compute_answer, is_derived
 from qdot.exercises.reference_answers import ConditionSet, Number
-from qdot.exercises.short_questions import question_of
-from qdot.exercises.short_questions.wrong_formulas import (
-    MAX_JOINTS_FOR_MINORS,
-    NOT_A_NUMBER,
-    derive_simplified_formulas,
-    have_different_values,
-    tidy_entry,
-)
+from qdot.exercises.short_questions import question_of, wrong_formulas
 from qdot.exercises.singularities import classification
 from qdot.exercises.singularities.singular_set import Component
 
@@ -97,7 +90,9 @@ def _select_distinct(correct: np.ndarray, predictions: Iterable[PredictedAnswer]
         answer = wrong.answer
         if wrong.mistake.name in mistake_names or answer.shape != correct.shape or not np.isfinite(answer).all():
             continue
-        is_new = all(have_different_values(answer, earlier_answer) for earlier_answer in accepted_answers)
+        is_new = all(
+            wrong_formulas.have_different_values(answer, earlier_answer) for earlier_answer in accepted_answers
+        )
         if is_new and np.abs(answer).max() > ZERO_TOLERANCE:
             accepted_answers.append(answer)
             mistake_names.add(wrong.mistake.name)
@@ -139,14 +134,16 @@ def _derive_wrong_formulas(question: _StructureQuestion, index: int) -> sp.Matri
     `index` is the index of the mistake's numeric wrong answer.
     """
     chain, part = question.chain, question.part
-    if chain.n > MAX_JOINTS_FOR_MINORS and question_of(part).is_made_of_minors:
+    if chain.n > wrong_formulas.MAX_JOINTS_FOR_MINORS and question_of(part).is_made_of_minors:
         return None  # the derivation would take minutes
     mistakes = dict(_find_numeric_wrong_answers(question)[index].stages.changes)
-    formulas = to_sympy_matrix(compute_answer(derive_simplified_formulas(chain).with_mistakes(mistakes), part))
-    if formulas.has(*NOT_A_NUMBER) or len(str(formulas.tolist())) > MAX_UNSIMPLIFIED_CHARACTERS:
+    formulas = to_sympy_matrix(
+        compute_answer(wrong_formulas.derive_simplified_formulas(chain).with_mistakes(mistakes), part)
+    )
+    if formulas.has(*wrong_formulas.NOT_A_NUMBER) or len(str(formulas.tolist())) > MAX_UNSIMPLIFIED_CHARACTERS:
         return None
     try:
-        return formulas.applyfunc(tidy_entry)
+        return formulas.applyfunc(wrong_formulas.tidy_entry)
     except (TypeError, ValueError, BasePolynomialError):  # the formula is not a trigonometric polynomial
         return None
 

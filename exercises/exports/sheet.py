@@ -7,12 +7,7 @@ from contextlib import closing
 from dataclasses import dataclass, replace
 from functools import partial
 
-from qdot.exercises.assignment.certified_problems import (
-    FailedSlot,
-    certify_with,
-    generate_student_problems,
-    record_replacements,
-)
+from qdot.exercises.assignment import certified_problems
 from qdot.exercises.assignment.replacements import Replacement
 from qdot.exercises.common.parallel import map_in_order, return_state
 from qdot.exercises.exports.bank import iterate_bank
@@ -142,7 +137,7 @@ class _SheetTask:
     problems: tuple[Problem, ...] | None = None
 
 
-_SheetResult = tuple[Sheet | None, Mapping[str, Replacement], tuple[FailedSlot, ...]]
+_SheetResult = tuple[Sheet | None, Mapping[str, Replacement], tuple[certified_problems.FailedSlot, ...]]
 """A sheet (None if a slot failed), the replaced problems that are not recorded yet, and the failed slots."""
 
 
@@ -159,7 +154,7 @@ def make_sheets(request: ExportRequest) -> Generator[Sheet, None, None]:
             for failure in failed_slots:
                 request.on_left_out(failure)
             if replacements:  # must be recorded before anybody gets the sheet
-                assignment = record_replacements(assignment, task.student, replacements)
+                assignment = certified_problems.record_replacements(assignment, task.student, replacements)
             if sheet is not None:
                 yield sheet
 
@@ -178,8 +173,8 @@ def _list_versions(request: ExportRequest) -> list[_SheetTask]:
 def _make_sheet(request: ExportRequest, task: _SheetTask) -> _SheetResult:
     problems, replacements = task.problems, dict[str, Replacement]()
     if problems is None:
-        certify = partial(certify_with, request.find_failures)
-        student_problems = generate_student_problems(request.assignment, task.student, certify)
+        certify = partial(certified_problems.certify_with, request.find_failures)
+        student_problems = certified_problems.generate_student_problems(request.assignment, task.student, certify)
         if student_problems.failed_slots:
             return None, {}, student_problems.failed_slots
         problems = tuple(certified.problem for certified in student_problems.certified.values())

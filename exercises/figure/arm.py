@@ -74,9 +74,10 @@ class Scene:
 
     def is_glyph_beside_link(self, i: int) -> bool:
         """Return whether the glyph of joint i is neither on the link along the joint's axis nor at the origin."""
-        start, glyph_position = self.skeleton.origins[i - 1], self.glyph_positions[i - 1]
-        distance_along_axis, link = float((glyph_position - start) @ self.axis(i)), self.skeleton.corners[i - 1] - start
-        share = distance_along_axis / float(link @ self.axis(i)) if _is_movable(self.skeleton, i - 1) else np.inf
+        start, axis = self.skeleton.origins[i - 1], self.axis(i)
+        distance_along_axis = float((self.glyph_positions[i - 1] - start) @ axis)
+        link = self.skeleton.corners[i - 1] - start
+        share = distance_along_axis / float(link @ axis) if _is_movable(self.skeleton, i - 1) else np.inf
         return abs(distance_along_axis) > 1e-9 and not 0.0 <= share <= 1.0
 
 
@@ -129,7 +130,7 @@ def _find_free_position(skeleton: Skeleton, view: View, i: int, taken_positions:
             distance, steps = GLYPH_DISTANCE_WITHOUT_LINKS, steps if i == 0 else [1.0, 0.5, -1.0, -0.5, 2.0]
         candidates += [origin + step * distance / view.scale * z for step in steps]
         if i == 0 and _shares_origin(skeleton):
-            candidates = candidates[4:]
+            candidates = candidates[4:]  # without the candidates on the link, which has no length
     for candidate in candidates:
         pixel = view.to_pixels(candidate)
         if all(math.dist(pixel, view.to_pixels(position)) >= GLYPH_DISTANCE - 3 for position in taken_positions):
@@ -192,15 +193,15 @@ def _label_length(view: View, start: np.ndarray, end: np.ndarray, lettering: Let
     return [LabelRequest(lettering, list_anchors_beside(*view.to_pixel_path([start, end])), gap=8.0, rank=1)]
 
 
-def list_anchors_beside(first: Vector2D, second: Vector2D) -> tuple[tuple[Vector2D, Vector2D], ...]:
+def list_anchors_beside(start: Vector2D, end: Vector2D) -> tuple[tuple[Vector2D, Vector2D], ...]:
     """Return points along a drawn line at which a label can be placed, each with a direction to one of its sides."""
-    dx, dy = second[0] - first[0], second[1] - first[1]
+    dx, dy = end[0] - start[0], end[1] - start[1]
     size = max(math.hypot(dx, dy), 1e-9)
     first_side = (dy / size, -dx / size)
     second_side = (-first_side[0], -first_side[1])
     if (round(first_side[1], 3), round(first_side[0], 3)) > (0.0, 0.0):
         first_side, second_side = second_side, first_side
-    points = [(first[0] + share * dx, first[1] + share * dy) for share in (0.5, 0.65, 0.35, 0.8, 0.2)]
+    points = [(start[0] + share * dx, start[1] + share * dy) for share in (0.5, 0.65, 0.35, 0.8, 0.2)]
     return tuple((point, side) for point in points for side in (first_side, second_side))
 
 
@@ -287,13 +288,13 @@ def draw_arc(
     view: View, center: np.ndarray, xy: tuple[np.ndarray, np.ndarray], angle: float, radius: float, lettering: Lettering
 ) -> Drawing:
     """Return an arc with an arrowhead from x towards y about a centre, and its label outside; radius in pixels."""
-    count = max(8, int(abs(angle) * 12 + 1e-6))
-    arc_angles = angle * np.arange(count + 1)[:, None] / count
+    segment_count = max(8, int(abs(angle) * 12 + 1e-6))
+    arc_angles = angle * np.arange(segment_count + 1)[:, None] / segment_count
     points = view.to_pixel_path(center + unit_vector_at(*xy, arc_angles) * radius / view.scale)
     outward = [unit_vector_at(*xy, share * angle) for share in (0.5, 0.35, 0.65, 0.2, 0.8)]
     arc_points = view.to_pixel_path([center + vector * radius / view.scale for vector in outward])
     anchors = tuple(zip(arc_points, map(view.to_drawn_direction, outward), strict=True))
-    further_points = points[:: max(1, count // 8)]
+    further_points = points[:: max(1, segment_count // 8)]
     request = LabelRequest(lettering, anchors, "angle", gap=4.0, kind="angle", further_points=further_points)
     return Drawing(draw_line_with_arrowhead(points, "arc", 7.0), (request,))
 
@@ -310,12 +311,13 @@ def _draw_joint_length(scene: Scene, i: int) -> Drawing:
 def draw_dimension(scene: Scene, start: np.ndarray, end: np.ndarray, label: Lettering, distance: float) -> Drawing:
     """Return a dimension line for two points (3, m), `distance` pixels from them, on the side away from the arm."""
     view, side = scene.view, _find_free_side(scene, start, end) / scene.view.scale
-    first, second = view.to_pixel_path([point + side * distance for point in (start, end)])
-    middle = ((first[0] + second[0]) / 2, (first[1] + second[1]) / 2)
+    line = view.to_pixel_path([point + side * distance for point in (start, end)])
+    (x0, y0), (x1, y1) = line
+    middle = ((x0 + x1) / 2, (y0 + y1) / 2)
     ends = [[point + side * 6.0, point + side * (distance + 5.0)] for point in (start, end)]
     lines = tuple(Polyline(view.to_pixel_path(pair), "extension") for pair in ends)
-    arrows = [arrow for end in (first, second) for arrow in draw_line_with_arrowhead((middle, end), "dimension", 7.0)]
-    anchors = tuple((point, view.to_drawn_direction(side)) for point, _ in list_anchors_beside(first, second)[::2])
+    arrows = [arrow for line_end in line for arrow in draw_line_with_arrowhead((middle, line_end), "dimension", 7.0)]
+    anchors = tuple((point, view.to_drawn_direction(side)) for point, _ in list_anchors_beside(*line)[::2])
     return Drawing((*lines, *arrows), (LabelRequest(label, anchors, gap=4.0),))
 
 
@@ -324,7 +326,7 @@ def _find_free_side(scene: Scene, start: np.ndarray, end: np.ndarray) -> np.ndar
     toward_reader = scene.view.axes[2]
     side = np.cross(toward_reader, end - start)
     if np.linalg.norm(side) < 1e-9:
-        side = find_perpendicular_vectors(toward_reader)[0]
+        side, _ = find_perpendicular_vectors(toward_reader)
     side = side / np.linalg.norm(side)
     middle = np.mean(np.vstack([scene.skeleton.origins, scene.skeleton.corners]), axis=0)
     return np.asarray(-side if float(side @ (middle - start)) > 1e-9 else side)
@@ -339,9 +341,9 @@ def draw_links_and_joints(scene: Scene) -> Drawing:
     is_ground_in_front = not scene.is_planar and view.component_toward_reader(skeleton.frames[0, :3, 2]) < -1e-9
     drawing = Drawing() if is_ground_in_front else draw_ground(scene)
     for i in range(1, chain.n + 1):
-        along = view.component_toward_reader(skeleton.corners[i - 1] - skeleton.origins[i - 1])
+        depth_change = view.component_toward_reader(skeleton.corners[i - 1] - skeleton.origins[i - 1])
         joint, link = draw_joint(scene, i), draw_link(scene, i)
-        drawing += joint + link if along > 1e-9 and chain.joints[i - 1].is_revolute else link + joint
+        drawing += joint + link if depth_change > 1e-9 and chain.joints[i - 1].is_revolute else link + joint
         if i == chain.point.frame:
             drawing += draw_path_to_point(scene)
         if i == 1 and is_ground_in_front:

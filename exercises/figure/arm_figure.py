@@ -8,7 +8,7 @@ import textwrap
 from collections.abc import Iterable, Iterator, Mapping, Sequence
 from dataclasses import dataclass
 from functools import lru_cache, partial
-from typing import Any
+from typing import Any, NamedTuple
 
 import numpy as np
 
@@ -17,7 +17,7 @@ from qdot.exercises.arm.conventions import convention_of
 from qdot.exercises.figure import frames
 from qdot.exercises.figure.arm import draw_joint_variable, draw_links_and_joints, fit_drawing, make_scene
 from qdot.exercises.figure.labels import Layout
-from qdot.exercises.figure.lettering import FONT_SIZE, measure_lettering, write_upright
+from qdot.exercises.figure.lettering import FONT_SIZE, measure_width, write_upright
 from qdot.exercises.figure.model import make_model
 from qdot.exercises.figure.plane import choose_view, is_drawn_flat, with_exact_numbers
 from qdot.exercises.figure.pose import (
@@ -54,17 +54,16 @@ ABANDON_COST_LEAD = 0.2
 """A drawing is abandoned if it costs this much more than another drawing; costs are rounded to 0.1."""
 LABEL_ROUNDS = 3
 """How often the labels of the chosen pose are placed. From the second time on, each label avoids all other labels."""
-VIEWS_TRIED, CLEAR_LABEL_COST = 5, {True: 30.0, False: 16.0}
-"""Number of views that are tried for a spatial arm in a given pose, and maximum average cost of a label.
+VIEWS_TRIED = 5
+"""Number of views that are tried for a spatial arm in a given pose."""
+CLEAR_LABEL_COST = {True: 30.0, False: 16.0}
+"""Maximum average cost of a label; if the average cost is higher, the drawing gets fewer names.
 
-If the average cost is higher, the drawing gets fewer names. The maximum is higher in a flat drawing (True), because
-labels have more room and no arrow points towards the reader.
+The maximum is higher in a flat drawing (True), because labels have more room and no arrow points towards the reader.
 """
 BASE_DISTANCE_FACTORS = (1.0, 1.3, 1.6, 0.75, 2.0)
 """Factors for the base's distance from the world's origin, tried in turn while origins coincide in the drawing."""
 
-LabelledDrawing = tuple[Drawing, Layout]
-"""A drawing and the current layout of its labels."""
 Pose = tuple[tuple[str, float], ...]
 """A pose as a value that can be a key of a cache."""
 
@@ -74,12 +73,20 @@ PANEL_PERCENT, PANEL_GAP, LINE_HEIGHT, LETTER_WIDTH = 60, 12, 20, 8
 The sizes are the gap between small drawings, the height of a line of a caption, and the average width of a letter."""
 
 
+class LabelledDrawing(NamedTuple):
+    """A drawing and the current layout of its labels."""
+
+    drawing: Drawing
+    layout: Layout
+
+
 def find_figure_pose(chain: Chain) -> dict[str, float]:
     """Return the pose in which `draw_figure_svg` draws an arm by default."""
     home = {q.name: 0.0 for q in chain.q}
     if convention_of(chain).is_drawn_at_home:
         return home
-    entries, offsets = draw_with_labels(chain, None)[1], compute_table_entries(chain, home)
+    _, entries = draw_with_labels(chain, None)
+    offsets = compute_table_entries(chain, home)
     return {name: round(float(entry - offset), 9) for name, entry, offset in zip(home, entries, offsets, strict=True)}
 
 
@@ -117,7 +124,7 @@ def _draw_in_clearest_pose(chain: Chain) -> tuple[LabelledDrawing, np.ndarray]:
         cost = round(cost + order_cost, 1)  # rounded: a tie goes to the first on every machine
         if best is None or cost < best_cost:
             best_cost, best = cost, (labelled_drawing, entries)
-        good_cost = GOOD_LABEL_COST * (1 + order / 5) * len(labelled_drawing[0].labels)
+        good_cost = GOOD_LABEL_COST * (1 + order / 5) * len(labelled_drawing.drawing.labels)
         if best_cost <= max(good_cost, LATER_POSE_COST * (order + 1)):
             break
     assert best is not None
@@ -136,7 +143,7 @@ def _draw_in_given_pose(chain: Chain, entries: np.ndarray) -> LabelledDrawing:
                 best_cost, best = round(cost, 1), labelled_drawing
         assert best is not None
         clearest_drawing = best
-        if best_cost <= CLEAR_LABEL_COST[is_flat] * len(best[0].labels):
+        if best_cost <= CLEAR_LABEL_COST[is_flat] * len(best.drawing.labels):
             break
     return clearest_drawing
 
@@ -155,7 +162,8 @@ def draw_figure_svg(chain: Chain, name: str = "arm", pose: Mapping[str, float] |
 def _draw_cached_svg(chain: Chain, name: str, pose: Pose | None) -> str:
     """Return the figure as SVG; cached, because the staff's notebook and the store need it in quick succession."""
     description = describe_figure(chain, pose is not None and any(value for _, value in pose))
-    return _render("arm", name, make_title(chain), description, figure=draw_with_labels(chain, pose)[0])
+    figure, _ = draw_with_labels(chain, pose)
+    return _render("arm", name, make_title(chain), description, figure=figure)
 
 
 def _render(template: str, name: str, title: str, description: str, **content: Any) -> str:
@@ -189,12 +197,12 @@ def draw_singular_svg(chain: Chain, name: str = "singular", language: str = ENGL
 
     The text is empty for an arm without singular configurations or without regular configurations.
     """
-    panels, words = draw_singular_panels(chain, language), load_catalogue(language)
+    panels, catalogue = draw_singular_panels(chain, language), load_catalogue(language)
     if not panels.drawings:
         return ""
     captions = [caption for caption, _ in panels.drawings]
-    description = describe_panels(captions, panels.legend, panels.remark, words, panels.has_lost_direction)
-    title, remark = make_panels_title(chain, words), f"{panels.legend} {panels.remark}"
+    description = describe_panels(captions, panels.legend, panels.remark, panels.has_lost_direction, catalogue)
+    title, remark = make_panels_title(chain, catalogue), f"{panels.legend} {panels.remark}"
     return _render_panels(panels.drawings, remark, name, title, description)
 
 
@@ -203,7 +211,8 @@ def describe_part_figure(chain: Chain, part: Part) -> str:
     options = find_options_to_draw(chain, part)
     if options is None:
         return describe_figure(chain, is_posed=True)
-    return f"Configurations to choose from. {describe_options(options[1])}"
+    _, poses = options
+    return f"Configurations to choose from. {describe_options(poses)}"
 
 
 def draw_options_svg(chain: Chain, poses: Sequence[Mapping[str, float]], name: str = "options") -> str:
@@ -250,7 +259,7 @@ def _describe_pose(pose: Mapping[str, float]) -> str:
 
 def _render_panels(drawings: Sequence[tuple[str, Figure]], remark: str, name: str, title: str, description: str) -> str:
     """Return drawings with captions as one SVG element. It is as wide as an arm's figure, with labels of equal size."""
-    widest_caption = max(measure_lettering(write_upright(caption))[0] for caption, _ in drawings)
+    widest_caption = max(measure_width(write_upright(caption)) for caption, _ in drawings)
     columns, rows = choose_grid(len(drawings), widest_caption, WIDTH)
     panel_width, panel_height = (PANEL_PERCENT * length // 100 for length in PANEL_SIZE)
     row_height = panel_height + PANEL_GAP + LINE_HEIGHT
@@ -297,7 +306,8 @@ def _draw_and_label(
     world_cost, arm_cost, drawing = min(candidates, key=lambda candidate: candidate[0])
     layout = Layout(drawing.labels, drawing.shapes, (WIDTH, HEIGHT))
     is_complete = layout.place_all(max_cost + ABANDON_COST_LEAD - arm_cost - world_cost)
-    return (drawing, layout), layout.cost + arm_cost + world_cost if is_complete else math.inf
+    cost = layout.cost + arm_cost + world_cost if is_complete else math.inf
+    return LabelledDrawing(drawing, layout), cost
 
 
 def _draw_parts(chain: Chain, skeleton: Skeleton, is_sparse: bool, view: View) -> Drawing:

@@ -48,11 +48,11 @@ def draw_axes(scene: Scene) -> Drawing:
         if not is_shown or (i in scene.frames_without_x and (name == "x" or (name == "y" and scene.is_sparse))):
             continue
         key = tuple(map(round, (*(origin * view.scale / 2).tolist(), *(axis * 10).tolist())))
-        first, names = axes_by_position.get(key, ((origin, axis, name), ()))
+        axis_to_draw, names = axes_by_position.get(key, ((origin, axis, name), ()))
         comma = write_upright(", ") if names else ()
-        axes_by_position[key] = first, (*names, *comma, *write_with_index(name, str(i)))
+        axes_by_position[key] = axis_to_draw, (*names, *comma, *write_with_index(name, str(i)))
     axes = axes_by_position.values()
-    return sum((_draw_axis(view, *first, names, length) for first, names in axes), Drawing())
+    return sum((_draw_axis(view, *axis_to_draw, names, length) for axis_to_draw, names in axes), Drawing())
 
 
 def _draw_joint_axes(scene: Scene) -> Drawing:
@@ -78,9 +78,9 @@ def _draw_axis(
 ) -> Drawing:
     """Return an axis as an arrow of `length` pixels with a label; `name` selects the style of the axis."""
     end = origin + axis * length / view.scale
-    reach = view.to_pixel_path([origin + share * (end - origin) for share in (0.85, 0.7, 0.55)])
+    tip_points = view.to_pixel_path([origin + share * (end - origin) for share in (0.85, 0.7, 0.55)])
     anchors = make_anchors(view.to_pixels(end), view.to_drawn_direction(axis))
-    request = LabelRequest(lettering, anchors, name, gap=3.0, rank=2, kind="axis", further_points=reach)
+    request = LabelRequest(lettering, anchors, name, gap=3.0, rank=2, kind="axis", further_points=tip_points)
     return Drawing(draw_arrow(view, origin, end, f"axis-{name}"), (request,))
 
 
@@ -175,8 +175,8 @@ def draw_end_on_z_names(scene: Scene) -> Drawing:
     signs = [view.component_toward_reader(frame[:3, 2]) for frame in scene.frames]
     if not scene.is_planar or min(signs) > 0.9 or not scene.convention.frame_numbers:
         return Drawing()
-    labels, first = [], scene.convention.frame_on_axis(1)
-    for i in range(first, first + n) if min(map(abs, signs)) > 0.9 else range(first, n + 1):
+    labels, first_frame = [], scene.convention.frame_on_axis(1)
+    for i in range(first_frame, first_frame + n) if min(map(abs, signs)) > 0.9 else range(first_frame, n + 1):
         if abs(signs[i]) > 0.9:
             pixel = view.to_pixels(scene.frames[i, :3, 3])
             anchors = make_anchors(pixel, (-0.7, -0.7), (0.7, 0.7), (-0.7, 0.7), (0.7, -0.7))
@@ -193,7 +193,8 @@ def draw_world(scene: Scene) -> Drawing:
     base, name = convention.base, convention.fixed_frame
     if base.is_world and convention.frame_numbers:
         _, length = convention.step_to_standard_frame(0)
-        return Drawing() if length == 0 else _draw_leg(scene, scene.frames[0, :3, 3], scene.skeleton.origins[0], length)
+        ends = scene.frames[0, :3, 3], scene.skeleton.origins[0]
+        return Drawing() if length == 0 else _draw_position_line(scene, *ends, length)
     origin, corner, base_origin = np.zeros(3), np.zeros(3), scene.frames[0, :3, 3]
     is_apart = float(np.linalg.norm(base_origin)) * view.scale > 1.0
     axis_length = AXIS_LENGTH[scene.is_planar] + (0.0 if is_apart else 18.0)
@@ -208,7 +209,7 @@ def draw_world(scene: Scene) -> Drawing:
         if length != 0 and not scene.is_sparse and _is_along_first_link(scene, k):
             drawing += draw_dimension(scene, corner, end, write_length(length), 46.0)
         elif length != 0:
-            drawing += _draw_leg(scene, corner, end, length)
+            drawing += _draw_position_line(scene, corner, end, length)
         corner = end
     if is_apart:
         anchors = make_anchors(view.to_pixels(origin), (-0.7, 0.7), (0.7, 0.7))
@@ -216,7 +217,7 @@ def draw_world(scene: Scene) -> Drawing:
     return drawing + _draw_base_yaw(scene, is_apart) if convention.frame_numbers else drawing
 
 
-def _draw_leg(scene: Scene, start: np.ndarray, end: np.ndarray, length: sp.Expr) -> Drawing:
+def _draw_position_line(scene: Scene, start: np.ndarray, end: np.ndarray, length: sp.Expr) -> Drawing:
     """Return a dashed line between two points (3, m), labelled with its length unless the drawing is sparse."""
     ends = scene.view.to_pixel_path([start, end])
     label = LabelRequest(write_length(length), list_anchors_beside(*ends), "text", gap=4.0, rank=1)
@@ -225,8 +226,9 @@ def _draw_leg(scene: Scene, start: np.ndarray, end: np.ndarray, length: sp.Expr)
 
 def _is_along_first_link(scene: Scene, k: int) -> bool:
     """Return whether the dashed line along axis k of the world frame ends at O_0 and the first link continues it."""
-    later_lengths, link = scene.convention.base.position[k + 1 :], scene.skeleton.corners[0] - scene.skeleton.origins[0]
-    return not any(later_lengths) and abs(float(link[k])) > 0.99 * float(np.linalg.norm(link)) > 0
+    link = scene.skeleton.corners[0] - scene.skeleton.origins[0]
+    ends_at_base = not any(scene.convention.base.position[k + 1 :])
+    return ends_at_base and abs(float(link[k])) > 0.99 * float(np.linalg.norm(link)) > 0
 
 
 def _draw_base_yaw(scene: Scene, is_apart: bool) -> Drawing:

@@ -25,7 +25,7 @@ class Layout:
         self._requests = requests
         self._places: list[LabelPlaces] = []
         for i, request in enumerate(requests):
-            same_kind = (k for k, another in enumerate(requests) if another.kind == request.kind and k != i)
+            same_kind = (k for k, other_request in enumerate(requests) if other_request.kind == request.kind and k != i)
             rivals = [point for k in same_kind for point in points_by_request[k]]
             self._places.append(LabelPlaces(request, rivals, ink, size))
         self._order = sorted(range(len(requests)), key=lambda k: requests[k].rank)
@@ -45,7 +45,7 @@ class Layout:
             leaders = {k: line.shape for k, line in self._leaders.items()}
             if self._last_surroundings.get(i) != (boxes, leaders):
                 obstacles = list(boxes.values()), list(self._leaders.values())
-                best_place = self._places[i].find_best(*obstacles, max_cost - self.cost)
+                best_place = self._places[i].find_best_place(*obstacles, max_cost - self.cost)
                 if best_place is None:
                     return False
                 self._boxes[i], self._costs[i] = best_place
@@ -63,7 +63,7 @@ class Layout:
         box = left, top, right, bottom = self._boxes[i]
         if not self._places[i].needs_leader(box):
             return None
-        x, y = self._places[i].find_nearest_point(box)[1]
+        _, (x, y) = self._places[i].find_nearest_point(box)
         u, v = min(max(x, left), right), min(max(y, top + 2), bottom - 2)
         share = max(0.0, 1.0 - 2.5 / max(math.hypot(x - u, y - v), 1e-9))
         return LeaderLine(Polyline(((u, v), (u + (x - u) * share, v + (y - v) * share)), "leader"))
@@ -80,7 +80,7 @@ class Layout:
         for i in self._order:
             box, request = self._boxes[i], self._requests[i]
             middle, baseline = (box[0] + box[2]) / 2, (box[1] + box[3]) / 2 + 0.27 * FONT_SIZE
-            named_point = self._places[i].find_nearest_point(box)[1]
+            _, named_point = self._places[i].find_nearest_point(box)
             texts.append(Text(middle, baseline, make_font_runs(request.lettering), request.style, box, named_point))
         return tuple(texts)
 

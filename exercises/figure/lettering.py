@@ -66,8 +66,8 @@ def write_sign_and_rest(expression: sp.Expr, is_angle: bool) -> tuple[str, Lette
     if isinstance(size, sp.Add):
         runs: Lettering = ()
         for number, term in enumerate(size.as_ordered_terms()):
-            inner, letters = write_sign_and_rest(term, is_angle)
-            sign_text = f" {inner} " if number else inner.strip("+")
+            term_sign, letters = write_sign_and_rest(term, is_angle)
+            sign_text = f" {term_sign} " if number else term_sign.strip("+")
             runs += (*(write_upright(sign_text) if sign_text else ()), *letters)
         return sign, runs
     return sign, write_upright(str(size))
@@ -82,7 +82,8 @@ def format_decimal(number: sp.Expr) -> str:
 @lru_cache(maxsize=4096)
 def write_length(expression: sp.Expr) -> Lettering:
     """Return the lettering of a length beside a drawn line, without its sign."""
-    return write_sign_and_rest(expression, is_angle=False)[1]
+    _, lettering = write_sign_and_rest(expression, is_angle=False)
+    return lettering
 
 
 @lru_cache(maxsize=4096)
@@ -110,13 +111,17 @@ def _scale_letters(text: str, is_subscript: bool) -> float:
     return SUBSCRIPT_SCALE if is_subscript else SMALL_LETTER_SCALE.get(text, 1.0)
 
 
+LETTERING_HEIGHT = FONT_SIZE * 1.16
+"""An upper estimate of the height (pixels) of lettering in any serif font."""
+
+
 @lru_cache(maxsize=4096)
-def measure_lettering(lettering: Lettering) -> tuple[float, float]:
-    """Return an upper estimate of the width and the height (pixels) of some lettering in any serif font."""
+def measure_width(lettering: Lettering) -> float:
+    """Return an upper estimate of the width (pixels) of some lettering in any serif font."""
     narrow_letters, wide_letters = set(" .,1iljt°"), set("mwMWOθ=+−ωφψ")
     width = 0.0
     for text, _, is_subscript in lettering:
         for letter in text:
             share = 0.34 if letter in narrow_letters else 0.74 if letter in wide_letters else 0.56
             width += share * FONT_SIZE * _scale_letters(text, is_subscript)
-    return width + 2.0, FONT_SIZE * 1.16
+    return width + 2.0

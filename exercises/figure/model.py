@@ -17,7 +17,7 @@ from qdot.exercises.figure.lettering import (
     FontRun,
     Lettering,
     make_font_runs,
-    measure_lettering,
+    measure_width,
     write_joint_variable,
     write_length,
 )
@@ -137,5 +137,5 @@ def _map_offset(q: sp.Symbol, offset: sp.Expr, is_revolute: bool, lettering: Let
     return model_offset
 
 
-def _is_wider(first: Lettering, second: Lettering) -> bool:
-    return measure_lettering(first)[0] > measure_lettering(second)[0]
+def _is_wider(lettering: Lettering, other_lettering: Lettering) -> bool:
+    return measure_width(lettering) > measure_width(other_lettering)

@@ -11,7 +11,7 @@ from itertools import pairwise
 
 import numpy as np
 
-from qdot.exercises.figure.lettering import Lettering, measure_lettering
+from qdot.exercises.figure.lettering import LETTERING_HEIGHT, Lettering, measure_width
 from qdot.exercises.figure.shapes import Box, Circle, Polyline, Shape, Vector2D, list_outlines
 
 PLACE_ANGLES = tuple(sorted(range(-160, 181, 20), key=abs))
@@ -137,9 +137,8 @@ class LeaderLine(InkPoints):
         self.shape = shape
         self.start, self.end = (x0, y0), (x1, y1) = shape.points
         self._points = [(x0 + k / 16 * (x1 - x0), y0 + k / 16 * (y1 - y0)) for k in range(17)]
-        low, high = (min(x0, x1), min(y0, y1)), (max(x0, x1), max(y0, y1))
         r = THIN_HALF_WIDTH
-        self._bounds = low[0] - r, low[1] - r, high[0] + r, high[1] + r
+        self._bounds = min(x0, x1) - r, min(y0, y1) - r, max(x0, x1) + r, max(y0, y1) + r
 
     def is_near(self, box: Box) -> bool:
         """Return whether the line may pass through a box."""
@@ -157,10 +156,10 @@ class LeaderLine(InkPoints):
         return has_ends_on_both_sides and _lie_on_both_sides(self.start, self.end, start, end)
 
 
-def _lie_on_both_sides(start: Vector2D, end: Vector2D, first: Vector2D, second: Vector2D) -> bool:
+def _lie_on_both_sides(start: Vector2D, end: Vector2D, point: Vector2D, other_point: Vector2D) -> bool:
     """Return whether two points lie clearly on different sides of the line through `start` and `end`."""
-    first_side, second_side = _compute_side(start, end, first), _compute_side(start, end, second)
-    return (first_side < 0 < second_side) or (second_side < 0 < first_side)
+    side, other_side = _compute_side(start, end, point), _compute_side(start, end, other_point)
+    return (side < 0 < other_side) or (other_side < 0 < side)
 
 
 def _compute_side(start: Vector2D, end: Vector2D, point: Vector2D) -> int:
@@ -202,17 +201,17 @@ class LabelPlaces:
 
     def __init__(self, request: LabelRequest, rivals: Sequence[Vector2D], ink: InkPoints, size: Vector2D) -> None:
         self._gap, self._leader_distance, self._rivals, self._ink = request.gap, request.leader_distance, rivals, ink
-        w, h = measure_lettering(request.lettering)
-        self._half = (w / 2, h / 2)
+        width = measure_width(request.lettering)
+        self._half_size = (width / 2, LETTERING_HEIGHT / 2)
         self._right, self._bottom = size[0] - EDGE_MARGIN, size[1] - EDGE_MARGIN
         self._anchors = [(*point, *_normalize(direction)) for point, direction in request.anchors]
         self._named_points = request.named_points
         self._evaluated_places: dict[int, _Place] = {}
         x, y = zip(*self._named_points, strict=True)
-        max_reach = self._gap + EXTRA_DISTANCES[-1] + 2 * w
+        max_reach = self._gap + EXTRA_DISTANCES[-1] + 2 * width
         self._outer_bounds: Box = (min(x) - max_reach, min(y) - max_reach, max(x) + max_reach, max(y) + max_reach)
 
-    def find_best(
+    def find_best_place(
         self, label_boxes: Sequence[Box], leaders: Sequence[LeaderLine], max_cost: float
     ) -> tuple[Box, float] | None:
         """Return the box and the cost of the cheapest place, given other labels' boxes (`label_boxes`) and `leaders`.
@@ -255,7 +254,7 @@ class LabelPlaces:
 
     def _make_place(self, base_cost: int, anchor: int, extra_distance: float, direction: _CosSin) -> _Place:
         """Return the place at which the box touches a circle of radius gap + extra_distance around the anchor."""
-        (half_width, half_height), (x, y, u, v), (cos, sin) = self._half, self._anchors[anchor], direction
+        (half_width, half_height), (x, y, u, v), (cos, sin) = self._half_size, self._anchors[anchor], direction
         dx, dy = u * cos - v * sin, v * cos + u * sin
         horizontal, vertical = abs(dx), abs(dy)
         box_reach = (
@@ -272,13 +271,13 @@ class LabelPlaces:
         if place.covered_count < 0:
             place.covered_count = self._ink.count_covered(place.box)
             place.lower_bound = place.cost_with_lines = place.base_cost + _compute_ink_cost(place.covered_count)
-        near = [line for line in leaders if line.is_near(place.box)] if leaders else leaders
-        if not near:
+        near_leaders = [line for line in leaders if line.is_near(place.box)] if leaders else leaders
+        if not near_leaders:
             return place.cost_with_lines
         cost = place.base_cost + _compute_ink_cost(
-            place.covered_count + sum(line.count_covered(place.box) for line in near)
+            place.covered_count + sum(line.count_covered(place.box) for line in near_leaders)
         )
-        return cost + CROSSED_COST * any(line.is_covered_by(place.box) for line in near)
+        return cost + CROSSED_COST * any(line.is_covered_by(place.box) for line in near_leaders)
 
     def _evaluate_leader(self, place: _Place) -> None:
         """Find out whether a place needs a leader; store the leader's end and its cost, not counting crossings."""
@@ -312,8 +311,12 @@ class LabelPlaces:
     @cached_property
     def _bounding_box(self) -> Box:
         """The bounding box of all places."""
-        places = [place for place in _list_places(len(self._anchors)) if place[3] == EXTRA_DISTANCES[-1]]
-        left, top, right, bottom = zip(*(self._make_place(0, *place[2:]).box for place in places), strict=True)
+        places = (
+            self._make_place(0, anchor, distance, direction)
+            for _, _, anchor, distance, direction in _list_places(len(self._anchors))
+            if distance == EXTRA_DISTANCES[-1]
+        )
+        left, top, right, bottom = zip(*(place.box for place in places), strict=True)
         return min(left), min(top), max(right), max(bottom)
 
     def needs_leader(self, box: Box) -> bool:

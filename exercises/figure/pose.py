@@ -3,7 +3,8 @@
 A pose is given by the table entries of the joints, theta_i or d_i with the offset, because a figure shows these
 entries. The candidate poses of an arm get a score. If a pose is given, the view is chosen instead: the usual view is
 rotated about the vertical axis, so that the drawing stays upright. `drawn_chain` is the arm with the lengths for the
-drawing. Arrays have the poses or views on their first axis (k).
+drawing. Arrays have the poses or views on their first axis (k). The weights of scores were chosen by looking at many
+figures.
 """
 
 import itertools
@@ -159,7 +160,7 @@ def list_candidate_poses(chain: Chain, drawn_chain: Chain) -> np.ndarray:
 def _choose_value_indices(sizes: tuple[int, ...]) -> np.ndarray:
     """Return the index of each joint's value (n x k): all combinations, or an even selection of `MAX_POSES` of them."""
     total = math.prod(sizes)
-    step = 1 if total <= MAX_POSES else int(total * 0.6180339887) | 1
+    step = 1 if total <= MAX_POSES else int(total * 0.6180339887) | 1  # the golden ratio spreads the selection evenly
     return np.array(np.unravel_index(np.arange(min(total, MAX_POSES)) * step % total, sizes, order="F"))
 
 
@@ -174,7 +175,7 @@ def compute_skeletons(drawn_chain: Chain, entries: np.ndarray) -> tuple[np.ndarr
     numeric = _make_numeric_chain(drawn_chain)
     frames = numeric.frames(entries)
     lengths = np.stack(
-        [entries[:, i] if kind == PRISMATIC else np.full(len(entries), numeric.fixed[i][0])
+        [entries[:, i] if kind == PRISMATIC else np.full(len(entries), numeric.fixed_entries[i])
          for i, kind in enumerate(numeric.kinds)], axis=1
     )  # fmt: skip
     corners = frames[:, :-1, :3, 3] + lengths[..., None] * frames[:, :-1, :3, 2]
@@ -258,11 +259,12 @@ def find_clearance(drawn_segments: np.ndarray, axis_count: int) -> np.ndarray:
     """
     shares = np.linspace(0.0, 1.0, 6)[:, None]
     points = drawn_segments[:, :, None, 0] * (1 - shares) + drawn_segments[:, :, None, 1] * shares
-    distances, last_link = np.full(len(drawn_segments), np.inf), drawn_segments.shape[1] - axis_count - 1
+    distances = np.full(len(drawn_segments), np.inf)
+    last_link = drawn_segments.shape[1] - axis_count - 1
     for i, j in itertools.combinations(range(drawn_segments.shape[1]), 2):
         is_adjacent = j == i + 1 or i >= last_link
-        first, second = (points[:, i, :4], points[:, j, 2:]) if is_adjacent else (points[:, i], points[:, j])
-        x, y = (first[:, :, None, k] - second[:, None, :, k] for k in range(2))
+        a, b = (points[:, i, :4], points[:, j, 2:]) if is_adjacent else (points[:, i], points[:, j])
+        x, y = (a[:, :, None, k] - b[:, None, :, k] for k in range(2))
         gaps = np.sqrt((x * x + y * y).reshape(len(drawn_segments), -1).min(axis=1))
         distances = np.minimum(distances, gaps * (1.3 if is_adjacent else 1.0))
         if not is_adjacent:
@@ -270,15 +272,15 @@ def find_clearance(drawn_segments: np.ndarray, axis_count: int) -> np.ndarray:
     return np.where(distances == np.inf, 1.0, distances)
 
 
-def _are_crossing(first: np.ndarray, second: np.ndarray) -> np.ndarray:
+def _are_crossing(segment: np.ndarray, other_segment: np.ndarray) -> np.ndarray:
     """Return whether two segments (k x 2 x 2 each) cross in the drawing (k)."""
 
-    def sides(line: np.ndarray, segment: np.ndarray) -> np.ndarray:
+    def separates(line: np.ndarray, segment: np.ndarray) -> np.ndarray:
         direction, offsets = (line[:, 1] - line[:, 0])[:, None], segment - line[:, None, 0]
         cross_products = direction[..., 0] * offsets[..., 1] - direction[..., 1] * offsets[..., 0]
         return np.asarray(cross_products[:, 0] * cross_products[:, 1] < 0)
 
-    return sides(first, second) & sides(second, first)
+    return separates(segment, other_segment) & separates(other_segment, segment)
 
 
 def _add_last_axes(drawn_segments: np.ndarray, frames: np.ndarray, view: np.ndarray, scale: np.ndarray) -> np.ndarray:
@@ -342,10 +344,10 @@ def _score_axis_separation(frames: np.ndarray, view: np.ndarray) -> np.ndarray:
     """
     lowest_score = np.ones(len(frames))
     arrows = [(frames[:, i, :3, 3], frames[:, i, :3, k]) for i in range(frames.shape[1]) for k in (0, 2)]
-    for (origin, first), (second_origin, second) in itertools.combinations(arrows, 2):
-        if np.max(np.abs(origin - second_origin)) > 1e-6 or np.max(np.linalg.norm(first - second, axis=1)) < 1e-6:
+    for (origin, axis), (other_origin, other_axis) in itertools.combinations(arrows, 2):
+        if np.max(np.abs(origin - other_origin)) > 1e-6 or np.max(np.linalg.norm(axis - other_axis, axis=1)) < 1e-6:
             continue
-        a, b = first @ view[:2].T, second @ view[:2].T
+        a, b = axis @ view[:2].T, other_axis @ view[:2].T
         drawn_angle = np.abs(np.arctan2(a[:, 0] * b[:, 1] - a[:, 1] * b[:, 0], (a * b).sum(axis=1)))
         lowest_score = np.minimum(lowest_score, drawn_angle / np.radians(20))
     return lowest_score
@@ -371,7 +373,7 @@ def find_best_views(drawn_chain: Chain, entries: np.ndarray, count: int) -> list
 def _score_views(drawn_chain: Chain, entries: np.ndarray, views: np.ndarray) -> np.ndarray:
     """Return how clearly views (k x 3 x 3) show the links, the origins and the z axes of an arm."""
     frames, corners, path = compute_skeletons(drawn_chain, entries[None])
-    segments = list_segments(frames, corners, path, drawn_chain.point.frame)[0]
+    (segments,) = list_segments(frames, corners, path, drawn_chain.point.frame)
     drawn_segments = np.einsum("spx,kyx->kspy", segments, views[:, :2])
     scale = _compute_fitting_scale(drawn_segments)
     origins, z = frames[0, :, :3, 3], frames[0, :, :3, 2]

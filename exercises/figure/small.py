@@ -42,13 +42,14 @@ Vector = tuple[float, ...]
 Size = tuple[int, int]
 MARGIN = (12.0, 12.0)
 """Margins on the left and right, and above and below, in pixels."""
-ARROW_HALF_LENGTH, RING_RADIUS, SHORT_SHARE = 44.0, 14.0, 0.3
-"""In pixels: half the length of an arrow and the radius of a ring; and the share below which something is short.
+ARROW_HALF_LENGTH, RING_RADIUS = 44.0, 14.0
+"""Half the length of an arrow, and the radius of a ring, in pixels."""
+SHORT_SHARE = 0.3
+"""If the visible share of an arrow is smaller than this, the arrow becomes a ring.
 
-If the visible share of an arrow is shorter, the arrow becomes a ring. If the last link is shorter than this share of
-the longest link, an arrow shows the z axis of the last link.
+If the last link is shorter than this share of the longest link, an arrow shows the z axis of the last link.
 """
-HAND_AXIS_LENGTH = 56.0
+LAST_AXIS_LENGTH = 56.0
 """Length of the arrow for the z axis of a short last link, in pixels."""
 CROSS_HALF_SIZE = 6.0
 """Half the size of the cross that marks the point of a submitted answer, in pixels."""
@@ -64,7 +65,8 @@ def draw_thumbnail(chain: Chain) -> Figure:
     """Return the arm in its clearest pose without frames and labels."""
     chain = with_exact_numbers(chain)
     drawn_chain = make_drawable_chain(replace(chain, base=replace(chain.base, position=Base().position)))
-    return _draw_small(drawn_chain, find_best_poses(chain, drawn_chain, 1)[0], THUMBNAIL_SIZE)
+    (entries,) = find_best_poses(chain, drawn_chain, 1)
+    return _draw_small(drawn_chain, entries, THUMBNAIL_SIZE)
 
 
 def draw_in_pose(chain: Chain, pose: Mapping[str, float], mark_offset: np.ndarray | None = None) -> Figure:
@@ -85,22 +87,23 @@ def _draw_small(
 
     `mark` is the vector from P to another point that is marked, if any.
     """
-    lost = tuple(tuple(map(float, direction)) for direction in directions)
+    lost_directions = tuple(tuple(map(float, direction)) for direction in directions)
     mark_vector = None if mark is None else tuple(map(float, mark))
-    return _draw_cached(chain, tuple(round(float(entry), 12) for entry in entries), size, lost, mark_vector)
+    return _draw_cached(chain, tuple(round(float(entry), 12) for entry in entries), size, lost_directions, mark_vector)
 
 
 @lru_cache(maxsize=1024)
 def _draw_cached(chain: Chain, table: Vector, size: Size, lost: tuple[Vector, ...], mark: Vector | None) -> Figure:
+    """Return a small drawing; `lost` are the lost directions, and all arrays are tuples, so that it can be cached."""
     skeleton = compute_skeleton(chain, np.array(table))
-    shows_hand_axis = size == PANEL_SIZE and _is_hand_too_short(chain)
+    shows_last_axis = size == PANEL_SIZE and _is_last_link_too_short(chain)
 
     def draw(view: View) -> Drawing:
         dot = Circle(view.to_pixels(skeleton.path[-1]), 5.0, "point")
         point, last_origin, z = skeleton.path[-1], skeleton.origins[-1], skeleton.frames[-1, :3, 2]
         arrows = [shape for direction in lost for shape in _draw_lost_direction(view, point, np.array(direction))]
-        if shows_hand_axis:
-            tip = last_origin + HAND_AXIS_LENGTH / view.scale * z
+        if shows_last_axis:
+            tip = last_origin + LAST_AXIS_LENGTH / view.scale * z
             arrows = [*draw_arrow(view, last_origin, tip, "axis-z"), *arrows]
         cross: tuple[Shape, ...] = ()
         if mark is not None:
@@ -112,7 +115,7 @@ def _draw_cached(chain: Chain, table: Vector, size: Size, lost: tuple[Vector, ..
     return Figure(*size, drawing.shapes, ())
 
 
-def _is_hand_too_short(chain: Chain) -> bool:
+def _is_last_link_too_short(chain: Chain) -> bool:
     """Return whether the last link is too short to show its z axis, whose direction the previous joint changes."""
     sizes = [max(abs(float(v)) for v in (joint.a, joint.d) if v.is_number) for joint in chain.joints]
     has_wrist_joint = chain.n > 1 and chain.joints[-1].is_revolute and chain.joints[-2].alpha not in (0, sp.pi, -sp.pi)
@@ -124,8 +127,8 @@ def _draw_lost_direction(view: View, point: np.ndarray, direction: np.ndarray) -
     drawn_vector = view.axes[:2] @ direction
     if np.linalg.norm(drawn_vector) < SHORT_SHARE:
         return (Circle(view.to_pixels(point), RING_RADIUS, "lost"),)
-    arms = [point + side * ARROW_HALF_LENGTH / view.scale * direction for side in (1.0, -1.0)]
-    ends = view.to_pixel_path(arms)
+    tips = [point + side * ARROW_HALF_LENGTH / view.scale * direction for side in (1.0, -1.0)]
+    ends = view.to_pixel_path(tips)
     heads = [draw_line_with_arrowhead((view.to_pixels(point), end), "lost", 10.0)[1] for end in ends]
     return (Polyline(ends, "lost"), *heads)
 
@@ -174,16 +177,16 @@ def draw_singular_panels(chain: Chain, language: str = ENGLISH) -> PanelSet:
     There are at most about MAX_SINGULAR_DRAWINGS singular configurations. Nothing is drawn if the arm has no singular
     configuration for its task, or no regular configuration.
     """
-    chain, words, components = with_exact_numbers(chain), load_catalogue(language), singular_set(chain) or ()
+    chain, catalogue, components = with_exact_numbers(chain), load_catalogue(language), singular_set(chain) or ()
     scaled_arm = _scale_arm(chain)
-    regular = find_best_poses(chain, scaled_arm.scaled_chain, 1)[0]
     drawn_chain = scaled_arm.scaled_chain
-    drawings = [(words.pgettext("caption of a drawing", "regular"), _draw_small(drawn_chain, regular, PANEL_SIZE))]
+    (regular,) = find_best_poses(chain, drawn_chain, 1)
+    drawings = [(catalogue.pgettext("caption of a drawing", "regular"), _draw_small(drawn_chain, regular, PANEL_SIZE))]
     omitted_count = 0
     for number, component in enumerate(components, 1):
         configurations = [
             (caption, _draw_small(drawn_chain, entries, PANEL_SIZE, lost))
-            for caption, entries in _list_configurations(chain, scaled_arm, component, regular, words)
+            for caption, entries in _list_configurations(chain, scaled_arm, component, regular, catalogue)
             if (lost := _find_lost_directions(chain, drawn_chain, entries)) is not None
         ]
         shown = configurations[: max(1, MAX_SINGULAR_DRAWINGS // len(components))]
@@ -192,17 +195,17 @@ def draw_singular_panels(chain: Chain, language: str = ENGLISH) -> PanelSet:
         omitted_count += len(configurations) - len(shown)
     if len(drawings) == 1:
         return PanelSet()
-    more = words.gettext("%(count)s more singular configurations are not drawn.", count=omitted_count)
-    remark = more if omitted_count else ""
+    remark = catalogue.gettext("%(count)s more singular configurations are not drawn.", count=omitted_count)
     styles = {shape.style for _, figure in drawings for shape in figure.shapes if not isinstance(shape, Glyph)}
-    return PanelSet(tuple(drawings), _make_legend(chain, styles, words), remark, "lost" in styles)
+    legend = _make_legend(chain, styles, catalogue)
+    return PanelSet(tuple(drawings), legend, remark if omitted_count else "", "lost" in styles)
 
 
-def _make_legend(chain: Chain, styles: set[str], words: Catalogue) -> str:
+def _make_legend(chain: Chain, styles: set[str], catalogue: Catalogue) -> str:
     """Return a sentence that explains the marks in drawings with these styles; empty if there are no marks."""
     meanings = (
-        ("lost", words.gettext("dashed: P cannot move that way")),
-        ("axis-z", words.gettext("blue: %(axis)s", axis=_format_expression(sp.Symbol(f"z{chain.n}"), chain))),
+        ("lost", catalogue.gettext("dashed: P cannot move that way")),
+        ("axis-z", catalogue.gettext("blue: %(axis)s", axis=_format_expression(sp.Symbol(f"z{chain.n}"), chain))),
     )
     sentence = "; ".join(meaning for style, meaning in meanings if style in styles)
     return f"{sentence[0].upper()}{sentence[1:]}." if sentence else ""
@@ -226,42 +229,42 @@ def _scale_arm(chain: Chain) -> _ScaledArm:
 
 
 def _list_configurations(
-    chain: Chain, scaled: _ScaledArm, component: Component, regular: np.ndarray, words: Catalogue
+    chain: Chain, scaled_arm: _ScaledArm, component: Component, regular: np.ndarray, catalogue: Catalogue
 ) -> list[tuple[str, np.ndarray]]:
     """Return captions and table entries (n) of the real configurations on a component of the singular set."""
     if component.solutions is None:
-        entries = _find_best_configuration(chain, scaled, component)
+        entries = _find_best_configuration(chain, scaled_arm, component)
         equations = [f"{_format_expression(condition, chain)} = 0" for condition in component.conditions]
-        conjunction = words.pgettext("between two conditions", "and")
-        return [] if entries is None else [(_fit_caption(f" {conjunction} ".join(equations), words), entries)]
+        conjunction = catalogue.pgettext("between two conditions", "and")
+        return [] if entries is None else [(_fit_caption(f" {conjunction} ".join(equations), catalogue), entries)]
     configurations = []
     for values in component.value_combinations():
-        numbers = [complex(value.xreplace(scaled.values)) for _, value in values]
+        numbers = [complex(value.xreplace(scaled_arm.values)) for _, value in values]
         if any(abs(number.imag) > 1e-9 for number in numbers):
             continue
         entries, equations = regular.copy(), []
         for (q, value), number in zip(values, numbers, strict=True):
             i = chain.q.index(q)
             is_prismatic = chain.joints[i].is_prismatic
-            entries[i] = (number.real + scaled.offsets[i]) / (scaled.unit if is_prismatic else 1.0)
+            entries[i] = (number.real + scaled_arm.offsets[i]) / (scaled_arm.unit if is_prismatic else 1.0)
             value_text = _format_joint_value(value, is_prismatic, chain)
             equations.append(f"{_format_expression(q, chain)} = {value_text}")
-        configurations.append((_fit_caption(", ".join(equations), words), entries))
+        configurations.append((_fit_caption(", ".join(equations), catalogue), entries))
     return configurations
 
 
-def _find_best_configuration(chain: Chain, scaled: _ScaledArm, component: Component) -> np.ndarray | None:
+def _find_best_configuration(chain: Chain, scaled_arm: _ScaledArm, component: Component) -> np.ndarray | None:
     """Return the table entries (n) of the clearest configuration on a component; None if no configuration is real."""
-    conditions = tuple(condition.xreplace(scaled.values) for condition in component.conditions)
-    (text,) = normalize_conditions(scaled.arm, replace(component, conditions=conditions))
-    arm = normalize_arm(scaled.arm)
+    conditions = tuple(condition.xreplace(scaled_arm.values) for condition in component.conditions)
+    (text,) = normalize_conditions(scaled_arm.arm, replace(component, conditions=conditions))
+    arm = normalize_arm(scaled_arm.arm)
     samples = sample_condition(arm, text, "figure", arm_count=1, samples_per_arm=SAMPLED_CONFIGURATIONS)
     if not samples:
         return None
-    entries = scaled.scale_entries(np.array([sample.q for sample in samples]))
+    entries = scaled_arm.scale_entries(np.array([sample.q for sample in samples]))
     is_revolute = [joint.is_revolute for joint in chain.joints]
     entries = np.where(is_revolute, np.arctan2(np.sin(entries), np.cos(entries)), entries)
-    return np.asarray(entries[int(np.argmax(np.round(score_poses(chain, scaled.scaled_chain, entries), 3)))])
+    return np.asarray(entries[int(np.argmax(np.round(score_poses(chain, scaled_arm.scaled_chain, entries), 3)))])
 
 
 def _format_expression(expression: sp.Expr, chain: Chain) -> str:
@@ -287,11 +290,11 @@ def _format_angle(value: sp.Expr) -> str:
     return f"{format_decimal(degrees)}°" if degrees.is_Rational else f"{float(degrees):.2f}°"
 
 
-def _fit_caption(caption: str, words: Catalogue) -> str:
+def _fit_caption(caption: str, catalogue: Catalogue) -> str:
     """Return the caption, or a reference to the numbered condition if it is too long to fit below its drawing."""
     if len(caption) <= MAX_CAPTION_LENGTH:
-        return words.localize_number(caption)
-    return words.gettext("see the condition above")
+        return catalogue.localize_number(caption)
+    return catalogue.gettext("see the condition above")
 
 
 def _find_lost_directions(chain: Chain, drawn_chain: Chain, entries: np.ndarray) -> tuple[np.ndarray, ...] | None:
@@ -321,9 +324,9 @@ def _compute_canonical_basis(basis: np.ndarray) -> list[np.ndarray]:
     projector, vectors = basis @ basis.T, list[np.ndarray]()
     for threshold in (0.3, 1e-3):
         for axis in projector:
-            new = axis - sum((axis @ vector) * vector for vector in vectors)
-            if len(vectors) < basis.shape[1] and np.linalg.norm(new) > threshold:
-                vectors.append(new / np.linalg.norm(new))
+            component = axis - sum((axis @ vector) * vector for vector in vectors)
+            if len(vectors) < basis.shape[1] and np.linalg.norm(component) > threshold:
+                vectors.append(component / np.linalg.norm(component))
     return vectors
 
 

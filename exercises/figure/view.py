@@ -80,7 +80,7 @@ def convex_hull(points: list[Vector2D]) -> tuple[Vector2D, ...]:
     """Return the convex hull of points in the plane."""
     ordered = sorted({(round(x, 6), round(y, 6)) for x, y in points})
 
-    def half_hull(side: list[Vector2D]) -> list[Vector2D]:
+    def compute_half_hull(side: list[Vector2D]) -> list[Vector2D]:
         hull_points: list[Vector2D] = []
         for p in side:
             while len(hull_points) > 1 and _cross_product(hull_points[-2], hull_points[-1], p) <= 1e-9:
@@ -88,7 +88,7 @@ def convex_hull(points: list[Vector2D]) -> tuple[Vector2D, ...]:
             hull_points.append(p)
         return hull_points[:-1]
 
-    return tuple(half_hull(ordered) + half_hull(ordered[::-1]))
+    return tuple(compute_half_hull(ordered) + compute_half_hull(ordered[::-1]))
 
 
 def _cross_product(a: Vector2D, b: Vector2D, c: Vector2D) -> float:
@@ -99,9 +99,9 @@ def _cross_product(a: Vector2D, b: Vector2D, c: Vector2D) -> float:
 def find_perpendicular_vectors(axis: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
     """Return two unit vectors that are perpendicular to a unit vector and to each other."""
     helper = np.eye(3)[int(np.argmin(np.round(np.abs(axis), 6)))]
-    first = np.cross(axis, helper)
-    first = first / np.linalg.norm(first)
-    return first, np.cross(axis, first)
+    vector = np.cross(axis, helper)
+    vector = vector / np.linalg.norm(vector)
+    return vector, np.cross(axis, vector)
 
 
 def draw_cylinder(
@@ -141,12 +141,12 @@ def draw_sleeve(
     edges = [e * s for e, s in zip((axis, u, v), sizes, strict=True)]
     faces = []
     for k in range(3):
-        normal, first, second = edges[k], edges[(k + 1) % 3], edges[(k + 2) % 3]
+        normal, a, b = edges[k], edges[(k + 1) % 3], edges[(k + 2) % 3]
         toward_reader = float(view.axes[2] @ normal)
         if abs(toward_reader) * view.scale < 1e-6:
             continue
         middle = center + normal * (1.0 if toward_reader > 0 else -1.0)
-        corners = [middle + first + second, middle - first + second, middle - first - second, middle + first - second]
+        corners = [middle + a + b, middle - a + b, middle - a - b, middle + a - b]
         faces.append(Polyline(view.to_pixel_path(corners), "joint-face" if k == 0 else "joint-side", True))
     return tuple(faces)
 

@@ -14,18 +14,18 @@ _ENGLISH = load_catalogue(ENGLISH)
 JOINT_KIND_NAMES = {"R": "revolute", "P": "prismatic"}
 
 
-def make_title(chain: Chain, words: Catalogue = _ENGLISH) -> str:
+def make_title(chain: Chain, catalogue: Catalogue = _ENGLISH) -> str:
     """Return a title of an arm's figure, such as "Planar arm with joints RRR"."""
     joints = "".join(j.kind for j in chain.joints)
     if is_drawn_flat(chain):
-        return words.gettext("Planar arm with joints %(joints)s", joints=joints)
-    return words.gettext("Spatial arm with joints %(joints)s", joints=joints)
+        return catalogue.gettext("Planar arm with joints %(joints)s", joints=joints)
+    return catalogue.gettext("Spatial arm with joints %(joints)s", joints=joints)
 
 
-def make_panels_title(chain: Chain, words: Catalogue) -> str:
+def make_panels_title(chain: Chain, catalogue: Catalogue) -> str:
     """Return the title of small drawings of one arm, the first of which shows a regular configuration."""
-    title = make_title(chain, words)
-    return words.gettext("%(arm)s: a regular and the singular configurations", arm=title)
+    title = make_title(chain, catalogue)
+    return catalogue.gettext("%(arm)s: a regular and the singular configurations", arm=title)
 
 
 def describe_figure(chain: Chain, is_posed: bool = False) -> str:
@@ -35,10 +35,10 @@ def describe_figure(chain: Chain, is_posed: bool = False) -> str:
     configuration (`is_posed`).
     """
     chain = with_exact_numbers(chain)
-    count = NUMBER_WORDS[chain.n] if chain.n < len(NUMBER_WORDS) else str(chain.n)
+    joint_count = NUMBER_WORDS[chain.n] if chain.n < len(NUMBER_WORDS) else str(chain.n)
     normal_axis = find_normal_axis(chain)
     kind, view = ("planar", f"flat {VIEW_DESCRIPTIONS[normal_axis]}") if normal_axis else ("spatial", "in space")
-    arm = f"A {kind} arm with {count} joint{'s' if chain.n > 1 else ''} in series, drawn {view}"
+    arm = f"A {kind} arm with {joint_count} joint{'s' if chain.n > 1 else ''} in series, drawn {view}"
     if convention_of(chain).is_drawn_at_home:
         arm = f"{arm.replace('_w', '_s')}, {'not ' if is_posed else ''}in its home configuration."
         home = "In the home configuration, with coordinates in the space frame s:"
@@ -49,14 +49,14 @@ def describe_figure(chain: Chain, is_posed: bool = False) -> str:
     return " ".join([*sentences, "Lengths are not to scale."])
 
 
-def describe_panels(captions: list[str], legend: str, remark: str, words: Catalogue, has_lost_direction: bool) -> str:
+def describe_panels(captions: list[str], legend: str, remark: str, has_ring: bool, catalogue: Catalogue) -> str:
     """Return a description of small drawings of one arm, the first of which shows a regular configuration."""
     singular = "; ".join(captions[1:])
-    opening = words.gettext(
+    opening = catalogue.gettext(
         "The arm in a regular configuration and in these singular ones: %(singular)s.", singular=singular
     )
-    ring = words.gettext("A dashed ring marks a direction towards the reader.") if has_lost_direction else ""
-    scale = words.gettext("Drawn to scale.")
+    ring = catalogue.gettext("A dashed ring marks a direction towards the reader.") if has_ring else ""
+    scale = catalogue.gettext("Drawn to scale.")
     return " ".join(sentence for sentence in (opening, remark, scale, legend, ring) if sentence)
 
 
@@ -128,9 +128,9 @@ def _describe_axes(chain: Chain) -> list[str]:
     axes, point = home_geometry_of(chain)
     sentences = []
     for i, axis in enumerate(axes, 1):
-        through = "" if axis.is_prismatic else f" through {_format_vector(axis.point, ' m')}"
+        point_clause = "" if axis.is_prismatic else f" through {_format_vector(axis.point, ' m')}"
         motion = "rotates about" if axis.is_revolute else "moves along"
-        sentences.append(f"Joint {i} {motion} {_format_vector(axis.direction)}{through}.")
+        sentences.append(f"Joint {i} {motion} {_format_vector(axis.direction)}{point_clause}.")
     if chain.point.frame != chain.n:
         return [*sentences, f"The point P is at {_format_vector(point, ' m')}."]
     point_text = f"The point P, the origin of the body frame b, is at {_format_vector(point, ' m')}"

@@ -49,7 +49,7 @@ class Statement:
     measure: Measure
     predicate: Callable[[Sample], bool] = lambda _: True
 
-    def about_origin(self, frame: int, origin_name: str) -> "Statement":
+    def with_origin_as_point(self, frame: int, origin_name: str) -> "Statement":
         """Return the same statement about the origin of a frame instead of the point of interest."""
         return Statement(
             self.words.replace("the point", origin_name),
@@ -57,12 +57,12 @@ class Statement:
             lambda sample: self.predicate(Sample(sample.arm.with_point(frame), sample.q)),
         )
 
-    def combine(self, second: "Statement") -> "Statement":
-        """Return the statement that both this statement and a second one hold."""
+    def combine(self, other: "Statement") -> "Statement":
+        """Return the statement that both this statement and another one hold."""
         return Statement(
-            f"{self.words}, and {second.words}",
-            lambda arm, q: np.hypot(self.measure(arm, q), second.measure(arm, q)),
-            lambda sample: self.predicate(sample) and second.predicate(sample),
+            f"{self.words}, and {other.words}",
+            lambda arm, q: np.hypot(self.measure(arm, q), other.measure(arm, q)),
+            lambda sample: self.predicate(sample) and other.predicate(sample),
         )
 
 
@@ -95,7 +95,7 @@ def find_reason(chain: Chain, samples: Sequence[Sample]) -> Statement | None:
         if is_reason(chain, samples, statement.measure, statement.predicate):
             return statement
         candidates.append(statement)
-    pairs = (first.combine(second) for first, second in combinations(candidates, 2) if first.words != second.words)
+    pairs = (a.combine(b) for a, b in combinations(candidates, 2) if a.words != b.words)
     return next((pair for pair in pairs if is_reason(chain, samples, pair.measure, pair.predicate)), None)
 
 
@@ -122,7 +122,7 @@ def _find_origin_statements(
 ) -> Iterator[Statement]:
     """Yield statements about the axes and the origin of a frame, which is called `origin_name` in the statements."""
     for statement in _find_point_statements(replace(chain, tool=Point(frame)), _move_point(samples, frame)):
-        yield statement.about_origin(frame, origin_name)
+        yield statement.with_origin_as_point(frame, origin_name)
 
 
 def _move_point(samples: Sequence[Sample], frame: int) -> list[Sample]:
@@ -148,8 +148,8 @@ def _find_point_statements(chain: Chain, samples: Sequence[Sample]) -> Iterator[
     if not chain.linear_axes:
         finders = [_find_collinear_axes, _find_parallel_axes]
     elif len(chain.linear_axes) < len(chain.task):  # the position of P may be incidental
-        first = [_find_collinear_axes, _find_parallel_axes, _find_coplanar_parallel_axes]
-        finders = first + [finder for finder in finders if finder not in first]
+        axis_finders = [_find_collinear_axes, _find_parallel_axes, _find_coplanar_parallel_axes]
+        finders = axis_finders + [finder for finder in finders if finder not in axis_finders]
     for finder in finders:
         yield from finder(chain, samples)
 
@@ -164,14 +164,14 @@ def describe_dependence(chain: Chain, samples: Sequence[Sample]) -> str:
         return _describe_dependent_rows(chain, samples, rows)
     if samples:
         jacobians = jacobians_of(samples)
-        for count in range(1, chain.n + 1):
-            for chosen in combinations(range(chain.n), count):
-                if _are_dependent(jacobians, rows, chosen):
-                    names = _join_joint_numbers(chosen)
-                    if count == 1:
+        for joint_count in range(1, chain.n + 1):
+            for joints in combinations(range(chain.n), joint_count):
+                if _are_dependent(jacobians, rows, joints):
+                    names = _join_joint_numbers(joints)
+                    if joint_count == 1:
                         return f"joint {names} has no effect on the task"
-                    effect = _describe_rest(chain, jacobians[..., chosen], rows)
-                    subject = "all joints" if count == chain.n > 2 else f"joints {names}"
+                    effect = _describe_rest(chain, jacobians[..., joints], rows)
+                    subject = "all joints" if joint_count == chain.n > 2 else f"joints {names}"
                     return f"{subject} can move together and {effect}"
     return "the columns of J are linearly dependent"
 
@@ -187,9 +187,8 @@ def _describe_dependent_rows(chain: Chain, samples: Sequence[Sample], rows: Sequ
         return f"no joint rotates link {chain.n} about {axis_names}"
     if not samples or zero_rows or max(rows) > 2:
         return "the rows of J are linearly dependent"
-    singular_values = np.linalg.svd(jacobians[:, :3], compute_uv=False)
     directions = {2: "along one line", 3: "in one plane"}[len(rows)]
-    if np.all(singular_values[:, len(rows) - 1] < ZERO_TOLERANCE * np.maximum(singular_values[:, 0], 1e-3)):
+    if _has_zero_singular_value(jacobians[:, :3], len(rows) - 1):
         return f"all joints move the point {directions}"
     (missing_axis,) = {0, 1, 2} - set(rows)
     return f"seen along {'xyz'[missing_axis]}, all joints move the point {directions}"
@@ -197,8 +196,13 @@ def _describe_dependent_rows(chain: Chain, samples: Sequence[Sample], rows: Sequ
 
 def _are_dependent(jacobians: np.ndarray, rows: Sequence[int], columns: Sequence[int]) -> bool:
     """Return whether columns, restricted to some rows, are linearly dependent in each of k Jacobians (k, 6, n)."""
-    singular_values = np.linalg.svd(jacobians[:, list(rows)][:, :, list(columns)], compute_uv=False)
-    return bool(np.all(singular_values[:, -1] < ZERO_TOLERANCE * np.maximum(singular_values[:, 0], 1e-3)))
+    return _has_zero_singular_value(jacobians[:, list(rows)][:, :, list(columns)], -1)
+
+
+def _has_zero_singular_value(matrices: np.ndarray, index: int) -> bool:
+    """Return whether the singular value with an index, the largest first, is zero in each of k matrices (k, m, n)."""
+    sigma = np.linalg.svd(matrices, compute_uv=False)
+    return bool(np.all(sigma[:, index] < ZERO_TOLERANCE * np.maximum(sigma[:, 0], NONZERO_THRESHOLD)))
 
 
 def _describe_rest(chain: Chain, jacobians: np.ndarray, rows: Sequence[int]) -> str:
@@ -206,8 +210,8 @@ def _describe_rest(chain: Chain, jacobians: np.ndarray, rows: Sequence[int]) -> 
 
     `jacobians` (k, 6, joints) are the columns of these joints in the Jacobians at k configurations.
     """
-    joint_rates = np.linalg.svd(jacobians[:, list(rows)])[2][:, -1]
-    speeds = np.abs(np.einsum("kij,kj->ki", jacobians, joint_rates))
+    _, _, v_transposed = np.linalg.svd(jacobians[:, list(rows)])
+    speeds = np.abs(np.einsum("kij,kj->ki", jacobians, v_transposed[:, -1]))
     if len(chain.linear_axes) == len(rows) and speeds[:, :3].max() < ZERO_TOLERANCE:
         return "leave the point at rest"
     if speeds.max() < ZERO_TOLERANCE:
@@ -266,10 +270,10 @@ def _find_parallel_axes(chain: Chain, samples: Sequence[Sample]) -> Iterator[Sta
     rows, jacobians = chain.task_rows, jacobians_of(samples)
     for i, j in sorted(combinations(chain.revolute_joints, 2), key=lambda pair: pair[1] - pair[0]):
         if are_parallel(samples, i, j):
-            others = [k for k in chain.revolute_joints if chain.linear_axes and are_parallel(samples, i, k)]
-            chosen = sorted({i, j, *others})
-            if _are_dependent(jacobians, rows, chosen):
-                words = f"the axes of joints {_join_joint_numbers(chosen)} are parallel"
+            further_joints = [k for k in chain.revolute_joints if chain.linear_axes and are_parallel(samples, i, k)]
+            joints = sorted({i, j, *further_joints})
+            if _are_dependent(jacobians, rows, joints):
+                words = f"the axes of joints {_join_joint_numbers(joints)} are parallel"
                 yield from _yield_if_special(samples, words, partial(axis_spread, joints=(i, j)))
 
 
@@ -319,8 +323,8 @@ def _find_origin_on_axis(chain: Chain, samples: Sequence[Sample]) -> Iterator[St
     """Find the origin of a frame that lies on an earlier axis."""
     for axis in chain.revolute_joints:
         for frame in range(axis + 2, chain.n):
-            words = f"the point lies on the axis of joint {axis + 1}"
-            statement = Statement(words, partial(axis_distance, joint=axis)).about_origin(frame, f"the origin O{frame}")
+            statement = Statement(f"the point lies on the axis of joint {axis + 1}", partial(axis_distance, joint=axis))
+            statement = statement.with_origin_as_point(frame, f"the origin O{frame}")
             yield from _yield_if_special(samples, statement.words, statement.measure)
 
 
@@ -333,7 +337,7 @@ def _find_extreme_origin(chain: Chain, samples: Sequence[Sample]) -> Iterator[St
         moved_samples = _move_point(samples, frame)
         for statement in _find_extreme_reach(replace(chain, tool=Point(frame)), moved_samples):
             if "the point" in statement.words:
-                yield statement.about_origin(frame, f"the origin O{frame}")
+                yield statement.with_origin_as_point(frame, f"the origin O{frame}")
 
 
 def _find_common_direction(chain: Chain, samples: Sequence[Sample]) -> Iterator[Statement]:
@@ -444,7 +448,7 @@ def _find_extreme_signs(samples: Sequence[Sample], axis: int, moving_joint: int)
     The distance is a function of the joint `moving_joint`. The result is None if that joint hardly changes the
     distance, for example if the point lies on the axis of that joint.
     """
-    step = 1e-3
+    step = 1e-3  # rad or m
     arms, q = stack_samples(samples)
     q = np.tile(q, (1, 5, 1))
     q[..., moving_joint] += step * np.arange(-2, 3)

@@ -67,7 +67,7 @@ def nearby_configuration(sample: Sample, extra_joint: int | None = None) -> np.n
 
     The joint with the index `extra_joint` is moved further, unless `extra_joint` is None.
     """
-    q = sample.q + 0.3 * np.arange(1, len(sample.q) + 1)
+    q = sample.q + 0.3 * np.arange(1, len(sample.q) + 1)  # a different step (rad or m) for each joint
     if extra_joint is not None:
         q[extra_joint] += 0.2
     return np.asarray(q)
@@ -98,16 +98,16 @@ def axis_distance_derivative(arm: NumericChain, q: np.ndarray, joint: int, mover
 def axis_spread(arm: NumericChain, q: np.ndarray, joints: Sequence[int]) -> np.ndarray:
     """Return the area or volume, from 0 to 1, that the directions of two or three axes span."""
     frames = arm.frames(q)
-    first, second, *third = (frames[..., joint, :3, 2] for joint in joints)
-    normal = cross(first, second)
-    return np.asarray(np.abs(np.sum(normal * third[0], axis=-1))) if third else norms(normal)
+    first_direction, second_direction, *third_direction = (frames[..., joint, :3, 2] for joint in joints)
+    normal = cross(first_direction, second_direction)
+    return np.asarray(np.abs(np.sum(normal * third_direction[0], axis=-1))) if third_direction else norms(normal)
 
 
 def collinearity_error(arm: NumericChain, q: np.ndarray, joints: tuple[int, int]) -> np.ndarray:
     """Return how far two axes i, j are from collinear: the sine of their angle plus the distance of O_j from axis i."""
     frames, (i, j) = arm.frames(q), joints
-    axis, between = frames[..., i, :3, 2], frames[..., j, :3, 3] - frames[..., i, :3, 3]
-    return norms(cross(axis, frames[..., j, :3, 2])) + norms(cross(axis, between))
+    axis, offset = frames[..., i, :3, 2], frames[..., j, :3, 3] - frames[..., i, :3, 3]
+    return norms(cross(axis, frames[..., j, :3, 2])) + norms(cross(axis, offset))
 
 
 def coplanarity_error(arm: NumericChain, q: np.ndarray, joints: Sequence[int], with_point: bool = False) -> np.ndarray:
@@ -115,18 +115,18 @@ def coplanarity_error(arm: NumericChain, q: np.ndarray, joints: Sequence[int], w
 
     Pairs of vectors from the first axis to the others span areas; the result is the root of the sum of their squares.
     """
-    frames, first = arm.frames(q), joints[0]
+    frames, first_joint = arm.frames(q), joints[0]
     points = [frames[..., i, :3, 3] for i in joints[1:]] + ([arm.point_of(frames)] if with_point else [])
-    vectors = [point - frames[..., first, :3, 3] for point in points]
-    areas = [np.sum(frames[..., first, :3, 2] * cross(a, b), axis=-1) for a, b in combinations(vectors, 2)]
+    vectors = [point - frames[..., first_joint, :3, 3] for point in points]
+    areas = [np.sum(frames[..., first_joint, :3, 2] * cross(a, b), axis=-1) for a, b in combinations(vectors, 2)]
     return np.asarray(np.sqrt(np.sum(np.square(areas), axis=0)))
 
 
 def common_direction_error(arm: NumericChain, q: np.ndarray, joints: Sequence[int]) -> np.ndarray:
     """Return the sine of the angle between the directions in which two joints move P."""
-    first, second = (arm.jacobian(q)[..., :3, joint] for joint in joints)
-    sizes = norms(first) * norms(second)
-    return np.asarray(norms(cross(first, second)) / np.maximum(sizes, 1e-12))
+    velocity, other_velocity = (arm.jacobian(q)[..., :3, joint] for joint in joints)
+    sizes = norms(velocity) * norms(other_velocity)
+    return np.asarray(norms(cross(velocity, other_velocity)) / np.maximum(sizes, 1e-12))
 
 
 def are_parallel(samples: Sequence[Sample], i: int, j: int) -> bool:

@@ -1,7 +1,7 @@
 """Classify singular configurations: boundary or internal, all of one kind or not, and what they look like.
 
-A component of the singular set (`singularity`) is classified by samples of its configurations. Arms that differ only in
-what does not matter for singularities share a normalized arm (`normalized_arm`), and so share its classification.
+A component of the singular set (`singular_set`) is classified by samples of its configurations. Arms that differ only
+in what does not matter for singularities share a normalized arm (`normalized_arm`), and so share its classification.
 """
 
 from collections.abc import Mapping, Sequence
@@ -92,9 +92,9 @@ def sample_condition(
     for first_arm, role in roles:
         stream = Stream(f"{seed}/{condition}/{first_arm}")
         arm_numbers = range(first_arm, arm_count, len(roles))
-        values = [_sample_distinct_lengths(chain, stream) for _ in arm_numbers]
-        for piece in parse_pieces(parse_formula(condition), [q.name for q in chain.q]) if values else ():
-            pieces = _sample_piece(chain, piece, values, role, stream, samples_per_arm)
+        lengths = [_sample_distinct_lengths(chain, stream) for _ in arm_numbers]
+        for piece in parse_pieces(parse_formula(condition), [q.name for q in chain.q]) if lengths else ():
+            pieces = _sample_piece(chain, piece, lengths, role, stream, samples_per_arm)
             for number, samples in zip(arm_numbers, pieces, strict=True):
                 samples_by_arm[number] += samples
     return tuple(sample for samples in samples_by_arm for sample in samples)
@@ -106,7 +106,7 @@ def _sample_distinct_lengths(chain: Chain, stream: Stream) -> dict[str, float]:
     used_lengths = [abs(float(length)) for length in fixed_lengths if length.is_number]
     values = {}
     for symbol in chain.parameters:
-        candidates = [round(0.4 * 3.5 ** stream.uniform(0, 1), 3) for _ in range(5)]
+        candidates = [round(0.4 * 3.5 ** stream.uniform(0, 1), 3) for _ in range(5)]  # from 0.4 m to 1.4 m
         value = next((v for v in candidates if all(abs(v - length) > 0.01 for length in used_lengths)), candidates[-1])
         values[symbol.name] = value
         used_lengths.append(value)
@@ -121,13 +121,13 @@ def _sample_piece(
     `lengths` are the lengths (m) of each arm, and `role` is the range of prismatic joints (`domain_of`). The
     configurations are computed for all arms at once.
     """
-    joints, count = [q.name for q in chain.q], 3 * samples_per_arm
+    joints, start_count = [q.name for q in chain.q], 3 * samples_per_arm
     names = [symbol.name for symbol in chain.parameters]
-    values_by_name = {name: np.repeat([values[name] for values in lengths], count) for name in names}
-    values_by_name[_ARM_KEY] = np.repeat(np.arange(len(lengths)), count)
+    values_by_name = {name: np.repeat([values[name] for values in lengths], start_count) for name in names}
+    values_by_name[_ARM_KEY] = np.repeat(np.arange(len(lengths)), start_count)
     space = ConfigurationSpace(joints, domain_of(chain, values_by_name, role))
     sampled_names = {*space.collect_names([[piece]]), _ARM_KEY}
-    values = space.sample_piece(piece, sampled_names, stream, count=count * len(lengths))
+    values = space.sample_piece(piece, sampled_names, stream, count=start_count * len(lengths))
     configurations = np.array([values[joint] for joint in joints]).T
     samples = []
     for number, arm_lengths in enumerate(lengths):
@@ -165,7 +165,7 @@ def generalize_conditions(chain: Chain) -> tuple[Chain, Mapping[str, str]]:
     relevant_lengths = [value for symbol, value in lengths.items() if symbol in normalized_symbolic_arm.parameters]
     conditions = {}
     for component in singular_set(symbolic_arm) or () if relevant_lengths and are_unrelated(relevant_lengths) else ():
-        for subset in [component.at(values) for values in component.value_combinations()] or [component]:
+        for subset in [component.restrict_to(values) for values in component.value_combinations()] or [component]:
             (symbolic_condition,) = normalize_conditions(symbolic_arm, subset)
             (condition,) = normalize_conditions(normalize_arm(chain), _substitute_lengths(subset, lengths))
             conditions[condition] = symbolic_condition
@@ -187,16 +187,16 @@ def _classify_for_all_lengths(chain: Chain, conditions: tuple[str, ...]) -> Clas
     return None if " or " in result.meaning else result
 
 
-def split_by_value(component: Component, kind: Classification) -> list[tuple[Values, Component]]:
+def split_by_value(component: Component, classification: Classification) -> list[tuple[Values, Component]]:
     """Split a component by its combinations of joint values; return an empty list unless the parts may differ.
 
     Parts may differ in their kind or in what their configurations look like; `kind` is the component's classification.
     """
     combinations = component.value_combinations()
-    may_differ = " or " in kind.meaning or (kind.kind and not kind.uniform)
+    may_differ = " or " in classification.meaning or (classification.kind and not classification.uniform)
     if not may_differ or not 1 < len(combinations) <= _MAX_VALUE_COMBINATIONS:
         return []
-    return [(values, component.at(values)) for values in combinations]
+    return [(values, component.restrict_to(values)) for values in combinations]
 
 
 @lru_cache(maxsize=4096)

@@ -43,7 +43,8 @@ def lost_direction(jacobian: np.ndarray, nonzero_threshold: float = NONZERO_THRE
     m, n = jacobian.shape
     if m > n or clear_rank(jacobian, nonzero_threshold) != m - 1:
         return None
-    return np.asarray(np.linalg.svd(jacobian)[0][:, -1])
+    u, _, _ = np.linalg.svd(jacobian)
+    return np.asarray(u[:, -1])
 
 
 # --- as a formula ---
@@ -86,9 +87,8 @@ def lost_direction_formula(symbolic_arm: Chain, component: Component) -> LostDir
         for columns in combinations(range(jacobian.cols), jacobian.rows - 1)
         if (direction := _cofactors(jacobian[:, list(columns)])) is not None and not direction.has(scale)
     ]
-    lengths = [(count_terms(formula.direction, trivial=()), sp.count_ops(formula.direction)) for formula in formulas]
-    term_counts_and_indices = [(*length, index) for index, length in enumerate(lengths) if length[0] <= MAX_TERMS]
-    return formulas[min(term_counts_and_indices)[-1]] if term_counts_and_indices else None
+    short = [formula for formula in formulas if count_terms(formula.direction, trivial=()) <= MAX_TERMS]
+    return min(short, key=lambda f: (count_terms(f.direction, trivial=()), sp.count_ops(f.direction)), default=None)
 
 
 def _substitute_joint_value(
@@ -187,17 +187,17 @@ class ArmLine:
 
 def list_candidate_lines(chain: Chain) -> list[ArmLine]:
     """Return the lines of an arm that may describe a direction; the lines that are easiest to see come first."""
-    n, first = chain.n, convention_of(chain).frame_on_axis(1)
+    n, first_frame = chain.n, convention_of(chain).frame_on_axis(1)
     if not convention_of(chain).frame_numbers:
         return [
             *(ArmLine("omega" if joint.is_revolute else "v", i) for i, joint in enumerate(chain.joints, 1)),
             *(ArmLine("space", i) for i in range(3)),
         ]
-    to_point = [ArmLine("P", first + i) for i in range(chain.point.frame)]
-    axes = [ArmLine("axis" if first else "z", first + i) for i in range(n)]
-    others = [ArmLine(kind, i) for kind in "xy" for i in range(n + 1)]
+    to_point = [ArmLine("P", first_frame + i) for i in range(chain.point.frame)]
+    axes = [ArmLine("axis" if first_frame else "z", first_frame + i) for i in range(n)]
+    x_and_y_axes = [ArmLine(kind, i) for kind in "xy" for i in range(n + 1)]
     world = [] if chain.base.is_world else [ArmLine("world", i) for i in range(3)]
-    return [*to_point, *axes, *others, *world]
+    return [*to_point, *axes, *x_and_y_axes, *world]
 
 
 def line_directions(lines: Sequence[ArmLine], samples: Sequence[Sample]) -> np.ndarray:

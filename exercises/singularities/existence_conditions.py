@@ -42,7 +42,7 @@ def find_existence_condition(condition: sp.Expr, chain: Chain) -> ExistenceCondi
         return None
     prismatic_variables = {chain.q[i] for i in chain.prismatic_joints}
     constant_key = (0,) * len(form.angles)
-    constant = form.terms.get(constant_key, (sp.S.Zero, sp.S.Zero))[0]
+    constant, _ = form.terms.get(constant_key, (sp.S.Zero, sp.S.Zero))
     pairs = [pair for key, pair in form.terms.items() if key != constant_key]
     keys = sp.Matrix([key for key in form.terms if key != constant_key])
     if constant == 0 or not pairs or keys.rank() < len(pairs) or condition.free_symbols & prismatic_variables:

@@ -231,7 +231,8 @@ class _Field:
         (angle,) = atom.args
         is_cosine = isinstance(atom, sp.cos)
         if angle in self.circles:
-            return self.circles[angle][0 if is_cosine else 1]
+            cosine, sine = self.circles[angle]
+            return cosine if is_cosine else sine
         if angle.free_symbols & set(self.circles):
             raise _Undecided
         multiple, base = angle.as_coeff_Mul()
@@ -243,16 +244,16 @@ class _Field:
         c, s = self._multiply_angle((1 - half**2) * inverse % p, 2 * half * inverse % p, int(part_count))
         return sp.Integer(c if is_cosine else s)
 
-    def _multiply_angle(self, c: int, s: int, times: int) -> tuple[int, int]:
-        """Return cosine and sine of a multiple of an angle with cosine c and sine s."""
-        if times < 0:
-            return self._multiply_angle(c, -s % self.prime, -times)
-        result = (1, 0)
-        while times:
-            if times & 1:
-                result = (result[0] * c - result[1] * s) % self.prime, (result[0] * s + result[1] * c) % self.prime
-            c, s, times = (c * c - s * s) % self.prime, 2 * c * s % self.prime, times >> 1
-        return result
+    def _multiply_angle(self, c: int, s: int, factor: int) -> tuple[int, int]:
+        """Return cosine and sine of `factor` times an angle with cosine c and sine s."""
+        if factor < 0:
+            return self._multiply_angle(c, -s % self.prime, -factor)
+        cosine, sine = 1, 0
+        while factor:  # for each binary digit of the factor, c and s belong to twice the angle before
+            if factor & 1:
+                cosine, sine = (cosine * c - sine * s) % self.prime, (cosine * s + sine * c) % self.prime
+            c, s, factor = (c * c - s * s) % self.prime, 2 * c * s % self.prime, factor >> 1
+        return cosine, sine
 
     def _find_root_residue(self, number: int) -> int:
         """Return the residue of a square root, the product of the roots of prime factors: sqrt(2) sqrt(3) = sqrt(6)."""

@@ -33,8 +33,10 @@ from qdot.exercises.singularities.axes import (
 )
 from qdot.exercises.singularities.reason import is_reason
 
-ZERO_TOLERANCE, NONZERO_THRESHOLD = 1e-6, 0.02
+ZERO_TOLERANCE, NONZERO_ERROR = 1e-6, 1e-3
 """Tolerances (m, or a sine): below the first, a measure counts as zero; above the second, it is clearly nonzero."""
+NONZERO_THRESHOLD = 0.02
+"""Minimum distance (m) of two origins, and minimum speed of P (m/s) for a unit joint rate, in statements about them."""
 
 DIFFERENCE_STEP = 1e-3
 """Step of a joint variable (rad or m) for finite differences."""
@@ -129,11 +131,12 @@ def list_candidate_meanings(chain: Chain, samples: Sequence[Sample]) -> list[Mea
         for j in range(i + 1, min(chain.n, chain.point.frame)):
             meanings += _list_extreme_meanings(chain, samples, i, j)
     at_links = _list_prismatic_meanings(chain, samples) if has_angular_rows else []
+    along_links = [meaning for meaning in at_links if meaning.kind == "along"]
+    across_links = [meaning for meaning in at_links if meaning.kind == "across"]
     # A prismatic joint that passes through zero changes the order of the origins, but that is no singularity.
     rigid_links = [k for k in range(1, chain.n) if chain.joints[k - 1].is_revolute and chain.joints[k].is_revolute]
     origins = [meaning for k in rigid_links for meaning in _list_origin_meanings(chain, samples, k)]
-    across, along = ([meaning for meaning in at_links if meaning.kind == kind] for kind in ("across", "along"))
-    meanings += _select_special(samples, [*across, *origins, *along])
+    meanings += _select_special(samples, [*across_links, *origins, *along_links])
     meanings += _list_plane_meanings(chain, samples, revolute)
     return meanings + _select_special(samples, _list_common_direction_meanings(chain, samples))
 
@@ -152,10 +155,10 @@ def _list_direction_meanings(samples: Sequence[Sample], revolute: Sequence[int])
     ]
     meanings = _select_special(samples, pairs)
     axes = "the axes of joints {}, {} and {} are"
-    for chosen in combinations(revolute, 3):
-        in_plane, at_right_angles = (partial(error, joints=chosen) for error in (axis_spread, _perpendicularity_error))
-        plane = _make_meaning("one plane", chosen, f"{axes} all parallel to one plane", in_plane)
-        square = _make_meaning("square", chosen, f"{axes} at right angles to each other", at_right_angles)
+    for joints in combinations(revolute, 3):
+        in_plane, at_right_angles = (partial(error, joints=joints) for error in (axis_spread, _perpendicularity_error))
+        plane = _make_meaning("one plane", joints, f"{axes} all parallel to one plane", in_plane)
+        square = _make_meaning("square", joints, f"{axes} at right angles to each other", at_right_angles)
         meanings += [plane, square] if _select_special(samples, [plane]) else []
     return meanings
 
@@ -166,11 +169,11 @@ def _list_prismatic_meanings(chain: Chain, samples: Sequence[Sample]) -> list[Me
     links = [i for i in range(chain.n - 1) if all(is_revolute[i : i + 2]) and chain.joints[i].a != 0]
     line = "the line from the axis of joint {} to that of joint {}"
     return [
-        _make_meaning(kind, (prismatic, i, i + 1), f"prismatic joint {{}} moves {how} {line}",
+        _make_meaning(kind, (prismatic, i, i + 1), f"prismatic joint {{}} moves {relation} {line}",
                     partial(prismatic_slant, prismatic=prismatic, i=i, j=i + 1, is_across=kind == "across"))
         for prismatic, i in product(chain.prismatic_joints, links)
         if are_parallel(samples, i, i + 1)
-        for kind, how in (("along", "along"), ("across", "at right angles to"))
+        for kind, relation in (("along", "along"), ("across", "at right angles to"))
     ]  # fmt: skip
 
 
@@ -247,14 +250,14 @@ def holds(chain: Chain, meaning: MeasuredMeaning, sample: Sample) -> bool | None
         return _is_extreme(chain, meaning.kind, sample, i, j)
     is_zero = _is_zero(sample.evaluate(meaning.measure))
     if is_zero and meaning.kind in ("straight", "doubled"):
-        first, second = np.diff(sample.frames[i : i + 3, :3, 3], axis=0)
-        return bool(first @ second > 0) == (meaning.kind == "straight")
+        step, next_step = np.diff(sample.frames[i : i + 3, :3, 3], axis=0)
+        return bool(step @ next_step > 0) == (meaning.kind == "straight")
     return is_zero
 
 
 def _is_zero(error: float) -> bool | None:
     """Return whether an error is zero up to rounding; None if it is neither clearly zero nor clearly nonzero."""
-    return True if error < ZERO_TOLERANCE else False if error > NONZERO_THRESHOLD / 20 else None
+    return True if error < ZERO_TOLERANCE else False if error > NONZERO_ERROR else None
 
 
 def _is_extreme(chain: Chain, kind: str, sample: Sample, i: int, j: int) -> bool | None:

@@ -23,14 +23,19 @@ START_COUNT, MAX_STEPS = 60, 80
 LENGTH_SAMPLES, EXTRA_LENGTH_SAMPLES = 3, 12
 """Number of random choices of the symbolic lengths (those without a numeric value), and the number of further choices
 for conditions that hold only for special lengths."""
-EQUATION_TOLERANCE, RANK_TOLERANCE, DISTANCE_TOLERANCE = 1e-11, 1e-7, 1e-3
-"""Tolerances: for residuals of solved equations, for the smallest singular value of J over the largest, and for the
-distance of a singular configuration from the set. The last tolerance is large, because rounding shifts a configuration
-at which the smallest singular value has a double zero."""
+EQUATION_TOLERANCE, RANK_TOLERANCE = 1e-11, 1e-7
+"""Tolerances for residuals of solved equations, and for the smallest singular value of J over the largest."""
+DISTANCE_TOLERANCE = 1e-3
+"""Tolerance for the distance of a singular configuration from the set.
+
+It is large, because rounding shifts a configuration at which the smallest singular value has a double zero.
+"""
 _SINGULAR_VALUE_FLOOR = 0.1
 """The largest singular value of J (lengths as fractions of the reach) counts as at least this in comparisons."""
 _MAX_STEP_SIZE = 0.7
 """Maximum step: radians for a revolute joint, fractions of the reach for a prismatic joint."""
+_PRISMATIC_TRAVEL = 0.3
+"""The length (m) that a prismatic joint adds to the reach."""
 _PINV_RCOND = 1e-10
 """A step ignores singular values below this fraction of the largest (relative cutoff of the pseudoinverse)."""
 
@@ -74,20 +79,20 @@ def check_rank_loss(
     converged_count, unexplained = 0, []
     rng = Stream(seed)
 
-    def find_zeros(k: int, branch: _Branch, rank: _RankTest) -> np.ndarray:
+    def find_zeros(k: int, branch: _Branch, rank_test: _RankTest) -> np.ndarray:
         """Return configurations on branch k, and store k if J keeps full rank at one of them."""
-        converged, q = branch.find_zeros(rank.sample_configurations(start_count, rng))
-        if converged.any() and not rank.loses_rank(q[converged]).all():
+        converged, q = branch.find_zeros(rank_test.sample_configurations(start_count, rng))
+        if converged.any() and not rank_test.loses_rank(q[converged]).all():
             full_rank_branches.add(k)
         return np.asarray(q[converged])
 
     for values, arm in _sample_lengths(chain, rng, LENGTH_SAMPLES):
         arms.append(arm)
-        rank = _RankTest(arm, chain)
+        rank_test = _RankTest(arm, chain)
         numeric_branches = [_Branch(branch, chain, values) for branch in branches]
         for k, branch in enumerate(numeric_branches):
-            samples[k] += [(len(arms) - 1, configuration) for configuration in find_zeros(k, branch, rank)]
-        q = rank.search_singular(rank.sample_configurations(start_count, rng), rng)
+            samples[k] += [(len(arms) - 1, configuration) for configuration in find_zeros(k, branch, rank_test)]
+        q = rank_test.search_singular(rank_test.sample_configurations(start_count, rng), rng)
         converged_count += len(q)
         is_explained = np.zeros(len(q), dtype=bool)
         for branch in numeric_branches:
@@ -111,18 +116,18 @@ def find_covering_branches(
     A configuration counts only for the first branch that contains it. Return None if a configuration lies on no other
     branch, or if no configuration was found.
     """
-    rng, covering = Stream("lies on"), set()
+    rng, covering_branches = Stream("lies on"), set()
     for values, arm in _sample_lengths(chain, rng, LENGTH_SAMPLES):
         starts = _RankTest(arm, chain).sample_configurations(START_COUNT, rng)
         converged, q = _Branch(branch, chain, values).find_zeros(starts)
         q = q[converged]
         for k, conditions in enumerate(other_branches):
             is_covered = _Branch(conditions, chain, values).contains(q)
-            covering |= {k} if is_covered.any() else set()
+            covering_branches |= {k} if is_covered.any() else set()
             q = q[~is_covered]
         if len(q):
             return None
-    return frozenset(covering) or None
+    return frozenset(covering_branches) or None
 
 
 def _sample_lengths(
@@ -210,7 +215,8 @@ def _solve(equations: Equations, x: np.ndarray, units: np.ndarray | float = 1.0)
         steps = -(np.linalg.pinv(derivatives[active], rcond=_PINV_RCOND) @ values[active, :, None])[:, :, 0]
         longest = np.abs(steps).max(axis=1, keepdims=True)
         x[active] += steps * np.minimum(1.0, _MAX_STEP_SIZE / np.maximum(longest, 1e-300)) * units
-    return np.abs(equations(x)[0]).max(axis=1) < EQUATION_TOLERANCE, x
+    residuals, _ = equations(x)
+    return np.abs(residuals).max(axis=1) < EQUATION_TOLERANCE, x
 
 
 class _RankTest:
@@ -218,24 +224,23 @@ class _RankTest:
 
     def __init__(self, arm: NumericChain, chain: Chain) -> None:
         self._arm, self._task_rows = arm, chain.task_rows
-        links = zip(arm.is_revolute, arm.fixed, strict=True)
-        link_lengths = (abs(a) + (abs(d) if is_revolute else 0.3) for is_revolute, (d, a, _) in links)
+        link_lengths = np.abs(arm.a) + np.where(arm.is_revolute, np.abs(arm.fixed_entries), _PRISMATIC_TRAVEL)
         self._reach = max(sum(link_lengths) + float(np.abs(arm.offset[:3]).sum()), 1e-3)
         self._joint_units = np.where(arm.is_revolute, 1.0, self._reach)
 
-    def sample_configurations(self, count: int, rng: Stream) -> np.ndarray:
-        """Return random configurations, count x n."""
+    def sample_configurations(self, configuration_count: int, rng: Stream) -> np.ndarray:
+        """Return random configurations, configurations x n."""
         limits = np.where(self._arm.is_revolute, np.pi, self._reach)
-        return np.array([[rng.uniform(-1, 1) for _ in limits] for _ in range(count)]) * limits
+        return np.array([[rng.uniform(-1, 1) for _ in limits] for _ in range(configuration_count)]) * limits
 
-    def _linear_and_angular(self, q: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
-        """Return the linear and the angular parts of the columns of J at k configurations, each k x n x 3."""
+    def _split_columns(self, q: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+        """Return the linear and the angular part of each column of J at k configurations, each k x n x 3."""
         columns = self._arm.jacobian(q).swapaxes(1, 2)
         return columns[:, :, :3] / self._reach * self._joint_units[:, None], columns[:, :, 3:]
 
     def jacobian(self, q: np.ndarray) -> np.ndarray:
         """Return the task Jacobian at k configurations, k x m x n."""
-        return np.asarray(np.concatenate(self._linear_and_angular(q), axis=2)[:, :, self._task_rows].swapaxes(1, 2))
+        return np.asarray(np.concatenate(self._split_columns(q), axis=2)[:, :, self._task_rows].swapaxes(1, 2))
 
     def loses_rank(self, q: np.ndarray) -> np.ndarray:
         """Return for each of k configurations whether J has less than full rank."""
@@ -245,8 +250,8 @@ class _RankTest:
     def search_singular(self, q: np.ndarray, rng: Stream) -> np.ndarray:
         """Return the singular configurations (at most k x n) to which searches from k starts (k x n) converge."""
         (k, n), (m, _) = q.shape, self.jacobian(q[:1])[0].shape
-        u, _, vt = np.linalg.svd(self.jacobian(q))
-        vector = u[:, :, -1] if m <= n else vt[:, -1]
+        u, _, v_transposed = np.linalg.svd(self.jacobian(q))
+        vector = u[:, :, -1] if m <= n else v_transposed[:, -1]
         vector = vector + 0.1 * np.array([[rng.uniform(-1, 1) for _ in range(min(m, n))] for _ in range(k)])
         units = np.concatenate([self._joint_units, np.ones(min(m, n))])
         converged, x = _solve(self._evaluate_equations, np.concatenate([q, vector], axis=1), units)
@@ -276,7 +281,7 @@ class _RankTest:
 
         The derivative of column i = (v_i, w_i) is (w_j x v_i, w_j x w_i) if j <= i, and (w_i x v_j, 0) if j > i.
         """
-        linear, angular = self._linear_and_angular(q)
+        linear, angular = self._split_columns(q)
         n = linear.shape[1]
         linear_earlier = cross(angular[:, None], linear[:, :, None])  # k x (column i) x (joint j) x 3, for j <= i
         is_earlier = np.arange(n)[:, None] >= np.arange(n)

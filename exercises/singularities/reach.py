@@ -47,15 +47,16 @@ def reaches_point(arm: NumericChain, point: np.ndarray) -> bool | None:
     height = float(target @ rotated_arm.axis)
     radius = float(np.linalg.norm(target - height * rotated_arm.axis))
     # the target belongs to the size, because the travel of a prismatic joint may be the arm's only length
-    plane_offset, size = rotated_arm.plane_offset, rotated_arm.size + float(np.linalg.norm(target))
+    size = rotated_arm.size + float(np.linalg.norm(target))
+    plane_offset = rotated_arm.plane_offset
     if abs(plane_offset) > _ZERO_TOLERANCE * size and abs(radius - abs(plane_offset)) < _UNDECIDED_MARGIN * size:
         return None
     if abs(plane_offset) > _ZERO_TOLERANCE * size and radius < abs(plane_offset):
         return False
     distance_in_plane = np.sqrt(max(radius**2 - plane_offset**2, 0.0))
-    across_offset, height_offset = rotated_arm.shoulder
-    across = distance_in_plane * np.array([1, -1]) - across_offset
-    answers = [_is_inside(float(x), rotated_arm.distances) for x in np.hypot(across, height - height_offset)]
+    shoulder_radius, shoulder_height = rotated_arm.shoulder
+    radii = distance_in_plane * np.array([1, -1]) - shoulder_radius  # on either side of the line
+    answers = [_is_inside(float(x), rotated_arm.distances) for x in np.hypot(radii, height - shoulder_height)]
     return True if True in answers else None if None in answers else False
 
 
@@ -82,9 +83,10 @@ class _RotatedPlanarArm:
 @lru_cache(maxsize=256)
 def _find_rotated_planar_arm(arm: NumericChain) -> _RotatedPlanarArm | None:
     """Return the description of a planar arm rotated by joint 1; None for other arms."""
-    home, moving_count = _compute_home_frames(arm), min(arm.point_frame, len(arm.kinds))
+    moving_count = min(arm.point_frame, len(arm.kinds))
     if moving_count < 2 or not arm.is_revolute[0]:
         return None
+    home = _compute_home_frames(arm)
     axes, origins, point = home[1:moving_count, :3, 2], home[1:moving_count, :3, 3], arm.point_of(home)
     normal, foot, axis = axes[0], home[0, :3, 3], home[0, :3, 2]
     distances = _find_distance_range(arm.is_revolute[1:moving_count], axes, origins, point)
@@ -158,16 +160,17 @@ def reaches_displaced_pose(
         return None
     if not planar_arm.has_angle:
         return _reaches_in_plane(arm, planar_arm, planar_arm.joints, target)
-    rotation, last = _axis_rotation(displacement[3:]), planar_arm.joints[-1]
-    if arm.is_revolute[last]:
-        last_axis_target = target - rotation @ (point - frames[last, :3, 3])
+    rotation, last_joint = _axis_rotation(displacement[3:]), planar_arm.joints[-1]
+    if arm.is_revolute[last_joint]:
+        last_axis_target = target - rotation @ (point - frames[last_joint, :3, 3])
         return _reaches_in_plane(arm, planar_arm, planar_arm.joints[:-1], last_axis_target)
     if arm.is_revolute[list(planar_arm.joints)].tolist() != [True, True, False]:
         return None
-    first, second = (frames[joint, :3, 3] for joint in planar_arm.joints[:2])
-    line_normal = cross(planar_arm.normal, frames[last, :3, 2])
-    distance = float((rotation @ line_normal) @ (target - first) - line_normal @ (point - second))
-    return _is_clearly_below(abs(distance), float(np.linalg.norm(planar_arm.plane_projector @ (second - first))))
+    first_origin, second_origin = (frames[joint, :3, 3] for joint in planar_arm.joints[:2])
+    line_normal = cross(planar_arm.normal, frames[last_joint, :3, 2])
+    distance = float((rotation @ line_normal) @ (target - first_origin) - line_normal @ (point - second_origin))
+    link_length = float(np.linalg.norm(planar_arm.plane_projector @ (second_origin - first_origin)))
+    return _is_clearly_below(abs(distance), link_length)
 
 
 @dataclass(frozen=True)
@@ -192,8 +195,8 @@ def _find_planar_arm(arm: NumericChain, task: tuple[int, ...]) -> _PlanarArm | N
 
     If the arm can change the height of P above the plane, the task must contain this height.
     """
-    home, angle_axes = _compute_home_frames(arm), [row - 3 for row in task if row >= 3]
-    linear, moving_count = [row for row in task if row < 3], arm.point_frame
+    linear, angle_axes = [row for row in task if row < 3], [row - 3 for row in task if row >= 3]
+    home, moving_count = _compute_home_frames(arm), arm.point_frame
     axes, is_revolute = home[:moving_count, :3, 2], arm.is_revolute[:moving_count]
     if not is_revolute.any() or (angle_axes and moving_count != len(arm.kinds)):
         return None
@@ -246,17 +249,18 @@ def _is_clearly_below(size: float, limit: float) -> bool | None:
 def _axis_rotation(angles: np.ndarray) -> np.ndarray:
     """Return the rotation (3 x 3) by angles (3) about the world axes, of which only one is not zero."""
     axis = int(np.argmax(np.abs(angles)))
-    first, second = (axis + 1) % 3, (axis + 2) % 3
+    next_axis, third_axis = (axis + 1) % 3, (axis + 2) % 3
     rotation, angle = np.eye(3), float(angles[axis])
-    rotation[first, first] = rotation[second, second] = np.cos(angle)
-    rotation[second, first], rotation[first, second] = np.sin(angle), -np.sin(angle)
+    rotation[next_axis, next_axis] = rotation[third_axis, third_axis] = np.cos(angle)
+    rotation[third_axis, next_axis], rotation[next_axis, third_axis] = np.sin(angle), -np.sin(angle)
     return rotation
 
 
 # --- positions just beyond the current one, for many arms at once ---
 
-_START_COUNT, _MAX_STEPS = 80, 40
-"""Number of starts of the search for a configuration beyond the current position, and maximum number of steps."""
+_START_COUNT, _MAX_STEPS, _MAX_STEP_SIZE = 80, 40, 0.6
+"""The search for a configuration beyond the current position: number of starts, maximum number of steps, and maximum
+step of a joint (rad or m)."""
 _PRUNING_STEP, _KEPT_START_COUNT = 8, 20
 """After `_PRUNING_STEP` steps, only the `_KEPT_START_COUNT` starts whose points are nearest to the target continue."""
 
@@ -323,7 +327,7 @@ def _search_beyond(
         transposed = jacobian.swapaxes(-1, -2)
         damped = jacobian @ transposed + 1e-9 * np.eye(len(task))
         change = (transposed @ np.linalg.solve(damped, residual[..., None]))[..., 0]
-        q += change * np.minimum(1.0, 0.6 / np.maximum(np.abs(change).max(axis=2, keepdims=True), 1e-12))
+        q += change * np.minimum(1.0, _MAX_STEP_SIZE / np.maximum(np.abs(change).max(axis=2, keepdims=True), 1e-12))
     return answers
 
 

@@ -19,9 +19,10 @@ Predicate = Callable[[Sample], bool | None]
 
 _MAX_ARMS, _START_COUNT, _MAX_STEPS = 3, 16, 60
 """Maximum number of arms that are searched, number of starts for each arm, and maximum number of steps."""
-_CONVERGENCE_TOLERANCE, _DIFFERENCE_STEP, _MAX_STEP_SIZE = 1e-9, 1e-6, 0.6
-"""A measure below the first counts as zero. The others are the step of finite differences and the maximum step of the
-search (rad or m)."""
+_CONVERGENCE_TOLERANCE = 1e-9
+"""A measure below this counts as zero."""
+_DIFFERENCE_STEP, _MAX_STEP_SIZE = 1e-6, 0.6
+"""The step of finite differences, and the maximum step of the search (rad or m)."""
 _REGULAR_RATIO = 1e-4
 """If the smallest singular value of J over the largest is above this, the configuration is certainly regular."""
 

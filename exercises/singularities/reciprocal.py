@@ -38,9 +38,10 @@ from qdot.exercises.singularities.singular_set import (
 _POSITION = VELOCITY_NAMES[:3]
 MAX_CASES = 400
 """Maximum number of cases that are examined."""
-MAX_FRAMES, SHORT_OPERATION_COUNT = 2, 200
-"""Maximum number of pairs of frame and reference point that are tried, and the number of operations in all conditions
-together below which no further pair is tried."""
+MAX_FRAMES = 2
+"""Maximum number of pairs of frame and reference point that are tried."""
+SHORT_OPERATION_COUNT = 200
+"""If all conditions together have fewer operations than this, no further pair is tried."""
 _SPARSITY_TOLERANCE = 1e-9
 """An entry of the numeric Jacobian below this limit counts as zero."""
 _ZERO_TOLERANCE = sp.Float("1e-20")
@@ -49,10 +50,13 @@ _ZERO_TOLERANCE = sp.Float("1e-20")
 
 @dataclass(frozen=True)
 class Reduction:
-    """J of an arm in coordinates of frame `frame`, about the origin of frame `about`; about P if `about` is None."""
+    """J of an arm in coordinates of frame `frame`.
+
+    The reference point is the origin of frame `reference_frame`, or P if `reference_frame` is None.
+    """
 
     frame: int
-    about: int | None
+    reference_frame: int | None
     matrix: sp.ImmutableMatrix
 
 
@@ -81,7 +85,8 @@ def elimination_applies(chain: Chain) -> bool:
         return False
     if set(chain.task) == set(_POSITION):
         return has_long_minors(chain)
-    return set(chain.task) == set(VELOCITY_NAMES) and moves_with_last_link(polynomial_arm(chain)[0])
+    arm, _ = polynomial_arm(chain)
+    return set(chain.task) == set(VELOCITY_NAMES) and moves_with_last_link(arm)
 
 
 def polynomial_arm(chain: Chain) -> tuple[Chain, dict[sp.Symbol, sp.Expr]]:
@@ -119,10 +124,10 @@ def _is_polynomial(value: sp.Expr) -> bool:
 
 
 def _find_sparsest_frames(chain: Chain) -> list[tuple[int, int | None]]:
-    """Return pairs (frame, about) as in a Reduction; the pairs with the most zeros in J come first.
+    """Return pairs (frame, reference_frame) as in a Reduction; the pairs with the most zeros in J come first.
 
-    Among pairs with equally many zeros, frames near the middle of the arm come first. For a position task, `about` is
-    None.
+    Among pairs with equally many zeros, frames near the middle of the arm come first. For a position task, the
+    reference point is P.
     """
     middle_frames = [frame for frame in range(chain.n) if abs(2 * frame - chain.n) < 2]
     if set(chain.task) == set(_POSITION):
@@ -135,15 +140,15 @@ def _find_sparsest_frames(chain: Chain) -> list[tuple[int, int | None]]:
     z, origins = frames[:-1, :3, 2], frames[:-1, :3, 3]
     is_revolute = arm.is_revolute[:, None]
     candidates = []
-    for frame, about in product(middle_frames, range(chain.n + 1)):
-        rotation, point = frames[frame, :3, :3], frames[about, :3, 3]
+    for frame, reference_frame in product(middle_frames, range(chain.n + 1)):
+        rotation, point = frames[frame, :3, :3], frames[reference_frame, :3, 3]
         linear, angular = np.where(is_revolute, np.cross(z, point - origins), z), z * is_revolute
         zeros = np.abs(np.hstack([linear @ rotation, angular @ rotation])) < _SPARSITY_TOLERANCE
-        key = -int(zeros.sum()), abs(2 * frame - chain.n), abs(about - frame), frame, about
-        candidates.append((key, zeros.tobytes()))
+        distances = abs(2 * frame - chain.n), abs(reference_frame - frame)
+        candidates.append((-int(zeros.sum()), *distances, frame, reference_frame, zeros.tobytes()))
     pair_by_zero_pattern: dict[bytes, tuple[int, int | None]] = {}
-    for key, pattern in sorted(candidates):
-        pair_by_zero_pattern.setdefault(pattern, (key[3], key[4]))
+    for *_, frame, reference_frame, pattern in sorted(candidates):
+        pair_by_zero_pattern.setdefault(pattern, (frame, reference_frame))
     return list(pair_by_zero_pattern.values())
 
 
@@ -225,9 +230,8 @@ class _Elimination:
 
         A case consists of a condition, and of the values to substitute for sines, cosines and joint variables.
         """
-        cases = split_zero_cases(factor)
-        if cases[0][1]:
-            return [(condition, dict(values)) for condition, values in cases]
+        if isinstance(factor, (sp.sin, sp.cos)):
+            return [(condition, dict(values)) for condition, values in split_zero_cases(factor)]
         roots = find_half_angle_roots(factor, self.search)
         if not roots:
             return [(factor, {})]
@@ -272,11 +276,11 @@ class _Elimination:
         combined likewise. Return the smaller matrix, and for each of its columns the index of the column in `matrix`,
         or -1 for a combined column. Return None if there are no such entries.
         """
-        best_reduction = None
+        best_key, best_reduction = None, None
         for transposed in (False, True):
             m = matrix.T if transposed else matrix
             for c in range(m.cols):
-                if best_reduction is not None and _count_others(m.col(c)) > best_reduction[0][0]:
+                if best_key is not None and _count_others(m.col(c)) > best_key[0]:
                     continue
                 reduced = self._reduce_to_two(m, c)
                 if reduced is None:
@@ -291,9 +295,9 @@ class _Elimination:
                 smaller = reduced_matrix.extract(other_rows, columns).col_join(combined_row.extract([0], columns))
                 column_numbers = [*other_rows, -1] if transposed else columns
                 key = _count_others(m.col(c)), sp.count_ops(smaller), transposed, c
-                if best_reduction is None or key < best_reduction[0]:
-                    best_reduction = key, (smaller.T if transposed else smaller, column_numbers)
-        return best_reduction[1] if best_reduction else None
+                if best_key is None or key < best_key:
+                    best_key, best_reduction = key, (smaller.T if transposed else smaller, column_numbers)
+        return best_reduction
 
     def _reduce_to_two(self, matrix: sp.Matrix, c: int) -> tuple[sp.Matrix, tuple[int, int]] | None:
         """Reduce a column to two nonzero entries by adding constant multiples of rows.
@@ -305,15 +309,16 @@ class _Elimination:
         for r in range(matrix.rows):
             if matrix[r, c] == 0:
                 continue
-            factors = tuple(f for f in factor_trig(matrix[r, c]).factors if self.search.contains_joints(f[0]))
+            powers = factor_trig(matrix[r, c]).factors
+            factors = tuple((f, power) for f, power in powers if self.search.contains_joints(f))
             if factors not in rows_by_factors:
                 rows_by_factors[factors] = r
                 continue
-            first = rows_by_factors[factors]
-            numerator, denominator = sp.fraction(sp.cancel(matrix[r, c] / matrix[first, c]))
+            pivot_row = rows_by_factors[factors]
+            numerator, denominator = sp.fraction(sp.cancel(matrix[r, c] / matrix[pivot_row, c]))
             if self.search.contains_joints(numerator) or self.search.contains_joints(denominator):
                 return None
-            row = (reduced.row(r) * denominator - reduced.row(first) * numerator).applyfunc(_tidy)
+            row = (reduced.row(r) * denominator - reduced.row(pivot_row) * numerator).applyfunc(_tidy)
             reduced = sp.Matrix.vstack(reduced[:r, :], row, reduced[r + 1 :, :])
         if len(rows_by_factors) != 2:
             return None
@@ -346,11 +351,11 @@ def _divide_factors(matrix: sp.Matrix, shared: list[sp.Expr], row: int = -1, col
     """Return a matrix with one row or one column divided by common factors."""
     divisor = Factored(sp.S.One, tuple((factor, 1) for factor in shared))
 
-    def entry(r: int, c: int) -> sp.Expr:
+    def divide_entry(r: int, c: int) -> sp.Expr:
         value = matrix[r, c]
         return factor_trig(value).divide_by(divisor).expression() if value != 0 and (r == row or c == column) else value
 
-    return sp.Matrix(matrix.rows, matrix.cols, entry)
+    return sp.Matrix(matrix.rows, matrix.cols, divide_entry)
 
 
 def _schur_complement(matrix: sp.Matrix, r: int, c: int) -> sp.Matrix:
@@ -369,7 +374,7 @@ def _clear_denominators(matrix: sp.Matrix) -> sp.Matrix:
     """Return a matrix without denominators; each row is multiplied by the common denominator of its entries."""
     rows = []
     for r in range(matrix.rows):
-        denominators = [sp.fraction(sp.together(entry))[1] for entry in matrix.row(r)]
+        denominators = [sp.denom(sp.together(entry)) for entry in matrix.row(r)]
         common = sp.lcm_list(denominators) if any(value.free_symbols for value in denominators) else sp.S.One
         row = matrix.row(r)
         rows.append(row.applyfunc(lambda e, by=common: _tidy(sp.cancel(e * by))) if common != 1 else row)
@@ -424,6 +429,7 @@ def reciprocal_set(chain: Chain, symbol_values: tuple[tuple[sp.Symbol, sp.Expr],
     `symbol_values` are the values of symbols that replace the arm's numbers. Constants that are zero for these values
     are not used as pivots. Raises TooLong.
     """
+    # a different fraction for each length, so that no constant is zero by chance
     sampled_lengths = {symbol: sp.Rational(7 + 4 * i, 11 + 6 * i) for i, symbol in enumerate(chain.parameters)}
     values = {**sampled_lengths, **{symbol: value.xreplace(sampled_lengths) for symbol, value in symbol_values}}
 
@@ -434,9 +440,9 @@ def reciprocal_set(chain: Chain, symbol_values: tuple[tuple[sp.Symbol, sp.Expr],
         return may_hold_simultaneously([condition.xreplace(dict(symbol_values)) for condition in branch], chain.q)
 
     candidates, errors = [], []
-    for frame, about in _find_sparsest_frames(chain)[:MAX_FRAMES]:
+    for frame, reference_frame in _find_sparsest_frames(chain)[:MAX_FRAMES]:
         try:
-            singular_set = _search_from(chain, frame, about, is_zero)
+            singular_set = _search_from(chain, frame, reference_frame, is_zero)
         except TooLong as error:
             errors.append(error)
             continue
@@ -453,9 +459,12 @@ def _count_operations(singular_set: ReciprocalSet) -> int:
     return sum(int(sp.count_ops(condition)) for branch in singular_set.branches for condition in branch)
 
 
-def _search_from(chain: Chain, frame: int, about: int | None, is_zero: Callable[[sp.Expr], bool]) -> ReciprocalSet:
+def _search_from(
+    chain: Chain, frame: int, reference_frame: int | None, is_zero: Callable[[sp.Expr], bool]
+) -> ReciprocalSet:
     """Return the singular set by elimination in J for one frame and one reference point. Raises TooLong."""
-    reduction = Reduction(frame, about, sp.ImmutableMatrix(jacobian_seen_from(chain, frame, about).applyfunc(_tidy)))
+    jacobian = jacobian_seen_from(chain, frame, reference_frame).applyfunc(_tidy)
+    reduction = Reduction(frame, reference_frame, sp.ImmutableMatrix(jacobian))
     elimination = _Elimination(Search(chain.q, is_zero))
     branches = list(elimination.find_branches(sp.Matrix(reduction.matrix), tuple(range(1, chain.n + 1)), ()))
     if () in branches:

@@ -23,7 +23,10 @@ from qdot.exercises.singularities.joint_solvability import (
 )
 
 MAX_EXAMINED_BRANCHES, MAX_BRANCHES = 300, 40
-"""Maximum number of branches (ways in which all minors are zero) that are examined, and that a person would read."""
+"""Maximum number of branches that are examined, and that a person would read.
+
+A branch is a way in which all minors are zero.
+"""
 MAX_IMPLICATION_WORK = 10_000
 """Limit of the product of degrees (`joint_solvability`) for proving that long conditions follow from others."""
 _ZERO_TOLERANCE = sp.Float("1e-20")
@@ -80,7 +83,7 @@ class Component:
         )
         return replace(self, solutions=solutions)
 
-    def at(self, values: Values) -> "Component":
+    def restrict_to(self, values: Values) -> "Component":
         """Return the part of this component at which the joints have these values."""
         return Component(self.conditions, tuple((joint, (value,)) for joint, value in values))
 
@@ -116,10 +119,9 @@ def zero_set(expressions: Sequence[sp.Expr], chain: Chain, is_symbolic: bool) ->
 def _insert_prismatic_values(conditions: tuple[sp.Expr, ...], chain: Chain) -> tuple[sp.Expr, ...]:
     """Return conditions in which a prismatic variable that one condition determines is replaced by its value."""
     for condition in conditions:
-        solution = solve_condition(condition, chain)
-        if solution is not None and len(solution[1]) == 1 and chain.joints[chain.q.index(solution[0])].is_prismatic:
-            value = {solution[0]: solution[1][0]}
-            others = (sp.expand(c.xreplace(value)) for c in conditions if c is not condition)
+        joint, values = solve_condition(condition, chain) or (None, ())
+        if joint is not None and len(values) == 1 and chain.joints[chain.q.index(joint)].is_prismatic:
+            others = (sp.expand(c.xreplace({joint: values[0]})) for c in conditions if c is not condition)
             conditions = (condition, *(c for c in others if c != 0))
     return conditions
 
@@ -173,7 +175,8 @@ def _find_zeros(derivation: Derivation, expressions: tuple[Factored, ...]) -> Ze
 
 
 def _make_zero_test(derivation: Derivation) -> Callable[[sp.Expr], bool]:
-    """Return a function that tests whether a constant of the structure is zero for the arm's numbers."""
+    """Return a function that tests whether a constant of the symbolic arm is zero for the arm's numbers."""
+    # a different fraction for each length, so that no constant is zero by chance
     lengths = {symbol: sp.Rational(7 + 4 * i, 11 + 6 * i) for i, symbol in enumerate(derivation.chain.parameters)}
 
     def is_zero(constant: sp.Expr) -> bool:
@@ -222,20 +225,18 @@ def solve_conjunction(conditions: tuple[sp.Expr, ...], chain: Chain) -> Componen
     solutions = []
     for condition in conditions:
         solution = solve_condition(condition, chain)
-        if solution is None:
-            excess = _compute_excess(condition, chain)
-            if excess is not None and excess > 0:
+        if solution is not None:
+            _, values = solution
+            if not values:
                 return None
-            if (
-                excess == 0
-                and len(conditions) == 1
-                and (component := _find_single_solution(condition, chain)) is not None
-            ):
-                return component
-        elif not solution[1]:
-            return None
-        else:
             solutions.append(solution)
+            continue
+        excess = _compute_excess(condition, chain)
+        if excess is not None and excess > 0:
+            return None
+        component = _find_single_solution(condition, chain) if excess == 0 and len(conditions) == 1 else None
+        if component is not None:
+            return component
     has_unsolved = len(solutions) < len(conditions)
     return Component(conditions, None) if has_unsolved else _merge_solutions(conditions, tuple(solutions))
 
@@ -246,12 +247,12 @@ def _merge_solutions(conditions: tuple[sp.Expr, ...], solutions: tuple[JointSolu
     Only numeric joint values are compared.
     """
     for i, j in combinations(range(len(conditions)), 2):
-        (joint, first), (second_joint, second) = solutions[i], solutions[j]
-        if joint == second_joint and all(value.is_number for value in (*first, *second)):
-            common = [value for value in first if value in second]
+        (joint, values), (other_joint, other_values) = solutions[i], solutions[j]
+        if joint == other_joint and all(value.is_number for value in (*values, *other_values)):
+            common = [value for value in values if value in other_values]
             if not common:
                 return None
-            redundant = j if len(common) == len(first) else i if len(common) == len(second) else None
+            redundant = j if len(common) == len(values) else i if len(common) == len(other_values) else None
             if redundant is not None:
                 remaining = conditions[:redundant] + conditions[redundant + 1 :]
                 return _merge_solutions(remaining, solutions[:redundant] + solutions[redundant + 1 :])
@@ -354,7 +355,7 @@ def _compute_excess(condition: sp.Expr, chain: Chain) -> sp.Expr | None:
     constant = polynomial.coeff_monomial(1)
     excess = 2 * abs(constant) - sum(abs(coefficient) for coefficient in polynomial.coeffs())
     number = sp.N(excess, 30)
-    return sp.S.Zero if abs(number) < sp.Float("1e-20") and sp.simplify(excess) == 0 else number
+    return sp.S.Zero if abs(number) < _ZERO_TOLERANCE and sp.simplify(excess) == 0 else number
 
 
 def _find_single_solution(condition: sp.Expr, chain: Chain) -> Component | None:
@@ -505,9 +506,8 @@ def _search_branches(factor_sets: list[list[sp.Expr]], search: Search) -> Iterat
     if not factor_sets:
         yield []
         return
-    factor_sets = sorted(factor_sets, key=lambda factors: (len(factors), sum(map(sp.count_ops, factors))))
-    first, other_sets = factor_sets[0], factor_sets[1:]
-    for factor in first:
+    simplest, *other_sets = sorted(factor_sets, key=lambda factors: (len(factors), sum(map(sp.count_ops, factors))))
+    for factor in simplest:
         for condition, values in split_zero_cases(factor):
             substituted = (_substitute_zero(factors, factor, values, search) for factors in other_sets)
             remaining = [factors for factors in substituted if factors is not None]
@@ -537,11 +537,11 @@ def _substitute_zero(
 def _merge_roots(conjunctions: list[Conjunction]) -> list[Conjunction]:
     """Merge conjunctions that differ only in the root of one factor, such as theta3 = 0 and theta3 = pi."""
     sets = {frozenset(conjunction) for conjunction in conjunctions}
-    text = lru_cache(maxsize=None)(str)
+    to_text = lru_cache(maxsize=None)(str)
 
     def find_mergeable() -> tuple[set[frozenset[sp.Expr]], frozenset[sp.Expr]] | None:
         """Return two conjunctions that can be merged, and the merged conjunction."""
-        for conjunction in sorted(sets, key=lambda c: sorted(map(text, c))):
+        for conjunction in sorted(sets, key=lambda c: sorted(map(to_text, c))):
             for mark in filter(_is_mark, conjunction):
                 other_conditions = conjunction - {mark}
                 siblings = {other_conditions | {_ROOT_MARK(mark.args[0], root)} for root in RIGHT_ANGLES} & sets
@@ -550,7 +550,8 @@ def _merge_roots(conjunctions: list[Conjunction]) -> list[Conjunction]:
         return None
 
     while (mergeable := find_mergeable()) is not None:
-        sets = (sets - mergeable[0]) | {mergeable[1]}
+        siblings, merged = mergeable
+        sets = (sets - siblings) | {merged}
     return [tuple(sorted(conjunction, key=lambda c: (sp.count_ops(c), sp.default_sort_key(c)))) for conjunction in sets]
 
 
@@ -562,9 +563,10 @@ def _follows(condition: sp.Expr, premises: Conjunction, search: Search) -> bool:
     if condition in premises:
         return True
     roots = {premise: _find_roots(premise, search) for premise in premises}
-    fixed = list(filter(None, roots.values()))
-    others = [premise for premise in premises if not roots[premise]]
-    return bool(fixed) and all(_follows_at(condition, dict(values), others, search) for values in product(*fixed))
+    fixed_values = list(filter(None, roots.values()))
+    other_premises = [premise for premise in premises if not roots[premise]]
+    combinations_of_values = map(dict, product(*fixed_values))
+    return bool(fixed_values) and all(_follows_at(condition, v, other_premises, search) for v in combinations_of_values)
 
 
 def _follows_at(condition: sp.Expr, values: JointValues, other_premises: list[sp.Expr], search: Search) -> bool:

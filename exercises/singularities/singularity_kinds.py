@@ -99,7 +99,7 @@ def _has_free_orientation(chain: Chain) -> bool:
 
 def _cut_before_wrist(samples: Sequence[Sample]) -> list[Sample]:
     """Return samples of arms with a spherical wrist as samples of their first three joints; P is the wrist centre."""
-    return [Sample(s.arm.keep_first_joints(3, (0.0, 0.0, s.arm.fixed[3][0])), s.q[:3]) for s in samples]
+    return [Sample(s.arm.keep_first_joints(3, (0.0, 0.0, s.arm.fixed_entries[3])), s.q[:3]) for s in samples]
 
 
 def _compute_ranks(sigma: np.ndarray, samples: Sequence[Sample]) -> np.ndarray:
@@ -160,14 +160,14 @@ def _classify_by_motion(samples: Sequence[Sample], task: list[int]) -> np.ndarra
     kinds = np.full(len(samples), "regular", dtype=object)
     if not samples:
         return kinds
-    u, singular_values, vt = np.linalg.svd(jacobians_of(samples)[:, task])
+    u, singular_values, v_transposed = np.linalg.svd(jacobians_of(samples)[:, task])
     ranks = _compute_ranks(singular_values, samples)
     for rank in sorted({int(rank) for rank in ranks if rank < singular_values.shape[1]}):
         indices = np.flatnonzero(ranks == rank)
         group = [samples[k] for k in indices.tolist()]
-        bending = _compute_bending(group, task, vt[indices, rank:])
+        bending = _compute_bending(group, task, v_transposed[indices, rank:])
         is_edge = np.zeros(len(indices), dtype=bool)
-        for lost in _yield_lost_directions(u[indices, :, rank:], bending, is_square=len(task) <= vt.shape[1]):
+        for lost in _yield_lost_directions(u[indices, :, rank:], bending, is_square=len(task) <= v_transposed.shape[1]):
             undecided = np.flatnonzero(~is_edge)
             if len(undecided):
                 undecided_samples = [group[k] for k in undecided.tolist()]
@@ -183,14 +183,14 @@ def _yield_lost_directions(lost_basis: np.ndarray, bending: "_Bending", is_squar
     reach folds in any of these combinations. At a corner of the reach, only few combinations fold; the blunter the
     corner, the fewer. Therefore the combination along which small motions reach the least comes first.
     """
-    count = lost_basis.shape[2]
-    if count == 1:
+    lost_count = lost_basis.shape[2]
+    if lost_count == 1:
         if is_square:
             yield lost_basis[:, :, 0]
         return
-    if count == 2:
+    if lost_count == 2:
         yield _find_least_reached_direction(lost_basis, bending)
-    for weights in _list_unit_vectors(count):
+    for weights in _list_unit_vectors(lost_count):
         yield lost_basis @ weights
 
 
@@ -201,12 +201,12 @@ _RANDOM_DIRECTION_COUNT = 150
 
 
 @lru_cache(maxsize=8)
-def _list_unit_vectors(count: int) -> np.ndarray:
-    """Return unit vectors in `count` dimensions, directions x count; opposite vectors are not repeated."""
-    if count == 2:
+def _list_unit_vectors(dimension: int) -> np.ndarray:
+    """Return unit vectors of a dimension, directions x count; opposite vectors are not repeated."""
+    if dimension == 2:
         return _vectors_at_angles(np.arange(0, np.pi, _DIRECTION_STEP))
     rng = Stream("directions")
-    vectors = np.array([[rng.uniform(-1, 1) for _ in range(count)] for _ in range(_RANDOM_DIRECTION_COUNT)])
+    vectors = np.array([[rng.uniform(-1, 1) for _ in range(dimension)] for _ in range(_RANDOM_DIRECTION_COUNT)])
     return np.asarray(vectors / np.linalg.norm(vectors, axis=1, keepdims=True))
 
 

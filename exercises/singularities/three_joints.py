@@ -26,11 +26,11 @@ _ZERO_TOLERANCE = 1e-9
 """A quantity below this fraction of the arm's size counts as zero."""
 _SIGN_TOLERANCE = 1e-10
 """The sign of a polynomial is certain if its absolute value is above this fraction of the sum of its absolute terms."""
-_GRID_SIZE, _MINIMUM_STARTS, _MAX_NEWTON_STEPS, _MIN_STEP_SIZE = 48, 4, 25, 1e-9
+_GRID_SIZE, _START_COUNT, _MAX_NEWTON_STEPS, _MIN_STEP_SIZE = 48, 4, 25, 1e-9
 """The search for the minimum of a polynomial on the circle:
 
 - the number of points at which the polynomial is evaluated;
-- how many of these points, the lowest ones, Newton steps start from;
+- the number of Newton searches, which start from the lowest of these points;
 - the maximum number of steps; if two minima merge, a step removes only a third of the remaining distance;
 - the step size (rad) below which the search ends.
 """
@@ -44,17 +44,17 @@ def reaches_targets(arms: NumericChain, targets: np.ndarray) -> np.ndarray:
     arm = _normalize(arms, targets)
     with np.errstate(all="ignore"):  # a division by zero makes the answer UNSURE
         condition = _eliminate_second_joint(arm)
-        by_sign, by_roots = _decide_by_sign(arm, condition), _decide_by_roots(arm, condition)
+        by_sign, by_roots = _decide_by_sign(condition), _decide_by_roots(condition)
     answer = np.where(condition.is_only_condition, by_sign, by_roots)
-    return np.asarray(np.where(norms(arm.along) > _ZERO_TOLERANCE, answer, UNSURE))  # the third joint must move P
+    return np.asarray(np.where(norms(arm.x_vector) > _ZERO_TOLERANCE, answer, UNSURE))  # the third joint must move P
 
 
 @dataclass(frozen=True)
 class _NormalizedArms:
     """Arms (k) with their targets, divided by the size of both, in coordinates about a point on the first axis.
 
-    `axes` and `origins` (k x 3 joints x 3) are those at home. The third joint brings P to the position `middle`
-    + x `along` + y `across` (k x 3 each). If that joint is revolute, (x, y) lies on the unit circle; if it is
+    `axes` and `origins` (k x 3 joints x 3) are those at home. The third joint brings P to the position `center`
+    + x `x_vector` + y `y_vector` (k x 3 each). If that joint is revolute, (x, y) lies on the unit circle; if it is
     prismatic, y is 0. `is_revolute` (3) says which of the joints are revolute.
     """
 
@@ -62,14 +62,14 @@ class _NormalizedArms:
     axes: np.ndarray
     origins: np.ndarray
     target: np.ndarray
-    middle: np.ndarray
-    along: np.ndarray
-    across: np.ndarray
+    center: np.ndarray
+    x_vector: np.ndarray
+    y_vector: np.ndarray
 
     def point(self, x: np.ndarray, y: np.ndarray) -> np.ndarray:
         """Return the position of P (k x m x 3) with the third joint at x and y (m, or k x m)."""
-        middle, along, across = (vectors[:, None] for vectors in (self.middle, self.along, self.across))
-        return np.asarray(middle + x[..., None] * along + y[..., None] * across)
+        center, x_vector, y_vector = (vectors[:, None] for vectors in (self.center, self.x_vector, self.y_vector))
+        return np.asarray(center + x[..., None] * x_vector + y[..., None] * y_vector)
 
 
 def _normalize(arms: NumericChain, targets: np.ndarray) -> _NormalizedArms:
@@ -77,20 +77,20 @@ def _normalize(arms: NumericChain, targets: np.ndarray) -> _NormalizedArms:
     home = arms.frames(np.zeros((len(targets), 1, 3)))
     point, home = arms.point_of(home)[:, 0], home[:, 0]
     axes, origins = home[:, :3, :3, 2], home[:, :3, :3, 3]
-    first = axes[:, 0]
+    first_axis = axes[:, 0]
     # the new origin is the foot of the perpendicular from the second origin to the first axis
-    foot = origins[:, 0] + first * _dot(origins[:, 1] - origins[:, 0], first)[:, None]
+    foot = origins[:, 0] + first_axis * _dot(origins[:, 1] - origins[:, 0], first_axis)[:, None]
     arm_size = norms(np.diff(np.concatenate([origins, point[:, None]], axis=1), axis=1)).sum(axis=1)
     size = arm_size + norms(targets - foot)  # with the target, because a prismatic joint may be the only length
     size = np.maximum(size, 1e-12)[:, None]
     origins, point = (origins - foot[:, None]) / size[:, None], (point - foot) / size
     if arms.is_revolute[2]:
         to_point = point - origins[:, 2]
-        along = to_point - axes[:, 2] * _dot(to_point, axes[:, 2])[:, None]
-        middle, across = point - along, cross(axes[:, 2], along)
+        x_vector = to_point - axes[:, 2] * _dot(to_point, axes[:, 2])[:, None]
+        center, y_vector = point - x_vector, cross(axes[:, 2], x_vector)
     else:
-        middle, along, across = point, axes[:, 2], np.zeros_like(point)
-    return _NormalizedArms(arms.is_revolute, axes, origins, (targets - foot) / size, middle, along, across)
+        center, x_vector, y_vector = point, axes[:, 2], np.zeros_like(point)
+    return _NormalizedArms(arms.is_revolute, axes, origins, (targets - foot) / size, center, x_vector, y_vector)
 
 
 @dataclass(frozen=True)
@@ -109,7 +109,7 @@ class _Condition:
     is_only_condition: np.ndarray
     matrix: np.ndarray
 
-    def __call__(self, x: np.ndarray, y: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+    def evaluate(self, x: np.ndarray, y: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
         """Return the residual and the margin, k x m each."""
         point = self.arm.point(x, y)
         return self._for_revolute(point) if self.arm.is_revolute[1] else self._for_prismatic(point)
@@ -136,15 +136,15 @@ class _Condition:
     def _for_prismatic(self, point: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
         """Return residual and margin for a prismatic second joint."""
         arm = self.arm
-        first, second = arm.axes[:, None, 0], arm.axes[:, None, 1]
+        first_axis, second_axis = arm.axes[:, None, 0], arm.axes[:, None, 1]
         if not arm.is_revolute[0]:
-            residual = _dot(cross(first, second), point - arm.target[:, None])
+            residual = _dot(cross(first_axis, second_axis), point - arm.target[:, None])
             return residual, np.ones_like(residual)
         height, distance = _dot(arm.target, arm.axes[:, 0])[:, None], _dot(arm.target, arm.target)[:, None]
-        height_change = height - _dot(point, first)
-        moved_point = point + (height_change / self.matrix[:, :1, 0])[..., None] * second
+        height_change = height - _dot(point, first_axis)
+        moved_point = point + (height_change / self.matrix[:, :1, 0])[..., None] * second_axis
         polynomial = _dot(moved_point, moved_point) - distance
-        margin = _dot(point, second) ** 2 - _dot(point, point) + distance
+        margin = _dot(point, second_axis) ** 2 - _dot(point, point) + distance
         return self._select(polynomial, height_change, margin)
 
     def _select(
@@ -157,13 +157,13 @@ class _Condition:
 
 def _eliminate_second_joint(arm: _NormalizedArms) -> _Condition:
     """Return the condition on the third joint that remains after the second joint is eliminated."""
-    first, second = arm.axes[:, 0], arm.axes[:, 1]
+    first_axis, second_axis = arm.axes[:, 0], arm.axes[:, 1]
     if not arm.is_revolute[1]:
-        axis_cosine = _dot(first, second)
+        axis_cosine = _dot(first_axis, second_axis)
         is_only = (np.abs(axis_cosine) > _ZERO_TOLERANCE) & arm.is_revolute[0]
         return _Condition(arm, is_only, axis_cosine[:, None, None])
-    directions = (first, 2 * arm.origins[:, 1]) if arm.is_revolute[0] else _choose_perpendiculars(first)
-    matrix = np.stack(directions, axis=1) @ np.stack(_choose_perpendiculars(second), axis=1).swapaxes(1, 2)
+    directions = (first_axis, 2 * arm.origins[:, 1]) if arm.is_revolute[0] else _choose_perpendiculars(first_axis)
+    matrix = np.stack(directions, axis=1) @ np.stack(_choose_perpendiculars(second_axis), axis=1).swapaxes(1, 2)
     return _Condition(arm, np.linalg.svd(matrix, compute_uv=False)[:, 1] > _ZERO_TOLERANCE, matrix)
 
 
@@ -172,46 +172,45 @@ def _compute_required_components(arm: _NormalizedArms, height: np.ndarray, squar
 
     `height` is the component of this vector along the second axis, and `squared` is its squared length.
     """
-    first, second, origin = arm.axes[:, 0], arm.axes[:, 1], arm.origins[:, 1]
+    first_axis, second_axis, origin = arm.axes[:, 0], arm.axes[:, 1], arm.origins[:, 1]
     if arm.is_revolute[0]:
-        height_change = _dot(arm.target, first) - _dot(origin, first)
+        height_change = _dot(arm.target, first_axis) - _dot(origin, first_axis)
         distance = _dot(arm.target, arm.target) - _dot(origin, origin)
-        required_height = height_change[:, None] - _dot(first, second)[:, None] * height
-        required_square = distance[:, None] - squared - 2 * _dot(origin, second)[:, None] * height
+        required_height = height_change[:, None] - _dot(first_axis, second_axis)[:, None] * height
+        required_square = distance[:, None] - squared - 2 * _dot(origin, second_axis)[:, None] * height
         return np.stack([required_height, required_square], axis=2)
-    pairs = [(_dot(u, arm.target - origin)[:, None], _dot(u, second)[:, None]) for u in _choose_perpendiculars(first)]
-    return np.stack([component - axis_component * height for component, axis_component in pairs], axis=2)
+    normals = _choose_perpendiculars(first_axis)
+    required = [_dot(u, arm.target - origin)[:, None] - _dot(u, second_axis)[:, None] * height for u in normals]
+    return np.stack(required, axis=2)
 
 
 # --- a polynomial as the only condition ---
 
 
-def _decide_by_sign(arm: _NormalizedArms, condition: _Condition) -> np.ndarray:
+def _decide_by_sign(condition: _Condition) -> np.ndarray:
     """Decide by the signs of its values whether the polynomial has a root."""
-    if arm.is_revolute[2]:
+    if condition.arm.is_revolute[2]:
         return _decide_on_circle(condition)
-    return _decide_on_line(condition, 4 if arm.is_revolute[:2].all() else 2)
+    return _decide_on_line(condition, 4 if condition.arm.is_revolute[:2].all() else 2)
 
 
 def _decide_on_circle(condition: _Condition) -> np.ndarray:
     """Decide whether the polynomial a0 + a1 cos x + b1 sin x + a2 cos 2x + b2 sin 2x takes both signs."""
     angles = np.arange(8) * np.pi / 4
-    values = condition(np.cos(angles), np.sin(angles))[0]
-    coefficients = np.fft.rfft(values, axis=1)[:, :3] / 4
+    residuals, _ = condition.evaluate(np.cos(angles), np.sin(angles))
+    coefficients = np.fft.rfft(residuals, axis=1)[:, :3] / 4
     a, b = coefficients.real, -coefficients.imag
     a[:, 0] /= 2
     terms = np.abs(a).sum(axis=1) + np.abs(b[:, 1:]).sum(axis=1)
     grid = np.linspace(0, 2 * np.pi, _GRID_SIZE, endpoint=False)
-    values, tolerance = (
-        _evaluate_trig_polynomial(a, b, np.broadcast_to(grid, (len(a), _GRID_SIZE)), 0),
-        _SIGN_TOLERANCE * terms,
-    )
+    values = _evaluate_trig_polynomial(a, b, np.broadcast_to(grid, (len(a), _GRID_SIZE)), 0)
+    tolerance = _SIGN_TOLERANCE * terms
     has_positive, has_negative = values.max(axis=1) > tolerance, values.min(axis=1) < -tolerance
     answer = np.where(has_positive & has_negative, YES, UNSURE)
     for sign, has_only_this_sign in ((1, has_positive & ~has_negative), (-1, has_negative & ~has_positive)):
         rows = np.flatnonzero(has_only_this_sign)
         if len(rows):
-            starts = grid[np.argsort(sign * values[rows], axis=1, kind="stable")[:, :_MINIMUM_STARTS]]
+            starts = grid[np.argsort(sign * values[rows], axis=1, kind="stable")[:, :_START_COUNT]]
             minimum = _find_trig_minimum(sign * a[rows], sign * b[rows], starts)
             answer[rows] = _decide(-minimum, tolerance[rows])
     return answer
@@ -279,16 +278,18 @@ def _decide_by_discriminant(constant: np.ndarray, linear: np.ndarray, quadratic:
 def _fit_polynomial(condition: _Condition, degree: int) -> np.ndarray:
     """Return the coefficients of the residual along the line, k x (degree + 1); the lowest power comes first."""
     x = np.linspace(-1, 1, degree + 1)
-    return np.asarray(condition(x, np.zeros_like(x))[0] @ np.linalg.inv(np.vander(x, increasing=True)).T)
+    residuals, _ = condition.evaluate(x, np.zeros_like(x))
+    return np.asarray(residuals @ np.linalg.inv(np.vander(x, increasing=True)).T)
 
 
 # --- a linear condition, and a quantity that must be in range ---
 
 
-def _decide_by_roots(arm: _NormalizedArms, condition: _Condition) -> np.ndarray:
+def _decide_by_roots(condition: _Condition) -> np.ndarray:
     """Decide whether the other quantity is in the second joint's range at a root of the linear condition."""
-    x, y, existence = _find_roots_on_circle(condition) if arm.is_revolute[2] else _find_roots_on_line(condition)
-    margin = condition(x, y)[1]
+    find_roots = _find_roots_on_circle if condition.arm.is_revolute[2] else _find_roots_on_line
+    x, y, existence = find_roots(condition)
+    _, margin = condition.evaluate(x, y)
     has_roots, has_no_root = existence[:, None] == YES, existence == NO
     is_in_range = np.any(has_roots & (margin > _SIGN_TOLERANCE), axis=1)
     is_out_of_range = np.all(has_roots & (margin < -_SIGN_TOLERANCE), axis=1)
@@ -298,7 +299,8 @@ def _decide_by_roots(arm: _NormalizedArms, condition: _Condition) -> np.ndarray:
 def _find_roots_on_circle(condition: _Condition) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
     """Return the roots x and y (k x 2 each) of a residual that is linear in x and y, and whether they exist (k)."""
     angles = np.arange(3) * np.pi / 2
-    at_0, at_90, at_180 = condition(np.cos(angles), np.sin(angles))[0].T
+    residuals, _ = condition.evaluate(np.cos(angles), np.sin(angles))
+    at_0, at_90, at_180 = residuals.T
     constant, x_slope = (at_0 + at_180) / 2, (at_0 - at_180) / 2
     y_slope = at_90 - constant
     amplitude = np.hypot(x_slope, y_slope)

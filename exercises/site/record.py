@@ -24,17 +24,10 @@ from qdot.exercises.questions.inversion import list_table_lengths
 from qdot.exercises.short_questions import question_of
 from qdot.exercises.singularities.difficulty import difficulty_band
 from qdot.exercises.site.keys import make_key
+from qdot.exercises.writing import problem_texts
 from qdot.exercises.writing.languages import ENGLISH, Catalogue, load_catalogue
 from qdot.exercises.writing.latex import tex, write_symbol
 from qdot.exercises.writing.markup import to_html
-from qdot.exercises.writing.problem_texts import (
-    write_answer_code,
-    write_hints,
-    write_option,
-    write_prompt,
-    write_solution,
-    write_statement,
-)
 
 
 def make_site_record(problem: Problem) -> Json:
@@ -51,7 +44,7 @@ def make_site_record(problem: Problem) -> Json:
     """
     chain, sentences = problem.chain, MistakeSentences()
     record: Json = {"id": str(problem.id), "family": problem.id.family, "title": problem.title}
-    record |= {"difficulty": difficulty_band(chain), "statement": to_html(write_statement(problem, ""))}
+    record |= {"difficulty": difficulty_band(chain), "statement": to_html(problem_texts.write_statement(problem, ""))}
     record |= {"figure": draw_figure_svg(chain), "alt": describe_figure(chain), **make_arm_record(problem)}
     parts = [_make_part_record(problem, part, sentences) for part in problem.parts]
     return record | {"parts": parts, "said": sentences.rows}
@@ -92,12 +85,12 @@ def translate_record(problem: Problem, record: Json, language: str) -> Json:
     title = words.translate_arm_title(problem.chain.title)
     parts = []
     for part in problem.parts:
-        shown_hints = [html_with_latex(hint) for hint in write_hints(problem, part, language)]
+        shown_hints = [html_with_latex(hint) for hint in problem_texts.write_hints(problem, part, language)]
         texts: Json = {"name": part.name, "title": words.translate_question(question_of(part).title)}
-        texts |= {"prompt": to_html(write_prompt(problem, part, language)), "hints": shown_hints}
+        texts |= {"prompt": to_html(problem_texts.write_prompt(problem, part, language)), "hints": shown_hints}
         parts.append(texts | {"options": _list_options(problem, part, language)})
     translated_sentences = [_translate_sentence(words, *row) for row in record["said"]]
-    html_statement = to_html(write_statement(problem, "", language=language))
+    html_statement = to_html(problem_texts.write_statement(problem, "", language=language))
     translated = {"title": title[0].upper() + title[1:], "statement": html_statement}
     return translated | {"parts": parts, "said": translated_sentences}
 
@@ -105,7 +98,7 @@ def translate_record(problem: Problem, record: Json, language: str) -> Json:
 def translate_solutions(problem: Problem, language: str) -> Json:
     """Return the worked solutions in another language: {"parts": [{"name", "solution"}]}."""
     parts = [
-        {"name": part.name, "solution": html_with_latex(write_solution(problem, part, language))}
+        {"name": part.name, "solution": html_with_latex(problem_texts.write_solution(problem, part, language))}
         for part in problem.parts
     ]
     return {"parts": parts}
@@ -126,8 +119,12 @@ def make_solutions_record(problem: Problem) -> Json:
     parts = []
     for part in problem.parts:
         figure = draw_singular_configurations(problem, part, f"{part.name}-solution")
-        record = {"name": part.name, "solution": html_with_latex(write_solution(problem, part)), "figure": figure}
-        parts.append(record | {"typed": write_answer_code(problem, part)})
+        record = {
+            "name": part.name,
+            "solution": html_with_latex(problem_texts.write_solution(problem, part)),
+            "figure": figure,
+        }
+        parts.append(record | {"typed": problem_texts.write_answer_code(problem, part)})
     return {"id": str(problem.id), "factors": list_determinant_factors(problem.chain), "parts": parts}
 
 
@@ -208,24 +205,27 @@ class MistakeSentences:
 
 def _make_part_record(problem: Problem, part: Part, sentences: MistakeSentences) -> Json:
     """Return the record of a part, as in `make_site_record`; its mistakes are added to `sentences`."""
-    chain, question, prompt_text = problem.chain, question_of(part), write_prompt(problem, part)
+    chain, question, prompt_text = problem.chain, question_of(part), problem_texts.write_prompt(problem, part)
     svg = draw_part_svg(chain, part, part.name)
     record: Json = {"name": part.name, "kind": part.kind, "title": question.title, "type": part.type}
     record |= {"shape": part.shape and list(part.shape), "points": part.points, "prompt": to_html(prompt_text)}
     record |= {"names": find_names_to_type(problem, prompt_text)}
     record |= {"labels": list(question.list_names_to_type(chain, part))}
-    record |= {"columns": list(question.column_names(chain)), "grid": _list_labels(chain, part), "figure": svg}
+    record |= {"columns": list(question.name_columns(chain)), "grid": _list_labels(chain, part), "figure": svg}
     record |= {"alt": describe_part_figure(chain, part) if svg else "", "pose": _find_given_pose(chain, part)}
-    record |= {"hints": list(map(html_with_latex, write_hints(problem, part))), "options": _list_options(problem, part)}
+    record |= {
+        "hints": list(map(html_with_latex, problem_texts.write_hints(problem, part))),
+        "options": _list_options(problem, part),
+    }
     return record | {"key": sentences.shorten_key(make_key(problem, part))}
 
 
 def _list_labels(chain: Chain, part: Part) -> list[list[str]]:
     """Return the labels of an answer's rows and columns in LaTeX; empty if the prompt has no labels."""
     question = question_of(part)
-    rows, columns = question.row_and_column_labels(chain)
+    rows, columns = question.label_rows_and_columns(chain)
     if part.shape is not None and part.shape[1] == 1:
-        names = question.entry_names(chain, part) or question.names_to_type(chain)
+        names = question.name_entries(chain, part) or question.list_labels(chain)
         rows = [name for name in names if r"\text" not in name]  # without words that are in the prompt
     return [[_write_label(name, chain) for name in rows], [_write_label(name, chain) for name in columns]]
 
@@ -249,4 +249,4 @@ def _find_given_pose(chain: Chain, part: Part) -> dict[str, float] | None:
 def _list_options(problem: Problem, part: Part, language: str = ENGLISH) -> list[str] | None:
     """Return the options of a question as HTML, None for a question without options."""
     count = len(part.answer.offered_options)
-    return [to_html(write_option(problem, part, index, language)) for index in range(count)] or None
+    return [to_html(problem_texts.write_option(problem, part, index, language)) for index in range(count)] or None

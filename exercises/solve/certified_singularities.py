@@ -42,7 +42,7 @@ def certify_statement(chain: Chain, statement: str, samples: Sequence[Sample]) -
 def _certify_component(chain: Chain, singular: SingularComponent) -> SingularComponent:
     component = Component(singular.conditions, singular.solutions)
     kind = _certify_kind(chain, component, singular.kind)
-    cases = tuple((values, _certify_kind(chain, component.at(values), case)) for values, case in singular.cases)
+    cases = tuple((v, _certify_kind(chain, component.restrict_to(v), case)) for v, case in singular.cases)
     return replace(singular, kind=kind, cases=cases)
 
 

@@ -39,6 +39,8 @@ from qdot.grader.submissions.submission import (
     select_likely_notebooks,
 )
 
+MAX_ERROR_LENGTH = 300
+"""Maximum number of characters that are recorded of an error's message."""
 GRADER_VERSION = 14
 """Version of the grader; increase it if a submission may earn different points or if stored results change."""
 
@@ -131,9 +133,9 @@ def grade_safely(grader: Grader, student: str, submission: Submission | None) ->
 
 
 def describe_error(error: Exception) -> str:
-    """Return an exception's message on one line of at most 300 characters."""
+    """Return an exception's message on one line, shortened to `MAX_ERROR_LENGTH`."""
     message = str(error) if isinstance(error, QdotError) else f"{type(error).__name__}: {error}"
-    return " ".join(message.split())[:300]
+    return " ".join(message.split())[:MAX_ERROR_LENGTH]
 
 
 def grade_attempt(grader: Grader, student: str, submission: Submission | None) -> NotebookMarks:
@@ -141,7 +143,8 @@ def grade_attempt(grader: Grader, student: str, submission: Submission | None) -
 
     `submission` is None if the student submitted nothing. Raises OverLimit if the notebook exceeds a limit.
     """
-    assignment, problems = grader.assignment, load_stored_problems(grader.assignment, student).problems
+    assignment = grader.assignment
+    problems = load_stored_problems(assignment, student).problems
     sha256 = None if submission is None else submission.sha256
     seed = f"{assignment.secret}/{sha256 or ''}"
     ungraded_reason: str | None = "nothing was submitted"
@@ -239,10 +242,10 @@ def mark_ungraded(
         questions = zip(slot.questions, slot.max_points, strict=True)
         parts = tuple(ungraded_part(name=name, max_points=points) for name, points in questions)
         problems.append(ProblemResult(str(assignment.make_problem_id(slot, student)), slot.name, parts))
-    sha256, versions = None if submission is None else submission.sha256, make_marking_versions(assignment, student)
     return NotebookMarks(
-        sha256=sha256, obstacle=reason, staff_notes=(staff_reason,), made_from=versions, problems=tuple(problems)
-    )
+        sha256=None if submission is None else submission.sha256, obstacle=reason, staff_notes=(staff_reason,),
+        made_from=make_marking_versions(assignment, student), problems=tuple(problems),
+    )  # fmt: skip
 
 
 # --- a notebook without a class ---

@@ -31,6 +31,7 @@ from qdot.exercises.common.input_file import csv_text
 from qdot.exercises.common.json_form import as_json, from_json
 from qdot.exercises.common.parallel import map_in_order
 from qdot.grader.grading.attempt import (
+    MAX_ERROR_LENGTH,
     Grader,
     describe_error,
     grade_safely,
@@ -71,7 +72,8 @@ def grade_class(
     tasks = [(student.id, submissions.get(student.id)) for student in chosen_students]
     cache = assignment.folder / "graded" / ".cache"
     make_folder(cache)
-    results, costs = list[Result](), [("student", "seconds", "megabytes")]
+    results: list[Result] = []
+    costs = [("student", "seconds", "megabytes")]
     files_by_student = {student: files.files if files else (None,) for student, files in tasks}
     paths = [marks_path(cache, student, file) for student, files in files_by_student.items() for file in files]
     mark_lost = partial(_mark_failed, assignment) if jobs else None
@@ -189,14 +191,14 @@ class _GradingWorker:
         if files is None:
             return [GradedNotebook(marks=self._mark(student, None))]
         if files.failure:
-            return _mark_failed(self.assignment, task, files.failure[:300])
+            return _mark_failed(self.assignment, task, files.failure[:MAX_ERROR_LENGTH])
         attempts = read_attempts(files, self.assignment.key)
         counting_attempts = _select_counting_attempts(self.assignment, attempts)
         notebooks = []
         for attempt in sorted(attempts, key=lambda attempt: attempt.received):
             marks = self._mark(student, attempt) if attempt in counting_attempts else None
-            name, source = make_printable(attempt.file.name), attempt.time_source
-            notebooks.append(GradedNotebook(name, attempt.received, marks, source, attempt.late))
+            name = make_printable(attempt.file.name)
+            notebooks.append(GradedNotebook(name, attempt.received, marks, attempt.time_source, attempt.late))
         return notebooks
 
     def _mark(self, student: str, attempt: Submission | None) -> NotebookMarks:
@@ -304,4 +306,5 @@ def grade_one(assignment: Assignment, student: Student, files: StudentFiles | No
     Only files in graded/.cache are written. They are written atomically, so several processes may grade at once.
     """
     submissions = {} if files is None else {student.id: files}
-    return grade_class(assignment, submissions, 1, limits, students=[student])[0]
+    (result,) = grade_class(assignment, submissions, 1, limits, students=[student])
+    return result

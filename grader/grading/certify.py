@@ -97,9 +97,10 @@ def make_certificate_text(
     assignment: Assignment, student: str, records: Mapping[str, ProblemRecord], notebook: Mapping[str, Any]
 ) -> str:
     """Return the content of a student's certificate file: `records` by slot, and digests of the released notebook."""
-    digests, edition = dict(certificates.compute_cell_digests(notebook)), assignment.notebook_digest_of(student)
-    owner = {"assignment": assignment.key, "student": student}
-    certificate = StudentCertificate(**owner, edition=edition, notebook=digests, problems=dict(records))
+    certificate = StudentCertificate(
+        assignment=assignment.key, student=student, edition=assignment.notebook_digest_of(student),
+        notebook=dict(certificates.compute_cell_digests(notebook)), problems=dict(records),
+    )  # fmt: skip
     return certificate.model_dump_json(indent=1) + "\n"
 
 
@@ -133,12 +134,13 @@ def _list_tasks_of_student(assignment: Assignment, student: str) -> list[Verific
     certificate, failures = _read_certificate(assignment, student)
     records = dict(certificate.problems) if certificate else {}
 
-    def failures_of(slot: str) -> list[Failure]:
+    def select_failures(slot: str) -> list[Failure]:
         return [failure for failure in failures if failure.slot in ("", slot)]
 
     tasks = []
     for slot in assignment.slots:
-        record, slot_failures = records.pop(slot.name, None), failures_of(slot.name)
+        record = records.pop(slot.name, None)
+        slot_failures = select_failures(slot.name)
         if certificate and record is None:
             path = certificate_path(assignment, student)
             message = f"{student}: {path} has no {slot.name}; it was added to assignment.toml after the release"
@@ -150,13 +152,13 @@ def _list_tasks_of_student(assignment: Assignment, student: str) -> list[Verific
         task = VerificationTask(identity, student=student, is_in_assignment=False)
         message = f"it was released as {name}, which is no longer in assignment.toml"
         failure = task.make_failure(FailureKind.CHANGED, message)
-        tasks.append(replace(task, file_failures=(failure, *failures_of(name))))
+        tasks.append(replace(task, file_failures=(failure, *select_failures(name))))
     return tasks
 
 
 def _read_certificate(assignment: Assignment, student: str) -> tuple[StudentCertificate | None, list[Failure]]:
     """Return a student's certificate (None if it can't be read), and the failures of certificate and notebook."""
-    path, notebook = certificate_path(assignment, student), notebook_path(assignment, student)
+    path = certificate_path(assignment, student)
     try:
         certificate = certificates.read_certificate(path, assignment.key, student)
     except QdotError as error:
@@ -165,20 +167,21 @@ def _read_certificate(assignment: Assignment, student: str) -> tuple[StudentCert
         advice = "Restore it from a backup, or run 'qdot generate' if nothing was released to this student"
         message = f"{student}: {path} is missing, so qdot does not know what was released. {advice}"
         return None, [Failure(FailureKind.UNCERTIFIED, message)]
-    return certificate, certificates.find_notebook_failures(notebook, certificate)
+    return certificate, certificates.find_notebook_failures(notebook_path(assignment, student), certificate)
 
 
 def _find_changes(task: VerificationTask, problem: Problem, record: ProblemRecord) -> list[Failure]:
     """Return the failure of a problem that differs from its record; an empty list if they agree."""
-    kind, present = FailureKind.CHANGED, compute_digests(problem)
+    kind = FailureKind.CHANGED
+    digests = compute_digests(problem)
     if record.problem != str(problem.id):
         message = f"{record.problem} was released instead, because the assignment or the secret has changed"
-    elif record.sha256 != present.sha256:
-        names = {**present.parts, **record.parts}
-        changed_parts = [name for name in names if record.parts.get(name) != present.parts.get(name)]
-        difference = "the arm" if record.arm != present.arm else ", ".join(changed_parts) or "its digest"
+    elif record.sha256 != digests.sha256:
+        names = {**digests.parts, **record.parts}
+        changed_parts = [name for name in names if record.parts.get(name) != digests.parts.get(name)]
+        difference = "the arm" if record.arm != digests.arm else ", ".join(changed_parts) or "its digest"
         message = f"this is no longer the released problem: {difference} changed since qdot {record.qdot}"
-    elif (record.arm, record.parts, set(record.questions)) != (present.arm, present.parts, set(present.parts)):
+    elif (record.arm, record.parts, set(record.questions)) != (digests.arm, digests.parts, set(digests.parts)):
         kind = FailureKind.DAMAGED
         message = "its certificate contradicts itself, because it was altered; restore it from a backup"
     else:

@@ -33,8 +33,8 @@ def load_class(folder: Path) -> Assignment:
     released_files = {student: StudentFiles((path,)) for student, path in paths.items() if path.exists()}
     unreleased = [name for name in paths if name not in released_files]
     if respelled := _match_respelled_identifiers(find_former_students(assignment), unreleased):
-        students, released_folder = count_noun(len(respelled), "student"), folder / "released"
-        problem = f"{students} would get other problems than those in {released_folder}, so qdot stopped"
+        students = count_noun(len(respelled), "student")
+        problem = f"{students} would get other problems than those in {folder / 'released'}, so qdot stopped"
         raise QdotError(f"{folder / 'roster.csv'}: {problem}. {_advise_restoring(respelled)}")
     submissions = [submission for _, submission in read_sample(assignment, released_files, list(paths))]
     remedy = ", or delete this folder if no student has these notebooks"
@@ -106,26 +106,26 @@ def check_secret(assignment: Assignment, submissions: Sequence[Submission], path
 SPREADSHEET_HINT = "The identifiers differ in leading zeros, case or encoding of letters; spreadsheets remove zeros."
 
 
-def _describe_likely_cause(strangers: Sequence[str], ids: Sequence[str], assignment_key: str) -> str:
+def _describe_likely_cause(unknown_names: Sequence[str], ids: Sequence[str], assignment_key: str) -> str:
     """Return the likely cause if all files belong to no student of the roster `ids`, with advice.
 
-    `strangers` are the names of these files and folders.
+    `unknown_names` are the names of these files and folders.
     """
-    if respelled := _match_respelled_identifiers(strangers, ids):
+    if respelled := _match_respelled_identifiers(unknown_names, ids):
         return _advise_restoring(respelled)
     name = f"{assignment_key}.ipynb"
-    if name in strangers:
+    if name in unknown_names:
         return f"{name} does not name its student. Put it into a folder named after the student: STUDENT/{name}"
     return (
-        f"It contains {_list_names(strangers)}; the roster has {_list_names(ids)}. Is this the right class? Unpack "
+        f"It contains {_list_names(unknown_names)}; the roster has {_list_names(ids)}. Is this the right class? Unpack "
         "archives first, and name each file or folder after its student, as in STUDENT.ipynb. If a platform uses other "
         "identifiers, add them to roster.csv as a column (docs/submissions.md)"
     )
 
 
-def _match_respelled_identifiers(strangers: Sequence[str], ids: Sequence[str]) -> dict[str, str]:
+def _match_respelled_identifiers(unknown_names: Sequence[str], ids: Sequence[str]) -> dict[str, str]:
     """Return a mapping from each student whose identifier is respelled to the name of the matching file."""
-    names = {_normalize(form): form for name in strangers for form in (PurePath(name).stem, name)}
+    names = {_normalize(text): text for name in unknown_names for text in (PurePath(name).stem, name)}
     return {student: names[_normalize(student)] for student in ids if _normalize(student) in names}
 
 

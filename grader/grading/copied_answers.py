@@ -15,7 +15,7 @@ from qdot.exercises.arm.derivation_graph import compute_numeric_stages
 from qdot.exercises.assignment.assignment import Assignment, Slot
 from qdot.exercises.common.errors import QdotError
 from qdot.exercises.common.stream import Stream
-from qdot.exercises.formula.equality import Domain
+from qdot.exercises.formula.equality import READABLE_POINTS, Domain
 from qdot.exercises.formula.program import compile_program, evaluate
 from qdot.exercises.formula.trees import Node, find_names
 from qdot.exercises.generation import sample_chain
@@ -54,11 +54,13 @@ class ClassAnswers:
             self._fingerprints[key] = {self._compute_fingerprint(chain, part) for chain in self._generate_chains(slot)}
         entries = [entry for row in rows for entry in row]
         names = set().union(*map(find_names, entries)) | {q.name for q in problem.chain.q}
-        program, values, symbols = compile_program(entries), self._sample_values(names), problem.symbols.items()
+        program = compile_program(entries)
+        samples = self._sample_values(names)
+        symbols = problem.symbols.items()
         numbers = {name: np.full(SAMPLE_COUNT, float(info.value)) for name, info in symbols if info.value is not None}
         # A length that is a number here may be symbolic in the other problem, so both are tried.
-        results = (evaluate(program, tried_values, SAMPLE_COUNT)[0].real for tried_values in (values | numbers, values))
-        return any(_compute_digest(result) in self._fingerprints[key] for result in results)
+        results = (evaluate(program, tried_samples, SAMPLE_COUNT) for tried_samples in (samples | numbers, samples))
+        return any(_compute_digest(values.real) in self._fingerprints[key] for values, _ in results)
 
     def _generate_chains(self, slot: Slot) -> Iterator[Chain]:
         """Yield the arm of each student in a slot of the assignment."""
@@ -81,7 +83,8 @@ class ClassAnswers:
         """Return random values of at least these symbols; a symbol has the same values for the whole class."""
         for name in (name for name in symbol_names if name not in self._sampled_values):
             stream = Stream(f"{self._assignment.secret}/copies/{name}")
-            self._sampled_values[name] = Domain({name: "angle"}).sample({name}, 10, stream)[name][-SAMPLE_COUNT:]
+            samples = Domain({name: "angle"}).sample({name}, READABLE_POINTS + SAMPLE_COUNT, stream)
+            self._sampled_values[name] = samples[name][READABLE_POINTS:]
         return self._sampled_values
 
 

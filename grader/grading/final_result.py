@@ -55,15 +55,15 @@ def compute_final_result(
     the failure.
     """
     make_result = partial(_make_result_of, assignment, student, overrides)
-    results = {i: make_result(graded, graded.marks) for i, graded in enumerate(notebooks) if graded.marks}
+    results = {i: make_result(notebook, notebook.marks) for i, notebook in enumerate(notebooks) if notebook.marks}
     chosen_index = max(results, key=lambda i: _sum_possible_points(results[i]))
     result = results[chosen_index]
     if len(notebooks) == 1:
         return result
-    other_files = [graded.file for i, graded in enumerate(notebooks) if i != chosen_index]
+    other_files = [notebook.file for i, notebook in enumerate(notebooks) if i != chosen_index]
     reason = f", the {assignment.attempts}" if len(results) > 1 else ""
     if not assignment.attempts.best_of:
-        tied_count = sum(graded.received == notebooks[chosen_index].received for graded in notebooks)
+        tied_count = sum(notebook.received == notebooks[chosen_index].received for notebook in notebooks)
         tie_reason = f", of the last {tied_count}, received at the same time, the likeliest by name"
         reason = ", the last" if tied_count == 1 else tie_reason
     listing = list_some(other_files, MAX_FILES_LISTED)
@@ -71,8 +71,8 @@ def compute_final_result(
     if assignment.attempts.best_of is not None and len(results) < len(notebooks):
         note += f"; {assignment.attempts.rule}"
     scores = [results[i].score if i in results else None for i in range(len(notebooks))]
-    times = [_format_time(graded.received) for graded in notebooks]
-    attempts = map(SubmittedNotebook, [graded.file for graded in notebooks], times, scores)
+    times = [_format_time(notebook.received) for notebook in notebooks]
+    attempts = map(SubmittedNotebook, [notebook.file for notebook in notebooks], times, scores)
     notes, staff_notes = (note, *result.notes), (note, *result.staff_notes)
     return replace(result, attempts=tuple(attempts), notes=notes, staff_notes=staff_notes)
 
@@ -84,7 +84,7 @@ def make_ungraded_result(assignment: Assignment, student: Student, file: str, er
 
 
 def _make_result_of(
-    assignment: Assignment, student: Student, overrides: Overrides, graded: GradedNotebook, marks: NotebookMarks
+    assignment: Assignment, student: Student, overrides: Overrides, notebook: GradedNotebook, marks: NotebookMarks
 ) -> Result:
     """Return the result that a student gets if the notebook `graded`, which has the marks `marks`, counts."""
     student_overrides = overrides.by_student.get(student.id, {})
@@ -101,12 +101,12 @@ def _make_result_of(
     problems = tuple(replace(problem, parts=parts) for problem, parts in zip(marks.problems, part_lists, strict=True))
     parts = [part for parts in part_lists for part in parts]
     points = sum_points(part.points for part in parts)
-    late = None if graded.flagged_late is False else _find_lateness(assignment, student, graded.received, points)
+    late = None if notebook.flagged_late is False else _find_lateness(assignment, student, notebook.received, points)
     score = points if late is None else _subtract_share(points, Fraction(str(late.penalty)))
     total_override = student_overrides.get(TOTAL_PART)
-    submission = CountingSubmission(graded.file, marks.sha256, _format_time(graded.received), graded.time_source)
+    submission = CountingSubmission(notebook.file, marks.sha256, _format_time(notebook.received), notebook.time_source)
     return Result(
-        student=student.id, assignment=assignment.key, submission=submission if graded.file else None,
+        student=student.id, assignment=assignment.key, submission=submission if notebook.file else None,
         score=score if total_override is None or total_override.points is None else total_override.points,
         max_score=sum_points(part.max_points for part in parts), late=late,
         override=total_override and replace(total_override, was=score), obstacle=marks.obstacle,

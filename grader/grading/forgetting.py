@@ -5,7 +5,6 @@ so that running the same command again finishes an interrupted run.
 """
 
 import contextlib
-import hashlib
 import json
 import re
 import shutil
@@ -16,7 +15,7 @@ from pathlib import Path
 from qdot.exercises.assignment.assignment import Student, read_roster, read_roster_table
 from qdot.exercises.assignment.gradebook import normalize_identifier
 from qdot.exercises.assignment.replacements import REPLACEMENTS_FILE
-from qdot.exercises.assignment.store import STORE_FOLDER as STORE
+from qdot.exercises.assignment.store import store_path
 from qdot.exercises.common.errors import QdotError, count_noun, make_name_error
 from qdot.exercises.common.files import IS_POSIX, write_atomically
 from qdot.exercises.common.input_file import parse_csv_rows, read_table
@@ -140,7 +139,7 @@ def _find_files_named_after(folder: Path, student: str) -> list[Path]:
     """Return the files and folders that are named after a student, with unfinished copies of them."""
     paths = [folder / kind / student for kind in ("released", "solutions", "certificates")]
     paths += [folder / "graded" / "feedback" / f"{student}.html", folder / "graded" / "history" / f"{student}.jsonl"]
-    paths.append(folder / STORE / "problems" / hashlib.sha256(student.encode()).hexdigest()[:24])
+    paths.append(store_path(folder, student))
     paths += [path for path in sorted((folder / "exports").glob("*/*/*")) if student in (path.name, path.stem)]
     paths += [unfinished for path in paths for unfinished in path.parent.glob(f".{path.name[:40]}.*.tmp")]
     return [path for path in paths if path.exists() or path.is_symlink()]

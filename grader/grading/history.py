@@ -24,13 +24,13 @@ from qdot.grader.marking.marking import format_points, map_max_points, sum_point
 class MarkChange:
     """A changed mark for a part, or a changed total if `part` is empty.
 
-    `before` and `after` are the points as texts. All fields are displayed.
+    `old_points` and `new_points` are texts. All fields are displayed.
     """
 
     student: str
     part: str
-    before: str
-    after: str
+    old_points: str
+    new_points: str
     reason: str
 
 
@@ -88,11 +88,12 @@ def store_previous_results(assignment: Assignment, results: Sequence[Result]) ->
 
     Unchanged results are not added. A result that an interrupted run has already added is not added again.
     """
-    by_student = {result.student: result for result in results}
+    result_by_student = {result.student: result for result in results}
     folder = assignment.folder / "graded" / "history"
     remove_leftovers(folder / f"{result.student}.jsonl" for _, result in _read_previous_lines(assignment))
     for line, previous_result in _read_previous_lines(assignment):
-        path, current_result = folder / f"{previous_result.student}.jsonl", by_student.get(previous_result.student)
+        path = folder / f"{previous_result.student}.jsonl"
+        current_result = result_by_student.get(previous_result.student)
         if current_result is None or _clear_times(previous_result) != _clear_times(current_result):
             _append_to_history(path, json.loads(line), describe_reasons(previous_result, current_result))
 
@@ -145,8 +146,9 @@ def _find_grading_reasons(previous: Result, current: Result) -> list[str]:
     """Return the reasons why the grader may have given different points."""
     reasons = []
     old, new, submission = previous.made_from, current.made_from, current.submission
-    files = [(result.file, result.submission and result.submission.sha256) for result in (previous, current)]
-    if files[0] != files[1]:
+    runs = (previous, current)
+    old_file, new_file = ((result.file, result.submission and result.submission.sha256) for result in runs)
+    if old_file != new_file:
         earlier_attempts = [(attempt.file, attempt.received) for attempt in previous.attempts]
         if submission is None:
             reasons.append("submission missing")
@@ -186,12 +188,13 @@ def _find_changes_of_student(student: str, previous: Result, current: Result) ->
     """Return the changed marks of a student: the parts, then the total."""
     changes = []
     for part in dict.fromkeys((*current.parts, *previous.parts)):
-        before, after = _describe_mark(previous, part), _describe_mark(current, part)
-        if before != after:
-            changes.append(MarkChange(student, part, before, after, _describe_part_reason(part, previous, current)))
+        old_points, new_points = _describe_mark(previous, part), _describe_mark(current, part)
+        if old_points != new_points:
+            reason = _describe_part_reason(part, previous, current)
+            changes.append(MarkChange(student, part, old_points, new_points, reason))
     if changes or previous.score != current.score:
-        before, after = format_points(previous.score), format_points(current.score)
-        changes.append(MarkChange(student, "", before, after, describe_reasons(previous, current)))
+        old_points, new_points = format_points(previous.score), format_points(current.score)
+        changes.append(MarkChange(student, "", old_points, new_points, describe_reasons(previous, current)))
     return changes
 
 
@@ -220,12 +223,13 @@ def describe_mark_changes(previous_results: Mapping[str, Result], results: Seque
     changes = find_mark_changes(previous_results, results)
     if not changes:
         return "no mark has changed since the last run"
-    rows = [(row.student, row.part or "total", row.before, row.after, row.reason) for row in changes]
-    widths = [max(map(len, column)) for column in zip(*rows, strict=True)]
-    row_format = f"{{:<{widths[0]}}}  {{:<{widths[1]}}}  {{:>{widths[2]}}} → {{:<{widths[3]}}}  {{}}"
+    rows = [(row.student, row.part or "total", row.old_points, row.new_points, row.reason) for row in changes]
+    student_width, part_width, old_width, new_width, _ = (max(map(len, column)) for column in zip(*rows, strict=True))
+    row_format = f"{{:<{student_width}}}  {{:<{part_width}}}  {{:>{old_width}}} → {{:<{new_width}}}  {{}}"
     old_sum, new_sum = (sum_points(result.score for result in run) for run in (previous_results.values(), results))
-    student_count, difference = len({change.student for change in changes}), sum_points((new_sum, -old_sum))
+    student_count = len({change.student for change in changes})
     marks = f"marks of {count_noun(student_count, 'student')} changed since the last run"
+    difference = sum_points((new_sum, -old_sum))
     difference_words = f"{'+' if difference >= 0 else '−'}{format_points(abs(difference))}"
     total = f"total points {format_points(old_sum)} → {format_points(new_sum)} ({difference_words})"
     return "\n".join([*(row_format.format(*row) for row in rows), f"{marks}; {total}"])

@@ -54,26 +54,30 @@ def read_overrides(assignment: Assignment) -> Overrides:
     by_group: dict[str, Override] = {}
     first_lines: dict[tuple[str, str], int] = {}
     for number, cells in read_table(path, COLUMN_NAMES[0], HEADER):
-        line = f"{path}: line {number}"
+        location = f"{path}: line {number}"
         if not {"part", "points"} <= set(cells):
-            raise QdotError(f"{line}: there is no cell for part or points; the columns are {HEADER}")
+            raise QdotError(f"{location}: there is no cell for part or points; the columns are {HEADER}")
         texts = [unicodedata.normalize("NFC", cells.get(name, "").strip()) for name in (*COLUMN_NAMES, GROUP_COLUMN)]
         student, part, points, comment, group = texts
         if group and student:
             names = f"the student {student!r} and the group {group!r}"
-            raise QdotError(f"{line}: this line names {names}; name only one of them, and leave the other cell empty")
+            raise QdotError(
+                f"{location}: this line names {names}; name only one of them, and leave the other cell empty"
+            )
         if group:
-            part, group = _parse_group(line, part, group, list(max_points))
+            part, group = _parse_group(location, part, group, list(max_points))
         elif student not in students:
-            raise QdotError(f"{line}: roster.csv has no student {student!r}")
+            raise QdotError(f"{location}: roster.csv has no student {student!r}")
         if part not in max_points:
-            raise _make_unknown_part_error(line, part, list(max_points))
+            raise _make_unknown_part_error(location, part, list(max_points))
         target = f"the group {group!r}" if group else f"{part or 'the total'} of {student!r}"
         if (first_line := first_lines.setdefault((student, group or part), number)) != number:
-            raise QdotError(f"{line}: {target} was already set on line {first_line}")
+            raise QdotError(f"{location}: {target} was already set on line {first_line}")
         if group and not points and not comment:
-            raise QdotError(f"{line}: there are neither points nor a comment for {target}; enter at least one of them")
-        new_points = None if group and not points else _parse_points(line, part, points, max_points[part])
+            raise QdotError(
+                f"{location}: there are neither points nor a comment for {target}; enter at least one of them"
+            )
+        new_points = None if group and not points else _parse_points(location, part, points, max_points[part])
         if group:
             by_group[group] = Override(new_points, comment, None, group)
         else:

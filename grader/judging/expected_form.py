@@ -8,16 +8,7 @@ from qdot.exercises.formula.equality import Domain
 from qdot.exercises.problem.problem import Part, Problem
 from qdot.exercises.questions.differentiation import find_power_of_metres
 from qdot.exercises.short_questions import question_of
-from qdot.grader.judging.answer_parser import (
-    BLANK_JUDGEMENT,
-    ParsedAnswer,
-    read_conditions,
-    read_formula,
-    read_matrix,
-    read_numbers,
-    refuse,
-    replace_decimal_commas,
-)
+from qdot.grader.judging import answer_parser
 from qdot.grader.judging.choices import BLANK_TEXTS, read_choice, read_matching, read_selection
 from qdot.grader.judging.functions import find_constant_text, is_function_table, read_table
 
@@ -42,11 +33,11 @@ class ExpectedForm:
 def find_expected_form(problem: Problem, part: Part) -> ExpectedForm:
     """Return the form in which the answer to a part is expected."""
     question, joints = question_of(part), tuple(q.name for q in problem.chain.q)
-    labels, columns = question.list_names_to_type(problem.chain, part), question.column_names(problem.chain)
+    labels, columns = question.list_names_to_type(problem.chain, part), question.name_columns(problem.chain)
     return ExpectedForm(part.answer, problem.domain, joints, labels, columns, find_power_of_metres(part))
 
 
-def read_answer(problem: Problem, part: Part, text: str, points_seed: str = "") -> ParsedAnswer:
+def read_answer(problem: Problem, part: Part, text: str, points_seed: str = "") -> answer_parser.ParsedAnswer:
     """Parse a text as the answer to a part; `points_seed` determines where a student's Python function was called.
 
     >>> from qdot import generate
@@ -57,19 +48,19 @@ def read_answer(problem: Problem, part: Part, text: str, points_seed: str = "") 
     return read_in_form(find_expected_form(problem, part), text, points_seed)
 
 
-def read_in_form(expected: ExpectedForm, text: str, points_seed: str = "") -> ParsedAnswer:
+def read_in_form(expected: ExpectedForm, text: str, points_seed: str = "") -> answer_parser.ParsedAnswer:
     """Parse a text in the expected form, as `read_answer` does."""
     if is_function_table(text):
         constant = find_constant_text(text)
         if constant is None:
-            return ParsedAnswer(text, table=read_table(text, expected.domain, points_seed))
+            return answer_parser.ParsedAnswer(text, table=read_table(text, expected.domain, points_seed))
         return replace(read_in_form(expected, constant), text=text)
     if expected.metre_power not in (None, CUBIC_POWER) and _CUBIC_METRES.search(text):
         unit = f"m^{expected.metre_power}"
-        return refuse(text, f"the unit m^3 does not fit: the result is in {unit}; write only the formula")
+        return answer_parser.refuse(text, f"the unit m^3 does not fit: the result is in {unit}; write only the formula")
     parsed = _AnswerReader(text, expected).visit(expected.answer)
     is_formula = isinstance(expected.answer, reference_answers.Expression | reference_answers.Matrix)
-    text_with_points = replace_decimal_commas(text)  # pages in many languages print decimal commas
+    text_with_points = answer_parser.replace_decimal_commas(text)  # pages in many languages print decimal commas
     if parsed.refusal is not None and is_formula and text_with_points != text:
         parsed_again = _AnswerReader(text_with_points, expected).visit(expected.answer)
         return parsed if parsed_again.refusal is not None else replace(parsed_again, text=text)
@@ -83,46 +74,48 @@ CUBIC_POWER = 3
 
 
 @dataclass(frozen=True)
-class _AnswerReader(reference_answers.AnswerVisitor[ParsedAnswer]):
+class _AnswerReader(reference_answers.AnswerVisitor[answer_parser.ParsedAnswer]):
     """Parses a text in the form of the expected answer; each method is for one type of answer."""
 
     text: str
     expected: ExpectedForm
 
-    def visit_expression(self, answer: reference_answers.Expression) -> ParsedAnswer:
+    def visit_expression(self, answer: reference_answers.Expression) -> answer_parser.ParsedAnswer:
         """Parse a formula."""
-        return read_formula(self.text, self.expected.domain, self.expected.labels)
+        return answer_parser.read_formula(self.text, self.expected.domain, self.expected.labels)
 
-    def visit_matrix(self, answer: reference_answers.Matrix) -> ParsedAnswer:
+    def visit_matrix(self, answer: reference_answers.Matrix) -> answer_parser.ParsedAnswer:
         """Parse a matrix of formulas."""
-        return read_matrix(self.text, answer.shape, self.expected.domain, self.expected.labels, self.expected.columns)
+        return answer_parser.read_matrix(
+            self.text, answer.shape, self.expected.domain, self.expected.labels, self.expected.columns
+        )
 
-    def visit_direction(self, answer: reference_answers.Direction) -> ParsedAnswer:
+    def visit_direction(self, answer: reference_answers.Direction) -> answer_parser.ParsedAnswer:
         """Parse a vector that is a direction."""
-        return read_matrix(self.text, answer.shape, self.expected.domain, self.expected.labels)
+        return answer_parser.read_matrix(self.text, answer.shape, self.expected.domain, self.expected.labels)
 
-    def visit_number(self, answer: reference_answers.Number) -> ParsedAnswer:
+    def visit_number(self, answer: reference_answers.Number) -> answer_parser.ParsedAnswer:
         """Parse numbers."""
-        return read_numbers(self.text, len(answer.reference), self.expected.labels, answer.units)
+        return answer_parser.read_numbers(self.text, len(answer.reference), self.expected.labels, answer.units)
 
-    def visit_singular(self, answer: reference_answers.ConditionSet) -> ParsedAnswer:
+    def visit_singular(self, answer: reference_answers.ConditionSet) -> answer_parser.ParsedAnswer:
         """Parse conditions."""
-        return read_conditions(self.text, self.expected.domain, self.expected.joints)
+        return answer_parser.read_conditions(self.text, self.expected.domain, self.expected.joints)
 
-    def visit_choice(self, answer: reference_answers.Choice) -> ParsedAnswer:
+    def visit_choice(self, answer: reference_answers.Choice) -> answer_parser.ParsedAnswer:
         """Parse the letter or the text of one option."""
         return read_choice(self.text, answer.options)
 
-    def visit_selection(self, answer: reference_answers.Selection) -> ParsedAnswer:
+    def visit_selection(self, answer: reference_answers.Selection) -> answer_parser.ParsedAnswer:
         """Parse the letters of several options."""
         return read_selection(self.text, len(answer.options))
 
-    def visit_matching(self, answer: reference_answers.Matching) -> ParsedAnswer:
+    def visit_matching(self, answer: reference_answers.Matching) -> answer_parser.ParsedAnswer:
         """Parse a letter for each item."""
         return read_matching(self.text, answer.items, len(answer.options))
 
-    def visit_text(self, answer: reference_answers.Words) -> ParsedAnswer:
+    def visit_text(self, answer: reference_answers.Words) -> answer_parser.ParsedAnswer:
         """Accept any text that is not blank."""
-        return ParsedAnswer(
-            self.text, BLANK_JUDGEMENT if self.text.strip().strip("\"'").strip() in BLANK_TEXTS else None
+        return answer_parser.ParsedAnswer(
+            self.text, answer_parser.BLANK_JUDGEMENT if self.text.strip().strip("\"'").strip() in BLANK_TEXTS else None
         )

@@ -16,15 +16,7 @@ from contextlib import suppress
 import numpy as np
 
 from qdot.exercises.common.stream import Stream
-from qdot.exercises.formula.equality import (
-    Certificate,
-    Comparison,
-    Domain,
-    EntryDifference,
-    Rounding,
-    chance_of_missing,
-    show_difference,
-)
+from qdot.exercises.formula import equality
 from qdot.exercises.formula.program import compile_program, evaluate
 from qdot.exercises.formula.trees import find_names
 from qdot.exercises.problem.problem import Part, Problem
@@ -41,7 +33,7 @@ RELATIVE_TOLERANCE = 1e-9
 FUNCTION_TEXT = f"a Python function; its values at {SAMPLE_COUNT} random configurations were compared"
 
 
-def make_calls(problem: Problem, domain: Domain, seed: str) -> Calls:
+def make_calls(problem: Problem, domain: equality.Domain, seed: str) -> Calls:
     """Return the arguments with which a student's function is called: the joints, and all symbols with their values.
 
     `domain` contains the symbols of the problem.
@@ -52,7 +44,7 @@ def make_calls(problem: Problem, domain: Domain, seed: str) -> Calls:
     return Calls(tuple(q.name for q in problem.chain.q), symbols, tuple(map(tuple, points)))
 
 
-def _sample_points(domain: Domain, seed: str) -> dict[str, np.ndarray]:
+def _sample_points(domain: equality.Domain, seed: str) -> dict[str, np.ndarray]:
     """Return `SAMPLE_COUNT` random values of each symbol."""
     return domain.sample(set(domain.roles), SAMPLE_COUNT, Stream(hashlib.sha256(seed.encode()).hexdigest()))
 
@@ -62,7 +54,7 @@ def is_function_table(answer: str) -> bool:
     return answer.startswith(TABLE_PREFIX)
 
 
-def read_table(text: str, domain: Domain, seed: str) -> FunctionValues:
+def read_table(text: str, domain: equality.Domain, seed: str) -> FunctionValues:
     """Parse a table of the values of a function at the configurations that `seed` determines."""
     return FunctionValues(*parse_table(text), _sample_points(domain, seed))
 
@@ -127,8 +119,8 @@ def _scale_to_fit(expected: np.ndarray, answer_values: np.ndarray) -> np.ndarray
 
 def _compare_values(
     answer_values: np.ndarray, expected_values: np.ndarray, term_size: np.ndarray,
-    arguments: Mapping[str, np.ndarray], rounding: Rounding | None,
-) -> Comparison:  # fmt: skip
+    arguments: Mapping[str, np.ndarray], rounding: equality.Rounding | None,
+) -> equality.Comparison:  # fmt: skip
     """Compare arrays of shape (entries, points). Points at which the expected value is undefined don't count.
 
     `term_size` is the size of the terms in the expected values, and `arguments` are the values of the symbols.
@@ -147,5 +139,8 @@ def _compare_values(
         point = int(np.argmax(~is_within[entry] & is_defined[entry]))
         values_of_both = complex(answer_values[entry, point]), complex(expected_values[entry, point])
         values = {name: float(f"{column[point]:.6g}") for name, column in sorted(arguments.items())}
-        example = EntryDifference(entry, values, *show_difference(*values_of_both))
-    return Comparison(tuple(is_correct), Certificate("numeric", SAMPLE_COUNT, chance_of_missing(SAMPLE_COUNT), example))
+        example = equality.EntryDifference(entry, values, *equality.show_difference(*values_of_both))
+    return equality.Comparison(
+        tuple(is_correct),
+        equality.Certificate("numeric", SAMPLE_COUNT, equality.chance_of_missing(SAMPLE_COUNT), example),
+    )

@@ -90,5 +90,5 @@ def remove_numbers(reason: str) -> str:
 def replace_patterns(reason: str, patterns: tuple[tuple[str, str], ...]) -> str:
     """Return a reason with all matches of the patterns replaced; `patterns` are pairs (pattern, replacement)."""
     for pattern, replacement in patterns:
-        reason = re.sub(pattern, replacement, reason)
+        reason = re.sub(pattern, replacement, reason, flags=re.IGNORECASE)
     return reason

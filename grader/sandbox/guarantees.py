@@ -12,7 +12,7 @@ import tempfile
 from collections.abc import Iterable, Iterator
 from dataclasses import dataclass
 from pathlib import Path
-from typing import Any
+from typing import Any, NamedTuple
 
 from qdot.exercises.common.errors import QdotError
 from qdot.grader.sandbox.contained.attempts import SEPARATE_ATTEMPTS
@@ -55,17 +55,28 @@ _ALLOW_NAMESPACES = (
     "Allow user namespaces: sysctl kernel.apparmor_restrict_unprivileged_userns=0 (Ubuntu), "
     "kernel.unprivileged_userns_clone=1 (Debian). A container with Landlock does not need them"
 )
+
+
+class Measure(NamedTuple):
+    """A measure: its readable name, and how to make it available."""
+
+    title: str
+    remedy: str
+
+
 MEASURES = {
-    "landlock": ("Landlock", "Use Linux 5.13 or later with Landlock enabled ('landlock' in the kernel parameter lsm=)"),
-    "seccomp": ("seccomp", "Use Linux on x86_64 or aarch64 with seccomp filters enabled"),
-    "namespaces": ("namespaces", _ALLOW_NAMESPACES),
-    "user": ("not root", "Run qdot as an ordinary user, or install Python in a folder that all users can read"),
-    "privileges": ("no_new_privs, no capabilities", "Run qdot on Linux as an ordinary user"),
-    "limits": ("rlimits", "Raise the hard limits (ulimit -H), or use Linux"),
-    "quota": ("count of written bytes", ""),
-    "watch": ("audit hook", ""),
+    "landlock": Measure(
+        "Landlock", "Use Linux 5.13 or later with Landlock enabled ('landlock' in the kernel parameter lsm=)"
+    ),
+    "seccomp": Measure("seccomp", "Use Linux on x86_64 or aarch64 with seccomp filters enabled"),
+    "namespaces": Measure("namespaces", _ALLOW_NAMESPACES),
+    "user": Measure("not root", "Run qdot as an ordinary user, or install Python in a folder that all users can read"),
+    "privileges": Measure("no_new_privs, no capabilities", "Run qdot on Linux as an ordinary user"),
+    "limits": Measure("rlimits", "Raise the hard limits (ulimit -H), or use Linux"),
+    "quota": Measure("count of written bytes", ""),
+    "watch": Measure("audit hook", ""),
 }
-"""The readable name of each measure, and how to make the measure available."""
+"""The measures by the names that `contained.confine` gives them."""
 
 
 @dataclass(frozen=True)
@@ -144,10 +155,10 @@ def _make_guarantee(name: str, achieved: list[str], unavailable_measures: dict[s
     available_measures = [measure for measure in GUARANTEES[name].measures if measure not in unavailable_measures]
     if "namespaces" not in unavailable_measures and "quota" in available_measures:
         available_measures.remove("quota")  # the notebook's own file system has a limited size, so nothing is counted
-    measure_names = tuple(MEASURES[measure][0] for measure in available_measures)
+    titles = tuple(MEASURES[measure].title for measure in available_measures)
     is_watched = GUARANTEES[name].is_watched and "watch" not in unavailable_measures
-    by = ENFORCED_BY_KERNEL if not achieved else WATCHED_IN_PYTHON if is_watched else NOT_ENFORCED
-    return Guarantee(name, GUARANTEES[name].text, by, measure_names, tuple(achieved))
+    enforcement = ENFORCED_BY_KERNEL if not achieved else WATCHED_IN_PYTHON if is_watched else NOT_ENFORCED
+    return Guarantee(name, GUARANTEES[name].text, enforcement, titles, tuple(achieved))
 
 
 @contextlib.contextmanager
@@ -185,7 +196,7 @@ def check_sandbox(must_be_strict: bool) -> str:
         return f"The sandbox on this machine is weaker than it should be ({description}); see `qdot doctor`."
     weak_measures = {measure for guarantee in weak_guarantees for measure in GUARANTEES[guarantee.name].measures}
     missing_measures = weak_measures & findings.lacking.keys()
-    remedies = [remedy for name, (_, remedy) in MEASURES.items() if remedy and name in missing_measures]
+    remedies = [measure.remedy for name, measure in MEASURES.items() if measure.remedy and name in missing_measures]
     raise QdotError(
         f'assignment.toml requires sandbox = "strict", but this machine can\'t enforce it ({description}). '
         f"{'; '.join(remedies) or 'Run qdot on another machine'}. For details, run `qdot doctor`; nothing was run"
@@ -194,5 +205,5 @@ def check_sandbox(must_be_strict: bool) -> str:
 
 def list_remedies(findings: Findings) -> list[str]:
     """Return a line for each measure that is not available here: the reason, and how to make it available."""
-    measures = [(*MEASURES.get(name, (name, "")), reason) for name, reason in findings.lacking.items()]
-    return [f"{title}: not available ({reason}). {remedy}".strip() for title, remedy, reason in measures]
+    pairs = [(MEASURES.get(name, Measure(name, "")), reason) for name, reason in findings.lacking.items()]
+    return [f"{measure.title}: not available ({reason}). {measure.remedy}".strip() for measure, reason in pairs]

@@ -21,7 +21,7 @@ from collections import deque
 from collections.abc import Callable, Iterable, Mapping, Sequence
 from dataclasses import dataclass, field
 from pathlib import Path
-from typing import Any
+from typing import Any, NamedTuple
 
 from qdot.exercises.common.errors import QdotError
 from qdot.exercises.common.json_form import as_json
@@ -57,6 +57,9 @@ MAX_LINE_NUMBER = 100_000_000
 
 MAX_ERROR_LENGTH = 500
 """Maximum length of an error message in characters."""
+
+FORKING_PROCESS_TIMEOUT = 60.0
+"""Maximum number of seconds that the forking process may take to load the libraries, or to answer."""
 
 
 @dataclass(frozen=True)
@@ -150,6 +153,13 @@ STRICT_REQUIRED_MEASURES, STRICT_ALTERNATIVE_MEASURES = {"seccomp", "limits", "p
 """A strict sandbox runs nothing unless all required measures and one of the alternatives are available."""
 
 
+class Cost(NamedTuple):
+    """The processor time of notebooks in seconds, and their peak memory in bytes."""
+
+    seconds: float
+    memory: float
+
+
 class _ForkingProcessEnded(Exception):
     """Raised if the forking process has ended; the text is the reason, if known."""
 
@@ -188,7 +198,7 @@ class Sandbox:
         self._folder: TemporaryFolder | None = None
         self._last_report: _ReportLines | None = None
         self._unread_messages = b""
-        self._cost = (0.0, 0.0)
+        self._cost = Cost(0.0, 0.0)
 
     def __enter__(self) -> "Sandbox":
         return self
@@ -248,7 +258,7 @@ class Sandbox:
                 case {"missed": index, "line": number} if _is_cell_index(index, cells) and _is_line_number(number):
                     run.failed_imports.setdefault(index, (number, _make_printable(line.get("error"))))
                 case {"lost": str(symbol), "set": index} if _is_cell_index(index, cells):
-                    name, number = _make_printable(symbol)[:40], _make_printable(line.get("value"))[:40]
+                    name, number = (_make_printable(text)[:40] for text in (symbol, line.get("value")))
                     if len(run.replaced_symbols) < confine.MAX_REPLACED_SYMBOLS:
                         run.replaced_symbols[name] = index, number
 
@@ -292,10 +302,10 @@ class Sandbox:
             end = "killed" if ending_signal == signal.SIGKILL else "crashed"
         return end
 
-    def collect_cost(self) -> tuple[float, float]:
-        """Return the processor time of all notebooks since the last call, and the largest memory of any, in bytes."""
+    def collect_cost(self) -> Cost:
+        """Return the processor time of all notebooks since the last call, and the largest memory of any."""
         self._tidy_up()
-        cost, self._cost = self._cost, (0.0, 0.0)
+        cost, self._cost = self._cost, Cost(0.0, 0.0)
         return cost
 
     @property
@@ -322,7 +332,7 @@ class Sandbox:
         """Return the signal that ended the last notebook prematurely; 0 if none did. Raises _ForkingProcessEnded."""
         assert self._last_report is not None
         message = self._receive()
-        self._cost = self._cost[0] + message["seconds"], max(self._cost[1], message["memory"])
+        self._cost = Cost(self._cost.seconds + message["seconds"], max(self._cost.memory, message["memory"]))
         self._left_running = not self._last_report.ends_within(seconds=1.0)
         self._close_last_report()
         return int(message["signal"])
@@ -392,7 +402,7 @@ class Sandbox:
                 stdout=subprocess.DEVNULL, stderr=subprocess.DEVNULL, env=environment, cwd=tempfile.gettempdir(),
                 start_new_session=True,
             )  # fmt: skip
-        self._control.settimeout(60)
+        self._control.settimeout(FORKING_PROCESS_TIMEOUT)
         try:
             self.unavailable_measures = self._receive()["lacking"]
         except (_ForkingProcessEnded, OSError) as error:

@@ -26,7 +26,7 @@ const withArm = async (path, options) => {
   return found;
 };
 const POSITION = "practice.html?arm=planar-2r&question=position";
-test("the map is walked on by keys and by mouse, and the arm follows", async () => {
+test("the pose moves on the map by keys and by mouse, and the arm follows", async () => {
   const { page, wrong } = await withArm(POSITION);
   await page.locator(".arm-map-frame").focus();
   const first = await pose(page);
@@ -46,7 +46,7 @@ test("the map is walked on by keys and by mouse, and the arm follows", async () 
   assert.deepEqual(wrong, []);
 });
 
-test("the map's lines are the singular configurations: walking onto one says so", async () => {
+test("the map's lines are singular configurations, which is reported when the pose is on one", async () => {
   const { page } = await withArm(POSITION);
   await page.locator("polyline.arm-boundary").first().waitFor({ state: "attached" });
   await page.locator(".arm-map-frame").scrollIntoViewIfNeeded();
@@ -62,7 +62,7 @@ test("the map's lines are the singular configurations: walking onto one says so"
   await page.locator(".arm-nearness", { hasText: "At the boundary of the workspace." }).waitFor();
 });
 
-test("the map is walked on by finger", async () => {
+test("the pose moves on the map by touch", async () => {
   const { page, wrong } = await withArm(POSITION, PHONE);
   await page.getByRole("button", { name: "Map", exact: true }).tap();
   await page.locator(".arm-zero").first().waitFor({ state: "attached" });
@@ -105,7 +105,7 @@ test("the path is played, and the arm runs into its limits", async () => {
   assert.deepEqual(wrong, []);
 });
 
-test("the path goes by steps where the system asks for no motion", async () => {
+test("the path advances by steps if the system asks for reduced motion", async () => {
   const { page, wrong } = await withArm(POSITION, { ...PHONE, reducedMotion: "reduce" });
   await page.getByRole("button", { name: "Path", exact: true }).tap();
   assert.equal(await page.getByRole("button", { name: "Play" }).count(), 0);
@@ -122,7 +122,7 @@ for (const [name, options] of [
   ["wide", WIDE],
   ["on a phone", PHONE],
 ]) {
-  test(`what has the focus stays in sight when the arm comes, ${name}`, async () => {
+  test(`the focused element stays visible when the arm appears, ${name}`, async () => {
     const { page, context } = await emptyTab(there, options);
     let release;
     const held = new Promise((done) => (release = done));
@@ -142,7 +142,7 @@ for (const [name, options] of [
   });
 }
 
-test("an arm that leaves its first, nearer view is seen whole, and gets under the pointer again", async () => {
+test("an arm that leaves its enlarged first view is shown whole, and comes under the pointer again", async () => {
   const { page, wrong } = await withArm(POSITION, WIDE);
   const box = await page.locator(".arm-box").boundingBox();
   const middle = async (name) => {

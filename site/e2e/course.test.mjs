@@ -106,7 +106,7 @@ for (const version of Object.keys(VERSIONS)) {
   const is12 = version === "1.2";
   const learner = is12 ? { core: { student_id: "ada" } } : { learner_id: "ada" };
 
-  test(`SCORM ${version}: scores, status, answers and time come to the platform, and a round goes on where it was`, async () => {
+  test(`SCORM ${version}: the platform gets scores, status, answers and time, and a round continues where it was`, async () => {
     const { page, frame, wrong, context } = await launched(version, learner);
     const { key, typed, right } = await solutionsOf(page, version);
     await frame.getByText("0 of 2 answered").waitFor();
@@ -149,7 +149,7 @@ for (const version of Object.keys(VERSIONS)) {
   });
 }
 
-test("students have arms of their own, and what was tried in vain may be looked up then, and earns nothing more", async () => {
+test("each student has other arms; after the last try the solution can be shown, and nothing more is earned", async () => {
   const keys = new Set();
   for (const id of ["ada", "ben", "eve", "ida", "max"]) {
     if (keys.size > 1) break;
@@ -170,7 +170,7 @@ test("students have arms of their own, and what was tried in vain may be looked 
   await context.close();
 });
 
-test("a platform that takes nothing, or ends badly, keeps nobody from practising", async () => {
+test("practice works if the platform accepts nothing, or fails at the end", async () => {
   const { page, wrong, context } = await openedAnew({ ...there, server: course }, "page.html");
   await page.evaluate(() => {
     const refuse = () => "false";
@@ -198,7 +198,7 @@ test("a platform that takes nothing, or ends badly, keeps nobody from practising
   await context.close();
 });
 
-test("a package without a platform says so, practises, and is kept in the browser", async () => {
+test("a package without a platform says so, works, and is stored in the browser", async () => {
   const { page, context } = await openedAnew({ ...there, server: course }, "scorm2004/index.html");
   await page.getByText("This page is not running inside a learning platform").waitFor();
   await page.locator("form .answer").waitFor();
@@ -222,7 +222,7 @@ async function withFraming(search) {
   return { page, frame: page.frameLocator("iframe"), context };
 }
 
-test("a round in a frame has no header, and tells the page around it that its link names", async () => {
+test("a round in a frame has no header, and sends results to the origin in its link", async () => {
   const origin = encodeURIComponent(course.root);
   const search = `embed=1&arm=planar-2r&question=determinant&n=1&seed=a&name=Week+3&origin=${origin}`;
   const { page, frame, context } = await withFraming(search);
@@ -249,7 +249,7 @@ for (const [width, height] of [
   [480, 800],
   [390, 700],
 ]) {
-  test(`in a frame of ${width} × ${height} pixels the arm and the box of the answer are in sight`, async () => {
+  test(`in a frame of ${width} × ${height} pixels, the arm and the answer field are visible`, async () => {
     const { page } = await opened(there, "practice.html?embed=1&arm=planar-2r&question=determinant&seed=a&n=1", {
       viewport: { width, height },
     });
@@ -270,7 +270,7 @@ for (const [width, height] of [
   });
 }
 
-test("another page around it is told nothing", async () => {
+test("a page of another origin receives nothing", async () => {
   for (const search of ["embed=1&n=1&seed=a", "embed=1&n=1&seed=a&origin=https%3A%2F%2Felsewhere.example"]) {
     const { page, frame, context } = await withFraming(search);
     await frame.locator("form .answer").waitFor();
@@ -280,7 +280,7 @@ test("another page around it is told nothing", async () => {
   }
 });
 
-test("the same seed asks the same questions, in German where the link says so; what is wrong with a link is said", async () => {
+test("the same seed asks the same questions, in German if the link says so; errors in a link are reported", async () => {
   const titles = [];
   for (const seed of ["a", "a", "b"]) {
     const { page } = await opened(there, `practice.html?seed=${seed}&n=9&name=R`);
@@ -304,7 +304,7 @@ test("the same seed asks the same questions, in German where the link says so; w
   }
 });
 
-test("links are made by choosing, with a preview that shows what is sent", async () => {
+test("links are made by menus, with a preview that shows what is sent", async () => {
   for (const options of [undefined, PHONE]) {
     const { page, wrong } = await opened(there, "course.html", options);
     await page.getByRole("combobox", { name: "Question", exact: true }).selectOption("determinant");
@@ -333,7 +333,7 @@ test("links are made by choosing, with a preview that shows what is sent", async
   }
 });
 
-test("a round is accessible on a phone, and its questions can be gone to", async () => {
+test("a round is accessible on a phone, and each question can be opened", async () => {
   const { page, wrong, context } = await openedAnew(there, "practice.html?embed=1&seed=a&n=5", PHONE);
   await page.locator("form .answer").waitFor();
   await page.getByRole("button", { name: "Question 3: not answered yet" }).tap();

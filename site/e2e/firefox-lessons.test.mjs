@@ -25,7 +25,7 @@ describe("in Firefox, from beginning to end", { skip: MISSING }, () => {
   });
 
   for (const code of ["en", "de"])
-    test(`a lesson to mastery by keyboard: ${code}`, async () => {
+    test(`a lesson is mastered by keyboard: ${code}`, async () => {
       page = await firefox(code === "de" ? "de-DE, de" : "en-GB, en");
       try {
         await page.size(1280, 900);
@@ -37,7 +37,7 @@ describe("in Firefox, from beginning to end", { skip: MISSING }, () => {
       }
     });
 
-  test("one's own arm: a link opens it, a number is typed, the joint moved, and J follows", async () => {
+  test("own arm: a link opens it, a number is typed, a joint is moved, and J follows", async () => {
     page = await firefox();
     try {
       await page.size(1280, 900);
@@ -69,7 +69,7 @@ describe("in Firefox, from beginning to end", { skip: MISSING }, () => {
     }
   });
 
-  test("a round in a frame of another origin tells its score to the page that the link names", async () => {
+  test("a round in a frame of another origin sends its score to the origin in the link", async () => {
     const around = mkdtempSync(join(tmpdir(), "qdot-firefox-course-"));
     writeFileSync(join(around, "page.html"), "<!DOCTYPE html><title>A course</title><body></body>");
     const course = await served(around);
@@ -120,7 +120,7 @@ describe("in Firefox, from beginning to end", { skip: MISSING }, () => {
     }
   });
 
-  test("a lesson that is kept is practised with no connection, and one's own arm is there, too", async () => {
+  test("a stored lesson works offline, and so does the own arm", async () => {
     const own = await served(folder);
     page = await firefox();
     try {

@@ -47,14 +47,14 @@ describe("in Firefox", { skip: MISSING }, () => {
     if (process.env.SHOTS) writeFileSync(`${process.env.SHOTS}/firefox-${name}.png`, await page.shot());
   };
 
-  test("a right answer is right, and typeset as it is typed", async () => {
+  test("a right answer is judged right, and typeset while it is typed", async () => {
     await ask("determinant");
     assert.match(await answered(site.typed("determinant")), /^Right/);
     await page.until(() => Boolean(document.querySelector(".preview math")));
     await picture("right");
   });
 
-  test("feedback on a wrong answer has the pose where it differs, and the arm moves there", async () => {
+  test("feedback on a wrong answer shows a pose where it differs, and the arm moves there", async () => {
     await ask("determinant");
     const before = await pose();
     assert.match(await answered("a1*cos(theta2)"), /^Not right[\s\S]*differs at/);
@@ -116,14 +116,14 @@ describe("in Firefox", { skip: MISSING }, () => {
     await picture("path");
   });
 
-  test("German has its decimal comma", async () => {
+  test("German pages have decimal commas", async () => {
     await page.run(() => localStorage.setItem("qdot-language", "de"));
     await ask("determinant");
     assert.match(await page.run(() => document.querySelector(".arm-figures").innerText), /\d,\d/);
     await page.run(() => localStorage.clear());
   });
 
-  test("no page says an error", async () => {
+  test("no page reports an error", async () => {
     await page.open(`${site.root}/index.html`);
     await page.run(() => navigator.serviceWorker.ready.then(() => true)); // Firefox calls what is cut off an error
     await page.until(() => Boolean(document.querySelector("[data-hero] svg")));

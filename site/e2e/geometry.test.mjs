@@ -46,7 +46,7 @@ function looks(screen) {
 }
 
 for (const [k, sizes] of SCREENS.entries())
-  test(`nothing lies over anything, is cut off, too wide or leaves a hole, from ${sizes[0][0]} pixels on`, async () => {
+  test(`nothing overlaps, is cut off, is too wide or leaves a gap, from ${sizes[0][0]} pixels on`, async () => {
     const found = {};
     const [first] = sizes.map(([width, height]) => ({ width, height }));
     for (const { path, ...options } of looks(k)) {
@@ -63,7 +63,7 @@ for (const [k, sizes] of SCREENS.entries())
     assert.deepEqual(found, {});
   });
 
-test("what lies over something, is too wide or leaves a hole is found", async () => {
+test("overlaps, parts that are too wide, and gaps are found", async () => {
   const { page } = await opened(there, "learn.html", { viewport: { width: 900, height: 800 } });
   await page.evaluate(() => {
     const put = (style) => {

@@ -26,7 +26,7 @@ const crowded = (page) =>
   });
 
 for (const [name, options] of Object.entries({ wide: { viewport: { width: 1440, height: 900 } }, phone: PHONE })) {
-  test(`no letter of the stage lies over another: ${name}`, async () => {
+  test(`no labels of the stage overlap: ${name}`, async () => {
     const { page, context } = await openedAnew(there, "own.html", options);
     for (const robot of ROBOTS) {
       await page.evaluate((key) => (location.hash = `#robot=${key}`), robot);
@@ -97,7 +97,7 @@ for (const [name, options] of Object.entries({
   "on a German phone": { ...PHONE, locale: "de-DE" },
   wide: { viewport: { width: 1440, height: 900 } },
 }))
-  test(`at a counterexample letters keep off the words, and the arm and its arrows are in view: ${name}`, async () => {
+  test(`at a counterexample, labels avoid texts, and the arm and its arrows are visible: ${name}`, async () => {
     const { page, context } = await openedAnew(there, "404.html", options);
     const families = bankOf(there.site.folder)
       .bank("index")

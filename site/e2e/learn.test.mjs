@@ -12,7 +12,7 @@ const solved = ["planar-2r/001.solutions", "planar-2r/001-quiz.solutions"];
 const typed = (kind) =>
   solved.flatMap((name) => bankOf(there.site.folder).bank(name).parts).find(({ name }) => name === kind).typed;
 
-test("a path as it is laid first reaches no goal; one that is changed does", async () => {
+test("the first path reaches no goal; a changed one does", async () => {
   const { page } = await opened(there, "learn.html?lesson=path", WIDE);
   await page.locator(".arm-chart").waitFor();
   await drawn(page);
@@ -24,7 +24,7 @@ test("a path as it is laid first reaches no goal; one that is changed does", asy
   await page.locator(".goals li.reached").first().waitFor();
 });
 
-test("a wrong answer after a right one to the same question ends no row", async () => {
+test("a wrong answer after a right one to the same question ends no streak", async () => {
   const { page, context } = await openedAnew(there, "practice.html?arm=planar-2r&question=determinant", WIDE);
   const answer = async (text) => {
     await page.getByLabel("Your answer").fill(text);
@@ -40,13 +40,13 @@ test("a wrong answer after a right one to the same question ends no row", async 
   await context.close();
 });
 
-test("a link to no lesson says so", async () => {
+test("a link to an unknown lesson is reported", async () => {
   const { page } = await opened(there, "learn.html?lesson=foo");
   await page.getByText("There is no lesson “foo”").waitFor();
   assert.equal(await page.locator(".way > ol > li").count(), 8);
 });
 
-test("what is due is on top of the practice page, and is answered in its order", async () => {
+test("due questions come first on the practice page, in their order", async () => {
   const { page, context } = await openedAnew(there, "practice.html", WIDE);
   await page.evaluate(() =>
     localStorage.setItem(
@@ -70,7 +70,7 @@ test("what is due is on top of the practice page, and is answered in its order",
   await context.close();
 });
 
-test("a wrong link says what is wrong with it, and a set has ten problems", async () => {
+test("errors in a link are reported, and a set has ten problems", async () => {
   for (const [search, said] of [
     ["arm=foo", /asks for the arm “foo”, which doesn't exist here. Choose one of planar-2r/],
     ["question=foo", /asks for the question “foo”/],
@@ -108,7 +108,7 @@ test("in a German browser examples, their list, the gallery and the documentatio
   }
 });
 
-test("the first page is an arm at once, which is pulled to its singularity by keys", async () => {
+test("the first page shows an arm at once, which keys move to its singularity", async () => {
   const small = (await opened(there, "index.html", { viewport: { width: 360, height: 900 } })).page;
   const { y } = await small.locator(".arm-box").boundingBox();
   assert.ok(y < 600, `the arm begins at ${y}`);
@@ -148,7 +148,7 @@ for (const [width, height] of [
     assert.ok(now[0] < box.x + box.width && now[1] > box.y, "P is in the box");
   });
 
-test("a browser that keeps nothing is told so", async () => {
+test("a browser that stores nothing gets a message", async () => {
   const { page, context } = await openedAnew(there, "learn.html");
   await page.evaluate(() => Object.defineProperty(navigator, "serviceWorker", { value: {} }));
   await page.getByText("Save this course for offline use").click();

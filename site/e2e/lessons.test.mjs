@@ -24,7 +24,7 @@ before(() => (site = siteOfClasses(ARMS, ["puma-560"])));
 after(() => site?.remove());
 
 for (const [by, code, offline] of WALKS)
-  test(`a lesson to mastery by ${by}: ${code}${offline ? ", offline" : ""}`, async () => {
+  test(`a lesson is mastered by ${by}: ${code}${offline ? ", offline" : ""}`, async () => {
     const server = await served(site.folder);
     const [handOf, options] = HANDS[by];
     const { page, wrong, context } = await openedAnew({ ...there, server }, "learn.html?lesson=rates", {
@@ -82,7 +82,7 @@ test("free practice counts for the class of the arm, which is due for review aft
   }
 });
 
-test("a stored course has the arms of every class of every lesson without a connection", async () => {
+test("a stored course has the arms of every class of every lesson offline", async () => {
   const server = await served(site.folder);
   const { page, wrong, context } = await openedAnew({ ...there, server }, "learn.html", {
     ...WIDE,
@@ -122,7 +122,7 @@ test("a stored course has the arms of every class of every lesson without a conn
 });
 
 for (const locale of ["en-GB", "de-DE"])
-  test(`all numbers and sliders beside a question are in sight at 1440 x 900, whatever the arm: ${locale}`, async () => {
+  test(`all numbers and sliders beside a question are visible at 1440 x 900, for every arm: ${locale}`, async () => {
     const server = await served(site.folder);
     const options = { viewport: { width: 1440, height: 900 }, locale };
     const { page, wrong, context } = await openedAnew({ ...there, server }, "", options);

@@ -23,7 +23,7 @@ function planar(theta1, theta2) {
 const assertNear = (found, due) =>
   found.forEach((text, i) => assert.ok(Math.abs(value(text) - due[i]) < 1e-5, `${found} in place of ${due}`));
 
-test("a link opens its table in its pose, and the address follows what is typed and moved", async () => {
+test("a link opens its table in its pose, and typing and moving change the address", async () => {
   const { page, wrong, context } = await openedAnew(there, `${TABLE}&angles=degrees`);
   await page.locator(".own-figures").waitFor();
   assertNear(await numbers(page), planar(30, 90));
@@ -45,7 +45,7 @@ test("a link opens its table in its pose, and the address follows what is typed 
   await context.close();
 });
 
-test("where radians are chosen, the table is converted, and sliders and map have them", async () => {
+test("if radians are chosen, the table is converted, and sliders and map show radians", async () => {
   const { page, wrong, context } = await openedAnew(there, "own.html#robot=scara");
   const angle = page.locator('.arm-joints input[type="number"]').first();
   await angle.fill("90");
@@ -65,7 +65,7 @@ test("where radians are chosen, the table is converted, and sliders and map have
   await context.close();
 });
 
-test("the pose of a link stays while a number is typed key by key, though the arm was not moved yet", async () => {
+test("the pose of a link stays while a number is typed, even if the arm was not moved yet", async () => {
   const { page, context } = await openedAnew(there, TABLE);
   await page.locator(".own-figures").waitFor();
   await page.getByLabel("a2", { exact: true }).press("ControlOrMeta+a");
@@ -77,7 +77,7 @@ test("the pose of a link stays while a number is typed key by key, though the ar
   await context.close();
 });
 
-test("while a cell is wrong, the arm stays, and it is said what is wrong where", async () => {
+test("while a cell is invalid, the arm stays, and the error is shown with its cell", async () => {
   const { page } = await opened(there, `${TABLE}&x=1`);
   await page.locator(".own-figures").waitFor();
   const cell = page.getByLabel("α1", { exact: true });
@@ -93,7 +93,7 @@ test("while a cell is wrong, the arm stays, and it is said what is wrong where",
   await page.locator(".own-figures tbody tr").nth(2).waitFor(); // it leaves the plane
 });
 
-test("a robot is taken by keys, a joint added and removed, and the file is what qdot solve takes", async () => {
+test("a robot is chosen by keys, a joint added and removed, and qdot solve accepts the file", async () => {
   const { page, wrong } = await opened(there, "own.html");
   const begin = page.getByLabel("Start with");
   await begin.focus();
@@ -129,7 +129,7 @@ for (const [robot, width] of [
   ["panda", 1440],
   ["ur5", 2560],
 ]) {
-  test(`all numbers of ${robot} are whole at ${width} pixels`, async () => {
+  test(`all numbers of ${robot} are completely visible at ${width} pixels`, async () => {
     const joints = robot === "panda" ? 7 : 6;
     const at = Array.from({ length: joints }, () => "-142.7").join("_");
     const { page } = await opened(there, `own.html#robot=${robot}&at=${at}`, { viewport: { width, height: 900 } });
@@ -156,7 +156,7 @@ for (const [robot, width] of [
   });
 }
 
-test("a link of which nothing can be read says so, and so does one to no robot", async () => {
+test("an invalid link is reported, and so is a link to an unknown robot", async () => {
   for (const [link, said] of [
     ["#dh=R_1", /contains no readable table/],
     ["#dh=R_%E0%A4%A_0_0_0", /contains no readable table/],
@@ -170,7 +170,7 @@ test("a link of which nothing can be read says so, and so does one to no robot",
   }
 });
 
-test("what a link holds is text, whatever it says", async () => {
+test("the content of a link is only text", async () => {
   const { page, wrong } = await opened(
     there,
     "own.html#dh=R_%3Cscript%3E_0_constructor_0~R_q2_0_%5B1%2C2%5D_0&name=%3Cimg%20src%3Dx%20onerror%3Dx%3E",
@@ -181,7 +181,7 @@ test("what a link holds is text, whatever it says", async () => {
   assert.deepEqual(wrong, []);
 });
 
-test("on a German phone it is German, decimal commas are read, and nothing is wider than the screen", async () => {
+test("on a German phone the page is German, accepts decimal commas, and is no wider than the screen", async () => {
   const { page, wrong } = await opened(there, "own.html#robot=ur5e", { ...PHONE, locale: "de-DE" });
   await page.getByRole("heading", { name: "Dein eigener Arm", level: 2 }).waitFor();
   await page.locator(".own-figures").waitFor();
@@ -194,7 +194,7 @@ test("on a German phone it is German, decimal commas are read, and nothing is wi
   assert.deepEqual(wrong, []);
 });
 
-test("numbers beside the table follow a move in the frame of the drawing", async () => {
+test("numbers beside the table change in the same frame as the drawing", async () => {
   const { page } = await opened(there, "own.html#robot=ur5");
   await page.locator(".own-figures").waitFor();
   await page.locator(".arm-grip").nth(2).waitFor({ state: "attached" });
@@ -211,7 +211,7 @@ test("numbers beside the table follow a move in the frame of the drawing", async
   assert.notEqual(after, before);
 });
 
-test("a number for a joint that is none, or the same in another turn, gives way to the joint's own", async () => {
+test("an invalid number for a joint, or one in another turn, is replaced by the joint's value", async () => {
   const { page } = await opened(there, "own.html#robot=ur5");
   const field = page.locator('.arm-joints input[type="number"]').nth(1);
   await field.fill("30");

@@ -47,12 +47,12 @@ async function visited() {
 }
 
 for (const path of KINDS)
-  test(`${path} is walked through by keyboard, and every stop is seen`, async () => {
+  test(`${path} can be used by keyboard, and every tab stop is visible`, async () => {
     const { page } = await visit(path);
     await assertWalked(page);
   });
 
-test("every page has a strict policy, nothing in it is refused, and nothing comes from elsewhere", async () => {
+test("every page has a strict content policy, which it keeps, and loads nothing from other hosts", async () => {
   const all = await visited();
   assert.ok(all.size > 20, `${all.size} pages`);
   for (const [path, { policy, refused, headings, wrong }] of all) {
@@ -80,7 +80,7 @@ test("every link of the site leads to a page, and to a place in it", async () =>
   assert.deepEqual(lost, []);
 });
 
-test("a page that is not there is the site's own at any depth, and leads back", async () => {
+test("a missing address shows the site's own page at any depth, with a way back", async () => {
   for (const path of ["nothing.html", "examples/nothing.html", "a/b/c/nothing"]) {
     const { page, context } = await openedAnew(there, path, { ...WIDE, locale: "de-DE" });
     await page.getByRole("heading", { name: "Seite nicht gefunden" }).waitFor();
@@ -108,7 +108,7 @@ test("every page can be reached from the first one", () => {
   );
 });
 
-test("the files that pages name are there", () => {
+test("all files that pages refer to exist", () => {
   const missing = new Set();
   for (const path of pages()) {
     const text = readFileSync(join(there.site.folder, path), "utf8");
@@ -135,7 +135,7 @@ test("the practice page opens with less than 300 kB before the bank", async () =
   }
 });
 
-test("what was read works offline, the arm beside an example, too", async () => {
+test("pages that were read work offline, with the arm beside an example", async () => {
   const { page, context } = await openedAnew(there, "index.html", { ...WIDE, serviceWorkers: "allow" });
   await page.evaluate(() => navigator.serviceWorker.ready);
   await context.setOffline(true);
@@ -159,7 +159,7 @@ async function followsAndGoes(page, number) {
   await number.waitFor({ state: "detached" });
 }
 
-test("formulas answer to the arm: a term has its number and lights its link, a link lights its letters", async () => {
+test("pointing at a term shows its value and highlights its link; pointing at a link highlights its symbols", async () => {
   const { page, wrong } = await opened(there, "examples/6-1.html");
   await page.locator(".live .arm-box").waitFor();
   const line = page.locator("main math", { hasText: /^\W*x\s*y\W*=\W*a1c1\+a2c12/ }).first();
@@ -227,7 +227,7 @@ test("keys reach the terms of formulas: one tab stop per formula, arrows between
   assert.deepEqual(wrong, []);
 });
 
-test("a term with a rate has its number where a lesson's dials set the rates", async () => {
+test("a term with a rate has a value if a lesson's sliders set the rates", async () => {
   const { page } = await opened(there, "learn.html?lesson=rates");
   await page.locator(".arm-box").waitFor();
   await page.evaluate(() => {
@@ -241,7 +241,7 @@ test("a term with a rate has its number where a lesson's dials set the rates", a
   assert.match(await page.locator(".arm-term").innerText(), /^here: −?0\.\d+$/);
 });
 
-test("the gallery leads to practice with the arm chosen", async () => {
+test("the gallery leads to practice with the chosen arm", async () => {
   const { page } = await opened(there, "arms.html");
   await page.locator("#planar-2r .do a").click();
   const chosen = page.locator(".settings select").first();

@@ -90,7 +90,7 @@ for (const [width, height] of [
   [360, 740],
   [390, 844],
 ])
-  test(`what a pane of the stage shows is in view, without scrolling in it: ${width} x ${height}`, async () => {
+  test(`the content of each pane of the stage is visible without scrolling: ${width} x ${height}`, async () => {
     const options = { ...PHONE, viewport: { width, height } };
     const { page, context } = await openedAnew(there, "own.html", options);
     const scrolled = () =>

@@ -23,7 +23,7 @@ async function answered(page, text) {
   return { heading: await verdict.locator("h3").innerText(), text: await verdict.innerText() };
 }
 
-test("hints come one by one, then the solution; progress is kept over a reload", async () => {
+test("hints are shown one by one, then the solution; progress is stored over a reload", async () => {
   const { page } = await ask("determinant");
   await answered(page, "0");
   for (const number of [1, 2, 3]) await page.getByRole("button", { name: `Show hint ${number}` }).click();
@@ -35,7 +35,7 @@ test("hints come one by one, then the solution; progress is kept over a reload",
   await page.getByText("0 right of 1 tried").waitFor();
 });
 
-test("a file of one's progress brings back problems and lessons", async () => {
+test("a file of the progress restores problems and lessons", async () => {
   const { page, context } = await openedAnew(there, "practice.html");
   const stored = () =>
     page.evaluate(() => ["qdot-progress", "qdot-lessons"].map((name) => JSON.parse(localStorage.getItem(name))));
@@ -60,7 +60,7 @@ test("a file of one's progress brings back problems and lessons", async () => {
   await context.close();
 });
 
-test("what can't be read differs nowhere, also after an answer that did", async () => {
+test("an answer that can't be parsed has no pose at which it differs, also after one that had", async () => {
   const { page } = await opened(there, "practice.html?arm=planar-2r&question=determinant");
   for (const [text, poses] of [
     ["a1*a2", 1],
@@ -73,7 +73,7 @@ test("what can't be read differs nowhere, also after an answer that did", async 
   }
 });
 
-test("the arm goes to the pose in which a wrong answer differs, once the verdict is there", async () => {
+test("the arm moves to the pose at which a wrong answer differs, after the verdict is shown", async () => {
   const { page, wrong } = await ask("position");
   await answered(page, "[a1*cos(theta1), a1*sin(theta1)]");
   await page.locator(".verdict a[href='#arm']").click();
@@ -86,7 +86,7 @@ test("the arm goes to the pose in which a wrong answer differs, once the verdict
   assert.deepEqual(wrong, []);
 });
 
-test("where the arm or typesetting can't be loaded, the page says so or shows LaTeX, and grades all the same", async () => {
+test("if the arm or typesetting can't be loaded, the page says so or shows LaTeX, and still grades", async () => {
   const { page, context } = await emptyTab(there);
   const errors = [];
   page.on("pageerror", (error) => errors.push(error.message));
@@ -103,7 +103,7 @@ test("where the arm or typesetting can't be loaded, the page says so or shows La
   await context.close();
 });
 
-test("a wrong option tells what is behind it, also in another language", async () => {
+test("the mistake behind a wrong option is reported, also in another language", async () => {
   const { page, wrong } = await ask("singularity-type");
   const { key } = problem().parts.find(({ kind }) => kind === "singularity-type");
   const other = page.locator('input[type="radio"]').nth(key.right[0] === 0 ? 1 : 0);
@@ -119,7 +119,7 @@ test("a wrong option tells what is behind it, also in another language", async (
   assert.deepEqual(wrong, []);
 });
 
-test("another language is chosen and stays, and its decimal comma is read and written", async () => {
+test("a chosen language stays, and its decimal comma is accepted and written", async () => {
   const { page, wrong } = await ask("determinant");
   await page.getByLabel("Language").selectOption("de");
   await page.getByLabel("Den Arm bewegen").waitFor();
@@ -147,7 +147,7 @@ test("an answer is typed as mathematics", async () => {
   assert.deepEqual(wrong, []);
 });
 
-test("signs are put where the cursor is, as text and as mathematics; what was typed stays in the other field", async () => {
+test("symbols are inserted at the cursor, in text and in mathematics, and the text stays in the other field", async () => {
   const { page, wrong } = await ask("determinant");
   const field = page.getByLabel("Your answer");
   await field.fill("2*+1");
@@ -166,7 +166,7 @@ test("signs are put where the cursor is, as text and as mathematics; what was ty
   assert.deepEqual(wrong, []);
 });
 
-test("a matrix is typed a row a line: Enter goes on until all rows are there, and a paste fills the grid", async () => {
+test("a matrix is typed row by row: Enter begins a line until all rows are typed, and pasting fills the grid", async () => {
   const { page, wrong } = await ask("jacobian");
   const entries = [
     ["-a1*sin(theta1) - a2*sin(theta1 + theta2)", "-a2*sin(theta1 + theta2)"],
@@ -198,7 +198,7 @@ test("a matrix is typed a row a line: Enter goes on until all rows are there, an
   assert.deepEqual(wrong, []);
 });
 
-test("a matrix typed as text is there by entry, and is right as mathematics", async () => {
+test("a matrix typed as text appears in its entries, and is right as mathematics", async () => {
   const { page, wrong } = await ask("jacobian");
   await page.getByRole("button", { name: "Type it as text" }).click();
   await page.getByLabel("Your answer").fill(typed("jacobian"));
@@ -211,7 +211,7 @@ test("a matrix typed as text is there by entry, and is right as mathematics", as
   assert.deepEqual(wrong, []);
 });
 
-test("a problem is told in German: its texts, a hint, the mistake behind an answer, what can't be read", async () => {
+test("a problem is in German: its texts, a hint, the mistake behind an answer, and parse errors", async () => {
   const { page, wrong } = await ask("determinant");
   await page.getByLabel("Language").selectOption("de");
   await page.getByRole("heading", { name: "Üben" }).waitFor();
@@ -238,7 +238,7 @@ test("a problem is told in German: its texts, a hint, the mistake behind an answ
   assert.deepEqual(wrong, []);
 });
 
-test("where there is no translation a problem is in English, marked as such", async () => {
+test("without a translation, a problem is in English, and marked as English", async () => {
   const { page, context } = await openedAnew(there, "practice.html?arm=planar-2r&question=determinant");
   await context.route(/\/bank\/.*\.de\.json$/, (route) => route.fulfill({ status: 404 }));
   await page.getByLabel("Language").selectOption("de");
@@ -249,7 +249,7 @@ test("where there is no translation a problem is in English, marked as such", as
   await context.close();
 });
 
-test("the next problem begins at its beginning, for keyboards, too", async () => {
+test("the next problem is shown from its beginning, also for keyboards", async () => {
   const { page } = await open("practice.html?arm=planar-2r&set=a");
   await page.getByText(/^Problem 1 of \d+ of the set “.+”$/).waitFor();
   await page.getByRole("button", { name: "Skip" }).click();

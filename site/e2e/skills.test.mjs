@@ -15,7 +15,7 @@ const KEPT = {
 };
 
 for (const [name, options] of Object.entries({ wide: WIDE, "on a German phone": { ...PHONE, locale: "de-DE" } })) {
-  test(`the map of what one knows, ${name}: nothing lies over anything, and no word is broken`, async () => {
+  test(`the map of lessons, ${name}: nothing overlaps, and no word is broken`, async () => {
     const { page, wrong, context } = await openedAnew(there, "learn.html", options);
     await page.evaluate((kept) => {
       for (const [key, value] of Object.entries(kept)) localStorage.setItem(key, JSON.stringify(value));
@@ -33,7 +33,7 @@ for (const [name, options] of Object.entries({ wide: WIDE, "on a German phone": 
   });
 }
 
-test("by keys and in words: how a lesson stands, what it builds on, and the way to its questions", async () => {
+test("a lesson's state, what it builds on, and links to its questions are available by keys and in words", async () => {
   const { page, context } = await openedAnew(there, "learn.html");
   await page.evaluate((kept) => {
     for (const [key, value] of Object.entries(kept)) localStorage.setItem(key, JSON.stringify(value));

@@ -11,7 +11,7 @@ import { assertReached } from "./walk.mjs";
 const there = inChromium();
 
 for (const path of KINDS)
-  test(`${path} opens without a fault, is reached by keyboard, and is accessible`, async () => {
+  test(`${path} opens without errors, can be used by keyboard, and is accessible`, async () => {
     const { page, wrong } = await opened(there, path);
     await armOf(page);
     await assertReached(page);
@@ -20,7 +20,7 @@ for (const path of KINDS)
     assert.deepEqual([...wrong, ...(await page.evaluate(() => window.refused))], []);
   });
 
-test("a wrong answer is judged wrong, and a right one right, whose solution is shown", async () => {
+test("a wrong answer is judged wrong, a right one right, and then the solution is shown", async () => {
   const { page, wrong } = await opened(there, "practice.html?arm=planar-2r&question=determinant");
   const right = bankOf(there.site.folder).typed("determinant");
   const answer = async (text) => {

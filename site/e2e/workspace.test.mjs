@@ -47,7 +47,7 @@ for (const [width, height] of SIZES) {
 }
 
 for (const robot of ["anthropomorphic-6r", "panda"])
-  test(`J and the map of ${robot} are whole in a narrow column`, async () => {
+  test(`J and the map of ${robot} are completely visible in a narrow column`, async () => {
     const options = { viewport: { width: 1280, height: 900 } };
     const { page, context } = await openedAnew(there, `own.html#robot=${robot}`, options);
     await page.waitForFunction((key) => document.querySelector(".own-begin select")?.value === key, robot);
@@ -78,7 +78,7 @@ for (const [name, options] of [
   ["at 1440 x 900", { viewport: { width: 1440, height: 900 } }],
   ["on a phone", PHONE],
 ])
-  test(`a verdict is in view, Check stays where it is, and Next is the main button then: ${name}`, async () => {
+  test(`a verdict is visible, Check stays in place, and then Next is the main button: ${name}`, async () => {
     const { page } = await opened(there, JACOBIAN, options);
     const verdict = page.locator(".verdict");
     const inView = async () => {
@@ -124,7 +124,7 @@ async function settles(holds, what) {
   assert.fail(`not in view: ${what}`);
 }
 
-test("on a phone the arm stays on top while one answers, and can be folded", async () => {
+test("on a phone, the arm stays at the top while a student answers, and can be folded", async () => {
   const { page } = await opened(there, JACOBIAN, PHONE);
   await page.locator(".arm-box").waitFor();
   const field = page.locator(".formula-field").last();
@@ -156,7 +156,7 @@ test("on a phone the arm stays on top while one answers, and can be folded", asy
   await page.locator(".arm-box").waitFor();
 });
 
-test("a column that is pointed at in J stands out in the drawing, and a link in J", async () => {
+test("pointing at a column of J highlights it in the drawing, and pointing at a link highlights its column", async () => {
   const { page } = await opened(there, JACOBIAN);
   await page.locator(".arm-jacobian tbody td").nth(1).hover();
   await page.locator(".arm-column.arm-j2.arm-lit").waitFor({ state: "attached" });
@@ -165,7 +165,7 @@ test("a column that is pointed at in J stands out in the drawing, and a link in 
   await page.locator(".arm-jacobian td.arm-j1.arm-lit").first().waitFor();
 });
 
-test("the factor of det J that goes to zero is seen going", async () => {
+test("the factor of det J that goes to zero is marked", async () => {
   const { page } = await opened(there, JACOBIAN);
   await page.locator(".arm-factors > div").nth(1).waitFor();
   assert.equal(await page.locator(".arm-vanishing").count(), 0);
@@ -179,7 +179,7 @@ test("the factor of det J that goes to zero is seen going", async () => {
   assert.equal(await page.locator(".arm-vanishing").count(), 0);
 });
 
-test("where the factors would tell the answer, they come once it is right", async () => {
+test("if the factors would reveal the answer, they are shown after it is right", async () => {
   const { page } = await opened(there, "practice.html?arm=planar-2r&question=determinant&variation=chapter");
   await page.locator(".arm-factors > div").first().waitFor();
   assert.equal(await page.locator(".arm-factors > div").count(), 1);
@@ -191,7 +191,7 @@ test("where the factors would tell the answer, they come once it is right", asyn
   else assert.equal(await page.locator(".arm-factors > div").count(), 1);
 });
 
-test("the stage begins as the printed figure: the pose of the problem, and the table's letters", async () => {
+test("the stage begins like the printed figure: in the problem's pose, with the table's symbols", async () => {
   const { page } = await opened(there, JACOBIAN);
   await page.locator(".arm-letter-layer").waitFor({ state: "attached" });
   const said = await page.locator(".arm-letter-layer text").allTextContents();
@@ -200,7 +200,7 @@ test("the stage begins as the printed figure: the pose of the problem, and the t
   for (const name of letters(printed)) assert.ok(letters(said).has(name), `${name} is in print only: ${said}`);
 });
 
-test("an option that is wider than a phone is scrolled by itself", async () => {
+test("an option that is wider than a phone scrolls separately", async () => {
   const { page } = await opened(there, "practice.html?arm=planar-2r&question=singularity-type", PHONE);
   await page.locator(".option-text").first().waitFor();
   const wider = await page.evaluate(() => {
@@ -231,7 +231,7 @@ test("the columns of a wrong Jacobian are drawn beside the true ones, and move w
   assert.deepEqual(wrong, []);
 });
 
-test("rows and columns of a matrix say what they belong to, beside their entries", async () => {
+test("rows and columns of a matrix have labels beside their entries", async () => {
   for (const options of [{ viewport: { width: 1280, height: 900 } }, PHONE]) {
     const { page, wrong } = await opened(
       there,
@@ -268,7 +268,7 @@ test("rows and columns of a matrix say what they belong to, beside their entries
 /** Of what is in sight, the most that may jump while a page comes, as the sum of layout shifts. */
 const JUMPS = 0.05;
 
-test("nothing jumps while a page comes: the arm has its room before it is there", async () => {
+test("nothing jumps while a page loads: the arm's space is reserved", async () => {
   for (const options of [PHONE, { viewport: { width: 1440, height: 900 } }]) {
     const { page, context } = await emptyTab(there, options);
     await page.addInitScript(() => {
@@ -288,7 +288,7 @@ test("nothing jumps while a page comes: the arm has its room before it is there"
   }
 });
 
-test("on a German phone the stage's tabs end in sight with its fold, and the page is no wider than the screen", async () => {
+test("on a German phone, all tabs of the stage are visible, and the page is no wider than the screen", async () => {
   const { page, context } = await openedAnew(there, "practice.html?arm=planar-2r&question=jacobian", {
     ...PHONE,
     locale: "de-DE",

@@ -36,7 +36,7 @@ function read(table: Table): Numbers {
   return numbers as Numbers;
 }
 
-describe("an arm that is told as a table is the one of Python:", () => {
+describe("a typed table describes the same arm as in Python:", () => {
   test.each(CASES)("%s", (_, { table, task, q, jacobian, det, sigma }) => {
     const robot = robotOf(table, read(table));
     expect(robot.task).toEqual(task);
@@ -117,7 +117,7 @@ describe("a cell", () => {
   });
 });
 
-test("another kind of joint, and a joint less, keep what moves by its own name", () => {
+test("after a joint is changed or removed, each joint variable has its own number", () => {
   expect(withKind(newRow("R", 1), "P", 1)).toEqual({ kind: "P", theta: "0", d: "q2", a: "0", alpha: "0" });
   const rows = [newRow("R", 0), newRow("P", 1), { ...newRow("R", 2), theta: "-q3 + pi/2" }];
   expect(withoutRow(rows, 0).map(({ theta, d }) => [theta, d])).toEqual([
@@ -127,18 +127,18 @@ test("another kind of joint, and a joint less, keep what moves by its own name",
 });
 
 describe("a link", () => {
-  test.each(CASES)("to %s leads back to it", (_, { table }) => {
+  test.each(CASES)("to %s is parsed back to the same table", (_, { table }) => {
     const at = table.rows.map((_, i) => 10 * i - 12.25);
     const fragment = asFragment(table, null, at);
     expect(fragment).toMatch(/^#[\w.~%&=+()!*'-]+$/);
     expect(fromFragment(fragment)).toEqual({ robot: null, table, at });
   });
 
-  test("names a robot of the library", () => {
+  test("contains the name of a known robot", () => {
     expect(fromFragment(asFragment(ONE, "panda", [1, 2.5]))).toEqual({ robot: "panda", table: null, at: [1, 2.5] });
   });
 
-  test.each(["", "#", "#main"])("that tells nothing is nothing: %s", (fragment) =>
+  test.each(["", "#", "#main"])("without a table is ignored: %s", (fragment) =>
     expect(fromFragment(fragment)).toBeNull(),
   );
 
@@ -157,7 +157,7 @@ describe("a link", () => {
     expect(fromFragment(fragment)).toBe("unreadable");
   });
 
-  test("with a pose or a task that is none keeps the table", () => {
+  test("with an invalid pose or task keeps the table", () => {
     const found = fromFragment("#dh=R_q1_0_1_0&at=1_x&task=foo_vx_vx&angles=turns&__proto__=1") as Fragment;
     expect(found.at).toBeNull();
     expect(found.table!.task).toEqual(["vx"]);

@@ -51,7 +51,7 @@ const INDEX: Index = {
   questions: [],
 };
 
-test("a wish narrows down what is practised", () => {
+test("a wish restricts which questions are asked", () => {
   expect(itemsFor(INDEX, ANYTHING)).toHaveLength(4);
   expect(itemsFor(INDEX, { ...ANYTHING, family: "scara" }).map(nameOf)).toEqual(["scara/001/determinant"]);
   expect(itemsFor(INDEX, { ...ANYTHING, question: "position", difficulty: 2 }).map(nameOf)).toEqual([
@@ -62,7 +62,7 @@ test("a wish narrows down what is practised", () => {
   expect(chooseNext(INDEX, { ...ANYTHING, question: "twist" }, {}, 0, Math.random)).toBeNull();
 });
 
-test("what went wrong comes again after a while, before anything new; what went right, later and later", () => {
+test("a wrong question returns soon, before new ones; a right one returns later each time", () => {
   const [item] = itemsFor(INDEX, ANYTHING);
   if (!item) throw new Error("no item");
   let progress = progressAfter({}, item, false, 1000);
@@ -75,7 +75,7 @@ test("what went wrong comes again after a while, before anything new; what went 
   expect(progress[nameOf(item)]?.box).toBe(0);
 });
 
-test("who begins has plain questions about the easiest arm first, also of what is wished; then any", () => {
+test("beginners first get plain questions about the easiest arm that they wish for", () => {
   const drawn = (wish = ANYTHING, progress = {}) =>
     new Set([0, 0.3, 0.6, 0.999].map((luck) => nameOf(chooseNext(INDEX, wish, progress, 0, () => luck)!)));
   expect(drawn()).toEqual(new Set(["planar-2r/001/position"]));
@@ -85,7 +85,7 @@ test("who begins has plain questions about the easiest arm first, also of what i
   expect(drawn(ANYTHING, later).size).toBeGreaterThan(2);
 });
 
-test("a set is the same order for all, and another for another name", () => {
+test("a set has the same order for everyone, and another order for another seed", () => {
   const wish = { ...ANYTHING, set: "week-3" };
   expect(itemsOfSet(INDEX, wish)).toEqual(itemsOfSet(INDEX, wish));
   const orders = ["a", "b", "c", "d", "e"].map((set) =>
@@ -96,7 +96,7 @@ test("a set is the same order for all, and another for another name", () => {
   expect(new Set(orders).size).toBeGreaterThan(1);
 });
 
-test("a link leads back to the same wish, and nonsense in it to any", () => {
+test("a link contains the wish, and invalid values in it are ignored", () => {
   const wish = { family: "scara", question: "position", difficulty: 0, variation: "frames", set: "x", count: 7 };
   expect(wishFromLink(wishToLink(wish))).toEqual(wish);
   expect(wishToLink({ ...ANYTHING, set: "x" })).toBe("?set=x");
@@ -105,7 +105,7 @@ test("a link leads back to the same wish, and nonsense in it to any", () => {
   expect(wishFromLink("?difficulty=9").difficulty).toBeNull();
 });
 
-test("a set has as many problems as it says, ten where it does not say", () => {
+test("a set has the number of problems in its link, or ten", () => {
   const many = { ...INDEX, families: Array.from({ length: 5 }, () => INDEX.families).flat() };
   expect(itemsOfSet(many, { ...ANYTHING, set: "a" })).toHaveLength(10);
   expect(itemsOfSet(many, { ...ANYTHING, set: "a", count: 3 })).toHaveLength(3);
@@ -128,7 +128,7 @@ const ALL: StoredState = {
   lessons: { columns: { goals: [0, 2], row: ["scara/001"], learned: 7, beyond: { space: { row: ["elbow-3r/001"] } } } },
 };
 
-test("a file holds all stored progress: problems and lessons; a file of something else is refused", () => {
+test("a file contains all progress, in problems and lessons; other files are refused", () => {
   expect(fromFile(asFile(ALL))).toEqual(ALL);
   expect(fromFile("{}")).toBeNull();
   expect(fromFile("no JSON")).toBeNull();
@@ -136,13 +136,13 @@ test("a file holds all stored progress: problems and lessons; a file of somethin
   expect(fromFile(wrong)).toEqual(EMPTY_STATE);
 });
 
-test("a file of before holds progress, and takes nothing of the lessons away", () => {
+test("a file of version 1 adds to the progress, and removes none from the lessons", () => {
   const old = fromFile(JSON.stringify({ qdot: "progress", version: 1, progress: ALL.progress }))!;
   expect(old).toEqual({ ...EMPTY_STATE, progress: ALL.progress });
   expect(mergeStates({ ...ALL, progress: {} }, old)).toEqual(ALL);
 });
 
-test("of stored and loaded progress, the further one is used", () => {
+test("if stored and loaded progress differ, the better one is used", () => {
   const less: StoredState = {
     progress: { "scara/001/determinant": { right: false, box: 0, due: 1 } },
     lessons: { columns: { goals: [1], row: [], beyond: { any: { row: ["a", "b"] } } } },
@@ -190,14 +190,14 @@ test("a question that was once wrong comes before new ones when it is due for re
   expect(fromFile(wrong)).toEqual(EMPTY_STATE);
 });
 
-test("a set goes on where it was left", () => {
+test("a set continues at its first unanswered question", () => {
   const order = itemsOfSet(INDEX, { ...ANYTHING, set: "x" });
   expect(placeIn(order, {})).toBe(0);
   expect(placeIn(order, progressAfter({}, order[0] as Item, false, 0))).toBe(1);
   expect(placeIn(order, Object.assign({}, ...order.map((item) => progressAfter({}, item, true, 0))))).toBe(0);
 });
 
-test("entries become a text, and the text entries again", () => {
+test("entries are written as a text, and parsed from it", () => {
   const entries = ["a1*cos(theta1)", "", "atan2(1, 2)", "0,5"];
   const text = matrixText(entries, 2);
   expect(text).toBe("[[a1*cos(theta1), blank], [atan2(1, 2), 0.5]]");
@@ -215,7 +215,7 @@ test.each(["[a, b; c, d]", "a, b\nc, d", "[a b\n c d]", "J = [a b; c d];"])(
   (text) => expect(entriesOf(text, 2, 2)).toEqual(["a", "b", "c", "d"]),
 );
 
-test("rows that are typed in lines go on until all are there", () => {
+test("Enter begins another line until all rows are typed", () => {
   expect(isUnfinished("a, b", 2, 2)).toBe(true);
   expect(isUnfinished("a, b\nc, d", 2, 2)).toBe(false);
   expect(isUnfinished("a, b; c, d", 2, 2)).toBe(false);

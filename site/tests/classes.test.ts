@@ -28,7 +28,7 @@ const INDEX = indexOf(arms("random-3", false), arms("elbow-3r", false), arms("pl
 const CLASSES = classesOf(INDEX, LESSON);
 
 describe("the classes of a lesson", () => {
-  test("are the chapter's plain arms, such in space, and any: varied ones, and of further families", () => {
+  test("are the chapter's planar arms, its spatial arms, and any arms: varied ones, and further families", () => {
     const named = CLASSES.map(({ name, items }) => [name, items.map(({ family, key }) => `${family}/${key}`)]);
     expect(named.slice(0, 2)).toEqual([
       ["plain", ["planar-2r/chapter", "planar-2r/lengths"]],
@@ -40,14 +40,14 @@ describe("the classes of a lesson", () => {
     expect(any).toContain("random-3/chapter");
   });
 
-  test("are those of which the bank has arms", () => {
+  test("are only those for which the bank has arms", () => {
     expect(classesOf(indexOf(arms("elbow-3r", false)), LESSON).map(({ name }) => name)).toEqual(["space", "any"]);
     expect(classesOf(indexOf(), LESSON)).toEqual([]);
     // an instructor's own arms, in families of their own names
     expect(classesOf(indexOf(arms("place-1", false)), LESSON).map(({ name }) => name)).toEqual(["space", "any"]);
   });
 
-  test("a bank of random arms alone has them once", () => {
+  test("contain each arm once if the bank has only random arms", () => {
     const all = classesOf(indexOf(arms("random-3", false)), LESSON).flatMap(({ items }) => items);
     expect(all).toHaveLength(STEPS.length);
   });
@@ -59,7 +59,7 @@ test("progress stored before there were classes counts for the first class, and 
   expect(currentClass(old, CLASSES, 9 * DAY)).toBe(1);
 });
 
-test("rows of the classes are counted by themselves: a wrong answer for an arm in space leaves plain ones", () => {
+test("each class has its own streak: a wrong answer about a spatial arm keeps that of planar arms", () => {
   const plain: Skill = { ...NEW_SKILL, row: ["planar-2r/chapter"], learned: 0, mastered: DAY };
   const attempt = { helped: false, again: false, now: 2 * DAY, armCount: 2 };
   const right = (skill: Skill, at: number, key: string, isRight = true): Skill => {

@@ -28,7 +28,7 @@ describe("the corpus", () => {
     },
   );
 
-  test("the browser is unsure of few answers, and wrong in none of the others", () => {
+  test("the browser is unsure about few answers, and never wrong about the others", () => {
     const verdicts = CASES.filter((each) => each.key).map(
       (each) => [each, judgeValues(each.student, each.key as ValuesKey)] as const,
     );

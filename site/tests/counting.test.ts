@@ -52,20 +52,20 @@ describe("an answer in free practice", () => {
     });
   });
 
-  test("about an arm of which no lesson speaks counts for its any arms", () => {
+  test("about an arm in no lesson counts for the class of any arms", () => {
     expect(after({}, {}, "puma-560/chapter")["differentiation"]!.beyond).toEqual({
       any: { row: ["puma-560/chapter"] },
     });
   });
 
-  test("to a question of two lessons counts for both, and to one of none for nothing", () => {
+  test("to a question in two lessons counts for both; to a question in none, for nothing", () => {
     const of = (question: string) =>
       Object.keys(countAnswer({}, item("planar-2r/chapter", question), right, sorting).skills);
     expect(of("joint-effect")).toEqual(["rates", "columns"]);
     expect(of("joint-torques")).toEqual([]);
   });
 
-  test("counts as in a lesson: not with help or at a second try, and a wrong one ends its class's row alone", () => {
+  test("counts as in a lesson: not with help or at a second try; a wrong one ends only its class's streak", () => {
     expect(after({}, { helped: true }, "planar-2r/chapter")).toEqual({});
     expect(after({}, { again: true }, "planar-2r/chapter")).toEqual({});
     const row = after({}, {}, "planar-2r/chapter", "elbow-3r/chapter");
@@ -87,7 +87,7 @@ describe("an answer in free practice", () => {
   });
 });
 
-describe("what is due", () => {
+describe("a class", () => {
   const skills: Skills = {
     singular: { ...NEW_SKILL, row: [], learned: 1 }, // of which this bank asks nothing
     differentiation: {

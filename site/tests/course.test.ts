@@ -63,7 +63,7 @@ const lessons: readonly LinkedLesson[] = [
 ];
 
 /** The key of a link's error; "" if the link makes a round. */
-function saidOf(search: string): string {
+function errorKeyOf(search: string): string {
   const link = readLink(search, LANGUAGES);
   if ("key" in link) return link.key;
   const round = roundOf(link, INDEX, lessons);
@@ -72,7 +72,7 @@ function saidOf(search: string): string {
 const roundBy = (search: string): Round => roundOf(readLink(search, LANGUAGES) as Link, INDEX, lessons) as Round;
 const namesIn = ({ asked }: Round) => asked.map(({ item }) => `${item.family}/${item.key}/${item.question}`);
 
-test("a link is a round by embed or by its seed, and written as it is read", () => {
+test("a link with embed or a seed asks for a round, and is written as it was parsed", () => {
   expect(["?embed=1", "?seed=a", "?seed="].map(asksForRound)).toEqual([true, true, true]);
   expect(["", "?set=a", "?arm=scara&n=3"].map(asksForRound)).toEqual([false, false, false]);
   const full =
@@ -116,17 +116,17 @@ test.each([
   ["?embed=1&seed=a&lesson=columns&n=3", ""],
   ["?seed=a&lesson=columns&arm=scara&n=3", ""],
 ])("%s: %s", (search, key) => {
-  expect(saidOf(search)).toBe(key);
+  expect(errorKeyOf(search)).toBe(key);
 });
 
-test("the last try is the one after which nothing is to be had", () => {
+test("the last try is the last one that can earn points", () => {
   const tried = (tries: number) => ({ tries, share: 0, shown: false });
   const of = (tries: number) => ({ ...roundBy("?seed=a&n=3"), tries });
   expect([0, 1, 2].map((made) => isLastTry(of(2), tried(made)))).toEqual([false, true, true]);
   expect(isLastTry(of(0), tried(5))).toBe(false);
 });
 
-test("the same seed asks the same questions, another one others, and a lesson its own", () => {
+test("the same seed selects the same questions, another seed other ones, and a lesson its own", () => {
   expect(namesIn(roundBy("?seed=a&n=6"))).toEqual(namesIn(roundBy("?embed=1&seed=a&n=6&name=x&lang=de")));
   expect(namesIn(roundBy("?seed=a&n=6"))).not.toEqual(namesIn(roundBy("?seed=b&n=6")));
   expect(new Set(namesIn(roundBy("?seed=a&n=15"))).size).toBe(15);
@@ -136,7 +136,7 @@ test("the same seed asks the same questions, another one others, and a lesson it
   expect(LESSONS.map(({ id }) => id)).toContain("columns"); // by which name links ask for it
 });
 
-test("an origin is a scheme and a host, and a port", () => {
+test("an origin consists of a scheme, a host, and possibly a port", () => {
   expect(["https://a.example", "http://127.0.0.1:8000", "http://lms.example"].every(isOrigin)).toBe(true);
   for (const wrong of ["https://a.example/x", "https://A.example", "a", "file:///x", "null", "data:text/html,x", "//a"])
     expect(isOrigin(wrong), wrong).toBe(false);
@@ -158,7 +158,7 @@ const roundWith = (count: number, tries = 0, pass: number | null = null): Round 
 const after = (round: Round, ...given: readonly (readonly [place: number, share: number])[]): Standing =>
   given.reduce((standing, [place, share]) => afterAnswer(round, standing, place, share), newStanding(round));
 
-test("the best of all tries counts, as many as there are, until it is right or its solution is seen", () => {
+test("the best try counts, until an answer is right, the tries are used up, or the solution is shown", () => {
   const round = roundWith(3, 2);
   const standing = after(round, [0, 0.5], [0, 0.25], [0, 1], [1, 1], [1, 0]);
   expect(standing.map(({ share, tries }) => [share, tries])).toEqual([
@@ -178,7 +178,7 @@ test("the best of all tries counts, as many as there are, until it is right or i
   ]);
 });
 
-test("what is right in part earns by the credit of its question, and never all of it", () => {
+test("a partly right answer earns a share by its question's credit, but never all points", () => {
   const round = { ...roundWith(1), asked: [{ ...roundWith(1).asked[0]!, credit: 0.5 }] };
   expect(after(round, [0, 0.8])[0]!.share).toBe(0.4);
   expect(after({ ...round, asked: [{ ...round.asked[0]!, credit: 0 }] }, [0, 0.8])[0]!.share).toBe(0);
@@ -198,7 +198,7 @@ test("a thousand questions fit into the storage of SCORM 1.2, and are restored u
   expect(asText(round, newStanding(round)).length).toBeLessThan(20);
 });
 
-test("what is no such text, or of other questions, begins anew", () => {
+test("an invalid text, or one of other questions, starts the round again", () => {
   const round = roundWith(3);
   const text = asText(round, after(round, [0, 1], [2, 0.5]));
   expect(scoreOf(round, fromText(round, text)).points).toBe(2.5);
@@ -237,7 +237,7 @@ const SET: PackageSet = {
   ],
 };
 
-test("each student has arms of their own, the same each time, all of them as often", () => {
+test("each student always gets the same arms, and all arms are equally frequent", () => {
   const keys = (learner: string) => roundOfPlaces(SET, INDEX, learner).asked.map(({ item }) => item.key);
   expect(
     roundOfPlaces(SET, INDEX, "ada").asked.map(({ item, points, credit }) => [item.question, points, credit]),
@@ -280,7 +280,7 @@ class Kept {
   setItem = (key: string, value: string) => void this.held.set(key, value);
 }
 
-test("the page around is sent scores at its origin, and nobody is where the page stands alone", () => {
+test("scores are sent to the surrounding page at its origin, and to nobody without a frame", () => {
   const round = roundWith(2);
   const sent: [ResultMessage, string][] = [];
   const post = (told: ResultMessage, origin: string) => void sent.push([told, origin]);
@@ -319,7 +319,7 @@ test("the page around is sent scores at its origin, and nobody is where the page
   expect(sent).toHaveLength(5);
 });
 
-test("a browser that keeps nothing, or is full, keeps nobody from going on", () => {
+test("a round works in a browser that stores nothing, or is full", () => {
   const refusing = {
     getItem: () => {
       throw new Error("refused");
@@ -367,7 +367,7 @@ function keeping(version: Version, fails: Record<string, "false" | "throws"> = {
   return { values, calls, windows: under({ [version === "1.2" ? "API" : "API_1484_11"]: api }) };
 }
 
-test.each(["1.2", "2004"] as const)("SCORM %s is told scores, status, time and what is kept", (version) => {
+test.each(["1.2", "2004"] as const)("score, status, time and standing are sent by SCORM %s", (version) => {
   const { values, calls, windows } = keeping(version);
   const there = connect(version, windows)!;
   const round = roundWith(2, 3, 0.6);
@@ -412,7 +412,7 @@ test("without a pass mark, no success status is sent; below it, a complete round
   }
 });
 
-test("answers are recorded by kind, where the platform records, and no more than it has room for", () => {
+test("answers are recorded with their type if the platform records answers, up to its limit", () => {
   const record = (version: Version, part: Part, answer: string, count: string) => {
     const { values, windows } = keeping(version, {}, { "cmi.interactions._count": count });
     const round = roundWith(1);
@@ -459,7 +459,7 @@ test("if calls to a platform fail, the round goes on, and the results are sent a
   }
 });
 
-test("for review nothing is sent", () => {
+test("in review mode, nothing is sent", () => {
   const mode = { "1.2": "cmi.core.lesson_mode", "2004": "cmi.mode" } as const;
   for (const version of ["1.2", "2004"] as const) {
     const { calls, windows } = keeping(version, {}, { [mode[version]]: "review" });
@@ -471,7 +471,7 @@ test("for review nothing is sent", () => {
   }
 });
 
-test("a platform is looked for above, then where the window was opened, past windows that refuse", () => {
+test("a platform is searched in parent windows, then in those that opened them; refusing windows are skipped", () => {
   const api = { LMSInitialize: () => "true" } as Api;
   const refusing = new Proxy({} as Above, {
     get: (_, name) => {
@@ -495,7 +495,7 @@ test("a platform is looked for above, then where the window was opened, past win
   expect(findApi("API", { parent: null })).toBeNull();
 });
 
-test("numbers and times are written as the data models read them", () => {
+test("numbers and times have the formats of the data models", () => {
   expect([decimal(100, 2), decimal(0, 2), decimal(83.3333, 2), decimal(1e-9, 6), decimal(2.5, 6)]).toEqual([
     ...["100", "0", "83.33", "0", "2.5"],
   ]);

@@ -72,7 +72,7 @@ test("of several letters, each wrong one is reported, with its option", () => {
   expect(judgeLetters("A", { ...key, right: [0, 1] }).slips).toBeUndefined();
 });
 
-test("for items, letters of no or another item are explained, repeated letters are not", () => {
+test("in matching, letters of no item or another item are explained, repeated letters are not", () => {
   const key: LettersKey = { type: "matching", options: 3, items: 2, right: [1, 0], option_mistakes: [[4], [4], [7]] };
   const item = (item: number) => message("slip.item", { item });
   expect(judgeLetters("BC", key).slips).toEqual([{ mistake: 7, where: item(2) }]);
@@ -80,7 +80,7 @@ test("for items, letters of no or another item are explained, repeated letters a
   expect(judgeLetters("BB", key).slips).toEqual([{ mistake: 4, where: item(2) }]);
 });
 
-test("letters in words are found", () => expect(parseLetters("{1: 'B', 2: 'A'}", 4)).toEqual([1, 0]));
+test("letters are found among other signs", () => expect(parseLetters("{1: 'B', 2: 'A'}", 4)).toEqual([1, 0]));
 
 const NUMBERS: NumbersKey = {
   type: "numbers",
@@ -116,12 +116,12 @@ test.each([
   expect(judgeNumbers(typed, rates, ["qd1", "qd2"]).reasons[0]?.key).toBe(key);
 });
 
-test("a unit that can be right is no matter", () => {
+test("a unit that can be right is accepted", () => {
   const rates = { ...NUMBERS, units: ["rad/s", "m/s"] };
   expect(judgeNumbers("qd2 = -125 cm/s, qd1 = 0.5 rad/s", rates, ["qd1", "qd2"]).outcome).toBe("correct");
 });
 
-test("a mistake in numbers is named", () => expect(judgeNumbers("[0.5, 1.25]", NUMBERS).mistake).toBe(3));
+test("a mistake in numbers is reported", () => expect(judgeNumbers("[0.5, 1.25]", NUMBERS).mistake).toBe(3));
 
 const answer = { where: message("slip.answer") };
 const entry = (row: number) => ({ where: message("slip.row", { row }) });
@@ -139,7 +139,7 @@ test.each([
   ["[0.5, -3.1]", undefined],
   ["[0.5, blank]", undefined],
   ["[28.65, 7]", undefined],
-])("of numbers %s it is told how they were written", (typed, slips) => {
+])("for the numbers %s, the wrong unit, sign or rounding is reported", (typed, slips) => {
   expect(judgeNumbers(typed, { ...NUMBERS, mistakes: [] }).slips).toEqual(slips);
 });
 
@@ -151,7 +151,7 @@ test("metres differ from radians", () => {
   expect(judgeNumbers("1240", area).slips).toEqual([message("slip.metres-large", answer)]);
 });
 
-test("of two mistakes the one that gives all digits is named, else the nearest", () => {
+test("of two mistakes, the one that gives all digits is reported, else the nearest", () => {
   const key = { ...NUMBERS, mistakes: [[1, 2.003, 3.001], [2, 2.011, 3.004]] }; // prettier-ignore
   expect(judgeNumbers("[2.011, 3.004]", key).mistake).toBe(2);
   expect(judgeNumbers("[2.0034, 3.0012]", key).mistake).toBe(1);
@@ -162,13 +162,13 @@ test("of two mistakes the one that gives all digits is named, else the nearest",
   expect(judgeNumbers("2.0071", one).mistake).toBeUndefined(); // which many others are as near to
 });
 
-test("more mistakes are looked for behind a single number of many digits", () => {
+test("for a single number with many digits, more mistakes are considered", () => {
   const key = { ...NUMBERS, units: ["m"], right: [0.5], mistakes: [], precise: [[8, 0.71342]] };
   expect(judgeNumbers("0.71342", key).mistake).toBe(8);
   for (const typed of ["0.713", "0.71301"]) expect(judgeNumbers(typed, key)).not.toHaveProperty("mistake");
 });
 
-test("a mistake and a way of writing it are both named, unless some pair would be met by chance", () => {
+test("a mistake is reported together with a wrong unit, unless many such pairs could match by chance", () => {
   const key = { ...NUMBERS, mistakes: [[7, 0.81, 0.33]] };
   const both = [{ mistake: 7 }, message("slip.per-degree", answer)];
   expect(judgeNumbers("[46.41, 18.907]", key).slips).toEqual(both);
@@ -184,7 +184,7 @@ test("for integers, no message mentions digits", () => {
   for (const typed of ["20", "-2", "2.01"]) expect(judgeNumbers(typed, rank).slips).toBeUndefined();
 });
 
-test("a decimal comma is no list if one number is asked", () => {
+test("if one number is expected, a comma is a decimal comma", () => {
   const key = { ...NUMBERS, units: [""], right: [0.5], mistakes: [] };
   expect(judgeNumbers("0,5", key).outcome).toBe("correct");
 });
@@ -206,7 +206,7 @@ const ALONG: ValuesKey = {
   tolerance: null,
 };
 
-test("the mistake behind a direction is named, whatever its length", () => {
+test("the mistake behind a direction is reported, for vectors of any length", () => {
   const print = (vectors: readonly (readonly [number, number])[]) =>
     vectors.map(([x, y]) => Math.abs(weight(0) * x + weight(1) * y) / Math.hypot(x, y));
   const turned = [0.3, -2].map((angle) => [-Math.sin(angle), Math.cos(angle)] as const);
@@ -332,7 +332,7 @@ test.each([
   ["{theta2: (0,5)}", "{theta2: (0,5)}"],
 ])("the decimal comma: %s is %s", (typed, read) => expect(withPoints(typed)).toBe(read));
 
-test.each(["hello world", "a1 + foo", "constructor"])("words that are no symbols are told: %s", (typed) => {
+test.each(["hello world", "a1 + foo", "constructor"])("unknown words are reported: %s", (typed) => {
   const key: ValuesKey = { ...ALONG, type: "values", rows: 1, right: [[1, 2]] };
   const found = judgeValues(typed, key);
   expect([found.outcome, found.reasons[0]?.key]).toEqual(["wrong", "read.unknown"]);
@@ -344,7 +344,7 @@ test.each([
   ["-3*theta1*a1^2", 0.6, "verdict.but-both"],
   ["a1", 0, "verdict.differs"],
   ["0", 0, "verdict.differs"],
-])("a formula that is right but for a factor: %s earns %d", (typed, share, said) => {
+])("a formula that is right up to a factor: %s earns %d", (typed, share, said) => {
   const key: ValuesKey = {
     type: "values",
     symbols: ["a1", "theta1"],
@@ -372,7 +372,7 @@ test.each([
   ["[2*theta1, 2*theta1]", 0.8, "verdict.but-factor"],
   ["[theta1, -2*theta1]", 0.6, "verdict.but-signs-both"],
   ["[-theta1, -2*theta1]", 0, "verdict.entries"],
-])("a vector that is right but for signs: %s earns %d", (typed, share, said) => {
+])("a vector that is right up to signs: %s earns %d", (typed, share, said) => {
   const right = [
     [1.5, 0.25],
     [1.5, 0.25],
@@ -406,20 +406,20 @@ test("for integers, no percentage is reported", () => {
   expect(judgeNumbers("[0.5, -1.25]", NUMBERS).reasons.map(({ key }) => key)).toEqual(["verdict.numbers"]);
 });
 
-test("what can't be read is no answer", () => {
+test("an answer that can't be parsed does not count as a try", () => {
   expect(isParsed(judgeNumbers("[0.5, a1", NUMBERS))).toBe(false);
   expect(isParsed(judgeNumbers("", NUMBERS))).toBe(false);
   expect(isParsed(judgeNumbers("[0.5, 7]", NUMBERS))).toBe(true);
 });
 
-test("terms that hide an entry leave the browser unsure", () => {
+test("if large terms hide an entry, the browser is unsure", () => {
   const key: ValuesKey = { ...ALONG, type: "values", rows: 1, right: [[0.5, 1.2]] };
   expect(judgeValues("a1 + x - x", key)).toMatchObject({ outcome: "correct", sure: true });
   for (const typed of ["a1 + 1e-12", "a1 + 9^9*(x - x)", "a1 + 1/10^12"])
     expect(judgeValues(typed, key)).toMatchObject({ outcome: "correct", sure: false });
 });
 
-test("a matrix is marked by entry, zeros earn nothing, and the mistake behind it is named", () => {
+test("a matrix is marked entry by entry, zeros earn nothing, and the mistake is reported", () => {
   const key: ValuesKey = {
     type: "values",
     symbols: ["a1"],
@@ -471,7 +471,7 @@ test("if commas are ambiguous, the message explains how to separate numbers", ()
   ]);
 });
 
-test("what is shown of an answer is what is judged, also of a table", () => {
+test("the preview shows the answer as it is judged, also for a table", () => {
   const known = new Set(["a", "b", "c", "d"]);
   const part = { shape: [2, 2], key: { type: "values" } } as unknown as Part;
   for (const typed of ["a b\nc d", "a, b\nc, d", "[a b; c d]", "[[a, b], [c, d]]"])
@@ -482,7 +482,7 @@ test("what is shown of an answer is what is judged, also of a table", () => {
 test.each([
   [[], "a1, theta1"],
   [["qd1"], "a1, qd1, theta1"],
-])("beside a name that is unknown stand those that the question uses: with %j %s", (mentioned, known) => {
+])("beside an unknown name, the symbols of the question are listed: with %j %s", (mentioned, known) => {
   const symbols = ["a1", "fx", "qd1", "theta1", "vx"];
   const key = { ...PLAIN_KEY, symbols, points: [[1, 2, 3, 0.5, 4]], right: [[0.5]], constants: ["a1"], mentioned };
   for (const verdict of [

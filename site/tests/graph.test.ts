@@ -29,25 +29,25 @@ const INDEX: Index = {
 const attempt = (right: boolean) => ({ right, box: 0, due: 0 });
 
 describe("the graph", () => {
-  test("has a lesson begun that was practised for a further class of arms alone", () => {
+  test("shows a lesson as begun that was practised only for a later class of arms", () => {
     expect(standingOf(NEW_SKILL, 0, [{ row: [] }])).toBe("new");
     expect(standingOf(NEW_SKILL, 0, [{ row: ["elbow-3r/1"] }])).toBe("begun");
   });
 
-  test("has every lesson behind what it needs, and nothing that is needed is unknown", () => {
+  test("has every lesson after those it needs, and only known lessons", () => {
     const layers = new Map(LESSONS.map(({ id, at }) => [id, at[0]]));
     for (const { id, needs } of LESSONS)
       for (const need of needs) expect(layers.get(need), `${id} needs ${need}`).toBeLessThan(layers.get(id)!);
   });
 
-  test("puts lessons of a layer beside each other, around its middle", () => {
+  test("places the lessons of a layer beside each other, around its middle", () => {
     const spots = LESSONS.map(({ at }) => at);
     expect(new Set(spots.map(String)).size).toBe(LESSONS.length);
     for (const [layer] of spots)
       expect(spots.filter(([other]) => other === layer).reduce((sum, [, across]) => sum + across, 0)).toBe(0);
   });
 
-  test("says what comes next, and what is missing before", () => {
+  test("shows which lesson comes next, and which lessons are missing before it", () => {
     const first = lessonStates(INDEX, {}, {}, 0);
     expect(first.filter(({ next }) => next).map(({ lesson }) => lesson.id)).toEqual(["rates"]);
     const learned = { ...NEW_SKILL, learned: 1 };
@@ -74,7 +74,7 @@ test("a lesson is mastered if all classes of arms are, and due for review if one
   expect(standingOf(mastered, 5 * DAY, [{ row: [], learned: 4 * DAY }])).toBe("due");
 });
 
-test("a question stands by the arms of which it was answered rightly last; one the bank lacks is not there", () => {
+test("a question shows on how many arms its last answer was right, unless the bank does not ask it", () => {
   const progress = {
     "planar-2r/1/jacobian": attempt(true),
     "planar-2r/2/jacobian": attempt(true),

@@ -27,7 +27,7 @@ const right = (skill: Skill, key: string, now = 0, helped = false, armCount = 9,
   streakAfter(skill, item(key), { right: true, helped, again, now, armCount });
 const DAY = 24 * 3600 * 1000;
 
-test("three arms in a row without help are learned, one more after a day is mastered", () => {
+test("three arms in a row without help make a class learned, and one more after a day makes it mastered", () => {
   let skill = right(right(NEW_SKILL, "001"), "001");
   expect(skill.row).toHaveLength(1);
   skill = right(skill, "002", 0, true);
@@ -42,7 +42,7 @@ test("three arms in a row without help are learned, one more after a day is mast
   expect(isDue(skill, 9 * DAY)).toBe(false);
 });
 
-test("a wrong answer begins the row anew, and a bank of two arms asks for no third", () => {
+test("a wrong answer ends the streak, and in a bank of two arms two are enough", () => {
   const row = right(right(NEW_SKILL, "001"), "002");
   expect(streakAfter(row, item("003"), { right: false, helped: false, again: false, now: 0, armCount: 9 }).row).toEqual(
     [],
@@ -50,7 +50,7 @@ test("a wrong answer begins the row anew, and a bank of two arms asks for no thi
   expect(right(right(NEW_SKILL, "001", 0, false, 2), "002", 5, false, 2).learned).toBe(5);
 });
 
-test("what comes next is an arm that is not in the row, plain ones first", () => {
+test("the next question is about an arm that is not in the streak, plain arms first", () => {
   const all = ["001", "002", "003"].map((key) => item(key));
   expect(nextIn(all, NEW_SKILL, [], () => 0)?.key).toBe("001");
   const row = right(NEW_SKILL, "001");
@@ -59,7 +59,7 @@ test("what comes next is an arm that is not in the row, plain ones first", () =>
   expect(nextIn([], NEW_SKILL, [], () => 0)).toBeNull();
 });
 
-test("what was asked in this sitting does not come again while there are others, whatever went wrong", () => {
+test("a question already asked in this visit is not asked again while there are others", () => {
   const all = ["001", "002", "003"].map((key) => item(key));
   const names = all.map(({ key }) => `planar-2r/${key}/jacobian`);
   for (const luck of [0, 0.5, 0.999]) {
@@ -68,12 +68,12 @@ test("what was asked in this sitting does not come again while there are others,
   }
 });
 
-test("short questions about an arm are about no other arm", () => {
+test("short questions count for their arm only", () => {
   expect(right(right(NEW_SKILL, "001"), "001-quiz").row).toEqual(["planar-2r/001"]);
   expect(armCountOf(["001", "001-quiz", "002"].map((key) => item(key)))).toBe(2);
 });
 
-test("a question answered wrong first counts neither for the row nor as mastered, and a message gives the reason", () => {
+test("a question first answered wrong counts for nothing, and a message gives the reason", () => {
   const how = (right: boolean, helped = false, again = false) => ({ right, helped, again });
   const row = right(NEW_SKILL, "001");
   expect(right(row, "002", 0, false, 9, true)).toEqual(row);
@@ -94,7 +94,7 @@ test("a question answered wrong first counts neither for the row nor as mastered
   expect(outcomeKey(learned, { ...learned, mastered: 9 }, how(true))).toBe("lesson.mastered");
 });
 
-test("the difficulty climbs with the row, from the plainest arms of the chapter", () => {
+test("the difficulty rises with the streak, from the chapter's plainest arms", () => {
   const families = ["planar-2r", "elbow"];
   const index = {
     format: 1,
@@ -135,7 +135,7 @@ test("the difficulty climbs with the row, from the plainest arms of the chapter"
   expect(third[2]).toBeLessThan(0.6 * all.length);
 });
 
-test("items of a lesson: its own families first, other ones where the bank has none of them", () => {
+test("a lesson asks about its own families, or about others if the bank has none of them", () => {
   const listed = (variation: string) => ({
     key: variation,
     title: "",
@@ -242,7 +242,7 @@ function innerAngle(theta2: number): number {
 }
 
 for (const lesson of LESSONS)
-  test(`every goal of the lesson ${lesson.id} can be reached, and is not as the arm stands first`, () => {
+  test(`every goal of the lesson ${lesson.id} can be reached, and is not reached by the first pose`, () => {
     const arm = lesson.arm === "plain" ? PLAIN : ELBOW;
     const pose = lesson.arm === "plain" ? FIRST : degrees(40, 30, 60);
     const rates = ratesOf(lesson.tool, { rates: [0.5, 0.5], direction: 0 }, stateAt(arm, pose));

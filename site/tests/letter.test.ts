@@ -9,6 +9,6 @@ test.each([
   ["\\omega_{2}'", { letter: "ω", dotted: false, mark: "′", index: "2" }],
   ["v_{x}", { letter: "v", dotted: false, mark: "", index: "x" }],
   ["x", { letter: "x", dotted: false, mark: "", index: "" }],
-])("%s is set as it is", (latex, parts) => expect(partsOf(latex)).toEqual(parts));
+])("%s is shown without typesetting", (latex, parts) => expect(partsOf(latex)).toEqual(parts));
 
 test.each(["\\det J_{11}", "|v_P|", "\\kappa^2"])("%s is typeset", (latex) => expect(partsOf(latex)).toBeNull());

@@ -36,12 +36,12 @@ const WRONG: readonly (readonly [string, Verdict, RegExp])[] = [
 ];
 const text = (verdict: Verdict): string => verdict.reasons.map((reason) => textOf(reason)).join(" ");
 
-test("of two levels the one that tells less", () => {
+test("the lower of two levels is the one that reveals less", () => {
   expect(lower("solutions", "counterexample")).toBe("counterexample");
   expect(lower("mistake", "counterexample")).toBe("mistake");
 });
 
-test.each(WRONG)("%s: each level tells more", (_, verdict, right) => {
+test.each(WRONG)("%s: each level reveals more", (_, verdict, right) => {
   const at = (level: Level): Verdict => limitTo(verdict, level);
   expect(text(at("values"))).toMatch(right);
   expect(at("solutions")).toEqual(verdict);
@@ -57,7 +57,7 @@ test.each(WRONG)("%s: each level tells more", (_, verdict, right) => {
   expect(at("outcome").entries).toBeUndefined();
 });
 
-test("a counterexample is the answer's own, and no configuration that is missing", () => {
+test("a counterexample belongs to the answer; a missing configuration is not shown", () => {
   const [, formula, set] = WRONG.map(([, verdict]) => limitTo(verdict, "counterexample")) as [
     Verdict,
     Verdict,

@@ -14,14 +14,14 @@ const SIZES = {
 const paths = (files: readonly { path: string }[]): string[] => files.map(({ path }) => path);
 afterEach(() => vi.unstubAllGlobals());
 
-test("of each problem once: English always, and the language of the page", () => {
+test("each problem is stored once: in English, and in the language of the page", () => {
   expect(paths(filesOf(SIZES, ["a/2", "a/2", "b/1"], "en"))).toEqual(["bank/a/2.json"]);
   const all = filesOf(SIZES, ["a/1", "a/2"], "de");
   expect([totalBytes(all), problemsIn(all), all.length]).toEqual([111, 2, 6]);
   expect(totalBytes(filesOf(SIZES, ["a/1"], "en"))).toBe(40);
 });
 
-test("what is there is not fetched, what fails is counted, and stopping stops", async () => {
+test("stored files are not loaded again, failures are counted, and loading can be stopped", async () => {
   vi.stubGlobal("window", { location: { href: "https://site.example/course/learn.html" } });
   const all = filesOf(SIZES, ["a/1", "a/2"], "en");
   const base = "https://site.example/course/";

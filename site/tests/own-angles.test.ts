@@ -19,7 +19,7 @@ const flat = ({ rows, turn }: Numbers): number[] => [
   ...turn,
 ];
 
-test("what is typed is converted, and is the same in numbers", () => {
+test("typed angles are converted, and have the same values", () => {
   const degrees = withAnglesIn(TABLE, "degrees");
   expect(degrees.angles).toBe("degrees");
   expect(degrees.rows.map(({ theta, alpha }) => [theta, alpha])).toEqual([
@@ -35,7 +35,7 @@ test("what is typed is converted, and is the same in numbers", () => {
     flat(numbersOf(table) as Numbers).forEach((value, i) => expect(value).toBeCloseTo(due[i]!, 8));
 });
 
-test("a cell that is wrong or empty stays, and may be right in the other unit", () => {
+test("an invalid or empty cell stays unchanged, and may be valid in the other unit", () => {
   const wrong = {
     ...TABLE,
     rows: [

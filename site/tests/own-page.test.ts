@@ -32,7 +32,7 @@ afterEach(() => {
   window.location.hash = "";
 });
 
-test("an arm that was not moved yet stays in its pose while a length is typed", () => {
+test("an arm that was not moved keeps its pose while a length is typed", () => {
   void act(() => render(h(OwnArm, { known: { format: 1, plain: [ARM], robots: [] } }), document.body));
   const before = angles();
   expect(before).toHaveLength(3);
@@ -43,7 +43,7 @@ test("an arm that was not moved yet stays in its pose while a length is typed", 
   expect(angles()).toEqual(before);
 });
 
-test("one may begin with a table of one's own", () => {
+test("a student can begin with an empty table", () => {
   void act(() => render(h(OwnArm, { known: { format: 1, plain: [ARM], robots: [] } }), document.body));
   const choice = document.querySelector<HTMLSelectElement>(".own-begin select")!;
   const [own] = choice.options;
@@ -54,7 +54,7 @@ test("one may begin with a table of one's own", () => {
   expect(angles()).toHaveLength(2);
 });
 
-test("sliders and the table have the unit that is chosen, which is degrees first", () => {
+test("sliders and the table have the chosen unit, at first degrees", () => {
   void act(() => render(h(OwnArm, { known: { format: 1, plain: [ARM], robots: [] } }), document.body));
   const units = (): string[] => [...document.querySelectorAll(".arm-unit")].map((each) => each.textContent!);
   const chosen = (): HTMLInputElement[] => [

@@ -15,7 +15,7 @@ const part = (kind: string): Part =>
   ({ kind, labels: [], key: { type: "values", rows: 2, columns: 2 } }) as unknown as Part;
 const RIGHT = "[[-a1*s1 - a2*s12, -a2*s12], [a1*c1 + a2*c12, a2*c12]]";
 
-test("the right Jacobian has the columns of the arm at every pose", () => {
+test("a right Jacobian has the arm's columns at every pose", () => {
   const columns = typedColumns(problem, part("jacobian"), RIGHT)!;
   for (const [theta1, theta2] of [
     [0.3, 1.1],
@@ -27,7 +27,7 @@ test("the right Jacobian has the columns of the arm at every pose", () => {
   }
 });
 
-test("a wrong one differs, and what is no Jacobian has no columns", () => {
+test("a wrong Jacobian differs, and other answers have no columns", () => {
   const columns = typedColumns(problem, part("jacobian"), RIGHT.replace("-a2*s12]", "a2*s12]"))!;
   expect(columns({ theta1: 0.3, theta2: 1.1 })![1]![0]).toBeCloseTo(0.4 * Math.sin(1.4));
   expect(typedColumns(problem, part("jacobian"), "[[1/0, 1], [1, 1]]")?.({ theta1: 0, theta2: 0 }) ?? null).toBeNull();

@@ -44,7 +44,7 @@ afterEach(() => {
   vi.unstubAllGlobals();
 });
 
-test("a problem takes its texts from the translation, and everything else from the bank", () => {
+test("a translated problem has its texts from the translation, and everything else from the bank", () => {
   const told = translateProblem("de", PROBLEM, TEXTS);
   expect([told.lang, told.title, told.robot.title, told.said[0]?.[1]]).toEqual([
     "de",
@@ -68,7 +68,7 @@ test("without a translation, or with another problem's, it stays English", () =>
     expect(translateProblem("de", PROBLEM, other)).toBe(PROBLEM);
 });
 
-test("titles are translated where there is a translation", () => {
+test("titles are translated if there is a translation", () => {
   const titled = translateIndex("de", INDEX, { families: { scara: "SCARA-Arm" }, questions: { rank: "Rang" } });
   expect(titled.families.map(({ title, lang }) => [title, lang])).toEqual([
     ["SCARA-Arm", "de"],
@@ -90,7 +90,7 @@ test("solutions are translated part by part, or stay English", () => {
   expect(translateSolutions("de", solutions, { parts: [{ name: "speed", solution: "" }] })).toBe(solutions);
 });
 
-test("an English page loads no translation; a German one does, and goes on in English where there is none", async () => {
+test("only a German page loads translations, and stays English without one", async () => {
   const files: Record<string, unknown> = {
     "bank/scara/001.json": PROBLEM,
     "bank/scara/001.de.json": TEXTS,

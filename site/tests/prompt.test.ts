@@ -11,14 +11,14 @@ test.each([
   ["<p><strong>Answer:</strong> the letter, typed in quotes, as in <code>&quot;A&quot;</code>.</p>"],
   ["<p><strong>Antwort:</strong> <code>&quot;true&quot;</code> oder <code>&quot;false&quot;</code>.</p>"],
   ['<p><strong>Answer:</strong> three letters in quotes, as in <code>"ABC"</code>.</p>'],
-])("%s is left out", (said) => {
+])("%s is removed", (said) => {
   const asked = `<p><em>Which</em> of <strong>these</strong>?</p>\n${LIST}${said}\n`;
   expect(promptOf(part(asked, ["one", "two"])).trim()).toBe("<p><em>Which</em> of <strong>these</strong>?</p>");
   expect(promptOnPaper(part(asked, ["one", "two"]))).toContain("<strong>B.</strong> two");
   expect(promptOnPaper(part(asked, ["one", "two"]))).not.toContain("quot");
 });
 
-test("a prompt that is answered by a formula stays as it is", () => {
+test("the prompt for a formula is unchanged", () => {
   const asked = '<p><strong>Answer:</strong> as in <code>"A"</code>.</p>';
   expect(promptOf(part(asked, null))).toBe(asked);
 });

@@ -11,12 +11,12 @@ import { missingIn } from "../src/practice/feedback.js";
 import { evaluate } from "../src/read/evaluate.js";
 import { parse } from "../src/read/reader.js";
 import { message, textOf, type TextKey } from "../src/text/text.js";
-import { type Slipped, toldOf } from "./slips.js";
+import { type Slipped, outcomesOf } from "./slips.js";
 
 const PROBLEMS = JSON.parse(readFileSync(new URL("./slips.json", import.meta.url), "utf-8")) as readonly Slipped[];
 
 /** What a slip may be called; an angle's sign is an angle, and in one sine or cosine throughout is once. */
-const CALLED: Readonly<Record<string, readonly string[]>> = {
+const EXPECTED_KEYS: Readonly<Record<string, readonly string[]>> = {
   "sine for cosine": ["slip.quarter-turn"],
   "sine for cosine, one place": ["slip.wave"],
   "sine for cosine, column": ["slip.wave", "slip.all-waves"],
@@ -41,9 +41,9 @@ const CALLED: Readonly<Record<string, readonly string[]>> = {
 };
 
 test.each(PROBLEMS.map((problem) => [problem.id, problem] as const))(
-  "most slips in answers to %s are named, and by no other name",
+  "most slips in answers to %s are reported, and never as another slip",
   (_, problem) => {
-    const outcomes = toldOf(problem);
+    const outcomes = outcomesOf(problem);
     const slips = problem.slips.map(([part, slip], i) => ({
       part,
       slip: slip.replace(/ \w+ missing/, " missing"),
@@ -51,7 +51,7 @@ test.each(PROBLEMS.map((problem) => [problem.id, problem] as const))(
       called: outcomes[i]![2].find((key) => key.startsWith("slip.")) ?? null,
     }));
     expect(outcomes.filter(([outcome]) => outcome === "correct")).toEqual([]);
-    const others = slips.filter(({ slip, called }) => called !== null && !CALLED[slip]?.includes(called));
+    const others = slips.filter(({ slip, called }) => called !== null && !EXPECTED_KEYS[slip]?.includes(called));
     expect(others).toEqual([]);
     const named = slips.filter(({ mistake, called }) => mistake !== null || called !== null);
     expect(named.length).toBeGreaterThan(0.88 * slips.length);
@@ -62,12 +62,12 @@ test.each(PROBLEMS.map((problem) => [problem.id, problem] as const))(
 const ORDER = "z x p in the wrong order";
 
 test.each(PROBLEMS.map((problem) => [problem.id, problem] as const))(
-  "of two slips at once in answers to %s both are named, mostly, and by no other names",
+  "of two slips at once in answers to %s, mostly both are reported, and never as other slips",
   (_, problem) => {
     const pairs = problem.pairs ?? [];
-    const outcomes = toldOf({ ...problem, slips: pairs });
+    const outcomes = outcomesOf({ ...problem, slips: pairs });
     const others = pairs.flatMap(([part, slip], i) => {
-      const may = slip.split(" & ").flatMap((each) => CALLED[each === ORDER ? "sign of a column" : each] ?? []);
+      const may = slip.split(" & ").flatMap((each) => EXPECTED_KEYS[each === ORDER ? "sign of a column" : each] ?? []);
       const called = outcomes[i]![2].filter((key) => key.startsWith("slip."));
       return called.filter((key) => !may.includes(key)).map((key) => [part, slip, key]);
     });
@@ -99,7 +99,7 @@ const JACOBIAN = keyOf([
 ]);
 
 /** The messages about slips. */
-const toldBy = ({ slips = [] }: Verdict): string[] =>
+const messagesOf = ({ slips = [] }: Verdict): string[] =>
   slips.map((slip) => ("mistake" in slip ? `mistake ${slip.mistake}` : textOf(slip)));
 
 test.each([
@@ -115,10 +115,10 @@ test.each([
   ["[[-a1*s1 - a2*s12, -a2*s12], [a1*(c1 + c12), a2*c12]]", undefined],
   ["[[-a1*s1 - a2*s12, -a2*s12], [a1*c1 + a2*c12 + a2*c2, a2*c12]]", "Entry (2, 1): there is one term too"],
   ["[[3*a1*s2, 7], [a1^3, 7*a2*s1*s2]]", undefined],
-])("%s is told: %s", (typed, says) => {
+])("for %s, the message is: %s", (typed, says) => {
   const verdict = judgeValues(typed, JACOBIAN);
   expect(verdict.outcome).not.toBe("correct");
-  const told = toldBy(verdict);
+  const told = messagesOf(verdict);
   if (says === undefined) expect(told).toEqual([]);
   else expect(told).toEqual([expect.stringContaining(says)]);
 });
@@ -141,14 +141,14 @@ test.each([
     "[[-a1*s1 + a2*s12, -a2*c12], [a1*c1 + a2*c12, 7*a1*s1]]",
     ["Entry (1, 2): a sine and a cosine", "Entry (1, 1): one sign"],
   ],
-])("in %s each entry's own slip is told: %s", (typed, says) => {
-  const told = toldBy(judgeValues(typed, JACOBIAN));
+])("in %s, each entry's own slip is reported: %s", (typed, says) => {
+  const told = messagesOf(judgeValues(typed, JACOBIAN));
   expect(told).toHaveLength(says.length);
   for (const each of says) expect(told).toContainEqual(expect.stringContaining(each));
 });
 
-test("of two wrong entries in a column, only the one that a slip explains is reported", () => {
-  const [only, ...others] = toldBy(judgeValues("[[-a1*s1 - a2*c12, -a2*s12], [7*a1^3, a2*c12]]", JACOBIAN));
+test("of two wrong entries in a column, only the one with a known slip is reported", () => {
+  const [only, ...others] = messagesOf(judgeValues("[[-a1*s1 - a2*c12, -a2*s12], [7*a1^3, a2*c12]]", JACOBIAN));
   expect(others).toEqual([]);
   expect(only).toContain("Entry (1, 1): a sine and a cosine");
 });
@@ -157,7 +157,7 @@ test("of two wrong entries in a column, only the one that a slip explains is rep
 const print = (rows: readonly (readonly string[])[]) =>
   POINTS.map((_, k) => keyOf(rows).right.reduce((sum, values, i) => sum + weight(i) * (values[k] as number), 0));
 
-test("a mistake of the problem's in one column is named beside a slip in another, with where", () => {
+test("a known mistake in one column is reported beside a slip in another, with its place", () => {
   const next = [
     ["-a2*s12", "-a2*s12"],
     ["a2*c12", "a2*c12"],
@@ -167,11 +167,11 @@ test("a mistake of the problem's in one column is named beside a slip in another
   expect(both.mistake).toBeUndefined();
   expect(both.slips).toHaveLength(2);
   expect(both.slips).toContainEqual({ mistake: 5, where: message("slip.column", { row: 1, column: 1 }) });
-  expect(toldBy(both)).toContainEqual(expect.stringContaining("Column 2 seems to have the wrong overall sign"));
+  expect(messagesOf(both)).toContainEqual(expect.stringContaining("Column 2 seems to have the wrong overall sign"));
   expect(judgeValues("[[-a2*s12, -a2*s12], [a2*c12, a2*c12]]", key).mistake).toBe(5);
 });
 
-test("two mistakes of the problem's are named in the columns in which they were made", () => {
+test("two known mistakes are reported with their columns", () => {
   const first = [
     ["a1^2", "-a2*s12"],
     ["a2^3", "a2*c12"],
@@ -203,13 +203,13 @@ test("the transpose of a matrix that is not square differs from a transpose with
 test("for an entry that should be zero, neither a wrong angle nor a missing term is reported", () => {
   for (const typed of ["a1*s2", "a1*s2*s12", "a1*c1*s2"]) {
     const rows = `[[-a1*s1 - a2*s12, -a2*s12, ${typed}], [a1*c1 + a2*c12, a2*c12, 1]]`;
-    expect(toldBy(judgeValues(rows, WIDE))).toEqual([]);
+    expect(messagesOf(judgeValues(rows, WIDE))).toEqual([]);
   }
 });
 
 test("angles with constants are compared with the right ones", () => {
   const key = keyOf([["a1*cos(theta1 + pi/6) + a2*cos(theta1 + theta2 + pi/4)"]]);
-  const says = (typed: string) => toldBy(judgeValues(typed, key));
+  const says = (typed: string) => messagesOf(judgeValues(typed, key));
   expect(says("a1*cos(theta1 + pi/6) + a2*cos(theta2 + pi/4)")).toEqual([
     expect.stringContaining("one angle leaves out the joints before it"),
   ]);
@@ -219,16 +219,16 @@ test("angles with constants are compared with the right ones", () => {
   expect(says("a1*cos(theta1 + pi/6) + a2*cos(theta2)")).toEqual([]); // which lacks both
 });
 
-test("terms with constants in their angles are missed where the answer has such angles elsewhere", () => {
+test("missing terms with constants in their angles are reported if the answer has such angles elsewhere", () => {
   const key = keyOf([["a1*cos(theta1 + pi/6) + a2*c12"], ["a1*sin(theta1 + pi/6) + a2*s12"]]);
-  expect(toldBy(judgeValues("[a2*c12, a1*sin(theta1 + pi/6) + a2*s12]", key))).toEqual([
+  expect(messagesOf(judgeValues("[a2*c12, a1*sin(theta1 + pi/6) + a2*s12]", key))).toEqual([
     expect.stringContaining("Entry 1: a term with a1 is missing"),
   ]);
 });
 
 test("two missing terms are described by their symbols", () => {
   const key = keyOf([["a1*c1 + a2*c12 + a1*a2"], ["a1*s1 + a2*s12"]]);
-  expect(toldBy(judgeValues("[a1*a2, a1*s1 + a2*s12]", key))).toEqual([
+  expect(messagesOf(judgeValues("[a1*a2, a1*s1 + a2*s12]", key))).toEqual([
     expect.stringContaining("Entry 1: two terms with a1, a2 are missing"),
   ]);
 });
@@ -255,12 +255,12 @@ test.each([
   [`[0.5*a1 - 0.5*a1, ${Y}]`, "Entry 1: all terms with qd1, qd2 are missing"],
   ["[-a2*s12*qd2, a2*c12*qd2]", "Your answer: all terms with qd1 are missing"],
   [`[-a2*s12*qd2 + a1*qd1, ${Y}]`, undefined],
-])("of the terms with one rate in %s it is told: %s", (typed, says) => {
-  const told = toldBy(judgeValues(typed, VELOCITY)).map((each) => each.replace("Entries 1, 2", "Your answer"));
+])("about the terms with one rate in %s, the message is: %s", (typed, says) => {
+  const told = messagesOf(judgeValues(typed, VELOCITY)).map((each) => each.replace("Entries 1, 2", "Your answer"));
   expect(told).toEqual(says === undefined ? [] : [expect.stringContaining(says)]);
 });
 
-test("the same slip everywhere in the formulas is named where slips in places explain less", () => {
+test("a mistake made everywhere is reported if slips in single places explain less", () => {
   const split = [
     ["-a1*s1 - a2*(s1 + s2)", "-a2*(s1 + s2)"],
     ["a1*c1 + a2*(c1 + c2)", "a2*(c1 + c2)"],
@@ -277,7 +277,7 @@ test("the same slip everywhere in the formulas is named where slips in places ex
     ...JACOBIAN,
     throughout: [[4, ...print(relative)]],
   });
-  expect([told.mistake, toldBy(told)]).toEqual([
+  expect([told.mistake, messagesOf(told)]).toEqual([
     undefined,
     [expect.stringContaining("one angle leaves out the joints")],
   ]);
@@ -296,8 +296,8 @@ test.each([
   ["a1*a2", "Your answer: a sine or cosine with θ2"],
   ["2*a1*a2*s2", "Your answer: there is one factor too many"],
   ["a1*a2*s1*c2", undefined],
-])("of a determinant %s is told: %s", (typed, says) => {
-  const told = toldBy(judgeValues(typed, keyOf([["a1*a2*s2"]])));
+])("for the determinant %s, the message is: %s", (typed, says) => {
+  const told = messagesOf(judgeValues(typed, keyOf([["a1*a2*s2"]])));
   expect(told).toEqual(says === undefined ? [] : [expect.stringContaining(says)]);
 });
 
@@ -323,14 +323,14 @@ test.each([
   ["theta1 = 0, theta1 = pi", "slip.other-joint"],
   ["theta2 = 1, theta2 = 2", undefined],
   ["theta1 = 1", "slip.called-singular"],
-])("of the set %s is told %s", (typed, key) => {
+])("for the set %s, the message is %s", (typed, key) => {
   const slips = judgeSet(typed, SET, ANGLES, straight).slips;
   expect(slips?.map((slip) => "key" in slip && slip.key)).toEqual(key === undefined ? undefined : [key]);
 });
 
 const DEGREE = Math.PI / 180;
 const IN_SPACE = ["a1", "a2", "a3", "theta1", "theta2", "theta3"];
-const of = (key: string, joint: string) => message(key as TextKey, { joint: joint.replace("theta", "θ") });
+const aboutJoint = (key: string, joint: string) => message(key as TextKey, { joint: joint.replace("theta", "θ") });
 
 /** An elbow with an offset: theta3 = -30° or 150°, or a1 + a2 c2 + a3 c23 = 0. */
 const ELBOW: ConfigurationsKey = {
@@ -361,28 +361,37 @@ const folded = (at: Readonly<Record<string, number>>) => {
 test.each([
   ["theta3 = -pi/6, theta3 = 5*pi/6", [message("slip.tie-left-out")]],
   ["a1 + a2*c2 + a3*c23 = 0", [message("slip.values-left-out")]],
-  ["theta3 = -pi/6, a1 + a2*c2 + a3*c23 = 0", [of("slip.half-turn", "theta3")]],
-  ["theta3 = 0, theta3 = pi, a1 + a2*c2 + a3*c23 = 0", [of("slip.offset", "theta3")]],
-  ["theta3 = pi/6, theta3 = -5*pi/6, a1 + a2*c2 + a3*c23 = 0", [of("slip.offset-sign", "theta3")]],
-  ["theta3 = -pi/12, theta3 = 5*pi/6, a1 + a2*c2 + a3*c23 = 0", [of("slip.half-radians", "theta3")]],
+  ["theta3 = -pi/6, a1 + a2*c2 + a3*c23 = 0", [aboutJoint("slip.half-turn", "theta3")]],
+  ["theta3 = 0, theta3 = pi, a1 + a2*c2 + a3*c23 = 0", [aboutJoint("slip.offset", "theta3")]],
+  ["theta3 = pi/6, theta3 = -5*pi/6, a1 + a2*c2 + a3*c23 = 0", [aboutJoint("slip.offset-sign", "theta3")]],
+  ["theta3 = -pi/12, theta3 = 5*pi/6, a1 + a2*c2 + a3*c23 = 0", [aboutJoint("slip.half-radians", "theta3")]],
   ["theta3 = -30, theta3 = 150, a1 + a2*c2 + a3*c23 = 0", [message("slip.degrees")]],
   ["theta3 = -pi/6*pi/180, theta3 = 5*pi/6, a1 + a2*c2 + a3*c23 = 0", [message("slip.radians")]],
-  ["theta3 = -pi/6, theta3 = 5*pi/6, theta1 = 0, a1 + a2*c2 + a3*c23 = 0", [of("slip.called-singular", "theta1")]],
-  ["theta3 = -pi/6 and theta1 = 0, theta3 = 5*pi/6, a1 + a2*c2 + a3*c23 = 0", [of("slip.too-narrow", "theta1")]],
-  ["theta3 = -pi/6, theta3 = 5*pi/6, a1 + a2*c2 - a3*c23 = 0", [inTie("slip.sign")]],
-  ["theta3 = -pi/6, theta3 = 5*pi/6, a1 + a2*c2 + a3*c3 = 0", [inTie("slip.relative")]],
-  ["theta3 = -pi/6, theta3 = 5*pi/6, a2*c2 + a3*c23 = 0", [inTie("slip.term-missing", "a1")]],
-  ["theta3 = -pi/6, theta3 = 5*pi/6, a1 + a2*s2 + a3*s23 = 0", [inTie("slip.all-waves")]],
-  ["theta3 = -pi/6, theta3 = 5*pi/6, a1 + a2*c2 + a3*c23 + a1*a2 = 0", [inTie("slip.term-extra")]],
+  [
+    "theta3 = -pi/6, theta3 = 5*pi/6, theta1 = 0, a1 + a2*c2 + a3*c23 = 0",
+    [aboutJoint("slip.called-singular", "theta1")],
+  ],
+  [
+    "theta3 = -pi/6 and theta1 = 0, theta3 = 5*pi/6, a1 + a2*c2 + a3*c23 = 0",
+    [aboutJoint("slip.too-narrow", "theta1")],
+  ],
+  ["theta3 = -pi/6, theta3 = 5*pi/6, a1 + a2*c2 - a3*c23 = 0", [inCondition("slip.sign")]],
+  ["theta3 = -pi/6, theta3 = 5*pi/6, a1 + a2*c2 + a3*c3 = 0", [inCondition("slip.relative")]],
+  ["theta3 = -pi/6, theta3 = 5*pi/6, a2*c2 + a3*c23 = 0", [inCondition("slip.term-missing", "a1")]],
+  ["theta3 = -pi/6, theta3 = 5*pi/6, a1 + a2*s2 + a3*s23 = 0", [inCondition("slip.all-waves")]],
+  ["theta3 = -pi/6, theta3 = 5*pi/6, a1 + a2*c2 + a3*c23 + a1*a2 = 0", [inCondition("slip.term-extra")]],
   ["theta3 = -pi/6, theta3 = 5*pi/6, a1^3 + a2*s2 = 0", undefined],
-  ["theta3 = -pi/6, theta3 = 5*pi/6, a1 + a2*c1 + a3*cos(theta1 + theta3) = 0", [of("slip.other-joint", "theta1")]],
+  [
+    "theta3 = -pi/6, theta3 = 5*pi/6, a1 + a2*c1 + a3*cos(theta1 + theta3) = 0",
+    [aboutJoint("slip.other-joint", "theta1")],
+  ],
   ["theta1 + theta2 = 0", undefined], // sin(theta3 + pi/6) times this vanishes, too
-])("of an elbow's set %s it is told what went wrong", (typed, slips) => {
+])("for an elbow arm's set %s, the mistake is reported", (typed, slips) => {
   const offsets = new Map([["theta3", 30 * DEGREE]]);
   expect(judgeSet(typed, ELBOW, new Set(ELBOW.joints), folded, offsets).slips).toEqual(slips);
 });
 
-function inTie(key: string, what?: string) {
+function inCondition(key: string, what?: string) {
   return message(key as TextKey, { where: message("slip.tie"), ...(what ? { what } : {}) });
 }
 
@@ -390,9 +399,9 @@ test("if values must hold together, a claim with only one is reported", () => {
   const both: ConfigurationsKey = { ...SET, pieces: [SET.pieces[0]!.map(([a1, a2]) => [a1!, a2!, 0, 0])] };
   const straight = (at: Readonly<Record<string, number>>) =>
     Math.abs(Math.sin(at["theta1"]! / 2)) + Math.abs(Math.sin(at["theta2"]! / 2)) < 1e-6;
-  const told = (typed: string) => judgeSet(typed, both, ANGLES, straight).slips;
-  expect(told("theta2 = 0")).toEqual([of("slip.and-missing", "theta2")]);
-  expect(told("theta1 = 0 and theta2 = 0")).toBeUndefined();
+  const slipsOf = (typed: string) => judgeSet(typed, both, ANGLES, straight).slips;
+  expect(slipsOf("theta2 = 0")).toEqual([aboutJoint("slip.and-missing", "theta2")]);
+  expect(slipsOf("theta1 = 0 and theta2 = 0")).toBeUndefined();
 });
 
 /** Singular where the second joint or the third is at 0 or pi; the third joint's pieces come first. */
@@ -410,7 +419,7 @@ test.each([
   ["theta2 = 0, theta3 = 0", "theta2"],
   ["theta2 = 0, theta2 = pi, theta3 = 0", "theta3"],
   ["theta2 = pi/2, theta1 = 1", "theta2"],
-])("of %s the pose that is told is one of what is said of the mistake first: %s", (typed, joint) => {
+])("for %s, the shown pose belongs to the first reported slip: %s", (typed, joint) => {
   const isSingular = (at: Readonly<Record<string, number>>) =>
     ["theta2", "theta3"].some((each) => Math.abs(Math.sin(at[each]!)) < 1e-6);
   const { slips, at } = judgeSet(typed, TWO, new Set(TWO.joints), isSingular);
@@ -419,7 +428,7 @@ test.each([
   expect([Math.PI, Math.PI / 2].some((due) => Math.abs(value - due) < 1e-6)).toBe(true);
 });
 
-test("a level that names no mistakes keeps slips back", () => {
+test("a level without mistakes hides slips", () => {
   const verdict = judgeValues("a1*s2", keyOf([["a1*a2*s2"]]));
   expect(verdict.slips).toHaveLength(1);
   expect(limitTo(verdict, "outcome").slips).toBeUndefined();

@@ -14,9 +14,9 @@ export type Slipped = Pick<Problem, "id" | "robot" | "parts" | "said"> & {
 };
 
 /** The outcome, the reported mistake, the keys of other messages, and the number of wrong entries without a message. */
-export type Told = readonly [outcome: string, mistake: string | null, reasons: readonly string[], left: number];
+export type Outcome = readonly [outcome: string, mistake: string | null, reasons: readonly string[], left: number];
 
-export function toldOf(problem: Slipped): readonly Told[] {
+export function outcomesOf(problem: Slipped): readonly Outcome[] {
   const singular = singularIn(problem);
   return problem.slips.map(([name, , text]) => {
     const part = problem.parts.find((each) => each.name === name) as Part;
@@ -29,19 +29,19 @@ export function toldOf(problem: Slipped): readonly Told[] {
         ...slips.map((slip) => ("mistake" in slip ? `slip of ${problem.said[slip.mistake]?.[0]}` : slip.key)),
         ...reasons.map(({ key }) => key),
       ],
-      mistake === undefined ? leftBy(verdict) : 0,
+      mistake === undefined ? unexplainedCount(verdict) : 0,
     ];
   });
 }
 
 /** Return the number of wrong entries without a message. */
-function leftBy({ entries = [], slips = [] }: Verdict): number {
+function unexplainedCount({ entries = [], slips = [] }: Verdict): number {
   const wrong = entries.flatMap((row, r) => row.flatMap((right, c) => (right ? [] : [[r + 1, c + 1] as const])));
   const columns = entries[0]?.length ?? 1;
-  return wrong.filter(([r, c]) => !slips.some((each) => isIn(r, c, each, columns))).length;
+  return wrong.filter(([r, c]) => !slips.some((each) => isCovered(r, c, each, columns))).length;
 }
 
-function isIn(r: number, c: number, slip: Slip, columns: number): boolean {
+function isCovered(r: number, c: number, slip: Slip, columns: number): boolean {
   if ("key" in slip && slip.key === "slip.column-left-out") return slip.values["column"] === c;
   const where = "mistake" in slip ? slip.where : slip.values["where"];
   if (typeof where !== "object") return false;
@@ -52,5 +52,3 @@ function isIn(r: number, c: number, slip: Slip, columns: number): boolean {
   if (where.key === "slip.row") return row === r;
   return (where.key !== "slip.entry" || row === r) && (column === undefined || column === c);
 }
-
-export const allTold = (problems: readonly Slipped[]): readonly (readonly Told[])[] => problems.map(toldOf);

@@ -12,11 +12,11 @@ const GERMAN = { code: "de", catalogue: de };
 const filled = (text: string): string[] => [...text.matchAll(/\{([\w-]+)\}/g)].map(([all]) => all).sort();
 
 describe("the catalogue", () => {
-  test.each(Object.keys(en) as TextKey[])("%s fills in the same in both languages", (key) => {
+  test.each(Object.keys(en) as TextKey[])("%s has the same placeholders in both languages", (key) => {
     expect([...new Set(filled(de[key]))]).toEqual([...new Set(filled(en[key]))]);
   });
 
-  test("numbers have the language's decimal sign, texts inside of texts the language's words", () => {
+  test("numbers have the language's decimal sign, and inserted texts are translated", () => {
     const inside = message("read.at", { what: message("read.the-end"), at: 1.5, near: "x" });
     expect(textOf(inside)).toBe("the end (at character 1.5, near 'x')");
     expect(textOf(inside, GERMAN)).toBe("das Ende (bei Zeichen 1,5, nahe „x“)");
@@ -34,7 +34,7 @@ describe("the catalogue", () => {
   );
 });
 
-describe("what can't be read", () => {
+describe("a text that can't be parsed", () => {
   const why = (text: string): ParseError => {
     try {
       parse(text, new Set(["theta1"]));
@@ -58,7 +58,7 @@ describe("what can't be read", () => {
     expect(textOf(why(text).why, GERMAN)).toContain(german);
   });
 
-  test("a verdict tells it in the page's language", () => {
+  test("is reported in the page's language", () => {
     const key = {
       type: "values",
       symbols: ["theta1"],

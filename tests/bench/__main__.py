@@ -124,6 +124,8 @@ def generation(folder: Path) -> Iterator[Figure]:
     each = generating(folder / "classes", 8)
     problem = "a problem of five questions, of a class's mixed families"
     yield Figure(problem, each / len(MIXED), LOADED, loading(), 0.05, of_seconds=True)
+    custom = generating(folder / "custom", 8, is_custom=True)
+    yield Figure("five questions of an instructor's own", custom, "five built-in ones", each, 1.2)
     slowest, seconds = first_problems()
     yield Figure(f"first problem of a family never seen ({slowest})", seconds, LOADED, loading(), 1, of_seconds=True)
     record = records(1)

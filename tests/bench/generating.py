@@ -20,6 +20,31 @@ SLOT = """
 family = "{}"
 questions = ["position", "jacobian", "determinant", "inverse-velocity", "singular-angles"]
 """
+CUSTOM_QUESTIONS = """
+[question.middle]
+prompt = "Find the velocity of the middle of link 2."
+answer = "ddt((o1 + o2)/2)"
+[question.rate-of-p]
+prompt = "Find the velocity of $P$."
+answer = "v"
+[question.tip]
+prompt = "At {pose} and {rates}, how fast is $P$?"
+given = ["pose", "rates"]
+answer = "norm(v)"
+unit = "m/s"
+[question.load]
+prompt = "Which torques hold the force $(f, m g, f)$ at $P$?"
+answer = "transpose(Jv)*[f, m*g, f]"
+units = {m = "kg", g = "m/s^2", f = "N"}
+[question.where]
+prompt = "Where is the arm singular?"
+answer = "zeros(det(J))"
+"""
+CUSTOM_SLOT = """
+[[problem]]
+family = "{}"
+questions = ["middle", "rate-of-p", "tip", "load", "where"]
+"""
 RECORDS = """
 import sys
 from qdot.exercises.problem.problem import ProblemId
@@ -36,12 +61,15 @@ for seed in range(first, last):
 """
 
 
-def generating(folder: Path, more: int) -> float:
-    """Return the seconds for each student more: a class of two beside one with so many more, structures all met."""
-    return (_class(folder / "large", 2 + more) - _class(folder / "small", 2)) / more
+def generating(folder: Path, more: int, is_custom: bool = False) -> float:
+    """Return the seconds for each student more: a class of two beside one with so many more, structures all met.
+
+    With `is_custom`, the questions are an instructor's own.
+    """
+    return (_class(folder / "large", 2 + more, is_custom) - _class(folder / "small", 2, is_custom)) / more
 
 
-def _class(folder: Path, students: int) -> float:
+def _class(folder: Path, students: int, is_custom: bool) -> float:
     command = [sys.executable, "-m", "qdot"]
     roster = folder.with_suffix(".csv")
     roster.parent.mkdir(parents=True, exist_ok=True)
@@ -50,7 +78,8 @@ def _class(folder: Path, students: int) -> float:
     (folder / "roster.csv").write_bytes(roster.read_bytes())
     file = folder / "assignment.toml"
     head = file.read_text("utf-8").split("\n[[problem]]")[0]
-    file.write_text(head + "".join(map(SLOT.format, MIXED)), encoding="utf-8")
+    slot, questions = (CUSTOM_SLOT, CUSTOM_QUESTIONS) if is_custom else (SLOT, "")
+    file.write_text(head + questions + "".join(map(slot.format, MIXED)), encoding="utf-8")
     return processor_time([*command, "generate", str(folder), "--jobs", "1"], folder.parent)
 
 

@@ -17,7 +17,8 @@ MAX_LEADER_SHARE = 0.35
 
 
 def draw_arm(chain: Chain, pose: Mapping[str, float] | None = None) -> Figure:
-    return draw_with_labels(chain, None if pose is None else tuple(pose.items()))[0]
+    figure, _ = draw_with_labels(chain, None if pose is None else tuple(pose.items()))
+    return figure
 
 
 def list_leaders(figure: Figure) -> list[Segment]:

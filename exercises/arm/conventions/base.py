@@ -153,7 +153,7 @@ class Convention:
         return frames
 
     def keep_first_joints(self, joint_count: int) -> "Chain":
-        """Return the arm of the first `count` joints; its point of interest is the origin of its last frame."""
+        """Return the arm of the first `joint_count` joints; its point of interest is the origin of its last frame."""
         return replace(self.chain, joints=self.chain.joints[:joint_count], tool=None)
 
     # --- names ---

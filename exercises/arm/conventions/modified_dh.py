@@ -110,7 +110,7 @@ class ModifiedDh(Convention):
         return poses
 
     def keep_first_joints(self, joint_count: int) -> "Chain":
-        """Return the arm of the first `count` joints; its last row has neither `a` nor `alpha`."""
+        """Return the arm of the first `joint_count` joints; its last row has neither `a` nor `alpha`."""
         shortened = super().keep_first_joints(joint_count)
         last_row = [replace(joint, a=sp.S.Zero, alpha=sp.S.Zero) for joint in shortened.joints[-1:]]
         return replace(shortened, joints=(*shortened.joints[:-1], *last_row))

@@ -24,6 +24,7 @@ counted.
 _CLONE, _CLONE3, _PRCTL, _IOCTL, _FCNTL = (56, 220), (435, 435), (157, 167), (16, 29), (72, 25)
 _KILL, _TGKILL, _PRLIMIT, _OPENAT, _OPEN = (62, 129), (234, 131), (302, 261), (257, 56), (2, -1)
 _OPENAT2 = (437, 437)
+"""The numbers of system calls on x86_64 and on aarch64; -1 if the machine has no such call."""
 _THREAD_FLAG, _THREAD_NAME_OPTIONS = 0x10000, (15, 16, 0x53564D41)
 _ALLOWED_IOCTL_REQUESTS = (0x5401, 0x802C542A, 0x5413, 0x541B, 0x5421, 0x5450, 0x5451)
 """The requests of ioctl that are allowed: whether a file is a terminal (TCGETS, TCGETS2), its width, how much can be
@@ -94,8 +95,8 @@ def make_filter_program(pid: int, sees_machine_files: bool) -> bytes:
     add_case(_IOCTL, *test_argument(_SECOND_ARGUMENT_OFFSET, _ALLOWED_IOCTL_REQUESTS, allow, refuse))
     add_case(_FCNTL, *test_argument(_SECOND_ARGUMENT_OFFSET, (*_OWNER_COMMANDS, _LEASE_COMMAND), refuse, allow))
     if sees_machine_files:  # refuse O_TMPFILE, because files that never had a name can't be counted
-        for numbers, flags in ((_OPENAT, _THIRD_ARGUMENT_OFFSET), (_OPEN, _SECOND_ARGUMENT_OFFSET)):
-            add_case(numbers, _encode(_LOAD, flags), _encode(_ANY_BIT, _TMPFILE_FLAG, 0, 1), refuse, allow)
+        for numbers, flags_offset in ((_OPENAT, _THIRD_ARGUMENT_OFFSET), (_OPEN, _SECOND_ARGUMENT_OFFSET)):
+            add_case(numbers, _encode(_LOAD, flags_offset), _encode(_ANY_BIT, _TMPFILE_FLAG, 0, 1), refuse, allow)
         add_case(_OPENAT2, report_missing)
     for call in REFUSED_CALLS:
         if call[machine] and (sees_machine_files or call["group"] != "machine files"):

@@ -154,7 +154,7 @@ def _bind_read_only(path: str, mountpoint: str) -> None:
 
 def _copy_links(path: str, mountpoint: str) -> str:
     """Copy the symbolic links along a path into the new root, and return the path with links resolved."""
-    for _ in range(40):
+    for _ in range(40):  # the number of links that Linux follows along a path
         parts = Path(path).parts
         for length in range(2, len(parts) + 1):
             prefix = os.path.join(*parts[:length])
@@ -262,40 +262,40 @@ def _count_nameless_bytes(pid: int, folder: str) -> int:
 # --- called for every notebook, in its own process ---
 
 
-def apply_measures(measures: Measures, folder: str, parent: int) -> dict[str, str]:
+def apply_measures(measures: Measures, folder: str, parent_pid: int) -> dict[str, str]:
     """Apply all measures except the audit hook to this process; return the measures that failed, each with the reason.
 
-    The order matters, because some measures would prevent others. From now on, this process ends if its `parent` ends.
+    The order matters, because some measures would prevent others. From now on, this process ends if its parent ends.
     """
     failed_measures: dict[str, str] = {}
 
-    def apply_one(name: str, action: Callable[[], None]) -> None:
+    def apply_measure(name: str, action: Callable[[], None]) -> None:
         if measures.is_applied(name):
             try:
                 action()
             except (OSError, ValueError, AttributeError) as error:
                 failed_measures[name] = str(error) or type(error).__name__
 
-    apply_one("limits", lambda: _limit_resources(measures))
-    apply_one("user", lambda: change_user(measures.user))
-    die_with_parent(parent)  # after the change of user, which would cancel this setting
-    apply_one("privileges", lambda: _give_up_privileges(measures))
+    apply_measure("limits", lambda: _limit_resources(measures))
+    apply_measure("user", lambda: change_user(measures.user))
+    die_with_parent(parent_pid)  # after the change of user, which would cancel this setting
+    apply_measure("privileges", lambda: _give_up_privileges(measures))
     if not measures.is_applied("privileges") and measures.is_applied("seccomp") and sys.platform == "linux":
-        apply_one("seccomp", lambda: kernel.prctl(kernel.PR_SET_NO_NEW_PRIVS, 1))
-    apply_one("landlock", lambda: _restrict_files(folder))
+        apply_measure("seccomp", lambda: kernel.prctl(kernel.PR_SET_NO_NEW_PRIVS, 1))
+    apply_measure("landlock", lambda: _restrict_files(folder))
     has_machine_files = not measures.is_applied("namespaces")
     make_program = partial(calls.make_filter_program, sees_machine_files=has_machine_files)
-    apply_one("seccomp", lambda: kernel.install_seccomp_filter(make_program(os.getpid())))
+    apply_measure("seccomp", lambda: kernel.install_seccomp_filter(make_program(os.getpid())))
     kernel.release_library()
     return failed_measures
 
 
-def die_with_parent(parent: int) -> None:
+def die_with_parent(parent_pid: int) -> None:
     """Have Linux kill this process when its parent ends, so that a stopped grader leaves nothing running."""
     if sys.platform == "linux":
         with contextlib.suppress(OSError):
             kernel.prctl(kernel.PR_SET_PDEATHSIG, signal.SIGKILL)
-    if os.getppid() not in (parent, 0):  # the parent has already ended; 0 is a parent in another namespace
+    if os.getppid() not in (parent_pid, 0):  # the parent has already ended; 0 is a parent in another namespace
         os._exit(1)
 
 

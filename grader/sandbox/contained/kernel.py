@@ -17,6 +17,7 @@ NEWNS, NEWUTS, NEWIPC = 0x00020000, 0x04000000, 0x08000000
 NEWUSER, NEWPID, NEWNET = 0x10000000, 0x20000000, 0x40000000
 
 MS_RDONLY, MS_NOSUID, MS_NODEV, MS_REMOUNT, MS_BIND, MS_REC, MS_PRIVATE = 1, 2, 4, 32, 4096, 16384, 1 << 18
+_MS_NOEXEC, _MS_NOATIME, _MS_NODIRATIME = 8, 1024, 2048
 MNT_DETACH = 2
 ATTR_RDONLY, ATTR_NOSUID, ATTR_NODEV = 1, 2, 4
 
@@ -24,6 +25,7 @@ PR_SET_PDEATHSIG, PR_SET_DUMPABLE, PR_SET_SECCOMP, PR_CAPBSET_DROP = 1, 4, 22, 2
 PR_SET_CHILD_SUBREAPER, PR_SET_NO_NEW_PRIVS = 36, 38
 
 _AT_FDCWD, _AT_RECURSIVE = -100, 0x8000
+_CAPABILITY_VERSION_3 = 0x20080522
 _PIVOT_ROOT = {"x86_64": 155, "aarch64": 41}
 _CAPSET = {"x86_64": 126, "aarch64": 91}
 _MOUNT_SETATTR, _LANDLOCK_CREATE, _LANDLOCK_ADD, _LANDLOCK_RESTRICT = 442, 444, 445, 446
@@ -98,8 +100,8 @@ def make_read_only(target: str, has_devices: bool) -> None:
         _syscall(_MOUNT_SETATTR, _AT_FDCWD, os.fsencode(target), _AT_RECURSIVE, data, len(data))
     except OSError:
         # A user namespace may not remove the other flags, so they are set again.
-        flags = os.statvfs(target).f_flag & ~(MS_RDONLY | MS_NOSUID)
-        mount(None, target, None, MS_REMOUNT | MS_BIND | MS_RDONLY | MS_NOSUID | (flags & 0x0C0E))
+        other_flags = os.statvfs(target).f_flag & (MS_NODEV | _MS_NOEXEC | _MS_NOATIME | _MS_NODIRATIME)
+        mount(None, target, None, MS_REMOUNT | MS_BIND | MS_RDONLY | MS_NOSUID | other_flags)
 
 
 def pivot_root(folder: str) -> None:
@@ -117,7 +119,7 @@ def drop_capabilities() -> None:
             prctl(PR_CAPBSET_DROP, number)
         except OSError:  # there are no more, or this process has none to give up
             break
-    _syscall(_look_up_call_number(_CAPSET), struct.pack("Ii", 0x20080522, 0), bytes(24))
+    _syscall(_look_up_call_number(_CAPSET), struct.pack("Ii", _CAPABILITY_VERSION_3, 0), bytes(24))
 
 
 def find_landlock_version() -> int:

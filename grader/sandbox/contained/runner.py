@@ -153,7 +153,7 @@ def _find_stop_line(error: BaseException, cell_name: str) -> int | None:
         position = find_position(error, cell_name)
     except BaseException:  # a student's exception must not break the report
         return None
-    return None if position is None else position[0]
+    return None if position is None else position.line
 
 
 class _SymbolTracker:
@@ -203,7 +203,7 @@ def describe_error(error: BaseException) -> str:
         message = error.msg if isinstance(error, SyntaxError) else error  # msg does not name the cell and line
         text = f"{type(error).__name__}: {message}".splitlines()[0][:300].removesuffix(": ")
         advice = next((f"; {advice}" for pattern, advice in ADVICE_BY_ERROR.items() if pattern in text), "")
-        return re.sub(PYTHON_HINTS, "", text) + advice
+        return re.sub(PYTHON_HINTS, "", text).rstrip("." if advice else "") + advice
     except BaseException:  # a student's exception must not break the report
         return "an exception that can't be shown"
 

@@ -98,7 +98,8 @@ class Session:
 
     def _store_result(self, value: Any) -> None:
         """Store a result as IPython does; if the notebook itself has set `_`, that variable is not overwritten."""
-        last_results, self.variables[f"_{self._cell_count}"] = self._last_results, value
+        last_results = self._last_results
+        self.variables[f"_{self._cell_count}"] = value
         if isinstance(out := self.variables.get("Out"), dict):
             out[self._cell_count] = value
         if all(self.variables.get(name, result) is result for name, result in last_results.items()):
@@ -157,24 +158,32 @@ class Shell(standins.StandIn):
 
     def magic(self, line: str) -> None:
         """Execute `%line`, as in older notebooks."""
-        self.run_line_magic(*line.partition(" ")[::2])
+        name, _, rest = line.partition(" ")
+        self.run_line_magic(name, rest)
 
     def getoutput(self, *_args: object) -> list[str]:
         """Return an empty output without starting a command."""
         return []
 
 
-def find_position(error: BaseException, cell_name: str) -> tuple[int, int] | None:
-    """Return the line and column at which the cell raised an exception; None if the exception has another source."""
+class Position(NamedTuple):
+    """A position in a cell."""
+
+    line: int
+    column: int
+
+
+def find_position(error: BaseException, cell_name: str) -> Position | None:
+    """Return the position at which the cell raised an exception; None if the exception has another source."""
     if isinstance(error, SyntaxError) and error.filename == cell_name:
-        return int(error.lineno or 1), 0
+        return Position(int(error.lineno or 1), 0)
     trace = error.__traceback__
     while trace is not None and trace.tb_frame.f_code.co_filename != cell_name:
         trace = trace.tb_next
     if trace is None:
         return None
-    positions = list(trace.tb_frame.f_code.co_positions())[trace.tb_lasti // 2]
-    return trace.tb_lineno, positions[2] or 0
+    _, _, column, _ = list(trace.tb_frame.f_code.co_positions())[trace.tb_lasti // 2]
+    return Position(trace.tb_lineno, column or 0)
 
 
 def _split_at_failed_import(

@@ -40,7 +40,7 @@ def main(config: dict[str, Any]) -> None:
     os.dup2(os.open(os.devnull, os.O_RDWR), 0)
     measures = Measures(
         dict.fromkeys(config["without"], "switched off"), config["memory"], config["seconds"],
-        2_000_000_000 + os.getpid() if os.geteuid() == 0 else None,
+        2_000_000_000 + os.getpid() if os.geteuid() == 0 else None,  # a user that does not exist
     )  # fmt: skip
     namespace = None
     try:
@@ -224,7 +224,7 @@ def _fork_child(measures: Measures, parent: str, namespace: int | None) -> _Chil
     return _Child(pid, folder, (to_child, from_child))
 
 
-def _run_child(measures: Measures, folder: str, parent: int, inbox: int, outbox: int) -> NoReturn:
+def _run_child(measures: Measures, folder: str, parent_pid: int, inbox: int, outbox: int) -> NoReturn:
     """Run one notebook in this process, and end the process."""
     try:
         os.setsid()
@@ -237,7 +237,7 @@ def _run_child(measures: Measures, folder: str, parent: int, inbox: int, outbox:
                 os.dup2(null_device, descriptor)
             _close_all_but({inbox, outbox})
             os.chdir(folder)
-            failed_measures = confine.apply_measures(measures, folder, parent)
+            failed_measures = confine.apply_measures(measures, folder, parent_pid)
         except OSError as error:
             _report(outbox, {"failed": str(error)})
         else:
@@ -286,11 +286,11 @@ def _report(outbox: int, line: dict[str, Any]) -> int:
 
 def _close_all_but(kept_descriptors: set[int]) -> None:
     """Close every descriptor above standard error, including the control socket, except `kept_descriptors`."""
-    end = resource.getrlimit(resource.RLIMIT_NOFILE)[0] if sys.platform == "darwin" else 65536
-    first = 3
-    for descriptor in (*sorted(kept_descriptors), end):
-        os.closerange(first, descriptor)
-        first = descriptor + 1
+    soft_limit, _ = resource.getrlimit(resource.RLIMIT_NOFILE)
+    first_descriptor = 3
+    for descriptor in (*sorted(kept_descriptors), soft_limit if sys.platform == "darwin" else 65536):
+        os.closerange(first_descriptor, descriptor)
+        first_descriptor = descriptor + 1
 
 
 def _end_child(pid: int, patience: float) -> tuple[int, dict[str, float]]:

@@ -10,8 +10,8 @@ const HEIGHTS = [
   [50, 20],
 ];
 
-describe.each(HEIGHTS)("names of curves that end at %i, %i, …", (...heights) => {
-  it.each([[40], [80], [180]])("are clear of each other in %i pixels, in the order of the curves", (room) => {
+describe.each(HEIGHTS)("the names of curves that end at %i, %i, …", (...heights) => {
+  it.each([[40], [80], [180]])("do not overlap in %i pixels, and have the order of the curves", (room) => {
     const columns = columnsFor(heights.length, room);
     const names = spreadNames(heights, [16, 16 + room], columns);
     for (const { height } of names) expect(height >= 16 - 1e-9 && height <= 16 + room + 1e-9).toBe(true);
@@ -25,6 +25,6 @@ describe.each(HEIGHTS)("names of curves that end at %i, %i, …", (...heights) =
   });
 });
 
-it("takes a second column where one has no room", () => {
+it("form a second column if one has no room", () => {
   expect([columnsFor(2, 60), columnsFor(7, 180), columnsFor(7, 80), columnsFor(7, 40)]).toEqual([1, 1, 2, 3]);
 });

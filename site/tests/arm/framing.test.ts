@@ -32,7 +32,7 @@ describe.each(Object.entries(ALL))("the first view of %s", (_, robot) => {
   const heads = drawnColumns(arm, state, reachOf(arm)).map((arrow) => add(state.point, arrow));
   const flat = flatPlane(arm) !== null;
 
-  it.each(SIZES)("has the arm and its arrows in %i x %i pixels", (width, height) => {
+  it.each(SIZES)("shows the arm and its arrows in %i x %i pixels", (width, height) => {
     const whole = viewOf(arm, extentOf(arm), width, height, FIRST_ORBIT);
     const view = withFraming(whole, framingOf(arm, state, heads, whole, { flat }));
     expect(isSeen(arm, state, view)).toBe(true);
@@ -59,7 +59,7 @@ it.each([...SIZES, [2000, 1100] as const])(
   },
 );
 
-it("has all of an ellipse that goes beyond its arrows", () => {
+it("shows the whole ellipse, also beyond its arrows", () => {
   const arm = armOf(PUMA);
   const state = stateAt(arm, firstPose(arm));
   const arrows = drawnColumns(arm, state, reachOf(arm));
@@ -77,14 +77,14 @@ it("has all of an ellipse that goes beyond its arrows", () => {
   expect(edges[2]![1]).toBeCloseTo(y - high, 6);
 });
 
-it("shows a planar arm half as large again as the view of all that it reaches", () => {
+it("shows a planar arm 1.5 times as large as the view of its whole reach", () => {
   const arm = armOf(PLAIN);
   const whole = viewOf(arm, extentOf(arm), 760, 420, FIRST_ORBIT);
   const { zoom } = framingOf(arm, stateAt(arm, firstPose(arm)), [], whole, { flat: true });
   expect(zoom).toBeGreaterThan(1.5);
 });
 
-it("ends where the arm gets to its edge", () => {
+it("ends when the arm reaches the edge", () => {
   const arm = armOf(PLAIN);
   const state = stateAt(arm, firstPose(arm));
   const whole = viewOf(arm, extentOf(arm), 475, 420, FIRST_ORBIT);
@@ -94,7 +94,7 @@ it("ends where the arm gets to its edge", () => {
   expect([isSamePose(state.pose, [...state.pose]), isSamePose(state.pose, opposite.pose)]).toEqual([true, false]);
 });
 
-it("has the end of a path in it, and ends where that leaves it", () => {
+it("contains the end of a path, and ends when that leaves it", () => {
   const arm = armOf(PLAIN);
   const state = stateAt(arm, firstPose(arm));
   const whole = viewOf(arm, extentOf(arm), 760, 420, FIRST_ORBIT);
@@ -109,7 +109,7 @@ describe("an arm that points at the reader", () => {
   const turns = (...degrees: number[]) => degrees.map((angle) => (angle * Math.PI) / 180);
   const stretched = stateAt(arm, turns(36, 24, 90, 0, 30, 0));
 
-  it("is looked at from the side", () => {
+  it("is shown from the side", () => {
     expect(crowding(arm, stretched, FIRST_ORBIT)).toBeCloseTo(1, 5);
     const orbit = readableFrom(arm, stretched, FIRST_ORBIT);
     expect(crowding(arm, stretched, orbit)).toBeLessThan(0.1);
@@ -118,7 +118,7 @@ describe("an arm that points at the reader", () => {
     expect(isSeen(arm, stretched, view)).toBe(true);
   });
 
-  it("is looked at as first in all other poses", () => {
+  it("is shown from the first direction in all other poses", () => {
     for (const pose of [turns(36, -20, 90, 0, 30, 0), turns(-60, 24, 90, 0, 30, 0), firstPose(arm)])
       expect(readableFrom(arm, stateAt(arm, pose), FIRST_ORBIT)).toBe(FIRST_ORBIT);
   });

@@ -7,12 +7,12 @@ const P: WantedLabel = { name: "P", style: "", at: [50, 92], direction: [0, 1] }
 const room = { width: 200, height: 120, covered: [] };
 const words = { left: 0, right: 120, top: 96, bottom: 120 };
 
-test("a letter stands on the side where it is wanted, unless words lie there", () => {
+test("a label is placed on the wanted side, unless texts cover it", () => {
   expect(placeLabels([P], [], room)[0]!.y).toBeGreaterThan(96);
   const [clear] = placeLabels([P], [], { ...room, covered: [words] });
   expect(clear!.y + 9).toBeLessThanOrEqual(96);
   expect(placeLabels([P], [], { ...room, covered: [{ ...words, left: 130, right: 200 }] })[0]!.y).toBeGreaterThan(96);
 });
 
-test("a letter that has no place in sight is left out", () =>
+test("a label without a visible place is omitted", () =>
   expect(placeLabels([P], [], { ...room, covered: [{ left: 0, right: 200, top: 0, bottom: 120 }] })).toEqual([]));

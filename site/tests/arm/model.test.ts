@@ -15,7 +15,7 @@ const ALL = { ...ROBOTS, PLAIN, ELBOW, SIX };
 describe.each(Object.entries(ALL))("the Jacobian of %s", (_, robot) => {
   const arm = armOf(robot);
 
-  it("equals finite differences of the position and turns with the axes", () => {
+  it("equals finite differences of the position, and has the axes as angular parts", () => {
     for (const pose of randomPoses(20, arm.joints.length, 4)) {
       const { jacobian } = stateAt(arm, pose);
       const step = 1e-6;
@@ -40,12 +40,12 @@ describe.each(Object.entries(ALL))("the Jacobian of %s", (_, robot) => {
     }
   });
 
-  it("has p* from every origin to the point", () => {
+  it("is accompanied by the vectors p* from every origin to the point", () => {
     const state = stateAt(arm, randomPoses(1, arm.joints.length, 2)[0]!);
     pStar(arm, state).forEach((p, i) => expect(norm(subtract(add(state.frames[i]!.o, p), state.point))).toBeCloseTo(0));
   });
 
-  it("starts away from singularities, within its ranges", () => {
+  it("is regular in the first pose, which is within the ranges", () => {
     const pose = firstPose(arm);
     pose.forEach((value, i) => expect(within(arm, i, value)).toBeCloseTo(value, 9));
     expect(measuresOf(stateAt(arm, pose)).ratio).toBeGreaterThan(0.05);
@@ -60,7 +60,7 @@ describe("determinants", () => {
     }
   });
 
-  it("of the sample with its bend are what its table says", () => {
+  it("of the sample arm follow from its table", () => {
     const arm = armOf(ROBOTS["planar-2r"]!);
     const [a1, bend, reach] = [0.47, Math.atan2(0.18, 0.47), Math.hypot(0.47, 0.18)];
     for (const [t1, t2] of randomPoses(10, 2, 3)) {
@@ -69,7 +69,7 @@ describe("determinants", () => {
     }
   });
 
-  it("are products of singular values where J is not square", () => {
+  it("are replaced by products of singular values if J is not square", () => {
     const arm = armOf(ROBOTS["planar-3r"]!);
     for (const pose of randomPoses(10, 3, 3)) {
       const { counted } = stateAt(arm, pose);
@@ -104,7 +104,7 @@ describe("singular values", () => {
     expect(singularValues([[3, 4, 0]])).toEqual([5]);
   });
 
-  it("come with vectors that A stretches by them, and with a null space", () => {
+  it("belong to vectors that A stretches by them, and to a null space", () => {
     const next = randomNumbers(8);
     const a = Array.from({ length: 3 }, () => Array.from({ length: 5 }, () => next() - 0.5));
     const { sigma, v } = decompose(a);
@@ -116,7 +116,7 @@ describe("singular values", () => {
     left.forEach((value, k) => expect(value).toBeCloseTo(sigma[k]!, 12));
   });
 
-  it("solve for the shortest x", () => {
+  it("give the shortest least-squares solution", () => {
     expect(leastSquares([[1, 1]], [2])).toEqual([expect.closeTo(1, 12), expect.closeTo(1, 12)]);
     expect(
       leastSquares(
@@ -130,13 +130,13 @@ describe("singular values", () => {
   });
 });
 
-describe("what is drawn", () => {
+describe("the drawing", () => {
   it("is flat for planar arms", () => {
     const planes = Object.values(ALL).map((robot) => flatPlane(armOf(robot)));
     expect(planes).toEqual(["z", "z", null, null, "z", null, null]);
   });
 
-  it("is in the middle of what the buttons at the side leave, also on a phone", () => {
+  it("is centred beside the buttons, also on a phone", () => {
     for (const robot of [ROBOTS["scara"]!, ROBOTS["elbow-3r"]!]) {
       const arm = armOf(robot);
       const view = viewOf(arm, extentOf(arm), 362, 286, FIRST_ORBIT);
@@ -155,7 +155,7 @@ describe("what is drawn", () => {
     }
   });
 
-  it("has slides with ends and turns that go round", () => {
+  it("has limits for prismatic joints, and full turns for revolute joints", () => {
     const arm = armOf(ROBOTS["scara"]!);
     expect(within(arm, 0, 4)).toBeCloseTo(4 - 2 * Math.PI);
     expect(within(arm, 2, 40)).toBe(rangeOf(arm, 2).high);

@@ -28,12 +28,12 @@ const ray = (from: Vec3, to: Vec3, events: number): Vec3[] =>
 
 const ratioAt = (arm: Arm, pose: Pose): number => measuresOf(stateAt(arm, pose)).ratio;
 
-describe("P that is pulled straight out past the reach", () => {
+describe("pulling P straight out past the reach", () => {
   const arm = armOf(PLAIN);
   const start: Pose = [0.4, 1.2];
   const { point } = stateAt(arm, start);
 
-  it.each([1, 2, 5, 40])("leaves the arm straight, in %i events, and does not flip it", (events) => {
+  it.each([1, 2, 5, 40])("leaves the arm straight after %i events, and does not flip it", (events) => {
     const places = ray(point, scaleVector(point, 4 / norm(point)), events);
     const poses = pulled(arm, start, places);
     poses.forEach((pose, k) => {
@@ -44,14 +44,14 @@ describe("P that is pulled straight out past the reach", () => {
     });
   });
 
-  it("bends it on its own side again on the way back", () => {
+  it("bends the arm to its own side again on the way back", () => {
     const far = scaleVector(point, 4 / norm(point));
     const [, back] = pulled(arm, start, [far, point]);
     expect(subtract(stateAt(arm, back!).point, point).every((part) => Math.abs(part) < 1e-6)).toBe(true);
     expect(back![1]).toBeCloseTo(1.2, 5);
   });
 
-  it("keeps it straight while the pointer goes round out there", () => {
+  it("keeps the arm straight while the pointer circles outside", () => {
     const round = Array.from({ length: 50 }, (_, k): Vec3 => {
       const angle = 0.6 + (2 * Math.PI * k) / 50;
       return [2 * Math.cos(angle), 2 * Math.sin(angle), 0];
@@ -62,7 +62,7 @@ describe("P that is pulled straight out past the reach", () => {
     }
   });
 
-  it("folds it back over the hole inside of the reach", () => {
+  it("folds the arm back over the hole in its workspace", () => {
     for (const events of [1, 3, 30]) {
       const poses = pulled(arm, start, ray(point, scaleVector(point, 0.02), events));
       expect(Math.abs(poses.at(-1)![1]!)).toBeCloseTo(Math.PI, 4);
@@ -71,7 +71,7 @@ describe("P that is pulled straight out past the reach", () => {
   });
 });
 
-it("an arm that is straight already bends for P that is pulled in", () => {
+it("a straight arm bends if P is pulled in", () => {
   const arm = armOf(PLAIN);
   const [pose] = pulled(arm, [0.3, 0], [[0.5, 0.2, 0]]);
   expect(norm(subtract(stateAt(arm, pose!).point, [0.5, 0.2, 0]))).toBeLessThan(1e-6);
@@ -83,7 +83,7 @@ describe.each(Object.entries({ ...ROBOTS, plain: PLAIN, elbow: ELBOW }))("P of %
   const view = viewFor(arm);
   const { point } = stateAt(arm, start);
 
-  it("is singular or at a prismatic joint's limit after it is dragged far out in the page", () => {
+  it("ends at a singularity or a joint limit if it is dragged far away", () => {
     const base = arm.base.o;
     for (const [right, up] of [
       [1, 0.3],
@@ -99,7 +99,7 @@ describe.each(Object.entries({ ...ROBOTS, plain: PLAIN, elbow: ELBOW }))("P of %
     }
   });
 
-  it("is under the pointer wherever it reaches", () => {
+  it("follows the pointer within the reach", () => {
     const seen = (v: Vec3): number => norm([dot(view.right, v), dot(view.up, v)]);
     const off = randomPoses(20, arm.joints.length, 12).map((turns) => {
       const pose = turns.map((value, i) => (arm.joints[i]!.kind === "R" ? value : 0.2 + 0.05 * value));
@@ -111,7 +111,7 @@ describe.each(Object.entries({ ...ROBOTS, plain: PLAIN, elbow: ELBOW }))("P of %
   });
 });
 
-it("a planar arm that comes back from out of its reach is bent on the side on which it was", () => {
+it("a planar arm that comes back into its reach is bent to the same side as before", () => {
   const arm = armOf(PLAIN);
   for (const [one, two] of randomPoses(60, 2, 5) as [number, number][]) {
     const bent = 0.3 + 0.8 * Math.abs(two); // not all but folded

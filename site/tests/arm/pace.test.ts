@@ -42,12 +42,12 @@ afterEach(() => {
   render(null, document.body);
 });
 
-it("shows all at once where nothing is held", () => {
+it("shows all parts at once while nothing is dragged", () => {
   show(1);
   expect(since()).toEqual(["a1", "b1", "c1"]);
 });
 
-it("shows one part in every other frame while something is held, with what is so by then", () => {
+it("shows one part, with its latest value, in every other frame of a drag", () => {
   pointer("pointerdown");
   show(1);
   expect(since()).toEqual([]);
@@ -60,14 +60,14 @@ it("shows one part in every other frame while something is held, with what is so
   expect(found).toEqual([["a1"], [], ["b3"], [], ["c5"], [], ["a7"], []]);
 });
 
-it("shows all once it is let go", () => {
+it("shows all parts at the end of a drag", () => {
   pointer("pointerdown");
   for (let value = 1; value < 5; value += 1) show(value);
   void act(() => pointer("pointerup"));
   expect(since()).toEqual(["a4", "b4", "c4"]);
 });
 
-it("shows the last of all parts once nothing changes", () => {
+it("shows the latest value of each part once nothing changes", () => {
   pointer("pointerdown");
   for (let value = 1; value < 5; value += 1) show(value);
   for (let i = 0; i < 6; i += 1) frame();
@@ -75,7 +75,7 @@ it("shows the last of all parts once nothing changes", () => {
   expect(document.body.textContent).toBe("444");
 });
 
-it("shows another thing at once, also while something is held", () => {
+it("shows other properties at once, also during a drag", () => {
   pointer("pointerdown");
   show(1, ["d", "e", "f"]);
   expect(since()).toEqual(["d1", "e1", "f1"]);
@@ -84,7 +84,7 @@ it("shows another thing at once, also while something is held", () => {
   expect(since()).toEqual([]);
 });
 
-it("forgets a part that has gone", () => {
+it("forgets a part that was removed", () => {
   pointer("pointerdown");
   show(1);
   render(null, document.body);
@@ -92,7 +92,7 @@ it("forgets a part that has gone", () => {
   expect(since()).toEqual([]);
 });
 
-it("holds while an arm runs by itself, too", () => {
+it("slows down the parts while an arm moves by itself, too", () => {
   const stopped = startAnimation();
   show(1);
   expect(since()).toEqual([]);

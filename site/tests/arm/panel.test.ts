@@ -40,7 +40,7 @@ describe("the panel", () => {
     render(null, document.body);
   });
 
-  it("turns the view for a pose that it is sent to, where the arm would point at the reader, and back", () => {
+  it("rotates the view for a pose in which the arm would point at the reader, and back", () => {
     const turns = (...degrees: number[]): NamedPose =>
       Object.fromEntries(degrees.map((angle, i) => [`theta${i + 1}`, (angle * Math.PI) / 180]));
     /** How far the links go on the page (pixels). */
@@ -62,7 +62,7 @@ describe("the panel", () => {
     expect(spread()).toBeLessThan(20);
   });
 
-  it("shows a short column of J beside the disc of P, and says what the dotted line is", () => {
+  it("shows a short column of J beside the disc of P, and explains the dotted line", () => {
     show({ pose: { theta1: 0.5, theta2: Math.PI } });
     const shaft = document.querySelector(".arm-column.arm-j1 .arm-shaft")!.getAttribute("points")!;
     const [x0, y0, x1, y1] = shaft.split(/[ ,]/).map(Number);
@@ -78,7 +78,7 @@ describe("the panel", () => {
     expect([document.querySelector(".arm-lost"), document.querySelector(".arm-lost-words")]).toEqual([null, null]);
   });
 
-  it("draws a pose that it is given, and the next one", () => {
+  it("draws a given pose, and the next one", () => {
     show({ pose: { theta1: Math.PI / 6, theta2: 1, a1: 3 } });
     expect(numbers()).toEqual(["30", "57.3"]);
     expect(document.querySelector(".arm-lengths")?.textContent).toContain("a1 = 3 m");
@@ -87,7 +87,7 @@ describe("the panel", () => {
     expect(document.querySelector(".arm-figures")?.textContent).toContain("−0.2");
   });
 
-  it("takes a number when it is typed whole: a minus alone is none, and stays", () => {
+  it("takes a number when it is complete; a minus sign alone stays", () => {
     show({ pose: { theta1: Math.PI / 6, theta2: 1, a1: 3 } });
     const field = document.querySelectorAll<HTMLInputElement>(".arm-joint-row input[type=number]")[1]!;
     const typed = (value: string, event: string): void =>
@@ -103,7 +103,7 @@ describe("the panel", () => {
     expect(numbers()).toEqual(["30", "-40"]);
   });
 
-  it("has the lengths and joint values of its question, and again after a counterexample", () => {
+  it("has the lengths and joint values of its question, also after a counterexample", () => {
     const first = { theta1: Math.PI / 6, theta2: 1, a1: 3 };
     show({ first });
     expect(numbers()).toEqual(["30", "57.3"]);
@@ -132,7 +132,7 @@ describe("the panel", () => {
     }
   });
 
-  it("tells nothing of J while that would answer its question", () => {
+  it("hides J while it would answer the question", () => {
     const first = { theta1: 0, theta2: 0 };
     const told = (): string => document.querySelector(".arm")!.textContent!;
     show({ first, isConcealed: true });
@@ -146,14 +146,14 @@ describe("the panel", () => {
     expect(told()).toContain("Singular");
   });
 
-  it("draws the dot of a rate itself, and says it: fonts let it sink into a θ", () => {
+  it("draws the dot of a rate, and contains it as text for screen readers", () => {
     show({});
     const heads = [...document.querySelectorAll(".arm-jacobian thead th .dotted")];
     expect(heads.map((head) => head.textContent)).toEqual(["θ˙", "θ˙"]);
     expect(document.querySelector(".arm-joints .dotted")).toBeNull();
   });
 
-  it("tells where its sliders lead", () => {
+  it("describes the new pose after a slider is moved", () => {
     const onPose = vi.fn();
     show({ pose: { theta1: 0, theta2: 1 }, onPose });
     const slider = document.querySelector<HTMLInputElement>("input[type=range]")!;
@@ -183,7 +183,7 @@ describe("the panel", () => {
     expect(numbers()).toEqual(["2", "57.3"]);
   });
 
-  it("moves P by the arrows, each way as far", () => {
+  it("moves P by the arrow keys, equally far in each direction", () => {
     let pose: NamedPose = { theta1: 0.3, theta2: 1 };
     const point = (): [number, number] => [
       0.5 * Math.cos(pose.theta1!) + 0.4 * Math.cos(pose.theta1! + pose.theta2!),
@@ -207,7 +207,7 @@ describe("the panel", () => {
     expect(up[1]).toBeCloseTo(right[0], 4);
   });
 
-  it("shows the pose on the map where its axes say", () => {
+  it("marks the pose on the map", () => {
     const of = (selector: string, name: string): number => Number(document.querySelector(selector)!.getAttribute(name));
     const [across, up] = [Math.PI / 2, -Math.PI / 4];
     show({ pose: { theta1: across, theta2: up } });

@@ -12,7 +12,7 @@ describe.each(Object.entries({ ...ROBOTS, PLAIN }))("paths of %s", (_, robot) =>
   const arm = armOf(robot);
   const pose = firstPose(arm);
 
-  it("are followed on the line with the rates that J demands", () => {
+  it("stay on the line, with the rates that follow from J", () => {
     const target = suggestTarget(arm, pose, reachOf(arm), true);
     const journey = follow(arm, pose, pathTo(arm, pose, target));
     expect(journey.arrives).toBe(true);
@@ -28,7 +28,7 @@ describe.each(Object.entries({ ...ROBOTS, PLAIN }))("paths of %s", (_, robot) =>
     expect(norm(subtract(stateAt(arm, half.pose).point, pointOn(journey.path, half.s)))).toBeLessThan(1e-3);
   });
 
-  it("end near a singularity with rates that blow up", () => {
+  it("end near a singularity, where the rates become very large", () => {
     const target = suggestTarget(arm, pose, reachOf(arm), false);
     const journey = follow(arm, pose, pathTo(arm, pose, target));
     const most = journey.stations.map(({ slopes }) => Math.max(...slopes.map(Math.abs)));
@@ -40,7 +40,7 @@ describe("a path out of reach", () => {
   const arm = armOf(PLAIN);
   const pose = [0, Math.PI / 2];
 
-  it("stops at the boundary and tells where limits are exceeded", () => {
+  it("stops at the boundary, and shows where limits are exceeded", () => {
     const journey = follow(arm, pose, pathTo(arm, pose, [1.5, 0.4, 0]));
     expect(journey.arrives).toBe(false);
     const end = journey.stations.at(-1)!;
@@ -53,7 +53,7 @@ describe("a path out of reach", () => {
     expect(limitCrossings(journey, 0.1, [Infinity, Infinity])).toEqual([null, null]);
   });
 
-  it("is not asked of an arm whose task counts turns only", () => {
+  it("is not offered for an arm whose task counts only rotations", () => {
     expect(whyNoPath({ ...arm, task: [5] })).toBe("turns");
     expect(whyNoPath({ ...arm, task: [0, 1, 2] })).toBe("rows");
     expect(whyNoPath(arm)).toBeNull();

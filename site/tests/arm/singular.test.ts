@@ -32,7 +32,7 @@ describe("the planar 2R arm", () => {
     expect(isKindDecidable(arm)).toBe(true);
   });
 
-  it("with equal links passes its base: folded back is internal no more than the hole is gone", () => {
+  it("with equal links and folded back has an internal singularity, because there is no hole", () => {
     const even = armOf({ ...PLAIN, values: { a1: 0.4, a2: 0.4 } });
     expect(kindAt(even, [0.4, 0])).toBe("boundary");
     expect(kindAt(even, [0.4, Math.PI])).toBe("internal");
@@ -48,7 +48,7 @@ describe("the elbow", () => {
     expect(kindAt(arm, [0.3, 0.7, Math.PI])).toBe("boundary");
   });
 
-  it("has the shoulder singularity inside", () => {
+  it("has an internal shoulder singularity", () => {
     // P on the first axis: 0.5 cos(theta2) + 0.4 cos(theta2 + theta3) = 0.
     const theta2 = 1.2;
     const sum = Math.acos((-0.5 * Math.cos(theta2)) / 0.4);
@@ -67,10 +67,10 @@ describe("the elbow", () => {
   });
 });
 
-describe("an arm of six with a wrist", () => {
+describe("an arm with six joints and a wrist", () => {
   const arm = armOf(SIX);
 
-  it("has its wrist singularity inside, and the boundary where the wrist centre is at the boundary", () => {
+  it("has an internal wrist singularity, and is at the boundary if its wrist centre is", () => {
     expect(isKindDecidable(arm)).toBe(true);
     expect(kindAt(arm, [0.2, 0.5, 0.6, 0.7, 0, 0.3])).toBe("internal");
     expect(kindAt(arm, [0.2, 0.5, 0.6, 0.7, 0.4, 0.3])).toBe("regular");
@@ -78,7 +78,7 @@ describe("an arm of six with a wrist", () => {
   });
 });
 
-describe("arms with joints to spare", () => {
+describe("redundant arms", () => {
   const arm = armOf(ROBOTS["planar-3r"]!);
 
   it("have singular spots, not lines", () => {
@@ -112,7 +112,7 @@ describe("lines on a grid", () => {
     expect([near(0.3), near(0.3 + 0.06), near(0.3 - 0.06)]).toEqual([true, true, true]);
   });
 
-  it("are found where a value comes down to zero and keeps its sign", () => {
+  it("are found where a value touches zero and keeps its sign", () => {
     const value = (u: number, v: number): number => Math.abs(v - 0.31 * u) * (2 + u);
     const lines = valleys(gridOf(SQUARE, SQUARE, 20, value), value, 1e-7);
     expect(lines).toHaveLength(1);

@@ -29,25 +29,25 @@ describe("a term", () => {
     expect(words(termAt(symbol(math, 3).querySelector("mn")!))).toBe("a2c12");
   });
 
-  it("has a bracket as a factor, and is inside of one where that is pointed at", () => {
+  it("contains a bracket as a factor; inside the bracket, the inner term is found", () => {
     const math = formula(`${sub("c", "1")}<mo>(</mo>${sum}<mo>)</mo><mo>−</mo>${sub("d", "1")}`);
     expect(words(termAt(symbol(math, 0)))).toBe("c1(a1c1+a2c12)");
     expect(words(termAt(symbol(math, 4)))).toBe("a2c12");
     expect(words(termAt(symbol(math, 5)))).toBe("d1");
   });
 
-  it("is what a cell of a matrix has", () => {
+  it("is the content of a matrix cell", () => {
     const math = formula(`<mtable><mtr><mtd>${sub("c", "1")}</mtd><mtd>${sub("s", "12")}</mtd></mtr></mtable>`);
     expect(words(termAt(symbol(math, 1)))).toBe("s12");
   });
 
-  it("is nothing where a sign is pointed at alone", () => {
+  it("is not found at a sign between terms", () => {
     expect(termAt(formula("<mo>=</mo>").querySelector("mo")!)).toEqual([]);
   });
 });
 
-describe("what a symbol is about", () => {
-  it("is the joint of its index: angle, length, column, and the axis before", () => {
+describe("the joint of a symbol", () => {
+  it("is that of the index for angles, lengths and columns, and the next one for axes", () => {
     const joint = (inner: string): number | null => jointOf(symbol(formula(inner), 0), ARM);
     for (const letter of ["θ", "c", "s", "a", "d", "J"]) expect(joint(sub(letter, "2"))).toBe(1);
     expect(joint(sub("c", "12"))).toBe(1);
@@ -57,14 +57,14 @@ describe("what a symbol is about", () => {
       expect(joint(other)).toBe(null);
   });
 
-  it("is found the other way round, outside of the arm's own letters", () => {
+  it("leads back to its symbols, outside the arm's own letters", () => {
     formula(sum);
     document.querySelector("main")!.innerHTML += `<div class="arm"><math>${sub("a", "2")}</math></div>`;
     expect(symbolsOf(document, 1, ARM).map(({ textContent }) => textContent)).toEqual(["a2", "c12"]);
   });
 });
 
-describe("what is read of a term", () => {
+describe("the text of a term", () => {
   const cases: readonly (readonly [inner: string, text: string | null])[] = [
     [`${sub("a", "2")}${sub("c", "12")}`, "a2*c12"],
     [`<mrow><mi>sin</mi><mo>\u2061</mo><mspace></mspace></mrow>${sub("θ", "1")}`, "sin(theta1)"],
@@ -88,7 +88,7 @@ describe("what is read of a term", () => {
     expect(typedText([...row.children])).toBe(text);
   });
 
-  it("has the value of the term", () => {
+  it("has the same value as the term", () => {
     const names = ["theta1", "theta2", "a1", "a2"];
     const at = { theta1: 0.3, theta2: -1.1, a1: 0.5, a2: 0.4 };
     const row = formula(sum).firstElementChild!;
@@ -101,11 +101,11 @@ describe("keys", () => {
   const math = (): Element =>
     formula(`<mi>x</mi><mo>=</mo>${sub("c", "1")}<mo>(</mo>${sum}<mo>)</mo><mo>−</mo>${sub("d", "1")}`);
 
-  it("find all terms, one with a bracket before those in it", () => {
+  it("find all terms, one with a bracket before those inside it", () => {
     expect(termsOf(math()).map(words)).toEqual(["x", "c1(a1c1+a2c12)", "a1c1", "a2c12", "d1"]);
   });
 
-  it("go from term to term, to the letters of one and back, and no further than the ends", () => {
+  it("move from term to term, to a term's letters and back, and stop at the ends", () => {
     const whole = math();
     let parts: readonly Element[] | null = null;
     const after = (key: string): string => words((parts = termAfterKey(whole, parts, key))!);

@@ -14,7 +14,7 @@ describe.each(["det", "least"] as const)("a map of %s over theta2 and theta3", (
     expect([max, lines, spots]).toEqual([0, [], []]);
   });
 
-  it("is none where it is an angle that one sees, however small the arm", () => {
+  it("is not empty at a visible angle, however small the arm", () => {
     for (const arm of [large, small]) {
       const { max, lines } = terrainOf(arm, [0.3, 0, 0, 0.5, 0.02, 0.2], [1, 2], shown);
       expect(max).toBeGreaterThan(0);

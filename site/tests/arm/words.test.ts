@@ -19,13 +19,13 @@ describe("the planar arm in words", () => {
     );
   });
 
-  it("has its angles in radians where they are chosen", () => {
+  it("has angles in radians if radians are chosen", () => {
     const text = describeArm(arm, stateAt(arm, [Math.PI / 6, -Math.PI / 2]), true);
     expect(text).toContain("Joints: θ1 0.524 radians, θ2 −1.571 radians. The point P");
     expect(text).not.toContain("degrees");
   });
 
-  it("is slow near a singularity, along the direction that will be lost", () => {
+  it("is slow near a singularity, along the direction that is lost there", () => {
     const text = told([0, 0.08]);
     expect(text).toContain("Near a singularity.");
     expect(text).toMatch(/slowest along \(−?1, −?0\.0\d, 0\)|slowest along \(−?0\.9\d, −?0\.\d+, 0\)/);
@@ -40,17 +40,17 @@ describe("the planar arm in words", () => {
 });
 
 describe("other arms in words", () => {
-  it("have no determinant where J is not square", () => {
+  it("have no determinant if J is not square", () => {
     const arm = armOf(ROBOTS["planar-3r"]!);
     expect(describeArm(arm, stateAt(arm, [0.3, 0.4, 0.5]), false)).toContain("J is not square");
   });
 
-  it("of prismatic joints are in metres", () => {
+  it("have values of prismatic joints in metres", () => {
     const arm = armOf(ROBOTS["scara"]!);
     expect(describeArm(arm, stateAt(arm, [0, 0, 0.25, 0]), false)).toContain("d3 0.25 metres");
   });
 
-  it("call their symbols by their letters", () => {
+  it("have symbols as letters", () => {
     expect(["theta12", "d3", "p*0", "P", "sigma_min"].map(plainLetters)).toEqual(["θ12", "d3", "p*0", "P", "σmin"]);
   });
 });

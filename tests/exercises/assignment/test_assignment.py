@@ -326,7 +326,7 @@ def test_temporary_files_of_killed_runs_are_removed(released: Path) -> None:
         first_folder / ".hw.ipynb.1ra2d1o5.tmp",
         released / "released" / "s002" / ".hw.ipynb.abcd_f_8.tmp",
         released / "certificates" / "s002" / ".hw.json.00000000.tmp",
-        _temporary_path(store_path(load_assignment(released), "s001")),
+        _temporary_path(store_path(released, "s001")),
     ]
     names = (".other.ipynb.1ra2d1o5.tmp", "hw.ipynb.1ra2d1o5.tmp", ".hw.ipynb.swp.tmp")
     unrelated = [*(first_folder / name for name in names), released / "submitted" / ".hw.ipynb.1ra2d1o5.tmp"]
@@ -349,7 +349,7 @@ def test_temporary_files_of_killed_runs_are_removed(released: Path) -> None:
 def test_temporary_files_of_dead_workers_are_removed(folder: Path) -> None:
     (folder / "assignment.toml").write_text(TOML)
     assignment = load_assignment(folder)
-    paths = [notebook_path(assignment, "s002", "solutions"), store_path(assignment, "s001")]
+    paths = [notebook_path(assignment, "s002", "solutions"), store_path(assignment.folder, "s001")]
 
     def leave_temporary_files(_: ReleaseResult) -> None:
         for path in paths:

@@ -24,7 +24,7 @@ from qdot.exercises.figure.arm_figure import (
     draw_singular_svg,
     draw_thumbnail_svg,
 )
-from qdot.exercises.figure.lettering import measure_lettering, write_upright
+from qdot.exercises.figure.lettering import LETTERING_HEIGHT, measure_width, write_upright
 from qdot.exercises.figure.plane import is_drawn_flat, with_exact_numbers
 from qdot.exercises.figure.pose import LONG_ARM_JOINTS, find_best_poses, list_candidate_poses, make_drawable_chain
 from qdot.exercises.figure.shapes import Box, Circle, Figure, Glyph, Polyline, Text, Vector2D, format_one_decimal
@@ -369,11 +369,8 @@ def test_captions_stand_apart_inside_their_drawing_and_tell_degrees_and_metres(i
     root = ET.fromstring(draw_singular_svg(sampled(identity)) or "<svg/>")
     boxes = []
     for text in root.iter(f"{SVG}text"):
-        (wide, high), x, y = (
-            measure_lettering(write_upright(text.text or "")),
-            float(text.get("x", 0)),
-            float(text.get("y", 0)),
-        )
+        wide, high = measure_width(write_upright(text.text or "")), LETTERING_HEIGHT
+        x, y = float(text.get("x", 0)), float(text.get("y", 0))
         boxes.append((x - wide / 2, y - 0.8 * high, x + wide / 2, y + 0.2 * high))
     width, height = float(root.get("width", 0)), float(root.get("height", 0))
     assert all(box[0] >= 0 and box[1] >= 0 and box[2] <= width and box[3] <= height for box in boxes)

@@ -11,7 +11,7 @@ from qdot.exercises.figure import arm_figure as figure
 from qdot.exercises.figure import small
 from qdot.exercises.figure.arm_figure import find_figure_pose
 from qdot.exercises.figure.labels import Layout
-from qdot.exercises.figure.lettering import measure_lettering, write_with_index
+from qdot.exercises.figure.lettering import measure_width, write_with_index
 from qdot.exercises.figure.model import make_model
 from qdot.exercises.figure.places import InkPoints, LabelPlaces, LabelRequest, LeaderLine, sample_points
 from qdot.exercises.figure.pose import DEFAULT_LENGTH, compute_table_entries, list_candidate_poses
@@ -80,7 +80,7 @@ def test_a_pose_of_the_model_is_the_arms(name: str) -> None:
 def test_the_arms_labels_find_the_room_that_its_models_have(name: str) -> None:
     chain = sample_chain(ProblemId.parse(name))
     for text in draw_arm(chain).texts:
-        width = sum(measure_lettering(((run.text, run.italic, run.size < 15.0),))[0] - 2.0 for run in text.runs) + 2.0
+        width = sum(measure_width(((run.text, run.italic, run.size < 15.0),)) - 2.0 for run in text.runs) + 2.0
         assert width <= text.box[2] - text.box[0] + 1e-6
 
 
@@ -138,18 +138,18 @@ def test_a_leader_is_a_line_like_others() -> None:
 @pytest.mark.parametrize("rivals", [(), ((195.0, 160.0), (330.0, 150.0))])
 def test_no_place_is_cheaper_than_the_best(rivals: tuple[tuple[float, float], ...]) -> None:
     taken = [(190.0, 145.0, 230.0, 165.0), (310.0, 130.0, 360.0, 150.0)]
-    found = places(*rivals).find_best(taken, [], math.inf)
+    found = places(*rivals).find_best_place(taken, [], math.inf)
     assert found is not None
     box, cost = found
-    assert places(*rivals).find_best(taken, [], cost) == found
-    assert places(*rivals).find_best(taken, [], cost - 0.02) is None
+    assert places(*rivals).find_best_place(taken, [], cost) == found
+    assert places(*rivals).find_best_place(taken, [], cost - 0.02) is None
     assert not any(box[0] < b[2] and b[0] < box[2] and box[1] < b[3] and b[1] < box[3] for b in taken)
 
 
 def test_a_link_seen_end_on_still_has_a_label() -> None:
     request = LabelRequest(write_with_index("a", "1"), (((90.0, 90.0), (0.0, -0.0)),), gap=8.0)
     nowhere = LabelPlaces(request, (), InkPoints(SHAPES), SIZE)
-    assert nowhere.find_best([], [], math.inf) is not None
+    assert nowhere.find_best_place([], [], math.inf) is not None
 
 
 def test_labels_that_cost_too_much_are_given_up() -> None:

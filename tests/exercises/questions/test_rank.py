@@ -19,7 +19,7 @@ from qdot.exercises.questions.geometry import (
     compute_lost_direction,
     evaluate_jacobian,
     match_branches,
-    nearest_integer,
+    round_to_integer,
     sample_regular_configuration,
     sample_singular_configuration,
 )
@@ -57,7 +57,7 @@ def test_lost_direction_of_chapter_arms_has_closed_form(textbook_arms: dict[str,
     for name, vector in expected.items():
         generic = symbolic_arm_of(textbook_arms[name].chain).chain
         component = (singular_set(generic) or ())[0]
-        formula = lost_direction_formula(generic, component.at(component.value_combinations()[0]))
+        formula = lost_direction_formula(generic, component.restrict_to(component.value_combinations()[0]))
         assert formula is not None
         assert formula.direction == sp.Matrix(vector)
 
@@ -115,7 +115,7 @@ def test_branches_of_arm_and_structure_match() -> None:
         offset = chain.offsets[1]
         for branch in match_branches(chain):
             ((_, arm_value),) = branch.component.value_combinations()[0]
-            ((_, structure_value),) = branch.of_structure.value_combinations()[0]
+            ((_, structure_value),) = branch.structure_component.value_combinations()[0]
             numbers = dict(symbolic_arm_of(chain).values)
             turns = sp.N((arm_value + offset - structure_value.xreplace(numbers)) / (2 * sp.pi))
             assert abs(turns - round(turns)) < 1e-9
@@ -205,7 +205,7 @@ def test_rounding_to_integers_agrees_with_sympy(digits: int) -> None:
         sp.Float(str(stream.integer_below(10**9) - 5 * 10**8), digits) / 7 ** stream.integer_below(9) for _ in range(60)
     ]
     for value in (*halves, *others, sp.S.Zero, sp.Integer(-3), sp.Rational(-7, 2), sp.pi):
-        assert nearest_integer(value) == round(value)
+        assert round_to_integer(value) == round(value)
 
 
 def test_factor_keeps_its_sign_throughout_a_solution() -> None:

@@ -32,7 +32,7 @@ from qdot.grader.judging.verdict import Outcome
 from tests.repository.test_schemas import find_schema_errors
 from tests.support.solving import solve_to_json
 from tests.support.suites import select_for_suite
-from tests.tools.diagnoses import answers_with, verdict_on
+from tests.tools.diagnoses import classify_diagnosis, make_wrong_answers
 
 FEW_ARMS = ["planar-2r", "spherical-offset", "wrist-zyz"]
 ARMS = select_for_suite(FEW_ARMS, [*FEW_ARMS, "elbow-3r", "scara-rrrp", "cartesian"])
@@ -129,7 +129,10 @@ NAMED = {
 @pytest.mark.parametrize("name", NAMED)
 def test_mistakes_are_named_in_either_order(name: str, order: str) -> None:
     problem = _generate_with_order("planar-2r" if name == "body-adjoint" else "elbow-3r", 1, "chapter", order)
-    verdicts = {answer.mistake: verdict_on(answer) for answer in answers_with(problem, problem[name], only=NAMED[name])}
+    verdicts = {
+        answer.mistake: classify_diagnosis(answer)
+        for answer in make_wrong_answers(problem, problem[name], only=NAMED[name])
+    }
     assert verdicts == dict.fromkeys(NAMED[name], "named")
 
 

@@ -152,7 +152,7 @@ def test_the_formula_says_what_a_search_finds(kinds: str) -> None:
         assert UNSURE not in told
         assert (told[:PLACES] == YES).all()
         for place, answer in zip(places[PLACES:], told[PLACES:], strict=True):
-            assert bool(answer == YES) == found(arm, place, stream), (kinds, arm.fixed, place)
+            assert bool(answer == YES) == found(arm, place, stream), (kinds, arm.fixed_entries, place)
             known = reaches_point(arm, place)
             assert known is None or known == bool(answer == YES)
     assert asked > 2 * PLACES

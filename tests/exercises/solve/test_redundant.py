@@ -221,7 +221,7 @@ def test_a_position_whose_minors_are_long_is_solved_by_a_force_that_does_no_work
     assert elimination_applies(chain)
     solution = solve(chain)
     found = solution.redundant
-    assert found is not None and found.reciprocal.reduction.about is None
+    assert found is not None and found.reciprocal.reduction.reference_frame is None
     assert (found.doubtful, found.undecided) == ((), ())
     assert frozenset({"sin(theta5)"}) in _conditions(solution)
     out = check_rank_loss(chain, [one.conditions for one in found.components], start_count=150, seed="again")

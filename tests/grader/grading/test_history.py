@@ -173,7 +173,7 @@ def test_rare_reasons_for_changes() -> None:
         assert list_reasons(before, after) == [f"p1.position: {expected}", f": {expected}"]
     assert list_reasons(make_result(1), late) == [": received at another time"]
     failed = change_part(make_result(0), "p1.position", points=None)
-    assert find_mark_changes({"s1": failed}, [make_result(1)])[0].before == "ungraded"
+    assert find_mark_changes({"s1": failed}, [make_result(1)])[0].old_points == "ungraded"
     assert describe_mark_changes({"s1": make_result(1)}, [make_result(2)]).endswith("1 → 2 (+1)")
 
 
