@@ -12,7 +12,7 @@ from qdot.exercises.assignment.assignment import Slot, Student, load_assignment
 from qdot.exercises.common.errors import QdotError
 from qdot.exercises.exports import scorm
 from qdot.exercises.exports.bank import iterate_bank, process_bank
-from qdot.exercises.exports.export_format import ExportRequest, list_robot_files
+from qdot.exercises.exports.export_format import ExportRequest, list_used_files
 from qdot.exercises.exports.registry import EXPORT_FORMATS
 from qdot.exercises.families import FAMILIES
 from qdot.exercises.problem.problem import Problem
@@ -139,7 +139,7 @@ def test_a_problem_that_fails_its_certificate_is_not_exported(
 
 
 @pytest.mark.parametrize(
-    "export_format", [name for name, export_format in EXPORT_FORMATS.items() if export_format.check is list_robot_files]
+    "export_format", [name for name, export_format in EXPORT_FORMATS.items() if export_format.check is list_used_files]
 )
 def test_a_robot_outside_of_the_folder_is_refused(order: ExportRequest, export_format: str, tmp_path: Path) -> None:
     (tmp_path / "assignment.toml").write_text('title = "T"\nkey = "hw"\n[[problem]]\nrobot = "../arm.toml"\n')

@@ -21,7 +21,7 @@ from qdot.exercises.generation import generate, questions_of_family
 from qdot.exercises.problem.problem import Problem, ProblemId
 from qdot.exercises.questions.results import is_derived
 from qdot.exercises.reference_answers import Number
-from qdot.exercises.verify.numeric_reference import exponential_jacobian
+from qdot.exercises.verify.numeric_reference import compute_exponential_jacobian
 from tests.support.problems import get_problem
 from tests.support.submitting import make_class
 from tests.support.suites import select_for_suite
@@ -132,7 +132,7 @@ def _expected(problem: Problem, found: NumericPart) -> np.ndarray:
     values, chain = found.given_values.values, problem.chain
     arm = NumericChain(chain, {symbol.name: values[symbol.name] for symbol in chain.parameters})
     q = np.array([values[symbol.name] for symbol in chain.q])
-    whole = exponential_jacobian(arm, q)
+    whole = compute_exponential_jacobian(arm, q)
     jacobian = whole[[VELOCITY_NAMES.index(row) for row in chain.task]]
     rates = np.array([values[rate.name] for rate in chain.rates])
     velocity = np.array([values[row] for row in chain.task])

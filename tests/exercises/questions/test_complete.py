@@ -103,6 +103,6 @@ def test_a_question_does_each_duty_or_says_why_not_and_is_asked_hinted_at_and_so
     assert len(write_prompt(problem, part)) > 40
     assert len(set(write_hints(problem, part))) == 3
     assert write_solution(problem, part)
-    named, shape = ALL_QUESTIONS[name].entry_names(problem.chain, part), part.shape or (1, 1)
+    named, shape = ALL_QUESTIONS[name].name_entries(problem.chain, part), part.shape or (1, 1)
     assert len(named) in (0, shape[0] * shape[1])
-    assert len(ALL_QUESTIONS[part.kind].names_to_type(problem.chain)) in (0, shape[0])
+    assert len(ALL_QUESTIONS[part.kind].list_labels(problem.chain)) in (0, shape[0])

@@ -27,6 +27,7 @@ from qdot.exercises.site.record import make_site_record
 from qdot.exercises.site.supply import BankProblem, find_custom_questions
 from qdot.exercises.writing.problem_texts import write_hints, write_prompt, write_solution
 from qdot.grader.grading.certify import find_failures
+from qdot.grader.integrations.nbgrader_cells import restore_cells
 from qdot.grader.judging.judge import judge
 from qdot.grader.judging.verdict import Outcome
 from qdot.grader.marking.marking import mark
@@ -236,6 +237,33 @@ def test_a_text_is_an_essay_in_a_quiz(tmp_path: Path) -> None:
     bank = (folder / "exports" / "moodle" / "hw.xml").read_text()
     essay = bank[bank.index('<question type="essay">') :]
     assert "Explain why." in essay and "Because the rates grow" in essay[essay.index("<graderinfo") :]
+
+
+def test_a_person_marks_a_text_in_nbgrader(tmp_path: Path) -> None:
+    folder = make_assignment(tmp_path, EVERY_KIND).folder
+    run("export", folder, "--to", "nbgrader", "--jobs", "1")
+    points = {f"p1.{name}": 1.0 for name in ("midpoint", "tip", "where", "which", "why")}
+    for path in ("source/hw/hw.ipynb", "handout/s1/hw/hw.ipynb"):
+        cells = json.loads((folder / "exports/nbgrader" / path).read_text())["cells"]
+        restored = restore_cells(json.loads(json.dumps(cells)), points, {"p1.why"})
+        for each in (cells, restored):
+            kinds = {
+                data["grade_id"]: (data["grade"], data["solution"])
+                for cell in each
+                if (data := cell["metadata"].get("nbgrader"))
+            }
+            assert kinds["p1-why"] == (True, True) and "p1-why-answer" not in kinds
+            assert kinds["p1-tip"] == (True, False) and kinds["p1-tip-answer"] == (False, True)
+
+
+def test_exports_contain_the_files_of_questions(tmp_path: Path) -> None:
+    tables = '[[problem]]\nfamily = "planar-2r"\nquestions = ["position"]\n'
+    folder = make_assignment(tmp_path, tables).folder
+    (folder / "mine.toml").write_text('[question.mine]\nprompt = "x"\nanswer = "p"\n')
+    text = (folder / "assignment.toml").read_text().replace('["position"]', '["mine.toml"]')
+    (folder / "assignment.toml").write_text(text)
+    run("export", folder, "--to", "nbgrader", "--jobs", "1")
+    assert load_assignment(folder / "exports/nbgrader/qdot/hw").slots[0].questions == ("mine",)
 
 
 def test_a_browser_can_mark_all_but_texts(tmp_path: Path) -> None:

@@ -19,7 +19,7 @@ from qdot.exercises.questions.geometry import (
     compute_lost_direction,
     evaluate_jacobian,
     match_branches,
-    nearest_integer,
+    round_to_integer,
     sample_regular_configuration,
     sample_singular_configuration,
 )
@@ -115,7 +115,7 @@ def test_values_of_arm_and_structure_belong_together() -> None:
         offset = chain.offsets[1]
         for branch in match_branches(chain):
             ((_, own),) = branch.component.value_combinations()[0]
-            ((_, theirs),) = branch.of_structure.value_combinations()[0]
+            ((_, theirs),) = branch.structure_component.value_combinations()[0]
             numbers = dict(symbolic_arm_of(chain).values)
             apart = sp.N((own + offset - theirs.xreplace(numbers)) / (2 * sp.pi))
             assert abs(apart - round(apart)) < 1e-9
@@ -205,7 +205,7 @@ def test_numbers_are_rounded_as_sympy_rounds_them(digits: int) -> None:
         sp.Float(str(stream.integer_below(10**9) - 5 * 10**8), digits) / 7 ** stream.integer_below(9) for _ in range(60)
     ]
     for value in (*halves, *others, sp.S.Zero, sp.Integer(-3), sp.Rational(-7, 2), sp.pi):
-        assert nearest_integer(value) == round(value)
+        assert round_to_integer(value) == round(value)
 
 
 def test_a_factor_has_one_sign_throughout_a_solution() -> None:
