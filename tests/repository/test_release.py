@@ -36,14 +36,14 @@ def copy_checkout(folder: Path) -> Path:
 @pytest.fixture
 def checkout(tmp_path: Path) -> Path:
     """Return a folder with the files of a checkout that a release reads."""
-    for name in (*release.PLACES, "CHANGELOG.md"):
+    for name in (*release.VERSION_PATTERNS, "CHANGELOG.md"):
         shutil.copy(ROOT / name, tmp_path / name)
     return tmp_path
 
 
 def test_the_version_is_in_one_place_and_in_the_citation(checkout: Path) -> None:
-    version = release.version_of(ROOT)
-    assert release.objections(ROOT, "") == []
+    version = release.read_version(ROOT)
+    assert release.find_objections(ROOT, "") == []
     repetitions = [
         name
         for name in ("site/package.json", "README.md", "exercises/__init__.py")
@@ -55,14 +55,14 @@ def test_the_version_is_in_one_place_and_in_the_citation(checkout: Path) -> None
 def test_a_release_is_prepared_by_one_command(checkout: Path, capsys: pytest.CaptureFixture[str]) -> None:
     before = (checkout / "CHANGELOG.md").read_text(encoding="utf-8")
     assert release.main(["prepare", "7.0.0", "--on", "2026-12-01"], checkout) == 0
-    assert release.version_of(checkout) == "7.0.0"
+    assert release.read_version(checkout) == "7.0.0"
     assert "then: python -m tests.tools.archive 7.0.0;" in capsys.readouterr().out
     assert release.main(["check", "v7.0.0"], checkout) == 2
     assert capsys.readouterr().err == "tests/data/archives/7.0.0 is missing: python -m tests.tools.archive 7.0.0\n"
     (checkout / "tests" / "data" / "archives" / "7.0.0").mkdir(parents=True)
     assert release.main(["check", "v7.0.0"], checkout) == 0
     assert release.main(["notes"], checkout) == 0
-    assert capsys.readouterr().out.strip() == release.section(before, "Unreleased")
+    assert capsys.readouterr().out.strip() == release.find_section(before, "Unreleased")
     changelog = (checkout / "CHANGELOG.md").read_text(encoding="utf-8")
     assert "## Unreleased\n\n## 7.0.0 - 2026-12-01\n\n###" in changelog
     assert release.main(["prepare", "7.0.0"], checkout) == 2
@@ -81,7 +81,7 @@ def test_an_invalid_version_is_refused(version: str, checkout: Path, capsys: pyt
 
 
 def test_a_tag_must_match_version_archive_and_changelog(checkout: Path, capsys: pytest.CaptureFixture[str]) -> None:
-    version = release.version_of(checkout)
+    version = release.read_version(checkout)
     assert release.main(["check", "v9.9.9"], checkout) == 2
     assert capsys.readouterr().err.splitlines() == [
         f"the tag is v9.9.9, and v{version} is that of pyproject.toml",

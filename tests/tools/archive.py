@@ -43,7 +43,7 @@ from qdot.grader.reports.tables import make_results_jsonl
 from qdot.grader.sandbox.sandbox import Limits
 from qdot.grader.submissions.submission import find_submissions
 from tests.support import DATA, ROOT
-from tests.tools.release import version_of
+from tests.tools.release import read_version
 
 ARCHIVES = DATA / "archives"
 SCHEMAS = ROOT / "docs" / "schemas"
@@ -156,7 +156,7 @@ def write(archive: Path) -> None:
         (archive / "graded").mkdir()
         shutil.copyfile(folder / "graded" / "results.jsonl", archive / "graded" / "results.jsonl")
     shutil.copytree(SCHEMAS, archive / "schemas")
-    about = {"qdot": version_of(ROOT), "engine": ENGINE, "grader": GRADER_VERSION}
+    about = {"qdot": read_version(ROOT), "engine": ENGINE, "grader": GRADER_VERSION}
     for file, content in (("about.json", about), ("interface.json", interface())):
         (archive / file).write_text(json.dumps(content, indent=1) + "\n", encoding="utf-8")
 
@@ -218,8 +218,8 @@ def main() -> None:
         say(f"{archive.name} is archived" if number else "a class of this version can be archived")
     elif number and archive.exists():
         sys.exit(f"{archive.relative_to(ROOT)} is there: what a release archived is what later ones are held to")
-    elif number and number != version_of(ROOT):
-        sys.exit(f"this is version {version_of(ROOT)}, and no other can be archived")
+    elif number and number != read_version(ROOT):
+        sys.exit(f"this is version {read_version(ROOT)}, and no other can be archived")
     else:
         write(archive)
         say(f"wrote {archive.relative_to(ROOT)}")

@@ -1,8 +1,8 @@
-"""`make diagnoses`: every mistake of the catalogue made on every family and question, and what the diagnosis says.
+"""`make diagnoses`: make every mistake of the catalogue on every family and question, and check its diagnosis.
 
-A wrong answer is written down as a student would who made the mistake: formulas as text, numbers to five digits, sets
-as conditions, options by their letter. The diagnosis is right if it names the mistake, or another one that gives the
-very same answer. Answers that are wrong at random must be blamed on nothing.
+A wrong answer is written as a student would write it: formulas as text, numbers to five digits, sets as conditions,
+options by their letter. The diagnosis is right if it names the mistake, or another one that gives the same answer. It
+must name no mistake for random wrong answers.
 """
 
 import argparse
@@ -47,12 +47,12 @@ from qdot.grader.judging.verdict import Outcome
 from tests.support.judging import diagnose
 from tests.support.problems import get_problem
 
-LONGEST = 40_000
+MAX_LENGTH = 40_000
 
 
 @dataclass(frozen=True)
-class Made:
-    """A wrong answer as text, the mistakes that give it, and what the diagnosis named."""
+class WrongAnswer:
+    """A wrong answer as text, with the mistake that gives it."""
 
     problem: Problem
     part: Part
@@ -60,47 +60,47 @@ class Made:
     text: str
 
 
-def problems(family: str, seed: int, questions: Collection[str] = tuple(QUESTIONS)) -> Iterator[tuple[Problem, Part]]:
-    """Yield the parts of a problem in which a family is asked everything that applies, those that are named."""
+def list_parts(family: str, seed: int, questions: Collection[str] = tuple(QUESTIONS)) -> Iterator[tuple[Problem, Part]]:
+    """Yield the problem with all questions of a family, with each of its parts that is in `questions`."""
     problem = get_problem(family, seed)
     for part in problem.parts:
         if part.name in questions:
             yield problem, part
 
 
-def answers_with(
+def make_wrong_answers(
     problem: Problem, part: Part, few: int | None = None, only: Collection[str] = tuple(CATALOGUE)
-) -> list[Made]:
-    """Return what mistakes make of an answer, `only` some, `few` of them drawn; none is right, zero or undefined."""
-    told = [
-        Made(problem, part, mistake.name, _told(replace(part, answer=slip.answer)))
-        for mistake, slip in generate_mistaken_answers(problem.chain, part)
+) -> list[WrongAnswer]:
+    """Return the answers that mistakes give (`only` some, a sample of `few`), unless right, zero or undefined."""
+    wrong_answers = [
+        WrongAnswer(problem, part, mistake.name, _write_short_answer(replace(part, answer=mistaken.answer)))
+        for mistake, mistaken in generate_mistaken_answers(problem.chain, part)
         if mistake.name in only
     ]
-    if is_derived(part) and (part.kind != "lost-direction" or _is_numeric(part)):  # which is worked out in numbers
+    if is_derived(part) and (part.kind != "lost-direction" or _is_numeric(part)):  # which is derived in numbers
         values = sample_configurations(problem.chain, part, problem.domain, 3, Stream("answers"))
-        rough = compute_numeric_stages(problem.chain, values)
-        right, is_direction = compute_answer(rough, part), isinstance(part.answer, Direction)
+        numeric = compute_numeric_stages(problem.chain, values)
+        right, is_direction = compute_answer(numeric, part), isinstance(part.answer, Direction)
         variants = [
             (mistake, key)
             for mistake in list_likely_mistakes(part)
             if mistake.name in only
-            for key, wrong in _numbered(apply_mistake(mistake, rough, part))
-            if _applies(wrong.answer, right, is_direction)
+            for key, wrong in _number_variants(apply_mistake(mistake, numeric, part))
+            if _is_wrong(wrong.answer, right, is_direction)
         ]
-        w = rough if _is_numeric(part) else compute_symbolic_stages(problem.chain)
-        for mistake, key in _drawn(variants, few, f"{problem.id}/{part.name}"):
-            wrong = dict(_numbered(apply_mistake(mistake, w, part))).get(key)
-            text = None if wrong is None else _written(part, wrong, w)
+        stages = numeric if _is_numeric(part) else compute_symbolic_stages(problem.chain)
+        for mistake, key in _sample(variants, few, f"{problem.id}/{part.name}"):
+            wrong = dict(_number_variants(apply_mistake(mistake, stages, part))).get(key)
+            text = None if wrong is None else _write_answer(part, wrong, stages)
             if text is not None:
-                told.append(Made(problem, part, mistake.name, text))
-    return _drawn(told, few, f"{problem.id}/{part.name}")
+                wrong_answers.append(WrongAnswer(problem, part, mistake.name, text))
+    return _sample(wrong_answers, few, f"{problem.id}/{part.name}")
 
 
-def _numbered(answers: Iterable[PredictedAnswer]) -> Iterator[tuple[tuple[str, int], PredictedAnswer]]:
+def _number_variants(answers: Iterable[PredictedAnswer]) -> Iterator[tuple[tuple[str, int], PredictedAnswer]]:
     """Yield each wrong answer with its words and its number among those with the same words.
 
-    Numbers show that a mistake at a joint changes nothing where formulas may not, and then have fewer variants.
+    Numeric variants may be fewer than symbolic ones, because only numbers show that a mistake changes nothing.
     """
     counts: Counter[str] = Counter()
     for answer in answers:
@@ -112,8 +112,8 @@ def _numbered(answers: Iterable[PredictedAnswer]) -> Iterator[tuple[tuple[str, i
 Item = TypeVar("Item")
 
 
-def _drawn(items: list[Item], few: int | None, seed: str) -> list[Item]:
-    """Return some of the items, the same at every call, or all."""
+def _sample(items: list[Item], few: int | None, seed: str) -> list[Item]:
+    """Return a reproducible sample of the items, or all."""
     return items if few is None or len(items) <= few else random.Random(seed).sample(items, few)
 
 
@@ -122,24 +122,24 @@ def _is_numeric(part: Part) -> bool:
     return isinstance(answer, (Number, Choice)) or (isinstance(answer, Direction) and answer.tolerance is not None)
 
 
-def _applies(found: np.ndarray, right: np.ndarray, is_direction: bool) -> bool:
-    """Tell whether a wrong answer differs from the right one, and says something."""
-    if not np.isfinite(found).all() or not np.abs(found).max() > 1e-6 or np.abs(found).max() > 1e9:
+def _is_wrong(wrong: np.ndarray, right: np.ndarray, is_direction: bool) -> bool:
+    """Return whether an answer differs from the right one and is distinctive."""
+    if not np.isfinite(wrong).all() or not np.abs(wrong).max() > 1e-6 or np.abs(wrong).max() > 1e9:
         return False
-    if not is_distinctive(found):
+    if not is_distinctive(wrong):
         return False
-    if found.shape != right.shape:
+    if wrong.shape != right.shape:
         return True
     if is_direction:
-        found, right = (a / np.sqrt((a * a).sum(axis=0)) for a in (found, right))
-        found = found * np.sign((found * right).sum(axis=0))
+        wrong, right = (answer / np.sqrt((answer * answer).sum(axis=0)) for answer in (wrong, right))
+        wrong = wrong * np.sign((wrong * right).sum(axis=0))
     largest = np.abs(right).max(
         axis=tuple(range(right.ndim - 1))
     )  # lengths differ a hundredfold between configurations
-    return bool((np.abs(found - right) > 1e-2 * np.abs(right) + 1e-3 * largest).any())
+    return bool((np.abs(wrong - right) > 1e-2 * np.abs(right) + 1e-3 * largest).any())
 
 
-def _told(part: Part) -> str:
+def _write_short_answer(part: Part) -> str:
     """Return an answer as text."""
     answer = part.answer
     if isinstance(answer, Choice):
@@ -150,36 +150,36 @@ def _told(part: Part) -> str:
     return str([float(value) for value in answer.reference])
 
 
-def _written(part: Part, wrong: PredictedAnswer, w: StageResults) -> str | None:
-    """Return a wrong answer as a student writes it; None where it would be too long, or is none of the options."""
+def _write_answer(part: Part, wrong: PredictedAnswer, stages: StageResults) -> str | None:
+    """Return a wrong answer as a student writes it; None if it is too long, or is not an option."""
     if isinstance(part.answer, Choice):
-        return _option(part, wrong.answer)
+        return _find_option(part, wrong.answer)
     if _is_numeric(part):
         return str([[float(f"{value:.5g}") for value in row] for row in wrong.answer[..., 0].tolist()])
-    matrix = _short_determinant(wrong) if part.kind == "determinant" and w.n > 3 else to_sympy_matrix(wrong.answer)
+    matrix = _short_determinant(wrong) if part.kind == "determinant" and stages.n > 3 else to_sympy_matrix(wrong.answer)
     if isinstance(part.answer, Expression):
         text = expression_text(matrix[0])
     else:
         text = "[" + ", ".join(f"[{', '.join(map(expression_text, row))}]" for row in matrix.tolist()) + "]"
-    return None if len(text) > LONGEST or "nan" in text or "zoo" in text else text
+    return None if len(text) > MAX_LENGTH or "nan" in text or "zoo" in text else text
 
 
 def _short_determinant(wrong: PredictedAnswer) -> sp.Matrix:
     """Return the determinant of a wrong Jacobian of many joints, from entries in their shortest form."""
     if "determinant" in wrong.variant.changes or RESULT in wrong.variant.changes:
         return sp.Matrix([[sp.nan]])
-    entries = np.frompyfunc(_short, 1, 1)(wrong.stages["jacobian"])
+    entries = np.frompyfunc(_shorten, 1, 1)(wrong.stages["jacobian"])
     return sp.Matrix([[sp.expand(determinant(entries).item())]])
 
 
-def _short(entry: sp.Expr) -> sp.Expr:
+def _shorten(entry: sp.Expr) -> sp.Expr:
     try:
         return textbook_form(sp.expand(entry))
-    except ValueError:  # of angles in degrees, or with a constant in them
+    except ValueError:  # angles in degrees or with an offset
         return sp.expand(entry)
 
 
-def _option(part: Part, vector: np.ndarray) -> str | None:
+def _find_option(part: Part, vector: np.ndarray) -> str | None:
     assert isinstance(part.answer, Choice)
     shown = f"({', '.join(f'{float(value) + 0.0:.3f}' for value in vector[:, 0, 0])})"
     options = list(part.answer.options)
@@ -187,11 +187,11 @@ def _option(part: Part, vector: np.ndarray) -> str | None:
 
 
 def random_answers(problem: Problem, part: Part, count: int) -> Iterator[str]:
-    """Yield answers of the right type that are wrong in a way that is nobody's mistake."""
+    """Yield answers of the right type that are wrong at random."""
     rng = random.Random(f"{problem.id}/{part.name}")
-    given = part.details.given_joints  # a term with their sines may vanish where it is asked
-    turned = [q for joint, q in zip(problem.chain.joints, problem.chain.q, strict=True) if joint.is_revolute]
-    joints = [q.name for q in turned if q not in given]
+    given_joints = part.details.given_joints  # a term with their sines may vanish where it is asked
+    revolute = [q for joint, q in zip(problem.chain.joints, problem.chain.q, strict=True) if joint.is_revolute]
+    joints = [q.name for q in revolute if q not in given_joints]
     lengths = [s.name for s in problem.chain.parameters] or ["1"]
 
     def sine_or_cosine() -> str:
@@ -210,7 +210,7 @@ def random_answers(problem: Problem, part: Part, count: int) -> Iterator[str]:
         if isinstance(answer, Expression):
             yield spoiled(expression_text(answer.reference))
         elif isinstance(answer, Number):
-            yield str([float(f"{float(v) * rng.uniform(0.3, 3):.5g}") for v in answer.reference])
+            yield str([float(f"{float(value) * rng.uniform(0.3, 3):.5g}") for value in answer.reference])
         elif isinstance(answer, (ConditionSet, Choice, Selection, Matching)):
             return
         else:
@@ -222,37 +222,37 @@ def random_answers(problem: Problem, part: Part, count: int) -> Iterator[str]:
 
 
 def sweep(
-    families: list[str], seeds: Collection[int], questions: Collection[str], few: int | None, at_random: int
-) -> tuple[Counter[str], list[Made]]:
-    """Return how often the diagnosis was right, and the answers on which it was not."""
+    families: list[str], seeds: Collection[int], questions: Collection[str], few: int | None, random_count: int
+) -> tuple[Counter[str], list[WrongAnswer]]:
+    """Return the counts of diagnoses, and the answers whose diagnosis was wrong."""
     counts: Counter[str] = Counter()
-    missed: list[Made] = []
+    missed: list[WrongAnswer] = []
     for family in families:
         start = time.perf_counter()
         for seed in seeds:
-            for problem, part in problems(family, seed, questions):
-                for one in answers_with(problem, part, few):
-                    outcome = verdict_on(one)
+            for problem, part in list_parts(family, seed, questions):
+                for answer in make_wrong_answers(problem, part, few):
+                    outcome = classify_diagnosis(answer)
                     counts[outcome] += 1
                     if outcome not in ("named", "same answer"):
-                        missed.append(one)
-                for text in random_answers(problem, part, at_random):
+                        missed.append(answer)
+                for text in random_answers(problem, part, random_count):
                     blamed = diagnose(problem, part, text, "random")
                     counts["random, blamed" if blamed else "random, not blamed"] += 1
                     if blamed:
-                        missed.append(Made(problem, part, " and ".join(blamed.mistakes), text))
+                        missed.append(WrongAnswer(problem, part, " and ".join(blamed.mistakes), text))
         sys.stderr.write(f"{family}: {time.perf_counter() - start:.1f} s {dict(counts)}\n")
     return counts, missed
 
 
-def verdict_on(one: Made) -> str:
-    """Return "named", "same answer" (another mistake, by the same values), "nothing", or "judged right"."""
-    if judge(one.problem, one.part, one.text, "sweep").outcome is Outcome.CORRECT:
+def classify_diagnosis(answer: WrongAnswer) -> str:
+    """Return "named", "same answer" (another mistake with the same values), "nothing", or "judged right"."""
+    if judge(answer.problem, answer.part, answer.text, "sweep").outcome is Outcome.CORRECT:
         return "judged right"
-    found = diagnose(one.problem, one.part, one.text, "sweep")
-    if found is None:
+    diagnosis = diagnose(answer.problem, answer.part, answer.text, "sweep")
+    if diagnosis is None:
         return "nothing"
-    return "named" if one.mistake in found.mistakes else "same answer"
+    return "named" if answer.mistake in diagnosis.mistakes else "same answer"
 
 
 def main() -> int:
@@ -261,7 +261,7 @@ def main() -> int:
     parser.add_argument("--family", action="append", choices=FAMILIES)
     parser.add_argument("--question", action="append", choices=QUESTIONS)
     parser.add_argument("--seeds", type=int, default=1)
-    parser.add_argument("--few", type=int, help="so many answers of each question, drawn; all by default")
+    parser.add_argument("--few", type=int, help="sample of wrong answers for each question; all by default")
     parser.add_argument("--random", type=int, default=5)
     options = parser.parse_args()
     counts, missed = sweep(
@@ -271,8 +271,8 @@ def main() -> int:
         options.few,
         options.random,
     )
-    for one in missed:
-        sys.stdout.write(f"{one.problem.id} {one.part.name} {one.mistake}: {one.text[:200]}\n")
+    for answer in missed:
+        sys.stdout.write(f"{answer.problem.id} {answer.part.name} {answer.mistake}: {answer.text[:200]}\n")
     wrong = sum(counts[name] for name in ("named", "same answer", "nothing"))
     sys.stdout.write(f"{wrong} mistakes: {dict(counts)}\n")
     return 0

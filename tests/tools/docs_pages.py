@@ -138,10 +138,7 @@ def variation_page() -> str:
 def mistakes_page() -> str:
     """Return docs/mistakes.md."""
     sections = [
-        {
-            "title": title,
-            "mistakes": [{"name": m.name, "title": m.title, "source": m.source} for m in mistakes],
-        }
+        {"title": title, "mistakes": [{"name": m.name, "title": m.title, "source": m.source} for m in mistakes]}
         for title, mistakes in SECTIONS.items()
     ]
     return render("docs/mistakes.md.j2", sections=sections)
@@ -172,17 +169,17 @@ def listing_text() -> str:
 
 def assignment_page() -> str:
     """Return docs/assignment.md."""
-    whole = "For the whole assignment"
+    all_problems = "For the whole assignment"
     inner_forms = {"late": LATE_FORMS, "attempts": ATTEMPT_FORMS, "paper": PAPER_FORMS}
     inner_tables = {
         table: {name: _value_form(form) for name, form in forms.items()} for table, forms in inner_forms.items()
     }
     sections = {
-        whole: _describe_keys(AssignmentFile, EXPECTED_FORMS),
+        all_problems: _describe_keys(AssignmentFile, EXPECTED_FORMS),
         "For each problem": _describe_keys(ProblemEntry, EXPECTED_FORMS),
         "For each question of your own": _describe_keys(QuestionEntry, QUESTION_FORMS),
     }
-    return render("docs/assignment.md.j2", sections=sections, inner_tables={whole: inner_tables})
+    return render("docs/assignment.md.j2", sections=sections, inner_tables={all_problems: inner_tables})
 
 
 def assignment_schema() -> str:
@@ -192,9 +189,9 @@ def assignment_schema() -> str:
     schema["$defs"] |= question.pop("$defs", {}) | {"QuestionEntry": question}
     reference = {"$ref": "#/$defs/QuestionEntry"}
     schema["properties"]["question"] |= {"additionalProperties": reference}
-    about = {"$schema": "https://json-schema.org/draft/2020-12/schema", "$id": "urn:qdot:schema:assignment:1"}
+    header = {"$schema": "https://json-schema.org/draft/2020-12/schema", "$id": "urn:qdot:schema:assignment:1"}
     title = "assignment.toml, for editors that complete and check it"
-    return json.dumps({**about, "version": 1, **schema, "title": title}, indent=1, ensure_ascii=False) + "\n"
+    return json.dumps({**header, "version": 1, **schema, "title": title}, indent=1, ensure_ascii=False) + "\n"
 
 
 def _describe_keys(model: type[pydantic.BaseModel], forms: Mapping[str, str]) -> list[dict[str, str]]:
@@ -223,7 +220,7 @@ def _value_form(message: str) -> str:
 
 # --- real robots ---
 
-KEPT = Path(__file__).with_name("robots.json")
+SINGULAR_WORDS = Path(__file__).with_name("robots.json")
 PAGE = ROOT / "docs" / "robots.md"
 SECTION, NEXT = "## Real robots\n", "\n## "
 
@@ -244,7 +241,7 @@ def robots_page() -> str:
 @cache
 def load_singular_words() -> Mapping[str, tuple[str, ...]]:
     """Return the stored descriptions of each robot's singular configurations; empty if there is no short one."""
-    return {name: tuple(words) for name, words in json.loads(KEPT.read_text(encoding="utf-8")).items()}
+    return {name: tuple(words) for name, words in json.loads(SINGULAR_WORDS.read_text(encoding="utf-8")).items()}
 
 
 if __name__ == "__main__":

@@ -1,9 +1,9 @@
-"""`make fuzz`: texts that nobody would write, to the reader and to the judgement.
+"""`make fuzz`: odd texts for the formula parser and the judge.
 
-Every text must end soon, in a tree or a ParseError, in a verdict; what was read must print and read again as what it
-was; what is plain Python must mean what it does in Python; and no verdict is `correct` unless many digits at random
-points agree. `python -m tests.tools.fuzz --seconds 120 --seed x` gives every target (`TARGETS`) that long, prints the
-finds, and leaves with code 1 if there are any.
+Every text must soon give a tree or a ParseError, and a verdict. A tree must print as text that parses to the same tree;
+plain Python must mean what it means in Python; and a verdict is `correct` only if many digits agree at random points.
+`python -m tests.tools.fuzz --seconds 120 --seed x` runs every target (`TARGETS`) that long, prints the finds, and exits
+with code 1 if there are any.
 """
 
 import argparse
@@ -36,19 +36,19 @@ from qdot.grader.judging.verdict import Judgement, Outcome
 from tests.support import DATA
 from tests.support.judging import judge_angles, judge_expression, judge_matrix, judge_singular
 
-LONGEST = 10_000
-SECONDS, SEARCH, MEGABYTES = 1.0, 5.0, 250
-"""Seconds that a text may take to be read, and to be judged as four kinds of answer; MB that it may take."""
+MAX_LENGTH = 10_000
+PARSE_SECONDS, JUDGE_SECONDS, MAX_MEGABYTES = 1.0, 5.0, 250
+"""Limits on a text: seconds for parsing it, seconds for judging it as four kinds of answer, and memory in MB."""
 
 ANGLES = dict.fromkeys(("theta1", "theta2", "theta3"), "angle")
 DOMAIN = Domain({**ANGLES, "a1": "length", "a2": "length", "d3": "signed", "qd1": "signed", "qd2": "signed"})
-KNOWN: tuple[frozenset[str], ...] = (
+SYMBOL_SETS: tuple[frozenset[str], ...] = (
     frozenset(),
     frozenset(DOMAIN.roles),
     frozenset(("theta1", "theta12", "c1", "q1", "e", "m", "k", "vx", "wz", "alpha1")),
     frozenset(f"{letter}{index}" for letter in ("theta", "a", "d", "qd") for index in range(1, 8)),
 )
-"""Sets of symbols that a problem may have: none, an arm's, such as are like a shorthand or a unit, and many."""
+"""Sets of symbols that a problem may have: none, an arm's, names that look like a shorthand or a unit, and many."""
 
 _WORDS = """
     theta1 theta2 theta3 theta12 θ1 θ₁ θ_2 θ̇1 q̇2 q1 th1 t1 a1 a_1 a_{1} a2 d3 qd1 dq2 qdot1 c1 s1 c12 s123 C_{12}
@@ -66,11 +66,11 @@ _MARKS = (
     " ", "\n", "\t", "\u0307", "\u0301", "\u200b", "\u00a0", "\x00", "\udc80", "\udcff", "\ufeff", " and ", " or ",
 )  # fmt: skip
 TOKENS = (*_WORDS.split(), *_MARKS)
-"""What a text is changed by: everything that the reader knows, and what looks like it but is not."""
+"""Tokens for changing a text: everything that the parser knows, and lookalikes."""
 
 PLAIN = ("a1", "a2", "d3", "x", "y", "0", "1", "2", "3", "10", "0.5", ".5", "1.", "2e1", "1e-2",
          "+", "-", "*", "/", "**", "(", ")", "-", "**", " ", "-(", ")**", "**-", "(a1+x)")  # fmt: skip
-"""The part of Python that needs no explanation."""
+"""Tokens of plain Python."""
 
 EXPRESSION = "a1*cos(theta1) + a2*cos(theta1 + theta2)"
 MATRIX = (("-a2*sin(theta1 + theta2)", "0"), ("qd1/a1", "sqrt(a1^2 + a2^2)"))
@@ -88,25 +88,25 @@ SEEDS = (
 
 
 class Find(AssertionError):
-    """Something that must not be: what, and of which text."""
+    """A text that is handled wrongly, with the reason."""
 
 
-def seeds() -> list[str]:
-    """Return the texts to begin with: the students' of the corpus, and SEEDS."""
+def load_seed_texts() -> list[str]:
+    """Return the initial texts: the students' answers of the corpus, and SEEDS."""
     lines = (DATA / "corpus.jsonl").read_text("utf-8").splitlines()
     students = [json.loads(line)["student"] for line in lines if line.strip()]
-    return [*SEEDS, *(text for text in students if isinstance(text, str) and len(text) <= LONGEST)]
+    return [*SEEDS, *(text for text in students if isinstance(text, str) and len(text) <= MAX_LENGTH)]
 
 
-# --- what is looked at ---
+# --- targets ---
 
 
-def reading(text: str) -> None:
-    """A text is read or refused, whatever the problem's symbols are."""
-    for known in KNOWN:
-        tree = _tree(text, known)
+def check_parsing(text: str) -> None:
+    """Check that a text is parsed or refused, whatever the problem's symbols are."""
+    for known in SYMBOL_SETS:
+        tree = _parse(text, known)
         if tree is not None:
-            _scalar(tree)
+            _is_scalar(tree)
     for kind, reference in (("expression", "a1"), ("matrix", "[[a1, 0]]"), ("angles", "{0, pi}")):
         answer = compare_line(json.dumps({"type": kind, "reference": reference, "student": text}), 1)
         json.dumps(answer, allow_nan=False)
@@ -114,71 +114,76 @@ def reading(text: str) -> None:
             raise Find(answer["reason"])
 
 
-def printing(text: str) -> None:
-    """What was read prints as a text that reads as the same; what is plain Python means what Python says."""
-    for known in KNOWN[:3]:
-        tree = _tree(text, known)
-        if tree is None or not _scalar(tree) or not all(map(_is_plain, trees.find_names(tree))):
+def check_printing(text: str) -> None:
+    """Check that a printed tree parses to the same tree, and that plain Python means what it means in Python."""
+    for known in SYMBOL_SETS[:3]:
+        tree = _parse(text, known)
+        if tree is None or not _is_scalar(tree) or not all(map(_is_normal, trees.find_names(tree))):
             continue
-        again = _tree(node_text(tree), known)
+        again = _parse(node_text(tree), known)
         if again is None:
             if _depth(tree) < expression.MAX_DEPTH // 2:
                 raise Find(f"what it prints as can't be read: {node_text(tree)}")
-        elif _apart(tree, again):
+        elif _have_different_values(tree, again):
             raise Find(f"prints as something else: {node_text(tree)}, known {sorted(known)}")
-    _like_python(text)
+    _compare_with_python(text)
 
 
-def _alone(tree: Node) -> Node:
-    """Return the entry of a list of one, which stands for that."""
-    return _alone(tree.args[0]) if tree.kind == "list" and len(tree.args) == 1 else tree
+def _unwrap_single(tree: Node) -> Node:
+    """Return the entry of a one-entry list, which means the entry itself."""
+    return _unwrap_single(tree.args[0]) if tree.kind == "list" and len(tree.args) == 1 else tree
 
 
-def judging(text: str) -> None:
-    """Every judgement ends in an outcome, and in full marks only where many digits agree."""
+def check_judging(text: str) -> None:
+    """Check that every judgement has an outcome, and gives full marks only if many digits agree."""
     rows = [[parse_formula(entry, DOMAIN.roles) for entry in row] for row in MATRIX]
-    due = [[parse_formula(EXPRESSION, DOMAIN.roles)]]
-    judged = _judged(lambda: judge_expression(text, EXPRESSION, DOMAIN, text_seed(text)))
-    if judged.outcome is Outcome.CORRECT:
+    expected = [[parse_formula(EXPRESSION, DOMAIN.roles)]]
+    judgement = _judge(lambda: judge_expression(text, EXPRESSION, DOMAIN, make_seed(text)))
+    if judgement.outcome is Outcome.CORRECT:
         answers = (text, replace_decimal_commas(text))
-        if all(_differ([[_alone(_right(parse_formula(answer, DOMAIN.roles)))]], due) for answer in answers):
+        if all(
+            _differ([[_unwrap_single(_right_side(parse_formula(answer, DOMAIN.roles)))]], expected)
+            for answer in answers
+        ):
             raise Find("this expression is not the reference")
-    judged = _judged(lambda: judge_matrix(text, MATRIX, DOMAIN, text_seed(text)))
-    if judged.outcome is Outcome.CORRECT and _differ(as_matrix(_right(parse_formula(text, DOMAIN.roles))), rows):
+    judgement = _judge(lambda: judge_matrix(text, MATRIX, DOMAIN, make_seed(text)))
+    if judgement.outcome is Outcome.CORRECT and _differ(
+        as_matrix(_right_side(parse_formula(text, DOMAIN.roles))), rows
+    ):
         raise Find("this matrix is not the reference")
-    judged = _judged(lambda: judge_singular(text, SINGULAR, JOINTS, DOMAIN, text_seed(text)))
-    if judged.outcome is Outcome.CORRECT and not _holds_where_due(text):
+    judgement = _judge(lambda: judge_singular(text, SINGULAR, JOINTS, DOMAIN, make_seed(text)))
+    if judgement.outcome is Outcome.CORRECT and not _describes_singular_set(text):
         raise Find("these are not the singular configurations")
-    _judged(lambda: judge_angles(text, "{0, pi}", DOMAIN, text_seed(text)))
+    _judge(lambda: judge_angles(text, "{0, pi}", DOMAIN, make_seed(text)))
 
 
 TARGETS: dict[str, Callable[[str], None]] = {
-    "reading": reading,  # bytes, as libFuzzer changes them
-    "writing": reading,  # tokens put in, taken out, repeated
-    "printing": printing,
-    "judging": judging,
+    "reading": check_parsing,  # bytes changed, as by libFuzzer
+    "writing": check_parsing,  # tokens inserted, removed, repeated
+    "printing": check_printing,
+    "judging": check_judging,
 }
 
 
-def text_seed(text: str) -> str:
+def make_seed(text: str) -> str:
     """Return a seed that holds the answer, as the grader's does."""
     return f"fuzz/{text!a}"
 
 
-def checked(target: str, text: str, slower: float = 1.0) -> None:
-    """Look at one text. Raises Find where it takes too long, and whatever else must not be."""
+def check_text(target: str, text: str, slack: float = 1.0) -> None:
+    """Check one text. Raises Find if it takes too long or is handled wrongly."""
     start = time.process_time()
-    before = _memory()
+    memory_before = _measure_memory()
     TARGETS[target](text)
-    took, grown = time.process_time() - start, _memory() - before
-    if took > slower * (SEARCH if target == "judging" else SECONDS):
-        raise Find(f"takes {took:.1f} s")
-    if grown > MEGABYTES:
-        raise Find(f"takes {grown} MB")
+    elapsed, growth = time.process_time() - start, _measure_memory() - memory_before
+    if elapsed > slack * (JUDGE_SECONDS if target == "judging" else PARSE_SECONDS):
+        raise Find(f"takes {elapsed:.1f} s")
+    if growth > MAX_MEGABYTES:
+        raise Find(f"takes {growth} MB")
 
 
-def _memory() -> int:
-    """Return the most memory that this process had so far, in MB; 0 where that is not told."""
+def _measure_memory() -> int:
+    """Return this process's peak memory in MB, or 0 if the system doesn't report it."""
     try:
         import resource
     except ImportError:
@@ -186,28 +191,28 @@ def _memory() -> int:
     return int(resource.getrusage(resource.RUSAGE_SELF).ru_maxrss) // (2**20 if sys.platform == "darwin" else 2**10)
 
 
-def _judged(judgement: Callable[[], Judgement]) -> Judgement:
-    found = judgement()
-    if found.outcome is Outcome.UNGRADED or not 0 <= found.share <= 1:
-        raise Find(f"{found.outcome}, {found.share}")
-    if found.certificate is not None:
-        json.dumps(as_json(found.certificate), allow_nan=False)
-    return found
+def _judge(judgement: Callable[[], Judgement]) -> Judgement:
+    result = judgement()
+    if result.outcome is Outcome.UNGRADED or not 0 <= result.share <= 1:
+        raise Find(f"{result.outcome}, {result.share}")
+    if result.certificate is not None:
+        json.dumps(as_json(result.certificate), allow_nan=False)
+    return result
 
 
-def _tree(text: str, known: frozenset[str]) -> Node | None:
+def _parse(text: str, known: frozenset[str]) -> Node | None:
     try:
         return parse_formula(text, known)
     except ParseError:
         return None
 
 
-def _is_plain(name: str) -> bool:
-    """Tell whether a name is one of which nothing is taken away when it is read: theta__2 is theta_2."""
+def _is_normal(name: str) -> bool:
+    """Return whether parsing keeps a name unchanged; theta__2 becomes theta_2."""
     return name.isidentifier() and names.normalize_name(name) == name
 
 
-def _scalar(tree: Node) -> bool:
+def _is_scalar(tree: Node) -> bool:
     try:
         compile_program([tree])
     except ParseError:
@@ -224,22 +229,22 @@ def _depth(tree: Node) -> int:
     return deepest
 
 
-def _right(tree: Node) -> Node:
+def _right_side(tree: Node) -> Node:
     return tree.args[1] if tree.kind == "eq" else tree
 
 
-def _apart(one: Node, other: Node) -> bool:
-    """Tell whether two trees have different values at random points, or different symbols."""
-    used = trees.find_names(one)
-    if used != trees.find_names(other):
+def _have_different_values(first: Node, second: Node) -> bool:
+    """Return whether two trees have different symbols, or different values at random points."""
+    used = trees.find_names(first)
+    if used != trees.find_names(second):
         return True
     values = DOMAIN.sample(used, 12, Stream("fuzz/printing"))
-    (a, ma), (b, mb) = (evaluate(compile_program([tree]), values, 12) for tree in (one, other))
+    (a, ma), (b, mb) = (evaluate(compile_program([tree]), values, 12) for tree in (first, second))
     with np.errstate(all="ignore"):
         return bool(np.any((np.isfinite(a) != np.isfinite(b)) | (np.abs(a - b) > 1e-9 * (ma + mb))))
 
 
-# --- what Python says ---
+# --- Python's meaning of a text ---
 
 _PYTHON: dict[type, Callable[..., Any]] = {
     ast.Add: operator.add, ast.Sub: operator.sub, ast.Mult: operator.mul, ast.Div: operator.truediv, ast.Pow: pow,
@@ -248,12 +253,12 @@ _PYTHON: dict[type, Callable[..., Any]] = {
 _NAMES = ("a1", "a2", "d3", "x", "y")
 
 
-def _python(node: ast.AST, at: Mapping[str, complex]) -> complex:
-    """Return the value of a part of Python's own tree. Raises KeyError where it is not the part that is meant."""
+def _evaluate_python(node: ast.AST, at: Mapping[str, complex]) -> complex:
+    """Return the value of a node of Python's own tree. Raises KeyError if it is not plain arithmetic."""
     if isinstance(node, ast.BinOp):
-        return complex(_PYTHON[type(node.op)](_python(node.left, at), _python(node.right, at)))
+        return complex(_PYTHON[type(node.op)](_evaluate_python(node.left, at), _evaluate_python(node.right, at)))
     if isinstance(node, ast.UnaryOp):
-        return complex(_PYTHON[type(node.op)](_python(node.operand, at)))
+        return complex(_PYTHON[type(node.op)](_evaluate_python(node.operand, at)))
     if isinstance(node, ast.Name):
         return at[node.id]
     if isinstance(node, ast.Constant) and isinstance(node.value, (int, float)) and not isinstance(node.value, bool):
@@ -261,34 +266,39 @@ def _python(node: ast.AST, at: Mapping[str, complex]) -> complex:
     raise KeyError(type(node).__name__)
 
 
-def _like_python(text: str) -> None:
-    """Raise Find where a text in plain Python means something else here."""
+def _compare_with_python(text: str) -> None:
+    """Raise Find if a text in plain Python means something else here."""
     if len(text) > 400 or not re.fullmatch(r"[-+*/() \w.]+", text, re.ASCII) or re.search(r"\d_|_\d|[jJ]", text):
         return
     tree, known = None, frozenset(_NAMES)
     for seed in range(3):
-        drawn = Domain(dict.fromkeys(_NAMES, "length")).sample(set(_NAMES), 1, Stream(f"fuzz/python/{seed}"))
+        values = Domain(dict.fromkeys(_NAMES, "length")).sample(set(_NAMES), 1, Stream(f"fuzz/python/{seed}"))
         try:
-            due = _python(ast.parse(text.strip(), mode="eval").body, {name: complex(v[0]) for name, v in drawn.items()})
+            expected = _evaluate_python(
+                ast.parse(text.strip(), mode="eval").body, {name: complex(column[0]) for name, column in values.items()}
+            )
         except (SyntaxError, ValueError, KeyError, OverflowError, ZeroDivisionError, RecursionError, MemoryError):
             return
-        tree = _tree(text, known)
+        tree = _parse(text, known)
         if tree is None:
             if text.count("(") < expression.MAX_DEPTH and text.count("**") < expression.MAX_DEPTH:
                 raise Find("Python understands this")
             return
-        value, size = (column[0, 0] for column in evaluate(compile_program([tree]), drawn, 1))
+        value, size = (column[0, 0] for column in evaluate(compile_program([tree]), values, 1))
         # On the cut of a power, -1 + 0j and -1 - 0j have different roots; Python has its own signs of zero.
-        near = (abs(value - other) <= 1e-9 * max(size, abs(due), 1e-200) for other in (due, due.conjugate()))
-        if cmath.isfinite(due) and abs(due) < 1e200 and not any(near):
-            raise Find(f"in Python this is {due}, and here {value}, {node_text(tree)}")
+        is_near = (
+            abs(value - candidate) <= 1e-9 * max(size, abs(expected), 1e-200)
+            for candidate in (expected, expected.conjugate())
+        )
+        if cmath.isfinite(expected) and abs(expected) < 1e200 and not any(is_near):
+            raise Find(f"in Python this is {expected}, and here {value}, {node_text(tree)}")
 
 
-# --- what many digits say ---
+# --- evaluation with many digits ---
 
 
-def _precise(tree: Node, at: Mapping[str, Any]) -> Any:
-    """Return the value of a tree with many digits, by a walk of its own; nan where it has none."""
+def _evaluate_precisely(tree: Node, at: Mapping[str, Any]) -> Any:
+    """Return the value of a tree with many digits by an independent evaluation, or nan if it has none."""
     done: list[Any] = []
     stack = [(tree, False)]
     while stack:
@@ -299,21 +309,23 @@ def _precise(tree: Node, at: Mapping[str, Any]) -> Any:
             continue
         args = [done.pop() for _ in top.args][::-1]
         try:
-            done.append(_value(top, args, at))
+            done.append(_evaluate_node(top, args, at))
         except (ZeroDivisionError, ValueError, OverflowError):
             done.append(mpmath.nan)
     return done[0]
 
 
-_ELSE = mpmath.mpf(0.7390851332151607)
-"""The value of a symbol that the problem does not have."""
+_UNKNOWN_VALUE = mpmath.mpf(0.7390851332151607)
+"""The value of a symbol that is not in the problem."""
 
 
-def _value(node: Node, args: list[Any], at: Mapping[str, Any]) -> Any:
+def _evaluate_node(node: Node, args: list[Any], at: Mapping[str, Any]) -> Any:
     if node.kind in ("number", "decimal"):
         return mpmath.mpf(node.value.numerator) / node.value.denominator
     if node.kind == "name":
-        return {"pi": +mpmath.pi, "E": +mpmath.e, "I": mpmath.mpc(0, 1)}.get(node.value, at.get(node.value, _ELSE))
+        return {"pi": +mpmath.pi, "E": +mpmath.e, "I": mpmath.mpc(0, 1)}.get(
+            node.value, at.get(node.value, _UNKNOWN_VALUE)
+        )
     if not all(mpmath.isfinite(arg) and abs(arg) < mpmath.mpf(10) ** 300 for arg in args):
         return mpmath.nan
     if node.kind == "call":
@@ -338,25 +350,25 @@ def _configurations(count: int) -> Iterator[dict[str, Any]]:
         yield {name: mpmath.mpf(float(column[k])) for name, column in values.items()}
 
 
-def _differ(found: list[list[Node]], due: list[list[Node]]) -> bool:
-    """Tell whether two matrices differ at some of 30 configurations; what is undefined at one tells nothing."""
-    if len(found) == 1 and len(found[0]) == len(due) and len(due[0]) == 1:
-        found = [[entry] for entry in found[0]]
-    if [len(row) for row in found] != [len(row) for row in due]:
+def _differ(answer: list[list[Node]], reference: list[list[Node]]) -> bool:
+    """Return whether two matrices differ at one of 30 configurations; undefined values are ignored."""
+    if len(answer) == 1 and len(answer[0]) == len(reference) and len(reference[0]) == 1:
+        answer = [[entry] for entry in answer[0]]
+    if [len(row) for row in answer] != [len(row) for row in reference]:
         return True
-    if not all(_scalar(entry) for row in found for entry in row):
+    if not all(_is_scalar(entry) for row in answer for entry in row):
         return True
-    pairs = [pair for rows in zip(found, due, strict=True) for pair in zip(*rows, strict=True)]
+    pairs = [pair for rows in zip(answer, reference, strict=True) for pair in zip(*rows, strict=True)]
     with mpmath.workdps(60):
         for at in _configurations(30):
-            values = [(_precise(own, at), _precise(right, at)) for own, right in pairs]
+            values = [(_evaluate_precisely(entry, at), _evaluate_precisely(right, at)) for entry, right in pairs]
             if any(mpmath.isfinite(a) and abs(a - b) > 1e-11 * (1 + abs(b)) for a, b in values):
                 return True
     return False
 
 
-def _holds_where_due(text: str) -> bool:
-    """Tell whether the conditions hold where theta2 is 0 or pi, and nowhere at random."""
+def _describes_singular_set(text: str) -> bool:
+    """Return whether the conditions hold if theta2 is 0 or pi, and at no random configuration."""
     tree = read_conditions(text, DOMAIN).tree
     assert tree is not None
     claimed = parse_pieces(assign_values_to_joint(tree, JOINTS), JOINTS)
@@ -365,13 +377,13 @@ def _holds_where_due(text: str) -> bool:
         return any(all(abs(gap(atom, at)) < 1e-6 for atom in piece) for piece in claimed)
 
     def gap(atom: Atom, at: Mapping[str, Any]) -> Any:
-        value = _precise(atom.expression, at)
+        value = _evaluate_precisely(atom.expression, at)
         if not mpmath.isfinite(value):
             return mpmath.inf
         if atom.joint is None:
             return value
-        off = mpmath.re(value) - at[atom.joint]
-        return off - 2 * mpmath.pi * mpmath.nint(off / (2 * mpmath.pi))
+        difference = mpmath.re(value) - at[atom.joint]
+        return difference - 2 * mpmath.pi * mpmath.nint(difference / (2 * mpmath.pi))
 
     with mpmath.workdps(40):
         for at in _configurations(6):
@@ -380,59 +392,59 @@ def _holds_where_due(text: str) -> bool:
     return True
 
 
-# --- texts made and changed ---
+# --- changing texts ---
 
 _PARTS = re.compile(r"\\?[a-zA-Z]+|\d+|\s+|.", re.DOTALL)
 
 
-def changed(text: str, rng: Stream, tokens: tuple[str, ...], most: int = LONGEST) -> str:
-    """Return a text with a few of its parts put in, taken out, exchanged, repeated or bracketed."""
+def mutate(text: str, rng: Stream, tokens: tuple[str, ...], max_length: int = MAX_LENGTH) -> str:
+    """Return a text with a few parts inserted, removed, exchanged, repeated or bracketed."""
     parts = _PARTS.findall(text)
     for _ in range(1 + rng.integer_below(4)):
-        at = rng.integer_below(len(parts) + 1)
-        end = min(len(parts), at + 1 + rng.integer_below(5))
-        way = rng.integer_below(8)
-        if way <= 1:
-            parts.insert(at, rng.choice(tokens))
-        elif way == 2:
-            del parts[at:end]
-        elif way == 3:
-            parts[at:end] = [rng.choice(tokens)]
-        elif way == 4:
-            parts[at:at] = parts[at:end] * (1 + rng.integer_below(3))
-        elif way == 5:
-            there = rng.integer_below(len(parts) + 1)
-            parts[there:there] = parts[at:end]
-        elif way == 6:
+        start = rng.integer_below(len(parts) + 1)
+        end = min(len(parts), start + 1 + rng.integer_below(5))
+        kind = rng.integer_below(8)
+        if kind <= 1:
+            parts.insert(start, rng.choice(tokens))
+        elif kind == 2:
+            del parts[start:end]
+        elif kind == 3:
+            parts[start:end] = [rng.choice(tokens)]
+        elif kind == 4:
+            parts[start:start] = parts[start:end] * (1 + rng.integer_below(3))
+        elif kind == 5:
+            position = rng.integer_below(len(parts) + 1)
+            parts[position:position] = parts[start:end]
+        elif kind == 6:
             parts.insert(end, ")")
-            parts.insert(at, "(")
-        elif rng.integer_below(20) == 0:  # what takes long shows where there is much of it
-            parts[at:at] = parts[at:end] * 2 ** rng.integer_below(12)
-    return "".join(parts)[:most]
+            parts.insert(start, "(")
+        elif rng.integer_below(20) == 0:  # repetition reveals slow handling
+            parts[start:start] = parts[start:end] * 2 ** rng.integer_below(12)
+    return "".join(parts)[:max_length]
 
 
 # --- the program ---
 
 
 def fuzz(target: str, seconds: float, seed: str) -> int:
-    """Run one target on texts made by a stream, print each kind of find once, and return how many kinds there are."""
-    rng, texts, kinds = Stream(f"fuzz/{seed}/{target}"), seeds(), set[str]()
+    """Run one target on random texts, print each kind of find once, and return the number of kinds."""
+    rng, texts, kinds = Stream(f"fuzz/{seed}/{target}"), load_seed_texts(), set[str]()
     deadline = time.monotonic() + seconds
     while time.monotonic() < deadline:
         text = rng.choice(texts)
         for _ in range(1 + rng.integer_below(4)):
-            text = changed(text, rng, PLAIN if target == "printing" and rng.integer_below(2) else TOKENS)
+            text = mutate(text, rng, PLAIN if target == "printing" and rng.integer_below(2) else TOKENS)
         try:
-            checked(target, text, slower=4.0)
+            check_text(target, text, slack=4.0)
         except Exception as error:
-            if (kind := _kind(error)) not in kinds:
+            if (kind := _classify(error)) not in kinds:
                 kinds.add(kind)
                 print(f"find: {target}: {type(error).__name__}: {str(error)[:300]}: {text!a}", flush=True)
     return len(kinds)
 
 
-def _kind(error: Exception) -> str:
-    """Return what finds of one cause have in common: where it was raised, or the first words."""
+def _classify(error: Exception) -> str:
+    """Return a key for finds with one cause: the exception and where it was raised."""
     trace = error.__traceback__
     while trace is not None and trace.tb_next is not None:
         trace = trace.tb_next
@@ -441,12 +453,12 @@ def _kind(error: Exception) -> str:
 
 
 def main() -> int:
-    """Run the targets one after another, and count what they find."""
+    """Run the targets one after another, and count the finds."""
     parser = argparse.ArgumentParser(description=__doc__.splitlines()[0])
     parser.add_argument("--seconds", type=float, default=120, help="how long each target runs")
-    parser.add_argument("--seed", default="a", help="another one makes other texts")
+    parser.add_argument("--seed", default="a", help="another seed gives other texts")
     options = parser.parse_args()
-    warnings.simplefilter("error")  # nothing of the sort belongs on a grader's screen
+    warnings.simplefilter("error")  # graders must see no warnings
     finds = sum(fuzz(target, options.seconds, options.seed) for target in TARGETS)
     print(f"{len(TARGETS)} targets of {options.seconds:g} s each: {finds} finds")
     return 1 if finds else 0

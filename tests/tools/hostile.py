@@ -1,6 +1,6 @@
-"""What students might hand in by mistake or in malice, drawn from a seeded stream; `submissions` has it graded.
+"""Hostile or broken submissions, generated from a seeded stream; `submissions` grades them.
 
-Every kind is a function that puts something into a student's folder. What a disk refuses to hold is left out.
+Every kind is a function that writes something into a student's folder. Names that the disk refuses are left out.
 """
 
 import contextlib
@@ -23,28 +23,28 @@ from typing import Any
 from qdot.exercises.common.stream import Stream
 from qdot.grader.submissions.cells import MAX_FILE_BYTES
 from tests.support.submitting import code_cell
-from tests.tools.fuzz import TOKENS, changed
+from tests.tools.fuzz import TOKENS, mutate
 
-OWN, NEIGHBOUR = "s02", "s01"
+ATTACKER, NEIGHBOUR = "s02", "s01"
 
 
 @dataclass(frozen=True)
-class Desk:
-    """Where a student puts things: the folder of all submissions, one's own, and a right notebook of one's own."""
+class Workspace:
+    """Where a student submits: the folder of all submissions, the student's folder, and a right notebook."""
 
     root: Path
-    own: Path
+    folder: Path
     right: str
 
     def put(self, name: str, content: bytes) -> Path:
-        path = self.own / name.replace("\0", "0").lstrip("/")
+        path = self.folder / name.replace("\0", "0").lstrip("/")
         path.parent.mkdir(parents=True, exist_ok=True)
-        written(path, content)
+        write_safely(path, content)
         return path
 
 
-def written(path: Path, content: bytes) -> None:
-    """Write a file; neither through a link, which may lead out of what is ours, nor into a pipe that nobody reads."""
+def write_safely(path: Path, content: bytes) -> None:
+    """Write a file, but not through a link, which may lead elsewhere, nor into a pipe that nobody reads."""
     file = os.open(path, os.O_WRONLY | os.O_CREAT | os.O_TRUNC | os.O_NOFOLLOW | os.O_NONBLOCK, 0o644)
     with os.fdopen(file, "wb") as opened:
         opened.write(content)
@@ -67,133 +67,141 @@ _ENDINGS = (
 )  # fmt: skip
 
 
-def name(rng: Stream) -> str:
-    drawn = "".join(rng.choice(_PIECES) for _ in range(1 + rng.integer_below(3))).replace("/", "_")
+def make_name(rng: Stream) -> str:
+    stem = "".join(rng.choice(_PIECES) for _ in range(1 + rng.integer_below(3))).replace("/", "_")
     ending = rng.choice(_ENDINGS)
-    drawn = os.fsencode(drawn)[: 255 - len(ending)].decode("utf-8", "surrogateescape") + ending
-    return f"{drawn}x" if drawn in (".", "..") else drawn
+    stem = os.fsencode(stem)[: 255 - len(ending)].decode("utf-8", "surrogateescape") + ending
+    return f"{stem}x" if stem in (".", "..") else stem
 
 
-def own_folder(root: Path, rng: Stream) -> Path:
-    """Return what a platform would call the student's folder, with what a student could have a say in at its end."""
+def choose_folder(root: Path, rng: Stream) -> Path:
+    """Return a folder named like a platform's, ending in text that a student could choose."""
     if rng.integer_below(5):
-        return root / OWN
-    noise = name(rng).replace("\0", "")
+        return root / ATTACKER
+    noise = make_name(rng).replace("\0", "")
     begin = rng.choice(
-        (f"{OWN}_", "Two Bo_99_assignsubmission_file_", "twobo_LATE_7_9_", "twobo_7_9_", "submission_7", "")
+        (f"{ATTACKER}_", "Two Bo_99_assignsubmission_file_", "twobo_LATE_7_9_", "twobo_7_9_", "submission_7", "")
     )
     return root / os.fsencode(f"{begin}{noise}")[:255].decode("utf-8", "surrogateescape")
 
 
-# --- what lies in a folder ---
+# --- contents of a folder ---
 
 
-def names(desk: Desk, rng: Stream) -> None:
+def write_odd_names(workspace: Workspace, rng: Stream) -> None:
     for _ in range(1 + rng.integer_below(6)):
-        content = rng.choice((desk.right, "", "no notebook", "{", "<html>", "p1_position = 1\n"))
-        desk.put("/".join(name(rng) for _ in range(1 + rng.integer_below(3))), content.encode())
+        content = rng.choice((workspace.right, "", "no notebook", "{", "<html>", "p1_position = 1\n"))
+        workspace.put("/".join(make_name(rng) for _ in range(1 + rng.integer_below(3))), content.encode())
 
 
-def many_files(desk: Desk, rng: Stream) -> None:
-    ending, content = rng.choice(_ENDINGS), rng.choice((desk.right, "", "{}")).encode()
+def write_many_files(workspace: Workspace, rng: Stream) -> None:
+    ending, content = rng.choice(_ENDINGS), rng.choice((workspace.right, "", "{}")).encode()
     for number in range(rng.choice((60, 300, 2100))):
-        desk.put(f"{number}{ending}", content)
+        workspace.put(f"{number}{ending}", content)
 
 
-def nested(desk: Desk, rng: Stream) -> None:
+def write_deep_folders(workspace: Workspace, rng: Stream) -> None:
     step = rng.choice(("d", "d" * 200, "\udcf6", "s02", "ö" * 100))
-    desk.own.mkdir(parents=True, exist_ok=True)
-    top = os.open(desk.own, os.O_RDONLY)
+    workspace.folder.mkdir(parents=True, exist_ok=True)
+    top = os.open(workspace.folder, os.O_RDONLY)
     for _ in range(rng.choice((3, 20, 400, 1500))):
         os.mkdir(step, dir_fd=top)
         inner = os.open(step, os.O_RDONLY, dir_fd=top)
         os.close(top)
         top = inner
     file = os.open("hw.ipynb", os.O_WRONLY | os.O_CREAT, dir_fd=top)
-    os.write(file, desk.right.encode())
+    os.write(file, workspace.right.encode())
     os.close(file)
     os.close(top)
 
 
-def links(desk: Desk, rng: Stream) -> None:
+def write_links(workspace: Workspace, rng: Stream) -> None:
     targets = (
         "nowhere", ".", "..", "/", "/etc/passwd", "/dev/zero", "/dev/stdin", "/proc/self/fd/0", "/proc/self/mem",
         "hw.ipynb", "loop", f"../{NEIGHBOUR}", f"../{NEIGHBOUR}/hw.ipynb", "../../secret.txt", "../../graded",
-        "x" * 255, "x" * 300, "a/" * 2000, "\udcf6", "\n", str(desk.root / NEIGHBOUR / "hw.ipynb"),
+        "x" * 255, "x" * 300, "a/" * 2000, "\udcf6", "\n", str(workspace.root / NEIGHBOUR / "hw.ipynb"),
     )  # fmt: skip
     for _ in range(1 + rng.integer_below(4)):
-        called = rng.choice(("hw.ipynb", "loop", "folder", name(rng)))
+        link_name = rng.choice(("hw.ipynb", "loop", "folder", make_name(rng)))
         if rng.integer_below(6) == 0:  # the student's whole folder, or file, is a link
-            desk.own.parent.mkdir(parents=True, exist_ok=True)
-            desk.own.symlink_to(rng.choice(targets))
+            workspace.folder.parent.mkdir(parents=True, exist_ok=True)
+            workspace.folder.symlink_to(rng.choice(targets))
             return
-        desk.own.mkdir(parents=True, exist_ok=True)
-        (desk.own / called).symlink_to(rng.choice(targets))
+        workspace.folder.mkdir(parents=True, exist_ok=True)
+        (workspace.folder / link_name).symlink_to(rng.choice(targets))
     if rng.integer_below(4) == 0:
-        os.link(desk.put("one.ipynb", desk.right.encode()), desk.own / "two.ipynb")
+        os.link(workspace.put("one.ipynb", workspace.right.encode()), workspace.folder / "two.ipynb")
 
 
-def special(desk: Desk, rng: Stream) -> None:
-    called = rng.choice(("hw.ipynb", "a.zip", "notes", name(rng)))
-    desk.own.mkdir(parents=True, exist_ok=True)
-    place = rng.choice(
-        (desk.own / called, desk.own.with_name(f"{desk.own.name}.ipynb"), desk.root / "submission_metadata.yml")
+def write_special_file(workspace: Workspace, rng: Stream) -> None:
+    file_name = rng.choice(("hw.ipynb", "a.zip", "notes", make_name(rng)))
+    workspace.folder.mkdir(parents=True, exist_ok=True)
+    path = rng.choice(
+        (
+            workspace.folder / file_name,
+            workspace.folder.with_name(f"{workspace.folder.name}.ipynb"),
+            workspace.root / "submission_metadata.yml",
+        )
     )
     if rng.integer_below(2):
-        os.mkfifo(place)
+        os.mkfifo(path)
     else:
-        with socket.socket(socket.AF_UNIX) as made, contextlib.chdir(place.parent):
-            made.bind(place.name)
+        with socket.socket(socket.AF_UNIX) as unix_socket, contextlib.chdir(path.parent):
+            unix_socket.bind(path.name)
 
 
-def rights(desk: Desk, rng: Stream) -> None:
-    path = desk.put("hw.ipynb", desk.right.encode())
-    (desk.own / "folder").mkdir(exist_ok=True)
-    which = rng.choice((path, desk.own / "folder", desk.own))
-    which.chmod(rng.choice((0, 0o111, 0o200, 0o444, 0o4777)))
+def restrict_permissions(workspace: Workspace, rng: Stream) -> None:
+    path = workspace.put("hw.ipynb", workspace.right.encode())
+    (workspace.folder / "folder").mkdir(exist_ok=True)
+    target = rng.choice((path, workspace.folder / "folder", workspace.folder))
+    target.chmod(rng.choice((0, 0o111, 0o200, 0o444, 0o4777)))
 
 
-def times(desk: Desk, rng: Stream) -> None:
-    when = rng.choice((0, -1, -(2**31), 2**31, 2**33, 253402300800, -62135596801, 2**34 - 1))
-    os.utime(desk.put("hw.ipynb", desk.right.encode()), (when, when))
+def set_odd_times(workspace: Workspace, rng: Stream) -> None:
+    timestamp = rng.choice((0, -1, -(2**31), 2**31, 2**33, 253402300800, -62135596801, 2**34 - 1))
+    os.utime(workspace.put("hw.ipynb", workspace.right.encode()), (timestamp, timestamp))
 
 
-def sizes(desk: Desk, rng: Stream) -> None:
-    drawn = rng.integer_below(5)
-    if drawn == 0:
-        desk.put(
+def write_odd_sizes(workspace: Workspace, rng: Stream) -> None:
+    kind = rng.integer_below(5)
+    if kind == 0:
+        workspace.put(
             "hw.ipynb", rng.choice((b"", b" ", b"\n" * 1000, b"\0", b"\xef\xbb\xbf", b"\xff\xfe", b"{", b"[]", b"null"))
         )
-    elif drawn == 1:
-        with desk.put(rng.choice(("hw.ipynb", "a.zip", "x.txt")), b"{").open("r+b") as file:
+    elif kind == 1:
+        with workspace.put(rng.choice(("hw.ipynb", "a.zip", "x.txt")), b"{").open("r+b") as file:
             file.truncate(rng.choice((MAX_FILE_BYTES, MAX_FILE_BYTES + 1, 10**12)))
-    elif drawn == 2:
+    elif kind == 2:
         output = {"output_type": "stream", "name": "stdout", "text": rng.choice(("x", '"', "\n", "ö")) * 30_000_000}
-        desk.put("hw.ipynb", _changed_cells(desk, lambda cells: cells[2].update(outputs=[output])).encode())
-    elif drawn == 3:
+        workspace.put("hw.ipynb", _edit_cells(workspace, lambda cells: cells[2].update(outputs=[output])).encode())
+    elif kind == 3:
         count = rng.choice((3_000, 200_000))
         empty = [code_cell(rng.choice(("", "1", "x = 1", "1/0", "("))) for _ in range(5)]
-        desk.put("hw.ipynb", _changed_cells(desk, lambda cells: cells.extend(empty * (count // 5))).encode())
+        workspace.put("hw.ipynb", _edit_cells(workspace, lambda cells: cells.extend(empty * (count // 5))).encode())
     else:
-        desk.put("hw.ipynb", b"{" + rng.choice((b" ", b"[", b'"a":', b",", b"\\")) * rng.choice((10**5, 3 * 10**6)))
+        workspace.put(
+            "hw.ipynb", b"{" + rng.choice((b" ", b"[", b'"a":', b",", b"\\")) * rng.choice((10**5, 3 * 10**6))
+        )
 
 
-def stray(desk: Desk, rng: Stream) -> None:
-    """What a platform has beside the students' folders, there or in one's own, and what is nobody's."""
-    desk.own.mkdir(parents=True, exist_ok=True)
-    of_platform = "submission_metadata.yml"
-    place = rng.choice((desk.own / of_platform, desk.root / rng.choice((of_platform, "README.txt", name(rng)))))
+def write_stray_file(workspace: Workspace, rng: Stream) -> None:
+    """Write a platform's metadata file or another stray file, beside the students' folders or in one."""
+    workspace.folder.mkdir(parents=True, exist_ok=True)
+    metadata_name = "submission_metadata.yml"
+    path = rng.choice(
+        (workspace.folder / metadata_name, workspace.root / rng.choice((metadata_name, "README.txt", make_name(rng))))
+    )
     lines = (
         "submission_7:", "  :submitters:", "  - :sid: s02", "    :name: Two", "  :created_at: 2026-99-21 22:05:07 Z",
              "  :created_at: 9999-12-31 23:59:59 -23:59", "\udcff", '  - :sid: "\\ud800"', "? [", "x" * 10_000,
     )  # fmt: skip
     text = "\n".join(rng.choice(lines) for _ in range(rng.integer_below(12)))
     if rng.integer_below(6) == 0:
-        place.mkdir()
+        path.mkdir()
     elif rng.integer_below(4) == 0:
-        place.symlink_to(rng.choice(("nowhere", place.name, "x" * 300, "/dev/zero")))
+        path.symlink_to(rng.choice(("nowhere", path.name, "x" * 300, "/dev/zero")))
     else:
-        written(place, text.encode("utf-8", "surrogateescape"))
+        write_safely(path, text.encode("utf-8", "surrogateescape"))
 
 
 # --- notebooks ---
@@ -206,29 +214,29 @@ _TEXTS_OF_JSON = (
 )  # fmt: skip
 
 
-def _odd(rng: Stream) -> Any:
-    odd: tuple[Any, ...] = (
+def _choose_odd_value(rng: Stream) -> Any:
+    values: tuple[Any, ...] = (
         None, True, False, 0, -1, 4.5, 10**30, "", "code", "p1.position", "p9.x", "\ud800", "\x00", "\x1b[2J", "\u202e",
         [], {}, [[]], [None], [1, "a", None], {"": ""}, {"qdot": {}}, {"qdot": None}, {"qdot": {"part": 3}}, [{}],
         ["x = 1\n"] * 3, {"qdot": {"part": "p1.position", "\n": 1}}, {"cells": []}, [{"cells": 1}], "s01", "other",
         "solution", "a" * 500, "<script>alert(1)</script>", _RAW, _RAW, _RAW,
     )  # fmt: skip
-    return rng.choice(odd)
+    return rng.choice(values)
 
 
-def _places(value: Any) -> list[tuple[Any, Any]]:
-    """Return every place in JSON, as what holds it and its key or number."""
-    found, stack = [], [value]
+def _list_places(value: Any) -> list[tuple[Any, Any]]:
+    """Return every place in JSON as its container and its key or index."""
+    places, stack = [], [value]
     while stack:
         top = stack.pop()
         keys = list(top) if isinstance(top, dict) else range(len(top)) if isinstance(top, list) else ()
-        found += [(top, key) for key in keys]
+        places += [(top, key) for key in keys]
         stack += [top[key] for key in keys]
-    return found
+    return places
 
 
-def structures(desk: Desk, rng: Stream) -> None:
-    data = json.loads(desk.right)
+def write_odd_structures(workspace: Workspace, rng: Stream) -> None:
+    data = json.loads(workspace.right)
     version = rng.integer_below(6)
     if version == 0:
         sheets: Any = rng.choice(([{"cells": data.pop("cells")}], [], None, {}, [None, [], {"cells": {}}]))
@@ -238,16 +246,18 @@ def structures(desk: Desk, rng: Stream) -> None:
             nbformat=rng.choice((5, 2, 99, -1, None, "4", 4.5)), nbformat_minor=rng.choice((0, None, "x", 10**9))
         )
     for _ in range(rng.integer_below(5)):
-        holder, key = rng.choice(_places(data) or [({}, "")])
+        holder, key = rng.choice(_list_places(data) or [({}, "")])
         way = rng.integer_below(5)
         if way <= 2:
-            holder[key] = _odd(rng)
+            holder[key] = _choose_odd_value(rng)
         elif way == 3 and key in holder if isinstance(holder, dict) else way == 3:
             del holder[key]
         elif isinstance(holder, dict):
-            holder[rng.choice(("", "cells", "source", "qdot", "metadata", "outputs", "\ud800", name(rng)))] = _odd(rng)
+            holder[rng.choice(("", "cells", "source", "qdot", "metadata", "outputs", "\ud800", make_name(rng)))] = (
+                _choose_odd_value(rng)
+            )
         else:
-            holder.insert(0, _odd(rng))
+            holder.insert(0, _choose_odd_value(rng))
     if rng.integer_below(8) == 0:
         data = rng.choice(([data], {"cells": data}, None, "notebook", [[data]], {"metadata": data.get("metadata")}))
     text = json.dumps(data, ensure_ascii=bool(rng.integer_below(2)))
@@ -259,16 +269,16 @@ def structures(desk: Desk, rng: Stream) -> None:
             if rng.integer_below(2)
             else f'{text[:-1]}, "cells": {{}}}}'
         )
-    desk.put(_called(rng), text.encode("utf-8", rng.choice(("replace", "surrogatepass"))))
+    workspace.put(_choose_file_name(rng), text.encode("utf-8", rng.choice(("replace", "surrogatepass"))))
 
 
-def _called(rng: Stream) -> str:
-    return rng.choice(("hw.ipynb", "hw.ipynb", "a.ipynb", "a.json", "a.txt", "a.py", "a.md", "a.zip", name(rng)))
+def _choose_file_name(rng: Stream) -> str:
+    return rng.choice(("hw.ipynb", "hw.ipynb", "a.ipynb", "a.json", "a.txt", "a.py", "a.md", "a.zip", make_name(rng)))
 
 
-def bytes_changed(desk: Desk, rng: Stream) -> None:
+def write_changed_bytes(workspace: Workspace, rng: Stream) -> None:
     data = bytearray(
-        desk.right.encode(rng.choice(("utf-8", "utf-8", "utf-8", "utf-16", "utf-16-be", "utf-32", "utf-8-sig")))
+        workspace.right.encode(rng.choice(("utf-8", "utf-8", "utf-8", "utf-16", "utf-16-be", "utf-32", "utf-8-sig")))
     )
     for _ in range(1 + rng.integer_below(8)):
         at, length = rng.integer_below(len(data) + 1), 1 + rng.integer_below(200)
@@ -290,7 +300,7 @@ def bytes_changed(desk: Desk, rng: Stream) -> None:
     magic = rng.choice(
         (b"", b"", b"", b"", b"%PDF", b"PK\x03\x04", b"PK\x05\x06", b"\x1f\x8b", b"\x89PNG", b"\xff\xfe", b"BZh")
     )
-    desk.put(_called(rng), magic + bytes(data))
+    workspace.put(_choose_file_name(rng), magic + bytes(data))
 
 
 # --- cells ---
@@ -335,13 +345,13 @@ _VALUES = (
 )  # fmt: skip
 
 
-def _changed_cells(desk: Desk, change: Callable[[list[dict[str, Any]]], Any]) -> str:
-    data = json.loads(desk.right)
+def _edit_cells(workspace: Workspace, change: Callable[[list[dict[str, Any]]], Any]) -> str:
+    data = json.loads(workspace.right)
     change(data["cells"])
     return json.dumps(data)
 
 
-def cells(desk: Desk, rng: Stream) -> None:
+def write_hostile_cells(workspace: Workspace, rng: Stream) -> None:
     def change(all_cells: list[dict[str, Any]]) -> None:
         for _ in range(1 + rng.integer_below(4)):
             cell, way = all_cells[2 + rng.integer_below(3)], rng.integer_below(5)
@@ -353,9 +363,9 @@ def cells(desk: Desk, rng: Stream) -> None:
             elif way <= 3:
                 cell["source"] = f"{variable} = {rng.choice(_VALUES)}"
             else:
-                cell["source"] = changed(str(cell["source"]), rng, (*TOKENS, "\n", "%", "!", "#"), 5000)
+                cell["source"] = mutate(str(cell["source"]), rng, (*TOKENS, "\n", "%", "!", "#"), 5000)
 
-    desk.put("hw.ipynb", _changed_cells(desk, change).encode())
+    workspace.put("hw.ipynb", _edit_cells(workspace, change).encode())
 
 
 # --- archives ---
@@ -363,18 +373,18 @@ def cells(desk: Desk, rng: Stream) -> None:
 
 @cache
 def _bomb() -> bytes:
-    """Return zeros that unpack to more than is read."""
+    """Return compressed zeros that unpack to more than the size limit."""
     return gzip.compress(b"\0" * (MAX_FILE_BYTES + 10), 1)
 
 
-def _zip(desk: Desk, rng: Stream) -> bytes:
-    packed = io.BytesIO()
+def _make_zip(workspace: Workspace, rng: Stream) -> bytes:
+    buffer = io.BytesIO()
     with zipfile.ZipFile(
-        packed, "w", rng.choice((zipfile.ZIP_STORED, zipfile.ZIP_DEFLATED, zipfile.ZIP_BZIP2, zipfile.ZIP_LZMA))
+        buffer, "w", rng.choice((zipfile.ZIP_STORED, zipfile.ZIP_DEFLATED, zipfile.ZIP_BZIP2, zipfile.ZIP_LZMA))
     ) as archive:
         for _ in range(rng.choice((0, 1, 1, 2, 4))):
             info = zipfile.ZipInfo(
-                _packed_name(rng),
+                _choose_member_name(rng),
                 rng.choice(((1980, 1, 1, 0, 0, 0), (2107, 15, 31, 31, 63, 62), (2026, 0, 0, 0, 0, 0))),
             )
             info.external_attr = (
@@ -382,21 +392,21 @@ def _zip(desk: Desk, rng: Stream) -> bytes:
             )
             info.compress_type = archive.compression
             with contextlib.suppress(ValueError, UnicodeError), warnings.catch_warnings(action="ignore"):  # odd names
-                archive.writestr(info, _packed_content(desk, rng))
+                archive.writestr(info, _choose_member_content(workspace, rng))
         if rng.integer_below(30) == 0:
             for number in range(10_050):
                 archive.writestr(f"{number}.ipynb", b"")
-    data = bytearray(packed.getvalue())
-    if rng.integer_below(4) == 0:  # said to be encrypted
-        for mark, at in ((b"PK\x01\x02", 8), (b"PK\x03\x04", 6)):
-            place = data.find(mark)
-            if place >= 0:
-                data[place + at] |= 1
+    data = bytearray(buffer.getvalue())
+    if rng.integer_below(4) == 0:  # marked as encrypted
+        for signature, offset in ((b"PK\x01\x02", 8), (b"PK\x03\x04", 6)):
+            start = data.find(signature)
+            if start >= 0:
+                data[start + offset] |= 1
     return bytes(data)
 
 
-def _tar(desk: Desk, rng: Stream) -> bytes:
-    packed = io.BytesIO()
+def _make_tar(workspace: Workspace, rng: Stream) -> bytes:
+    buffer = io.BytesIO()
     kinds = (
         tarfile.REGTYPE,
         tarfile.REGTYPE,
@@ -411,9 +421,9 @@ def _tar(desk: Desk, rng: Stream) -> bytes:
         b"Z",
     )
     form = rng.choice((tarfile.USTAR_FORMAT, tarfile.GNU_FORMAT, tarfile.PAX_FORMAT))
-    with tarfile.open(fileobj=packed, mode="w", format=form, errors="surrogateescape") as archive:
+    with tarfile.open(fileobj=buffer, mode="w", format=form, errors="surrogateescape") as archive:
         for _ in range(rng.choice((0, 1, 1, 2, 4))):
-            info, content = tarfile.TarInfo(_packed_name(rng)), _packed_content(desk, rng)
+            info, content = tarfile.TarInfo(_choose_member_name(rng)), _choose_member_content(workspace, rng)
             info.type, info.size, info.linkname = (
                 rng.choice(kinds),
                 len(content),
@@ -421,74 +431,75 @@ def _tar(desk: Desk, rng: Stream) -> bytes:
             )
             with contextlib.suppress(ValueError, UnicodeError):
                 archive.addfile(info, io.BytesIO(content))
-    data = packed.getvalue()
+    data = buffer.getvalue()
     return gzip.compress(data, 1) if rng.integer_below(2) else data
 
 
-def _packed_name(rng: Stream) -> str:
+def _choose_member_name(rng: Stream) -> str:
     odd = (
         f"../{NEIGHBOUR}/hw.ipynb", "/etc/hw.ipynb", "a/../../hw.ipynb", "C:\\hw.ipynb", "a\\hw.ipynb",
         "__MACOSX/hw.ipynb", "a/" * 2000 + "hw.ipynb", "x" * 60_000 + ".ipynb", "[Content_Types].xml", "mimetype",
-        "hw.ipynb/", "", "./", "inner.zip", "a.tar.gz", name(rng),
+        "hw.ipynb/", "", "./", "inner.zip", "a.tar.gz", make_name(rng),
     )  # fmt: skip
     return rng.choice(("hw.ipynb", "a/hw.ipynb", "b.ipynb", "hw.py", "hw.md", rng.choice(odd)))
 
 
-def _packed_content(desk: Desk, rng: Stream) -> bytes:
+def _choose_member_content(workspace: Workspace, rng: Stream) -> bytes:
     return rng.choice(
         (
-            desk.right.encode(),
-            desk.right.encode(),
+            workspace.right.encode(),
+            workspace.right.encode(),
             b"",
             b"{}",
             rng.take_bytes(300),
             b"PK\x03\x04",
-            desk.right[:500].encode(),
+            workspace.right[:500].encode(),
         )
     )
 
 
-def archives(desk: Desk, rng: Stream) -> None:
-    drawn = rng.integer_below(12)
-    if drawn == 0:
-        desk.put(rng.choice(("a.tar.gz", "hw.ipynb", "a.zip")), _bomb())
+def write_archive(workspace: Workspace, rng: Stream) -> None:
+    kind = rng.integer_below(12)
+    if kind == 0:
+        workspace.put(rng.choice(("a.tar.gz", "hw.ipynb", "a.zip")), _bomb())
         return
-    made = bytearray((_zip if drawn % 2 else _tar)(desk, rng))
+    content = bytearray((_make_zip if kind % 2 else _make_tar)(workspace, rng))
     for _ in range(rng.choice((0, 0, 1, 3))):
-        at, way = rng.integer_below(len(made) + 1), rng.integer_below(5)
+        at, way = rng.integer_below(len(content) + 1), rng.integer_below(5)
         if way == 0:
-            del made[at:]
+            del content[at:]
         elif way == 1:
-            made[at : at + 4] = rng.choice(
+            content[at : at + 4] = rng.choice(
                 (b"\xff" * 4, b"\0" * 4, struct.pack("<I", 2**31), b"99999999", rng.take_bytes(4))
             )
         elif way == 2:
-            made[at : at + 1] = rng.take_bytes(1)
+            content[at : at + 1] = rng.take_bytes(1)
         elif way == 3:
-            made[0:0] = rng.choice((b"#!/bin/sh\n", b"\0" * 512, bytes(made[:600])))
+            content[0:0] = rng.choice((b"#!/bin/sh\n", b"\0" * 512, bytes(content[:600])))
         else:
-            made += rng.choice((bytes(made), b"PK\x05\x06" + b"\xff" * 18, b"\0" * 2000))
-    desk.put(rng.choice(("a.zip", "a.tar", "a.tar.gz", "hw.ipynb", "a.tgz", name(rng))), bytes(made))
+            content += rng.choice((bytes(content), b"PK\x05\x06" + b"\xff" * 18, b"\0" * 2000))
+    workspace.put(rng.choice(("a.zip", "a.tar", "a.tar.gz", "hw.ipynb", "a.tgz", make_name(rng))), bytes(content))
 
 
-Kind = Callable[[Desk, Stream], None]
+Kind = Callable[[Workspace, Stream], None]
 KINDS: dict[str, Kind] = {
-    "names": names, "many files": many_files, "nested": nested, "links": links, "special": special, "rights": rights,
-    "times": times, "sizes": sizes, "stray": stray, "structures": structures, "bytes": bytes_changed, "cells": cells,
-    "archives": archives,
+    "names": write_odd_names, "many files": write_many_files, "nested": write_deep_folders, "links": write_links,
+    "special": write_special_file, "rights": restrict_permissions, "times": set_odd_times, "sizes": write_odd_sizes,
+    "stray": write_stray_file, "structures": write_odd_structures, "bytes": write_changed_bytes,
+    "cells": write_hostile_cells, "archives": write_archive,
 }  # fmt: skip
-OFTEN = (*KINDS, "names", "links", *["structures"] * 4, *["bytes"] * 3, *["cells"] * 4, *["archives"] * 4)
-"""What is drawn from: most of what has most forms."""
+FREQUENT_KINDS = (*KINDS, "names", "links", *["structures"] * 4, *["bytes"] * 3, *["cells"] * 4, *["archives"] * 4)
+"""Kinds to choose from; those with many variants occur more often."""
 
 
-def hand_in_drawn(root: Path, right: str, rng: Stream, among: tuple[str, ...] = OFTEN) -> str:
-    """Put something drawn into the folder of submissions; return in words what."""
-    desk = Desk(root, own_folder(root, rng), right)
-    drawn = [rng.choice(among) for _ in range(1 + rng.integer_below(8) // 6)]
-    drawn.sort(key=lambda kind: kind == "links")  # what comes after a link to a folder would be put into that
-    if drawn[0] == "links":
-        del drawn[1:]
-    for kind in drawn:
-        with contextlib.suppress(OSError):  # names that are too long, what is there already
-            KINDS[kind](desk, rng)
-    return f"{' and '.join(drawn)} in {desk.own.name!a}"
+def submit_random(root: Path, right: str, rng: Stream, choices: tuple[str, ...] = FREQUENT_KINDS) -> str:
+    """Write a random hostile submission, and return its description."""
+    workspace = Workspace(root, choose_folder(root, rng), right)
+    kinds = [rng.choice(choices) for _ in range(1 + rng.integer_below(8) // 6)]
+    kinds.sort(key=lambda kind: kind == "links")  # later kinds would write into a linked folder
+    if kinds[0] == "links":
+        del kinds[1:]
+    for kind in kinds:
+        with contextlib.suppress(OSError):  # names that are too long, or files that exist
+            KINDS[kind](workspace, rng)
+    return f"{' and '.join(kinds)} in {workspace.folder.name!a}"

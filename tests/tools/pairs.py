@@ -1,9 +1,8 @@
-"""`make pairs`: right answers rewritten and wrong answers made, of all families' formulas, and every verdict on them.
+"""`make pairs`: rewrite right answers and generate wrong ones from all families' formulas, and check every verdict.
 
-A rewriting applies identities at random places of a reference's tree, so that it is the same function. A mutation
-changes a random place, and is kept only if it is another function: at some configuration the two values differ by much
-more than rounding. `python -m tests.tools.pairs --count 100000` prints the wrong verdicts and leaves with code 1 if
-there are any.
+A rewriting applies identities at random places of a reference's tree, so it is the same function. A mutation changes a
+random place, and is kept only if the values differ by much more than rounding at some configuration. `python -m
+tests.tools.pairs --count 100000` prints the wrong verdicts and exits with code 1 if there are any.
 """
 
 import argparse
@@ -29,14 +28,14 @@ from qdot.exercises.reference_answers import Expression, Matrix
 from qdot.grader.judging.verdict import Outcome
 from tests.support.judging import judge_expression
 
-ASKED = ("position", "velocity", "jacobian", "determinant", "inverse-jacobian", "inverse-velocity",
+QUESTION_NAMES = ("position", "velocity", "jacobian", "determinant", "inverse-jacobian", "inverse-velocity",
          "geometric-jacobian", "gram-determinant", "joint-torques", "link-velocity")  # fmt: skip
-LONGEST = 1500
-"""Characters of a reference, or of a rewriting, beyond which it is left as it is."""
+MAX_LENGTH = 1500
+"""Longer references and rewritings are left unchanged."""
 
 
 def number(value: int | Fraction) -> Node:
-    """A tree of a number."""
+    """Return the tree of a number."""
     return Node("neg", (number(-value),)) if value < 0 else Node("number", value=Fraction(value))
 
 
@@ -44,46 +43,46 @@ PI, TWO, IMAGINARY = Node("name", value="pi"), number(2), Node("name", value="I"
 
 
 def call(name: str, arg: Node) -> Node:
-    """A function of a tree."""
+    """Return a function of a tree."""
     return Node("call", (arg,), name)
 
 
 def times(*factors: Node) -> Node:
-    """A product of trees."""
+    """Return a product of trees."""
     product = factors[0]
     for factor in factors[1:]:
         product = Node("*", (product, factor))
     return product
 
 
-def plus(one: Node, other: Node, sign: str = "+") -> Node:
-    """A sum or difference of trees."""
-    return Node(sign, (one, other))
+def plus(left: Node, right: Node, sign: str = "+") -> Node:
+    """Return a sum or difference of trees."""
+    return Node(sign, (left, right))
 
 
-def over(one: Node, other: Node) -> Node:
-    """A quotient of trees."""
-    return Node("/", (one, other))
+def over(numerator: Node, denominator: Node) -> Node:
+    """Return a quotient of trees."""
+    return Node("/", (numerator, denominator))
 
 
 Rule = Callable[[Node, Stream], Node | None]
 
 
-def shifted(node: Node, rng: Stream) -> Node | None:
-    """sin(x) as cos(x - pi/2), as -sin(x + pi), or with another whole turn."""
+def shift_angle(node: Node, rng: Stream) -> Node | None:
+    """Rewrite sin(x) as cos(x - pi/2), as -sin(x + pi), or with full turns added."""
     if node.kind != "call" or node.value not in ("sin", "cos"):
         return None
-    x, way = node.args[0], rng.integer_below(3)
-    if way == 0:
-        other = "cos" if node.value == "sin" else "sin"
-        return call(other, plus(x, over(PI, TWO), "-" if node.value == "sin" else "+"))
-    if way == 1:
+    x, kind = node.args[0], rng.integer_below(3)
+    if kind == 0:
+        cofunction = "cos" if node.value == "sin" else "sin"
+        return call(cofunction, plus(x, over(PI, TWO), "-" if node.value == "sin" else "+"))
+    if kind == 1:
         return Node("neg", (call(node.value, plus(x, PI, rng.choice("+-"))),))
     return call(node.value, plus(x, times(number(2 * rng.integer(-3, 3)), PI)))
 
 
-def half_angles(node: Node, rng: Stream) -> Node | None:
-    """sin and cos by the tangent of the half angle, or by sines and cosines of it."""
+def use_half_angles(node: Node, rng: Stream) -> Node | None:
+    """Rewrite sin and cos by the tangent, or by sine and cosine, of the half angle."""
     if node.kind != "call" or node.value not in ("sin", "cos"):
         return None
     half = over(node.args[0], TWO)
@@ -98,8 +97,8 @@ def half_angles(node: Node, rng: Stream) -> Node | None:
     )
 
 
-def exponentials(node: Node, rng: Stream) -> Node | None:
-    """sin and cos by complex exponentials."""
+def use_exponentials(node: Node, rng: Stream) -> Node | None:
+    """Rewrite sin and cos by complex exponentials."""
     if node.kind != "call" or node.value not in ("sin", "cos"):
         return None
     ahead, back = (call("exp", times(IMAGINARY, sign)) for sign in (node.args[0], Node("neg", (node.args[0],))))
@@ -108,8 +107,8 @@ def exponentials(node: Node, rng: Stream) -> Node | None:
     return over(plus(ahead, back, "-"), times(TWO, IMAGINARY))
 
 
-def added_angles(node: Node, rng: Stream) -> Node | None:
-    """Sine and cosine of a sum by the addition theorem."""
+def expand_angle_sum(node: Node, rng: Stream) -> Node | None:
+    """Expand the sine or cosine of a sum by the angle-sum identity."""
     if node.kind != "call" or node.value not in ("sin", "cos") or node.args[0].kind not in ("+", "-"):
         return None
     sum_ = node.args[0]
@@ -119,8 +118,8 @@ def added_angles(node: Node, rng: Stream) -> Node | None:
     return plus(times(cx, cy), times(sx, sy), "-" if sum_.kind == "+" else "+")
 
 
-def to_sum(node: Node, rng: Stream) -> Node | None:
-    """A product of two sines or cosines as a sum."""
+def product_to_sum(node: Node, rng: Stream) -> Node | None:
+    """Rewrite a product of two sines or cosines as a sum."""
     if node.kind != "*" or any(arg.kind != "call" or arg.value not in ("sin", "cos") for arg in node.args):
         return None
     (f, x), (g, y) = ((arg.value, arg.args[0]) for arg in node.args)
@@ -130,8 +129,8 @@ def to_sum(node: Node, rng: Stream) -> Node | None:
     return over(plus(call("sin", high), call("sin", low), "+" if f == "sin" else "-"), TWO)
 
 
-def one(node: Node, rng: Stream) -> Node | None:
-    """A product with a one in another form."""
+def multiply_by_one(node: Node, rng: Stream) -> Node | None:
+    """Multiply by 1 in another form."""
     x = call("sin", Node("name", value="theta1")), call("cos", Node("name", value="theta1"))
     ones = (
         plus(Node("^", (x[0], TWO)), Node("^", (x[1], TWO))),
@@ -141,21 +140,21 @@ def one(node: Node, rng: Stream) -> Node | None:
     return times(node, rng.choice(ones))
 
 
-def turned(node: Node, rng: Stream) -> Node | None:
-    """Operands in the other order."""
+def swap_operands(node: Node, rng: Stream) -> Node | None:
+    """Swap the operands of a sum or product."""
     return Node(node.kind, node.args[::-1]) if node.kind in ("+", "*") else None
 
 
-def spread(node: Node, rng: Stream) -> Node | None:
-    """A product of a sum multiplied out."""
+def multiply_out(node: Node, rng: Stream) -> Node | None:
+    """Multiply out a product with a sum."""
     if node.kind != "*" or node.args[1].kind not in ("+", "-"):
         return None
     x, sum_ = node.args
     return plus(times(x, sum_.args[0]), times(x, sum_.args[1]), sum_.kind)
 
 
-def decimals(node: Node, rng: Stream) -> Node | None:
-    """A number as a decimal, where it has few digits."""
+def write_as_decimal(node: Node, rng: Stream) -> Node | None:
+    """Write a number as a decimal if it has few digits."""
     if node.kind != "number" or any(node.value.denominator % p == 0 for p in (3, 7, 11, 13)) or node.value > 10**6:
         return None
     denominator = node.value.denominator
@@ -166,45 +165,46 @@ def decimals(node: Node, rng: Stream) -> Node | None:
     return Node("decimal", value=node.value) if denominator == 1 else None
 
 
-def doubled(node: Node, rng: Stream) -> Node | None:
-    """Half of twice, minus minus, and the like."""
-    way = rng.integer_below(3)
-    if way == 0:
+def insert_identity(node: Node, rng: Stream) -> Node | None:
+    """Insert an identity such as half of twice, or minus minus."""
+    kind = rng.integer_below(3)
+    if kind == 0:
         return over(times(TWO, node), TWO)
-    return Node("neg", (Node("neg", (node,)),)) if way == 1 else plus(plus(node, IMAGINARY), IMAGINARY, "-")
+    return Node("neg", (Node("neg", (node,)),)) if kind == 1 else plus(plus(node, IMAGINARY), IMAGINARY, "-")
 
 
 REWRITINGS: tuple[Rule, ...] = (
-    shifted, half_angles, exponentials, added_angles, to_sum, one, turned, turned, spread, spread, decimals, doubled,
+    shift_angle, use_half_angles, use_exponentials, expand_angle_sum, product_to_sum, multiply_by_one, swap_operands,
+    swap_operands, multiply_out, multiply_out, write_as_decimal, insert_identity,
 )  # fmt: skip
 
 
-def exchanged(node: Node, rng: Stream) -> Node | None:
-    """Sine for cosine and the reverse."""
+def swap_sine_and_cosine(node: Node, rng: Stream) -> Node | None:
+    """Replace a sine by a cosine, or the reverse."""
     if node.kind != "call" or node.value not in ("sin", "cos"):
         return None
     return call("cos" if node.value == "sin" else "sin", node.args[0])
 
 
-def other_sign(node: Node, rng: Stream) -> Node | None:
-    """Another sign in a sum."""
+def change_sign(node: Node, rng: Stream) -> Node | None:
+    """Change a sign in a sum."""
     return Node("-" if node.kind == "+" else "+", node.args) if node.kind in ("+", "-") else None
 
 
-def dropped(node: Node, rng: Stream) -> Node | None:
-    """A term or a factor dropped."""
+def drop_operand(node: Node, rng: Stream) -> Node | None:
+    """Drop a term or a factor."""
     return rng.choice(node.args) if node.kind in ("+", "-", "*") else None
 
 
-def other_name(node: Node, rng: Stream) -> Node | None:
-    """Another index."""
+def change_index(node: Node, rng: Stream) -> Node | None:
+    """Change the index of a name."""
     if node.kind != "name" or not node.value[-1].isdigit():
         return None
     return Node("name", value=f"{node.value[:-1]}{rng.integer(1, 4)}")
 
 
-def other_number(node: Node, rng: Stream) -> Node | None:
-    """A number that is off by a little, or rounded."""
+def change_number(node: Node, rng: Stream) -> Node | None:
+    """Change a number slightly."""
     if node.kind != "number":
         return None
     return Node(
@@ -212,94 +212,102 @@ def other_number(node: Node, rng: Stream) -> Node | None:
     )
 
 
-def size(node: Node, rng: Stream) -> Node | None:
-    """A sine without its sign, by an absolute value or a root."""
+def lose_sign(node: Node, rng: Stream) -> Node | None:
+    """Remove the sign of a sine or cosine by an absolute value or a root."""
     if node.kind != "call" or node.value not in ("sin", "cos"):
         return None
     return call("abs", node) if rng.integer_below(2) else call("sqrt", Node("^", (node, TWO)))
 
 
-def disturbed(node: Node, rng: Stream) -> Node | None:
-    """A term that is all but nothing."""
+def add_small_term(node: Node, rng: Stream) -> Node | None:
+    """Add a very small term."""
     return plus(node, times(Node("number", value=Fraction(1, 10 ** rng.integer(3, 8))), Node("name", value="a1")))
 
 
-MUTATIONS: tuple[Rule, ...] = (exchanged, other_sign, dropped, other_name, other_number, size, disturbed)
+MUTATIONS: tuple[Rule, ...] = (
+    swap_sine_and_cosine,
+    change_sign,
+    drop_operand,
+    change_index,
+    change_number,
+    lose_sign,
+    add_small_term,
+)
 
 
 def places(node: Node) -> list[tuple[int, ...]]:
-    """Every place in a tree, as the numbers of the operands on the way to it."""
+    """Return every place in a tree, as the indices of the operands on the way to it."""
     return [(), *((i, *place) for i, arg in enumerate(node.args) for place in places(arg))]
 
 
-def at(node: Node, place: tuple[int, ...]) -> Node:
-    """What stands at a place."""
+def subtree_at(node: Node, place: tuple[int, ...]) -> Node:
+    """Return the subtree at a place."""
     for i in place:
         node = node.args[i]
     return node
 
 
-def put(node: Node, place: tuple[int, ...], new: Node) -> Node:
-    """The tree with something else at a place."""
+def replace_at(node: Node, place: tuple[int, ...], new: Node) -> Node:
+    """Return the tree with another subtree at a place."""
     if not place:
         return new
     args = list(node.args)
-    args[place[0]] = put(args[place[0]], place[1:], new)
+    args[place[0]] = replace_at(args[place[0]], place[1:], new)
     return Node(node.kind, tuple(args), node.value)
 
 
-def changed(node: Node, rules: tuple[Rule, ...], rng: Stream, steps: int) -> Node:
-    """A tree with some rules applied at random places."""
+def apply_rules(node: Node, rules: tuple[Rule, ...], rng: Stream, steps: int) -> Node:
+    """Return a tree with some rules applied at random places."""
     for _ in range(steps):
         for _ in range(20):
             place = rng.choice(places(node))
-            inside_a_power = any(at(node, place[:k]).kind == "^" and place[k] == 1 for k in range(len(place)))
-            new = None if inside_a_power else rng.choice(rules)(at(node, place), rng)
+            inside_a_power = any(subtree_at(node, place[:k]).kind == "^" and place[k] == 1 for k in range(len(place)))
+            new = None if inside_a_power else rng.choice(rules)(subtree_at(node, place), rng)
             if new is not None:
-                longer = put(node, place, new)
-                node = longer if len(node_text(longer)) <= 2 * LONGEST else node
+                longer = replace_at(node, place, new)
+                node = longer if len(node_text(longer)) <= 2 * MAX_LENGTH else node
                 break
     return node
 
 
-def differs(one_: Node, other: Node, domain: Domain, rng: Stream) -> bool | None:
-    """Whether two trees clearly differ somewhere; None where that is not clear."""
-    used = find_names(one_) | find_names(other)
-    values = domain.sample(used, 200, rng)
-    (a, ma), (b, mb) = (evaluate(compile_program([tree]), values, 200) for tree in (one_, other))
+def is_different(first: Node, second: Node, domain: Domain, rng: Stream) -> bool | None:
+    """Return whether two trees clearly differ at some point, or None if that is unclear."""
+    symbols = find_names(first) | find_names(second)
+    values = domain.sample(symbols, 200, rng)
+    (a, ma), (b, mb) = (evaluate(compile_program([tree]), values, 200) for tree in (first, second))
     good = np.isfinite(a) & np.isfinite(b) & np.isfinite(ma) & np.isfinite(mb)
-    off = np.abs(a[good] - b[good]) / np.maximum(ma[good] + mb[good], 1e-300)
-    if not len(off):
+    difference = np.abs(a[good] - b[good]) / np.maximum(ma[good] + mb[good], 1e-300)
+    if not len(difference):
         return None
-    return True if off.max() > 1e-10 else None if off.max() > 1e-13 else False
+    return True if difference.max() > 1e-10 else None if difference.max() > 1e-13 else False
 
 
 def references(seeds: Iterator[int]) -> Iterator[tuple[str, Node, Domain]]:
-    """The formulas of all families' problems, one after another, with where they are from."""
+    """Yield the formulas of all families' problems, with their origins."""
     for seed in seeds:
         for family in FAMILIES:
             if FAMILIES[family].has_varied_structure:
-                asked: tuple[str, ...] = ("jacobian",)
+                questions: tuple[str, ...] = ("jacobian",)
             else:
-                asked = tuple(question for question in questions_of_family(family) if question in ASKED)
-            problem = generate(ProblemId(family, seed, asked))
+                questions = tuple(question for question in questions_of_family(family) if question in QUESTION_NAMES)
+            problem = generate(ProblemId(family, seed, questions))
             domain = problem.domain
             for part in problem.parts:
                 answer = part.answer
                 entries = list(answer.reference) if isinstance(answer, Matrix) else []
                 entries = [answer.reference] if isinstance(answer, Expression) else entries
                 for index, entry in enumerate(entries):
-                    if len(text := expression_text(entry)) <= LONGEST:
+                    if len(text := expression_text(entry)) <= MAX_LENGTH:
                         yield f"{family}/{seed} {part.name}[{index}]", parse_formula(text, domain.roles), domain
 
 
 @dataclass(frozen=True)
 class Pair:
-    """An answer that was made of a reference: where that is from, how, whether it is right, both texts, the seed."""
+    """An answer made from a reference: the origin, how it was made, whether it is right, both texts, and the seed."""
 
     source: str
     kind: str
-    due: bool
+    is_right: bool
     answer: str
     reference: str
     domain: Domain
@@ -307,52 +315,56 @@ class Pair:
 
 
 def pairs(count: int) -> Iterator[Pair]:
-    """Pairs of a reference and an answer, of which it is known whether they are the same function."""
-    made = 0
+    """Yield pairs of a reference and an answer for which it is known whether they are the same function."""
+    count_so_far = 0
     for source, reference, domain in references(iter(range(10**9))):
         text = node_text(reference)
         for k in range(6):
-            if made >= count:
+            if count_so_far >= count:
                 return
             rng = Stream(f"pairs/{source}/{k}")
-            right = k % 2 == 0
-            tree = changed(reference, REWRITINGS, rng, rng.integer(1, 5))
-            if not right:
-                tree = changed(tree, MUTATIONS, rng, 1)
-            other = differs(tree, reference, domain, rng)
-            if right and other:
+            is_rewriting = k % 2 == 0
+            tree = apply_rules(reference, REWRITINGS, rng, rng.integer(1, 5))
+            if not is_rewriting:
+                tree = apply_rules(tree, MUTATIONS, rng, 1)
+            differs = is_different(tree, reference, domain, rng)
+            if is_rewriting and differs:
                 raise AssertionError(f"a rewriting is no identity: {source}: {node_text(tree)}")
-            if other is None or (not right and not other):
-                continue  # doubles do not show that it is another function: by 1e-14, or undefined everywhere
-            made += 1
-            kind, seed = "rewritten" if right else "changed", f"pairs/{source}/{k}"
-            yield Pair(source, kind, not other, node_text(tree), text, domain, seed)
+            if differs is None or (not is_rewriting and not differs):
+                continue  # floating-point values can't tell
+            count_so_far += 1
+            kind, seed = "rewritten" if is_rewriting else "changed", f"pairs/{source}/{k}"
+            yield Pair(source, kind, not differs, node_text(tree), text, domain, seed)
 
 
 def verdicts(count: int) -> Iterator[tuple[str, str, bool, bool, str]]:
-    """Pairs with what is due and what the grader says: source, kind, due, verdict, text of the answer."""
+    """Yield for each pair its source, kind, whether it is right, the grader's verdict, and the answer."""
     for pair in pairs(count):
-        judged = judge_expression(pair.answer, pair.reference, pair.domain, pair.seed)
-        yield pair.source, pair.kind, pair.due, judged.outcome is Outcome.CORRECT, pair.answer
+        judgement = judge_expression(pair.answer, pair.reference, pair.domain, pair.seed)
+        yield pair.source, pair.kind, pair.is_right, judgement.outcome is Outcome.CORRECT, pair.answer
 
 
 def main() -> int:
-    """Run the sweep, and print what is wrong."""
+    """Run the sweep, and print the wrong verdicts."""
     parser = argparse.ArgumentParser(description=__doc__.splitlines()[0])
     parser.add_argument("--count", type=int, default=100_000)
     count = parser.parse_args().count
-    seen: Counter[tuple[str, bool]] = Counter()
+    counts: Counter[tuple[str, bool]] = Counter()
     wrong, start = 0, time.perf_counter()
-    for done, (source, kind, due, verdict, answer) in enumerate(verdicts(count), 1):
-        seen[kind, due] += 1
-        if verdict != due:
+    for done, (source, kind, is_right, verdict, answer) in enumerate(verdicts(count), 1):
+        counts[kind, is_right] += 1
+        if verdict != is_right:
             wrong += 1
-            sys.stdout.write(f"{source}: {kind}, {'right' if due else 'wrong'} answer judged otherwise: {answer}\n")
+            sys.stdout.write(
+                f"{source}: {kind}, {'right' if is_right else 'wrong'} answer judged otherwise: {answer}\n"
+            )
         if done % 5000 == 0:
             sys.stderr.write(f"{done} of {count} pairs, {wrong} wrong verdicts, {time.perf_counter() - start:.0f} s\n")
-    told = ", ".join(f"{n} {kind} ({'right' if due else 'wrong'})" for (kind, due), n in sorted(seen.items()))
+    summary = ", ".join(
+        f"{n} {kind} ({'right' if is_right else 'wrong'})" for (kind, is_right), n in sorted(counts.items())
+    )
     sys.stdout.write(
-        f"{sum(seen.values())} pairs in {time.perf_counter() - start:.0f} s: {told}; {wrong} wrong verdicts\n"
+        f"{sum(counts.values())} pairs in {time.perf_counter() - start:.0f} s: {summary}; {wrong} wrong verdicts\n"
     )
     return 1 if wrong else 0
 

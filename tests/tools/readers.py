@@ -1,8 +1,8 @@
-"""Both readers of answers, Python's and the site's, asked the same: which tree a text is, and what an answer earns.
+"""Compare the two readers of answers, Python's and the site's: the tree of each text, and the verdict on each answer.
 
-`python -m tests.tools.readers --count 5000` makes so many texts and answers out of what students write, by a stream
-that is the same each time, asks both, and prints where they differ. Sentences may differ; what is accepted, the tree
-and the verdict may not. Python's answers to texts chosen by hand are kept for the site's own tests (`site_corpus`).
+`python -m tests.tools.readers --count 5000` generates texts and answers from what students write, reproducibly, gives
+them to both readers, and prints where they differ. Messages may differ; acceptance, trees and verdicts may not.
+Python's results for texts chosen by hand are stored for the site's own tests (`site_corpus`).
 """
 
 import argparse
@@ -36,43 +36,43 @@ from tests.support import ROOT
 from tests.support.judging import judge_with_credit
 from tests.support.problems import ask_question, get_problem
 from tests.support.programs import require_program
-from tests.tools.fuzz import KNOWN, TOKENS, changed, seeds
+from tests.tools.fuzz import SYMBOL_SETS, TOKENS, load_seed_texts, mutate
 
 NODE = "install Node 20.19 or later"
 SITE = ROOT / "site"
 
-_TURNING = tuple(Joint("R", sp.Symbol(f"theta{i}"), 0, sp.Symbol(f"a{i}", positive=True), 0) for i in (1, 2))
+_REVOLUTE_JOINTS = tuple(Joint("R", sp.Symbol(f"theta{i}"), 0, sp.Symbol(f"a{i}", positive=True), 0) for i in (1, 2))
 FAMILIES = ("planar-2r", "planar-3r", "elbow-3r", "polar-rp", "scara", "wrist-zyz")
 TEXTBOOK = ("position", "jacobian", "determinant", "singular-angles", "lost-direction", "rank")
-"""Questions of the plain 2R arm, whose formulas are short and whose singular angles are 0 and pi."""
+"""Questions on the planar 2R arm, whose formulas are short and whose singular angles are 0 and pi."""
 KINDS = (
     "position", "velocity-component", "jacobian", "determinant", "gram-determinant", "inverse-velocity", "joint-rates",
     "least-norm-rates", "rank", "manipulability", "lost-direction", "self-motion", "singular-angles", "joint-torques",
 )  # fmt: skip
-"""Questions of which answers are compared: of each form of answer that is typed, some."""
+"""Questions whose answers are compared: some for each form of typed answer."""
 
 Reading = tuple[str, int]
 Answer = tuple[int, str, str]
 
 
 @dataclass
-class Asked:
+class Query:
     """Texts with the index of their symbols, and answers with the index of their problem and the name of their part."""
 
     readings: list[Reading] = field(default_factory=list)
     answers: list[Answer] = field(default_factory=list)
 
     def as_json(self) -> dict[str, Any]:
-        """Return the question in the form of site/tests/readings.ts."""
-        known = [sorted(each) for each in KNOWN]
-        return {"symbols": known, "readings": self.readings, "problems": problems_json(), "answers": self.answers}
+        """Return the query in the form of site/tests/readings.ts."""
+        symbols = [sorted(symbol_set) for symbol_set in SYMBOL_SETS]
+        return {"symbols": symbols, "readings": self.readings, "problems": problems_json(), "answers": self.answers}
 
 
 @cache
 def problems() -> tuple[Problem, ...]:
-    """Return the problems of which answers are compared, with the parts that are typed as formulas or numbers."""
+    """Return the problems whose answers are compared, with the parts that are typed as formulas or numbers."""
     arms = [get_problem(family, 0) for family in FAMILIES]
-    plain = ask_question("position", Chain("plain 2R", _TURNING, ("vx", "vy")))
+    plain = ask_question("position", Chain("plain 2R", _REVOLUTE_JOINTS, ("vx", "vy")))
     parts = tuple(part for kind in TEXTBOOK for part in ask_question(kind, plain.chain).parts)
     few = (replace(arm, parts=tuple(part for part in arm.parts if part.kind in KINDS)) for arm in arms)
     return (replace(plain, parts=parts), *few)
@@ -80,7 +80,7 @@ def problems() -> tuple[Problem, ...]:
 
 @cache
 def problems_json() -> list[dict[str, Any]]:
-    """Return the problems as the site's bank has them, as far as answers are judged by it."""
+    """Return the problems in the form of the site's bank, with the fields that judging needs."""
     return [
         {
             "id": f"{problem.chain.name} {problem.id}",
@@ -92,17 +92,17 @@ def problems_json() -> list[dict[str, Any]]:
 
 
 def part_json(problem: Problem, part: Part) -> dict[str, Any]:
-    """Return a part as the site's bank has it, as far as answers are judged by it."""
+    """Return a part in the form of the site's bank, with the fields that judging needs."""
     question, key = ALL_QUESTIONS[part.kind], make_key(problem, part, with_mistakes=False)
-    labels, columns = list(question.list_names_to_type(problem.chain, part)), list(question.column_names(problem.chain))
+    labels, columns = list(question.list_names_to_type(problem.chain, part)), list(question.name_columns(problem.chain))
     return {"name": part.name, "kind": part.kind, "labels": labels, "columns": columns, "key": key}
 
 
-# --- what Python says ---
+# --- Python's reader ---
 
 
 def tree_text(text: str, known: frozenset[str]) -> str | None:
-    """Return the tree of a text in the form of `canonical`, None where it is refused."""
+    """Return the tree of a text in the form of `canonical`, or None if it is refused."""
     try:
         return canonical(parse_formula(text, known))
     except ParseError:
@@ -124,19 +124,19 @@ def canonical(tree: Node) -> str:
         elif top.kind == "name":
             parts.append(f" {top.value}")
         elif top.kind in ("number", "decimal"):
-            parts.append(f" {_exactly(top)}")
+            parts.append(f" {_exact_number(top)}")
         else:
             parts.append(f" ({top.kind}{f' {top.value}' if top.kind == 'call' else ''}")
             todo += [None, *reversed(top.args)]
     return "".join(parts)[1:]
 
 
-def _exactly(node: Node) -> str:
+def _exact_number(node: Node) -> str:
     value: Fraction = node.value
     if node.kind == "number":
         return f"#{value.numerator}"
     digits, places = value.numerator, 0
-    while digits % value.denominator:  # a decimal: some power of ten makes it whole
+    while digits % value.denominator:  # for a decimal, some power of ten gives an integer
         digits, places = digits * 10, places + 1
     digits //= value.denominator
     while digits and digits % 10 == 0:
@@ -144,16 +144,16 @@ def _exactly(node: Node) -> str:
     return f"#{digits}e{-places if digits else 0}"
 
 
-def verdict(problem: int, name: str, text: str) -> tuple[str, float]:
-    """Return the outcome of an answer, and its share of the points before an assignment says what earns how much."""
-    return verdict_on(problems()[problem], part_of(problem, name), text, f"readers/{text!a}")
+def judge_answer(problem: int, name: str, text: str) -> tuple[str, float]:
+    """Return the outcome of an answer, and its share of the points by default rules."""
+    return judge_part(problems()[problem], part_of(problem, name), text, f"readers/{text!a}")
 
 
-def verdict_on(problem: Problem, part: Part, text: str, seed: str) -> tuple[str, float]:
-    """Return the same of an answer to a part of any problem."""
-    by_place = replace(part, credit=Credit("entries"))  # the site counts no factors, and no mistakes that explain all
-    judged = judge_with_credit(problem, by_place, text, seed)
-    return judged.outcome.value, round(judged.share, 9)
+def judge_part(problem: Problem, part: Part, text: str, seed: str) -> tuple[str, float]:
+    """Return the outcome and share of an answer to a part of any problem."""
+    part_by_entries = replace(part, credit=Credit("entries"))  # the site gives no credit for factors or known mistakes
+    judgement = judge_with_credit(problem, part_by_entries, text, seed)
+    return judgement.outcome.value, round(judgement.share, 9)
 
 
 def part_of(problem: int, name: str) -> Part:
@@ -161,38 +161,38 @@ def part_of(problem: int, name: str) -> Part:
     return next(part for part in problems()[problem].parts if part.name == name)
 
 
-# --- what the site says ---
+# --- the site's reader ---
 
 
-def site_says(question: Asked) -> dict[str, Any]:
-    """Return what the site's reader and its grader say, in one process of Node; without it a test is skipped."""
+def ask_site(query: Query) -> dict[str, Any]:
+    """Return the results of the site's reader and grader from one Node process; skip the test without Node."""
     node = require_program("node", NODE)
     if not (SITE / "node_modules" / "vite").is_dir():
         require_program("the site's libraries", "cd site && npm ci")
-    done = subprocess.run(
-        [node, "tools/readings.mjs"], cwd=SITE, input=json.dumps(question.as_json()), capture_output=True, text=True
+    process = subprocess.run(
+        [node, "tools/readings.mjs"], cwd=SITE, input=json.dumps(query.as_json()), capture_output=True, text=True
     )
-    assert done.returncode == 0, done.stderr[-2000:]
-    found: dict[str, Any] = json.loads(done.stdout)
-    return found
+    assert process.returncode == 0, process.stderr[-2000:]
+    result: dict[str, Any] = json.loads(process.stdout)
+    return result
 
 
-def differences(question: Asked) -> Iterator[str]:
-    """Yield a line for each text and each answer of which both do not say the same.
+def find_differences(query: Query) -> Iterator[str]:
+    """Yield a line for each text and each answer on which the readers differ.
 
-    Where the browser is not sure that an answer is right, and says so, the grader may find it wrong.
+    If the browser says that it is not sure that an answer is right, the grader may find it wrong.
     """
-    told = site_says(question)
-    for (text, k), theirs in zip(question.readings, told["readings"], strict=True):
-        ours = tree_text(text, KNOWN[k])
-        if ours != theirs:
-            yield f"{text!a} with symbols {k}: Python {ours}, site {theirs}"
-    for (problem, name, text), (outcome, share, sure) in zip(question.answers, told["verdicts"], strict=True):
-        ours_outcome, ours_share = verdict(problem, name, text)
-        if outcome == "correct" and not sure and ours_outcome in ("wrong", "partial") and not _is_set(problem, name):
+    site_result = ask_site(query)
+    for (text, k), site_tree in zip(query.readings, site_result["readings"], strict=True):
+        python_tree = tree_text(text, SYMBOL_SETS[k])
+        if python_tree != site_tree:
+            yield f"{text!a} with symbols {k}: Python {python_tree}, site {site_tree}"
+    for (problem, name, text), (outcome, share, is_sure) in zip(query.answers, site_result["verdicts"], strict=True):
+        ours_outcome, ours_share = judge_answer(problem, name, text)
+        if outcome == "correct" and not is_sure and ours_outcome in ("wrong", "partial") and not _is_set(problem, name):
             continue
         if (outcome, round(share, 6)) != (ours_outcome, round(ours_share, 6)):
-            both = f"Python {ours_outcome} {ours_share:g}, site {outcome} {share:g}{'' if sure else ', unsure'}"
+            both = f"Python {ours_outcome} {ours_share:g}, site {outcome} {share:g}{'' if is_sure else ', unsure'}"
             yield f"{problems()[problem].id} {name} {text!a}: {both}"
 
 
@@ -200,7 +200,7 @@ def _is_set(problem: int, name: str) -> bool:
     return isinstance(part_of(problem, name).answer, ConditionSet)
 
 
-# --- texts made ---
+# --- generating texts ---
 
 SETS = (
     "0", "det(J) = 0", "theta1 = theta1", "0 = 0", "pi", "{0, pi}", "[0, pi]", "k*pi", "theta2 = k*pi", "theta2 = 0",
@@ -221,7 +221,7 @@ SETS = (
     "tan(theta2) = 0", "theta2 = k", "hello world", "theta2 = 355/113",
     "d2 = 0,2 m oder theta2 = 0", "theta2 = 0,180°", "d2 = -0.2 m or theta1 = 0", "theta2 = 0°\ntheta2 = 180°",
 )  # fmt: skip
-"""Answers to the question where an arm is singular, right ones and wrong ones; for most arms wrong."""
+"""Answers for the singular configurations of an arm, right or wrong; for most arms wrong."""
 
 _NEAR_PI = (
     *(f"{turns * math.pi:.{digits}g}" for turns in (1, -1, 3) for digits in range(2, 18)),
@@ -237,7 +237,7 @@ DECIMALS = (
     )),
     *(form.format(value) for value in _NEAR_ZERO for form in ("theta2 = {}, pi", "{{theta2: [3.14159265358979, {}]}}")),
 )  # fmt: skip
-"""Values of an angle in decimals and fractions that are right, that are but for rounding, and that are not."""
+"""Values of an angle in decimals and fractions: right, right except for rounding, and wrong."""
 
 ANYTHING = (
     "0", "1", "-1", "hello world", "a1", "x", "[0, 0]", "[[1, 0], [0, 1]]", "nan", "", " ", "blank", "...", "I",
@@ -263,7 +263,7 @@ MORE = (
     "\\[Theta]1[t]", "Subscript[a, 1] Sin[30 Degree]", "=a1\n=a2", "| a1 | a2 |\n|--|--|\n| 0 | |a1| |", "a1 (approx.)",
     "m*" * 300 + "m", "(" * 50 + "m m" + ")*m" * 50,
 )  # fmt: skip
-"""Texts at the limits, and of kinds in which both readers once differed."""
+"""Texts at the limits, and texts on which the readers once differed."""
 
 WORDS = (
     ("theta1", "theta2"), ("theta1", "θ₁"), ("sin", "cos"), ("+", "-"), ("*", " "), ("a1", "a2"), ("1", "１"),
@@ -271,7 +271,7 @@ WORDS = (
     (".", ","), ("theta", "th"), ("theta1", "theta_1"), ("a1", "a_{1}"), ("sin", "np.sin"), ("*", "·"), ("-", "−"),
     ("0", "0.0"), ("(", "（"),
 )  # fmt: skip
-"""What is put for what in an answer."""
+"""Replacements in an answer."""
 
 ENDS = (" ", ";", ".", " m", " rad/s", " [m]", "; ", " + 0", " + x - x", " m ", "*1", "/1", " + 1e-9", "\n", " N m")
 
@@ -279,81 +279,84 @@ ENDS = (" ", ";", ".", " m", " rad/s", " [m]", "; ", " + 0", " + x - x", " m ", 
 STARTS = ("", "", "", "x = ", "det(J) = ", "J = ", "\n", "qd1 = ", "a1 = ", "lambda theta1: ", "Matrix(", "√", "$")
 
 
-def question_of(count: int, seed: str) -> Asked:
-    """Return so many texts, and a quarter as many answers, that a stream makes of what students write."""
+def make_query(count: int, seed: str) -> Query:
+    """Return `count` texts, and a quarter as many answers, generated from what students write."""
     rng = Stream(f"readers/{seed}")
-    texts = [text for text in (*seeds(), *written()) if len(text) < 300]
-    question = Asked([(text, k) for text in (*written(), *SETS, *ANYTHING) for k in range(len(KNOWN))][: count // 4])
-    while len(question.readings) < count:
-        text = rng.choice(texts) if rng.integer_below(3) else _thrown_together(rng)
+    texts = [text for text in (*load_seed_texts(), *list_known_texts()) if len(text) < 300]
+    query = Query(
+        [(text, k) for text in (*list_known_texts(), *SETS, *ANYTHING) for k in range(len(SYMBOL_SETS))][: count // 4]
+    )
+    while len(query.readings) < count:
+        text = rng.choice(texts) if rng.integer_below(3) else _combine_words(rng)
         for _ in range(rng.integer_below(3)):
-            text = _replaced_at(text, *rng.choice(WORDS), rng)
+            text = _replace_some(text, *rng.choice(WORDS), rng)
         for _ in range(rng.integer_below(3)):
-            text = changed(text, rng, TOKENS, most=600)
-        question.readings.append(
-            (text + (rng.choice(ENDS) if rng.integer_below(5) == 0 else ""), rng.integer_below(len(KNOWN)))
+            text = mutate(text, rng, TOKENS, max_length=600)
+        query.readings.append(
+            (text + (rng.choice(ENDS) if rng.integer_below(5) == 0 else ""), rng.integer_below(len(SYMBOL_SETS)))
         )
-    while len(question.answers) < count // 4:
-        question.answers.append(_answer(rng))
-    return question
+    while len(query.answers) < count // 4:
+        query.answers.append(_make_answer(rng))
+    return query
 
 
-def _thrown_together(rng: Stream) -> str:
-    """Return words and signs of the vocabulary in a row, with some others of all scripts."""
+def _combine_words(rng: Stream) -> str:
+    """Return a random sequence of words and signs of the vocabulary, and of characters of all scripts."""
     return "".join(
-        rng.choice(_all_words()) if rng.integer_below(12) else _sign(rng) for _ in range(1 + rng.integer_below(12))
+        rng.choice(_all_words()) if rng.integer_below(12) else _choose_character(rng)
+        for _ in range(1 + rng.integer_below(12))
     )
 
 
 @cache
 def _all_words() -> tuple[str, ...]:
-    found = (word for name in VOCABULARY if name not in ("about", "patterns") for word in _words_in(VOCABULARY[name]))
-    return (*TOKENS, *found)
+    words = (word for name in VOCABULARY if name not in ("about", "patterns") for word in _list_words(VOCABULARY[name]))
+    return (*TOKENS, *words)
 
 
-def _words_in(table: Any) -> Iterator[str]:
+def _list_words(table: Any) -> Iterator[str]:
     if isinstance(table, str):
         yield table if len(table) < 20 else ""
     elif isinstance(table, dict):
         yield from table
-        yield from _words_in(list(table.values()))
+        yield from _list_words(list(table.values()))
     elif isinstance(table, list):
-        for each in table:
-            yield from _words_in(each)
+        for entry in table:
+            yield from _list_words(entry)
 
 
-def _sign(rng: Stream) -> str:
-    """Return a character of any script; those of Unicode 3.2 are the same to every Python and every Node."""
+def _choose_character(rng: Stream) -> str:
+    """Return a character of Unicode 3.2, which every Python and every Node handles alike."""
     while True:
-        sign = chr(rng.integer_below(0x2300 if rng.integer_below(3) else 0xFFFF))
-        if unicodedata.ucd_3_2_0.category(sign) not in ("Cn", "Cs"):
-            return sign
+        character = chr(rng.integer_below(0x2300 if rng.integer_below(3) else 0xFFFF))
+        if unicodedata.ucd_3_2_0.category(character) not in ("Cn", "Cs"):
+            return character
 
 
-def kept_question() -> Asked:
-    """Return the texts and answers whose trees and verdicts are kept for the site's own tests."""
-    texts = (*(text for text in (*written(), *seeds()) if len(text) < 300), *SETS, *ANYTHING, *MORE)
-    question = Asked([(text, k) for text in dict.fromkeys(texts) for k in range(len(KNOWN))])
+def make_stored_query() -> Query:
+    """Return the texts and answers whose trees and verdicts are stored for the site's own tests."""
+    texts = (*(text for text in (*list_known_texts(), *load_seed_texts()) if len(text) < 300), *SETS, *ANYTHING, *MORE)
+    query = Query([(text, k) for text in dict.fromkeys(texts) for k in range(len(SYMBOL_SETS))])
     for k, problem in enumerate(problems()):
         for part in problem.parts:
-            right = right_answers(k, part.name)
-            answers = list(right)
+            right_texts = right_answers(k, part.name)
+            answers = list(right_texts)
             if k == 0:
-                answers += [*ANYTHING, *(right[0].replace(old, new) for old, new in WORDS)]
-                answers += [f"{start}{right[0]}{end}" for start, end in product(STARTS[3:], ENDS[:2])]
+                answers += [*ANYTHING, *(right_texts[0].replace(old, new) for old, new in WORDS)]
+                answers += [f"{start}{right_texts[0]}{end}" for start, end in product(STARTS[3:], ENDS[:2])]
             if isinstance(part.answer, ConditionSet):
                 answers += (*SETS, *DECIMALS) if k == 0 else SETS[:: len(problems())]
-            question.answers += [(k, part.name, text) for text in dict.fromkeys(answers)]
-    return question
+            query.answers += [(k, part.name, text) for text in dict.fromkeys(answers)]
+    return query
 
 
-def written() -> list[str]:
-    """Return texts that are known to be read, or refused, as they should be."""
-    own = [*writings.POSITIONS, *writings.MATRICES, *(text for text, _ in writings.REFUSED)]
-    return [*own, *(text for texts in writings.WRITINGS.values() for text in texts)]
+def list_known_texts() -> list[str]:
+    """Return texts whose reading is tested elsewhere."""
+    fixed_texts = [*writings.POSITIONS, *writings.MATRICES, *(text for text, _ in writings.REFUSED)]
+    return [*fixed_texts, *(text for texts in writings.WRITINGS.values() for text in texts)]
 
 
-def _answer(rng: Stream) -> Answer:
+def _make_answer(rng: Stream) -> Answer:
     k = rng.integer_below(len(problems()))
     part = rng.choice(problems()[k].parts)
     is_set = isinstance(part.answer, ConditionSet)
@@ -361,48 +364,48 @@ def _answer(rng: Stream) -> Answer:
     if rng.integer_below(12) == 0:
         text = rng.choice(ANYTHING)
     for _ in range(rng.integer_below(3)):
-        text = _replaced_at(text, *rng.choice(WORDS), rng)
+        text = _replace_some(text, *rng.choice(WORDS), rng)
     if rng.integer_below(4) == 0:
         text = rng.choice(STARTS) + text + rng.choice(ENDS)
     if rng.integer_below(4) == 0:
-        text = changed(text, rng, TOKENS, most=600)
+        text = mutate(text, rng, TOKENS, max_length=600)
     return (k, part.name, text)
 
 
-def _replaced_at(text: str, old: str, new: str, rng: Stream) -> str:
-    """Return a text with another put for one, everywhere or in one place."""
+def _replace_some(text: str, old: str, new: str, rng: Stream) -> str:
+    """Replace one text by another, everywhere or in one place."""
     places = text.count(old)
     if places == 0 or rng.integer_below(2):
         return text.replace(old, new)
-    head = text.split(old)
-    at = 1 + rng.integer_below(places)
-    return old.join(head[:at]) + new + old.join(head[at:])
+    pieces = text.split(old)
+    index = 1 + rng.integer_below(places)
+    return old.join(pieces[:index]) + new + old.join(pieces[index:])
 
 
 @cache
 def right_answers(problem: int, name: str) -> Sequence[str]:
-    """Return the right answer to a part as it is typed in Python, and in LaTeX."""
+    """Return the right answer to a part as typed in Python and in LaTeX."""
     part = part_of(problem, name)
-    found = [part.answer.write_code(), part.answer.as_typed()]
+    texts = [part.answer.write_code(), part.answer.as_typed()]
     if isinstance(part.answer, ConditionSet):
-        return [*found, ", ".join(part.answer.pieces()), *part.answer.pieces()]
+        return [*texts, ", ".join(part.answer.pieces()), *part.answer.pieces()]
     if part.answer.is_symbolic:
         matrix = part.answer.as_matrix()
-        found.append(sp.latex(matrix if matrix.shape != (1, 1) else matrix[0, 0]))
-    return list(dict.fromkeys(found))
+        texts.append(sp.latex(matrix if matrix.shape != (1, 1) else matrix[0, 0]))
+    return list(dict.fromkeys(texts))
 
 
 def main() -> int:
-    """Ask both, and print where they differ."""
+    """Ask both readers, and print where they differ."""
     parser = argparse.ArgumentParser(description=__doc__.splitlines()[0])
-    parser.add_argument("--count", type=int, default=2000, help="so many texts, and a quarter as many answers")
-    parser.add_argument("--seed", default="1", help="another one makes other texts")
+    parser.add_argument("--count", type=int, default=2000, help="number of texts; a quarter as many answers")
+    parser.add_argument("--seed", default="1", help="another seed gives other texts")
     options = parser.parse_args()
-    question = question_of(options.count, options.seed)
-    found = list(differences(question))
-    sys.stdout.writelines(f"{line}\n" for line in found)
-    sys.stdout.write(f"{len(question.readings)} texts, {len(question.answers)} answers: {len(found)} differences\n")
-    return 1 if found else 0
+    query = make_query(options.count, options.seed)
+    lines = list(find_differences(query))
+    sys.stdout.writelines(f"{line}\n" for line in lines)
+    sys.stdout.write(f"{len(query.readings)} texts, {len(query.answers)} answers: {len(lines)} differences\n")
+    return 1 if lines else 0
 
 
 if __name__ == "__main__":

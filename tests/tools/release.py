@@ -1,11 +1,11 @@
-"""A release: the version is changed in one command, and tag, version and changelog agree before anything is built.
+"""Prepare and check a release: one command changes the version; tag, version and changelog must agree.
 
-    python -m tests.tools.release prepare 1.0.0     the version, and a section of CHANGELOG.md out of "Unreleased"
-    python -m tests.tools.release check [v1.0.0]    whether a tag is that of the version and has its section
-    python -m tests.tools.release notes             the section of the version, or of what is not released yet
+    python -m tests.tools.release prepare 1.0.0     change the version, and turn "Unreleased" into a section
+    python -m tests.tools.release check [v1.0.0]    check that a tag agrees with version and changelog
+    python -m tests.tools.release notes             print the section of the version, or of "Unreleased"
 
-The version stands in pyproject.toml; CITATION.cff repeats it for those who cite. docs/releasing.md has the steps. The
-workflow runs this with nothing installed: it needs Python alone.
+The version is in pyproject.toml and repeated in CITATION.cff. docs/releasing.md has the steps. This program needs only
+Python, because the workflow runs it with nothing installed.
 """
 
 import argparse
@@ -19,65 +19,67 @@ ROOT = Path(__file__).parents[2]
 VERSION = re.compile(r"(0|[1-9]\d*)\.(0|[1-9]\d*)\.(0|[1-9]\d*)((a|b|rc)\d+)?")
 UNRELEASED = "Unreleased"
 ARCHIVES = "tests/data/archives"
-"""Where each release has kept a class of its own, by the version's name."""
-PLACES = {"pyproject.toml": r'(?m)^version = "(.*)"$', "CITATION.cff": r"(?m)^version: (.*)$"}
-"""Where the version stands, and how; the first of them is asked."""
+"""The folder with an archived class for each version."""
+VERSION_PATTERNS = {"pyproject.toml": r'(?m)^version = "(.*)"$', "CITATION.cff": r"(?m)^version: (.*)$"}
+"""The files that contain the version, with its pattern."""
 
 
-def version_of(root: Path) -> str:
+def read_version(root: Path) -> str:
     """Return the version of a checkout."""
     version: str = tomllib.loads((root / "pyproject.toml").read_text(encoding="utf-8"))["project"]["version"]
     return version
 
 
-def section(changelog: str, version: str) -> str:
-    """Return what a changelog says of a version, without the heading; nothing where it has no such section.
+def find_section(changelog: str, version: str) -> str:
+    """Return the section of a version in a changelog, without the heading, or "" if there is none.
 
-    >>> section("# C\\n\\n## Unreleased\\n\\n## 1.0.0 - 2026-12-01\\n\\n- New.\\n\\n## 0.9.0 - 2026-11-01\\n", "1.0.0")
+    >>> find_section("# C\\n\\n## Unreleased\\n\\n## 1.0.0 - 2026-12-01\\n\\n- New.\\n\\n## 0.9.0 - 2026-1-1", "1.0.0")
     '- New.'
     """
-    dated = "" if version == UNRELEASED else r" - \d{4}-\d\d-\d\d"
-    found = re.search(rf"(?ms)^## {re.escape(version)}{dated}\n(.*?)(?=^## |\Z)", changelog)
-    return found[1].strip() if found else ""
+    date_pattern = "" if version == UNRELEASED else r" - \d{4}-\d\d-\d\d"
+    match = re.search(rf"(?ms)^## {re.escape(version)}{date_pattern}\n(.*?)(?=^## |\Z)", changelog)
+    return match[1].strip() if match else ""
 
 
-def objections(root: Path, tag: str) -> list[str]:
-    """Return what keeps a checkout from being released by a tag, or from being released at all where none is given."""
-    version, changelog = version_of(root), (root / "CHANGELOG.md").read_text(encoding="utf-8")
-    said = []
+def find_objections(root: Path, tag: str) -> list[str]:
+    """Return the reasons against releasing a checkout, with a tag if one is given."""
+    version, changelog = read_version(root), (root / "CHANGELOG.md").read_text(encoding="utf-8")
+    objections = []
     if not VERSION.fullmatch(version):
-        said.append(f"pyproject.toml: version = {version!r} is no version like 1.0.0 or 1.0.0rc1")
-    for name, pattern in PLACES.items():
-        found = re.findall(pattern, (root / name).read_text(encoding="utf-8"))
-        if found != [version]:
-            said.append(f"{name}: the version is {', '.join(found) or 'missing'}, and {version} in pyproject.toml")
+        objections.append(f"pyproject.toml: version = {version!r} is no version like 1.0.0 or 1.0.0rc1")
+    for name, pattern in VERSION_PATTERNS.items():
+        versions = re.findall(pattern, (root / name).read_text(encoding="utf-8"))
+        if versions != [version]:
+            objections.append(
+                f"{name}: the version is {', '.join(versions) or 'missing'}, and {version} in pyproject.toml"
+            )
     if not tag:
-        return said
+        return objections
     if tag != f"v{version}":
-        said.append(f"the tag is {tag}, and v{version} is that of pyproject.toml")
+        objections.append(f"the tag is {tag}, and v{version} is that of pyproject.toml")
     if not (root / ARCHIVES / version).is_dir():
-        said.append(f"{ARCHIVES}/{version} is missing: python -m tests.tools.archive {version}")
-    if not section(changelog, version):
-        said.append(f"CHANGELOG.md: nothing stands under a heading '## {version} - YYYY-MM-DD'")
-    elif section(changelog, UNRELEASED):
-        said.append(f"CHANGELOG.md: something stands under '## {UNRELEASED}' that is in this release, too")
-    return said
+        objections.append(f"{ARCHIVES}/{version} is missing: python -m tests.tools.archive {version}")
+    if not find_section(changelog, version):
+        objections.append(f"CHANGELOG.md: nothing stands under a heading '## {version} - YYYY-MM-DD'")
+    elif find_section(changelog, UNRELEASED):
+        objections.append(f"CHANGELOG.md: something stands under '## {UNRELEASED}' that is in this release, too")
+    return objections
 
 
-def prepared(root: Path, version: str, day: str) -> dict[str, str]:
-    """Return the files of a checkout that a new version changes. Raises ValueError with the reason where it can't."""
+def prepare_files(root: Path, version: str, day: str) -> dict[str, str]:
+    """Return the texts of the files that a new version changes. Raises ValueError with the reason if it can't."""
     changelog = (root / "CHANGELOG.md").read_text(encoding="utf-8")
     if not VERSION.fullmatch(version):
         raise ValueError(f"{version!r} is no version; write one like 1.0.0 or 1.0.0rc1")
-    if section(changelog, version):
+    if find_section(changelog, version):
         raise ValueError(f"CHANGELOG.md has a section of {version} already")
-    if not section(changelog, UNRELEASED):
+    if not find_section(changelog, UNRELEASED):
         raise ValueError(f"CHANGELOG.md: nothing stands under '## {UNRELEASED}'")
     heading = f"## {UNRELEASED}\n"
     files = {"CHANGELOG.md": changelog.replace(heading, f"{heading}\n## {version} - {day}\n", 1)}
-    for name, pattern in PLACES.items():
+    for name, pattern in VERSION_PATTERNS.items():
         text = (root / name).read_text(encoding="utf-8")
-        files[name], changes = re.subn(pattern, lambda found: found[0].replace(found[1], version), text)
+        files[name], changes = re.subn(pattern, lambda match: match[0].replace(match[1], version), text)
         if changes != 1:
             raise ValueError(f"{name}: the version stands in {changes} lines; it should be one")
     return files
@@ -93,26 +95,26 @@ def main(arguments: list[str] | None = None, root: Path = ROOT) -> int:
     check = commands.add_parser("check", help="see whether tag, version and changelog agree")
     check.add_argument("tag", nargs="?", default="")
     commands.add_parser("notes", help="print the version's section of the changelog")
-    given = parser.parse_args(arguments)
-    if given.command == "prepare":
+    options = parser.parse_args(arguments)
+    if options.command == "prepare":
         try:
-            files = prepared(root, given.version, given.on)
+            files = prepare_files(root, options.version, options.on)
         except ValueError as error:
             print(error, file=sys.stderr)
             return 2
         for name, text in files.items():
             (root / name).write_text(text, encoding="utf-8")
-        archive = f"python -m tests.tools.archive {given.version}"
-        print(f"changed {', '.join(files)}; look at them, then: {archive}; commit, and: git tag v{given.version}")
+        archive = f"python -m tests.tools.archive {options.version}"
+        print(f"changed {', '.join(files)}; look at them, then: {archive}; commit, and: git tag v{options.version}")
         return 0
-    if given.command == "notes":
+    if options.command == "notes":
         changelog = (root / "CHANGELOG.md").read_text(encoding="utf-8")
-        print(section(changelog, version_of(root)) or section(changelog, UNRELEASED))
+        print(find_section(changelog, read_version(root)) or find_section(changelog, UNRELEASED))
         return 0
-    said = objections(root, given.tag)
-    for line in said:
-        print(line, file=sys.stderr)
-    return 2 if said else 0
+    reasons = find_objections(root, options.tag)
+    for reason in reasons:
+        print(reason, file=sys.stderr)
+    return 2 if reasons else 0
 
 
 if __name__ == "__main__":

@@ -30,21 +30,21 @@ from qdot.exercises.questions import QUESTIONS
 
 MEASURED = Path(__file__).with_name("sharing.json")
 
-CLASS, ASKED_CLASS = 500, 30
-"""Students of the class whose arms are drawn, and of the smaller one that is asked."""
+CLASS_SIZE, SMALL_CLASS_SIZE = 500, 30
+"""Students of the class whose arms are compared, and of the smaller class whose parts are generated."""
 
-ASKED_FAMILIES, ASKED_STEPS = ("planar-2r", "elbow-3r"), ("chapter", DEFAULT_VARIATION)
-"""The families whose parts are asked of the smaller class, and at which steps."""
+GENERATED_FAMILIES, GENERATED_STEPS = ("planar-2r", "elbow-3r"), ("chapter", DEFAULT_VARIATION)
+"""The families and steps whose parts are generated for the smaller class."""
 
-CLASS_OF_VARIED = 100
-"""Students of the class where structures are drawn, which takes half a second each."""
+VARIED_CLASS_SIZE = 100
+"""Students of a class with random structures, which take half a second each."""
 
-ALIKE = {"jacobian-size"}
-"""Questions whose answer is no secret: the same for a family's every arm, or chosen out of a few."""
+SAME_FOR_ALL = {"jacobian-size"}
+"""Questions whose answer is the same for every arm of a family, or one of a few."""
 
 DIGITS = 9
 POSES = 3
-"""Where formulas are evaluated: they are the same where these many digits are, in so many configurations."""
+"""Formulas are the same if this many digits agree in this many configurations."""
 
 Key = tuple[Hashable, ...]
 Read = Callable[[StageResults], np.ndarray]
@@ -60,7 +60,7 @@ GROUPS: dict[str, tuple[str, ...]] = {
     "wrist": ("wrist-block",),
     "singular": ("singular-angles",),
 }
-"""Questions that are shared alike, as their formulas are results of one stage, by the heading of their column."""
+"""Questions that are shared equally, because their formulas come from one stage, by column heading."""
 
 READ: dict[str, Read] = {
     "position": lambda w: w["point"],
@@ -87,12 +87,12 @@ def keys_in_formulas(arms: Sequence[Chain], groups: Sequence[str]) -> dict[str, 
     factor.
     """
     keys: dict[str, list[Key]] = {group: [()] * len(arms) for group in groups}
-    known = [symbolic_arm_of(arm) for arm in arms]
-    alike: dict[Chain, list[int]] = {}
-    for index, its in enumerate(known):
-        alike.setdefault(its.chain, []).append(index)
-    for generic, members in alike.items():
-        stages = _evaluate(generic, [dict(known[index].values) for index in members])
+    symbolic_arms = [symbolic_arm_of(arm) for arm in arms]
+    by_structure: dict[Chain, list[int]] = {}
+    for index, arm in enumerate(symbolic_arms):
+        by_structure.setdefault(arm.chain, []).append(index)
+    for generic, members in by_structure.items():
+        stages = _evaluate(generic, [dict(symbolic_arms[index].values) for index in members])
         for group in groups:
             outcome = READ[group](stages).reshape(-1, len(members), POSES)
             if group == "singular":
@@ -103,11 +103,11 @@ def keys_in_formulas(arms: Sequence[Chain], groups: Sequence[str]) -> dict[str, 
     return keys
 
 
-def _evaluate(generic: Chain, stand_for: Sequence[dict[sp.Symbol, sp.Expr]]) -> StageResults:
+def _evaluate(generic: Chain, length_values: Sequence[dict[sp.Symbol, sp.Expr]]) -> StageResults:
     """Return the stages for arms of one structure, each in the same configurations."""
     values = {
         symbol.name: np.array(
-            [_value(its.get(symbol, symbol), pose, generic.q) for its in stand_for for pose in range(POSES)]
+            [_value(lengths.get(symbol, symbol), pose, generic.q) for lengths in length_values for pose in range(POSES)]
         )
         for symbol in (*generic.q, *generic.parameters)
     }
@@ -116,7 +116,7 @@ def _evaluate(generic: Chain, stand_for: Sequence[dict[sp.Symbol, sp.Expr]]) -> 
 
 @cache
 def _value(expression: sp.Expr, pose: int, joints: tuple[sp.Symbol, ...]) -> float:
-    """Return a value where each symbol has one that no arm is given; in another pose, joints have others."""
+    """Return the value of an expression at fixed values of its symbols; joint variables depend on the pose."""
     fixed = {}
     for symbol in expression.free_symbols:
         stream = Stream(f"sharing/{symbol.name}/{pose if symbol in joints else 0}")
@@ -148,12 +148,12 @@ def arms_of(family: str, step: str, size: int) -> list[Chain]:
     return [sample_chain(ProblemId(family, seed, variation=step)) for seed in range(size)]
 
 
-def measure_formulas(family: str, size: int = CLASS) -> dict[str, dict[str, int]]:
+def measure_formulas(family: str, size: int = CLASS_SIZE) -> dict[str, dict[str, int]]:
     """Return how many of a class share the answers of each group, by step."""
-    asked = set(questions_of_family(family))
-    plain = FAMILIES[family].textbook_arm
-    square = plain is None or len(plain.task) == plain.n
-    groups = [group for group, names in GROUPS.items() if asked & set(names) and (square or group != "singular")]
+    questions = set(questions_of_family(family))
+    textbook_arm = FAMILIES[family].textbook_arm
+    is_square = textbook_arm is None or len(textbook_arm.task) == textbook_arm.n
+    groups = [group for group, names in GROUPS.items() if questions & set(names) and (is_square or group != "singular")]
     return {
         step: {
             group: count_sharing(keys) for group, keys in keys_in_formulas(arms_of(family, step, size), groups).items()
@@ -162,20 +162,20 @@ def measure_formulas(family: str, size: int = CLASS) -> dict[str, dict[str, int]
     }
 
 
-def measure_asked(family: str, step: str, questions: Sequence[str], size: int = ASKED_CLASS) -> dict[str, int]:
+def measure_generated(family: str, step: str, questions: Sequence[str], size: int = SMALL_CLASS_SIZE) -> dict[str, int]:
     """Return how many students of a small class share a part, counted as in `qdot generate`."""
     shared = {}
     arms = arms_of(family, step, size)
     for name in questions:
-        asked = []
+        digests = []
         for seed, arm in enumerate(arms):
             identity = ProblemId(family, seed, (name,), variation=step)
-            asked.append(digest_of_asked(identity, arm, name))
-        shared[name] = count_sharing(asked)
+            digests.append(compute_part_digest(identity, arm, name))
+        shared[name] = count_sharing(digests)
     return shared
 
 
-def digest_of_asked(identity: ProblemId, arm: Chain, name: str) -> str:
+def compute_part_digest(identity: ProblemId, arm: Chain, name: str) -> str:
     """Return the digest of a part for a given arm."""
     answer, details = QUESTIONS[name].ask(arm, Stream(f"qdot/{identity.engine}/{identity.family_and_seed}/{name}"))
     problem = Problem(identity, arm, (Part(name, name, answer, details=details),))
@@ -184,24 +184,24 @@ def digest_of_asked(identity: ProblemId, arm: Chain, name: str) -> str:
 
 def questions_beyond_arm(family: str) -> list[str]:
     """Return the questions of a family whose answers do not depend on the arm alone."""
-    in_formulas = {name for names in GROUPS.values() for name in names} | ALIKE
+    in_formulas = {name for names in GROUPS.values() for name in names} | SAME_FOR_ALL
     return [name for name in questions_of_family(family) if name not in in_formulas]
 
 
 def measure_family(family: str) -> dict[str, Any]:
     """Measure one family."""
-    size = CLASS_OF_VARIED if FAMILIES[family].has_varied_structure else CLASS
+    size = VARIED_CLASS_SIZE if FAMILIES[family].has_varied_structure else CLASS_SIZE
     return {"students": size, "steps": measure_formulas(family, size)}
 
 
 def measure() -> dict[str, Any]:
     """Measure all families, and return the content of sharing.json."""
     formulas = {family: measure_family(family) for family in FAMILIES}
-    asked = {
-        family: {step: measure_asked(family, step, questions_beyond_arm(family)) for step in ASKED_STEPS}
-        for family in ASKED_FAMILIES
+    generated = {
+        family: {step: measure_generated(family, step, questions_beyond_arm(family)) for step in GENERATED_STEPS}
+        for family in GENERATED_FAMILIES
     }
-    return {"formulas": formulas, "asked": {"students": ASKED_CLASS, "families": asked}}
+    return {"formulas": formulas, "asked": {"students": SMALL_CLASS_SIZE, "families": generated}}
 
 
 def measurement_text(content: dict[str, Any]) -> str:

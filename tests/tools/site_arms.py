@@ -1,8 +1,8 @@
-"""Arms that people tell the site, and what Python makes of them: `python -m tests.tools.site_arms`.
+"""Arms entered on the site, with Python's results for the site's tests: `python -m tests.tools.site_arms`.
 
-arms.json in site/tests has tables as the page of one's own arm keeps them, the ROBOT.toml that the page writes of
-each, the usual task, and J at a pose with its determinant and singular values, worked out from the table as it is
-written. The same arm, read from that file as `qdot solve` reads it, has the same J, but for what is rounded there.
+arms.json in site/tests has tables in the form of the site's page for arms, the ROBOT.toml that the page writes, the
+default task, and J at a pose with its determinant and singular values, computed directly from the table. The arm
+read from that file, as `qdot solve` reads it, has the same J except for rounding in the file.
 """
 
 import json
@@ -23,66 +23,66 @@ from qdot.exercises.site.robots import ZERO_VECTOR, robots_text
 from tests.support import ROOT
 
 TARGET = ROOT / "site" / "tests" / "arms.json"
-DRAWN = 40
+RANDOM_ARM_COUNT = 40
 Table = dict[str, Any]
 
 
 def arms_text() -> str:
     """Return the file's text, an arm a line."""
-    known = json.loads(robots_text())
-    tables = [*known["plain"], *known["robots"], *map(_drawn, range(DRAWN))]
+    robots = json.loads(robots_text())
+    tables = [*robots["plain"], *robots["robots"], *map(_make_random_table, range(RANDOM_ARM_COUNT))]
     cases = [json.dumps(_case(table, f"arm/{i}"), ensure_ascii=False) for i, table in enumerate(tables)]
     return "[\n" + ",\n".join(cases) + "\n]\n"
 
 
 def _case(table: Table, name: str) -> dict[str, Any]:
-    kept = {key: value for key, value in table.items() if key not in ("key", "titles", "source")}
-    toml = toml_text(kept)
+    stored = {key: value for key, value in table.items() if key not in ("key", "titles", "source")}
+    toml = toml_text(stored)
     with TemporaryDirectory() as folder:
         path = Path(folder) / "arm.toml"
         path.write_text(toml, encoding="utf-8")
         robot = read_robot_file(path)
     chain, stream = robot.chain, Stream(name)
     q = [round(stream.uniform(-3, 3) if joint.is_revolute else stream.uniform(0.1, 1), 3) for joint in chain.joints]
-    whole = as_written(kept, q)
-    off = np.abs(whole - NumericChain(chain, {}).jacobian(np.array(q))).max()
-    if off > (1e-8 if robot.is_table_rounded else 1e-12):
-        raise AssertionError(f"{name}: the arm that is read is another than the table that is written, by {off}")
-    counted = whole[[VELOCITY_NAMES.index(row) for row in chain.task]]
-    square = counted.shape[0] == counted.shape[1]
+    jacobian = compute_jacobian(stored, q)
+    error = np.abs(jacobian - NumericChain(chain, {}).jacobian(np.array(q))).max()
+    if error > (1e-8 if robot.is_table_rounded else 1e-12):
+        raise AssertionError(f"{name}: the arm read from the file differs from the table by {error}")
+    task_rows = jacobian[[VELOCITY_NAMES.index(row) for row in chain.task]]
+    square = task_rows.shape[0] == task_rows.shape[1]
     return {
-        "table": kept,
+        "table": stored,
         "toml": toml,
         "task": list(chain.task),
         "q": q,
-        "jacobian": whole.tolist(),
-        "det": float(np.linalg.det(counted)) if square else None,
-        "sigma": np.linalg.svd(counted, compute_uv=False).tolist(),
+        "jacobian": jacobian.tolist(),
+        "det": float(np.linalg.det(task_rows)) if square else None,
+        "sigma": np.linalg.svd(task_rows, compute_uv=False).tolist(),
     }
 
 
-def as_written(table: Table, q: list[float]) -> np.ndarray:
-    """Return the 6 x n Jacobian of a table as it is written: products of its rows, no other table in between."""
+def compute_jacobian(table: Table, q: list[float]) -> np.ndarray:
+    """Return the 6 x n Jacobian of a table as the product of its rows, without converting the table."""
     in_degrees, is_modified = table["angles"] == "degrees", table["convention"] == "modified-dh"
 
-    def number(text: str, is_angle: bool, own: float = 0.0, i: int = 0) -> float:
+    def number(text: str, is_angle: bool, q_i: float = 0.0, i: int = 0) -> float:
         value = parse_entry(text, is_angle, in_degrees)
-        return float(value.subs(sp.Symbol(f"q{i}"), sp.Float(own, 30)).evalf(30))
+        return float(value.subs(sp.Symbol(f"q{i}"), sp.Float(q_i, 30)).evalf(30))
 
     roll, pitch, yaw = (number(text, True) for text in table["turn"])
-    pose = _moved(*(number(text, False) for text in table["place"])) @ _turned(2, yaw) @ _turned(1, pitch)
-    pose = pose @ _turned(0, roll)
+    pose = _translate(*(number(text, False) for text in table["place"])) @ _rotate(2, yaw) @ _rotate(1, pitch)
+    pose = pose @ _rotate(0, roll)
     axes = []
-    for i, (row, own) in enumerate(zip(table["rows"], q, strict=True), 1):
-        theta, alpha = (number(row[key], True, own, i) for key in ("theta", "alpha"))
-        d, a = (number(row[key], False, own, i) for key in ("d", "a"))
-        about_x, about_z = _turned(0, alpha) @ _moved(a, 0, 0), _turned(2, theta) @ _moved(0, 0, d)
+    for i, (row, q_i) in enumerate(zip(table["rows"], q, strict=True), 1):
+        theta, alpha = (number(row[key], True, q_i, i) for key in ("theta", "alpha"))
+        d, a = (number(row[key], False, q_i, i) for key in ("d", "a"))
+        about_x, about_z = _rotate(0, alpha) @ _translate(a, 0, 0), _rotate(2, theta) @ _translate(0, 0, d)
         pose = pose @ about_x if is_modified else pose
         moving = "theta" if row["kind"] == "R" else "d"
         sign = number(row[moving], row["kind"] == "R", 1, i) - number(row[moving], row["kind"] == "R", 0, i)
         axes.append((row["kind"], np.sign(sign) * pose[:3, 2], pose[:3, 3]))
         pose = pose @ about_z if is_modified else pose @ about_z @ about_x
-    point = (pose @ _moved(*(number(text, False) for text in table["tool"])))[:3, 3]
+    point = (pose @ _translate(*(number(text, False) for text in table["tool"])))[:3, 3]
     columns = [
         np.concatenate([np.cross(z, point - o), z]) if kind == "R" else np.concatenate([z, np.zeros(3)])
         for kind, z, o in axes
@@ -90,24 +90,29 @@ def as_written(table: Table, q: list[float]) -> np.ndarray:
     return np.column_stack(columns)
 
 
-def _turned(axis: int, angle: float) -> np.ndarray:
+def _rotate(axis: int, angle: float) -> np.ndarray:
     c, s = np.cos(angle), np.sin(angle)
     pose, (i, j) = np.eye(4), [(1, 2), (2, 0), (0, 1)][axis]
     pose[i, i], pose[i, j], pose[j, i], pose[j, j] = c, -s, s, c
     return pose
 
 
-def _moved(x: float, y: float, z: float) -> np.ndarray:
+def _translate(x: float, y: float, z: float) -> np.ndarray:
     pose = np.eye(4)
     pose[:3, 3] = x, y, z
     return pose
 
 
 def toml_text(table: Table) -> str:
-    """Return the ROBOT.toml that tells a table."""
-    told = {key: table[key] for key, usual in (("convention", "dh"), ("angles", "radians")) if table[key] != usual}
+    """Return the ROBOT.toml of a table."""
+    settings = {
+        key: table[key] for key, default in (("convention", "dh"), ("angles", "radians")) if table[key] != default
+    }
     base = {key: table[name] for key, name in (("position", "place"), ("rpy", "turn")) if table[name] != ZERO_VECTOR}
-    lines = [f"name = {json.dumps(table['name'])}", *(f"{key} = {json.dumps(value)}" for key, value in told.items())]
+    lines = [
+        f"name = {json.dumps(table['name'])}",
+        *(f"{key} = {json.dumps(value)}" for key, value in settings.items()),
+    ]
     if table["task"]:
         lines.append(f"task = {json.dumps(table['task'])}")
     if table["tool"] != ZERO_VECTOR:
@@ -119,35 +124,35 @@ def toml_text(table: Table) -> str:
     return "\n".join(lines) + "\n"
 
 
-def _drawn(seed: int) -> Table:
-    """Return a table of an arm that nobody built: two to seven joints, turned and moved in every way."""
+def _make_random_table(seed: int) -> Table:
+    """Return the table of a random arm of two to seven joints."""
     stream = Stream(f"site/arms/{seed}")
 
-    def one_of(*choices: str) -> str:
+    def choose(*choices: str) -> str:
         return choices[stream.integer_below(len(choices))]
 
     def length() -> str:
-        return one_of("0", "0", f"{stream.uniform(-0.5, 0.9):.3f}", "1/3", "sqrt(2)/4", "0.3 + 0.1", "3/8 - 0.05")
+        return choose("0", "0", f"{stream.uniform(-0.5, 0.9):.3f}", "1/3", "sqrt(2)/4", "0.3 + 0.1", "3/8 - 0.05")
 
     in_degrees = stream.integer_below(2) == 0
 
     def angle() -> str:
         if in_degrees:
-            return one_of("0", "90", "-90", "180", "45", f"{stream.uniform(-170, 170):.1f}", "-37.5", "180/7")
-        return one_of("0", "pi/2", "-pi/2", "pi", "pi/4", "2*pi/5", "-0.4", "pi/2 - 0.1", "atan2(1, 2)", "acos(1/3)")
+            return choose("0", "90", "-90", "180", "45", f"{stream.uniform(-170, 170):.1f}", "-37.5", "180/7")
+        return choose("0", "pi/2", "-pi/2", "pi", "pi/4", "2*pi/5", "-0.4", "pi/2 - 0.1", "atan2(1, 2)", "acos(1/3)")
 
     def moving(i: int, rest: str) -> str:
-        sign = one_of("", "", "-")
+        sign = choose("", "", "-")
         return f"{sign}q{i}" if rest == "0" else f"{sign}q{i} {'- ' if rest[0] == '-' else '+ '}{rest.lstrip('-')}"
 
     rows = []
     for i in range(1, 3 + stream.integer_below(6)):
-        row = {"kind": one_of("R", "R", "R", "P"), "theta": angle(), "d": length(), "a": length(), "alpha": angle()}
-        own = "theta" if row["kind"] == "R" else "d"
-        rows.append({**row, own: moving(i, row[own])})
+        row = {"kind": choose("R", "R", "R", "P"), "theta": angle(), "d": length(), "a": length(), "alpha": angle()}
+        variable = "theta" if row["kind"] == "R" else "d"
+        rows.append({**row, variable: moving(i, row[variable])})
     return {
         "name": f'drawn "{seed}"',
-        "convention": one_of("dh", "modified-dh"),
+        "convention": choose("dh", "modified-dh"),
         "angles": "degrees" if in_degrees else "radians",
         "rows": rows,
         "tool": [length(), length(), length()],

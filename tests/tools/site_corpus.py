@@ -1,8 +1,8 @@
-"""What the site's own tests hold it against: what Python's reader and grader say. `python -m tests.tools.site_corpus`.
+"""Write Python's results for the site's own tests: `python -m tests.tools.site_corpus`.
 
-corpus.json in site/tests has the checked answers of corpus.jsonl with keys, readings.json texts with their trees, and
-answers to problems with their outcomes (`readers`), forms.json the texts of tests/data/forms.jsonl in the same form,
-slips.json slips in right answers (`site_slips`).
+In site/tests, corpus.json has the checked answers of corpus.jsonl with keys, readings.json texts with trees and answers
+with outcomes (`readers`), forms.json the texts of tests/data/forms.jsonl in the same form, and slips.json mistakes in
+right answers (`site_slips`).
 """
 
 import json
@@ -18,8 +18,8 @@ from qdot.exercises.site.record import make_arm_record
 from qdot.grader.judging.compare_command import compare
 from tests.grader.judging.test_forms import TEXTS, part_of, problem
 from tests.support import ROOT
-from tests.tools.fuzz import KNOWN
-from tests.tools.readers import kept_question, part_json, tree_text, verdict, verdict_on
+from tests.tools.fuzz import SYMBOL_SETS
+from tests.tools.readers import judge_answer, judge_part, make_stored_query, part_json, tree_text
 from tests.tools.site_slips import slips_text
 
 TARGET = ROOT / "site" / "tests" / "corpus.json"
@@ -35,24 +35,24 @@ def corpus_text() -> str:
 
 
 def records() -> list[dict[str, Any]]:
-    """Return the checked answers, but for sets of angles, of which there are many in readings.json."""
+    """Return the checked answers except sets of angles, of which readings.json has many."""
     lines = (ROOT / "tests" / "data" / "corpus.jsonl").read_text(encoding="utf-8").splitlines()
     return [record for record in map(json.loads, lines) if record["type"] != "angles"]
 
 
 def readings_text() -> str:
-    """Return the file's text: what is asked, as site/tests/readings.ts has it, and what Python says, a case a line."""
-    question = kept_question()
-    asked = question.as_json()
-    asked["readings"] = [[text, k, tree_text(text, KNOWN[k])] for text, k in question.readings]
-    asked["answers"] = [[*answer, *verdict(*answer)] for answer in question.answers]
-    lists = (f"{json.dumps(name)}: [\n{_lines(rows)}\n]" for name, rows in asked.items())
+    """Return the file's text: the query in the form of site/tests/readings.ts with Python's results, a case a line."""
+    query = make_stored_query()
+    content = query.as_json()
+    content["readings"] = [[text, k, tree_text(text, SYMBOL_SETS[k])] for text, k in query.readings]
+    content["answers"] = [[*answer, *judge_answer(*answer)] for answer in query.answers]
+    lists = (f"{json.dumps(name)}: [\n{_lines(rows)}\n]" for name, rows in content.items())
     return "{\n" + ",\n".join(lists) + "\n}\n"
 
 
 def forms_text() -> str:
-    """Return the file's text: the forms that people type as text, but for letters, which are clicked in a browser."""
-    asked = problem()
+    """Return the file's text: the forms typed as text, except letters, which are clicked in a browser."""
+    chapter_problem = problem()
     parts: dict[str, Any] = {}
     answers: list[list[Any]] = []
     for form in TEXTS:
@@ -60,10 +60,16 @@ def forms_text() -> str:
         if part.answer.offered_options:
             continue
         name = f"{part.name} {form['right']}" if "right" in form else part.name
-        parts[name] = part_json(asked, part) | {"name": name}
-        answers.append([0, name, form["typed"], *verdict_on(asked, part, form["typed"], f"forms/{form['typed']!a}")])
-    kept = {"id": str(asked.id), "robot": make_arm_record(asked)["robot"], "parts": list(parts.values())}
-    lists: dict[str, list[Any]] = {"symbols": [], "readings": [], "problems": [kept], "answers": answers}
+        parts[name] = part_json(chapter_problem, part) | {"name": name}
+        answers.append(
+            [0, name, form["typed"], *judge_part(chapter_problem, part, form["typed"], f"forms/{form['typed']!a}")]
+        )
+    stored = {
+        "id": str(chapter_problem.id),
+        "robot": make_arm_record(chapter_problem)["robot"],
+        "parts": list(parts.values()),
+    }
+    lists: dict[str, list[Any]] = {"symbols": [], "readings": [], "problems": [stored], "answers": answers}
     return "{\n" + ",\n".join(f"{json.dumps(name)}: [\n{_lines(rows)}\n]" for name, rows in lists.items()) + "\n}\n"
 
 
@@ -72,9 +78,9 @@ def _lines(rows: list[Any]) -> str:
 
 
 def corpus_case(record: dict[str, Any]) -> dict[str, Any]:
-    """Return a checked answer with what the site grades it by, and the grader's outcome."""
+    """Return a checked answer with the site's key for it, and the grader's outcome."""
     kind, student, reference = record["type"], record["student"], record["reference"]
-    found = {
+    case = {
         "id": record["id"],
         "type": kind,
         "student": student,
@@ -83,12 +89,14 @@ def corpus_case(record: dict[str, Any]) -> dict[str, Any]:
     node = parse_formula(reference)
     rows = as_matrix(node)
     texts = [entry for row in _texts(reference) for entry in row] if kind == "matrix" else [reference]
-    domain = Domain({name: choose_default_role(name) for name in sorted({*find_names(node), *_names_of(student)})})
+    domain = Domain(
+        {name: choose_default_role(name) for name in sorted({*find_names(node), *_find_answer_names(student)})}
+    )
     key = make_values_key(texts, (len(rows), len(rows[0])), domain, Stream(f"corpus/{record['id']}"))
-    return {**found, "key": key}
+    return {**case, "key": key}
 
 
-def _names_of(student: str) -> set[str]:
+def _find_answer_names(student: str) -> set[str]:
     try:
         return {name for name in find_names(parse_formula(student)) if choose_default_role(name) != "signed"}
     except ParseError:

@@ -1,7 +1,7 @@
-"""Classical slips in right answers, for the site's own tests: slips.json in site/tests, which `site_corpus` writes.
+"""Classical mistakes in right answers for the site's own tests: site/tests/slips.json, written by `site_corpus`.
 
-A slip is made in the answer as the worked solution writes it, entry by entry, by what students do and not by the
-catalogue of mistakes. In pairs, two are made at once, each in entries of its own.
+A slip changes the answer of the worked solution in some entries, as students do, without the catalogue of mistakes. A
+pair combines two slips in different entries.
 """
 
 import json
@@ -27,16 +27,16 @@ from qdot.exercises.site.record import MistakeSentences, make_arm_record
 from qdot.exercises.writing.problem_texts import write_answer_code
 from tests.tools.readers import part_json
 
-KEPT = ("planar-2r", "planar-3r-pose", "elbow-3r")
+STORED_FAMILIES = ("planar-2r", "planar-3r-pose", "elbow-3r")
 FEW = 12
-"""So many slips in each answer, or some more, are kept for the site's own tests."""
-ASKED = (
+"""How many slips of each answer, approximately, are stored for the site's own tests."""
+QUESTION_NAMES = (
     "position", "velocity", "jacobian", "geometric-jacobian", "determinant", "inverse-jacobian", "inverse-velocity",
     "joint-rates", "singular-angles",
 )  # fmt: skip
 WAVES = {"sin": "cos", "cos": "sin"}
 LINEAR = 3
-"""Rows of a geometric Jacobian for the velocity of P, the first ones."""
+"""The number of rows of a geometric Jacobian for the velocity of P, which come first."""
 Rows = list[list[Node]]
 Change = Callable[[Node], Node]
 
@@ -44,41 +44,41 @@ Change = Callable[[Node], Node]
 # --- what is changed in a tree ---
 
 
-def everywhere(node: Node, change: Change) -> Node:
+def change_everywhere(node: Node, change: Change) -> Node:
     """Return a tree in which every node has been changed, the inner ones first."""
-    return change(Node(node.kind, tuple(everywhere(arg, change) for arg in node.args), node.value))
+    return change(Node(node.kind, tuple(change_everywhere(arg, change) for arg in node.args), node.value))
 
 
-def in_one_place(node: Node, change: Change) -> Iterator[Node]:
+def change_one_place(node: Node, change: Change) -> Iterator[Node]:
     """Yield a tree in which one node is changed, for each one that changes."""
     new = change(node)
     if new != node:
         yield new
     for k, arg in enumerate(node.args):
-        for one in in_one_place(arg, change):
-            yield Node(node.kind, (*node.args[:k], one, *node.args[k + 1 :]), node.value)
+        for changed_arg in change_one_place(arg, change):
+            yield Node(node.kind, (*node.args[:k], changed_arg, *node.args[k + 1 :]), node.value)
 
 
-def other_wave(node: Node) -> Node:
-    """Return a sine for a cosine."""
+def swap_wave(node: Node) -> Node:
+    """Replace a sine by a cosine, or the reverse."""
     return Node("call", node.args, WAVES[node.value]) if node.kind == "call" and node.value in WAVES else node
 
 
-def relative(node: Node) -> Node:
+def make_relative(node: Node) -> Node:
     """Return sin(theta2) for sin(theta1 + theta2), sin(theta2 + pi/6) for sin(theta1 + theta2 + pi/6)."""
     if node.kind == "call" and node.value in WAVES:
         terms = split_terms(node.args[0])
-        turning = [k for k, term in enumerate(terms) if find_names(term)]
-        if len(turning) > 1:
-            kept = terms[turning[-1]]
+        joint_terms = [k for k, term in enumerate(terms) if find_names(term)]
+        if len(joint_terms) > 1:
+            angle = terms[joint_terms[-1]]
             for constant in (term for term in terms if not find_names(term)):
-                kept = kept + constant
-            return Node("call", (kept,), node.value)
+                angle = angle + constant
+            return Node("call", (angle,), node.value)
     return node
 
 
-def without(node: Node, name: str) -> Node:
-    """Return the other factor of a product in which a length is one."""
+def drop_factor(node: Node, name: str) -> Node:
+    """Return the other factor of a product if a length is one of its factors."""
     if node.kind == "*":
         left, right = node.args
         if (left.kind, left.value) == ("name", name):
@@ -88,18 +88,18 @@ def without(node: Node, name: str) -> Node:
     return node
 
 
-def other_sign(node: Node) -> Node:
-    """Return a difference for a sum."""
+def change_sign(node: Node) -> Node:
+    """Replace a sum by a difference, or the reverse."""
     return Node({"+": "-", "-": "+"}[node.kind], node.args) if node.kind in ("+", "-") and node.args[1:] else node
 
 
-def first_term(node: Node) -> Node:
-    """Return what a sum begins with."""
+def keep_first_term(node: Node) -> Node:
+    """Return the first term of a sum."""
     return node.args[0] if node.kind in ("+", "-") and not _is_angle(node) else node
 
 
-def last_term(node: Node) -> Node:
-    """Return what a sum ends with."""
+def keep_last_term(node: Node) -> Node:
+    """Return the last term of a sum."""
     if node.kind not in ("+", "-") or _is_angle(node):
         return node
     return node.args[1] if node.kind == "+" else Node("neg", (node.args[1],))
@@ -113,62 +113,62 @@ def _has_wave(node: Node) -> bool:
     return node.kind == "call" or any(map(_has_wave, node.args))
 
 
-def negated(node: Node) -> Node:
+def negate(node: Node) -> Node:
     return Node("neg", (node,))
 
 
-def factors_lost(node: Node) -> Iterator[Node]:
+def drop_each_factor(node: Node) -> Iterator[Node]:
     """Yield a product without one of its factors."""
     if node.kind == "neg":
-        yield from map(negated, factors_lost(node.args[0]))
+        yield from map(negate, drop_each_factor(node.args[0]))
     elif node.kind == "*":
         left, right = node.args
         yield left
         yield right
-        for one in factors_lost(left):
-            yield Node("*", (one, right))
+        for remaining in drop_each_factor(left):
+            yield Node("*", (remaining, right))
 
 
 # --- slips in formulas ---
 
 
-def in_formulas(part: Part, rows: Rows, kinds: str, lengths: list[str]) -> Iterator[tuple[str, Rows]]:
+def list_formula_slips(part: Part, rows: Rows, kinds: str, lengths: list[str]) -> Iterator[tuple[str, Rows]]:
     """Yield slips by name in the entries of an answer."""
-    changes: list[tuple[str, Change]] = [("relative angle", relative), ("sine for cosine", other_wave)]
-    changes += [(f"length {name} missing", partial(without, name=name)) for name in lengths]
+    changes: list[tuple[str, Change]] = [("relative angle", make_relative), ("sine for cosine", swap_wave)]
+    changes += [(f"length {name} missing", partial(drop_factor, name=name)) for name in lengths]
     for name, change in changes:
-        yield f"{name}, throughout", [[everywhere(entry, change) for entry in row] for row in rows]
+        yield f"{name}, throughout", [[change_everywhere(entry, change) for entry in row] for row in rows]
     if len(rows[0]) > 1:
         yield from _in_columns(rows, changes, lengths)
     changes += [
-        ("sign of a term", partial(_unless_angle, change=other_sign)),
-        ("term dropped", first_term),
-        ("term dropped", last_term),
+        ("sign of a term", partial(_unless_angle, change=change_sign)),
+        ("term dropped", keep_first_term),
+        ("term dropped", keep_last_term),
     ]
     yield from _in_entries(rows, changes)
     if len(rows) * len(rows[0]) > 1:
-        yield "everything with the other sign", [[negated(entry) for entry in row] for row in rows]
+        yield "everything with the other sign", [[negate(entry) for entry in row] for row in rows]
     if part.kind == "geometric-jacobian":
         yield (
             "z x p in the wrong order",
             [
-                [negated(e) if r < LINEAR and kinds[c] == "R" else e for c, e in enumerate(row)]
+                [negate(e) if r < LINEAR and kinds[c] == "R" else e for c, e in enumerate(row)]
                 for r, row in enumerate(rows)
             ],
         )
     if part.kind == "determinant":
-        yield from (("factor missing", [[new]]) for new in factors_lost(rows[0][0]))
+        yield from (("factor missing", [[new]]) for new in drop_each_factor(rows[0][0]))
 
 
 def _in_columns(rows: Rows, changes: list[tuple[str, Change]], lengths: list[str]) -> Iterator[tuple[str, Rows]]:
     for c in range(len(rows[0])):
         for name, change in changes:
-            yield f"{name}, column", _with_column(rows, c, partial(everywhere, change=change))
-        yield "sign of a column", _with_column(rows, c, negated)
-        yield "column dropped", _with_column(rows, c, lambda _: Node("number", value=0))
+            yield f"{name}, column", _change_column(rows, c, partial(change_everywhere, change=change))
+        yield "sign of a column", _change_column(rows, c, negate)
+        yield "column dropped", _change_column(rows, c, lambda _: Node("number", value=0))
         for length in lengths:
-            lost = partial(everywhere, change=partial(_no_link, name=length))
-            yield "contribution dropped", _with_column(rows, c, lost)
+            lost = partial(change_everywhere, change=partial(_drop_terms, name=length))
+            yield "contribution dropped", _change_column(rows, c, lost)
     if len(rows) > 1:
         yield "transposed", [list(column) for column in zip(*rows, strict=True)]
 
@@ -177,65 +177,67 @@ def _in_entries(rows: Rows, changes: list[tuple[str, Change]]) -> Iterator[tuple
     for r, row in enumerate(rows):
         for c, entry in enumerate(row):
             for name, change in changes:
-                for new in in_one_place(entry, change):
-                    yield f"{name}, one place", _with(rows, r, c, new)
+                for new in change_one_place(entry, change):
+                    yield f"{name}, one place", _replace_entry(rows, r, c, new)
             if (entry.kind, entry.value) != ("number", 0):
-                yield "sign of an entry", _with(rows, r, c, negated(entry))
+                yield "sign of an entry", _replace_entry(rows, r, c, negate(entry))
 
 
 def _unless_angle(node: Node, change: Change) -> Node:
     return node if _is_angle(node) else change(node)
 
 
-def _no_link(node: Node, name: str) -> Node:
-    """Return a sum without its terms that hold a length."""
+def _drop_terms(node: Node, name: str) -> Node:
+    """Return a sum without the terms that contain a length."""
     if node.kind in ("+", "-") and len(node.args) == 2:
         left, right = node.args
         if name in find_names(right):
             return left
         if name in find_names(left):
-            return right if node.kind == "+" else negated(right)
+            return right if node.kind == "+" else negate(right)
     return node
 
 
-def _with(rows: Rows, r: int, c: int, new: Node) -> Rows:
+def _replace_entry(rows: Rows, r: int, c: int, new: Node) -> Rows:
     return [[new if (i, j) == (r, c) else entry for j, entry in enumerate(row)] for i, row in enumerate(rows)]
 
 
-def _with_column(rows: Rows, c: int, change: Change) -> Rows:
+def _change_column(rows: Rows, c: int, change: Change) -> Rows:
     return [[change(entry) if j == c else entry for j, entry in enumerate(row)] for row in rows]
 
 
 # --- slips in numbers and in sets ---
 
 
-def in_rates(problem: Problem, part: Part) -> Iterator[tuple[str, list[float]]]:
+def list_rate_slips(problem: Problem, part: Part) -> Iterator[tuple[str, list[float]]]:
     """Yield slips in joint rates."""
     assert isinstance(part.answer, Number)
     right = np.array([float(value) for value in part.answer.reference])
-    turning = np.array([joint.is_revolute for joint in problem.chain.joints])
-    yield "rates in degrees per second", [*np.where(turning, np.degrees(right), right)]
+    is_revolute = np.array([joint.is_revolute for joint in problem.chain.joints])
+    yield "rates in degrees per second", [*np.where(is_revolute, np.degrees(right), right)]
     yield "everything with the other sign", [*-right]
     for k in range(len(right)):
         yield "sign of a rate", [*np.where(np.arange(len(right)) == k, -right, right)]
     yield "rates in reverse order", [*right[::-1]]
     values = sample_configurations(problem.chain, part, problem.domain, 1, Stream("slips"))
     J = compute_numeric_stages(problem.chain, values)["jacobian"][..., 0].real
-    wanted = J @ right
-    yield "transposed J for its inverse", [*(J.T @ wanted)]
+    task_velocity = J @ right
+    yield "transposed J for its inverse", [*(J.T @ task_velocity)]
     if J.shape[0] == J.shape[1]:
         yield "not divided by det J", [*(np.linalg.det(J) * right)]
-    angles = {name: np.radians(v) if name.startswith("theta") else v for name, v in values.items()}
-    degrees = {name: np.degrees(v) if name.startswith("theta") else v for name, v in values.items()}
-    for name, given in (("degrees put in for radians", degrees), ("radians taken for degrees", angles)):
-        other = compute_numeric_stages(problem.chain, given)["jacobian"][..., 0].real
-        if other.shape[0] == other.shape[1] and abs(np.linalg.det(other)) > 1e-6:
-            yield name, [*np.linalg.solve(other, wanted)]
+    angles = {name: np.radians(value) if name.startswith("theta") else value for name, value in values.items()}
+    degrees = {name: np.degrees(value) if name.startswith("theta") else value for name, value in values.items()}
+    for name, wrong_values in (("degrees put in for radians", degrees), ("radians taken for degrees", angles)):
+        wrong_jacobian = compute_numeric_stages(problem.chain, wrong_values)["jacobian"][..., 0].real
+        if wrong_jacobian.shape[0] == wrong_jacobian.shape[1] and abs(np.linalg.det(wrong_jacobian)) > 1e-6:
+            yield name, [*np.linalg.solve(wrong_jacobian, task_velocity)]
 
 
-def in_sets(text: str, joints: list[str]) -> Iterator[tuple[str, str]]:
+def list_set_slips(text: str, joints: list[str]) -> Iterator[tuple[str, str]]:
     """Yield slips in conditions."""
-    conditions = [re.sub(r"^Eq\((.*), (.*)\)$", r"\1 = \2", each) for each in _conditions(text)]
+    conditions = [
+        re.sub(r"^Eq\((.*), (.*)\)$", r"\1 = \2", condition_text) for condition_text in _split_conditions(text)
+    ]
     for k, condition in enumerate(conditions):
         rest = [*conditions[:k], *conditions[k + 1 :]]
         if rest:
@@ -243,50 +245,54 @@ def in_sets(text: str, joints: list[str]) -> Iterator[tuple[str, str]]:
         if condition.endswith("= pi"):
             yield "degrees for radians", f"[{', '.join([*rest, condition.replace('pi', '180')])}]"
             yield "quarter turn", f"[{', '.join([*rest, condition.replace('pi', 'pi/2')])}]"
-        for one in joints:
-            for other in joints:
-                if one != other and one in condition and len(joints) > 1:
-                    new = condition.replace(one, other)
+        for joint in joints:
+            for other_joint in joints:
+                if joint != other_joint and joint in condition and len(joints) > 1:
+                    new = condition.replace(joint, other_joint)
                     yield "another joint", f"[{', '.join([*rest, new])}]"
-    straight = [each for each in conditions if re.fullmatch(r"theta\d = (0|pi)", each)]
-    for joint in dict.fromkeys(each[:6] for each in straight):
-        rest = [each for each in conditions if each[:6] != joint or each not in straight]
+    straight = [condition_text for condition_text in conditions if re.fullmatch(r"theta\d = (0|pi)", condition_text)]
+    for joint in dict.fromkeys(condition_text[:6] for condition_text in straight):
+        rest = [
+            condition_text
+            for condition_text in conditions
+            if condition_text[:6] != joint or condition_text not in straight
+        ]
         yield "sine for cosine", f"[{', '.join([*rest, f'{joint} = pi/2', f'{joint} = -pi/2'])}]"
 
 
-def _conditions(text: str) -> list[str]:
-    """Return what is listed in brackets, as it is written there."""
-    found, depth, start = [], 0, 1
-    for place, letter in enumerate(text):
+def _split_conditions(text: str) -> list[str]:
+    """Return the items of a bracketed list as texts."""
+    conditions, depth, start = [], 0, 1
+    for index, letter in enumerate(text):
         depth += (letter in "[(") - (letter in ")]")
         if (depth == 1 and letter == ",") or (depth == 0 and letter == "]"):
-            found.append(" ".join(text[start:place].split()))
-            start = place + 1
-    return [each for each in found if each]
+            conditions.append(" ".join(text[start:index].split()))
+            start = index + 1
+    return [condition for condition in conditions if condition]
 
 
-# --- all of it ---
+# --- all slips ---
 
 
 def slips(problem: Problem, part: Part, in_pairs: bool = False) -> list[tuple[str, str]]:
-    """Return slips by name, each with the answer as it is typed; those that are typed alike once."""
+    """Return slips by name with the typed answer; equal answers occur once."""
     text = write_answer_code(problem, part)
-    found: dict[str, str] = {}
+    names_by_text: dict[str, str] = {}
     if in_pairs:
-        return _pairs(problem, part, text) if part.type not in ("singular", "number") else []
+        return _combine_slips(problem, part, text) if part.type not in ("singular", "number") else []
     if part.type == "singular":
-        for name, typed in in_sets(text.replace("Matrix", ""), [q.name for q in problem.chain.q]):
-            found.setdefault(typed, name)
+        for name, typed in list_set_slips(text.replace("Matrix", ""), [q.name for q in problem.chain.q]):
+            names_by_text.setdefault(typed, name)
     elif part.type == "number":
-        for name, values in in_rates(problem, part):
-            found.setdefault(str([float(f"{value:.5g}") for value in values]), name)
+        for name, values in list_rate_slips(problem, part):
+            names_by_text.setdefault(str([float(f"{value:.5g}") for value in values]), name)
     else:
-        rows, every = _in_formulas(problem, part, text)
-        right = _typed(rows)
-        for name, new in every:
-            if (typed := _typed(new)) != right:
-                found.setdefault(typed, name)
-    return [(name, typed) for typed, name in found.items()]
+        rows, all_slips = _in_formulas(problem, part, text)
+        right = _write_rows(rows)
+        for name, new in all_slips:
+            if (typed := _write_rows(new)) != right:
+                names_by_text.setdefault(typed, name)
+    return [(name, typed) for typed, name in names_by_text.items()]
 
 
 def _in_formulas(problem: Problem, part: Part, text: str) -> tuple[Rows, Iterator[tuple[str, Rows]]]:
@@ -294,30 +300,35 @@ def _in_formulas(problem: Problem, part: Part, text: str) -> tuple[Rows, Iterato
     rows = as_matrix(parse_formula(text, problem.domain.roles))
     kinds = "".join(joint.kind for joint in problem.chain.joints)
     lengths = sorted(str(symbol) for symbol in problem.chain.parameters)
-    return rows, in_formulas(part, rows, kinds, lengths)
+    return rows, list_formula_slips(part, rows, kinds, lengths)
 
 
-def _pairs(problem: Problem, part: Part, text: str) -> list[tuple[str, str]]:
-    """Return two slips at once, of each two kinds the first in entries of their own, in columns of their own if any."""
-    rows, every = _in_formulas(problem, part, text)
+def _combine_slips(problem: Problem, part: Part, text: str) -> list[tuple[str, str]]:
+    """Return combinations of two kinds of slips in different entries, if possible in different columns."""
+    rows, all_slips = _in_formulas(problem, part, text)
     by_kind: dict[str, list[tuple[frozenset[tuple[int, int]], Rows]]] = {}
-    for name, new in every:
+    for name, new in all_slips:
         if len(new) != len(rows):
             continue
         changed = frozenset((r, c) for r, row in enumerate(rows) for c, entry in enumerate(row) if new[r][c] != entry)
         if changed and changed != frozenset((r, c) for r, row in enumerate(rows) for c in range(len(row))):
-            by_kind.setdefault(kind_of(name), []).append((changed, new))
-    found = []
-    for (one, some), (other, others) in combinations(by_kind.items(), 2):
-        apart = [(a, x, y) for a, x in some for b, y in others if not a & b]
-        by_columns = [(a, x, y) for a, x in some for b, y in others if not {c for _, c in a} & {c for _, c in b}]
-        for mine, first, second in (by_columns or apart)[:1]:
-            both = [[first[r][c] if (r, c) in mine else e for c, e in enumerate(row)] for r, row in enumerate(second)]
-            found.append((f"{one} & {other}", _typed(both)))
-    return found
+            by_kind.setdefault(find_kind(name), []).append((changed, new))
+    pairs = []
+    for (first_kind, first_slips), (second_kind, second_slips) in combinations(by_kind.items(), 2):
+        disjoint = [(a, x, y) for a, x in first_slips for b, y in second_slips if not a & b]
+        by_columns = [
+            (a, x, y) for a, x in first_slips for b, y in second_slips if not {c for _, c in a} & {c for _, c in b}
+        ]
+        for first_entries, first, second in (by_columns or disjoint)[:1]:
+            both = [
+                [first[r][c] if (r, c) in first_entries else e for c, e in enumerate(row)]
+                for r, row in enumerate(second)
+            ]
+            pairs.append((f"{first_kind} & {second_kind}", _write_rows(both)))
+    return pairs
 
 
-def kind_of(slip: str) -> str:
+def find_kind(slip: str) -> str:
     """Return a slip's kind: its name without a length's.
 
     >>> kind_of("length a2 missing, column")
@@ -326,43 +337,46 @@ def kind_of(slip: str) -> str:
     return re.sub(r" \w+ missing", " missing", slip)
 
 
-def _typed(rows: Rows) -> str:
+def _write_rows(rows: Rows) -> str:
     if len(rows) == len(rows[0]) == 1:
         return node_text(rows[0][0])
     return f"[{', '.join('[' + ', '.join(map(node_text, row)) + ']' for row in rows)}]"
 
 
-def asked(family: str, variation: str) -> Problem:
+def make_problem(family: str, variation: str) -> Problem:
     """Return the problem of a family in which slips are made."""
     return generate(ProblemId(family, 1, (), variation=variation))
 
 
 def problem_json(
-    family: str, variation: str = "chapter", most: int | None = None, in_pairs: bool = False
+    family: str, variation: str = "chapter", max_count: int | None = None, in_pairs: bool = False
 ) -> dict[str, Any]:
-    """Return a problem as the bank has it, with what is typed: {"id", "robot", "parts", "said", "slips"}."""
-    problem = asked(family, variation)
-    said = MistakeSentences()
+    """Return a problem in the form of the bank, with typed answers: {"id", "robot", "parts", "said", "slips"}."""
+    problem = make_problem(family, variation)
+    sentences = MistakeSentences()
     parts, typed = [], []
     for part in problem.parts:
-        if part.kind not in ASKED:
+        if part.kind not in QUESTION_NAMES:
             continue
-        key = said.shorten_key(make_key(problem, part))
+        key = sentences.shorten_key(make_key(problem, part))
         parts.append(part_json(problem, part) | {"key": key})
-        every = slips(problem, part, in_pairs)
-        step = max(1, len(every) // most) if most else 1
-        typed += [[part.name, name, text] for name, text in every[::step]]
+        all_slips = slips(problem, part, in_pairs)
+        step = max(1, len(all_slips) // max_count) if max_count else 1
+        typed += [[part.name, name, text] for name, text in all_slips[::step]]
     return {
         "id": str(problem.id),
         "robot": make_arm_record(problem)["robot"],
         "parts": parts,
-        "said": said.rows,
+        "said": sentences.rows,
         "slips": typed,
     }
 
 
 def slips_text() -> str:
     """Return the file's text: some slips of some families, and some in pairs, a problem a line."""
-    pairs = (problem_json(name, most=FEW, in_pairs=True)["slips"] for name in KEPT)
-    kept = (problem_json(name, most=FEW) | {"pairs": two} for name, two in zip(KEPT, pairs, strict=True))
-    return "[\n" + ",\n".join(map(json.dumps, kept)) + "\n]\n"
+    pairs = (problem_json(name, max_count=FEW, in_pairs=True)["slips"] for name in STORED_FAMILIES)
+    stored = (
+        problem_json(name, max_count=FEW) | {"pairs": pair_slips}
+        for name, pair_slips in zip(STORED_FAMILIES, pairs, strict=True)
+    )
+    return "[\n" + ",\n".join(map(json.dumps, stored)) + "\n]\n"

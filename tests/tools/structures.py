@@ -1,6 +1,6 @@
 """Find every structure of 2, 3 or 4 joints that makes a clean problem: exercises/families/structures.txt.
 
-    python -m tests.tools.structures      writes the table anew (half a minute)
+    python -m tests.tools.structures      rewrites the table (half a minute)
 
 Two tables are the same arm, and have one normal form, if they differ only in what leaves J unchanged but for signs and
 names:
@@ -162,9 +162,9 @@ def class_key(rows: Sequence[StructureRow], task: Sequence[str] = ()) -> Key:
     >>> class_key(read_rows("Rx Ra"), ("vx", "vz")) == class_key(read_rows("Rx Ra"), ("vy", "vz"))
     True
     """
-    base, *others = _bodies(rows)
+    base, *later_bodies = _bodies(rows)
     kinds = "".join(row.kind for row in rows)
-    return (kinds, _base_key(base, task), *map(_square_key, others), *_axial_offsets(base, others))
+    return (kinds, _base_key(base, task), *map(_square_key, later_bodies), *_axial_offsets(base, later_bodies))
 
 
 def _bodies(rows: Sequence[StructureRow]) -> list[_Body]:
@@ -213,18 +213,18 @@ def _square_key(body: _Body) -> Key:
     return min((lie, _axis_names(name, body.slides), _axis_names(name, offsets)) for name in names)
 
 
-def _axial_offsets(base: _Body, others: Sequence[_Body]) -> Iterator[bool]:
+def _axial_offsets(base: _Body, later_bodies: Sequence[_Body]) -> Iterator[bool]:
     """Yield for every row of parallel revolute axes whether an offset along them counts."""
     before, first = base, 0
-    while first < len(others):
+    while first < len(later_bodies):
         last = first
-        while others[last].behind == BEFORE:
+        while later_bodies[last].behind == BEFORE:
             last += 1
-        row = others[first : last + 1]
+        row = later_bodies[first : last + 1]
         offset = before.behind in before.offsets or any(BEFORE in body.offsets for body in row)
         slide = before.behind in before.slides or any(BEFORE in body.slides for body in row)
         yield offset and not slide and first > 0
-        before, first = others[last], last + 1
+        before, first = later_bodies[last], last + 1
 
 
 if __name__ == "__main__":

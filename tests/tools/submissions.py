@@ -37,7 +37,7 @@ from qdot.grader.submissions.submission import find_submissions, open_submission
 from tests.support import ROOT
 from tests.support.results import get_counted_file, read_results
 from tests.support.submitting import make_class, make_correct_notebook, work_in_one_process
-from tests.tools.hostile import NEIGHBOUR, OWN, hand_in_drawn
+from tests.tools.hostile import ATTACKER, NEIGHBOUR, submit_random
 
 LIMITS = Limits(seconds=6, cell_seconds=2)
 LONGEST, HANGS = 60.0, 900.0
@@ -65,9 +65,9 @@ class Class:
 
     def __init__(self, folder: Path) -> None:
         self.folder = folder
-        students = [Student(NEIGHBOUR, "Ada One"), Student(OWN, "Bo Two"), Student("s03", "Cy Three")]
+        students = [Student(NEIGHBOUR, "Ada One"), Student(ATTACKER, "Bo Two"), Student("s03", "Cy Three")]
         self.assignment: Assignment = make_class(folder, students)
-        self.right = {student: make_correct_notebook(self.assignment, student) for student in (NEIGHBOUR, OWN)}
+        self.right = {student: make_correct_notebook(self.assignment, student) for student in (NEIGHBOUR, ATTACKER)}
         self.submitted, self.graded = folder / "submitted", folder / "graded"
         self.clear()
         self.round(lambda *_: "nothing")  # what is kept of the problems is there from now on
@@ -86,7 +86,7 @@ class Class:
     ) -> tuple[str, Result]:
         """Have one thing handed in, and the class graded; return what it was, and the student's result. Raises Find."""
         self.clear(flat)
-        case = hand(self.submitted, self.right[OWN])
+        case = hand(self.submitted, self.right[ATTACKER])
         try:
             source = _packed(self.submitted) if zipped else self.submitted
             before, begun = dict(_state(self.folder)), (time.monotonic(), _spent())
@@ -142,7 +142,7 @@ class Class:
         for text in said:
             if not all(ch.isprintable() or ch == "\n" for ch in text):
                 raise Find(f"this can't be shown: {text[:300]!a}")
-        return by_id[OWN]
+        return by_id[ATTACKER]
 
 
 def _is_there(graded: Path) -> bool:
@@ -194,7 +194,7 @@ def drawn_round(of: Class, seed: str, number: int) -> tuple[str, Result]:
     """Have one round graded, all of it drawn from the seed and the round's number."""
     rng, last = Stream(f"submissions/{seed}/{number}"), number % COMMAND == COMMAND - 1
     zipped, flat = number % ZIPPED == ZIPPED - 1, number % FLAT == FLAT - 1
-    return of.round(lambda root, text: hand_in_drawn(root, text, rng), last, zipped, flat)
+    return of.round(lambda root, text: submit_random(root, text, rng), last, zipped, flat)
 
 
 def main() -> int:

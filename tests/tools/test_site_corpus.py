@@ -1,4 +1,4 @@
-"""What the site's own grader is held against is what the grader says today."""
+"""The files with Python's results for the site's tests are up to date."""
 
 import json
 
@@ -6,51 +6,51 @@ import numpy as np
 import pytest
 
 from tests.support.suites import select_for_suite
-from tests.tools.fuzz import KNOWN
-from tests.tools.readers import kept_question, tree_text, verdict
+from tests.tools.fuzz import SYMBOL_SETS
+from tests.tools.readers import judge_answer, make_stored_query, tree_text
 from tests.tools.site_arms import TARGET as ARMS
 from tests.tools.site_arms import arms_text
 from tests.tools.site_corpus import FORMS, READINGS, SLIPS, TARGET, corpus_case, forms_text, records
 from tests.tools.site_slips import slips_text
 
-EACH = select_for_suite(9, 1)
-"""Of so many cases one is checked."""
-ANEW = "run: python -m tests.tools.site_corpus"
+STEP = select_for_suite(9, 1)
+"""One of this many cases is checked."""
+REWRITE_HINT = "run: python -m tests.tools.site_corpus"
 
 
 def test_the_corpus_of_the_site_is_up_to_date() -> None:
     cases = json.loads(TARGET.read_text(encoding="utf-8"))
-    assert len(cases) == len(records()), ANEW
-    for case, record in list(zip(cases, records(), strict=True))[::EACH]:
-        assert case == corpus_case(record), ANEW
+    assert len(cases) == len(records()), REWRITE_HINT
+    for case, record in list(zip(cases, records(), strict=True))[::STEP]:
+        assert case == corpus_case(record), REWRITE_HINT
 
 
 def test_trees_and_verdicts_for_the_site_are_up_to_date() -> None:
-    stored, question = json.loads(READINGS.read_text(encoding="utf-8")), kept_question()
-    assert [[text, k] for text, k, _ in stored["readings"]] == [list(each) for each in question.readings], ANEW
-    assert [answer[:3] for answer in stored["answers"]] == [list(each) for each in question.answers], ANEW
-    for text, k, tree in stored["readings"][::EACH]:
-        assert tree == tree_text(text, KNOWN[k]), ANEW
-    for problem, name, text, *outcome in stored["answers"][::EACH]:
-        assert outcome == list(verdict(problem, name, text)), ANEW
+    stored, query = json.loads(READINGS.read_text(encoding="utf-8")), make_stored_query()
+    assert [[text, k] for text, k, _ in stored["readings"]] == [list(item) for item in query.readings], REWRITE_HINT
+    assert [answer[:3] for answer in stored["answers"]] == [list(item) for item in query.answers], REWRITE_HINT
+    for text, k, tree in stored["readings"][::STEP]:
+        assert tree == tree_text(text, SYMBOL_SETS[k]), REWRITE_HINT
+    for problem, name, text, *outcome in stored["answers"][::STEP]:
+        assert outcome == list(judge_answer(problem, name, text)), REWRITE_HINT
 
 
 @pytest.mark.whole
 def test_forms_for_the_site_are_up_to_date() -> None:
-    assert FORMS.read_text(encoding="utf-8") == forms_text(), ANEW
+    assert FORMS.read_text(encoding="utf-8") == forms_text(), REWRITE_HINT
 
 
 @pytest.mark.whole
 def test_slips_for_the_site_are_up_to_date() -> None:
-    assert SLIPS.read_text(encoding="utf-8") == slips_text(), ANEW
+    assert SLIPS.read_text(encoding="utf-8") == slips_text(), REWRITE_HINT
 
 
 @pytest.mark.whole
 def test_arms_for_the_site_are_up_to_date() -> None:
-    kept, now = (json.loads(text) for text in (ARMS.read_text(encoding="utf-8"), arms_text()))
-    numbers = ("jacobian", "det", "sigma")  # their last digit is another on another machine
-    assert [_without(case, numbers) for case in kept] == [_without(case, numbers) for case in now]
-    for before, after in zip(kept, now, strict=True):
+    stored, current = (json.loads(text) for text in (ARMS.read_text(encoding="utf-8"), arms_text()))
+    numbers = ("jacobian", "det", "sigma")  # the last digit depends on the machine
+    assert [_without(case, numbers) for case in stored] == [_without(case, numbers) for case in current]
+    for before, after in zip(stored, current, strict=True):
         np.testing.assert_allclose(before["jacobian"], after["jacobian"], rtol=0, atol=1e-12)
 
 

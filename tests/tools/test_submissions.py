@@ -15,7 +15,7 @@ from qdot.grader.sandbox.contained import folders
 from tests.support.submitting import code_cell
 from tests.support.suites import select_for_suite
 from tests.tools import submissions
-from tests.tools.hostile import KINDS, NEIGHBOUR, OWN, hand_in_drawn
+from tests.tools.hostile import ATTACKER, KINDS, NEIGHBOUR, submit_random
 from tests.tools.submissions import Class, Find, drawn_round
 
 
@@ -33,14 +33,14 @@ def test_what_is_drawn_stops_nobody(made: Class, number: int) -> None:
 def test_every_kind_hands_something_in(kind: str, tmp_path: Path) -> None:
     cells = [code_cell(f"p1_x{number} = 1") for number in range(5)]
     for number in range(3):
-        hand_in_drawn(tmp_path, json.dumps({"cells": cells}), Stream(f"{kind}/{number}"), (kind,))
+        submit_random(tmp_path, json.dumps({"cells": cells}), Stream(f"{kind}/{number}"), (kind,))
     assert any(tmp_path.iterdir())
     folders.remove(str(tmp_path))  # pytest can't
 
 
 def test_the_same_seed_hands_in_the_same(tmp_path: Path) -> None:
     for folder in ("one", "two"):
-        hand_in_drawn(tmp_path / folder, "{}", Stream("same"), ("names", "bytes"))
+        submit_random(tmp_path / folder, "{}", Stream("same"), ("names", "bytes"))
     one, two = ([path.name for path in sorted((tmp_path / folder).rglob("*"))] for folder in ("one", "two"))
     assert one == two != []
 
@@ -88,8 +88,8 @@ def _with_a_stranger(here: Callable[[Class, Path], list[str]]) -> Callable[[Clas
 @pytest.mark.parametrize("zipped", [False, True])
 def test_a_right_notebook_is_no_find(made: Class, zipped: bool) -> None:
     def hand(root: Path, right: str) -> str:
-        (root / OWN).mkdir()
-        (root / OWN / "hw.ipynb").write_text(right)
+        (root / ATTACKER).mkdir()
+        (root / ATTACKER / "hw.ipynb").write_text(right)
         return "a right one"
 
     case, result = made.round(hand, zipped=zipped, flat=True)
@@ -105,13 +105,13 @@ def test_the_command_grades_what_is_drawn(made: Class) -> None:
 
 
 def too_long_a_link(root: Path, right: str) -> str:
-    (root / OWN).symlink_to("x" * 300)
+    (root / ATTACKER).symlink_to("x" * 300)
     return "link"
 
 
 def too_long_a_path(root: Path, right: str) -> str:
-    (root / OWN).mkdir()
-    top = os.open(root / OWN, os.O_RDONLY)
+    (root / ATTACKER).mkdir()
+    top = os.open(root / ATTACKER, os.O_RDONLY)
     for _ in range(25):
         os.mkdir("d" * 200, dir_fd=top)
         inner = os.open("d" * 200, os.O_RDONLY, dir_fd=top)
@@ -122,24 +122,24 @@ def too_long_a_path(root: Path, right: str) -> str:
 
 
 def a_list_of_gradescopes(root: Path, right: str) -> str:
-    (root / OWN).mkdir()
-    (root / OWN / "submission_metadata.yml").write_text("submission_7:\n")
+    (root / ATTACKER).mkdir()
+    (root / ATTACKER / "submission_metadata.yml").write_text("submission_7:\n")
     return "list"
 
 
 def a_null_in_an_answer(root: Path, right: str) -> str:
-    (root / OWN).mkdir()
+    (root / ATTACKER).mkdir()
     data = json.loads(right)
     data["cells"][2]["source"] = "p1_position = '\\x00'"
-    (root / OWN / "hw.ipynb").write_text(json.dumps(data))
+    (root / ATTACKER / "hw.ipynb").write_text(json.dumps(data))
     return "null"
 
 
 def an_error_that_controls_a_terminal(root: Path, right: str) -> str:
-    (root / OWN).mkdir()
+    (root / ATTACKER).mkdir()
     data = json.loads(right)
     data["cells"][1]["source"] = "raise Exception('\\x1b[2J\\ud800')"
-    (root / OWN / "hw.ipynb").write_text(json.dumps(data))
+    (root / ATTACKER / "hw.ipynb").write_text(json.dumps(data))
     return "error"
 
 
@@ -151,6 +151,6 @@ FINDS: dict[Callable[[Path, str], str], str] = {
 
 
 @pytest.mark.parametrize("found", FINDS)
-def test_what_was_found_is_found_no_more(made: Class, found: Callable[[Path, str], str]) -> None:
+def test_former_finds_are_fixed(made: Class, found: Callable[[Path, str], str]) -> None:
     _, result = made.round(found, flat=True)
     assert find_work_status(result) == FINDS[found]

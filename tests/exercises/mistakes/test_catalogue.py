@@ -9,7 +9,7 @@ from qdot.exercises.mistakes.catalogue import ANSWERS, CATALOGUE, SECTIONS, VARI
 from tests.support.judging import diagnose
 from tests.support.problems import ask_question, get_problem
 from tests.support.suites import select_for_suite
-from tests.tools.diagnoses import Made, answers_with, verdict_on
+from tests.tools.diagnoses import WrongAnswer, classify_diagnosis, make_wrong_answers
 
 ASKED = {
     "planar-2r": (
@@ -48,15 +48,15 @@ pytestmark = pytest.mark.xdist_group("catalogue")  # one process makes the mista
 
 
 @cache
-def made(arm: str) -> dict[str, Made]:
+def made(arm: str) -> dict[str, WrongAnswer]:
     """Return an answer of an arm for every mistake that no arm before it makes, of the first question it applies to."""
     before = list(ASKED)[: list(ASKED).index(arm)]
     known = {name for other in before for name in made(other)}
     family, _, convention = arm.partition("@")
-    problem, answers = get_problem(family, 0, convention=convention), dict[str, Made]()
+    problem, answers = get_problem(family, 0, convention=convention), dict[str, WrongAnswer]()
     for part in problem.parts:
         if part.name in ASKED[arm]:
-            for one in answers_with(problem, part, only=CATALOGUE.keys() - known - answers.keys()):
+            for one in make_wrong_answers(problem, part, only=CATALOGUE.keys() - known - answers.keys()):
                 answers.setdefault(one.mistake, one)
     return answers
 
@@ -65,7 +65,7 @@ def made(arm: str) -> dict[str, Made]:
 def test_every_mistake_is_wrong_and_named(arm: str) -> None:
     """By its name, or by that of another that gives the very same answer."""
     its = made(arm)
-    verdicts = {name: verdict_on(one) for name, one in its.items()}
+    verdicts = {name: classify_diagnosis(one) for name, one in its.items()}
     assert its
     assert not {name: (verdict, its[name]) for name, verdict in verdicts.items() if verdict not in NAMED}
     assert sum(verdict == "named" for verdict in verdicts.values()) >= 0.7 * len(verdicts)

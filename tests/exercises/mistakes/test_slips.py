@@ -22,7 +22,7 @@ from qdot.exercises.problem.problem import Part, Problem, ProblemId
 from tests.exercises.arm.poses import compute_exponential, rotate_about, translate
 from tests.support.problems import get_problem
 from tests.support.suites import on_families, sample_for_suite
-from tests.tools.diagnoses import answers_with, verdict_on
+from tests.tools.diagnoses import classify_diagnosis, make_wrong_answers
 
 ARMS = ("elbow-3r/1@full@screws", "scara-rrrp/2@full@screws", "planar-2r/3@screws")
 Values = dict[str, np.ndarray]
@@ -97,8 +97,8 @@ def test_rows_with_the_link_behind_give_the_product_of_these_rows(arm: str) -> N
                 @ translate(0, 0, number(row.d))
             )
         assert np.allclose(wrong.answer[..., k], pose)
-    told = answers_with(problem, part, only=("length-and-twist-of-link-i",))
-    assert [verdict_on(one) for one in told] == ["named"]
+    told = make_wrong_answers(problem, part, only=("length-and-twist-of-link-i",))
+    assert [classify_diagnosis(one) for one in told] == ["named"]
 
 
 @pytest.mark.parametrize(("mistake", "stage"), [("next-arm", "p*"), ("next-axis", "axes")])

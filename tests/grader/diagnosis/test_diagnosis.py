@@ -27,7 +27,7 @@ from qdot.grader.sandbox.contained.callables import TABLE_PREFIX
 from tests.support.judging import diagnose
 from tests.support.problems import LONG_ARMS, ask_question
 from tests.support.suites import few_families, select_for_suite
-from tests.tools.diagnoses import problems, sweep
+from tests.tools.diagnoses import list_parts, sweep
 
 FAMILY_NAMES = list(FAMILIES)
 QUESTION_COUNT, LONG_ARM_COUNT = 4, select_for_suite(2, 4)
@@ -50,7 +50,7 @@ def choose_questions(family: str) -> tuple[str, ...]:
 
 @few_families
 def test_mistakes_are_named_and_random_answers_are_not(family: str) -> None:
-    counts, missed = sweep([family], (0,), choose_questions(family), few=2, at_random=2)
+    counts, missed = sweep([family], (0,), choose_questions(family), few=2, random_count=2)
     wrong = counts["named"] + counts["same answer"] + counts["nothing"]
     assert counts["judged right"] == 0, missed
     assert counts["nothing"] <= 0.05 * wrong, missed
@@ -296,7 +296,7 @@ def test_every_mistake_has_a_message_without_formulas_and_a_source() -> None:
 
 def test_numeric_derivations_give_the_reference(family: str) -> None:
     """The numeric stages used for mistakes are a third derivation and must agree with the references."""
-    for problem, part in problems(family, 0, tuple(name for name, question in QUESTIONS.items() if question.formula)):
+    for problem, part in list_parts(family, 0, tuple(name for name, question in QUESTIONS.items() if question.formula)):
         if isinstance(part.answer, (Expression, Matrix)):
             values = sample_configurations(problem.chain, part, problem.domain, 3, Stream("right"))
             derived = compute_answer(compute_numeric_stages(problem.chain, values), part)

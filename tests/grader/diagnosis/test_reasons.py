@@ -134,8 +134,8 @@ def test_reason_for_a_matrix(student: str, reference: list[list[str]], share: fl
     ],
 )  # fmt: skip
 def test_reason_for_a_wrong_shape(student: str, shape: tuple[int, int], reason: str) -> None:
-    reason = judge_rows(student, [["a1"] * shape[1]] * shape[0]).reason
-    assert fnmatchcase(reason, reason), reason
+    judgement = judge_rows(student, [["a1"] * shape[1]] * shape[0])
+    assert fnmatchcase(judgement.reason, reason), judgement.reason
 
 
 @pytest.mark.parametrize(
