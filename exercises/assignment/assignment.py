@@ -186,6 +186,11 @@ class Slot:
         return make_question(definitions[name]) if name in definitions else ALL_QUESTIONS[name]
 
     @property
+    def text_questions(self) -> frozenset[str]:
+        """The questions that a person has to mark."""
+        return frozenset(definition.name for definition in self.definitions if definition.answer == TEXT_ANSWER)
+
+    @property
     def points_by_question(self) -> dict[str, float]:
         """The questions of the slot, in order, each with its points."""
         return dict(zip(self.questions, self.max_points, strict=True))
@@ -267,7 +272,7 @@ class Assignment:
 
     def without_text_questions(self) -> tuple["Assignment", tuple[str, ...]]:
         """Return the assignment without the questions that a person has to mark, and the names of these questions."""
-        text_names = {d.name for slot in self.slots for d in slot.definitions if d.answer == TEXT_ANSWER}
+        text_names = {name for slot in self.slots for name in slot.text_questions}
         if not text_names:
             return self, ()
         slots = []

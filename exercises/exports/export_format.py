@@ -72,6 +72,13 @@ class ExportRequest:
         """Return whether the assignment's feedback includes this level of FEEDBACK."""
         return FEEDBACK.index(level) <= FEEDBACK.index(self.assignment.feedback)
 
+    def without_text_questions(self, title: str) -> "ExportRequest":
+        """Return the request without the questions that a person has to mark; report them, with the export's title."""
+        assignment, names = self.assignment.without_text_questions()
+        if names:
+            self.report(f"{title} leaves out {', '.join(names)}, because a person marks such answers")
+        return replace(self, assignment=assignment)
+
     @property
     def without_callbacks(self) -> "ExportRequest":
         """The same request without its callbacks, because other processes could not call them."""
@@ -105,17 +112,22 @@ def make_zip(files: Mapping[str, str | bytes], permissions: Mapping[str, int] = 
     return buffer.getvalue()
 
 
-def list_robot_files(request: ExportRequest) -> list[str]:
-    """Return the paths of the robot files that an assignment uses, relative to its folder. Raises QdotError.
+def list_used_files(request: ExportRequest) -> list[str]:
+    """Return the paths of the files that an assignment uses, relative to its folder. Raises QdotError.
 
-    Robots of the library are not included, because qdot contains them. A file outside of the folder is an error.
+    These are robots, files of questions, and the logo. Robots of the library are not included, because qdot contains
+    them. A file outside of the folder is an error.
     """
     assignment = request.assignment
     content = tomllib.loads((assignment.folder / "assignment.toml").read_text(encoding="utf-8"))
-    names = list(dict.fromkeys(entry["robot"] for entry in content["problem"] if "robot" in entry))
+    robots = [entry["robot"] for entry in content["problem"] if "robot" in entry]
+    lists = (entry.get("questions") for entry in content["problem"])
+    files = [name for names in lists if isinstance(names, list) for name in names if name.lower().endswith(".toml")]
+    logo = content.get("paper", {}).get("logo")
+    names = list(dict.fromkeys([*robots, *files, *([logo] if logo else [])]))
     for name in names:
         if PurePath(name).is_absolute() or ".." in PurePath(name).parts:
-            raise QdotError(f"robot = {name!r} is outside {assignment.folder}; to export it, move the file there")
+            raise QdotError(f"{name} is outside {assignment.folder}; to export the assignment, move the file there")
     return [PurePath(name).as_posix() for name in names if (assignment.folder / name).is_file()]
 
 

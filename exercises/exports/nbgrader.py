@@ -8,6 +8,7 @@ names in the source notebook and in students' notebooks.
 import hashlib
 import json
 from collections.abc import Generator, Sequence
+from collections.abc import Set as AbstractSet
 from typing import Any, NamedTuple
 
 from nbformat.v4 import new_code_cell, new_markdown_cell
@@ -48,12 +49,14 @@ def export_nbgrader(request: ExportRequest) -> Generator[ExportedFile, None, Non
     for path, data in read_assignment_files(request):
         yield ExportedFile(f"qdot/{key}/{path}", data)
     yield ExportedFile(f"qdot/{key}/{SECRET_FILE}", f"{assignment.secret}\n", is_private=True)
-    points = {part.name: part.points for part in list_parts(assignment)}
+    points, text_parts = {part.name: part.points for part in list_parts(assignment)}, find_text_parts(assignment)
     for student, text in handouts.iterate_notebooks():
         if "+" in student.id:
             request.report(f"{student.id}: nbgrader does not accept identifiers with +")
         notebook = json.loads(text)
-        notebook["cells"] = [new_cell for cell in notebook["cells"] for new_cell in _add_marks_cell(cell, points)]
+        notebook["cells"] = [
+            new_cell for cell in notebook["cells"] for new_cell in _mark_cells(cell, points, text_parts)
+        ]
         yield ExportedFile(f"handout/{student.id}/{key}/{key}.ipynb", write_notebook(notebook))
 
 
@@ -92,6 +95,11 @@ def list_parts(assignment: Assignment) -> list[PlatformPart]:
     ]
 
 
+def find_text_parts(assignment: Assignment) -> frozenset[str]:
+    """Return the names of the parts that a person marks."""
+    return frozenset(f"{slot.name}.{name}" for slot in assignment.slots for name in slot.text_questions)
+
+
 def compute_checksum(cell: Cell) -> str:
     """Return the checksum by which nbgrader recognises that a cell was changed."""
     metadata = cell["metadata"]["nbgrader"]
@@ -104,6 +112,13 @@ def compute_checksum(cell: Cell) -> str:
 def make_answer_metadata(part: str) -> dict[str, Any]:
     """Return nbgrader's metadata of the answer cell of a part."""
     return _make_metadata(f"{make_grade_id(part)}{ANSWER_SUFFIX}", solution=True)
+
+
+def make_text_metadata(part: str, points: float) -> dict[str, Any]:
+    """Return nbgrader's metadata of an answer that a person marks on nbgrader's pages; no other cell has its marks."""
+    metadata = _make_metadata(make_grade_id(part), grade=True, solution=True)
+    metadata["nbgrader"]["points"] = points
+    return metadata
 
 
 def make_marks_cell(part: str, points: float) -> Cell:
@@ -124,14 +139,15 @@ def _make_metadata(name: str, **flags: bool) -> Cell:
     return {"deletable": False, "nbgrader": {"grade_id": name, "schema_version": SCHEMA_VERSION, **defaults}}
 
 
-def _add_marks_cell(cell: Cell, points: dict[str, float]) -> list[Cell]:
-    """Return a cell of a student's notebook, followed by the cell with its marks if it is an answer cell."""
+def _mark_cells(cell: Cell, points: dict[str, float], text_parts: AbstractSet[str]) -> list[Cell]:
+    """Return a cell of a student's notebook, followed by the cell with its marks if qdot marks the answer in it."""
     part = cell["metadata"].get("qdot", {}).get("part")
     if part is None:
         return [cell]
-    cell["metadata"].update(make_answer_metadata(part))
+    is_text = part in text_parts
+    cell["metadata"].update(make_text_metadata(part, points[part]) if is_text else make_answer_metadata(part))
     cell["metadata"]["nbgrader"]["checksum"] = compute_checksum(cell)
-    return [cell, make_marks_cell(part, points[part])]
+    return [cell] if is_text else [cell, make_marks_cell(part, points[part])]
 
 
 def _make_source_notebook(title: str, key: str, slots: tuple[Slot, ...]) -> dict[str, Any]:
@@ -140,9 +156,9 @@ def _make_source_notebook(title: str, key: str, slots: tuple[Slot, ...]) -> dict
         for index, (part, part_points) in enumerate(slot.points_by_question.items(), 1):
             name = f"{slot.name}.{part}"
             heading = f"### {number}.{index} {slot.find_question(part).title} ({write_points(part_points)})"
-            answer, metadata = f"{name_answer_variable(slot.name, part)} = blank", make_answer_metadata(name)
+            answer = f"{name_answer_variable(slot.name, part)} = blank"
             cells.append(new_markdown_cell(heading, id=f"{make_grade_id(name)}-question"))
-            cells.append(new_code_cell(answer, id=make_grade_id(name), metadata=metadata))
-            cells.append(make_marks_cell(name, part_points))
+            cell = new_code_cell(answer, id=make_grade_id(name), metadata={"qdot": {"part": name}})
+            cells += _mark_cells(cell, {name: part_points}, {name} if part in slot.text_questions else frozenset())
     metadata = {"kernelspec": KERNEL, "language_info": {"name": "python"}}
     return {"cells": cells, "metadata": metadata, "nbformat": 4, "nbformat_minor": 5}

@@ -8,7 +8,7 @@ from collections.abc import Generator, Mapping, Sequence
 
 from qdot.exercises.assignment.assignment import SECRET_FILE, Assignment, Slot
 from qdot.exercises.exports.bank import iterate_bank
-from qdot.exercises.exports.export_format import ExportedFile, ExportRequest, list_robot_files
+from qdot.exercises.exports.export_format import ExportedFile, ExportRequest, list_used_files
 from qdot.exercises.notebook.notebook import write_points
 from qdot.exercises.problem.problem import Part
 from qdot.exercises.reference_answers import Answer, Choice, Matching, Number, Selection
@@ -24,6 +24,7 @@ INSTANCE_FOLDER = "courseInstances/qdot"
 
 def export_prairielearn(request: ExportRequest) -> Generator[ExportedFile, None, None]:
     """Yield the course's files. They contain the seeds of the bank's problems, but not the secret."""
+    request = request.without_text_questions("PrairieLearn")
     assignment = request.assignment
     key = assignment.key.lower()
     seeds: dict[str, list[str]] = {slot.name: [] for slot in assignment.slots}
@@ -99,8 +100,8 @@ def _make_server_files(
     assignment = request.assignment
     text = (assignment.folder / "assignment.toml").read_text(encoding="utf-8")
     yield ExportedFile(f"{folder}/assignment.toml", text, is_private=True)
-    for name in sorted(list_robot_files(request)):
-        yield ExportedFile(f"{folder}/{name}", (assignment.folder / name).read_text(encoding="utf-8"), is_private=True)
+    for name in sorted(list_used_files(request)):
+        yield ExportedFile(f"{folder}/{name}", (assignment.folder / name).read_bytes(), is_private=True)
     yield ExportedFile(f"{folder}/roster.csv", "student\nprairielearn\n", is_private=True)
     yield ExportedFile(f"{folder}/{SECRET_FILE}", _derive_hash(assignment, "seed") + "\n", is_private=True)
     bank = _write_json({"digest": assignment.notebook_digest, "seeds": seeds})

@@ -11,7 +11,7 @@ from collections.abc import Generator
 
 from qdot.exercises.assignment.replacements import REPLACEMENTS_FILE
 from qdot.exercises.common.errors import QdotError
-from qdot.exercises.exports.export_format import ExportedFile, ExportRequest, list_robot_files
+from qdot.exercises.exports.export_format import ExportedFile, ExportRequest, list_used_files
 from qdot.exercises.exports.handouts import collect_handouts
 from qdot.exercises.exports.wheel import list_versions, make_wheel
 from qdot.exercises.writing.render import render
@@ -38,7 +38,7 @@ def read_assignment_files(request: ExportRequest) -> list[tuple[str, bytes]]:
     folder = request.assignment.folder
     names = ["assignment.toml", "roster.csv"]
     names += [name for name in (REPLACEMENTS_FILE, "overrides.csv") if (folder / name).exists()]
-    names += list_robot_files(request)
+    names += list_used_files(request)
     return [(name, (folder / name).read_bytes()) for name in names]
 
 

@@ -40,10 +40,8 @@ def export_scorm(request: ExportRequest) -> Generator[ExportedFile, None, None]:
     assets = find_assets()
     if assets is None:
         raise QdotError(NOT_BUILT_MESSAGE)
-    assignment, text_names = request.assignment.without_text_questions()
-    if text_names:
-        request.report(f"the package leaves out {', '.join(text_names)}, because a person marks such answers")
-    request = replace(request, assignment=assignment)
+    request = request.without_text_questions("SCORM")
+    assignment = request.assignment
     for slot in assignment.slots:
         _report_differences(request, slot)
     scripts = {path.relative_to(assets.folder).as_posix(): path.read_bytes() for path in assets.files}

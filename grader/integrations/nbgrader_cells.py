@@ -5,6 +5,7 @@ This module doesn't need nbgrader; `nbgrader_plugin` passes on the contents of n
 
 import textwrap
 from collections.abc import Mapping, Sequence
+from collections.abc import Set as AbstractSet
 from typing import Any
 
 from qdot.exercises.common.errors import QdotError
@@ -17,15 +18,22 @@ from qdot.grader.reports.answers import make_visible
 from qdot.grader.reports.rows import PartRow
 
 
-def restore_cells(cells: Sequence[Cell], points: Mapping[str, float]) -> list[Cell]:
+def restore_cells(
+    cells: Sequence[Cell], points: Mapping[str, float], text_parts: AbstractSet[str] = frozenset()
+) -> list[Cell]:
     """Return a student's cells with a new cell for marks after each answer; `points` maps parts to their points.
+
+    A person marks the answers to `text_parts`; these have no other cell for their marks.
 
     nbgrader's metadata are recreated, so that students' changes to them neither affect the marks nor stop the grading.
     If several cells have the name of an answer, the first cell keeps the name. A cell for marks that a student has
     changed remains as an ordinary cell.
     """
     parts = {make_grade_id(part): part for part in points}
-    marks_cells = {name: nbgrader.make_marks_cell(part, points[part]) for name, part in parts.items()}
+    marks_cells = {
+        name: nbgrader.make_marks_cell(part, points[part]) for name, part in parts.items() if part not in text_parts
+    }
+    unplaced_texts = set(text_parts)
     unplaced_cells, restored_cells = dict(marks_cells), list[Cell]()
     ids = {cell["id"] for cell in marks_cells.values()}
     for index, cell in enumerate(cells):
@@ -38,7 +46,11 @@ def restore_cells(cells: Sequence[Cell], points: Mapping[str, float]) -> list[Ce
             cell["id"] = f"changed-{index}"
         restored_cells.append(cell)
         is_answer = cell["cell_type"] == "code" and (part in points or name.endswith(ANSWER_SUFFIX))
-        if is_answer and answer_name in unplaced_cells:
+        answered_part = parts.get(answer_name, "")
+        if is_answer and answered_part in unplaced_texts:
+            unplaced_texts.remove(answered_part)
+            cell["metadata"].update(nbgrader.make_text_metadata(answered_part, points[answered_part]))
+        elif is_answer and answer_name in unplaced_cells:
             cell["metadata"].update(nbgrader.make_answer_metadata(parts[answer_name]))
             restored_cells.append(unplaced_cells.pop(answer_name))
     return [*restored_cells, *unplaced_cells.values()]
@@ -71,7 +83,9 @@ def fill_in_marks(cells: Sequence[Cell], rows: Sequence[PartRow]) -> None:
             continue
         cell["outputs"], cell["execution_count"] = [], None
         metadata = cell["metadata"].get("nbgrader") or {}
-        if metadata.get("grade"):
+        if metadata.get("grade") and metadata.get("solution"):
+            unplaced_rows.pop(metadata["grade_id"], None)  # a person marks this answer on nbgrader's pages
+        elif metadata.get("grade"):
             row = unplaced_rows.pop(metadata["grade_id"], None)
             if row is None or row.points is None or float(metadata["points"]) != row.max_points:
                 reason = f"the assignment does not have this part, or it has other points; {GENERATE_AGAIN}"

@@ -20,7 +20,7 @@ from traitlets import Float
 from qdot.exercises.assignment.assignment import Assignment, load_assignment
 from qdot.exercises.common.console import note
 from qdot.exercises.common.errors import QdotError
-from qdot.exercises.exports.nbgrader import MARKS_COMMENT
+from qdot.exercises.exports.nbgrader import MARKS_COMMENT, find_text_parts
 from qdot.grader.grading.batch import find_student, grade_one, make_limits
 from qdot.grader.grading.result import Result
 from qdot.grader.integrations.nbgrader_cells import GENERATE_AGAIN, fill_in_marks, remove_self_checks, restore_cells
@@ -65,10 +65,10 @@ class RestoreCells(NbGraderPreprocessor):
                 folder = f"{QDOT_FOLDER}/{info['assignment']}"
                 raise QdotError(f"{folder} is missing, but qdot needs it to grade {info['assignment']}")
             return nb, resources
-        points = map_max_points(assignment)
-        if sum(source.startswith(MARKS_COMMENT) for source in sources) != len(points):
+        points, text_parts = map_max_points(assignment), find_text_parts(assignment)
+        if sum(source.startswith(MARKS_COMMENT) for source in sources) != len(points) - len(text_parts):
             raise QdotError(f"the cells in nbgrader's database are not those of {info['assignment']}; {GENERATE_AGAIN}")
-        nb.cells = [from_dict(cell) for cell in restore_cells(nb.cells, points)]
+        nb.cells = [from_dict(cell) for cell in restore_cells(nb.cells, points, text_parts)]
         return nb, resources
 
 

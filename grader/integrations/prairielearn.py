@@ -125,7 +125,7 @@ def _find_assignment_folder(data: PrairieLearnData, folder: str) -> Path:
 
 
 def _load_assignment(data: PrairieLearnData, folder: str) -> Assignment:
-    return load_assignment(_find_assignment_folder(data, folder))
+    return load_assignment(_find_assignment_folder(data, folder)).without_text_questions()[0]
 
 
 def _find_slot(assignment: Assignment, name: str) -> Slot:

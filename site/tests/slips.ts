@@ -52,5 +52,3 @@ function isCovered(r: number, c: number, slip: Slip, columns: number): boolean {
   if (where.key === "slip.row") return row === r;
   return (where.key !== "slip.entry" || row === r) && (column === undefined || column === c);
 }
-
-export const allOutcomes = (problems: readonly Slipped[]): readonly (readonly Outcome[])[] => problems.map(outcomesOf);

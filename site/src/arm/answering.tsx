@@ -6,6 +6,7 @@ import { useEffect, useId, useRef, useState } from "preact/hooks";
 
 import { parse } from "../read/reader.js";
 import { realValue } from "../read/real.js";
+import { resultOrNull } from "../storage.js";
 import { inDigits, say } from "../text/text.js";
 import { termAfterKey, useFormulaStops } from "./formula-keys.js";
 import { namedPose, type State } from "./model.js";
@@ -192,12 +193,9 @@ function valueOf(text: string, stage: Stage, ratesIn: ValueProps["rates"]): numb
     ...Object.fromEntries(rates.map((rate, i) => [`qd${i + 1}`, rate])),
   };
   if (!/[a-z]/.test(text)) return null;
-  try {
-    const value = realValue(parse(text, new Set(Object.keys(values))), values);
-    return Number.isFinite(value) ? value : null;
-  } catch {
-    return null; // the term has a letter of something else
-  }
+  // a term with letters of something else has no value
+  const value = resultOrNull(() => realValue(parse(text, new Set(Object.keys(values))), values));
+  return Number.isFinite(value) ? value : null;
 }
 
 /** Return the joint rates at the arm's place on the welding path; an empty list without a path. */

@@ -3,6 +3,7 @@
 import type { Index } from "../bank.js";
 import { ANYTHING, faultOf as faultOfWish, type Item, itemsFor, shuffle, type Wish } from "../practice/choice.js";
 import type { Topic } from "../practice/topics.js";
+import { resultOrNull } from "../storage.js";
 import { message, type Message } from "../text/text.js";
 import type { Round } from "./round.js";
 
@@ -149,12 +150,8 @@ function parseCount(value: string, fallback: number): number {
 
 /** Return whether a text is the origin of a web page: https or http, a host, and possibly a port. */
 export function isOrigin(value: string): boolean {
-  try {
-    const { origin, protocol } = new URL(value);
-    return origin === value && (protocol === "https:" || protocol === "http:");
-  } catch {
-    return false;
-  }
+  const url = resultOrNull(() => new URL(value));
+  return url?.origin === value && ["https:", "http:"].includes(url.protocol);
 }
 
 const short = (text: string): string => (text.length > 40 ? `${text.slice(0, 40)}…` : text);

@@ -4,6 +4,7 @@
 // left. A platform that fails does not stop the student.
 
 import type { Part } from "../bank.js";
+import { resultOrNull } from "../storage.js";
 import { message } from "../text/text.js";
 import { isComplete, isPassed, type JudgedAnswer, type Report, type Recipient } from "./recipient.js";
 import { asText, type Round, type Score } from "./round.js";
@@ -136,34 +137,25 @@ export function clock(seconds: number): string {
 /** How many windows above one another are searched. */
 const MAX_PARENTS = 50;
 
-/** A window in the search; windows of other origins refuse access. */
+/** A window in the search; windows of other origins throw errors if they are accessed. */
 export type Above = { readonly parent: Above | null; readonly opener?: Above | null };
 
 /** Return the API of a platform: in the windows around this one, else around the windows that opened them; or null. */
 export function findApi(name: string, from: Above): Api | null {
-  const outermost = tryAccess(() => (from as Above & { top?: Above | null }).top);
-  const openers = [from, outermost].flatMap((window) => tryAccess(() => window?.opener) ?? []);
+  const outermost = resultOrNull(() => (from as Above & { top?: Above | null }).top);
+  const openers = [from, outermost].flatMap((window) => resultOrNull(() => window?.opener) ?? []);
   return [from, ...openers].map((window) => findAbove(name, window)).find(Boolean) ?? null;
 }
 
 function findAbove(name: string, from: Above): Api | null {
   let window: Above | null = from;
   for (let i = 0; window && i < MAX_PARENTS; i += 1) {
-    const api = tryAccess(() => (window as unknown as Record<string, unknown>)[name]);
+    const api = resultOrNull(() => (window as unknown as Record<string, unknown>)[name]);
     if (api !== null && (typeof api === "object" || typeof api === "function")) return api as Api;
-    const above: Above | null = tryAccess(() => window!.parent) ?? null;
+    const above: Above | null = resultOrNull(() => window!.parent);
     window = above === window ? null : above;
   }
   return null;
-}
-
-/** Return what a window allows to be read; null if it refuses, because it has another origin. */
-function tryAccess<T>(access: () => T): T | null {
-  try {
-    return access() ?? null;
-  } catch {
-    return null;
-  }
 }
 
 /** A platform with a started session, and the student's identifier. */
@@ -174,7 +166,7 @@ export function connect(version: Version, from: Above): Platform | null {
   const model = MODELS[version];
   const api = findApi(model.api, from);
   if (!api) return null;
-  const call = (name: string, ...values: string[]): unknown => callApi(api, model.prefix + name, values);
+  const call = (name: string, ...values: string[]): unknown => resultOrNull(() => api[model.prefix + name]!(...values));
   const get = (name: string): string => {
     const value = call("GetValue", name);
     return typeof value === "string" || typeof value === "number" ? String(value) : "";
@@ -190,9 +182,9 @@ export function connect(version: Version, from: Above): Platform | null {
     const count = Number(get("cmi.interactions._count") || NaN);
     if (count < MAX_RECORDED) for (const [name, value] of interaction(model, count, given, round)) set(name, value);
   };
-  const report = (news: Report): boolean => {
+  const report = (current: Report): boolean => {
     if (!isAccepting || hasEnded) return true;
-    const { round, score, standing, given } = news;
+    const { round, score, standing, given } = current;
     const all: Elements = [
       ...model.results(round, score),
       ["cmi.suspend_data", asText(round, standing)],
@@ -208,22 +200,13 @@ export function connect(version: Version, from: Above): Platform | null {
     isAccepting,
     destination: message(isAccepting ? "round.sent" : "round.review"),
     report: report,
-    leave(news) {
+    leave(current) {
       if (hasEnded) return;
-      report({ ...news, given: null });
+      report({ ...current, given: null });
       hasEnded = true;
       call(model.finish, ""); // if this fails, everything was reported before
     },
   };
-}
-
-/** Return what a function of the platform returns; null if it throws or does not exist. */
-function callApi(api: Api, name: string, values: readonly string[]): unknown {
-  try {
-    return api[name]!(...values);
-  } catch {
-    return null;
-  }
 }
 
 /** Platforms answer "true"; some answer true. */

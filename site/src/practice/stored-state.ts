@@ -2,7 +2,7 @@
 
 import { useState } from "preact/hooks";
 
-import { storage, storedJson, storeText } from "../storage.js";
+import { resultOrNull, storage, storedJson, storeText } from "../storage.js";
 import type { Progress } from "./choice.js";
 import { checkProgress, mergeProgress } from "./progress.js";
 import { checkSkills, mergeSkills, type Skills } from "./skills.js";
@@ -41,15 +41,10 @@ export function asFile(state: StoredState): string {
 
 /** Return the content of a file, which has no lessons in version 1; null if it is no such file. */
 export function fromFile(text: string): StoredState | null {
-  try {
-    const content: unknown = JSON.parse(text);
-    if (typeof content !== "object" || content === null || !("qdot" in content) || !("progress" in content))
-      return null;
-    const { progress, lessons } = content as Partial<Record<keyof StoredState, unknown>>;
-    return { progress: checkProgress(progress), lessons: checkSkills(lessons) };
-  } catch {
-    return null;
-  }
+  const content = resultOrNull(() => JSON.parse(text) as unknown);
+  if (typeof content !== "object" || content === null || !("qdot" in content) || !("progress" in content)) return null;
+  const { progress, lessons } = content as Partial<Record<keyof StoredState, unknown>>;
+  return { progress: checkProgress(progress), lessons: checkSkills(lessons) };
 }
 
 /** Merge two states; of each item and lesson, the one with more progress is kept. */

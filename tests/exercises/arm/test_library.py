@@ -28,7 +28,7 @@ from qdot.exercises.assignment.assignment import load_assignment
 from qdot.exercises.assignment.release import init_assignment
 from qdot.exercises.common.errors import QdotError
 from qdot.exercises.exports.export_format import ExportRequest
-from qdot.exercises.exports.export_format import list_robot_files as robots_to_export
+from qdot.exercises.exports.export_format import list_used_files as robots_to_export
 from qdot.exercises.singularities.classification import sample_condition
 from qdot.exercises.solve.solver import solve
 from tests.exercises.arm.poses import Matrix, compute_exponential, compute_origin_pose, rotate_about, translate
