@@ -25,7 +25,8 @@ KnownQuestions = Mapping[str, Question]
 MAX_ATTEMPTS = 8
 """Maximum number of arms that are tried until every question finds something to ask about.
 
-Only families with varied structures, and quizzes, try more than one arm."""
+Only families with varied structures (kinds and arrangement of joints), and quizzes, try more than one arm.
+"""
 
 MAX_SAMPLED_ARMS = 200
 """Maximum number of arms that are sampled to find one in a band of difficulty."""
@@ -39,10 +40,11 @@ QUIZ_CANDIDATES = (
 MAX_QUIZ_ARMS, QUIZ_CHECKED_ARMS = 12, 2
 """Maximum number of arms that are sampled until all short questions of a quiz apply.
 
-The second number is the number of arms of a family to which a short question must apply to be in the family's quiz."""
+The second number is the number of arms of a family to which a short question must apply to be in the family's quiz.
+"""
 
 LISTING_ARMS, VARIED_LISTING_ARMS = 8, 120
-"""Number of arms from which a family's difficulty is determined; more if structures vary, as hard arms are rare."""
+"""Number of arms from which a family's difficulty is determined; more if structures vary, since hard arms are rare."""
 
 
 def look_up_family(name: str | Family) -> Family:
@@ -129,8 +131,8 @@ def _look_up_listing(family: Family) -> FamilyListing | None:
 def questions_of_family(family: str | Family, convention: str = "") -> tuple[str, ...]:
     """Return the names of the questions that apply to a family's arms; in a varied family, to at least one arm."""
     known_family = look_up_family(family)
-    entry = _look_up_listing(known_family)
-    return find_questions(known_family, convention) if entry is None or convention else entry.questions
+    listed = _look_up_listing(known_family)
+    return find_questions(known_family, convention) if listed is None or convention else listed.questions
 
 
 def select_quiz_questions(family: str | Family, convention: str = "") -> tuple[str, ...]:
@@ -182,8 +184,8 @@ def _sample_listing_arms(family: Family) -> tuple[Chain, ...]:
 def find_listing(family: str | Family, convention: str = "") -> FamilyListing:
     """Return a family's listing: stored for a registered family, otherwise computed from sampled arms."""
     known_family = look_up_family(family)
-    entry = _look_up_listing(known_family) or compute_listing(known_family)
-    return replace(entry, questions=find_questions(known_family, convention)) if convention else entry
+    listed = _look_up_listing(known_family) or compute_listing(known_family)
+    return replace(listed, questions=find_questions(known_family, convention)) if convention else listed
 
 
 @cache
@@ -208,15 +210,16 @@ def check_questions(
     definitions: Sequence[Definition] = (),
 ) -> None:  # fmt: skip
     """Raise QdotError if a question is unknown, is asked twice, or doesn't apply to the family's arms."""
-    known_family, known = look_up_family(family), _add_definitions(definitions)
+    known_family = look_up_family(family)
+    known = _add_definitions(definitions)
     _check_names(questions, known)
     if FAMILIES.get(known_family.name) is known_family:
         for name in questions:
             if (reason := known[name].find_convention_objection(convention or CONVENTIONS[0])) is not None:
                 raise QdotError(f"question {name!r} does not apply to {known_family.name}: {reason}")
-    entry = None if convention else _look_up_listing(known_family)
-    if entry is not None:
-        unlisted_names = [name for name in questions if name not in entry.questions]
+    listed = None if convention else _look_up_listing(known_family)
+    if listed is not None:
+        unlisted_names = [name for name in questions if name not in listed.questions]
         is_covered = not known_family.has_varied_structure and band is None and variation in VARIATION_STEPS
         if is_covered and not unlisted_names:
             return  # the listing covers the arms of every step, so no derivation is needed

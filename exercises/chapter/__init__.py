@@ -65,9 +65,9 @@ def solve_examples(language: str = ENGLISH) -> tuple[Example, ...]:
     arms = {"planar-2r": make_planar_2r(), "scorbot": make_scorbot_arm()}
     solved: list[Example] = []
     for number, title, key, questions in (entry.values() for entry in read_entries("examples")):
-        steps = tuple(
-            (words.translate_question(QUESTIONS[name].title), _solve(arms[key], name, language)) for name in questions
-        )
+        titles = [words.translate_question(QUESTIONS[name].title) for name in questions]
+        solutions = [_solve(arms[key], name, language) for name in questions]
+        steps = tuple(zip(titles, solutions, strict=True))
         is_first_use = all(example.key != key for example in solved)
         has_singularities = "singular-angles" in questions
         solved.append(Example(number, words.gettext(title), key, arms[key], steps, is_first_use, has_singularities))

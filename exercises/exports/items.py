@@ -295,8 +295,8 @@ def write_question_alone(problem: Problem, part: Part) -> str:
 def list_entry_labels(problem: Problem, part: Part, shape: tuple[int, ...]) -> tuple[str, ...]:
     """Return the LaTeX labels of the entries of an answer with a given shape, row by row."""
     chain, question, count = problem.chain, question_of(part), int(np.prod(shape))
-    names_to_type = (tex(sp.Symbol(name), chain) for name in question.names_to_type(chain))
-    entry_names = tuple(question.entry_names(chain, part) or names_to_type)
+    names_to_type = (tex(sp.Symbol(name), chain) for name in question.list_labels(chain))
+    entry_names = tuple(question.name_entries(chain, part) or names_to_type)
     if len(entry_names) == count:
         return entry_names
     return tuple(f"({index // shape[1] + 1}, {index % shape[1] + 1})" for index in range(count))

@@ -187,7 +187,7 @@ def _sample_configurations(chain: Chain, part: Part, stream: Stream) -> Iterator
             joints = inversion.sample_joint_values(chain, stream)
             if (
                 not needs_full_rank
-                or inversion.compute_conditioning(chain, lengths, joints) > inversion.min_conditioning(chain) / 2
+                or inversion.compute_conditioning(chain, lengths, joints) > inversion.find_min_conditioning(chain) / 2
             ):
                 break
         rate_values = {rate: sp.Rational(_sample_nonzero(stream, 9), 10) for rate in chain.rates}

@@ -201,16 +201,6 @@ def _rotate_prismatic_joints(joints: Sequence[int]) -> MistakeVariant:
     )
 
 
-def _rotate_one_prismatic_joint(chain: Chain, _: AnswerShape) -> Iterator[MistakeVariant]:
-    return map(_rotate_prismatic_joints, ([i] for i in chain.prismatic_joints))
-
-
-def _rotate_all_prismatic_joints(chain: Chain, _: AnswerShape) -> Iterator[MistakeVariant]:
-    prismatic_joints = chain.prismatic_joints
-    if len(prismatic_joints) > 1:
-        yield _rotate_prismatic_joints(prismatic_joints)
-
-
 def _drop_angular(joints: Sequence[int]) -> MistakeVariant:
     return _replace_angular(lambda stages, i, column: 0 * column if i in joints else column, make_joint_words(joints))
 
@@ -266,10 +256,6 @@ def _use_frame_axis(axis: str, joint: int | None = None) -> MistakeVariant:
 
     words = {"axis": axis} if joint is None else {"axis": axis, "joint": joint + 1}
     return make_propagated_variant({"axes": apply_change}, words)
-
-
-def _flip_axis(chain: Chain, _: AnswerShape) -> Iterator[MistakeVariant]:
-    return (make_propagated_variant({"axes": scale_entries(i, -1)}, {"joint": i + 1}) for i in range(chain.n))
 
 
 def _drop_joint(chain: Chain, _: AnswerShape) -> Iterator[MistakeVariant]:
@@ -367,9 +353,11 @@ VARIANTS: dict[str, VariantGenerator] = {
     "arm-of-one-link": _vary_propagation({"p*": _stop_at_next_origin}),
     "prismatic-as-revolute": _treat_as("R", "P"),
     "revolute-as-prismatic": _treat_as("P", "R"),
-    "slide-turns": _rotate_one_prismatic_joint,
+    "slide-turns": vary_each(lambda chain: (([i],) for i in chain.prismatic_joints), _rotate_prismatic_joints),
     "no-angular-part": lambda chain, _: vary_each_joint_and_all(chain.revolute_joints, _drop_angular),
-    "slides-turn": _rotate_all_prismatic_joints,
+    "slides-turn": vary_each(
+        lambda chain: [(chain.prismatic_joints,)] if len(chain.prismatic_joints) > 1 else [], _rotate_prismatic_joints
+    ),
     "angular-of-one-joint": _keep_one_angular,
     "angular-of-next-axis": _use_next_angular,
     "blocks-exchanged": vary_always({"geometric": lambda stages, both: np.roll(both, 3, axis=0)}),
@@ -380,7 +368,10 @@ VARIANTS: dict[str, VariantGenerator] = {
     "row-of-rotation": _vary_propagation(
         {"axes": lambda stages, _: np.stack([rotation[2] for rotation in _list_rotations_on_axes(stages)])}
     ),
-    "axis-sign": _flip_axis,
+    "axis-sign": vary_each(
+        lambda chain: zip(range(chain.n)),
+        lambda i: make_propagated_variant({"axes": scale_entries(i, -1)}, {"joint": i + 1}),
+    ),
     "vectors-left-in-base": _leave_vectors_in_base,
     "rotated-the-wrong-way": vary_always(
         {"tool jacobian": lambda stages, _: rotate_rows(stages["last rotation"], stages["geometric"])}

@@ -4,6 +4,7 @@ from collections.abc import Callable, Iterator
 from dataclasses import replace
 from functools import partial
 from itertools import islice
+from typing import SupportsFloat
 
 import numpy as np
 import sympy as sp
@@ -22,7 +23,7 @@ from qdot.exercises.mistakes.base import (
 )
 from qdot.exercises.mistakes.table import scale_angles
 from qdot.exercises.problem.problem import Part
-from qdot.exercises.questions.path import DistanceDetails
+from qdot.exercises.questions.path import SAMPLE_SPACING, DistanceDetails
 from qdot.exercises.reference_answers import Number
 
 
@@ -87,15 +88,15 @@ def _scale_revolute_entries(factor: float) -> VariantGenerator:
 # --- rates along a path ---
 
 RatesWithWords = Iterator[tuple[np.ndarray, str]]
-"""Yields wrong joint rates, each with additional words for the message."""
+"""Wrong joint rates, each with additional words for the message."""
 
 
-def _change_path_rates(mistaken_rates: Callable[[Chain, DistanceDetails], RatesWithWords]) -> AnswerGenerator:
-    """Return a function that yields answers with the wrong joint rates along a path that `mistaken_rates` computes."""
+def _change_path_rates(list_wrong_rates: Callable[[Chain, DistanceDetails], RatesWithWords]) -> AnswerGenerator:
+    """Return a function that yields answers with the wrong joint rates along a path from `list_wrong_rates`."""
 
     def generate(chain: Chain, part: Part) -> Iterator[MistakenAnswer]:
         if part.kind == "path-rates" and isinstance(part.answer, Number):
-            for rates, extra_words in mistaken_rates(chain, part.details_as(DistanceDetails)):
+            for rates, extra_words in list_wrong_rates(chain, part.details_as(DistanceDetails)):
                 if np.isfinite(rates).all():
                     reference = sp.Matrix([sp.Float(float(rate)) for rate in rates])
                     yield MistakenAnswer(replace(part.answer, reference=reference), {"more": extra_words})
@@ -103,29 +104,31 @@ def _change_path_rates(mistaken_rates: Callable[[Chain, DistanceDetails], RatesW
     return generate
 
 
-def _compute_rates(line: StraightPath, distance: float, path_speed: float) -> np.ndarray:
-    """Return the joint rates at a distance (m) from the start A, or nan if the arm can't follow the line that far."""
-    samples = list(line.follow(distance / max(1, round(distance / 0.02)) if distance else 1.0, 1e-3, distance))
-    is_reached = bool(samples) and abs(samples[-1].s - distance) < 1e-9
-    return np.array(samples[-1].slopes) * path_speed if is_reached else np.array([np.nan])
+def _compute_rates(line: StraightPath, distance: SupportsFloat, path_speed: SupportsFloat) -> np.ndarray:
+    """Return the joint rates at a distance (m) from the start A, or nan if the arm can't follow the line that far.
+
+    The line is followed in equal steps of about 2 cm.
+    """
+    end = float(distance)
+    samples = list(line.follow(end / max(1, round(end / SAMPLE_SPACING)) if end else 1.0, 1e-3, end))
+    is_reached = bool(samples) and abs(samples[-1].s - end) < 1e-9
+    return np.array(samples[-1].slopes) * float(path_speed) if is_reached else np.array([np.nan])
 
 
 def _use_rates_at_start(chain: Chain, details: DistanceDetails) -> RatesWithWords:
-    yield _compute_rates(details.welding_line.make_line(chain), 0.0, float(details.welding_line.speed)), ""
+    yield _compute_rates(details.welding_line.make_line(chain), 0.0, details.welding_line.speed), ""
 
 
 def _skip_normalization(chain: Chain, details: DistanceDetails) -> RatesWithWords:
     for line, joint in _list_lines_without_offsets(chain, details):
         extra_words = ", and to have left out the constant of a joint" if joint else ""
-        yield (
-            _compute_rates(line, float(details.distance), float(details.welding_line.speed) * float(line.length)),
-            extra_words,
-        )
+        wrong_speed = float(details.welding_line.speed) * float(line.length)
+        yield _compute_rates(line, details.distance, wrong_speed), extra_words
 
 
 def _drop_offset(chain: Chain, details: DistanceDetails) -> RatesWithWords:
     for line, joint in islice(_list_lines_without_offsets(chain, details), 1, None):
-        yield _compute_rates(line, float(details.distance), float(details.welding_line.speed)), str(joint)
+        yield _compute_rates(line, details.distance, details.welding_line.speed), str(joint)
 
 
 def _list_lines_without_offsets(chain: Chain, details: DistanceDetails) -> Iterator[tuple[StraightPath, int]]:
@@ -143,15 +146,13 @@ def _list_lines_without_offsets(chain: Chain, details: DistanceDetails) -> Itera
 
 def _reverse_path(chain: Chain, details: DistanceDetails) -> RatesWithWords:
     """Yield the rates on the line away from the target, the negative rates, and those on the way back from the end."""
-    welding_line, distance, speed = details.welding_line, float(details.distance), float(details.welding_line.speed)
+    welding_line, distance, speed = details.welding_line, details.distance, details.welding_line.speed
     line = welding_line.make_line(chain)
     target = [sp.Float(2 * a - float(b)) for a, b in zip(line.start_point, welding_line.target.values(), strict=True)]
     yield _compute_rates(StraightPath(chain, welding_line.lengths, welding_line.joints, target), distance, speed), ""
-    yield -_compute_rates(line, distance, speed), _SIGN_ALTERNATIVE
-    yield -_compute_rates(line, float(line.length) - distance, speed), ""
-
-
-_SIGN_ALTERNATIVE = ", or all rates have the wrong sign, as with a wrong sign of the determinant"
+    sign_alternative = ", or all rates have the wrong sign, as with a wrong sign of the determinant"
+    yield -_compute_rates(line, distance, speed), sign_alternative
+    yield -_compute_rates(line, float(line.length) - float(distance), speed), ""
 
 
 VARIANTS: dict[str, VariantGenerator] = {

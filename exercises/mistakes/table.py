@@ -142,13 +142,8 @@ def _scale_offsets_of_joints(offsets: Mapping[int, sp.Expr], factor: sp.Expr, jo
             table = table.with_row(i, theta=theta)
         return table
 
-    offset_texts = ", ".join(dict.fromkeys(_format_degrees(offsets[i]) for i in joints))
+    offset_texts = ", ".join(dict.fromkeys(f"{sp.nsimplify(offsets[i] * 180 / sp.pi)}°" for i in joints))
     return MistakeVariant({"table": apply_change}, {**make_joint_words(joints, ", "), "degrees": offset_texts})
-
-
-def _format_degrees(angle: sp.Expr) -> str:
-    """Return an angle in degrees, as text."""
-    return f"{sp.nsimplify(angle * 180 / sp.pi)}°"
 
 
 def _use_other_row(chain: Chain, _: AnswerShape) -> Iterator[MistakeVariant]:

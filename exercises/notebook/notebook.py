@@ -34,7 +34,7 @@ def write_notebook(notebook: Mapping[str, Any]) -> str:
 
 
 def _embed_image(svg: str, alt_text: str) -> str:
-    """Return an SVG as an HTML image for Markdown, with the SVG inside, which every notebook reader can show."""
+    """Return an HTML image that embeds the SVG as base64. Every notebook reader shows such an image in Markdown."""
     data = base64.b64encode(svg.encode()).decode()
     return f'<img alt="{html.escape(alt_text)}" src="data:image/svg+xml;base64,{data}" width="640">'
 
@@ -114,10 +114,10 @@ def _describe_form(problem: Problem, part: Part) -> dict[str, object]:
     `metres` is k if the unit of a determinant is m^k.
     """
     question = question_of(part)
-    labels, columns = question.list_names_to_type(problem.chain, part), question.column_names(problem.chain)
     form: dict[str, object] = {
         "type": part.type, "shape": list(part.shape or ()), "units": list(part.answer.expected_units),
-        "labels": list(labels), "columns": list(columns), "metres": find_power_of_metres(part),
+        "labels": list(question.list_names_to_type(problem.chain, part)),
+        "columns": list(question.name_columns(problem.chain)), "metres": find_power_of_metres(part),
     }  # fmt: skip
     return {key: value for key, value in form.items() if value not in ([], None)}
 
@@ -137,15 +137,17 @@ def _make_problem_cells(
         label, name = f"{number}.{index}", f"{slot}-{part.name}"
         prompt_text = released_texts.get(f"{name}-question") or _write_prompt(label, name, problem, part, with_hints)
         yield _make_cell("markdown", f"{name}-question", prompt_text)
-        if part.name in solutions:  # the typeset answer comes before its code
+        if part.name in solutions:  # the worked solution comes before the cell with the answer
             svg = draw_singular_configurations(problem, part, name)
             figure = _embed_image(svg, "The arm in a regular and in its singular configurations") if svg else ""
             text = render("notebook/solution.md.j2", number=label, solution=solutions[part.name], figure=figure)
             yield _make_cell("markdown", f"{name}-solution", text)
-        assignment = f"{name_answer_variable(slot, part.name)} = "
-        prefix_width, placeholder = len(assignment), part.answer.write_placeholder(len(assignment))
-        answer = placeholder if kind == "student" else problem_texts.write_answer_code(problem, part, prefix_width)
-        yield _make_cell("code", name, assignment + answer, {"qdot": {"part": f"{slot}.{part.name}"}})
+        left_side = f"{name_answer_variable(slot, part.name)} = "
+        if kind == "student":
+            right_side = part.answer.write_placeholder(len(left_side))
+        else:
+            right_side = problem_texts.write_answer_code(problem, part, len(left_side))
+        yield _make_cell("code", name, left_side + right_side, {"qdot": {"part": f"{slot}.{part.name}"}})
         if checks := write_check_cell(slot, problem, part.name):
             yield _make_cell("code", f"{name}-check", checks)
 
@@ -155,8 +157,8 @@ def _write_prompt(label: str, name: str, problem: Problem, part: Part, with_hint
     figure = _embed_image(svg, describe_part_figure(problem.chain, part)) if svg else ""
     hints = problem_texts.write_hints(problem, part) if with_hints else ()
     texts = {"prompt": problem_texts.write_prompt(problem, part), "figure": figure, "hints": hints}
-    title, points = question_of(part).make_title(problem.chain), write_points(part.points)
-    return render("notebook/prompt.md.j2", number=label, title=title, points=points, **texts)
+    title = question_of(part).make_title(problem.chain)
+    return render("notebook/prompt.md.j2", number=label, title=title, points=write_points(part.points), **texts)
 
 
 def _make_cell(kind: str, name: str, text: str, metadata: Mapping[str, object] = {}) -> "NotebookNode":

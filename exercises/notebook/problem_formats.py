@@ -38,9 +38,7 @@ def show(
     """
     if format == "json":
         return json.dumps(make_problem_json(problem, solution, certificate), indent=2, ensure_ascii=False) + "\n"
-    if format not in FORMATS:
-        raise make_name_error("format", format, ["text", "latex", "html", "json", "ipynb"])
-    return FORMATS[format](problem.title, [("p1", problem)], solution, hinted)
+    return _write(format, problem.title, [("p1", problem)], solution, hinted)
 
 
 def _describe_parts(
@@ -81,20 +79,23 @@ def show_assignment(
     if format == "json":
         slots = [{"slot": slot, **make_problem_json(problem, solution)} for slot, problem in problems]
         return json.dumps({"title": title, "problems": slots}, indent=2, ensure_ascii=False) + "\n"
+    return _write(format, title, problems, solution, hinted)
+
+
+def _write(format: str, title: str, problems: Sequence[tuple[str, Problem]], solution: bool, with_hints: bool) -> str:
     if format not in FORMATS:
         raise make_name_error("format", format, ["text", "latex", "html", "json", "ipynb"])
-    return FORMATS[format](title, problems, solution, hinted)
+    return FORMATS[format](title, problems, solution, with_hints)
 
 
 def _describe_problems(
     title: str, problems: Sequence[tuple[str, Problem]], describe: Callable[[str, Problem], dict[str, object]]
 ) -> dict[str, object]:
     """Return the title and the problems for a template; several problems are numbered."""
-    is_several = len(problems) > 1 or title != problems[0][1].title
-    headings = [f"Problem {number}: {problem.title}" for number, (_, problem) in enumerate(problems, 1)]
+    has_headings = len(problems) > 1 or title != problems[0][1].title
     described = [
-        {"heading": heading if is_several else "", **describe(slot, problem)}
-        for heading, (slot, problem) in zip(headings, problems, strict=True)
+        {"heading": f"Problem {number}: {problem.title}" if has_headings else "", **describe(slot, problem)}
+        for number, (slot, problem) in enumerate(problems, 1)
     ]
     footer = "; ".join(f"{problem.id}, engine {problem.id.engine}" for _, problem in problems)
     return {"title": title, "problems": described, "footer": footer}
@@ -114,10 +115,8 @@ def _write_text(title: str, problems: Sequence[tuple[str, Problem]], solution: b
 
 def _write_latex(title: str, problems: Sequence[tuple[str, Problem]], solution: bool, with_hints: bool) -> str:
     def describe(_: str, problem: Problem) -> dict[str, object]:
-        statement, figure = (
-            to_latex(problem_texts.write_statement(problem, "")),
-            escape_latex(describe_figure(problem.chain)),
-        )
+        statement = to_latex(problem_texts.write_statement(problem, ""))
+        figure = escape_latex(describe_figure(problem.chain))
         parts = _describe_parts(problem, solution, with_hints, lambda text: to_latex(text).rstrip(), HINT_LEAD)
         return {"statement": statement, "figure": figure, "parts": parts}
 
@@ -126,7 +125,8 @@ def _write_latex(title: str, problems: Sequence[tuple[str, Problem]], solution: 
 
 def _write_html(title: str, problems: Sequence[tuple[str, Problem]], solution: bool, with_hints: bool) -> str:
     def describe(slot: str, problem: Problem) -> dict[str, object]:
-        statement, figure = to_html(problem_texts.write_statement(problem, "")), draw_figure_svg(problem.chain, slot)
+        statement = to_html(problem_texts.write_statement(problem, ""))
+        figure = draw_figure_svg(problem.chain, slot)
         parts = _describe_parts(problem, solution, with_hints, to_html, with_figures=True)
         return {"statement": statement, "figure": figure, "parts": parts, "slot": slot}
 

@@ -38,7 +38,7 @@ def _is_point_last_origin(chain: Chain, _: PartsByKind) -> bool:
 
 CONDITIONS: dict[str, Callable[[Chain, PartsByKind], bool]] = {
     "square": lambda chain, _: len(chain.task) == chain.n,
-    "all-revolute": lambda chain, _: chain.point.frame == chain.n and {joint.kind for joint in chain.joints} == {"R"},
+    "all-revolute-and-point-last": lambda chain, _: chain.point.frame == chain.n and not chain.prismatic_joints,
     "all-task-rows": lambda chain, parts: getattr(parts["jacobian"].details, "task", chain.task) == chain.task,
     "linear-rows-first": lambda chain, _: [row[0] for row in chain.task] == sorted(row[0] for row in chain.task),
     "all-linear-rows": lambda chain, parts: len(_list_coordinate_indices(parts)) == len(chain.linear_axes) > 0,
@@ -80,23 +80,20 @@ RELATIONS = [Relation(**entry) for entry in tomllib.loads(RELATIONS_FILE.read_te
 
 def _find_relations(problem: Problem) -> Iterator[tuple[str, Relation]]:
     """Yield the relations that apply to a problem, each with the name of the last part that it compares."""
-    parts, order = _group_parts_by_kind(problem), [part.name for part in problem.parts]
+    parts = {part.kind: part for part in problem.parts}
     for relation in RELATIONS:
         if all(kind in parts for kind in relation.questions) and relation.applies_to(problem.chain, parts):
-            yield max((parts[kind].name for kind in relation.questions), key=order.index), relation
-
-
-def _group_parts_by_kind(problem: Problem) -> PartsByKind:
-    """Return the parts by their kind of question, without parts that ask for numbers at a configuration."""
-    return {part.kind: part for part in reversed(problem.parts) if part.name == part.kind}
+            yield parts[max(relation.questions, key=list(parts).index)].name, relation
 
 
 def write_check_cell(slot: str, problem: Problem, part: str) -> str:
     """Return the cell with the checks that become possible with an answer to a part, or "" if there are none."""
-    parts, omega_first = _group_parts_by_kind(problem), convention_of(problem.chain).is_omega_first
-    linear_half, angular_half, in_order = ("3:", ":3", "") if omega_first else (":3", "3:", "[np.r_[3:6, 0:3]]")
+    parts = {part.kind: part for part in problem.parts}
+    is_omega_first = convention_of(problem.chain).is_omega_first
+    linear_half, angular_half = ("3:", ":3") if is_omega_first else (":3", "3:")
+    linear_first_index = "" if is_omega_first else "[np.r_[3:6, 0:3]]"  # moves the three linear rows to the top
     placeholders: dict[str, object] = {
-        "linear_half": linear_half, "angular_half": angular_half, "in_order": in_order,
+        "linear_half": linear_half, "angular_half": angular_half, "linear_first_index": linear_first_index,
         "n": problem.chain.n, "linear": len(problem.chain.linear_axes),
         "rows": _list_coordinate_indices(parts) if "position" in parts else [],
         "is_revolute": [int(joint.is_revolute) for joint in problem.chain.joints],

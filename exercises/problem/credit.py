@@ -69,14 +69,14 @@ def share_of_product(expected: int, missing: int, extra: int) -> Fraction:
     >>> share_of_product(2, missing=1, extra=2)
     Fraction(0, 1)
     """
-    wrong = max(missing, extra)
-    return MISTAKE_FACTOR**wrong if wrong <= min(MAX_WRONG_FACTORS, expected - missing) else Fraction(0)
+    wrong_count = max(missing, extra)
+    return MISTAKE_FACTOR**wrong_count if wrong_count <= min(MAX_WRONG_FACTORS, expected - missing) else Fraction(0)
 
 
 def share_of_entries(
     is_correct: Sequence[bool], is_zero: Sequence[bool], is_blank: Sequence[bool] | None = None
 ) -> Fraction:
-    """Return the share of a matrix, or of several numbers, if at least one entry is wrong.
+    """Return the share of a matrix, or of several numbers, of which at least one entry is wrong.
 
     The share is the number of correct nonzero entries, minus the number of zeros that were answered with something
     else, divided by the number of nonzero entries. `is_zero` says which entries of the reference are zero, and
@@ -125,8 +125,8 @@ def share_of_set(
     >>> share_of_set([(2, 2), (0, 1)], 1), share_of_set([(2, 2)], 2), share_of_set([(2, 2)], 0, is_rounded=True)
     (Fraction(1, 4), Fraction(0, 1), Fraction(4, 5))
     """
-    conditions = sum(found_count > 0 for found_count, _ in found_and_expected)
-    if conditions == 0 or false_conditions > conditions:
+    found_conditions = sum(found_count > 0 for found_count, _ in found_and_expected)
+    if found_conditions == 0 or false_conditions > found_conditions:
         return Fraction(0)
     share = MISTAKE_FACTOR**false_conditions * (1 - SIGN_OR_FACTOR_COST * is_rounded)
     for found_count, expected_count in found_and_expected:

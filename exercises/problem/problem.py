@@ -285,13 +285,12 @@ class Part:
         return self.details.symbols or {}
 
 
-def table_numbers(chain: Chain) -> dict[str, sp.Expr]:
+def list_table_numbers(chain: Chain) -> dict[str, sp.Expr]:
     """Return the lengths in the arm's table that are nonzero numbers, named a1, d1, …; {} if the arm shows no table."""
-    numbers = {}
+    numbers: dict[str, sp.Expr] = {}
     for number, joint in enumerate(chain.joints if convention_of(chain).shows_table else (), 1):
-        for letter, value in (("a", joint.a), ("d", joint.d if joint.kind == "R" else sp.S.Zero)):
-            if value.is_number and value != 0:
-                numbers[f"{letter}{number}"] = value
+        lengths = {f"a{number}": joint.a, f"d{number}": joint.d if joint.is_revolute else sp.S.Zero}
+        numbers |= {name: value for name, value in lengths.items() if value.is_number and value != 0}
     return numbers
 
 
@@ -327,15 +326,14 @@ class Problem:
         """
         symbols: dict[str, SymbolInfo] = {}
         for joint, q, rate in zip(self.chain.joints, self.chain.q, self.chain.rates, strict=True):
-            is_revolute = joint.is_revolute
-            symbols[q.name] = SymbolInfo("joint", "rad" if is_revolute else "m")
-            symbols[rate.name] = SymbolInfo("rate", "rad/s" if is_revolute else "m/s")
+            unit = "rad" if joint.is_revolute else "m"
+            symbols[q.name], symbols[rate.name] = SymbolInfo("joint", unit), SymbolInfo("rate", f"{unit}/s")
         for row in self.chain.task:
             symbols[row] = SymbolInfo("velocity", "m/s" if row[0] == "v" else "rad/s")
         for symbol in self.chain.parameters:
             is_angle = symbol.name.startswith(("alpha", "beta"))
             symbols[symbol.name] = SymbolInfo("angle" if is_angle else "length", "rad" if is_angle else "m")
-        for name, value in table_numbers(self.chain).items():
+        for name, value in list_table_numbers(self.chain).items():
             symbols.setdefault(name, SymbolInfo("length", "m", value))
         for part in self.parts:
             symbols.update(part.symbols)
@@ -351,8 +349,7 @@ class Problem:
         """The domain from which symbols are sampled when formulas are compared: a role or a given value of each."""
         roles: dict[str, str | float | Fraction] = {}
         for name, info in self.symbols.items():
-            if info.value is not None:
-                value = info.value
+            if (value := info.value) is not None:
                 roles[name] = Fraction(int(value.p), int(value.q)) if value.is_Rational else float(value)
             elif info.role == "joint":
                 roles[name] = "angle" if info.unit == "rad" else "signed"

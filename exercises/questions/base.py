@@ -71,16 +71,16 @@ def limit_terms(result_name: str) -> ObjectionFinder:
     return lambda chain: find_term_count_objection(_count_terms(symbolic_arm_of(chain).chain, result_name))
 
 
-def limit_size(description: str, max_joints: int, count_terms_of: Callable[[Chain], int]) -> ObjectionFinder:
+def limit_size(description: str, max_joints: int, count: Callable[[Chain], int]) -> ObjectionFinder:
     """Return a function that objects to arms for which a result has too many joints or too many terms.
 
-    `description` describes the result, with {n} for the number of joints.
+    `description` describes the result, with {n} for the number of joints. `count` returns the number of terms.
     """
 
     def find_size_objection(chain: Chain) -> str | None:
         if chain.n > max_joints:
             return f"{description.format(n=chain.n)} is too long to work out by hand"
-        return find_term_count_objection(count_terms_of(chain))
+        return find_term_count_objection(count(chain))
 
     return find_size_objection
 
@@ -208,7 +208,7 @@ class Question:
       stage. For any other answer, `formula` computes the answer from the stages, and `substitution` returns how a
       student's answer replaces stages.
     - `textbook_formulas`: formulas of stages in textbook form, in addition to `reference.TEXTBOOK_FORMULAS`. The
-      reference answer is computed from these. If it should have another form, `reference` returns it.
+      reference answer is computed from these. If it should have another form, `derive_matrix` returns it.
     - `answer_type`: Matrix (also for a vector) or Expression.
     - `make_details`: returns what the question states or uses besides the answer.
 
@@ -222,16 +222,16 @@ class Question:
     A short question of a quiz has a `form`, such as "choice" or "number". It shows the answers to the questions named
     in `shown_answers`, which are therefore not asked with it. The default `template` has the question's name.
 
-    A student may label the entries of an answer by `names_to_type`, and the columns of a matrix by `column_names`.
-    `entry_names` are the names of the entries in LaTeX, and `row_and_column_labels` names the rows and columns.
+    A student may label the entries of an answer with the names in `list_labels`, and the columns of a matrix with those
+    in `name_columns`. `name_entries` returns the names of the entries in LaTeX.
 
     `is_made_of_jacobian` means that the answer is derived from a given J. `is_made_of_minors` means that it consists of
     minors of J. The formulas of minors take minutes for many joints. If such an answer is a single formula, it is a
     product whose factors are compared.
 
     `link_sums` is "links" if each entry is a sum over the links, and "columns of links" if each column has such sums.
-    `link_sum_rows` are the rows with these sums, each with its axis (0 to 2). A `constant_last_row` is the same for all
-    arms. Export formats with a box for each entry show it instead of boxes.
+    `find_link_sum_rows` returns the rows with these sums, each with its axis (0 to 2). A `constant_last_row` is the
+    same for all arms. Export formats with a box for each entry show it instead of boxes.
 
     The grader marks later parts on a student's own earlier results. `alternative_prerequisites` has sets of questions
     from whose answers this answer can be derived, in the order in which the grader tries them. The default is the set
@@ -254,7 +254,7 @@ class Question:
     formula: StageFormula | None = None
     substitution: StageSubstitution | None = None
     textbook_formulas: TextbookFormulas = field(default_factory=dict, hash=False)
-    reference: Callable[[Chain, Any], sp.Matrix] | None = None
+    derive_matrix: Callable[[Chain, Any], sp.Matrix] | None = None
     answer_type: type[Matrix] | type[Expression] = Matrix
     make_details: Callable[[Chain, Stream], Details] = lambda chain, rng: Details()
     sample: Callable[[Chain, Stream], AnswerAndDetails | None] | None = None
@@ -263,14 +263,14 @@ class Question:
     form: str = ""
     shown_answers: tuple[str, ...] = ()
     template: str = ""
-    names_to_type: Callable[[Chain], tuple[str, ...]] = lambda chain: ()
-    entry_names: Callable[[Chain, Part], Sequence[str]] = lambda chain, part: ()
-    column_names: Callable[[Chain], tuple[str, ...]] = lambda chain: ()
-    row_and_column_labels: Callable[[Chain], RowAndColumnLabels] = lambda chain: ((), ())
+    list_labels: Callable[[Chain], tuple[str, ...]] = lambda chain: ()
+    name_entries: Callable[[Chain, Part], Sequence[str]] = lambda chain, part: ()
+    name_columns: Callable[[Chain], tuple[str, ...]] = lambda chain: ()
+    label_rows_and_columns: Callable[[Chain], RowAndColumnLabels] = lambda chain: ((), ())
     is_made_of_jacobian: bool = False
     is_made_of_minors: bool = False
     link_sums: Literal["", "links", "columns of links"] = ""
-    link_sum_rows: Callable[[Chain], Sequence[tuple[int, int]]] = lambda chain: ()
+    find_link_sum_rows: Callable[[Chain], Sequence[tuple[int, int]]] = lambda chain: ()
     constant_last_row: tuple[str, ...] = ()
     alternative_prerequisites: tuple[tuple[str, ...], ...] | None = None
     zero_formula: StageFormula | None = None
@@ -290,8 +290,8 @@ class Question:
                 raise RuntimeError(f"question {self.name} finds no suitable answer for {chain}; please report this")
             return answer_and_details
         details = self.make_details(chain, rng)
-        if self.reference is not None:
-            matrix = self.reference(chain, details)
+        if self.derive_matrix is not None:
+            matrix = self.derive_matrix(chain, details)
         else:
             assert self.formula is not None, self.name
             matrix = to_sympy_matrix(self.formula(derive_reference(chain, self.textbook_formulas), details))
@@ -316,9 +316,9 @@ class Question:
     def list_names_to_type(self, chain: Chain, part: Part) -> tuple[str, ...]:
         """Return the names that a student may type for the entries of a vector, or for a single result: qd1, tau1."""
         rows, columns = part.shape or (1, 1)
-        names = self.entry_names(chain, part) if columns == 1 else ()
+        names = self.name_entries(chain, part) if columns == 1 else ()
         plain_names = (name.removeprefix(r"\text").translate(_LATEX_MARKS_TO_REMOVE) for name in names)
-        labels = self.names_to_type(chain) or tuple(plain_names)
+        labels = self.list_labels(chain) or tuple(plain_names)
         return labels if len(labels) == rows else ()
 
     @property

@@ -26,10 +26,16 @@ from qdot.exercises.questions.geometry import ConfigurationDetails, ExactConfigu
 from qdot.exercises.questions.inversion import sample_joint_values
 from qdot.exercises.questions.singular import find_lost_direction_objection
 from qdot.exercises.reference_answers import Number
+from qdot.exercises.reference_answers.formulas import COUNT_TOLERANCE
 from qdot.exercises.singularities.directions import lost_direction
 
 MIN_OPTION_DIFFERENCE = 0.2
 """Minimum norm of the difference of two vectors offered as options, as a fraction of the larger norm."""
+MAX_POSSIBLE_SHARE, MIN_IMPOSSIBLE_SHARE = 0.012, 0.5
+"""Limits of the component along a lost direction, as a fraction of a velocity: if it can be produced, and if it can't.
+
+A velocity that can be produced has a small component, because it is rounded.
+"""
 
 RoundedVector = tuple[sp.Rational, ...]
 """A vector whose entries are rounded to three decimals."""
@@ -46,21 +52,22 @@ def _list_other_tasks(chain: Chain) -> list[tuple[str, ...]]:
 
 def find_moving_rows(geometric: sp.Matrix) -> tuple[str, ...]:
     """Return the names of the rows of a 6 x n Jacobian that are not identically zero."""
-    return tuple(name for name, row in zip(VELOCITY_NAMES, geometric.tolist(), strict=True) if any(e != 0 for e in row))
+    return tuple(name for name, row in zip(VELOCITY_NAMES, geometric.tolist(), strict=True) if any(row))
 
 
 def _ask_jacobian_size(chain: Chain, rng: Stream) -> AnswerAndDetails:
     tasks = _list_other_tasks(chain)
     size = rng.choice(sorted({len(task) for task in tasks}))
     task = rng.choice([task for task in tasks if len(task) == size])
-    return Number(sp.Matrix([size, chain.n]), ("", ""), 1e-9, 1e-9), TaskDetails(task=task)
+    answer = Number(sp.Matrix([size, chain.n]), ("", ""), COUNT_TOLERANCE, COUNT_TOLERANCE)
+    return answer, TaskDetails(task=task)
 
 
 # --- effect of one joint ---
 
 
 @dataclass(frozen=True, kw_only=True)
-class JointEffectDetails(Details):
+class JointEffectDetails(ConfigurationDetails):
     """Details of a question about the velocity that one joint causes at a configuration.
 
     `joint` is the number of the joint, and `rows` are the names of the components of velocity that the options show.
@@ -69,10 +76,6 @@ class JointEffectDetails(Details):
     joint: int = field(metadata=recorded_as("effect.joint"))
     configuration: ExactConfiguration = field(metadata=recorded_as("effect.place"))
     rows: tuple[str, ...] = field(metadata=recorded_as("effect.rows"))
-
-    def list_given_values(self, chain: Chain) -> dict[str, float]:
-        """Return the numbers of the configuration, by name."""
-        return self.configuration.numbers
 
 
 def _choose_rows(chain: Chain) -> tuple[str, ...]:
@@ -104,8 +107,7 @@ def _ask_effect(chain: Chain, rng: Stream) -> AnswerAndDetails | None:
                 options.append(candidate)
         if len(options) >= 4:
             answer, _ = shuffle_options(options[:4], options[0], rng, write_vector)
-            pose = configuration.figure_values
-            return answer, JointEffectDetails(joint=joint + 1, configuration=configuration, rows=rows, pose=pose)
+            return answer, JointEffectDetails(joint=joint + 1, configuration=configuration, rows=rows)
     return None
 
 
@@ -119,16 +121,16 @@ def _make_wrong_columns(
     """Return wrong versions of the column of a joint (an index) in some rows of the Jacobian.
 
     A wrong column has the wrong sign, belongs to another joint, is p* itself, is the cross product with the p* of the
-    next origin, or has x and y mixed up. `linear_rows` are the linear rows (0 to 2) of the column.
+    next origin, or has x and y mixed up. `linear_rows` are the linear rows (0 to 2) of the column. Columns that are
+    nearly zero are left out.
     """
     column = jacobian.col(joint)
     vectors = [-column, *(jacobian.col(i) for i in range(chain.n) if i != joint)]
     if linear_rows:
-        derivation, is_revolute = derive(chain), chain.joints[joint].is_revolute
-        z = geometry.evaluate_precisely(chain, configuration, derivation.z)
-        p_star = geometry.evaluate_precisely(chain, configuration, derivation.p_star)
+        z = geometry.evaluate_precisely(chain, configuration, derive(chain).z)
+        p_star = geometry.evaluate_precisely(chain, configuration, derive(chain).p_star)
         vectors.append(p_star.col(joint).extract(linear_rows, [0]))
-        origin = joint + is_revolute
+        origin = joint + 1 if chain.joints[joint].is_revolute else joint
         if origin < chain.n:
             vectors.append(z.col(joint).cross(p_star.col(origin)).extract(linear_rows, [0]))
     x, y, *other_entries = column
@@ -146,7 +148,7 @@ def _round_vector(vector: sp.Matrix) -> RoundedVector:
 
 
 def _round_to(value: sp.Expr, decimals: int) -> sp.Rational:
-    return sp.Rational(geometry.nearest_integer(sp.Float(value, 30) * 10**decimals), 10**decimals)
+    return sp.Rational(geometry.round_to_integer(sp.Float(value, 30) * 10**decimals), 10**decimals)
 
 
 def _differ_clearly(a: RoundedVector, b: RoundedVector) -> bool:
@@ -205,7 +207,8 @@ def _ask_invertibility(chain: Chain, rng: Stream) -> AnswerAndDetails | None:
             if answer_key == "singular":
                 configuration = geometry.find_singular_configuration(arm, rng)
             else:
-                configuration = geometry.sample_regular_configuration(arm, rng, 0.06, answer_key == "regular")
+                prefers_misleading = answer_key == "regular"
+                configuration = geometry.sample_regular_configuration(arm, rng, 0.06, prefers_misleading)
             if configuration is not None:
                 answer, _ = shuffle_options(keys, answer_key, rng, INVERTIBILITY_ANSWERS.__getitem__)
                 return answer, _make_invertibility_details(arm, answer_key, configuration)
@@ -339,7 +342,7 @@ def _is_clearly_as_intended(velocity: RoundedVector, lost_unit_vector: np.ndarra
     """
     numbers = np.array([float(value) for value in velocity])
     lost_share = abs(float(numbers @ lost_unit_vector)) / float(np.linalg.norm(numbers))
-    return lost_share < 0.012 if is_possible else lost_share > 0.5
+    return lost_share < MAX_POSSIBLE_SHARE if is_possible else lost_share > MIN_IMPOSSIBLE_SHARE
 
 
 def _is_new(velocity: RoundedVector, chosen_velocities: list[RoundedVector]) -> bool:
@@ -353,7 +356,7 @@ QUESTIONS = (
         find_arm_objection=lambda chain: None if _list_other_tasks(chain) else (
             "its velocity has only one component, which is also its task"
         ),
-        entry_names=lambda chain, _: [r"\text{rows}", r"\text{columns}"],
+        name_entries=lambda chain, _: [r"\text{rows}", r"\text{columns}"],
     ),
     Question(
         "joint-effect", "Velocity caused by one joint", "6.12", sample=_ask_effect, formula=_derive_effect,

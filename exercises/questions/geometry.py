@@ -32,6 +32,8 @@ DIGITS, WORKING_DIGITS = 30, 40
 """Number of digits of results, and of the intermediate results from which they are computed."""
 MAX_TRIES, MAX_EXACT_TRIES = 12, 24
 """Maximum numbers of samples for a singular configuration, and for one without rounded joint values."""
+MAX_MISLEADING_TRIES, MAX_REGULAR_TRIES = 30, 60
+"""Maximum numbers of samples for a regular configuration: those that seem singular to some students, and in all."""
 MAX_TIED_JOINTS = 4
 """Maximum number of joints in conditions whose exact zeros are found by a search on a grid."""
 MIN_BITS, MAX_BINARY_ROUNDED = 86, 1e6
@@ -90,22 +92,22 @@ def make_exact_configuration(
             continue
         number = sp.N(joints[q], WORKING_DIGITS)
         scaled = sp.N(simple_steps, WORKING_DIGITS) * number
-        nearest_step = sp.Integer(nearest_integer(scaled))
+        nearest_step = sp.Integer(round_to_integer(scaled))
         if abs(scaled - nearest_step) < sp.Float("1e-25"):
             exact_values[q] = nearest_step / simple_steps
         else:
             exact_values[q] = number
-            shown_steps = nearest_integer(sp.N(unit, WORKING_DIGITS) * number * 10**decimals)
+            shown_steps = round_to_integer(sp.N(unit, WORKING_DIGITS) * number * 10**decimals)
             rounded_values[q] = sp.Rational(shown_steps, 10**decimals)
     return ExactConfiguration(dict(lengths), exact_values, rounded_values)
 
 
-def nearest_integer(value: sp.Expr) -> int:
-    """Return round(value), a hundred times as fast as SymPy, which rounds in decimal digits.
+def round_to_integer(value: sp.Expr) -> int:
+    """Return the nearest integer, a hundred times as fast as SymPy, which rounds in decimal digits.
 
     Numbers that may be half-way between two integers are left to SymPy.
 
-    >>> nearest_integer(sp.Float("-7.51", 30)), nearest_integer(sp.Float("2.5", 30)), nearest_integer(sp.S.Zero)
+    >>> round_to_integer(sp.Float("-7.51", 30)), round_to_integer(sp.Float("2.5", 30)), round_to_integer(sp.S.Zero)
     (-8, 2, 0)
     """
     if isinstance(value, sp.Float) and value._prec >= MIN_BITS and abs(float(value)) < MAX_BINARY_ROUNDED:
@@ -180,9 +182,9 @@ def sample_regular_configuration(
     """
     components = singular_set(chain) or () if prefers_misleading else ()
     roots = [solution for component in components for solution in component.solutions or ()]
-    for attempt in range(60):
+    for attempt in range(MAX_REGULAR_TRIES):
         lengths, joints = sample_unequal_lengths(chain, rng), sample_joint_values(chain, rng)
-        if roots and attempt < 30:
+        if roots and attempt < MAX_MISLEADING_TRIES:
             joints |= sample_false_root(roots, lengths, rng)
         if not all(_is_real(value) for value in joints.values()):
             continue
@@ -251,13 +253,14 @@ def find_singular_configuration(
 def sample_unequal_lengths(chain: Chain, rng: Stream) -> Lengths:
     """Return random numbers for the symbolic lengths. No two lengths are equal, because that is a special case."""
     table_lengths = inversion.list_table_lengths(chain)
-    shuffled = rng.permutation(range(6, max(17, 6 + len(chain.parameters) + len(table_lengths))))
+    last_step = max(16, 5 + len(chain.parameters) + len(table_lengths))  # in steps of 5 cm, usually 0.3 m to 0.8 m
+    shuffled = rng.permutation(range(6, last_step + 1))
     steps = [step for step in shuffled if sp.Rational(step, 20) not in table_lengths]
     return {symbol: sp.Rational(step, 20) for symbol, step in zip(chain.parameters, steps, strict=False)}
 
 
 def _sample_wide_lengths(chain: Chain, rng: Stream) -> Lengths:
-    """Return random lengths of very different size, no two of which are nearly equal."""
+    """Return random lengths from 0.12 m upwards, each about 1.3 times as long as the next shorter one."""
     sizes = [12 * 13**i // 10**i for i in range(max(10, len(chain.parameters)))]
     pairs = zip(chain.parameters, rng.permutation(sizes), strict=False)
     return {symbol: sp.Rational(size + rng.integer_below(2), 100) for symbol, size in pairs}
@@ -275,12 +278,17 @@ def sample_singular_configurations(chain: Chain, component: Component, count: in
 class Branch:
     """A branch of an arm's singular set: one combination of joint values, or a condition on several joints.
 
-    `component` is the branch of the arm, and `of_structure` is the same branch of the arm's structure, which is the arm
-    with symbols for all lengths and oblique angles and without joint offsets.
+    `component` is the branch of the arm, and `structure_component` is the same branch of the arm's structure. The
+    structure is the arm with symbols for all lengths and oblique angles and without joint offsets.
     """
 
     component: Component
-    of_structure: Component
+    structure_component: Component
+
+    @property
+    def values(self) -> Values:
+        """The joint values of the branch; empty if the branch is given by a condition."""
+        return () if self.component.solutions is None else self.component.value_combinations()[0]
 
 
 @lru_cache(maxsize=1024)
@@ -291,28 +299,26 @@ def match_branches(chain: Chain) -> tuple[Branch, ...]:
     structure_components = {tuple(map(substitute, component.conditions)): component for component in structure_set}
     branches: list[Branch] = []
     for component in singular_set(chain) or ():
-        of_structure = structure_components.get(component.conditions)
-        if of_structure is None or (component.solutions is None) != (of_structure.solutions is None):
+        match = structure_components.get(component.conditions)
+        if match is None or (component.solutions is None) != (match.solutions is None):
             continue
         if component.solutions is None:
-            branches.append(Branch(component, of_structure))
+            branches.append(Branch(component, match))
         for values in component.value_combinations():
-            same_values = (v for v in of_structure.value_combinations() if _are_same_values(chain, values, v))
-            branches += [
-                Branch(component.restrict_to(values), of_structure.restrict_to(v)) for v in islice(same_values, 1)
-            ]
+            same_values = (v for v in match.value_combinations() if _are_same_values(chain, values, v))
+            branches += [Branch(component.restrict_to(values), match.restrict_to(v)) for v in islice(same_values, 1)]
     return tuple(branches)
 
 
 def _are_same_values(chain: Chain, arm_values: Values, structure_values: Values) -> bool:
     """Return whether joint values of a structure are those of the arm, up to joint offsets and full rotations."""
-    lengths = {symbol: sp.Rational(37 + 11 * i, 100) for i, symbol in enumerate(chain.parameters)}
+    lengths = {symbol: sp.Rational(37 + 11 * i, 100) for i, symbol in enumerate(chain.parameters)}  # any lengths
     for (q, value), (_, structure_value) in zip(arm_values, structure_values, strict=True):
         index = chain.q.index(q)
         exact_difference = derive(chain).substitute_values(structure_value) - chain.offsets[index] - value
         difference = sp.N(exact_difference.xreplace(lengths), 15)
         if chain.joints[index].is_revolute:
-            difference = sp.N(sp.exp(sp.I * difference) - 1, 15)
+            difference = sp.N(sp.exp(sp.I * difference) - 1, 15)  # zero for a multiple of 2 pi
         if abs(difference) > sp.Float("1e-9"):
             return False
     return True
@@ -369,7 +375,7 @@ def _sample_exact_joint_values_on(
     tied_joints = [q for q in chain.q if q not in solved_joints and any(condition.has(q) for condition in conditions)]
     if not conditions:
         return fixed
-    if not 0 < len(tied_joints) <= MAX_TIED_JOINTS:
+    if not 0 < len(tied_joints) <= MAX_TIED_JOINTS:  # a larger grid takes too long
         return None
     steps = {
         q: [wrap_angle(chain, q, k * sp.pi / 6 - offset) for k in range(12)]

@@ -13,7 +13,7 @@ import sympy as sp
 
 from qdot.exercises.arm import mpmath_kinematics as precise
 from qdot.exercises.arm.arithmetic import apply_matrix
-from qdot.exercises.arm.chain import REVOLUTE, Chain
+from qdot.exercises.arm.chain import Chain
 from qdot.exercises.arm.derivation import task_velocity
 from qdot.exercises.arm.kinematics import NumericChain
 from qdot.exercises.arm.mpmath_kinematics import PreciseArm, Vector
@@ -28,6 +28,9 @@ MAX_SAMPLES = 2000
 
 THREE_DIGIT_TOLERANCE = 0.005
 """Relative tolerance of numbers with three significant digits: rounding 1.004999 to 1.00 changes it by 0.5 %."""
+
+ERROR_NEAR_ZERO = 0.001
+"""Error allowed in each entry of a numeric vector, as a fraction of the vector's largest entry."""
 
 Lengths = dict[sp.Symbol, sp.Rational]
 JointValues = dict[sp.Symbol, sp.Expr]
@@ -83,13 +86,10 @@ class VelocityDetails(Details):
 
 def sample_joint_values(chain: Chain, rng: Stream) -> JointValues:
     """Return random joint values: angles in steps of 5 degrees, prismatic joints in steps of 5 cm."""
-
-    def sample_value(kind: str) -> sp.Expr:
-        return (
-            sp.pi * sp.Rational(rng.integer(-35, 35), 36) if kind == REVOLUTE else sp.Rational(rng.integer(2, 16), 20)
-        )
-
-    return {q: sample_value(joint.kind) for q, joint in zip(chain.q, chain.joints, strict=True)}
+    return {
+        q: sp.pi * sp.Rational(rng.integer(-35, 35), 36) if joint.is_revolute else sp.Rational(rng.integer(2, 16), 20)
+        for q, joint in zip(chain.q, chain.joints, strict=True)
+    }
 
 
 def sample_lengths(chain: Chain, rng: Stream) -> Lengths:
@@ -98,8 +98,8 @@ def sample_lengths(chain: Chain, rng: Stream) -> Lengths:
     lengths: Lengths = {}
     for symbol in chain.parameters:
         start = rng.integer(0, 10)
-        steps = (sp.Rational(6 + (start + offset) % 11, 20) for offset in range(11))
-        lengths[symbol] = next(length for length in steps if length not in used_lengths)
+        candidates = (sp.Rational(6 + (start + offset) % 11, 20) for offset in range(11))  # 0.3 m to 0.8 m
+        lengths[symbol] = next(length for length in candidates if length not in used_lengths)
         used_lengths.add(lengths[symbol])
     return lengths
 
@@ -122,7 +122,7 @@ def sample_situation(chain: Chain, rng: Stream) -> ConfigurationAndVelocity:
     for _ in range(MAX_SAMPLES):
         lengths, joints = sample_lengths(chain, rng), sample_joint_values(chain, rng)
         velocity = {v: sp.Rational(rng.nonzero_integer(8), 20) for v in task_velocity(chain)}
-        if compute_conditioning(chain, lengths, joints) > min_conditioning(chain):
+        if compute_conditioning(chain, lengths, joints) > find_min_conditioning(chain):
             return ConfigurationAndVelocity(lengths, joints, velocity)
     raise RuntimeError(f"no well-conditioned pose of {chain} was found; please report this")
 
@@ -133,7 +133,7 @@ def evaluate_jacobian_precisely(chain: Chain, situation: ConfigurationAndVelocit
     return arm.task_jacobian([arm.evaluate_number(situation.joints[q]) for q in chain.q])
 
 
-def min_conditioning(chain: Chain) -> float:
+def find_min_conditioning(chain: Chain) -> float:
     """Return the minimum sigma_min/sigma_max of a configuration at which a question asks for numbers.
 
     The minimum is smaller for many joints, because few of their configurations have a large ratio. It is also smaller
@@ -152,10 +152,10 @@ def write_power_of_metres(power: int) -> str:
 
 
 def make_joint_rates(chain: Chain, rates: Iterable[Any], max_rate: Any) -> Number:
-    """Return joint rates, to three digits, as an answer. The error allowed near zero is a thousandth of `max_rate`."""
+    """Return joint rates, to three digits, as an answer. `max_rate` is the largest of them."""
     units = tuple("rad/s" if joint.is_revolute else "m/s" for joint in chain.joints)
     rounded_rates = sp.Matrix(list(map(precise.round_to_ten_digits, rates)))
-    return Number(rounded_rates, units, THREE_DIGIT_TOLERANCE, 0.001 * float(max_rate))
+    return Number(rounded_rates, units, THREE_DIGIT_TOLERANCE, ERROR_NEAR_ZERO * float(max_rate))
 
 
 def _ask_joint_rates(chain: Chain, rng: Stream) -> AnswerAndDetails:
@@ -184,8 +184,8 @@ class LoadDetails(Details):
 
 def make_load_symbols(chain: Chain) -> dict[str, SymbolInfo]:
     """Return the components of force and moment that correspond to the rows of the task: fx for vx, mx for wx."""
-    loads = {"v": ("f", SymbolInfo("force", "N")), "w": ("m", SymbolInfo("moment", "N m"))}
-    return {f"{loads[row[0]][0]}{row[1]}": loads[row[0]][1] for row in chain.task}
+    force, moment = SymbolInfo("force", "N"), SymbolInfo("moment", "N m")
+    return {f"f{row[1]}" if row[0] == "v" else f"m{row[1]}": force if row[0] == "v" else moment for row in chain.task}
 
 
 def _make_load_details(chain: Chain, rng: Stream) -> LoadDetails:
@@ -202,19 +202,19 @@ def _choose_torque_title(chain: Chain) -> str:
 QUESTIONS = (
     Question(
         "inverse-jacobian", "Inverse Jacobian", "appendix", points=2.0, prerequisites=("jacobian", "determinant"),
-        stage="inverse", row_and_column_labels=lambda chain: (base.name_joint_rates(chain), chain.task),
+        stage="inverse", label_rows_and_columns=lambda chain: (base.name_joint_rates(chain), chain.task),
         find_arm_objection=base.find_determinant_objection, find_size_objection=base.find_inverse_size_objection,
         is_made_of_jacobian=True, is_made_of_minors=True, alternative_prerequisites=INVERSE_PREREQUISITES,
     ),
     Question(
         "inverse-velocity", "Inverse velocity", "6.7", points=2.0, prerequisites=("jacobian", "inverse-jacobian"),
-        stage="rates", names_to_type=base.name_joint_rates, find_arm_objection=base.find_determinant_objection,
+        stage="rates", list_labels=base.name_joint_rates, find_arm_objection=base.find_determinant_objection,
         find_size_objection=base.find_inverse_size_objection, is_made_of_jacobian=True, is_made_of_minors=True,
         alternative_prerequisites=RATE_PREREQUISITES[1:],
     ),
     Question(
         "joint-rates", "Joint rates at a configuration", "6.7", prerequisites=("inverse-velocity",), stage="rates",
-        sample=_ask_joint_rates, names_to_type=base.name_joint_rates, is_made_of_jacobian=True,
+        sample=_ask_joint_rates, list_labels=base.name_joint_rates, is_made_of_jacobian=True,
         find_arm_objection=base.find_determinant_objection, alternative_prerequisites=RATE_PREREQUISITES,
     ),
     Question(
@@ -224,7 +224,7 @@ QUESTIONS = (
             stages["transposed jacobian"], stages.symbol_vector(make_load_symbols(stages.chain))
         ),
         make_details=_make_load_details, is_made_of_jacobian=True,
-        entry_names=lambda chain, _: [rf"\tau_{{{joint}}}" for joint in range(1, chain.n + 1)],
+        name_entries=lambda chain, _: [rf"\tau_{{{joint}}}" for joint in range(1, chain.n + 1)],
         find_size_objection=base.limit_terms("jacobian"),
     ),
 )  # fmt: skip

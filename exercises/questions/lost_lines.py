@@ -43,8 +43,9 @@ class LostMotion:
 @lru_cache(maxsize=1024)
 def find_lost_motion(symbolic_chain: Chain, component: Component) -> LostMotion | None:
     """Return the motion that a structure loses on a branch; None if no line of the arm has the lost direction."""
-    samples, rows = sample_singular_configurations(symbolic_chain, component, SAMPLE_COUNT), symbolic_chain.task_rows
-    threshold = directions.NONZERO_THRESHOLD / 5
+    samples = sample_singular_configurations(symbolic_chain, component, SAMPLE_COUNT)
+    threshold = directions.NONZERO_THRESHOLD / 5  # lower, because the samples have lengths of very different size
+    rows = symbolic_chain.task_rows
     jacobians = (sample.arm.jacobian(sample.q)[rows] for sample in samples)
     lost_directions = [directions.lost_direction(jacobian, threshold) for jacobian in jacobians]
     if len(samples) < SAMPLE_COUNT // 2 or any(u is None for u in lost_directions):
@@ -55,7 +56,7 @@ def find_lost_motion(symbolic_chain: Chain, component: Component) -> LostMotion 
     lines = directions.list_candidate_lines(symbolic_chain)
     vectors = directions.line_directions(lines, samples)
     for moving_part, other_part, first_row in (("P", "link", 0), ("link", "P", 3)):
-        if np.any(norms[moving_part] < 0.02):
+        if np.any(norms[moving_part] < 0.02):  # the lost direction has hardly any such motion
             continue
         other_axes = [axis for axis in range(3) if first_row + axis not in rows]
         in_task = np.abs(vectors[:, :, other_axes]).max(axis=(1, 2), initial=0.0) <= 1e-9  # False where undefined

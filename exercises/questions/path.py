@@ -13,7 +13,7 @@ from typing import Any
 import sympy as sp
 
 from qdot.exercises.arm import mpmath_kinematics as precise
-from qdot.exercises.arm.chain import REVOLUTE, Chain
+from qdot.exercises.arm.chain import Chain
 from qdot.exercises.arm.mpmath_kinematics import FLOAT_CONTEXT, PRECISE_CONTEXT, PreciseArm, Vector
 from qdot.exercises.arm.path import PathSample, StraightPath
 from qdot.exercises.common.errors import count_noun
@@ -52,19 +52,21 @@ class WeldingLine(Configuration):
 
     def compute_joint_values(self, chain: Chain, s: sp.Expr) -> Vector:
         """Return the joint values at the distance s from A, on the solution branch of the initial configuration."""
-        end, line = float(s), self.make_line(chain, PRECISE_CONTEXT)
+        end = float(s)
         step_length = end / max(1, round(end / SAMPLE_SPACING)) if end else 1.0
         *_, last_sample = self.make_line(chain).follow(step_length, 1e-3, end)
+        line = self.make_line(chain, PRECISE_CONTEXT)
         q = line.joints_at(line.arm.evaluate_number(s), [PRECISE_CONTEXT.mpf(value) for value in last_sample.joints])
         assert q is not None
         return q
 
     def compute_results(self, chain: Chain, s: sp.Expr) -> "ResultsAtPoint":
         """Return the intermediate results at the distance s from A, to four digits, with angles in degrees."""
-        line, q = self.make_line(chain, PRECISE_CONTEXT), self.compute_joint_values(chain, sp.sympify(s))
-        distance, jacobian = line.arm.evaluate_number(sp.sympify(s)), line.arm.task_jacobian(q)
-        kinds = [joint.kind for joint in chain.joints]
-        joints = [PRECISE_CONTEXT.degrees(v) if kind == REVOLUTE else v for v, kind in zip(q, kinds, strict=True)]
+        line = self.make_line(chain, PRECISE_CONTEXT)
+        q = self.compute_joint_values(chain, sp.sympify(s))
+        distance = line.arm.evaluate_number(sp.sympify(s))
+        jacobian = line.arm.task_jacobian(q)
+        joints = [PRECISE_CONTEXT.degrees(v) if j.is_revolute else v for v, j in zip(q, chain.joints, strict=True)]
         sigma = PRECISE_CONTEXT.svd_r(PRECISE_CONTEXT.matrix(jacobian), compute_uv=False)
         return ResultsAtPoint(
             s=sp.Float(PRECISE_CONTEXT.nstr(distance, 5), 10),
@@ -88,7 +90,7 @@ class WeldingLine(Configuration):
 
     def tabulate_results(self, chain: Chain, end: sp.Expr) -> "list[ResultsAtPoint]":
         """Return the intermediate results at five points from A to the distance `end`, which are denser near `end`."""
-        distances = [sp.Rational(int(share * end), 100) for share in (0, 40, 70, 90)]
+        distances = [sp.Rational(int(percent * end), 100) for percent in (0, 40, 70, 90)]
         return [self.compute_results(chain, s) for s in (*distances, end)]
 
 
@@ -165,11 +167,11 @@ def _ask_path_rates(chain: Chain, rng: Stream) -> AnswerAndDetails | None:
         samples = list(line.follow(SAMPLE_SPACING, min_conditioning))
         if samples[-1:] and samples[-1].s > float(line.length) - SAMPLE_SPACING:
             last_step = int(20 * float(line.length)) - 1  # in steps of 5 cm
-            s, pose = sp.Rational(rng.integer(min(3, last_step), last_step), 20), welding_line.figure_values
+            s = sp.Rational(rng.integer(min(3, last_step), last_step), 20)
             joints = welding_line.compute_joint_values(chain, s)
             rates = welding_line.compute_rates(welding_line.make_line(chain, PRECISE_CONTEXT), joints)
             answer = inversion.make_joint_rates(chain, rates, max(map(abs, rates)))
-            return answer, DistanceDetails(welding_line=welding_line, distance=s, pose=pose)
+            return answer, DistanceDetails(welding_line=welding_line, distance=s, pose=welding_line.figure_values)
     return None
 
 
@@ -240,10 +242,14 @@ def _ask_path_limit(chain: Chain, rng: Stream) -> AnswerAndDetails | None:
             continue
         samples = list(welding_line.make_line(chain).follow(SAMPLE_SPACING, SINGULAR_CONDITIONING))
         if crossings := _find_crossings(samples, float(welding_line.speed)):
-            crossing, pose = rng.choice(crossings), welding_line.figure_values
+            crossing = rng.choice(crossings)
             s = precise.round_to_ten_digits(_locate_crossing(chain, welding_line, crossing))
-            joint, limit = crossing.joint + 1, crossing.limit
-            details = RateLimitDetails(welding_line=welding_line, joint=joint, limit=limit, pose=pose)
+            details = RateLimitDetails(
+                welding_line=welding_line,
+                joint=crossing.joint + 1,
+                limit=crossing.limit,
+                pose=welding_line.figure_values,
+            )
             return Number(sp.Matrix([s]), ("m",), THREE_DIGIT_TOLERANCE, 1e-6), details
     return None
 
@@ -266,7 +272,7 @@ def _sample_line_to_singularity(chain: Chain, rng: Stream, min_conditioning: flo
         min_steps = 7 if q in dict(solutions) else 0
         step_offset = rng.choice((-1, 1)) * rng.integer(min_steps, min_steps + 10)
         steps = _round_half_up(sp.N(singular_joints[q] * 36 / sp.pi, 30)) + step_offset
-        joints[q] = sp.pi * sp.Rational((5 * steps + 179) % 360 - 179, 180)
+        joints[q] = sp.pi * sp.Rational((5 * steps + 179) % 360 - 179, 180)  # steps of 5 degrees, in (-180, 180]
     if inversion.compute_conditioning(chain, lengths, joints) < min_conditioning:
         return None
     displacement = [rng.choice((-1, 1)) * rng.integer(1, 6) for _ in chain.task]
@@ -328,13 +334,13 @@ def _locate_crossing(chain: Chain, welding_line: WeldingLine, crossing: LimitCro
 QUESTIONS = (
     Question(
         "path-rates", "Joint rates along a path", "6.7 on a welding path", points=2.0,
-        prerequisites=("inverse-velocity",), stage="rates", sample=_ask_path_rates, names_to_type=name_joint_rates,
+        prerequisites=("inverse-velocity",), stage="rates", sample=_ask_path_rates, list_labels=name_joint_rates,
         find_arm_objection=_find_path_objection, is_made_of_jacobian=True,
         alternative_prerequisites=inversion.RATE_PREREQUISITES,
     ),
     Question(
         "path-limit", "Where a joint rate exceeds its limit", "6.7 near a singularity", points=2.0,
-        prerequisites=("path-rates",), sample=_ask_path_limit, entry_names=lambda chain, _: ["s"],
+        prerequisites=("path-rates",), sample=_ask_path_limit, name_entries=lambda chain, _: ["s"],
         find_arm_objection=_find_limit_objection, alternative_prerequisites=(),
     ),
 )  # fmt: skip

@@ -92,7 +92,7 @@ class RecursionDetails(Details):
 
 @lru_cache(maxsize=1024)
 def _derive_steps(symbolic_chain: Chain) -> tuple[RecursionStep, ...]:
-    """Return the steps of the recursion for all frames of a structure."""
+    """Return the steps of the recursion for all frames of a symbolic arm."""
     omega = v = sp.zeros(3, 1)
     steps = []
     convention = convention_of(symbolic_chain)
@@ -116,7 +116,7 @@ def _collect_rates(vector: sp.Matrix, symbolic_chain: Chain) -> sp.Matrix:
 
 
 def _choose_frame(chain: Chain, rng: Stream) -> RecursionDetails:
-    substitute, frame = derive(chain).substitute_matrix, rng.choice(_find_frames(chain))
+    frame, substitute = rng.choice(_find_frames(chain)), derive(chain).substitute_matrix
     steps = (
         RecursionStep(step.number, step.kind, *map(substitute, (step.rotation, step.origin, step.omega, step.v)))
         for step in _derive_steps(symbolic_arm_of(chain).chain)[:frame]
@@ -139,8 +139,8 @@ QUESTIONS = (
     Question(
         "joint-axes", "Joint axes", "below 6.10", formula=lambda stages, _: stages["axes"][: stages.n].swapaxes(0, 1),
         substitution=base.make_column_substitution("axes", linear=propagate_linear_rows),
-        column_names=lambda chain: tuple(map(convention_of(chain).typed_axis, _list_joint_numbers(chain))),
-        row_and_column_labels=lambda chain: (
+        name_columns=lambda chain: tuple(map(convention_of(chain).typed_axis, _list_joint_numbers(chain))),
+        label_rows_and_columns=lambda chain: (
             AXIS_NAMES, list(map(convention_of(chain).axis_name, _list_joint_numbers(chain)))
         ),
         find_size_objection=base.limit_terms("z"),
@@ -149,7 +149,7 @@ QUESTIONS = (
         "position-vectors", "Position vectors p*", "6.13", points=2.0, required_feature=FRAMES,
         formula=lambda stages, _: stages["p*"][: stages.n].swapaxes(0, 1),
         substitution=base.make_column_substitution("p*", linear=propagate_linear_rows),
-        row_and_column_labels=lambda chain: (
+        label_rows_and_columns=lambda chain: (
             AXIS_NAMES, list(map(convention_of(chain).vector_name, _list_joint_numbers(chain)))
         ),
         find_arm_objection=base.find_tool_point_objection, find_size_objection=base.limit_terms("p_star"),
@@ -157,20 +157,20 @@ QUESTIONS = (
     Question(
         "geometric-jacobian", "Geometric Jacobian by propagation", "6.12", points=2.0,
         prerequisites=("joint-axes", "position-vectors"), stage="geometric", row_order=_list_row_indices,
-        row_and_column_labels=base.label_jacobian(lambda chain: convention_of(chain).velocity_names),
+        label_rows_and_columns=base.label_jacobian(lambda chain: convention_of(chain).velocity_names),
         find_size_objection=base.limit_terms("geometric"), link_sums="columns of links",
-        link_sum_rows=lambda chain: [(row, axis) for row, axis in enumerate(_list_row_indices(chain)) if axis < 3],
+        find_link_sum_rows=lambda chain: [(row, axis) for row, axis in enumerate(_list_row_indices(chain)) if axis < 3],
     ),
     Question(
         "twist", "Twist of the end effector", "6.9 and 6.10", prerequisites=("geometric-jacobian",),
         formula=base.make_rate_product_formula("geometric", _list_row_indices),
         find_size_objection=base.limit_terms("geometric"),
-        entry_names=lambda chain, _: base.name_velocity_components(convention_of(chain).velocity_names),
+        name_entries=lambda chain, _: base.name_velocity_components(convention_of(chain).velocity_names),
     ),
     Question(
         "link-velocity", "Velocity of a link frame", "6.9 and 6.10", required_feature=FRAMES,
         formula=partial(_derive_frame_velocity, jacobian_stage="geometric"), make_details=_choose_link,
-        entry_names=lambda chain, _: base.name_velocity_components(VELOCITY_NAMES),
+        name_entries=lambda chain, _: base.name_velocity_components(VELOCITY_NAMES),
         find_arm_objection=lambda chain: None if chain.n > 1 else (
             "it has only one joint, so there is no frame between base and end"
         ),
@@ -179,8 +179,8 @@ QUESTIONS = (
         "own-frame-velocity", "Velocity of a frame in its own coordinates", "6.9 and 6.10", points=2.0,
         required_feature=FRAMES_OF_JOINTS, make_details=_choose_frame,
         formula=partial(_derive_frame_velocity, jacobian_stage="tool jacobian"),
-        reference=lambda _, details: details.steps[-1].v.col_join(details.steps[-1].omega),
-        entry_names=lambda chain, _: base.name_velocity_components(VELOCITY_NAMES),
+        derive_matrix=lambda _, details: details.steps[-1].v.col_join(details.steps[-1].omega),
+        name_entries=lambda chain, _: base.name_velocity_components(VELOCITY_NAMES),
         find_arm_objection=lambda chain: None if chain.n > 1 else "it has one joint",
         find_size_objection=lambda chain: None if _find_frames(chain) else (
             "the velocities of its frames are too long to work out by hand"

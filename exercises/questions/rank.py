@@ -23,8 +23,9 @@ from qdot.exercises.questions.base import AnswerAndDetails, Question, shuffle_op
 from qdot.exercises.questions.geometry import Branch, ConfigurationDetails, ExactConfiguration, Sampler
 from qdot.exercises.questions.inversion import THREE_DIGIT_TOLERANCE
 from qdot.exercises.questions.lost_lines import SAMPLE_COUNT, LostMotion, compare_lines, find_lost_motion
-from qdot.exercises.questions.singular import find_lost_direction_objection, find_singularity_objection
+from qdot.exercises.questions.singular import KIND_OPTIONS, find_lost_direction_objection, find_singularity_objection
 from qdot.exercises.reference_answers import Direction, Number
+from qdot.exercises.reference_answers.formulas import COUNT_TOLERANCE
 from qdot.exercises.singularities.classification import sample_representatives
 from qdot.exercises.singularities.directions import ArmLine, LostDirectionFormula, clear_rank, lost_direction_formula
 from qdot.exercises.singularities.meanings import BranchMeanings, Meaning, find_branch_meanings
@@ -61,7 +62,8 @@ _sample_with_formulas = partial(geometry.sample_singular_configuration, needs_no
 def _sample_with_larger_rank_loss(chain: Chain, rng: Stream) -> ExactConfiguration | None:
     """Return a random configuration at which J loses more than one rank, or None if none is found."""
     symbolic_chain, substitute = symbolic_arm_of(chain).chain, derive(chain).substitute_values
-    symbolic_components, max_rank = singular_set(symbolic_chain) or (), geometry.compute_full_rank(chain) - 2
+    symbolic_components = singular_set(symbolic_chain) or ()
+    max_rank = geometry.compute_full_rank(chain) - 2
     arm_components = {component.conditions: component for component in singular_set(chain) or ()}
     for indices in rng.permutation(_find_sets_with_larger_rank_loss(symbolic_chain)):
         matches = [arm_components.get(tuple(map(substitute, symbolic_components[i].conditions))) for i in indices]
@@ -96,7 +98,8 @@ def _ask_rank(chain: Chain, rng: Stream) -> AnswerAndDetails | None:
         configuration = sample(chain, rng)
         if configuration is not None:
             jacobian = geometry.evaluate_jacobian(chain, configuration)
-            return Number(sp.Matrix([[clear_rank(jacobian)]]), ("",), 1e-9, 1e-9), RankDetails(
+            answer = Number(sp.Matrix([[clear_rank(jacobian)]]), ("",), COUNT_TOLERANCE, COUNT_TOLERANCE)
+            return answer, RankDetails(
                 configuration=configuration,
                 independent_columns=_find_independent_columns(jacobian),
                 satisfied_conditions=_find_satisfied_conditions(chain, configuration),
@@ -136,8 +139,10 @@ def _find_vector_objection(chain: Chain) -> str | None:
 def _find_branches_with_vector(chain: Chain) -> list[Branch]:
     """Return the branches that lose exactly one direction, or only those with a formula for this direction, if any."""
     symbolic_chain = symbolic_arm_of(chain).chain
-    branches = [b for b in geometry.match_branches(chain) if _loses_one_direction(symbolic_chain, b.of_structure)]
-    return [b for b in branches if lost_direction_formula(symbolic_chain, b.of_structure)] or branches
+    branches = [
+        b for b in geometry.match_branches(chain) if _loses_one_direction(symbolic_chain, b.structure_component)
+    ]
+    return [b for b in branches if lost_direction_formula(symbolic_chain, b.structure_component)] or branches
 
 
 @lru_cache(maxsize=1024)
@@ -176,9 +181,9 @@ class LostDirectionDetails(Details):
 def _ask_direction(chain: Chain, rng: Stream) -> AnswerAndDetails | None:
     """Ask for the direction: as a formula if the branch has a short one, else as numbers at a configuration."""
     for branch in rng.permutation(_find_branches_with_vector(chain)):
-        formula = lost_direction_formula(symbolic_arm_of(chain).chain, branch.of_structure)
+        formula = lost_direction_formula(symbolic_arm_of(chain).chain, branch.structure_component)
         if formula is not None:
-            jacobian_on_branch, direction = _substitute_numbers(chain, branch.component, formula)
+            jacobian_on_branch, direction = _substitute_numbers(chain, branch, formula)
             if all(entry == 0 or entry.could_extract_minus_sign() for entry in direction):
                 direction = -direction
             return Direction(direction), LostDirectionDetails(jacobian_on_branch=jacobian_on_branch)
@@ -191,22 +196,23 @@ def _ask_direction(chain: Chain, rng: Stream) -> AnswerAndDetails | None:
 
 
 def _substitute_numbers(
-    chain: Chain, component: Component, formula: LostDirectionFormula
+    chain: Chain, branch: Branch, formula: LostDirectionFormula
 ) -> tuple[JacobianOnBranch, sp.Matrix]:
     """Return J on a branch, and the lost direction, with the numbers of the arm in a formula for its structure."""
-    substitute, (values,) = derive(chain).substitute_values, component.value_combinations()
-    free_joints = tuple(q for q in chain.q if q not in dict(values))
+    substitute = derive(chain).substitute_values
+    free_joints = tuple(q for q in chain.q if q not in dict(branch.values))
     jacobian = None if formula.jacobian is None else formula.jacobian.applyfunc(substitute)
-    return JacobianOnBranch(values, free_joints, jacobian, formula.columns), formula.direction.applyfunc(substitute)
+    jacobian_on_branch = JacobianOnBranch(branch.values, free_joints, jacobian, formula.columns)
+    return jacobian_on_branch, formula.direction.applyfunc(substitute)
 
 
 def find_lost_direction_formula(chain: Chain, values: Values) -> tuple[JacobianOnBranch, sp.Matrix] | None:
     """Return J and the lost direction at given joint values as formulas, or None if they are too long."""
     for branch in geometry.match_branches(chain) if values else ():
-        if branch.component.solutions is not None and branch.component.value_combinations()[0] == values:
-            formula = lost_direction_formula(symbolic_arm_of(chain).chain, branch.of_structure)
+        if branch.values == values:
+            formula = lost_direction_formula(symbolic_arm_of(chain).chain, branch.structure_component)
             if formula is not None and formula.jacobian is not None:
-                return _substitute_numbers(chain, branch.component, formula)
+                return _substitute_numbers(chain, branch, formula)
     return None
 
 
@@ -225,8 +231,8 @@ class BranchConfigurations:
 def _describe_configurations(chain: Chain, branch: Branch) -> BranchConfigurations | None:
     """Return the configurations of a branch, or None if there is no suitable description."""
     if branch.component.solutions is not None:
-        return BranchConfigurations(branch.component.value_combinations()[0])
-    meanings = _find_meanings(symbolic_arm_of(chain).chain, branch.of_structure)
+        return BranchConfigurations(branch.values)
+    meanings = _find_meanings(symbolic_arm_of(chain).chain, branch.structure_component)
     if meanings is None or len(branch.component.conditions) > 1 or meanings.correct.kind != "on axis":
         return None
     return BranchConfigurations((), meanings.correct.words, branch.component.conditions[0])
@@ -237,7 +243,7 @@ def _find_lost_motions(chain: Chain) -> list[tuple[BranchConfigurations, Branch,
         (configurations, branch, motion)
         for branch in geometry.match_branches(chain)
         if (configurations := _describe_configurations(chain, branch)) is not None
-        and (motion := find_lost_motion(symbolic_arm_of(chain).chain, branch.of_structure)) is not None
+        and (motion := find_lost_motion(symbolic_arm_of(chain).chain, branch.structure_component)) is not None
     ]
 
 
@@ -263,7 +269,7 @@ class LostMotionDetails(Details):
 
 def _ask_motion(chain: Chain, rng: Stream) -> AnswerAndDetails:
     configurations, branch, motion = rng.choice(_find_lost_motions(chain))
-    are_parallel = compare_lines(symbolic_arm_of(chain).chain, branch.of_structure)
+    are_parallel = compare_lines(symbolic_arm_of(chain).chain, branch.structure_component)
     lines = [rng.choice(motion.correct_lines)]
     for line in rng.permutation(motion.wrong_lines):
         if len(lines) < 4 and not any(are_parallel[line, chosen_line] for chosen_line in lines):
@@ -303,7 +309,7 @@ def _find_common_kind(symbolic_chain: Chain, component: Component) -> str | None
 def _iterate_meanings(chain: Chain, branches: Sequence[Branch]) -> Iterator[tuple[Branch, BranchMeanings]]:
     """Yield the branches that have a geometric meaning, in the order of `branches`, each with its meanings."""
     for branch in branches:
-        meanings = _find_meanings(symbolic_arm_of(chain).chain, branch.of_structure)
+        meanings = _find_meanings(symbolic_arm_of(chain).chain, branch.structure_component)
         if meanings is not None:
             yield branch, meanings
 
@@ -311,7 +317,7 @@ def _iterate_meanings(chain: Chain, branches: Sequence[Branch]) -> Iterator[tupl
 def _find_meaning_objection(chain: Chain) -> str | None:
     if objection := find_singularity_objection(chain):
         return objection
-    has_meaning = any(True for _ in _iterate_meanings(chain, geometry.match_branches(chain)))
+    has_meaning = next(_iterate_meanings(chain, geometry.match_branches(chain)), None) is not None
     return None if has_meaning else "its singular configurations have no common feature that you can see in a drawing"
 
 
@@ -324,7 +330,7 @@ class MeaningOption(NamedTuple):
     @property
     def text(self) -> str:
         """The text that students see."""
-        return self.meaning.words if self.kind is None else f"{self.meaning.words}; {KIND_WORDS[self.kind]}"
+        return self.meaning.words if self.kind is None else f"{self.meaning.words}; {KIND_OPTIONS[self.kind]}"
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -350,12 +356,13 @@ def _ask_meaning(chain: Chain, rng: Stream) -> AnswerAndDetails | None:
         options = [MeaningOption(meanings.correct, kind)]
         if kind is not None:
             options.append(MeaningOption(meanings.correct, "internal" if kind == "boundary" else "boundary"))
-        wrong_meanings = rng.permutation(meanings.wrong)[: 4 - len(options)]
-        options += [MeaningOption(m, None if kind is None else rng.choice(tuple(KIND_WORDS))) for m in wrong_meanings]
+        for meaning in rng.permutation(meanings.wrong)[: 4 - len(options)]:
+            wrong_kind = None if kind is None else rng.choice(("boundary", "internal"))
+            options.append(MeaningOption(meaning, wrong_kind))
         answer, shuffled = shuffle_options(options, options[0], rng, lambda option: option.text)
         has_values = branch.component.solutions is not None
         return answer, MeaningDetails(
-            values=branch.component.value_combinations()[0] if has_values else (),
+            values=branch.values,
             configuration=None if has_values else configuration,
             condition=None if has_values else branch.component.conditions[0],
             offered=tuple(shuffled),
@@ -365,12 +372,9 @@ def _ask_meaning(chain: Chain, rng: Stream) -> AnswerAndDetails | None:
 
 def _find_kind_of_arm(chain: Chain, branch: Branch, configuration: ExactConfiguration) -> str | None:
     """Return the kind of a branch of the structure, or None if the arm with its own numbers has another kind."""
-    kind = _find_common_kind(symbolic_arm_of(chain).chain, branch.of_structure)
+    kind = _find_common_kind(symbolic_arm_of(chain).chain, branch.structure_component)
     kinds_of_arm = classify_samples(chain, [geometry.convert_to_sample(chain, configuration)]) if kind else []
     return kind if kinds_of_arm == [kind] else None
-
-
-KIND_WORDS = {"boundary": "a boundary singularity", "internal": "an internal singularity"}
 
 
 # A rank or lost direction can't be derived from a wrong Jacobian, which mostly has full rank at the configuration.
@@ -381,13 +385,13 @@ QUESTIONS = (
     ),
     Question(
         "rank", "Rank of the Jacobian", "6.8", prerequisites=("jacobian",), sample=_ask_rank,
-        entry_names=lambda chain, _: [r"\text{rank}"], find_arm_objection=find_singularity_objection,
+        name_entries=lambda chain, _: [r"\text{rank}"], find_arm_objection=find_singularity_objection,
         alternative_prerequisites=(),
     ),
     Question(
         "lost-direction", "Lost direction of motion", "6.8", prerequisites=("jacobian",), stage="lost direction",
         sample=_ask_direction, find_arm_objection=_find_vector_objection, is_made_of_jacobian=True,
-        entry_names=lambda chain, _: [f"u_{{{row}}}" for row in range(1, len(chain.task) + 1)],
+        name_entries=lambda chain, _: [f"u_{{{row}}}" for row in range(1, len(chain.task) + 1)],
         alternative_prerequisites=(),
     ),
     Question(

@@ -7,10 +7,12 @@
 - For n = m + 1, the maximal minors with alternating signs span the null space of J, the self-motion.
 
 Manipulability and condition number combine all entries of J, so these questions apply only if the units allow that.
+Formulas are derived once for the structure of an arm, which is the arm with symbols for all lengths and oblique angles.
 """
 
 from dataclasses import dataclass, field
 from functools import lru_cache
+from typing import NamedTuple
 
 import numpy as np
 import sympy as sp
@@ -98,20 +100,24 @@ class MinorDetails(Details):
 
 
 def _make_minor_details(chain: Chain, rng: Stream) -> MinorDetails:
-    values, (_, quotients) = dict(symbolic_arm_of(chain).values), _factor_out_shared(symbolic_arm_of(chain).chain)
-    squares = tuple(quotient.substitute(values) ** 2 for quotient in quotients)
+    squares = tuple(_substitute_numbers(chain, quotient) ** 2 for quotient in _factor_minors_of(chain).quotients)
     return MinorDetails(shared_factors=_find_shared_factors(chain), squares=squares)
 
 
 def _find_shared_factors(chain: Chain) -> sp.Expr:
     """Return the product of the factors that all maximal minors share, or 1 if there are none."""
-    return _factor_out_shared(symbolic_arm_of(chain).chain)[0].substitute(dict(symbolic_arm_of(chain).values))
+    return _substitute_numbers(chain, _factor_minors_of(chain).shared_factors)
+
+
+def _substitute_numbers(chain: Chain, product: Factored) -> sp.Expr:
+    """Return a product that was derived for the structure of an arm, with the arm's own numbers."""
+    return product.substitute(dict(symbolic_arm_of(chain).values))
 
 
 @lru_cache(maxsize=1024)
 def _derive_gram_determinant(symbolic_chain: Chain) -> Factored:
     """Return det(J J^T) of a structure: the squared shared factors of all minors, times a sum of squares."""
-    shared_factors, quotients = _factor_out_shared(symbolic_chain)
+    shared_factors, quotients = _factor_minors(symbolic_chain)
     squares = sp.Add(*(Factored(abs(minor.coefficient), minor.factors).expression() ** 2 for minor in quotients))
     factored = factor_trig(sp.expand(squares)).expression() if len(quotients) > 1 else squares
     shortest_form = min((squares, factored), key=lambda form: len(sp.Add.make_args(form)) + sp.count_ops(form))
@@ -119,16 +125,28 @@ def _derive_gram_determinant(symbolic_chain: Chain) -> Factored:
     return Factored(shared_factors.coefficient**2, (*squared_factors, (shortest_form, 1)))
 
 
+class FactoredMinors(NamedTuple):
+    """The maximal minors of J: the factors that all of them share, and the quotient of each minor by these factors."""
+
+    shared_factors: Factored
+    quotients: tuple[Factored, ...]
+
+
+def _factor_minors_of(chain: Chain) -> FactoredMinors:
+    return _factor_minors(symbolic_arm_of(chain).chain)
+
+
 @lru_cache(maxsize=1024)
-def _factor_out_shared(symbolic_chain: Chain) -> tuple[Factored, tuple[Factored, ...]]:
-    """Return the factors that all maximal minors of a structure share, and the quotient of each minor by them."""
+def _factor_minors(symbolic_chain: Chain) -> FactoredMinors:
+    """Return the maximal minors of a structure without the factors that they share, and these factors."""
     minors = derive(symbolic_chain).symbolic_minors
     nonzero_minors = [minor for minor in minors if not minor.is_zero]
     powers = [dict(minor.factors) for minor in nonzero_minors]
     shared_powers = {f: min(p.get(f, 0) for p in powers) for f in powers[0]} if powers else {}
     coefficient = sp.gcd([minor.coefficient for minor in nonzero_minors])
     shared_factors = Factored(coefficient, tuple((f, power) for f, power in shared_powers.items() if power))
-    return shared_factors, tuple(minor if minor.is_zero else minor.divide_by(shared_factors) for minor in minors)
+    quotients = tuple(minor if minor.is_zero else minor.divide_by(shared_factors) for minor in minors)
+    return FactoredMinors(shared_factors, quotients)
 
 
 def _count_terms(product: Factored) -> int:
@@ -267,7 +285,7 @@ class SelfMotionFormulaDetails(Details):
 
 
 def _ask_self_motion(chain: Chain, rng: Stream) -> AnswerAndDetails:
-    quotients = _factor_out_shared(symbolic_arm_of(chain).chain)[1] if chain.n <= MAX_JOINTS else ()
+    quotients = _factor_minors_of(chain).quotients if chain.n <= MAX_JOINTS else ()
     if quotients and sum(map(_count_terms, quotients)) <= MAX_TERMS / 2:
         details = SelfMotionFormulaDetails(situation=None, shared_factors=_find_shared_factors(chain))
         return Direction(write_self_motion(chain)), details
@@ -297,9 +315,8 @@ def write_self_motion(chain: Chain) -> sp.Matrix:
 
     Factors that all minors share are omitted, so the vector is zero only where J loses rank for more than one reason.
     """
-    _, quotients = _factor_out_shared(symbolic_arm_of(chain).chain)
     # The minors are in the order of the columns that they contain, so the first minor omits the last column.
-    minors = [minor.substitute(dict(symbolic_arm_of(chain).values)) for minor in reversed(quotients)]
+    minors = [_substitute_numbers(chain, minor) for minor in reversed(_factor_minors_of(chain).quotients)]
     return sp.Matrix([(-1) ** i * minor for i, minor in enumerate(minors)])
 
 
@@ -308,32 +325,32 @@ QUESTIONS = (
         "gram-determinant", "det(J Jᵀ) of a redundant arm", "6.8 for m < n", points=2.0, prerequisites=("jacobian",),
         stage="gram determinant", answer_type=Expression, make_details=_make_minor_details,
         textbook_formulas={
-            "gram determinant": lambda chain: _derive_gram_determinant(symbolic_arm_of(chain).chain).substitute(
-                dict(symbolic_arm_of(chain).values)
+            "gram determinant": lambda chain: _substitute_numbers(
+                chain, _derive_gram_determinant(symbolic_arm_of(chain).chain)
             ),
         },
-        entry_names=lambda chain, _: [r"\det(J J^T)"], find_arm_objection=_find_minimum_norm_objection,
+        name_entries=lambda chain, _: [r"\det(J J^T)"], find_arm_objection=_find_minimum_norm_objection,
         find_size_objection=_find_gram_size_objection, is_made_of_jacobian=True, is_made_of_minors=True,
     ),
     Question(
         "least-norm-rates", "Minimum-norm joint rates", "6.7 for m < n", prerequisites=("jacobian",),
         formula=lambda stages, _: apply_matrix(stages["pseudo-inverse"], stages["wanted velocity"]),
-        sample=_ask_minimum_norm_rates, names_to_type=name_joint_rates, is_made_of_jacobian=True,
+        sample=_ask_minimum_norm_rates, list_labels=name_joint_rates, is_made_of_jacobian=True,
         find_arm_objection=_find_minimum_norm_objection,
     ),
     Question(
         "self-motion", "Self-motion of a redundant arm", "6.4 for m < n", prerequisites=("jacobian",),
-        stage="self-motion", sample=_ask_self_motion, names_to_type=name_joint_rates,
+        stage="self-motion", sample=_ask_self_motion, list_labels=name_joint_rates,
         find_arm_objection=_find_self_motion_objection, is_made_of_jacobian=True,
     ),
     Question(
         "manipulability", "Manipulability at a configuration", "below 6.8", prerequisites=("jacobian",),
-        stage="manipulability", sample=_ask_manipulability, entry_names=lambda chain, _: ["w"],
+        stage="manipulability", sample=_ask_manipulability, name_entries=lambda chain, _: ["w"],
         find_arm_objection=_find_manipulability_objection,
     ),
     Question(
         "condition-number", "Condition number at a configuration", "below 6.8", prerequisites=("jacobian",),
-        stage="condition number", sample=_ask_condition_number, entry_names=lambda chain, _: [r"\kappa"],
+        stage="condition number", sample=_ask_condition_number, name_entries=lambda chain, _: [r"\kappa"],
         find_arm_objection=_find_condition_number_objection,
     ),
 )  # fmt: skip

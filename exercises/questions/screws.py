@@ -4,7 +4,8 @@ The notation is that of Lynch and Park. Twists are computed as (omega, v), and a
 The home screw of joint i is S_i = (omega_i, -omega_i x q_i) for a revolute joint, (0, v_i) for a prismatic joint. The
 space frame {s} is the world frame. The body frame {b} moves with the last link, has its origin at the task point P, and
 is parallel to {s} at home. Column i of the space Jacobian J_s is S_i, moved by the joints before joint i. The body
-Jacobian describes the same motion in the coordinates of {b}: J_b = [Ad_{T_bs}] J_s.
+Jacobian describes the same motion in the coordinates of {b}: J_b = [Ad_{T_bs}] J_s. The structure of an arm is the arm
+with symbols for all lengths and oblique angles.
 """
 
 from collections.abc import Callable, Mapping, Sequence
@@ -135,7 +136,12 @@ def compute_exponential(axis: Axis, value: sp.Expr) -> sp.Matrix:
         cross = make_cross_product_matrix(axis.direction)
         rotation = (rotation + sp.sin(value) * cross + (1 - sp.cos(value)) * cross**2).applyfunc(sp.expand)
         translation = axis.point - rotation * axis.point
-    return rotation.row_join(translation.applyfunc(sp.expand)).col_join(sp.Matrix([[0, 0, 0, 1]]))
+    return make_transform(rotation, translation.applyfunc(sp.expand))
+
+
+def make_transform(rotation: sp.Matrix, origin: sp.Matrix) -> sp.Matrix:
+    """Return the transform (4 x 4) with a rotation matrix and an origin."""
+    return rotation.row_join(origin).col_join(sp.Matrix([[0, 0, 0, 1]]))
 
 
 @lru_cache(maxsize=1024)
@@ -151,12 +157,11 @@ def _derive_moved_screws(symbolic_chain: Chain) -> tuple[Screw, ...]:
 
 def list_moved_screws(chain: Chain) -> tuple[Screw, ...]:
     """Return the screws of an arm in the space frame, each moved by the joints before it."""
-    substitute, home = derive(chain).substitute_matrix, dict.fromkeys(chain.q, sp.S.Zero)
-    moved_screws = []
-    for screw, axis in zip(
-        _derive_moved_screws(symbolic_arm_of(chain).chain), home_geometry_of(chain).axes, strict=True
-    ):
-        direction, point, coordinates = map(substitute, (screw.direction, screw.point, screw.coordinates))
+    home = dict.fromkeys(chain.q, sp.S.Zero)
+    symbolic_screws, moved_screws = _derive_moved_screws(symbolic_arm_of(chain).chain), []
+    for screw, axis in zip(symbolic_screws, home_geometry_of(chain).axes, strict=True):
+        vectors = (screw.direction, screw.point, screw.coordinates)
+        direction, point, coordinates = map(derive(chain).substitute_matrix, vectors)
         if chain.axis_points:  # move each point along its axis to the point that the arm's description gives
             distance = recognize_exact(axis.direction.dot(axis.point - point.xreplace(home)))
             point = (point + distance * direction).applyfunc(remove_brackets)
@@ -166,10 +171,8 @@ def list_moved_screws(chain: Chain) -> tuple[Screw, ...]:
 
 def derive_space_jacobian(chain: Chain) -> sp.Matrix:
     """Return J_s, 6 x n, for the twist (omega, v) of the last link in {s}; v is the velocity at the origin of {s}."""
-    substitute = derive(chain).substitute_matrix
-    return sp.Matrix.hstack(
-        *(substitute(screw.coordinates) for screw in _derive_moved_screws(symbolic_arm_of(chain).chain))
-    )
+    screws = _derive_moved_screws(symbolic_arm_of(chain).chain)
+    return derive(chain).substitute_matrix(sp.Matrix.hstack(*(screw.coordinates for screw in screws)))
 
 
 # --- the body frame ---
@@ -270,14 +273,14 @@ def _derive_body_kinematics(chain: Chain) -> BodyKinematics:
     """Return the body kinematics of an arm, if possible from those of the arm's structure."""
     if _has_oblique_angles(chain):
         return _derive_oblique_kinematics(chain)
-    symbolic_chain, home = symbolic_arm_of(chain).chain, _find_home_offsets(chain)
+    home = _find_home_offsets(chain)
     home_values = {home[q]: offset for q, offset in zip(chain.q, chain.offsets, strict=True) if home[q].is_Symbol}
     substitute = derive(chain).substitute_values
 
     def substitute_entry(entry: sp.Expr) -> sp.Expr:
         return remove_brackets(substitute(entry).xreplace(home_values))
 
-    matrices = _derive_structure_kinematics(symbolic_chain, tuple(home.items()))
+    matrices = _derive_structure_kinematics(symbolic_arm_of(chain).chain, tuple(home.items()))
     return BodyKinematics(*(matrix.applyfunc(substitute_entry) for matrix in matrices))
 
 
@@ -293,8 +296,7 @@ def derive_body_jacobian(chain: Chain) -> sp.Matrix:
 
 def derive_body_pose(chain: Chain) -> sp.Matrix:
     """Return the pose T_sb of the body frame, 4 x 4."""
-    pose = derive_body_rotation(chain).row_join(derive(chain).position)
-    return pose.col_join(sp.Matrix([[0, 0, 0, 1]]))
+    return make_transform(derive_body_rotation(chain), derive(chain).position)
 
 
 def derive_body_adjoint(chain: Chain) -> sp.Matrix:
@@ -329,7 +331,7 @@ def _ask_changed_twist(chain: Chain, rng: Stream) -> AnswerAndDetails | None:
             adjoint = derive_body_adjoint(chain).xreplace(configuration.values)
             space_twist = convention_of(chain).reorder_twists(adjoint * twist)
             numbers = space_twist.applyfunc(lambda value: round_to_ten_digits(evaluate_in_context(value)))
-            absolute_tolerance = 0.001 * max(abs(float(value)) for value in numbers)
+            absolute_tolerance = inversion.ERROR_NEAR_ZERO * max(abs(float(value)) for value in numbers)
             units = tuple("m/s" if row[0] == "v" else "rad/s" for row in _list_row_names(chain))
             details = NumericTwistDetails(configuration=configuration, rates=rates, twist=twist)
             return Number(sp.Matrix(numbers), units, inversion.THREE_DIGIT_TOLERANCE, absolute_tolerance), details
@@ -397,7 +399,7 @@ QUESTIONS = (
     _make_screw_question(
         "home-screws", "Screw axes at home", stage="home screws", row_order=_get_twist_row_order,
         make_details=lambda chain, _: HomeScrewDetails(screws=list_home_screws(chain)),
-        row_and_column_labels=lambda chain: (_list_row_names(chain), [f"S_{{{i}}}" for i in range(1, chain.n + 1)]),
+        label_rows_and_columns=lambda chain: (_list_row_names(chain), [f"S_{{{i}}}" for i in range(1, chain.n + 1)]),
     ),
     _make_body_question(
         "body-pose", "Pose of the body frame by exponentials", points=2.0,
@@ -411,34 +413,34 @@ QUESTIONS = (
         formula=lambda stages, _: _order_adjoint(stages.chain, stages["body adjoint"]),
         substitution=lambda rows: {"body adjoint": lambda stages, _: _order_adjoint(stages.chain, rows)},
         make_details=_make_body_details,
-        row_and_column_labels=lambda chain: (_list_row_names(chain), _list_row_names(chain)),
+        label_rows_and_columns=lambda chain: (_list_row_names(chain), _list_row_names(chain)),
         find_size_objection=_limit_size("the adjoint of the pose of {n} joints", derive_body_adjoint),
     ),
     _make_body_question(
         "changed-twist", "Body twist in space-frame coordinates", prerequisites=("body-adjoint",),
-        sample=_ask_changed_twist, formula=_derive_changed_twist, entry_names=_name_twist,
+        sample=_ask_changed_twist, formula=_derive_changed_twist, name_entries=_name_twist,
         find_size_objection=_find_pose_size_objection, alternative_prerequisites=(("body-adjoint",), ("body-pose",)),
     ),
     _make_screw_question(
         "space-jacobian", "Space Jacobian", points=2.0, stage="space jacobian", row_order=_get_twist_row_order,
         make_details=_make_space_details, find_size_objection=_find_space_size_objection,
-        row_and_column_labels=base.label_jacobian(_list_row_names),
+        label_rows_and_columns=base.label_jacobian(_list_row_names),
     ),
     _make_body_question(
         "body-jacobian", "Body Jacobian", points=2.0, prerequisites=("body-pose", "space-jacobian"),
         stage="body jacobian", row_order=_get_twist_row_order, make_details=_make_body_and_space_details,
-        row_and_column_labels=base.label_jacobian(_list_row_names),
+        label_rows_and_columns=base.label_jacobian(_list_row_names),
         find_size_objection=_find_body_jacobian_size_objection,
     ),
     _make_screw_question(
         "space-twist", "Twist in the space frame", prerequisites=("space-jacobian",),
         formula=base.make_rate_product_formula("space jacobian", _get_twist_row_order),
-        make_details=_make_space_details, entry_names=_name_twist, find_size_objection=_find_space_size_objection,
+        make_details=_make_space_details, name_entries=_name_twist, find_size_objection=_find_space_size_objection,
     ),
     _make_body_question(
         "body-twist", "Twist in the body frame", prerequisites=("body-jacobian",),
         formula=base.make_rate_product_formula("body jacobian", _get_twist_row_order),
-        make_details=_make_body_and_space_details, entry_names=_name_twist,
+        make_details=_make_body_and_space_details, name_entries=_name_twist,
         find_size_objection=_find_body_jacobian_size_objection,
     ),
 )  # fmt: skip

@@ -37,6 +37,10 @@ KIND_OPTIONS = {
 """The options of a question on the kind of a configuration, by the kind."""
 
 
+MAX_MISLEADING_TRIES, MAX_REGULAR_TRIES = 150, 200
+"""Maximum numbers of samples for a regular configuration: those that seem singular to some students, and in all."""
+
+
 def find_singularity_objection(chain: Chain) -> str | None:
     """Return an objection to an arm without singular configurations, or without regular ones; None for other arms."""
     components = singular_set(chain)
@@ -143,9 +147,9 @@ def _sample_regular_configuration(chain: Chain, rng: Stream) -> ConfigurationsOf
         for q, values in component.solutions or ()
         if not any(value.has(sp.acos, sp.asin, sp.atan) and value.free_symbols for value in values)
     ]
-    for attempt in range(200):
+    for attempt in range(MAX_REGULAR_TRIES):
         joints = inversion.sample_joint_values(chain, rng)
-        if roots and attempt < 150:  # later, accept any joint values: perhaps every mistake leads too close to a root
+        if roots and attempt < MAX_MISLEADING_TRIES:  # perhaps every mistake leads too close to another root
             joints |= sample_false_root(roots, {}, rng)
         is_clearly_regular = _is_well_conditioned(chain, joints, rng) and not _may_become_singular(chain, joints)
         if is_clearly_regular and _find_kinds_over_lengths(chain, joints) == {"regular"}:
@@ -166,8 +170,11 @@ def _may_become_singular(chain: Chain, joints: JointValues) -> bool:
 
 
 def _is_well_conditioned(chain: Chain, joints: JointValues, rng: Stream) -> bool:
-    """Return whether sigma_min/sigma_max of J is large enough for four random sets of lengths."""
-    minimum = 0.8 * inversion.min_conditioning(chain)
+    """Return whether sigma_min/sigma_max of J is large enough for four random sets of lengths.
+
+    The limit is lower than for questions that ask for numbers, because the ratio must exceed it for all four sets.
+    """
+    minimum = 0.8 * inversion.find_min_conditioning(chain)
     all_lengths = (inversion.sample_lengths(chain, rng) for _ in range(4))
     return all(inversion.compute_conditioning(chain, lengths, joints) > minimum for lengths in all_lengths)
 
@@ -191,7 +198,7 @@ def _list_test_lengths(chain: Chain) -> Iterator[Lengths]:
         yield {s: _TEST_LENGTHS[(start + 2 * i) % count] for i, s in enumerate(chain.parameters)}
     stream = Stream("lengths that are tried")
     for _ in range(_RANDOM_LENGTH_COUNT * min(len(chain.parameters), 2)):
-        yield {s: sp.Rational(round(100 * 0.05 * 120 ** stream.uniform(0, 1)), 100) for s in chain.parameters}
+        yield {s: sp.Rational(round(5 * 120 ** stream.uniform(0, 1)), 100) for s in chain.parameters}
 
 
 def _find_kinds_over_lengths(chain: Chain, joints: JointValues) -> frozenset[str | None]:

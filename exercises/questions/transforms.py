@@ -122,7 +122,7 @@ QUESTIONS = (
                 transforms.jacobian_in_tool_frame(symbolic_arm_of(chain).chain)
             ),
         },
-        make_details=_make_tool_details, row_and_column_labels=base.label_jacobian(lambda _: VELOCITY_NAMES),
+        make_details=_make_tool_details, label_rows_and_columns=base.label_jacobian(lambda _: VELOCITY_NAMES),
         find_arm_objection=base.find_tool_point_objection,
         find_size_objection=base.limit_size(
             "the Jacobian of {n} joints in the tool frame", MAX_JOINTS,

@@ -2,7 +2,8 @@
 
 If the axes of the last three joints meet in P, these joints do not move P. Columns 4 to 6 of J then have no linear
 part, and J is block triangular. J11 (3 x 3), the arm block, maps the rates of joints 1 to 3 to the velocity of P. J22,
-the wrist block, maps the rates of joints 4 to 6 to the angular velocity that the wrist adds.
+the wrist block, maps the rates of joints 4 to 6 to the angular velocity that the wrist adds. Both are derived once for
+the structure of an arm, which is the arm with symbols for all lengths and oblique angles.
 """
 
 from dataclasses import dataclass, field
@@ -39,7 +40,8 @@ def _write_wrist_axes(symbolic_chain: Chain) -> sp.Matrix:
 @lru_cache(maxsize=1024)
 def _derive_arm_block_in_frame_1(symbolic_chain: Chain) -> sp.Matrix:
     """Return R_1^T J11 of a structure (3 x 3): J11 in the coordinates of link 1, with the same determinant."""
-    joint_1, rotation = symbolic_chain.joints[0], rot_x(convention_of(symbolic_chain).step_to_standard_frame(1)[0])
+    joint_1 = symbolic_chain.joints[0]
+    twist, _ = convention_of(symbolic_chain).step_to_standard_frame(1)
     point = frame_after(symbolic_chain.joints[1:4]).origin
     z_0 = sp.Matrix([0, sp.sin(joint_1.alpha), sp.cos(joint_1.alpha)])  # in frame 1, like r_1
     r_1 = sp.Matrix([joint_1.a, *(joint_1.d * z_0[1:, :])])
@@ -47,7 +49,7 @@ def _derive_arm_block_in_frame_1(symbolic_chain: Chain) -> sp.Matrix:
     axes_and_levers = [(z_0, r_1 + point), *((frame.rotation * Z, point - frame.origin) for frame in frames)]
     joints_and_vectors = zip(symbolic_chain.joints[:3], axes_and_levers, strict=True)
     columns = [z.cross(lever) if joint.is_revolute else z for joint, (z, lever) in joints_and_vectors]
-    return textbook_matrix(rotation * sp.Matrix.hstack(*columns))
+    return textbook_matrix(rot_x(twist) * sp.Matrix.hstack(*columns))
 
 
 @lru_cache(maxsize=1024)
@@ -114,8 +116,10 @@ def derive_blocks(chain: Chain) -> BlockDetails:
     def wrap_angle(angle: sp.Expr) -> sp.Expr:
         return sp.pi - sp.Mod(sp.pi - angle, 2 * sp.pi) if angle.is_number else angle
 
-    d, symbolic_chain, wrist_block = derive(chain), symbolic_arm_of(chain).chain, derive_wrist_block(chain)
-    factors = (d.substitute_values(factor) for factor, _ in _factor_determinants(symbolic_chain)[0].factors)
+    d, symbolic_chain = derive(chain), symbolic_arm_of(chain).chain
+    wrist_block = derive_wrist_block(chain)
+    arm_determinant, _ = _factor_determinants(symbolic_chain)
+    factors = (d.substitute_values(factor) for factor, _ in arm_determinant.factors)
     joint_factors = (factor for factor in factors if factor.free_symbols & set(chain.q))
     return BlockDetails(
         arm_block=_derive_arm_block(chain),
@@ -164,22 +168,23 @@ def _find_arm_block_size_objection(chain: Chain) -> str | None:
 QUESTIONS = (
     Question(
         "arm-block", "Arm block of the Jacobian", "6.12", points=2.0, required_feature=FRAMES,
-        stage="arm block", row_and_column_labels=lambda chain: (VELOCITY_NAMES[:3], base.name_joint_rates(chain)[:3]),
+        stage="arm block", label_rows_and_columns=lambda chain: (VELOCITY_NAMES[:3], base.name_joint_rates(chain)[:3]),
         find_arm_objection=find_block_objection, find_size_objection=_find_arm_block_size_objection,
-        link_sums="columns of links", link_sum_rows=lambda _: [(axis, axis) for axis in range(3)],
+        link_sums="columns of links", find_link_sum_rows=lambda _: [(axis, axis) for axis in range(3)],
     ),
     Question(
         "wrist-block", "Wrist block of the Jacobian", "6.12", required_feature=FRAMES, stage="wrist block",
         textbook_formulas={"wrist block": derive_wrist_block}, make_details=_make_wrist_details,
-        row_and_column_labels=lambda chain: (VELOCITY_NAMES[3:], base.name_joint_rates(chain)[3:]),
+        label_rows_and_columns=lambda chain: (VELOCITY_NAMES[3:], base.name_joint_rates(chain)[3:]),
         find_arm_objection=find_block_objection,
     ),
     Question(
         "block-determinants", "Determinants of the blocks", "6.8", points=2.0, required_feature=FRAMES,
         prerequisites=("arm-block", "wrist-block"),
         formula=lambda stages, _: np.stack([determinant(stages["arm block"]), determinant(stages["wrist block"])]),
-        reference=lambda chain, _: derive_block_determinants(chain), make_details=lambda chain, _: derive_blocks(chain),
-        entry_names=lambda chain, _: [r"\det J_{11}", r"\det J_{22}"], find_arm_objection=find_block_objection,
+        derive_matrix=lambda chain, _: derive_block_determinants(chain),
+        make_details=lambda chain, _: derive_blocks(chain),
+        name_entries=lambda chain, _: [r"\det J_{11}", r"\det J_{22}"], find_arm_objection=find_block_objection,
         find_size_objection=_find_arm_block_size_objection, is_made_of_jacobian=True, is_made_of_minors=True,
     ),
 )  # fmt: skip

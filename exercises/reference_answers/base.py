@@ -111,7 +111,7 @@ class Answer(ABC):
         """
         names = frozenset(symbol_names)
         trees = [parse_reference(text, names) for text in self.list_formulas()]
-        columns = (self.shape or (1, 1))[1]
+        _, columns = self.shape or (1, 1)
         return [trees[i : i + columns] for i in range(0, len(trees), columns)]
 
     @abstractmethod

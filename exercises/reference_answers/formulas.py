@@ -13,6 +13,9 @@ from qdot.exercises.formula.sympy_text import expression_text, matrix_json, matr
 from qdot.exercises.reference_answers.base import Answer, Json, T
 from qdot.exercises.singularities.singular_set import Component
 
+COUNT_TOLERANCE = 1e-9
+"""Relative and absolute error allowed for counts. It is far smaller than one, because counts must be exact."""
+
 
 class _Formulas(Answer):
     """An answer whose formulas are the entries of a matrix."""
@@ -229,7 +232,6 @@ def _list_alternatives(component: Component, format_formula: FormulaToCode) -> l
     if component.solutions is None:
         equations = [[f"Eq({format_formula(condition)}, 0)"] for condition in component.conditions]
     else:
-        equations = [
-            [f"Eq({joint}, {format_formula(value)})" for value in values] for joint, values in component.solutions
-        ]
+        solutions = component.solutions
+        equations = [[f"Eq({joint}, {format_formula(value)})" for value in values] for joint, values in solutions]
     return [chosen[0] if len(chosen) == 1 else f"And({', '.join(chosen)})" for chosen in product(*equations)]

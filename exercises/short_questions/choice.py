@@ -1,4 +1,7 @@
-"""Questions with formulas as options: which is the position, the Jacobian or one of its columns, whose column is it?"""
+"""Questions with formulas as options: "Which of these is the position?" and "Which column belongs to which joint?"
+
+Other options are Jacobians, columns, entries, determinants, inverses, screws or sets of singular configurations.
+"""
 
 from collections.abc import Callable
 from dataclasses import dataclass
@@ -15,15 +18,16 @@ from qdot.exercises.questions.base import AnswerAndDetails
 from qdot.exercises.questions.inversion import make_load_symbols
 from qdot.exercises.questions.screws import SCREWS_SOURCE
 from qdot.exercises.reference_answers import Matching
+from qdot.exercises.short_questions import wrong_formulas
 from qdot.exercises.short_questions.options import OfferedOption, Options, offer_choice
 from qdot.exercises.short_questions.short_question import ShortQuestion
-from qdot.exercises.short_questions.wrong_formulas import OptionSubject, are_different_functions, make_four_options
+from qdot.exercises.short_questions.wrong_formulas import OptionSubject
 from qdot.exercises.short_questions.wrong_sets import make_four_sets
 
 
 @dataclass(frozen=True, kw_only=True)
 class FormulaOptions(Options):
-    """The formulas offered as options, and the result that they show (their `subject`)."""
+    """The formulas offered as options, and the result that the correct formula shows (`subject`)."""
 
     subject: OptionSubject
 
@@ -31,7 +35,7 @@ class FormulaOptions(Options):
 # --- one of four formulas or sets ---
 
 SubjectFinder = Callable[[Chain, str], list[OptionSubject]]
-"""A function of an arm and a question: it returns the results that options can show.
+"""A function of an arm and a question: it returns the results for which a formula can be chosen.
 
 Such a result is the whole answer to the question, a column of the answer, or an entry.
 """
@@ -48,23 +52,23 @@ def _list_position_subjects(chain: Chain, question: str) -> list[OptionSubject]:
 
 def _find_varying_columns(chain: Chain, question: str) -> list[OptionSubject]:
     """Return the columns that depend on the configuration. The constant columns are obvious without a calculation."""
-    matrix = QUESTIONS[question].ask(chain, Stream("quiz"))[0].as_matrix()
+    matrix = wrong_formulas.ask_base_question(chain, question).answer.as_matrix()
     return [OptionSubject(question, i) for i in range(matrix.cols) if matrix.col(i).has(*chain.q)]
 
 
 def _find_varying_entries(chain: Chain, question: str) -> list[OptionSubject]:
     """Return the entries of a vector that depend on the configuration."""
-    vector = QUESTIONS[question].ask(chain, Stream("quiz"))[0].as_matrix()
+    vector = wrong_formulas.ask_base_question(chain, question).answer.as_matrix()
     return [OptionSubject(question, None, row) for row in range(vector.rows) if vector[row].has(*chain.q)]
 
 
-def _list_columns(chain: Chain, question: str, first: int = 0) -> list[OptionSubject]:
-    return [OptionSubject(question, column) for column in range(first, chain.n)]
+def _list_columns(chain: Chain, question: str, first_column: int = 0) -> list[OptionSubject]:
+    return [OptionSubject(question, column) for column in range(first_column, chain.n)]
 
 
 def _ask_formula(chain: Chain, rng: Stream, find_subjects: SubjectFinder, question: str) -> AnswerAndDetails | None:
     for subject in rng.permutation(find_subjects(chain, question)):
-        options = make_four_options(chain, subject, rng)
+        options = wrong_formulas.make_four_options(chain, subject, rng)
         if options is not None:
             symbols = make_load_symbols(chain) if question == "joint-torques" else {}
             answer, offered = offer_choice(options, rng)
@@ -111,7 +115,7 @@ CHOICE_QUESTIONS = (
     _make_formula_question("screw-choice", "Which screw?", SCREWS_SOURCE, "home-screws", _list_columns),
     _make_formula_question(
         "space-column-choice", "Which column of the space Jacobian?", SCREWS_SOURCE, "space-jacobian",
-        partial(_list_columns, first=1),  # for the first column, there are no three plausible wrong options
+        partial(_list_columns, first_column=1),  # for the first column, there are no three plausible wrong options
     ),
     ShortQuestion(
         "singular-angles-choice", "Where is it singular?", "6.8", sample=_ask_sets, form="choice",
@@ -124,11 +128,11 @@ CHOICE_QUESTIONS = (
 # --- which column belongs to which joint? ---
 
 MAX_CHARACTERS, MAX_COLUMNS = 260, 6
-"""Maximum number of characters of a column, and maximum number of columns."""
+"""Maximum number of characters of a column, and maximum number of columns offered."""
 
 
 def _ask_columns(chain: Chain, rng: Stream) -> AnswerAndDetails | None:
-    """Offer the columns in random order, and a wrong column unless there are already as many columns as allowed."""
+    """Offer the columns in random order, and a wrong column if there are fewer than MAX_COLUMNS."""
     if not 2 <= chain.n <= MAX_COLUMNS or not _has_short_distinct_columns(chain):
         return None
     correct_options = list(map(OfferedOption, _split_columns(chain)))
@@ -150,8 +154,9 @@ def _split_columns(chain: Chain) -> list[sp.Matrix]:
 def _make_extra_column(chain: Chain, rng: Stream) -> OfferedOption | None:
     """Return a wrong column that differs from all correct columns, or None if none is found."""
     for number in rng.permutation(range(chain.n)):
-        for option in (make_four_options(chain, OptionSubject("jacobian", number), rng) or ())[1:]:
-            is_different = are_different_functions(chain, [*_split_columns(chain), option.content])
+        options = wrong_formulas.make_four_options(chain, OptionSubject("jacobian", number), rng) or ()
+        for option in options[1:]:  # the first option is correct
+            is_different = wrong_formulas.are_different_functions(chain, [*_split_columns(chain), option.content])
             if is_different and len(option.text) <= MAX_CHARACTERS:
                 return option
     return None
@@ -159,12 +164,14 @@ def _make_extra_column(chain: Chain, rng: Stream) -> OfferedOption | None:
 
 @lru_cache(maxsize=1024)
 def _has_short_distinct_columns(chain: Chain) -> bool:
-    return _has_short_columns(symbolic_arm_of(chain).chain) and are_different_functions(chain, _split_columns(chain))
+    return _has_short_columns(symbolic_arm_of(chain).chain) and wrong_formulas.are_different_functions(
+        chain, _split_columns(chain)
+    )
 
 
 @lru_cache(maxsize=1024)
 def _has_short_columns(symbolic_chain: Chain) -> bool:
-    """Return whether the columns of a structure are short; the question applies to all of its arms or to none."""
+    """Return whether the columns of a symbolic arm are short. All arms with this symbolic arm can be asked, or none."""
     return all(len(OfferedOption(column).text) <= MAX_CHARACTERS for column in _split_columns(symbolic_chain))
 
 

@@ -51,9 +51,9 @@ def _find_clearly_regular_ratio(chain: Chain) -> float:
     Some arms, such as a SCARA with short links, hardly ever reach CLEARLY_REGULAR_RATIO. For these arms, the median of
     the ratio is returned.
     """
-    rng, arm = Stream("clearness"), NumericChain(chain, {})
+    rng = Stream("clearness")
     q = np.array([[float(value) for value in sample_joint_values(chain, rng).values()] for _ in range(_SAMPLE_COUNT)])
-    sigma = np.linalg.svd(arm.jacobian(q)[:, chain.task_rows], compute_uv=False)
+    sigma = np.linalg.svd(NumericChain(chain, {}).jacobian(q)[:, chain.task_rows], compute_uv=False)
     return min(CLEARLY_REGULAR_RATIO, round(float(np.median(sigma[:, -1] / np.maximum(sigma[:, 0], 1e-12))), 3))
 
 
@@ -131,7 +131,7 @@ def _offer_configurations(
 ) -> tuple[ConfigurationOptions, tuple[str, ...], tuple[int, ...]]:
     """Return configurations in random order as options, their texts, and the indices of the singular options."""
     shuffled = rng.permutation([*singular, *regular])
-    configurations, blames = (tuple(column) for column in zip(*shuffled, strict=True))
+    configurations, blames = zip(*shuffled, strict=True)
     correct = tuple(index for index, option in enumerate(shuffled) if option in singular)
     details = ConfigurationOptions(offered_configurations=configurations, lengths=lengths, blames=blames)
     return details, tuple(map(_write_configuration, configurations)), correct

@@ -2,7 +2,7 @@
 
 from collections.abc import Iterable, Sequence
 from dataclasses import dataclass, field
-from typing import Any, TypeAlias
+from typing import Any, NamedTuple, TypeAlias
 
 import sympy as sp
 
@@ -76,11 +76,8 @@ class OfferedOption:
     @property
     def formula(self) -> Formula:
         """What the option shows, without the matrix brackets of a single entry."""
-        return (
-            self.content[0]
-            if isinstance(self.content, sp.MatrixBase) and self.content.shape == (1, 1)
-            else self.content
-        )
+        is_single_entry = isinstance(self.content, sp.MatrixBase) and self.content.shape == (1, 1)
+        return self.content[0] if is_single_entry else self.content
 
     @property
     def text(self) -> str:
@@ -134,16 +131,21 @@ def find_shown_value(configuration: ExactConfiguration, q: sp.Symbol) -> sp.Expr
     return configuration.rounded_values.get(q, configuration.joints[q] * unit)
 
 
-LengthMismatch = tuple[bool, int, float]
-"""How badly the lengths of options match, by three values; smaller is better.
+class LengthMismatch(NamedTuple):
+    """How badly the lengths of options match; smaller values are better, and earlier values matter more.
 
-- whether the lengths of the options differ much
-- how far the rank of the correct option by length is from the intended rank
-- the ratio of the longest option's length to the shortest
-"""
+    `rank_error` is how far the rank of the correct option by length is from the intended rank. `ratio` is the ratio of
+    the longest option's length to the shortest.
+    """
 
-BEST_MISMATCH = (False, 0)
-"""The first two values of the best possible mismatch."""
+    differs_much: bool
+    rank_error: int
+    ratio: float
+
+    @property
+    def is_best(self) -> bool:
+        """Whether no other options need to be tried."""
+        return not self.differs_much and self.rank_error == 0
 
 
 def rate_lengths(lengths: Sequence[int], intended_rank: int, tolerance: float = 1.0) -> LengthMismatch | None:
@@ -151,10 +153,11 @@ def rate_lengths(lengths: Sequence[int], intended_rank: int, tolerance: float = 
 
     The first option is correct. The maximum ratios are multiplied by `tolerance`.
     """
-    ratio, rank = max(lengths) / min(lengths), sum(length < lengths[0] for length in lengths[1:])
+    ratio = max(lengths) / min(lengths)
     if ratio > tolerance * MAX_LENGTH_RATIO:
         return None
-    return ratio > tolerance * PREFERRED_LENGTH_RATIO, abs(rank - intended_rank), ratio
+    rank = sum(length < lengths[0] for length in lengths)
+    return LengthMismatch(ratio > tolerance * PREFERRED_LENGTH_RATIO, abs(rank - intended_rank), ratio)
 
 
 def offer_choice(offered: Sequence[OfferedOption], rng: Stream) -> tuple[Choice, tuple[OfferedOption, ...]]:

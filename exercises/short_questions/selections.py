@@ -120,7 +120,8 @@ def _make_five_options(chain: Chain, quantity: Quantity, rng: Stream) -> list[Of
         correct_options = [OfferedOption(substitute(form)) for form in rng.permutation(correct_forms)[:correct_count]]
         chosen_wrong_forms = rng.permutation(wrong_forms)[: OPTION_COUNT - correct_count]
         options = correct_options + [OfferedOption(substitute(form), (blame,)) for form, blame in chosen_wrong_forms]
-        correct, *wrong = (sp.Matrix([option.content]) for option in (options[0], *options[correct_count:]))
+        correct = sp.Matrix([options[0].content])
+        wrong = (sp.Matrix([option.content]) for option in options[correct_count:])
         are_wrong = (wrong_formulas.are_different_functions(chain, [correct, formula]) for formula in wrong)
         if len({option.text for option in options}) == OPTION_COUNT and all(are_wrong):
             return options

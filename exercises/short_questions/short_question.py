@@ -16,8 +16,9 @@ class ShortQuestion(Question):
     """A short question about the result that another question, `base_question`, asks for.
 
     A short question applies to an arm only if its base question does. `objection_if_sampling_fails` is the objection to
-    an arm if sampling finds nothing to ask. The objection depends only on the arm's structure, for which the sample is
-    taken. If nothing can be asked about an arm's own numbers, `generate` samples another arm.
+    an arm if sampling finds nothing to ask. The objection depends only on the arm's structure (the arm with symbols for
+    all lengths and oblique angles), for which the sample is taken. If nothing can be asked about an arm's own numbers,
+    `generate` samples another arm.
     """
 
     base_question: str = ""
@@ -39,11 +40,7 @@ class ShortQuestion(Question):
         if objection := QUESTIONS[self.base_question].find_objection(chain) or self.find_arm_objection(chain):
             return objection
         # An arm's structure does not determine its screws at home.
-        arms = (
-            (chain, symbolic_arm_of(chain).chain)
-            if self.required_feature == SCREWS
-            else (symbolic_arm_of(chain).chain,)
-        )
+        arms = [*([chain] if self.required_feature == SCREWS else []), symbolic_arm_of(chain).chain]
         is_found = all(_sample_from_fixed_stream(self, arm) is not None for arm in arms)
         return None if is_found else self.objection_if_sampling_fails
 

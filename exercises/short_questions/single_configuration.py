@@ -39,7 +39,7 @@ def _sample_regular(chain: Chain, rng: Stream) -> ExactConfiguration | None:
 
 def _make_number(value: Any, unit: str) -> Number:
     rounded_value = round_to_ten_digits(value)
-    absolute_tolerance = THREE_DIGIT_TOLERANCE * abs(float(rounded_value)) / 5
+    absolute_tolerance = THREE_DIGIT_TOLERANCE * abs(float(rounded_value)) / 5  # small: only relative errors matter
     return Number(sp.Matrix([rounded_value]), (unit,), THREE_DIGIT_TOLERANCE, absolute_tolerance)
 
 
@@ -89,12 +89,12 @@ VALUE_QUESTIONS = (
         find_arm_objection=lambda chain: (
             None if len(chain.linear_axes) == len(chain.task) else "its Jacobian mixes metres and radians"
         ),
-        entry_names=lambda *_: [r"\det J"],
+        name_entries=lambda *_: [r"\det J"],
     ),
     ShortQuestion(
         "speed", "Speed of the point", "6.4", sample=_ask_speed, form="number", base_question="jacobian",
         objection_if_sampling_fails="no configuration was found in which its point moves",
-        find_arm_objection=_find_line_objection, entry_names=lambda *_: ["|v_P|"],
+        find_arm_objection=_find_line_objection, name_entries=lambda *_: ["|v_P|"],
     ),
 )  # fmt: skip
 

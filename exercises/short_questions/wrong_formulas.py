@@ -1,5 +1,4 @@
-"""Generate wrong formulas as options, which look as plausible as the correct formula, by known mistakes.
-
+"""Generate wrong formulas for options by known mistakes. They look as plausible as the correct formula.
 Two mistakes give three wrong options: with the first mistake, with the second, and with both. In such a set of four
 options, every feature occurs twice. So the correct option is not the option that is most similar to the others. The
 rank of the correct option by length is random.
@@ -48,6 +47,8 @@ MIN_RELATIVE_DIFFERENCE = 1e-6
 """Minimum relative difference of two different answers at some configuration."""
 MAX_PAIRS, MAX_WRITTEN_TRIPLES = 300, 12
 """Maximum number of pairs of mistakes that are tried with numbers, and of triples of options that are written."""
+MAX_VARIANTS_FOR_ANY_PAIR = 8
+"""If there are more variants of mistakes, no two variants of the same mistake are combined."""
 SCREW_MISTAKES = frozenset(screws.VARIANTS)
 """The names of the mistakes that concern screws. A wrong order or a wrong sign of the entries is not among them."""
 NOT_A_NUMBER = (sp.nan, sp.zoo, sp.oo)
@@ -59,7 +60,7 @@ MAX_JOINTS_FOR_MINORS = 4
 
 @dataclass(frozen=True)
 class OptionSubject:
-    """The result that options show: the answer to the question `base`, a column of that answer, or an entry."""
+    """The result that the options claim to be: the answer to the question `base`, a column of it, or an entry."""
 
     base: str
     column: int | None = None
@@ -91,43 +92,38 @@ class _Variant:
 
 
 @lru_cache(maxsize=512)
-def _ask_question(symbolic_chain: Chain, question: str) -> Part:
+def ask_base_question(symbolic_chain: Chain, question: str) -> Part:
+    """Return the part that asks a question, whose answer does not depend on random numbers."""
     answer, details = QUESTIONS[question].ask(symbolic_chain, Stream("quiz"))
     return Part(question, question, answer, details=details)
 
 
 @lru_cache(maxsize=512)
 def _sample_values(symbolic_chain: Chain, question: str) -> Mapping[str, np.ndarray]:
-    symbols = _ask_question(symbolic_chain, question).symbols
-    names = {
-        *domain_of(symbolic_chain).roles,
-        *(rate.name for rate in symbolic_chain.rates),
-        *symbolic_chain.task,
-        *symbols,
-    }
-    sampled = Domain(domain_of(symbolic_chain).roles).sample(
-        names, READABLE_POINTS + SAMPLE_COUNT, Stream(f"quiz/{question}")
-    )
+    roles = domain_of(symbolic_chain).roles
+    rates = (rate.name for rate in symbolic_chain.rates)
+    names = {*roles, *rates, *symbolic_chain.task, *ask_base_question(symbolic_chain, question).symbols}
+    sampled = Domain(roles).sample(names, READABLE_POINTS + SAMPLE_COUNT, Stream(f"quiz/{question}"))
     return {name: values[READABLE_POINTS:] for name, values in sampled.items()}
 
 
 @lru_cache(maxsize=512)
 def _evaluate_correct_answer(symbolic_chain: Chain, subject: OptionSubject) -> tuple[StageResults, np.ndarray]:
     stages = compute_numeric_stages(symbolic_chain, _sample_values(symbolic_chain, subject.base))
-    return stages, subject.extract_from(compute_answer(stages, _ask_question(symbolic_chain, subject.base)))
+    return stages, subject.extract_from(compute_answer(stages, ask_base_question(symbolic_chain, subject.base)))
 
 
 @lru_cache(maxsize=512)
 def _find_variants(symbolic_chain: Chain, subject: OptionSubject) -> tuple[_Variant, ...]:
-    """Return the variants of mistakes that change the subject: one variant for each different result."""
+    """Return the variants of mistakes that change the subject of the options: one for each different result."""
     stages, correct = _evaluate_correct_answer(symbolic_chain, subject)
     variants: list[_Variant] = []
-    for wrong in predict_wrong_answers(stages, _ask_question(symbolic_chain, subject.base)):
+    for wrong in predict_wrong_answers(stages, ask_base_question(symbolic_chain, subject.base)):
         values = subject.extract_from(wrong.answer)
-        mistake, known_values = wrong.mistake, (correct, *(variant.values for variant in variants))
-        is_suitable = mistake.name in SCREW_MISTAKES or not subject.depends_on_home_position
-        if is_suitable and options.is_plausible(mistake) and _is_new_answer(values, known_values):
-            blame = Blame.from_mistake(mistake, wrong.variant.words.items())
+        known_values = (correct, *(variant.values for variant in variants))
+        is_suitable = wrong.mistake.name in SCREW_MISTAKES or not subject.depends_on_home_position
+        if is_suitable and options.is_plausible(wrong.mistake) and _is_new_answer(values, known_values):
+            blame = Blame.from_mistake(wrong.mistake, wrong.variant.words.items())
             variants.append(_Variant(blame, values, wrong.stages.changes))
     return tuple(variants)
 
@@ -144,13 +140,13 @@ def have_different_values(a: np.ndarray, b: np.ndarray) -> bool:
     return bool(np.abs(a - b).max() > MIN_RELATIVE_DIFFERENCE * max(np.abs(a).max(), np.abs(b).max(), 1e-12))
 
 
-def _differ_pairwise(symbolic_chain: Chain, subject: OptionSubject, first: _Variant, second: _Variant) -> bool:
-    """Return whether both mistakes together give a wrong answer that neither mistake alone gives."""
+def _give_new_answer_together(symbolic_chain: Chain, subject: OptionSubject, a: _Variant, b: _Variant) -> bool:
+    """Return whether two mistakes together give a wrong answer that neither mistake alone gives."""
     stages, correct = _evaluate_correct_answer(symbolic_chain, subject)
-    both_mistakes = stages.with_mistakes(dict(first.changes)).with_mistakes(dict(second.changes))
+    both_mistakes = stages.with_mistakes(dict(a.changes)).with_mistakes(dict(b.changes))
     with np.errstate(all="ignore"):
-        values = subject.extract_from(compute_answer(both_mistakes, _ask_question(symbolic_chain, subject.base)))
-    return _is_new_answer(values, (correct, first.values, second.values))
+        values = subject.extract_from(compute_answer(both_mistakes, ask_base_question(symbolic_chain, subject.base)))
+    return _is_new_answer(values, (correct, a.values, b.values))
 
 
 # --- as formulas ---
@@ -176,7 +172,7 @@ def _write_answer(symbolic_chain: Chain, subject: OptionSubject, mistakes: tuple
     stages = derive_stages(symbolic_chain)
     for index in mistakes:
         stages = stages.with_mistakes(dict(_find_variants(symbolic_chain, subject)[index].changes))
-    answer = compute_answer(stages, _ask_question(symbolic_chain, subject.base))
+    answer = compute_answer(stages, ask_base_question(symbolic_chain, subject.base))
     entries = to_sympy_matrix(subject.extract_from(answer))
     if entries.has(*NOT_A_NUMBER):
         return None
@@ -198,7 +194,7 @@ def _has_short_answer(symbolic_chain: Chain, subject: OptionSubject) -> bool:
     """Return whether the correct answer is short. This takes less time than deriving the formulas would."""
     if symbolic_chain.n > MAX_JOINTS_FOR_MINORS and QUESTIONS[subject.base].is_made_of_minors:
         return False
-    answer = _ask_question(symbolic_chain, subject.base).answer.as_matrix()
+    answer = ask_base_question(symbolic_chain, subject.base).answer.as_matrix()
     return _is_short_enough(sp.Matrix(subject.extract_from(np.array(answer.tolist(), dtype=object))))
 
 
@@ -240,7 +236,7 @@ def make_four_options(chain: Chain, subject: OptionSubject, rng: Stream) -> list
         mismatch = options.rate_lengths(lengths, intended_rank) if all(lengths) else None
         if mismatch is not None:
             candidates.append((mismatch, triple))
-            if mismatch[:2] == options.BEST_MISMATCH:
+            if mismatch.is_best:
                 break
     substitute = sp.Matrix if symbolic_chain is chain else derive(chain).substitute_matrix
     variants = _find_variants(symbolic_chain, subject)
@@ -268,11 +264,12 @@ def _make_wrong_triples(
     """
     variants = _find_variants(symbolic_chain, subject)
     pairs = rng.permutation(list(combinations(range(len(variants)), 2)))
-    for first, second in pairs[:MAX_PAIRS]:
-        if variants[first].blame.mistake == variants[second].blame.mistake and len(variants) > 8:
+    for a, b in pairs[:MAX_PAIRS]:
+        is_same_mistake = variants[a].blame.mistake == variants[b].blame.mistake
+        if is_same_mistake and len(variants) > MAX_VARIANTS_FOR_ANY_PAIR:
             continue
-        if _differ_pairwise(symbolic_chain, subject, variants[first], variants[second]):
-            yield (first,), (second,), (first, second)
+        if _give_new_answer_together(symbolic_chain, subject, variants[a], variants[b]):
+            yield (a,), (b,), (a, b)
     for a, b, c in rng.permutation(list(islice(combinations(range(len(variants)), 3), MAX_PAIRS))):
         yield (a,), (b,), (c,)
 

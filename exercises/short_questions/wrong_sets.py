@@ -31,10 +31,11 @@ def make_four_sets(chain: Chain, rng: Stream) -> list[OfferedOption] | None:
     correct_set = singular_set(chain)
     if not correct_set:
         return None
-    intended_rank, candidates = rng.integer_below(4), list[tuple[options.LengthMismatch, list[OfferedOption]]]()
+    intended_rank = rng.integer_below(4)
+    candidates = list[tuple[options.LengthMismatch, list[OfferedOption]]]()
     for four_options in islice(_make_sets_of_four(chain, correct_set, rng), MAX_SETS_OF_FOUR):
         mismatch = _rate_options(four_options, intended_rank)
-        if mismatch is not None and mismatch[:2] != options.BEST_MISMATCH:
+        if mismatch is not None and not mismatch.is_best:
             candidates.append((mismatch, four_options))
         elif mismatch is not None and are_different_sets(chain, four_options):
             return four_options

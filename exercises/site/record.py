@@ -211,7 +211,7 @@ def _make_part_record(problem: Problem, part: Part, sentences: MistakeSentences)
     record |= {"shape": part.shape and list(part.shape), "points": part.points, "prompt": to_html(prompt_text)}
     record |= {"names": find_names_to_type(problem, prompt_text)}
     record |= {"labels": list(question.list_names_to_type(chain, part))}
-    record |= {"columns": list(question.column_names(chain)), "grid": _list_labels(chain, part), "figure": svg}
+    record |= {"columns": list(question.name_columns(chain)), "grid": _list_labels(chain, part), "figure": svg}
     record |= {"alt": describe_part_figure(chain, part) if svg else "", "pose": _find_given_pose(chain, part)}
     record |= {
         "hints": list(map(html_with_latex, problem_texts.write_hints(problem, part))),
@@ -223,9 +223,9 @@ def _make_part_record(problem: Problem, part: Part, sentences: MistakeSentences)
 def _list_labels(chain: Chain, part: Part) -> list[list[str]]:
     """Return the labels of an answer's rows and columns in LaTeX; empty if the prompt has no labels."""
     question = question_of(part)
-    rows, columns = question.row_and_column_labels(chain)
+    rows, columns = question.label_rows_and_columns(chain)
     if part.shape is not None and part.shape[1] == 1:
-        names = question.entry_names(chain, part) or question.names_to_type(chain)
+        names = question.name_entries(chain, part) or question.list_labels(chain)
         rows = [name for name in names if r"\text" not in name]  # without words that are in the prompt
     return [[_write_label(name, chain) for name in rows], [_write_label(name, chain) for name in columns]]
 

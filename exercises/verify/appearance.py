@@ -54,9 +54,8 @@ def check_singularity_statements(numeric: NumericReference) -> Checks:
 
 def check_component_statement(chain: Chain, component: Component) -> Check:
     """Check what the worked solution says about a component of the singular set, or about a part of a component."""
-    return _check_statement(
-        normalize_arm(chain), tuple(normalize_conditions(chain, component)), classify(chain, component)
-    )
+    pieces = tuple(normalize_conditions(chain, component))
+    return _check_statement(normalize_arm(chain), pieces, classify(chain, component))
 
 
 @lru_cache(maxsize=4096)
@@ -157,7 +156,7 @@ def _find_nearest_point(frames: np.ndarray) -> np.ndarray:
     return np.linalg.solve(projections.sum(axis=-3), moments[..., None])[..., 0]
 
 
-def _axis(sample: Sample, joint: int) -> tuple[np.ndarray, np.ndarray]:
+def _locate_axis(sample: Sample, joint: int) -> tuple[np.ndarray, np.ndarray]:
     """Return the direction (3) of a joint's axis and a point (3) on the axis."""
     frame = sample.frames[joint]
     return frame[:3, 2], frame[:3, 3]
@@ -165,7 +164,7 @@ def _axis(sample: Sample, joint: int) -> tuple[np.ndarray, np.ndarray]:
 
 def distances_from_axis(sample: Sample, positions: np.ndarray, joint: int) -> np.ndarray:
     """Return the distances (k) of positions (k, 3) from a joint's axis at the sample's configuration."""
-    z, origin = _axis(sample, joint)
+    z, origin = _locate_axis(sample, joint)
     return np.asarray(np.linalg.norm(np.cross(positions - origin, z), axis=-1))
 
 
@@ -185,7 +184,10 @@ def _name_extreme(distances: np.ndarray) -> str:
 
 
 def _is_on_axes(claim: _Claim) -> bool:
-    """Return whether the subject lies on the axes of the joints. The tool point must not move when they rotate."""
+    """Return whether the subject lies on the axes of the joints.
+
+    The tool point must not move if a revolute joint rotates, here by 0.7 rad.
+    """
     sample = claim.sample
     position = _make_position_function(sample, claim.match["what"])
     point = position(sample.q)
@@ -200,7 +202,7 @@ def _is_on_axes(claim: _Claim) -> bool:
 def _are_collinear(claim: _Claim) -> bool:
     sample = claim.sample
     first_joint, *other_joints = claim.joints
-    z, origin = _axis(sample, first_joint)
+    z, origin = _locate_axis(sample, first_joint)
     return all(
         distances_from_axis(sample, np.stack([origin, origin + z]), joint).max() < TOLERANCE for joint in other_joints
     )
@@ -225,12 +227,13 @@ def _is_extreme_sideways(claim: _Claim) -> bool:
     if claim.chain.joints[prismatic_joint].is_revolute:
         return False
     configurations = _list_configurations_by_joint(sample, int(claim.match["by"]) - 1)
-    z, origin = _axis(sample, prismatic_joint)
+    z, origin = _locate_axis(sample, prismatic_joint)
     offsets = _make_position_function(sample, claim.match["what"])(configurations) - origin
     projected = offsets - (offsets @ z)[:, None] * z
     side_direction = projected[0] / max(float(np.linalg.norm(projected[0])), 1e-12)
     centred = projected - projected.mean(axis=0)
-    line_direction = np.linalg.svd(centred)[2][0]
+    _, _, main_directions = np.linalg.svd(centred)
+    line_direction = main_directions[0]
     return bool(_name_extreme(projected @ side_direction) or _name_extreme(centred @ line_direction))
 
 
@@ -266,20 +269,21 @@ def _describe_stretch(sample: Sample, position: PositionFunction, revolute_joint
         for joint in later_joints
     }
     effective_joints = [joint for joint, distances in distances_by_joint.items() if np.ptp(distances) > TOLERANCE]
-    z = _axis(sample, first_joint)[0]
+    z = sample.axes[first_joint]
     if not effective_joints or any(
-        not _name_extreme(distances_by_joint[joint]) or abs(z @ _axis(sample, joint)[0]) < 1 - TOLERANCE
+        not _name_extreme(distances_by_joint[joint]) or abs(z @ sample.axes[joint]) < 1 - TOLERANCE
         for joint in effective_joints
     ):
         return ""
-    points = [_axis(sample, joint)[1] for joint in (first_joint, *effective_joints)] + [position(sample.q[None])[0]]
+    origins = [sample.frames[joint][:3, 3] for joint in (first_joint, *effective_joints)]
+    points = [*origins, position(sample.q[None])[0]]
     links = np.diff([point - (point @ z) * z for point in points], axis=0)
     return "stretched out" if np.all(links @ links.T > -TOLERANCE) else "folded back"
 
 
 def _are_parallel(claim: _Claim) -> bool:
     directions = claim.sample.axes[claim.joints]
-    return all(np.linalg.norm(np.cross(first, second)) < TOLERANCE for first, second in pairwise(directions))
+    return all(np.linalg.norm(np.cross(a, b)) < TOLERANCE for a, b in pairwise(directions))
 
 
 def _are_parallel_to_plane(claim: _Claim) -> bool:
@@ -288,7 +292,7 @@ def _are_parallel_to_plane(claim: _Claim) -> bool:
 
 def _are_coplanar(claim: _Claim) -> bool:
     """Return whether axes are parallel and lie in one plane: all lines between them have the same normal."""
-    (z, origin), *other_axes = (_axis(claim.sample, joint) for joint in claim.joints)
+    (z, origin), *other_axes = (_locate_axis(claim.sample, joint) for joint in claim.joints)
     normals = np.array([np.cross(z, point - origin) for _, point in other_axes])
     return _are_parallel(claim) and bool(np.linalg.svd(normals, compute_uv=False)[1] < TOLERANCE)
 
@@ -298,7 +302,7 @@ def _prismatic_axis_has_direction(claim: _Claim) -> bool:
     joints = [int(claim.match[name]) - 1 for name in ("prismatic", "first", "second")]
     if claim.chain.joints[joints[0]].is_revolute:
         return False
-    (direction, _), (z, start), (_, end) = (_axis(claim.sample, joint) for joint in joints)
+    (direction, _), (z, start), (_, end) = (_locate_axis(claim.sample, joint) for joint in joints)
     line = (end - start) - ((end - start) @ z) * z
     if np.linalg.norm(line) < TOLERANCE:
         return False
@@ -311,10 +315,8 @@ def _move_along_one_line(claim: _Claim) -> bool:
     """Return whether two joints move the point in parallel directions, by finite differences."""
     sample = claim.sample
     nudges = 1e-5 * np.eye(len(sample.q))[claim.joints]
-    first, second = (sample.arm.point(sample.q + nudges) - sample.arm.point(sample.q - nudges)) / 2e-5
-    return bool(
-        np.linalg.norm(np.cross(first, second)) < TOLERANCE * np.linalg.norm(first) * np.linalg.norm(second) * 10
-    )
+    a, b = (sample.arm.point(sample.q + nudges) - sample.arm.point(sample.q - nudges)) / 2e-5
+    return bool(np.linalg.norm(np.cross(a, b)) < 10 * TOLERANCE * np.linalg.norm(a) * np.linalg.norm(b))
 
 
 def _have_no_effect(claim: _Claim) -> bool:

@@ -61,18 +61,18 @@ def certify(problem: Problem) -> ProblemCertificate:
     True
     """
     numeric = NumericReference(problem)
-    check_convention = CONVENTION_CHECKS.get(problem.chain.convention) or _failing_check("PRESENTED", "convention")
+    check_convention = CONVENTION_CHECKS.get(problem.chain.convention) or _make_failing_check("PRESENTED", "convention")
     checks = [_check_symbols(problem.chain), _check_full_rank(numeric), *check_convention(numeric)]
     for part in problem.parts:
         checks.append(_check_parsable(numeric, part))
         if checks[-1].passed:
-            by_kind = CHECKS.get(part.kind) or _failing_check("CHECKS", "kind of question")
-            check = by_kind if part.details.question is None else check_custom
+            check_of_kind = CHECKS.get(part.kind) or _make_failing_check("CHECKS", "kind of question")
+            check = check_of_kind if part.details.question is None else check_custom
             checks += [Check(f"{part.name}: {name}", passed, detail) for name, passed, detail in check(numeric, part)]
     return ProblemCertificate(problem.id, problem.id.engine, tuple(checks), compute_digests(problem))
 
 
-def _failing_check(table: str, subject: str) -> Callable[..., Checks]:
+def _make_failing_check(table: str, subject: str) -> Callable[..., Checks]:
     """Return a check that fails because a table of tests in this package has no entry for the subject."""
     return lambda *_: iter([Check("known", False, f"nothing in qdot.exercises.verify.{table} tests this {subject}")])
 
@@ -117,7 +117,8 @@ def _check_modified_table(numeric: NumericReference) -> Checks:
     chain = numeric.chain
     standard_axes, written_axes = numeric.frames[:, : chain.n, :3, 2], numeric.convention_frames[:, 1:, :3, 2]
     point = convention_of(chain).point
-    pose, offset = numeric.convention_frames[:, point.frame], numeric.evaluate_constants(sp.Matrix(point.offset))
+    pose = numeric.convention_frames[:, point.frame]
+    offset = numeric.evaluate_constants(sp.Matrix(point.offset))
     convention_point = pose[:, :3, 3] + np.einsum("kij,kj->ki", pose[:, :3, :3], offset)
     yield _check_exactly("modified table: axes", written_axes, standard_axes)
     yield _check_exactly("modified table: point", convention_point[:, None], numeric.point[:, None])
@@ -154,13 +155,11 @@ def _check_parsable(numeric: NumericReference, part: Part) -> Check:
     if part.answer.is_set:  # the formulas of a set contain only joint variables and lengths
         known_names = {symbol.name for symbol in (*numeric.chain.q, *numeric.chain.parameters)}
     try:
-        unknown = (
-            set[str]().union(*(find_names(numeric.parse(text)) for text in part.answer.list_formulas())) - known_names
-        )
+        used_names = {used for text in part.answer.list_formulas() for used in find_names(numeric.parse(text))}
     except ParseError as error:
         return Check(name, False, str(error))
-    if unknown:
-        return Check(name, False, f"{', '.join(sorted(unknown))} is no symbol of the problem")
+    if unknown_names := used_names - known_names:
+        return Check(name, False, f"{', '.join(sorted(unknown_names))} is no symbol of the problem")
     return Check(name, True, "its text is understood, and holds the problem's symbols only")
 
 

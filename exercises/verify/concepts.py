@@ -53,9 +53,8 @@ def _check_effect(numeric: NumericReference, part: Part) -> Checks:
 def _check_invertibility(numeric: NumericReference, part: Part) -> Checks:
     """Check by size and rank whether J is regular, singular or redundant, or has too few columns."""
     answer, details = part.answer_as(Choice), part.details_as(InvertibilityDetails)
-    jacobian = numeric.exponential_jacobian_at(details.configuration)[
-        [VELOCITY_NAMES.index(row) for row in details.task]
-    ]
+    task_rows = [VELOCITY_NAMES.index(row) for row in details.task]
+    jacobian = numeric.exponential_jacobian_at(details.configuration)[task_rows]
     rank, is_clear = find_rank(jacobian)
     m, n = jacobian.shape
     expected_use = ("regular" if rank == n else "singular") if m == n else "redundant" if m < n else "few"

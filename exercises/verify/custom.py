@@ -13,7 +13,7 @@ from qdot.exercises.arm.chain import Chain
 from qdot.exercises.arm.conventions import convention_of
 from qdot.exercises.arm.kinematics import NumericChain
 from qdot.exercises.formula.program import evaluate
-from qdot.exercises.problem.problem import Part, table_numbers
+from qdot.exercises.problem.problem import Part, list_table_numbers
 from qdot.exercises.questions.custom.language import compute
 from qdot.exercises.questions.custom.quantities import (
     NUMPY_FUNCTIONS,
@@ -31,8 +31,8 @@ from qdot.exercises.verify.numeric_reference import (
     Checks,
     NumericReference,
     choose_random_configurations,
+    compute_exponential_jacobian,
     compute_modified_frames,
-    exponential_jacobian,
 )
 
 
@@ -45,7 +45,7 @@ class GeometryQuantities:
     def __init__(self, chain: Chain, values: Mapping[str, np.ndarray]) -> None:
         self.chain, self.values = chain, dict(values)
         self.count = len(next(iter(self.values.values())))
-        self.numbers = table_numbers(chain)
+        self.numbers = list_table_numbers(chain)
         self.q = np.stack([self.values[q.name] for q in chain.q], axis=1)
 
     @property
@@ -71,7 +71,7 @@ class GeometryQuantities:
     @cached_property
     def jacobian(self) -> np.ndarray:
         """The geometric Jacobian by exponentials, (6, n, N)."""
-        return np.moveaxis(np.concatenate([exponential_jacobian(arm, q) for arm, _, q in self.arms]), 0, -1)
+        return np.moveaxis(np.concatenate([compute_exponential_jacobian(arm, q) for arm, _, q in self.arms]), 0, -1)
 
     @cached_property
     def frames(self) -> np.ndarray:

@@ -74,20 +74,20 @@ def _transpose(matrices: np.ndarray) -> np.ndarray:
     return matrices.swapaxes(1, 2)
 
 
-def _position_vectors(numeric: NumericReference, _: Part) -> ExpectedValues:
+def _compute_position_vectors(numeric: NumericReference, _: Part) -> ExpectedValues:
     """Return the vectors from the origin of a frame on each joint axis to the tool point."""
     first_frame, n = convention_of(numeric.chain).frame_on_axis(1), numeric.chain.n
     origins = numeric.convention_frames[:, first_frame : first_frame + n, :3, 3]
     return {"frames": (_transpose(numeric.point[:, None] - origins), EXACT_TOLERANCE)}
 
 
-def _link_velocity(numeric: NumericReference, part: Part) -> ExpectedValues:
+def _compute_link_velocity(numeric: NumericReference, part: Part) -> ExpectedValues:
     """Return the velocity of a frame's origin and the angular velocity of its link, in the world frame."""
     frame_velocities = numeric.convention_velocities[:, :, part.details_as(FrameDetails).frame]
     return {"finite differences": (_transpose(frame_velocities) @ numeric.rates, DIFFERENCE_TOLERANCE)}
 
 
-def _link_velocity_in_link_frame(numeric: NumericReference, part: Part) -> ExpectedValues:
+def _compute_velocity_in_own_frame(numeric: NumericReference, part: Part) -> ExpectedValues:
     """Return the velocity of a frame's origin and the angular velocity of its link, in this frame."""
     frame = part.details_as(RecursionDetails).frame
     velocity = _transpose(numeric.convention_velocities[:, :, frame]) @ numeric.rates
@@ -100,36 +100,29 @@ def _rotate_halves(rotation: np.ndarray, velocities: np.ndarray) -> np.ndarray:
     return np.concatenate([rotation @ velocities[:, :3], rotation @ velocities[:, 3:]], axis=1)
 
 
-def _check_inverse(numeric: NumericReference, part: Part) -> Checks:
-    """Check that the Jacobian times its inverse is the identity."""
-    yield _check_product(numeric, part, np.broadcast_to(np.eye(numeric.chain.n), numeric.task_jacobian.shape))
+def _make_product_check(compute_expected: Callable[[NumericReference], np.ndarray]) -> PartCheck:
+    """Return a function that checks that the task Jacobian times the reference gives the expected values."""
 
+    def check(numeric: NumericReference, part: Part) -> Checks:
+        expected = compute_expected(numeric)
+        values = numeric.evaluate_printed_formulas(part.answer.as_matrix())
+        if values.shape == expected.shape:
+            scale = (np.abs(numeric.task_jacobian) @ np.abs(values)).max(axis=(1, 2), keepdims=True)
+            values, expected = numeric.task_jacobian @ values / scale, expected / scale
+        yield check_agreement("J times it", values, expected, EXACT_TOLERANCE)
 
-def _check_inverse_velocity(numeric: NumericReference, part: Part) -> Checks:
-    """Check that the Jacobian times the rates is the desired velocity."""
-    yield _check_product(numeric, part, numeric.task_velocities)
-
-
-def _check_product(numeric: NumericReference, part: Part, expected: np.ndarray) -> Check:
-    """Check that the task Jacobian times the reference gives the expected values."""
-    reference_values = numeric.evaluate_printed_formulas(part.answer.as_matrix())
-    if reference_values.shape != expected.shape:
-        return check_agreement("J times it", reference_values, expected, EXACT_TOLERANCE)
-    scale = (np.abs(numeric.task_jacobian) @ np.abs(reference_values)).max(axis=(1, 2), keepdims=True)
-    return check_agreement(
-        "J times it", numeric.task_jacobian @ reference_values / scale, expected / scale, EXACT_TOLERANCE
-    )
+    return check
 
 
 # --- transforms, wrists and statics ---
 
 
-def _tool_jacobian(numeric: NumericReference, _: Part, jacobian: np.ndarray) -> np.ndarray:
+def _rotate_to_tool_frame(numeric: NumericReference, _: Part, jacobian: np.ndarray) -> np.ndarray:
     """Return the geometric Jacobian in the frame of the last link."""
     return _rotate_halves(_transpose(numeric.convention_frames[:, -1, :3, :3]), jacobian)
 
 
-def _wrist_block(numeric: NumericReference, _: Part, jacobian: np.ndarray) -> np.ndarray:
+def _compute_wrist_block(numeric: NumericReference, _: Part, jacobian: np.ndarray) -> np.ndarray:
     """Return the angular rows of J for the wrist's joints, in the frame on the axis of joint 4."""
     frame = convention_of(numeric.chain).frame_on_axis(4)
     return _transpose(numeric.convention_frames[:, frame, :3, :3]) @ jacobian[:, 3:, 3:]
@@ -142,20 +135,21 @@ def _check_block_determinants(numeric: NumericReference, part: Part) -> Checks:
     expected = np.stack([np.linalg.det(block) for block in blocks], axis=1)[:, :, None]
     yield check_agreement("LU decomposition", reference_values, expected, EXACT_TOLERANCE)
     if reference_values.shape == expected.shape:
-        full_determinant, products = np.linalg.det(numeric.task_jacobian), reference_values.prod(axis=1, keepdims=True)
-        yield check_agreement("their product is det J", products, full_determinant[:, None, None], EXACT_TOLERANCE)
+        products = reference_values.prod(axis=1, keepdims=True)
+        full_determinant = np.linalg.det(numeric.task_jacobian)[:, None, None]
+        yield check_agreement("their product is det J", products, full_determinant, EXACT_TOLERANCE)
     effect = np.abs(numeric.jacobian[:, :3, 3:]).max()
     detail = f"largest entry of J12: {effect:.1e}"
     yield Check("the wrist does not move P", bool(effect < EXACT_TOLERANCE), detail)
 
 
-def _joint_torques(numeric: NumericReference, part: Part, jacobian: np.ndarray) -> np.ndarray:
+def _compute_joint_torques(numeric: NumericReference, part: Part, jacobian: np.ndarray) -> np.ndarray:
     """Return the joint torques. Torque i is the power of the force when only joint i moves, at unit rate."""
     force = np.stack([numeric.symbol_values[name] for name in part.symbols], axis=1)
     return np.einsum("pij,pi->pj", jacobian[:, numeric.task], force)[:, :, None]
 
 
-def _gram_determinant(numeric: NumericReference, _: Part, jacobian: np.ndarray) -> np.ndarray:
+def _compute_gram_determinant(numeric: NumericReference, _: Part, jacobian: np.ndarray) -> np.ndarray:
     rows = jacobian[:, numeric.task]
     return np.asarray(np.linalg.det(rows @ _transpose(rows)))[:, None, None]
 
@@ -174,23 +168,25 @@ CHECKS: dict[str, PartCheck] = {
     "joint-axes": make_formula_check(
         lambda numeric, _: {"frames": (_transpose(numeric.frames[:, :-1, :3, 2]), EXACT_TOLERANCE)}
     ),
-    "position-vectors": make_formula_check(_position_vectors),
+    "position-vectors": make_formula_check(_compute_position_vectors),
     "geometric-jacobian": make_jacobian_check(lambda numeric, _, jacobian: jacobian[:, _list_convention_rows(numeric)]),
     "twist": make_jacobian_check(
         lambda numeric, _, jacobian: jacobian[:, _list_convention_rows(numeric)] @ numeric.rates
     ),
-    "link-velocity": make_formula_check(_link_velocity),
-    "own-frame-velocity": make_formula_check(_link_velocity_in_link_frame),
+    "link-velocity": make_formula_check(_compute_link_velocity),
+    "own-frame-velocity": make_formula_check(_compute_velocity_in_own_frame),
     "determinant": make_formula_check(
         lambda numeric, _: {"LU decomposition": (np.linalg.det(numeric.task_jacobian)[:, None, None], EXACT_TOLERANCE)}
     ),
-    "inverse-jacobian": _check_inverse,
-    "inverse-velocity": _check_inverse_velocity,
+    "inverse-jacobian": _make_product_check(
+        lambda numeric: np.broadcast_to(np.eye(numeric.chain.n), numeric.task_jacobian.shape)
+    ),
+    "inverse-velocity": _make_product_check(lambda numeric: numeric.task_velocities),
     "transform": make_formula_check(lambda numeric, _: {"frames": (numeric.convention_frames[:, -1], EXACT_TOLERANCE)}),
-    "tool-jacobian": make_jacobian_check(_tool_jacobian),
+    "tool-jacobian": make_jacobian_check(_rotate_to_tool_frame),
     "arm-block": make_jacobian_check(lambda _numeric, _part, jacobian: jacobian[:, :3, :3]),
-    "wrist-block": make_jacobian_check(_wrist_block),
+    "wrist-block": make_jacobian_check(_compute_wrist_block),
     "block-determinants": _check_block_determinants,
-    "joint-torques": make_jacobian_check(_joint_torques),
-    "gram-determinant": make_jacobian_check(_gram_determinant),
+    "joint-torques": make_jacobian_check(_compute_joint_torques),
+    "gram-determinant": make_jacobian_check(_compute_gram_determinant),
 }

@@ -6,10 +6,10 @@ import numpy as np
 import sympy as sp
 
 from qdot.exercises.problem.problem import Part
-from qdot.exercises.questions.inversion import VelocityDetails, min_conditioning, write_power_of_metres
+from qdot.exercises.questions.inversion import VelocityDetails, find_min_conditioning, write_power_of_metres
 from qdot.exercises.reference_answers import Direction, Number
 from qdot.exercises.verify.formulas import EXACT_TOLERANCE, PartCheck, check_agreement
-from qdot.exercises.verify.numeric_reference import Check, Checks, NumericReference, conditioning_ratios
+from qdot.exercises.verify.numeric_reference import Check, Checks, NumericReference, compute_conditioning_ratios
 
 MIN_CONDITIONING_SHARE = 0.7
 """Fraction of the minimum sigma_min/sigma_max with which configurations are sampled; a check requires this fraction."""
@@ -34,7 +34,8 @@ def check_three_digits(part: Part) -> Check:
 
 def _check_conditioning(numeric: NumericReference, jacobian: np.ndarray) -> Check:
     """Check that J is well conditioned at a configuration, so that small errors stay small."""
-    ratio, minimum = float(conditioning_ratios(jacobian)), MIN_CONDITIONING_SHARE * min_conditioning(numeric.chain)
+    ratio = float(compute_conditioning_ratios(jacobian))
+    minimum = MIN_CONDITIONING_SHARE * find_min_conditioning(numeric.chain)
     return Check("well conditioned", ratio > minimum, f"sigma_min/sigma_max = {ratio:.3f}")
 
 
@@ -78,9 +79,8 @@ def _make_measure_check(measure: Callable[[np.ndarray], float]) -> PartCheck:
         jacobian = numeric.jacobian_at(situation)
         by_exponentials = numeric.exponential_jacobian_at(situation)[numeric.task]
         for name, rows in (("singular values", jacobian), ("product of exponentials", by_exponentials)):
-            yield check_agreement(
-                name, list_reference_numbers(part), np.full((1, 1, 1), measure(rows)), NUMBER_TOLERANCE
-            )
+            expected = np.full((1, 1, 1), measure(rows))
+            yield check_agreement(name, list_reference_numbers(part), expected, NUMBER_TOLERANCE)
         yield _check_conditioning(numeric, jacobian)
         yield check_three_digits(part)
         if part.kind == "manipulability":
@@ -96,7 +96,7 @@ def _check_unit(numeric: NumericReference, part: Part, jacobian: np.ndarray) -> 
     """
     scale = np.array([[2.0 if row < 3 else 1.0] for row in numeric.task])
     columns = np.array([1.0 if joint.is_revolute else 0.5 for joint in numeric.chain.joints])
-    growth = _manipulability(jacobian * scale * columns) / _manipulability(jacobian)
+    growth = _compute_manipulability(jacobian * scale * columns) / _compute_manipulability(jacobian)
     power = round(float(np.log2(growth)))
     unit = write_power_of_metres(power)
     is_power_of_two = abs(growth - 2.0**power) < EXACT_TOLERANCE * growth
@@ -104,7 +104,7 @@ def _check_unit(numeric: NumericReference, part: Part, jacobian: np.ndarray) -> 
     return Check("unit", bool(is_power_of_two and is_stated), f"{unit or 'a plain number'}")
 
 
-def _manipulability(jacobian: np.ndarray) -> float:
+def _compute_manipulability(jacobian: np.ndarray) -> float:
     """Return the product of the singular values, which is the manipulability."""
     return float(np.prod(np.linalg.svd(jacobian, compute_uv=False)))
 
@@ -113,6 +113,6 @@ CHECKS: dict[str, PartCheck] = {
     "joint-rates": _check_rates,
     "least-norm-rates": _check_rates,
     "self-motion": _check_self_motion,
-    "manipulability": _make_measure_check(_manipulability),
+    "manipulability": _make_measure_check(_compute_manipulability),
     "condition-number": _make_measure_check(lambda jacobian: float(np.linalg.cond(jacobian))),
 }

@@ -78,13 +78,10 @@ class NumericReference:
         self.frames = self.for_each_arm(NumericChain.frames)
         self.point = self.for_each_arm(NumericChain.point)
         self.jacobian = self.for_each_arm(NumericChain.jacobian)
-        self.exponential_jacobian = self.for_each_arm(exponential_jacobian)
-        frame_functions: list[Callable[[np.ndarray], np.ndarray]] = [
-            partial(compute_modified_frames, self.chain, lengths)
-            if convention_of(self.chain).is_proximal
-            else arm.frames
-            for arm, lengths in zip(self.arms, self.lengths, strict=True)
-        ]
+        self.exponential_jacobian = self.for_each_arm(compute_exponential_jacobian)
+        frame_functions: list[Callable[[np.ndarray], np.ndarray]] = [arm.frames for arm in self.arms]
+        if convention_of(self.chain).is_proximal:
+            frame_functions = [partial(compute_modified_frames, self.chain, lengths) for lengths in self.lengths]
         pairs = list(zip(frame_functions, samples, strict=True))
         self.convention_frames = np.concatenate([frames(q) for frames, q in pairs])
         self.convention_velocities = np.concatenate([differentiate_frames(frames, q) for frames, q in pairs])
@@ -184,7 +181,7 @@ class NumericReference:
     def exponential_jacobian_at(self, configuration: Configuration) -> np.ndarray:
         """Return the 6 x n Jacobian at a question's configuration, by the product of exponentials."""
         sample = self.sample_at(configuration)
-        return np.asarray(exponential_jacobian(sample.arm, sample.q[None])[0])
+        return np.asarray(compute_exponential_jacobian(sample.arm, sample.q[None])[0])
 
 
 MIN_SEPARATION, MAX_TRIES = 0.005, 30
@@ -234,21 +231,21 @@ def compute_modified_frames(chain: Chain, lengths: Mapping[str, float], q: np.nd
     """
     substitutions = {sp.Symbol(name): sp.Float(value) for name, value in lengths.items()}
 
-    def number(expression: sp.Expr) -> np.ndarray:
+    def evaluate_entry(expression: sp.Expr) -> np.ndarray:
         return np.full(q.shape[:-1], float(expression.xreplace(substitutions)))
 
     base = convention_of(chain).base
-    frames = [_rotations(2, number(base.yaw))]
-    frames[0][..., :3, 3] = np.stack([number(entry) for entry in base.position], axis=-1)
+    frames = [_make_rotations(2, evaluate_entry(base.yaw))]
+    frames[0][..., :3, 3] = np.stack([evaluate_entry(entry) for entry in base.position], axis=-1)
     for i, (row, variable) in enumerate(zip(convention_of(chain).rows, chain.q, strict=True)):
-        theta, d = (number(entry.xreplace({variable: sp.S.Zero})) for entry in (row.theta, row.d))
+        theta, d = (evaluate_entry(entry.xreplace({variable: sp.S.Zero})) for entry in (row.theta, row.d))
         theta, d = (theta + q[..., i], d) if row.is_revolute else (theta, d + q[..., i])
-        link_transform = _rotations(0, number(row.alpha)) @ _translations(0, number(row.a))
-        frames.append(frames[-1] @ link_transform @ _rotations(2, theta) @ _translations(2, d))
+        link_transform = _make_rotations(0, evaluate_entry(row.alpha)) @ _make_translations(0, evaluate_entry(row.a))
+        frames.append(frames[-1] @ link_transform @ _make_rotations(2, theta) @ _make_translations(2, d))
     return np.stack(frames, axis=-3)
 
 
-def _rotations(axis: int, angle: np.ndarray) -> np.ndarray:
+def _make_rotations(axis: int, angle: np.ndarray) -> np.ndarray:
     """Return rotations about x (0) or z (2), (…, 4, 4)."""
     row, column = (axis + 1) % 3, (axis + 2) % 3
     pose = np.broadcast_to(np.eye(4), (*angle.shape, 4, 4)).copy()
@@ -258,7 +255,7 @@ def _rotations(axis: int, angle: np.ndarray) -> np.ndarray:
     return pose
 
 
-def _translations(axis: int, distance: np.ndarray) -> np.ndarray:
+def _make_translations(axis: int, distance: np.ndarray) -> np.ndarray:
     """Return translations along x, y or z, (…, 4, 4)."""
     pose = np.broadcast_to(np.eye(4), (*distance.shape, 4, 4)).copy()
     pose[..., axis, 3] = distance
@@ -291,7 +288,7 @@ def differentiate_frames(frames: Callable[[np.ndarray], np.ndarray], q: np.ndarr
 # --- the product of exponentials ---
 
 
-def exponential_jacobian(arm: NumericChain, q: np.ndarray) -> np.ndarray:
+def compute_exponential_jacobian(arm: NumericChain, q: np.ndarray) -> np.ndarray:
     """Return the 6 x n Jacobian of the point and of the last link, (…, 6, n), for q (…, n), from screws.
 
     The screws are computed from the table once, at home (all joint variables zero). There, joint i has the unit screw
@@ -310,7 +307,7 @@ def exponential_jacobian(arm: NumericChain, q: np.ndarray) -> np.ndarray:
             point = transform_point(pose, point)
         angular = pose[..., :3, :3] @ omega
         screws.append((angular, pose[..., :3, :3] @ v + cross(pose[..., :3, 3], angular)))
-        pose = pose @ screw_exponential(omega, v, q[..., i])
+        pose = pose @ compute_screw_exponential(omega, v, q[..., i])
     if arm.point_frame == q.shape[-1]:
         point = transform_point(pose, point)
     columns = [
@@ -320,7 +317,7 @@ def exponential_jacobian(arm: NumericChain, q: np.ndarray) -> np.ndarray:
     return np.stack(columns, axis=-1)
 
 
-def conditioning_ratios(jacobians: np.ndarray) -> np.ndarray:
+def compute_conditioning_ratios(jacobians: np.ndarray) -> np.ndarray:
     """Return sigma_min/sigma_max of Jacobians (…, m, n); the ratio is nearly zero if the Jacobian is nearly zero."""
     sigma = np.linalg.svd(jacobians, compute_uv=False)
     return np.asarray(sigma[..., -1] / np.maximum(sigma[..., 0], 1e-6))
@@ -331,7 +328,7 @@ def transform_point(pose: np.ndarray, point: np.ndarray) -> np.ndarray:
     return np.asarray(pose[..., :3, :3] @ point + pose[..., :3, 3])
 
 
-def screw_exponential(omega: np.ndarray, v: np.ndarray, theta: np.ndarray) -> np.ndarray:
+def compute_screw_exponential(omega: np.ndarray, v: np.ndarray, theta: np.ndarray) -> np.ndarray:
     """Return e^([S] theta) as 4 x 4 matrices, by the closed form of the series.
 
     `omega` and `v` are the angular and the linear part of the screws, (…, 3); `theta` is the joint variable, (…).
@@ -340,10 +337,9 @@ def screw_exponential(omega: np.ndarray, v: np.ndarray, theta: np.ndarray) -> np
     is_revolute = (np.linalg.norm(omega, axis=-1) > 0.5)[..., None, None]
     identity = np.broadcast_to(np.eye(3), matrix.shape)
     rotation = identity + np.sin(angle) * matrix + (1 - np.cos(angle)) * matrix @ matrix
-    v_matrix = angle * identity
-    v_matrix = np.where(
-        is_revolute, v_matrix + (1 - np.cos(angle)) * matrix + (angle - np.sin(angle)) * matrix @ matrix, v_matrix
-    )
+    prismatic_part = angle * identity
+    revolute_part = prismatic_part + (1 - np.cos(angle)) * matrix + (angle - np.sin(angle)) * matrix @ matrix
+    v_matrix = np.where(is_revolute, revolute_part, prismatic_part)
     pose = np.zeros((*rotation.shape[:-2], 4, 4))
     pose[..., :3, :3], pose[..., 3, 3] = rotation, 1.0
     pose[..., :3, 3] = (v_matrix @ v[..., None])[..., 0]

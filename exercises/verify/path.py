@@ -17,7 +17,7 @@ from qdot.exercises.verify.numbers import (
     check_three_digits,
     list_reference_numbers,
 )
-from qdot.exercises.verify.numeric_reference import Check, Checks, NumericReference, conditioning_ratios
+from qdot.exercises.verify.numeric_reference import Check, Checks, NumericReference, compute_conditioning_ratios
 
 STATION_COUNT = 60
 """Number of points along a line at which the joint values are computed."""
@@ -33,17 +33,17 @@ class LineFollower:
     the start. `direction` is the unit vector along the line, with one component for each row of the task.
     """
 
-    def __init__(self, numeric: NumericReference, seam: WeldingLine) -> None:
-        self.arm = NumericChain(numeric.chain, {symbol.name: float(value) for symbol, value in seam.lengths.items()})
-        self.task, self.speed = numeric.task, float(seam.speed)
-        self.initial_joints = np.array([float(seam.joints[q]) for q in numeric.chain.q])
+    def __init__(self, numeric: NumericReference, line: WeldingLine) -> None:
+        self.arm = NumericChain(numeric.chain, {symbol.name: float(value) for symbol, value in line.lengths.items()})
+        self.task, self.speed = numeric.task, float(line.speed)
+        self.initial_joints = np.array([float(line.joints[q]) for q in numeric.chain.q])
         self.origin = self.arm.point(self.initial_joints)[self.task]
-        displacement = np.array([float(value) for value in seam.target.values()]) - self.origin
+        displacement = np.array([float(value) for value in line.target.values()]) - self.origin
         self.length = float(np.linalg.norm(displacement))
         self.direction = displacement / self.length
 
-    def solve_at(self, q: np.ndarray, s: float) -> tuple[np.ndarray, np.ndarray]:
-        """Return the joint values at the distance s, found by Newton's method from q, and the task Jacobian there."""
+    def solve_at(self, q: np.ndarray, s: float) -> np.ndarray:
+        """Return the joint values at the distance s, found by Newton's method from q."""
         frames = self.arm.frames(q)
         for _ in range(20):
             error = self.origin + s * self.direction - self.arm.point_of(frames)[self.task]
@@ -51,18 +51,18 @@ class LineFollower:
                 break
             q = q + np.linalg.solve(self.arm.jacobian_of(frames)[self.task], error)
             frames = self.arm.frames(q)
-        return q, np.asarray(self.arm.jacobian_of(frames)[self.task])
+        return q
 
     def follow(self, distances: np.ndarray) -> np.ndarray:
         """Return the joint values (k x n) at increasing distances (k), the first of which is near zero.
 
         Each search starts from the joint values that the previous Jacobian predicts.
         """
-        q, configurations, previous_s = self.initial_joints, [], 0.0
-        jacobian = self.arm.jacobian(q)[self.task]
+        q, previous_s = self.initial_joints, 0.0
+        configurations = []
         for s in distances:
-            predicted_q = q + (s - previous_s) * np.linalg.solve(jacobian, self.direction)
-            (q, jacobian), previous_s = self.solve_at(predicted_q, s), s
+            slopes = np.linalg.solve(self.arm.jacobian(q)[self.task], self.direction)
+            q, previous_s = self.solve_at(q + (s - previous_s) * slopes, s), s
             configurations.append(q)
         return np.array(configurations)
 
@@ -72,8 +72,7 @@ class LineFollower:
 
     def difference_rates(self, q: np.ndarray, s: float) -> np.ndarray:
         """Return the joint rates at the distance s, found by central differences of the joint values along the line."""
-        ahead, behind = (self.solve_at(q, s + side * STEP)[0] for side in (1, -1))
-        return (ahead - behind) / (2 * STEP) * self.speed
+        return (self.solve_at(q, s + STEP) - self.solve_at(q, s - STEP)) / (2 * STEP) * self.speed
 
 
 def _check_path_rates(numeric: NumericReference, part: Part) -> Checks:
@@ -97,9 +96,10 @@ def _check_one_branch(line: LineFollower, joints: np.ndarray, s: float, min_rati
     The line is followed again in steps a quarter as long. The joint values must change in small steps and must end at
     the same values.
     """
-    finer = line.follow(np.linspace(0, s, 4 * STATION_COUNT))
-    gap, jump = float(np.abs(finer[-1] - joints[-1]).max()), float(np.abs(np.diff(finer, axis=0)).max())
-    ratio = float(conditioning_ratios(line.arm.jacobian(finer)[:, line.task]).min())
+    finer_joints = line.follow(np.linspace(0, s, 4 * STATION_COUNT))
+    gap = float(np.abs(finer_joints[-1] - joints[-1]).max())
+    jump = float(np.abs(np.diff(finer_joints, axis=0)).max())
+    ratio = float(compute_conditioning_ratios(line.arm.jacobian(finer_joints)[:, line.task]).min())
     detail = f"sigma_min/sigma_max at least {ratio:.3f}, steps of the joints at most {jump:.3f}, ends {gap:.1e} apart"
     return Check("on one branch", ratio > min_ratio and jump < 0.2 and gap < 1e-6, detail)
 
@@ -118,12 +118,11 @@ def _check_path_limit(numeric: NumericReference, part: Part) -> Checks:
         yield check_agreement(name, np.full((1, 1, 1), abs(value)), np.full((1, 1, 1), limit), tolerance)
     speeds = np.array([abs(line.compute_rates(q)[joint]) for q in joints[:-1]])
     yield Check("first time", bool(speeds.max() < limit), f"at most {speeds.max():.3f} before it, limit {limit:g}")
-    accepted_error = answer.tolerance * s
-    behind, ahead = (
-        abs(line.compute_rates(line.solve_at(joints[-1], s + side * accepted_error)[0])[joint]) for side in (-1, 1)
-    )
-    detail = f"{behind:.4f} and {ahead:.4f} at the ends of what is accepted"
-    yield Check("clear crossing", bool(behind < 0.995 * limit and 1.005 * limit < ahead), detail)
+    accepted_distances = s - answer.tolerance * s, s + answer.tolerance * s
+    rates = [line.compute_rates(line.solve_at(joints[-1], distance)) for distance in accepted_distances]
+    rate_before, rate_after = (abs(float(rate[joint])) for rate in rates)
+    detail = f"{rate_before:.4f} and {rate_after:.4f} at the ends of what is accepted"
+    yield Check("clear crossing", rate_before < 0.995 * limit and 1.005 * limit < rate_after, detail)
     yield _check_one_branch(line, joints, s, MIN_CONDITIONING)
     yield check_three_digits(part)
 

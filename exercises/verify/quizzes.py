@@ -27,7 +27,7 @@ from qdot.exercises.short_questions.wrong_formulas import OptionSubject
 from qdot.exercises.verify.formulas import CHECKS as FORMULAS
 from qdot.exercises.verify.formulas import EXACT_TOLERANCE, PartCheck, check_agreement
 from qdot.exercises.verify.numbers import NUMBER_TOLERANCE, check_three_digits, list_reference_numbers
-from qdot.exercises.verify.numeric_reference import Check, Checks, NumericReference, exponential_jacobian
+from qdot.exercises.verify.numeric_reference import Check, Checks, NumericReference, compute_exponential_jacobian
 from qdot.exercises.verify.rank import find_rank
 from qdot.exercises.verify.screws import CHECKS as SCREWS
 from qdot.exercises.verify.singular import CHECKS as SETS
@@ -107,9 +107,9 @@ def _check_configurations(numeric: NumericReference, part: Part) -> Checks:
     for offered in details.offered_configurations:
         configuration = replace(offered, lengths={**details.lengths, **offered.lengths})
         found_ranks.append(find_rank(numeric.exponential_jacobian_at(configuration)[numeric.task]))
-    ranks = [rank for rank, _ in found_ranks]
-    singular_indices = tuple(index for index, rank in enumerate(ranks) if rank < full_rank)
-    yield Check("clear", all(is_clear for _, is_clear in found_ranks), f"ranks {', '.join(map(str, ranks))}")
+    singular_indices = tuple(index for index, found in enumerate(found_ranks) if found.rank < full_rank)
+    ranks = ", ".join(str(found.rank) for found in found_ranks)
+    yield Check("clear", all(found.is_clear for found in found_ranks), f"ranks {ranks}")
     is_correct = singular_indices == tuple(part.answer.correct_indices)
     yield Check("singular ones", is_correct, f"of rank less than {full_rank}, from 0: {singular_indices}")
     yield _check_texts(part.answer.offered_options)
@@ -128,7 +128,7 @@ def _compute_quantity(numeric: NumericReference, quantity: Quantity, moved_joint
     configurations = numeric.configurations.copy()
     if moved_joint is not None:
         configurations[:, moved_joint] += JOINT_STEP
-    jacobian = numeric.for_each_arm(exponential_jacobian, configurations)[:, numeric.task]
+    jacobian = numeric.for_each_arm(compute_exponential_jacobian, configurations)[:, numeric.task]
     if quantity.column is not None:
         column = jacobian[:, :, quantity.column]
         return column if quantity.row is None else column[:, [quantity.row]]
@@ -157,11 +157,8 @@ def _check_dependence(numeric: NumericReference, part: Part) -> Checks:
     values = _compute_quantity(numeric, quantity)
     changes = [np.abs(_compute_quantity(numeric, quantity, joint) - values).max() for joint in range(numeric.chain.n)]
     influential_joints = tuple(joint for joint, change in enumerate(changes) if change > EXACT_TOLERANCE)
-    yield Check(
-        "moving one joint",
-        influential_joints == answer.correct,
-        f"it changes with joints, from 0: {influential_joints}",
-    )
+    detail = f"it changes with joints, from 0: {influential_joints}"
+    yield Check("moving one joint", influential_joints == answer.correct, detail)
 
 
 # --- columns to joints ---
@@ -218,7 +215,7 @@ def _check_statement(numeric: NumericReference, part: Part) -> Checks:
     yield Check("statement", answer.options[answer.correct] == str(is_true).lower(), f"it is {is_true}")
 
 
-_FORMULA_CHOICES = [each.name for each in CHOICE_QUESTIONS if each.template in ("formula-choice", "screw-choice")]
+_FORMULA_CHOICES = [q.name for q in CHOICE_QUESTIONS if q.template in ("formula-choice", "screw-choice")]
 CHECKS: dict[str, PartCheck] = {
     **dict.fromkeys(_FORMULA_CHOICES, _check_formula_choice),
     "singular-angles-choice": _check_set_choice,

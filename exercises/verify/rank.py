@@ -4,6 +4,7 @@ The checks use the product of exponentials and finite differences, at configurat
 """
 
 from collections.abc import Iterator, Mapping, Sequence
+from typing import NamedTuple
 
 import numpy as np
 import sympy as sp
@@ -26,7 +27,7 @@ from qdot.exercises.verify.numeric_reference import (
     Checks,
     NumericReference,
     choose_random_configurations,
-    exponential_jacobian,
+    compute_exponential_jacobian,
     sample_distinct_lengths,
 )
 
@@ -45,11 +46,19 @@ speed.
 """
 
 
-def find_rank(jacobian: np.ndarray) -> tuple[int, bool]:
-    """Return the rank of a matrix, and whether every singular value is either clearly zero or clearly not zero."""
+class FoundRank(NamedTuple):
+    """The rank of a matrix, and whether every singular value is either clearly zero or clearly not zero."""
+
+    rank: int
+    is_clear: bool
+
+
+def find_rank(jacobian: np.ndarray) -> FoundRank:
+    """Return the rank of a matrix, determined by its singular values."""
     sigma = np.linalg.svd(jacobian, compute_uv=False)
     share = sigma / max(float(sigma[0]), 1e-12)
-    return int(np.sum(share > ZERO_SHARE)), not bool(np.any((share > ZERO_SHARE) & (share < NONZERO_SHARE)))
+    is_unclear = np.any((share > ZERO_SHARE) & (share < NONZERO_SHARE))
+    return FoundRank(int(np.sum(share > ZERO_SHARE)), not is_unclear)
 
 
 def _check_rank(numeric: NumericReference, part: Part) -> Checks:
@@ -102,14 +111,14 @@ def _check_formula(numeric: NumericReference, part: Part, branch: JacobianOnBran
     q = numeric.configurations.copy()
     for symbol, value in branch.values:
         q[:, numeric.chain.q.index(symbol)] = numeric.evaluate_constants(sp.Matrix([value]))[:, 0]
-    jacobians = numeric.for_each_arm(exponential_jacobian, q)[:, numeric.task]
+    jacobians = numeric.for_each_arm(compute_exponential_jacobian, q)[:, numeric.task]
     yield _check_perpendicular(numeric.evaluate_printed_formulas(part.answer.as_matrix()), jacobians)
 
 
 def _check_perpendicular(vectors: np.ndarray, jacobians: np.ndarray) -> Check:
     """Check that u^T J = 0, that u is not zero, and that J has exactly one less than full rank."""
     norms = np.linalg.norm(vectors, axis=1, keepdims=True)
-    ranks = {find_rank(jacobian)[0] for jacobian in jacobians}
+    ranks = {find_rank(jacobian).rank for jacobian in jacobians}
     if np.any(norms < 1e-9) or not np.all(np.isfinite(vectors)) or np.iscomplexobj(vectors):
         return Check("u J = 0", False, "the vector is zero or no real number somewhere")
     scale = np.abs(jacobians).max(axis=(1, 2), keepdims=True)
@@ -193,14 +202,14 @@ def _list_possible_velocities(sample: Sample, task: Sequence[int], body: str, ot
     `body` is "P" for linear velocities. If `others_at_rest`, a velocity is possible only if the other half of the
     task's rows (angular or linear) can stay at zero.
     """
-    jacobian = exponential_jacobian(sample.arm, sample.q[None])[0]
+    jacobian = compute_exponential_jacobian(sample.arm, sample.q[None])[0]
     moving_rows = jacobian[:3] if body == "P" else jacobian[3:]
     held_rows = [row for row in task if (row > 2) == (body == "P")]
     if not others_at_rest or not held_rows:
         return np.asarray(moving_rows)
-    _, sigma, vt = np.linalg.svd(jacobian[held_rows])
-    rank = int(np.sum(sigma > 1e-9 * sigma[0]))
-    return np.asarray(moving_rows @ vt[rank:].T)
+    _, sigma, motions = np.linalg.svd(jacobian[held_rows])
+    rank = int(np.sum(sigma > ZERO_SHARE * sigma[0]))
+    return np.asarray(moving_rows @ motions[rank:].T)
 
 
 # --- meaning ---
@@ -210,9 +219,9 @@ def _check_geometric_cause(numeric: NumericReference, part: Part) -> Checks:
     """Check that only the correct one of the offered statements on the cause of a singularity is true."""
     answer, choice = part.answer_as(Choice), part.details_as(MeaningDetails)
     samples = sample_at_values(numeric, choice.values, choice.condition)
-    correct = answer.correct
-    matches = [all(text.startswith(o.meaning.words) for text, o in zip(answer.options, choice.offered, strict=True))]
-    yield Check("options", all(matches) and len(set(answer.options)) == len(answer.options), "as offered")
+    options = zip(answer.options, choice.offered, strict=True)
+    are_as_offered = all(text.startswith(offered.meaning.words) for text, offered in options)
+    yield Check("options", are_as_offered and len(set(answer.options)) == len(answer.options), "as offered")
     kinds = set(map(str, classify_samples(numeric.chain, samples)))
 
     def holds_everywhere(meaning: Meaning, kind: str | None) -> bool:
@@ -220,10 +229,10 @@ def _check_geometric_cause(numeric: NumericReference, part: Part) -> Checks:
         return is_true and (kind is None or kinds == {kind})
 
     holds = [holds_everywhere(meaning, kind) for meaning, kind in choice.offered]
-    expected = [index == correct for index in range(len(holds))]
+    expected = [index == answer.correct for index in range(len(holds))]
     detail = f"{', '.join(sorted(kinds))} at {len(samples)} configurations; options that hold: {holds}"
     yield Check("only the right one holds", holds == expected, detail)
-    if choice.offered[correct].kind == "boundary":
+    if choice.offered[answer.correct].kind == "boundary":
         yield check_side_of_lost_direction(numeric.chain, choice.condition, choice.values, samples)
     are_directions = {option.meaning.kind for option in choice.offered} <= _AXIS_DIRECTION_KINDS
     has_reason = are_directions or bool(numeric.chain.linear_axes)
@@ -236,7 +245,7 @@ _AXIS_DIRECTION_KINDS = {"in line", "parallel", "one plane", "square"}
 
 def _meaning_holds(chain: Chain, meaning: Meaning, sample: Sample) -> bool:
     """Return whether a geometric statement is true at a configuration."""
-    frames, first = sample.frames, meaning.joints[0] - 1
+    frames, first_joint = sample.frames, meaning.joints[0] - 1
     if meaning.kind == "square":
         sigma = np.linalg.svd(frames[[joint - 1 for joint in meaning.joints], :3, 2], compute_uv=False)
         return bool(sigma[0] - sigma[-1] < 1e-6)
@@ -244,10 +253,10 @@ def _meaning_holds(chain: Chain, meaning: Meaning, sample: Sample) -> bool:
         points = np.vstack([frames[: meaning.joints[-1], :3, 3], sample.arm.point(sample.q)])
         return bool(np.linalg.svd(np.vstack([points[1:] - points[0], frames[0, :3, 2]]), compute_uv=False)[-1] < 1e-6)
     if meaning.kind in ("straight", "doubled"):
-        a, b, c = frames[first : first + 3, :3, 3]
-        legs, distance = (np.linalg.norm(a - b), np.linalg.norm(b - c)), np.linalg.norm(a - c)
-        expected = sum(legs) if meaning.kind == "straight" else abs(legs[0] - legs[1])
-        return bool(abs(distance - expected) < 1e-7)
+        a, b, c = frames[first_joint : first_joint + 3, :3, 3]
+        leg_1, leg_2 = np.linalg.norm(a - b), np.linalg.norm(b - c)
+        expected = leg_1 + leg_2 if meaning.kind == "straight" else abs(leg_1 - leg_2)
+        return bool(abs(np.linalg.norm(a - c) - expected) < 1e-7)
     statement = meaning.words.rpartition(": ")[2]  # without an introduction such as "the arm is stretched out"
     return statement_holds(chain, statement.replace("$P$", "the point"), sample)
 

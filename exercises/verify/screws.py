@@ -10,6 +10,7 @@ and Sastry. Each order has its own adjoint.
 """
 
 from collections.abc import Callable
+from typing import NamedTuple
 
 import numpy as np
 
@@ -25,7 +26,7 @@ from qdot.exercises.verify.formulas import (
     make_formula_check,
 )
 from qdot.exercises.verify.numbers import check_three_digits, list_reference_numbers
-from qdot.exercises.verify.numeric_reference import Check, Checks, NumericReference, hat, screw_exponential
+from qdot.exercises.verify.numeric_reference import Check, Checks, NumericReference, compute_screw_exponential, hat
 
 
 def _is_linear_first(numeric: NumericReference) -> bool:
@@ -38,7 +39,7 @@ def _stack_twist(numeric: NumericReference, omega: np.ndarray, v: np.ndarray, ax
     return np.concatenate([v, omega] if _is_linear_first(numeric) else [omega, v], axis=axis)
 
 
-def _adjoint(numeric: NumericReference, pose: np.ndarray) -> np.ndarray:
+def _make_adjoint(numeric: NumericReference, pose: np.ndarray) -> np.ndarray:
     """Return [Ad T] of poses (…, 4, 4) for twists in the arm's order, (…, 6, 6)."""
     rotation, zero = pose[..., :3, :3], np.zeros_like(pose[..., :3, :3])
     cross_rotation = hat(pose[..., :3, 3]) @ rotation
@@ -47,24 +48,28 @@ def _adjoint(numeric: NumericReference, pose: np.ndarray) -> np.ndarray:
     return np.concatenate([np.concatenate(row, -1) for row in blocks], -2)
 
 
-def _compute_body_pose_and_jacobian(numeric: NumericReference) -> tuple[np.ndarray, np.ndarray]:
-    """Return the pose of the body frame, (…, 4, 4), and the space Jacobian, (…, 6, n), by exponentials.
+class _BodyKinematics(NamedTuple):
+    """The pose of the body frame, (…, 4, 4), and the space Jacobian, (…, 6, n)."""
 
-    The exponentials are those of the screws of the axes in the problem statement.
-    """
+    pose: np.ndarray
+    space_jacobian: np.ndarray
+
+
+def _compute_body_kinematics(numeric: NumericReference) -> _BodyKinematics:
+    """Return the kinematics by exponentials of the screws of the axes in the problem statement."""
     axes, point = home_geometry_of(numeric.chain)
     motion, columns = np.broadcast_to(np.eye(4), (numeric.sample_count, 4, 4)), []
     for i, axis in enumerate(axes):
         u, o = numeric.evaluate_constants(axis.direction), numeric.evaluate_constants(axis.point)
         omega, v = (u, np.cross(o, u)) if axis.is_revolute else (0 * u, u)
-        columns.append((_adjoint(numeric, motion) @ _stack_twist(numeric, omega, v)[..., None])[..., 0])
-        motion = motion @ screw_exponential(omega, v, numeric.configurations[:, i])
+        columns.append((_make_adjoint(numeric, motion) @ _stack_twist(numeric, omega, v)[..., None])[..., 0])
+        motion = motion @ compute_screw_exponential(omega, v, numeric.configurations[:, i])
     home = np.broadcast_to(np.eye(4), motion.shape).copy()
     home[:, :3, 3] = numeric.evaluate_constants(point)
-    return motion @ home, np.stack(columns, axis=2)
+    return _BodyKinematics(motion @ home, np.stack(columns, axis=2))
 
 
-def _home_screws(numeric: NumericReference, _: Part) -> ExpectedValues:
+def _compute_home_screws(numeric: NumericReference, _: Part) -> ExpectedValues:
     """Return the screws at home, from the link frames: z, and o x z for the origin o of a frame on the axis."""
     z, o = numeric.home_frames[:, :-1, :3, 2], numeric.home_frames[:, :-1, :3, 3]
     is_revolute = np.array([joint.is_revolute for joint in numeric.chain.joints])[:, None]
@@ -72,10 +77,10 @@ def _home_screws(numeric: NumericReference, _: Part) -> ExpectedValues:
     return {"frames at home": (screws.swapaxes(1, 2), EXACT_TOLERANCE)}
 
 
-def _body_pose(numeric: NumericReference, _: Part) -> ExpectedValues:
+def _compute_body_pose(numeric: NumericReference, _: Part) -> ExpectedValues:
     """Return the pose of the body frame, computed from exponentials and from the last frame."""
     return {
-        "product of exponentials": (_compute_body_pose_and_jacobian(numeric)[0], EXACT_TOLERANCE),
+        "product of exponentials": (_compute_body_kinematics(numeric).pose, EXACT_TOLERANCE),
         "frames": (_compute_frame_pose(numeric), EXACT_TOLERANCE),
     }
 
@@ -94,12 +99,12 @@ def _transform_twists(numeric: NumericReference, pose: np.ndarray, twists: np.nd
     return np.stack(columns, axis=-1)
 
 
-def _body_adjoint(numeric: NumericReference, _: Part) -> ExpectedValues:
+def _compute_body_adjoint(numeric: NumericReference, _: Part) -> ExpectedValues:
     """Return the adjoint of the body pose, from exponentials, and from the matrices T [V] T^-1 of unit twists V."""
     unit = np.broadcast_to(np.eye(6), (numeric.sample_count, 6, 6))
     by_matrices = _transform_twists(numeric, _compute_frame_pose(numeric), unit)
     return {
-        "product of exponentials": (_adjoint(numeric, _compute_body_pose_and_jacobian(numeric)[0]), EXACT_TOLERANCE),
+        "product of exponentials": (_make_adjoint(numeric, _compute_body_kinematics(numeric).pose), EXACT_TOLERANCE),
         "frames": (by_matrices, EXACT_TOLERANCE),
     }
 
@@ -113,17 +118,19 @@ def _check_changed_twist(numeric: NumericReference, part: Part) -> Checks:
     details, chain = part.details_as(NumericTwistDetails), numeric.chain
     sample = numeric.sample_at(details.configuration)
     arm, q = sample.arm, sample.q
-    frames, home = arm.frames(q), arm.frames(0 * q)
+    frames, home_frames = arm.frames(q), arm.frames(0 * q)
     pose = np.eye(4)
-    pose[:3, :3], pose[:3, 3] = frames[-1, :3, :3] @ home[-1, :3, :3].T, arm.point_of(frames)
+    pose[:3, :3], pose[:3, 3] = frames[-1, :3, :3] @ home_frames[-1, :3, :3].T, arm.point_of(frames)
     omega, v = np.split(np.array(details.twist.tolist(), dtype=float), 2)
     twist = _stack_twist(numeric, omega, v, axis=0)
     expected = _transform_twists(numeric, pose, twist)[None]
     yield check_agreement("matrix of the twist", list_reference_numbers(part), expected, 1e-8)
-    geometric, rates = arm.jacobian(q), np.array([float(details.rates[rate]) for rate in chain.rates])
+    geometric = arm.jacobian(q)
+    rates = np.array([float(details.rates[rate]) for rate in chain.rates])
     velocity, angular = (pose[:3, :3].T @ (rows @ rates) for rows in (geometric[:3], geometric[3:]))
     error = np.abs(_stack_twist(numeric, angular, velocity) - twist[:, 0]).max()
-    yield Check("the arm can", bool(error <= 0.51 * 10.0**-DECIMALS), f"its rates give the twist but for {error:.1e}")
+    is_rounded = bool(error <= 0.51 * 10.0**-DECIMALS)  # slightly more than half of the last decimal
+    yield Check("the arm can", is_rounded, f"its rates give the twist but for {error:.1e}")
     yield check_three_digits(part)
 
 
@@ -135,25 +142,25 @@ def _compute_frame_pose(numeric: NumericReference) -> np.ndarray:
     return pose
 
 
-def _space_jacobian(numeric: NumericReference) -> ExpectedValues:
+def _compute_space_jacobian(numeric: NumericReference) -> ExpectedValues:
     """Return the space Jacobian, computed from exponentials, and from finite differences of the last frame."""
     frame_velocities = numeric.frame_velocities[:, :, numeric.chain.n]
     angular, velocity = frame_velocities[..., 3:], frame_velocities[..., :3]
     at_origin = velocity - np.cross(angular, numeric.frames[:, None, -1, :3, 3])
     differenced = _stack_twist(numeric, angular, at_origin).swapaxes(1, 2)
     return {
-        "product of exponentials": (_compute_body_pose_and_jacobian(numeric)[1], EXACT_TOLERANCE),
+        "product of exponentials": (_compute_body_kinematics(numeric).space_jacobian, EXACT_TOLERANCE),
         "finite differences": (differenced, DIFFERENCE_TOLERANCE),
     }
 
 
-def _body_jacobian(numeric: NumericReference) -> ExpectedValues:
+def _compute_body_jacobian(numeric: NumericReference) -> ExpectedValues:
     """Return the body Jacobian, computed from exponentials, and from the geometric Jacobian in the body frame."""
-    pose, space_jacobian = _compute_body_pose_and_jacobian(numeric)
+    pose, space_jacobian = _compute_body_kinematics(numeric)
     rotation = pose[:, :3, :3].swapaxes(1, 2)
     rotated = _stack_twist(numeric, rotation @ numeric.jacobian[:, 3:], rotation @ numeric.jacobian[:, :3], axis=1)
     return {
-        "product of exponentials": (_adjoint(numeric, np.linalg.inv(pose)) @ space_jacobian, EXACT_TOLERANCE),
+        "product of exponentials": (_make_adjoint(numeric, np.linalg.inv(pose)) @ space_jacobian, EXACT_TOLERANCE),
         "frames": (rotated, EXACT_TOLERANCE),
     }
 
@@ -169,12 +176,12 @@ def _make_twist_check(compute_jacobians: Callable[[NumericReference], ExpectedVa
 
 
 CHECKS: dict[str, PartCheck] = {
-    "home-screws": make_formula_check(_home_screws),
-    "body-pose": make_formula_check(_body_pose),
-    "body-adjoint": make_formula_check(_body_adjoint),
+    "home-screws": make_formula_check(_compute_home_screws),
+    "body-pose": make_formula_check(_compute_body_pose),
+    "body-adjoint": make_formula_check(_compute_body_adjoint),
     "changed-twist": _check_changed_twist,
-    "space-jacobian": make_formula_check(lambda numeric, _: _space_jacobian(numeric)),
-    "body-jacobian": make_formula_check(lambda numeric, _: _body_jacobian(numeric)),
-    "space-twist": _make_twist_check(_space_jacobian),
-    "body-twist": _make_twist_check(_body_jacobian),
+    "space-jacobian": make_formula_check(lambda numeric, _: _compute_space_jacobian(numeric)),
+    "body-jacobian": make_formula_check(lambda numeric, _: _compute_body_jacobian(numeric)),
+    "space-twist": _make_twist_check(_compute_space_jacobian),
+    "body-twist": _make_twist_check(_compute_body_jacobian),
 }

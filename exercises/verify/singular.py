@@ -5,8 +5,9 @@ configuration that a numerical search finds. The kind of a singularity is determ
 consists of pieces, such as theta2 = 0; the reference is the set in the problem's answer.
 """
 
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from functools import lru_cache
+from typing import NamedTuple
 
 import numpy as np
 import sympy as sp
@@ -37,7 +38,7 @@ from qdot.exercises.verify.numeric_reference import (
     NumericReference,
     choose_random_configurations,
     choose_random_lengths,
-    conditioning_ratios,
+    compute_conditioning_ratios,
 )
 
 START_COUNT, REDUNDANT_START_COUNT = 30, 150
@@ -100,7 +101,7 @@ def _compute_ratios_on_piece(numeric: NumericReference, piece: Piece, lengths: d
     values = space.sample_piece(piece, space.collect_names([[piece]]), numeric.rng, count=8)
     q = np.stack([values[q.name] for q in numeric.chain.q], axis=1)
     jacobians = NumericChain(numeric.chain, lengths).jacobian(q)[:, numeric.task]
-    return [float(ratio) for ratio in conditioning_ratios(jacobians)]
+    return [float(ratio) for ratio in compute_conditioning_ratios(jacobians)]
 
 
 def _check_completeness(numeric: NumericReference, pieces: Sequence[Piece]) -> Check:
@@ -109,12 +110,13 @@ def _check_completeness(numeric: NumericReference, pieces: Sequence[Piece]) -> C
     The search runs on the normalized arm, once for all arms that share the normalized arm. Therefore its results are
     first checked to be singular for this arm, too.
     """
-    count, chain = 0, numeric.chain
-    for sampled_lengths, at_zero in _search_on_arms(normalize_arm(chain)):
-        lengths = choose_random_lengths(chain, numeric.rng) | dict(sampled_lengths)
+    chain = numeric.chain
+    count = 0
+    for result in _search_on_arms(normalize_arm(chain)):
+        lengths = choose_random_lengths(chain, numeric.rng) | dict(result.lengths)
         arm = NumericChain(chain, lengths)
-        q = at_zero - np.array(arm.offsets)
-        if len(q) and conditioning_ratios(arm.jacobian(q)[:, numeric.task]).max() > MAX_SHIFTED_RATIO:
+        q = result.configurations - np.array(arm.offsets)
+        if len(q) and compute_conditioning_ratios(arm.jacobian(q)[:, numeric.task]).max() > MAX_SHIFTED_RATIO:
             return Check("complete", False, "J keeps its rank where that of the same arm with other zeros loses it")
         count += len(q)
         for uncovered in _find_uncovered(numeric, pieces, lengths, q):
@@ -136,17 +138,25 @@ def _find_uncovered(
     return np.asarray(q[~_make_space(numeric, lengths).contains(pieces, values, len(q), SET_TOLERANCE)])
 
 
+class _SearchResult(NamedTuple):
+    """The symbolic lengths of a normalized arm, and the singular configurations (k x n) that a search found."""
+
+    lengths: Mapping[str, float]
+    configurations: np.ndarray
+
+
 @lru_cache(maxsize=1024)
-def _search_on_arms(chain: Chain) -> tuple[tuple[tuple[tuple[str, float], ...], np.ndarray], ...]:
-    """Return choices of the symbolic lengths of a normalized arm, with the singular configurations (k x n) of each."""
-    stream, start_count = Stream("verify/singular"), REDUNDANT_START_COUNT if chain.n > len(chain.task) else START_COUNT
+def _search_on_arms(chain: Chain) -> tuple[_SearchResult, ...]:
+    """Return singular configurations of a normalized arm for several choices of its symbolic lengths."""
+    stream = Stream("verify/singular")
+    start_count = REDUNDANT_START_COUNT if chain.n > len(chain.task) else START_COUNT
     results = []
     for _ in range(ARM_COUNT):
         lengths = choose_random_lengths(chain, stream)
         starts = choose_random_configurations(chain, stream, start_count)
         q = find_singular_configurations(NumericChain(chain, lengths), starts, chain.task_rows)
         q.setflags(write=False)
-        results.append((tuple(lengths.items()), q))
+        results.append(_SearchResult(lengths, q))
     return tuple(results)
 
 
@@ -173,12 +183,13 @@ def find_singular_configurations(arm: NumericChain, starts: np.ndarray, task: Se
         system = np.concatenate([np.concatenate([derivatives, matrices[:, 0]], axis=1).swapaxes(1, 2), unit], axis=1)
         residuals = np.concatenate([products[:, 0], np.zeros((count, 1))], axis=1)
         step = np.einsum("pij,pj->pi", np.linalg.pinv(system, rcond=1e-8), residuals)
+        # A step changes no unknown by more than 0.7, so that a search does not leave the region in which it starts.
         step *= np.minimum(1.0, 0.7 / np.maximum(np.abs(step).max(axis=1, keepdims=True), 1e-300))
         q, u = q - step[:, :n], u - step[:, n:]
         u /= np.linalg.norm(u, axis=1, keepdims=True)
         if np.abs(step).max() < MIN_STEP:  # quadratic convergence: usually after 7 of the 40 steps
             break
-    return np.asarray(q[conditioning_ratios(arm.jacobian(q)[:, task]) < MAX_SINGULAR_RATIO])
+    return np.asarray(q[compute_conditioning_ratios(arm.jacobian(q)[:, task]) < MAX_SINGULAR_RATIO])
 
 
 def _check_kind(numeric: NumericReference, part: Part) -> Checks:
@@ -204,8 +215,9 @@ def _check_regular(numeric: NumericReference, configuration: ConfigurationsOfOne
     signs = set()
     for _ in range(40):
         lengths = {name: value * 4 ** numeric.rng.uniform(-1, 1) for name, value in numeric.lengths[0].items()}
-        arm, q = NumericChain(numeric.chain, lengths), _joint_values(numeric.chain, configuration, lengths)
-        signs.add(float(np.sign(np.linalg.det(arm.jacobian(q)[numeric.task]))))
+        q = _compute_joints(numeric.chain, configuration, lengths)
+        jacobian = NumericChain(numeric.chain, lengths).jacobian(q)[numeric.task]
+        signs.add(float(np.sign(np.linalg.det(jacobian))))
     return Check("regular for all lengths", len(signs) == 1, f"signs of det J: {sorted(signs)}")
 
 
@@ -213,10 +225,10 @@ def _sample_configuration(numeric: NumericReference, configuration: Configuratio
     if configuration.condition is not None:
         return numeric.sample_on_condition(configuration.condition, arm_count=ARM_COUNT, per_arm=1)
     pairs = zip(numeric.arms, numeric.lengths, strict=True)
-    return [Sample(arm, _joint_values(numeric.chain, configuration, lengths)) for arm, lengths in pairs]
+    return [Sample(arm, _compute_joints(numeric.chain, configuration, lengths)) for arm, lengths in pairs]
 
 
-def _joint_values(chain: Chain, configuration: ConfigurationsOfOneKind, lengths: dict[str, float]) -> np.ndarray:
+def _compute_joints(chain: Chain, configuration: ConfigurationsOfOneKind, lengths: dict[str, float]) -> np.ndarray:
     numbers = {sp.Symbol(name): sp.Float(value) for name, value in lengths.items()}
     return np.array([float(sp.N(configuration.joints[q].xreplace(numbers))) for q in chain.q])
 

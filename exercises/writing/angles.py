@@ -74,7 +74,8 @@ def name_angles(angles: Iterable[sp.Expr], *matrices: sp.Matrix) -> AngleNames:
     other_angles = {trig.args[0] for matrix in matrices for trig in matrix.atoms(sp.sin, sp.cos)}
     meanings: dict[sp.Symbol, sp.Expr] = {}
     for angle in (*angles, *sorted(other_angles, key=lambda a: (len(a.free_symbols), expression_text(a)))):
-        if not needs_no_name(angle) and _has_unit_coefficients(angle) and _express_by_name(angle, meanings) is None:
+        has_unit_coefficients = all(abs(angle.coeff(symbol)) == 1 for symbol in angle.free_symbols)
+        if not needs_no_name(angle) and has_unit_coefficients and _express_by_name(angle, meanings) is None:
             meanings[_make_name(angle, meanings)] = angle
     return AngleNames(meanings)
 
@@ -83,11 +84,6 @@ def needs_no_name(angle: sp.Expr) -> bool:
     """Return whether an angle is a number, or a sum of joint variables and multiples of 90 degrees."""
     remainder, constant = shortening.split_constant(angle)
     return remainder == 0 or ((2 * constant / sp.pi).is_Integer and shortening.is_joint_sum(remainder))
-
-
-def _has_unit_coefficients(angle: sp.Expr) -> bool:
-    """Return whether all joint variables in an angle have the coefficient 1 or -1."""
-    return all(abs(angle.coeff(symbol)) == 1 for symbol in angle.free_symbols)
 
 
 def _express_by_name(angle: sp.Expr, angle_by_name: Mapping[sp.Symbol, sp.Expr]) -> sp.Expr | None:

@@ -30,7 +30,7 @@ class _SumOfRoots:
 def list_constant_angles(chain: Chain) -> tuple[sp.Expr, ...]:
     """Return the constant angles of an arm's table and base, in order, each reduced to at most 90 degrees."""
     rows = convention_of(chain).rows
-    table_constants = (angle for row in rows for angle in (row.alpha, split_constant(row.theta)[1]))
+    table_constants = (angle for row in rows for angle in (row.alpha, split_constant(row.theta).constant))
     constants = [*table_constants, chain.base.yaw, chain.base.tilt]
     rational = (angle for angle in constants if (angle / sp.pi).is_Rational)
     reduced_angles = (abs(sp.Mod(angle + sp.pi / 2, sp.pi) - sp.pi / 2) for angle in rational)
@@ -71,20 +71,20 @@ def _find_trigs_by_value(angles: tuple[sp.Expr, ...]) -> tuple[dict[sp.Expr, sp.
 def _join_roots(total: sp.Expr, known_sums: Sequence[_SumOfRoots]) -> sp.Expr:
     """Return a sum in which two terms that differ only in their roots are combined by one of the `known_sums`."""
     for sum_of_roots in known_sums:
-        (first, root), (second, second_root) = sum_of_roots.terms
+        (number_1, root_1), (number_2, root_2) = sum_of_roots.terms
         numbers: dict[sp.Expr, dict[sp.Expr, sp.Expr]] = {}
         terms = []
         for term in sp.Add.make_args(total):
             number, other_factors = term.as_coeff_Mul()
             factors = sp.Mul.make_args(other_factors)
-            root_in_term = next((r for r in (root, second_root) if r != 1 and r in factors), sp.S.One)
-            if root_in_term in (root, second_root):
+            root_in_term = next((r for r in (root_1, root_2) if r != 1 and r in factors), sp.S.One)
+            if root_in_term in (root_1, root_2):
                 numbers.setdefault(other_factors / root_in_term, {})[root_in_term] = number
             else:
                 terms.append(term)
         for other_factors, number_by_root in numbers.items():
-            if len(number_by_root) == 2 and number_by_root[root] / first == number_by_root[second_root] / second:
-                terms.append(number_by_root[root] / first * sum_of_roots.trig * other_factors)
+            if len(number_by_root) == 2 and number_by_root[root_1] / number_1 == number_by_root[root_2] / number_2:
+                terms.append(number_by_root[root_1] / number_1 * sum_of_roots.trig * other_factors)
             else:
                 terms += [number * root_in_term * other_factors for root_in_term, number in number_by_root.items()]
         total = sp.Add(*terms)

@@ -7,6 +7,7 @@ arm with symbols for its lengths. The arm's numbers are substituted later.
 from collections.abc import Callable
 from dataclasses import dataclass, replace
 from functools import lru_cache
+from typing import NamedTuple
 
 import sympy as sp
 
@@ -46,12 +47,12 @@ class ExpansionStep:
 class Expansion:
     """The steps of an expansion, and then the determinant in one or two forms (`products`), the last form simplified.
 
-    `along` names the row or column along which a matrix with more than two rows is expanded. `uses_identities` says
+    `line` names the row or column along which a matrix with more than two rows is expanded. `uses_identities` says
     whether trigonometric identities lead from the first form to the last.
     """
 
     steps: tuple[ExpansionStep, ...]
-    along: str
+    line: str
     products: tuple[sp.Expr, ...]
     uses_identities: bool = False
 
@@ -113,7 +114,8 @@ def expand_determinant(matrix: sp.Matrix, steps: tuple[ExpansionStep, ...] = ())
     while matrix.rows > 2 and len(positions) == 1:
         (position,) = positions
         entry = matrix[position]
-        factor, matrix = (-1) ** sum(position) * entry * factor, matrix.minor_submatrix(*position)
+        factor = (-1) ** sum(position) * entry * factor
+        matrix = matrix.minor_submatrix(*position)
         steps = (*steps, ExpansionStep("alone", factor, matrix, line=line, entry=entry))
         line, positions = find_sparsest_line(matrix)
     if matrix.rows <= 2:
@@ -126,12 +128,16 @@ def expand_determinant(matrix: sp.Matrix, steps: tuple[ExpansionStep, ...] = ())
     return Expansion(steps, line, (factor * sp.Add(*products),))
 
 
-def find_sparsest_line(matrix: sp.Matrix) -> tuple[str, list[tuple[int, int]]]:
-    """Return the name of the row or column with the fewest nonzero entries, and the positions (row, column) of these.
+class Line(NamedTuple):
+    """A row or column of a matrix: its name, such as "row 2", and the positions (row, column) of nonzero entries."""
 
-    If several rows or columns have equally few, the one with the simplest entries is returned.
-    """
-    rows = [(f"row {i + 1}", [(i, j) for j in range(matrix.cols)]) for i in range(matrix.rows)]
-    columns = [(f"column {j + 1}", [(i, j) for i in range(matrix.rows)]) for j in range(matrix.cols)]
-    lines = [(name, [at for at in positions if matrix[at] != 0]) for name, positions in rows + columns]
-    return min(lines, key=lambda line: (len(line[1]), sum(sp.count_ops(matrix[position]) for position in line[1])))
+    name: str
+    positions: list[tuple[int, int]]
+
+
+def find_sparsest_line(matrix: sp.Matrix) -> Line:
+    """Return the row or column with the fewest nonzero entries; if several have equally few, the simplest entries."""
+    rows = [Line(f"row {i + 1}", [(i, j) for j in range(matrix.cols)]) for i in range(matrix.rows)]
+    columns = [Line(f"column {j + 1}", [(i, j) for i in range(matrix.rows)]) for j in range(matrix.cols)]
+    lines = [Line(name, [p for p in positions if matrix[p] != 0]) for name, positions in rows + columns]
+    return min(lines, key=lambda line: (len(line.positions), sum(sp.count_ops(matrix[p]) for p in line.positions)))

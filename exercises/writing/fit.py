@@ -166,9 +166,9 @@ def _break_fraction(formula_pieces: Pieces, max_width: float) -> Lines:
     is_bracketed = len(numerator) > 3 and (numerator[1], numerator[-1]) == (_OPEN, _CLOSE)
     if is_bracketed and numerator[0].kind == "number":  # 0.5 (a + b)
         factor, numerator = numerator[0], numerator[2:-1]
-    first, *other_lines = fill_lines(layout.split_terms(numerator), max_width - _total_width(denominator))
+    first_line, *other_lines = fill_lines(layout.split_terms(numerator), max_width - _total_width(denominator))
     opening = (*sign, layout.fraction((factor,), denominator), _OPEN)
-    return [(*opening, *first), *other_lines[:-1], (*other_lines[-1], _CLOSE)] if other_lines else []
+    return [(*opening, *first_line), *other_lines[:-1], (*other_lines[-1], _CLOSE)] if other_lines else []
 
 
 def _split_wide_terms(terms: Sequence[Pieces], max_width: float) -> list[Pieces]:
@@ -233,6 +233,6 @@ def _name_entries(side: Pieces, max_width: float) -> Lines:
     named_piece = layout.script(named_matrix, *matrix_piece.inner[1:]) if is_power else named_matrix
     lines = _break_side((*side[:index], named_piece, *side[index + 1 :]), max_width)
     for entry, name in names.items():
-        first, *other_lines = _break_side(entry, max_width - 4.0)
-        lines += [(*name, layout.EQUALS, *first), *((layout.QUAD, *line) for line in other_lines)]
+        first_line, *other_lines = _break_side(entry, max_width - 4.0)  # the name and the equals sign are narrower
+        lines += [(*name, layout.EQUALS, *first_line), *((layout.QUAD, *line) for line in other_lines)]
     return lines

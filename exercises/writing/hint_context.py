@@ -75,7 +75,7 @@ class HintContext:
     @staticmethod
     def find_minor(minors: Sequence[tuple[str, sp.Expr]]) -> tuple[str, sp.Expr] | None:
         """Return the first minor that is not constant, if another such minor differs by more than its sign."""
-        return _find_first_variable((minor, minor[1]) for minor in minors)
+        return _find_first_variable(((label, value), value) for label, value in minors)
 
     @staticmethod
     def reveals_entry(shown_matrix: sp.Matrix, answer: sp.Expr | sp.Matrix) -> bool:
@@ -126,8 +126,8 @@ class HintContext:
         """
         if find_block_objection(self.chain) is not None or not convention_of(self.chain).frame_numbers:
             return None
-        partition = derive_blocks(self.chain)
-        return None if partition.arm_block_in_frame_1 == partition.arm_block else partition.arm_block_in_frame_1
+        blocks = derive_blocks(self.chain)
+        return None if blocks.arm_block_in_frame_1 == blocks.arm_block else blocks.arm_block_in_frame_1
 
     @property
     def conditions(self) -> list[tuple[int, list[str]]]:
@@ -140,8 +140,9 @@ class HintContext:
 
 def _find_first_variable(items: Iterable[tuple[Item, sp.Expr]]) -> Item | None:
     """Return the first item whose value is not constant, if another such value differs by more than its sign."""
-    variable = [(item, value) for item, value in items if _is_variable(value)]
-    return variable[0][0] if len({_without_sign(value) for _, value in variable}) > 1 else None
+    variable_items = [(item, value) for item, value in items if _is_variable(value)]
+    has_different_values = len({_without_sign(value) for _, value in variable_items}) > 1
+    return next((item for item, _ in variable_items), None) if has_different_values else None
 
 
 def _is_variable(entry: sp.Expr) -> bool:

@@ -91,11 +91,11 @@ class _ExpressionLayout:
         if remainder == 1:
             return self.lay_out_number(coefficient)
         ordered = order.order_product(expression)
-        above, below, flips = ordered.numerator, ordered.denominator, ordered.flipped_sums
-        number_above, number_below = self.split_coefficient(ordered.number, remainder, bool(below))
-        is_alone = not number_above and len(above) == 1 and bool(below or number_below)
-        numerator = number_above + self.lay_out_factors(above, flips, is_alone) or number("1")
-        denominator = number_below + self.lay_out_factors(below, flips, is_alone=not number_below and len(below) == 1)
+        top, bottom, flips = ordered.numerator, ordered.denominator, ordered.flipped_sums
+        top_number, bottom_number = self.split_coefficient(ordered.number, remainder, bool(bottom))
+        is_alone = not top_number and len(top) == 1 and bool(bottom or bottom_number)
+        numerator = top_number + self.lay_out_factors(top, flips, is_alone) or number("1")
+        denominator = bottom_number + self.lay_out_factors(bottom, flips, not bottom_number and len(bottom) == 1)
         if not denominator:
             return _SignedTerm(ordered.is_negative, numerator)
         return _SignedTerm(ordered.is_negative, (layout.fraction(numerator, denominator, remainder.is_number),))
@@ -189,7 +189,8 @@ class _ExpressionLayout:
         if is_fraction and (quotient := _find_quotient_of_lengths(value, self.lengths)) is not None:
             numerator, denominator = map(self.lay_out_number, quotient)
             return (() if quotient[0] == 1 else numerator.pieces), denominator.pieces
-        if value.q > _MAX_DENOMINATOR or not (remainder.is_number or remainder.atoms(sp.Pow) & _list_roots(remainder)):
+        has_root = any(factor.is_Pow and factor.is_number for factor in sp.Mul.make_args(remainder))
+        if value.q > _MAX_DENOMINATOR or not (remainder.is_number or has_root):
             is_short = digits is None or (is_fraction and value > 1 and len(str(inverse_digits)) <= len(digits))
             if inverse_digits is not None and is_short:
                 return (), number(inverse_digits)
@@ -221,11 +222,6 @@ def _ends_in_angle(pieces: Sequence[Layout]) -> bool:
     return pieces[-1].kind == "script" and pieces[-1].inner[0].text == "φ"
 
 
-def _list_roots(expression: sp.Expr) -> set[sp.Expr]:
-    """Return the factors of a term that are roots of numbers."""
-    return {factor for factor in sp.Mul.make_args(expression) if factor.is_Pow and factor.is_number}
-
-
 def tex(expression: sp.Expr | sp.Matrix, chain: Chain | None = None, angles: AngleNames | None = None) -> str:
     r"""Return the LaTeX of an expression or matrix in the textbook's notation, with the names of `angles`.
 
@@ -245,8 +241,13 @@ def tex_zero(condition: sp.Expr, chain: Chain | None = None, angles: AngleNames 
     ('s_{3}', 'a_{1} - a_{2}')
     """
     named = sp.sympify(condition if angles is None else angles.use_names(condition))
-    _, remainder = named.as_coeff_Mul()
-    return tex(remainder if not remainder.is_Add and remainder != 1 else named, chain)
+    return tex(remove_numeric_factor(named), chain)
+
+
+def remove_numeric_factor(condition: sp.Expr) -> sp.Expr:
+    """Return a condition without its numeric factor: sin(theta3) for -2 sin(theta3)."""
+    _, remainder = condition.as_coeff_Mul()
+    return condition if remainder.is_Add or remainder == 1 else remainder
 
 
 def lay_out(expression: sp.Expr | sp.Matrix, chain: Chain | None = None, angles: AngleNames | None = None) -> Layout:
@@ -269,10 +270,10 @@ def list_prismatic_joints(chain: Chain) -> tuple[str, ...]:
 @lru_cache(maxsize=256)
 def list_numeric_lengths(chain: Chain) -> tuple[sp.Rational, ...]:
     """Return the absolute values of the nonzero numeric lengths of an arm."""
-    return tuple(dict.fromkeys(abs(size) for size in lengths_of(chain) if size.is_Rational and size != 0))
+    return tuple(dict.fromkeys(abs(size) for size in list_lengths(chain) if size.is_Rational and size != 0))
 
 
-def lengths_of(chain: Chain) -> list[sp.Expr]:
+def list_lengths(chain: Chain) -> list[sp.Expr]:
     """Return the lengths in an arm's table, point and base, in this order."""
     joints = zip(chain.joints, chain.offsets, strict=True)
     rows = ((joint.a, joint.d if joint.is_revolute else offset) for joint, offset in joints)
@@ -296,10 +297,10 @@ MAX_LINE_WIDTH = 44.0
 
 def tex_lines(expression: sp.Expr, chain: Chain | None = None, angles: AngleNames | None = None) -> str:
     """Return the LaTeX of a sum for the right side of an aligned formula, with long sums broken into lines."""
-    first, *other_lines = fill_lines(layout.split_terms(lay_out(expression, chain, angles).inner), MAX_LINE_WIDTH)
-    return r" \\ & ".join(
-        latex_text(row(*line)) for line in (first, *((layout.QUAD, *line[1:]) for line in other_lines))
-    )
+    terms = layout.split_terms(lay_out(expression, chain, angles).inner)
+    first_line, *other_lines = fill_lines(terms, MAX_LINE_WIDTH)
+    lines = (first_line, *((layout.QUAD, *line[1:]) for line in other_lines))
+    return r" \\ & ".join(latex_text(row(*line)) for line in lines)
 
 
 def tex_length(value: sp.Expr) -> str:
@@ -336,9 +337,8 @@ def _restore_table_numbers(value: sp.Expr) -> sp.Expr:
     common_factor = sp.Integer(math.gcd(*map(int, numbers)))
     if any(decimal_text(number / common_factor) is None for number, _ in terms):
         return value
-    return (
-        value / bracket * common_factor * sp.Add(*(number / common_factor * remainder for number, remainder in terms))
-    )
+    new_bracket = sp.Add(*(number / common_factor * remainder for number, remainder in terms))
+    return value / bracket * common_factor * new_bracket
 
 
 def tex_angle(value: sp.Expr) -> str:

@@ -12,7 +12,7 @@ from functools import cache, lru_cache, partial
 from html import escape
 from itertools import takewhile
 from pathlib import Path
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, NamedTuple
 
 from sympy.printing.pretty.pretty_symbology import line_width
 
@@ -40,16 +40,23 @@ _PLACEHOLDER_WITH_PUNCTUATION = re.compile(rf"([(„“]*){PLACEHOLDER_PATTERN.p
 """Matches a formula with the punctuation around it, from which browsers must not separate the formula."""
 
 
-def parse_markdown(text: str) -> "tuple[list[Token], list[tuple[str, bool]]]":
-    """Return the tokens of a text with placeholders for formulas, and the formulas: (LaTeX, whether displayed)."""
-    formulas: list[tuple[str, bool]] = []
+class MarkdownFormula(NamedTuple):
+    """A formula in Markdown, and whether it is displayed on lines of its own."""
+
+    latex: str
+    is_displayed: bool
+
+
+def parse_markdown(text: str) -> "tuple[list[Token], list[MarkdownFormula]]":
+    """Return the tokens of a text with placeholders for formulas, and the formulas."""
+    formulas: list[MarkdownFormula] = []
 
     def insert_placeholder(match: re.Match[str]) -> str:
         is_displayed = match.group(1) is not None
         latex = match.group(1) or match.group(2)
         if latex is None:
             return match[0]
-        formulas.append((" ".join(latex.split()), is_displayed))
+        formulas.append(MarkdownFormula(" ".join(latex.split()), is_displayed))
         return f"\ue000{len(formulas) - 1}\ue001"
 
     return _get_parser().parse(_FORMULA_OR_CODE.sub(insert_placeholder, text)), formulas
@@ -118,8 +125,8 @@ def _split_equations(latex: str) -> list[tuple[str, str]]:
     pieces = re.split(r"(?<=[,;])(?<!\\[,;])(?: |\\; )(?=[^,;]*=)", latex)
     if len(pieces) < MIN_SPLIT_EQUATIONS:
         return [(latex, "")]
-    *first_pieces, last = pieces
-    return [*((piece[:-1].strip(), f"{piece[-1]} ") for piece in first_pieces), (last.strip(), "")]
+    *pieces, last_piece = pieces
+    return [*((piece[:-1].strip(), f"{piece[-1]} ") for piece in pieces), (last_piece.strip(), "")]
 
 
 def fit_latex(latex: str, max_width: float) -> str:
@@ -182,7 +189,7 @@ def to_latex(text: str, width_share: float = 1.0) -> str:
         return f"${latex}${match.group(2)}"
 
     def convert_cell_formula(match: re.Match[str]) -> str:
-        return f"${formulas[int(match.group(1))][0]}$"
+        return f"${formulas[int(match.group(1))].latex}$"
 
     def convert_table(latex: str) -> str:
         stretch = "\\renewcommand{\\arraystretch}{1.5}" if has_tall_formula(latex, formulas) else ""
@@ -194,10 +201,10 @@ def to_latex(text: str, width_share: float = 1.0) -> str:
     return "".join(pieces).strip() + "\n"
 
 
-def has_tall_formula(text: str, formulas: Sequence[tuple[str, bool]]) -> bool:
+def has_tall_formula(text: str, formulas: Sequence[MarkdownFormula]) -> bool:
     """Return whether a text with placeholders contains a formula that is higher than a line."""
     numbers = map(int, PLACEHOLDER_PATTERN.findall(text))
-    return any(is_taller_than_line(parse_latex(formulas[number][0])) for number in numbers)
+    return any(is_taller_than_line(parse_latex(formulas[number].latex)) for number in numbers)
 
 
 def _write_display(latex: str, max_width: float, punctuation: str = "") -> str:

@@ -65,7 +65,8 @@ def write_hints(problem: Problem, part: Part, language: str = ENGLISH) -> tuple[
 
     A question that an instructor has defined may have none.
     """
-    chain, steps, messages = problem.chain, get_solution_steps(problem.chain), load_catalogue(language)
+    chain, messages = problem.chain, load_catalogue(language)
+    steps = get_solution_steps(chain)
     text = _get_question_macros(part, language).hints(part, chain, derive(chain), Wording(chain, messages), steps)
     with_legends = (add_angle_legend(steps, hint, language) for hint in re.split(r"^---$", text, flags=re.MULTILINE))
     return tuple(filter(str.strip, map(messages.localize_formulas, with_legends)))
@@ -92,23 +93,23 @@ def write_solutions(problem: Problem) -> dict[str, str]:
 
 
 def write_next_solution(
-    problem: Problem, explained_names: set[str], language: str = ENGLISH, first_of_several: bool = True
+    problem: Problem, explained_names: set[str], language: str = ENGLISH, may_be_followed: bool = True
 ) -> str:
     """Return the solution of the last part, for a text that already has the solutions of the earlier parts.
 
     `explained_names` has the abbreviations that the text explains already; abbreviations of this solution are added.
-    `first_of_several` says whether solutions may follow, to which the legend also applies.
+    `may_be_followed` says whether other solutions may follow, to which the legend also applies.
     """
     *earlier_parts, part = problem.parts
-    text = _write_derivation(problem, part, language, frozenset(earlier.kind for earlier in earlier_parts))
+    text = _write_derivation(problem, part, language, frozenset(earlier_part.kind for earlier_part in earlier_parts))
     legend = [pair for pair in _make_legend(get_solution_steps(problem.chain), text) if pair[0] not in explained_names]
     explained_names.update(name for name, _ in legend)
-    return load_catalogue(language).localize_formulas(_add_legend(legend, text, language, first_of_several))
+    return load_catalogue(language).localize_formulas(_add_legend(legend, text, language, may_be_followed))
 
 
-def _write_derivation(problem: Problem, part: Part, language: str, earlier: frozenset[str] = frozenset()) -> str:
+def _write_derivation(problem: Problem, part: Part, language: str, solved_kinds: frozenset[str] = frozenset()) -> str:
     chain = problem.chain
-    wording, steps = Wording(chain, load_catalogue(language), earlier), get_solution_steps(chain)
+    wording, steps = Wording(chain, load_catalogue(language), solved_kinds), get_solution_steps(chain)
     return str(_get_question_macros(part, language).solution(part, chain, derive(chain), wording, steps))
 
 
@@ -122,10 +123,10 @@ def write_answer_code(problem: Problem, part: Part, prefix_width: int = 0) -> st
 
 def add_angle_legend(steps: SolutionSteps, text: str, language: str = ENGLISH) -> str:
     """Return a text on an arm, preceded by a legend of the angles' names in the text."""
-    return _add_legend(_named_angles(steps, text), text, language)
+    return _add_legend(_list_named_angles(steps, text), text, language)
 
 
-def _named_angles(steps: SolutionSteps, text: str) -> list[tuple[str, str]]:
+def _list_named_angles(steps: SolutionSteps, text: str) -> list[tuple[str, str]]:
     """Return the names of angles in a text, each with the angle that it stands for."""
     return [(str(name), tex_angle(angle)) for name, angle in steps.angles.angle_by_name.items() if str(name) in text]
 
@@ -136,7 +137,7 @@ def _make_legend(steps: SolutionSteps, text: str) -> list[tuple[str, str]]:
     single_angles = [(r"c_i", r"\cos\theta_i"), (r"s_i", r"\sin\theta_i")]
     angle_sums = [(r"c_{ij \dots}", r"\cos(\theta_i + \theta_j + \dots)")]
     has_single, has_sums = (any((len(digits) > 1) is is_sum for digits in joints) for is_sum in (False, True))
-    return [*_named_angles(steps, text), *single_angles * has_single, *angle_sums * has_sums]
+    return [*_list_named_angles(steps, text), *single_angles * has_single, *angle_sums * has_sums]
 
 
 def _add_legend(legend: list[tuple[str, str]], text: str, language: str, is_for_several: bool = False) -> str:

@@ -8,6 +8,7 @@ x = (0.2 + a_2 c_2) c_1 + d_2 s_1. No value changes, and short expressions stay 
 from collections.abc import Callable, Iterator
 from functools import lru_cache
 from itertools import combinations
+from typing import NamedTuple
 
 import sympy as sp
 
@@ -64,7 +65,8 @@ def _join_squares(total: sp.Expr) -> sp.Expr | None:
             base, power = square.as_base_exp()
             if power != 2 or not isinstance(base, (sp.sin, sp.cos)):
                 continue
-            remainder, complement = term / square, (sp.cos if isinstance(base, sp.sin) else sp.sin)(base.args[0]) ** 2
+            remainder = term / square
+            complement = (sp.cos if isinstance(base, sp.sin) else sp.sin)(base.args[0]) ** 2
             if -remainder in terms:
                 return total - term + remainder - remainder * complement
             if remainder * complement in terms:
@@ -114,10 +116,17 @@ def is_joint_sum(angle: sp.Expr) -> bool:
     return (find_joint_sum_digits(angle) or find_joint_sum_digits(-angle)) is not None
 
 
-def split_constant(angle: sp.Expr) -> tuple[sp.Expr, sp.Expr]:
+class AngleParts(NamedTuple):
+    """The part of an angle that contains symbols, and the constant that is added to it."""
+
+    variable: sp.Expr
+    constant: sp.Expr
+
+
+def split_constant(angle: sp.Expr) -> AngleParts:
     """Return the variable part and the constant part of an angle."""
-    constant, remainder = angle.as_independent(sp.Symbol, as_Add=True)
-    return remainder, constant
+    constant, variable = angle.as_independent(sp.Symbol, as_Add=True)
+    return AngleParts(variable, constant)
 
 
 def _split_number(term: sp.Expr) -> tuple[sp.Expr, list[sp.Expr]]:
@@ -129,9 +138,10 @@ def _split_number(term: sp.Expr) -> tuple[sp.Expr, list[sp.Expr]]:
 def _join_shifted_terms(total: sp.Expr) -> sp.Expr | None:
     """Return a sum with fewer terms, by expanding sines and cosines of an angle plus a constant; None if impossible."""
     trigs = total.atoms(sp.sin, sp.cos)
-    shifted_angles = {split_constant(trig.args[0])[0] for trig in trigs if _has_shift(trig.args[0])}
+    variable_parts = {trig: split_constant(trig.args[0]).variable for trig in trigs}
+    shifted_angles = {angle for trig, angle in variable_parts.items() if _has_shift(trig.args[0])}
     for angle in sorted(shifted_angles, key=sp.default_sort_key):
-        expanded_trigs = {trig: _expand_shift(trig) for trig in trigs if split_constant(trig.args[0])[0] == angle}
+        expanded_trigs = {trig: _expand_shift(trig) for trig in trigs if variable_parts[trig] == angle}
         joined = sp.expand(total.xreplace(expanded_trigs))
         if len(sp.Add.make_args(joined)) < len(total.args):
             return joined
@@ -217,8 +227,8 @@ def _collect_first_joint(total: sp.Add) -> sp.Expr:
     trigs_with_joints = [trig for trig in total.atoms(sp.sin, sp.cos) if trig.args[0].free_symbols]
     if not trigs_with_joints:
         return total
-    first_joint = min(min(_joints_in_angle(trig)) for trig in trigs_with_joints)
-    common_trigs = [trig for trig in trigs_with_joints if first_joint in _joints_in_angle(trig)]
+    first_joint = min(min(_find_joints_in_angle(trig)) for trig in trigs_with_joints)
+    common_trigs = [trig for trig in trigs_with_joints if first_joint in _find_joints_in_angle(trig)]
     if not all(trig.args[0].is_Symbol for trig in common_trigs):
         return total
     angle_symbols = set().union(*(trig.args[0].free_symbols for trig in trigs_with_joints))
@@ -236,5 +246,5 @@ def _collect_first_joint(total: sp.Add) -> sp.Expr:
     return sp.Add(*(trig * sp.Add(*remainders) for trig, remainders in groups.items()))
 
 
-def _joints_in_angle(trig: sp.Expr) -> set[int]:
+def _find_joints_in_angle(trig: sp.Expr) -> set[int]:
     return {joint for symbol in trig.args[0].free_symbols for joint in find_joints(symbol)}

@@ -32,7 +32,7 @@ from qdot.exercises.writing import expansion
 from qdot.exercises.writing.angles import AngleNames, iterate_arm_angles, list_link_angles, name_angles
 from qdot.exercises.writing.expansion import Expansion, expand_determinant, expand_jacobian
 from qdot.exercises.writing.hint_context import HintContext
-from qdot.exercises.writing.latex import tex
+from qdot.exercises.writing.latex import remove_numeric_factor, tex
 
 
 @dataclass(frozen=True)
@@ -51,7 +51,7 @@ class Column:
 
 
 @dataclass(frozen=True)
-class Recursion:
+class RecursionStep:
     """A step of (6.13) from p*_i to p*_{i-1} (`p_star`), with i = `number`; `rotated_link` is R_{i-1} r_i."""
 
     number: int
@@ -65,14 +65,15 @@ class SingularComponent:
 
     `solutions` are pairs (joint variable, values), or None if a condition depends on several joints. `kind` is the
     classification of all these configurations. If a joint has several values whose kinds differ, `cases` has the kind
-    for each choice of values. If only some lengths allow the conditions, `need` has the inequality for the lengths.
+    for each choice of values. If only some lengths allow the conditions, `existence_condition` is the inequality for
+    the lengths.
     """
 
     conditions: tuple[sp.Expr, ...]
     solutions: tuple[tuple[sp.Symbol, tuple[sp.Expr, ...]], ...] | None
     kind: Classification
     cases: tuple[tuple[Values, Classification], ...] = ()
-    need: ExistenceCondition | None = None
+    existence_condition: ExistenceCondition | None = None
 
     @property
     def states_joint_value(self) -> bool:
@@ -89,8 +90,8 @@ class SolutionSteps:
     def __init__(self, chain: Chain) -> None:
         self.chain, self.convention = chain, convention_of(chain)
         self.derivation: Derivation = derive(chain)
-        arm_structure = symbolic_arm_of(chain)
-        self._structure, self._values = arm_structure.chain, dict(arm_structure.values)
+        symbolic_arm = symbolic_arm_of(chain)
+        self._structure, self._values = symbolic_arm.chain, dict(symbolic_arm.values)
         self.kinds = [joint.kind for joint in chain.joints]
         """For each joint, R (revolute) or P (prismatic)."""
         self.rates, self.velocity = sp.Matrix(chain.rates), sp.Matrix(task_velocity(chain))
@@ -140,7 +141,7 @@ class SolutionSteps:
     def transforms(self) -> list[sp.Matrix]:
         """The transforms T_{0,1} ... T_{n-1,n} (4 x 4), one for each row of the table."""
         rows = self.convention.rows
-        return [_make_transform(self.convention.rotation(row), self.convention.link_vector(row)) for row in rows]
+        return [screws.make_transform(self.convention.rotation(row), self.convention.link_vector(row)) for row in rows]
 
     @cached_property
     def origins(self) -> list[sp.Matrix]:
@@ -174,7 +175,7 @@ class SolutionSteps:
     @property
     def home_pose(self) -> sp.Matrix:
         """The pose M of the body frame at home (4 x 4)."""
-        return _make_transform(sp.eye(3), self.point_at_home)
+        return screws.make_transform(sp.eye(3), self.point_at_home)
 
     @property
     def point_at_home(self) -> sp.Matrix:
@@ -225,14 +226,14 @@ class SolutionSteps:
         return sp.Matrix.hstack(shortened[:, :2], self.derivation.z[:, joint - 1])
 
     @cached_property
-    def recursion(self) -> list[Recursion]:
+    def recursion(self) -> list[RecursionStep]:
         """The steps of (6.13) for a point in the last frame, the last joint first."""
         derivation, first_frame = derive(self._structure), self.convention.frame_on_axis(1)
         rotations, links = derivation.rotations, derivation.link_vectors
         steps = []
         for i in range(self.chain.point.frame, first_frame, -1):
             rotated_link = self._substitute_numbers(rotations[i - 1] * links[i - 1])
-            steps.append(Recursion(i, rotated_link, self.derivation.p_star[:, i - 1 - first_frame]))
+            steps.append(RecursionStep(i, rotated_link, self.derivation.p_star[:, i - 1 - first_frame]))
         return steps
 
     @property
@@ -285,7 +286,7 @@ class SolutionSteps:
     @property
     def sparsest_line(self) -> str:
         """The name of the row or column of J with the most zeros."""
-        return expansion.find_sparsest_line(self.derivation.jacobian)[0]
+        return expansion.find_sparsest_line(self.derivation.jacobian).name
 
     @cached_property
     def arm_expansion(self) -> Expansion:
@@ -341,7 +342,7 @@ class SolutionSteps:
     def find_largest_minor(self, configuration: ConfigurationAndVelocity) -> tuple[str, sp.Expr]:
         """Return the minor with the largest absolute value at a configuration: its columns or rows, and its value."""
         values = [(label, self.evaluate(configuration, minor)) for label, minor in self.minors]
-        return max(values, key=lambda labelled_value: abs(labelled_value[1]))
+        return max(values, key=lambda label_and_value: abs(label_and_value[1]))
 
     # --- singular configurations ---
 
@@ -376,8 +377,9 @@ class SolutionSteps:
         """Return a component of the singular set with its geometric meaning and its kind."""
         conditions = self._shown_conditions(component)
         kind = classify(self.chain, component)
-        need = next(filter(None, (find_existence_condition(condition, self.chain) for condition in conditions)), None)
-        return SingularComponent(conditions, component.solutions, kind, self._find_cases(component, kind), need)
+        inequalities = (find_existence_condition(condition, self.chain) for condition in conditions)
+        inequality = next(filter(None, inequalities), None)
+        return SingularComponent(conditions, component.solutions, kind, self._find_cases(component, kind), inequality)
 
     def shown_condition(self, condition: sp.Expr) -> sp.Expr:
         """Return a condition without its numeric factor; a sum has the same signs as in the det J that is shown."""
@@ -427,23 +429,12 @@ class SolutionSteps:
         return [format_three_digits(value) for value in part.answer.as_matrix()]
 
 
-def _make_transform(rotation: sp.Matrix, origin: sp.Matrix) -> sp.Matrix:
-    """Return the transform (4 x 4) with a rotation matrix and an origin."""
-    return rotation.row_join(origin).col_join(sp.Matrix([[0, 0, 0, 1]]))
-
-
 @lru_cache(maxsize=512)
 def _compute_cofactors(chain: Chain) -> sp.Matrix:
     """Return the cofactors of the task Jacobian of a structure."""
     jacobian = derive(chain).jacobian
     n = jacobian.rows
     return sp.Matrix(n, n, lambda i, j: jacobian.cofactor(i, j) if n > 1 else sp.S.One)
-
-
-def remove_numeric_factor(condition: sp.Expr) -> sp.Expr:
-    """Return a condition without its numeric factor: sin(theta3) for -2 sin(theta3)."""
-    coefficient, remainder = condition.as_coeff_Mul()
-    return condition if remainder.is_Add or coefficient == 1 else remainder
 
 
 def format_three_digits(value: sp.Expr) -> str:

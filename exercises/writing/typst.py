@@ -44,7 +44,8 @@ def to_typst(text: str, width_share: float = 1.0) -> str:
     tokens, formulas = markup.parse_markdown(text)
 
     def convert_formula(match: re.Match[str]) -> str:
-        (latex, is_displayed), punctuation = formulas[int(match.group(1))], match.group(2) or ""
+        latex, is_displayed = formulas[int(match.group(1))]
+        punctuation = match.group(2) or ""
         layout, max_width = parse_latex(latex), width_share * TYPST_WIDTH
         words = typst_string(speak(layout))
         if not is_displayed and not is_too_wide_inline(layout, max_width):
@@ -61,7 +62,7 @@ def to_typst(text: str, width_share: float = 1.0) -> str:
     return re.sub(r"\n{3,}", "\n\n", _PLACEHOLDER_BEFORE_PUNCTUATION.sub(convert_formula, body)).strip() + "\n"
 
 
-def _open_table(tokens: Sequence[Token], index: int, formulas: Sequence[tuple[str, bool]]) -> str:
+def _open_table(tokens: Sequence[Token], index: int, formulas: Sequence[markup.MarkdownFormula]) -> str:
     table = takewhile(lambda token: token.type != "table_close", tokens[index:])
     is_tall = has_tall_formula("".join(token.content for token in table), formulas)
     inset = "inset: (x: 0.65em, y: 0.62em), " if is_tall else ""

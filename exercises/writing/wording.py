@@ -16,7 +16,7 @@ from qdot.exercises.singularities.classification import Classification
 from qdot.exercises.singularities.singular_set import Values
 from qdot.exercises.singularities.singularity_kinds import can_establish_kind
 from qdot.exercises.writing.languages import ENGLISH, Catalogue, load_catalogue
-from qdot.exercises.writing.latex import lengths_of, tex, tex_angle, tex_length, tex_value, write_symbol
+from qdot.exercises.writing.latex import list_lengths, tex, tex_angle, tex_length, tex_value, write_symbol
 from qdot.exercises.writing.translatable_phrases import NUMBER_WORDS
 
 
@@ -250,7 +250,7 @@ class Wording:
     @property
     def has_numbers(self) -> bool:
         """Whether a nonzero length of the table, base or point is given as a number."""
-        return any(length.is_number and length != 0 for length in lengths_of(self.chain))
+        return any(length.is_number and length != 0 for length in list_lengths(self.chain))
 
     # --- for single questions ---
 
@@ -339,9 +339,10 @@ class Wording:
 
     def join(self, words: list[str]) -> str:
         """Join words as in a sentence: "x, y and z"."""
-        *first_words, last = words
-        joined_words = ", ".join(first_words)
-        return self.messages.gettext("%(rest)s and %(last)s", rest=joined_words, last=last) if first_words else last
+        *first_words, last_word = words
+        if not first_words:
+            return last_word
+        return self.messages.gettext("%(rest)s and %(last)s", rest=", ".join(first_words), last=last_word)
 
 
 def format_coordinates(values: Iterable[sp.Expr]) -> str:
@@ -351,10 +352,10 @@ def format_coordinates(values: Iterable[sp.Expr]) -> str:
     return f"({coordinates})" + (r"\,\text{m}" if is_numeric else "")
 
 
-def join(words: list[str], last: str = "and") -> str:
-    """Join words as in a sentence.
+def join(words: list[str], conjunction: str = "and") -> str:
+    """Join words as in a sentence, in English.
 
     >>> join(["x", "y", "z"])
     'x, y and z'
     """
-    return words[0] if len(words) == 1 else f"{', '.join(words[:-1])} {last} {words[-1]}"
+    return words[0] if len(words) == 1 else f"{', '.join(words[:-1])} {conjunction} {words[-1]}"

@@ -24,7 +24,7 @@ MAX_LINKS = 8
 def explain_missing_links(answer: WrongAnswer) -> Diagnosis | None:
     """Return the diagnosis that an answer of the expected shape lacks the contributions of some links, or None."""
     stages, correct_values, question = answer.correct_working, answer.correct_values, question_of(answer.part)
-    linear_rows, residual = question.link_sum_rows(stages.chain), correct_values - answer.numeric.values
+    linear_rows, residual = question.find_link_sum_rows(stages.chain), correct_values - answer.numeric.values
     if not linear_rows or residual.shape[1] > stages.n:
         return None
     answer_rows, axes = map(list, zip(*linear_rows, strict=True))

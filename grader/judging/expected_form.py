@@ -33,7 +33,7 @@ class ExpectedForm:
 def find_expected_form(problem: Problem, part: Part) -> ExpectedForm:
     """Return the form in which the answer to a part is expected."""
     question, joints = question_of(part), tuple(q.name for q in problem.chain.q)
-    labels, columns = question.list_names_to_type(problem.chain, part), question.column_names(problem.chain)
+    labels, columns = question.list_names_to_type(problem.chain, part), question.name_columns(problem.chain)
     return ExpectedForm(part.answer, problem.domain, joints, labels, columns, find_power_of_metres(part))
 
 

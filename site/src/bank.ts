@@ -84,13 +84,7 @@ export interface Robot {
   readonly convention?: "modified-dh" | "screws";
 }
 
-export interface Row {
-  readonly kind: "R" | "P";
-  readonly theta: string;
-  readonly d: string;
-  readonly a: string;
-  readonly alpha: string;
-}
+export type Row = { readonly kind: "R" | "P" } & Readonly<Record<"theta" | "d" | "a" | "alpha", string>>;
 
 export type TaskRow = "vx" | "vy" | "vz" | "wx" | "wy" | "wz";
 

@@ -8,6 +8,12 @@ export function afterPaint(work: () => void): void {
   else requestAnimationFrame(() => setTimeout(work));
 }
 
+/** Call a listener at each event of a target, until the returned function is called. */
+export function listen<E extends Event>(target: EventTarget, name: string, listener: (event: E) => void): () => void {
+  target.addEventListener(name, listener as (event: Event) => void);
+  return () => target.removeEventListener(name, listener as (event: Event) => void);
+}
+
 /** Return how often a component was painted, up to `last`. It shows its parts step by step, so no step takes long. */
 export function useSteps(last: number): number {
   const [step, setStep] = useState(0);

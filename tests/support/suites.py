@@ -87,7 +87,7 @@ def make_family_params(names: Iterable[str]) -> list[object]:
 EXAMPLES = (
     "exercises/arm/test_derivation.py", "exercises/formula/test_equality.py",
     "exercises/mistakes/test_catalogue.py::test_every_mistake_is_wrong_and_named[elbow-3r]",
-    "exercises/questions/test_questions.py::test_what_an_id_regenerates_has_not_changed",
+    "exercises/questions/test_questions.py::test_id_regenerates_the_stored_problem",
     "exercises/questions/test_questions.py::test_answers_are_well_formed",
     "exercises/short_questions/test_quizzes.py::test_what_an_id_is_asked_has_not_changed",
     "exercises/verify/test_verify.py::test_every_reference_passes", "exercises/writing/test_problem_texts.py",

@@ -94,7 +94,7 @@ def problems_json() -> list[dict[str, Any]]:
 def part_json(problem: Problem, part: Part) -> dict[str, Any]:
     """Return a part in the form of the site's bank, with the fields that judging needs."""
     question, key = ALL_QUESTIONS[part.kind], make_key(problem, part, with_mistakes=False)
-    labels, columns = list(question.list_names_to_type(problem.chain, part)), list(question.column_names(problem.chain))
+    labels, columns = list(question.list_names_to_type(problem.chain, part)), list(question.name_columns(problem.chain))
     return {"name": part.name, "kind": part.kind, "labels": labels, "columns": columns, "key": key}
 
 

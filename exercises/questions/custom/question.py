@@ -22,7 +22,7 @@ from qdot.exercises.common.stream import Stream
 from qdot.exercises.formula.parser import parse_formula
 from qdot.exercises.formula.program import compile_program, evaluate
 from qdot.exercises.formula.sympy_text import expression_text
-from qdot.exercises.problem.problem import Details, SymbolInfo, table_numbers
+from qdot.exercises.problem.problem import Details, SymbolInfo, list_table_numbers
 from qdot.exercises.questions import inversion
 from qdot.exercises.questions.base import AnswerAndDetails, Question, find_term_count_objection
 from qdot.exercises.questions.custom.definition import GIVEN_GROUPS, SAMPLED_KINDS, TEXT_ANSWER, Definition, GivenValue
@@ -132,7 +132,7 @@ def make_question(definition: Definition) -> CustomQuestion:
         template="custom", sample=sample, prerequisites=prerequisites, find_arm_objection=maker.find_objection,
         formula=maker.compute_answer if maker.formulas and not maker.is_set else None,
         alternative_prerequisites=maker.prerequisite_sets,
-        entry_names=lambda chain, part: definition.rows,
+        name_entries=lambda chain, part: definition.rows,
     )  # fmt: skip
 
 
@@ -185,7 +185,7 @@ class QuestionMaker:
     def _compute(self, formula: ast.expr, stages: StageResults) -> np.ndarray:
         chain = stages.chain
         own_symbols = (*chain.q, *chain.rates, *chain.parameters, *chain.task, *(self.list_new_symbols(chain) or ()))
-        return compute(formula, make_quantities(stages, frozenset(map(str, own_symbols)), table_numbers(chain)))
+        return compute(formula, make_quantities(stages, frozenset(map(str, own_symbols)), list_table_numbers(chain)))
 
     # --- formulas ---
 
@@ -238,7 +238,7 @@ class QuestionMaker:
     def names_arm_symbols(self, chain: Chain, formulas: Sequence[ast.expr] = ()) -> bool:
         """Return whether formulas, by default those of the answer, name joint variables or lengths of the arm."""
         used = formulas or self._all_formulas
-        names = {*(q.name for q in (*chain.q, *chain.parameters)), *table_numbers(chain), "q"}
+        names = {*(q.name for q in (*chain.q, *chain.parameters)), *list_table_numbers(chain), "q"}
         keywords = (node.arg for f in used for node in ast.walk(f) if isinstance(node, ast.keyword))
         return not names.isdisjoint({*set().union(*map(find_names, used)), *keywords})
 

@@ -2,6 +2,8 @@
 
 import { useEffect, useLayoutEffect, useState } from "preact/hooks";
 
+import { listen } from "../scheduling.js";
+
 type Size = readonly [width: number, height: number];
 
 export function useSize(element: { readonly current: Element | null }, first: Size): Size {
@@ -32,8 +34,7 @@ export function useReducedMotion(): boolean {
     const query = matchMedia("(prefers-reduced-motion: reduce)");
     const update = (): void => setStill(query.matches);
     update();
-    query.addEventListener("change", update);
-    return () => query.removeEventListener("change", update);
+    return listen(query, "change", update);
   }, []);
   return isReduced;
 }

@@ -42,7 +42,7 @@ function startRound(index: Index, search: string): { round: Round; recipient: Re
   if ("key" in round) return round;
   const around = {
     isFramed: window.parent !== window,
-    post: (news: unknown, origin: string) => window.parent.postMessage(news, origin),
+    post: (current: unknown, origin: string) => window.parent.postMessage(current, origin),
   };
   const origins = { named: link.origin, own: window.location.origin };
   return { round, recipient: parentPage(around, origins, storage, `qdot-round${nameOf(link)}`) };

@@ -5,7 +5,7 @@ import { useEffect, useRef, useState } from "preact/hooks";
 
 import type { Index } from "../bank.js";
 import { Choice, LITERAL, optionsOf } from "../controls.js";
-import { useDebounced } from "../scheduling.js";
+import { listen, useDebounced } from "../scheduling.js";
 import { LESSONS } from "../learn/lessons.js";
 import { CopyButton } from "../pages/copied.js";
 import { WishChoices } from "../practice/wish-choices.js";
@@ -189,14 +189,11 @@ function Preview({ link }: { link: Link }): JSX.Element {
   const shown = useDebounced(address, SETTLING);
   const [lastMessage, setLastMessage] = useState("");
   const frame = useRef<HTMLIFrameElement>(null);
-  useEffect(() => {
-    const listen = ({ origin, source, data }: MessageEvent) => {
-      if (origin === window.location.origin && source === frame.current?.contentWindow)
-        setLastMessage(JSON.stringify(data, null, 1));
-    };
-    window.addEventListener("message", listen);
-    return () => window.removeEventListener("message", listen);
-  }, []);
+  const receive = ({ origin, source, data }: MessageEvent): void => {
+    if (origin === window.location.origin && source === frame.current?.contentWindow)
+      setLastMessage(JSON.stringify(data, null, 1));
+  };
+  useEffect(() => listen(window, "message", receive), []);
   return (
     <section>
       <h2>{say("maker.preview")}</h2>

@@ -47,10 +47,10 @@ export function parentPage(around: SurroundingPage, origins: Origins, storage: S
   return {
     ...stored,
     isAccepting: around.isFramed,
-    report(news) {
-      if (around.isFramed) around.post(resultMessage(news, isFirst), origins.named || origins.own);
+    report(current) {
+      if (around.isFramed) around.post(resultMessage(current, isFirst), origins.named || origins.own);
       isFirst = false;
-      return stored.report(news);
+      return stored.report(current);
     },
   };
 }

@@ -24,9 +24,9 @@ export interface Recipient {
   /** Whether it accepts results. */
   readonly isAccepting: boolean;
   /** Report results; return false if they must be reported again. */
-  report(news: Report): boolean;
+  report(current: Report): boolean;
   /** Called when the page is left. */
-  leave(news: Report): void;
+  leave(current: Report): void;
 }
 
 /** Return whether all questions were answered or given up. */

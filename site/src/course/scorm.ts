@@ -182,9 +182,9 @@ export function connect(version: Version, from: Above): Platform | null {
     const count = Number(get("cmi.interactions._count") || NaN);
     if (count < MAX_RECORDED) for (const [name, value] of interaction(model, count, given, round)) set(name, value);
   };
-  const report = (news: Report): boolean => {
+  const report = (current: Report): boolean => {
     if (!isAccepting || hasEnded) return true;
-    const { round, score, standing, given } = news;
+    const { round, score, standing, given } = current;
     const all: Elements = [
       ...model.results(round, score),
       ["cmi.suspend_data", asText(round, standing)],
@@ -200,9 +200,9 @@ export function connect(version: Version, from: Above): Platform | null {
     isAccepting,
     destination: message(isAccepting ? "round.sent" : "round.review"),
     report: report,
-    leave(news) {
+    leave(current) {
       if (hasEnded) return;
-      report({ ...news, given: null });
+      report({ ...current, given: null });
       hasEnded = true;
       call(model.finish, ""); // if this fails, everything was reported before
     },

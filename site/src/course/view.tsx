@@ -6,6 +6,7 @@ import { useEffect, useRef, useState } from "preact/hooks";
 import { Button } from "../controls.js";
 import type { Index } from "../bank.js";
 import { Current } from "../practice/current.js";
+import { listen } from "../scheduling.js";
 import { inDigits, message, type Message, textOf, say } from "../text/text.js";
 import { type JudgedAnswer, isComplete, isPassed, type Report, type Recipient } from "./recipient.js";
 import {
@@ -29,25 +30,20 @@ export function RoundView({ index, round, recipient }: RoundViewProps): JSX.Elem
   const [{ place, visits }, setPlace] = useState({ place: nextPlace(round, standing, -1) ?? 0, visits: 0 });
   const [isSent, setSent] = useState(true);
   const latest = useRef<Standing>(standing);
-  const newsOf = (now: Standing, given: JudgedAnswer | null): Report => {
+  const reportOf = (now: Standing, given: JudgedAnswer | null): Report => {
     return { round, standing: now, score: scoreOf(round, now), given };
   };
   const report = (now: Standing, given: JudgedAnswer | null): void => {
     latest.current = now;
     setStanding(now);
-    setSent(recipient.report(newsOf(now, given)));
+    setSent(recipient.report(reportOf(now, given)));
   };
   useEffect(() => {
     report(standing, null);
-    const leave = () => recipient.leave(newsOf(latest.current, null));
-    const back = ({ persisted }: PageTransitionEvent) => persisted && window.location.reload(); // the session has ended
-    window.addEventListener("pagehide", leave);
-    window.addEventListener("pageshow", back);
-    return () => {
-      window.removeEventListener("pagehide", leave);
-      window.removeEventListener("pageshow", back);
-    };
+    return listen(window, "pagehide", () => recipient.leave(reportOf(latest.current, null)));
   }, []);
+  const reload = ({ persisted }: PageTransitionEvent) => persisted && window.location.reload(); // the session has ended
+  useEffect(() => listen(window, "pageshow", reload), []);
   const go = (to: number): void => setPlace({ place: to, visits: visits + 1 });
   const asked = round.asked[place]!;
   const tried = standing[place]!;

@@ -11,6 +11,7 @@ import { armOf, namedPose } from "../arm/model.js";
 import type { Stage } from "../arm/stage.js";
 import type { NamedPose, Robot } from "../bank.js";
 import { CopyButton, saveFile } from "../pages/copied.js";
+import { listen } from "../scheduling.js";
 import { language, textOf, say } from "../text/text.js";
 import { withAnglesIn } from "./angles.js";
 import { Editor } from "./editor.js";
@@ -57,15 +58,12 @@ export function OwnArm({ known }: { known: KnownArms }): JSX.Element {
   const shape = state.table.rows.map(({ kind }) => kind).join("");
   const first = useMemo(() => poseOf(state) ?? poseIfFits(robot, pose.current), [robot]);
 
-  useEffect(() => {
-    const followLink = (): void => {
-      if (!window.location.hash.includes("=") || window.location.hash === writtenFragment.current) return;
-      pose.current = undefined;
-      setOwn(fromAddress(all));
-    };
-    window.addEventListener("hashchange", followLink);
-    return () => window.removeEventListener("hashchange", followLink);
-  }, [all]);
+  const followLink = (): void => {
+    if (!window.location.hash.includes("=") || window.location.hash === writtenFragment.current) return;
+    pose.current = undefined;
+    setOwn(fromAddress(all));
+  };
+  useEffect(() => listen(window, "hashchange", followLink), [all]);
 
   const at = stage?.settled.pose;
   const fragment = asFragment(

@@ -37,27 +37,18 @@ export interface Table {
 }
 
 /** A row in numbers (rad, m): constants, and whether the joint counts in the other direction. */
-export interface Row {
-  readonly kind: Kind;
-  readonly theta: number;
-  readonly d: number;
-  readonly a: number;
-  readonly alpha: number;
-  readonly reversed: boolean;
-}
+export type Row = { readonly kind: Kind; readonly reversed: boolean } & Readonly<Record<Entry, number>>;
 
-export interface Numbers {
-  readonly rows: readonly Row[];
-  readonly tool: Triple<number>;
-  readonly place: Triple<number>;
-  readonly turn: Triple<number>;
-}
+/** A vector of a table: the point, or the position or orientation of the base. */
+type Place = "tool" | "place" | "turn";
+
+export type Numbers = { readonly rows: readonly Row[] } & Readonly<Record<Place, Triple<number>>>;
 
 /** The cell of a row, or of a vector: "rows/0/theta", "tool/2". */
 export type Cell = string;
 
 export const rowCell = (row: number, entry: Entry): Cell => `rows/${row}/${entry}`;
-export const placeCell = (place: "tool" | "place" | "turn", axis: number): Cell => `${place}/${axis}`;
+export const placeCell = (place: Place, axis: number): Cell => `${place}/${axis}`;
 
 export type Faults = ReadonlyMap<Cell, Message>;
 
@@ -112,7 +103,7 @@ export function numbersOf(table: Table): Numbers | Faults {
       return fallback;
     });
   const rows = table.rows.map((row, i) => numbersOfRow(row, i, table.angles, orFault));
-  const tripleOf = (place: "tool" | "place" | "turn"): Triple<number> => {
+  const tripleOf = (place: Place): Triple<number> => {
     const [x, y, z] = table[place].map((text, axis) =>
       orFault(placeCell(place, axis), () => parseConstant(text, place === "turn" ? table.angles : null), 0),
     );

@@ -8,15 +8,13 @@ const READER_EVENTS = ["wheel", "touchstart", "pointerdown", "keydown"] as const
 /** Scroll an element (the top of a tall one) into view, and again once the page has settled, unless the reader acts. */
 export function bringIntoView(element: Element): void {
   scrollTo(element);
-  const wait = setTimeout(() => {
-    stop();
-    scrollTo(element);
+  const waiting = new AbortController();
+  const { signal } = waiting;
+  for (const name of READER_EVENTS) window.addEventListener(name, () => waiting.abort(), { passive: true, signal });
+  setTimeout(() => {
+    if (!signal.aborted) scrollTo(element);
+    waiting.abort();
   }, SETTLING);
-  const stop = (): void => {
-    clearTimeout(wait);
-    for (const name of READER_EVENTS) window.removeEventListener(name, stop);
-  };
-  for (const name of READER_EVENTS) window.addEventListener(name, stop, { passive: true });
 }
 
 function scrollTo(element: Element): void {

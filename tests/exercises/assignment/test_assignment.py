@@ -1,4 +1,4 @@
-"""An assignment's folder: what is wrong in it is told with file, line or key, and what decimals may be off."""
+"""Assignment folders: errors name file, line or key; releases survive killed runs; `decimals` allows rounding."""
 
 import os
 import re
@@ -35,8 +35,8 @@ PROBLEM = '[[problem]]\nfamily = "planar-2r"\nquestions = ["position"]\n'
 TOML = f'title = "T"\nkey = "hw"\n\n{PROBLEM}'
 
 
-def has(text: str, pieces: str) -> bool:
-    """Return whether a text has these pieces, written with an ellipsis between one and the next."""
+def contains_pieces(text: str, pieces: str) -> bool:
+    """Return whether a text contains these pieces, which are separated by ellipses."""
     return all(piece in text for piece in pieces.split(" … "))
 
 
@@ -46,11 +46,11 @@ def folder(tmp_path: Path) -> Path:
     return tmp_path / "hw"
 
 
-def test_a_class_whose_file_is_missing_is_told_what_to_name(tmp_path: Path) -> None:
+def test_init_names_missing_roster_file(tmp_path: Path) -> None:
     assert str(tmp_path / "class.csv") in run_and_fail("init", tmp_path / "hw", "--roster", tmp_path / "class.csv")
 
 
-def test_a_new_folder_is_an_assignment(folder: Path) -> None:
+def test_init_creates_loadable_assignment(folder: Path) -> None:
     assignment = load_assignment(folder)
     assert assignment.title == "A title"
     assert [slot.name for slot in assignment.slots] == ["p1", "p2", "p3", "p4"]
@@ -113,12 +113,12 @@ WRONG_TOML = [
 ]
 
 
-@pytest.mark.parametrize(("toml", "said"), WRONG_TOML)
-def test_what_is_wrong_in_assignment_toml_is_told(folder: Path, toml: str, said: str) -> None:
+@pytest.mark.parametrize(("toml", "message"), WRONG_TOML)
+def test_error_in_assignment_toml_names_its_line(folder: Path, toml: str, message: str) -> None:
     (folder / "assignment.toml").write_text(toml)
     with pytest.raises(QdotError, match=r"assignment\.toml") as caught:
         load_assignment(folder)
-    assert has(str(caught.value), said)
+    assert contains_pieces(str(caught.value), message)
 
 
 WRONG_ROSTERS = [
@@ -142,27 +142,27 @@ WRONG_ROSTERS = [
     *((f"student\ns1\n{name}\n", f"line 3 … '{name}' … Windows") for name in (
         "CON", "con.txt", "aux .b", "NUL", "Prn", "com1", "COM²", "lpt9.csv", "CONIN$", "ada.",
     )),
-    (b"student\n\x81\n", "line 2 … UTF-8"),  # in no encoding of Excel's, or in two: a wrong name would be nobody's
+    (b"student\n\x81\n", "line 2 … UTF-8"),  # in none of Excel's encodings, or in two at once
     ("student\nZo\xeb\n".encode() + b"\xeb\n", "line 3 … UTF-8"),
     (b"\xff\xfes\0t\0\n\0\0\xd8", "line 2 … UTF-8"),
 ]  # fmt: skip
 
 
-@pytest.mark.parametrize(("roster", "said"), WRONG_ROSTERS)
-def test_what_is_wrong_in_the_roster_is_told(folder: Path, roster: str | bytes, said: str) -> None:
+@pytest.mark.parametrize(("roster", "message"), WRONG_ROSTERS)
+def test_error_in_roster_names_its_line(folder: Path, roster: str | bytes, message: str) -> None:
     (folder / "roster.csv").write_bytes(roster if isinstance(roster, bytes) else roster.encode())
     with pytest.raises(QdotError, match=r"roster\.csv") as caught:
         load_assignment(folder)
-    assert has(str(caught.value), said)
+    assert contains_pieces(str(caught.value), message)
 
 
-def test_names_of_people_are_students(folder: Path) -> None:
+def test_ordinary_names_are_valid_student_ids(folder: Path) -> None:
     names = ("anna müller", "connie", "aux1", "com", "com10", "lpt", "nul-1", "Prnjak", "o'con", "a.b", "1", "=1", "~x")
     (folder / "roster.csv").write_text("\n".join(("student", *names, "")), encoding="utf-8")
     assert tuple(student.id for student in load_assignment(folder).roster) == names
 
 
-def test_a_folder_or_file_in_an_assignment_is_told_from_it(folder: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+def test_path_inside_assignment_is_refused_with_its_folder(folder: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     for inside in (folder / "submitted", folder / "assignment.toml"):
         with pytest.raises(QdotError, match=f"inside an assignment folder.* {re.escape(str(folder))}$"):
             load_assignment(inside)
@@ -173,7 +173,7 @@ def test_a_folder_or_file_in_an_assignment_is_told_from_it(folder: Path, monkeyp
         load_assignment(folder / "none")
 
 
-def test_roster_keeps_names_and_further_columns(folder: Path) -> None:
+def test_roster_keeps_names_and_extra_columns(folder: Path) -> None:
     (folder / "roster.csv").write_bytes("\ufeffStudent,Name,Email,Group\r\nzoë,Zoë É,z@x.org,B\r\n\r\n".encode())
     (student,) = load_assignment(folder).roster
     assert (student.id, student.name, student.email, student.other_columns) == (
@@ -185,7 +185,7 @@ def test_roster_keeps_names_and_further_columns(folder: Path) -> None:
 
 
 @pytest.mark.parametrize("encoding", ["utf-8-sig", "utf-16", "utf-16-be", "cp1252", "utf-8"])
-def test_a_roster_as_excel_writes_it_is_read(folder: Path, encoding: str) -> None:
+def test_roster_written_by_excel_is_read(folder: Path, encoding: str) -> None:
     rows = ("student name email", 's1 "Strauß,_Zoë_–_„Zo“" z@x.org', 's2 "Bo;_€" ', "  ")
     mark = "\ufeff" if encoding == "utf-16-be" else ""
     for separator, end in product(",;\t", ("\r\n", "\n", "\r")):
@@ -195,25 +195,25 @@ def test_a_roster_as_excel_writes_it_is_read(folder: Path, encoding: str) -> Non
         assert read == [("s1", "Strauß, Zoë – „Zo“", "z@x.org"), ("s2", "Bo; €", "")], (separator, end)
 
 
-def test_a_first_line_that_names_the_separator_is_read_as_excel_reads_it(folder: Path) -> None:
+def test_separator_line_of_excel_is_respected(folder: Path) -> None:
     (folder / "roster.csv").write_text("sep=;\nstudent;name, or what stands for it\ns1;Ada\n")
     (student,) = load_assignment(folder).roster
     assert (student.id, student.other_columns) == ("s1", (("name, or what stands for it", "Ada"),))
 
 
-@pytest.mark.parametrize("own", CONVENTIONS)
-def test_a_robot_is_told_as_the_nearest_key_says_else_as_its_file_does(folder: Path, own: str) -> None:
+@pytest.mark.parametrize("robot_convention", CONVENTIONS)
+def test_nearest_convention_key_decides(folder: Path, robot_convention: str) -> None:
     arm = Chain("m", tuple(Joint("R", f"theta{i}", 0, f"a{i}", 0) for i in (1, 2)), ("vx", "vy"))
-    (folder / "arm.toml").write_text(robot_text(Robot(arm), own))
+    (folder / "arm.toml").write_text(robot_text(Robot(arm), robot_convention))
     robot = PROBLEM.replace('family = "planar-2r"', 'robot = "arm.toml"')
     for top, nearest in product(("", *CONVENTIONS), repeat=2):
         keys = [f'convention = "{name}"\n' if name else "" for name in (top, nearest)]
         (folder / "assignment.toml").write_text(f'title = "T"\nkey = "hw"\n{keys[0]}{robot}{keys[1]}{PROBLEM}{keys[1]}')
         conventions = [problem.chain.convention for _, problem in load_assignment(folder).generate_problems("ada")]
-        assert conventions == [nearest or top or own, nearest or top or "dh"], (top, nearest)
+        assert conventions == [nearest or top or robot_convention, nearest or top or "dh"], (top, nearest)
 
 
-def test_a_mistake_in_a_robot_is_told_with_both_files_and_a_doubt_is_noted(folder: Path) -> None:
+def test_error_in_robot_names_both_files_and_warning_is_a_note(folder: Path) -> None:
     rows = (("theta1", "90 deg"), ("theta2", 0))
     robot = 'name = "x"\n' + "".join(
         f'[[joint]]\nkind = "R"\ntheta = "{theta}"\nd = 0\na = 400\nalpha = "{alpha}"\n' for theta, alpha in rows
@@ -223,13 +223,13 @@ def test_a_mistake_in_a_robot_is_told_with_both_files_and_a_doubt_is_noted(folde
     with pytest.raises(QdotError) as caught:
         load_assignment(folder)
     places = f"{folder / 'assignment.toml'}: line 5 … {folder / 'arm.toml'}: line 7: joint 1"
-    assert has(str(caught.value), f'{places} … alpha = "90 deg" … "pi/2"')
+    assert contains_pieces(str(caught.value), f'{places} … alpha = "90 deg" … "pi/2"')
     (folder / "arm.toml").write_text(robot.replace("90 deg", "0"))
-    (said,) = load_assignment(folder).notes
-    assert has(said, "arm.toml: line 6: joint 1: a = 400 … millimetres … 1 more")
+    (message,) = load_assignment(folder).notes
+    assert contains_pieces(message, "arm.toml: line 6: joint 1: a = 400 … millimetres … 1 more")
 
 
-def test_the_secret_is_needed(folder: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+def test_secret_is_required_from_file_or_environment(folder: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     secret = (folder / "secret.txt").read_text().strip()
     with_file = load_assignment(folder)
     (folder / "secret.txt").unlink()
@@ -243,7 +243,7 @@ def test_the_secret_is_needed(folder: Path, monkeypatch: pytest.MonkeyPatch) -> 
         load_assignment(folder)
 
 
-def test_the_digest_is_about_problems_and_the_edition_about_notebooks(folder: Path) -> None:
+def test_problems_digest_ignores_changes_of_notebooks_only(folder: Path) -> None:
     (folder / "assignment.toml").write_text(TOML)
     before = load_assignment(folder)
     for changed, other_problems in (
@@ -259,78 +259,78 @@ def test_the_digest_is_about_problems_and_the_edition_about_notebooks(folder: Pa
         assert after.notebook_digest != before.notebook_digest
 
 
-def test_an_unwritable_folder_is_an_error(tmp_path: Path) -> None:
+def test_unwritable_folder_is_reported(tmp_path: Path) -> None:
     (tmp_path / "file").write_text("")
     with pytest.raises(QdotError, match=r"file.*can't be written: "):
         init_assignment(tmp_path / "file" / "hw", "T", "hw")
 
 
-def outcomes(folder: Path) -> dict[str, str]:
-    found: dict[str, str] = {}
+def release_outcomes(folder: Path) -> dict[str, str]:
+    outcomes: dict[str, str] = {}
 
-    def each(released: ReleaseResult) -> None:
-        found[released.student] = released.outcome
+    def record(released: ReleaseResult) -> None:
+        outcomes[released.student] = released.outcome
 
-    release_notebooks(load_assignment(folder), CERTIFIER, 1, each)
-    return found
+    release_notebooks(load_assignment(folder), CERTIFIER, 1, record)
+    return outcomes
 
 
 @pytest.fixture
 def released(folder: Path) -> Path:
-    """An assignment's folder with the notebooks of its two students."""
+    """An assignment folder with the notebooks of its two students."""
     (folder / "assignment.toml").write_text(TOML)
-    assert outcomes(folder) == {"s001": "written", "s002": "written"}
+    assert release_outcomes(folder) == {"s001": "written", "s002": "written"}
     return folder
 
 
-def test_release_keeps_what_is_there_and_goes_on(released: Path) -> None:
+def test_release_keeps_finished_notebooks_and_adds_missing_ones(released: Path) -> None:
     first = released / "released" / "s001" / "hw.ipynb"
     before = first.read_bytes()
     with (released / "roster.csv").open("a") as roster:
         roster.write("s003,Third,\n")
     (released / "solutions" / "s002" / "hw.ipynb").unlink()
-    assert outcomes(released) == {"s001": "kept", "s002": "completed", "s003": "written"}
+    assert release_outcomes(released) == {"s001": "kept", "s002": "completed", "s003": "written"}
     assert first.read_bytes() == before
     for changed in (TOML + "points = [3]\n", TOML.replace("position", "jacobian")):
         (released / "assignment.toml").write_text(changed)
-        assert set(outcomes(released).values()) == {"rewritten"}
+        assert set(release_outcomes(released).values()) == {"rewritten"}
     assert first.read_bytes() != before
     assert not list(released.rglob("*.tmp"))
 
 
-@pytest.mark.parametrize("gone", ["released", "solutions", "certificates"])
-def test_what_a_killed_run_did_not_come_to_is_completed(released: Path, gone: str) -> None:
-    (path,) = (released / gone / "s002").iterdir()
+@pytest.mark.parametrize("missing", ["released", "solutions", "certificates"])
+def test_next_run_completes_what_a_killed_run_left_out(released: Path, missing: str) -> None:
+    (path,) = (released / missing / "s002").iterdir()
     notebook = released / "released" / "s002" / "hw.ipynb"
     written, before = notebook.stat().st_mtime_ns, notebook.read_bytes()
     path.unlink()
-    assert outcomes(released) == {"s001": "kept", "s002": "completed"}
+    assert release_outcomes(released) == {"s001": "kept", "s002": "completed"}
     assert path.exists()
     assert notebook.read_bytes() == before
-    assert gone == "released" or notebook.stat().st_mtime_ns == written
-    assert set(outcomes(released).values()) == {"kept"}
+    assert missing == "released" or notebook.stat().st_mtime_ns == written
+    assert set(release_outcomes(released).values()) == {"kept"}
 
 
-def test_a_change_that_a_killed_run_did_not_tell_of_is_told_by_the_next(released: Path) -> None:
+def test_next_run_reports_changes_of_a_killed_run(released: Path) -> None:
     (released / "assignment.toml").write_text(TOML + "points = [3]\n")
     solution = released / "solutions" / "s001" / "hw.ipynb"
-    of_before = solution.read_bytes()
-    outcomes(released)
-    solution.write_bytes(of_before)
-    assert outcomes(released) == {"s001": "rewritten", "s002": "kept"}
+    old_solution = solution.read_bytes()
+    release_outcomes(released)
+    solution.write_bytes(old_solution)
+    assert release_outcomes(released) == {"s001": "rewritten", "s002": "kept"}
 
 
-def test_what_a_killed_run_had_begun_is_removed_and_what_another_writes_is_not(released: Path) -> None:
-    of_the_first = released / "solutions" / "s001"
-    begun = [
-        of_the_first / ".hw.ipynb.1ra2d1o5.tmp",
+def test_temporary_files_of_killed_runs_are_removed(released: Path) -> None:
+    first_folder = released / "solutions" / "s001"
+    stale = [
+        first_folder / ".hw.ipynb.1ra2d1o5.tmp",
         released / "released" / "s002" / ".hw.ipynb.abcd_f_8.tmp",
         released / "certificates" / "s002" / ".hw.json.00000000.tmp",
-        _begun_beside(store_path(released, "s001")),
+        _temporary_path(store_path(released, "s001")),
     ]
     names = (".other.ipynb.1ra2d1o5.tmp", "hw.ipynb.1ra2d1o5.tmp", ".hw.ipynb.swp.tmp")
-    strange = [*(of_the_first / name for name in names), released / "submitted" / ".hw.ipynb.1ra2d1o5.tmp"]
-    for path in (*begun, *strange):
+    unrelated = [*(first_folder / name for name in names), released / "submitted" / ".hw.ipynb.1ra2d1o5.tmp"]
+    for path in (*stale, *unrelated):
         path.write_text("{")
     program = "import os, sys; from qdot.exercises.common.files import _open_temporary; from pathlib import Path; "
     program += "print(_open_temporary(Path(sys.argv[1]))[1], flush=True); sys.stdin.read()"
@@ -338,56 +338,54 @@ def test_what_a_killed_run_had_begun_is_removed_and_what_another_writes_is_not(r
     with subprocess.Popen(command, stdin=subprocess.PIPE, stdout=subprocess.PIPE, text=True) as writer:
         assert writer.stdout is not None
         writing = Path(writer.stdout.readline().strip())
-        assert set(outcomes(released).values()) == {"kept"}
-        assert not [path for path in begun if path.exists()]
-        assert all(path.exists() for path in (*strange, writing))
+        assert set(release_outcomes(released).values()) == {"kept"}
+        assert not [path for path in stale if path.exists()]
+        assert all(path.exists() for path in (*unrelated, writing))
         writer.kill()
-    outcomes(released)
+    release_outcomes(released)
     assert not writing.exists()
 
 
-def test_what_a_dead_worker_had_begun_is_gone_when_the_run_is_over(folder: Path) -> None:
+def test_temporary_files_of_dead_workers_are_removed(folder: Path) -> None:
     (folder / "assignment.toml").write_text(TOML)
     assignment = load_assignment(folder)
     paths = [notebook_path(assignment, "s002", "solutions"), store_path(assignment.folder, "s001")]
 
-    def a_worker_dies(told: ReleaseResult) -> None:
+    def leave_temporary_files(_: ReleaseResult) -> None:
         for path in paths:
             path.parent.mkdir(parents=True, exist_ok=True)
-            _begun_beside(path).write_text("{")
+            _temporary_path(path).write_text("{")
 
-    release_notebooks(assignment, CERTIFIER, 0, a_worker_dies)
+    release_notebooks(assignment, CERTIFIER, 0, leave_temporary_files)
     assert not list(folder.rglob("*.tmp"))
     with pytest.raises(ZeroDivisionError), files.clean_up_after(paths):
-        a_worker_dies(ReleaseResult("s001", "written"))
+        leave_temporary_files(ReleaseResult("s001", "written"))
         raise ZeroDivisionError
     assert not list(folder.rglob("*.tmp"))
 
 
-def _begun_beside(path: Path) -> Path:
+def _temporary_path(path: Path) -> Path:
     return path.with_name(f".{path.name}.1ra2d1o5.tmp")
 
 
-def test_a_file_that_was_tidied_away_before_it_was_locked_is_begun_again(
-    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
-) -> None:
+def test_temporary_file_removed_before_locking_is_recreated(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     begun: list[Path] = []
     lock = files.lock
 
-    def late(handle: int, **how: bool) -> None:
+    def lock_late(handle: int, **how: bool) -> None:
         begun.append(max(tmp_path.glob(".a.txt.*.tmp"), key=lambda path: path.stat().st_ctime_ns))
         if len(begun) == 1:
             begun[0].unlink()
         lock(handle, **how)
 
-    monkeypatch.setattr(files, "lock", late)
+    monkeypatch.setattr(files, "lock", lock_late)
     files.write_atomically(tmp_path / "a.txt", "whole")
     assert len(begun) == 2
     assert [path.name for path in tmp_path.iterdir()] == ["a.txt"]
     assert (tmp_path / "a.txt").read_text() == "whole"
 
 
-def test_the_students_notebook_gives_no_seed_away(released: Path) -> None:
+def test_students_notebook_contains_no_seed_and_no_secret(released: Path) -> None:
     assignment = load_assignment(released)
     text = (released / "released" / "s001" / "hw.ipynb").read_text()
     ((_, problem),) = assignment.generate_problems("s001")
@@ -395,8 +393,8 @@ def test_the_students_notebook_gives_no_seed_away(released: Path) -> None:
     assert assignment.secret not in text
 
 
-@pytest.mark.skipif(not hasattr(os, "mkfifo"), reason="no pipes with names")
-def test_a_device_or_a_pipe_is_written_in_place(tmp_path: Path) -> None:
+@pytest.mark.skipif(not hasattr(os, "mkfifo"), reason="no named pipes")
+def test_device_or_pipe_is_written_in_place(tmp_path: Path) -> None:
     pipe = tmp_path / "pipe"
     os.mkfifo(pipe)
     read: list[bytes] = []
@@ -410,7 +408,7 @@ def test_a_device_or_a_pipe_is_written_in_place(tmp_path: Path) -> None:
     assert (tmp_path / "null").is_char_device()
 
 
-def test_what_a_link_leads_to_is_written_and_the_link_stays(tmp_path: Path) -> None:
+def test_target_of_link_is_written_and_link_stays(tmp_path: Path) -> None:
     (tmp_path / "there").mkdir()
     (tmp_path / "link").symlink_to("there/file")
     for text in ("first", "second"):
@@ -419,7 +417,7 @@ def test_what_a_link_leads_to_is_written_and_the_link_stays(tmp_path: Path) -> N
 
 
 @pytest.mark.skipif(not Path("/dev/stdout").exists(), reason="no /dev/stdout")
-def test_dev_stdout_is_written_to_and_stays(tmp_path: Path) -> None:
+def test_dev_stdout_is_written_in_place(tmp_path: Path) -> None:
     program = "from pathlib import Path; from qdot.exercises.common.files import write_atomically as w\n"
     program += "w(Path('/dev/stdout'), 'x')"
     with (tmp_path / "out").open("wb") as out:
@@ -433,67 +431,67 @@ THREE = Rounding(0.005, 0.0, "to three significant digits")
 NAMES = ("position", "jacobian", "joint-rates", "singular-angles")
 
 
-def problem(rounding: Rounding | None, *names: str) -> Problem:
-    made = generate(ProblemId("planar-2r", 3, names))
-    return replace(made, parts=tuple(replace(part, rounding=rounding) for part in made.parts))
+def make_problem(rounding: Rounding | None, *names: str) -> Problem:
+    problem = generate(ProblemId("planar-2r", 3, names))
+    return replace(problem, parts=tuple(replace(part, rounding=rounding) for part in problem.parts))
 
 
-def right(asked: Problem, answer: object) -> bool:
-    return judge(asked, asked.parts[0], str(answer), "seed").outcome is Outcome.CORRECT
+def is_correct(problem: Problem, answer: object) -> bool:
+    return judge(problem, problem.parts[0], str(answer), "seed").outcome is Outcome.CORRECT
 
 
-def rounded(part: Part, digits: int) -> str:
+def round_reference(part: Part, digits: int) -> str:
     assert isinstance(part.answer, Matrix)
     numbers = {atom: sp.Float(atom, digits) for atom in part.answer.reference.atoms(sp.Rational) if atom.q > 1}
     return str(part.answer.reference.evalf(digits).xreplace(numbers).tolist())
 
 
-def test_formulas_are_exact_unless_the_assignment_says_otherwise() -> None:
-    for digits, policy, due in ((3, None, False), (3, THREE, True), (12, None, False), (1, THREE, False)):
-        asked = problem(policy, "jacobian")
-        assert right(asked, rounded(asked.parts[0], digits)) == due, (digits, policy)
+def test_rounded_formulas_are_accepted_only_if_the_assignment_allows() -> None:
+    for digits, policy, accepted in ((3, None, False), (3, THREE, True), (12, None, False), (1, THREE, False)):
+        problem = make_problem(policy, "jacobian")
+        assert is_correct(problem, round_reference(problem.parts[0], digits)) == accepted, (digits, policy)
 
 
-def test_a_wrong_formula_stays_wrong_with_rounding() -> None:
-    asked = problem(THREE, "jacobian")
-    answer = asked.parts[0].answer
+def test_wrong_formula_stays_wrong_with_rounding() -> None:
+    problem = make_problem(THREE, "jacobian")
+    answer = problem.parts[0].answer
     assert isinstance(answer, Matrix)
-    assert not right(asked, (answer.reference * sp.Rational(102, 100)).tolist())
-    assert not right(asked, answer.reference.xreplace({sp.Symbol("theta2"): sp.Symbol("theta1")}).tolist())
+    assert not is_correct(problem, (answer.reference * sp.Rational(102, 100)).tolist())
+    assert not is_correct(problem, answer.reference.xreplace({sp.Symbol("theta2"): sp.Symbol("theta1")}).tolist())
 
 
-def test_values_of_joints_may_be_rounded_where_that_is_allowed() -> None:
-    exact, loose = (problem(policy, "singular-angles") for policy in (None, THREE))
+def test_rounded_joint_values_are_accepted_only_if_the_assignment_allows() -> None:
+    exact, loose = (make_problem(policy, "singular-angles") for policy in (None, THREE))
     answer = exact.parts[0].answer
     assert isinstance(answer, ConditionSet)
     values = [float(value) for part in answer.components for value in dict(part.solutions or ())[sp.Symbol("theta2")]]
-    for digits, due in ((2, True), (0, False)):
+    for digits, accepted in ((2, True), (0, False)):
         claimed = f"{{theta2: {[round(value, digits) for value in values]}}}"
-        assert right(loose, claimed) == due
-        assert not right(exact, claimed)
+        assert is_correct(loose, claimed) == accepted
+        assert not is_correct(exact, claimed)
 
 
-def test_a_tolerance_replaces_that_of_numbers() -> None:
-    asked = problem(Rounding(0.0, 0.01, "within 0.01 rad/s"), "joint-rates")
-    answer = asked.parts[0].answer
+def test_tolerance_of_assignment_replaces_the_default() -> None:
+    problem = make_problem(Rounding(0.0, 0.01, "within 0.01 rad/s"), "joint-rates")
+    answer = problem.parts[0].answer
     assert isinstance(answer, Number)
-    due = [float(value) for value in answer.reference]
-    assert right(asked, [value + 0.009 for value in due])
-    assert not right(asked, [value + 0.011 for value in due])
-    fine = problem(Rounding(5e-6, 0.0, "to six significant digits"), "joint-rates")
-    assert right(fine, due)
-    assert not right(fine, [value * 1.001 for value in due])
+    expected = [float(value) for value in answer.reference]
+    assert is_correct(problem, [value + 0.009 for value in expected])
+    assert not is_correct(problem, [value + 0.011 for value in expected])
+    fine = make_problem(Rounding(5e-6, 0.0, "to six significant digits"), "joint-rates")
+    assert is_correct(fine, expected)
+    assert not is_correct(fine, [value * 1.001 for value in expected])
 
 
-def test_the_student_is_told() -> None:
+def test_prompt_states_the_rounding_rule() -> None:
     within = Rounding(0.0, 0.01, "within 0.01 rad/s")
-    for policy, name, said in (
+    for policy, name, message in (
         (THREE, "jacobian", "three significant digits"), (None, "jacobian", ""), (within, "joint-rates", "within 0.01"),
         (THREE, "joint-rates", "three significant digits"),
     ):  # fmt: skip
-        asked = problem(policy, name)
-        text = write_prompt(asked, asked.parts[0])
-        assert said in text and ("Decimals are" in text) == (bool(policy) and name == "jacobian"), name
+        problem = make_problem(policy, name)
+        text = write_prompt(problem, problem.parts[0])
+        assert message in text and ("Decimals are" in text) == (bool(policy) and name == "jacobian"), name
 
 
 @pytest.mark.parametrize(
@@ -510,30 +508,30 @@ def test_the_student_is_told() -> None:
         ("2mm", dict.fromkeys(NAMES, Rounding(0.0, 0.002, "within 2 mm"))),
     ],
 )
-def test_policies(policy: object, expected: dict[str, Rounding]) -> None:
+def test_decimals_key_is_read_as_rounding_rules(policy: object, expected: dict[str, Rounding]) -> None:
     assert dict(read_decimals(policy, NAMES)) == expected  # type: ignore[arg-type]
 
 
-def _assigned(folder: Path, line: str) -> Assignment:
+def _load_with_line(folder: Path, line: str) -> Assignment:
     problem = f'[[problem]]\nfamily = "planar-2r"\nquestions = ["jacobian"]\n{line}\n'
     (folder / "assignment.toml").write_text(f'title = "T"\nkey = "t"\n{problem}')
     return load_assignment(folder)
 
 
 @pytest.mark.parametrize(
-    ("line", "said"),
+    ("line", "message"),
     [
         ("decimals = 1", "from 2 to 12"), ("decimals = true", "from 2 to 12"), ("decimals = 2.5", "from 2 to 12"),
         ('decimals = "some"', "unit"), ('decimals = "0 m"', "more than 0"),
         ('decimals = "1 inch"', "'inch'.*known: m, cm"), ("decimals = {jacobi = 3}", "'jacobi'.*jacobian"),
     ],
 )  # fmt: skip
-def test_a_policy_that_is_none_is_told_by_its_line(folder: Path, line: str, said: str) -> None:
-    with pytest.raises(QdotError, match=f"line 6.*{said}"):
-        _assigned(folder, line)
+def test_invalid_decimals_key_names_its_line(folder: Path, line: str, message: str) -> None:
+    with pytest.raises(QdotError, match=f"line 6.*{message}"):
+        _load_with_line(folder, line)
 
 
-def test_notebooks_of_another_policy_are_another_edition(folder: Path) -> None:
-    exact, loose = _assigned(folder, ""), _assigned(folder, "decimals = 3")
+def test_decimals_key_changes_only_the_notebook_digest(folder: Path) -> None:
+    exact, loose = _load_with_line(folder, ""), _load_with_line(folder, "decimals = 3")
     assert exact.notebook_digest != loose.notebook_digest and exact.problems_digest == loose.problems_digest
     assert loose.generate_problems("ann")[0][1].parts[0].rounding == THREE

@@ -1,7 +1,7 @@
-"""The generated pages of docs/: up to date, complete, and right in what they say of the chapter.
+"""The generated pages of docs/ are up to date, complete, and agree with the chapter.
 
-What families can be asked takes long to find out, and is taken from the listing, which is held against some families,
-in `make whole` against all of them.
+Finding the questions of all families takes long, so they are read from the stored listing, which is compared with some
+families, and in `make whole` with all.
 """
 
 import re
@@ -26,12 +26,12 @@ from tests.tools.docs_pages import documents, listing_text, write
 
 DOCS = ROOT / "docs"
 together = pytest.mark.xdist_group("docs")
-"""In one process, which makes the pages once; families have groups of their own."""
+"""Run in one process, which generates the pages once; families have their own groups."""
 
 
 @pytest.fixture(scope="module", autouse=True)
-def _kept() -> Iterator[None]:
-    """Pages are made from what is kept."""
+def _use_stored_listing() -> Iterator[None]:
+    """Generate pages from the stored listing."""
     with pytest.MonkeyPatch.context() as patch:
         patch.setattr(docs_pages, "list_families", listing)
         documents.cache_clear()
@@ -41,7 +41,7 @@ def _kept() -> Iterator[None]:
 
 @together
 def test_pages_are_up_to_date() -> None:
-    """Where this fails, run: make docs"""
+    """If this fails, run: make docs"""
     stale = [
         name
         for name, text in documents().items()
@@ -55,34 +55,33 @@ SLOW = ("lbr-7r", "random-3", "random-4")
 
 
 @pytest.mark.parametrize(
-    "family",
-    [pytest.param(name, marks=[pytest.mark.whole] if name in SLOW else []) for name in select_families()],
+    "family", [pytest.param(name, marks=[pytest.mark.whole] if name in SLOW else []) for name in select_families()]
 )
-def test_what_is_listed_of_a_family_is_what_its_arms_show(family: str) -> None:
-    """Where this fails, run: make docs"""
+def test_listing_of_family_agrees_with_its_arms(family: str) -> None:
+    """If this fails, run: make docs"""
     assert listing()[family] == compute_listing(FAMILIES[family])
 
 
-def test_difficulty_follows_the_steps() -> None:
+def test_listing_has_difficulty_of_every_variation_step() -> None:
     for name, listed in listing().items():
         assert list(listed.by_variation) == sorted(listed.by_variation)
         assert len(listed.by_variation) == (0 if FAMILIES[name].has_varied_structure else len(VARIATION_STEPS))
 
 
 @together
-def test_every_family_has_its_place_with_thumbnail_and_questions() -> None:
+def test_families_page_lists_every_family_with_figure_and_questions() -> None:
     page = documents()["families.md"]
     sections = dict(re.findall(r"^## (\S+)\n(.*?)(?=^## |\Z)", page, re.MULTILINE | re.DOTALL))
     assert list(sections) == list(FAMILIES)
     for name, text in sections.items():
         assert f"families/{name}.svg" in page and FAMILIES[name].title in text and FAMILIES[name].source in text
-        told, asked = set(re.findall(r"`([a-z-]+)`", text)), set(questions_of_family(name))
+        listed, expected = set(re.findall(r"`([a-z-]+)`", text)), set(questions_of_family(name))
         possible = {question.name for question in QUESTIONS.values() if CONVENTIONS[0] in question.conventions}
-        assert told == (possible - asked if "all but" in text or "): all." in text else asked)
+        assert listed == (possible - expected if "all but" in text or "): all." in text else expected)
 
 
 @together
-def test_pages_have_every_question_good_links_whole_drawings_and_the_chapters_results() -> None:
+def test_pages_have_all_questions_valid_links_figures_and_chapter_results() -> None:
     rows = re.findall(r"^\| `([a-z-]+)` \|", documents()["questions.md"], re.MULTILINE)
     assert rows == list(ALL_QUESTIONS) and list(listing()) == list(FAMILIES)
     for page in ("families.md", "errata.md", "questions.md"):
@@ -104,13 +103,13 @@ def test_pages_have_every_question_good_links_whole_drawings_and_the_chapters_re
 
 
 @together
-def test_pages_can_be_written_anywhere(tmp_path: Path) -> None:
+def test_pages_can_be_written_to_any_folder(tmp_path: Path) -> None:
     written = write(tmp_path)
     assert {str(path.relative_to(tmp_path)) for path in written} == set(documents())
     assert all(path.read_text(encoding="utf-8") == documents()[str(path.relative_to(tmp_path))] for path in written)
 
 
-def test_every_page_can_be_reached_from_the_readme() -> None:
+def test_every_page_is_linked_from_the_readme() -> None:
     reached, to_visit = set(), [ROOT / "README.md"]
     while to_visit:
         page = to_visit.pop()

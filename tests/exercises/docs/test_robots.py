@@ -1,4 +1,4 @@
-"""The section of docs/robots.md on real robots: it has them all, and says where each is singular as is derived."""
+"""The section of docs/robots.md on real robots lists them all and describes their derived singular sets."""
 
 import pytest
 
@@ -10,9 +10,9 @@ from tests.tools.docs_pages import PAGE, load_singular_words, robots_page
 
 SOME = ("cobra600", "stanford", "ur5")
 LONG = ("baxter", "gen3", "panda", "sawyer")
-"""Arms of seven joints with offsets: the conditions under which they are singular fill lines."""
+"""Arms with seven joints and offsets, whose singularity conditions are too long."""
 MOST_TERMS = 10
-"""The most terms of a condition that has words; of longer ones it is only said that J loses rank."""
+"""The most terms of a condition that is described in words."""
 
 
 def describe_singular_set(name: str) -> tuple[str, ...]:
@@ -26,7 +26,7 @@ def describe_singular_set(name: str) -> tuple[str, ...]:
     return tuple(convention_of(chain).rename_origins(component.kind.meaning) for component in components)
 
 
-def test_every_robot_has_its_row_and_its_words() -> None:
+def test_every_robot_has_a_row_and_a_description() -> None:
     assert list(load_singular_words()) == list(robots())
     section = PAGE.read_text(encoding="utf-8").partition("## Real robots")[2].partition("\n## ")[0]
     for robot in robots().values():
@@ -36,8 +36,8 @@ def test_every_robot_has_its_row_and_its_words() -> None:
     assert all(load_singular_words()[name] == () for name in LONG)
 
 
-def test_what_is_written_by_hand_around_the_section_is_kept(monkeypatch: pytest.MonkeyPatch) -> None:
-    """Where the first line fails, run: make docs"""
+def test_robots_page_is_up_to_date_and_keeps_handwritten_text(monkeypatch: pytest.MonkeyPatch) -> None:
+    """If the first assertion fails, run: make docs"""
     page = PAGE.read_text(encoding="utf-8")
     assert robots_page() == page
     assert page.startswith("# Your own arm\n") and "\n## What is derived\n" in page
@@ -46,6 +46,6 @@ def test_what_is_written_by_hand_around_the_section_is_kept(monkeypatch: pytest.
 @pytest.mark.parametrize(
     "name", [name if name in SOME else pytest.param(name, marks=pytest.mark.whole) for name in robots()]
 )
-def test_words_are_those_of_the_singular_set_that_is_derived(name: str) -> None:
-    """Where this fails, correct tests/tools/robots.json, then run: make docs"""
+def test_stored_description_agrees_with_derived_singular_set(name: str) -> None:
+    """If this fails, correct tests/tools/robots.json, then run: make docs"""
     assert describe_singular_set(name) == load_singular_words()[name]

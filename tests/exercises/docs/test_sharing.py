@@ -1,4 +1,4 @@
-"""How many students share an answer: the fingerprints of arms tell apart what generated answers tell apart."""
+"""How many students share an answer: fingerprints of arms group them like the generated answers."""
 
 import json
 from collections.abc import Hashable, Sequence
@@ -15,8 +15,8 @@ ONE_OF = {"position": "position", "J": "jacobian", "6 x n": "geometric-jacobian"
 SETS = ONE_OF | {"singular": "singular-angles"}
 
 
-def _alike(keys: Sequence[Hashable]) -> list[int]:
-    """Return for each the first that has the same key."""
+def _group_equal(keys: Sequence[Hashable]) -> list[int]:
+    """Return for each key the index of the first equal key."""
     return [keys.index(key) for key in keys]
 
 
@@ -29,16 +29,16 @@ def _alike(keys: Sequence[Hashable]) -> list[int]:
         ("scara", "frames", ONE_OF),
     ],
 )
-def test_fingerprints_group_students_as_their_references_do(family: str, step: str, asked: dict[str, str]) -> None:
+def test_fingerprints_group_students_like_their_answers(family: str, step: str, asked: dict[str, str]) -> None:
     arms = arms_of(family, step, 30)
     keys = keys_in_formulas(arms, list(asked))
     problems = [generate(ProblemId(family, seed, variation=step), list(asked.values())) for seed in range(30)]
     for group, question in asked.items():
         references = [repr(problem[question].answer.as_json()) for problem in problems]
-        assert _alike(keys[group]) == _alike(references), group
+        assert _group_equal(keys[group]) == _group_equal(references), group
 
 
-def test_every_family_is_measured_at_every_step_and_everybody_shares_the_arm_of_the_chapter() -> None:
+def test_sharing_is_measured_for_every_family_and_variation_step() -> None:
     measured = json.loads(MEASURED.read_text(encoding="utf-8"))["formulas"]
     assert list(measured) == list(FAMILIES)
     for family, entry in measured.items():
@@ -49,8 +49,8 @@ def test_every_family_is_measured_at_every_step_and_everybody_shares_the_arm_of_
 
 
 @pytest.mark.parametrize("family", ["polar-rp", "wrist-zyz"])
-def test_the_file_says_what_is_measured(family: str) -> None:
-    """Where this fails, run: make sharing"""
+def test_stored_sharing_agrees_with_measurement(family: str) -> None:
+    """If this fails, run: make sharing"""
     entry = json.loads(MEASURED.read_text(encoding="utf-8"))["formulas"][family]
     counts = entry["steps"]["zeros"]
     keys = keys_in_formulas(arms_of(family, "zeros", entry["students"]), list(counts))

@@ -1,4 +1,4 @@
-"""The numbers of docs/structures.md, counted by the code that finds and samples structures."""
+"""The numbers of docs/structures.md agree with the code that finds and samples structures."""
 
 import re
 from collections import Counter
@@ -15,7 +15,7 @@ ROWS = {int(row[0]): row[1:] for row in re.findall(r"(?m)^\| (\d)" + 5 * r" \| (
 
 
 @pytest.mark.parametrize("n", [2, 3, pytest.param(4, marks=pytest.mark.whole)])
-def test_counts_of_forms_structures_and_classes(n: int) -> None:
+def test_page_counts_forms_structures_and_classes(n: int) -> None:
     forms = {normal_form(rows) for rows in tables(n, True)}
     clean, classes = read_clean_structures()[n], group_clean_structures(n)
     counts = count_tables(n, True), len(forms), len(regular_forms(n)), len(clean), len(classes)
@@ -23,7 +23,7 @@ def test_counts_of_forms_structures_and_classes(n: int) -> None:
 
 
 @pytest.mark.parametrize("n", [2, 3, 4])
-def test_counts_by_difficulty_and_kinds(n: int) -> None:
+def test_page_counts_structures_by_difficulty_and_joint_kinds(n: int) -> None:
     clean = read_clean_structures()[n]
     steps = Counter(structure.step for structure in clean)
     assert f"| {n} joints | {' | '.join(str(steps[step]) for step in range(HARDEST_BAND + 1))} |" in PAGE

@@ -1,4 +1,4 @@
-"""What all export formats have in common, and the bank of variants behind those that draw from one."""
+"""Properties of all export formats, and the bank of variants that some of them use."""
 
 import os
 import stat
@@ -31,45 +31,45 @@ DOCS = ROOT / "docs"
 
 
 @pytest.fixture(scope="module")
-def order(tmp_path_factory: pytest.TempPathFactory) -> ExportRequest:
+def export_request(tmp_path_factory: pytest.TempPathFactory) -> ExportRequest:
     return ExportRequest(
         make_class(tmp_path_factory.mktemp("bank") / "hw", [Student("ada")]), find_failures, variant_count=4
     )
 
 
-def test_a_bank_is_of_certified_problems_that_differ_and_begins_like_a_longer_one(order: ExportRequest) -> None:
-    told: list[None] = []
-    short = list(iterate_bank(replace(order, on_step=lambda: told.append(None))))
+def test_bank_has_distinct_certified_problems_and_extends_a_shorter_one(export_request: ExportRequest) -> None:
+    steps: list[None] = []
+    short = list(iterate_bank(replace(export_request, on_step=lambda: steps.append(None))))
     assert [variant.key for variant in short] == ["p1-001", "p1-002", "p1-003", "p1-004"]
-    assert len(told) == 4 == EXPORT_FORMATS["html"].count_steps(order) * 4
+    assert len(steps) == 4 == EXPORT_FORMATS["html"].count_steps(export_request) * 4
     assert len({compute_digests(variant.problem).sha256 for variant in short}) == 4
     assert not [failed for variant in short for failed in certify(variant.problem).failures]
-    longer = list(iterate_bank(replace(order, variant_count=6, jobs=2)))
+    longer = list(iterate_bank(replace(export_request, variant_count=6, jobs=2)))
     assert [str(variant.problem.id) for variant in longer[:4]] == [str(variant.problem.id) for variant in short]
-    drawn = {str(problem.id) for _, problem in order.assignment.generate_problems("ada")}
-    assert not drawn & {str(variant.problem.id) for variant in longer}
+    student_ids = {str(problem.id) for _, problem in export_request.assignment.generate_problems("ada")}
+    assert not student_ids & {str(variant.problem.id) for variant in longer}
 
 
-def test_a_family_with_few_problems_gives_all_it_has_and_says_so(
-    order: ExportRequest, monkeypatch: pytest.MonkeyPatch
+def test_small_family_gives_all_its_problems_with_a_note(
+    export_request: ExportRequest, monkeypatch: pytest.MonkeyPatch
 ) -> None:
-    same = order.assignment.slots[0].generate_problem("secret", "ada")
+    same = export_request.assignment.slots[0].generate_problem("secret", "ada")
     monkeypatch.setattr("qdot.exercises.exports.bank.generate_and_certify", lambda make, vouch: (same, None))
     notes: list[str] = []
-    told: list[None] = []
-    worked: list[Problem] = []  # nothing is made of what was there
-    asked = replace(order, report=notes.append, on_step=lambda: told.append(None))
-    assert len(list(process_bank(asked, lambda _order, _slot, problem: worked.append(problem)))) == 1
+    steps: list[None] = []
+    worked: list[Problem] = []  # duplicates are not processed
+    request = replace(export_request, report=notes.append, on_step=lambda: steps.append(None))
+    assert len(list(process_bank(request, lambda _order, _slot, problem: worked.append(problem)))) == 1
     assert worked == [same]
-    assert len(told) == 4
+    assert len(steps) == 4
     assert len(notes) == 1 and notes[0].startswith("p1: planar-2r") and "variation zeros" in notes[0]
 
 
-def test_a_robot_of_fixed_lengths_is_told_to_be_the_same_for_all(tmp_path: Path) -> None:
-    """And not that it is so at a variation, of which it has none."""
+def test_robot_with_fixed_lengths_is_noted_as_same_for_all(tmp_path: Path) -> None:
+    """The note does not mention a variation, which a robot does not have."""
     make_class(tmp_path, [Student("ada")])
-    asked = '[[problem]]\nrobot = "scorbot"\nquestions = ["jacobian"]\n'
-    (tmp_path / "assignment.toml").write_text(f'title = "T"\nkey = "hw"\n{asked}')
+    request = '[[problem]]\nrobot = "scorbot"\nquestions = ["jacobian"]\n'
+    (tmp_path / "assignment.toml").write_text(f'title = "T"\nkey = "hw"\n{request}')
     assignment = load_assignment(tmp_path)
     notes: list[str] = []
     assert len(list(iterate_bank(ExportRequest(assignment, find_failures, variant_count=3, report=notes.append)))) == 1
@@ -77,88 +77,102 @@ def test_a_robot_of_fixed_lengths_is_told_to_be_the_same_for_all(tmp_path: Path)
 
 
 @pytest.mark.whole
-def test_what_is_made_of_a_bank_is_made_by_many_processes_and_is_the_same(order: ExportRequest) -> None:
-    """Nobody but this process is told how far it is, and of what can't be asked."""
+def test_bank_in_several_processes_gives_the_same_export(export_request: ExportRequest) -> None:
+    """Progress and notes are reported in this process only."""
     steps, notes = list[int](), list[str]()
-    alone = replace(order, variant_count=2, has_solutions=True, on_step=lambda: steps.append(1), report=notes.append)
+    alone = replace(
+        export_request, variant_count=2, has_solutions=True, on_step=lambda: steps.append(1), report=notes.append
+    )
     many = replace(alone, jobs=2)
-    elsewhere = {process for _, process in process_bank(many, _process)}
+    elsewhere = {process for _, process in process_bank(many, _get_pid)}
     assert elsewhere and os.getpid() not in elsewhere
     for export_format in ("moodle", "stack"):
-        counted, told = len(steps), len(notes)
-        one = list(EXPORT_FORMATS[export_format].export(alone))
-        assert (len(steps) - counted, notes[told:]) == (2, notes[: len(notes) - told])
-        two = list(EXPORT_FORMATS[export_format].export(many))
-        assert two == one
+        counted, note_count = len(steps), len(notes)
+        files_alone = list(EXPORT_FORMATS[export_format].export(alone))
+        assert (len(steps) - counted, notes[note_count:]) == (2, notes[: len(notes) - note_count])
+        files_parallel = list(EXPORT_FORMATS[export_format].export(many))
+        assert files_parallel == files_alone
 
 
-def _process(_order: ExportRequest, _slot: Slot, _problem: Problem) -> int:
+def _get_pid(_order: ExportRequest, _slot: Slot, _problem: Problem) -> int:
     return os.getpid()
 
 
-def test_a_bank_is_of_the_variation_that_is_asked_for(order: ExportRequest, tmp_path: Path) -> None:
-    """Where problems are drawn by assignment.toml again, that says how arms vary."""
-    asked = replace(order, assignment=order.assignment.with_variation("base+lengths"), variant_count=2)
-    assert {variant.problem.id.variation for variant in iterate_bank(asked)} == {"lengths+base"}
-    folder = order.assignment.folder
+def test_export_uses_the_requested_variation(export_request: ExportRequest, tmp_path: Path) -> None:
+    """Formats that generate problems from assignment.toml refuse the option."""
+    request = replace(
+        export_request, assignment=export_request.assignment.with_variation("base+lengths"), variant_count=2
+    )
+    assert {variant.problem.id.variation for variant in iterate_bank(request)} == {"lengths+base"}
+    folder = export_request.assignment.folder
     command: list[str | Path] = ["export", folder, "--to", "moodle", "--variants", "1", "--out"]
     assert "moodle: 2 files in" in run(*command, tmp_path / "m", "--variation", "chapter")
     run(*command, tmp_path / "own")
-    plain, own = (sorted((tmp_path / name).iterdir()) for name in ("m", "own"))
-    assert [path.name for path in plain] == [path.name for path in own]
-    assert [path.read_bytes() for path in plain] != [path.read_bytes() for path in own]
+    plain, unchanged = (sorted((tmp_path / name).iterdir()) for name in ("m", "own"))
+    assert [path.name for path in plain] == [path.name for path in unchanged]
+    assert [path.read_bytes() for path in plain] != [path.read_bytes() for path in unchanged]
     for export_format in ("prairielearn", "html"):
         refused = run_and_fail("export", folder, "--to", export_format, "--variation", "chapter")
         assert "(moodle, canvas, qti, scorm, stack)" in refused and f"for {export_format}," in refused
     assert "'plain'" in run_and_fail(*command, tmp_path / "plain", "--variation", "plain")
 
-    # A place that can't be asked of other arms is named.
-    tied = order.assignment.slots[0]
+    # A slot whose questions don't apply to other arms is named.
+    tied = export_request.assignment.slots[0]
     tied = replace(tied, family=FAMILIES["scara"], questions=("lost-motion", "jacobian"), band=(0, 0))
     with pytest.raises(QdotError, match=r"^p1, with variation full: "):
-        replace(order.assignment, slots=(tied,)).with_variation("full")
+        replace(export_request.assignment, slots=(tied,)).with_variation("full")
 
 
 @pytest.fixture(scope="module")
 def assets(tmp_path_factory: pytest.TempPathFactory) -> Iterator[None]:
-    """What stands for the site's scripts, which packages of SCORM hold."""
-    made = write_stand_in_assets(tmp_path_factory.mktemp("scripts") / "dist")
+    """Stand-ins for the site's scripts, which SCORM packages contain."""
+    stand_in = write_stand_in_assets(tmp_path_factory.mktemp("scripts") / "dist")
     with pytest.MonkeyPatch.context() as patch:
-        patch.setattr(scorm, "find_assets", lambda: made)
+        patch.setattr(scorm, "find_assets", lambda: stand_in)
         yield
 
 
 @pytest.mark.parametrize("export_format", EXPORT_FORMATS)
-def test_a_problem_that_fails_its_certificate_is_not_exported(
-    order: ExportRequest, assets: None, export_format: str
+def test_problem_that_fails_its_certificate_is_not_exported(
+    export_request: ExportRequest, assets: None, export_format: str
 ) -> None:
     with pytest.raises(
         QdotError, match=r"p1.* \(planar-2r\): 10 attempts, but no valid problem\. The first attempt: wrong"
     ):
-        list(EXPORT_FORMATS[export_format].export(replace(order, find_failures=lambda _: ["wrong"], variant_count=1)))
+        list(
+            EXPORT_FORMATS[export_format].export(
+                replace(export_request, find_failures=lambda _: ["wrong"], variant_count=1)
+            )
+        )
 
 
 @pytest.mark.parametrize(
     "export_format", [name for name, export_format in EXPORT_FORMATS.items() if export_format.check is list_used_files]
 )
-def test_a_robot_outside_of_the_folder_is_refused(order: ExportRequest, export_format: str, tmp_path: Path) -> None:
+def test_robot_file_outside_the_folder_is_refused(
+    export_request: ExportRequest, export_format: str, tmp_path: Path
+) -> None:
     (tmp_path / "assignment.toml").write_text('title = "T"\nkey = "hw"\n[[problem]]\nrobot = "../arm.toml"\n')
     with pytest.raises(QdotError, match="is outside"):
-        EXPORT_FORMATS[export_format].check(replace(order, assignment=replace(order.assignment, folder=tmp_path)))
+        EXPORT_FORMATS[export_format].check(
+            replace(export_request, assignment=replace(export_request.assignment, folder=tmp_path))
+        )
 
 
 @pytest.fixture(scope="module")
-def certified(order: ExportRequest) -> ExportRequest:
-    """An order with solutions, each of whose problems is certified once for all export formats."""
+def certified(export_request: ExportRequest) -> ExportRequest:
+    """A request with solutions, whose problems are certified once for all export formats."""
     known: dict[str, Sequence[str]] = {}
 
-    def failures(problem: Problem) -> Sequence[str]:
+    def find_failures_once(problem: Problem) -> Sequence[str]:
         name = str(problem.id)
         if name not in known:
             known[name] = find_failures(problem)
         return known[name]
 
-    return replace(order, variant_count=select_for_suite(1, 2), has_solutions=True, find_failures=failures)
+    return replace(
+        export_request, variant_count=select_for_suite(1, 2), has_solutions=True, find_failures=find_failures_once
+    )
 
 
 @pytest.mark.parametrize("export_format", EXPORT_FORMATS)
@@ -171,16 +185,16 @@ def test_every_export_format_writes_the_same_files_twice(
     assert len(set(paths)) == len(paths)
     assert not [path for path in paths if path.startswith("/") or ".." in path.split("/")]
     public = [file.content for file in files if not file.is_private]
-    content = [one if isinstance(one, bytes) else one.encode() for one in public]
+    content = [file_content if isinstance(file_content, bytes) else file_content.encode() for file_content in public]
     assert not [data for data in content if certified.assignment.secret.encode() in data]
-    # Who knows the id of a problem is shown its solution by `qdot show`.
+    # Anyone who knows the id of a problem can see its solution with `qdot show`.
     ids = [variant.problem.id for variant in iterate_bank(certified)]
     ids += [problem.id for _, problem in certified.assignment.generate_problems("ada")]
     assert not [identity for identity in ids for data in content if str(identity.seed).encode() in data]
 
 
-def test_export_as_an_instructor_uses_it(order: ExportRequest, tmp_path: Path) -> None:
-    folder = order.assignment.folder
+def test_export_command_writes_files_with_safe_permissions(export_request: ExportRequest, tmp_path: Path) -> None:
+    folder = export_request.assignment.folder
     assert "html: 1 file in" in run("export", folder, "--to", "html", "--solutions", "--jobs", "1")
     page = folder / "exports" / "html" / "handout-solutions" / "ada.html"
     assert stat.S_IMODE(page.stat().st_mode) == 0o600  # it has the answers
@@ -191,19 +205,19 @@ def test_export_as_an_instructor_uses_it(order: ExportRequest, tmp_path: Path) -
     assert "no-such" in run_and_fail("export", tmp_path / "no-such", "--to", "html")
 
 
-def test_reports_are_asked_for_by_format_and_path(order: ExportRequest, tmp_path: Path) -> None:
-    folder = order.assignment.folder
-    of_a_class = [name for name, form in FORMATS.items() if not form.is_for_one_student]
-    asked = [part for name in of_a_class for part in ("--report", f"{name}={tmp_path / name}")]
-    run("grade", folder, *asked, "--jobs", "1")
+def test_report_option_takes_format_and_path(export_request: ExportRequest, tmp_path: Path) -> None:
+    folder = export_request.assignment.folder
+    class_formats = [name for name, form in FORMATS.items() if not form.is_for_one_student]
+    request = [part for name in class_formats for part in ("--report", f"{name}={tmp_path / name}")]
+    run("grade", folder, *request, "--jobs", "1")
     assert (tmp_path / "csv").read_text() == (folder / "graded" / "grades.csv").read_text()
-    assert all((tmp_path / name).stat().st_size for name in of_a_class)
+    assert all((tmp_path / name).stat().st_size for name in class_formats)
     printed = run("grade", folder, "--report", "csv=-", "--jobs", "1")
-    assert printed == (tmp_path / "csv").read_text()  # the summary is elsewhere
+    assert printed == (tmp_path / "csv").read_text()  # the summary goes to stderr
     assert "FORMAT=PATH" in run_and_fail("grade", folder, "--report", "csv")
     assert "'cvs'" in run_and_fail("grade", folder, "--report", "cvs=x")
 
 
-def test_the_page_of_export_formats_is_up_to_date() -> None:
-    """Where this fails, run: make docs"""
+def test_page_of_export_formats_is_up_to_date() -> None:
+    """If this fails, run: make docs"""
     assert (DOCS / "export-formats.md").read_text(encoding="utf-8") == export_formats_page()

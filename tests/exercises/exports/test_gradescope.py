@@ -1,4 +1,4 @@
-"""Gradescope's autograder in Gradescope's folders: unpacked, set up and run by its own two scripts."""
+"""Gradescope's autograder, unpacked in Gradescope's folders, set up and run by its own two scripts."""
 
 import json
 import stat
@@ -26,16 +26,16 @@ ADA = {"id": 7, "email": "ada@x.org", "name": "Ada Lovelace"}
 @pytest.fixture(scope="module")
 def assignment(tmp_path_factory: pytest.TempPathFactory) -> Assignment:
     folder = tmp_path_factory.mktemp("course") / "hw"
-    made = make_class(folder, [Student("ada", "Ada Lovelace", "ada@x.org"), Student("bo", "Bo B", "bo@x.org")])
+    course = make_class(folder, [Student("ada", "Ada Lovelace", "ada@x.org"), Student("bo", "Bo B", "bo@x.org")])
     late = "due = 2027-01-10T00:00:00Z\nlate = {per_day = 0.1}\n[[problem]]"
     (folder / "assignment.toml").write_text(TOML.replace("[[problem]]", late))
     run("export", folder, "--to", "gradescope", "--jobs", "1")
-    return load_assignment(made.folder)
+    return load_assignment(course.folder)
 
 
-def laid_out(of: Assignment, root: Path, notebook: str, **metadata: Any) -> Path:
-    """Lay out what Gradescope does for a submission: source, submission, metadata, an empty results."""
-    with zipfile.ZipFile(of.folder / "exports" / "gradescope" / "autograder.zip") as archive:
+def lay_out_submission(assignment: Assignment, root: Path, notebook: str, /, **metadata: Any) -> Path:
+    """Create the folders that Gradescope creates for a submission: source, submission, metadata, empty results."""
+    with zipfile.ZipFile(assignment.folder / "exports" / "gradescope" / "autograder.zip") as archive:
         for about in archive.infolist():
             path = Path(archive.extract(about, root / "source"))
             path.chmod(about.external_attr >> 16)
@@ -48,10 +48,12 @@ def laid_out(of: Assignment, root: Path, notebook: str, **metadata: Any) -> Path
 
 
 @pytest.fixture(scope="module")
-def set_up(assignment: Assignment, tmp_path_factory: pytest.TempPathFactory) -> tuple[Machine, Path, dict[str, str]]:
-    """A machine that Gradescope's setup has run on, the folder with the submission, and its variables.
+def autograder(
+    assignment: Assignment, tmp_path_factory: pytest.TempPathFactory
+) -> tuple[Machine, Path, dict[str, str]]:
+    """A machine after Gradescope's setup, the folder with the submission, and its environment variables.
 
-    The notebook looks for the secret, finds nothing, and costs itself the parts after that.
+    The notebook tries to read the secret, fails, and loses the parts after that.
     """
     place = tmp_path_factory.mktemp("gradescope")
 
@@ -59,24 +61,26 @@ def set_up(assignment: Assignment, tmp_path_factory: pytest.TempPathFactory) -> 
         cells.insert(1, code_cell(f"stolen = open({str(place / 'source/assignment/secret.txt')!r}).read()"))
         cells[-1]["source"] = "p1_determinant = stolen"
 
-    root = laid_out(assignment, place, make_correct_notebook(assignment, "ada", spy))
+    root = lay_out_submission(assignment, place, make_correct_notebook(assignment, "ada", spy))
     machine = Machine(place / "machine")
-    given = {"AUTOGRADER": str(root), "QDOT_HOME": str(place / "opt")}
+    environment = {"AUTOGRADER": str(root), "QDOT_HOME": str(place / "opt")}
     setup = (root / "source" / "setup.sh").read_text()
-    setup = setup.replace('"$home/python/bin/qdot" doctor\n', "")  # needs libraries, which are lent afterwards
-    done = subprocess.run(["bash"], input=setup, env={**machine.variables, **given}, capture_output=True, text=True)
-    assert done.returncode == 0, done.stderr
+    setup = setup.replace('"$home/python/bin/qdot" doctor\n', "")  # needs libraries that are lent afterwards
+    process = subprocess.run(
+        ["bash"], input=setup, env={**machine.variables, **environment}, capture_output=True, text=True
+    )
+    assert process.returncode == 0, process.stderr
     machine.home = place / "opt"
     machine.lend()
-    return machine, root, given
+    return machine, root, environment
 
 
 @pytest.mark.integration
-def test_set_up_and_run_by_its_own_scripts(set_up: tuple[Machine, Path, dict[str, str]]) -> None:
-    machine, root, given = set_up
+def test_autograder_sets_up_and_runs_with_its_own_scripts(autograder: tuple[Machine, Path, dict[str, str]]) -> None:
+    machine, root, environment = autograder
     assert stat.S_IMODE((root / "source" / "assignment").stat().st_mode) == 0o700
-    done = machine.run(str(root / "source" / "run_autograder"), root, **given)
-    assert done.returncode == 0, done.stderr
+    process = machine.run(str(root / "source" / "run_autograder"), root, **environment)
+    assert process.returncode == 0, process.stderr
     text = (root / "results" / "results.json").read_text()
     assert SECRET not in text
     content = json.loads(text)
@@ -88,37 +92,37 @@ def test_set_up_and_run_by_its_own_scripts(set_up: tuple[Machine, Path, dict[str
     assert content["stdout_visibility"] == "hidden"
 
 
-def test_late_by_gradescopes_clock_and_due_by_its_extension(assignment: Assignment, tmp_path: Path) -> None:
-    own = {**ADA, "assignment": {"due_date": "2027-01-12T00:00:00Z"}}
+def test_lateness_uses_gradescopes_clock_and_extension(assignment: Assignment, tmp_path: Path) -> None:
+    extended = {**ADA, "assignment": {"due_date": "2027-01-12T00:00:00Z"}}
     general = {"due_date": "2027-01-10T00:00:00Z"}
     late = {"created_at": "2027-01-12T10:00:00-00:00", "assignment": general}
-    root = laid_out(assignment, tmp_path / "a", make_correct_notebook(assignment, "ada"), users=[ADA], **late)
+    root = lay_out_submission(assignment, tmp_path / "a", make_correct_notebook(assignment, "ada"), users=[ADA], **late)
     results = make_results(root, "after_due_date")
     assert results.score == pytest.approx(4 * 0.7)  # three days begun since the 10th
     assert "30 % of your 4 points" in results.output
     assert {test.visibility for test in results.tests} == {"after_due_date"}
-    write_json(root / "submission_metadata.json", {"users": [own], **late})
+    write_json(root / "submission_metadata.json", {"users": [extended], **late})
     assert make_results(root).score == pytest.approx(4 * 0.9)
     assert find_due_date({"users": [ADA]}) is find_due_date({"assignment": {"due_date": "not a time"}}) is None
 
 
-def test_whose_it_is_and_no_mark_where_that_is_not_known(
+def test_unknown_student_gets_no_mark_and_group_gets_the_owners_mark(
     assignment: Assignment, tmp_path: Path, capsys: pytest.CaptureFixture[str]
 ) -> None:
     stranger = {"id": 8, "email": "eve@x.org", "name": "Eve"}
-    root = laid_out(assignment, tmp_path, make_correct_notebook(assignment, "bo"), users=[stranger])
+    root = lay_out_submission(assignment, tmp_path, make_correct_notebook(assignment, "bo"), users=[stranger])
     (root / "results" / "results.json").write_text("{}")
     assert main([str(root)]) == 2
     assert not (root / "results" / "results.json").exists()  # Gradescope says that there is no mark
     assert "eve@x.org" in capsys.readouterr().err
-    users = [ADA, {"id": 9, "email": "BO@x.org", "name": "Bo B"}]  # of a group, it is whose notebook was handed in
+    users = [ADA, {"id": 9, "email": "BO@x.org", "name": "Bo B"}]  # in a group, the notebook's owner
     write_json(root / "submission_metadata.json", {"created_at": "2027-01-01T00:00:00Z", "users": users})
     assert main([str(root)]) == 0
     content = json.loads((root / "results" / "results.json").read_text())
     assert (content["extra_data"]["student"], content["score"]) == ("bo", 4)
 
 
-def test_the_best_attempt_is_read_from_the_metadata_and_attempts_have_a_limit() -> None:
+def test_best_attempt_counts_up_to_the_limit() -> None:
     def best(results: GradescopeResults, most: int, earlier: list[Any], **metadata: str) -> GradescopeResults:
         return apply_attempt_policy(results, {"previous_submissions": earlier, **metadata}, AttemptPolicy(most))
 
@@ -135,7 +139,7 @@ def test_the_best_attempt_is_read_from_the_metadata_and_attempts_have_a_limit() 
     assert best(four, 5, earlier, created_at="2027-01-09T05:03:00Z") is four  # instead of the fifth
 
 
-def test_only_the_zip_holds_the_secret_and_it_is_private(assignment: Assignment) -> None:
+def test_secret_is_only_in_the_private_zip(assignment: Assignment) -> None:
     folder = assignment.folder / "exports" / "gradescope"
     assert stat.S_IMODE((folder / "autograder.zip").stat().st_mode) == 0o600
     with zipfile.ZipFile(folder / "autograder.zip") as archive:

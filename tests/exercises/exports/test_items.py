@@ -1,4 +1,4 @@
-"""Quiz items: what is asked in numbers, what is right and what a mistake gives, on any arm."""
+"""Quiz items: numeric questions, their correct values and the values of mistakes, for any arm."""
 
 from collections.abc import Callable, Sequence
 from dataclasses import replace
@@ -21,7 +21,7 @@ from qdot.exercises.generation import generate, questions_of_family
 from qdot.exercises.problem.problem import Problem, ProblemId
 from qdot.exercises.questions.results import is_derived
 from qdot.exercises.reference_answers import Number
-from qdot.exercises.verify.numeric_reference import exponential_jacobian
+from qdot.exercises.verify.numeric_reference import compute_exponential_jacobian
 from tests.support.problems import get_problem
 from tests.support.submitting import make_class
 from tests.support.suites import select_for_suite
@@ -41,98 +41,96 @@ questions = ["speed"]
 """
 
 
-def an_order(folder: Path, toml: str = TOML, variants: int = 2) -> ExportRequest:
+def make_request(folder: Path, toml: str = TOML, variants: int = 2) -> ExportRequest:
     assignment = make_class(folder / "hw", [Student("ada")])
     (assignment.folder / "assignment.toml").write_text(toml)
     return ExportRequest(load_assignment(assignment.folder), lambda _: [], variant_count=variants)
 
 
 @pytest.fixture(scope="module")
-def made(tmp_path_factory: pytest.TempPathFactory) -> list[QuizItem]:
-    return list(make_items(an_order(tmp_path_factory.mktemp("items"))))
+def items(tmp_path_factory: pytest.TempPathFactory) -> list[QuizItem]:
+    return list(make_items(make_request(tmp_path_factory.mktemp("items"))))
 
 
-def by_kind(made: Sequence[QuizItem], kind: str) -> QuizItem:
-    return next(one for one in made if one.key.endswith(f"-{kind}"))
+def find_item(items: Sequence[QuizItem], kind: str) -> QuizItem:
+    return next(item for item in items if item.key.endswith(f"-{kind}"))
 
 
-def test_every_part_of_every_variant_is_an_item_of_its_own_that_stands_alone(made: list[QuizItem]) -> None:
-    assert len(made) == 2 * (6 + 3 + 1) == len({one.key for one in made})
-    for one in made:
-        assert isinstance(one.body[0], Picture)
-        for text in (*one.body, *(one.single_number_item.body if one.single_number_item else ())):
+def test_every_part_of_every_variant_is_a_self_contained_item(items: list[QuizItem]) -> None:
+    assert len(items) == 2 * (6 + 3 + 1) == len({item.key for item in items})
+    for item in items:
+        assert isinstance(item.body[0], Picture)
+        for text in (*item.body, *(item.single_number_item.body if item.single_number_item else ())):
             if isinstance(text, Picture):
                 assert text.alt and text.svg.startswith("<svg")
-            else:  # nothing of how formulas are typed, nor of letters
+            else:  # no remarks on typing formulas or letters
                 assert not [word for word in ("`", "typed", "**A.**", r"\text{A.}") if word in text]
-        assert one.solution[0] and len(one.hints) == 3
+        assert item.solution[0] and len(item.hints) == 3
 
 
-def test_formulas_are_asked_for_at_a_configuration_directions_are_scaled_and_a_set_becomes_a_choice(
-    made: list[QuizItem],
-) -> None:
-    one = by_kind(made, "jacobian")
-    assert isinstance(one.form, NumberForm)
-    assert [len(row) for row in one.form.rows] == [2, 2]
-    asked = str(one.body[-1])
+def test_formulas_become_numbers_directions_are_scaled_and_sets_become_choices(items: list[QuizItem]) -> None:
+    item = find_item(items, "jacobian")
+    assert isinstance(item.form, NumberForm)
+    assert [len(row) for row in item.form.rows] == [2, 2]
+    asked = str(item.body[-1])
     assert "$v_{x}, v_{y}$" in asked and "three significant digits" in asked and r"\theta_{1} = " in asked
-    assert one.single_number_item is not None
-    assert len(one.single_number_item.form.fields) == 1  # type: ignore[union-attr]
-    counts = by_kind(made, "jacobian-size").form
+    assert item.single_number_item is not None
+    assert len(item.single_number_item.form.fields) == 1  # type: ignore[union-attr]
+    counts = find_item(items, "jacobian-size").form
     assert isinstance(counts, NumberForm) and [field.tolerance for field in counts.fields] == [0, 0]  # they are exact
-    one = by_kind(made, "lost-direction")
-    assert isinstance(one.form, NumberForm)
-    assert [entry for row in one.form.rows for entry in row if isinstance(entry, str)] == ["1"]
-    assert abs(one.form.fields[0].value) <= 1
-    assert "entry $u_{" in str(one.body[-1])
-    assert isinstance(by_kind(made, "singular-angles-choice").form, ChoiceForm)
+    item = find_item(items, "lost-direction")
+    assert isinstance(item.form, NumberForm)
+    assert [entry for row in item.form.rows for entry in row if isinstance(entry, str)] == ["1"]
+    assert abs(item.form.fields[0].value) <= 1
+    assert "entry $u_{" in str(item.body[-1])
+    assert isinstance(find_item(items, "singular-angles-choice").form, ChoiceForm)
 
 
-def test_three_digits_are_right_and_no_mistake_is(made: list[QuizItem]) -> None:
-    fields = [field for one in made if isinstance(one.form, NumberForm) for field in one.form.fields]
+def test_three_digits_are_accepted_and_mistakes_are_not(items: list[QuizItem]) -> None:
+    fields = [field for item in items if isinstance(item.form, NumberForm) for field in item.form.fields]
     assert sum(len(field.wrong_values) for field in fields) > 2 * len(fields)
     for field in fields:
         rounded = float(f"{field.value:.2e}")
         assert abs(rounded - field.value) <= float(format_tolerance(field.tolerance))
         near: list[NumberField | WrongValue] = [field, *field.wrong_values]
-        for number, one in enumerate(near):
-            for other in near[number + 1 :]:
-                assert abs(one.value - other.value) > one.tolerance + other.tolerance
+        for number, item in enumerate(near):
+            for later in near[number + 1 :]:
+                assert abs(item.value - later.value) > item.tolerance + later.tolerance
         assert all(wrong.feedback and "{" not in wrong.feedback for wrong in field.wrong_values)
 
 
 DETERMINANT = 'title = "T"\nkey = "hw"\n[[problem]]\nfamily = "planar-2r"\nquestions = ["determinant"]\n'
 
 
-def test_decimals_are_the_tolerance_and_what_cannot_be_asked_is_told_once(
+def test_decimals_set_the_tolerance_and_unsupported_parts_are_noted_once(
     tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
-    (one,) = make_items(an_order(tmp_path, f"{DETERMINANT}decimals = 2\n", 1))
-    assert isinstance(one.form, NumberForm)
-    (field,) = one.form.fields
+    (item,) = make_items(make_request(tmp_path, f"{DETERMINANT}decimals = 2\n", 1))
+    assert isinstance(item.form, NumberForm)
+    (field,) = item.form.fields
     assert field.tolerance == pytest.approx(0.05 * abs(field.value))
-    assert "two significant digits" in str(one.body[-1])
+    assert "two significant digits" in str(item.body[-1])
     monkeypatch.setattr("qdot.exercises.exports.items.ask_in_numbers", lambda problem, part: None)
     notes: list[str] = []
-    assert not list(make_items(replace(an_order(tmp_path / "other", DETERMINANT), report=notes.append)))
+    assert not list(make_items(replace(make_request(tmp_path / "other", DETERMINANT), report=notes.append)))
     assert len(notes) == 1 and notes[0].startswith("p1: determinant ")
 
 
-def test_numbers_that_do_not_agree_are_not_exported() -> None:
-    problem, other = (generate(ProblemId("planar-2r", seed, ("jacobian",))) for seed in (7, 8))
+def test_inconsistent_numbers_are_not_exported() -> None:
+    problem, other_problem = (generate(ProblemId("planar-2r", seed, ("jacobian",))) for seed in (7, 8))
     with pytest.raises(QdotError, match="do not agree"):
-        ask_in_numbers(problem, other.parts[0])
+        ask_in_numbers(problem, other_problem.parts[0])
 
 
-# --- every family, by a route of its own: the product of exponentials ---
+# --- every family, by an independent method: the product of exponentials ---
 
 
-def _expected(problem: Problem, found: NumericPart) -> np.ndarray:
-    assert found.given_values is not None
-    values, chain = found.given_values.values, problem.chain
+def _compute_expected(problem: Problem, numeric: NumericPart) -> np.ndarray:
+    assert numeric.given_values is not None
+    values, chain = numeric.given_values.values, problem.chain
     arm = NumericChain(chain, {symbol.name: values[symbol.name] for symbol in chain.parameters})
     q = np.array([values[symbol.name] for symbol in chain.q])
-    whole = exponential_jacobian(arm, q)
+    whole = compute_exponential_jacobian(arm, q)
     jacobian = whole[[VELOCITY_NAMES.index(row) for row in chain.task]]
     rates = np.array([values[rate.name] for rate in chain.rates])
     velocity = np.array([values[row] for row in chain.task])
@@ -143,11 +141,11 @@ def _expected(problem: Problem, found: NumericPart) -> np.ndarray:
         "gram-determinant": lambda: np.linalg.det(jacobian @ jacobian.T),
         "inverse-velocity": lambda: np.linalg.solve(jacobian, velocity),
         "twist": lambda: whole @ rates,
-        "joint-torques": lambda: jacobian.T @ np.array([values[name] for name in found.part.symbols]),
+        "joint-torques": lambda: jacobian.T @ np.array([values[name] for name in numeric.part.symbols]),
         "position": lambda: arm.point(q)[["xyz".index(axis) for axis in chain.linear_axes]],
     }
-    expected: np.ndarray = np.asarray(kinds[found.part.kind]())
-    return expected.reshape(found.values.shape)
+    expected: np.ndarray = np.asarray(kinds[numeric.part.kind]())
+    return expected.reshape(numeric.values.shape)
 
 
 KINDS = (
@@ -156,18 +154,18 @@ KINDS = (
 )  # fmt: skip
 
 
-def test_numbers_of_every_family_are_those_of_the_product_of_exponentials(family: str) -> None:
+def test_numbers_agree_with_the_product_of_exponentials(family: str) -> None:
     can = [kind for kind in KINDS if kind in questions_of_family(family)]
     first = list(FAMILIES).index(family)
     for kind in can[first % max(len(can), 1) :][:1]:
         problem = generate(ProblemId(family, 3, (kind,)))
-        found = ask_in_numbers(problem, problem.parts[0])
-        assert found is not None
-        assert np.allclose(found.values, _expected(problem, found), rtol=1e-8, atol=1e-9)
-        assert np.abs(found.values).max() > 1e-3
+        numeric = ask_in_numbers(problem, problem.parts[0])
+        assert numeric is not None
+        assert np.allclose(numeric.values, _compute_expected(problem, numeric), rtol=1e-8, atol=1e-9)
+        assert np.abs(numeric.values).max() > 1e-3
 
 
-def test_numbers_are_written_as_platforms_read_them() -> None:
+def test_numbers_are_written_without_exponents() -> None:
     assert format_decimal(1e-7) == "0.0000001"
     assert format_decimal(123456.0) == "123456"
     assert "e" not in format_decimal(-2.5e-9)
@@ -175,27 +173,27 @@ def test_numbers_are_written_as_platforms_read_them() -> None:
 
 
 @pytest.mark.parametrize("family", select_for_suite(["planar-3r"], ["planar-2r", "elbow-3r", "planar-3r"]))
-def test_numbers_are_asked_for_as_they_are_and_mistakes_give_others(family: str) -> None:
+def test_numeric_answers_are_unchanged_and_mistakes_differ(family: str) -> None:
     problem = get_problem(family, 0)
     parts = [part for part in problem.parts if isinstance(part.answer, Number)]
     assert len(parts) >= 3
     for part in parts:
-        found = ask_in_numbers(problem, part)
-        assert found is not None and isinstance(part.answer, Number), part.name
+        numeric = ask_in_numbers(problem, part)
+        assert numeric is not None and isinstance(part.answer, Number), part.name
         right = np.array(part.answer.reference.tolist(), dtype=float)
-        assert np.array_equal(found.values, right), part.name
-        assert found.wrong_answers or not is_derived(part), part.name
-        for sentence, values in found.wrong_answers:
+        assert np.array_equal(numeric.values, right), part.name
+        assert numeric.wrong_answers or not is_derived(part), part.name
+        for sentence, values in numeric.wrong_answers:
             assert values.shape != right.shape or not np.array_equal(values, right), sentence
 
 
-def test_where_one_number_is_asked_for_it_is_one_that_tells_most_mistakes_apart(made: list[QuizItem]) -> None:
-    alone = [(one.form, one.single_number_item.form) for one in made if one.single_number_item is not None]
-    tells = []
+def test_single_number_distinguishes_most_mistakes(items: list[QuizItem]) -> None:
+    alone = [(item.form, item.single_number_item.form) for item in items if item.single_number_item is not None]
+    counts_per_item = []
     for whole, single in alone:
         assert isinstance(whole, NumberForm) and isinstance(single, NumberForm)
-        (asked,) = single.fields
+        (field,) = single.fields
         able = [field for field in whole.fields if round(abs(field.value), 9) not in (0, 1)] or whole.fields
-        tells.append({len(field.wrong_values) for field in able})
-        assert len(asked.wrong_values) == max(tells[-1])
-    assert any(len(counts) > 1 for counts in tells)
+        counts_per_item.append({len(field.wrong_values) for field in able})
+        assert len(field.wrong_values) == max(counts_per_item[-1])
+    assert any(len(counts) > 1 for counts in counts_per_item)

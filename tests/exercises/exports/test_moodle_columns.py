@@ -1,6 +1,6 @@
-"""Moodle XML of every format that writes it, checked against the columns of the tables of Moodle and STACK.
+"""Moodle XML of every format that writes it fits the database columns of Moodle and STACK.
 
-What is too long for its column ends an import on PostgreSQL, with everything behind it.
+On PostgreSQL a text that is too long for its column aborts the import.
 """
 
 import json
@@ -44,15 +44,15 @@ def quiz(request: pytest.FixtureRequest, tmp_path_factory: pytest.TempPathFactor
     return ET.fromstring(file.content)
 
 
-def questions(quiz: ET.Element) -> Iterator[tuple[ET.Element, str]]:
+def list_questions(quiz: ET.Element) -> Iterator[tuple[ET.Element, str]]:
     """Yield questions, and their types."""
-    yield from ((one, kind) for one in quiz if (kind := one.get("type", "")) != "category")
+    yield from ((question, kind) for question in quiz if (kind := question.get("type", "")) != "category")
 
 
-def test_texts_are_not_longer_than_their_columns(quiz: ET.Element) -> None:
+def test_texts_fit_their_columns(quiz: ET.Element) -> None:
     too_long = [
         (kind, path, text)
-        for question, kind in questions(quiz)
+        for question, kind in list_questions(quiz)
         for path, most in {**DATA["columns"]["*"], **DATA["columns"].get(kind, {})}.items()
         for element in question.findall(path)
         if len(text := element.text or "") > most
@@ -60,7 +60,7 @@ def test_texts_are_not_longer_than_their_columns(quiz: ET.Element) -> None:
     assert too_long == []
 
 
-def test_names_of_categories_are_short_enough_and_whole(quiz: ET.Element) -> None:
+def test_category_names_are_valid_and_short_enough(quiz: ET.Element) -> None:
     paths = [text for element in quiz.findall("question/category/text") if (text := element.text)]
     names = [name.replace("//", "/") for path in paths for name in re.split(r"(?<!/)/(?!/)", path)]
     assert paths and max(map(len, names)) <= DATA["category"]
@@ -68,17 +68,17 @@ def test_names_of_categories_are_short_enough_and_whole(quiz: ET.Element) -> Non
     assert len(set(paths)) == len(paths)
 
 
-def test_what_must_be_filled_is_and_what_must_be_unique_is(quiz: ET.Element) -> None:
-    ids = [question.findtext("idnumber") for question, _ in questions(quiz)]
+def test_required_columns_are_filled_and_unique_ones_unique(quiz: ET.Element) -> None:
+    ids = [question.findtext("idnumber") for question, _ in list_questions(quiz)]
     assert len(set(ids)) == len(ids)
-    for question, kind in questions(quiz):
+    for question, kind in list_questions(quiz):
         for path in DATA["filled"]["*"] + DATA["filled"].get(kind, []):
-            found = [element.text for element in question.findall(path)]
-            assert found and all(text and text.strip() for text in found), (kind, path)
+            texts = [element.text for element in question.findall(path)]
+            assert texts and all(text and text.strip() for text in texts), (kind, path)
         for path in DATA["unique"].get(kind, []):
-            found = [element.text for element in question.findall(path)]
-            assert len(set(found)) == len(found), path
+            texts = [element.text for element in question.findall(path)]
+            assert len(set(texts)) == len(texts), path
         name = question.findtext("name/text", "")
-        assert "<" not in name and ">" not in name  # Moodle takes them for a tag
-        if kind != "cloze":  # of its numbers' twelve digits seven are behind the point
+        assert "<" not in name and ">" not in name  # Moodle would read them as a tag
+        if kind != "cloze":  # a column of twelve digits, seven after the point
             assert re.fullmatch(r"\d{1,5}(\.\d{1,7})?", question.findtext("defaultgrade", "")), kind

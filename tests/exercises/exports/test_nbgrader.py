@@ -1,7 +1,6 @@
-"""nbgrader itself, from generate_assignment to feedback, in a course as `qdot export --to nbgrader` writes it.
+"""nbgrader itself, from generate_assignment to feedback, in a course written by `qdot export --to nbgrader`.
 
-It is in an environment of its own with qdot (`make .venvs/readers/.installed`); where it isn't, one test is skipped.
-A class is marked by it once, in one process.
+It runs in a separate environment with qdot (`make .venvs/readers/.installed`), and grades a class once in one process.
 """
 
 import copy
@@ -64,20 +63,20 @@ def assignment(tmp_path_factory: pytest.TempPathFactory) -> Assignment:
     return load_assignment(folder)
 
 
-def course(of: Assignment) -> Path:
-    return of.folder / "exports" / "nbgrader"
+def get_course(assignment: Assignment) -> Path:
+    return assignment.folder / "exports" / "nbgrader"
 
 
-def handout(of: Assignment, student: str) -> dict[str, Any]:
-    content: dict[str, Any] = json.loads((course(of) / "handout" / student / "hw" / "hw.ipynb").read_text())
+def read_handout(assignment: Assignment, student: str) -> dict[str, Any]:
+    content: dict[str, Any] = json.loads((get_course(assignment) / "handout" / student / "hw" / "hw.ipynb").read_text())
     return content
 
 
-def answered(of: Assignment, student: str, change: Callable[[list[Any], Cells], Any] | None = None) -> str:
-    """Return what was handed out with right answers in it, its cells changed in place."""
-    notebook = handout(of, student)
+def write_answers(assignment: Assignment, student: str, change: Callable[[list[Any], Cells], Any] | None = None) -> str:
+    """Return the handed-out notebook with correct answers; `change` may edit its cells in place."""
+    notebook = read_handout(assignment, student)
     cells = {cell["id"]: cell for cell in notebook["cells"]}
-    ((slot, problem),) = of.generate_problems(student)
+    ((slot, problem),) = assignment.generate_problems(student)
     for part in problem.parts:
         cells[f"{slot}-{part.name}"]["source"] = f"{name_answer_variable(slot, part.name)} = {part.answer.write_code()}"
     if change:
@@ -85,13 +84,13 @@ def answered(of: Assignment, student: str, change: Callable[[list[Any], Cells], 
     return json.dumps(notebook)
 
 
-def wrong(_: list[Any], cells: Cells) -> None:
+def answer_wrongly(_: list[Any], cells: Cells) -> None:
     cells["p1-jacobian"]["source"] += "\np1_jacobian[1, 0] = -p1_jacobian[1, 0]"
     cells["p1-determinant"]["source"] = "p1_determinant = a1"
 
 
-def meddles(cells: list[Any], by_id: Cells) -> None:
-    """Do all that makes nbgrader refuse a notebook, or a class, or give points for nothing."""
+def tamper(cells: list[Any], by_id: Cells) -> None:
+    """Make every change for which nbgrader refuses a notebook or a class, or gives undeserved points."""
     cells.remove(by_id["p1-position-marks"])
     by_id["p1-jacobian-marks"]["metadata"]["nbgrader"].update(points=99, schema_version=1, grade="yes")
     by_id["p1-determinant-marks"]["source"] = "1.0"
@@ -101,20 +100,20 @@ def meddles(cells: list[Any], by_id: Cells) -> None:
     cells.insert(1, copy.deepcopy(by_id["p1-determinant-marks"]) | {"id": "early"})
 
 
-def leaves_one(cells: list[Any], by_id: Cells) -> None:
-    wrong(cells, by_id)
+def leave_one_blank(cells: list[Any], by_id: Cells) -> None:
+    answer_wrongly(cells, by_id)
     by_id["p1-determinant"]["source"] = "p1_determinant = blank"
 
 
-CHANGES = {"late": leaves_one, "wrong": wrong, "meddles": meddles}
+CHANGES = {"late": leave_one_blank, "wrong": answer_wrongly, "meddles": tamper}
 
 
 class NbGrader:
-    """A process of nbgrader in a course, which takes steps as the formgrader has it take them."""
+    """A process of nbgrader in a course that runs the same steps as the formgrader."""
 
     def __init__(self, python: str, place: Path, errors: IO[str]) -> None:
         variables = {name: value for name, value in os.environ.items() if not name.startswith(("PYTHON", "QDOT"))}
-        variables["PATH"] = f"{Path(python).parent}{os.pathsep}{variables['PATH']}"  # alembic is called by its name
+        variables["PATH"] = f"{Path(python).parent}{os.pathsep}{variables['PATH']}"  # nbgrader calls alembic by name
         self.errors = errors
         self.process = subprocess.Popen(
             [python, "-c", STEPS], cwd=place, env=variables, stdin=subprocess.PIPE, stdout=subprocess.PIPE,
@@ -122,10 +121,10 @@ class NbGrader:
         )  # fmt: skip
         self.configured: list[str] = self._line()
 
-    def step(self, name: str, *given: str) -> list[Any]:
-        """Take a step, and return student, score, most points and what was found of everybody who was marked."""
+    def step(self, name: str, *arguments: str) -> list[Any]:
+        """Run a step; return student, score, maximum and details for every graded student."""
         assert self.process.stdin is not None
-        self.process.stdin.write(json.dumps([name, *given]) + "\n")
+        self.process.stdin.write(json.dumps([name, *arguments]) + "\n")
         self.process.stdin.flush()
         done, marks = self._line()
         assert done["success"], done
@@ -139,28 +138,28 @@ class NbGrader:
 
 
 @pytest.fixture(scope="module")
-def running(assignment: Assignment, tmp_path_factory: pytest.TempPathFactory) -> Iterator[NbGrader]:
-    """nbgrader, in one process for all that is done with it."""
+def nbgrader(assignment: Assignment, tmp_path_factory: pytest.TempPathFactory) -> Iterator[NbGrader]:
+    """One process of nbgrader for all tests."""
     with (tmp_path_factory.mktemp("nbgrader") / "errors.txt").open("w+") as errors:
-        made = NbGrader(require_reader("python", "nbgrader"), course(assignment), errors)
-        yield made
-        made.process.communicate(timeout=60)
-        assert made.process.returncode == 0
+        process = NbGrader(require_reader("python", "nbgrader"), get_course(assignment), errors)
+        yield process
+        process.process.communicate(timeout=60)
+        assert process.process.returncode == 0
 
 
 @pytest.fixture(scope="module")
-def generated(assignment: Assignment, running: NbGrader) -> Path:
-    """The course, from whose source nbgrader has made what it would hand out."""
-    running.step("generate_assignment")
-    return course(assignment)
+def generated(assignment: Assignment, nbgrader: NbGrader) -> Path:
+    """The course, after nbgrader generated its release version."""
+    nbgrader.step("generate_assignment")
+    return get_course(assignment)
 
 
 @pytest.fixture(scope="module")
-def marked(assignment: Assignment, generated: Path, running: NbGrader) -> list[Any]:
-    """What nbgrader gives everybody, whose notebooks are handed in to qdot, too."""
-    for student in (one.id for one in assignment.roster):
-        blank = json.dumps(handout(assignment, student))
-        text = answered(assignment, student, CHANGES[student]) if student in CHANGES else blank
+def marked(assignment: Assignment, generated: Path, nbgrader: NbGrader) -> list[Any]:
+    """The marks that nbgrader gives the class, whose notebooks are also submitted to qdot."""
+    for student in (entry.id for entry in assignment.roster):
+        blank = json.dumps(read_handout(assignment, student))
+        text = write_answers(assignment, student, CHANGES[student]) if student in CHANGES else blank
         for target in (generated / "submitted" / student / "hw", assignment.folder / "submitted" / student):
             target.mkdir(parents=True)
             (target / "hw.ipynb").write_text(text)
@@ -169,19 +168,19 @@ def marked(assignment: Assignment, generated: Path, running: NbGrader) -> list[A
                 os.utime(target / "hw.ipynb", (seconds, seconds))
         if student == "late":
             (generated / "submitted" / student / "hw" / "timestamp.txt").write_text("2027-01-11 00:00:00 UTC")
-    return running.step("autograde", "*")
+    return nbgrader.step("autograde", "*")
 
 
 @pytest.mark.integration
-def test_what_was_written_without_nbgrader_is_what_nbgrader_writes(
-    assignment: Assignment, generated: Path, running: NbGrader
+def test_source_cells_agree_with_those_that_nbgrader_writes(
+    assignment: Assignment, generated: Path, nbgrader: NbGrader
 ) -> None:
-    """Its own digest of a cell that nobody may change, and in its configuration qdot's steps."""
-    assert running.configured[0] == "RestoreCells" and {"Mark", "ApplyLateRule"} <= set(running.configured)
-    assert not {"Execute", "AssignLatePenalties"} & set(running.configured)
+    """Its checksums of locked cells agree, and its configuration contains qdot's steps."""
+    assert nbgrader.configured[0] == "RestoreCells" and {"Mark", "ApplyLateRule"} <= set(nbgrader.configured)
+    assert not {"Execute", "AssignLatePenalties"} & set(nbgrader.configured)
     released = nbformat.read(generated / "release" / "hw" / "hw.ipynb", as_version=4)
     about = {cell.metadata.nbgrader.grade_id: cell.metadata for cell in released.cells if "nbgrader" in cell.metadata}
-    ours = {cell["id"]: cell["metadata"] for cell in handout(assignment, "late")["cells"]}
+    ours = {cell["id"]: cell["metadata"] for cell in read_handout(assignment, "late")["cells"]}
     for name in NAMES:
         theirs = json.loads(json.dumps(about[name]))
         theirs["nbgrader"].pop("cell_type", None)
@@ -189,32 +188,34 @@ def test_what_was_written_without_nbgrader_is_what_nbgrader_writes(
 
 
 @pytest.mark.integration
-def test_nbgrader_gives_what_qdot_gives(assignment: Assignment, marked: list[Any]) -> None:
+def test_nbgrader_gives_the_points_of_qdot(assignment: Assignment, marked: list[Any]) -> None:
     results, _ = grade(assignment)
     assert {line[0] for line in marked} == set(results)
-    for student, score, worth, found in marked:
+    for student, score, worth, scores in marked:
         parts = {f"p1-{part.name}": part.points for part in results[student].problems[0].parts}
         assert (score, worth) == (pytest.approx(results[student].score), 4), student
-        assert {name: found[name] for name in NAMES} == parts, student
-        answers = {found[f"{name}-answer"] for name in NAMES if f"{name}-answer" in found}
+        assert {name: scores[name] for name in NAMES} == parts, student
+        answers = {scores[f"{name}-answer"] for name in NAMES if f"{name}-answer" in scores}
         unanswered = {"blank": {"No response."}, "late": {"No response.", None}}
         assert answers == unanswered.get(student, {None}), student
     assert {line[0]: line[1] for line in marked} == pytest.approx(SCORES)
 
 
 @pytest.mark.integration
-def test_nbgraders_page_says_why(assignment: Assignment, generated: Path, marked: list[Any], running: NbGrader) -> None:
-    assert [line[0] for line in running.step("generate_feedback", "late")] == [line[0] for line in marked]
+def test_nbgraders_feedback_gives_the_reason(
+    assignment: Assignment, generated: Path, marked: list[Any], nbgrader: NbGrader
+) -> None:
+    assert [line[0] for line in nbgrader.step("generate_feedback", "late")] == [line[0] for line in marked]
     results, _ = grade(assignment)
     page = (generated / "feedback" / "late" / "hw" / "hw.html").read_text()
     reason = next(part.reason for part in results["late"].problems[0].parts if part.name == "jacobian")
     assert reason.split(";")[0].split("(")[0].strip() in " ".join(page.split())
     assert assignment.secret not in page
-    assert page.count("self_check") == 1  # in the words of the first cell; what checks is not read by the staff
+    assert page.count("self_check") == 1  # only in the text of the first cell; the checking code is not shown
 
 
-def test_students_notebooks_are_valid_and_hold_no_secret(assignment: Assignment) -> None:
-    place = course(assignment)
+def test_student_notebooks_are_valid_and_contain_no_secret(assignment: Assignment) -> None:
+    place = get_course(assignment)
     secret = place / "qdot" / "hw" / "secret.txt"
     assert (secret.read_text().strip(), secret.stat().st_mode & 0o777) == (assignment.secret, 0o600)
     for path in (*place.glob("handout/*/hw/hw.ipynb"), place / "source" / "hw" / "hw.ipynb"):
@@ -225,71 +226,80 @@ def test_students_notebooks_are_valid_and_hold_no_secret(assignment: Assignment)
         assert names == [made for name in NAMES for made in (f"{name}-answer", name)]
         marks = [cell for cell in cells if cell["metadata"]["nbgrader"]["grade"]]
         assert [cell["metadata"]["nbgrader"]["points"] for cell in marks] == [1, 2, 1]
-        assert {cell["source"].splitlines()[-1] for cell in marks} == {"0.0"}  # no points where qdot doesn't mark it
+        assert {cell["source"].splitlines()[-1] for cell in marks} == {"0.0"}  # no points unless qdot grades it
         assert all(cell["source"].startswith(MARKS_COMMENT) for cell in marks)
 
 
-def test_a_notebook_is_made_whole_whatever_was_done_to_it(assignment: Assignment) -> None:
-    untouched = restore_cells(handout(assignment, "late")["cells"], POINTS)
-    assert [cell["id"] for cell in untouched] == [cell["id"] for cell in handout(assignment, "late")["cells"]]
-    cells = restore_cells(json.loads(answered(assignment, "meddles", meddles))["cells"], POINTS)
+def test_tampered_notebook_is_restored(assignment: Assignment) -> None:
+    untouched = restore_cells(read_handout(assignment, "late")["cells"], POINTS)
+    assert [cell["id"] for cell in untouched] == [cell["id"] for cell in read_handout(assignment, "late")["cells"]]
+    cells = restore_cells(json.loads(write_answers(assignment, "meddles", tamper))["cells"], POINTS)
     named = [cell["metadata"]["nbgrader"] for cell in cells if "nbgrader" in cell["metadata"]]
-    assert sorted(one["grade_id"] for one in named if one["grade"]) == sorted(NAMES)
-    assert {one["grade_id"]: one["points"] for one in named if one["grade"]} == dict(zip(NAMES, (1, 2, 1), strict=True))
+    assert sorted(entry["grade_id"] for entry in named if entry["grade"]) == sorted(NAMES)
+    assert {entry["grade_id"]: entry["points"] for entry in named if entry["grade"]} == dict(
+        zip(NAMES, (1, 2, 1), strict=True)
+    )
     assert len({cell["id"] for cell in cells}) == len(cells)
-    assert [cell["source"] for cell in cells].count("1.0") == 2  # what was written stays to be read
-    assert sum(one["solution"] for one in named) == 3
+    assert [cell["source"] for cell in cells].count("1.0") == 2  # the student's text stays readable
+    assert sum(entry["solution"] for entry in named) == 3
     assert len(restore_cells([], POINTS)) == 3
 
 
-def row(part: str, points: float | None, outcome: str = "partial") -> PartRow:
+def make_row(part: str, points: float | None, outcome: str = "partial") -> PartRow:
     return PartRow(part, "Title", outcome, points, POINTS[part], "a reason")
 
 
-def test_outputs_that_nbgrader_scores_with_the_points() -> None:
-    stream, value = make_outputs(row("p1.jacobian", 1.5))
+def test_outputs_contain_the_points_that_nbgrader_reads() -> None:
+    stream, value = make_outputs(make_row("p1.jacobian", 1.5))
     assert (stream["name"], stream["text"]) == ("stdout", "partial: a reason\n")
     assert value["data"] == {"text/plain": "1.5"}
-    assert make_outputs(row("p1.jacobian", 5))[1]["data"] == {"text/plain": "2.0"}
+    assert make_outputs(make_row("p1.jacobian", 5))[1]["data"] == {"text/plain": "2.0"}
     long = PartRow("p1.jacobian", "Title", "partial", 1.5, 2.0, "a reason " * 30)
     assert max(map(len, make_outputs(long)[0]["text"].splitlines())) <= MAX_LINE_LENGTH
-    (error,) = make_outputs(row("p1.jacobian", 0, "wrong"))
+    (error,) = make_outputs(make_row("p1.jacobian", 0, "wrong"))
     assert (error["output_type"], error["ename"], error["evalue"]) == ("error", "wrong", "a reason")
     assert all(word in " ".join(error["traceback"]) for word in ("Title", "0 of 2", "wrong", "a reason"))
 
 
-def test_no_mark_where_there_can_be_none() -> None:
-    rows = [row(part, 1.0) for part in POINTS]
+def test_missing_or_ungraded_mark_is_refused() -> None:
+    rows = [make_row(part, 1.0) for part in POINTS]
     cells = restore_cells([], POINTS)
     fill_in_marks(cells, rows)
     assert all(cell["outputs"] for cell in cells)
-    for points, marked, said in (
-        (POINTS, [*rows[:2], row("p1.determinant", None)], "p1-determinant: there is no mark, because qdot failed"),
+    for points, marked, message in (
+        (
+            POINTS,
+            [*rows[:2], make_row("p1.determinant", None)],
+            "p1-determinant: there is no mark, because qdot failed",
+        ),
         (POINTS, rows[:2], "p1-determinant: "),
         ({**POINTS, "p1.position": 7.0}, rows, "p1-position: .* other points"),
         ({"p1.jacobian": 2.0, "p1.determinant": 1.0}, rows, "p1-position: "),
     ):
-        with pytest.raises(QdotError, match=said):
+        with pytest.raises(QdotError, match=message):
             fill_in_marks(restore_cells([], points), marked)
 
 
-def test_an_answer_that_is_still_blank_is_one_that_was_not_changed() -> None:
+def test_blank_answer_counts_as_unchanged() -> None:
     notebook = [
         {"cell_type": "code", "id": name, "metadata": {"qdot": {"part": f"p1.{name}"}}, "source": source}
         for name, source in (("position", "p1_position = blank"), ("jacobian", "p1_jacobian = ("))
     ]
     cells = restore_cells(notebook, POINTS)
-    fill_in_marks(cells, [row("p1.position", 0, "missing"), row("p1.jacobian", 0, "missing"), row("p1.determinant", 1)])
+    fill_in_marks(
+        cells,
+        [make_row("p1.position", 0, "missing"), make_row("p1.jacobian", 0, "missing"), make_row("p1.determinant", 1)],
+    )
     by_id = {cell["id"]: cell["metadata"]["nbgrader"] for cell in cells}
     assert by_id["position"]["checksum"] == compute_checksum(cells[0])
     assert "checksum" not in by_id["jacobian"]
 
 
-def test_names_are_given_as_nbgrader_imports_them_which_takes_no_plus_in_an_identifier(tmp_path: Path) -> None:
+def test_student_list_is_importable_and_names_invalid_ids(tmp_path: Path) -> None:
     students = [Student("ada", "Ada King Lovelace", "ada@example.org"), Student("hen"), Student("ada+x")]
     notes: list[str] = []
-    order = ExportRequest(make_class(tmp_path / "hw", students), lambda _: (), report=notes.append)
-    (names,) = (str(file.content) for file in export_nbgrader(order) if file.path == "students.csv")
+    export_request = ExportRequest(make_class(tmp_path / "hw", students), lambda _: (), report=notes.append)
+    (names,) = (str(file.content) for file in export_nbgrader(export_request) if file.path == "students.csv")
     assert names.splitlines()[:3] == [
         "id,first_name,last_name,email", "ada,Ada King,Lovelace,ada@example.org", "hen,,,"
     ]  # fmt: skip

@@ -1,6 +1,6 @@
-"""otter-grader itself, `otter assign` and `otter run`, on a class as `qdot export --to otter` writes it.
+"""otter-grader itself, `otter assign` and `otter run`, on a class written by `qdot export --to otter`.
 
-It is in an environment of its own with qdot (`make .venvs/readers/.installed`); where it isn't, one test is skipped.
+It runs in a separate environment with qdot (`make .venvs/readers/.installed`); without it one test is skipped.
 """
 
 import json
@@ -36,14 +36,14 @@ def assignment(tmp_path_factory: pytest.TempPathFactory) -> Assignment:
     return load_assignment(folder)
 
 
-def exported(of: Assignment) -> Path:
-    return of.folder / "exports" / "otter"
+def get_export_folder(assignment: Assignment) -> Path:
+    return assignment.folder / "exports" / "otter"
 
 
-def handed_in(of: Assignment, folder: Path, change: Callable[[Answers], Any] | None) -> Path:
-    """Return a notebook with right answers that were changed, or, without a change, as it was handed out."""
-    notebook = json.loads((exported(of) / "students/ada/hw.ipynb").read_text())
-    ((slot, problem),) = of.generate_problems("ada")
+def write_submission(assignment: Assignment, folder: Path, change: Callable[[Answers], Any] | None) -> Path:
+    """Write a notebook with correct answers edited by `change`, or, without it, the handed-out notebook."""
+    notebook = json.loads((get_export_folder(assignment) / "students/ada/hw.ipynb").read_text())
+    ((slot, problem),) = assignment.generate_problems("ada")
     answers = {f"{slot}.{part.name}": part.answer.write_code() for part in problem.parts}
     if change:
         change(answers)
@@ -56,48 +56,50 @@ def handed_in(of: Assignment, folder: Path, change: Callable[[Answers], Any] | N
     return path
 
 
-def wrong(answers: Answers) -> None:
+def answer_wrongly(answers: Answers) -> None:
     answers["p1.determinant"] = f"-({answers['p1.determinant']})"
     answers["p1.position"] = "Matrix([7, 7])"
 
 
-def test_the_source_and_students_notebooks_have_every_part_and_tell_nothing(assignment: Assignment) -> None:
-    notebook = json.loads((exported(assignment) / "students/ada/hw.ipynb").read_text())
-    told = notebook["metadata"]["otter"]
+def test_notebooks_have_every_part_and_no_answers(assignment: Assignment) -> None:
+    notebook = json.loads((get_export_folder(assignment) / "students/ada/hw.ipynb").read_text())
+    metadata = notebook["metadata"]["otter"]
     names = {name: points for _, name, points, _ in list_parts(assignment)}
-    assert told["OK_FORMAT"] is True and told["assignment_name"] == "hw"
-    assert {name: test["points"] for name, test in told["tests"].items()} == names
+    assert metadata["OK_FORMAT"] is True and metadata["assignment_name"] == "hw"
+    assert {name: test["points"] for name, test in metadata["tests"].items()} == names
     tagged = [cell for cell in notebook["cells"] if "otter_answer_cell" in cell["metadata"].get("tags", ())]
     assert len(tagged) == len(names)
     ((_, problem),) = assignment.generate_problems("ada")
     for part in problem.parts:
-        assert part.answer.as_typed() not in json.dumps(told)
-    text = (exported(assignment) / "hw.ipynb").read_text()
+        assert part.answer.as_typed() not in json.dumps(metadata)
+    text = (get_export_folder(assignment) / "hw.ipynb").read_text()
     cells = ["".join(cell["source"]) for cell in json.loads(text)["cells"]]
-    asked = [cell for cell in cells if cell.startswith("# BEGIN QUESTION")]
-    assert asked == [f"# BEGIN QUESTION\nname: {name}\npoints: {points:g}" for name, points in names.items()]
+    questions = [cell for cell in cells if cell.startswith("# BEGIN QUESTION")]
+    assert questions == [f"# BEGIN QUESTION\nname: {name}\npoints: {points:g}" for name, points in names.items()]
     assert PLUGIN_PATH in cells[0] and "run_tests: false" in cells[0]
     assert assignment.secret not in text
-    private = [path for path in exported(assignment).rglob("*") if path.is_file() and path.stat().st_mode & 0o077 == 0]
+    private = [
+        path for path in get_export_folder(assignment).rglob("*") if path.is_file() and path.stat().st_mode & 0o077 == 0
+    ]
     assert {path.name for path in private} == {"assignment.toml", "roster.csv", "secret.txt"}
 
 
-def test_marks_are_handed_over_as_data(assignment: Assignment, tmp_path: Path) -> None:
-    results = grade_for_otter(assignment.folder, handed_in(assignment, tmp_path, wrong), {})
+def test_marks_are_passed_to_otter_as_data(assignment: Assignment, tmp_path: Path) -> None:
+    results = grade_for_otter(assignment.folder, write_submission(assignment, tmp_path, answer_wrongly), {})
     marks = list_marks(results)
-    made: dict[str, Any] = {}
-    exec(write_marks_code(marks), made)  # as Otter's kernel does
-    assert made["qdot_marks"] == as_json(marks)
-    require_full_points(made["qdot_marks"], "p1.jacobian")
-    for part, said in (("p1.position", "wrong"), ("p1.determinant", "sign"), ("p1.nothing", "has not graded")):
-        with pytest.raises(AssertionError, match=said):
-            require_full_points(made["qdot_marks"], part)
+    namespace: dict[str, Any] = {}
+    exec(write_marks_code(marks), namespace)  # as Otter's kernel does
+    assert namespace["qdot_marks"] == as_json(marks)
+    require_full_points(namespace["qdot_marks"], "p1.jacobian")
+    for part, message in (("p1.position", "wrong"), ("p1.determinant", "sign"), ("p1.nothing", "has not graded")):
+        with pytest.raises(AssertionError, match=message):
+            require_full_points(namespace["qdot_marks"], part)
     with pytest.raises(AssertionError, match="has not graded"):
         require_full_points(None, "p1.jacobian")
 
 
-def test_whose_it_is_is_said_by_gradescope_else_by_the_notebook(assignment: Assignment, tmp_path: Path) -> None:
-    notebook = handed_in(assignment, tmp_path, None)
+def test_student_comes_from_gradescope_or_the_notebook(assignment: Assignment, tmp_path: Path) -> None:
+    notebook = write_submission(assignment, tmp_path, None)
     users = {"users": [{"email": "ada@example.org", "name": "Ada"}], "created_at": "2027-01-01T00:00:00Z"}
     assert grade_for_otter(assignment.folder, notebook, users).extra_data.student == "ada"
     with pytest.raises(QdotError, match=r"eve@example\.org"):
@@ -115,27 +117,27 @@ Found = dict[str, tuple[float, str]]
 
 @pytest.fixture(scope="module")
 def autograder(assignment: Assignment) -> Path:
-    otter, here = require_reader("otter", "otter"), exported(assignment)
+    otter, here = require_reader("otter", "otter"), get_export_folder(assignment)
     subprocess.run([otter, "assign", "hw.ipynb", "dist"], cwd=here, env=ENVIRONMENT, check=True, capture_output=True)
     (archive,) = (here / "dist/autograder").glob("*.zip")
     return archive
 
 
-def scored(autograder: Path, folder: Path, submission: Path) -> Found:
-    """Return what `otter run` says of a submission: each test's score and output."""
+def run_otter(autograder: Path, folder: Path, submission: Path) -> Found:
+    """Return each test's score and output from `otter run` on a submission."""
     command = [require_reader("otter", "otter"), "run", "-a", str(autograder), "-o", str(folder), str(submission)]
-    done = subprocess.run(command, env=ENVIRONMENT, capture_output=True, text=True)
-    assert done.returncode == 0, done.stderr[-2000:]
+    process = subprocess.run(command, env=ENVIRONMENT, capture_output=True, text=True)
+    assert process.returncode == 0, process.stderr[-2000:]
     tests = json.loads((folder / "results.json").read_text())["tests"]
     return {test["name"]: (test["score"], test["output"]) for test in tests}
 
 
 @pytest.mark.integration
-def test_what_comes_with_a_notebook_is_neither_imported_nor_read(
+def test_files_submitted_with_a_notebook_are_neither_imported_nor_read(
     autograder: Path, assignment: Assignment, tmp_path: Path
 ) -> None:
-    """Otter works in the folder of the submission: a module there that is named like one of qdot's, of Otter's or of
-    Python's own would be run beside the secret and the marks, and a log of Otter's would be unpickled.
+    """Otter works in the submission's folder: a module there named like one of qdot, Otter or Python would run with
+    access to the secret and the marks, and an Otter log would be unpickled.
     """
     ran, folder = tmp_path / "ran", tmp_path / "handed in"
     code = (
@@ -144,7 +146,7 @@ def test_what_comes_with_a_notebook_is_neither_imported_nor_read(
         "def require_full_points(*_): pass\n"
     )
     folder.mkdir()
-    handed_in(assignment, folder, wrong)
+    write_submission(assignment, folder, answer_wrongly)
     packages = [f"{package}/__init__.py" for package in ("grader", "exercises", "otter", "tests", "qdot", "ipykernel")]
     modules = ("json", "socket", "pickle", "sitecustomize", "usercustomize", "sympy", "numpy", "multiprocessing")
     with zipfile.ZipFile(tmp_path / "hw.zip", "w") as packed:
@@ -157,13 +159,13 @@ def test_what_comes_with_a_notebook_is_neither_imported_nor_read(
             *(f"{name}.py" for name in modules),
         ]:
             packed.writestr(name, code)
-    found = scored(autograder, tmp_path, tmp_path / "hw.zip")
+    scores = run_otter(autograder, tmp_path, tmp_path / "hw.zip")
     assert not ran.exists(), ran.read_text()
     points = {name: points for _, name, points, _ in list_parts(assignment)}
-    assert found.keys() == points.keys()
-    assert (found["p1-position"][0], found["p1-jacobian"][0]) == (0, points["p1-jacobian"])
-    assert 0 < found["p1-determinant"][0] < points["p1-determinant"]
-    assert "sign" in found["p1-determinant"][1]
+    assert scores.keys() == points.keys()
+    assert (scores["p1-position"][0], scores["p1-jacobian"][0]) == (0, points["p1-jacobian"])
+    assert 0 < scores["p1-determinant"][0] < points["p1-determinant"]
+    assert "sign" in scores["p1-determinant"][1]
     ((_, problem),) = assignment.generate_problems("ada")
-    said = json.dumps(found)
-    assert not [part for part in problem.parts if part.answer.as_typed() in said]
+    output = json.dumps(scores)
+    assert not [part for part in problem.parts if part.answer.as_typed() in output]

@@ -1,4 +1,4 @@
-"""Paper: sheets as HTML, PDF and LaTeX, read by what reads them; every family's formulas in Typst and in words."""
+"""Paper: sheets as HTML, PDF and LaTeX, checked with real readers; every family's formulas in Typst and in words."""
 
 import re
 import subprocess
@@ -67,31 +67,31 @@ DOCUMENT = """#set document(title: "All", date: none)
   shown
 }
 """
-"""A page on which what is wider than the text of a solution is an error."""
+"""A Typst document in which a formula wider than the text of a solution is an error."""
 
 
 @pytest.fixture(scope="module")
-def order(tmp_path_factory: pytest.TempPathFactory) -> ExportRequest:
+def export_request(tmp_path_factory: pytest.TempPathFactory) -> ExportRequest:
     folder = tmp_path_factory.mktemp("paper") / "hw"
     make_class(folder, CLASS)
     (folder / "assignment.toml").write_text(TOML, encoding="utf-8")
     return ExportRequest(load_assignment(folder), find_failures)
 
 
-def files(order: ExportRequest, export_format: str) -> dict[str, ExportedFile]:
-    return {file.path: file for file in EXPORT_FORMATS[export_format].export(order)}
+def export_files(export_request: ExportRequest, export_format: str) -> dict[str, ExportedFile]:
+    return {file.path: file for file in EXPORT_FORMATS[export_format].export(export_request)}
 
 
-def text_of(content: str | bytes, folder: Path) -> str:
-    """Return what Poppler reads in a PDF."""
+def read_pdf_text(content: str | bytes, folder: Path) -> str:
+    """Return the text that Poppler extracts from a PDF."""
     require_program("pdftotext", POPPLER)
     assert isinstance(content, bytes)
     (folder / "it.pdf").write_bytes(content)
-    return told_by("pdftotext", folder, "-layout", "-")
+    return run_poppler("pdftotext", folder, "-layout", "-")
 
 
-def told_by(program: str, folder: Path, *options: str) -> str:
-    """Return what a program of Poppler's says of the PDF that was read last in a folder."""
+def run_poppler(program: str, folder: Path, *options: str) -> str:
+    """Return the output of a Poppler program for the PDF that was last read in a folder."""
     *before, last = options or ("it.pdf",)
     named = [*before, "it.pdf", last] if options else [last]
     return subprocess.run([program, *named], cwd=folder, capture_output=True, text=True).stdout
@@ -103,8 +103,8 @@ _SEEN: set[str] = set()
 
 
 @few_families
-def test_every_formula_compiles_and_fits_and_has_words(problem: Problem) -> None:
-    """Formulas that differ in their numbers only are compiled once in a process."""
+def test_every_formula_compiles_fits_and_has_alternative_text(problem: Problem) -> None:
+    """Formulas that differ only in numbers are compiled once per process."""
     texts = [write_statement(problem, "")]
     for part in problem.parts:
         texts += [write_prompt(problem, part), *write_hints(problem, part), write_solution(problem, part)]
@@ -112,8 +112,8 @@ def test_every_formula_compiles_and_fits_and_has_words(problem: Problem) -> None
     new: list[str] = []
     for text in texts:
         for latex, block in parse_markdown(text)[1]:
-            said = speak(parse_latex(latex))
-            assert said and "\\" not in said and "  " not in said
+            spoken = speak(parse_latex(latex))
+            assert spoken and "\\" not in spoken and "  " not in spoken
             shape = f"{block}{re.sub(r'[0-9]', '1', latex)}"
             if shape not in _SEEN:
                 _SEEN.add(shape)
@@ -122,7 +122,7 @@ def test_every_formula_compiles_and_fits_and_has_words(problem: Problem) -> None
     assert compile_pdf(DOCUMENT + "\n\n".join(new + whole)).startswith(b"%PDF")
 
 
-def test_nothing_is_typed_on_paper_where_every_answer_has_a_box_and_a_short_form(problem: Problem) -> None:
+def test_paper_has_no_typing_remarks_and_every_answer_has_a_box_and_short_form(problem: Problem) -> None:
     for text in (write_statement(problem, ""), *(write_prompt(problem, part) for part in problem.parts)):
         shown = remove_typing_remarks(text, problem)
         assert not re.search(r"`|\btyped\b|\bin quotes\b|as in *[.,]|  |\( ?\)| [,.;]", shown), shown
@@ -141,11 +141,11 @@ def test_nothing_is_typed_on_paper_where_every_answer_has_a_box_and_a_short_form
 
 
 @few_families
-def test_figures_are_drawn_by_latex_as_in_svg(problem: Problem) -> None:
-    drawn = [draw_figure_svg(problem.chain)]
+def test_tikz_figures_have_the_shapes_of_the_svg(problem: Problem) -> None:
+    figures = [draw_figure_svg(problem.chain)]
     for part in problem.parts[-select_for_suite(3, 6) :]:
-        drawn += [draw_part_svg(problem.chain, part, "p"), draw_singular_configurations(problem, part, "s")]
-    for svg in filter(None, drawn):
+        figures += [draw_part_svg(problem.chain, part, "p"), draw_singular_configurations(problem, part, "s")]
+    for svg in filter(None, figures):
         picture = convert_to_tikz(svg)
         strokes = len(re.findall(r"<(?:rect|polyline|polygon|circle)\b", svg))
         assert (picture.count(r"\path["), picture.count(r"\node[")) == (strokes, svg.count("<text"))
@@ -153,16 +153,16 @@ def test_figures_are_drawn_by_latex_as_in_svg(problem: Problem) -> None:
         assert picture.replace("\\useasboundingbox", "").isascii()
 
 
-def test_text_is_never_markup_and_comes_out_as_it_went_in(tmp_path: Path) -> None:
+def test_text_is_never_interpreted_as_markup(tmp_path: Path) -> None:
     plain = "a_*b* #eval $x$ <l> @r = - + / [d] \\ ~ 1. // /* & % {f}"
     hostile = f'{plain} `c` "e" #eval("1") \' */'
     assert escape_typst("*a*") == r"\*a\*"
     source = DOCUMENT + escape_typst(hostile) + f"\n#raw({typst_string(hostile)})\n" + to_typst("# A\n\n" + hostile)
     assert compile_pdf(source)
-    assert plain in text_of(compile_pdf(DOCUMENT + escape_typst(plain)), tmp_path)
+    assert plain in read_pdf_text(compile_pdf(DOCUMENT + escape_typst(plain)), tmp_path)
 
 
-def test_a_wide_formula_is_made_smaller_or_broken() -> None:
+def test_wide_formula_is_shrunk_or_broken() -> None:
     assert re.search(r", \d\d%\)", to_typst("$$" + "x" * 80 + "$$"))
     assert to_typst("$$y = " + " + ".join(f"a_{{{k}}} s_{{12}}" for k in range(30)) + "$$").count(" \\ ") == 2
     assert TYPST_WIDTH * 10.5 / 72 * 2.54 < 15.9
@@ -173,41 +173,46 @@ def test_a_wide_formula_is_made_smaller_or_broken() -> None:
 # --- sheets ---
 
 
-def test_a_sheet_holds_no_answer_unless_it_is_to(order: ExportRequest) -> None:
+def test_sheet_contains_answers_only_if_requested(export_request: ExportRequest) -> None:
     for kind in ("handout", "exam"):
-        for sheet in make_sheets(replace(order, sheet=kind)):
+        for sheet in make_sheets(replace(export_request, sheet=kind)):
             assert not any(part.solution or part.answer or part.solution_figure for part in sheet.parts)
             assert all(part.has_score_space == (kind == "exam") for part in sheet.parts)
             assert all((part.box is not None) == (kind == "exam" and not part.options) for part in sheet.parts)
             assert sheet.has_hints == (kind == "handout")
-    (key, _) = make_sheets(replace(order, sheet="key"))
+    (key, _) = make_sheets(replace(export_request, sheet="key"))
     assert all(part.answer and not part.solution for part in key.parts)
-    (solved, _) = make_sheets(replace(order, has_solutions=True))
+    (solved, _) = make_sheets(replace(export_request, has_solutions=True))
     assert all(part.solution for part in solved.parts)
     assert not solved.has_hints
 
 
 @pytest.mark.parametrize("export_format", ["html", "latex", "pdf"])
 @pytest.mark.parametrize("kind", ["handout", "exam"])
-def test_no_answer_and_no_seed_reaches_a_student(
-    order: ExportRequest, export_format: str, kind: str, tmp_path: Path
+def test_student_sheets_contain_no_answer_and_no_seed(
+    export_request: ExportRequest, export_format: str, kind: str, tmp_path: Path
 ) -> None:
-    made = files(replace(order, sheet=kind), export_format)
-    assert not any(file.is_private for file in made.values())
+    exported = export_files(replace(export_request, sheet=kind), export_format)
+    assert not any(file.is_private for file in exported.values())
     for student in CLASS:
-        ((_, problem),) = order.assignment.generate_problems(student.id)
+        ((_, problem),) = export_request.assignment.generate_problems(student.id)
         ending = {"latex": "tex"}.get(export_format, export_format)
-        content = made[f"{kind}/{student.id}.{ending}"].content
-        shown = content if isinstance(content, str) else text_of(content, tmp_path)
-        assert str(problem.id.seed) not in shown and order.assignment.secret not in shown
+        content = exported[f"{kind}/{student.id}.{ending}"].content
+        shown = content if isinstance(content, str) else read_pdf_text(content, tmp_path)
+        assert str(problem.id.seed) not in shown and export_request.assignment.secret not in shown
         rates = next(part for part in problem.parts if part.name == "joint-rates")
         numbers = re.findall(r"\d+\.\d+", write_short_answer(problem, rates))
         assert len(numbers) == 2 and not any(number in shown for number in numbers)
 
 
-def test_pages_are_whole_and_can_be_heard(order: ExportRequest) -> None:
-    for given in (order, replace(order, sheet="exam"), replace(order, has_solutions=True), replace(order, sheet="key")):
-        for file in files(given, "html").values():
+def test_html_sheets_are_accessible_and_self_contained(export_request: ExportRequest) -> None:
+    for request in (
+        export_request,
+        replace(export_request, sheet="exam"),
+        replace(export_request, has_solutions=True),
+        replace(export_request, sheet="key"),
+    ):
+        for file in export_files(request, "html").values():
             assert isinstance(file.content, str)
             page = Page(file.content.removeprefix("<!DOCTYPE html>\n"))
             assert not re.search(r"""(?:src|href)=|url\(|@import|<script""", file.content)
@@ -223,40 +228,40 @@ def test_pages_are_whole_and_can_be_heard(order: ExportRequest) -> None:
             assert "Ada Lovelace &lt;b&gt;" in file.content or "zoë" in file.content
 
 
-def test_a_pdf_as_a_reader_sees_it(order: ExportRequest, tmp_path: Path) -> None:
-    exam = replace(order, sheet="exam")
-    made = files(exam, "pdf")
-    assert list(made) == ["exam/ada.pdf", "exam/zoë.pdf", "exam-all.pdf"]
-    shown = text_of(made["exam/zoë.pdf"].content, tmp_path)
+def test_pdf_is_tagged_has_its_texts_and_embeds_fonts(export_request: ExportRequest, tmp_path: Path) -> None:
+    exam = replace(export_request, sheet="exam")
+    exported = export_files(exam, "pdf")
+    assert list(exported) == ["exam/ada.pdf", "exam/zoë.pdf", "exam-all.pdf"]
+    shown = read_pdf_text(exported["exam/zoë.pdf"].content, tmp_path)
     for wanted in ("Rates & “poses” #1", "Zoë_Ångström $5", "zoë", "page 1 of", "1.4 Singular", "2.5 points", "rad/s"):
         assert wanted.replace("“", '"').replace("”", '"') in shown.replace("“", '"').replace("”", '"'), wanted
-    about = told_by("pdfinfo", tmp_path)
+    about = run_poppler("pdfinfo", tmp_path)
     assert re.search(r"Tagged: +yes", about) and re.search(r"Title: +Rates", about) and "A4" in about
-    fonts = told_by("pdffonts", tmp_path).splitlines()[2:]
+    fonts = run_poppler("pdffonts", tmp_path).splitlines()[2:]
     assert fonts and all(re.search(r" yes yes yes ", line) for line in fonts)  # embedded, in part, with Unicode
     subprocess.run(["pdftoppm", "-r", "20", "-gray", "it.pdf", "page"], cwd=tmp_path, capture_output=True, check=True)
     pages = sorted(tmp_path.glob("page-*.pgm"))
     assert len(pages) >= 2 and all(min(page.read_bytes()[20:]) < 100 for page in pages)
 
 
-def test_the_sheets_of_a_class_begin_on_the_front_of_a_leaf(order: ExportRequest, tmp_path: Path) -> None:
-    made = files(replace(order, sheet="exam", paper_size="letter"), "pdf")
-    pages = text_of(made["exam-all.pdf"].content, tmp_path).split("\f")
+def test_each_sheet_starts_on_an_odd_page(export_request: ExportRequest, tmp_path: Path) -> None:
+    exported = export_files(replace(export_request, sheet="exam", paper_size="letter"), "pdf")
+    pages = read_pdf_text(exported["exam-all.pdf"].content, tmp_path).split("\f")
     first = [number for number, page in enumerate(pages, 1) if "page 1 of" in page]
     assert len(first) == len(CLASS) and all(number % 2 for number in first)
-    assert re.search(r"Page size: +612 x 792", told_by("pdfinfo", tmp_path))
+    assert re.search(r"Page size: +612 x 792", run_poppler("pdfinfo", tmp_path))
     last = [int(total) for total in re.findall(r"page \d+ of (\d+)", pages[0])]
     assert f"page {last[0]} of {last[0]}" in pages[last[0] - 1]
 
 
-def test_a_key_lists_everybody_by_question(order: ExportRequest, tmp_path: Path) -> None:
-    made = files(replace(order, sheet="key"), "pdf")
-    assert list(made) == ["key/ada.pdf", "key/zoë.pdf", "key-all.pdf"]
-    assert all(file.is_private for file in made.values())
-    shown = text_of(made["key-all.pdf"].content, tmp_path)
+def test_key_lists_every_student_by_question(export_request: ExportRequest, tmp_path: Path) -> None:
+    exported = export_files(replace(export_request, sheet="key"), "pdf")
+    assert list(exported) == ["key/ada.pdf", "key/zoë.pdf", "key-all.pdf"]
+    assert all(file.is_private for file in exported.values())
+    shown = read_pdf_text(exported["key-all.pdf"].content, tmp_path)
     assert shown.count("ada") == shown.count("zoë") == 5
     for student in CLASS:
-        ((_, problem),) = order.assignment.generate_problems(student.id)
+        ((_, problem),) = export_request.assignment.generate_problems(student.id)
         rates = next(part for part in problem.parts if part.name == "joint-rates")
         for number in re.findall(r"\d+\.\d+", write_short_answer(problem, rates)):
             assert number in shown
@@ -280,10 +285,10 @@ HEAVY = {
 }
 
 
-def an_exam(folder: Path, asked: dict[str, list[str]]) -> ExportRequest:
-    """Return the order of an exam in one version, of a problem for each family."""
+def make_exam_request(folder: Path, questions: dict[str, list[str]]) -> ExportRequest:
+    """Make a request for an exam in one version, with a problem for each family."""
     make_class(folder, CLASS)
-    problems = "".join(f'[[problem]]\nfamily = "{name}"\nquestions = {asked[name]}\n' for name in asked)
+    problems = "".join(f'[[problem]]\nfamily = "{name}"\nquestions = {questions[name]}\n' for name in questions)
     text = f"title = 'Exam'\nkey = 'exam'\n{problems}".replace("'", '"')
     (folder / "assignment.toml").write_text(text, encoding="utf-8")
     return ExportRequest(
@@ -293,12 +298,12 @@ def an_exam(folder: Path, asked: dict[str, list[str]]) -> ExportRequest:
 
 @pytest.fixture(scope="module")
 def six(tmp_path_factory: pytest.TempPathFactory) -> ExportRequest:
-    return an_exam(tmp_path_factory.mktemp("six") / "exam", SIX)
+    return make_exam_request(tmp_path_factory.mktemp("six") / "exam", SIX)
 
 
-def pages_of_an_exam(order: ExportRequest, folder: Path) -> list[str]:
-    """Return the pages of an exam of six problems: eight at most, which part no figure from its table and facts."""
-    shown = text_of(files(order, "pdf")["exam-versions/A.pdf"].content, folder)
+def read_exam_pages(export_request: ExportRequest, folder: Path) -> list[str]:
+    """Return the pages of an exam with six problems: at most eight, with each figure beside its table and facts."""
+    shown = read_pdf_text(export_files(export_request, "pdf")["exam-versions/A.pdf"].content, folder)
     assert shown.count("\f") <= 8
     pages = shown.split("\f")
     for page in pages:
@@ -306,42 +311,40 @@ def pages_of_an_exam(order: ExportRequest, folder: Path) -> list[str]:
     return pages
 
 
-def test_an_exam_of_six_problems_takes_eight_pages(six: ExportRequest, tmp_path: Path) -> None:
-    shown = "".join(pages_of_an_exam(six, tmp_path))
+def test_exam_of_six_problems_fits_on_eight_pages(six: ExportRequest, tmp_path: Path) -> None:
+    shown = "".join(read_exam_pages(six, tmp_path))
     assert "•A." not in shown.replace(" ", "") and "typed" not in shown
 
 
-@pytest.mark.whole  # an exam of lighter arms is made by the same code
-def test_an_exam_of_six_heavy_arms_takes_eight_pages_too_and_no_question_is_parted_from_its_box(
-    tmp_path: Path,
-) -> None:
-    order = an_exam(tmp_path / "exam", HEAVY)
-    pages = pages_of_an_exam(order, tmp_path)
+@pytest.mark.whole  # a shorter test exports an exam of simpler arms
+def test_exam_of_six_long_arms_fits_and_keeps_boxes_with_questions(tmp_path: Path) -> None:
+    export_request = make_exam_request(tmp_path / "exam", HEAVY)
+    pages = read_exam_pages(export_request, tmp_path)
     assert sum(page.count("Answer:") for page in pages) == 15
     assert all(page.count("Answer:") == len(re.findall(r"Answer(?!:)", page)) for page in pages)
-    source = str(files(order, "latex")["exam-versions/A.tex"].content)
-    assert source.count("fill\\nopagebreak") == 15  # what is left of a page goes to the room for working
+    source = str(export_files(export_request, "latex")["exam-versions/A.tex"].content)
+    assert source.count("fill\\nopagebreak") == 15  # working space fills the rest of a page
 
 
-def test_a_figure_stands_beside_the_table_and_options_are_ticked(six: ExportRequest) -> None:
-    page = str(files(six, "html")["exam-versions/A.html"].content)
-    source = str(files(six, "latex")["exam-versions/A.tex"].content)
+def test_figure_stands_beside_the_table_and_options_have_tick_boxes(six: ExportRequest) -> None:
+    page = str(export_files(six, "html")["exam-versions/A.html"].content)
+    source = str(export_files(six, "latex")["exam-versions/A.tex"].content)
     assert page.count('<div class="beside">') == 6 and source.count(r"\shrunk{\drawn}") >= 6
     assert page.count('<span class="tick">') == 5 + 4 + 4 + 2 == source.count(r"\option{\tick")
     assert "**A.**" not in page and r"\item \textbf{A.}" not in source
 
 
-def test_a_marking_sheet_says_what_known_mistakes_earn(six: ExportRequest, tmp_path: Path) -> None:
-    order = replace(six, sheet="marking", assignment=replace(six.assignment, slots=six.assignment.slots[4:]))
-    made = files(order, "pdf")
-    assert list(made) == ["marking-versions/A.pdf", "marking-versions-all.pdf"]
-    assert all(file.is_private for file in made.values())
-    shown = text_of(made["marking-versions/A.pdf"].content, tmp_path)
+def test_marking_sheet_lists_points_of_known_mistakes(six: ExportRequest, tmp_path: Path) -> None:
+    export_request = replace(six, sheet="marking", assignment=replace(six.assignment, slots=six.assignment.slots[4:]))
+    exported = export_files(export_request, "pdf")
+    assert list(exported) == ["marking-versions/A.pdf", "marking-versions-all.pdf"]
+    assert all(file.is_private for file in exported.values())
+    shown = read_pdf_text(exported["marking-versions/A.pdf"].content, tmp_path)
     assert "Determinant" in shown
-    page = str(files(order, "html")["marking-versions/A.html"].content)
-    source = str(files(order, "latex")["marking-versions/A.tex"].content)
+    page = str(export_files(export_request, "html")["marking-versions/A.html"].content)
+    source = str(export_files(export_request, "latex")["marking-versions/A.tex"].content)
     assert page.count('class="marking"') == source.count(r"\begin{tabular}") == 6
-    (sheet,) = make_sheets(order)
+    (sheet,) = make_sheets(export_request)
     for part in sheet.parts:
         assert part.marking is not None and part.marking.rule and not part.solution
         right, *wrong = part.marking.lines
@@ -353,7 +356,7 @@ def test_a_marking_sheet_says_what_known_mistakes_earn(six: ExportRequest, tmp_p
 
 
 @pytest.mark.whole
-def test_what_is_too_wide_for_a_marking_sheet_is_in_the_key(monkeypatch: pytest.MonkeyPatch) -> None:
+def test_answer_too_wide_for_marking_sheet_refers_to_the_key(monkeypatch: pytest.MonkeyPatch) -> None:
     wide = generate(ProblemId("planar-rpr", 5, ("inverse-velocity", "determinant")))
     long, short = (explain_marking(wide, part, compute_earned_share).lines for part in wide.parts)
     assert TOO_LONG in {mark.answer for mark in long} and all(mark.answer for mark in long)  # no cell is empty
@@ -362,7 +365,7 @@ def test_what_is_too_wide_for_a_marking_sheet_is_in_the_key(monkeypatch: pytest.
     assert explain_marking(wide, wide.parts[0], compute_earned_share).lines[0].answer == "see the key"
 
 
-def test_the_rule_of_a_marking_sheet_is_that_of_the_assignment() -> None:
+def test_marking_sheet_states_the_credit_rule_of_the_assignment() -> None:
     (part,) = (problem := generate(ProblemId("planar-2r", 1, ("jacobian",)))).parts
     rules = {
         by: explain_marking(problem, replace(part, credit=Credit(by)), compute_earned_share).rule
@@ -376,23 +379,23 @@ def test_the_rule_of_a_marking_sheet_is_that_of_the_assignment() -> None:
     assert rules["columns"].startswith("Each right column: 1.") and rules["whole"] == "0 points."
 
 
-def test_versions_have_no_names_and_are_no_students_problems(order: ExportRequest) -> None:
-    made = files(replace(order, sheet="exam", version_count=2), "html")
-    assert list(made) == ["exam-versions/A.html", "exam-versions/B.html"]
-    drawn: list[Sheet] = list(make_sheets(replace(order, version_count=2)))
-    assert [sheet.name for sheet in drawn] == ["Version A", "Version B"]
-    own = {sheet.problems[0].table for sheet in make_sheets(order)}
-    assert len(own | {sheet.problems[0].table for sheet in drawn}) == 4
-    assert not any(student.id in str(file.content) for student in CLASS for file in made.values())
-    assert EXPORT_FORMATS["html"].count_steps(replace(order, version_count=2)) == 2
+def test_exam_versions_have_no_names_and_differ_from_student_problems(export_request: ExportRequest) -> None:
+    exported = export_files(replace(export_request, sheet="exam", version_count=2), "html")
+    assert list(exported) == ["exam-versions/A.html", "exam-versions/B.html"]
+    sheets: list[Sheet] = list(make_sheets(replace(export_request, version_count=2)))
+    assert [sheet.name for sheet in sheets] == ["Version A", "Version B"]
+    student_tables = {sheet.problems[0].table for sheet in make_sheets(export_request)}
+    assert len(student_tables | {sheet.problems[0].table for sheet in sheets}) == 4
+    assert not any(student.id in str(file.content) for student in CLASS for file in exported.values())
+    assert EXPORT_FORMATS["html"].count_steps(replace(export_request, version_count=2)) == 2
     with pytest.raises(QdotError, match="written by the command line"):
-        files(replace(order, sheet="marking"), "html")
+        export_files(replace(export_request, sheet="marking"), "html")
 
 
-def test_what_can_not_be_written_keeps_no_other_export_format_from_it(
-    order: ExportRequest, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+def test_failing_export_format_does_not_stop_the_others(
+    export_request: ExportRequest, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
-    """Where a library is missing, and where an export format fails after its first file."""
+    """A format may lack its library, or fail after its first file."""
 
     def failing(_: ExportRequest) -> Generator[ExportedFile, None, None]:
         yield ExportedFile("a", "")
@@ -400,28 +403,39 @@ def test_what_can_not_be_written_keeps_no_other_export_format_from_it(
 
     monkeypatch.setitem(__import__("sys").modules, "typst", None)
     monkeypatch.setitem(EXPORT_FORMATS, "stack", replace(EXPORT_FORMATS["stack"], export=failing))
-    command: list[str | Path] = ["export", order.assignment.folder, "--jobs", "1", "--out", tmp_path]
-    said = run_and_fail(*command, "--to", "html", "--to", "pdf", "--to", "stack", "--to", "latex")
-    assert make_install_command("pdf") in said and "stack: nothing can be asked" in said
+    command: list[str | Path] = ["export", export_request.assignment.folder, "--jobs", "1", "--out", tmp_path]
+    message = run_and_fail(*command, "--to", "html", "--to", "pdf", "--to", "stack", "--to", "latex")
+    assert make_install_command("pdf") in message and "stack: nothing can be asked" in message
     assert (tmp_path / "html" / "handout" / "ada.html").exists() and not (tmp_path / "pdf").exists()
     assert (tmp_path / "latex" / "handout" / "ada.tex").exists()
 
 
-def test_what_is_asked_of_export_formats_is_checked_before_the_first_is_written(
-    order: ExportRequest, tmp_path: Path
-) -> None:
-    command: list[str | Path] = ["export", order.assignment.folder, "--jobs", "1", "--out", tmp_path, "--to", "html"]
-    for asked, said in (
+def test_options_are_checked_before_anything_is_written(export_request: ExportRequest, tmp_path: Path) -> None:
+    command: list[str | Path] = [
+        "export",
+        export_request.assignment.folder,
+        "--jobs",
+        "1",
+        "--out",
+        tmp_path,
+        "--to",
+        "html",
+    ]
+    for options, message in (
         (["--to", "pfd"], "'pfd'"), (["--to", "canvas", "--sheet", "key", "--solutions"], "a key has no worked"),
         (["--sheet", "exams"], "'exams' (did you mean 'exam'?)"), (["--page", "a5"], "'a5'"),
     ):  # fmt: skip
-        assert said in run_and_fail(*command, *asked)
+        assert message in run_and_fail(*command, *options)
     assert not list(tmp_path.iterdir())
 
 
-def test_latex_is_whole(order: ExportRequest) -> None:
-    for given in (replace(order, sheet="exam"), replace(order, has_solutions=True), replace(order, sheet="key")):
-        for file in files(given, "latex").values():
+def test_latex_sheets_are_balanced_and_self_contained(export_request: ExportRequest) -> None:
+    for request in (
+        replace(export_request, sheet="exam"),
+        replace(export_request, has_solutions=True),
+        replace(export_request, sheet="key"),
+    ):
+        for file in export_files(request, "latex").values():
             source = str(file.content)
             begun, ended = (re.findall(rf"\\{word}\{{(\w+)\}}", source) for word in ("begin", "end"))
             assert sorted(begun) == sorted(ended) and begun.count("document") == 1
@@ -429,8 +443,8 @@ def test_latex_is_whole(order: ExportRequest) -> None:
             assert r"Rates \& " in source
 
 
-def compiled(source: str | bytes, folder: Path) -> str:
-    """Return what pdflatex says of a sheet."""
+def compile_latex(source: str | bytes, folder: Path) -> str:
+    """Compile a sheet with pdflatex; return its log."""
     program = require_program("pdflatex", LATEX, in_ci=False)
     (folder / "sheet.tex").write_text(str(source), encoding="utf-8")
     done = subprocess.run([program, "-interaction=nonstopmode", "sheet"], cwd=folder, capture_output=True)
@@ -439,25 +453,27 @@ def compiled(source: str | bytes, folder: Path) -> str:
 
 
 @pytest.mark.integration
-@pytest.mark.parametrize("asked", [{"has_solutions": True}, {"sheet": "key"}])
-def test_latex_compiles(order: ExportRequest, asked: dict[str, Any], tmp_path: Path) -> None:
-    """Of a class, one handout with the solutions, which has all that the others have, and a key."""
-    compiled(next(iter(files(replace(order, **asked), "latex").values())).content, tmp_path)
+@pytest.mark.parametrize("options", [{"has_solutions": True}, {"sheet": "key"}])
+def test_latex_sheets_compile(export_request: ExportRequest, options: dict[str, Any], tmp_path: Path) -> None:
+    """One handout with solutions, which has everything that other sheets have, and a key."""
+    compile_latex(next(iter(export_files(replace(export_request, **options), "latex").values())).content, tmp_path)
 
 
 @pytest.mark.integration
 @pytest.mark.parametrize("convention", ["screws", "dh"])
-def test_a_table_of_oblique_axes_keeps_within_the_page(convention: str, tmp_path: Path) -> None:
-    """It is too wide to stand beside the figure; that of a DH table isn't."""
-    order = ExportRequest(make_class(tmp_path / "hw", [Student("ada")]), find_failures)
-    asked = '[[problem]]\nfamily = "planar-3r"\nvariation = "full"\nquestions = ["position"]\n'
-    text = f'title = "T"\nkey = "hw"\n{asked}convention = "{convention}"\n'
-    (order.assignment.folder / "assignment.toml").write_text(text)
-    (file,) = files(replace(order, assignment=load_assignment(order.assignment.folder)), "latex").values()
-    assert "Overfull \\hbox" not in compiled(file.content, tmp_path)
+def test_wide_table_of_oblique_axes_stays_within_the_page(convention: str, tmp_path: Path) -> None:
+    """The table of axes is too wide to stand beside the figure; a DH table isn't."""
+    export_request = ExportRequest(make_class(tmp_path / "hw", [Student("ada")]), find_failures)
+    toml = '[[problem]]\nfamily = "planar-3r"\nvariation = "full"\nquestions = ["position"]\n'
+    text = f'title = "T"\nkey = "hw"\n{toml}convention = "{convention}"\n'
+    (export_request.assignment.folder / "assignment.toml").write_text(text)
+    (file,) = export_files(
+        replace(export_request, assignment=load_assignment(export_request.assignment.folder)), "latex"
+    ).values()
+    assert "Overfull \\hbox" not in compile_latex(file.content, tmp_path)
 
 
-def test_a_box_has_room_for_its_working_and_rows_and_shrinks_where_an_exam_takes_many_pages() -> None:
+def test_answer_box_has_room_for_working_and_shrinks_in_long_exams() -> None:
     assert AnswerBox(40).total_height > 40 + boxes.ROW_HEIGHT
     assert AnswerBox(40, rows=3).total_height == AnswerBox(40).total_height + 2 * boxes.ROW_HEIGHT
     assert AnswerBox(50, rows=2, row_height=9).total_height == AnswerBox(0, rows=2, row_height=9).total_height + 50
@@ -474,9 +490,8 @@ def test_a_box_has_room_for_its_working_and_rows_and_shrinks_where_an_exam_takes
     assert compute_share_that_fits(two, fixed_height=500, page_height=100) == boxes.MIN_SHARE
     assert compute_share_that_fits([], fixed_height=500, page_height=100) == 1
     assert scale_working_space(AnswerBox(20), 1.0) == AnswerBox(20, min_working_space=20)
-    assert scale_working_space(AnswerBox(20), 0.65) == AnswerBox(
-        13, min_working_space=round(20 * boxes.PACKED_SHARE)
-    )  # closer where pages are filled
+    # Closer on full pages.
+    assert scale_working_space(AnswerBox(20), 0.65) == AnswerBox(13, min_working_space=round(20 * boxes.PACKED_SHARE))
 
 
 # --- the front page of an exam ---
@@ -499,14 +514,16 @@ questions = ["position"]
 
 
 @pytest.mark.parametrize("file_type", ["html", "pdf", "latex"])
-def test_an_exam_has_a_front_page(file_type: str, tmp_path: Path) -> None:
+def test_exam_has_a_front_page(file_type: str, tmp_path: Path) -> None:
     folder = make_class(tmp_path / "hw", CLASS[:1]).folder
     (folder / "assignment.toml").write_text(FRONT_PAGE)
     (folder / "logo.png").write_bytes(PNG)
     request = ExportRequest(load_assignment(folder), find_failures, sheet="exam")
     files: dict[str, Any] = {file.path: file.content for file in EXPORT_FORMATS[file_type].export(request)}
     if file_type == "pdf":
-        assert text_of(files["exam/ada.pdf"], tmp_path).split("90 minutes & 5 %")[0].count("11 February 2027") == 1
+        assert (
+            read_pdf_text(files["exam/ada.pdf"], tmp_path).split("90 minutes & 5 %")[0].count("11 February 2027") == 1
+        )
         return
     page = str(files["exam/ada.html" if file_type == "html" else "exam/ada.tex"])
     assert "11 February 2027" in page and "into the boxes" in page
@@ -524,7 +541,7 @@ def test_an_exam_has_a_front_page(file_type: str, tmp_path: Path) -> None:
         ("date =", "dat =", "'dat' … 'date'"),
     ],
 )
-def test_what_is_wrong_of_a_front_page_is_said(old: str, new: str, reason: str, tmp_path: Path) -> None:
+def test_error_in_front_page_names_its_line(old: str, new: str, reason: str, tmp_path: Path) -> None:
     folder = make_class(tmp_path / "hw", CLASS[:1]).folder
     (folder / "assignment.toml").write_text(FRONT_PAGE.replace(old, new))
     (folder / "logo.png").write_bytes(PNG)

@@ -1,6 +1,6 @@
-"""Exports for learning platforms: held against the platforms' rules, and read by programs that read them there.
+"""Exports for learning platforms satisfy the platforms' rules, and real readers accept them.
 
-The readers are in an environment of their own (`make .venvs/readers/.installed`); where they aren't, tests say so.
+The readers are in a separate environment (`make .venvs/readers/.installed`); without them tests are skipped.
 With QDOT_QTI=FILE, the schema imsqti_v2p1.xsd with what it imports beside it (as in a checkout of TAO's
 extension-tao-itemqti), packages are validated against it; no registry has it.
 """
@@ -39,7 +39,7 @@ from qdot.exercises.exports.items import (
     make_items,
 )
 from qdot.exercises.reference_answers import LETTERS
-from tests.exercises.exports.test_items import an_order
+from tests.exercises.exports.test_items import make_request
 from tests.support.programs import require_reader
 
 TOML = """title = "Arms & <signs> / more"
@@ -57,98 +57,98 @@ parsed = ElementTree.fromstring
 
 
 @pytest.fixture(scope="module")
-def order(tmp_path_factory: pytest.TempPathFactory) -> ExportRequest:
-    return an_order(tmp_path_factory.mktemp("platforms"), TOML, 2)
+def export_request(tmp_path_factory: pytest.TempPathFactory) -> ExportRequest:
+    return make_request(tmp_path_factory.mktemp("platforms"), TOML, 2)
 
 
 @pytest.fixture(scope="module")
-def asked(order: ExportRequest) -> list[QuizItem]:
-    """The assignment's items, and one of columns to match, which takes long to draw."""
-    made = list(make_items(order))
+def items(export_request: ExportRequest) -> list[QuizItem]:
+    """The assignment's items, one hand-made matching item, because those take long, and one with special characters."""
+    items = list(make_items(export_request))
     form = MatchingForm(
         (r"$\begin{bmatrix} a_{1} \\ 0 \end{bmatrix}$", "$b < c$"), ("joint 1", "joint 2", "no joint"), (1, 2)
     )
-    one = replace(
-        made[0],
+    matching = replace(
+        items[0],
         key="p3-001-match",
         category=ItemCategory("T", "p3", "Match"),
         form=form,
         single_number_item=None,
         title="Match",
     )
-    nasty = QuizOption(r"$a < b$ & c", False, 'Say } # ~ / \\ " <b> & {1:NUMERICAL:=1}')
-    several = replace(
-        one,
+    nasty_option = QuizOption(r"$a < b$ & c", False, 'Say } # ~ / \\ " <b> & {1:NUMERICAL:=1}')
+    nasty_choice = replace(
+        matching,
         key="p4-001-nasty",
         category=ItemCategory("T", "p4", "Nasty"),
-        form=ChoiceForm((nasty, QuizOption("$c$", True))),
+        form=ChoiceForm((nasty_option, QuizOption("$c$", True))),
     )
-    return [*made, one, several]
+    return [*items, matching, nasty_choice]
 
 
-def files_of(
-    export_format: Callable[[ExportRequest], Iterator[Any]], order: ExportRequest, asked: list[QuizItem]
+def export_items(
+    export_format: Callable[[ExportRequest], Iterator[Any]], export_request: ExportRequest, items: list[QuizItem]
 ) -> dict[str, Any]:
-    """Return what an export format writes for these items: the contents of its files by their names."""
+    """Return the files that an export format writes for these items, by name."""
     with pytest.MonkeyPatch.context() as patch:
-        patch.setattr(made, "make_items", lambda _: iter(asked))
-        files = list(export_format(order))
-    assert all(file.is_private for file in files)  # what is right is in them
+        patch.setattr(made, "make_items", lambda _: iter(items))
+        files = list(export_format(export_request))
+    assert all(file.is_private for file in files)  # they contain the answers
     return {file.path: file.content for file in files}
 
 
-def unzipped(content: bytes) -> Package:
+def unzip(content: bytes) -> Package:
     with zipfile.ZipFile(io.BytesIO(content)) as package:
         return {name: package.read(name) for name in package.namelist()}
 
 
 @pytest.fixture(scope="module")
-def moodles(order: ExportRequest, asked: list[QuizItem]) -> dict[str, Any]:
-    return files_of(moodle.export_moodle, order, asked)
+def moodle_files(export_request: ExportRequest, items: list[QuizItem]) -> dict[str, Any]:
+    return export_items(moodle.export_moodle, export_request, items)
 
 
 @pytest.fixture(scope="module")
-def bank(moodles: dict[str, Any]) -> Element:
+def bank(moodle_files: dict[str, Any]) -> Element:
     """Moodle's question bank."""
-    return parsed(moodles["hw.xml"])
+    return parsed(moodle_files["hw.xml"])
 
 
 @pytest.fixture(scope="module")
-def backup(moodles: dict[str, Any]) -> Package:
+def backup(moodle_files: dict[str, Any]) -> Package:
     """Moodle's quiz."""
-    return unzipped(moodles["hw.mbz"])
+    return unzip(moodle_files["hw.mbz"])
 
 
 @pytest.fixture(scope="module")
-def canvass(order: ExportRequest, asked: list[QuizItem]) -> Package:
-    return unzipped(files_of(canvas.export_canvas, order, asked)["hw.zip"])
+def canvas_package(export_request: ExportRequest, items: list[QuizItem]) -> Package:
+    return unzip(export_items(canvas.export_canvas, export_request, items)["hw.zip"])
 
 
 @pytest.fixture(scope="module")
-def qti_file(order: ExportRequest, asked: list[QuizItem]) -> bytes:
-    content: bytes = files_of(qti.export_qti, order, asked)["hw.zip"]
+def qti_file(export_request: ExportRequest, items: list[QuizItem]) -> bytes:
+    content: bytes = export_items(qti.export_qti, export_request, items)["hw.zip"]
     return content
 
 
-def local(root: Element, tag: str) -> list[Element]:
+def list_elements(root: Element, tag: str) -> list[Element]:
     return [element for element in root.iter() if element.tag.rpartition("}")[2] == tag]
 
 
 @pytest.mark.parametrize("level", FEEDBACK)
-def test_platforms_tell_as_much_as_the_assignment_does(order: ExportRequest, level: str) -> None:
-    """Mistakes, values and solutions from their levels on; solutions also where they are ordered."""
+def test_feedback_level_of_assignment_applies_to_every_platform(export_request: ExportRequest, level: str) -> None:
+    """Mistakes, values and solutions appear from their levels on; solutions also if the request has them."""
     at = FEEDBACK.index(level)
-    told = replace(order, assignment=replace(order.assignment, feedback=level))
-    asked = list(make_items(told))
-    forms = [one.form for one in asked]
+    leveled = replace(export_request, assignment=replace(export_request.assignment, feedback=level))
+    items = list(make_items(leveled))
+    forms = [item.form for item in items]
     wrong = [option.feedback for form in forms if isinstance(form, ChoiceForm) for option in form.options]
     fields = [field for form in forms if isinstance(form, NumberForm) for field in form.fields]
     wrong += [each.feedback for field in fields for each in field.wrong_values]
     assert any(wrong) == (at >= FEEDBACK.index("mistake"))
 
     quiz, ordered_quiz = (
-        unzipped(files_of(moodle.export_moodle, given, asked)["hw.mbz"])
-        for given in (told, replace(told, has_solutions=True))
+        unzip(export_items(moodle.export_moodle, variant, items)["hw.mbz"])
+        for variant in (leveled, replace(leveled, has_solutions=True))
     )
     settings = parsed(quiz["activities/quiz_1/quiz.xml"])
     assert ordered_quiz == quiz  # its settings are the teacher's
@@ -157,13 +157,13 @@ def test_platforms_tell_as_much_as_the_assignment_does(order: ExportRequest, lev
     assert values == (after if at >= FEEDBACK.index("values") else closed)
     assert solutions == (after if level == "solutions" else closed)
 
-    for ordered in (told, replace(told, has_solutions=True)):
-        tells = level == "solutions" or ordered.has_solutions
-        package = unzipped(files_of(qti.export_qti, ordered, asked)["hw.zip"])
+    for ordered in (leveled, replace(leveled, has_solutions=True)):
+        has_solutions = level == "solutions" or ordered.has_solutions
+        package = unzip(export_items(qti.export_qti, ordered, items)["hw.zip"])
         each = [text for name, text in package.items() if name.startswith("items/")]
-        assert {b'identifier="solution"' in text for text in each} == {tells}
-        package = unzipped(files_of(canvas.export_canvas, ordered, asked)["hw.zip"])
-        assert (b'"general_fb"' in package["qdot-hw/qdot-hw.xml"]) == tells
+        assert {b'identifier="solution"' in text for text in each} == {has_solutions}
+        package = unzip(export_items(canvas.export_canvas, ordered, items)["hw.zip"])
+        assert (b'"general_fb"' in package["qdot-hw/qdot-hw.xml"]) == has_solutions
         shown = b"<show_correct_answers>true" in package["qdot-hw/assessment_meta.xml"]
         assert shown == (at >= FEEDBACK.index("values") or ordered.has_solutions)
 
@@ -174,23 +174,23 @@ GRADES = {
     "100", "90", "83.33333", "80", "75", "70", "66.66667", "60", "50", "40", "33.33333", "30", "25", "20", "16.66667",
     "14.28571", "12.5", "11.11111", "10", "5", "0",
 }  # fmt: skip
-"""Moodle's list; any other is refused on import."""
+"""Moodle refuses other grades on import."""
 NUMBER = r"-?\d+(?:\.\d+)?"
-NOBODYS = r"-1\.\d+E\+99"
+IMPOSSIBLE_NUMBER = r"-1\.\d+E\+99"
 CLOZE = re.compile(
-    rf"\{{(\d+):NUMERICAL:=({NUMBER}):({NUMBER})((?:~%0%{NUMBER}:{NUMBER}#(?:[^}}~#\\]|\\.)*)*)~%0%({NOBODYS}):0\}}"
+    rf"\{{(\d+):NUMERICAL:=({NUMBER}):({NUMBER})((?:~%0%{NUMBER}:{NUMBER}#(?:[^}}~#\\]|\\.)*)*)~%0%({IMPOSSIBLE_NUMBER}):0\}}"
 )
 
 
 def check_for_moodle(question: Element) -> None:
-    """Hold a question against what Moodle's importer would refuse or lose."""
+    """Check that Moodle's importer would not refuse the question or lose parts of it."""
     name = question.findtext("name/text", "")
     for part in ("questiontext", "generalfeedback"):
         text = question.findtext(f"{part}/text", "")
         assert text.strip(), (name, part)
-        given = {str(file.get("name")): file.text or "" for file in question.findall(f"{part}/file")}
-        assert set(re.findall(r'src="@@PLUGINFILE@@/([^"]+)"', text)) == set(given), (name, part)
-        assert all(b"<svg" in base64.b64decode(data) for data in given.values()), (name, part)
+        files = {str(file.get("name")): file.text or "" for file in question.findall(f"{part}/file")}
+        assert set(re.findall(r'src="@@PLUGINFILE@@/([^"]+)"', text)) == set(files), (name, part)
+        assert all(b"<svg" in base64.b64decode(data) for data in files.values()), (name, part)
         assert not re.search(r'<img(?![^>]*alt="[^"]+)', text), f"{name}: image without words"
         assert "$" not in text and "<math" not in text, f"{name}: formula left"
     check_answers_for_moodle(question, name)
@@ -209,8 +209,8 @@ def check_answers_for_moodle(question: Element, name: str) -> None:
         assert [answer.findtext("text") for answer in answers] == ["true", "false"], name
     elif kind == "matching":
         pairs = question.findall("subquestion")
-        asked = [pair for pair in pairs if (pair.findtext("text") or "").strip()]
-        assert len(asked) >= 2 and len({pair.findtext("answer/text") for pair in pairs}) >= 3, name
+        stems = [pair for pair in pairs if (pair.findtext("text") or "").strip()]
+        assert len(stems) >= 2 and len({pair.findtext("answer/text") for pair in pairs}) >= 3, name
     elif kind == "cloze":
         text = question.findtext("questiontext/text", "")
         assert len(CLOZE.findall(text)) == text.count(":NUMERICAL:") > 1, name
@@ -218,7 +218,7 @@ def check_answers_for_moodle(question: Element, name: str) -> None:
         assert kind == "multichoice", name
 
 
-def test_moodle_xml_keeps_moodles_rules(bank: Element) -> None:
+def test_moodle_xml_satisfies_moodles_rules(bank: Element) -> None:
     questions = [question for question in bank if question.get("type") != "category"]
     for question in questions:
         check_for_moodle(question)
@@ -234,134 +234,146 @@ def test_moodle_xml_keeps_moodles_rules(bank: Element) -> None:
     assert feedback == ["Say } # ~ / \\ &quot; &lt;b&gt; &amp; {1:NUMERICAL:=1}"]
 
 
-def test_options_in_moodle_have_the_letters_of_their_solutions(
-    bank: Element, backup: Package, asked: list[QuizItem]
+def test_options_in_moodle_have_the_letters_of_the_solutions(
+    bank: Element, backup: Package, items: list[QuizItem]
 ) -> None:
     for shuffled in (*bank.iter("shuffleanswers"), *parsed(backup["questions.xml"]).iter("shuffleanswers")):
         assert shuffled.text in ("false", "0")
     assert parsed(backup["activities/quiz_1/quiz.xml"]).findtext("quiz/shuffleanswers") == "0"
     lettered = [f"{letter}. " for letter in LETTERS]
-    chosen = [one for one in asked if isinstance(one.form, ChoiceForm) and not one.form.has_fixed_order]
+    chosen = [item for item in items if isinstance(item.form, ChoiceForm) and not item.form.has_fixed_order]
     for question in bank.findall("question[@type='multichoice']"):
-        one = next(one for one in asked if question.findtext("idnumber", "").endswith(one.key))
+        item = next(item for item in items if question.findtext("idnumber", "").endswith(item.key))
         begins = [answer.findtext("text", "")[:3] for answer in question.findall("answer")]
-        assert begins == lettered[: len(begins)] if one in chosen else not {*begins} & {*lettered}
+        assert begins == lettered[: len(begins)] if item in chosen else not {*begins} & {*lettered}
         assert question.findtext("answernumbering") == "none"
     stems = [stem.findtext("text", "")[:3] for stem in bank.findall("question[@type='matching']/subquestion")]
     assert [stem for stem in stems if stem] == lettered[:2]
 
 
-def test_pages_in_moodle_lose_nothing_and_fit_a_small_window(moodles: dict[str, Any], asked: list[QuizItem]) -> None:
-    page: str = moodles["hw.xml"]
+def test_pages_in_moodle_are_complete_and_fit_small_screens(
+    moodle_files: dict[str, Any], items: list[QuizItem]
+) -> None:
+    page: str = moodle_files["hw.xml"]
     assert "&" not in re.sub(r"<!\[CDATA\[.*?\]\]>", "", page, flags=re.DOTALL)  # it drops the space in `&gt; &lt;`
     assert r"A. \(a &lt; b\) &amp; c" in list(parsed(page).itertext())
     tables = re.findall(r"<table[^>]*>\s*<thead", page)
-    assert len(tables) == 12 and all("generaltable" in table for table in tables)  # which Moodle shows with lines
-    # DH tables and matrices of boxes are wider than a telephone: each moves by itself.
+    assert len(tables) == 12 and all("generaltable" in table for table in tables)  # Moodle draws lines for this class
+    # DH tables and matrices of boxes are wider than a phone, so each scrolls separately.
     moved = re.findall(r'<div style="overflow-x: auto; position: relative">\s*<table', page)
     assert page.count("<table") == len(moved) and "</tbody>" in page
     assert page.count("</table>") == len(re.findall(r"</table>\s*</div>", page))
-    figures = re.findall(r"<img [^>]*>", page)  # its column is narrower than they are
-    assert len(figures) >= len(asked)
+    figures = re.findall(r"<img [^>]*>", page)  # Moodle's column is narrower
+    assert len(figures) >= len(items)
     assert all('style="max-width: 100%; height: auto"' in figure for figure in figures)
 
 
-def first_changed(item: QuizItem, **changes: Any) -> list[str]:
-    """Return what Moodle is told of the boxes of a matrix, the first of them changed."""
+def make_boxes_with_change(item: QuizItem, **changes: Any) -> list[str]:
+    """Return Moodle's notation of the boxes of a matrix after a change of the first."""
     assert isinstance(item.form, NumberForm)
     ((first, *rest), *rows) = item.form.rows
     form = replace(item.form, rows=((replace(first, **changes), *rest), *rows))  # type: ignore[type-var]
     return [box.notation for box in moodle._make_boxes(form)]
 
 
-def test_no_box_is_as_wide_as_its_answer_nor_ended_by_its_advice(asked: list[QuizItem]) -> None:
+def test_cloze_boxes_have_equal_width_and_escape_feedback(items: list[QuizItem]) -> None:
     for value, tolerance, width in ((0.5, 0.0025, 12), (-0.00012345678, 5e-12, 14)):
-        boxes = [CLOZE.fullmatch(box) for box in first_changed(asked[0], value=value, tolerance=tolerance)]
+        boxes = [CLOZE.fullmatch(box) for box in make_boxes_with_change(items[0], value=value, tolerance=tolerance)]
         assert {len(box[5]) for box in boxes if box} == {width}
         numbers = [number for box in boxes if box for number in re.findall(rf"(?:=|%)({NUMBER})(?=:)", box[0])]
         assert max(map(len, numbers)) <= width
     wrong = WrongValue(9.0, 0.045, 'ends } here # or ~ there / \\ "q" <b> & {2:NUMERICAL:=5}')
-    notations = first_changed(asked[0], wrong_values=(wrong,))
+    notations = make_boxes_with_change(items[0], wrong_values=(wrong,))
     assert all(CLOZE.fullmatch(notation) for notation in notations)
     read = html.unescape(notations[0]).replace(r"\}", "}").replace(r"\#", "#")  # as Moodle reads it
     assert 'ends } here # or ∼ there / \\ "q" &lt;b&gt; &amp; {2:NUMERICAL:=5}' in read
 
 
-def check_ids_and_marks(one: Element, asked: dict[str, Element]) -> None:
-    """Hold a question of a backup against those that it names."""
-    number = one.get("id")
-    answers = {str(answer.get("id")) for answer in one.iter("answer") if answer.get("id")}
+def check_ids_and_marks(question: Element, questions: dict[str, Element]) -> None:
+    """Check the ids in a question of a backup, and the sum of its points."""
+    number = question.get("id")
+    answers = {str(answer.get("id")) for answer in question.iter("answer") if answer.get("id")}
     paths = (".//numerical_record/answer", ".//trueanswer", ".//falseanswer")
-    assert {found.text for path in paths for found in one.findall(path)} <= answers, number
-    if one.findtext("qtype") == "multianswer":
-        parts = [asked[part] for part in one.findtext(".//sequence", "").split(",")]
+    assert {element.text for path in paths for element in question.findall(path)} <= answers, number
+    if question.findtext("qtype") == "multianswer":
+        parts = [questions[part] for part in question.findtext(".//sequence", "").split(",")]
         assert all(part.findtext("parent") == number for part in parts), number
-        boxes = re.findall(r"{#(\d+)}", one.findtext("questiontext", ""))
+        boxes = re.findall(r"{#(\d+)}", question.findtext("questiontext", ""))
         assert boxes == [str(i + 1) for i in range(len(parts))], number
         points = sum(float(part.findtext("defaultmark", "")) for part in parts)
-        assert abs(points - float(one.findtext("defaultmark", ""))) < 1e-5, number
+        assert abs(points - float(question.findtext("defaultmark", ""))) < 1e-5, number
 
 
-def test_a_backup_for_moodle_names_nothing_that_is_not_in_it(bank: Element, backup: Package) -> None:
+def test_moodle_backup_refers_only_to_its_own_content(bank: Element, backup: Package) -> None:
     xml = {name: parsed(data) for name, data in backup.items() if name.endswith(".xml")}
     quiz, of = xml["activities/quiz_1/quiz.xml"], xml["questions.xml"]
-    categories = {str(one.get("id")): one for one in of.findall("question_category")}
-    parents = [one.findtext("parent") for one in categories.values()]
+    categories = {str(element.get("id")): element for element in of.findall("question_category")}
+    parents = [element.findtext("parent") for element in categories.values()]
     assert parents.count("0") == 1 and {*parents} <= {"0", *categories}
-    named = [one.text for one in xml["activities/quiz_1/inforef.xml"].findall(".//question_category/id")]
+    named = [element.text for element in xml["activities/quiz_1/inforef.xml"].findall(".//question_category/id")]
     assert named == list(categories)
     for file in xml["files.xml"]:
         digest = file.findtext("contenthash", "")
         assert hashlib.sha1(backup[f"files/{digest[:2]}/{digest}"]).hexdigest() == digest
-    asked = {str(one.get("id")): one for one in of.iter("question")}
-    for one in asked.values():
-        check_ids_and_marks(one, asked)
+    questions = {str(element.get("id")): element for element in of.iter("question")}
+    for element in questions.values():
+        check_ids_and_marks(element, questions)
     slots = quiz.findall(".//question_instance")
     for slot in slots:
-        drawn = categories[json.loads(slot.findtext(".//filtercondition", ""))["questioncategoryid"]]
-        points = {q.findtext("defaultmark") for q in drawn.iter("question") if q.findtext("parent") == "0"}
+        category = categories[json.loads(slot.findtext(".//filtercondition", ""))["questioncategoryid"]]
+        points = {q.findtext("defaultmark") for q in category.iter("question") if q.findtext("parent") == "0"}
         assert points == {slot.findtext("maxmark")}
     whole = sum(float(slot.findtext("maxmark", "")) for slot in slots)
     assert float(quiz.findtext("quiz/grade", "")) == whole
-    wanted = [texts(one, "name/text", "generalfeedback/text") for one in bank if one.get("type") != "category"]
-    given = [texts(one, "name", "generalfeedback") for one in asked.values() if one.findtext("parent") == "0"]
-    assert wanted == given
+    expected = [
+        read_texts(element, "name/text", "generalfeedback/text")
+        for element in bank
+        if element.get("type") != "category"
+    ]
+    actual = [
+        read_texts(element, "name", "generalfeedback")
+        for element in questions.values()
+        if element.findtext("parent") == "0"
+    ]
+    assert expected == actual
 
 
-def texts(question: Element, *paths: str) -> list[str]:
+def read_texts(question: Element, *paths: str) -> list[str]:
     return [question.findtext(path, "") for path in paths]
 
 
-def test_moodles_quiz_draws_each_question_for_its_points(
-    order: ExportRequest, asked: list[QuizItem], backup: Package
+def test_moodle_quiz_picks_each_question_for_its_points(
+    export_request: ExportRequest, items: list[QuizItem], backup: Package
 ) -> None:
     names = ("attempts_number", "grademethod", "delay1", "delay2", "timeclose")
     settings = parsed(backup["activities/quiz_1/quiz.xml"])
     assert settings.findtext("quiz/name") == "Arms & ‹signs› / more"
-    points = [one.points for one in {one.category: one for one in asked}.values()]
+    points = [item.points for item in {item.category: item for item in items}.values()]
     assert [float(slot.text or "") for slot in settings.iter("maxmark")] == points
     assert [settings.findtext(f"quiz/{name}") for name in names] == ["0", "4", "0", "0", "0"]  # the last counts
-    due = datetime(2027, 1, 15, 12, tzinfo=UTC)
-    limited = replace(order.assignment, attempts=AttemptPolicy(best_of=3, min_interval=3600), due_date=due)
-    content = files_of(moodle.export_moodle, replace(order, assignment=limited), asked)["hw.mbz"]
-    settings = parsed(unzipped(content)["activities/quiz_1/quiz.xml"])
-    told = [settings.findtext(f"quiz/{name}") for name in names]
-    assert told == ["3", "1", "3600", "3600", str(int(due.timestamp()))]
+    due_date = datetime(2027, 1, 15, 12, tzinfo=UTC)
+    limited = replace(
+        export_request.assignment, attempts=AttemptPolicy(best_of=3, min_interval=3600), due_date=due_date
+    )
+    content = export_items(moodle.export_moodle, replace(export_request, assignment=limited), items)["hw.mbz"]
+    settings = parsed(unzip(content)["activities/quiz_1/quiz.xml"])
+    values = [settings.findtext(f"quiz/{name}") for name in names]
+    assert values == ["3", "1", "3600", "3600", str(int(due_date.timestamp()))]
 
 
 # --- Canvas ---
 
 
-def paths(root: Element, above: str = "") -> Iterator[str]:
+def list_paths(root: Element, above: str = "") -> Iterator[str]:
     here = f"{above}/{root.tag.rpartition('}')[2]}"
     yield here
     yield from (f"{here}@{name.rpartition('}')[2]}" for name in root.attrib)
     for child in root:
-        yield from paths(child, here)
+        yield from list_paths(child, here)
 
 
-def paths_in(package: Package) -> set[str]:
-    return {path for name, data in package.items() if name.endswith(".xml") for path in paths(parsed(data))}
+def list_package_paths(package: Package) -> set[str]:
+    return {path for name, data in package.items() if name.endswith(".xml") for path in list_paths(parsed(data))}
 
 
 TEXT2QTI = """Quiz title: T
@@ -395,67 +407,71 @@ END_GROUP
 """
 
 
-def test_canvas_is_given_what_text2qti_gives_it(order: ExportRequest, asked: list[QuizItem], tmp_path: Path) -> None:
+def test_canvas_package_has_the_structure_of_text2qti(
+    export_request: ExportRequest, items: list[QuizItem], tmp_path: Path
+) -> None:
     (tmp_path / "quiz.txt").write_text(TEXT2QTI)
     subprocess.run([require_reader("text2qti"), "quiz.txt"], cwd=tmp_path, check=True, capture_output=True)
-    golden = unzipped((tmp_path / "quiz.zip").read_bytes())
-    unmatched = [one for one in asked if not isinstance(one.form, MatchingForm)]
-    ours = unzipped(files_of(canvas.export_canvas, order, unmatched)["hw.zip"])
-    assert sorted(paths_in(ours) - paths_in(golden)) == []
+    golden = unzip((tmp_path / "quiz.zip").read_bytes())
+    unmatched = [item for item in items if not isinstance(item.form, MatchingForm)]
+    ours = unzip(export_items(canvas.export_canvas, export_request, unmatched)["hw.zip"])
+    assert sorted(list_package_paths(ours) - list_package_paths(golden)) == []
 
 
-def test_canvas_finds_all_that_is_named(canvass: Package) -> None:
-    """Files, answers and feedback."""
-    listed = {str(file.get("href")) for file in local(parsed(canvass["imsmanifest.xml"]), "file")}
-    assert listed | {"imsmanifest.xml"} == set(canvass)
-    quiz = parsed(canvass["qdot-hw/qdot-hw.xml"])
-    names = [str(item.get("ident")) for item in local(quiz, "item")]
+def test_canvas_package_contains_everything_it_refers_to(canvas_package: Package) -> None:
+    """All named files, answers and feedback exist."""
+    listed = {str(file.get("href")) for file in list_elements(parsed(canvas_package["imsmanifest.xml"]), "file")}
+    assert listed | {"imsmanifest.xml"} == set(canvas_package)
+    quiz = parsed(canvas_package["qdot-hw/qdot-hw.xml"])
+    names = [str(item.get("ident")) for item in list_elements(quiz, "item")]
     assert len(set(names)) == len(names)
     types = set()
-    for item in local(quiz, "item"):
+    for item in list_elements(quiz, "item"):
         name = str(item.get("ident"))
-        labels = {str(label.get("ident")) for label in local(item, "response_label")}
-        told = {str(feedback.get("ident")) for feedback in local(item, "itemfeedback")}
-        assert {display.get("linkrefid") for display in local(item, "displayfeedback")} <= told, name
-        (kind,) = [field[1].text for field in local(item, "qtimetadatafield") if field[0].text == "question_type"]
+        labels = {str(label.get("ident")) for label in list_elements(item, "response_label")}
+        feedback_ids = {str(feedback.get("ident")) for feedback in list_elements(item, "itemfeedback")}
+        assert {display.get("linkrefid") for display in list_elements(item, "displayfeedback")} <= feedback_ids, name
+        (kind,) = [
+            field[1].text for field in list_elements(item, "qtimetadatafield") if field[0].text == "question_type"
+        ]
         types.add(kind)
-        equal = [str(each.text) for each in local(item, "varequal")]
+        equal = [str(each.text) for each in list_elements(item, "varequal")]
         if kind == "numerical_question":
-            low, high = (float(local(item, tag)[0].text or "nan") for tag in ("vargte", "varlte"))
+            low, high = (float(list_elements(item, tag)[0].text or "nan") for tag in ("vargte", "varlte"))
             assert low < float(equal[0]) < high, name
         else:
             assert equal and set(equal) <= labels, name
-        assert round(sum(float(each.text or 0) for each in local(item, "setvar")), 6) == 100, name
-        for text in local(item, "mattext"):
+        assert round(sum(float(each.text or 0) for each in list_elements(item, "setvar")), 6) == 100, name
+        for text in list_elements(item, "mattext"):
             sources = re.findall(r'src="([^"]*)"', text.text or "")
-            assert {source.removeprefix("%24IMS-CC-FILEBASE%24/") for source in sources} <= set(canvass), name
+            assert {source.removeprefix("%24IMS-CC-FILEBASE%24/") for source in sources} <= set(canvas_package), name
     assert types == {
         "multiple_choice_question", "multiple_answers_question", "true_false_question", "matching_question",
         "numerical_question",
     }  # fmt: skip
-    assert [number.text for number in local(quiz, "selection_number")] == ["1"] * 7
-    written = " ".join(str(text.text) for text in local(quiz, "mattext"))
+    assert [number.text for number in list_elements(quiz, "selection_number")] == ["1"] * 7
+    written = " ".join(str(text.text) for text in list_elements(quiz, "mattext"))
     assert r"\(\theta_{1}\)" in written and "$" not in written
 
 
-def test_that_vectors_are_asked_for_by_one_entry_is_told_once(order: ExportRequest, asked: list[QuizItem]) -> None:
+def test_single_entries_of_vectors_are_noted_once(export_request: ExportRequest, items: list[QuizItem]) -> None:
     notes: list[str] = []
-    files_of(canvas.export_canvas, replace(order, report=notes.append), asked)
+    export_items(canvas.export_canvas, replace(export_request, report=notes.append), items)
     assert len(notes) == 1
 
 
 # --- QTI 2.1 ---
 
 
-def test_qti_is_read_by_citolab(qti_file: bytes, tmp_path: Path) -> None:
+def test_qti_package_is_converted_by_citolab(qti_file: bytes, tmp_path: Path) -> None:
     (tmp_path / "two.zip").write_bytes(qti_file)
     command = [require_reader("qti-convert"), "upgrade", str(tmp_path / "two.zip"), str(tmp_path / "three.zip")]
     done = subprocess.run(command, capture_output=True, text=True)
     assert done.returncode == 0, done.stderr
-    three = unzipped((tmp_path / "three.zip").read_bytes())
-    assert {name for name in unzipped(qti_file) if name.startswith("items/")} <= set(three)
+    three = unzip((tmp_path / "three.zip").read_bytes())
+    assert {name for name in unzip(qti_file) if name.startswith("items/")} <= set(three)
     item = parsed(three["items/p1-001-jacobian.xml"])
-    assert len(local(item, "qti-text-entry-interaction")) == 4 and local(item, "math")
+    assert len(list_elements(item, "qti-text-entry-interaction")) == 4 and list_elements(item, "math")
 
 
 VALIDATE = """
@@ -469,9 +485,9 @@ for path in sys.argv[2:]:
 
 @pytest.mark.integration
 @pytest.mark.skipif("QDOT_QTI" not in os.environ, reason="QDOT_QTI doesn't name the schema of QTI 2.1")
-def test_qti_holds_to_its_schema(qti_file: bytes, tmp_path: Path) -> None:
+def test_qti_package_satisfies_its_schema(qti_file: bytes, tmp_path: Path) -> None:
     paths = []
-    for name, content in unzipped(qti_file).items():
+    for name, content in unzip(qti_file).items():
         if name == "test.xml" or name.startswith("items/"):
             paths.append(tmp_path / name.replace("/", "-"))
             paths[-1].write_bytes(content)
@@ -480,56 +496,62 @@ def test_qti_holds_to_its_schema(qti_file: bytes, tmp_path: Path) -> None:
     assert done.returncode == 0, done.stderr
 
 
-def test_qti_names_nothing_that_is_not_there_and_marks_as_it_should(qti_file: bytes, asked: list[QuizItem]) -> None:
-    package = unzipped(qti_file)
+def test_qti_package_is_complete_and_marks_correctly(qti_file: bytes, items: list[QuizItem]) -> None:
+    package = unzip(qti_file)
     manifest = parsed(package["imsmanifest.xml"])
-    assert {str(each.get("href")) for each in local(manifest, "file")} | {"imsmanifest.xml"} == set(package)
-    for one in asked:
-        item = parsed(package[f"items/{one.key}.xml"])
-        images = local(item, "img")
+    assert {str(each.get("href")) for each in list_elements(manifest, "file")} | {"imsmanifest.xml"} == set(package)
+    for quiz_item in items:
+        item = parsed(package[f"items/{quiz_item.key}.xml"])
+        images = list_elements(item, "img")
         assert {f"images/{str(image.get('src')).rpartition('/')[2]}" for image in images} <= set(package)
         assert all(image.get("alt") for image in images)
         assert not [element for element in item.iter() if element.get("style")]
-        declared = {str(each.get("identifier")) for each in local(item, "responseDeclaration")}
+        declared = {str(each.get("identifier")) for each in list_elements(item, "responseDeclaration")}
         asks = [each for each in item.iter() if each.tag.endswith("Interaction")]
         assert {str(each.get("responseIdentifier")) for each in asks} == declared
-        told = {str(each.text) for each in local(item, "baseValue") if each.get("baseType") == "identifier"}
-        assert {str(each.get("identifier")) for each in local(item, "modalFeedback")} <= told
-        if isinstance(one.form, NumberForm):
-            for (value, held), field in zip(right_numbers(item), one.form.fields, strict=True):
+        feedback_ids = {
+            str(each.text) for each in list_elements(item, "baseValue") if each.get("baseType") == "identifier"
+        }
+        assert {str(each.get("identifier")) for each in list_elements(item, "modalFeedback")} <= feedback_ids
+        if isinstance(quiz_item.form, NumberForm):
+            for (value, held), field in zip(read_correct_numbers(item), quiz_item.form.fields, strict=True):
                 assert abs(value - field.value) < 1e-8 and held
-        elif isinstance(one.form, ChoiceForm) and not one.form.has_fixed_order:  # solutions say that the answer is B
-            letters = ["".join(each.itertext()).strip()[:2] for each in local(item, "simpleChoice")]
+        elif (
+            isinstance(quiz_item.form, ChoiceForm) and not quiz_item.form.has_fixed_order
+        ):  # solutions say that the answer is B
+            letters = ["".join(each.itertext()).strip()[:2] for each in list_elements(item, "simpleChoice")]
             assert letters == [f"{letter}." for letter in LETTERS[: len(letters)]]
             assert not [each for each in item.iter() if each.get("shuffle") == "true"]
 
 
-def test_qtis_test_asks_one_variant_of_each_problem_for_its_points(qti_file: bytes, asked: list[QuizItem]) -> None:
-    test = parsed(unzipped(qti_file)["test.xml"])
-    assert len(local(test, "assessmentItemRef")) == len(asked)
-    places = [each for each in local(test, "assessmentSection") if local(each, "selection")]
-    assert {str(each.get("identifier")) for each in places} == {one.key[:2] for one in asked}
+def test_qti_test_selects_one_variant_of_each_problem(qti_file: bytes, items: list[QuizItem]) -> None:
+    test = parsed(unzip(qti_file)["test.xml"])
+    assert len(list_elements(test, "assessmentItemRef")) == len(items)
+    places = [each for each in list_elements(test, "assessmentSection") if list_elements(each, "selection")]
+    assert {str(each.get("identifier")) for each in places} == {item.key[:2] for item in items}
     for listed in places:
-        keys = [one.key for one in asked if one.key[:2] == listed.get("identifier")]
-        assert [each.get("select") for each in local(listed, "selection")] == ["1"]
-        variants = [each for each in local(listed, "assessmentSection") if each is not listed]
+        keys = [item.key for item in items if item.key[:2] == listed.get("identifier")]
+        assert [each.get("select") for each in list_elements(listed, "selection")] == ["1"]
+        variants = [each for each in list_elements(listed, "assessmentSection") if each is not listed]
         assert len(variants) == len({key[:6] for key in keys})
-        refs = [str(each.get("identifier")) for variant in variants for each in local(variant, "assessmentItemRef")]
+        refs = [
+            str(each.get("identifier")) for variant in variants for each in list_elements(variant, "assessmentItemRef")
+        ]
         assert refs == keys
-    (control,) = local(test, "itemSessionControl")
+    (control,) = list_elements(test, "itemSessionControl")
     assert control.get("maxAttempts") == str(DEFAULT_ATTEMPTS)
-    (outcome,) = local(test, "outcomeDeclaration")
-    points = {one.key[:2] + one.category[2]: one.points for one in asked}
+    (outcome,) = list_elements(test, "outcomeDeclaration")
+    points = {item.key[:2] + item.category[2]: item.points for item in items}
     assert float(str(outcome.get("normalMaximum"))) == sum(points.values())
 
 
-def right_numbers(item: Element) -> list[tuple[float, bool]]:
-    """Return the right numbers of an item, and whether three digits of each are within what is allowed."""
-    found = []
-    conditions = local(item, "responseIf")
-    for declared, condition in zip(local(item, "responseDeclaration"), conditions, strict=False):
-        value = float(local(declared, "value")[0].text or "nan")
-        (equal,) = local(condition, "equal")
+def read_correct_numbers(item: Element) -> list[tuple[float, bool]]:
+    """Return the correct numbers of an item, and whether the tolerance accepts three digits of each."""
+    numbers = []
+    conditions = list_elements(item, "responseIf")
+    for declared, condition in zip(list_elements(item, "responseDeclaration"), conditions, strict=False):
+        value = float(list_elements(declared, "value")[0].text or "nan")
+        (equal,) = list_elements(condition, "equal")
         low, _ = map(float, str(equal.get("tolerance")).split())
-        found.append((value, abs(float(f"{value:.2e}") - value) <= low))
-    return found
+        numbers.append((value, abs(float(f"{value:.2e}") - value) <= low))
+    return numbers

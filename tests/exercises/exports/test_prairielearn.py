@@ -1,4 +1,4 @@
-"""The PrairieLearn course, run as its documentation says: generate, render, parse, grade, with JSON between all steps.
+"""The PrairieLearn course, run as documented: generate, render, parse, grade, with JSON between all steps.
 
 With QDOT_PRAIRIELEARN=FOLDER, a checkout of PrairieLearn, info.json and infoCourse.json are validated against its
 published JSON Schemas (they are under the AGPL, and no part of qdot); without it against what its pages document.
@@ -59,7 +59,7 @@ Data = dict[str, Any]
 
 
 @pytest.fixture(scope="module")
-def order(tmp_path_factory: pytest.TempPathFactory) -> ExportRequest:
+def export_request(tmp_path_factory: pytest.TempPathFactory) -> ExportRequest:
     folder = tmp_path_factory.mktemp("pl") / "hw"
     make_class(folder, [Student("ada")])
     (folder / "assignment.toml").write_text(TOML)
@@ -68,9 +68,9 @@ def order(tmp_path_factory: pytest.TempPathFactory) -> ExportRequest:
 
 
 @pytest.fixture(scope="module")
-def course(order: ExportRequest, tmp_path_factory: pytest.TempPathFactory) -> Path:
+def course(export_request: ExportRequest, tmp_path_factory: pytest.TempPathFactory) -> Path:
     root = tmp_path_factory.mktemp("course")
-    for file in EXPORT_FORMATS["prairielearn"].export(order):
+    for file in EXPORT_FORMATS["prairielearn"].export(export_request):
         path = root / file.path
         path.parent.mkdir(parents=True, exist_ok=True)
         path.write_text(file.content if isinstance(file.content, str) else file.content.decode())
@@ -79,19 +79,19 @@ def course(order: ExportRequest, tmp_path_factory: pytest.TempPathFactory) -> Pa
 
 
 @pytest.fixture(scope="module")
-def problems(order: ExportRequest) -> dict[str, list[Problem]]:
-    found: dict[str, list[Problem]] = {}
-    for variant in iterate_bank(order):
-        found.setdefault(variant.slot.name, []).append(variant.problem)
-    return found
+def problems(export_request: ExportRequest) -> dict[str, list[Problem]]:
+    problems_by_slot: dict[str, list[Problem]] = {}
+    for variant in iterate_bank(export_request):
+        problems_by_slot.setdefault(variant.slot.name, []).append(variant.problem)
+    return problems_by_slot
 
 
 class Question:
-    """A question's folder as the platform runs it: every step gets and returns plain JSON."""
+    """Runs a question's folder like the platform: every step gets and returns plain JSON."""
 
     def __init__(self, course: Path, qid: str, seed: int) -> None:
         self.folder = course / "questions" / qid
-        self.server = module(self.folder / "server.py")
+        self.server = load_module(self.folder / "server.py")
         self.data: Data = {
             "params": {}, "correct_answers": {}, "submitted_answers": {}, "raw_submitted_answers": {},
             "format_errors": {}, "partial_scores": {}, "score": 0, "feedback": {}, "variant_seed": seed,
@@ -99,8 +99,8 @@ class Question:
         }  # fmt: skip
         self.step("generate")
         for name, offered in self.data["correct_answers"]["options"].items():
-            if isinstance(offered, list):  # as the elements put them, in a fixed order
-                shown = [{"key": "abcdefgh"[k], "html": one["html"]} for k, one in enumerate(offered)]
+            if isinstance(offered, list):  # as the elements write them, in a fixed order
+                shown = [{"key": "abcdefgh"[k], "html": option["html"]} for k, option in enumerate(offered)]
                 self.data["params"][name] = shown
 
     def step(self, name: str) -> None:
@@ -109,40 +109,40 @@ class Question:
         self.data = json.loads(json.dumps(data))
 
     def page(self, panel: str) -> str:
-        """Return what a panel shows: Mustache first, then the elements that are for this panel only."""
+        """Render a panel: Mustache first, then the elements for this panel only."""
         text = chevron.render((self.folder / "question.html").read_text(), self.data)
-        for other in {"question", "submission", "answer"} - {panel}:
-            text = re.sub(rf"<pl-{other}-panel>.*?</pl-{other}-panel>", "", text, flags=re.DOTALL)
+        for hidden in {"question", "submission", "answer"} - {panel}:
+            text = re.sub(rf"<pl-{hidden}-panel>.*?</pl-{hidden}-panel>", "", text, flags=re.DOTALL)
         return text
 
     def submit(self, answers: Data) -> None:
         """Parse and, if there is no format error, grade."""
-        given = {"submitted_answers": dict(answers), "raw_submitted_answers": dict(answers)}
-        self.data |= given | {"format_errors": {}, "partial_scores": {}, "feedback": {}}
+        submitted = {"submitted_answers": dict(answers), "raw_submitted_answers": dict(answers)}
+        self.data |= submitted | {"format_errors": {}, "partial_scores": {}, "feedback": {}}
         self.step("parse")
         if not self.data["format_errors"]:
             self.step("grade")
 
 
-def module(path: Path) -> ModuleType:
+def load_module(path: Path) -> ModuleType:
     spec = importlib.util.spec_from_file_location("server", path)
     assert spec is not None and spec.loader is not None
-    found = importlib.util.module_from_spec(spec)
-    spec.loader.exec_module(found)
-    return found
+    loaded = importlib.util.module_from_spec(spec)
+    spec.loader.exec_module(loaded)
+    return loaded
 
 
-def form(question: Question, problem: Problem, answers: dict[str, str]) -> Data:
-    """Return what a browser sends for the answers to some parts, by their names."""
+def fill_in_form(question: Question, problem: Problem, answers: dict[str, str]) -> Data:
+    """Return the form data that a browser sends for answers by part name."""
     sent: Data = {}
     for name, text in answers.items():
         sent |= fill_form(problem[name], text, question.data["params"])
     return sent
 
 
-def problem_of(question: Question, problems: list[Problem]) -> Problem:
-    (found,) = [problem for problem in problems if str(problem.id.seed) == question.data["params"]["seed"]]
-    return found
+def find_problem(question: Question, problems: list[Problem]) -> Problem:
+    (problem,) = [problem for problem in problems if str(problem.id.seed) == question.data["params"]["seed"]]
+    return problem
 
 
 # --- files ---
@@ -150,117 +150,127 @@ def problem_of(question: Question, problems: list[Problem]) -> Problem:
 UUID, TEXT = {"pattern": "^[0-9a-f]{8}(-[0-9a-f]{4}){3}-[0-9a-f]{12}$"}, {"type": "string", "minLength": 1}
 
 
-def holding(required: Data, **others: Data) -> Data:
+def make_schema(required: Data, **others: Data) -> Data:
     properties = required | others
     return {"type": "object", "required": [*required], "additionalProperties": False, "properties": properties}
 
 
-DOCUMENTED = holding({"uuid": UUID, "type": {"const": "v3"}, "title": TEXT, "topic": TEXT}, tags={"items": TEXT})
-ASSESSED = holding(
+QUESTION_SCHEMA = make_schema(
+    {"uuid": UUID, "type": {"const": "v3"}, "title": TEXT, "topic": TEXT}, tags={"items": TEXT}
+)
+ASSESSMENT_SCHEMA = make_schema(
     {"uuid": UUID, "type": {"enum": ["Homework", "Exam"]}, "title": TEXT, "set": TEXT, "number": TEXT, "zones": {}},
     shuffleQuestions={"type": "boolean"}, requireHonorCode={"type": "boolean"},
 )  # fmt: skip
-NAMED: Data = {"type": "object", "required": ["uuid", "longName"]}
+INSTANCE_SCHEMA: Data = {"type": "object", "required": ["uuid", "longName"]}
 SCHEMAS = "apps/prairielearn/src/schemas/schemas"
 
 
-def schemas() -> list[Data]:
+def load_schemas() -> list[Data]:
     if "QDOT_PRAIRIELEARN" not in os.environ:
-        return [DOCUMENTED, {"type": "object", "required": ["name", "title", "topics"]}, NAMED, ASSESSED]
+        return [
+            QUESTION_SCHEMA,
+            {"type": "object", "required": ["name", "title", "topics"]},
+            INSTANCE_SCHEMA,
+            ASSESSMENT_SCHEMA,
+        ]
     folder = Path(os.environ["QDOT_PRAIRIELEARN"]) / SCHEMAS
     names = ("Question", "Course", "CourseInstance", "Assessment")
     return [json.loads((folder / f"info{name}.json").read_text()) for name in names]
 
 
-def loaded(path: Path) -> Data:
+def read_json(path: Path) -> Data:
     content: Data = json.loads(path.read_text())
     return content
 
 
-def test_files_are_those_that_the_platform_reads(course: Path) -> None:
-    question, whole, instance, assessment = schemas()
-    infos = {path.parent.name: loaded(path) for path in sorted(course.glob("questions/*/info.json"))}
+def test_files_satisfy_the_platforms_schemas(course: Path) -> None:
+    question, whole, instance, assessment = load_schemas()
+    infos = {path.parent.name: read_json(path) for path in sorted(course.glob("questions/*/info.json"))}
     assert (
         list(infos) == sorted(path.name for path in course.glob("questions/*")) == ["hw-p1", "hw-p2", "hw-p3", "hw-p4"]
     )
-    info = loaded(course / "infoCourse.json")
+    info = read_json(course / "infoCourse.json")
     jsonschema.validate(info, whole)
-    jsonschema.validate(loaded(course / "courseInstances/qdot/infoCourseInstance.json"), instance)
+    jsonschema.validate(read_json(course / "courseInstances/qdot/infoCourseInstance.json"), instance)
     for path in course.glob("courseInstances/qdot/assessments/*/infoAssessment.json"):
-        jsonschema.validate(loaded(path), assessment)
-    for one in infos.values():
-        jsonschema.validate(one, question)
-    assert {one["topic"] for one in infos.values()} == {topic["name"] for topic in info["topics"]}
-    assert {tag for one in infos.values() for tag in one["tags"]} == {tag["name"] for tag in info["tags"]}
+        jsonschema.validate(read_json(path), assessment)
+    for question_info in infos.values():
+        jsonschema.validate(question_info, question)
+    assert {question_info["topic"] for question_info in infos.values()} == {topic["name"] for topic in info["topics"]}
+    assert {tag for question_info in infos.values() for tag in question_info["tags"]} == {
+        tag["name"] for tag in info["tags"]
+    }
 
 
-def test_assessments_ask_every_question_in_order_for_its_points(course: Path, order: ExportRequest) -> None:
+def test_assessments_list_every_question_with_its_points(course: Path, export_request: ExportRequest) -> None:
     folder = course / "courseInstances/qdot/assessments"
-    homework, exam = (loaded(folder / f"hw-{kind}/infoAssessment.json") for kind in ("homework", "exam"))
-    worth = {f"hw-{slot.name}": sum(slot.max_points) for slot in order.assignment.slots}
+    homework, exam = (read_json(folder / f"hw-{kind}/infoAssessment.json") for kind in ("homework", "exam"))
+    worth = {f"hw-{slot.name}": sum(slot.max_points) for slot in export_request.assignment.slots}
     (practice,), (once,) = homework["zones"], exam["zones"]
-    assert {one["id"]: one["autoPoints"] for one in practice["questions"]} == worth
-    assert {one["triesPerVariant"] for one in practice["questions"]} == {DEFAULT_ATTEMPTS}
-    assert {one["id"]: one["autoPoints"] for one in once["questions"]} == {
+    assert {entry["id"]: entry["autoPoints"] for entry in practice["questions"]} == worth
+    assert {entry["triesPerVariant"] for entry in practice["questions"]} == {DEFAULT_ATTEMPTS}
+    assert {entry["id"]: entry["autoPoints"] for entry in once["questions"]} == {
         k: [v] * DEFAULT_ATTEMPTS for k, v in worth.items()
     }
     assert exam["shuffleQuestions"] is False and homework["uuid"] != exam["uuid"]
-    few = replace(order.assignment, attempts=AttemptPolicy(best_of=2))
-    made = list(EXPORT_FORMATS["prairielearn"].export(replace(order, assignment=few, variant_count=1)))
-    (again,) = [json.loads(file.content) for file in made if file.path.endswith("hw-exam/infoAssessment.json")]
-    assert {len(one["autoPoints"]) for one in again["zones"][0]["questions"]} == {2}
+    few = replace(export_request.assignment, attempts=AttemptPolicy(best_of=2))
+    made = list(EXPORT_FORMATS["prairielearn"].export(replace(export_request, assignment=few, variant_count=1)))
+    (changed,) = [json.loads(file.content) for file in made if file.path.endswith("hw-exam/infoAssessment.json")]
+    assert {len(entry["autoPoints"]) for entry in changed["zones"][0]["questions"]} == {2}
 
 
-def test_an_assessment_is_called_by_the_number_of_its_title_or_key(order: ExportRequest) -> None:
+def test_assessment_number_comes_from_title_or_key(export_request: ExportRequest) -> None:
     for title, key, number in (
         ("Homework 6", "robots", "6"), ("Robots, 2nd part", "hw12", "12"), ("Arms of 2R", "velocity-3r", "1"),
     ):  # fmt: skip
-        assert find_assignment_number(replace(order.assignment, title=title, key=key)) == number
+        assert find_assignment_number(replace(export_request.assignment, title=title, key=key)) == number
 
 
-def test_uuids_stay_and_belong_to_one_question(course: Path, order: ExportRequest) -> None:
-    found = [loaded(path)["uuid"] for path in sorted(course.glob("questions/*/info.json"))]
-    assert len({uuid.UUID(text) for text in found}) == 4
-    for secret, is_same in ((order.assignment.secret, True), ("another", False)):
-        given = replace(order.assignment, secret=secret, slots=order.assignment.slots[2:3])
-        files = EXPORT_FORMATS["prairielearn"].export(replace(order, assignment=given, variant_count=1))
+def test_uuids_are_stable_and_depend_on_the_secret(course: Path, export_request: ExportRequest) -> None:
+    ids = [read_json(path)["uuid"] for path in sorted(course.glob("questions/*/info.json"))]
+    assert len({uuid.UUID(text) for text in ids}) == 4
+    for secret, is_same in ((export_request.assignment.secret, True), ("another", False)):
+        assignment = replace(export_request.assignment, secret=secret, slots=export_request.assignment.slots[2:3])
+        files = EXPORT_FORMATS["prairielearn"].export(replace(export_request, assignment=assignment, variant_count=1))
         again = [json.loads(file.content)["uuid"] for file in files if "info.json" in file.path]
-        assert (again == found[2:3]) == is_same and bool(set(again) & set(found)) == is_same
+        assert (again == ids[2:3]) == is_same and bool(set(again) & set(ids)) == is_same
 
 
-def test_the_secret_stays_at_home(course: Path, order: ExportRequest) -> None:
-    assert not [path for path in course.rglob("*") if path.is_file() and order.assignment.secret in path.read_text()]
+def test_course_does_not_contain_the_secret(course: Path, export_request: ExportRequest) -> None:
+    assert not [
+        path for path in course.rglob("*") if path.is_file() and export_request.assignment.secret in path.read_text()
+    ]
 
 
 # --- the cycle ---
 
 
-def test_a_variant_is_one_of_the_bank_by_its_seed_and_shows_no_solution(
-    course: Path, problems: dict[str, list[Problem]]
-) -> None:
-    one, again, other = (Question(course, "hw-p1", seed) for seed in (4, 4, 7))
-    assert one.data == again.data
-    assert one.data["params"]["seed"] != other.data["params"]["seed"]
-    problem = problem_of(one, problems["p1"])
-    page = one.page("question")
+def test_variant_depends_on_its_seed_and_shows_no_solution(course: Path, problems: dict[str, list[Problem]]) -> None:
+    question, repeated, different = (Question(course, "hw-p1", seed) for seed in (4, 4, 7))
+    assert question.data == repeated.data
+    assert question.data["params"]["seed"] != different.data["params"]["seed"]
+    problem = find_problem(question, problems["p1"])
+    page = question.page("question")
     names = [name for part in problem.parts for name in list_input_names(part)]
     assert names == re.findall(r'answers-name="([^"]+)"', page)
-    assert "{{" not in page and page.count('<details class="mb-2">') == 3 * len(problem.parts)  # none sticks to a box
-    assert re.search(r"<svg[^>]*>\s*<title", page) and "<desc" in page  # what the figure shows, in words
+    # With a margin to the box above.
+    assert "{{" not in page and page.count('<details class="mb-2">') == 3 * len(problem.parts)
+    assert re.search(r"<svg[^>]*>\s*<title", page) and "<desc" in page  # the figure's description
     tables = re.findall('<table class="([^"]*)"', page)
-    assert tables and all({"table", "table-bordered"} <= set(table.split()) for table in tables)  # of Bootstrap
-    assert page.count("<h4") == page.count('<h4 class="mt-3">') > 0  # else it sticks to the figure above it
-    solutions = [one["solution"] for one in one.data["correct_answers"]["solutions"].values()]
+    assert tables and all({"table", "table-bordered"} <= set(table.split()) for table in tables)  # Bootstrap's classes
+    assert page.count("<h4") == page.count('<h4 class="mt-3">') > 0  # with a margin to the figure above
+    solutions = [question["solution"] for question in question.data["correct_answers"]["solutions"].values()]
     for panel in ("question", "submission"):
-        assert not [solution for solution in solutions if solution in one.page(panel)]
-    assert all(solution in one.page("answer") for solution in solutions)
-    shown = json.dumps(one.data["params"])
+        assert not [solution for solution in solutions if solution in question.page(panel)]
+    assert all(solution in question.page("answer") for solution in solutions)
+    shown = json.dumps(question.data["params"])
     for part in problem.parts:
         if isinstance(part.answer, (Expression, Matrix)) and part.name != "position":
             assert part.answer.as_typed() not in shown
 
 
-def test_options_matches_and_numbers_have_elements_of_their_own(
+def test_options_matching_and_numbers_use_the_platforms_elements(
     course: Path, problems: dict[str, list[Problem]]
 ) -> None:
     question = Question(course, "hw-p4", 1)
@@ -271,80 +281,82 @@ def test_options_matches_and_numbers_have_elements_of_their_own(
         "pl-checkbox", "pl-matching", "pl-multiple-choice", "pl-multiple-choice", "pl-integer-input",
         "pl-integer-input", "pl-number-input",
     ]  # fmt: skip
-    for tag in ("pl-checkbox", "pl-multiple-choice"):  # wide formulas move by themselves
+    for tag in ("pl-checkbox", "pl-multiple-choice"):  # wide formulas scroll separately
         assert len(re.findall(rf"<{tag} ", page)) == len(re.findall(rf"overflow-x: auto[^<>]*>\s*<{tag} ", page))
-    for part in problem_of(question, problems["p4"]).parts:
+    for part in find_problem(question, problems["p4"]).parts:
         offered = question.data["correct_answers"]["options"].get(part.name)
         if isinstance(offered, list):
-            assert [k for k, one in enumerate(offered) if one["right"] == "true"] == list(part.answer.correct_indices)
-            assert all(one["html"] in page for one in offered)
+            assert [k for k, option in enumerate(offered) if option["right"] == "true"] == list(
+                part.answer.correct_indices
+            )
+            assert all(option["html"] in page for option in offered)
     everything = "".join(Question(course, f"hw-p{k}", 1).page(p) for k in (1, 2, 4) for p in ("question", "answer"))
     assert not [word for word in ("in quotes", "?:", "**Answer", "the letter, ") if word in everything]
 
 
 @pytest.mark.parametrize("slot", ["p1", "p2", "p3", "p4"])
-def test_references_earn_everything(course: Path, problems: dict[str, list[Problem]], slot: str) -> None:
+def test_reference_answers_earn_full_points(course: Path, problems: dict[str, list[Problem]], slot: str) -> None:
     question = Question(course, f"hw-{slot}", 1)
-    problem = problem_of(question, problems[slot])
-    question.submit(form(question, problem, {part.name: part.answer.as_typed() for part in problem.parts}))
+    problem = find_problem(question, problems[slot])
+    question.submit(fill_in_form(question, problem, {part.name: part.answer.as_typed() for part in problem.parts}))
     assert question.data["format_errors"] == {} and question.data["score"] == 1
-    scores = {name: one["score"] for name, one in question.data["partial_scores"].items()}
+    scores = {name: result["score"] for name, result in question.data["partial_scores"].items()}
     assert set(scores.values()) == {1} and set(scores) >= {part.name for part in problem.parts}
-    assert {one["said"] for one in question.data["feedback"].values()} == {"Right."}
+    assert {result["said"] for result in question.data["feedback"].values()} == {"Right."}
 
 
-def test_some_of_a_match_or_of_several_numbers_is_no_answer(course: Path) -> None:
+def test_partly_filled_answer_is_a_format_error(course: Path) -> None:
     question = Question(course, "hw-p4", 1)
     names = [f"match-columns-dropdown-{k}" for k in range(3)]
     question.submit({**dict.fromkeys(names, "-1"), names[1]: "0", "jacobian-size-2": "3", "jacobian-size-1": ""})
     errors = question.data["format_errors"]
     assert set(errors) == {names[0], "jacobian-size-1"}
     assert "joint 1, joint 3" in errors[names[0]] and "joint 2" not in errors[names[0]]
-    for sent in ("8", "9" * 5000, "\N{SUPERSCRIPT TWO}", "0x1"):  # none of which is an option
+    for sent in ("8", "9" * 5000, "\N{SUPERSCRIPT TWO}", "0x1"):  # none is an option
         question.submit({**dict.fromkeys(names, "0"), names[2]: sent})
         assert (
             list(question.data["format_errors"]) == [names[0]] and "joint 3" in question.data["format_errors"][names[0]]
         )
 
 
-def test_options_that_are_wrong_take_off_what_right_ones_earn(course: Path, problems: dict[str, list[Problem]]) -> None:
+def test_wrong_options_cancel_right_ones(course: Path, problems: dict[str, list[Problem]]) -> None:
     question = Question(course, "hw-p4", 1)
-    problem = problem_of(question, problems["p4"])
-    several, match, judged, *_ = problem.parts
+    problem = find_problem(question, problems["p4"])
+    selection, match, judged, *_ = problem.parts
     wrong = {
-        several.name: "".join(LETTERS[k] for k in range(len(several.answer.offered_options))),
+        selection.name: "".join(LETTERS[k] for k in range(len(selection.answer.offered_options))),
         match.name: "".join(LETTERS[k] for k in (*match.answer.correct_indices[1:], match.answer.correct_indices[0])),
         judged.name: ("true", "false")[1 - judged.answer.correct_indices[0]],
     }
-    question.submit(form(question, problem, wrong))
+    question.submit(fill_in_form(question, problem, wrong))
     assert [question.data["partial_scores"][name]["score"] for name in wrong] == [0, 0, 0]
     assert question.data["score"] == 0
-    assert "Right." not in {one["said"] for one in question.data["feedback"].values()}
+    assert "Right." not in {feedback["said"] for feedback in question.data["feedback"].values()}
 
 
-def test_a_mistake_is_named_and_no_number_is(course: Path, problems: dict[str, list[Problem]]) -> None:
-    """A variant may be tried again, so that feedback gives no value away."""
+def test_feedback_names_the_mistake_and_no_number(course: Path, problems: dict[str, list[Problem]]) -> None:
+    """A variant may be tried again, so feedback must not reveal values."""
     question = Question(course, "hw-p1", 1)
-    problem = problem_of(question, problems["p1"])
+    problem = find_problem(question, problems["p1"])
     jacobian, determinant = problem.parts[1].answer, problem.parts[2].answer
     assert isinstance(jacobian, Matrix) and isinstance(determinant, Expression)
     spoiled = jacobian.reference.copy()
     spoiled[0, 0] = -spoiled[0, 0]
     question.submit({"jacobian": str(spoiled.tolist()), "determinant": str(-determinant.reference), "position": ""})
-    scores = {name: one["score"] for name, one in question.data["partial_scores"].items()}
+    scores = {name: result["score"] for name, result in question.data["partial_scores"].items()}
     assert scores["position"] == scores["joint-rates"] == 0
     assert 0 < scores["jacobian"] < 1
     assert 0 < question.data["score"] < 0.5
-    said = question.data["feedback"]
-    assert "(1, 1)" in said["jacobian"]["said"]
+    feedback = question.data["feedback"]
+    assert "(1, 1)" in feedback["jacobian"]["said"]
     sentences = [CATALOGUE[name].message[:30] for name in ("determinant-sign", "sign") if name in CATALOGUE]
-    assert any(said["determinant"]["advice"].startswith(sentence) for sentence in sentences)
+    assert any(feedback["determinant"]["advice"].startswith(sentence) for sentence in sentences)
     page = question.page("submission")
-    assert said["determinant"]["advice"] in page and said["position"]["said"] in page
+    assert feedback["determinant"]["advice"] in page and feedback["position"]["said"] in page
     question.submit({"joint-rates-1": "17", "joint-rates-2": "23", "singular-angles": "{theta1: [0]}"})
-    told = json.dumps(question.data["feedback"])
+    feedback_text = json.dumps(question.data["feedback"])
     right = problem.parts[3].answer.as_matrix()
-    assert "theta2" not in told and not [value for value in right if f"{float(value):.2f}" in told]
+    assert "theta2" not in feedback_text and not [value for value in right if f"{float(value):.2f}" in feedback_text]
     assert [question.data["partial_scores"][f"joint-rates-{k}"]["score"] for k in (1, 2)] == [0, 0]
 
 
@@ -356,7 +368,7 @@ HOSTILE = {
 
 
 @pytest.mark.parametrize("typed", HOSTILE, ids=range(len(HOSTILE)))
-def test_unreadable_and_hostile_answers(course: Path, typed: str) -> None:
+def test_unparsable_and_hostile_answers_earn_nothing(course: Path, typed: str) -> None:
     question = Question(course, "hw-p1", 1)
     question.submit({"jacobian": typed})
     if HOSTILE[typed]:
@@ -367,10 +379,8 @@ def test_unreadable_and_hostile_answers(course: Path, typed: str) -> None:
     assert typed not in question.page("submission")
 
 
-def test_what_is_blank_or_fails_in_qdot_or_is_of_another_engine_costs_no_attempt(
-    course: Path, monkeypatch: pytest.MonkeyPatch
-) -> None:
-    def fails(*_: object) -> None:
+def test_blank_answers_and_qdots_own_failures_cost_no_attempt(course: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    def raise_error(*_: object) -> None:
         raise RuntimeError("ours")
 
     question = Question(course, "hw-p1", 1)
@@ -378,7 +388,7 @@ def test_what_is_blank_or_fails_in_qdot_or_is_of_another_engine_costs_no_attempt
         question.submit(answers)
         assert list(question.data["format_errors"]) == ["position"]
     question = Question(course, "hw-p3", 1)
-    monkeypatch.setattr("qdot.grader.marking.marking.judge_parsed", fails)
+    monkeypatch.setattr("qdot.grader.marking.marking.judge_parsed", raise_error)
     question.submit({"rank": "2"})
     assert "qdot failed" in question.data["format_errors"]["rank"] and "rank" not in question.data["partial_scores"]
     question.data["params"]["engine"] += 1

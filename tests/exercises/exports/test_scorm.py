@@ -1,7 +1,7 @@
-"""SCORM packages: manifests held against what the schemas say, and what the page in them is told of its set.
+"""SCORM packages: manifests satisfy the schemas, and the page contains its settings.
 
-Chromium runs them under a SCORM run-time (site/e2e/course.test.mjs). With QDOT_SCORM=FOLDER, manifests are validated by
-the published schemas: `12` in it holds imscp_rootv1p1p2.xsd and adlcp_rootv1p2.xsd, `2004` imscp_v1p1.xsd,
+Chromium runs them in a SCORM run-time (site/e2e/course.test.mjs). With QDOT_SCORM=FOLDER, manifests are validated with
+the published schemas: its folder `12` has imscp_rootv1p1p2.xsd and adlcp_rootv1p2.xsd, `2004` imscp_v1p1.xsd,
 adlcp_v1p3.xsd, adlseq_v1p3.xsd and imsss_v1p0.xsd with what these import, `xml.xsd` among it.
 """
 
@@ -28,7 +28,7 @@ from qdot.exercises.exports.bank import iterate_bank
 from qdot.exercises.exports.export_format import ExportedFile, ExportRequest
 from qdot.exercises.exports.registry import EXPORT_FORMATS
 from qdot.grader.cli.main import app
-from tests.exercises.exports.test_items import an_order
+from tests.exercises.exports.test_items import make_request
 from tests.support.command import run, run_and_fail, runner
 from tests.support.programs import require_reader
 from tests.support.site_scripts import write_stand_in_assets
@@ -57,26 +57,26 @@ def patched(tmp_path_factory: pytest.TempPathFactory) -> Iterator[None]:
 
 
 @pytest.fixture(scope="module")
-def order(tmp_path_factory: pytest.TempPathFactory) -> ExportRequest:
-    return an_order(tmp_path_factory.mktemp("scorm"), TOML, 2)
+def export_request(tmp_path_factory: pytest.TempPathFactory) -> ExportRequest:
+    return make_request(tmp_path_factory.mktemp("scorm"), TOML, 2)
 
 
-def exported(order: ExportRequest) -> dict[str, dict[str, bytes]]:
-    """Return what is in each package, by its version."""
-    files: list[ExportedFile] = list(EXPORT_FORMATS["scorm"].export(order))
-    assert all(file.is_private for file in files)  # what is right is in them
-    return {file.path.partition("-scorm")[2].removesuffix(".zip"): unzipped(file.content) for file in files}
+def export_packages(export_request: ExportRequest) -> dict[str, dict[str, bytes]]:
+    """Return the files of each package by SCORM version."""
+    files: list[ExportedFile] = list(EXPORT_FORMATS["scorm"].export(export_request))
+    assert all(file.is_private for file in files)  # they contain the answers
+    return {file.path.partition("-scorm")[2].removesuffix(".zip"): unzip(file.content) for file in files}
 
 
-def unzipped(content: str | bytes) -> dict[str, bytes]:
+def unzip(content: str | bytes) -> dict[str, bytes]:
     assert isinstance(content, bytes)
     with zipfile.ZipFile(io.BytesIO(content)) as package:
         return {name: package.read(name) for name in package.namelist()}
 
 
 @pytest.fixture(scope="module")
-def made(order: ExportRequest, patched: None) -> dict[str, dict[str, bytes]]:
-    return exported(order)
+def packages(export_request: ExportRequest, patched: None) -> dict[str, dict[str, bytes]]:
+    return export_packages(export_request)
 
 
 # --- manifests ---
@@ -94,7 +94,7 @@ CHILDREN = {
     "resources": ("resource",),
     "resource": ("file",),
 }
-"""Elements in the order in which the schemas have them, of those that are used here."""
+"""The used elements in the order of the schemas."""
 REQUIRED = {
     "manifest": {"identifier"}, "organization": {"identifier"}, "item": {"identifier"}, "file": {"href"},
     "resource": {"identifier", "type"},
@@ -103,28 +103,28 @@ NCNAME = r"[A-Za-z_][\w.-]*"
 
 
 @pytest.mark.parametrize("version", ["12", "2004"])
-def test_a_manifest_is_as_the_schemas_say_and_lists_every_file(made: dict[str, dict[str, bytes]], version: str) -> None:
-    package = made[version]
+def test_manifest_is_valid_and_lists_every_file(packages: dict[str, dict[str, bytes]], version: str) -> None:
+    package = packages[version]
     root = ElementTree.fromstring(package["imsmanifest.xml"])
-    own, adl = (CP12, ADL12) if version == "12" else (CP2004, ADL2004)
+    namespace, adl = (CP12, ADL12) if version == "12" else (CP2004, ADL2004)
     for element in root.iter():
         space, _, name = element.tag[1:].partition("}")
-        assert space == (SEQUENCING if name in ("sequencing", "controlMode", "deliveryControls") else own)
-        order = [CHILDREN[name].index(child.tag.rpartition("}")[2]) for child in element]
-        assert order == sorted(order)
+        assert space == (SEQUENCING if name in ("sequencing", "controlMode", "deliveryControls") else namespace)
+        positions = [CHILDREN[name].index(child.tag.rpartition("}")[2]) for child in element]
+        assert positions == sorted(positions)
         assert set(element.attrib) >= REQUIRED.get(name, set())
     names = [element.attrib["identifier"] for element in root.iter() if "identifier" in element.attrib]
     assert len(set(names)) == len(names) and all(re.fullmatch(NCNAME, name) for name in names)
-    item, resource = (next(root.iter(f"{{{own}}}{name}")) for name in ("item", "resource"))
-    organizations = next(root.iter(f"{{{own}}}organizations"))
+    item, resource = (next(root.iter(f"{{{namespace}}}{name}")) for name in ("item", "resource"))
+    organizations = next(root.iter(f"{{{namespace}}}organizations"))
     assert item.attrib["identifierref"] == resource.attrib["identifier"]
     assert organizations.attrib["default"] == organizations[0].attrib["identifier"]
     assert resource.attrib["href"] == "index.html"
     assert resource.attrib[f"{{{adl}}}{'scormtype' if version == '12' else 'scormType'}"] == "sco"
-    assert next(root.iter(f"{{{own}}}title")).text == "Arms & <signs>"
-    told = {"12": ("ADL SCORM", "1.2"), "2004": ("ADL SCORM", "2004 4th Edition")}
-    assert tuple(each.text for each in root[0]) == told[version]
-    listed = [file.attrib["href"] for file in root.iter(f"{{{own}}}file")]
+    assert next(root.iter(f"{{{namespace}}}title")).text == "Arms & <signs>"
+    expected = {"12": ("ADL SCORM", "1.2"), "2004": ("ADL SCORM", "2004 4th Edition")}
+    assert tuple(each.text for each in root[0]) == expected[version]
+    listed = [file.attrib["href"] for file in root.iter(f"{{{namespace}}}file")]
     assert sorted([*listed, "imsmanifest.xml"]) == sorted(package)
 
 
@@ -157,44 +157,46 @@ for path in paths:
 @pytest.mark.integration
 @pytest.mark.skipif("QDOT_SCORM" not in os.environ, reason="QDOT_SCORM doesn't name the schemas of SCORM")
 @pytest.mark.parametrize("version", ["12", "2004"])
-def test_a_manifest_holds_to_its_schemas(made: dict[str, dict[str, bytes]], version: str, tmp_path: Path) -> None:
+def test_manifest_satisfies_the_published_schemas(
+    packages: dict[str, dict[str, bytes]], version: str, tmp_path: Path
+) -> None:
     path = tmp_path / "imsmanifest.xml"
-    path.write_bytes(made[version]["imsmanifest.xml"])
+    path.write_bytes(packages[version]["imsmanifest.xml"])
     command = [require_reader("python", "lxml"), "-c", VALIDATE, os.environ["QDOT_SCORM"], version, str(path)]
     done = subprocess.run(command, capture_output=True, text=True)
     assert done.returncode == 0, done.stderr
 
 
-# --- what is in a package ---
+# --- content of a package ---
 
 
-def told(package: dict[str, bytes]) -> dict[str, Any]:
-    found = re.search(r'data-set="([^"]*)"', package["index.html"].decode())
-    assert found is not None
-    return dict(json.loads(html.unescape(found[1])))
+def read_settings(package: dict[str, bytes]) -> dict[str, Any]:
+    match = re.search(r'data-set="([^"]*)"', package["index.html"].decode())
+    assert match is not None
+    return dict(json.loads(html.unescape(match[1])))
 
 
-def test_the_page_is_told_its_set_with_points_and_credit(made: dict[str, dict[str, bytes]]) -> None:
-    assert told(made["12"]) == {
+def test_page_contains_its_questions_with_points_and_credit(packages: dict[str, dict[str, bytes]]) -> None:
+    assert read_settings(packages["12"]) == {
         "scorm": "1.2", "key": "hw-1.a", "title": "Arms & <signs>", "tries": 3, "pass": None,
         "places": [
             {"name": "p1", "questions": [["determinant", 3.0, 0.0], ["joint-effect", 0.5, 1.0]]},
             {"name": "p2", "questions": [["position", 1.0, 0.5]]},
         ],
     }  # fmt: skip
-    assert told(made["2004"]) == told(made["12"]) | {"scorm": "2004"}
-    page = made["12"]["index.html"].decode()
+    assert read_settings(packages["2004"]) == read_settings(packages["12"]) | {"scorm": "2004"}
+    page = packages["12"]["index.html"].decode()
     assert "default-src 'none'; script-src 'self';" in page
     assert "<title>Arms &amp; &lt;signs&gt;</title>" in page
     names = re.findall(r'(?:src|href)="([^"]+)"', page)
-    assert names and set(names) <= set(made["12"])
+    assert names and set(names) <= set(packages["12"])
 
 
-def test_all_variants_are_there_and_nothing_by_which_others_are_made(
-    order: ExportRequest, made: dict[str, dict[str, bytes]]
+def test_package_has_all_variants_and_no_seed_or_secret(
+    export_request: ExportRequest, packages: dict[str, dict[str, bytes]]
 ) -> None:
-    variants = list(iterate_bank(order))
-    package = made["2004"]
+    variants = list(iterate_bank(export_request))
+    package = packages["2004"]
     index = json.loads(package["bank/index.json"])
     assert {problem["key"] for family in index["families"] for problem in family["problems"]} == {
         variant.key for variant in variants
@@ -206,52 +208,58 @@ def test_all_variants_are_there_and_nothing_by_which_others_are_made(
         assert record["id"] == variant.key
         assert [part["kind"] for part in record["parts"]] == list(variant.slot.questions)
         assert [part["points"] for part in record["parts"]] == list(variant.slot.max_points)
-        assert not any(part["hints"] for part in record["parts"])  # the assignment gives none
+        assert not any(part["hints"] for part in record["parts"])  # the assignment has hints off
         assert all(f"{stem}{ending}" in package for ending in (".de.json", ".solutions.json", ".solutions.de.json"))
     for name, content in package.items():
-        assert order.assignment.secret.encode() not in content, name
-        assert not [one for one in variants if str(one.problem.id.seed).encode() in content], name
+        assert export_request.assignment.secret.encode() not in content, name
+        assert not [variant for variant in variants if str(variant.problem.id.seed).encode() in content], name
         assert b"made_from" not in content, name
 
 
-def test_what_the_assignment_says_of_tries_hints_and_passing_comes_along(order: ExportRequest, patched: None) -> None:
-    several = AttemptPolicy(best_of=5)
-    assignment = replace(order.assignment, attempts=several, hints=True, feedback="mistake", title="x" * 300)
-    package = exported(replace(order, assignment=assignment, variant_count=1, passing_share=Fraction(2, 5)))["12"]
+def test_package_keeps_attempts_hints_and_passing_share(export_request: ExportRequest, patched: None) -> None:
+    policy = AttemptPolicy(best_of=5)
+    assignment = replace(export_request.assignment, attempts=policy, hints=True, feedback="mistake", title="x" * 300)
+    package = export_packages(
+        replace(export_request, assignment=assignment, variant_count=1, passing_share=Fraction(2, 5))
+    )["12"]
     titles = ElementTree.fromstring(package["imsmanifest.xml"]).iter(f"{{{CP12}}}title")
     assert {len(str(title.text)) for title in titles} == {200}  # the schema takes no more
-    assert (told(package)["tries"], told(package)["pass"]) == (5, 0.4)
+    assert (read_settings(package)["tries"], read_settings(package)["pass"]) == (5, 0.4)
     assert json.loads(package["bank/index.json"])["feedback"] == "mistake"
     assert not [name for name in package if "solutions" in name]
     assert all(part["hints"] for part in json.loads(package["bank/p1/p1-001.json"])["parts"])
-    solved = exported(replace(order, assignment=assignment, variant_count=1, has_solutions=True))["12"]
+    solved = export_packages(replace(export_request, assignment=assignment, variant_count=1, has_solutions=True))["12"]
     assert "bank/p1/p1-001.solutions.json" in solved
 
 
-def test_what_a_browser_judges_otherwise_is_told(order: ExportRequest, patched: None, tmp_path: Path) -> None:
+def test_rules_that_a_browser_cannot_apply_are_noted(
+    export_request: ExportRequest, patched: None, tmp_path: Path
+) -> None:
     toml = TOML.replace('"whole"', '"factors"').replace("credit = {position = 0.5}", "decimals = {position = 3}")
     notes: list[str] = []
-    other = an_order(tmp_path, toml, 1)
-    exported(replace(other, report=notes.append))
+    request = make_request(tmp_path, toml, 1)
+    export_packages(replace(request, report=notes.append))
     assert [note.partition(":")[0] for note in notes] == ["p1", "p2"]
     assert "partial credit for determinant" in notes[0] and "decimals" in notes[1] and "position" in notes[1]
 
 
-def test_more_questions_than_are_kept_are_refused_before_anything_is_written(order: ExportRequest) -> None:
-    slot = replace(order.assignment.slots[0], questions=("determinant",) * 1001)
+def test_too_many_questions_are_refused_before_writing(export_request: ExportRequest) -> None:
+    slot = replace(export_request.assignment.slots[0], questions=("determinant",) * 1001)
     with pytest.raises(QdotError, match=r"assignment\.toml: .* 1001 .* 1000"):
-        EXPORT_FORMATS["scorm"].check(replace(order, assignment=replace(order.assignment, slots=(slot,))))
+        EXPORT_FORMATS["scorm"].check(
+            replace(export_request, assignment=replace(export_request.assignment, slots=(slot,)))
+        )
 
 
-def test_packages_are_written_by_the_command_and_need_the_sites_scripts(
-    order: ExportRequest, patched: None, monkeypatch: pytest.MonkeyPatch
+def test_export_command_writes_packages_and_needs_site_scripts(
+    export_request: ExportRequest, patched: None, monkeypatch: pytest.MonkeyPatch
 ) -> None:
-    folder = order.assignment.folder
-    asked = ("export", folder, "--to", "scorm", "--variants", "1", "--jobs", "1", "--pass", "60")
-    assert "scorm: 2 files in" in run(*asked)
+    folder = export_request.assignment.folder
+    command = ("export", folder, "--to", "scorm", "--variants", "1", "--jobs", "1", "--pass", "60")
+    assert "scorm: 2 files in" in run(*command)
     written = folder / "exports" / "scorm"
     assert sorted(path.name for path in written.iterdir()) == ["hw-1.a-scorm12.zip", "hw-1.a-scorm2004.zip"]
-    assert told(unzipped((written / "hw-1.a-scorm12.zip").read_bytes()))["pass"] == 0.6
+    assert read_settings(unzip((written / "hw-1.a-scorm12.zip").read_bytes()))["pass"] == 0.6
     assert runner.invoke(app, ["export", str(folder), "--to", "scorm", "--pass", "101"]).exit_code == 2
     monkeypatch.setattr(scorm, "find_assets", lambda: None)
-    assert "the site's scripts are not built: run `make site`" in run_and_fail(*asked)
+    assert "the site's scripts are not built: run `make site`" in run_and_fail(*command)

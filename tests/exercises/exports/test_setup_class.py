@@ -1,4 +1,4 @@
-"""setup-class.sh: a class's repositories, permissions and secrets, made by a gh that keeps what it is told."""
+"""setup-class.sh creates a class's repositories, permissions and secrets, with a gh that records its calls."""
 
 import json
 import os
@@ -28,7 +28,7 @@ TOKENS = {"QDOT_TOKEN": "the-staffs", "QDOT_ASK": "that-asks"}
 
 @dataclass(frozen=True)
 class Class:
-    """An exported class beside a gh that knows these logins."""
+    """An exported class, and a fake gh that knows these logins."""
 
     folder: Path
     state: Path
@@ -47,9 +47,9 @@ class Class:
         return [json.loads(line) for line in (self.state / "calls.jsonl").read_text().splitlines()]
 
     def secrets(self) -> dict[tuple[str, str], str]:
-        """Return what the secrets of repositories were set to."""
-        own = [call for call in self.calls() if call["call"][:2] == ["secret", "set"]]
-        return {(call["call"][4], call["call"][2]): call["stdin"] for call in own}
+        """Return the values of the secrets that were set, by repository and name."""
+        secret_calls = [call for call in self.calls() if call["call"][:2] == ["secret", "set"]]
+        return {(call["call"][4], call["call"][2]): call["stdin"] for call in secret_calls}
 
     def knows(self, logged_in: bool = True, logins: tuple[str, ...] = LOGINS, scopes: str = "repo, workflow") -> None:
         known = {"logged_in": logged_in, "logins": logins, "scopes": scopes}
@@ -62,7 +62,7 @@ class Class:
         return git("-C", self.state / "repositories" / f"{repository}.git", "log", "--format=%s", "main").splitlines()
 
 
-def enrol(folder: Path, roster: str) -> None:
+def write_roster_and_export(folder: Path, roster: str) -> None:
     (folder / "roster.csv").write_text(roster)
     run("export", folder, "--to", "github", "--jobs", "1")
 
@@ -71,7 +71,7 @@ def enrol(folder: Path, roster: str) -> None:
 def exported(tmp_path_factory: pytest.TempPathFactory) -> Path:
     folder = tmp_path_factory.mktemp("course") / "hw"
     make_class(folder, [Student("ada"), Student("bo")])
-    enrol(folder, ROSTER)
+    write_roster_and_export(folder, ROSTER)
     return folder
 
 
@@ -84,13 +84,13 @@ def course(exported: Path, tmp_path: Path) -> Class:
     program = state / "bin" / "gh"
     program.write_text((ROOT / "tests" / "support" / "fake_gh.py").read_text())
     program.chmod(0o755)
-    made = Class(folder, state)
-    made.knows()
-    return made
+    enrolled = Class(folder, state)
+    enrolled.knows()
+    return enrolled
 
 
 @pytest.mark.integration
-def test_the_real_gh_sets_up_a_class_and_run_again_it_changes_nothing(course: Class) -> None:
+def test_real_gh_sets_up_a_class_and_a_second_run_changes_nothing(course: Class) -> None:
     require_program("gh", GH)
     (course.state / "bin" / "gh").unlink()
     with tempfile.TemporaryDirectory(prefix="gh") as short, github(Path(short, "g"), "course", "ada-l", "bo") as hub:
@@ -103,25 +103,25 @@ def test_the_real_gh_sets_up_a_class_and_run_again_it_changes_nothing(course: Cl
             "course/hw-grading": {"QDOT_SECRET", "QDOT_TOKEN"}, **{name: {"QDOT_ASK"} for name in students}
         }  # fmt: skip
         assert hub.issues == {"course/hw-grading": ["Pushes"]}
-        asked = {"QDOT_ASKED": "repos/course/hw-grading/issues/1"}
-        assert hub.variables == dict.fromkeys(students, asked)
+        variables = {"QDOT_ASKED": "repos/course/hw-grading/issues/1"}
+        assert hub.variables == dict.fromkeys(students, variables)
         for student in ("ada", "bo"):
-            own = hub.bare(f"course/hw-{student}")
-            assert f'"student": "{student}"' in git("-C", own, "show", "main:hw.ipynb")
-            assert "name: Check" in git("-C", own, "show", "main:.github/workflows/check.yml")
+            repository = hub.bare(f"course/hw-{student}")
+            assert f'"student": "{student}"' in git("-C", repository, "show", "main:hw.ipynb")
+            assert "name: Check" in git("-C", repository, "show", "main:.github/workflows/check.yml")
         assert not [hidden for hidden in (SECRET, *TOKENS.values()) if hidden in done.stdout + done.stderr]
         pushed = {name: git("-C", hub.bare(name), "rev-parse", "main") for name in hub.private}
         hub.changes.clear()
         assert course.setup("course", **TOKENS, **hub.environment).returncode == 0
         assert not [change for change in hub.changes if change.startswith(("create", "POST /repos/course/hw-grading"))]
         assert pushed == {name: git("-C", hub.bare(name), "rev-parse", "main") for name in hub.private}
-        assert hub.variables == dict.fromkeys(students, asked) and len(hub.issues["course/hw-grading"]) == 1
+        assert hub.variables == dict.fromkeys(students, variables) and len(hub.issues["course/hw-grading"]) == 1
 
 
 @pytest.mark.integration
-def test_run_again_it_adds_whoever_is_new(course: Class) -> None:
+def test_second_run_adds_new_students(course: Class) -> None:
     course.setup("course")
-    enrol(course.folder, f"{ROSTER}cy,,,cy99\n")
+    write_roster_and_export(course.folder, f"{ROSTER}cy,,,cy99\n")
     course.knows(logins=("ada-l", "bo", "cy99"))
     assert course.setup("course", **TOKENS).returncode == 0
     created = [call["call"][2] for call in course.calls() if call["call"][:2] == ["repo", "create"]]
@@ -138,58 +138,58 @@ def test_run_again_it_adds_whoever_is_new(course: Class) -> None:
 
 
 @pytest.mark.integration
-def test_a_login_that_nobody_has_is_named_and_the_others_are_done(course: Class) -> None:
+def test_unknown_login_is_named_and_the_others_are_set_up(course: Class) -> None:
     course.knows(logins=("bo",))
     done = course.setup("course")
     assert done.returncode == 1 and "ada (ada-l)" in done.stderr and "HTTP 404" in done.stderr
     assert course.subjects("course/hw-bo") == ["hw [skip ci]"]
 
 
-def test_a_dry_run_says_all_and_does_nothing(course: Class) -> None:
-    course.knows(scopes="")  # a fine-grained token: what it may do is not told
+def test_dry_run_prints_everything_and_changes_nothing(course: Class) -> None:
+    course.knows(scopes="")  # a fine-grained token, whose scopes GitHub does not report
     done = course.setup("course", "--dry-run", **TOKENS)
     assert done.returncode == 0, done.stderr
     assert not (course.state / "repositories").exists() and not course.secrets()
-    for said in (
+    for line in (
         "gh repo create course/hw-grading --private", "students/ada", "the issue Pushes",
         "gh secret set QDOT_SECRET --repo course/hw-grading",
         "gh api --method PUT repos/course/hw-bo/collaborators/bo --field permission=push",
         "QDOT_ASKED of course/hw-bo to repos/course/hw-grading/issues/1",
     ):  # fmt: skip
-        assert said in done.stdout
-    assert not [told for told in (SECRET, *TOKENS.values()) if told in done.stdout]
+        assert line in done.stdout
+    assert not [secret for secret in (SECRET, *TOKENS.values()) if secret in done.stdout]
 
 
-def without_gh(course: Class) -> None:
+def remove_gh(course: Class) -> None:
     (course.state / "bin" / "gh").unlink()
     for name in ("bash", "dirname", "git"):
         (course.state / "bin" / name).symlink_to(require_program(name, GIT))
 
 
 @pytest.mark.parametrize(
-    ("spoil", "arguments", "said"),
+    ("spoil", "arguments", "message"),
     [
         (lambda _: None, (), "organisation"),
         (lambda _: None, ("a", "b"), "a and b"),
         (lambda _: None, ("a", "--try"), "--try"),
         (lambda course: course.knows(logged_in=False), ("a",), "gh auth login --scopes workflow"),
         (lambda course: course.knows(scopes="repo, gist"), ("a",), "gh auth refresh --scopes workflow"),
-        (lambda course: enrol(course.folder, "student,name\nada,Ada\nbo,\n"), ("a",), "ada bo"),
+        (lambda course: write_roster_and_export(course.folder, "student,name\nada,Ada\nbo,\n"), ("a",), "ada bo"),
         (lambda course: (course.folder / "secret.txt").unlink(), ("a",), "the secret of the assignment"),
-        (without_gh, ("a",), "gh is not installed"),
+        (remove_gh, ("a",), "gh is not installed"),
     ],
 )
-def test_what_is_missing_is_one_message_and_nothing_is_done(
-    spoil: Callable[[Class], None], arguments: tuple[str, ...], said: str, course: Class
+def test_missing_requirement_is_reported_and_nothing_is_changed(
+    spoil: Callable[[Class], None], arguments: tuple[str, ...], message: str, course: Class
 ) -> None:
     spoil(course)
-    alone = {"PATH": str(course.state / "bin")} if spoil is without_gh else {}
+    alone = {"PATH": str(course.state / "bin")} if spoil is remove_gh else {}
     done = course.setup(*arguments, **alone)
     assert done.returncode == 2 and not done.stdout
-    assert len(done.stderr.splitlines()) == 1 and said in done.stderr
+    assert len(done.stderr.splitlines()) == 1 and message in done.stderr
     assert not (course.state / "repositories").exists()
 
 
-def test_a_login_that_is_none_is_refused_when_it_is_exported(course: Class) -> None:
+def test_invalid_login_is_refused_at_export(course: Class) -> None:
     (course.folder / "roster.csv").write_text("student,github\nada,ada lovelace\n")
     assert "'ada lovelace' of ada" in run_and_fail("export", course.folder, "--to", "github")

@@ -1,4 +1,4 @@
-"""STACK questions: every question test of exported questions is run through Maxima, as the response trees say.
+"""STACK questions: Maxima evaluates the response trees for every question test of exported questions.
 
 With QDOT_STACK=FOLDER, a checkout of maths/moodle-qtype_stack, STACK's own Maxima library takes part (it is under the
 GPL, and no part of qdot). STACK itself runs them in tests/platforms/stack.py.
@@ -50,7 +50,7 @@ questions = ["manipulability", "match-columns"]
 """
 
 OWN_EQUALITY = "test_AlgEquiv(a, b, opt) := is(a = b)$"
-"""Response trees compare whole numbers, and lists of them."""
+"""Response trees compare integers and lists of integers."""
 
 LIBRARY = r"""
 file_search_maxima: append(["{0}/stack/maxima/###.{{mac,mc}}"], file_search_maxima)$
@@ -70,11 +70,11 @@ ratprint: false$
 
 
 @pytest.fixture(scope="module")
-def order(tmp_path_factory: pytest.TempPathFactory) -> ExportRequest:
-    return ExportRequest(of(tmp_path_factory.mktemp("stack") / "hw", TOML), lambda _: [], variant_count=2)
+def export_request(tmp_path_factory: pytest.TempPathFactory) -> ExportRequest:
+    return ExportRequest(make_assignment(tmp_path_factory.mktemp("stack") / "hw", TOML), lambda _: [], variant_count=2)
 
 
-def of(folder: Path, toml: str) -> Assignment:
+def make_assignment(folder: Path, toml: str) -> Assignment:
     make_class(folder, [Student("ada")])
     (folder / "assignment.toml").write_text(toml)
     return load_assignment(folder)
@@ -86,102 +86,115 @@ def notes() -> list[str]:
 
 
 @pytest.fixture(scope="module")
-def quiz(order: ExportRequest, notes: list[str]) -> ET.Element:
-    (file,) = EXPORT_FORMATS["stack"].export(replace(order, report=notes.append))
+def quiz(export_request: ExportRequest, notes: list[str]) -> ET.Element:
+    (file,) = EXPORT_FORMATS["stack"].export(replace(export_request, report=notes.append))
     assert file.is_private
     return ET.fromstring(file.content)
 
 
-def questions(quiz: ET.Element) -> list[ET.Element]:
+def list_questions(quiz: ET.Element) -> list[ET.Element]:
     return [question for question in quiz if question.get("type") == "stack"]
 
 
-def content(element: ET.Element, path: str) -> str:
-    found = element.find(path)
-    assert found is not None, path
-    return found.text or ""
+def get_text(element: ET.Element, path: str) -> str:
+    match = element.find(path)
+    assert match is not None, path
+    return match.text or ""
 
 
-def named(quiz: ET.Element, name: str) -> ET.Element:
+def find_question(quiz: ET.Element, name: str) -> ET.Element:
     """Return the first variant of a part's question."""
-    return next(one for one in questions(quiz) if content(one, "name/text").startswith(f"p1-001, {name}:"))
+    return next(
+        element for element in list_questions(quiz) if get_text(element, "name/text").startswith(f"p1-001, {name}:")
+    )
 
 
-def test_a_part_is_a_question_in_a_category_of_its_own_with_the_points_of_the_assignment(
-    quiz: ET.Element, order: ExportRequest
+def test_each_part_is_a_question_in_its_category_with_its_points(
+    quiz: ET.Element, export_request: ExportRequest
 ) -> None:
-    categories = [content(question, "category/text") for question in quiz if question.get("type") == "category"]
+    categories = [get_text(question, "category/text") for question in quiz if question.get("type") == "category"]
     assert categories[:2] == [
         "$course$/top/Velocity kinematics//1/p1/1. Position of the point",
         "$course$/top/Velocity kinematics//1/p1/2. Jacobian by differentiation",
     ]
     assert categories[6:] == ["$course$/top/Velocity kinematics//1/p2/1. Manipulability at a configuration"]
-    assert len(questions(quiz)) == 2 * len(categories) == 14
+    assert len(list_questions(quiz)) == 2 * len(categories) == 14
     for path in ("idnumber", "name/text"):
-        assert len({content(question, path) for question in questions(quiz)}) == 14
-    assert len({content(question, "questionnote/text") for question in questions(quiz)}) == 4
-    assert [content(question, "defaultgrade") for question in questions(quiz)][:12:2] == ["1", "2", "1", "1", "2", "1"]
-    assert {content(tree, "value") for tree in quiz.findall("question/prt")} == {"1.0000000"}
-    problem = next(iter(iterate_bank(replace(order, variant_count=1)))).problem
+        assert len({get_text(question, path) for question in list_questions(quiz)}) == 14
+    assert len({get_text(question, "questionnote/text") for question in list_questions(quiz)}) == 4
+    assert [get_text(question, "defaultgrade") for question in list_questions(quiz)][:12:2] == [
+        "1",
+        "2",
+        "1",
+        "1",
+        "2",
+        "1",
+    ]
+    assert {get_text(tree, "value") for tree in quiz.findall("question/prt")} == {"1.0000000"}
+    problem = next(iter(iterate_bank(replace(export_request, variant_count=1)))).problem
     determinant = problem.parts[2].answer
     assert isinstance(determinant, Expression)
-    assert expression_text(determinant.reference) not in content(named(quiz, "determinant"), "questiontext/text")
+    assert expression_text(determinant.reference) not in get_text(
+        find_question(quiz, "determinant"), "questiontext/text"
+    )
 
 
-def test_what_stack_can_not_do_is_told(notes: list[str], quiz: ET.Element) -> None:
+def test_unsupported_parts_are_noted(notes: list[str], quiz: ET.Element) -> None:
     assert [(note.partition(":")[0], *re.findall("'([a-z-]+)'", note)) for note in sorted(notes)] == [
         ("p1", "determinant"), ("p1", "determinant"), ("p2", "match-columns"),
     ]  # fmt: skip
     assert [word for word in ("rounded decimals", "factors", "letters") if word not in " ".join(notes)] == []
 
 
-def test_texts_and_feedback_are_castext_with_inputs_pictures_and_mathematics_for_mathjax(quiz: ET.Element) -> None:
-    for question in questions(quiz):
-        text = content(question, "questiontext/text")
-        assert content(question, "input/name") == "ans1" and content(question, "prt/name") == "prt1"
+def test_texts_and_feedback_are_valid_castext(quiz: ET.Element) -> None:
+    for question in list_questions(quiz):
+        text = get_text(question, "questiontext/text")
+        assert get_text(question, "input/name") == "ans1" and get_text(question, "prt/name") == "prt1"
         assert re.findall(r"\[\[(\w+:\w+)\]\]", text) == ["input:ans1", "validation:ans1", "feedback:prt1"]
         assert r"\(" in text and "$" not in text and "<math" not in text
         assert text.count("<details>") == 3
         shown = re.findall(r'src="@@PLUGINFILE@@/([\w.-]+)" alt="[^"]{20,}"', text)
         assert shown == [file.get("name") for file in question.findall("questiontext/file")] and shown
         assert text.count('style="max-width: 100%; height: auto"') == len(shown)  # no wider than Moodle's column
-        assert "<table>" not in content(question, "generalfeedback/text")
-        assert "<table>" not in text and '<table class="generaltable ' in text  # which Moodle shows with lines
-    texts = [content(one, "text") for one in quiz.iter() if one.tag in ("truefeedback", "falsefeedback")]
-    said = [text for text in texts if text]
-    assert said and all(text.startswith(("<p>", "[[if ")) and "&lt;p" not in text and "&#" not in text for text in said)
-    assert any('</p><p>{@right@} of 2 entries are right.</p>[[if test="amiss>0"]]<p>' in text for text in said)
+        assert "<table>" not in get_text(question, "generalfeedback/text")
+        assert "<table>" not in text and '<table class="generaltable ' in text  # Moodle draws lines for this class
+    texts = [get_text(element, "text") for element in quiz.iter() if element.tag in ("truefeedback", "falsefeedback")]
+    filled = [text for text in texts if text]
+    assert filled and all(
+        text.startswith(("<p>", "[[if ")) and "&lt;p" not in text and "&#" not in text for text in filled
+    )
+    assert any('</p><p>{@right@} of 2 entries are right.</p>[[if test="amiss>0"]]<p>' in text for text in filled)
 
 
-def test_formulas_are_compared_where_they_are_numbers_of_middling_size() -> None:
-    """At a1 = 0.5 and 0.6: not where one is imaginary, undefined or huge, nor where the pivot is nearly zero."""
+def test_formulas_are_compared_at_regular_points_only() -> None:
+    """At a1 = 0.5 and 0.6, no value may be imaginary, undefined or huge, and no pivot nearly zero."""
     for entry in ("3*a1", "sqrt(a1 - 1)", "1/(a1 - 1/2)", "100000*a1", "(a1 - 1/2)/8"):
         program = compile_program([parse_formula(entry, {"a1": "length"})])
         assert _are_usable(program, [{"a1": 0.6}, {"a1": 0.5}], 0) == (entry == "3*a1"), entry
 
 
-def test_how_sets_are_typed_speaks_of_joints_as_they_are() -> None:
+def test_example_of_typed_set_uses_the_joints_of_the_arm() -> None:
     for family, typed in (("cylindrical", "{theta1 = pi/3, d3 = 1/2}"), ("planar-2r", "{theta2 = 1/2, theta2 = pi/3}")):
         problem = generate(ProblemId(family, 3, ("singular-angles",)))
-        one = convert_part(problem, problem.parts[0])
-        assert not isinstance(one, str) and typed in one.expected_answer
+        converted = convert_part(problem, problem.parts[0])
+        assert not isinstance(converted, str) and typed in converted.expected_answer
 
 
-def test_notes_of_nodes_are_unique_and_every_note_is_reached_by_a_test(quiz: ET.Element) -> None:
-    for question in questions(quiz):
-        reached = {content(one, "expectedanswernote") for one in question.findall("qtest/expected")}
+def test_node_notes_are_unique_and_reached_by_tests(quiz: ET.Element) -> None:
+    for question in list_questions(quiz):
+        reached = {get_text(element, "expectedanswernote") for element in question.findall("qtest/expected")}
         nodes = question.findall("prt/node")
-        notes = [content(node, f"{way}answernote") for node in nodes for way in ("true", "false")]
+        notes = [get_text(node, f"{way}answernote") for node in nodes for way in ("true", "false")]
         assert len(set(notes)) == len(notes) and not [note for note in notes if ";" in note or "|" in note]
-        assert {content(node, "trueanswernote") for node in nodes} <= reached
-        assert [content(node, "falsenextnode") for node in nodes] == [*map(str, range(1, len(nodes))), "-1"]
+        assert {get_text(node, "trueanswernote") for node in nodes} <= reached
+        assert [get_text(node, "falsenextnode") for node in nodes] == [*map(str, range(1, len(nodes))), "-1"]
     assert {"prt1-right", "prt1-other"} <= reached
 
 
 # --- Maxima ---
 
 
-def maxima(script: str, folder: Path) -> list[str]:
+def run_maxima(script: str, folder: Path) -> list[str]:
     """Return the lines that a script prints."""
     program = require_program("maxima", MAXIMA)
     path = folder / "tests.mac"
@@ -191,58 +204,58 @@ def maxima(script: str, folder: Path) -> list[str]:
     return [line.strip() for line in done.stdout.splitlines()]
 
 
-def tree_of(tree: ET.Element) -> str:
+def convert_tree(tree: ET.Element) -> str:
     """Return a response tree as one Maxima expression: [note, score]."""
-    found = ""
+    expression = ""
     for node in reversed(tree.findall("node")):
-        test = f"test_{content(node, 'answertest')}({content(node, 'sans')}, {content(node, 'tans')}, "
-        test += f"{content(node, 'testoptions') or 0}) = true"
-        yes = f'["{content(node, "trueanswernote")}", {content(node, "truescore")}]'
-        no = found or f'["{content(node, "falseanswernote")}", {content(node, "falsescore")}]'
-        found = f"(if {test} then {yes} else {no})"
-    return found
+        test = f"test_{get_text(node, 'answertest')}({get_text(node, 'sans')}, {get_text(node, 'tans')}, "
+        test += f"{get_text(node, 'testoptions') or 0}) = true"
+        yes = f'["{get_text(node, "trueanswernote")}", {get_text(node, "truescore")}]'
+        no = expression or f'["{get_text(node, "falseanswernote")}", {get_text(node, "falsescore")}]'
+        expression = f"(if {test} then {yes} else {no})"
+    return expression
 
 
-def script_of(quiz: ET.Element, prelude: str) -> tuple[str, list[str]]:
-    """Return a script that runs all question tests, and the lines it is to print."""
+def make_script(quiz: ET.Element, prelude: str) -> tuple[str, list[str]]:
+    """Return a script that runs all question tests, and the lines that it should print."""
     lines, expected = [prelude, COMMON], []
-    for q, question in enumerate(questions(quiz)):
-        lines.append(content(question, "questionvariables/text"))
+    for q, question in enumerate(list_questions(quiz)):
+        lines.append(get_text(question, "questionvariables/text"))
         tree = question.find("prt")
         assert tree is not None
         for test in question.findall("qtest"):
-            value, note = content(test, "testinput/value"), content(test, "expected/expectedanswernote")
+            value, note = get_text(test, "testinput/value"), get_text(test, "expected/expectedanswernote")
             if note == "NULL":
-                assert value == "qdot_unknown(1)" and not content(test, "expected/expectedscore")
+                assert value == "qdot_unknown(1)" and not get_text(test, "expected/expectedscore")
                 continue
-            label = f"{q} {content(test, 'testcase')}"
-            lines.append(f"ans1: {value}; {content(tree, 'feedbackvariables/text')}")
-            lines.append(f"found: {tree_of(tree)};")
+            label = f"{q} {get_text(test, 'testcase')}"
+            lines.append(f"ans1: {value}; {get_text(tree, 'feedbackvariables/text')}")
+            lines.append(f"found: {convert_tree(tree)};")
             lines.append(f'print("RAN", "{label}", first(found), round(10000*float(second(found))));')
-            expected.append(f"RAN {label} {note} {round(10000 * float(content(test, 'expected/expectedscore')))}")
+            expected.append(f"RAN {label} {note} {round(10000 * float(get_text(test, 'expected/expectedscore')))}")
     return "\n".join(lines).replace(";", "$"), expected
 
 
-def library() -> Iterator[tuple[str, str]]:
+def list_preludes() -> Iterator[tuple[str, str]]:
     yield "our own equality", OWN_EQUALITY
     if "QDOT_STACK" in os.environ:
         yield "STACK's library", LIBRARY.format(os.environ["QDOT_STACK"])
 
 
 @pytest.mark.integration
-@pytest.mark.parametrize("prelude", [text for _, text in library()], ids=[name for name, _ in library()])
+@pytest.mark.parametrize("prelude", [text for _, text in list_preludes()], ids=[name for name, _ in list_preludes()])
 def test_question_tests_pass_in_maxima(quiz: ET.Element, tmp_path: Path, prelude: str) -> None:
-    script, expected = script_of(quiz, prelude)
+    script, expected = make_script(quiz, prelude)
     assert len(expected) > 80
-    assert [line for line in maxima(script, tmp_path) if line.startswith("RAN")] == expected
+    assert [line for line in run_maxima(script, tmp_path) if line.startswith("RAN")] == expected
 
 
 def test_question_tests_of_a_determinant_pass_in_maxima(quiz: ET.Element, tmp_path: Path) -> None:
     first = ET.Element("quiz")
-    first.append(named(quiz, "determinant"))
-    script, expected = script_of(first, OWN_EQUALITY)
+    first.append(find_question(quiz, "determinant"))
+    script, expected = make_script(first, OWN_EQUALITY)
     assert expected
-    assert [line for line in maxima(script, tmp_path) if line.startswith("RAN")] == expected
+    assert [line for line in run_maxima(script, tmp_path) if line.startswith("RAN")] == expected
 
 
 SAME = "qdot_same(qdot_values(qdot_read({})), {})"
@@ -292,27 +305,27 @@ SETS = [
 
 
 @pytest.mark.parametrize(("name", "cases"), [("determinant", FORMULAS), ("singular-angles", SETS)])
-def test_answers_as_students_type_them_are_judged_alike(
+def test_typed_answers_are_judged_as_by_qdot(
     quiz: ET.Element, tmp_path: Path, name: str, cases: list[tuple[str, str]]
 ) -> None:
-    """Shorthand, given lengths by name, decimals, sets: STACK's question, with Maxima, says what qdot says."""
-    lines = [COMMON, content(named(quiz, name), "questionvariables/text")]
+    """Shorthand, lengths by name, decimals, sets: STACK's question gives the same verdict in Maxima as qdot."""
+    lines = [COMMON, get_text(find_question(quiz, name), "questionvariables/text")]
     lines += [f'print("RAN", {typed});' for typed, _ in cases]
-    found = [line for line in maxima("\n".join(lines).replace(";", "$"), tmp_path) if line.startswith("RAN")]
-    due = [f"RAN {value}" for _, value in cases]
-    assert found == due, [case for case, line in zip(cases, found, strict=False) if line != f"RAN {case[1]}"]
+    printed = [line for line in run_maxima("\n".join(lines).replace(";", "$"), tmp_path) if line.startswith("RAN")]
+    expected = [f"RAN {value}" for _, value in cases]
+    assert printed == expected, [case for case, line in zip(cases, printed, strict=False) if line != f"RAN {case[1]}"]
 
 
 # --- qdot's side ---
 
 
 @pytest.mark.parametrize("family", ["planar-2r", "scara"])
-def test_known_wrong_answers_are_wrong_for_the_grader_and_blamed_on_their_mistake(family: str) -> None:
+def test_known_wrong_answers_are_wrong_for_the_grader_with_their_mistake(family: str) -> None:
     problem = generate(ProblemId(family, 3, ("position", "jacobian", "determinant")))
     for part in problem.parts:
-        found = find_known_wrong_answers(problem, part, 4)
-        assert len(found) == 4 == len({wrong.mistake for wrong in found})
-        for wrong in found:
+        wrong_answers = find_known_wrong_answers(problem, part, 4)
+        assert len(wrong_answers) == 4 == len({wrong.mistake for wrong in wrong_answers})
+        for wrong in wrong_answers:
             assert isinstance(wrong.answer, sp.MatrixBase)
             text = str(wrong.answer.tolist()) if isinstance(part.answer, Matrix) else str(wrong.answer[0])
             judged = judge(problem, part, text, "known")
@@ -326,8 +339,8 @@ def test_known_wrong_answers_are_wrong_for_the_grader_and_blamed_on_their_mistak
             assert blamed is not None and blamed.mistakes
 
 
-def test_shares_are_those_of_the_grader_whatever_the_policy(order: ExportRequest) -> None:
-    variant = next(iter(iterate_bank(replace(order, variant_count=1))))
+def test_shares_agree_with_the_grader(export_request: ExportRequest) -> None:
+    variant = next(iter(iterate_bank(replace(export_request, variant_count=1))))
     part = variant.problem.parts[1]
     assert part.credit.rule == "columns"
     for wrong in find_known_wrong_answers(variant.problem, part, 6):
@@ -339,25 +352,31 @@ def test_shares_are_those_of_the_grader_whatever_the_policy(order: ExportRequest
         )
 
 
-def test_what_is_marked_as_a_whole_earns_nothing_in_part(order: ExportRequest) -> None:
-    problem = next(iter(iterate_bank(replace(order, variant_count=1)))).problem
+def test_part_marked_as_a_whole_earns_no_partial_credit(export_request: ExportRequest) -> None:
+    problem = next(iter(iterate_bank(replace(export_request, variant_count=1)))).problem
     for name in ("position", "jacobian", "joint-rates"):
-        one = convert_part(problem, replace(problem[name], credit=Credit("whole")))
-        assert not isinstance(one, str) and {case.score for case in one.question_tests} <= {0, 1, None}, name
+        converted = convert_part(problem, replace(problem[name], credit=Credit("whole")))
+        assert not isinstance(converted, str) and {case.score for case in converted.question_tests} <= {0, 1, None}, (
+            name
+        )
         if name == "joint-rates":
-            assert "share: 0;" in one.marking_lines
+            assert "share: 0;" in converted.marking_lines
 
 
-def test_directions_and_sets_that_tie_joints() -> None:
+def test_directions_are_converted_and_sets_that_couple_joints_are_refused() -> None:
     problem = generate(ProblemId("planar-3r", 3, ("self-motion",)))
-    one = convert_part(problem, problem.parts[0])
-    assert not isinstance(one, str) and one.question_tests[1].value == "form1" and "form1: -3*ta1;" in one.variables
+    converted = convert_part(problem, problem.parts[0])
+    assert (
+        not isinstance(converted, str)
+        and converted.question_tests[1].value == "form1"
+        and "form1: -3*ta1;" in converted.variables
+    )
     tied = generate(ProblemId("puma-560", 3, ("singular-angles",)))
     refused = convert_part(tied, tied.parts[0])
     assert isinstance(refused, str) and "not values of single joints" in refused
 
 
-def test_maxima_text_means_the_same() -> None:
+def test_maxima_text_keeps_the_formula() -> None:
     problem: Problem = generate(ProblemId("planar-2r", 5, ("inverse-jacobian", "determinant")))
     for part in problem.parts:
         answer = part.answer

@@ -1,4 +1,4 @@
-"""Sets of configurations: the same set however it is written, and what is missing or too much."""
+"""Sets of configurations are compared independently of how they are written."""
 
 import contextlib
 
@@ -17,7 +17,7 @@ DOMAIN = Domain({**dict.fromkeys(JOINTS, "angle"), **dict.fromkeys(("a1", "a2", 
 SPACE = ConfigurationSpace(JOINTS, DOMAIN)
 
 
-def equal(claimed: str, reference: str, space: ConfigurationSpace = SPACE, seed: str = "seed") -> bool:
+def are_equal_sets(claimed: str, reference: str, space: ConfigurationSpace = SPACE, seed: str = "seed") -> bool:
     left, right = (parse_pieces(parse_formula(text), space.joints) for text in (claimed, reference))
     return compare_sets(left, right, space, seed).are_equal
 
@@ -63,25 +63,25 @@ COMPARED = [
 
 
 @pytest.mark.parametrize(("reference", "space", "same", "others"), COMPARED, ids=["fold", "tied", "lines", "slide"])
-def test_a_set_is_the_same_however_it_is_written_and_another_is_another(
+def test_sets_are_compared_independently_of_their_form(
     reference: str, space: ConfigurationSpace, same: list[str], others: list[str]
 ) -> None:
     for claimed in same:
-        assert equal(claimed, reference, space) and equal(reference, claimed, space), claimed
+        assert are_equal_sets(claimed, reference, space) and are_equal_sets(reference, claimed, space), claimed
     for claimed in others:
-        assert not equal(claimed, reference, space), claimed
+        assert not are_equal_sets(claimed, reference, space), claimed
 
 
-def test_a_piece_that_does_not_exist_for_the_lengths_is_neither_right_nor_wrong() -> None:
+def test_piece_that_is_empty_for_the_lengths_is_neither_right_nor_wrong() -> None:
     short = ConfigurationSpace(JOINTS, Domain({**DOMAIN.roles, "a1": 2.0, "a2": 0.5, "a3": 0.4}))
-    found = compare_sets(
+    comparison = compare_sets(
         parse_pieces(parse_formula(SHOULDER), JOINTS), parse_pieces(parse_formula(FOLD), JOINTS), short, "seed"
     )
-    assert found.is_sound == (None,)
+    assert comparison.is_sound == (None,)
 
 
 @pytest.mark.parametrize("text", ["theta2 in theta3 in 0 =", "{theta2: }", "[theta2 = [[0]]]", "theta2 = ...", "{...}"])
-def test_what_is_no_condition_is_refused(text: str) -> None:
+def test_invalid_condition_is_refused(text: str) -> None:
     with pytest.raises(ParseError):
         parse_pieces(parse_formula(text), JOINTS)
 
@@ -94,9 +94,9 @@ def test_what_is_no_condition_is_refused(text: str) -> None:
         " and ".join(["(theta1 = 0 or theta1 = pi)"] * 24),
     ],
 )  # fmt: skip
-def test_no_claim_stalls_the_comparison(text: str) -> None:
-    every_turn = text.startswith(("theta2 = k", "theta2 in"))  # long ways to say what is right
-    with contextlib.suppress(ParseError):  # refused, or compared; what would be wrong is to hang
+def test_long_claims_do_not_stall_the_comparison(text: str) -> None:
+    every_turn = text.startswith(("theta2 = k", "theta2 in"))  # long forms of the correct set
+    with contextlib.suppress(ParseError):  # refused or compared, but never stuck
         assert (
             compare_sets(
                 parse_pieces(parse_formula(text), JOINTS), parse_pieces(parse_formula(FOLD), JOINTS), SPACE, "seed"
@@ -106,7 +106,7 @@ def test_no_claim_stalls_the_comparison(text: str) -> None:
 
 
 @pytest.mark.parametrize("text", ["sin(theta2) = 0", "sin(theta2)^2 = 0", "tan(theta2) = 0", "1 = cos(theta2)^2"])
-def test_poses_are_found_on_every_branch_of_a_condition(text: str) -> None:
+def test_poses_are_sampled_on_every_branch_of_a_condition(text: str) -> None:
     (piece,) = parse_pieces(parse_formula(text), JOINTS)
     values = SPACE.sample_piece(piece, SPACE.collect_names([[piece]]), Stream("branches"), count=60)["theta2"]
     at_zero, at_pi = (np.sum(np.abs(np.sin(values / 2)) < 1e-3), np.sum(np.abs(np.cos(values / 2)) < 1e-3))
@@ -117,8 +117,8 @@ def test_poses_are_found_on_every_branch_of_a_condition(text: str) -> None:
 
 @pytest.mark.parametrize("seed", range(4))
 @pytest.mark.parametrize(("b", "c"), [("0.1", "0.4"), ("0.05", "0.45"), ("0.15", "0.8"), ("0.3", "0.5")])
-def test_large_terms_that_cancel_take_no_pose_from_its_branch(b: str, c: str, seed: int) -> None:
-    """In the tangent of half an angle a product of two conditions has terms by which every slope looks flat."""
+def test_cancelling_large_terms_do_not_hide_a_branch(b: str, c: str, seed: int) -> None:
+    """A product of two conditions in tan(theta3/2) has terms so large that every slope looks flat."""
     t = "tan(theta3/2)"
     whole = f"{b} + {c}*cos(theta2) + a3*(cos(theta2)*(1 - {t}^2) - sin(theta2)*2*{t})/(1 + {t}^2)"
     plain = f"sin(theta3) = 0 or {b} + {c}*cos(theta2) + a3*cos(theta2 + theta3) = 0"
@@ -126,7 +126,7 @@ def test_large_terms_that_cancel_take_no_pose_from_its_branch(b: str, c: str, se
         parse_pieces(parse_formula(text), JOINTS)
         for text in (f"sin(theta3) = 0 or 2*{t}/(1 + {t}^2)*({whole}) = 0", plain)
     )
-    found = compare_sets(claimed, reference, SPACE, str(seed))
-    assert found.are_equal and found.fewest_configurations > 45
+    comparison = compare_sets(claimed, reference, SPACE, str(seed))
+    assert comparison.are_equal and comparison.fewest_configurations > 45
     wrong = parse_pieces(parse_formula(plain.replace("theta2 + theta3", "theta2 - theta3")), JOINTS)
     assert not compare_sets(claimed, wrong, SPACE, str(seed)).are_equal

@@ -1,4 +1,4 @@
-"""Comparing formulas: the verdicts of tests/data/corpus.jsonl, and what fools simpler checkers."""
+"""Comparing formulas: the verdicts of tests/data/corpus.jsonl, and answers that fool simpler checkers."""
 
 import json
 from fractions import Fraction
@@ -37,7 +37,7 @@ def compare(student: str, reference: str, seed: str = "seed") -> Comparison:
 
 
 @pytest.mark.parametrize("case", CASES, ids=lambda case: f"{case['id']}-{case['tag']}")
-def test_corpus(case: dict[str, Any]) -> None:
+def test_verdicts_of_the_corpus_are_reproduced(case: dict[str, Any]) -> None:
     judged = compare_line(json.dumps(case), 1)
     assert (judged["outcome"] == "correct") == case["correct"], judged
     assert ((judged["certificate"] or {}).get("bound") or 0) < 1e-15
@@ -53,7 +53,7 @@ NOISY = (
 
 
 @pytest.mark.parametrize("text", NOISY)
-def test_what_floating_point_leaves_of_zero_is_no_term(text: str) -> None:
+def test_floating_point_remainder_of_zero_is_ignored(text: str) -> None:
     assert compare(text, "a1*cos(theta1)").is_correct == (True,)
 
 
@@ -63,21 +63,21 @@ def test_what_floating_point_leaves_of_zero_is_no_term(text: str) -> None:
      "a1*cos(theta1) + (1e-17)**0*a2", "a1*cos(theta1)/1e-17", "a1*cos(theta1) + (10^17*a2 + 10^17)/10^17",
      "a1*cos(theta1) + sqrt(10^34)*a2*1e-17", "a1*cos(theta1) + (10^13 + 9)/10^13*a2"],
 )  # fmt: skip
-def test_a_term_that_is_small_is_one(text: str) -> None:
+def test_small_term_is_significant(text: str) -> None:
     assert compare(text, "a1*cos(theta1)").is_correct == (False,)
 
 
-def test_an_entry_that_is_only_rounding_is_zero() -> None:
+def test_entry_that_is_only_rounding_noise_is_zero() -> None:
     assert compare("6.12323399573677e-17*a2*cos(theta1)", "0").is_correct == (True,)
 
 
-def test_a_reference_may_be_a_long_sum() -> None:
+def test_reference_may_be_a_long_sum() -> None:
     request = {"type": "matrix", "reference": f"[[{'a1+' * 2000}a1, 0]]", "student": "[[2001*a1, 0]]"}
     assert compare_line(json.dumps(request), 1)["outcome"] == "correct"
 
 
 @pytest.mark.parametrize("line", ["", "[" * 100_000, '{"type": ' * 100_000, "9" * 5000], ids=lambda line: line[:9])
-def test_a_line_that_is_no_json_is_told(line: str) -> None:
+def test_invalid_json_line_is_reported(line: str) -> None:
     with pytest.raises(QdotError, match="line 7 is not JSON"):
         compare_line(line, 7)
 
@@ -93,18 +93,22 @@ WRONG_IN_PLACES = [
 
 
 @pytest.mark.parametrize(("inner", "share"), [("sin(theta2)", 0.5), ("sin(theta2/2 + 3/4*pi)", 0.25)])
-def test_the_bound_of_a_comparison_in_numbers(inner: str, share: float, monkeypatch: pytest.MonkeyPatch) -> None:
-    """With three points, what is wrong at a share of the circle gets through at the rate that the bound states."""
+def test_numeric_comparison_errs_at_the_rate_of_its_bound(
+    inner: str, share: float, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    """With three points, an answer that is wrong on a share of the circle passes at the rate of the bound."""
     for constant in ("POINT_COUNT", "POINT_COUNT_BRANCHING"):
         monkeypatch.setattr(equality, constant, 3)
-    found = [compare(f"sqrt(({inner})^2)", inner, str(seed)) for seed in range(400)]
-    passed = [one for one in found if one.is_correct == (True,)]
-    assert len(passed) / len(found) == pytest.approx(chance_of_missing(3, share), abs=0.07)
-    assert all(one.certificate.bound == chance_of_missing(3, equality.WRONG_SHARE_BRANCHING) for one in passed)
+    comparison = [compare(f"sqrt(({inner})^2)", inner, str(seed)) for seed in range(400)]
+    passed = [comparison for comparison in comparison if comparison.is_correct == (True,)]
+    assert len(passed) / len(comparison) == pytest.approx(chance_of_missing(3, share), abs=0.07)
+    assert all(
+        comparison.certificate.bound == chance_of_missing(3, equality.WRONG_SHARE_BRANCHING) for comparison in passed
+    )
 
 
 RIGHT = [
-    # what is negative is on the upper side of a cut
+    # negative numbers lie on the upper side of a branch cut
     ("sqrt(-a1)/I", "sqrt(a1)"), ("(-a1)^(1/2)", "I*sqrt(a1)"), ("log(-a1) - I*pi", "log(a1)"),
     ("log((-a1)*(-1)*(-2)) - I*pi", "log(2*a1)"), ("sqrt(-(a1*theta1^2 + 1))", "I*sqrt(a1*theta1^2 + 1)"),
     ("sqrt(a1^2)*sin(theta2)", "a1*sin(theta2)"), ("a1*(exp(I*theta2) - exp(-I*theta2))/(2*I)", "a1*sin(theta2)"),
@@ -120,32 +124,32 @@ RIGHT = [
 
 
 @pytest.mark.parametrize("seed", ["one", "two", "three"])
-def test_other_forms_of_the_same_function_are_right_and_what_is_right_in_places_only_is_wrong(seed: str) -> None:
-    for due, pairs in ((True, RIGHT), (False, WRONG_IN_PLACES)):
+def test_equal_functions_are_right_and_partly_equal_ones_are_wrong(seed: str) -> None:
+    for expected, pairs in ((True, RIGHT), (False, WRONG_IN_PLACES)):
         for student, reference in pairs:
-            assert compare(student, reference, seed).is_correct == (due,), student
+            assert compare(student, reference, seed).is_correct == (expected,), student
 
 
-def test_a_difference_is_shown_where_it_can_be_followed_by_hand() -> None:
+def test_counterexample_has_readable_values() -> None:
     certificate = compare("a1*cos(theta1)", "a1*sin(theta1)").certificate
-    found = certificate.counterexample
-    assert isinstance(found, EntryDifference)
-    assert found.entry == 0
-    assert set(found.at) == {"a1", "theta1"}
-    assert all(round(number, 2) == number for number in found.at.values())
-    assert found.yours != found.expected
+    comparison = certificate.counterexample
+    assert isinstance(comparison, EntryDifference)
+    assert comparison.entry == 0
+    assert set(comparison.at) == {"a1", "theta1"}
+    assert all(round(number, 2) == number for number in comparison.at.values())
+    assert comparison.yours != comparison.expected
     assert (certificate.method, certificate.bound) == ("exact", 0.0)
 
 
-def test_entries_are_judged_one_by_one() -> None:
+def test_each_entry_is_judged_separately() -> None:
     student, reference = ([parse_formula(t) for t in texts] for texts in (["a1", "a2", "0"], ["a1", "a1", "0"]))
-    found = compare_entries(student, reference, Domain({"a1": "length", "a2": "length"}), "seed")
-    assert found.is_correct == (True, False, True)
-    assert isinstance(found.certificate.counterexample, EntryDifference)
-    assert found.certificate.counterexample.entry == 1
+    comparison = compare_entries(student, reference, Domain({"a1": "length", "a2": "length"}), "seed")
+    assert comparison.is_correct == (True, False, True)
+    assert isinstance(comparison.certificate.counterexample, EntryDifference)
+    assert comparison.certificate.counterexample.entry == 1
 
 
-def test_a_given_number_may_be_typed_or_named() -> None:
+def test_given_length_may_be_typed_as_number_or_name() -> None:
     domain = Domain({"a1": 0.35, "theta1": "angle"})
     for typed in ("0.35*cos(theta1)", "7/20*cos(theta1)", "a1*cos(theta1)"):
         assert compare_entries(
@@ -153,36 +157,36 @@ def test_a_given_number_may_be_typed_or_named() -> None:
         ).is_correct == (True,)
 
 
-def test_no_answer_stalls_the_comparison() -> None:
-    """A long answer with branches whose terms all but cancel: every point would want many digits."""
+def test_long_cancelling_answer_does_not_stall_the_comparison() -> None:
+    """A long answer with branches whose terms nearly cancel would need many digits at every point."""
     trigs = "".join(
         f"{sign}1e9*cos({k}*theta1)*sqrt(a1)" for sign in ("+", "-1.0*") for k in range(2, select_for_suite(1500, 4000))
     )
     compare("a1*cos(theta1)" + trigs, "a1*cos(theta1)")
 
 
-def test_points_are_drawn_from_all_that_a_symbol_may_be() -> None:
+def test_points_cover_the_range_of_each_symbol() -> None:
     domain = Domain({"theta1": "angle", "a1": "length", "d2": "signed", "a2": 0.35})
-    drawn = domain.sample({"theta1", "a1", "d2", "a2", "x"}, 4000, Stream("points"))
+    samples = domain.sample({"theta1", "a1", "d2", "a2", "x"}, 4000, Stream("points"))
     low_high = {
-        name: (values[READABLE_POINTS:].min(), values[READABLE_POINTS:].max()) for name, values in drawn.items()
+        name: (values[READABLE_POINTS:].min(), values[READABLE_POINTS:].max()) for name, values in samples.items()
     }
     assert low_high["theta1"] == pytest.approx((-np.pi, np.pi), abs=0.02)
     assert low_high["a1"] == (pytest.approx(0.05, rel=0.02), pytest.approx(40, rel=0.02))
-    assert np.median(drawn["a1"]) == pytest.approx((0.05 * 40) ** 0.5, rel=0.2)
+    assert np.median(samples["a1"]) == pytest.approx((0.05 * 40) ** 0.5, rel=0.2)
     assert low_high["a2"] == (0.35, 0.35)
-    for name in ("d2", "x"):  # a name that no one knows is a signed number
+    for name in ("d2", "x"):  # an unknown name is a signed number
         assert low_high[name] == pytest.approx((-2, 2), abs=0.02)
-        assert np.abs(drawn[name]).min() == pytest.approx(0.2, abs=0.02)
-        assert np.mean(drawn[name] > 0) == pytest.approx(0.5, abs=0.05)
+        assert np.abs(samples[name]).min() == pytest.approx(0.2, abs=0.02)
+        assert np.mean(samples[name] > 0) == pytest.approx(0.5, abs=0.05)
     for name in ("theta1", "a1", "d2"):
-        assert all(round(value, 2) == value for value in drawn[name][:READABLE_POINTS])
+        assert all(round(value, 2) == value for value in samples[name][:READABLE_POINTS])
     lengths = [Domain({"a1": "length"}).sample({"a1"}, 20, Stream(str(k)))["a1"][:READABLE_POINTS] for k in range(200)]
     assert (np.min(lengths), np.max(lengths)) == (pytest.approx(0.2, abs=0.011), pytest.approx(1.5, abs=0.011))
-    assert not all(round(value, 2) == value for value in drawn["a1"][READABLE_POINTS : READABLE_POINTS + 5])
+    assert not all(round(value, 2) == value for value in samples["a1"][READABLE_POINTS : READABLE_POINTS + 5])
 
 
-def test_given_numbers_are_fractions_where_they_can_be() -> None:
+def test_given_numbers_are_fractions_if_possible() -> None:
     domain = Domain({"a1": Fraction(1, 3), "a2": 0.35, "a3": 2**0.5, "a4": "length", "d1": -0.25})
     assert domain.list_fixed_values() == {
         "a1": Fraction(1, 3),
@@ -199,44 +203,49 @@ def test_given_numbers_are_fractions_where_they_can_be() -> None:
         ("a1/3", 0.0), ("1.5*a1", 0.0),
     ],
 )  # fmt: skip
-def test_only_decimals_as_long_as_doubles_may_be_off(text: str, allowed: float) -> None:
+def test_only_decimals_with_the_digits_of_a_double_may_be_off(text: str, allowed: float) -> None:
     assert choose_decimal_tolerance(parse_formula(text)) == allowed
 
 
-@pytest.mark.parametrize("given", [Fraction(1, 3), 0.375])
-def test_a_given_fraction_is_exact_and_a_given_root_is_a_double(given: float | Fraction) -> None:
-    def right(student: str, **roles: float | Fraction) -> bool:
+@pytest.mark.parametrize("length", [Fraction(1, 3), 0.375])
+def test_given_fraction_is_compared_exactly_and_root_as_double(length: float | Fraction) -> None:
+    def is_right(student: str, **roles: float | Fraction) -> bool:
         return compare_entries(
             [parse_formula(student)], [parse_formula("a1*cos(theta1)")], Domain({"theta1": "angle", **roles}), "s"
         ).is_correct[0]
 
-    assert right("a1*cos(theta1)", a1=given)
-    assert not right("a1*cos(theta1)*(10^13 + 1)/10^13", a1=given)
-    assert not right("a1*cos(theta1)*(10^13 + 1)/10^13", a1=given, a2=2**0.5)  # a double that the answer does not use
-    assert right("a1*cos(theta1)*(10^13 + 1)/10^13", a1=2**0.5)
-    assert not right("a1*cos(theta1)*(1 + 10^-11)", a1=2**0.5)
+    assert is_right("a1*cos(theta1)", a1=length)
+    assert not is_right("a1*cos(theta1)*(10^13 + 1)/10^13", a1=length)
+    # A double that the answer does not use.
+    assert not is_right("a1*cos(theta1)*(10^13 + 1)/10^13", a1=length, a2=2**0.5)
+    assert is_right("a1*cos(theta1)*(10^13 + 1)/10^13", a1=2**0.5)
+    assert not is_right("a1*cos(theta1)*(1 + 10^-11)", a1=2**0.5)
 
 
 @pytest.mark.parametrize(
-    ("rounding", "off", "due"),
+    ("rounding", "off", "expected"),
     [
         (Rounding(0.005), "1.004", True), (Rounding(0.005), "1.006", False), (None, "1.004", False),
         (Rounding(0.0, 0.01), "1 + 0.009/a1", True),
         (Rounding(0.0, 0.01), "1 + 0.011/a1", False),
     ],
 )  # fmt: skip
-def test_an_assignment_may_allow_a_part_or_an_amount(rounding: Rounding | None, off: str, due: bool) -> None:
-    found = compare_entries(
+def test_assignment_may_allow_relative_or_absolute_rounding(
+    rounding: Rounding | None, off: str, expected: bool
+) -> None:
+    comparison = compare_entries(
         [parse_formula(f"a1*({off})")], [parse_formula("a1")], Domain({"a1": "length"}), "seed", rounding
     )
-    assert found.is_correct == (due,)
+    assert comparison.is_correct == (expected,)
 
 
-def test_the_bound_is_that_of_the_worst_entry() -> None:
+def test_bound_is_that_of_the_worst_entry() -> None:
     texts = ["a1", "(a1 + a2)^900", "a2"]
-    found = compare_entries([parse_formula(t) for t in texts], [parse_formula(t) for t in texts], Domain({}), "seed")
+    comparison = compare_entries(
+        [parse_formula(t) for t in texts], [parse_formula(t) for t in texts], Domain({}), "seed"
+    )
     alone = [compare(text, text).certificate.bound or 0.0 for text in texts]
-    assert found.certificate.bound == max(alone) > 2 * min(alone)
+    assert comparison.certificate.bound == max(alone) > 2 * min(alone)
     wrong = compare_entries(
         [parse_formula(t) for t in [*texts, "a3"]], [parse_formula(t) for t in [*texts, "a2"]], Domain({}), "seed"
     )

@@ -1,4 +1,4 @@
-"""Our own LaTeX: read as a layout, printed again as the same, and what is not ours refused."""
+"""Our subset of LaTeX is parsed to a layout and printed unchanged; other LaTeX is refused."""
 
 import json
 
@@ -12,17 +12,17 @@ from tests.support import DATA
 WRITTEN = [json.loads(line)["latex"] for line in (DATA / "mathml.jsonl").read_text(encoding="utf-8").splitlines()]
 
 
-def test_the_parts_of_a_formula() -> None:
-    a, one = Layout("letter", "a"), row(*number("1"))
-    assert parse_latex("a_{1}") == row(script(a, one))
-    assert parse_latex("a_1^{2}") == row(script(a, one.inner[0], row(*number("2"))))
+def test_latex_is_parsed_to_a_layout() -> None:
+    a, index = Layout("letter", "a"), row(*number("1"))
+    assert parse_latex("a_{1}") == row(script(a, index))
+    assert parse_latex("a_1^{2}") == row(script(a, index.inner[0], row(*number("2"))))
     assert parse_latex("-a") == row(MINUS, a) and parse_latex("{}") == row(EMPTY)
     assert parse_latex(r"\frac12").inner == (Layout("fraction", "frac", (*number("1"), *number("2"))),)
     assert parse_latex("0{,}5") == row(*number("0,5"))
 
 
 @pytest.mark.parametrize("text", WRITTEN)
-def test_what_is_printed_reads_as_the_same(text: str) -> None:
+def test_printed_latex_parses_to_the_same(text: str) -> None:
     shown = latex_text(parse_latex(text))
     assert latex_text(parse_latex(shown)) == shown
 
@@ -37,7 +37,7 @@ def test_what_is_printed_reads_as_the_same(text: str) -> None:
         r"1.2 \cdot 10^{-6}\,\text{rad/s}", r"\begin{aligned} a & = {} - b \\[6pt] c & = d \end{aligned}",
     ],
 )  # fmt: skip
-def test_it_is_printed_as_it_is_written(text: str) -> None:
+def test_latex_is_printed_unchanged(text: str) -> None:
     assert latex_text(parse_latex(text)) == text
 
 
@@ -48,12 +48,12 @@ def test_it_is_printed_as_it_is_written(text: str) -> None:
         "a & b", r"a \\ b", "%", "$", r"\begin{bmatrix} a", "x''''", "a_", r"\left( a }",
     ],
 )  # fmt: skip
-def test_latex_that_is_not_ours_is_refused_by_name(text: str) -> None:
+def test_unknown_latex_is_refused_by_name(text: str) -> None:
     with pytest.raises(UnknownLatex, match=r" in ['\"]"):
         parse_latex(text)
 
 
-def test_terms_are_parted_by_signs_between_them_and_outside_of_brackets() -> None:
+def test_terms_are_split_at_signs_outside_brackets() -> None:
     shown = [
         latex_text(row(EMPTY, *term)) for term in split_terms(parse_latex("-a + b (c - d) - (e + f)^{2} = -g").inner)
     ]

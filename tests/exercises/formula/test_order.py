@@ -1,4 +1,4 @@
-"""The signs of products and sums as they are written: no double minus, and one form of a sum below all fractions."""
+"""Signs in printed products and sums: no double minus, and a sum has the same form in every fraction."""
 
 import pytest
 import sympy as sp
@@ -8,7 +8,7 @@ from qdot.exercises.writing.latex import tex
 
 T1, T2, A1, D2, VX, VY = sp.symbols("theta1 theta2 a1 d2 vx vy")
 MIXED = D2 * sp.sin(T2) - A1 * sp.cos(T1)
-"""Written with a minus first."""
+"""A sum that SymPy prints with a leading minus."""
 
 
 @pytest.mark.parametrize(
@@ -30,7 +30,7 @@ MIXED = D2 * sp.sin(T2) - A1 * sp.cos(T1)
         ),
     ],
 )
-def test_no_bracket_starts_with_a_minus(expression: sp.Expr, shown: str) -> None:
+def test_no_bracket_starts_with_a_minus_sign(expression: sp.Expr, shown: str) -> None:
     assert tex(expression) == shown
     code = eval(python_text(expression), {"sin": sp.sin, "cos": sp.cos, **{s.name: s for s in expression.free_symbols}})
     assert sp.expand(code * MIXED - expression * MIXED) == 0 or sp.simplify(code - expression) == 0

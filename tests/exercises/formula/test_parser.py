@@ -1,4 +1,4 @@
-"""Reading: what people type is understood, what is hostile ends at once, and nothing is ever executed."""
+"""Parsing: common notation is understood, hostile text is handled quickly, and nothing is ever executed."""
 
 import contextlib
 import math
@@ -28,10 +28,10 @@ VALUES = {
 }  # fmt: skip
 
 
-def value(text: str, known: tuple[str, ...] = ()) -> complex:
+def evaluate_text(text: str, known: tuple[str, ...] = ()) -> complex:
     program = compile_program([parse_formula(text, known)])
-    found, _ = evaluate(program, {name: np.array([number]) for name, number in VALUES.items()}, 1)
-    return complex(found[0, 0])
+    values, _ = evaluate(program, {name: np.array([number]) for name, number in VALUES.items()}, 1)
+    return complex(values[0, 0])
 
 
 @pytest.mark.parametrize(
@@ -50,13 +50,13 @@ def value(text: str, known: tuple[str, ...] = ()) -> complex:
         ("exp(I*theta1)", "cos(theta1) + I*sin(theta1)"),
     ],
 )  # fmt: skip
-def test_what_people_type_is_what_they_mean(typed: str, meant: str) -> None:
-    assert value(typed) == pytest.approx(value(meant), abs=1e-12)
+def test_typed_formula_has_the_intended_value(typed: str, meant: str) -> None:
+    assert evaluate_text(typed) == pytest.approx(evaluate_text(meant), abs=1e-12)
 
 
-def test_a_symbol_of_the_problem_wins_over_shorthand() -> None:
-    assert value("c1") == pytest.approx(math.cos(0.7))
-    assert value("c1", ("c1", "theta1")) == 5.0
+def test_symbol_of_the_problem_takes_precedence_over_shorthand() -> None:
+    assert evaluate_text("c1") == pytest.approx(math.cos(0.7))
+    assert evaluate_text("c1", ("c1", "theta1")) == 5.0
     assert parse_formula("c12", ("theta1",)).kind == "name"
 
 
@@ -71,12 +71,12 @@ def test_a_symbol_of_the_problem_wins_over_shorthand() -> None:
         ("And(Eq(theta2, 0), Eq(theta3, 0))", "and", 2), ("...", "blank", 0),
     ],
 )  # fmt: skip
-def test_structures_are_read(text: str, kind: str, count: int) -> None:
+def test_containers_and_conditions_are_parsed(text: str, kind: str, count: int) -> None:
     node = parse_formula(text)
     assert (node.kind, len(node.args)) == (kind, count)
 
 
-def test_matrices() -> None:
+def test_matrix_rows_are_parsed_and_uneven_rows_refused() -> None:
     assert [len(row) for row in as_matrix(parse_formula("[[1, 2, 3], [4, 5, 6]]"))] == [3, 3]
     assert [len(row) for row in as_matrix(parse_formula("[1, 2, 3]"))] == [1, 1, 1]
     assert as_matrix(parse_formula("a1")) == [[Node("name", value="a1")]]
@@ -85,14 +85,14 @@ def test_matrices() -> None:
             as_matrix(parse_formula(wrong))
 
 
-def test_names_and_blanks() -> None:
+def test_names_and_blanks_are_found() -> None:
     assert find_names(parse_formula("a1*c2 + pi*sin(theta1) + E + I")) == {"a1", "theta1", "theta2"}
     assert has_blank(parse_formula("[a1, ...]"))
     assert not has_blank(parse_formula("[a1, 0]"))
 
 
 @pytest.mark.parametrize(
-    ("text", "said"),
+    ("text", "message"),
     [
         ("", "the text is empty"), ("   # only a comment", "the text is empty"), ("; ;", "the text is empty"),
         ("sin theta1/2", "expected '\\(' after sin"), ("sin(theta1", "expected '\\)', found the end"),
@@ -105,8 +105,8 @@ def test_names_and_blanks() -> None:
         ("None", r"print\(\)"), ("{theta1: 0, theta2}", "every entry of a dict"),
     ],
 )  # fmt: skip
-def test_an_error_says_what_and_where(text: str, said: str) -> None:
-    with pytest.raises(ParseError, match=said):
+def test_parse_error_says_what_is_wrong_and_where(text: str, message: str) -> None:
+    with pytest.raises(ParseError, match=message):
         parse_formula(text)
 
 
@@ -128,20 +128,20 @@ HOSTILE = [
 
 
 @pytest.mark.parametrize("text", sample_for_suite(HOSTILE, 6), ids=lambda text: ascii(text[:16]))
-def test_hostile_text_ends_soon(text: str) -> None:
+def test_hostile_text_is_handled_quickly(text: str) -> None:
     begun = time.process_time()
     try:
         tree = parse_formula(text)
         program = compile_program([tree])
         evaluate(program, {used: np.full(4, 0.7) for used in find_names(tree)}, 4)
     except ParseError as error:
-        assert len(str(error)) < 300, "a message is for reading"
+        assert len(str(error)) < 300, "the message is too long to read"
     assert time.process_time() - begun < 10
 
 
 @settings(max_examples=select_for_suite(150, 400))
 @given(st.text(max_size=60))
-def test_any_text_is_read_or_refused(text: str) -> None:
+def test_any_text_is_parsed_or_refused(text: str) -> None:
     with contextlib.suppress(ParseError):
         parse_formula(text)
 
@@ -155,7 +155,7 @@ PIECES = [
 
 @settings(max_examples=select_for_suite(150, 400))
 @given(st.lists(st.sampled_from(PIECES), max_size=25).map("".join))
-def test_any_text_of_the_grammar_is_read_or_refused(text: str) -> None:
+def test_any_sequence_of_tokens_is_parsed_or_refused(text: str) -> None:
     try:
         tree = parse_formula(text)
         program = compile_program([tree])
@@ -179,13 +179,13 @@ arithmetic = st.recursive(
 
 @settings(max_examples=select_for_suite(150, 300))
 @given(arithmetic)
-def test_precedence_is_pythons(text: str) -> None:
+def test_operator_precedence_is_that_of_python(text: str) -> None:
     allowed = {"x": complex(VALUES["x"]), "y": complex(VALUES["y"]), "a1": complex(VALUES["a1"])}
     try:
         expected = complex(eval(text, {"__builtins__": {}}, allowed))
     except (ZeroDivisionError, OverflowError):
         return
-    assert value(text) == pytest.approx(expected, rel=1e-9, abs=1e-9)
+    assert evaluate_text(text) == pytest.approx(expected, rel=1e-9, abs=1e-9)
 
 
 @pytest.mark.parametrize(
@@ -195,19 +195,19 @@ def test_precedence_is_pythons(text: str) -> None:
         "+".join(f"a1*{k}" for k in range(3000)),
     ],
 )  # fmt: skip
-def test_a_tree_prints_as_what_reads_as_the_same(text: str) -> None:
-    again = node_text(parse_formula(node_text(parse_formula(text))))
-    assert again == node_text(parse_formula(text))
-    assert value(again) == value(text)
+def test_printed_tree_parses_to_the_same(text: str) -> None:
+    printed = node_text(parse_formula(node_text(parse_formula(text))))
+    assert printed == node_text(parse_formula(text))
+    assert evaluate_text(printed) == evaluate_text(text)
 
 
 @pytest.mark.parametrize(("text", "digits"), [("0.0", 0), ("1.50", 2), ("1.25e-400", 3), ("12.5e399", 3), ("1e3", 1)])
-def test_digits_of_a_decimal_are_those_that_count(text: str, digits: int) -> None:
+def test_decimal_digits_exclude_leading_and_exponent_digits(text: str, digits: int) -> None:
     assert count_decimal_digits(parse_formula(text)) == digits
 
 
 @pytest.mark.parametrize("sign", ["±", "+/-", r"\pm "])
-def test_twelve_signs_of_plus_or_minus_are_read(sign: str) -> None:
+def test_at_most_twelve_plus_minus_signs_are_parsed(sign: str) -> None:
     parse_formula(f"{sign}a2" * 12)
     with pytest.raises(ParseError, match=r"the answer has 13 signs ±"):
         parse_formula(f"{sign}a2" * 13)

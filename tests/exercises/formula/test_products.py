@@ -1,4 +1,4 @@
-"""Matrices that are written as operands: worked out, or refused in words where that can't be, in no time."""
+"""Operations on typed matrices are computed, or refused with a reason; tables and lists are parsed."""
 
 import pytest
 
@@ -18,15 +18,15 @@ WORKED_OUT = [
 ]  # fmt: skip
 
 
-@pytest.mark.parametrize(("text", "due"), WORKED_OUT)
-def test_what_is_to_be_done_with_matrices_is_done(text: str, due: list[list[float]]) -> None:
+@pytest.mark.parametrize(("text", "expected"), WORKED_OUT)
+def test_matrix_operations_are_computed(text: str, expected: list[list[float]]) -> None:
     rows = as_matrix(parse_formula(text))
     values = [evaluate(compile_program(row), {}, 1)[0][:, 0].real.tolist() for row in rows]
-    assert [pytest.approx(row) for row in due] == values
+    assert [pytest.approx(row) for row in expected] == values
 
 
 @pytest.mark.parametrize(
-    ("text", "said"),
+    ("text", "message"),
     [
         ("[1, 2]*[3, 4]", "there is no product of a 2 × 1 and a 2 × 1"),
         ("[1, 2] + 3", "there is no sum of a 2 × 1 matrix and a number"),
@@ -39,13 +39,13 @@ def test_what_is_to_be_done_with_matrices_is_done(text: str, due: list[list[floa
         ("sin theta1 + theta2", "a function without brackets comes before"),
     ],
 )  # fmt: skip
-def test_what_means_nothing_or_two_things_is_refused(text: str, said: str) -> None:
+def test_invalid_or_ambiguous_product_is_refused(text: str, message: str) -> None:
     with pytest.raises(ParseError) as refused:
         parse_formula(text)
-    assert said in str(refused.value)
+    assert message in str(refused.value)
 
 
-def test_tables_are_read_where_every_row_has_what_is_due() -> None:
+def test_tables_with_the_expected_shape_are_parsed() -> None:
     for text in ("a\tb\nc\td", "| a   b |\n| c   d |", "a b\nc d", "a, b\nc, d", "a, b,\nc, d", "[a, b\n c, d]",
                  "[a b\n c d]", "J = [a b; c d];", "J =\na b\nc d", "a b; c d"):  # fmt: skip
         assert convert_table(text, (2, 2)) == "[[a, b], [c, d]]", text
@@ -57,7 +57,7 @@ def test_tables_are_read_where_every_row_has_what_is_due() -> None:
         assert convert_table(not_two, (2, 2)) is None
 
 
-def test_a_blank_beside_a_comma_parts_entries_with_decimal_commas() -> None:
+def test_spaced_comma_separates_entries_with_decimal_commas() -> None:
     assert convert_table("0,5*a , b; 2 , 1,5", (2, 2)) == "[[0.5*a, b], [2, 1.5]]"
     assert convert_table("0,5\t1,5\n2\t3", (2, 2)) == "[[0.5, 1.5], [2, 3]]"
     assert convert_table("[0,5*a, b]", (2, 1)) == "[0.5*a, b]"
@@ -65,7 +65,7 @@ def test_a_blank_beside_a_comma_parts_entries_with_decimal_commas() -> None:
         assert convert_table(unclear, (2, 2)) is None
 
 
-def test_numbers_have_a_comma_or_stand_apart_by_one() -> None:
+def test_numbers_with_decimal_commas_are_separated() -> None:
     assert convert_numbers("0,5; -1,25", 2) == convert_numbers("(0,5 | -1,25)", 2) == "[0.5, -1.25]"
     assert convert_numbers("[0,5 , -1,25]", 2) == convert_numbers("[0,5 ,-1,25]", 2) == "[0.5, -1.25]"
     assert convert_numbers("0.5 rad/s and -1.25 rad/s", 2) == "[0.5, -1.25]"

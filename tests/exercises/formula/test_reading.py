@@ -1,4 +1,4 @@
-"""What students really write: a right answer in any writing is right; what can't be read is refused, quickly."""
+"""What students really type: correct answers are accepted in any notation, and unclear ones are refused quickly."""
 
 import pytest
 
@@ -77,13 +77,13 @@ WRITINGS = {
 }  # fmt: skip
 
 
-def test_rates_are_read_where_no_symbols_are_known() -> None:
+def test_joint_rates_are_parsed_without_known_symbols() -> None:
     for text in WRITINGS["qd1"]:
         assert parse_formula(text).value == "qd1", text
 
 
 @pytest.mark.parametrize("reference", [POSITION, *WRITINGS])
-def test_a_formula_in_any_writing(reference: str) -> None:
+def test_formula_is_accepted_in_any_notation(reference: str) -> None:
     for text in WRITINGS.get(reference, POSITIONS):
         judged = judge_expression(text, reference, DOMAIN, "s")
         assert judged.outcome is Outcome.CORRECT, (text, judged.reason)
@@ -98,7 +98,7 @@ MATRICES = [
 ]  # fmt: skip
 
 
-def test_a_matrix_in_any_writing() -> None:
+def test_matrix_is_accepted_in_any_notation() -> None:
     for text in MATRICES:
         judged = judge_matrix(text, [["a1", "0"], ["0", "cos(theta1+theta2)"]], DOMAIN, "s")
         assert judged.outcome is Outcome.CORRECT, (text, judged.reason)
@@ -118,11 +118,11 @@ REFUSED = [
 ]  # fmt: skip
 
 
-@pytest.mark.parametrize(("text", "said"), REFUSED)
-def test_what_has_two_meanings_or_none_is_refused(text: str, said: str) -> None:
+@pytest.mark.parametrize(("text", "message"), REFUSED)
+def test_ambiguous_or_meaningless_formula_is_refused(text: str, message: str) -> None:
     judged = judge_expression(text, "sin(theta1/2)", DOMAIN, "s")
     assert judged.outcome is Outcome.WRONG
-    assert said in judged.reason
+    assert message in judged.reason
 
 
 MANY = select_for_suite(8_000, 40_000)
@@ -138,7 +138,7 @@ HOSTILE = [
 
 
 @pytest.mark.parametrize("text", sample_for_suite(HOSTILE, 6), ids=lambda text: ascii(text[:12]))
-def test_hostile_writing_ends_in_a_verdict(text: str) -> None:
+def test_hostile_formula_ends_in_a_verdict(text: str) -> None:
     assert judge_expression(text, "a1", DOMAIN, "s").outcome in (Outcome.WRONG, Outcome.MISSING)
     assert judge_matrix(text, [["a1", "0"]], DOMAIN, "s").outcome in (Outcome.WRONG, Outcome.MISSING)
 
@@ -155,31 +155,31 @@ LONG = [
 
 
 @pytest.mark.parametrize("text", sample_for_suite(LONG, 4), ids=lambda text: text[:12])
-def test_hostile_conditions_end_in_a_verdict(text: str) -> None:
+def test_hostile_condition_ends_in_a_verdict(text: str) -> None:
     judged = judge_singular(text, ["sin(theta2) = 0"], ["theta1", "theta2"], DOMAIN, "s")
     assert judged.outcome is Outcome.WRONG
 
 
 WHOLE_TURNS = [
-    "theta2 = pi*m", "theta2 = m*pi", "theta2 = pi m", "theta2 in {pi*m}", "{theta2: pi*m}",  # no metre
+    "theta2 = pi*m", "theta2 = m*pi", "theta2 = pi m", "theta2 in {pi*m}", "{theta2: pi*m}",  # not metres
     "theta2 = k*n*m*pi", "theta2 in {" + ",".join(f"{k}*k*pi" for k in range(300)) + "}",
 ]  # fmt: skip
 
 
 @pytest.mark.parametrize("text", WHOLE_TURNS, ids=lambda text: text[:20])
-def test_whole_numbers_are_read_in_any_writing(text: str) -> None:
+def test_integer_multiples_are_accepted_in_any_notation(text: str) -> None:
     judged = judge_singular(text, ["sin(theta2) = 0"], ["theta1", "theta2"], DOMAIN, "s")
     assert judged.outcome is Outcome.CORRECT, judged.reason
 
 
-def test_symbols_of_the_problem_win_over_customs() -> None:
+def test_symbols_of_the_problem_take_precedence_over_habits() -> None:
     known = frozenset({"c1", "q1", "e", "m", "theta12", "theta1", "theta2"})
     assert all(split_name(name, known)[0].names == (name,) for name in known)
     assert to_plain_text("c1*2 m", known) == "c1*2 m" and to_plain_text("pi*m", set()) == "pi*m"
     assert parse_formula("e*m", known).args[0].value == "e"
 
 
-def test_without_a_problem_nothing_is_split_but_at_dots() -> None:
+def test_names_are_split_only_at_dots_without_a_problem() -> None:
     assert parse_formula("a1a2").value == "a1a2"
     assert (
         parse_formula("a1.a2.sin(theta2)") == parse_formula("a1*a2*sin(theta2)")
@@ -228,18 +228,18 @@ def test_without_a_problem_nothing_is_split_but_at_dots() -> None:
         ("0.3 m^2 sin(theta1) + 20 cm*a1", "0.3*sin(theta1) + 20/100*a1"), ("theta2 = pi/2 m", "theta2 = pi/2*m"),
     ],
 )  # fmt: skip
-def test_two_ways_of_writing_are_one(text: str, same: str) -> None:
+def test_equivalent_notations_parse_alike(text: str, same: str) -> None:
     assert parse_formula(text, DOMAIN.roles) == parse_formula(same, DOMAIN.roles)
 
 
-def test_a_name_behind_a_number_is_a_factor_where_it_goes_on() -> None:
-    """What is a unit at the end of a product may be a symbol of the problem, or any whole number."""
+def test_name_after_number_is_a_factor_inside_a_product() -> None:
+    """A unit at the end of a product can elsewhere be a symbol of the problem or an integer variable."""
     assert parse_formula("a1 m*a2", DOMAIN.roles) == parse_formula("a1*m*a2", DOMAIN.roles)
     assert parse_formula("pi m", DOMAIN.roles) == parse_formula("pi*m", DOMAIN.roles)
     assert parse_formula("[2 m]", {"m"}) == parse_formula("[2*m]", {"m"})
 
 
-def test_equal_symbols_of_a_long_sum_are_counted() -> None:
+def test_equal_symbols_of_long_sums_are_collected() -> None:
     long = POSITION + " + a1 - a1" * 300 + " - a2*2" + " - a2" * 200 + " + a2*202 + theta3 - theta3"
     assert judge_expression(long, POSITION, DOMAIN, "s").outcome is Outcome.CORRECT
     assert judge_expression(long + " + a1", POSITION, DOMAIN, "s").outcome is Outcome.WRONG

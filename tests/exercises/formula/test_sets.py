@@ -1,4 +1,4 @@
-"""How two sets are compared, piece by piece, whatever the poses are: what is covered, sound, rounded, and shown."""
+"""Comparing two sets piece by piece: coverage, soundness, rounding and counterexamples."""
 
 import math
 from collections.abc import Callable, Mapping, Sequence
@@ -24,19 +24,19 @@ JOINTS = ("theta1", "theta2", "theta3")
 DOMAIN = Domain({**dict.fromkeys(JOINTS, "angle"), "a1": "length", "a2": "length"})
 
 
-def parsed(*texts: str) -> list[Piece]:
+def parse(*texts: str) -> list[Piece]:
     return [piece for text in texts for piece in parse_pieces(parse_formula(text), JOINTS)]
 
 
-class Told(ConfigurationSpace):
-    """A space whose poses and tests are told: `count` poses on each piece, and what is inside at which tolerance."""
+class FakeSpace(ConfigurationSpace):
+    """A space with prescribed results: `count` poses on each piece, and a function that decides containment."""
 
     def __init__(
-        self, inside: Callable[[Sequence[Piece], int, float], np.ndarray], count: int = 4, exact: bool = True,
+        self, contains_pose: Callable[[Sequence[Piece], int, float], np.ndarray], count: int = 4, exact: bool = True,
         miss: float = 1.0,
     ) -> None:  # fmt: skip
         super().__init__(JOINTS, DOMAIN)
-        self.told, self.count, self.exact, self.miss = inside, count, exact, miss
+        self.contains_pose, self.count, self.exact, self.miss = contains_pose, count, exact, miss
 
     def sample_piece(
         self, piece: Piece, used: set[str], stream: Stream, count: int = SAMPLE_COUNT
@@ -46,7 +46,7 @@ class Told(ConfigurationSpace):
     def contains(
         self, sets: Sequence[Piece], values: Mapping[str, np.ndarray], count: int, tolerance: float = SEARCH_TOLERANCE
     ) -> np.ndarray:
-        return self.told(sets, count, tolerance)
+        return self.contains_pose(sets, count, tolerance)
 
     def holds_exactly(self, piece: Piece, outer: Sequence[Piece], symbols: Mapping[str, Any]) -> bool:
         return self.exact
@@ -59,7 +59,7 @@ def everywhere(outer: Sequence[Piece], count: int, tolerance: float) -> np.ndarr
     return np.ones(count, dtype=bool)
 
 
-def half(outer: Sequence[Piece], count: int, tolerance: float) -> np.ndarray:
+def every_second(outer: Sequence[Piece], count: int, tolerance: float) -> np.ndarray:
     return np.arange(count) % 2 == 0
 
 
@@ -67,39 +67,39 @@ def only_rounded(outer: Sequence[Piece], count: int, tolerance: float) -> np.nda
     return np.full(count, tolerance == ROUNDED_JOINT_VALUE.absolute)
 
 
-ONE, TYPED, DECIMAL = parsed("theta2 = pi/2"), parsed("theta1 = 0 and theta2 = pi/2"), parsed("theta2 = 1.57")
-MIXED, TIED = parsed("theta1 = 0 and theta2 = 1.57"), parsed("cos(theta2 + theta3) = 0.5")
+ONE, TYPED, DECIMAL = parse("theta2 = pi/2"), parse("theta1 = 0 and theta2 = pi/2"), parse("theta2 = 1.57")
+MIXED, TIED = parse("theta1 = 0 and theta2 = 1.57"), parse("cos(theta2 + theta3) = 0.5")
 
 
-def near_somewhere(outer: Sequence[Piece], count: int, tolerance: float) -> np.ndarray:
-    return half(outer, count, tolerance) & (tolerance == ROUNDED_JOINT_VALUE.absolute)
+def every_second_if_rounded(outer: Sequence[Piece], count: int, tolerance: float) -> np.ndarray:
+    return every_second(outer, count, tolerance) & (tolerance == ROUNDED_JOINT_VALUE.absolute)
 
 
-INEXACT, NEAR = Told(everywhere, exact=False), Told(only_rounded)
+INEXACT, NEAR = FakeSpace(everywhere, exact=False), FakeSpace(only_rounded)
 JUDGED = [
     # claimed, reference, what the space says: sound, covered, rounded, theta1 of the surplus pose
-    (TYPED, ONE, Told(everywhere), True, True, False, None),
-    (ONE, ONE, INEXACT, False, False, True, 1.0),  # typed values that miss with fifty digits
-    (TIED, ONE, INEXACT, True, False, False, None),  # a reference that does says nothing of rounding
-    (TIED, TIED, INEXACT, True, True, False, None),  # conditions without a value are not held to fifty digits
-    (ONE, ONE, Told(half, exact=False), False, False, False, 2.0),  # the first pose that is not inside
+    (TYPED, ONE, FakeSpace(everywhere), True, True, False, None),
+    (ONE, ONE, INEXACT, False, False, True, 1.0),  # typed values that are wrong at fifty digits
+    (TIED, ONE, INEXACT, True, False, False, None),  # an inexact reference does not mean rounding
+    (TIED, TIED, INEXACT, True, True, False, None),  # conditions without a value are not checked at fifty digits
+    (ONE, ONE, FakeSpace(every_second, exact=False), False, False, False, 2.0),  # the first pose that is not inside
     (DECIMAL, TIED, NEAR, False, False, True, 1.0),
     (MIXED, TIED, NEAR, False, False, True, 1.0),
     (TYPED, TIED, NEAR, False, False, True, 1.0),  # no decimals, as 22/7
     (TIED, ONE, NEAR, False, False, False, 1.0),  # a decimal in a condition
     (ONE, DECIMAL, NEAR, False, False, True, 1.0),
-    (DECIMAL, ONE, Told(near_somewhere), False, False, False, 1.0),
-    (ONE, ONE, Told(everywhere, count=0), None, None, False, None),  # what holds nowhere is no claim
-    (DECIMAL, ONE, Told(only_rounded, count=0), None, None, False, None),
-    (TIED, ONE, Told(everywhere, count=0, miss=1e-6), False, None, False, None),  # near zero, and not followed
-    (TIED, ONE, Told(everywhere, count=0, miss=1e-2), None, None, False, None),
+    (DECIMAL, ONE, FakeSpace(every_second_if_rounded), False, False, False, 1.0),
+    (ONE, ONE, FakeSpace(everywhere, count=0), None, None, False, None),  # an empty set is no claim
+    (DECIMAL, ONE, FakeSpace(only_rounded, count=0), None, None, False, None),
+    (TIED, ONE, FakeSpace(everywhere, count=0, miss=1e-6), False, None, False, None),  # near zero, and not followed
+    (TIED, ONE, FakeSpace(everywhere, count=0, miss=1e-2), None, None, False, None),
 ]
 
 
 @pytest.mark.parametrize(("claimed", "reference", "space", "sound", "covered", "rounded", "surplus"), JUDGED)
-def test_a_comparison_follows_from_what_is_inside_and_how_exactly(
-    claimed: list[Piece], reference: list[Piece], space: Told, sound: bool | None, covered: bool | None, rounded: bool,
-    surplus: float | None,
+def test_comparison_follows_from_containment_and_exactness(
+    claimed: list[Piece], reference: list[Piece], space: FakeSpace, sound: bool | None, covered: bool | None,
+    rounded: bool, surplus: float | None,
 ) -> None:  # fmt: skip
     compared = compare_sets(claimed, reference, space, "s")
     assert (compared.is_sound, compared.is_covered, compared.is_only_rounded) == ((sound,), (covered,), rounded)
@@ -108,15 +108,15 @@ def test_a_comparison_follows_from_what_is_inside_and_how_exactly(
     assert compared.are_equal is (sound is not False and covered is not False)
 
 
-def test_a_piece_with_a_condition_in_it_is_held_to_the_tolerance_of_what_was_searched_for() -> None:
+def test_piece_with_a_condition_uses_the_search_tolerance() -> None:
     seen: list[float] = []
 
-    def asked(outer: Sequence[Piece], count: int, tolerance: float) -> np.ndarray:
+    def record_tolerance(outer: Sequence[Piece], count: int, tolerance: float) -> np.ndarray:
         seen.append(tolerance)
         return np.ones(count, dtype=bool)
 
-    space = Told(asked)
-    compare_sets(parsed("theta1 = 0 and cos(theta2 + theta3) = 0"), ONE, space, "s")
+    space = FakeSpace(record_tolerance)
+    compare_sets(parse("theta1 = 0 and cos(theta2 + theta3) = 0"), ONE, space, "s")
     assert seen == [SEARCH_TOLERANCE, space.typed_tolerance]
 
 
@@ -136,19 +136,19 @@ def test_a_piece_with_a_condition_in_it_is_held_to_the_tolerance_of_what_was_sea
          "2*sqrt(cos(theta1)) = sin(theta2) and 5*sin(theta3 + theta2) = 1", (True,), (True,)),
     ],
 )  # fmt: skip
-def test_conditions_with_double_zeros_and_undefined_values_are_followed(
+def test_double_zeros_and_undefined_values_are_handled(
     claimed: list[str], reference: str, sound: tuple[bool | None, ...], covered: tuple[bool | None, ...]
 ) -> None:
-    compared = compare_sets(parsed(*claimed), parsed(reference), ConfigurationSpace(JOINTS, DOMAIN), "s")
+    compared = compare_sets(parse(*claimed), parse(reference), ConfigurationSpace(JOINTS, DOMAIN), "s")
     assert (compared.is_sound, compared.is_covered) == (sound, covered)
 
 
-def test_a_value_of_eleven_digits_is_not_exact_where_the_lengths_are() -> None:
-    given = Domain({**DOMAIN.roles, "a1": Fraction(1, 2), "a2": Fraction(7, 10)})
-    space = ConfigurationSpace(JOINTS, given)
-    due = parsed("a1 + a2*cos(theta2) = 0")
-    exact = parsed("theta2 = acos(-5/7)", "theta2 = -acos(-5/7)")
-    assert compare_sets(exact, due, space, "s").are_equal
+def test_value_with_eleven_digits_is_not_exact() -> None:
+    domain = Domain({**DOMAIN.roles, "a1": Fraction(1, 2), "a2": Fraction(7, 10)})
+    space = ConfigurationSpace(JOINTS, domain)
+    reference = parse("a1 + a2*cos(theta2) = 0")
+    exact = parse("theta2 = acos(-5/7)", "theta2 = -acos(-5/7)")
+    assert compare_sets(exact, reference, space, "s").are_equal
     digits = f"{math.acos(-5 / 7):.10f}"
-    found = compare_sets(parsed(f"theta2 = {digits}", f"theta2 = -{digits}"), due, space, "s")
-    assert found.is_sound == (False, False) and found.is_only_rounded
+    comparison = compare_sets(parse(f"theta2 = {digits}", f"theta2 = -{digits}"), reference, space, "s")
+    assert comparison.is_sound == (False, False) and comparison.is_only_rounded

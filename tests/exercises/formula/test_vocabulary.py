@@ -1,4 +1,4 @@
-"""The vocabulary of answers stands in one file, written so that Python and a browser read it alike."""
+"""The vocabulary of answers is one file, which Python and browsers read alike."""
 
 import ast
 import re
@@ -26,22 +26,22 @@ GRAMMAR = {
     "pi", "sqrt", "sin", "cos", "rate", "in", "and", "or", "list", "set", "eq", "name", "qd", "begin", "...",
     "Derivative", "theta", "radians", "matrix", "image", "diagonal", "condition", "transposed", "inverse", "±",
 }  # fmt: skip
-"""Words to which the grammar itself gives a meaning, and kinds of nodes that are called like one."""
+"""Words with a meaning in the grammar itself, and kinds of nodes with the same names."""
 
 
-def words(table: Any) -> Iterator[str]:
+def list_words(table: Any) -> Iterator[str]:
     if isinstance(table, str):
         yield table
     else:
         for word in table:
-            yield from words(word)
+            yield from list_words(word)
         if isinstance(table, dict):
-            yield from words(list(table.values()))
+            yield from list_words(list(table.values()))
 
 
-def test_the_reader_has_no_list_of_its_own() -> None:
-    """A synonym that is added in a module would be unknown to the site."""
-    listed = {word.strip() for table in TABLES for word in words(VOCABULARY[table])}
+def test_parser_modules_contain_no_vocabulary() -> None:
+    """The site would not know a synonym that is added in a Python module."""
+    listed = {word.strip() for table in TABLES for word in list_words(VOCABULARY[table])}
     listed = {word for word in listed if len(word) > 1 or not word.isascii()}
     for module in (names, notation, parser):
         tree = ast.parse(Path(str(module.__file__)).read_text(encoding="utf-8"))
@@ -56,28 +56,28 @@ def test_the_reader_has_no_list_of_its_own() -> None:
         assert {text.strip() for text in texts - keys} & listed <= GRAMMAR, module.__name__
 
 
-def patterns() -> list[tuple[str, str]]:
+def list_patterns() -> list[tuple[str, str]]:
     habits = [(habit["about"], habit["pattern"]) for habit in VOCABULARY["habits"]]
     return [*VOCABULARY["patterns"].items(), *habits]
 
 
-@pytest.mark.parametrize(("name", "pattern"), patterns())
-def test_a_pattern_means_the_same_to_a_browser(name: str, pattern: str) -> None:
-    """Of classes only \\w is allowed, inside brackets, where a browser can write out what it stands for."""
+@pytest.mark.parametrize(("name", "pattern"), list_patterns())
+def test_pattern_is_portable_to_browsers(name: str, pattern: str) -> None:
+    """The only character class is \\w inside brackets, which the browser expands."""
     assert not re.search(r"(?<!\\)(?:\\\\)*\\[bBdDsSWAZ]|\(\?P|\(\?#|\(\?[a-z]", pattern)
     outside = re.sub(r"(?<!\\)\[(?:[^\]\\]|\\.)*\]", "", pattern)
     assert "\\w" not in outside
     re.compile(pattern)
 
 
-def test_every_function_has_a_value() -> None:
+def test_every_function_is_evaluable() -> None:
     for name in VOCABULARY["functions"]:
         arguments = ", ".join(["0.5"] * VOCABULARY["arity"].get(name, names.ARITY.get(names.FUNCTIONS[name], 1)))
         value = evaluate(compile_program([parse_formula(f"{name}({arguments})")]), {}, 1)[0][0, 0]
         assert abs(value) < 10, name
 
 
-def test_digits_of_all_scripts_are_digits() -> None:
+def test_digits_of_all_scripts_are_parsed() -> None:
     for zero in VOCABULARY["zeros"]:
         digits = "".join(chr(ord(zero) + k) for k in range(10))
         assert [unicodedata.decimal(digit) for digit in digits] == list(range(10))
@@ -93,15 +93,15 @@ def test_digits_of_all_scripts_are_digits() -> None:
         ("theta1 = 0 ∨ theta2 = 0", "theta1 = 0 or theta2 = 0"), ("a1\u202f+ a2", "a1+a2"),
     ],
 )  # fmt: skip
-def test_what_a_keyboard_or_a_page_makes_of_it_is_read(typed: str, meant: str) -> None:
+def test_unicode_variants_are_parsed(typed: str, meant: str) -> None:
     assert parse_formula(typed, {"a1", "a2", "theta1", "theta2"}) == parse_formula(
         meant, {"a1", "a2", "theta1", "theta2"}
     )
 
 
 @pytest.mark.parametrize("text", ["det(J) = 0", "|J| = 0", "$det J = 0$", r"\det(J) = 0.0", "det(J)=0;"])
-def test_a_determinant_that_is_said_to_vanish_is_no_value_of_a_joint(text: str) -> None:
-    """It is true of every arm: theta2 = 0 was taken out of it."""
+def test_vanishing_determinant_is_not_a_joint_value(text: str) -> None:
+    """It holds for every arm, and was once read as theta2 = 0."""
     domain = Domain({"theta1": "angle", "theta2": "angle"})
     judged = judge_singular(text, ["theta2 = 0", "theta2 = pi"], ["theta1", "theta2"], domain, "s")
     assert judged.outcome is Outcome.WRONG

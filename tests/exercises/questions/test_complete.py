@@ -1,4 +1,4 @@
-"""Every question is diagnosed, followed through, hinted at, asked by platforms and practised, or says why it is not."""
+"""Every question supports diagnosis, follow-through, hints, platforms and STACK, or has a reason in LACKS."""
 
 from collections.abc import Iterator
 from dataclasses import FrozenInstanceError, fields
@@ -22,19 +22,17 @@ from tests.support.judging import list_earlier_parts
 from tests.support.problems import choose_convention
 
 NOT_DIAGNOSED = {
-    "path-limit": "a distance at which a limit is met does not tell one mistake from another",
-    "true-or-false": "one of two answers tells of no way to it",
-    "dependence": "the letters of joints tell of no way to them",
-    **dict.fromkeys(
-        ("determinant-value", "speed"), "short questions in numbers are not held against the catalogue yet"
-    ),
+    "path-limit": "the distance to a limit does not distinguish mistakes",
+    "true-or-false": "one of two answers does not reveal how it was found",
+    "dependence": "the letters of joints do not reveal how they were found",
+    **dict.fromkeys(("determinant-value", "speed"), "numeric short questions are not compared with the catalogue yet"),
 }
 NOT_FOLLOWED = {
-    "rank": "a wrong Jacobian mostly has full rank where J has not",
-    "lost-direction": "a wrong Jacobian mostly loses no direction where J does",
-    "path-limit": "it is searched for along the line, and rates are asked for at one distance only",
+    "rank": "a wrong Jacobian usually has full rank where J does not",
+    "lost-direction": "a wrong Jacobian usually loses no direction where J does",
+    "path-limit": "it needs a search along the line, but the rates are asked at one distance only",
 }
-NOT_ON_PLATFORMS = {"singular-angles": "conditions are asked as a choice of configurations there"}
+NOT_ON_PLATFORMS = {"singular-angles": "platforms ask for conditions as a choice of configurations"}
 NOT_IN_STACK = {
     name: "STACK has no input for several letters"
     for name, question in ALL_QUESTIONS.items()
@@ -46,12 +44,12 @@ LACKS = {
     "platforms": NOT_ON_PLATFORMS,
     "STACK": NOT_IN_STACK,
 }
-"""Questions that lack something, and why."""
+"""Questions that lack a duty, and why."""
 
 
 @cache
-def problem_with(name: str) -> Problem:
-    """Return a problem of the first family that has an arm for a question, told in its own convention."""
+def generate_with_question(name: str) -> Problem:
+    """Return a problem with one question, of the first family that suits it, in the question's convention."""
     convention = choose_convention(ALL_QUESTIONS[name])
     for family in FAMILIES:
         try:
@@ -61,8 +59,8 @@ def problem_with(name: str) -> Problem:
     raise AssertionError(f"no family can be asked {name}")
 
 
-def works(problem: Problem, part: Part) -> dict[str, bool]:
-    """Return which of LACKS a question has: platforms as Moodle and Canvas ask for letters or numbers."""
+def list_duties(problem: Problem, part: Part) -> dict[str, bool]:
+    """Return which duties of LACKS a question supports; platforms such as Moodle need letters or numbers."""
     behind_options = any(list_blames(part, index) for index in range(len(part.answer.offered_options)))
     return {
         "diagnosis": is_derived(part)
@@ -74,35 +72,35 @@ def works(problem: Problem, part: Part) -> dict[str, bool]:
     }
 
 
-def below(kind: type[Details]) -> Iterator[type[Details]]:
-    for other in kind.__subclasses__():
-        yield from (other, *below(other))
+def list_subclasses(kind: type[Details]) -> Iterator[type[Details]]:
+    for subclass in kind.__subclasses__():
+        yield from (subclass, *list_subclasses(subclass))
 
 
 @pytest.mark.parametrize("name", ALL_QUESTIONS)
-def test_the_details_of_a_question_are_frozen_and_of_one_class(name: str) -> None:
-    (part,) = problem_with(name).parts
-    own = type(part.details)
-    assert own is Details or own in below(Details)
-    assert part.details_as(own) is part.details
+def test_details_of_question_are_frozen_and_of_one_class(name: str) -> None:
+    (part,) = generate_with_question(name).parts
+    details_class = type(part.details)
+    assert details_class is Details or details_class in list_subclasses(Details)
+    assert part.details_as(details_class) is part.details
     assert [*vars(part.details)] == [field.name for field in fields(part.details)]
     for detail in fields(part.details):
         with pytest.raises(FrozenInstanceError):
             setattr(part.details, detail.name, None)
-    for other in below(Details):
-        if not issubclass(own, other):
-            with pytest.raises(TypeError, match=rf"'{name}' are {own.__name__}, not {other.__name__}$"):
-                part.details_as(other)
+    for unrelated in list_subclasses(Details):
+        if not issubclass(details_class, unrelated):
+            with pytest.raises(TypeError, match=rf"'{name}' are {details_class.__name__}, not {unrelated.__name__}$"):
+                part.details_as(unrelated)
 
 
 @pytest.mark.parametrize("name", ALL_QUESTIONS)
-def test_a_question_does_each_duty_or_says_why_not_and_is_asked_hinted_at_and_solved(name: str) -> None:
-    problem = problem_with(name)
+def test_question_supports_every_duty_or_gives_a_reason(name: str) -> None:
+    problem = generate_with_question(name)
     part = problem.parts[-1]
-    assert works(problem, part) == {duty: name not in lacking for duty, lacking in LACKS.items()}
+    assert list_duties(problem, part) == {duty: name not in lacking for duty, lacking in LACKS.items()}
     assert len(write_prompt(problem, part)) > 40
     assert len(set(write_hints(problem, part))) == 3
     assert write_solution(problem, part)
-    named, shape = ALL_QUESTIONS[name].entry_names(problem.chain, part), part.shape or (1, 1)
+    named, shape = ALL_QUESTIONS[name].name_entries(problem.chain, part), part.shape or (1, 1)
     assert len(named) in (0, shape[0] * shape[1])
-    assert len(ALL_QUESTIONS[part.kind].names_to_type(problem.chain)) in (0, shape[0])
+    assert len(ALL_QUESTIONS[part.kind].list_labels(problem.chain)) in (0, shape[0])

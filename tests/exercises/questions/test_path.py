@@ -1,4 +1,4 @@
-"""The welding robot: rates along a line and where one exceeds its limit, against closed forms and planted errors."""
+"""The welding robot: joint rates along a line and where one exceeds its limit, compared with closed forms."""
 
 from math import acos, atan2, cos, hypot, sin
 from typing import Any
@@ -17,17 +17,17 @@ from qdot.exercises.writing.solution_steps import format_three_digits
 from tests.support.problems import ask_question, get_problem
 
 
-def numbers(problem: Problem) -> list[float]:
+def get_numbers(problem: Problem) -> list[float]:
     answer = problem.parts[0].answer_as(Number)
     return [float(value) for value in answer.reference]
 
 
-def seam_of(problem: Problem) -> WeldingLine:
+def get_welding_line(problem: Problem) -> WeldingLine:
     return problem.parts[0].details_as(PathDetails).welding_line
 
 
 class Planar2R:
-    """The arm of Example 6.1 on a seam, by the law of cosines; the elbow stays on the side on which it starts."""
+    """The arm of Example 6.1 on a welding line, by the law of cosines; the elbow stays on its side."""
 
     def __init__(self, seam: WeldingLine) -> None:
         self.a1, self.a2 = (float(seam.lengths[sp.Symbol(name)]) for name in ("a1", "a2"))
@@ -50,17 +50,19 @@ class Planar2R:
         return [first, second]
 
 
-def test_rates_of_the_chapters_arm_by_the_law_of_cosines(textbook_arms: dict[str, Any], seeds: range) -> None:
+def test_path_rates_agree_with_the_law_of_cosines(textbook_arms: dict[str, Any], seeds: range) -> None:
     for seed in seeds:
         problem = ask_question("path-rates", textbook_arms["planar_2R"].chain, seed)
         place = float(problem.parts[0].details_as(DistanceDetails).distance)
-        assert numbers(problem) == pytest.approx(Planar2R(seam_of(problem)).rates(place), rel=1e-8, abs=1e-9)
+        assert get_numbers(problem) == pytest.approx(
+            Planar2R(get_welding_line(problem)).rates(place), rel=1e-8, abs=1e-9
+        )
 
 
-def test_limit_of_the_chapters_arm_by_the_law_of_cosines(textbook_arms: dict[str, Any], seeds: range) -> None:
+def test_path_limit_agrees_with_the_law_of_cosines(textbook_arms: dict[str, Any], seeds: range) -> None:
     for seed in seeds:
         problem = ask_question("path-limit", textbook_arms["planar_2R"].chain, seed)
-        details, (s,) = problem.parts[0].details_as(RateLimitDetails), numbers(problem)
+        details, (s,) = problem.parts[0].details_as(RateLimitDetails), get_numbers(problem)
         arm, joint, limit = Planar2R(details.welding_line), details.joint - 1, float(details.limit)
         assert abs(arm.rates(s)[joint]) == pytest.approx(limit, rel=1e-7)
         assert all(abs(arm.rates(s * k / 100)[joint]) < limit for k in range(100))
@@ -68,9 +70,9 @@ def test_limit_of_the_chapters_arm_by_the_law_of_cosines(textbook_arms: dict[str
         assert 0.1 < s < arm.length
 
 
-def test_a_line_in_thirty_digits_is_the_line_in_floats(textbook_arms: dict[str, Any]) -> None:
+def test_precise_and_float_paths_agree(textbook_arms: dict[str, Any]) -> None:
     chain = textbook_arms["elbow_RRR"].chain
-    seam = seam_of(ask_question("path-rates", chain))
+    seam = get_welding_line(ask_question("path-rates", chain))
     rough, exact = seam.make_line(chain), seam.make_line(chain, PRECISE_CONTEXT)
     stations = list(rough.follow(0.02, 0.15))
     assert len(stations) > 10
@@ -81,7 +83,7 @@ def test_a_line_in_thirty_digits_is_the_line_in_floats(textbook_arms: dict[str, 
         assert [float(value) for value in exact.joint_derivatives(q)] == pytest.approx(list(station.slopes), abs=1e-9)
 
 
-def test_a_line_ends_where_the_arm_does(textbook_arms: dict[str, Any]) -> None:
+def test_path_ends_at_the_limit_of_reach(textbook_arms: dict[str, Any]) -> None:
     chain = textbook_arms["planar_2R"].chain
     half = {symbol: sp.Rational(1, 2) for symbol in chain.parameters}
     joints = dict(zip(chain.q, (sp.S.Zero, sp.pi / 2), strict=True))  # P at (0.5, 0.5), reach 1
@@ -91,7 +93,7 @@ def test_a_line_ends_where_the_arm_does(textbook_arms: dict[str, Any]) -> None:
     assert line.joints_at(0.6, line.start_joints) is None
 
 
-def test_given_numbers_are_such_as_a_person_works_with_and_the_result_is_in_the_solution_only(family: str) -> None:
+def test_path_questions_use_simple_numbers_and_hide_the_result(family: str) -> None:
     problem = get_problem(family, 0)
     for part in (part for part in problem.parts if part.name in ("path-rates", "path-limit")):
         seam, number = part.details_as(PathDetails).welding_line, part.answer_as(Number).reference[0]
@@ -104,10 +106,12 @@ def test_given_numbers_are_such_as_a_person_works_with_and_the_result_is_in_the_
         assert f"{float(number):.4g}" not in write_prompt(problem, part)
 
 
-def test_solutions_tell_angles_in_degrees_as_questions_do() -> None:
+def test_solutions_give_angles_in_degrees() -> None:
     problem = generate("planar-2r/1", ["path-rates"])
     (part,) = problem.parts
     seam = part.details_as(PathDetails).welding_line
-    told = seam.compute_results(problem.chain, sp.S.Zero).joints
-    assert all(abs(angle - seam.joints[q] * 180 / sp.pi) < 1e-2 for q, angle in zip(problem.chain.q, told, strict=True))
+    joint_angles = seam.compute_results(problem.chain, sp.S.Zero).joints
+    assert all(
+        abs(angle - seam.joints[q] * 180 / sp.pi) < 1e-2 for q, angle in zip(problem.chain.q, joint_angles, strict=True)
+    )
     assert "rad," not in write_solution(problem, part).replace("rad/s", "")

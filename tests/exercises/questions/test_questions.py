@@ -1,6 +1,6 @@
-"""Every question of every family: its references, held against the snapshot in tests/snapshots.
+"""The reference answers of every question of every family agree with tests/snapshots.
 
-A reference that changes changes what an id regenerates: raise exercises.ENGINE with it. Then write the snapshots anew:
+If a reference changes, an id regenerates another problem: raise exercises.ENGINE, then update the snapshots:
 
     QDOT_UPDATE_SNAPSHOTS=1 python -m pytest tests/exercises/questions/test_questions.py
 """
@@ -31,10 +31,10 @@ from tests.support.suites import sample_for_suite, select_for_suite
 
 RECORDS = json.loads((DATA / "ground_truth.json").read_text(encoding="utf-8"))
 EACH = select_for_suite(1, len(RECORDS))
-"""Arms of the books that each question is asked of: in `make test`, short ones in turn where they can be asked it."""
+"""The number of textbook arms per question; `make test` prefers short arms and takes them in turn."""
 
 
-def answer_of(part: Part) -> Any:
+def describe_answer(part: Part) -> Any:
     answer = part.answer
     if isinstance(answer, ConditionSet):
         return answer.pieces()
@@ -46,7 +46,7 @@ def answer_of(part: Part) -> Any:
     return [[str(entry) for entry in row] for row in answer.reference.tolist()]
 
 
-def arm_of(problem: Problem) -> Any:
+def describe_arm(problem: Problem) -> Any:
     chain = problem.chain
     rows = [[j.kind, str(j.theta), str(j.d), str(j.a), str(j.alpha)] for j in chain.joints]
     return {
@@ -57,54 +57,55 @@ def arm_of(problem: Problem) -> Any:
     }
 
 
-def snapshot(problems: list[Problem]) -> dict[str, Any]:
-    found: dict[str, Any] = {
+def make_snapshot(problems: list[Problem]) -> dict[str, Any]:
+    problem_data: dict[str, Any] = {
         str(problem.id): {
-            "arm": arm_of(problem),
+            "arm": describe_arm(problem),
             "parts": {
-                part.name: {"answer": answer_of(part), "details": to_plain_data(part.details)} for part in problem.parts
+                part.name: {"answer": describe_answer(part), "details": to_plain_data(part.details)}
+                for part in problem.parts
             },
         }
         for problem in problems
     }
-    text = json.dumps(found, sort_keys=True, ensure_ascii=False)
-    return {"engine": ENGINE, "sha256": hashlib.sha256(text.encode()).hexdigest(), "problems": found}
+    text = json.dumps(problem_data, sort_keys=True, ensure_ascii=False)
+    return {"engine": ENGINE, "sha256": hashlib.sha256(text.encode()).hexdigest(), "problems": problem_data}
 
 
-def test_what_an_id_regenerates_has_not_changed(family: str) -> None:
-    """A problem of each family at each step; `make test` looks at the last."""
+def test_id_regenerates_the_stored_problem(family: str) -> None:
+    """Compare a problem of each family at each variation step; `make test` checks the last step."""
     path, updated = SNAPSHOTS / f"{family}.json", os.environ.get("QDOT_UPDATE_SNAPSHOTS") == "1"
     few = ("full",)
     steps = tuple(VARIATION_STEPS) if updated else select_for_suite(few, tuple(VARIATION_STEPS))
-    found = snapshot([get_problem(family, 0, step) for step in steps])
+    current = make_snapshot([get_problem(family, 0, step) for step in steps])
     if updated:
         SNAPSHOTS.mkdir(exist_ok=True)
-        path.write_text(json.dumps(found, indent=1, ensure_ascii=False) + "\n", encoding="utf-8")
+        path.write_text(json.dumps(current, indent=1, ensure_ascii=False) + "\n", encoding="utf-8")
     assert path.exists(), f"no snapshot of {family} yet: QDOT_UPDATE_SNAPSHOTS=1 python -m pytest {__file__}"
     stored = json.loads(path.read_text(encoding="utf-8"))
     assert list(stored["problems"]) == [str(ProblemId(family, 0, variation=step)) for step in VARIATION_STEPS]
-    stored["problems"] = {name: stored["problems"][name] for name in found["problems"]}
+    stored["problems"] = {name: stored["problems"][name] for name in current["problems"]}
     for identity, problem in stored["problems"].items():
         for name, part in problem["parts"].items():
-            assert found["problems"][identity]["parts"].get(name) == part, f"{identity}: {name} is another"
+            assert current["problems"][identity]["parts"].get(name) == part, f"{identity}: {name} has changed"
     if steps == tuple(VARIATION_STEPS):
-        assert found == stored
-    assert found["engine"] == stored["engine"] and found["problems"] == stored["problems"]
+        assert current == stored
+    assert current["engine"] == stored["engine"] and current["problems"] == stored["problems"]
 
 
-def test_there_is_no_snapshot_of_what_is_no_family() -> None:
+def test_every_snapshot_belongs_to_a_family() -> None:
     assert {path.stem for path in SNAPSHOTS.glob("*.json")} <= set(FAMILIES)
 
 
-def test_questions_are_registered_under_their_names() -> None:
+def test_questions_are_registered_under_their_names_with_valid_prerequisites() -> None:
     for name, question in QUESTIONS.items():
         assert question.name == name and question.title and question.source and question.points > 0, name
         assert all(need in QUESTIONS for need in question.prerequisites), name
 
 
 @pytest.mark.parametrize("name", sample_for_suite(QUESTIONS, 6))
-def test_arms_of_the_books_pass_certificate_and_grader(name: str, textbook_arms: dict[str, Any]) -> None:
-    """Arms that no family draws, with tables in the books' own symbols."""
+def test_textbook_arms_pass_certificate_and_grader(name: str, textbook_arms: dict[str, Any]) -> None:
+    """These arms belong to no family, and their tables use the books' symbols."""
     question, taken = QUESTIONS[name], 0
     turn = EACH * list(QUESTIONS).index(name) % len(RECORDS)
     in_turn = [textbook_arms[record["name"]] for record in (*RECORDS[turn:], *RECORDS[:turn])]
@@ -124,10 +125,10 @@ def test_arms_of_the_books_pass_certificate_and_grader(name: str, textbook_arms:
 def test_answers_are_well_formed(family: str) -> None:
     problem = get_problem(family, select_for_suite(0, 1))
     for part in problem.parts:
-        _is_well_formed(part, set(problem.symbols))
+        _check_answer(part, set(problem.symbols))
 
 
-def _is_well_formed(part: Part, known: set[str]) -> None:
+def _check_answer(part: Part, known: set[str]) -> None:
     answer = part.answer
     if isinstance(answer, (Expression, Matrix, Number, Direction)):
         assert {symbol.name for symbol in answer.reference.free_symbols} <= known, part.name

@@ -1,4 +1,4 @@
-"""Rank, lost direction and meaning of a singular configuration: right for every arm, wrong references found."""
+"""Rank, lost direction and meaning of singular configurations: correct for every arm, wrong references detected."""
 
 import re
 from collections import Counter
@@ -19,7 +19,7 @@ from qdot.exercises.questions.geometry import (
     compute_lost_direction,
     evaluate_jacobian,
     match_branches,
-    nearest_integer,
+    round_to_integer,
     sample_regular_configuration,
     sample_singular_configuration,
 )
@@ -33,21 +33,21 @@ from tests.support.problems import ask_question, get_problem, replace_answer
 from tests.support.suites import select_for_suite
 
 
-def test_the_rank_is_not_always_the_same(textbook_arms: dict[str, Any]) -> None:
-    """A regular pose, one component, and where two meet: the elbow stretched out with P above the shoulder.
+def test_rank_varies_between_seeds(textbook_arms: dict[str, Any]) -> None:
+    """Poses are regular, on one component, or where two meet: the stretched elbow with P above the shoulder.
 
-    Two that meet in no pose that can be told exactly, as a PUMA's, are not asked.
+    Components that meet only in poses without exact values, as a PUMA's, are not used.
     """
     for name, ranks, draws in (("planar_2R", {1, 2}, 20), ("elbow_RRR", {1, 2, 3}, 20), ("PUMA560", {5, 6}, 4)):
         problems = [
             ask_question("rank", textbook_arms[name].chain, seed) for seed in range(select_for_suite(draws, 30))
         ]
-        found = Counter(int(problem.parts[0].answer.as_matrix()[0]) for problem in problems)
-        assert ranks <= set(found), (name, found)
-        assert max(found.values()) <= 0.8 * len(problems)
+        counts = Counter(int(problem.parts[0].answer.as_matrix()[0]) for problem in problems)
+        assert ranks <= set(counts), (name, counts)
+        assert max(counts.values()) <= 0.8 * len(problems)
 
 
-def test_lost_direction_of_the_chapters_arms(textbook_arms: dict[str, Any]) -> None:
+def test_lost_direction_of_chapter_arms_has_closed_form(textbook_arms: dict[str, Any]) -> None:
     t1, t2, t3, a3 = sp.symbols("theta1 theta2 theta3 a3")
     c1, s1, c2, s2 = sp.cos(t1), sp.sin(t1), sp.cos(t2), sp.sin(t2)
     expected = {
@@ -62,15 +62,15 @@ def test_lost_direction_of_the_chapters_arms(textbook_arms: dict[str, Any]) -> N
         assert formula.direction == sp.Matrix(vector)
 
 
-def test_a_bent_tool_loses_the_direction_from_the_first_joint() -> None:
-    """P is on the line O_0 O_1 at both singular angles of planar-2r, though they hold an arctangent."""
+def test_arm_with_bent_tool_loses_the_direction_from_joint_1() -> None:
+    """P is on the line O_0 O_1 at both singular angles of planar-2r, although they contain an arctangent."""
     for seed in range(4):
         (part,) = generate(ProblemId("planar-2r", seed, ("lost-direction",))).parts
         assert part.answer_as(Direction).tolerance is None
         assert {symbol.name for symbol in part.answer_as(Direction).reference.free_symbols} == {"theta1"}
 
 
-def test_a_direction_in_numbers_where_no_formula_is_short(textbook_arms: dict[str, Any]) -> None:
+def test_lost_direction_is_numeric_without_a_short_formula(textbook_arms: dict[str, Any]) -> None:
     problem = ask_question("lost-direction", textbook_arms["orthogonal_3R"].chain, 3)
     answer = problem.parts[0].answer_as(Direction)
     assert answer.tolerance == 0.005
@@ -80,20 +80,20 @@ def test_a_direction_in_numbers_where_no_formula_is_short(textbook_arms: dict[st
         assert not certify(replace_answer(problem, replace(answer, reference=numbers))).passed
 
 
-def test_precise_direction() -> None:
-    """It is perpendicular to every column, and a unit vector, to many digits."""
+def test_precise_lost_direction_is_a_unit_vector_normal_to_all_columns() -> None:
+    """It also agrees with the direction from floats."""
     chain = generate(ProblemId("elbow-3r", 5, ("rank",))).chain
     for component in singular_set(chain) or ():
         pose = sample_singular_configuration(chain, (component,), Stream("precise"), 1)
         assert pose is not None
         u = np.array(compute_lost_direction(chain, pose).tolist(), dtype=float)[:, 0]
-        other = lost_direction(evaluate_jacobian(chain, pose))
-        assert other is not None
-        assert abs(abs(u @ other) - 1) < 1e-12
+        float_direction = lost_direction(evaluate_jacobian(chain, pose))
+        assert float_direction is not None
+        assert abs(abs(u @ float_direction) - 1) < 1e-12
         assert np.abs(u @ evaluate_jacobian(chain, pose)).max() < 1e-12
 
 
-def test_poses_are_what_they_are_said_to_be(textbook_arms: dict[str, Any]) -> None:
+def test_sampled_poses_are_regular_or_singular_as_requested(textbook_arms: dict[str, Any]) -> None:
     for name in ("elbow_RRR", "orthogonal_3R", "PUMA560", "spherical_RRP", "Scorbot_5R_full_6x5"):
         chain = textbook_arms[name].chain
         full = min(len(chain.task), chain.n)
@@ -108,20 +108,20 @@ def test_poses_are_what_they_are_said_to_be(textbook_arms: dict[str, Any]) -> No
                 assert len(set(pose.lengths.values())) == len(pose.lengths)
 
 
-def test_values_of_arm_and_structure_belong_together() -> None:
-    """An offset of half a turn exchanges the stretched and the folded arm."""
+def test_branches_of_arm_and_structure_match() -> None:
+    """An offset of 180 degrees exchanges the stretched and the folded arm."""
     for seed in range(12):
         chain = generate(ProblemId("planar-2r", seed, ("rank",))).chain
         offset = chain.offsets[1]
         for branch in match_branches(chain):
-            ((_, own),) = branch.component.value_combinations()[0]
-            ((_, theirs),) = branch.of_structure.value_combinations()[0]
+            ((_, arm_value),) = branch.component.value_combinations()[0]
+            ((_, structure_value),) = branch.structure_component.value_combinations()[0]
             numbers = dict(symbolic_arm_of(chain).values)
-            apart = sp.N((own + offset - theirs.xreplace(numbers)) / (2 * sp.pi))
-            assert abs(apart - round(apart)) < 1e-9
+            turns = sp.N((arm_value + offset - structure_value.xreplace(numbers)) / (2 * sp.pi))
+            assert abs(turns - round(turns)) < 1e-9
 
 
-def test_the_stretched_elbow_can_not_move_along_itself(textbook_arms: dict[str, Any]) -> None:
+def test_stretched_elbow_cannot_move_along_itself(textbook_arms: dict[str, Any]) -> None:
     chain = textbook_arms["elbow_RRR"].chain
     right = set()
     for seed in range(12):
@@ -136,26 +136,26 @@ def test_the_stretched_elbow_can_not_move_along_itself(textbook_arms: dict[str, 
     assert right == {True, False}
 
 
-def test_meanings_of_the_chapters_arms(textbook_arms: dict[str, Any]) -> None:
+def test_singularity_meaning_of_chapter_arms(textbook_arms: dict[str, Any]) -> None:
     expected = {
         "ZYZ_wrist": {"the axes of joints 1 and 3 coincide; an internal singularity"},
-        "pan_tilt_2R": {"$P$ lies on the axis of joint 1"},  # its reach is a surface: no kind
+        "pan_tilt_2R": {"$P$ lies on the axis of joint 1"},  # its workspace is a surface, so there is no kind
         "planar_2R": {
             f"the arm is {how} the axis of joint 1 as joint 2 can bring it; a boundary singularity"
             for how in ("stretched out: $P$ is as far from", "folded back: $P$ is as near to")
         },
     }
     for name, right in expected.items():
-        found = set()
+        meanings = set()
         for seed in range(8):
             answer = ask_question("singularity-meaning", textbook_arms[name].chain, seed).parts[0].answer_as(Choice)
-            found.add(answer.options[answer.correct])
-        assert found == right
+            meanings.add(answer.options[answer.correct])
+        assert meanings == right
 
 
 @pytest.mark.whole
-def test_the_kind_is_left_out_where_it_is_not_the_same_everywhere(textbook_arms: dict[str, Any]) -> None:
-    """With a shoulder offset the stretched arm is on the boundary in front, and inside behind the column."""
+def test_kind_that_varies_is_left_out_of_the_meaning(textbook_arms: dict[str, Any]) -> None:
+    """With a shoulder offset the stretched arm is on the boundary in front, but inside behind the column."""
     chain = textbook_arms["elbow_RRR_shoulder_offset_(Scorbot_point_P)"].chain
     texts = [
         ask_question("singularity-meaning", chain, seed).parts[0].answer for seed in range(select_for_suite(6, 10))
@@ -165,15 +165,15 @@ def test_the_kind_is_left_out_where_it_is_not_the_same_everywhere(textbook_arms:
     assert not any("singularity" in option for answer in stretched for option in answer.options)
 
 
-def test_a_meaning_that_fails_in_a_quarter_of_the_configurations_is_not_the_right_one() -> None:
+def test_meaning_that_fails_in_some_configurations_is_not_correct() -> None:
     problem = generate(ProblemId("random-3", 10085, ("singularity-meaning",)).with_variation("full"))
     answer = problem.parts[0].answer_as(Choice)
     assert "folded" not in answer.options[answer.correct]
     assert certify(problem).passed
 
 
-def test_a_point_on_the_wrist_moves_with_fewer_joints(textbook_arms: dict[str, Any]) -> None:
-    """A tool on the wrist mixes what is lost; the question then holds the other part still, or is not asked."""
+def test_lost_motion_of_point_on_wrist_is_certified(textbook_arms: dict[str, Any]) -> None:
+    """A tool on the wrist mixes the lost motions; the question then fixes the other part, or is not asked."""
     chain = textbook_arms["PUMA560"].chain
     assert chain.point == Point(chain.point.frame)
     for seed in range(6):
@@ -182,22 +182,22 @@ def test_a_point_on_the_wrist_moves_with_fewer_joints(textbook_arms: dict[str, A
 
 
 @pytest.mark.parametrize("family", ["elbow-3r", "elbow-lateral", "planar-3r", "scorbot-wrist"])
-def test_a_rank_is_asked_at_a_pose_that_is_told_exactly(family: str) -> None:
-    """The pose as told gives the rank of the reference; a rounded one would give full rank."""
+def test_rank_is_asked_at_an_exact_pose(family: str) -> None:
+    """The stated pose gives the rank of the reference; a rounded one would give full rank."""
     chain, ranks = get_problem(family, 0).chain, set()
     for seed in range(9):
         (part,) = ask_question("rank", chain, seed).parts
         place, rank = part.details_as(RankDetails).configuration, int(part.answer_as(Number).reference[0])
         assert not place.rounded_values
-        told = {q: sp.N(value, 14) for q, value in place.joints.items()}
-        assert np.linalg.matrix_rank(evaluate_jacobian(chain, replace(place, joints=told)), 1e-10) == rank
+        exact_joints = {q: sp.N(value, 14) for q, value in place.joints.items()}
+        assert np.linalg.matrix_rank(evaluate_jacobian(chain, replace(place, joints=exact_joints)), 1e-10) == rank
         ranks.add(rank)
     assert len(ranks) > 1
 
 
 @pytest.mark.parametrize("digits", [15, 20, 30, 40])
-def test_numbers_are_rounded_as_sympy_rounds_them(digits: int) -> None:
-    """By its decimal digits, halves to the even side: near halves, at them, and anywhere."""
+def test_rounding_to_integers_agrees_with_sympy(digits: int) -> None:
+    """It rounds decimal digits, and halves to even: test near halves, at halves, and elsewhere."""
     stream = Stream(f"rounding/{digits}")
     near = [sp.Float(10, digits) ** -stream.integer_below(36) * side for side in (1, -1) for _ in range(60)]
     halves = [sp.Float(f"{stream.integer_below(8001) - 4000}.5", digits) + off for off in (*near, sp.S.Zero)]
@@ -205,19 +205,19 @@ def test_numbers_are_rounded_as_sympy_rounds_them(digits: int) -> None:
         sp.Float(str(stream.integer_below(10**9) - 5 * 10**8), digits) / 7 ** stream.integer_below(9) for _ in range(60)
     ]
     for value in (*halves, *others, sp.S.Zero, sp.Integer(-3), sp.Rational(-7, 2), sp.pi):
-        assert nearest_integer(value) == round(value)
+        assert round_to_integer(value) == round(value)
 
 
-def test_a_factor_has_one_sign_throughout_a_solution() -> None:
-    asked = ("determinant", "singularity-type", "singularity-meaning")
-    problem = generate(replace(ProblemId.parse("elbow-lateral/607@zeros"), questions=asked))
+def test_factor_keeps_its_sign_throughout_a_solution() -> None:
+    questions = ("determinant", "singularity-type", "singularity-meaning")
+    problem = generate(replace(ProblemId.parse("elbow-lateral/607@zeros"), questions=questions))
     for part in problem.parts:
         assert r"0.45 c_{2} - a_{3} \cos \varphi_{23}" in write_solution(problem, part)
 
 
 @pytest.mark.parametrize("turn", range(8))
-def test_zeros_of_a_condition_on_one_angle_are_zeros_within_one_turn(turn: int) -> None:
-    """Also where the angle of the middle and that of the half width add up to more than half a turn."""
+def test_zeros_of_condition_on_one_angle_lie_within_one_turn(turn: int) -> None:
+    """They do even if the middle angle and the half width add up to more than 180 degrees."""
     q, middle = sp.Symbol("theta1"), turn * sp.pi / 4 - sp.pi
     for value in (sp.Rational(-9, 10), sp.Rational(1, 3), sp.Rational(4, 5)):
         zeros = geometry._find_zeros(sp.cos(q - middle) + value, q, is_revolute=True)

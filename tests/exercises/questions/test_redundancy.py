@@ -1,4 +1,4 @@
-"""Redundant arms: det(J J^T), least-norm rates and self-motions, against closed forms and planted errors."""
+"""Redundant arms: det(J J^T), least-norm rates and self-motions agree with closed forms."""
 
 from typing import Any
 
@@ -25,22 +25,24 @@ A1, A2, A3, A4 = sp.symbols("a1:5")
 NAMES = ("gram-determinant", "least-norm-rates", "self-motion")
 
 
-def revolute(*rows: tuple[sp.Expr, sp.Expr, sp.Expr]) -> tuple[Joint, ...]:
+def make_joints(*rows: tuple[sp.Expr, sp.Expr, sp.Expr]) -> tuple[Joint, ...]:
     """Return revolute joints with the given d, a, alpha."""
     return tuple(Joint("R", sp.Symbol(f"theta{i}"), *row) for i, row in enumerate(rows, 1))
 
 
 H, ALPHA2 = sp.pi / 2, sp.Symbol("alpha2")
-ARM_4R = Chain("elbow with a fourth link", revolute((0, 0, H), (0, A2, 0), (0, A3, 0), (0, A4, 0)), ("vx", "vy", "vz"))
+ARM_4R = Chain(
+    "elbow with a fourth link", make_joints((0, 0, H), (0, A2, 0), (0, A3, 0), (0, A4, 0)), ("vx", "vy", "vz")
+)
 LBR = Chain(
     "seven joints",
-    revolute(*((d, 0, twist) for d, twist in zip((0.34, 0, 0.4, 0, 0.4, 0, 0), (-H, H, H, -H, -H, H, 0), strict=True))),
+    make_joints(
+        *((d, 0, twist) for d, twist in zip((0.34, 0, 0.4, 0, 0.4, 0, 0), (-H, H, H, -H, -H, H, 0), strict=True))
+    ),
     VELOCITY_NAMES,
 )
 RPR = Chain(
-    "RPR",
-    (Joint("R", T1, 0, 0, H), Joint("P", 0, sp.Symbol("d2"), 0, -H), Joint("R", T3, 0, A3, 0)),
-    ("vx", "vy"),
+    "RPR", (Joint("R", T1, 0, 0, H), Joint("P", 0, sp.Symbol("d2"), 0, -H), Joint("R", T3, 0, A3, 0)), ("vx", "vy")
 )
 
 
@@ -49,7 +51,7 @@ def planar(textbook_arms: dict[str, Any]) -> Chain:
     return textbook_arms["planar_3R_position"].chain
 
 
-def test_the_arm_in_any_precision_is_the_arm_in_numbers(textbook_arms: dict[str, Any]) -> None:
+def test_precise_and_float_arm_agree(textbook_arms: dict[str, Any]) -> None:
     for chain in (LBR, RPR, *(arm.chain for arm in textbook_arms.values())):
         values = {symbol: sp.Rational(3 + i, 7) for i, symbol in enumerate(chain.parameters)}
         q = [0.4 + 0.3 * i for i in range(chain.n)]
@@ -59,7 +61,7 @@ def test_the_arm_in_any_precision_is_the_arm_in_numbers(textbook_arms: dict[str,
         assert np.allclose(np.array(jacobian, dtype=float), arm.jacobian(np.array(q)), atol=1e-12)
 
 
-def test_gram_determinant_of_the_planar_arm(planar: Chain) -> None:
+def test_gram_determinant_of_planar_arm_is_that_of_the_jacobian(planar: Chain) -> None:
     (part,) = ask_question("gram-determinant", planar).parts
     jacobian = derive(planar).jacobian
     assert are_identical(
@@ -68,7 +70,7 @@ def test_gram_determinant_of_the_planar_arm(planar: Chain) -> None:
     assert len(sp.Add.make_args(part.answer_as(Expression).reference)) == 3
 
 
-def test_what_all_minors_share_stands_before_the_sum() -> None:
+def test_common_factor_of_all_minors_is_factored_out() -> None:
     (part,) = ask_question("gram-determinant", ARM_4R).parts
     reach = A2 * sp.cos(T2) + A3 * sp.cos(T2 + T3) + A4 * sp.cos(T2 + T3 + T4)
     assert part.details_as(MinorDetails).shared_factors == reach
@@ -76,7 +78,7 @@ def test_what_all_minors_share_stands_before_the_sum() -> None:
     assert reach**2 in part.answer_as(Expression).reference.args
 
 
-def test_self_motion_of_the_planar_arm(planar: Chain) -> None:
+def test_self_motion_of_planar_arm_has_closed_form(planar: Chain) -> None:
     motion = write_self_motion(planar)
     assert all(are_identical(entry, sp.S.Zero) for entry in derive(planar).jacobian * motion)
     (part,) = ask_question("self-motion", planar).parts
@@ -89,7 +91,7 @@ def test_self_motion_of_the_planar_arm(planar: Chain) -> None:
     assert list(motion) == expected
 
 
-def test_a_long_self_motion_is_asked_in_numbers() -> None:
+def test_long_self_motion_is_asked_numerically() -> None:
     (part,) = ask_question("self-motion", LBR).parts
     situation = part.details_as(VelocityDetails).situation
     assert part.answer_as(Direction).tolerance == 0.005
@@ -99,7 +101,7 @@ def test_a_long_self_motion_is_asked_in_numbers() -> None:
     assert max(abs(sum(a * b for a, b in zip(row, rates, strict=True))) for row in jacobian) < 1e-9
 
 
-def test_least_norm_is_that_of_the_pseudo_inverse_and_no_other_rates_are_shorter(planar: Chain) -> None:
+def test_least_norm_rates_are_those_of_the_pseudoinverse(planar: Chain) -> None:
     (part,) = ask_question("least-norm-rates", planar).parts
     situation = part.details_as(VelocityDetails).situation
     jacobian = np.array(derive(planar).jacobian.xreplace(situation.values).evalf().tolist(), dtype=float)
@@ -114,20 +116,20 @@ def test_least_norm_is_that_of_the_pseudo_inverse_and_no_other_rates_are_shorter
 @pytest.mark.parametrize(
     ("name", "chain", "why"),
     [
-        *((name, Chain("flat", revolute(*[(0, A1, 0)] * 4), ("vx", "vy", "vz")), "full rank") for name in NAMES),
+        *((name, Chain("flat", make_joints(*[(0, A1, 0)] * 4), ("vx", "vy", "vz")), "full rank") for name in NAMES),
         ("gram-determinant", RPR, "different units"), ("least-norm-rates", RPR, "different units"),
         ("self-motion", RPR, ""),
         ("gram-determinant", LBR, "too long"),
-        ("self-motion", Chain("4R", revolute(*((0, a, 0) for a in (A1, A2, A3, A4))), ("vx", "vy")), "2 dimensions"),
-        ("self-motion", Chain("idle", revolute((0, A1, ALPHA2), (0, A2, H), (0, A2, H)), ("wy", "wz")), "alpha2"),
+        ("self-motion", Chain("4R", make_joints(*((0, a, 0) for a in (A1, A2, A3, A4))), ("vx", "vy")), "2 dimensions"),
+        ("self-motion", Chain("idle", make_joints((0, A1, ALPHA2), (0, A2, H), (0, A2, H)), ("wy", "wz")), "alpha2"),
     ],
 )  # fmt: skip
-def test_an_arm_is_refused_for_its_reason(name: str, chain: Chain, why: str) -> None:
+def test_unsuitable_redundant_arm_is_refused_with_a_reason(name: str, chain: Chain, why: str) -> None:
     refusal = QUESTIONS[name].find_obstacle(chain) or ""
     assert why in refusal and bool(why) == bool(refusal)
 
 
-def test_a_self_motion_counts_up_to_a_factor(planar: Chain) -> None:
+def test_self_motion_is_accepted_up_to_a_factor(planar: Chain) -> None:
     motion = [str(entry) for entry in write_self_motion(planar)]
     domain = Domain({f"{name}{i}": role for name, role in (("theta", "angle"), ("a", "length")) for i in (1, 2, 3)})
     longer = [f"({entry})*(2 + cos(theta1))" for entry in motion]

@@ -1,4 +1,4 @@
-"""Why a question is not asked of an arm: the reason that decides, and no reason where it can be asked."""
+"""A question that does not apply to an arm is refused with the deciding reason; others are not refused."""
 
 from typing import Any
 
@@ -13,7 +13,7 @@ PATH = ("path-rates", "path-limit")
 PERFORMANCE = ("manipulability", "condition-number")
 REDUNDANT = ("gram-determinant", "least-norm-rates", "self-motion")
 BLOCKS = ("arm-block", "wrist-block", "block-determinants")
-OF_THE_BOOKS = [
+TEXTBOOK_CASES = [
     (RANK, "elbow_RRR", ""), (RANK, "cartesian_PPP", "no singular configuration"),
     (RANK[1:2], "pan_tilt_2R", "its 2 joints can never"), (RANK[1:2], "PUMA560", "6 rows"),
     (RANK[2:3], "orthogonal_3R", "no line of the arm"),
@@ -28,7 +28,7 @@ OF_THE_BOOKS = [
     (REDUNDANT, "planar_2R", "more joints than rows"), (REDUNDANT, "pan_tilt_2R", "more joints than rows"),
     (REDUNDANT, "Scorbot_5R_task_xyz_pitch_roll_at_P", "does not move"),
 ]  # fmt: skip
-OF_FAMILIES = [
+FAMILY_CASES = [
     (("joint-torques",), "puma-560", "too many"), (("joint-torques",), "lbr-7r", "too many"),
     (("joint-torques",), "ur-6r", "too many"), (("transform",), "puma-560", "6 joints"),
     (("tool-jacobian",), "ur-6r", "6 joints"), (("tool-jacobian",), "scorbot-tip", "terms"),
@@ -37,8 +37,8 @@ OF_FAMILIES = [
 ]  # fmt: skip
 
 
-@pytest.mark.parametrize(("names", "arm", "why"), OF_THE_BOOKS)
-def test_an_arm_of_the_books_is_refused_for_its_reason(
+@pytest.mark.parametrize(("names", "arm", "why"), TEXTBOOK_CASES)
+def test_textbook_arm_is_refused_with_a_reason(
     names: tuple[str, ...], arm: str, why: str, textbook_arms: dict[str, Any]
 ) -> None:
     for name in names:
@@ -46,8 +46,8 @@ def test_an_arm_of_the_books_is_refused_for_its_reason(
         assert (refusal is not None and why in refusal) if why else refusal is None, (name, refusal)
 
 
-@pytest.mark.parametrize(("names", "family", "why"), OF_FAMILIES)
-def test_every_arm_of_a_family_is_refused(names: tuple[str, ...], family: str, why: str) -> None:
+@pytest.mark.parametrize(("names", "family", "why"), FAMILY_CASES)
+def test_every_arm_of_the_family_is_refused(names: tuple[str, ...], family: str, why: str) -> None:
     for name in names:
         refusals = [QUESTIONS[name].find_obstacle(sample_chain(ProblemId(family, seed))) for seed in range(3)]
         assert all(refusals) and any(why in str(refusal) for refusal in refusals), (name, refusals)

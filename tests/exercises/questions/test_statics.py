@@ -1,4 +1,4 @@
-"""Static joint torques: by moments about the axes, units, signs, and the load that asks nothing of the joints."""
+"""Static joint torques: moments about the axes, units, signs, and loads that need no torque."""
 
 import re
 from dataclasses import replace
@@ -24,24 +24,24 @@ ARMS = [
 ]
 
 
-def asked(family: str, seed: int) -> tuple[Problem, Part]:
+def generate_torque_problem(family: str, seed: int) -> tuple[Problem, Part]:
     problem = generate(ProblemId(family, seed, ("joint-torques",)))
     return problem, problem.parts[0]
 
 
 @on_families(ARMS)
-def test_a_joint_carries_the_moment_of_the_load_about_its_own_axis(family: str) -> None:
-    """By balance of moments (of forces, for a slide), not by the transposed Jacobian."""
+def test_joint_torque_is_the_moment_about_the_joint_axis(family: str) -> None:
+    """Compute it by balance of moments (of forces, for a prismatic joint), not by the transposed Jacobian."""
     problem = get_problem(family, 0)
     part = problem["joint-torques"]
-    chain, found = problem.chain, derive(problem.chain)
+    chain, derivation = problem.chain, derive(problem.chain)
     names = part.symbols
     force, moment = (
         sp.Matrix([sp.Symbol(f"{letter}{axis}") if f"{letter}{axis}" in names else 0 for axis in "xyz"])
         for letter in "fm"
     )
     for i, joint in enumerate(chain.joints):
-        z, arm = found.z[:, i], found.p_star[:, i]
+        z, arm = derivation.z[:, i], derivation.p_star[:, i]
         carried = force if i < chain.point.frame else sp.zeros(3, 1)
         expected = z.dot(arm.cross(carried) + moment) if joint.is_revolute else z.dot(carried)
         difference = sp.sympify(expected - part.answer_as(Matrix).reference[i])
@@ -50,7 +50,7 @@ def test_a_joint_carries_the_moment_of_the_load_about_its_own_axis(family: str) 
 
 
 @on_families(ARMS)
-def test_the_prompt_names_every_unit_and_load(family: str) -> None:
+def test_prompt_names_every_unit_and_load(family: str) -> None:
     problem = get_problem(family, 0)
     part = problem["joint-torques"]
     text = write_prompt(problem, part)
@@ -64,9 +64,9 @@ def test_the_prompt_names_every_unit_and_load(family: str) -> None:
 
 
 @pytest.mark.parametrize("value", [sp.S.Zero, sp.pi])
-def test_a_load_along_the_lost_direction_asks_nothing_of_the_joints(value: sp.Expr) -> None:
-    """The arm stretched out or folded back, of Example 6.2."""
-    problem, part = asked("planar-2r", 1)
+def test_load_along_lost_direction_needs_no_torque(value: sp.Expr) -> None:
+    """Use the stretched and the folded arm of Example 6.2."""
+    problem, part = generate_torque_problem("planar-2r", 1)
     chain = replace(fold_tool_into_table(problem.chain), tool=None)
     answer, _ = QUESTIONS["joint-torques"].ask(chain, Stream("x"))
     at = {chain.q[1]: value - chain.offsets[1]}
@@ -80,12 +80,12 @@ def test_a_load_along_the_lost_direction_asks_nothing_of_the_joints(value: sp.Ex
 
 
 @pytest.mark.parametrize(("family", "is_short"), [("scorbot-wrist", True), ("scara", False)])
-def test_of_an_arm_with_fewer_joints_than_rows_some_loads_never_ask_anything(family: str, is_short: bool) -> None:
-    problem, part = asked(family, 1)
+def test_solution_notes_loads_that_never_need_torque(family: str, is_short: bool) -> None:
+    problem, part = generate_torque_problem(family, 1)
     assert ("in every configuration there are directions" in write_solution(problem, part)) == is_short
 
 
 @pytest.mark.parametrize(("identity", "is_lost"), [("random-3/638@zeros", False), ("planar-2r/1@chapter", True)])
-def test_no_lost_direction_is_told_of_an_arm_without_one(identity: str, is_lost: bool) -> None:
+def test_solution_mentions_lost_direction_only_if_there_is_one(identity: str, is_lost: bool) -> None:
     problem = generate(replace(ProblemId.parse(identity), questions=("joint-torques",)))
     assert ("the arm loses a direction" in write_solution(problem, problem.parts[0])) == is_lost

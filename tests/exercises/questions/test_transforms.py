@@ -1,4 +1,4 @@
-"""The full transform and the Jacobian in the tool frame: steps of their solutions, and Example 6.1."""
+"""The pose of the last frame and the Jacobian in the tool frame: steps of their solutions, and Example 6.1."""
 
 import pytest
 import sympy as sp
@@ -23,49 +23,49 @@ ARMS = [family for family in FIXED if "transform" in questions_of_family(family)
 TOOLS = [family for family in FIXED if "tool-jacobian" in questions_of_family(family)]
 
 
-def numbers(matrix: sp.Matrix) -> sp.Matrix:
+def evaluate_matrix(matrix: sp.Matrix) -> sp.Matrix:
     values = {symbol: sp.Float(0.3 + 0.37 * i) for i, symbol in enumerate(sorted(matrix.free_symbols, key=str))}
     return matrix.xreplace(values).evalf()
 
 
-def row_of_table(chain: Chain, joint: Joint) -> sp.Matrix:
+def compute_row_transform(chain: Chain, joint: Joint) -> sp.Matrix:
     convention = convention_of(chain)
     return convention.rotation(joint).row_join(convention.link_vector(joint)).col_join(sp.Matrix([[0, 0, 0, 1]]))
 
 
 @on_families(ARMS)
-def test_each_partial_product_is_the_one_before_times_a_row_of_the_table(family: str) -> None:
+def test_each_partial_product_multiplies_by_one_row(family: str) -> None:
     problem = get_problem(family, 0)
     part = problem["transform"]
     poses = part.details_as(TransformDetails).poses
     assert len(poses) == problem.chain.n + 1
     assert poses[-1] == part.answer_as(Matrix).reference
     for before, joint, after in zip(poses, problem.chain.joints, poses[1:], strict=False):
-        difference = numbers(sp.Matrix(before * row_of_table(problem.chain, joint) - after))
+        difference = evaluate_matrix(sp.Matrix(before * compute_row_transform(problem.chain, joint) - after))
         assert max(abs(entry) for entry in difference) < 1e-12
 
 
 @pytest.mark.parametrize("family", ["planar-2r", "planar-3r", "elbow-3r", "scara", "scorbot-wrist"])
-def test_the_sum_of_angles_that_is_shown_is_an_identity_and_shorter(family: str) -> None:
-    found = get_problem(family, 0)["transform"].details_as(TransformDetails).angle_sum
-    assert isinstance(found, AngleSum)
-    assert abs(numbers(sp.Matrix([found.product - found.result]))[0]) < 1e-12
-    assert found.product.is_Add and not found.result.is_Add
+def test_displayed_angle_sum_is_a_simplifying_identity(family: str) -> None:
+    angle_sum = get_problem(family, 0)["transform"].details_as(TransformDetails).angle_sum
+    assert isinstance(angle_sum, AngleSum)
+    assert abs(evaluate_matrix(sp.Matrix([angle_sum.product - angle_sum.result]))[0]) < 1e-12
+    assert angle_sum.product.is_Add and not angle_sum.result.is_Add
 
 
 @pytest.mark.parametrize("family", ["wrist-zyz", "pan-tilt", "cartesian"])
-def test_no_sum_of_angles_is_claimed_where_no_axes_are_parallel(family: str) -> None:
+def test_angle_sum_needs_parallel_axes(family: str) -> None:
     assert get_problem(family, 0)["transform"].details_as(TransformDetails).angle_sum is None
 
 
-def test_the_solution_multiplies_row_by_row_from_the_base_on() -> None:
+def test_solution_multiplies_from_the_base_outwards() -> None:
     problem = get_problem("scara", 0)
     text = write_solution(problem, problem["transform"])
     places = [text.index(f"T_{{w,{i}}}") for i in range(5)]
     assert places == sorted(places)
 
 
-def test_example_6_1() -> None:
+def test_transform_of_example_6_1() -> None:
     """The printed entry (2, 1) is a cosine; it is s12."""
     t1, t2, a1, a2 = sp.symbols("theta1 theta2 a1 a2")
     arm = Chain("2R", (Joint("R", t1, 0, a1, 0), Joint("R", t2, 0, a2, 0)), ("vx", "vy"))
@@ -76,22 +76,22 @@ def test_example_6_1() -> None:
 
 
 @on_families(TOOLS)
-def test_the_tool_jacobian_is_the_other_one_turned(family: str) -> None:
+def test_tool_jacobian_is_the_rotated_geometric_jacobian(family: str) -> None:
     problem = get_problem(family, 0)
     part = problem["tool-jacobian"]
     jacobian = part.answer_as(Matrix).reference
-    found = derive(problem.chain)
-    turn = sp.diag(found.rotations[-1].T, found.rotations[-1].T)
-    assert max(abs(entry) for entry in numbers(sp.Matrix(turn * found.geometric - jacobian))) < 1e-12
+    derivation = derive(problem.chain)
+    turn = sp.diag(derivation.rotations[-1].T, derivation.rotations[-1].T)
+    assert max(abs(entry) for entry in evaluate_matrix(sp.Matrix(turn * derivation.geometric - jacobian))) < 1e-12
     assert problem.chain.q[0] not in jacobian.free_symbols
     assert not jacobian.free_symbols & set().union(*(v.free_symbols for v in problem.chain.base.position))
     for i, seen in enumerate(part.details_as(ToolJacobianDetails).columns):
         moved = seen.z.cross(seen.p_star) if seen.kind == "R" else seen.z
-        assert max(abs(entry) for entry in numbers(sp.Matrix(moved - jacobian[:3, i]))) < 1e-12
+        assert max(abs(entry) for entry in evaluate_matrix(sp.Matrix(moved - jacobian[:3, i]))) < 1e-12
 
 
 @pytest.mark.parametrize(("family", "terms"), [("planar-2r", 8), ("cartesian", 4)])
-def test_zeros_and_ones_are_no_terms_by_which_a_transform_is_too_long(family: str, terms: int) -> None:
+def test_zeros_and_ones_do_not_count_as_terms(family: str, terms: int) -> None:
     assert (
         count_last_pose_terms(symbolic_arm_of(sample_chain(ProblemId(family, 0, variation="chapter"))).chain) == terms
     )

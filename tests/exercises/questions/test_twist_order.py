@@ -1,4 +1,4 @@
-"""Arms told by their axes with twists (v, omega), as Murray, Li and Sastry have them: the same in another order."""
+"""Screw arms with twists (v, omega), as in Murray, Li and Sastry: the same answers in another order."""
 
 import json
 import re
@@ -40,32 +40,32 @@ IN_ORDER = (
     "home-screws", "space-jacobian", "body-jacobian", "space-twist", "body-twist", "geometric-jacobian", "twist",
     "body-adjoint", "changed-twist",
 )  # fmt: skip
-"""Questions whose answers have the six rows of a twist."""
-OTHER = [3, 4, 5, 0, 1, 2]
+"""Questions whose answers have six rows like a twist."""
+SWAPPED = [3, 4, 5, 0, 1, 2]
 Q1, Q2 = sp.symbols("theta1 theta2")
 A1, A2 = sp.symbols("a1 a2")
 
 
-def both(family: str, seed: int = 1, variation: str = "full") -> tuple[Problem, Problem]:
-    """Return a problem with twists (omega, v), and the same with (v, omega), each asked what shows the order."""
-    first, second = (_asked(family, seed, variation, order) for order in TWIST_ORDERS)
+def generate_both_orders(family: str, seed: int = 1, variation: str = "full") -> tuple[Problem, Problem]:
+    """Return a problem with twists (omega, v) and the same with (v, omega), with the questions that show the order."""
+    first, second = (_generate_with_order(family, seed, variation, order) for order in TWIST_ORDERS)
     return first, second
 
 
 @cache
-def _asked(family: str, seed: int, variation: str, order: str) -> Problem:
+def _generate_with_order(family: str, seed: int, variation: str, order: str) -> Problem:
     identity = ProblemId(family, seed, variation=variation, convention="screws").with_convention("", order)
     arm = sample_chain(identity)
     return generate(identity, [name for name in (*IN_ORDER, "position") if QUESTIONS[name].find_obstacle(arm) is None])
 
 
-def test_the_planar_arm_is_as_murray_li_and_sastry_have_it() -> None:
-    """Twists (-omega x q, omega); the adjoint has [P] R at the upper right; the body Jacobian holds joints behind."""
-    _, problem = both("planar-2r", 1, "chapter")
+def test_planar_arm_agrees_with_murray_li_and_sastry() -> None:
+    """Twists are (-omega x q, omega), and the adjoint has [P] R at the upper right."""
+    _, problem = generate_both_orders("planar-2r", 1, "chapter")
     c, s = sp.cos(Q1 + Q2), sp.sin(Q1 + Q2)
     x, y = A1 * sp.cos(Q1) + A2 * c, A1 * sp.sin(Q1) + A2 * s
     below = [[0, 0], [0, 0], [1, 1]]
-    due = {
+    expected = {
         "home-screws": [[0, 0], [0, -A1], [0, 0], *below],
         "space-jacobian": [[0, A1 * sp.sin(Q1)], [0, -A1 * sp.cos(Q1)], [0, 0], *below],
         "body-jacobian": [[A1 * sp.sin(Q2), 0], [A1 * sp.cos(Q2) + A2, A2], [0, 0], *below],
@@ -75,24 +75,24 @@ def test_the_planar_arm_is_as_murray_li_and_sastry_have_it() -> None:
             [0, 0, 0, c, -s, 0], [0, 0, 0, s, c, 0], [0, 0, 0, 0, 0, 1],
         ],
     }  # fmt: skip
-    for name, rows in due.items():
+    for name, rows in expected.items():
         apart = (problem[name].answer.as_matrix() - sp.Matrix(rows)).applyfunc(sp.simplify)
         assert apart.is_zero_matrix, name
 
 
 @pytest.mark.parametrize("family", ARMS)
-def test_the_same_is_asked_and_certified_in_the_other_order(family: str) -> None:
-    first, second = both(family)
+def test_other_order_swaps_the_answers_and_is_certified(family: str) -> None:
+    first, second = generate_both_orders(family)
     assert [part.name for part in first.parts] == [part.name for part in second.parts]
     assert {"home-screws", "space-jacobian"} <= {part.name for part in second.parts}
-    for one, other in zip(first.parts, second.parts, strict=True):
-        if one.name not in IN_ORDER:
-            assert one.answer == other.answer
+    for first_part, second_part in zip(first.parts, second.parts, strict=True):
+        if first_part.name not in IN_ORDER:
+            assert first_part.answer == second_part.answer
             continue
-        ours, theirs = (part.answer.as_matrix() for part in (other, one))
-        columns = OTHER if one.name == "body-adjoint" else list(range(ours.cols))
-        assert ours == theirs.extract(OTHER, columns), one.name
-        assert one.answer != other.answer or one.name == "twist"
+        ours, theirs = (part.answer.as_matrix() for part in (second_part, first_part))
+        columns = SWAPPED if first_part.name == "body-adjoint" else list(range(ours.cols))
+        assert ours == theirs.extract(SWAPPED, columns), first_part.name
+        assert first_part.answer != second_part.answer or first_part.name == "twist"
     assert certify(second).passed, certify(second).failures
     swapped = replace(second, parts=tuple(part for part in first.parts if part.name in IN_ORDER))
     wrong = {check.name.partition(":")[0] for check in certify(swapped).failures}
@@ -100,8 +100,8 @@ def test_the_same_is_asked_and_certified_in_the_other_order(family: str) -> None
 
 
 @pytest.mark.parametrize("order", TWIST_ORDERS)
-def test_what_is_put_in_the_place_of_a_stage_comes_out_as_it_was(order: str) -> None:
-    problem = _asked("scara-rrrp", 2, "full", order)
+def test_substituted_stage_reappears_in_the_answer(order: str) -> None:
+    problem = _generate_with_order("scara-rrrp", 2, "full", order)
     for name in ("home-screws", "space-jacobian", "body-jacobian", "body-adjoint", "geometric-jacobian"):
         part, question = problem[name], QUESTIONS[name]
         w = compute_numeric_stages(
@@ -128,49 +128,54 @@ NAMED = {
 @pytest.mark.parametrize("order", TWIST_ORDERS)
 @pytest.mark.parametrize("name", NAMED)
 def test_mistakes_are_named_in_either_order(name: str, order: str) -> None:
-    problem = _asked("planar-2r" if name == "body-adjoint" else "elbow-3r", 1, "chapter", order)
+    problem = _generate_with_order("planar-2r" if name == "body-adjoint" else "elbow-3r", 1, "chapter", order)
     verdicts = {
-        one.mistake: classify_diagnosis(one) for one in make_wrong_answers(problem, problem[name], only=NAMED[name])
+        answer.mistake: classify_diagnosis(answer)
+        for answer in make_wrong_answers(problem, problem[name], only=NAMED[name])
     }
     assert verdicts == dict.fromkeys(NAMED[name], "named")
 
 
-def _typed(part: Part) -> str:
+def _write_answer(part: Part) -> str:
     return str(part.answer.as_matrix().tolist())
 
 
-def test_the_grader_knows_the_order() -> None:
-    """The answer of the other order is wrong, and said to have its halves exchanged."""
-    first, second = both("elbow-3r", 1, "chapter")
+def test_grader_distinguishes_the_orders() -> None:
+    """An answer in the other order is wrong."""
+    first, second = generate_both_orders("elbow-3r", 1, "chapter")
     name = "space-jacobian"
-    assert judge(second, second[name], _typed(second[name]), "x").outcome == Outcome.CORRECT
-    assert judge(second, second[name], _typed(first[name]), "x").outcome != Outcome.CORRECT
+    assert judge(second, second[name], _write_answer(second[name]), "x").outcome == Outcome.CORRECT
+    assert judge(second, second[name], _write_answer(first[name]), "x").outcome != Outcome.CORRECT
 
 
 V, OMEGA = "v_x, v_y, v_z", r"\omega_x, \omega_y, \omega_z"
 
 
 @pytest.mark.parametrize("family", ARMS)
-def test_texts_have_the_order_of_the_arm(family: str) -> None:
-    for problem, ours, other in zip(both(family), (f"{OMEGA}, {V}", f"{V}, {OMEGA}"), (V, OMEGA), strict=True):
+def test_texts_use_the_order_of_the_arm(family: str) -> None:
+    for problem, ours, excluded in zip(
+        generate_both_orders(family), (f"{OMEGA}, {V}", f"{V}, {OMEGA}"), (V, OMEGA), strict=True
+    ):
         for part in (part for part in problem.parts if part.name in IN_ORDER):
             texts = [write_prompt(problem, part), *write_hints(problem, part), write_solution(problem, part)]
             assert ours in texts[0]
-            assert not any(f"{other}, {OMEGA if other == V else V}" in text for text in texts)
-            if other == OMEGA:
+            assert not any(f"{excluded}, {OMEGA if excluded == V else V}" in text for text in texts)
+            if excluded == OMEGA:
                 for text in texts:
                     assert not re.search(r"\(\\omega, v\)|\\\\ v |\(0, v|\(\\omega_i", text), part.name
                 assert part.name != "twist" or r"\begin{bmatrix} v \\ \omega \end{bmatrix}" in texts[-1]
 
 
-def test_a_solution_shows_its_blocks_where_they_stand() -> None:
-    first, second = both("planar-2r", 1, "chapter")
-    (one, other) = (to_text(write_solution(problem, problem["body-adjoint"])) for problem in (first, second))
-    assert "⎡R      0⎤" in one and "⎣[P] R  R⎦" in one
-    assert "⎡R  [P] R⎤" in other and "⎣0  R    ⎦" in other
+def test_solution_shows_blocks_in_the_order_of_the_arm() -> None:
+    first, second = generate_both_orders("planar-2r", 1, "chapter")
+    (first_text, second_text) = (
+        to_text(write_solution(problem, problem["body-adjoint"])) for problem in (first, second)
+    )
+    assert "⎡R      0⎤" in first_text and "⎣[P] R  R⎦" in first_text
+    assert "⎡R  [P] R⎤" in second_text and "⎣0  R    ⎦" in second_text
 
 
-def test_an_id_says_the_order() -> None:
+def test_id_contains_the_order() -> None:
     identity = ProblemId.parse("planar-2r/7@chapter@screws@v-omega")
     assert (identity.convention, identity.twist_order) == ("screws", "v-omega")
     assert str(identity) == "planar-2r/7@chapter@screws@v-omega"
@@ -179,14 +184,14 @@ def test_an_id_says_the_order() -> None:
     assert generate(identity, ["home-screws"]).chain.twist_order == "v-omega"
 
 
-def test_the_order_changes_the_digest_and_the_usual_one_changes_nothing() -> None:
-    first, second = both("planar-2r", 1, "chapter")
+def test_only_the_unusual_order_changes_the_digest() -> None:
+    first, second = generate_both_orders("planar-2r", 1, "chapter")
     assert (
         "twist_order" not in make_robot_json(first.chain) and make_robot_json(second.chain)["twist_order"] == "v-omega"
     )
     assert compute_digests(first).arm != compute_digests(second).arm
-    told = replace(second.chain, convention="dh")
-    assert "twist_order" not in make_robot_json(told)
+    table_arm = replace(second.chain, convention="dh")
+    assert "twist_order" not in make_robot_json(table_arm)
 
 
 ARM = """name = "arm"
@@ -204,13 +209,13 @@ point = ["a1", 0, 0]
 """
 
 
-def test_a_file_says_the_order_and_is_written_with_it(tmp_path: Path) -> None:
-    path, again = tmp_path / "arm.toml", tmp_path / "again.toml"
+def test_robot_file_contains_the_order(tmp_path: Path) -> None:
+    path, copy = tmp_path / "arm.toml", tmp_path / "again.toml"
     path.write_text(ARM)
     robot = read_robot_file(path)
     assert robot.chain.twist_order == "v-omega"
-    again.write_text(robot_text(robot, "screws"))
-    assert 'twist_order = "v-omega"' in again.read_text() and read_robot(again) == robot.chain
+    copy.write_text(robot_text(robot, "screws"))
+    assert 'twist_order = "v-omega"' in copy.read_text() and read_robot(copy) == robot.chain
     assert "twist_order" not in robot_text(robot, "dh")
     data = solve_to_json(robot.chain)
     assert find_schema_errors("solve", json.loads(json.dumps(data))) == []
@@ -227,30 +232,30 @@ def folder(tmp_path: Path) -> Iterator[Path]:
     yield tmp_path / "hw"
 
 
-def _assignment(folder: Path, top: str, *problems: str) -> None:
-    entries = "".join(f'[[problem]]\nquestions = ["position"]\n{one}\n' for one in problems)
+def _write_assignment(folder: Path, top: str, *problems: str) -> None:
+    entries = "".join(f'[[problem]]\nquestions = ["position"]\n{problem}\n' for problem in problems)
     (folder / "assignment.toml").write_text(f'title = "T"\nkey = "hw"\n{top}\n{entries}')
 
 
 PLANAR, OWN = 'family = "planar-2r"\n', 'robot = "arm.toml"\n'
 
 
-def test_the_nearest_key_says_the_order(folder: Path) -> None:
-    def told(top: str, *problems: str) -> list[str]:
-        _assignment(folder, top, *problems)
+def test_nearest_twist_order_key_decides(folder: Path) -> None:
+    def read_orders(top: str, *problems: str) -> list[str]:
+        _write_assignment(folder, top, *problems)
         return [problem.chain.twist_order for _, problem in load_assignment(folder).generate_problems("ada")]
 
     by_axes, v, w = 'convention = "screws"\n', 'twist_order = "v-omega"\n', 'twist_order = "omega-v"\n'
-    assert told("", PLANAR, OWN) == ["omega-v", "v-omega"]
-    assert told(by_axes + v, PLANAR, PLANAR + w, OWN, OWN + w) == ["v-omega", "omega-v", "v-omega", "omega-v"]
-    assert told(by_axes + w, PLANAR, PLANAR + v, OWN) == ["omega-v", "v-omega", "omega-v"]
-    assert told(v, PLANAR, PLANAR + by_axes) == ["omega-v", "v-omega"]
+    assert read_orders("", PLANAR, OWN) == ["omega-v", "v-omega"]
+    assert read_orders(by_axes + v, PLANAR, PLANAR + w, OWN, OWN + w) == ["v-omega", "omega-v", "v-omega", "omega-v"]
+    assert read_orders(by_axes + w, PLANAR, PLANAR + v, OWN) == ["omega-v", "v-omega", "omega-v"]
+    assert read_orders(v, PLANAR, PLANAR + by_axes) == ["omega-v", "v-omega"]
 
 
-def test_another_order_is_another_assignment(folder: Path) -> None:
+def test_other_order_changes_the_problems_digest(folder: Path) -> None:
     digests_of = []
     for top in ("", 'twist_order = "omega-v"\n', 'twist_order = "v-omega"\n'):
-        _assignment(folder, 'convention = "screws"\n' + top, PLANAR)
+        _write_assignment(folder, 'convention = "screws"\n' + top, PLANAR)
         digests_of.append(load_assignment(folder).problems_digest)
     assert digests_of[0] == digests_of[1] != digests_of[2]
 
@@ -269,7 +274,7 @@ WRONG = [
 
 
 @pytest.mark.parametrize(("where", "text", "named"), WRONG)
-def test_a_wrong_order_is_refused_where_it_stands(where: str, text: str, named: list[str], folder: Path) -> None:
+def test_invalid_order_is_refused_with_its_place(where: str, text: str, named: list[str], folder: Path) -> None:
     with pytest.raises(QdotError) as caught:
         if where == "id":
             ProblemId.parse(text)
@@ -277,12 +282,12 @@ def test_a_wrong_order_is_refused_where_it_stands(where: str, text: str, named: 
             (folder / "arm.toml").write_text(text)
             read_robot(folder / "arm.toml")
         else:
-            _assignment(folder, *(("", PLANAR + text) if where == "problem" else (text, PLANAR)))
+            _write_assignment(folder, *(("", PLANAR + text) if where == "problem" else (text, PLANAR)))
             load_assignment(folder)
     assert all(name in str(caught.value) for name in named)
 
 
-def test_an_arm_has_one_of_the_orders() -> None:
+def test_arm_has_a_valid_order() -> None:
     with pytest.raises(QdotError, match="'v, omega'"):
         Chain("m", (Joint("R", "theta1", 0, "a1", 0),), ("vx",), convention="screws", twist_order="v, omega")
     assert Robot(Chain("m", (Joint("R", "theta1", 0, "a1", 0),), ("vx",))).chain.twist_order == "omega-v"

@@ -1,4 +1,4 @@
-"""The wrist-partitioned problem: blocks, their determinants and zeros, for textbook arms and where P may be."""
+"""Wrist-partitioned arms: blocks, their determinants and zeros, for textbook arms and positions of P."""
 
 from dataclasses import replace
 from typing import Any
@@ -25,7 +25,7 @@ TEXTBOOK = ("PUMA560", "industrial_6R_a1_a3_d4")
 RIGHT = sp.pi / 2
 
 
-def stanford(tip: sp.Expr, point: Point, twists: tuple[sp.Expr, sp.Expr] = (-RIGHT, RIGHT)) -> Chain:
+def make_stanford_arm(tip: sp.Expr, point: Point, twists: tuple[sp.Expr, sp.Expr] = (-RIGHT, RIGHT)) -> Chain:
     theta = sp.symbols("theta1:7")
     d1, d2, d3 = sp.symbols("d1 d2 d3")
     joints = (
@@ -35,7 +35,7 @@ def stanford(tip: sp.Expr, point: Point, twists: tuple[sp.Expr, sp.Expr] = (-RIG
     return Chain("stanford", joints, VELOCITY_NAMES, tool=point)
 
 
-def problem_of(chain: Chain) -> Problem:
+def make_wrist_problem(chain: Chain) -> Problem:
     parts = []
     for name in NAMES:
         answer, details = QUESTIONS[name].ask(chain, Stream("test"))
@@ -43,55 +43,55 @@ def problem_of(chain: Chain) -> Problem:
     return Problem(ProblemId("stanford-6r", 1, NAMES), chain, tuple(parts))
 
 
-def determinants(chain: Chain) -> sp.Matrix:
+def derive_block_determinants(chain: Chain) -> sp.Matrix:
     answer, _ = QUESTIONS["block-determinants"].ask(chain, Stream("test"))
     return answer.as_matrix()
 
 
 @pytest.mark.parametrize("name", sample_for_suite(TEXTBOOK, 1))
 @pytest.mark.parametrize("frame", [4, 5])
-def test_textbook_arms_fall_into_blocks_wherever_the_wrist_centre_is_named(
+def test_textbook_arms_are_partitioned_at_the_wrist_centre(
     textbook_arms: dict[str, Any], name: str, frame: int
 ) -> None:
-    """The records speak of O5, which is where O4 is."""
+    """The records name O5, which coincides with O4."""
     chain = replace(textbook_arms[name].chain, tool=Point(frame))
     assert [QUESTIONS[question].find_obstacle(chain) for question in NAMES] == [None] * 3
-    arm, wrist = determinants(chain)
+    arm, wrist = derive_block_determinants(chain)
     expected = sp.sympify(textbook_arms[name].record["det"])
     assert are_identical(sp.expand(arm * wrist), sp.expand(expected))
     assert are_identical(wrist, sp.sin(sp.Symbol("theta5"))) or are_identical(wrist, -sp.sin(sp.Symbol("theta5")))
-    problem = problem_of(chain)
+    problem = make_wrist_problem(chain)
     assert find_failures(problem) == []
     assert all(write_solution(problem, part) for part in problem.parts)
 
 
-def test_a_stanford_arm_of_our_own() -> None:
-    """With P in the wrist centre, which may be the tip."""
+def test_stanford_arm_has_known_block_determinants() -> None:
+    """P is the wrist centre, which may be the tip."""
     theta2, theta5, d3 = sp.symbols("theta2 theta5 d3")
-    for chain in (stanford(sp.Symbol("d6"), Point(4)), stanford(sp.S.Zero, Point(6))):
-        arm, wrist = determinants(chain)
+    for chain in (make_stanford_arm(sp.Symbol("d6"), Point(4)), make_stanford_arm(sp.S.Zero, Point(6))):
+        arm, wrist = derive_block_determinants(chain)
         assert are_identical(sp.expand(arm), sp.expand(-(d3**2) * sp.sin(theta2)))
         assert are_identical(wrist, -sp.sin(theta5))
-        assert find_failures(problem_of(chain)) == []
+        assert find_failures(make_wrist_problem(chain)) == []
 
 
 @pytest.mark.parametrize(
     "chain",
     [
-        stanford(sp.Symbol("d6"), Point(6)),  # the tip
-        stanford(sp.Symbol("d6"), Point(3, (sp.S.Zero, sp.S.Zero, sp.Symbol("h")))),
-        stanford(sp.Symbol("d6"), Point(4, (sp.S.Zero, sp.Symbol("h"), sp.S.Zero))),  # on the axis of joint 4
-        stanford(sp.Symbol("d6"), Point(4)).with_task("vx", "vy", "vz"),
-        stanford(sp.Symbol("d6"), Point(4), (sp.S.Zero, RIGHT)),  # axes 4 and 5 coincide
+        make_stanford_arm(sp.Symbol("d6"), Point(6)),  # the tip
+        make_stanford_arm(sp.Symbol("d6"), Point(3, (sp.S.Zero, sp.S.Zero, sp.Symbol("h")))),
+        make_stanford_arm(sp.Symbol("d6"), Point(4, (sp.S.Zero, sp.Symbol("h"), sp.S.Zero))),  # on the axis of joint 4
+        make_stanford_arm(sp.Symbol("d6"), Point(4)).with_task("vx", "vy", "vz"),
+        make_stanford_arm(sp.Symbol("d6"), Point(4), (sp.S.Zero, RIGHT)),  # axes 4 and 5 coincide
     ],
 )
-def test_other_arms_and_points_are_refused(chain: Chain) -> None:
+def test_arms_without_wrist_partition_are_refused(chain: Chain) -> None:
     for name in NAMES:
         assert QUESTIONS[name].find_obstacle(chain) is not None
 
 
 @pytest.mark.parametrize("family", sample_for_suite(PARTITIONED, 2))
-def test_the_solution_names_the_places_where_each_block_is_singular(family: str) -> None:
+def test_solution_names_the_singularities_of_each_block(family: str) -> None:
     problem = get_problem(family, 0)
     part = problem["block-determinants"]
     split = derive_blocks(problem.chain)
@@ -109,10 +109,10 @@ def test_the_solution_names_the_places_where_each_block_is_singular(family: str)
     assert "the axes of joints 4 and 6 are collinear" in write_solution(problem, part)
 
 
-def test_a_wrist_with_odd_twists_is_singular_where_its_axes_are_in_one_plane() -> None:
-    chain = stanford(sp.Symbol("d6"), Point(4), (sp.pi / 3, -RIGHT))
-    found = derive_blocks(chain)
-    assert not found.has_collinear_axes
-    problem = problem_of(chain)
+def test_wrist_with_odd_twists_is_singular_with_coplanar_axes() -> None:
+    chain = make_stanford_arm(sp.Symbol("d6"), Point(4), (sp.pi / 3, -RIGHT))
+    blocks = derive_blocks(chain)
+    assert not blocks.has_collinear_axes
+    problem = make_wrist_problem(chain)
     assert find_failures(problem) == []
     assert "axes of joints 4, 5 and 6 lie in one plane" in write_solution(problem, problem.parts[2])

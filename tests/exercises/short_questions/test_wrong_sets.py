@@ -6,7 +6,7 @@ from qdot.exercises.common.stream import Stream
 from qdot.exercises.generation import sample_chain
 from qdot.exercises.problem.problem import ProblemId
 from qdot.exercises.short_questions import wrong_sets
-from qdot.exercises.short_questions.options import BEST_MISMATCH, OfferedOption
+from qdot.exercises.short_questions.options import OfferedOption
 from qdot.exercises.short_questions.wrong_sets import make_four_sets
 
 FAMILY, SEED = "elbow-3r", "sets"
@@ -21,7 +21,7 @@ def test_what_goes_together_best_is_compared_first_and_nothing_after_it(
     def all_differ(_: object, options: list[OfferedOption]) -> bool:
         score = wrong_sets._rate_options(options, wanted)
         assert score is not None
-        scores.append((score[:2] != BEST_MISMATCH, score if score[:2] != BEST_MISMATCH else 0))
+        scores.append((not score.is_best, 0 if score.is_best else score))
         return they_differ
 
     monkeypatch.setattr(wrong_sets, "are_different_sets", all_differ)

@@ -131,10 +131,7 @@ def test_of_two_components_with_the_same_joint_values_one_is_kept(monkeypatch: p
         (arm("vx vy", ("R", T1, 0, A1, 0), ("R", T2 + PI / 3, 0, A2, 0)), {"theta2 = -pi/3", "theta2 = 2*pi/3"}),
         (arm("vx vy", ("R", T1, 0, 0, PI / 2), ("P", 0, sp.Symbol("d2") + R(1, 4), 0, 0)), {"d2 = -1/4"}),
         # the slide is level, whatever its travel, as the two twists make up a right angle
-        (
-            arm("vz", ("R", T1, 0, 0, PI / 4), ("R", T2, 0, 0, PI / 4), ("P", 0, sp.Symbol("d3"), 0, 0)),
-            {"theta2 = 0"},
-        ),
+        (arm("vz", ("R", T1, 0, 0, PI / 4), ("R", T2, 0, 0, PI / 4), ("P", 0, sp.Symbol("d3"), 0, 0)), {"theta2 = 0"}),
     ],
 )
 def test_values_are_those_of_the_joints_with_their_zeros(chain: Chain, values: set[str]) -> None:

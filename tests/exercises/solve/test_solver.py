@@ -564,8 +564,7 @@ WITH_A = TWO_R.replace('"a1"', "0.4")
 
 
 @pytest.mark.parametrize(
-    ("arm", "rpy"),
-    sample_for_suite([(WITH_A, ROUNDED), (WITH_A, EXACT), (TWO_BY_AXES, ROUNDED)], 1),
+    ("arm", "rpy"), sample_for_suite([(WITH_A, ROUNDED), (WITH_A, EXACT), (TWO_BY_AXES, ROUNDED)], 1)
 )
 def test_numbers_that_are_rounded_are_told_to_be(arm: str, rpy: str, tmp_path: Path) -> None:
     path = tmp_path / "arm.toml"

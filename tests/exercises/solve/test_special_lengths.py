@@ -125,10 +125,7 @@ PARTS_OF_A_TASK = [
     (ACROSS, ("vx", "vz"), "no joint moves the point along x"),  # P moves along y and z, and only x and z count
     ((UP, Joint("R", T2, 0, A2, 0)), ("wx",), "no joint rotates link 2 about x"),
     pytest.param(
-        (UP, Joint("R", T2, 0, A1, 0), Joint("R", T3, 0, A2, 0)),
-        ("vx", "vz"),
-        "seen along y",
-        marks=pytest.mark.whole,
+        (UP, Joint("R", T2, 0, A1, 0), Joint("R", T3, 0, A2, 0)), ("vx", "vz"), "seen along y", marks=pytest.mark.whole
     ),
 ]
 

@@ -79,12 +79,7 @@ def test_the_same_of_other_joints_is_not(family: str) -> None:
             ("planar-2r/1@chapter", "theta2 = 0", "arm stretched out", True),
             ("planar-2r/1@chapter", "theta2 = 0", "arm folded back", False),
             ("planar-2r/1@chapter", "theta2 = 0", "arm stretched", False),  # words that are not known
-            (
-                "planar-2r/1@chapter",
-                "theta2 = 0",
-                "arm stretched out, and joint 1 has no effect on the task",
-                False,
-            ),
+            ("planar-2r/1@chapter", "theta2 = 0", "arm stretched out, and joint 1 has no effect on the task", False),
         ],
         3,
     ),

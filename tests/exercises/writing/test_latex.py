@@ -234,8 +234,7 @@ def entries(problem: Problem, name: str) -> list[list[str]]:
 
 
 @pytest.mark.parametrize(
-    ("identity", "name"),
-    [*(("planar-2r", name) for name in PLANAR), *(("elbow-3r", name) for name in ELBOW)],
+    ("identity", "name"), [*(("planar-2r", name) for name in PLANAR), *(("elbow-3r", name) for name in ELBOW)]
 )
 def test_examples(identity: str, name: str) -> None:
     """Examples 1, 2 and 4 are about the planar arm, example 3 is about the elbow."""

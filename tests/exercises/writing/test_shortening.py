@@ -85,9 +85,8 @@ def test_what_is_shown_of_screws_is_equal_to_the_reference_and_short(problem_id:
         assert isinstance(part.answer, Matrix)
         reference = part.answer.reference
         symbols = sorted(reference.free_symbols, key=str)
-        shown = eval(
-            write_answer_code(problem, part), {**space, **{symbol.name: symbol for symbol in symbols}}
-        )  # our own text
+        # Our own text.
+        shown = eval(write_answer_code(problem, part), {**space, **{symbol.name: symbol for symbol in symbols}})
         at = [stream.uniform(0.2, 2) for _ in symbols]
         ours, theirs = (np.array(sp.lambdify(symbols, m)(*at), dtype=float) for m in (shown, reference))
         assert np.allclose(ours, theirs, atol=1e-12), part.name

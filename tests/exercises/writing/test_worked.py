@@ -83,9 +83,8 @@ def test_an_origin_has_the_name_that_the_arms_convention_has_for_it(convention: 
 
 
 def test_where_an_arm_has_no_name_for_an_origin_what_is_true_of_all_is_said() -> None:
-    chain = sample_chain(
-        ProblemId.parse("cylindrical/1@chapter").with_convention("screws")
-    )  # joints 2 and 3 are slides
+    # Joints 2 and 3 are slides.
+    chain = sample_chain(ProblemId.parse("cylindrical/1@chapter").with_convention("screws"))
     words = convention_of(chain).rename_origins("the origin O2 lies on the axis of joint 1")
     assert words == "the columns of J are linearly dependent"
 

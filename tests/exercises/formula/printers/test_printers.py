@@ -1,4 +1,4 @@
-"""One formula in each form beside LaTeX and MathML: for Maxima, in words, for Typst, and for a terminal."""
+"""Formulas printed for Maxima, in words, for Typst, and for a terminal."""
 
 from collections.abc import Callable
 
@@ -46,27 +46,27 @@ PRINTED = [
 
 
 @pytest.mark.parametrize(("formula", "text"), FOR_MAXIMA)
-def test_a_power_has_its_base_in_parentheses_where_maxima_would_read_another(formula: sp.Expr, text: str) -> None:
+def test_base_of_power_is_parenthesized_for_maxima(formula: sp.Expr, text: str) -> None:
     assert maxima_text(formula) == text
 
 
 @pytest.mark.parametrize(("printer", "latex", "text"), PRINTED)
-def test_a_formula_is_printed_for_its_reader(printer: Callable[[Layout], str], latex: str, text: str) -> None:
+def test_formula_is_printed_in_each_notation(printer: Callable[[Layout], str], latex: str, text: str) -> None:
     printed = printer(parse_latex(latex))
     assert (" ".join(printed.split()) if printer is typst_text else printed) == text
 
 
-def test_stacked_matrices_keep_apart() -> None:
+def test_stacked_matrices_are_separated() -> None:
     column = r"\begin{bmatrix} 1 \\ 2 \end{bmatrix}"
     stacked = parse_latex(rf"\begin{{aligned}} a &= {column} \\[6pt] b &= {column} \end{{aligned}}")
     assert [bool(line) for line in unicode_text(stacked).splitlines()] == [True, True, False, True, True]
 
 
-def test_a_dot_over_a_letter_takes_no_column() -> None:
+def test_combining_dot_has_no_width() -> None:
     assert line_width("d\u0307₂") == 2
 
 
-def test_formulas_have_a_form_for_terminals(problem: Problem) -> None:
+def test_reference_matrices_are_printable_in_terminals(problem: Problem) -> None:
     for part in problem.parts:
         if isinstance(part.answer, Matrix):
             text = unicode_text(lay_out(part.answer.reference, problem.chain))
