@@ -40,7 +40,7 @@ class NumericArithmetic:
         if expression not in self._stepped_entries:
             shape = (self.configuration_count, len(self._joints) + 1)
             values = {symbol.name: self._stepped_values(symbol.name).ravel() for symbol in expression.free_symbols}
-            stepped = evaluate(compile_expression(expression), values, shape[0] * shape[1])[0][0].reshape(shape)
+            stepped = evaluate(compile_expression(expression), values, shape[0] * shape[1]).values[0].reshape(shape)
             stepped.flags.writeable = False
             self._stepped_entries[expression] = stepped
         return self._stepped_entries[expression]

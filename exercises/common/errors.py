@@ -49,14 +49,14 @@ def count_noun(number: int, noun: str) -> str:
     return f"{number} {noun}{'' if number == 1 else 's'}"
 
 
-def list_some(names: Sequence[str], count: int) -> str:
-    """Return the first `count` names as a list, and how many more there are.
+def list_some(names: Sequence[str], shown_count: int) -> str:
+    """Return the first `shown_count` names as a list, and how many more there are.
 
     >>> list_some(["ada", "bo", "cy", "di"], 2)
     'ada, bo and 2 more'
     """
-    others_text = f" and {len(names) - count} more" if len(names) > count else ""
-    return ", ".join(names[:count]) + others_text
+    others_text = f" and {len(names) - shown_count} more" if len(names) > shown_count else ""
+    return ", ".join(names[:shown_count]) + others_text
 
 
 def shorten(text: str, max_length: int) -> str:

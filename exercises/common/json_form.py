@@ -24,8 +24,8 @@ def as_json(value: Any) -> Any:
     """
     if is_dataclass(value):
         pairs = ((field, getattr(value, field.name)) for field in fields(value))
-        included_pairs = [pair for pair in pairs if pair[1] is not None or pair[0].metadata != OMITTED_IF_NONE]
-        return {field.name: as_json(content) for field, content in included_pairs}
+        included = [(f.name, content) for f, content in pairs if content is not None or f.metadata != OMITTED_IF_NONE]
+        return {name: as_json(content) for name, content in included}
     if isinstance(value, Mapping):
         return {key: as_json(item) for key, item in value.items()}
     return [as_json(item) for item in value] if isinstance(value, tuple | list) else value

@@ -163,14 +163,14 @@ def _end_processes(processes: set[BaseProcess]) -> None:
     """Terminate processes, and kill those that are still running when no process has ended for a second."""
     for process in processes:
         process.terminate()
-    running = {process.sentinel for process in processes}
-    while running:
-        ended = connection.wait(running, timeout=1)
-        if not ended:
+    running_sentinels = {process.sentinel for process in processes}
+    while running_sentinels:
+        ended_sentinels = connection.wait(running_sentinels, timeout=1)
+        if not ended_sentinels:
             break
-        running.difference_update(sentinel for sentinel in ended if isinstance(sentinel, int))
+        running_sentinels.difference_update(sentinel for sentinel in ended_sentinels if isinstance(sentinel, int))
     for process in processes:
-        if process.sentinel in running:
+        if process.sentinel in running_sentinels:
             process.kill()
 
 

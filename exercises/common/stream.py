@@ -27,13 +27,13 @@ class Stream:
         self._block_number = 0
         self._buffer = b""
 
-    def take_bytes(self, count: int) -> bytes:
-        """Return the next `count` bytes."""
-        while len(self._buffer) < count:
+    def take_bytes(self, byte_count: int) -> bytes:
+        """Return the next `byte_count` bytes."""
+        while len(self._buffer) < byte_count:
             block = self._seed + b"\x00" + self._block_number.to_bytes(8, "big")
             self._buffer += hashlib.shake_256(block).digest(_BLOCK_SIZE)
             self._block_number += 1
-        chunk, self._buffer = self._buffer[:count], self._buffer[count:]
+        chunk, self._buffer = self._buffer[:byte_count], self._buffer[byte_count:]
         return chunk
 
     def substream(self, name: str) -> "Stream":

@@ -6,12 +6,14 @@ from dataclasses import dataclass
 from pathlib import Path
 from types import MappingProxyType
 
+from qdot.exercises.assignment.assignment import Assignment
 from qdot.exercises.common.errors import QdotError
 from qdot.exercises.common.extras import require_extra
 from qdot.exercises.exports.export_format import ExportedFile, ExportRequest
-from qdot.exercises.exports.sheet import Sheet, make_sheets
+from qdot.exercises.exports.sheet import Sheet, make_sheet, make_sheets
 from qdot.exercises.figure.tikz import convert_to_tikz
 from qdot.exercises.formula.printers.typst import typst_string
+from qdot.exercises.problem.problem import Problem
 from qdot.exercises.writing.markup import escape_latex, to_html, to_latex
 from qdot.exercises.writing.render import render
 from qdot.exercises.writing.typst import escape_typst, to_typst
@@ -70,13 +72,7 @@ def export_paper(request: ExportRequest, file_type: str) -> Generator[ExportedFi
     stem = request.sheet + "-versions" * bool(request.version_count) + "-solutions" * request.has_solutions
 
     def write_file(name: str, sheets: Sequence[Sheet], questions: Sequence[PaperQuestion] = ()) -> ExportedFile:
-        template, functions = _TEMPLATES[file_type]
-        text = render(
-            f"exports/{template}", title=request.assignment.title, kind=request.sheet, solutions=request.has_solutions,
-            page=request.paper_size, sheets=sheets, questions=questions, end_weight=END_WEIGHT,
-            formula_width_share=FORMULA_WIDTH_SHARE,
-            ticks=VERSION_TICKS if request.version_count else 1, front=request.assignment.front_page, **functions,
-        )  # fmt: skip
+        text = _render_sheets(request, file_type, sheets, questions)
         return ExportedFile(
             f"{name}.{file_type}", compile_pdf(text, images) if file_type == "pdf" else text, is_private
         )
@@ -95,6 +91,25 @@ def export_paper(request: ExportRequest, file_type: str) -> Generator[ExportedFi
         yield write_file(f"{stem}-all", (), _list_answers_by_question(sheets))
     elif sheets and file_type == "pdf":
         yield write_file(f"{stem}-all", sheets)
+
+
+def make_pdf_preview(assignment: Assignment, name: str, problems: Sequence[Problem], has_solutions: bool) -> bytes:
+    """Return a handout with some problems of an assignment, which are not certified, as PDF. Raises QdotError."""
+    require_extra("pdf", "PDF")
+    request = ExportRequest(assignment, lambda _: [], has_solutions=has_solutions)
+    return compile_pdf(_render_sheets(request, "pdf", [make_sheet(request, "preview", name, "", problems)]))
+
+
+def _render_sheets(
+    request: ExportRequest, file_type: str, sheets: Sequence[Sheet], questions: Sequence[PaperQuestion] = ()
+) -> str:  # fmt: skip
+    template, functions = _TEMPLATES[file_type]
+    return render(
+        f"exports/{template}", title=request.assignment.title, kind=request.sheet, solutions=request.has_solutions,
+        page=request.paper_size, sheets=sheets, questions=questions, end_weight=END_WEIGHT,
+        formula_width_share=FORMULA_WIDTH_SHARE, ticks=VERSION_TICKS if request.version_count else 1,
+        front=request.assignment.front_page, **functions,
+    )  # fmt: skip
 
 
 def _list_answers_by_question(sheets: Sequence[Sheet]) -> tuple[PaperQuestion, ...]:

@@ -2,7 +2,7 @@
 
 import math
 import re
-from collections.abc import Generator, Mapping
+from collections.abc import Generator, Mapping, Sequence
 from contextlib import closing
 from dataclasses import dataclass, replace
 from functools import partial
@@ -147,7 +147,9 @@ def make_sheets(request: ExportRequest) -> Generator[Sheet, None, None]:
     student_tasks = [_SheetTask(student.id, student.name, student.id) for student in assignment.roster]
     tasks = _list_versions(request) if request.version_count else student_tasks
     with closing(
-        map_in_order(_make_sheet, tasks, request.jobs, setup=return_state, arguments=(request.without_callbacks,))
+        map_in_order(
+            _make_sheet_for_task, tasks, request.jobs, setup=return_state, arguments=(request.without_callbacks,)
+        )
     ) as results:
         for task, (sheet, replacements, failed_slots) in zip(tasks, results, strict=True):
             request.on_step()
@@ -170,7 +172,7 @@ def _list_versions(request: ExportRequest) -> list[_SheetTask]:
     ]
 
 
-def _make_sheet(request: ExportRequest, task: _SheetTask) -> _SheetResult:
+def _make_sheet_for_task(request: ExportRequest, task: _SheetTask) -> _SheetResult:
     problems, replacements = task.problems, dict[str, Replacement]()
     if problems is None:
         certify = partial(certified_problems.certify_with, request.find_failures)
@@ -179,8 +181,15 @@ def _make_sheet(request: ExportRequest, task: _SheetTask) -> _SheetResult:
             return None, {}, student_problems.failed_slots
         problems = tuple(certified.problem for certified in student_problems.certified.values())
         replacements = student_problems.find_new_replacements(request.assignment)
+    return make_sheet(request, task.file_stem, task.name, task.student, problems), replacements, ()
+
+
+def make_sheet(
+    request: ExportRequest, file_stem: str, name: str, student: str, problems: Sequence[Problem]
+) -> Sheet:  # fmt: skip
+    """Return the sheet with some problems; the other parameters are fields of `Sheet`."""
     sheet_problems = tuple(_make_sheet_problem(request, number, problem) for number, problem in enumerate(problems, 1))
-    return Sheet(task.file_stem, task.name, task.student, _shrink_boxes(sheet_problems)), replacements, ()
+    return Sheet(file_stem, name, student, _shrink_boxes(sheet_problems))
 
 
 def _shrink_boxes(problems: tuple[SheetProblem, ...]) -> tuple[SheetProblem, ...]:

@@ -67,21 +67,22 @@ def _sample_structure(
     low, high = band or (0, HARDEST_BAND)
     classes = [*filter(None, (_select_near_band(same_class, low, high) for same_class in group_clean_structures(n)))]
     rejected: set[Structure] = set()
-    in_band = False
+    has_arm_in_band = False
     for index, structure in enumerate((_order_structures(classes, rng) * MAX_ARMS_PER_STRUCTURE)[:MAX_ARMS]):
         chain = None if structure in rejected else _sample_arm(structure, rng.substream(str(index)), axes)
         if chain is None or not low <= difficulty_band(chain) <= high:
             continue
-        in_band = True
+        has_arm_in_band = True
         if accepts is None or accepts(chain):
             return chain
         rejected.add(structure)
     band_phrase = f"of difficulty {describe_band(low, high)}" if band else "of any difficulty"
-    if in_band:
+    if has_arm_in_band:
         raise QdotError(f"random-{n} has no arm {band_phrase} to which all of these questions apply")
-    steps = [structure.step for same_class in group_clean_structures(n) for structure in same_class]
-    range_of_steps = describe_band(min(steps), max(steps))
-    raise QdotError(f"random-{n} has no arm {band_phrase}; its arms are of difficulty {range_of_steps}")
+    bands = [structure.band for same_class in group_clean_structures(n) for structure in same_class]
+    raise QdotError(
+        f"random-{n} has no arm {band_phrase}; its arms are of difficulty {describe_band(min(bands), max(bands))}"
+    )
 
 
 def _order_structures(classes: list[tuple[Structure, ...]], rng: Stream) -> list[Structure]:
@@ -95,7 +96,7 @@ def _select_near_band(structures: tuple[Structure, ...], low: int, high: int) ->
 
     Joint offsets and a displaced base make an arm harder than its structure; equal lengths make it easier.
     """
-    return tuple(structure for structure in structures if low - 2 <= structure.step <= high + 1)
+    return tuple(structure for structure in structures if low - 2 <= structure.band <= high + 1)
 
 
 def _sample_arm(structure: Structure, rng: Stream, axes: Collection[str]) -> Chain | None:
@@ -127,10 +128,10 @@ def _sample_lengths(chain: Chain, rng: Stream, needs_clean_roots: bool) -> Value
     irrelevant_lengths = [s for s in chain.parameters if not any(condition.has(s) for condition in conditions)]
     symbolic_length = rng.choice(irrelevant_lengths) if irrelevant_lengths else None
     for _ in range(MAX_LENGTH_SETS):
-        sampled = {symbol: rng.choice(LENGTHS) for symbol in chain.parameters if symbol != symbolic_length}
-        values = {symbol: variations.metres(length) for symbol, length in sampled.items()}
+        lengths_in_cm = {symbol: rng.choice(LENGTHS) for symbol in chain.parameters if symbol != symbolic_length}
+        values = {symbol: variations.metres(length) for symbol, length in lengths_in_cm.items()}
         has_clean_roots = not any(root.xreplace(values).has(*INVERSE_FUNCTIONS) for root in roots)
-        is_accepted = variations.are_distinct([*sampled.values()]) and (has_clean_roots or not needs_clean_roots)
+        is_accepted = variations.are_distinct([*lengths_in_cm.values()]) and (has_clean_roots or not needs_clean_roots)
         if is_accepted and _can_hold(conditions, chain, values):
             return values
     return None
@@ -146,19 +147,20 @@ def _shift_zeros(chain: Chain, rng: Stream) -> Chain:
     if is_clean(shifted_chain):
         return shifted_chain
     pairs = zip(chain.joints, shifted_joints, strict=True)
-    return replace(chain, joints=tuple(joint if joint.is_prismatic else shifted for joint, shifted in pairs))
+    return replace(chain, joints=tuple(joint if joint.is_prismatic else new_joint for joint, new_joint in pairs))
 
 
 def _mount_arm(chain: Chain, rng: Stream) -> Chain:
     """Return the arm mounted on the floor, the ceiling or a wall, with the rows of its task rotated accordingly."""
-    mounted = variations.mount_base(chain, rng)
-    rotation = rot_z(mounted.base.yaw) * rot_x(mounted.base.tilt)
+    mounted_chain = variations.mount_base(chain, rng)
+    rotation = rot_z(mounted_chain.base.yaw) * rot_x(mounted_chain.base.tilt)
     rotated_axis_names = {"xyz"[k]: "xyz"[next(i for i in range(3) if rotation[i, k] != 0)] for k in range(3)}
     rows = {row[0] + rotated_axis_names[row[1]] for row in chain.task}
-    mounted = replace(mounted, task=tuple(row for row in VELOCITY_NAMES if row in rows))
-    if not mounted.is_planar:
-        return mounted
-    return replace(mounted, base=replace(mounted.base, position=variations.displace_base(chain, rng).base.position))
+    mounted_chain = replace(mounted_chain, task=tuple(row for row in VELOCITY_NAMES if row in rows))
+    if not mounted_chain.is_planar:
+        return mounted_chain
+    position = variations.displace_base(chain, rng).base.position
+    return replace(mounted_chain, base=replace(mounted_chain.base, position=position))
 
 
 # --- lengths for which conditions can hold ---
@@ -183,9 +185,9 @@ def _can_hold(conditions: tuple[sp.Expr, ...], chain: Chain, values: Values) -> 
     configurations = _sample_configurations("".join(joint.kind for joint in chain.joints))
     symbol_values = {q.name: column for q, column in zip(chain.q, configurations.T, strict=True)}
     symbol_values |= {symbol.name: np.full(CONFIGURATION_COUNT, float(value)) for symbol, value in values.items()}
-    evaluated = evaluate(_compile_conditions(conditions), symbol_values, CONFIGURATION_COUNT)[0].real
-    threshold = MIN_SIGN_FRACTION * np.abs(evaluated).max(axis=1)
-    return bool(np.all((evaluated.min(axis=1) < -threshold) & (evaluated.max(axis=1) > threshold)))
+    condition_values = evaluate(_compile_conditions(conditions), symbol_values, CONFIGURATION_COUNT).values.real
+    threshold = MIN_SIGN_FRACTION * np.abs(condition_values).max(axis=1)
+    return bool(np.all((condition_values.min(axis=1) < -threshold) & (condition_values.max(axis=1) > threshold)))
 
 
 RANDOM_FAMILIES = tuple(

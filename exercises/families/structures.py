@@ -49,11 +49,11 @@ class Structure:
 
     rows: tuple[StructureRow, ...]
     task: tuple[str, ...]
-    step: int
+    band: int
     class_number: int
 
     def __str__(self) -> str:
-        return f"{' '.join(map(str, self.rows))} | {' '.join(self.task)} | {self.step} | {self.class_number}"
+        return f"{' '.join(map(str, self.rows))} | {' '.join(self.task)} | {self.band} | {self.class_number}"
 
 
 def build_arm(
@@ -91,8 +91,8 @@ def read_clean_structures() -> dict[int, tuple[Structure, ...]]:
     """Return the clean structures in structures.txt by their number of joints."""
     clean: dict[int, list[Structure]] = {2: [], 3: [], 4: []}
     for line in TABLE.read_text(encoding="utf-8").splitlines()[1:]:
-        rows, task, step, class_number = line.split(" | ")
-        structure = Structure(read_rows(rows), tuple(task.split()), int(step), int(class_number))
+        rows, task, band, class_number = line.split(" | ")
+        structure = Structure(read_rows(rows), tuple(task.split()), int(band), int(class_number))
         clean[len(structure.rows)].append(structure)
     return {n: tuple(structures) for n, structures in clean.items()}
 

@@ -27,7 +27,7 @@ def expand_terms(node: Node, max_count: int) -> list[Node] | None:
     if len(known_terms) < len(arg_terms):
         return None
     if node.kind == "*":
-        terms = [first * second for first in known_terms[0] for second in known_terms[1]]
+        terms = [factor * other_factor for factor in known_terms[0] for other_factor in known_terms[1]]
     elif node.kind == "neg":
         terms = [-term for term in known_terms[0]]
     else:

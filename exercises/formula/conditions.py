@@ -8,7 +8,7 @@ the joint values, in rad and m.
 import warnings
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass
-from typing import Any
+from typing import Any, NamedTuple
 
 import mpmath
 import numpy as np
@@ -55,6 +55,16 @@ Configurations = Mapping[str, np.ndarray]
 """For the name of each joint and of each other symbol, an array with one value for each configuration."""
 
 
+class _Residuals(NamedTuple):
+    """The values of expressions, nan unless they are real, and the sizes of their terms.
+
+    Both have the shape (expressions, configurations).
+    """
+
+    values: np.ndarray
+    sizes: np.ndarray
+
+
 @dataclass(frozen=True)
 class _CompiledPiece:
     """A compiled piece: assigned joint values, expressions that vanish, and the joints that the search moves."""
@@ -67,27 +77,25 @@ class _CompiledPiece:
         """Set the assigned joints in all configurations; return for each whether the assigned values are real."""
         is_valid = np.ones(_count_points(values), dtype=bool)
         for joint, program in self.assignments:
-            joint_values = evaluate(program, values, len(is_valid))[0][0]
+            joint_values = evaluate(program, values, len(is_valid)).values[0]
             is_valid &= np.isfinite(joint_values) & (np.abs(joint_values.imag) < SEARCH_TOLERANCE)
             values[joint] = np.where(is_valid, joint_values.real, 0.0)
         return is_valid
 
-    def compute_residuals(self, values: Configurations) -> tuple[np.ndarray, np.ndarray]:
-        """Return the expressions' values, nan unless they are real, and the sizes of their terms.
-
-        Both have the shape (expressions, configurations).
-        """
-        zeros, size = evaluate(self.vanishing, values, _count_points(values))
-        return np.where(np.abs(zeros.imag) < SEARCH_TOLERANCE, zeros.real, np.nan), size
+    def compute_residuals(self, values: Configurations) -> _Residuals:
+        """Return the residuals of the expressions at configurations."""
+        complex_values, sizes = evaluate(self.vanishing, values, _count_points(values))
+        is_real = np.abs(complex_values.imag) < SEARCH_TOLERANCE
+        return _Residuals(np.where(is_real, complex_values.real, np.nan), sizes)
 
     def compute_derivatives(self, values: Configurations, square_residuals: bool = False) -> np.ndarray:
         """Return the derivatives (configurations, expressions, joints) by central differences of the free joints.
 
         If `square_residuals`, the expressions are squared first: sqrt(x^2) has no derivative at its zero, but x^2 has.
         """
-        step = 1e-6
+        step = 1e-6  # rad or m
         shifts = [(joint, side * step) for side in (1, -1) for joint in self.free_joints]
-        shifted_zeros = self.compute_residuals(_shift_joints(values, shifts))[0]
+        shifted_zeros = self.compute_residuals(_shift_joints(values, shifts)).values
         shifted_zeros = shifted_zeros.reshape(-1, 2, len(self.free_joints), _count_points(values))
         shifted_zeros = shifted_zeros**2 if square_residuals else shifted_zeros
         return np.asarray((shifted_zeros[:, 0] - shifted_zeros[:, 1]).transpose(2, 0, 1) / (2 * step))
@@ -115,7 +123,7 @@ class _CompiledPiece:
         """Move the free joints until they converge; return for each configuration whether its search converged."""
         last_steps = np.full(_count_points(values), np.inf)
         # Sizes at the random start, because terms may be small near a zero, as the only term of sin(theta) is.
-        typical_sizes = _reduce_without_warning(np.nanmedian, self.compute_residuals(values)[1])
+        typical_sizes = _reduce_without_warning(np.nanmedian, self.compute_residuals(values).sizes)
         for _ in range(_MAX_STEPS):
             residual, _ = self.compute_residuals(values)
             if not self.free_joints or np.all((last_steps < _STOP_STEP) | ~np.isfinite(residual).all(axis=0)):
@@ -146,19 +154,19 @@ class _CompiledPiece:
         determines almost all of them. Expressions with branches have no such gradient. A configuration that doesn't
         improve is restored, because large terms that cancel can make a gradient look small.
         """
-        count, joint_count = _count_points(values), len(self.free_joints)
-        last_steps = np.full(count, np.inf)
+        point_count, joint_count = _count_points(values), len(self.free_joints)
+        last_steps = np.full(point_count, np.inf)
         if len(self.vanishing.outputs) != 1 or self.vanishing.has_branches or not self.free_joints:
             return last_steps
         start_values = {joint: values[joint].copy() for joint in self.free_joints}
-        start_residual = np.abs(self.compute_residuals(values)[0][0])
+        start_residual = np.abs(self.compute_residuals(values).values[0])
         for _ in range(8):
             gradient = self._compute_gradient(values)
             is_flat = np.linalg.norm(gradient, axis=1) < 1e-2 * typical_size
             if not is_flat.any():  # nothing moves, now or later
-                last_steps = np.full(count, np.inf)
+                last_steps = np.full(point_count, np.inf)
                 break
-            hessian = np.empty((count, joint_count, joint_count))
+            hessian = np.empty((point_count, joint_count, joint_count))
             for k, joint in enumerate(self.free_joints):
                 forward, backward = (
                     self._compute_gradient({**values, joint: values[joint] + side * 1e-5}) for side in (1, -1)
@@ -171,7 +179,7 @@ class _CompiledPiece:
             last_steps = np.where(is_valid, np.abs(steps).max(axis=1), np.inf)
             self._subtract_steps(values, steps)
         with np.errstate(all="ignore"):
-            is_improved = np.abs(self.compute_residuals(values)[0][0]) <= start_residual + 1e-15 * typical_size
+            is_improved = np.abs(self.compute_residuals(values).values[0]) <= start_residual + 1e-15 * typical_size
             is_polished = (last_steps < _POLISHED_STEP) & is_improved
         for joint, column in start_values.items():
             values[joint] = np.where(is_polished, values[joint], column)
@@ -193,7 +201,7 @@ class _CompiledPiece:
         The distance to a zero is estimated by |f| / |grad f|, and must be within the tolerance. At a multiple zero the
         gradient vanishes, too; there |f| itself must be as small as a rounding error.
         """
-        residual = np.abs(self.compute_residuals(values)[0][0])
+        residual = np.abs(self.compute_residuals(values).values[0])
         if not self.free_joints:
             return np.asarray(residual <= 0.0)
         gradient_norm = np.linalg.norm(self.compute_derivatives(values)[:, 0], axis=1)
@@ -203,9 +211,9 @@ class _CompiledPiece:
 
     def _compute_typical_term_size(self, values: Configurations) -> float:
         """Return the median size of the expression's terms at random configurations; at a zero they may vanish."""
-        stream, count = Stream("typical"), _count_points(values)
-        random_values = {joint: np.array([stream.uniform(-3, 3) for _ in range(count)]) for joint in self.free_joints}
-        sizes = self.compute_residuals({**values, **random_values})[1]
+        stream, point_count = Stream("typical"), _count_points(values)
+        random_values = {q: np.array([stream.uniform(-3, 3) for _ in range(point_count)]) for q in self.free_joints}
+        sizes = self.compute_residuals({**values, **random_values}).sizes
         return float(_reduce_without_warning(np.nanmedian, sizes[:1])[0, 0])
 
 
@@ -237,8 +245,9 @@ def vanishes_at(expression: Node, joint_values: Mapping[str, Any], symbols: Mapp
     """Return whether an expression vanishes in double precision, given the values of its joints and other symbols."""
     program = compile_program([expression])
     values = {**symbols, **joint_values}
-    residual = evaluate_precisely(program, values, PRECISE_DIGITS)[0]
-    size = float(evaluate(program, {name: np.array([float(value)]) for name, value in values.items()}, 1)[1][0, 0])
+    (residual,) = evaluate_precisely(program, values, PRECISE_DIGITS)
+    arrays = {name: np.array([float(value)]) for name, value in values.items()}
+    size = float(evaluate(program, arrays, 1).magnitudes[0, 0])
     return bool(mpmath.isfinite(residual) and abs(residual) <= DOUBLE_TOLERANCE * max(size, 1e-300))
 
 
@@ -253,11 +262,11 @@ def _shift_joints(values: Configurations, shifts: Sequence[tuple[str, complex]])
     So a program is evaluated only once for all shifts.
     """
     shifted_values = {name: np.tile(column, len(shifts)) for name, column in values.items()}
-    count = _count_points(values)
+    point_count = _count_points(values)
     for i, (joint, shift) in enumerate(shifts):
         if isinstance(shift, complex):
             shifted_values[joint] = shifted_values[joint].astype(complex)
-        shifted_values[joint][i * count : (i + 1) * count] += shift
+        shifted_values[joint][i * point_count : (i + 1) * point_count] += shift
     return shifted_values
 
 
@@ -319,8 +328,8 @@ class ConfigurationSpace:
         compiled = _compile_piece(piece, self.joints)
         if not compiled.free_joints:
             return float("inf")
-        count = min(4000, max(SAMPLE_COUNT, _MAX_STORED_VALUES // len(compiled.vanishing.steps)))
-        residuals, size = evaluate(compiled.vanishing, self.domain.sample(used_names, count, stream), count)
+        point_count = min(4000, max(SAMPLE_COUNT, _MAX_STORED_VALUES // len(compiled.vanishing.steps)))
+        residuals, size = evaluate(compiled.vanishing, self.domain.sample(used_names, point_count, stream), point_count)
         with np.errstate(all="ignore"):
             nearness = np.max(np.abs(residuals) / np.maximum(size, 1e-300), axis=0)
         return float(_reduce_without_warning(np.nanmin, nearness[None])[0, 0])
@@ -344,7 +353,7 @@ class ConfigurationSpace:
         """Return for each configuration whether an atom holds."""
         if atom.joint is None:
             return _compile_piece((atom,), self.joints).is_zero(values, tolerance)
-        expected = evaluate(compile_program([atom.expression]), values, _count_points(values))[0][0]
+        expected = evaluate(compile_program([atom.expression]), values, _count_points(values)).values[0]
         difference = values[atom.joint] - expected.real
         if self.domain.roles.get(atom.joint) == "angle":
             difference = np.angle(np.exp(1j * np.where(np.isfinite(difference), difference, np.nan)))

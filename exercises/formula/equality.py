@@ -191,10 +191,10 @@ def compare_entries(
             bool(result.is_equal) or (result.is_equal is False and not any(allowance))
             for result, allowance in zip(exact_results, allowances, strict=True)
         ]
-        count = _choose_point_count(student_program, is_certain)
+        num_points = _choose_point_count(student_program, is_certain)
         names = set().union(*map(find_names, (*student_entries, *reference_entries)))
-        values = domain.sample(names, count, Stream(seed))
-        comparison = _NumericComparison((student_program, reference_program), allowances, values, constants, count)
+        values = domain.sample(names, num_points, Stream(seed))
+        comparison = _NumericComparison((student_program, reference_program), allowances, values, constants, num_points)
         for k, is_sure in enumerate(is_certain):
             is_correct[k] = is_correct[k] if is_sure else comparison.is_equal(k)
         if not all(is_correct):
@@ -306,18 +306,18 @@ class _NumericComparison:
 
         Points at which double precision shows that the error is allowed need no more digits.
         """
-        unsettled = np.flatnonzero(~self._is_clearly_allowed(entry))
-        defined = np.isfinite(self.student_values[entry]) & np.isfinite(self.reference_values[entry])
+        undecided = np.flatnonzero(~self._is_clearly_allowed(entry))
+        is_defined = np.isfinite(self.student_values[entry]) & np.isfinite(self.reference_values[entry])
         # Undefined at a removable singularity: values with two decimals may coincide (a1 = a2), other values don't.
-        unsettled = unsettled[defined[unsettled] | (unsettled >= READABLE_POINTS)]
-        if not len(unsettled):
+        undecided = undecided[is_defined[undecided] | (undecided >= READABLE_POINTS)]
+        if not len(undecided):
             return []
         with np.errstate(all="ignore"):
             ratios = (self.difference[entry] - self.allowed_error[entry]) / self.rounding_error[entry]
-        sortable_ratios = np.nan_to_num(ratios, nan=np.inf)[unsettled]
-        first_of_region = np.sort(np.unique(self.region_numbers[unsettled], return_index=True)[1])
-        worst = np.argpartition(-sortable_ratios, min(_MAX_WORST_POINTS, len(unsettled) - 1))[:_MAX_WORST_POINTS]
-        points = unsettled[np.concatenate((first_of_region[:_MAX_REGION_POINTS], worst))]
+        sortable_ratios = np.nan_to_num(ratios, nan=np.inf)[undecided]
+        _, first_of_region = np.unique(self.region_numbers[undecided], return_index=True)
+        worst = np.argpartition(-sortable_ratios, min(_MAX_WORST_POINTS, len(undecided) - 1))[:_MAX_WORST_POINTS]
+        points = undecided[np.concatenate((np.sort(first_of_region)[:_MAX_REGION_POINTS], worst))]
         return list(dict.fromkeys(map(int, points)))
 
     def _agrees_precisely(self, entry: int, point: int) -> bool | None:
@@ -330,7 +330,7 @@ class _NumericComparison:
         for digits in (50, 200):
             if (results := self._evaluate_precisely(point, digits)) is None:
                 return None
-            yours, expected = results[0][entry], results[1][entry]
+            yours, expected = (program_results[entry] for program_results in results)
             if not mpmath.isfinite(expected):
                 return None
             if not mpmath.isfinite(yours):
@@ -353,29 +353,31 @@ class _NumericComparison:
             if self.remaining_evaluations <= 0:
                 return None
             self.remaining_evaluations -= 1
-            at = {name: self.constants.get(name) or float(column[point]) for name, column in self.values.items()}
-            self.precise_results[point, digits] = [evaluate_precisely(p, at, digits) for p in self.programs]
+            symbols = {name: self.constants.get(name) or float(column[point]) for name, column in self.values.items()}
+            self.precise_results[point, digits] = [evaluate_precisely(p, symbols, digits) for p in self.programs]
         return self.precise_results[point, digits]
 
     def find_counterexample(self, entry: int) -> EntryDifference:
         """Return a point where an entry differs, preferably one with two decimals, and both values there."""
-        defined = np.isfinite(self.reference_values[entry])
-        clear = np.flatnonzero((self._is_clearly_different(entry) | ~np.isfinite(self.student_values[entry])) & defined)
-        if len(clear):
-            point = int(clear[0])
+        is_defined = np.isfinite(self.reference_values[entry])
+        is_wrong = self._is_clearly_different(entry) | ~np.isfinite(self.student_values[entry])
+        points = np.flatnonzero(is_wrong & is_defined)
+        if len(points):
+            point = int(points[0])
             yours, expected = self.student_values[entry, point], self.reference_values[entry, point]
         else:
             point, yours, expected = self.examples.get(entry) or self._find_tiny_difference(entry)
-        at = {name: round_to_six_digits(column[point]) for name, column in sorted(self.values.items())}
-        return EntryDifference(entry, at, *show_difference(yours, expected))
+        symbols = {name: round_to_six_digits(column[point]) for name, column in sorted(self.values.items())}
+        return EntryDifference(entry, symbols, *show_difference(yours, expected))
 
     def _find_tiny_difference(self, entry: int) -> tuple[int, Any, Any]:
         """Return a point at which 50 digits show a difference, or else any point, and both values there."""
         example = (0, self.student_values[entry, 0], self.reference_values[entry, 0])
         for point in range(READABLE_POINTS):
             if (results := self._evaluate_precisely(point, 50)) is not None:
-                example = (point, results[0][entry], results[1][entry])
-                if example[1] != example[2]:
+                yours, expected = (program_results[entry] for program_results in results)
+                example = (point, yours, expected)
+                if yours != expected:
                     break
         return example
 
@@ -394,17 +396,17 @@ def round_to_six_digits(value: float) -> float:
 
 def show_difference(student_value: Any, expected_value: Any) -> tuple[float | str, float | str]:
     """Return the answer's value and the expected value, with enough digits to show their difference."""
-    shown = to_json_number(complex(student_value)), to_json_number(complex(expected_value))
-    if shown[0] != shown[1]:
-        return shown
+    yours, expected = to_json_number(complex(student_value)), to_json_number(complex(expected_value))
+    if yours != expected:
+        return yours, expected
     precise_values = [mpmath.mpmathify(value) for value in (student_value, expected_value)]
-    if not any(isinstance(value, str) for value in shown):  # real, except for a residue of complex arithmetic
+    if not isinstance(yours, str):  # real, except for a residue of complex arithmetic
         precise_values = [value.real for value in precise_values]
     for digits in range(8, 50, 2):
-        texts = mpmath.nstr(precise_values[0], digits), mpmath.nstr(precise_values[1], digits)
-        if texts[0] != texts[1]:
-            return texts
-    return shown
+        your_text, expected_text = (mpmath.nstr(value, digits) for value in precise_values)
+        if your_text != expected_text:
+            return your_text, expected_text
+    return yours, expected
 
 
 def to_json_number(value: complex) -> float | str:

@@ -83,7 +83,13 @@ def _log2(number: int) -> float:
 
 ModularStep = tuple[str, tuple[int, ...], Any]
 """A step as in `program`; the step of a trigonometric function has no operands, but the phase of its angle."""
-SizedStep = tuple[ModularStep, Size]
+
+
+class SizedStep(NamedTuple):
+    """A step, and the size of its result."""
+
+    step: ModularStep
+    size: Size
 
 
 @dataclass(frozen=True)
@@ -95,8 +101,8 @@ class ModularProgram:
 
     def size(self, index: int) -> Size | None:
         """Return the size of a result, or None if its text doesn't show that it is a rational function."""
-        step = self.steps[self.outputs[index]]
-        return None if step is None else step[1]
+        sized_step = self.steps[self.outputs[index]]
+        return None if sized_step is None else sized_step.size
 
 
 _UNIT_SIZE = Size(0.0, 0.0)
@@ -110,15 +116,15 @@ def make_modular_program(program: Program, fixed_values: Mapping[str, Fraction |
     angles = find_angles(steps)
     sized_steps: list[SizedStep | None] = []
     for op, operands, constant in steps:
-        sizes = [step[1] for step in (sized_steps[i] for i in operands) if step is not None]
+        sizes = [operand.size for operand in (sized_steps[i] for i in operands) if operand is not None]
         if op in _TRIGONOMETRIC_FUNCTIONS:
             step = _make_trigonometric_step(op, angles[operands[0]])
         elif op == "sqrt":
             step = _make_square_root_step(angles[operands[0]])
         else:
             size = _compute_size(op, constant, sizes) if len(sizes) == len(operands) else None
-            step = ((op, operands, constant), size) if size is not None else None
-        sized_steps.append(None if step is None or max(step[1]) > _MAX_SIZE else step)
+            step = SizedStep((op, operands, constant), size) if size is not None else None
+        sized_steps.append(None if step is None or max(step.size) > _MAX_SIZE else step)
     return ModularProgram(tuple(sized_steps), program.outputs)
 
 
@@ -171,7 +177,7 @@ def _make_trigonometric_step(op: str, angle: Angle | None) -> SizedStep | None:
     degree = float(exponent_sum)
     exponential, sine = Size(degree, 0.0, degree, 0.0), Size(2 * degree, 1.0, degree, 1.0)
     size = {"exp": exponential, "sin": sine, "cos": sine, "sec": _invert_size(sine), "csc": _invert_size(sine)}.get(op)
-    return (op, (), phase), size or Size(2 * degree, 1.0, 2 * degree, 1.0)
+    return SizedStep((op, (), phase), size or Size(2 * degree, 1.0, 2 * degree, 1.0))
 
 
 _SQUARE_ROOTS = {2: ((1, 180), (1, -180)), 3: ((1, 120), (1, -120)), 5: ((1, 0), (2, 288), (2, -288))}
@@ -193,7 +199,7 @@ def _make_square_root_step(angle: Angle | None) -> SizedStep | None:
         return None
     factor = Fraction(integer_root, number.denominator)
     size = Size(0.0, _log2(factor.numerator) + 3.0 * len(root_primes), 0.0, _log2(factor.denominator))
-    return ("root", (), (factor, root_primes, ROOT_ORDER // 4 if number < 0 else 0)), size
+    return SizedStep(("root", (), (factor, root_primes, ROOT_ORDER // 4 if number < 0 else 0)), size)
 
 
 # --- evaluation ---
@@ -231,10 +237,10 @@ def _residue(number: Fraction, prime: int) -> int:
 def evaluate_modular(program: ModularProgram, point: _Point) -> list[int | None]:
     """Return the results modulo the prime; None for results that are undefined there or not rational functions."""
     values: list[int | None] = []
-    for step in program.steps:
+    for sized_step in program.steps:
         value = None
-        if step is not None:
-            op, operands, data = step[0]
+        if sized_step is not None:
+            op, operands, data = sized_step.step
             args = [values[i] for i in operands]
             with suppress(ValueError):  # a division by zero
                 value = None if None in args else _evaluate_step(op, args, data, point) % point.field.prime
@@ -344,12 +350,12 @@ _SHARED_FIELD = field.SharedField()
 
 def compare(
     student: Program, reference: Program, fixed_values: Mapping[str, Fraction | None], seed: str,
-    field_source: Callable[[Stream], Field] | None = None,
+    choose_test_field: Callable[[Stream], Field] | None = None,
 ) -> list[ExactComparison]:  # fmt: skip
     """Compare two programs result by result; `fixed_values` maps the names that stand for numbers to their values.
 
     A result that is undefined at every point differs from the reference. `seed` determines the points and all fields
-    after the first, so that each further field is independent of the first.
+    after the first, so that each further field is independent of the first. Tests choose all fields themselves.
     """
     student_modular = make_modular_program(student, fixed_values)
     reference_modular = student_modular if student == reference else make_modular_program(reference, fixed_values)
@@ -359,8 +365,8 @@ def compare(
     for trial in range(MAX_POINTS):
         if not any(comparison.needs_points for comparison in comparisons):
             break
-        is_shared = trial == 0 and field_source is None
-        chosen_field = _SHARED_FIELD.get() if is_shared else (field_source or choose_field)(stream)
+        is_shared = trial == 0 and choose_test_field is None
+        chosen_field = _SHARED_FIELD.get() if is_shared else (choose_test_field or choose_field)(stream)
         point = _Point(chosen_field, stream)
         student_values = evaluate_modular(student_modular, point)
         is_same_program = reference_modular is student_modular

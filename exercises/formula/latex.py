@@ -107,9 +107,9 @@ class _Reader:
         return Layout("letter" if sign.isalpha() else "sign", "−" if sign == "-" else sign)
 
     def read_command(self, name: str) -> Layout:
-        known = _COMMANDS.get(name)
-        if known is not None:
-            return known
+        piece = _COMMANDS.get(name)
+        if piece is not None:
+            return piece
         if name.startswith("text{"):
             return Layout("text", name[5:-1])
         if name in ("frac", "tfrac", "dfrac"):

@@ -82,9 +82,9 @@ def scientific_number(digits: str, power: int) -> Pieces:
 
 def raise_pieces_to(pieces: Pieces, exponent: Layout) -> Pieces:
     """Return the pieces with a power added to the last one."""
-    last = pieces[-1]
-    base_piece, below, power = last.inner if last.kind == "script" else (last, EMPTY, EMPTY)
-    return (*pieces[:-1], script(base_piece, below, row(*row_pieces(power), *row_pieces(exponent))))
+    last_piece = pieces[-1]
+    base_piece, subscript, power = last_piece.inner if last_piece.kind == "script" else (last_piece, EMPTY, EMPTY)
+    return (*pieces[:-1], script(base_piece, subscript, row(*row_pieces(power), *row_pieces(exponent))))
 
 
 def row_pieces(piece: Layout) -> Pieces:

@@ -47,11 +47,11 @@ def _has_unit(node: Node, is_last: bool) -> bool:
     It is their unit if the last factor is a number, a fraction or a list. At the end of a product (`is_last`), it is
     their unit unless the last factor stands for a whole number.
     """
-    last = node.args[1] if node.kind == "*" else node
+    last_factor = node.args[1] if node.kind == "*" else node
     if is_last:
-        return last.value not in _WHOLE_NUMBER_NAMES
-    is_fraction = last.kind == "/" and all(arg.kind in _NUMBER_KINDS for arg in last.args)
-    return is_fraction or last.kind in (*_NUMBER_KINDS, "list")
+        return last_factor.value not in _WHOLE_NUMBER_NAMES
+    is_fraction = last_factor.kind == "/" and all(arg.kind in _NUMBER_KINDS for arg in last_factor.args)
+    return is_fraction or last_factor.kind in (*_NUMBER_KINDS, "list")
 
 
 def _contains_angle(product: Node) -> bool:

@@ -214,8 +214,8 @@ class _LatexReader:
         if symbol[0] in SPACES:
             return " "
         if symbol == "{":
-            inner = self.read_group()
-            return f"{{{inner}}}" if ":" in inner else f"({inner})"  # a SymPy dictionary, {\theta_2: [0, pi]}
+            content = self.read_group()
+            return f"{{{content}}}" if ":" in content else f"({content})"  # a SymPy dictionary, {\theta_2: [0, pi]}
         if symbol == "_":
             return self.read_subscript()
         if symbol == "^":
@@ -241,9 +241,9 @@ class _LatexReader:
 
     def read_group(self) -> str:
         """Return the text before the closing brace, and skip the brace."""
-        inner = self.read_until(("}",))
+        content = self.read_until(("}",))
         self.position += 1
-        return inner
+        return content
 
     def read_argument(self) -> str:
         """Return the next group or single token; "" if there is none, or if groups are nested too deeply."""

@@ -8,6 +8,7 @@ Rates and velocities come after their coefficients and are sorted by index.
 import re
 from dataclasses import dataclass
 from functools import lru_cache
+from typing import NamedTuple
 
 import sympy as sp
 
@@ -15,6 +16,14 @@ from qdot.exercises.formula.sympy_text import expression_text
 
 SortKey = tuple[object, ...]
 """A key by which `sorted` compares names, terms or factors."""
+
+
+class SignedTerm(NamedTuple):
+    """A term of a sum as it is printed after its sign, and whether the sign is a minus."""
+
+    is_negative: bool
+    term: sp.Expr
+
 
 NAMED_ANGLE_PATTERN = re.compile(r"\\varphi'*_\{(\d+)\}")
 """The name of a symbol for an angle; its index lists the joints whose angles it contains."""
@@ -47,7 +56,7 @@ def find_joints(symbol: sp.Symbol) -> list[int]:
 def _make_term_key(term: sp.Expr) -> SortKey:
     """Return a key that sorts terms by rate or velocity, then by their sines and cosines, then by their symbols."""
     motion_keys = sorted(_make_motion_key(s) for s in term.free_symbols if is_rate_or_component(s))
-    trig_keys = sorted(_make_trig_key(trig)[:4] for trig in term.atoms(sp.sin, sp.cos))
+    trig_keys = sorted(_make_trig_key(trig)[:4] for trig in term.atoms(sp.sin, sp.cos))  # without their texts
     names = sorted(natural_sort_key(s.name) for s in term.free_symbols)
     is_joint_first = not any(name[0] == "theta" for name in names)
     if not trig_keys and not motion_keys and names:
@@ -118,7 +127,7 @@ def order_product(expression: sp.Expr) -> Product:
             numerator.append(factor)
     flips = set()
     for factor in denominator:
-        if factor.is_Add and order_terms(factor)[0][0]:
+        if factor.is_Add and order_terms(factor)[0].is_negative:
             flips.add(factor)
             is_negative = not is_negative
     for factor in numerator:
@@ -136,42 +145,39 @@ def _may_start_with_minus(factor: sp.Expr) -> bool:
 
 
 @lru_cache(maxsize=4096)
-def order_terms(expression: sp.Expr, flip_signs: bool = False) -> tuple[tuple[bool, sp.Expr], ...]:
-    """Return (is subtracted, term) for the terms of a sum in order; if `flip_signs`, all signs are changed."""
+def order_terms(expression: sp.Expr, flip_signs: bool = False) -> tuple[SignedTerm, ...]:
+    """Return the terms of a sum in order; if `flip_signs`, all signs are changed."""
     sorted_terms = sorted(sp.Add.make_args(expression), key=_make_term_key)
     signed_terms = [_split_sign(term, flip_signs) for term in sorted_terms]
     if any(map(_contains_motion, sorted_terms)):
         # 0.12 + a_2 c_2, but a_1 c_1 - 0.6: a constant comes first unless it is subtracted
-        signed_terms.sort(key=lambda term: 1 if _contains_motion(term[1]) else 2 * term[0])
+        signed_terms.sort(key=lambda signed: 1 if _contains_motion(signed.term) else 2 * signed.is_negative)
         return tuple(_move_plus_first(signed_terms))
     # theta_1 - theta_2 + theta_3 + 0.1, but d_2 - d_1: numbers come last, and the first term has no minus
-    is_first_negative = signed_terms[0][0]
-    signed_terms.sort(key=lambda term: (term[1].is_number, is_first_negative and term[0]))
-    if signed_terms[0][0] and not signed_terms[-1][0]:  # 0.2 - a_1
+    is_first_negative = signed_terms[0].is_negative
+    signed_terms.sort(key=lambda signed: (signed.term.is_number, is_first_negative and signed.is_negative))
+    if signed_terms[0].is_negative and not signed_terms[-1].is_negative:  # 0.2 - a_1
         signed_terms = [signed_terms[-1], *signed_terms[:-1]]
     return tuple(signed_terms)
 
 
-def _split_sign(term: sp.Expr, flip_signs: bool) -> tuple[bool, sp.Expr]:
-    """Return whether a term is subtracted, and the term as it is printed after that sign.
-
-    If `flip_signs`, the opposite of the term is meant.
-    """
+def _split_sign(term: sp.Expr, flip_signs: bool) -> SignedTerm:
+    """Return a term with its sign; if `flip_signs`, the opposite of the term is meant."""
     if flip_signs and not (opposite := -term).is_Add:
-        return order_product(opposite).is_negative, opposite
-    return order_product(term).is_negative != flip_signs, term
+        return SignedTerm(order_product(opposite).is_negative, opposite)
+    return SignedTerm(order_product(term).is_negative != flip_signs, term)
 
 
-def _move_plus_first(signed_terms: list[tuple[bool, sp.Expr]]) -> list[tuple[bool, sp.Expr]]:
+def _move_plus_first(signed_terms: list[SignedTerm]) -> list[SignedTerm]:
     """Return the terms with a positive term first, if the first term has a minus and the terms may be swapped.
 
     They may be swapped in a sum of rates, and if the first two contain a sine and a cosine of the same angle.
     """
     symbols = {str(symbol) for _, term in signed_terms for symbol in term.free_symbols}
-    if signed_terms[0][0] and all(map(_RATE_PATTERN.fullmatch, symbols)):
-        return sorted(signed_terms, key=lambda term: term[0])  # qd2 - qd1
+    if signed_terms[0].is_negative and all(map(_RATE_PATTERN.fullmatch, symbols)):
+        return sorted(signed_terms, key=lambda signed: signed.is_negative)  # qd2 - qd1
     signs = [minus for minus, _ in signed_terms[:2]]
-    if signs == [True, False] and not any(map(is_rate_or_component, signed_terms[0][1].free_symbols)):
+    if signs == [True, False] and not any(map(is_rate_or_component, signed_terms[0].term.free_symbols)):
         angles = [{trig.args for trig in term.atoms(sp.sin, sp.cos)} for _, term in signed_terms[:2]]
         if angles[0] == angles[1]:  # 0.06 s_2 - 0.35 c_2
             return [signed_terms[1], signed_terms[0], *signed_terms[2:]]

@@ -189,8 +189,8 @@ class _Parser:
             rows[-1].append(entry)
             if self.take(","):
                 has_comma = True
-                first = next(row[0] for row in rows if row)
-                if not closing and self.take("and", "&", *(_OR_WORDS if self.is_condition(first) else ())):
+                first_entry = next(row[0] for row in rows if row)
+                if not closing and self.take("and", "&", *(_OR_WORDS if self.is_condition(first_entry) else ())):
                     self.require_more()
             elif self.peek() != ";":
                 if closing:
@@ -212,14 +212,14 @@ class _Parser:
             return all(map(self.is_condition, node.args))
         return node.kind in ("eq", "in") and not find_names(node.args[0]).isdisjoint(self.known_symbols)
 
-    def join_conditions(self, first: Node, is_alone: bool) -> Node:
+    def join_conditions(self, condition: Node, is_alone: bool) -> Node:
         """Parse "A, and B" as "A and B" if B is a condition; return the conjunction. `first` is A.
 
         If B is a value, as in theta2 = 0, and pi, the comma separates the entries of a list; return A. Raises
         ParseError if more commas or alternatives make this ambiguous; `is_alone` says whether A is the first entry.
         """
         start = self.position
-        terms = list(first.args) if first.kind == "and" else [first]
+        terms = list(condition.args) if condition.kind == "and" else [condition]
         while self.is_comma_before_and():
             position = self.position
             self.position += 2
@@ -229,8 +229,8 @@ class _Parser:
                 break
             terms.append(term)
         if self.position == start:
-            return first
-        if not is_alone or self.peek() in (",", "or", "|") or first.kind == "or":
+            return condition
+        if not is_alone or self.peek() in (",", "or", "|") or condition.kind == "or":
             self.position = start
             example = "(theta1 = 0 or theta2 = 0) and theta3 = 0"
             raise self.parse_error(f"a comma before 'and' is ambiguous; use brackets and no comma, as in {example}")
@@ -410,8 +410,8 @@ class _Parser:
             index += 1
         if self.tokens[index].kind == "end" or not has_symbol:
             return False
-        opening, first, last, end = (self.tokens[k] for k in (self.position, self.position + 1, index - 1, index))
-        is_tight = first.position == opening.position + 1 and last.position + len(last.text) == end.position
+        opening, first, last, closing = (self.tokens[k] for k in (self.position, self.position + 1, index - 1, index))
+        is_tight = first.position == opening.position + 1 and last.position + len(last.text) == closing.position
         return is_tight or self.tokens[index + 1].kind == "end" or self.tokens[index + 1].text in _AFTER_BARS
 
     def is_row_below(self, node: Node) -> bool:
@@ -449,13 +449,13 @@ class _Parser:
         """
         if text not in _UNITS or text in self.known_symbols or text in VOCABULARY["whole_numbers"]:
             return False
-        kind, previous, _ = self.tokens[self.position - 1]
-        if kind != "number" and previous not in VOCABULARY["before_whole_numbers"]:
+        kind, previous_text, _ = self.tokens[self.position - 1]
+        if kind != "number" and previous_text not in VOCABULARY["before_whole_numbers"]:
             return False
-        next_kind, following, _ = self.tokens[min(self.position + 1, len(self.tokens) - 1)]
+        next_kind, next_text, _ = self.tokens[min(self.position + 1, len(self.tokens) - 1)]
         if text in VOCABULARY["lengths"]:
-            return following not in _UNIT_OPERATORS
-        return following not in _FACTOR_CONTINUATIONS and (next_kind in ("op", "end") or following in _CONNECTIVES)
+            return next_text not in _UNIT_OPERATORS
+        return next_text not in _FACTOR_CONTINUATIONS and (next_kind in ("op", "end") or next_text in _CONNECTIVES)
 
     def parse_power(self) -> Node:
         base = self.parse_primary()
@@ -497,10 +497,10 @@ class _Parser:
         """Parse |a1*sin(theta2)| up to its second bar; a bar between two conditions means "or" instead."""
         with self.count_nesting():
             self.is_inside_bars, was_inside_bars = True, self.is_inside_bars
-            inner = self.parse_sum()
+            content = self.parse_sum()
             self.is_inside_bars = was_inside_bars
             self.expect("|")
-        return _make_call(FUNCTIONS["abs"], (inner,))
+        return _make_call(FUNCTIONS["abs"], (content,))
 
     def parse_bracket(self, closing: str, kind: str) -> Node:
         """Parse the content of brackets: of a "group" in parentheses, a "list", a "set" or "args" of a function."""

@@ -9,7 +9,7 @@ that cancel, not only with the sum that remains.
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass
 from fractions import Fraction
-from typing import Any
+from typing import Any, NamedTuple
 
 import mpmath
 import numpy as np
@@ -133,8 +133,15 @@ ValueAndMagnitude = tuple[np.ndarray, np.ndarray]
 """The values (points,) of a step, complex, and their magnitudes (points,)."""
 
 
-def evaluate(program: Program, values: Mapping[str, np.ndarray], point_count: int) -> tuple[np.ndarray, np.ndarray]:
-    """Return values (complex) and magnitudes, each of shape (outputs, points), in double precision.
+class Evaluation(NamedTuple):
+    """The values (complex) of a program's results and their magnitudes, each of shape (outputs, points)."""
+
+    values: np.ndarray
+    magnitudes: np.ndarray
+
+
+def evaluate(program: Program, values: Mapping[str, np.ndarray], point_count: int) -> Evaluation:
+    """Return the values and magnitudes of a program's results, in double precision.
 
     `values` maps every name to its values at the points; a missing name raises KeyError. Undefined values are nan.
     """
@@ -165,15 +172,17 @@ def evaluate_steps(program: Program, values: Mapping[str, np.ndarray], point_cou
     results: list[ValueAndMagnitude] = []
     with np.errstate(all="ignore"):
         for step in program.steps:
-            args = [results[i] for i in step[1]]
+            _, operands, _ = step
+            args = [results[i] for i in operands]
             value = _evaluate_step(step, [arg for arg, _ in args], values, point_count)
             results.append((value, _compute_magnitude(step, value, args)))
     return results
 
 
-def select_outputs(program: Program, steps: list[ValueAndMagnitude]) -> tuple[np.ndarray, np.ndarray]:
+def select_outputs(program: Program, steps: list[ValueAndMagnitude]) -> Evaluation:
     """Return the values and magnitudes of a program's results from those of all its steps."""
-    return np.array([steps[i][0] for i in program.outputs]), np.array([steps[i][1] for i in program.outputs])
+    results = [steps[i] for i in program.outputs]
+    return Evaluation(np.array([value for value, _ in results]), np.array([size for _, size in results]))
 
 
 def assign_regions(
@@ -186,11 +195,11 @@ def assign_regions(
     region_numbers = np.zeros(point_count, dtype=np.int64)
     for program, steps in evaluated_programs:
         branching = (operands for op, operands, _ in program.steps if op in BRANCHING_FUNCTIONS)
-        for value in (steps[i][0] for operands in branching for i in operands):
+        for value, _ in (steps[i] for operands in branching for i in operands):
             with np.errstate(invalid="ignore"):
                 imaginary_signs = np.where(np.abs(value.imag) > 1e-9 * np.abs(value), np.sign(value.imag), 0)
                 sign_numbers = 3 * np.nan_to_num(np.sign(value.real)) + np.nan_to_num(imaginary_signs) + 4
-            region_numbers = np.unique(9 * region_numbers + sign_numbers.astype(np.int64), return_inverse=True)[1]
+            _, region_numbers = np.unique(9 * region_numbers + sign_numbers.astype(np.int64), return_inverse=True)
     return region_numbers
 
 
@@ -318,5 +327,5 @@ def evaluate_constant(node: Node) -> Any:
     """Return the real value of a tree as an mpmath number; None if it has symbols or no real value."""
     if find_names(node):
         return None
-    value = evaluate_precisely(compile_program([node]), {}, PRECISE_DIGITS)[0]
+    (value,) = evaluate_precisely(compile_program([node]), {}, PRECISE_DIGITS)
     return mpmath.re(value) if mpmath.isfinite(value) and abs(mpmath.im(value)) < PRECISE_TOLERANCE else None

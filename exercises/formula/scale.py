@@ -41,7 +41,7 @@ def find_constant_factor(
         return None
     samples = domain.sample(set(domain.roles), READABLE_POINTS + EXTRA_POINTS, Stream(seed))
     values = {name: column if name in varying else np.abs(column) for name, column in samples.items()}
-    entry_values = evaluate(compile_program([*entries, *reference]), values, READABLE_POINTS + EXTRA_POINTS)[0]
+    entry_values = evaluate(compile_program([*entries, *reference]), values, READABLE_POINTS + EXTRA_POINTS).values
     with np.errstate(all="ignore"):
         ratios = entry_values[: len(reference)] / entry_values[len(reference) :]
     is_negative = ratios[:, -1].real < 0

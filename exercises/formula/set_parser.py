@@ -122,9 +122,9 @@ def _find_joint(node: Node, joints: Sequence[str]) -> Node | None:
 
 def _intersect(unions: Sequence[Sequence[Piece]]) -> list[Piece]:
     """Return the pieces of an intersection of unions: every combination of one piece from each union."""
-    count = math.prod(len(pieces) for pieces in unions)
-    if count > _MAX_PIECES:
-        raise ParseError(f"the conditions make {count} cases; at most {_MAX_PIECES} are allowed")
+    case_count = math.prod(len(pieces) for pieces in unions)
+    if case_count > _MAX_PIECES:
+        raise ParseError(f"the conditions make {case_count} cases; at most {_MAX_PIECES} are allowed")
     return [sum(combination, ()) for combination in product(*unions)]
 
 
@@ -177,8 +177,8 @@ def is_tied(atom: Atom, piece: Piece, joints: Sequence[str]) -> bool:
     An example is q1 in "q1 = q2 and c1 = 0".
     """
     depends_on_joints = bool(find_names(atom.expression) & set(joints))
-    others = (other_atom for other_atom in piece if other_atom is not atom)
-    return depends_on_joints and any(atom.joint in (a.joint, *find_names(a.expression)) for a in others)
+    other_atoms = (other_atom for other_atom in piece if other_atom is not atom)
+    return depends_on_joints and any(atom.joint in (a.joint, *find_names(a.expression)) for a in other_atoms)
 
 
 def parse_typed_set(node: Node, joints: Sequence[str]) -> list[Piece]:
@@ -199,7 +199,7 @@ def parse_typed_set(node: Node, joints: Sequence[str]) -> list[Piece]:
 def _count_nodes_of_cases(node: Node) -> int:
     """Return the total number of nodes in all cases of all conditions."""
     alternatives = ("list", "set", "or")
-    count, stack = 0, [node]
+    node_count, stack = 0, [node]
     while stack:  # no recursion: a long sum is a deep tree
         current = stack.pop()
         kinds = {arg.kind for arg in current.args}
@@ -207,5 +207,5 @@ def _count_nodes_of_cases(node: Node) -> int:
             stack.extend(current.args)
         else:
             whole_numbers = find_names(current) & set(WHOLE_NUMBER_NAMES)
-            count += (_FIXED_COST + count_nodes(current)) * len(WHOLE_NUMBER_VALUES) ** len(whole_numbers)
-    return count
+            node_count += (_FIXED_COST + count_nodes(current)) * len(WHOLE_NUMBER_VALUES) ** len(whole_numbers)
+    return node_count

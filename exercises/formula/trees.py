@@ -122,8 +122,8 @@ def fold(tree: Node, combine: Callable[[Node, list[Result]], Result]) -> Result:
     while stack:
         node, is_ready = stack.pop()
         if is_ready or not node.args:
-            first = len(results) - len(node.args)
-            results[first:] = [combine(node, results[first:])]
+            first_arg = len(results) - len(node.args)
+            results[first_arg:] = [combine(node, results[first_arg:])]
         else:
             stack.append((node, True))
             stack.extend((arg, False) for arg in reversed(node.args))

@@ -39,4 +39,4 @@ def fix_given_joints(part: Part, values: SymbolValues) -> SymbolValues:
     """Return the values of all symbols, with the values of the joints that the question gives inserted."""
     count = len(next(iter(values.values())))
     fixed = part.details.given_joints.items()
-    return values | {q.name: evaluate(compile_expression(value), values, count)[0][0].real for q, value in fixed}
+    return values | {q.name: evaluate(compile_expression(value), values, count).values[0].real for q, value in fixed}

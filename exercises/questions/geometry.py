@@ -388,7 +388,7 @@ def _sample_exact_joint_values_on(
     values = {symbol.name: np.full(grid[0].size, float(sp.N(value))) for symbol, value in {**lengths, **fixed}.items()}
     values |= {q.name: axis.ravel() for q, axis in zip(tied_joints, grid, strict=True)}
     programs = compile_program([parse_formula(str(condition)) for condition in conditions])
-    residuals = np.abs(evaluate(programs, values, grid[0].size)[0]).max(axis=0)
+    residuals = np.abs(evaluate(programs, values, grid[0].size).values).max(axis=0)
     zero_indices = np.argwhere(residuals.reshape(grid[0].shape) < 1e-9)
     if not len(zero_indices):
         return None

@@ -280,7 +280,7 @@ def are_different_functions(chain: Chain, formulas: list[sp.Matrix]) -> bool:
     names = {symbol.name for formula in formulas for symbol in formula.free_symbols}
     count = READABLE_POINTS + SAMPLE_COUNT
     sampled = Domain(domain_of(chain).roles).sample(names, count, Stream("quiz"))
-    outcomes = evaluate(programs, sampled or {"any": np.ones(count)}, count)[0]
+    outcomes = evaluate(programs, sampled or {"any": np.ones(count)}, count).values
     values = outcomes.reshape(len(formulas), -1, count)[:, :, READABLE_POINTS:]
     return bool(np.isfinite(values).all()) and all(have_different_values(a, b) for a, b in combinations(values, 2))
 

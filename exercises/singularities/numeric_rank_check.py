@@ -160,7 +160,7 @@ class _Branch:
     def evaluate_at(self, q: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
         """Return the values of the m conditions (k x m) and their derivatives (k x m x n) at k configurations."""
         k, m = len(q), len(self._coefficient_sizes)
-        results = evaluate(self._program, dict(zip(self._joint_names, q.T, strict=True)), k)[0].real
+        results = evaluate(self._program, dict(zip(self._joint_names, q.T, strict=True)), k).values.real
         derivatives = results[m:].reshape(m, -1, k).transpose(2, 0, 1)
         return results[:m].T / self._coefficient_sizes, derivatives / self._coefficient_sizes[:, None]
 

@@ -186,7 +186,7 @@ def _find_linear_coefficients(problem: Problem, part: Part, points: SymbolValues
     for name, symbol in problem.symbols.items():
         if name in used_names and symbol.role in ("rate", "velocity", "force"):
             samples = (first_points | {name: first_points[name] * 0 + k} for k in range(3))
-            at_0, at_1, at_2 = [evaluate(program, sample, FINGERPRINT_POINT_COUNT)[0].real for sample in samples]
+            at_0, at_1, at_2 = [evaluate(program, sample, FINGERPRINT_POINT_COUNT).values.real for sample in samples]
             if np.allclose(at_2 - at_1, at_1 - at_0, rtol=1e-9, atol=1e-12):
                 factors[name] = [[round_to_six_digits(value) + 0.0 for value in entry] for entry in at_1 - at_0]
     return factors

@@ -121,11 +121,11 @@ def redundant_events(chain: Chain) -> Iterator[str | RedundantSingularities]:
         yield replace(result, is_always_singular=True)
         return
     branches = [tuple(_scale_coefficients(c.xreplace(values)) for c in branch) for branch in reciprocal.branches]
-    solved = [(branch, component) for branch in branches if (component := solve_conjunction(branch, chain)) is not None]
+    solutions = [(b, component) for b in branches if (component := solve_conjunction(b, chain)) is not None]
     yield "the numeric test of these conditions"
-    check = check_rank_loss(chain, [component.conditions for _, component in solved])
+    check = check_rank_loss(chain, [component.conditions for _, component in solutions])
     confirmed, doubtful, undecided = [], [], []
-    for k, (branch, component) in enumerate(solved):
+    for k, (branch, component) in enumerate(solutions):
         if k in check.full_rank_branches:
             doubtful.append(branch)
         elif check.samples[k] or not check.arms:
@@ -186,8 +186,8 @@ def _collect_remaining_matrices(
 
 def _index_of_minors(remaining_matrices: RemainingMatrices, conditions: tuple[sp.Expr, ...]) -> int | None:
     """Return the index of the matrix that applies in all cases and whose minors include all conditions, or None."""
-    for index, remaining in enumerate(remaining_matrices):
-        if len(conditions) > 2 and remaining.cases == ((),) and set(conditions) <= remaining.minors:
+    for index, remaining_matrix in enumerate(remaining_matrices):
+        if len(conditions) > 2 and remaining_matrix.cases == ((),) and set(conditions) <= remaining_matrix.minors:
             return index
     return None
 
@@ -196,7 +196,7 @@ def _scale_coefficients(condition: sp.Expr) -> sp.Expr:
     """Scale a sum by a power of ten, so that large integer coefficients become exact decimals of at most one."""
     expanded = sp.expand(condition)
     numbers = [term.as_coeff_Mul()[0] for term in sp.Add.make_args(expanded)]
-    largest = max(map(abs, numbers))
-    if not condition.is_Add or not all(number.is_Integer for number in numbers) or largest < 10:
+    largest_number = max(map(abs, numbers))
+    if not condition.is_Add or not all(number.is_Integer for number in numbers) or largest_number < 10:
         return condition
-    return sp.expand(expanded / sp.Integer(10) ** len(str(largest)))
+    return sp.expand(expanded / sp.Integer(10) ** len(str(largest_number)))

@@ -133,10 +133,12 @@ def solve(chain: Chain) -> Solution:
     Solution(mine: J 2 x 2, det J = a1*a2*sin(theta2))
     """
     d = derive(chain)
-    *_, last = singular_events(chain)
-    assert isinstance(last, Singularities)
-    results = last.determinant, last.singular, last.note, last.redundant, last.special_cases
-    return Solution(chain, d.position, d.geometric[:3, :], d.geometric, *results)
+    *_, singularities = singular_events(chain)
+    assert isinstance(singularities, Singularities)
+    return Solution(
+        chain, d.position, d.geometric[:3, :], d.geometric, singularities.determinant, singularities.singular,
+        singularities.note, singularities.redundant, singularities.special_cases,
+    )  # fmt: skip
 
 
 @dataclass(frozen=True)
@@ -165,9 +167,9 @@ def singular_events(chain: Chain) -> Iterator[str | PartialResult | Singularitie
             singularities = yield from method(chain)
             break
         except TooLong as error:
-            failed = error
+            reason = error
     else:
-        remark = f"The singular configurations were not derived: {failed}. Position and Jacobian are complete."
+        remark = f"The singular configurations were not derived: {reason}. Position and Jacobian are complete."
         yield Singularities(None, None, remark)
         return
     if SPECIAL_LENGTHS in singularities.missing:
@@ -182,7 +184,7 @@ def _solve_by_minors(chain: Chain) -> SingularEvents:
     """Find the singular set by the minors of J, or by the determinant if J is square; yield events. Raises TooLong."""
     d = derive(chain)
     functions = "the determinant of J" if d.is_square else "the minors of J"
-    later = (NUMERIC_TEST, SPECIAL_LENGTHS) if chain.parameters else (NUMERIC_TEST,)
+    later_results = (NUMERIC_TEST, SPECIAL_LENGTHS) if chain.parameters else (NUMERIC_TEST,)
     determinant = d.determinant if d.is_square else None
     if all(minor.is_zero for minor in d.symbolic_minors):
         singularities = Singularities(determinant, None, ALWAYS_SINGULAR)
@@ -192,17 +194,17 @@ def _solve_by_minors(chain: Chain) -> SingularEvents:
     yield f"where {functions} {'is' if d.is_square else 'are all'} zero"
     singular_set(chain)
     yield PartialResult(
-        partial(_render_so_far, chain, False), partial(_make_conditions_data, chain), (DESCRIPTION, *later)
+        partial(_render_so_far, chain, False), partial(_make_conditions_data, chain), (DESCRIPTION, *later_results)
     )
     yield "the geometry of the configurations in which J loses rank"
     singular = certify_components(chain)
     lengths = "" if singular else _describe_special_conditions(chain)
     never_singular = "For general lengths, no configuration is singular." if lengths else NEVER_SINGULAR
     remark = "" if singular else never_singular
-    singularities = Singularities(determinant, singular, remark, lengths_remark=lengths, missing=later)
+    singularities = Singularities(determinant, singular, remark, lengths_remark=lengths, missing=later_results)
     yield singularities
     yield "the numeric test of these conditions"
-    singularities = replace(singularities, test_remark=_describe_doubts(chain, singular), missing=later[1:])
+    singularities = replace(singularities, test_remark=_describe_doubts(chain, singular), missing=later_results[1:])
     yield singularities
     return singularities
 
@@ -213,14 +215,14 @@ def _solve_special_lengths(chain: Chain, singularities: Singularities) -> Iterat
     sentences = [f"{requirement}." for requirement in find_length_requirements(chain, singularities.singular or ())]
     if singularities.redundant is None:
         sentences.append(_describe_special_conditions(chain))
-    special = []
+    special_lengths = []
     for event in find_special_lengths(chain, singularities.singular or ()):
         if isinstance(event, SpecialLength):
-            special.append(event)
+            special_lengths.append(event)
         else:
             yield event
     remark = " ".join(filter(None, sentences))
-    yield replace(singularities, lengths_remark=remark, special_cases=tuple(special), missing=())
+    yield replace(singularities, lengths_remark=remark, special_cases=tuple(special_lengths), missing=())
 
 
 def _describe_doubts(chain: Chain, singular: tuple[SingularComponent, ...]) -> str:
@@ -236,7 +238,7 @@ def _render_sentences(template: str, **content: Any) -> str:
 
 def _solve_by_elimination(chain: Chain) -> SingularEvents:
     """Find the singular set of a redundant arm by elimination; yield events. Raises TooLong."""
-    later = (SPECIAL_LENGTHS,) if chain.parameters else ()
+    later_results = (SPECIAL_LENGTHS,) if chain.parameters else ()
     singularities = Singularities(None, None, ALWAYS_SINGULAR)
     for event in redundant_events(chain):
         if isinstance(event, str):
@@ -247,13 +249,13 @@ def _solve_by_elimination(chain: Chain) -> SingularEvents:
         else:
             remark = _describe_numeric_check(chain, event)
             if event.is_described:
-                singularities = Singularities(None, event.components, remark, event, missing=later)
+                singularities = Singularities(None, event.components, remark, event, missing=later_results)
                 yield singularities
             else:
                 components = [*map(_make_component_data, event.components)]
                 data = {"singular": components, "tested": event.search_counts, "note": remark}
-                text = partial(_render_redundant, chain, event, remark=remark)
-                yield PartialResult(text, partial(dict, data), (DESCRIPTION, *later))
+                render_text = partial(_render_redundant, chain, event, remark=remark)
+                yield PartialResult(render_text, partial(dict, data), (DESCRIPTION, *later_results))
     return singularities
 
 
@@ -274,8 +276,8 @@ def _render_so_far(chain: Chain, minors_only: bool) -> str:
 
 def _describe_special_conditions(chain: Chain) -> str:
     """Return a sentence on the conditions that hold simultaneously only for specially related lengths."""
-    special = find_special_length_components(chain) if chain.parameters else ()
-    cases = "; or ".join(" and ".join(f"`{c} = 0`" for c in component.conditions) for component in special)
+    components = find_special_length_components(chain) if chain.parameters else ()
+    cases = "; or ".join(" and ".join(f"`{c} = 0`" for c in component.conditions) for component in components)
     introduction = "These conditions can hold together only for special lengths; then more configurations are singular:"
     return f"{introduction} {cases}." if cases else ""
 
@@ -289,18 +291,18 @@ def _make_singular_data(chain: Chain, singularities: Singularities) -> dict[str,
     """Return the singular set as plain data."""
     has_kinds = can_establish_kind(chain)
 
-    def classified(components: Iterable[SingularComponent]) -> list[dict[str, Any]]:
+    def make_classified(components: Iterable[SingularComponent]) -> list[dict[str, Any]]:
         return [_make_classified_data(chain, component, has_kinds) for component in components]
 
     determinant, singular, special = singularities.determinant, singularities.singular, singularities.special_cases
     content: dict[str, Any] = {
         "determinant": None if determinant is None else str(determinant),
-        "singular": None if singular is None else classified(singular),
+        "singular": None if singular is None else make_classified(singular),
     }
     if singularities.redundant is not None and singularities.redundant.search_counts:
         content["tested"] = singularities.redundant.search_counts
     if special:
-        cases = ({"lengths": case.relation, "singular": classified(case.components)} for case in special)
+        cases = ({"lengths": case.relation, "singular": make_classified(case.components)} for case in special)
         content["special_lengths"] = list(cases)
     return content | ({"note": singularities.note} if singularities.note else {})
 
@@ -391,14 +393,14 @@ def text_events(robot: Robot) -> Events:
     content = {"chain": chain, "w": w, "steps": steps, "tex": tex, "description": description}
     yield ReadyResult("arm", render("solve/arm.md.j2", **content, is_rounded=robot.is_table_rounded))
     parts: list[Part] = []
-    explained: set[str] = set()
+    explained_terms: set[str] = set()
     for name in SECTIONS[:-1]:
         yield QUESTIONS[name].title.lower()
-        yield ReadyResult(name, _render_section(chain, name, parts, explained))
-    yield from _singular_text_events(chain, robot, parts, explained)
+        yield ReadyResult(name, _render_section(chain, name, parts, explained_terms))
+    yield from _singular_text_events(chain, robot, parts, explained_terms)
 
 
-def _singular_text_events(chain: Chain, robot: Robot, parts: list[Part], explained: set[str]) -> Events:
+def _singular_text_events(chain: Chain, robot: Robot, parts: list[Part], explained_terms: set[str]) -> Events:
     """Yield the events of the section on the singular set, of its numeric test, and of special lengths."""
     names, number = iter((SECTIONS[-1], "test", "special lengths")), len(parts) + 3
     for event in singular_events(chain):
@@ -411,7 +413,7 @@ def _singular_text_events(chain: Chain, robot: Robot, parts: list[Part], explain
             if event.redundant is not None:  # the remark on the set contains the result of the test
                 names = iter(("special lengths",))
             yield "the singular configurations, step by step"
-            blocks.append(_render_singular_section(chain, robot, event, parts, explained))
+            blocks.append(_render_singular_section(chain, robot, event, parts, explained_terms))
             number += bool(blocks[0])
             if not blocks[0]:
                 title = "Singular configurations"
@@ -426,7 +428,7 @@ def _singular_text_events(chain: Chain, robot: Robot, parts: list[Part], explain
 
 
 def _render_singular_section(
-    chain: Chain, robot: Robot, singularities: Singularities, parts: list[Part], explained: set[str]
+    chain: Chain, robot: Robot, singularities: Singularities, parts: list[Part], explained_terms: set[str]
 ) -> str:
     """Return the section on the singular set, with the joint values that limits exclude.
 
@@ -435,9 +437,9 @@ def _render_singular_section(
     if singularities.redundant is not None:
         text = _render_redundant(chain, singularities.redundant, len(parts) + 3)
     else:
-        text = _render_section(chain, SECTIONS[-1], parts, explained)
-    excluded = _describe_values_beyond_limits(chain, robot, singularities.singular or ())
-    remarks = [f"The joint limits rule out {'; '.join(excluded)}."] if excluded else []
+        text = _render_section(chain, SECTIONS[-1], parts, explained_terms)
+    excluded_values = _describe_values_beyond_limits(chain, robot, singularities.singular or ())
+    remarks = [f"The joint limits rule out {'; '.join(excluded_values)}."] if excluded_values else []
     if singularities.singular and robot.is_table_rounded:
         remarks.append("The numbers in these conditions are rounded, like those of the arm.")
     return "\n\n".join([text, *remarks]) + "\n" if remarks else text
@@ -453,7 +455,7 @@ def _render_special_lengths(chain: Chain, singularities: Singularities, number: 
     )
 
 
-def _render_section(chain: Chain, name: str, parts: list[Part], explained: set[str]) -> str:
+def _render_section(chain: Chain, name: str, parts: list[Part], explained_terms: set[str]) -> str:
     """Return the section of a question, and append the question's part to `parts`.
 
     The section is empty if the question does not apply to the arm, or if the answer would be too long to be read.
@@ -465,7 +467,7 @@ def _render_section(chain: Chain, name: str, parts: list[Part], explained: set[s
         return ""
     answer, details = question.ask(chain, Stream("solve"))
     parts.append(Part(name, name, answer, details=details))
-    text = write_next_solution(Problem(ProblemId("own", 0), chain, tuple(parts)), explained)
+    text = write_next_solution(Problem(ProblemId("own", 0), chain, tuple(parts)), explained_terms)
     return f"## {len(parts) + 2}. {question.make_title(chain)}\n\n{text}"
 
 
@@ -537,7 +539,7 @@ def _format_cells(convention: type[Convention], row: Joint | Axis) -> list[str]:
 def _describe_values_beyond_limits(chain: Chain, robot: Robot, singular: Iterable[SingularComponent]) -> list[str]:
     """Return texts for the joint values of singular configurations that lie outside the joint limits."""
     limits = dict(zip(chain.q, robot.limits, strict=False))
-    excluded = []
+    excluded_values = []
     for component in singular:
         for joint, values in component.solutions or ():
             joint_limits = limits.get(joint)
@@ -545,7 +547,7 @@ def _describe_values_beyond_limits(chain: Chain, robot: Robot, singular: Iterabl
                 continue
             low, high = joint_limits
             turns = (0,) if joint.name.startswith("d") else (-2 * sp.pi, 0, 2 * sp.pi)
-            outside = [v for v in values if v.is_number and not any(low <= v + turn <= high for turn in turns)]
+            outer_values = [v for v in values if v.is_number and not any(low <= v + turn <= high for turn in turns)]
             limits_text = f"from ${tex_value(low, joint)}$ to ${tex_value(high, joint)}$"
-            excluded += [f"${tex(joint)} = {tex_value(value, joint)}$ ({limits_text})" for value in outside]
-    return list(dict.fromkeys(excluded))
+            excluded_values += [f"${tex(joint)} = {tex_value(value, joint)}$ ({limits_text})" for value in outer_values]
+    return list(dict.fromkeys(excluded_values))

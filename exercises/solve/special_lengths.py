@@ -79,11 +79,11 @@ def list_length_relations(
     sizes = [-value if value.as_coeff_Mul()[0].is_negative else value for value in (*entries, *chain.point.offset)]
     lengths = list(dict.fromkeys(size for size in sizes if size != 0 and (size.is_Symbol or size.is_number)))
     jacobian_symbols = derive(chain).jacobian.free_symbols
-    fixed = [size for size in lengths if size.is_number]
-    symbolic = [size for size in lengths if size.is_Symbol and size in jacobian_symbols]
-    equalities = [*combinations(symbolic, 2), *product(symbolic, fixed)]
-    pairs = (pair for pair in combinations((*symbolic, *fixed), 2) if not all(size.is_number for size in pair))
-    sums = [(length, sp.Add(*pair)) for length, pair in product(symbolic, pairs) if length not in pair]
+    numbers = [size for size in lengths if size.is_number]
+    symbols = [size for size in lengths if size.is_Symbol and size in jacobian_symbols]
+    equalities = [*combinations(symbols, 2), *product(symbols, numbers)]
+    pairs = (pair for pair in combinations((*symbols, *numbers), 2) if not all(size.is_number for size in pair))
+    sums = [(length, sp.Add(*pair)) for length, pair in product(symbols, pairs) if length not in pair]
     thresholds = _find_threshold_relations(find_length_requirements(chain, generic_components))
     return list(dict.fromkeys([*thresholds, *equalities, *sums]))[:MAX_RELATIONS]
 
@@ -109,9 +109,9 @@ def _find_components(chain: Chain) -> tuple[SingularComponent, ...]:
     """Return the singular set of an arm, by elimination if that applies, else by minors. Raises TooLong."""
     if not elimination_applies(chain):
         return certify_components(chain)
-    *_, last = redundant_events(chain)
-    assert isinstance(last, RedundantSingularities)
-    return last.components
+    *_, singularities = redundant_events(chain)
+    assert isinstance(singularities, RedundantSingularities)
+    return singularities.components
 
 
 def _is_known(component: SingularComponent, known_components: list[SingularComponent], special_chain: Chain) -> bool:
@@ -142,7 +142,7 @@ def _has_generic_kind(component: SingularComponent, generic_component: SingularC
         return True
     for values, kind in _kinds_by_values(component, chain).items():
         pairs = _kinds_by_values(generic_component, chain).items()
-        generic_kinds = [generic for at, generic in pairs if values in (at, ()) or at == ()]
+        generic_kinds = [generic for v, generic in pairs if values in (v, ()) or v == ()]
         agrees = [not generic.uniform or replace(generic, meaning=kind.meaning) == kind for generic in generic_kinds]
         if not agrees or not all(agrees):
             return False

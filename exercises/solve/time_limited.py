@@ -83,8 +83,8 @@ def write_solution(
     if output_format == "json":
         write(format_json(_make_data(robot, progress)))
     elif output_format == "latex":
-        ready = filter(None, progress.ready_results.values())
-        write(render_article(chain, [*ready, *_describe_missing(chain, progress)]))
+        ready_blocks = filter(None, progress.ready_results.values())
+        write(render_article(chain, [*ready_blocks, *_describe_missing(chain, progress)]))
     else:
         for block in _describe_missing(chain, progress):
             write_block(block)
@@ -119,8 +119,8 @@ def _make_data(robot: Robot, progress: _Progress) -> dict[str, Any]:
     chain = robot.chain
     content: dict[str, Any] = {"name": chain.title} | ({"rounded": True} if robot.is_table_rounded else {})
     content |= {"position": None, "jacobian": None, "geometric_jacobian": None}
-    twists = twist_jacobian_names(chain)
-    content |= {"twist_rows": list(convention_of(chain).velocity_names), **dict.fromkeys(twists)} if twists else {}
+    names = twist_jacobian_names(chain)
+    content |= {"twist_rows": list(convention_of(chain).velocity_names), **dict.fromkeys(names)} if names else {}
     content |= {"task": list(chain.task), "determinant": None, "singular": None}
     for result in progress.ready_results.values():
         content |= result
@@ -183,6 +183,6 @@ def _list_expected_sections(chain: Chain) -> list[str]:
     if chain.n > MAX_JOINTS_FOR_INVERSE:
         omitted |= {*INVERSE_SECTIONS}
     # `find_objection` is called only for sections that need a feature of a convention; for others, it may take minutes
-    with_feature = [name for name in SECTIONS if QUESTIONS[name].required_feature]
-    omitted |= {name for name in with_feature if QUESTIONS[name].find_objection(chain) is not None}
+    sections_with_feature = [name for name in SECTIONS if QUESTIONS[name].required_feature]
+    omitted |= {name for name in sections_with_feature if QUESTIONS[name].find_objection(chain) is not None}
     return [name for name in SECTIONS if name not in omitted]

@@ -248,7 +248,7 @@ def _measure_distances(component: Component, chain: Chain, lengths: Mapping[str,
         def evaluate_conditions(q: np.ndarray) -> np.ndarray:
             values = {name: np.full(len(q), value) for name, value in lengths.items()}
             values |= {joint.name: column for joint, column in zip(chain.q, q.T, strict=True)}
-            return np.stack([evaluate(program, values, len(q))[0][0].real for program in programs], axis=1)
+            return np.stack([evaluate(program, values, len(q)).values[0].real for program in programs], axis=1)
 
         return evaluate_conditions
     numbers = {sp.Symbol(name): sp.Float(value) for name, value in lengths.items()}

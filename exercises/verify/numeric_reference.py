@@ -151,7 +151,7 @@ class NumericReference:
         Each entry is printed, and its text is parsed like an answer. This also checks the printed form.
         """
         program = compile_program([self.parse(expression_text(entry)) for entry in entries])
-        values = evaluate(program, self.symbol_values, self.sample_count)[0]
+        values = evaluate(program, self.symbol_values, self.sample_count).values
         result = values.real if np.all(np.abs(values.imag) <= 1e-12 * (1 + np.abs(values))) else values
         return result.T.reshape(self.sample_count, *entries.shape)
 

@@ -1,6 +1,7 @@
 """The commands about arms and problems: init, families, questions, show, robots, solve."""
 
 import json
+import sys
 from dataclasses import asdict, replace
 from pathlib import Path
 from typing import Annotated, Any
@@ -37,7 +38,7 @@ from qdot.grader.cli.options import (
 )
 from qdot.grader.cli.overview import describe_families, describe_family, describe_robots, list_refusals
 
-SHOW_FORMATS = ("text", "latex", "html", "json", "ipynb")
+SHOW_FORMATS = ("text", "latex", "html", "json", "ipynb", "pdf")
 SOLVE_FORMATS = ("text", "latex", "json")
 QUESTIONS_HELP = "Question names separated by commas, or quiz. Default: all that apply, except short ones."
 
@@ -200,6 +201,8 @@ def show(
           a problem as students see it
       qdot show homework --solution
           a preview of an assignment
+      qdot show homework --format pdf > preview.pdf
+          the same on paper
       qdot show planar-2r/7 --solution
           with answers and worked steps
       qdot show elbow-3r/3@full --questions jacobian,determinant --format html > problem.html
@@ -208,8 +211,10 @@ def show(
     check_choice(format, SHOW_FORMATS, "--format")
     if Path(problem).is_dir():
         problem_options = asked_questions, variation, convention, twist_order
-        say(_preview_assignment(Path(problem), student, solution, format, hints, *problem_options))
+        _preview_assignment(Path(problem), student, solution, format, hints, *problem_options)
         return
+    if format == "pdf":
+        raise QdotError("--format pdf needs the folder of an assignment; for one problem, use html or latex")
     if student:
         raise QdotError("--student needs the folder of an assignment, as in 'qdot show homework --student ID'")
     identity = ProblemId.parse(problem, NO_FOLDER_HINT)
@@ -232,8 +237,8 @@ SAMPLE_STUDENT = "preview"
 
 def _preview_assignment(
     folder: Path, student: str, solution: bool, format: str, hints: bool, *problem_options: str | None
-) -> str:  # fmt: skip
-    """Return the problems of an assignment for one student. Raises QdotError for options that belong to a problem."""
+) -> None:  # fmt: skip
+    """Print the problems of an assignment for one student. Raises QdotError for options that belong to a problem."""
     if any(problem_options):
         raise QdotError(
             "--questions, --variation, --convention and --twist-order belong to a problem; edit assignment.toml"
@@ -244,7 +249,15 @@ def _preview_assignment(
     assignment = load_assignment(folder)
     identifier = find_student(assignment, student).id if student else SAMPLE_STUDENT
     problems = assignment.generate_problems(identifier)
-    return show_assignment(assignment.title, problems, solution, format, hints or assignment.hints)
+    if format != "pdf":
+        say(show_assignment(assignment.title, problems, solution, format, hints or assignment.hints))
+        return
+    from qdot.exercises.exports.paper import make_pdf_preview
+
+    if sys.stdout.isatty():
+        raise QdotError(f"write the PDF into a file: qdot show {folder} --format pdf > preview.pdf")
+    preview = replace(assignment, hints=hints or assignment.hints)
+    sys.stdout.buffer.write(make_pdf_preview(preview, identifier, [problem for _, problem in problems], solution))
 
 
 def robots(as_json: JsonOption = False) -> None:

@@ -63,7 +63,7 @@ def advise(problem: Problem, part: Part, parsed_answer: ParsedAnswer, seed: str 
 def _advise_on_numbers(part: Part, parsed_answer: ParsedAnswer) -> str | None:
     """Return advice on numbers that are not derived step by step, such as a factor by which they are wrong."""
     try:
-        typed_numbers = evaluate(compile_program(parsed_answer.entries), {}, 1)[0]
+        typed_numbers = evaluate(compile_program(parsed_answer.entries), {}, 1).values
     except (KeyError, ParseError):  # the numbers contain names
         return None
     expected = part.answer.as_matrix()
@@ -105,7 +105,7 @@ class _AnswerAndReference:
     def evaluate(self, values: SymbolValues) -> tuple[np.ndarray, np.ndarray]:
         """Return the values to compare of the answer and of the reference, (entries, N) each."""
         with np.errstate(all="ignore"):
-            answer = np.asarray(evaluate(self.program, values, len(next(iter(values.values()))))[0])
+            answer = np.asarray(evaluate(self.program, values, len(next(iter(values.values())))).values)
             expected = compute_answer(compute_numeric_stages(self.chain, values), self.part)
             return self._remove_factor(answer), self._remove_factor(expected.reshape(-1, expected.shape[-1]))
 

@@ -105,7 +105,7 @@ def _list_option_texts(part: Part, option_indices: Sequence[int]) -> tuple[objec
 
 def _round_numbers(entries: Sequence[Node]) -> tuple[str, ...]:
     """Return the numbers as texts with three significant digits, the precision required of answers."""
-    values = evaluate(compile_program(list(entries)), {}, 1)[0]
+    values = evaluate(compile_program(list(entries)), {}, 1).values
     return tuple(f"{complex(value):.2e}" for value in values[:, 0])
 
 

@@ -255,7 +255,7 @@ class _Fingerprinter:
 
     def _fingerprint(self, joint: str | None, program: Program) -> ConditionFingerprint:
         """Return the fingerprint of a condition: a joint has the value of a program, or the program's value is zero."""
-        values = evaluate(program, self.values, SAMPLE_COUNT)[0][0]
+        values = evaluate(program, self.values, SAMPLE_COUNT).values[0]
         with np.errstate(all="ignore"):
             if joint is None:
                 values = values / values[0]

@@ -74,7 +74,7 @@ def _count_common_terms(terms: Sequence[Node], expected_terms: Sequence[Node], v
     """Return how many expected terms equal one of the terms up to the sign; each term can be found only once."""
     if not expected_terms:
         return 0
-    values_of_terms = evaluate(compile_program([*terms, *expected_terms]), values, SAMPLE_COUNT)[0]
+    values_of_terms = evaluate(compile_program([*terms, *expected_terms]), values, SAMPLE_COUNT).values
     remaining_values, count = list(values_of_terms[: len(terms)]), 0
     for term in values_of_terms[len(terms) :]:
         tolerance = RELATIVE_TOLERANCE * float(np.abs(term).max())

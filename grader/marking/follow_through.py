@@ -204,7 +204,7 @@ class _Context:
 
     def _evaluate(self, rows: Rows) -> np.ndarray:
         """Return the values of rows at the random configurations, (entries, `SAMPLE_COUNT`)."""
-        return evaluate(compile_program([entry for row in rows for entry in row]), self.values, SAMPLE_COUNT)[0]
+        return evaluate(compile_program([entry for row in rows for entry in row]), self.values, SAMPLE_COUNT).values
 
     def is_as_hard(self, rows: Rows, reference: Rows) -> bool:
         """Return whether rows depend on as many joints as a reference, and don't have clearly more zeros."""
@@ -218,13 +218,13 @@ class _Context:
         """
         entries = [entry for row in rows for entry in row]
         program, roles = compile_program(entries), self.domain.roles
-        values_at_samples = evaluate(program, self.values, SAMPLE_COUNT)[0]
+        values_at_samples = evaluate(program, self.values, SAMPLE_COUNT).values
         largest_value = max(float(np.nanmax(np.abs(values_at_samples), initial=0.0)), 1e-300)
 
         def differs(values: Mapping[str, np.ndarray], tolerance: float) -> bool:
             """Return whether the answer has other values at other values of the symbols."""
             with np.errstate(all="ignore"):
-                changes = np.abs(evaluate(program, values, SAMPLE_COUNT)[0] - values_at_samples)
+                changes = np.abs(evaluate(program, values, SAMPLE_COUNT).values - values_at_samples)
                 return not np.all(changes <= tolerance * largest_value)
 
         joints = {q.name for q in self.problem.chain.q}
@@ -316,7 +316,7 @@ def _substitute(stages: StageResults, rows_by_part: Mapping[str, np.ndarray]) ->
 
 def _evaluate_at(rows: Rows, values: Mapping[str, np.ndarray]) -> np.ndarray:
     """Return the values of rows of formulas at one configuration, as an array of shape (rows, columns, 1)."""
-    values_of_entries = evaluate(compile_program([entry for row in rows for entry in row]), values, 1)[0]
+    values_of_entries = evaluate(compile_program([entry for row in rows for entry in row]), values, 1).values
     return np.asarray(values_of_entries.real.reshape(len(rows), -1, 1))
 
 

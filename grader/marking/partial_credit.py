@@ -206,7 +206,7 @@ def _find_factor_of_values(
     count = len(table.values)
     if table.shape is None or not count or not entry_indices or table.values.shape[1] <= max(entry_indices):
         return None
-    reference = evaluate(compile_program(list(expected)), table.arguments, count)[0]
+    reference = evaluate(compile_program(list(expected)), table.arguments, count).values
     with np.errstate(all="ignore"):
         ratios = table.values.T[list(entry_indices)] / reference
     sign_differs = ratios[:, 0].real < 0
@@ -281,7 +281,7 @@ def _have_equal_products(
     if surplus_count >= len(factors):
         return False
     domain, seed = answer.domain, f"{answer.seed}/factors"
-    all_values = evaluate(compile_program([*factors, *expected]), answer.sample("factors"), SAMPLE_COUNT)[0]
+    all_values = evaluate(compile_program([*factors, *expected]), answer.sample("factors"), SAMPLE_COUNT).values
     values, expected_values = all_values[: len(factors)], all_values[len(factors) :]
     subsets = combinations(range(len(factors)), len(factors) - surplus_count)
     expected_subsets = combinations(range(len(expected)), len(expected) - missing_count)
@@ -307,7 +307,7 @@ def _credit_except_signs(answer: AnswerToCredit) -> ShareAndReason | None:
     if len(parsed.entries) < 2 or not all(part.answer.expected_units) or any(parsed.blanks):
         return None
     expected_numbers = np.array([float(value) for value in part.answer.as_matrix()])
-    values = evaluate(compile_program(list(parsed.entries)), {}, 1)[0][:, 0]
+    values = evaluate(compile_program(list(parsed.entries)), {}, 1).values[:, 0]
     tolerance = np.array(part.answer_as(Number).allowed_errors(part.rounding))
     error = np.minimum(np.abs(values - expected_numbers), np.abs(values + expected_numbers))
     if not np.all(np.isfinite(values)) or np.all(np.abs(expected_numbers) <= tolerance) or np.any(error > tolerance):
@@ -336,6 +336,6 @@ def _varies_as_expected(answer: AnswerToCredit) -> bool:
         return True
     if not any(_find_varying_entries(answer)) or answer.has_unknown_symbols:
         return False
-    values = evaluate(compile_program(list(answer.parsed.entries)), answer.sample("moves"), SAMPLE_COUNT)[0]
+    values = evaluate(compile_program(list(answer.parsed.entries)), answer.sample("moves"), SAMPLE_COUNT).values
     with np.errstate(all="ignore"):
         return bool((np.abs(values - values[:, :1]).max(axis=1) > RELATIVE_TOLERANCE * np.abs(values).max()).any())

@@ -331,7 +331,7 @@ def _combine_slips(problem: Problem, part: Part, text: str) -> list[tuple[str, s
 def find_kind(slip: str) -> str:
     """Return a slip's kind: its name without a length's.
 
-    >>> kind_of("length a2 missing, column")
+    >>> find_kind("length a2 missing, column")
     'length missing, column'
     """
     return re.sub(r" \w+ missing", " missing", slip)

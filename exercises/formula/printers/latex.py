@@ -89,9 +89,9 @@ def _print_piece(piece: Layout) -> str:
 
 @lru_cache(maxsize=2048)
 def _print_script(base_piece: Layout, subscript: Layout, superscript: Layout) -> str:
-    first, *others = *layout.row_pieces(superscript), EMPTY
-    primes = PRIMES.find(first.text) + 1 if first.text else 0
-    superscript = row(*others[:-1]) if primes else superscript
+    first_piece, *other_pieces = *layout.row_pieces(superscript), EMPTY
+    primes = PRIMES.find(first_piece.text) + 1 if first_piece.text else 0
+    superscript = row(*other_pieces[:-1]) if primes else superscript
     text = f"{_print_piece(base_piece)}{chr(39) * primes}"
     scripts = ("_", subscript), ("^", superscript)
     for mark, part in reversed(scripts) if superscript == _STAR else scripts:  # p^*_{1}

@@ -57,12 +57,12 @@ class _CodePrinter(StrPrinter):
         is_irrational = any(factor.is_number and not factor.is_Rational for factor in term.args)  # as in 5*pi/6
         digits = None if is_irrational else decimal_text(product.number)
         numerator, denominator = (digits, "1") if digits else (str(product.number.p), str(product.number.q))
-        above = [text for text in (numerator, *self._print_factors(product.numerator, product)) if text != "1"]
-        below = [text for text in (denominator, *self._print_factors(product.denominator, product)) if text != "1"]
-        if not below:
-            return "*".join(above)
-        divisor = "*".join(below)
-        return f"{'*'.join(above) or '1'}/{divisor if len(below) == 1 else f'({divisor})'}"
+        upper = [text for text in (numerator, *self._print_factors(product.numerator, product)) if text != "1"]
+        lower = [text for text in (denominator, *self._print_factors(product.denominator, product)) if text != "1"]
+        if not lower:
+            return "*".join(upper)
+        divisor = "*".join(lower)
+        return f"{'*'.join(upper) or '1'}/{divisor if len(lower) == 1 else f'({divisor})'}"
 
     def _print_factors(self, factors: Sequence[sp.Expr], product: order.Product) -> list[str]:
         sums = {factor: self._print_sum(factor, factor in product.flipped_sums) for factor in factors if factor.is_Add}

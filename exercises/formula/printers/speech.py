@@ -48,7 +48,7 @@ _PRINTERS: dict[str, Callable[..., str]] = {
     "space": lambda piece: ", " if SPACES[piece.text] >= 1 else " ",
     "row": lambda _, *pieces: " ".join(pieces),
     "script": _speak_script,
-    "fraction": lambda _, above, below: f"{_bracket_words(above)} over {_bracket_words(below)}",
+    "fraction": lambda _, numerator, divisor: f"{_bracket_words(numerator)} over {_bracket_words(divisor)}",
     "root": lambda _, inside: f"the square root of {_bracket_words(inside)}",
     "dotted": lambda _, letter: f"{letter} dot",
     "fenced": lambda piece, inside: f" {piece.text[0].strip('.')} {inside} {piece.text[1].strip('.')} ",

@@ -65,7 +65,7 @@ _PRINTERS: dict[str, Callable[..., str]] = {
     "space": lambda piece: f"#h({round(SPACES[piece.text], 2)}em)",
     "row": lambda _, *pieces: " ".join(pieces) or '""',
     "script": _print_script,
-    "fraction": lambda piece, above, below: _FRACTION_TEMPLATES[piece.text].format(above, below),
+    "fraction": lambda piece, *operands: _FRACTION_TEMPLATES[piece.text].format(*operands),
     "root": lambda _, inside: f"sqrt({inside})",
     "dotted": lambda _, inside: f"dot({inside})",
     "fenced": _print_fenced,

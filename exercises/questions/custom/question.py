@@ -429,7 +429,7 @@ def _is_constant(matrix: sp.Matrix) -> bool:
     points = [{symbol: sp.Rational(7 * k + 3 * i + 4, 11 + i) for i, symbol in enumerate(symbols)} for k in range(3)]
     program = compile_program([parse_formula(expression_text(entry)) for entry in matrix])
     names = {symbol.name: np.array([float(point[symbol]) for point in points]) for symbol in symbols}
-    values = evaluate(program, names, len(points))[0].T
+    values = evaluate(program, names, len(points)).values.T
     return all(np.allclose(value, values[0], rtol=1e-9, atol=1e-9) for value in values[1:])
 
 

@@ -96,7 +96,7 @@ def chains(draw: st.DrawFn) -> Chain:
 def evaluate_matrix(matrix: sp.Matrix, chain: Chain, q: np.ndarray) -> np.ndarray:
     values = {joint.name: np.array([value]) for joint, value in zip(chain.q, q, strict=True)}
     values["h"] = np.array([0.37])
-    entries = evaluate(compile_program([parse_formula(str(entry)) for entry in matrix]), values, 1)[0].real
+    entries = evaluate(compile_program([parse_formula(str(entry)) for entry in matrix]), values, 1).values.real
     return entries.reshape(matrix.shape)
 
 

@@ -21,7 +21,7 @@ WORKED_OUT = [
 @pytest.mark.parametrize(("text", "expected"), WORKED_OUT)
 def test_matrix_operations_are_computed(text: str, expected: list[list[float]]) -> None:
     rows = as_matrix(parse_formula(text))
-    values = [evaluate(compile_program(row), {}, 1)[0][:, 0].real.tolist() for row in rows]
+    values = [evaluate(compile_program(row), {}, 1).values[:, 0].real.tolist() for row in rows]
     assert [pytest.approx(row) for row in expected] == values
 
 

@@ -48,7 +48,7 @@ def compute_residuals(text: str, residuals: list[str]) -> np.ndarray:
     values = sample_poses(text)
     program = compile_program([parse_formula(residual) for residual in residuals])
     assert set(values) >= set(JOINTS)
-    return np.abs(evaluate(program, values, len(values["theta1"]))[0])
+    return np.abs(evaluate(program, values, len(values["theta1"])).values)
 
 
 @pytest.mark.parametrize(

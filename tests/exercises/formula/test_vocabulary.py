@@ -73,7 +73,7 @@ def test_pattern_is_portable_to_browsers(name: str, pattern: str) -> None:
 def test_every_function_is_evaluable() -> None:
     for name in VOCABULARY["functions"]:
         arguments = ", ".join(["0.5"] * VOCABULARY["arity"].get(name, names.ARITY.get(names.FUNCTIONS[name], 1)))
-        value = evaluate(compile_program([parse_formula(f"{name}({arguments})")]), {}, 1)[0][0, 0]
+        value = evaluate(compile_program([parse_formula(f"{name}({arguments})")]), {}, 1).values[0, 0]
         assert abs(value) < 10, name
 
 

@@ -13,6 +13,7 @@ from qdot.exercises.assignment.assignment import Assignment, Student, load_assig
 from qdot.exercises.assignment.release import init_assignment
 from qdot.exercises.common.errors import QdotError
 from qdot.exercises.common.stream import Stream
+from qdot.exercises.exports.paper import make_pdf_preview
 from qdot.exercises.exports.registry import EXPORT_FORMATS
 from qdot.exercises.formula.parser import parse_formula
 from qdot.exercises.formula.trees import find_names
@@ -337,6 +338,8 @@ def test_show_and_verify_accept_custom_questions(tmp_path: Path) -> None:
     assert "Because the rates grow" in of_ada and samples.splitlines()[:4] == of_ada.splitlines()[:4]
     assert "'s2'" in run_and_fail("show", folder, "--student", "s2")
     assert "--student needs" in run_and_fail("show", "planar-2r/7", "--student", "s1")
+    pdf = make_pdf_preview(load_assignment(folder), "preview", [generate("planar-2r/7")], has_solutions=False)
+    assert pdf.startswith(b"%PDF")
     path = GALLERY_FOLDER / "tip-speed.toml"
     output = run("verify", path, "--family", "planar-2r", "--count", "4", "--jobs", "1").splitlines()
     assert [line.split(":")[0] for line in output[:-1]] == [f"tip-speed for planar-2r/{seed}" for seed in range(3)]

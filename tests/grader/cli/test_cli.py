@@ -103,7 +103,7 @@ def test_show_prints_the_same_twice_in_every_format(format: str) -> None:
         (("show", "planar-2r/99999999999999999999999"), "9223372036854775807"),
         (("verify", "planar-2r/9223372036854775808"), "9223372036854775807"),
         (("show", "planer-2r/7"), "did you mean 'planar-2r'"),
-        (("show", "planar-2r/7", "--format", "pdf"), "text, latex, html, json, ipynb"),
+        (("show", "planar-2r/7", "--format", "pdf"), "needs the folder of an assignment"),
         (("show", "planar-2r/7", "--questions", "jacobean"), "did you mean 'jacobian'"),
         (("show", "planar-2r/7", "--questions", ""), "--questions is empty"),
         (("show", "planar-2r/7", "--questions", " , "), "--questions is empty"),

@@ -37,7 +37,7 @@ QUESTION_COUNT, LONG_ARM_COUNT = 4, select_for_suite(2, 4)
 def evaluate_reference(part: Part, values: SymbolValues) -> np.ndarray:
     """Return the entries of a reference at N configurations, shape (entries, N)."""
     nodes = [parse_formula(expression_text(entry), frozenset(values)) for entry in part.answer.as_matrix()]
-    return evaluate(compile_program(nodes), values, len(next(iter(values.values()))))[0]
+    return evaluate(compile_program(nodes), values, len(next(iter(values.values())))).values
 
 
 def choose_questions(family: str) -> tuple[str, ...]:

@@ -97,7 +97,7 @@ def test_entries_are_located_by_row_and_column_or_number() -> None:
 
 def evaluate_rows(rows: list[list[Node]], values: dict[str, np.ndarray]) -> np.ndarray:
     with np.errstate(all="ignore"):
-        return evaluate(compile_program([entry for row in rows for entry in row]), values, 4)[0]
+        return evaluate(compile_program([entry for row in rows for entry in row]), values, 4).values
 
 
 def is_different(values: np.ndarray, right: np.ndarray) -> bool:

@@ -101,7 +101,7 @@ def test_rounded_values_of_a_function_are_no_mistake(family: str, seed: int, con
             continue
         rows = part.answer.parse_trees(problem.domain.roles)
         program = compile_program([entry for row in rows for entry in row])
-        values = evaluate(program, values_of, points.shape[1])[0].T.real
+        values = evaluate(program, values_of, points.shape[1]).values.T.real
         with np.errstate(all="ignore"):
             step = 10.0 ** (np.floor(np.log10(np.abs(values))) + 1 - digits)
             rounded = np.where(values == 0, 0, np.round(values / step) * step)

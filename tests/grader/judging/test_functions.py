@@ -179,6 +179,6 @@ def test_nearly_right_values_are_shown_with_enough_digits() -> None:
     part, domain, joints = problem["position"], problem.domain, [q.name for q in problem.chain.q]
     empty = read_table(f'{TABLE_PREFIX}{{"shape": [2], "values": []}}', domain, "points")
     rows = part.answer.parse_trees(domain.roles)
-    right = evaluate(compile_program([row[0] for row in rows]), empty.arguments, SAMPLE_COUNT)[0].T
+    right = evaluate(compile_program([row[0] for row in rows]), empty.arguments, SAMPLE_COUNT).values.T
     example = judge_function(part, replace(empty, shape=(2,), values=right * (1 + 1e-8)), joints, domain.roles)
     assert re.search(r"yours (\S+), expected (?!\1$)", example.reason), example.reason

@@ -21,7 +21,7 @@ from qdot.exercises.reference_answers import ConditionSet, Expression
 from qdot.grader.judging.verdict import Judgement, Outcome
 from tests.support import ROOT
 from tests.support.judging import judge_with_credit
-from tests.support.problems import ask_question
+from tests.support.problems import ask_question, get_problem
 from tests.support.suites import few_families
 
 PLANAR, SCORBOT = make_planar_2r(), make_scorbot_arm()
@@ -74,8 +74,8 @@ def split_determinant(part: Part, problem: Problem) -> tuple[sp.Expr, list[sp.Ex
     return constant, factors
 
 
-def test_a_mistake_in_a_determinant_earns_the_same_on_every_arm(family: str, drawn: object) -> None:
-    problem = drawn(family, 0)  # type: ignore[operator]
+def test_a_mistake_in_a_determinant_earns_the_same_on_every_arm(family: str) -> None:
+    problem = get_problem(family, 0)
     for part in problem.parts:
         if part.kind not in ("determinant", "gram-determinant") or not isinstance(part.answer, Expression):
             continue
@@ -108,8 +108,8 @@ def test_a_mistake_in_a_determinant_earns_the_same_on_every_arm(family: str, dra
 
 
 @few_families
-def test_zeros_constants_and_guesses_earn_nothing(family: str, drawn: object) -> None:
-    problem = drawn(family, 0)  # type: ignore[operator]
+def test_zeros_constants_and_guesses_earn_nothing(family: str) -> None:
+    problem = get_problem(family, 0)
     zeros = ", ".join(f"{q.name} = {value}" for q in problem.chain.q for value in ("0", "pi", "pi/2", "-pi/2"))
     for part in problem.parts:
         if part.answer.is_set:
@@ -250,8 +250,8 @@ def test_an_invalid_credit_setting_is_an_error(tmp_path: Path, text: str, messag
         load_assignment(folder)
 
 
-def test_a_mistake_in_a_set_earns_the_same_on_every_arm(family: str, drawn: object) -> None:
-    problem = drawn(family, 0)  # type: ignore[operator]
+def test_a_mistake_in_a_set_earns_the_same_on_every_arm(family: str) -> None:
+    problem = get_problem(family, 0)
     for part in problem.parts:
         if not isinstance(part.answer, ConditionSet):
             continue
