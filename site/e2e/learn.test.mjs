@@ -71,14 +71,14 @@ test("due questions come first on the practice page, in their order", async () =
 });
 
 test("errors in a link are reported, and a set has ten problems", async () => {
-  for (const [search, said] of [
+  for (const [search, text] of [
     ["arm=foo", /asks for the arm “foo”, which doesn't exist here. Choose one of planar-2r/],
     ["question=foo", /asks for the question “foo”/],
     ["variation=foo", /Choose one of chapter/],
     ["difficulty=9", /it must be from 0 to 4/],
   ]) {
     const { page } = await opened(there, `practice.html?${search}`);
-    await page.getByText(said).waitFor();
+    await page.getByText(text).waitFor();
   }
   const none = (await opened(there, "practice.html?question=determinant&difficulty=4")).page;
   const found = await none.getByRole("alert").boundingBox();
@@ -90,14 +90,14 @@ test("errors in a link are reported, and a set has ten problems", async () => {
 });
 
 test("in a German browser examples, their list, the gallery and the documentation's titles are German", async () => {
-  for (const [path, said] of [
+  for (const [path, text] of [
     ["examples/6-2.html", /Beispiel 6\.2: inverse Geschwindigkeit/],
-    ["examples/index.html", /Gedruckt hat das Kapitel/],
+    ["examples/index.html", /ist das gedruckte Kapitel falsch oder unvollständig/],
     ["arms.html", /Ebener 2R-Arm/],
     ["docs/index.html", /Wie eine Antwort beurteilt wird/],
   ]) {
     const { page, wrong } = await opened(there, path, { ...WIDE, locale: "de-DE" });
-    await page.locator("main").getByText(said).first().waitFor();
+    await page.locator("main").getByText(text).first().waitFor();
     assert.equal(await page.locator("html").getAttribute("lang"), "de");
     if (path.endsWith("6-2.html")) {
       await page.waitForFunction(() => document.title.startsWith("Beispiel 6.2"));

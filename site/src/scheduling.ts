@@ -50,11 +50,11 @@ export function useDebounced<T>(value: T, milliseconds: number): T {
 }
 
 /** A loaded value, null until it is there; the error if loading failed, else ""; and a function that tries again. */
-export type Loaded<T> = { readonly found: T | null; readonly failed: string; readonly again: () => void };
+export type Loaded<T> = { readonly loaded: T | null; readonly failed: string; readonly again: () => void };
 
 /** Load a value, and load it again whenever `inputs` change; the old value is kept until then. */
 export function useLoaded<T>(load: () => Promise<T>, inputs: readonly unknown[]): Loaded<T> {
-  const [found, setFound] = useState<T | null>(null);
+  const [loaded, setFound] = useState<T | null>(null);
   const [failed, setFailed] = useState("");
   const lastRequest = useRef(0); // results for earlier inputs are dropped
   const again = (): void => {
@@ -66,5 +66,5 @@ export function useLoaded<T>(load: () => Promise<T>, inputs: readonly unknown[])
     );
   };
   useEffect(again, inputs);
-  return { found, failed, again };
+  return { loaded, failed, again };
 }

@@ -62,9 +62,9 @@ function withoutWrist(arm: Arm): Arm | null {
 }
 
 function rankIn(matrix: Matrix, sigma: readonly number[], reach: number, tolerance: number): number {
-  const least = tolerance * Math.max(sigma[0] ?? 0, Math.min(reach, 1));
-  const most = Math.min(matrix.length, matrix[0]?.length ?? 0);
-  return Math.min(most, sigma.filter((value) => value > least).length);
+  const minSize = tolerance * Math.max(sigma[0] ?? 0, Math.min(reach, 1));
+  const fullRank = Math.min(matrix.length, matrix[0]?.length ?? 0);
+  return Math.min(fullRank, sigma.filter((value) => value > minSize).length);
 }
 
 function rankOf(arm: Arm, pose: Pose, tolerance: number): number {

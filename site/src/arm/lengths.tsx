@@ -19,12 +19,12 @@ export function Lengths({ robot, symbols }: LengthsProps): JSX.Element | null {
   );
   const roleOf = (name: string): string => symbols[name]?.role ?? "length";
   const symbolic = Object.entries(robot.values).map(([name, value]): Length => [name, roleOf(name), value]);
-  const all = [...symbolic, ...numeric].sort(([a], [b]) => (a < b ? -1 : 1));
-  if (all.length === 0) return null;
+  const lengths = [...symbolic, ...numeric].sort(([a], [b]) => (a < b ? -1 : 1));
+  if (lengths.length === 0) return null;
   return (
     <p class="arm-lengths">
       {say("arm.lengths")}{" "}
-      {all.map(([name, role, value], i) => (
+      {lengths.map(([name, role, value], i) => (
         <span key={name}>
           {i > 0 && ", "}
           <Letters name={name} />

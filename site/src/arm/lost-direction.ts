@@ -16,8 +16,8 @@ export function lostDirection(arm: Arm, state: State): Vec3 | null {
   if (state.counted.length > arm.joints.length) return null;
   const slowest = decompose(transpose(state.counted)).v.at(-1);
   if (!slowest) return null;
-  const all = [0, 0, 0, 0, 0, 0];
-  arm.task.forEach((row, k) => (all[row] = slowest[k]!));
-  const linear: Vec3 = [all[0]!, all[1]!, all[2]!];
+  const velocities = [0, 0, 0, 0, 0, 0];
+  arm.task.forEach((row, k) => (velocities[row] = slowest[k]!));
+  const linear: Vec3 = [velocities[0]!, velocities[1]!, velocities[2]!];
   return norm(linear) > 0.7 ? unit(linear) : null;
 }

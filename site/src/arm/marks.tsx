@@ -182,7 +182,7 @@ function groundAt([x, y]: Pixel): Pixel[] {
 
 function wantedLabels({ arm, state, view, reach, layers, flat, ends }: MarksProps, arrows: NamedArrows): WantedLabel[] {
   const { point, frames } = state;
-  const wanted: WantedLabel[] = [];
+  const labels: WantedLabel[] = [];
   const areNamed = layers.frames && Math.min(view.width, view.height) >= ROOMY;
   const origins: [name: string, at: Pixel][] = [["P", pixel(view, point)]];
   if (areNamed)
@@ -193,24 +193,24 @@ function wantedLabels({ arm, state, view, reach, layers, flat, ends }: MarksProp
       else origins.push([`O${i}`, at]);
     });
   origins.forEach(([name, at], k) =>
-    wanted.push({ name, style: "arm-label-p", at, direction: [0.7, k === 0 ? -0.7 : 0.7], gap: flat ? FACE : 4 }),
+    labels.push({ name, style: "arm-label-p", at, direction: [0.7, k === 0 ? -0.7 : 0.7], gap: flat ? FACE : 4 }),
   );
   for (const [name, place] of Object.entries(ends))
-    wanted.push({ name, style: "arm-end", at: pixel(view, place), direction: [-0.7, 0.7], gap: FACE });
-  wanted.push(...worldLabels(arm, view, flat));
-  if (layers.lengths) wanted.push(...lengthLabels(arm, state, view));
+    labels.push({ name, style: "arm-end", at: pixel(view, place), direction: [-0.7, 0.7], gap: FACE });
+  labels.push(...worldLabels(arm, view, flat));
+  if (layers.lengths) labels.push(...lengthLabels(arm, state, view));
   for (const column of arrows.columns)
-    if (lengthInPixels(view, column) > MIN_ARROW_LENGTH) wanted.push(headLabel(view, column));
+    if (lengthInPixels(view, column) > MIN_ARROW_LENGTH) labels.push(headLabel(view, column));
   for (const axis of areNamed ? arrows.axes : [])
     if (lengthInPixels(view, axis) > 14 && (flat || axis.style !== GREY))
-      wanted.push({ ...headLabel(view, axis), isClose: true });
+      labels.push({ ...headLabel(view, axis), isClose: true });
   const places = jointCentresOf(arm, state, reach);
   places.forEach((place, i) => {
     const label = { name: arm.joints[i]!.name, style: jointClass(i) };
     const arc = flat && layers.frames ? arcOf(arm, state, view, i) : null;
     const direction = flat ? sideOf(arm, state, view, i) : besideAxis(state, view, i);
     const gap = flat ? FACE : thicknessOf(arm) * view.scale;
-    wanted.push({
+    labels.push({
       ...label,
       ...(arc ? { at: arc.middle, direction: arc.outward } : { at: pixel(view, place), direction, gap }),
     });
@@ -218,9 +218,9 @@ function wantedLabels({ arm, state, view, reach, layers, flat, ends }: MarksProp
   for (const { from, vector, ...named } of arrows.vectors) {
     const [x, y] = vectorInPixels(view, vector);
     if (Math.hypot(x, y) > 40)
-      wanted.push({ ...named, at: pixel(view, addScaled(from, vector, 0.55)), direction: [-y, x] });
+      labels.push({ ...named, at: pixel(view, addScaled(from, vector, 0.55)), direction: [-y, x] });
   }
-  return wanted;
+  return labels;
 }
 
 /** A length of the arm: its label in the table, its value (m), and the points between which it is drawn. */

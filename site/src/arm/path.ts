@@ -152,6 +152,6 @@ export function suggestTarget(arm: Arm, pose: Pose, reach: number, regular: bool
 function directionsOf({ task }: Arm): Vec3[] {
   const steps = task.filter((row) => row < 3).length === 2 ? [-1, -0.5, 0, 0.5, 1] : [-1, 0, 1];
   const [xs, ys, zs] = [0, 1, 2].map((row) => (task.includes(row) ? steps : [0]));
-  const all = xs!.flatMap((x) => ys!.flatMap((y) => zs!.map((z): Vec3 => [x, y, z])));
-  return all.filter((direction) => norm(direction) > 0.9).map(unit);
+  const grid = xs!.flatMap((x) => ys!.flatMap((y) => zs!.map((z): Vec3 => [x, y, z])));
+  return grid.filter((direction) => norm(direction) > 0.9).map(unit);
 }

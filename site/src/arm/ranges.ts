@@ -13,11 +13,11 @@ export function rangeOf(arm: Arm, index: number): Range {
   if (joint.kind === "R") return { low: -Math.PI, high: Math.PI };
   const longestPart = longest(arm);
   const round = (value: number): number => Math.round(value * 20) / 20;
-  const most = (flatPlane(arm) ? 2.05 : 1.3) * longestPart; // figures of planar arms show prismatic joints that far out
+  const maxLength = (flatPlane(arm) ? 2.05 : 1.3) * longestPart; // figures of planar arms show prismatic joints that far out
   const shown = (arm.shownPoses ?? []).map((pose) => pose[index]!);
   return {
     low: Math.min(round(-longestPart - joint.offset), ...shown),
-    high: Math.max(round(most - joint.offset), ...shown),
+    high: Math.max(round(maxLength - joint.offset), ...shown),
   };
 }
 
@@ -52,7 +52,7 @@ export function firstPose(arm: Arm): Pose {
   const longestPart = longest(arm);
   const regular = isMixed(arm) ? 0.1 : 0.4;
   let best: Pose = arm.joints.map(() => 0);
-  let most = -Infinity;
+  let bestScore = -Infinity;
   const seen = new Set<string>(); // an arm with few joints has fewer poses
   for (let k = 0; k < TRIED; k += 1) {
     let digits = (k * 7919) % 1_000_003;
@@ -68,9 +68,9 @@ export function firstPose(arm: Arm): Pose {
     seen.add(key);
     const state = stateAt(arm, pose);
     const place = placeScore(arm, state, longestPart);
-    if (place + REGULAR <= most) continue; // can't become the best pose; singular values take longest to compute
+    if (place + REGULAR <= bestScore) continue; // can't become the best pose; singular values take longest to compute
     const score = place + REGULAR * Math.min(measuresOf(state).ratio / regular, 1);
-    if (score > most + 1e-9) [best, most] = [pose, score];
+    if (score > bestScore + 1e-9) [best, bestScore] = [pose, score];
   }
   return best;
 }

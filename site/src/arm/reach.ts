@@ -38,8 +38,8 @@ export function reachesBeyond(arm: Arm, pose: Pose, direction: readonly number[]
       candidate.distance = norm(residual);
       if (candidate.distance < 1e-6 * reach) return true;
       const move = solveDamped(now.counted, residual, 3e-5);
-      const most = Math.max(...move.map(Math.abs), 1e-12);
-      candidate.q = candidate.q.map((value, i) => value + move[i]! * Math.min(1, 0.6 / most));
+      const largestMove = Math.max(...move.map(Math.abs), 1e-12);
+      candidate.q = candidate.q.map((value, i) => value + move[i]! * Math.min(1, 0.6 / largestMove));
     }
     if (step === EARLY_STEPS) candidates = [...candidates].sort((a, b) => a.distance - b.distance).slice(0, NEAREST);
   }

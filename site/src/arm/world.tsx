@@ -51,8 +51,8 @@ export function World({ arm, view, flat }: WorldProps): JSX.Element | null {
 /** Return the labels of the world frame: its axes, and its origin if the base is elsewhere. */
 export function worldLabels(arm: Arm, view: View, flat: boolean): WantedLabel[] {
   if (!isBaseMoved(arm)) return [];
-  const wanted = worldAxes(view, flat).map((axis) => headLabel(view, axis));
+  const labels = worldAxes(view, flat).map((axis) => headLabel(view, axis));
   if (norm(arm.base.o) > 1e-9)
-    wanted.push({ name: "O_w", style: "arm-w", at: pixel(view, ZERO), direction: [-0.7, 0.7] });
-  return wanted;
+    labels.push({ name: "O_w", style: "arm-w", at: pixel(view, ZERO), direction: [-0.7, 0.7] });
+  return labels;
 }

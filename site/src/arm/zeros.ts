@@ -186,11 +186,11 @@ export function minima(grid: Grid, value: Value, zero: number): Spot[] {
   const { us, vs, values } = grid;
   const spots: Spot[] = [];
   const [du, dv] = [us[1]! - us[0]!, vs[1]! - vs[0]!];
-  const most = Math.max(...values.flat());
+  const largest = Math.max(...values.flat());
   for (let j = 0; j < vs.length; j += 1) {
     for (let i = 0; i < us.length; i += 1) {
       const here = values[j]![i]!;
-      if (here > 0.25 * most) continue;
+      if (here > 0.25 * largest) continue;
       const around = NEIGHBOURS.map(([a, b]) => values[j + b]?.[i + a] ?? Infinity);
       if (around.some((other) => other < here)) continue;
       const spot = descend(value, [us[i]!, vs[j]!], du, dv);

@@ -23,7 +23,7 @@ export function Maker({ index }: { index: Index }): JSX.Element {
   const max = "length" in candidates ? Math.min(candidates.length, MAX_QUESTIONS) : 0;
   const count = Math.min(link.wish.count, max);
   const hasWrongOrigin = link.origin !== "" && !isOrigin(link.origin);
-  const made = { ...link, wish: { ...link.wish, count }, origin: hasWrongOrigin ? "" : link.origin };
+  const validLink = { ...link, wish: { ...link.wish, count }, origin: hasWrongOrigin ? "" : link.origin };
   const page = new URL("practice.html", window.location.href).href;
   return (
     <div class="maker">
@@ -33,9 +33,12 @@ export function Maker({ index }: { index: Index }): JSX.Element {
           <p class="muted" role="status">
             {say("maker.there", { count: candidates.length })}
           </p>
-          <CopyableText label="maker.link" text={page + writeLink(made)} />
-          <CopyableText label="maker.frame" text={frameOf(page + writeLink({ ...made, embed: true }), link.name)} />
-          <Preview link={made} />
+          <CopyableText label="maker.link" text={page + writeLink(validLink)} />
+          <CopyableText
+            label="maker.frame"
+            text={frameOf(page + writeLink({ ...validLink, embed: true }), link.name)}
+          />
+          <Preview link={validLink} />
         </>
       ) : (
         <p role="alert">{textOf(candidates)}</p>

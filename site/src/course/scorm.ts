@@ -185,12 +185,12 @@ export function connect(version: Version, from: Above): Platform | null {
   const report = (current: Report): boolean => {
     if (!isAccepting || hasEnded) return true;
     const { round, score, standing, given } = current;
-    const all: Elements = [
+    const elements: Elements = [
       ...model.results(round, score),
       ["cmi.suspend_data", asText(round, standing)],
       ...model.time((Date.now() - startTime) / 1000),
     ];
-    const areSet = all.map(([name, value]) => set(name, value)).every(Boolean);
+    const areSet = elements.map(([name, value]) => set(name, value)).every(Boolean);
     if (given) record(given, round);
     return isTrue(call("Commit", "")) && areSet;
   };

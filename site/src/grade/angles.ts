@@ -76,8 +76,8 @@ export function otherAngles(angle: Node, angles: readonly Node[]): Node[] {
     return [node(count > 0 ? "-" : "+", angle, twice)];
   });
   const changed = joints.flatMap((joint) => [node("+", angle, joint), node("-", angle, joint)]);
-  const all = [...angles, ...withConstant(sum?.constant ?? 0, angles), ...changed, ...negated];
-  return all.filter(dependsOnJoint);
+  const candidates = [...angles, ...withConstant(sum?.constant ?? 0, angles), ...changed, ...negated];
+  return candidates.filter(dependsOnJoint);
 }
 
 /** Return whether an angle depends on a joint: theta1 - theta1 does not. */

@@ -91,7 +91,7 @@ function jointWithTwoValues(piece: Piece): string | null {
 
 /** Return the union of a list; a bare value belongs to the joint before it: theta3 = 0, pi, or (theta3, [0, pi]). */
 function piecesOfUnion(tree: Node, joints: ReadonlySet<string>): Piece[] {
-  const found: Piece[] = [];
+  const union: Piece[] = [];
   let joint: Node | null = null;
   for (const arg of tree.args) {
     const isStatement =
@@ -107,14 +107,14 @@ function piecesOfUnion(tree: Node, joints: ReadonlySet<string>): Piece[] {
       const [first = "", second = ""] = joints;
       if (isLabel && joints.size === 2 && arg.text === first && !["list", "set"].includes(other?.kind ?? ""))
         throw new ParseError("read.pair", { first, second });
-      if (!isLabel || hasJointLater) found.push(...piecesOf(arg, joints));
+      if (!isLabel || hasJointLater) union.push(...piecesOf(arg, joints));
     } else if (joint) {
-      found.push(...piecesOfValues(joint, arg, joints));
+      union.push(...piecesOfValues(joint, arg, joints));
     } else {
       throw new ParseError("read.no-joint");
     }
   }
-  return found;
+  return union;
 }
 
 /** Return the pieces of an intersection: every combination of one piece of each set. */
@@ -155,10 +155,13 @@ function simplifyZero(tree: Node): Node {
 function substituteWholeNumbers(tree: Node): Node[] {
   const free = WHOLE_NUMBERS.filter((letter) => namesIn(tree).has(letter));
   if (free.length === 0) return [tree];
-  let all = [tree];
-  for (const name of free) all = all.flatMap((expression) => WHOLE.map((k) => replaceName(expression, name, k)));
+  let expressions = [tree];
+  for (const name of free)
+    expressions = expressions.flatMap((expression) => WHOLE.map((k) => replaceName(expression, name, k)));
   return [
-    ...new Map(all.map((expression, index) => [textModuloTurns(expression) ?? `case ${index}`, expression])).values(),
+    ...new Map(
+      expressions.map((expression, index) => [textModuloTurns(expression) ?? `case ${index}`, expression]),
+    ).values(),
   ];
 }
 

@@ -50,11 +50,11 @@ function slipsBehind(
 
 /** Each right letter counts, each wrong letter subtracts as much; the share is at least 0. */
 function judgeSelection(chosen: readonly number[], key: LettersKey): Verdict {
-  const all = new Set(chosen);
-  const hits = [...all].filter((index) => key.right.includes(index)).length;
-  const misses = all.size - hits;
+  const letters = new Set(chosen);
+  const hits = [...letters].filter((index) => key.right.includes(index)).length;
+  const misses = letters.size - hits;
   if (hits === key.right.length && misses === 0) return correct();
-  const wrongOnes = [...all].filter((index) => !key.right.includes(index));
+  const wrongOnes = [...letters].filter((index) => !key.right.includes(index));
   const places = wrongOnes.map((index) => [index, message("slip.option", { letter: LETTERS[index] ?? "" })] as const);
   const share = hits / key.right.length - misses / Math.max(key.options - key.right.length, 1);
   return verdictOf(Math.max(share, 0), [message("verdict.letters", { hits, misses })], slipsBehind(places, key));

@@ -52,8 +52,8 @@ const roundingMessage = (key: TextKey, { tolerance }: NumbersKey): Message =>
 function toleranceOf(text: string, { tolerance }: NumbersKey): number {
   const decimals = text.match(/\d*[.,]\d+/g) ?? [];
   const digits = decimals.map((number) => number.replace(/^[0.,]+|[.,]/g, "").length);
-  const most = Math.max(FEWEST_DIGITS, ...digits);
-  return Math.max(Math.min(tolerance, 0.6 * 10 ** (1 - most)), EXACT);
+  const maxDigits = Math.max(FEWEST_DIGITS, ...digits);
+  return Math.max(Math.min(tolerance, 0.6 * 10 ** (1 - maxDigits)), EXACT);
 }
 
 function areNear(values: Numbers, mistaken: Numbers, { tolerance, floor }: NumbersKey, relative: number): boolean {

@@ -163,11 +163,11 @@ function multipliedOut(tree: Node, at: SymbolValues): number[] | null {
   if (!left || !right || !["+", "-", "*"].includes(tree.kind)) return [evaluate(tree, at).re];
   const [some, others] = [multipliedOut(left, at), multipliedOut(right, at)];
   if (!some || !others) return null;
-  const all =
+  const terms =
     tree.kind === "*"
       ? some.flatMap((value) => others.map((other) => value * other))
       : [...some, ...others.map((other) => (tree.kind === "-" ? -other : other))];
-  return all.length > MAX_MULTIPLIED_TERMS ? null : all;
+  return terms.length > MAX_MULTIPLIED_TERMS ? null : terms;
 }
 
 /** Return the text that names a term: its lengths and rates, or else its angles, with θ2 for theta2. */

@@ -120,9 +120,11 @@ function findSymbolSlips(answer: Answer, key: ValuesKey): [missing: Finding[], o
     const places = new Map<string, number[]>();
     for (const i of answer.wrong) {
       const used = namesIn(answer.entries[i] as Node);
-      const some = linear.filter(([symbol, factors]) => used.has(symbol) === isIn && factors[i]?.some(Boolean));
+      const factorsHere = linear.filter(([symbol, factors]) => used.has(symbol) === isIn && factors[i]?.some(Boolean));
       // all of several symbols, or one of them
-      for (const symbols of some.length > 1 ? [some, ...some.map((factors) => [factors])] : [some])
+      for (const symbols of factorsHere.length > 1
+        ? [factorsHere, ...factorsHere.map((factors) => [factors])]
+        : [factorsHere])
         if (symbols.length > 0 && lacksTermsWith(answer, i, key, symbols, off)) {
           const what = symbols.map(([symbol]) => symbol).join(", ");
           places.set(what, [...(places.get(what) ?? []), i]);
@@ -206,8 +208,8 @@ function whereOf(entries: readonly number[], wrong: readonly number[], key: Valu
   if (entries.length === 1) return columns === 1 ? message("slip.row", first) : message("slip.entry", first);
   const inColumn = wrong.filter((i) => place(i).column === first.column);
   if (columns > 1 && inColumn.join() === entries.join()) return message("slip.column", first);
-  const all = entries.map(place).map(({ row, column }) => (columns === 1 ? `${row}` : `(${row}, ${column})`));
-  return message("slip.entries", { entries: all.join(", ") });
+  const places = entries.map(place).map(({ row, column }) => (columns === 1 ? `${row}` : `(${row}, ${column})`));
+  return message("slip.entries", { entries: places.join(", ") });
 }
 
 /** Return the slips each of which, undone, makes an entry right; by kind and missing part. */

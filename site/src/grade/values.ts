@@ -187,13 +187,13 @@ function extremeNumber(tree: Node): string | null {
 
 /** Return the size of terms that cancel each other, if nine digits of them exceed the entry itself; else null. */
 function cancellationSize(values: readonly Values[]): string | null {
-  const most = (of: (value: Value) => number) =>
+  const largestOf = (of: (value: Value) => number) =>
     (values[0] ?? []).map((_, i) =>
       Math.max(...values.map((entryValues) => (entryValues[i] ? of(entryValues[i]) : 0))),
     );
-  const lengths = most(({ re, im }) => Math.hypot(re, im));
+  const lengths = largestOf(({ re, im }) => Math.hypot(re, im));
   const largest = Math.max(...lengths) || 1;
-  const hiding = most(({ size }) => size).find(
+  const hiding = largestOf(({ size }) => size).find(
     (size, i) => !(size <= MAX_CANCELLATION * Math.max(lengths[i] as number, largest / 100)),
   );
   return hiding === undefined ? null : hiding.toExponential(0);

@@ -46,8 +46,8 @@ export function lessonStates(index: Index, skills: Skills, progress: Progress, n
       .filter((need) => !isLearned(need))
       .map((need) => LESSONS.find(({ id }) => id === need)!);
     const skill = skills[lesson.id] ?? NEW_SKILL;
-    const all = classesOf(index, lesson);
-    const classes = all.map((armClass, at) => [armClass, streakIn(skill, all, at)] as const);
+    const armClasses = classesOf(index, lesson);
+    const classes = armClasses.map((armClass, at) => [armClass, streakIn(skill, armClasses, at)] as const);
     const laterStreaks = classes.slice(1).map(([, row]) => row);
     return {
       lesson,
@@ -63,10 +63,10 @@ export function lessonStates(index: Index, skills: Skills, progress: Progress, n
 /** Return the progress in a question; an empty list if the bank does not ask it. */
 function questionProgress(index: Index, name: string, progress: Progress): QuestionProgress[] {
   const question = index.questions.find((listed) => listed.name === name);
-  const all = itemsFor(index, { ...ANYTHING, question: name });
-  if (!question || all.length === 0) return [];
-  const tried = all.map((item) => progress[nameOf(item)]).filter((attempt) => attempt !== undefined);
-  const needed = Math.min(NEEDED, all.length);
+  const items = itemsFor(index, { ...ANYTHING, question: name });
+  if (!question || items.length === 0) return [];
+  const tried = items.map((item) => progress[nameOf(item)]).filter((attempt) => attempt !== undefined);
+  const needed = Math.min(NEEDED, items.length);
   return [
     {
       name,

@@ -61,11 +61,11 @@ function List({ stored, wrong, index }: { stored: StoredState; wrong: string | n
       <ol>
         {places.map(({ lesson: { id, title, idea, goals }, standing, classes }) => {
           const skill = skills[id] ?? NEW_SKILL;
-          const due = standing === "due";
+          const isDue = standing === "due";
           return (
-            <li key={id} class={due || (next?.id === id && !due) ? "current" : ""}>
+            <li key={id} class={isDue || (next?.id === id && !isDue) ? "current" : ""}>
               <h2>
-                <a class="cover" href={`learn.html?lesson=${id}${due ? "&practise=1" : ""}`}>
+                <a class="cover" href={`learn.html?lesson=${id}${isDue ? "&practise=1" : ""}`}>
                   {say(title)}
                 </a>
               </h2>
@@ -74,7 +74,7 @@ function List({ stored, wrong, index }: { stored: StoredState; wrong: string | n
               </p>
               <p class="muted">
                 <Dots skill={skill} classes={classes.map(([armClass]) => armClass)} />{" "}
-                {due ? say("lesson.due") : say("lesson.goals", { count: skill.goals.length, all: goals.length })}
+                {isDue ? say("lesson.due") : say("lesson.goals", { count: skill.goals.length, all: goals.length })}
               </p>
             </li>
           );

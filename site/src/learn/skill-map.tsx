@@ -8,19 +8,19 @@ import { type QuestionProgress, type LessonNode, standingOf } from "./graph.js";
 
 export function SkillMap({ places }: { places: readonly LessonNode[] }): JSX.Element {
   const layers = Math.max(...places.map(({ lesson }) => lesson.at[0])) + 1;
-  const most = 1 + 2 * Math.max(...places.map(({ lesson }) => lesson.at[1]));
+  const width = 1 + 2 * Math.max(...places.map(({ lesson }) => lesson.at[1]));
   return (
     <section class="skills" aria-labelledby="skills-title">
       <h2 id="skills-title">{say("skills.title")}</h2>
       <p class="muted">{say("skills.legend")}</p>
-      <div class="skill-map" style={{ "--layers": layers, "--most": most }}>
-        <Lines places={places} layers={layers} most={most} />
+      <div class="skill-map" style={{ "--layers": layers, "--most": width }}>
+        <Lines places={places} layers={layers} most={width} />
         <ol>
           {places.map((place) => (
             <li
               key={place.lesson.id}
               class={`skill is-${place.standing}${place.next ? " is-next" : ""}`}
-              style={{ "--layer": place.lesson.at[0] + 1, "--across": Math.round(2 * place.lesson.at[1] + most) }}
+              style={{ "--layer": place.lesson.at[0] + 1, "--across": Math.round(2 * place.lesson.at[1] + width) }}
             >
               <Skill place={place} />
             </li>

@@ -12,7 +12,7 @@ import { cacheOf, fetchAll, filesOf, megabytes, missingOf, problemsIn, totalByte
 type StorageState =
   | null
   | "impossible"
-  | { readonly cache: Cache; readonly all: readonly BankFile[]; readonly missing: readonly BankFile[] };
+  | { readonly cache: Cache; readonly files: readonly BankFile[]; readonly missing: readonly BankFile[] };
 
 interface OfflineProps {
   readonly title: string;
@@ -38,8 +38,8 @@ function Storing({ problems }: { problems: readonly string[] }): JSX.Element {
   const refresh = async (): Promise<void> => {
     const cache = await cacheOf();
     if (!cache) return setKnown("impossible");
-    const all = filesOf(await loadSizes(), problems, language().code);
-    setKnown({ cache, all, missing: await missingOf(cache, all) });
+    const files = filesOf(await loadSizes(), problems, language().code);
+    setKnown({ cache, files, missing: await missingOf(cache, files) });
   };
   useEffect(() => {
     refresh().catch(() => setNote(message("offline.failed")));
@@ -48,7 +48,7 @@ function Storing({ problems }: { problems: readonly string[] }): JSX.Element {
 
   if (known === "impossible") return <p>{say("offline.impossible")}</p>;
   if (known === null) return <p role="status">{textOf(note ?? message("practice.loading"))}</p>;
-  const { cache, all, missing } = known;
+  const { cache, files, missing } = known;
   const start = async (): Promise<void> => {
     const room = await roomLeft();
     if (room !== null && room < totalBytes(missing))
@@ -63,30 +63,30 @@ function Storing({ problems }: { problems: readonly string[] }): JSX.Element {
       missing,
       (file) => {
         left.current.delete(file);
-        setKnown({ cache, all, missing: [...left.current] });
+        setKnown({ cache, files, missing: [...left.current] });
       },
       control.signal,
     );
     setController(null);
     if (failed > 0) setNote(message("offline.some-failed", { count: failed }));
   };
-  const here = all.filter((file) => !missing.includes(file));
-  const count = problemsIn(all) - problemsIn(missing);
+  const here = files.filter((file) => !missing.includes(file));
+  const count = problemsIn(files) - problemsIn(missing);
   return (
     <>
       <p role="status">
         {missing.length === 0
-          ? say("offline.all", { count: problemsIn(all), size: megabytes(totalBytes(all)) })
+          ? say("offline.all", { count: problemsIn(files), size: megabytes(totalBytes(files)) })
           : say("offline.some", {
               count,
-              all: problemsIn(all),
+              all: problemsIn(files),
               kept: megabytes(totalBytes(here)),
-              size: megabytes(totalBytes(all)),
+              size: megabytes(totalBytes(files)),
             })}{" "}
         {note ? textOf(note) : ""}
       </p>
       {controller || (here.length > 0 && missing.length > 0) ? (
-        <progress max={totalBytes(all)} value={totalBytes(here)} aria-label={say("offline.progress")} />
+        <progress max={totalBytes(files)} value={totalBytes(here)} aria-label={say("offline.progress")} />
       ) : null}
       {missing.length > 0 ? (
         <p class="actions">

@@ -17,13 +17,13 @@ function format(value: number, largest: number): string {
 
 export function Figures({ stage }: { stage: Stage }): JSX.Element {
   const { arm, state, measures } = stage;
-  const most = Math.max(...state.jacobian.flat().map(Math.abs));
+  const largestEntry = Math.max(...state.jacobian.flat().map(Math.abs));
   const { det, volume, sigma, least } = measures;
   const [largest] = sigma;
   return (
     <section class="own-figures" aria-label={say("own.figures")}>
       <h3>{say("own.figures")}</h3>
-      <JacobianTable arm={arm} state={state} format={(value) => format(value, most)} />
+      <JacobianTable arm={arm} state={state} format={(value) => format(value, largestEntry)} />
       <dl>
         <dt>{say(sizeName(arm))}</dt>
         <dd>{format(det ?? volume, largest ?? 1)}</dd>

@@ -40,8 +40,8 @@ const NEW_TABLE: Table = {
 const NOTHING_WRONG: Faults = new Map();
 
 export function OwnArm({ known }: { known: KnownArms }): JSX.Element {
-  const all = useMemo(() => [...known.plain, ...known.robots], [known]);
-  const [state, setOwn] = useState<OwnState>(() => fromAddress(all));
+  const knownArms = useMemo(() => [...known.plain, ...known.robots], [known]);
+  const [state, setOwn] = useState<OwnState>(() => fromAddress(knownArms));
   const [stage, setStage] = useState<Stage | null>(null);
   const numbers = useMemo(() => numbersOf(state.table), [state.table]);
   const faults = numbers instanceof Map ? (numbers as Faults) : NOTHING_WRONG;
@@ -61,9 +61,9 @@ export function OwnArm({ known }: { known: KnownArms }): JSX.Element {
   const followLink = (): void => {
     if (!window.location.hash.includes("=") || window.location.hash === writtenFragment.current) return;
     pose.current = undefined;
-    setOwn(fromAddress(all));
+    setOwn(fromAddress(knownArms));
   };
-  useEffect(() => listen(window, "hashchange", followLink), [all]);
+  useEffect(() => listen(window, "hashchange", followLink), [knownArms]);
 
   const at = stage?.settled.pose;
   const fragment = asFragment(
@@ -92,16 +92,16 @@ export function OwnArm({ known }: { known: KnownArms }): JSX.Element {
   );
   const beginWith = useCallback(
     (key: string): void => {
-      const start = all.find((arm) => arm.key === key);
+      const start = knownArms.find((arm) => arm.key === key);
       if (key && !start) return;
       pose.current = undefined;
       const table = withAnglesIn(start ? tableOf(start, language().code) : NEW_TABLE, state.table.angles);
       setOwn({ table, robot: start ? key : null, at: null, fault: null });
     },
-    [all, state.table.angles],
+    [knownArms, state.table.angles],
   );
   const rememberPose = useCallback((next: NamedPose) => void (pose.current = next), []);
-  const source = all.find(({ key }) => key === state.robot)?.source;
+  const source = knownArms.find(({ key }) => key === state.robot)?.source;
   const note = "rows" in numbers ? noteOn(numbers) : null;
   return (
     <div class="workspace">

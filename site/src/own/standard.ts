@@ -101,13 +101,13 @@ const NONZERO = 1e-6;
 
 /** Return the task rows if none are chosen, by the rule of `default_task` in exercises/arm/robot_file.py. */
 function defaultTask(arm: Arm): TaskRow[] {
-  const most = ROWS.map(() => 0);
+  const largestByRow = ROWS.map(() => 0);
   for (const pose of randomPoses(3, arm.joints.length, 5)) {
     stateAt(arm, pose).jacobian.forEach((row, k) => {
-      most[k] = Math.max(most[k]!, ...row.map(Math.abs));
+      largestByRow[k] = Math.max(largestByRow[k]!, ...row.map(Math.abs));
     });
   }
-  const moving = ROWS.filter((_, k) => most[k]! > NONZERO);
+  const moving = ROWS.filter((_, k) => largestByRow[k]! > NONZERO);
   const count = arm.joints.length;
   if (count >= 6 && moving.length === ROWS.length) return moving;
   if (count === 4 && moving.length === 4) return moving;

@@ -214,8 +214,8 @@ function refuseOtherUnit(value: number, angles: Angles | null, tree: Node): void
 /** Return a warning on numbers that are probably in another unit; null if there are none. */
 export function noteOn({ rows, tool }: Numbers): Message | null {
   const lengths = [...rows.flatMap(({ a, d }) => [a, d]), ...tool].map(Math.abs);
-  const most = Math.max(...lengths);
-  return most > LONGEST_IN_METRES ? message("own.millimetres", { length: most, metres: most / 1000 }) : null;
+  const longest = Math.max(...lengths);
+  return longest > LONGEST_IN_METRES ? message("own.millimetres", { length: longest, metres: longest / 1000 }) : null;
 }
 
 export const isTaskRow = (name: string): name is TaskRow => (ROWS as readonly string[]).includes(name);

@@ -114,10 +114,10 @@ function easiest(index: Index, some: readonly Item[]): Item[] {
 
 /** Return the items that were answered wrongly and are due again, longest due first. */
 export function dueItems(index: Index, progress: Progress, now: number): Item[] {
-  const due = (item: Item): number => progress[nameOf(item)]?.due ?? Infinity;
+  const dueTime = (item: Item): number => progress[nameOf(item)]?.due ?? Infinity;
   return itemsFor(index, ANYTHING)
-    .filter((item) => isMissed(progress[nameOf(item)]) && due(item) <= now)
-    .sort((a, b) => due(a) - due(b));
+    .filter((item) => isMissed(progress[nameOf(item)]) && dueTime(item) <= now)
+    .sort((a, b) => dueTime(a) - dueTime(b));
 }
 
 /** Return the place of a set at which to continue: its first new item, or its beginning. */
@@ -136,12 +136,12 @@ export function itemsOfSet(index: Index, wish: Wish): Item[] {
 /** Return items in an order that a seed determines. */
 export function shuffle(items: readonly Item[], seed: string): Item[] {
   const random = randomFrom(seed);
-  const all = [...items];
-  for (let i = all.length - 1; i > 0; i -= 1) {
+  const shuffled = [...items];
+  for (let i = shuffled.length - 1; i > 0; i -= 1) {
     const j = Math.floor(random() * (i + 1));
-    [all[i], all[j]] = [all[j] as Item, all[i] as Item];
+    [shuffled[i], shuffled[j]] = [shuffled[j] as Item, shuffled[i] as Item];
   }
-  return all;
+  return shuffled;
 }
 
 /** Return the progress after an attempt: a right item moves one box up, a wrong one back to the first. */

@@ -48,8 +48,8 @@ export function withStreak(skill: Skill, classes: readonly ClassItems[], at: num
 /** Return the class to ask next: one that is due, else the first that is not learned, else the last. */
 export function currentClass(skill: Skill, classes: readonly ClassItems[], now: number): number {
   const streaks = classes.map((_, at) => streakIn(skill, classes, at));
-  const due = streaks.findIndex((streak) => isDue(streak, now));
-  if (due >= 0) return due;
+  const firstDue = streaks.findIndex((streak) => isDue(streak, now));
+  if (firstDue >= 0) return firstDue;
   const open = streaks.findIndex(({ learned }) => learned === undefined);
   return open >= 0 ? open : classes.length - 1;
 }

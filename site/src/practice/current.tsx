@@ -11,7 +11,7 @@ import { Task, type TaskProps } from "./task.js";
 /** One problem. If it follows another one, the page moves to it, also for keyboards and screen readers. */
 export function Current(props: Omit<TaskProps, "problem" | "part">): JSX.Element {
   const { item } = props;
-  const { found: problem, failed, again } = useLoaded(() => loadProblem(item.family, item.key), [item]);
+  const { loaded: problem, failed, again } = useLoaded(() => loadProblem(item.family, item.key), [item]);
   if (failed)
     return (
       <div class="task">

@@ -57,7 +57,7 @@ function More({ wish, stored, onWish, onRestored }: SettingsProps) {
   const [newSetSeed] = useState(newSeed);
   const file = useRef<HTMLInputElement>(null);
   const tried = Object.values(stored.progress);
-  const due = tried.filter((attempt) => isMissed(attempt) && attempt.box < WAITS.length - 1).length;
+  const dueCount = tried.filter((attempt) => isMissed(attempt) && attempt.box < WAITS.length - 1).length;
   const load = async () => {
     const restored = fromFile((await file.current?.files?.[0]?.text()) ?? "");
     setError(restored ? "" : say("practice.not-progress"));
@@ -70,7 +70,7 @@ function More({ wish, stored, onWish, onRestored }: SettingsProps) {
       <summary>{say("practice.progress")}</summary>
       <p>
         {say("practice.count", { right: tried.filter((attempt) => attempt.right).length, tried: tried.length })};{" "}
-        {say("practice.due", { count: due })}. {say("practice.kept")}
+        {say("practice.due", { count: dueCount })}. {say("practice.kept")}
       </p>
       <p class="actions">
         <Button

@@ -45,7 +45,7 @@ export function Sheet({ index, wish, first }: { index: Index; wish: Wish; first:
   const hasSolutions = atLeast(index.feedback, "solutions"); // else there are no answers in the bank
   const [sheet, setSheet] = useState({ ...first, key: first.key && hasSolutions });
   const asked = (): readonly Item[] => itemsOfSet(index, { ...wish, count: sheet.count });
-  const { found: groups, failed } = useLoaded(() => loadGroups(asked(), hasSolutions), [sheet.count]);
+  const { loaded: groups, failed } = useLoaded(() => loadGroups(asked(), hasSolutions), [sheet.count]);
   const change = (wanted: SheetWish) => {
     setSheet(wanted);
     window.history.replaceState(null, "", sheetLink(wish, wanted));

@@ -15,9 +15,9 @@ interface WithIndexProps {
 }
 
 export function WithIndex({ children, loading }: WithIndexProps): JSX.Element {
-  const { found, failed, again } = useLoaded(loadIndex, []);
+  const { loaded, failed, again } = useLoaded(loadIndex, []);
   if (failed) return <Failed why={failed} onAgain={again} />;
-  if (found) return children(found);
+  if (loaded) return children(loaded);
   return (
     loading ?? (
       <p role="status" class="loading">

@@ -58,8 +58,8 @@ function withoutLookAlikes(text: string): string {
       ]),
     ),
   ]);
-  const meant = lookAlikes;
-  return [...text].map((sign) => meant.get(sign) ?? sign).join("");
+  const plainSigns = lookAlikes;
+  return [...text].map((sign) => plainSigns.get(sign) ?? sign).join("");
 }
 
 const SYMBOLS_IN_A_ROW = pattern("symbols_in_a_row", "g");

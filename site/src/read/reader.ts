@@ -694,27 +694,27 @@ class Parser {
 
   private container(kind: string, args: readonly Node[]): Node {
     const [first, second, third] = args;
-    const meant = CONTAINERS.get(kind) as string;
-    const isCondition = first !== undefined && (meant === "or" || meant === "and");
-    const isPair = args.length === 2 && ["eq", "in", "/", "^"].includes(meant);
-    if (meant === "set" || isCondition || isPair) return node(meant as Kind, ...args);
-    if (meant === "image" && first && args.length === 2 && isWholeNumbers(second as Node)) return first;
-    if (meant === "condition" && second && args.length <= 3) return second;
-    if (meant === "transposed" && first && args.length === 1) return transposeList(first);
-    if (meant === "inverse" && first && args.length === 1) return node("^", first, node("neg", integer(1)));
-    if (meant === "modulo" && first && second && args.length === 2) {
+    const meaning = CONTAINERS.get(kind) as string;
+    const isCondition = first !== undefined && (meaning === "or" || meaning === "and");
+    const isPair = args.length === 2 && ["eq", "in", "/", "^"].includes(meaning);
+    if (meaning === "set" || isCondition || isPair) return node(meaning as Kind, ...args);
+    if (meaning === "image" && first && args.length === 2 && isWholeNumbers(second as Node)) return first;
+    if (meaning === "condition" && second && args.length <= 3) return second;
+    if (meaning === "transposed" && first && args.length === 1) return transposeList(first);
+    if (meaning === "inverse" && first && args.length === 1) return node("^", first, node("neg", integer(1)));
+    if (meaning === "modulo" && first && second && args.length === 2) {
       // the rest is a whole number of times the second argument less
       return node("-", first, node("*", name(VOCABULARY.whole_numbers[0] as string), second));
     }
     if (first && args.length === 1) return first;
-    if (meant === "matrix" && args.length === 3 && first && second && third?.kind === "list") {
+    if (meaning === "matrix" && args.length === 3 && first && second && third?.kind === "list") {
       const filled = filledRows(first, second, third);
       if (filled) return filled;
     }
-    if (meant === "diagonal" && args.length <= LIMITS.diagonal) {
+    if (meaning === "diagonal" && args.length <= LIMITS.diagonal) {
       return listOf(args.map((arg, i) => args.map((_, j) => (i === j ? arg : integer(0)))));
     }
-    if (meant === "list") return node("list", ...args);
+    if (meaning === "list") return node("list", ...args);
     throw this.fail("read.container", { name: kind, count: args.length });
   }
 }

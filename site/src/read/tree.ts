@@ -121,12 +121,12 @@ export function namesIn(tree: Node): Set<string> {
 
 /** Return the number of significant digits of the longest decimal in a tree; 0 without one. */
 export function digitsOfDecimals(tree: Node): number {
-  let most = 0;
+  let maxDigits = 0;
   anyNode(tree, ({ digits }) => {
-    most = Math.max(most, digits);
+    maxDigits = Math.max(maxDigits, digits);
     return false;
   });
-  return most;
+  return maxDigits;
 }
 
 /** Return whether a tree contains a placeholder that was not filled. */
