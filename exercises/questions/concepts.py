@@ -27,7 +27,7 @@ from qdot.exercises.questions.inversion import sample_joint_values
 from qdot.exercises.questions.singular import find_lost_direction_objection
 from qdot.exercises.reference_answers import Number
 from qdot.exercises.reference_answers.formulas import COUNT_TOLERANCE
-from qdot.exercises.singularities.directions import lost_direction
+from qdot.exercises.singularities.directions import find_lost_direction
 
 MIN_OPTION_DIFFERENCE = 0.2
 """Minimum norm of the difference of two vectors offered as options, as a fraction of the larger norm."""
@@ -285,7 +285,7 @@ def _ask_unreachable_velocity(chain: Chain, rng: Stream) -> AnswerAndDetails | N
         if configuration is None:
             continue
         jacobian = geometry.evaluate_precisely(chain, configuration, derive(chain).jacobian)
-        lost_vector = lost_direction(geometry.evaluate_jacobian(chain, configuration))
+        lost_vector = find_lost_direction(geometry.evaluate_jacobian(chain, configuration))
         assert lost_vector is not None
         velocities = _sample_velocities(jacobian, lost_vector, is_possible, rng)
         if velocities is not None:

@@ -25,7 +25,7 @@ from qdot.exercises.problem.problem import Details, recorded_as, values_by_name
 from qdot.exercises.questions import inversion
 from qdot.exercises.questions.inversion import Configuration, JointValues, Lengths, sample_joint_values
 from qdot.exercises.singularities.axes import Sample
-from qdot.exercises.singularities.directions import NONZERO_THRESHOLD, clear_rank
+from qdot.exercises.singularities.directions import NONZERO_THRESHOLD, find_clear_rank
 from qdot.exercises.singularities.singular_set import Component, Values, singular_set
 
 DIGITS, WORKING_DIGITS = 30, 40
@@ -139,7 +139,7 @@ def compute_rank(chain: Chain, configuration: ExactConfiguration, min_ratio: flo
 
     Singular values below `min_ratio` times the largest are not large.
     """
-    return clear_rank(evaluate_jacobian(chain, configuration), min_ratio)
+    return find_clear_rank(evaluate_jacobian(chain, configuration), min_ratio)
 
 
 def evaluate_precisely(chain: Chain, configuration: ExactConfiguration, matrix: sp.Matrix) -> sp.Matrix:

@@ -27,7 +27,12 @@ from qdot.exercises.questions.singular import KIND_OPTIONS, find_lost_direction_
 from qdot.exercises.reference_answers import Direction, Number
 from qdot.exercises.reference_answers.formulas import COUNT_TOLERANCE
 from qdot.exercises.singularities.classification import sample_representatives
-from qdot.exercises.singularities.directions import ArmLine, LostDirectionFormula, clear_rank, lost_direction_formula
+from qdot.exercises.singularities.directions import (
+    ArmLine,
+    LostDirectionFormula,
+    find_clear_rank,
+    find_shortest_lost_direction,
+)
 from qdot.exercises.singularities.meanings import BranchMeanings, Meaning, find_branch_meanings
 from qdot.exercises.singularities.singular_set import Component, Values, singular_set
 from qdot.exercises.singularities.singularity_kinds import can_establish_kind, classify_samples
@@ -98,7 +103,7 @@ def _ask_rank(chain: Chain, rng: Stream) -> AnswerAndDetails | None:
         configuration = sample(chain, rng)
         if configuration is not None:
             jacobian = geometry.evaluate_jacobian(chain, configuration)
-            answer = Number(sp.Matrix([[clear_rank(jacobian)]]), ("",), COUNT_TOLERANCE, COUNT_TOLERANCE)
+            answer = Number(sp.Matrix([[find_clear_rank(jacobian)]]), ("",), COUNT_TOLERANCE, COUNT_TOLERANCE)
             return answer, RankDetails(
                 configuration=configuration,
                 independent_columns=_find_independent_columns(jacobian),
@@ -142,7 +147,7 @@ def _find_branches_with_vector(chain: Chain) -> list[Branch]:
     branches = [
         b for b in geometry.match_branches(chain) if _loses_one_direction(symbolic_chain, b.structure_component)
     ]
-    return [b for b in branches if lost_direction_formula(symbolic_chain, b.structure_component)] or branches
+    return [b for b in branches if find_shortest_lost_direction(symbolic_chain, b.structure_component)] or branches
 
 
 @lru_cache(maxsize=1024)
@@ -181,7 +186,7 @@ class LostDirectionDetails(Details):
 def _ask_direction(chain: Chain, rng: Stream) -> AnswerAndDetails | None:
     """Ask for the direction: as a formula if the branch has a short one, else as numbers at a configuration."""
     for branch in rng.permutation(_find_branches_with_vector(chain)):
-        formula = lost_direction_formula(symbolic_arm_of(chain).chain, branch.structure_component)
+        formula = find_shortest_lost_direction(symbolic_arm_of(chain).chain, branch.structure_component)
         if formula is not None:
             jacobian_on_branch, direction = _substitute_numbers(chain, branch, formula)
             if all(entry == 0 or entry.could_extract_minus_sign() for entry in direction):
@@ -210,7 +215,7 @@ def find_lost_direction_formula(chain: Chain, values: Values) -> tuple[JacobianO
     """Return J and the lost direction at given joint values as formulas, or None if they are too long."""
     for branch in geometry.match_branches(chain) if values else ():
         if branch.values == values:
-            formula = lost_direction_formula(symbolic_arm_of(chain).chain, branch.structure_component)
+            formula = find_shortest_lost_direction(symbolic_arm_of(chain).chain, branch.structure_component)
             if formula is not None and formula.jacobian is not None:
                 return _substitute_numbers(chain, branch, formula)
     return None

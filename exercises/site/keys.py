@@ -42,7 +42,7 @@ from qdot.exercises.formula.trees import as_matrix, find_names
 from qdot.exercises.mistakes import catalogue
 from qdot.exercises.mistakes.catalogue import PredictedAnswer
 from qdot.exercises.mistakes.configurations import SymbolValues, fix_given_joints, sample_configurations
-from qdot.exercises.mistakes.finished import edit_throughout
+from qdot.exercises.mistakes.formula_edits import edit_all_entries
 from qdot.exercises.problem.problem import Part, Problem
 from qdot.exercises.problem.record import Json
 from qdot.exercises.questions.results import compute_answer, is_derived
@@ -245,7 +245,7 @@ def _find_mistakes_throughout(problem: Problem, part: Part, points: SymbolValues
     first_points = {name: column[:FINGERPRINT_POINT_COUNT] for name, column in points.items()}
     rows = as_matrix(parse_formula(write_answer_code(problem, part), problem.domain.roles))
     reference_names = set().union(*(find_names(entry) for row in rows for entry in row))
-    edits = list(edit_throughout(rows))
+    edits = list(edit_all_entries(rows))
     likely_edits = [edit for likely_name in THROUGHOUT_MISTAKES for edit in edits if edit[0] == likely_name]
     correct = np.array(key["right"])[:, :FINGERPRINT_POINT_COUNT].reshape(key["rows"], key["columns"], -1)
     known_fingerprints = {_compute_fingerprint(correct)}

@@ -25,7 +25,7 @@ from qdot.exercises.questions.geometry import (
 )
 from qdot.exercises.questions.rank import LostMotionDetails, RankDetails
 from qdot.exercises.reference_answers import Choice, Direction, Number
-from qdot.exercises.singularities.directions import clear_rank, lost_direction, lost_direction_formula
+from qdot.exercises.singularities.directions import find_clear_rank, find_lost_direction, find_shortest_lost_direction
 from qdot.exercises.singularities.singular_set import singular_set
 from qdot.exercises.verify.certificate import certify
 from qdot.exercises.writing.problem_texts import write_solution
@@ -57,7 +57,7 @@ def test_lost_direction_of_chapter_arms_has_closed_form(textbook_arms: dict[str,
     for name, vector in expected.items():
         generic = symbolic_arm_of(textbook_arms[name].chain).chain
         component = (singular_set(generic) or ())[0]
-        formula = lost_direction_formula(generic, component.restrict_to(component.value_combinations()[0]))
+        formula = find_shortest_lost_direction(generic, component.restrict_to(component.value_combinations()[0]))
         assert formula is not None
         assert formula.direction == sp.Matrix(vector)
 
@@ -87,7 +87,7 @@ def test_precise_lost_direction_is_a_unit_vector_normal_to_all_columns() -> None
         pose = sample_singular_configuration(chain, (component,), Stream("precise"), 1)
         assert pose is not None
         u = np.array(compute_lost_direction(chain, pose).tolist(), dtype=float)[:, 0]
-        float_direction = lost_direction(evaluate_jacobian(chain, pose))
+        float_direction = find_lost_direction(evaluate_jacobian(chain, pose))
         assert float_direction is not None
         assert abs(abs(u @ float_direction) - 1) < 1e-12
         assert np.abs(u @ evaluate_jacobian(chain, pose)).max() < 1e-12
@@ -99,12 +99,12 @@ def test_sampled_poses_are_regular_or_singular_as_requested(textbook_arms: dict[
         full = min(len(chain.task), chain.n)
         regular = sample_regular_configuration(chain, Stream(name))
         assert regular is not None
-        assert clear_rank(evaluate_jacobian(chain, regular)) == full
+        assert find_clear_rank(evaluate_jacobian(chain, regular)) == full
         for component in singular_set(chain) or ():
             if len(component.conditions) == 1:
                 pose = sample_singular_configuration(chain, (component,), Stream(name))
                 assert pose is not None
-                assert clear_rank(evaluate_jacobian(chain, pose)) in range(full)
+                assert find_clear_rank(evaluate_jacobian(chain, pose)) in range(full)
                 assert len(set(pose.lengths.values())) == len(pose.lengths)
 
 

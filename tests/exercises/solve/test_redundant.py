@@ -174,8 +174,8 @@ def test_slopes_of_the_jacobian_are_those_of_small_steps(task: tuple[str, ...]) 
         ahead, behind = q.copy(), q.copy()
         ahead[0, j] += step * rank._joint_units[j]
         behind[0, j] -= step * rank._joint_units[j]
-        slope = (rank.jacobian(ahead) - rank.jacobian(behind)) / (2 * step)
-        assert np.allclose(rank._jacobian_derivatives(q)[..., j], slope, atol=1e-8)
+        slope = (rank.compute_jacobian(ahead) - rank.compute_jacobian(behind)) / (2 * step)
+        assert np.allclose(rank._compute_jacobian_derivatives(q)[..., j], slope, atol=1e-8)
 
 
 def test_where_rank_is_lost_everywhere_it_is_said() -> None:
