@@ -58,13 +58,13 @@ def _replace_component(components: Components, index: int, new: Component) -> Co
     return (*components[:index], new, *components[index + 1 :])
 
 
-def _keep_one_value(component: Component, index: int, only_joint: sp.Symbol | None = None) -> Component:
+def _keep_one_value(component: Component, value_index: int, only_joint: sp.Symbol | None = None) -> Component:
     """Return a component with only the value of each joint at an index, or its last value if there are fewer values.
 
     If `only_joint` is given, the other joints keep all their values.
     """
     solutions = component.solutions and tuple(
-        (q, values[: index + 1][-1:] if only_joint in (None, q) else values) for q, values in component.solutions
+        (q, values[: value_index + 1][-1:] if only_joint in (None, q) else values) for q, values in component.solutions
     )
     return replace(component, solutions=solutions)
 
@@ -82,13 +82,15 @@ def _keep_one_value_in(components: Components, indices: Collection[int], value_i
 def _keep_one_root(chain: Chain, components: Components) -> Iterator[MistakenAnswer]:
     """Yield answers with one value instead of several, in all components, in one component, or for one joint."""
     multivalued = _find_multivalued(components)
-    for index in (0, 1):
+    for value_index in (0, 1):
         for chosen_indices in [*([multivalued] if len(multivalued) > 1 else []), *([k] for k in multivalued)]:
-            yield _keep_one_value_in(components, chosen_indices, index)
+            yield _keep_one_value_in(components, chosen_indices, value_index)
         for k in multivalued:  # reduce the values of only one of several joints
             solutions = components[k].solutions or ()
             for joint, _ in solutions if len(solutions) > 1 else ():
-                yield _make_answer(_replace_component(components, k, _keep_one_value(components[k], index, joint)))
+                yield _make_answer(
+                    _replace_component(components, k, _keep_one_value(components[k], value_index, joint))
+                )
 
 
 def name_missed_component(chain: Chain, component: Component) -> tuple[str, dict[str, object]]:
@@ -274,8 +276,8 @@ def _keep_one_root_each(chain: Chain, components: Components) -> Iterator[Mistak
     """Yield answers with one value instead of several in two or three of the components."""
     multivalued = _find_multivalued(components)
     for chosen_count in range(2, min(len(multivalued), 4)):
-        for chosen_indices, index in product(combinations(multivalued, chosen_count), (0, 1)):
-            yield _keep_one_value_in(components, chosen_indices, index)
+        for chosen_indices, value_index in product(combinations(multivalued, chosen_count), (0, 1)):
+            yield _keep_one_value_in(components, chosen_indices, value_index)
 
 
 def _join_alternatives(chain: Chain, components: Components) -> Iterator[MistakenAnswer]:
@@ -315,12 +317,12 @@ def _flip_values(chain: Chain, components: Components) -> Iterator[MistakenAnswe
     """Yield answers with the sign of one value of a joint flipped, or of all its values."""
     for k, component in enumerate(components):
         solutions = component.solutions or ()
-        for index, (q, values) in enumerate(solutions):
+        for solution_index, (q, values) in enumerate(solutions):
             angles = {value % (2 * sp.pi) for value in values}
             flipped_values = [tuple(-v if v == value else v for v in values) for value in values if value != 0]
             for new_values in dict.fromkeys([*flipped_values, tuple(-value for value in values)]):
                 if {sp.expand(value) % (2 * sp.pi) for value in new_values} != angles:  # pi/2 and -pi/2 stay the same
-                    new_solutions = (*solutions[:index], (q, new_values), *solutions[index + 1 :])
+                    new_solutions = (*solutions[:solution_index], (q, new_values), *solutions[solution_index + 1 :])
                     flipped = replace(component, solutions=new_solutions)
                     yield _make_answer(_replace_component(components, k, flipped), joint=str(q))
 

@@ -34,7 +34,7 @@ from qdot.exercises.singularities.directions import (
     find_shortest_lost_direction,
 )
 from qdot.exercises.singularities.meanings import BranchMeanings, Meaning, find_branch_meanings
-from qdot.exercises.singularities.singular_set import Component, Values, singular_set
+from qdot.exercises.singularities.singular_set import Component, Values, find_singular_set
 from qdot.exercises.singularities.singularity_kinds import can_establish_kind, classify_samples
 
 MAX_ROWS = 4
@@ -50,7 +50,7 @@ KIND_SAMPLE_COUNT = 60
 @lru_cache(maxsize=1024)
 def _find_sets_with_larger_rank_loss(symbolic_chain: Chain) -> tuple[tuple[int, ...], ...]:
     """Return the sets of components (by index) that together reduce the rank of a structure by more than one."""
-    components = singular_set(symbolic_chain) or ()
+    components = find_singular_set(symbolic_chain) or ()
     lost_ranks = range(2, geometry.compute_full_rank(symbolic_chain) + 1)
 
     def loses_more_than_one(indices: tuple[int, ...]) -> bool:
@@ -67,9 +67,9 @@ _sample_with_formulas = partial(geometry.sample_singular_configuration, needs_no
 def _sample_with_larger_rank_loss(chain: Chain, rng: Stream) -> ExactConfiguration | None:
     """Return a random configuration at which J loses more than one rank, or None if none is found."""
     symbolic_chain, substitute = symbolic_arm_of(chain).chain, derive(chain).substitute_values
-    symbolic_components = singular_set(symbolic_chain) or ()
+    symbolic_components = find_singular_set(symbolic_chain) or ()
     max_rank = geometry.compute_full_rank(chain) - 2
-    arm_components = {component.conditions: component for component in singular_set(chain) or ()}
+    arm_components = {component.conditions: component for component in find_singular_set(chain) or ()}
     for indices in rng.permutation(_find_sets_with_larger_rank_loss(symbolic_chain)):
         matches = [arm_components.get(tuple(map(substitute, symbolic_components[i].conditions))) for i in indices]
         components = [component for component in matches if component is not None]
@@ -125,7 +125,7 @@ def _find_satisfied_conditions(chain: Chain, configuration: ExactConfiguration) 
     def holds(condition: sp.Expr) -> bool:
         return bool(abs(sp.N(condition.xreplace(configuration.values), 30)) < sp.Float("1e-20"))
 
-    all_conditions = (component.conditions for component in singular_set(chain) or ())
+    all_conditions = (component.conditions for component in find_singular_set(chain) or ())
     return tuple(conditions for conditions in all_conditions if all(map(holds, conditions)))
 
 
@@ -295,7 +295,9 @@ def _ask_motion(chain: Chain, rng: Stream) -> AnswerAndDetails:
 def _find_meanings(symbolic_chain: Chain, component: Component) -> BranchMeanings | None:
     """Return a geometric statement that holds on a structure's whole branch, and wrong ones; None if none is found."""
     samples = geometry.sample_singular_configurations(symbolic_chain, component, SAMPLE_COUNT)
-    meanings = find_branch_meanings(symbolic_chain, samples, sample_representatives(symbolic_chain, component.pieces()))
+    meanings = find_branch_meanings(
+        symbolic_chain, samples, sample_representatives(symbolic_chain, component.list_pieces())
+    )
     if meanings is None or (len(meanings.wrong) < 2 and _find_common_kind(symbolic_chain, component) is None):
         return None
     return meanings

@@ -17,6 +17,7 @@ from qdot.exercises.arm.vectors import cross
 from qdot.exercises.common.stream import Stream
 from qdot.exercises.formula.parser import parse_formula
 from qdot.exercises.formula.program import compile_program, evaluate
+from qdot.exercises.singularities.axes import Sample
 
 START_COUNT, MAX_STEPS = 60, 80
 """Number of random starts per search, and the maximum number of steps from each start."""
@@ -47,8 +48,7 @@ class RankCheck:
     A *branch* is a list of conditions that hold simultaneously. The attributes are:
 
     - `arms`: the numeric arms, one for each choice of the symbolic lengths.
-    - `samples`: for each branch, configurations that satisfy the branch's conditions. Each sample is a pair: the index
-      of its arm in `arms`, and the n joint values.
+    - `samples`: for each branch, arms at configurations that satisfy the branch's conditions.
     - `full_rank_branches`: the indices of the branches with a sample at which J keeps full rank.
     - `searched_arm_count`: how many arms, the first in `arms`, were searched for rank loss.
     - `search_count`: the number of these searches.
@@ -57,7 +57,7 @@ class RankCheck:
     """
 
     arms: tuple[NumericChain, ...]
-    samples: tuple[tuple[tuple[int, np.ndarray], ...], ...]
+    samples: tuple[tuple[Sample, ...], ...]
     full_rank_branches: tuple[int, ...]
     searched_arm_count: int
     search_count: int
@@ -74,7 +74,7 @@ def check_rank_loss(
     for which no real arm exists are skipped. Random lengths and starts depend on `seed`.
     """
     arms: list[NumericChain] = []
-    samples: list[list[tuple[int, np.ndarray]]] = [[] for _ in branches]
+    samples: list[list[Sample]] = [[] for _ in branches]
     full_rank_branches: set[int] = set()
     converged_count, unexplained_configurations = 0, []
     rng = Stream(seed)
@@ -91,7 +91,7 @@ def check_rank_loss(
         rank_test = _RankTest(arm, chain)
         numeric_branches = [_Branch(branch, chain, values) for branch in branches]
         for k, branch in enumerate(numeric_branches):
-            samples[k] += [(len(arms) - 1, configuration) for configuration in find_zeros(k, branch, rank_test)]
+            samples[k] += [Sample(arm, configuration) for configuration in find_zeros(k, branch, rank_test)]
         q = rank_test.search_singular(rank_test.sample_configurations(start_count, rng), rng)
         converged_count += len(q)
         is_explained = np.zeros(len(q), dtype=bool)
@@ -102,7 +102,7 @@ def check_rank_loss(
     for k in [k for k, branch_samples in enumerate(samples) if not branch_samples]:
         for values, arm in _sample_lengths(chain, rng, EXTRA_LENGTH_SAMPLES, min_numerator=300):
             zeros = find_zeros(k, _Branch(branches[k], chain, values), _RankTest(arm, chain))
-            samples[k] += [(len(arms), configuration) for configuration in zeros]
+            samples[k] += [Sample(arm, configuration) for configuration in zeros]
             arms += [arm] if len(zeros) else []
     search_results = (
         searched_arm_count,

@@ -436,7 +436,7 @@ def _count_pieces(problem: Problem, answer: ConditionSet) -> list[int]:
     """Return the number of pieces of each component of the singular set."""
     roles = problem.domain.roles
     joints = [q.name for q in problem.chain.q]
-    groups = answer.group_by_condition(answer.pieces())
+    groups = answer.group_by_condition(answer.list_pieces())
     return [sum(len(parse_pieces(parse_formula(text, roles), joints)) for text in group) for group in groups]
 
 
@@ -446,7 +446,7 @@ def _sample_pieces(problem: Problem, part: Part, answer: ConditionSet) -> list[A
     domain, stream = problem.domain, _make_stream(problem, part)
     space = ConfigurationSpace(joints, domain)
     rows_by_piece = []
-    for text in answer.pieces():
+    for text in answer.list_pieces():
         for piece in parse_pieces(parse_formula(text, domain.roles), joints):
             values = space.sample_piece(piece, {*joints, *symbols}, stream, 4 * CONFIGURATIONS_PER_PIECE)
             exact_values = {atom.joint: evaluate_constant(atom.expression) for atom in piece if atom.joint is not None}
