@@ -23,7 +23,7 @@ from qdot.exercises.questions import QUESTIONS
 from qdot.exercises.questions.results import compute_answer
 from qdot.exercises.reference_answers import Expression, Matrix
 from qdot.grader.judging.functions import make_calls
-from qdot.grader.sandbox.contained.callables import TABLE_PREFIX
+from qdot.grader.sandbox.notebook_process.function_answers import TABLE_PREFIX
 from tests.support.judging import diagnose
 from tests.support.problems import LONG_ARMS, ask_question
 from tests.support.suites import few_families, select_for_suite
