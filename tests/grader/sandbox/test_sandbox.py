@@ -69,7 +69,7 @@ def test_a_change_in_place_counts(sandbox: Sandbox, initial: str, change: str, t
 def test_an_error_affects_only_its_cell(sandbox: Sandbox) -> None:
     run = sandbox.run(["p = 1", "q = 1/0", "syntax error here", "r = p + 1", "s = q"], ["p", "q", "r", "s"])
     assert run.answers == {"p": "1", "r": "2"}
-    assert run.cell_errors[1] == "ZeroDivisionError: division by zero"
+    assert run.cell_errors[1] == "ZeroDivisionError: division by zero; look for a denominator that is zero"
     assert run.cell_errors[2].startswith("SyntaxError")
     assert run.cell_errors[4].startswith("NameError")
 
