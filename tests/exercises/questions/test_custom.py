@@ -24,8 +24,8 @@ from qdot.exercises.questions.custom.definition import GivenValue, Texts
 from qdot.exercises.questions.custom.language import FormulaError, parse
 from qdot.exercises.reference_answers import ConditionSet, Number, Words
 from qdot.exercises.site.bank import index_text
+from qdot.exercises.site.bank_problem import BankProblem, find_custom_questions
 from qdot.exercises.site.record import make_site_record
-from qdot.exercises.site.supply import BankProblem, find_custom_questions
 from qdot.exercises.writing.problem_texts import write_hints, write_prompt, write_solution
 from qdot.grader.grading.certify import find_failures
 from qdot.grader.integrations.nbgrader_cells import restore_cells
