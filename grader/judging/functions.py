@@ -139,8 +139,8 @@ def _compare_values(
         point = int(np.argmax(~is_close[entry] & is_defined[entry]))
         value, expected_value = complex(answer_values[entry, point]), complex(expected_values[entry, point])
         symbol_values = {name: float(f"{column[point]:.6g}") for name, column in sorted(arguments.items())}
-        example = equality.EntryDifference(entry, symbol_values, *equality.show_difference(value, expected_value))
+        example = equality.EntryDifference(entry, symbol_values, *equality.format_difference(value, expected_value))
     return equality.Comparison(
         tuple(is_correct),
-        equality.Certificate("numeric", SAMPLE_COUNT, equality.chance_of_missing(SAMPLE_COUNT), example),
+        equality.Certificate("numeric", SAMPLE_COUNT, equality.compute_chance_of_missing(SAMPLE_COUNT), example),
     )
