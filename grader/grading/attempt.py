@@ -224,7 +224,7 @@ def make_part_result(slot: str, verdict: Verdict) -> PartResult:
         name=verdict.part, outcome=judgement.outcome, over_limit=judgement.over_limit, points=verdict.points,
         max_points=verdict.max_points, reason=judgement.reason, certificate=judgement.certificate,
         mistake=None if diagnosis is None else diagnosis.names or None,
-        advice=None if diagnosis is None else diagnosis.says, followed_from=verdict.followed_from,
+        advice=None if diagnosis is None else diagnosis.feedback, followed_from=verdict.followed_from,
         follows=verdict.follows, attempt=verdict.attempt, answer=verdict.answer, entries=judgement.entries,
         group=None if verdict.group is None else format_group_key(f"{slot}.{verdict.part}", verdict.group),
     )  # fmt: skip

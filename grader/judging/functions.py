@@ -59,7 +59,7 @@ def read_table(text: str, domain: equality.Domain, seed: str) -> FunctionValues:
     return FunctionValues(*parse_table(text), _sample_points(domain, seed))
 
 
-def find_constant_text(text: str) -> str | None:
+def find_constant_value(text: str) -> str | None:
     """Return the value of a function as the text of a matrix if all values in a table are equal; otherwise None."""
     shape, values = parse_table(text)
     if shape is None or not np.all(values == values[0]) or np.any(values.imag != 0):
@@ -111,7 +111,7 @@ def judge_function(
 
 
 def _scale_to_fit(expected: np.ndarray, answer_values: np.ndarray) -> np.ndarray:
-    """Return the vectors scaled by the factors that bring them closest to the expected ones."""
+    """Return vectors scaled by the factors that bring them closest to the expected ones, (entries, points)."""
     with np.errstate(all="ignore"):
         factor = np.sum(expected * answer_values.conj(), axis=0) / np.sum(np.abs(answer_values) ** 2, axis=0)
         return np.asarray(answer_values * factor)
@@ -130,16 +130,16 @@ def _compare_values(
         largest_terms = np.nanmax(np.where(np.isfinite(term_size), term_size, 0.0), axis=0)
         scale = np.where(term_size > 0, term_size, np.where(largest_terms > 0, largest_terms, 1.0))
         tolerance = max(RELATIVE_TOLERANCE, relative_error) * scale + absolute_error
-        is_within = np.abs(answer_values - expected_values) <= tolerance
+        is_close = np.abs(answer_values - expected_values) <= tolerance
     is_defined = np.isfinite(expected_values)
-    is_correct = list(map(bool, (is_within | ~is_defined).all(axis=1) & is_defined.any(axis=1)))
+    is_correct = list(map(bool, (is_close | ~is_defined).all(axis=1) & is_defined.any(axis=1)))
     example = None
     if not all(is_correct):
         entry = is_correct.index(False)
-        point = int(np.argmax(~is_within[entry] & is_defined[entry]))
-        values_of_both = complex(answer_values[entry, point]), complex(expected_values[entry, point])
-        values = {name: float(f"{column[point]:.6g}") for name, column in sorted(arguments.items())}
-        example = equality.EntryDifference(entry, values, *equality.format_difference(*values_of_both))
+        point = int(np.argmax(~is_close[entry] & is_defined[entry]))
+        value, expected_value = complex(answer_values[entry, point]), complex(expected_values[entry, point])
+        symbol_values = {name: float(f"{column[point]:.6g}") for name, column in sorted(arguments.items())}
+        example = equality.EntryDifference(entry, symbol_values, *equality.format_difference(value, expected_value))
     return equality.Comparison(
         tuple(is_correct),
         equality.Certificate("numeric", SAMPLE_COUNT, equality.compute_chance_of_missing(SAMPLE_COUNT), example),
