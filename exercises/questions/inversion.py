@@ -75,13 +75,13 @@ class ConfigurationAndVelocity(Configuration):
 
 @dataclass(frozen=True, kw_only=True)
 class VelocityDetails(Details):
-    """Details of a question that gives a configuration and a task velocity (the `situation`)."""
+    """Details of a question that gives a configuration and a task velocity (the `configuration`)."""
 
-    situation: ConfigurationAndVelocity
+    configuration: ConfigurationAndVelocity
 
     def list_given_values(self, chain: Chain) -> dict[str, float]:
         """Return the numbers of the configuration and velocity."""
-        return self.situation.numbers
+        return self.configuration.numbers
 
 
 def sample_joint_values(chain: Chain, rng: Stream) -> JointValues:
@@ -117,7 +117,7 @@ def compute_conditioning(chain: Chain, lengths: Lengths, joints: JointValues) ->
     return float(sigma[-1] / sigma[0])
 
 
-def sample_situation(chain: Chain, rng: Stream) -> ConfigurationAndVelocity:
+def sample_configuration_and_velocity(chain: Chain, rng: Stream) -> ConfigurationAndVelocity:
     """Return a random configuration far from singular ones, with a random task velocity."""
     for _ in range(MAX_SAMPLES):
         lengths, joints = sample_lengths(chain, rng), sample_joint_values(chain, rng)
@@ -127,10 +127,10 @@ def sample_situation(chain: Chain, rng: Stream) -> ConfigurationAndVelocity:
     raise RuntimeError(f"no well-conditioned pose of {chain} was found; please report this")
 
 
-def evaluate_jacobian_precisely(chain: Chain, situation: ConfigurationAndVelocity) -> list[Vector]:
-    """Return the task Jacobian at the configuration of a situation, as rows of high-precision numbers."""
-    arm = PreciseArm(chain, situation.lengths)
-    return arm.task_jacobian([arm.evaluate_number(situation.joints[q]) for q in chain.q])
+def evaluate_jacobian_precisely(chain: Chain, configuration: ConfigurationAndVelocity) -> list[Vector]:
+    """Return the task Jacobian at the configuration of a configuration, as rows of high-precision numbers."""
+    arm = PreciseArm(chain, configuration.lengths)
+    return arm.task_jacobian([arm.evaluate_number(configuration.joints[q]) for q in chain.q])
 
 
 def find_min_conditioning(chain: Chain) -> float:
@@ -159,11 +159,11 @@ def make_joint_rates(chain: Chain, rates: Iterable[Any], max_rate: Any) -> Numbe
 
 
 def _ask_joint_rates(chain: Chain, rng: Stream) -> AnswerAndDetails:
-    situation = sample_situation(chain, rng)
-    velocity = [precise.evaluate_in_context(value) for value in situation.velocity.values()]
-    rates = precise.solve_linear(evaluate_jacobian_precisely(chain, situation), velocity)
+    configuration = sample_configuration_and_velocity(chain, rng)
+    velocity = [precise.evaluate_in_context(value) for value in configuration.velocity.values()]
+    rates = precise.solve_linear(evaluate_jacobian_precisely(chain, configuration), velocity)
     max_rate = max(abs(precise.round_to_ten_digits(rate)) for rate in rates)
-    return make_joint_rates(chain, rates, max_rate), VelocityDetails(situation=situation)
+    return make_joint_rates(chain, rates, max_rate), VelocityDetails(configuration=configuration)
 
 
 INVERSE_PREREQUISITES = (("jacobian",), ("jacobian", "determinant"))

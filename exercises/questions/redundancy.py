@@ -179,17 +179,17 @@ class MinimumNormDetails(VelocityDetails):
 
 
 def _ask_minimum_norm_rates(chain: Chain, rng: Stream) -> AnswerAndDetails:
-    situation = inversion.sample_situation(chain, rng)
-    arm = PreciseArm(chain, situation.lengths)
-    jacobian = inversion.evaluate_jacobian_precisely(chain, situation)
+    configuration = inversion.sample_configuration_and_velocity(chain, rng)
+    arm = PreciseArm(chain, configuration.lengths)
+    jacobian = inversion.evaluate_jacobian_precisely(chain, configuration)
     gram = precise.gram_matrix(jacobian)
-    weights = precise.solve_linear(gram, [arm.evaluate_number(value) for value in situation.velocity.values()])
+    weights = precise.solve_linear(gram, [arm.evaluate_number(value) for value in configuration.velocity.values()])
     rates = [sum(row[i] * weight for row, weight in zip(jacobian, weights, strict=True)) for i in range(chain.n)]
     return inversion.make_joint_rates(chain, rates, max(map(abs, rates))), MinimumNormDetails(
-        situation=situation,
+        configuration=configuration,
         gram=precise.round_matrix(gram),
         weights=precise.round_matrix([[weight] for weight in weights]),
-        pose=situation.figure_values,
+        pose=configuration.figure_values,
     )
 
 
@@ -227,38 +227,38 @@ class GramDetails(VelocityDetails):
 
 
 def _make_gram_details(
-    chain: Chain, situation: ConfigurationAndVelocity, singular_values: Vector, power: int | None = None
+    chain: Chain, configuration: ConfigurationAndVelocity, singular_values: Vector, power: int | None = None
 ) -> GramDetails:
     squares = sorted((value**2 for value in singular_values), reverse=True)
     return GramDetails(
-        situation=situation,
-        gram=precise.round_matrix(precise.gram_matrix(inversion.evaluate_jacobian_precisely(chain, situation))),
+        configuration=configuration,
+        gram=precise.round_matrix(precise.gram_matrix(inversion.evaluate_jacobian_precisely(chain, configuration))),
         eigenvalues=tuple(map(precise.round_to_four_digits, squares)),
         power=power,
-        pose=situation.figure_values,
+        pose=configuration.figure_values,
     )
 
 
-def _compute_singular_values(chain: Chain, situation: ConfigurationAndVelocity) -> Vector:
-    """Return the singular values of the task Jacobian at the configuration of a situation, to 30 digits."""
-    jacobian = PRECISE_CONTEXT.matrix(inversion.evaluate_jacobian_precisely(chain, situation))
+def _compute_singular_values(chain: Chain, configuration: ConfigurationAndVelocity) -> Vector:
+    """Return the singular values of the task Jacobian at the configuration of a configuration, to 30 digits."""
+    jacobian = PRECISE_CONTEXT.matrix(inversion.evaluate_jacobian_precisely(chain, configuration))
     return list(PRECISE_CONTEXT.svd_r(jacobian, compute_uv=False))
 
 
 def _ask_manipulability(chain: Chain, rng: Stream) -> AnswerAndDetails:
-    situation = inversion.sample_situation(chain, rng)
-    gram = precise.gram_matrix(inversion.evaluate_jacobian_precisely(chain, situation))
+    configuration = inversion.sample_configuration_and_velocity(chain, rng)
+    gram = precise.gram_matrix(inversion.evaluate_jacobian_precisely(chain, configuration))
     value = precise.round_to_ten_digits(PRECISE_CONTEXT.sqrt(precise.determinant(gram)))
     power = len(chain.linear_axes) - len(chain.prismatic_joints)
-    details = _make_gram_details(chain, situation, _compute_singular_values(chain, situation), power)
+    details = _make_gram_details(chain, configuration, _compute_singular_values(chain, configuration), power)
     return Number(sp.Matrix([value]), (inversion.write_power_of_metres(power),), THREE_DIGIT_TOLERANCE, 1e-9), details
 
 
 def _ask_condition_number(chain: Chain, rng: Stream) -> AnswerAndDetails:
-    situation = inversion.sample_situation(chain, rng)
-    sigma = _compute_singular_values(chain, situation)
+    configuration = inversion.sample_configuration_and_velocity(chain, rng)
+    sigma = _compute_singular_values(chain, configuration)
     value = precise.round_to_ten_digits(max(sigma) / min(sigma))
-    details = _make_gram_details(chain, situation, sigma)
+    details = _make_gram_details(chain, configuration, sigma)
     return Number(sp.Matrix([value]), ("",), THREE_DIGIT_TOLERANCE, 1e-9), details
 
 
@@ -280,19 +280,19 @@ def _find_self_motion_objection(chain: Chain) -> str | None:
 class SelfMotionFormulaDetails(Details):
     """Details about a self-motion as formulas, without a configuration: the factors that all maximal minors share."""
 
-    situation: None
+    configuration: None
     shared_factors: sp.Expr = field(metadata=recorded_as("shared"))
 
 
 def _ask_self_motion(chain: Chain, rng: Stream) -> AnswerAndDetails:
     quotients = _factor_minors_of(chain).quotients if chain.n <= MAX_JOINTS else ()
     if quotients and sum(map(_count_terms, quotients)) <= MAX_TERMS / 2:
-        details = SelfMotionFormulaDetails(situation=None, shared_factors=_find_shared_factors(chain))
+        details = SelfMotionFormulaDetails(configuration=None, shared_factors=_find_shared_factors(chain))
         return Direction(write_self_motion(chain)), details
-    situation = inversion.sample_situation(chain, rng)
-    jacobian = inversion.evaluate_jacobian_precisely(chain, situation)
+    configuration = inversion.sample_configuration_and_velocity(chain, rng)
+    jacobian = inversion.evaluate_jacobian_precisely(chain, configuration)
     numbers = sp.Matrix(list(map(precise.round_to_ten_digits, compute_null_vector(jacobian))))
-    return Direction(numbers, THREE_DIGIT_TOLERANCE), VelocityDetails(situation=situation, pose=situation.figure_values)
+    return Direction(numbers, THREE_DIGIT_TOLERANCE), VelocityDetails(configuration=configuration, pose=configuration.figure_values)
 
 
 def compute_null_vector(jacobian: list[Vector]) -> Vector:

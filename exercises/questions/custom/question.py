@@ -266,9 +266,9 @@ class QuestionMaker:
         joint_names = {q.name for q in chain.q}
         configuration = None
         if "pose" in given or joint_names & set(given):
-            situation = inversion.sample_situation(chain, rng)
-            joints = {q: _sample(given[q.name], rng) if q.name in given else situation.joints[q] for q in chain.q}
-            configuration = inversion.Configuration(situation.lengths, joints)
+            random_configuration = inversion.sample_configuration_and_velocity(chain, rng)
+            joints = {q: _sample(given[q.name], rng) if q.name in given else random_configuration.joints[q] for q in chain.q}
+            configuration = inversion.Configuration(random_configuration.lengths, joints)
         elif chain.parameters:
             configuration = inversion.Configuration(inversion.sample_lengths(chain, rng), {})
         groups: dict[str, Sequence[sp.Symbol]] = {
