@@ -5,7 +5,7 @@ formulas, or as numbers at a configuration.
 """
 
 from collections.abc import Iterable
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 from typing import Any
 
 import numpy as np
@@ -18,7 +18,7 @@ from qdot.exercises.arm.derivation import task_velocity
 from qdot.exercises.arm.kinematics import NumericChain
 from qdot.exercises.arm.mpmath_kinematics import PreciseArm, Vector
 from qdot.exercises.common.stream import Stream
-from qdot.exercises.problem.problem import Details, SymbolInfo, values_by_name
+from qdot.exercises.problem.problem import Details, SymbolInfo, recorded_as, values_by_name
 from qdot.exercises.questions import base
 from qdot.exercises.questions.base import AnswerAndDetails, Question
 from qdot.exercises.reference_answers import Number
@@ -75,9 +75,9 @@ class ConfigurationAndVelocity(Configuration):
 
 @dataclass(frozen=True, kw_only=True)
 class VelocityDetails(Details):
-    """Details of a question that gives a configuration and a task velocity (the `configuration`)."""
+    """Details of a question that gives a configuration and a task velocity."""
 
-    configuration: ConfigurationAndVelocity
+    configuration: ConfigurationAndVelocity = field(metadata=recorded_as("situation"))
 
     def list_given_values(self, chain: Chain) -> dict[str, float]:
         """Return the numbers of the configuration and velocity."""
@@ -127,8 +127,8 @@ def sample_configuration_and_velocity(chain: Chain, rng: Stream) -> Configuratio
     raise RuntimeError(f"no well-conditioned pose of {chain} was found; please report this")
 
 
-def evaluate_jacobian_precisely(chain: Chain, configuration: ConfigurationAndVelocity) -> list[Vector]:
-    """Return the task Jacobian at the configuration of a configuration, as rows of high-precision numbers."""
+def evaluate_jacobian_precisely(chain: Chain, configuration: Configuration) -> list[Vector]:
+    """Return the task Jacobian at a configuration, as rows of high-precision numbers."""
     arm = PreciseArm(chain, configuration.lengths)
     return arm.task_jacobian([arm.evaluate_number(configuration.joints[q]) for q in chain.q])
 
@@ -139,8 +139,8 @@ def find_min_conditioning(chain: Chain) -> float:
     The minimum is smaller for many joints, because few of their configurations have a large ratio. It is also smaller
     for tasks in metres and radians, because the ratio means less if units are mixed.
     """
-    kinds = {row[0] for row in chain.task}
-    return 0.15 if chain.n <= base.MAX_JOINTS_FOR_INVERSE and len(kinds) == 1 else 0.04
+    has_one_unit = len({row[0] for row in chain.task}) == 1
+    return 0.15 if chain.n <= base.MAX_JOINTS_FOR_INVERSE and has_one_unit else 0.04
 
 
 def write_power_of_metres(power: int) -> str:
@@ -152,7 +152,7 @@ def write_power_of_metres(power: int) -> str:
 
 
 def make_joint_rates(chain: Chain, rates: Iterable[Any], max_rate: Any) -> Number:
-    """Return joint rates, to three digits, as an answer. `max_rate` is the largest of them."""
+    """Return joint rates as an answer that accepts three digits. `max_rate` is the largest absolute value of a rate."""
     units = tuple("rad/s" if joint.is_revolute else "m/s" for joint in chain.joints)
     rounded_rates = sp.Matrix(list(map(precise.round_to_ten_digits, rates)))
     return Number(rounded_rates, units, THREE_DIGIT_TOLERANCE, ERROR_NEAR_ZERO * float(max_rate))
@@ -177,7 +177,7 @@ RATE_PREREQUISITES = (("inverse-velocity",), ("inverse-jacobian",), *INVERSE_PRE
 
 @dataclass(frozen=True, kw_only=True)
 class LoadDetails(Details):
-    """Details of a question about an arm that exerts a force or moment: one component for each row of the task."""
+    """Details of a question about joint torques: the force or moment that the arm exerts, one entry per task row."""
 
     force: sp.Matrix
 

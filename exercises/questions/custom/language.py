@@ -49,7 +49,7 @@ class Quantities(Protocol):
         """All known names."""
 
     def look_up(self, name: str) -> np.ndarray | None:
-        """Return the value of a name or of a call such as "det(J)" that has a result of its own; None if unknown."""
+        """Return the value of a name, or of a call such as "det(J)" that is itself a quantity; None if unknown."""
 
     def constant(self, value: Fraction) -> np.ndarray:
         """Return a number."""
@@ -81,12 +81,12 @@ def parse(text: str) -> ast.expr:
     try:
         tree = ast.parse(source.strip(), mode="eval").body
     except (SyntaxError, ValueError, MemoryError, RecursionError) as error:
-        at = f" at character {error.offset}" if isinstance(error, SyntaxError) and error.offset else ""
-        raise FormulaError(f"{text!r} is not a formula{at}; write, for example, ddt((o1 + o2)/2)") from None
-    level: list[ast.AST] = [tree]
+        location = f" at character {error.offset}" if isinstance(error, SyntaxError) and error.offset else ""
+        raise FormulaError(f"{text!r} is not a formula{location}; write, for example, ddt((o1 + o2)/2)") from None
+    nodes_at_depth: list[ast.AST] = [tree]
     for _ in range(MAX_DEPTH):
-        level = [child for node in level for child in ast.iter_child_nodes(node)]
-    if level:
+        nodes_at_depth = [child for node in nodes_at_depth for child in ast.iter_child_nodes(node)]
+    if nodes_at_depth:
         raise FormulaError(f"the formula is nested more than {MAX_DEPTH} deep")
     for node in ast.walk(tree):
         _check_node(node, text)
@@ -150,9 +150,9 @@ def compute(formula: ast.expr, quantities: Quantities) -> np.ndarray:
     raise FormulaError(f"{ast.unparse(formula)!r} can't stand alone in a formula")
 
 
-def rank_of(value: np.ndarray) -> int:
+def count_axes(value: np.ndarray) -> int:
     """Return the number of axes of a value: 0 for a number, 1 for a vector, 2 for a matrix."""
-    return value.ndim - 1
+    return value.ndim - 1  # the last axis is that of the arithmetic
 
 
 def describe_shape(value: np.ndarray) -> str:
@@ -276,10 +276,11 @@ def list_functions() -> list[str]:
 
 
 def _check_arguments(formula: ast.Call, arguments: list[np.ndarray], ranks: tuple[int, ...]) -> list[np.ndarray]:
-    """Return the arguments of a function. Raises FormulaError if their number or their numbers of axes are wrong."""
+    """Return the arguments of a function. Raises FormulaError if there are not as many, of these ranks, as `ranks`."""
     if [rank_of(argument) for argument in arguments] != list(ranks):
-        expected, found = " and ".join(_SHAPE_WORDS[rank] for rank in ranks), map(describe_shape, arguments)
-        raise FormulaError(f"{ast.unparse(formula)!r} needs {expected}, but has {' and '.join(found) or 'nothing'}")
+        expected = " and ".join(_SHAPE_WORDS[rank] for rank in ranks)
+        actual = " and ".join(map(describe_shape, arguments)) or "nothing"
+        raise FormulaError(f"{ast.unparse(formula)!r} needs {expected}, but has {actual}")
     return arguments
 
 
