@@ -21,7 +21,7 @@ from qdot.exercises.notebook.problem_formats import show_assignment
 from qdot.exercises.problem.problem import Part, Problem
 from qdot.exercises.questions.custom import Definition, make_question
 from qdot.exercises.questions.custom.definition import GivenValue, Texts
-from qdot.exercises.questions.custom.language import FormulaError, parse
+from qdot.exercises.questions.language import FormulaError, parse
 from qdot.exercises.reference_answers import ConditionSet, Number, Words
 from qdot.exercises.site.bank import index_text
 from qdot.exercises.site.record import make_site_record
