@@ -30,13 +30,13 @@ from qdot.exercises.formula.trees import (
     as_matrix,
     count_nodes,
     find_names,
-    find_statement,
+    find_nonscalar,
     has_blank,
     iterate_nodes,
     list_equation_sides,
     make_rows,
     node_text,
-    refuse_statements,
+    refuse_nonscalars,
     replace_names,
 )
 from qdot.exercises.formula.vocabulary import LIMITS, PATTERNS, VOCABULARY
@@ -294,7 +294,7 @@ _MAX_CLAIM_LENGTH = 60
 
 def _is_bare_formula(node: Node, joints: Sequence[str]) -> bool:
     """Return whether a node is a formula of the joints that is not equated to anything."""
-    is_formula = node.kind in ("+", "-", "*", "/", "^", "neg", "call") and find_statement(node) is None
+    is_formula = node.kind in ("+", "-", "*", "/", "^", "neg", "call") and find_nonscalar(node) is None
     return is_formula and bool(find_names(node) & set(joints))
 
 
@@ -707,7 +707,7 @@ _MAX_SIZE_SHOWN = 3
 def _require_scalars(rows: Matrix) -> None:
     """Raise ParseError if any entry is a list or a statement; blank entries are allowed."""
     for entry in (entry for row in rows for entry in row if not has_blank(entry)):
-        refuse_statements(entry)
+        refuse_nonscalars(entry)
 
 
 def _find_symbols(rows: Matrix) -> set[str]:

@@ -20,9 +20,9 @@ from qdot.exercises.formula.equality import (
     EntryDifference,
     Rounding,
     SetDifference,
-    chance_of_missing,
     compare_entries,
-    show_difference,
+    compute_chance_of_missing,
+    format_difference,
     to_json_number,
 )
 from qdot.exercises.formula.program import compile_program, evaluate
@@ -249,7 +249,7 @@ def _make_pivot_certificate(certificate: Certificate, expected: Node, answered: 
     if not expected_pivot:  # e.g. -sin(theta1) at theta1 = 0; readable sample values may be 0
         pivot_difference = EntryDifference(pivot, example.at, to_json_number(answered_pivot), 0.0)
         return replace(certificate, counterexample=pivot_difference)
-    shown_values = show_difference(example.yours / expected_pivot, example.expected / expected_pivot)
+    shown_values = format_difference(example.yours / expected_pivot, example.expected / expected_pivot)
     return replace(certificate, counterexample=EntryDifference(example.entry, example.at, *shown_values, pivot))
 
 
@@ -413,7 +413,7 @@ def _make_set_certificate(comparison: SetComparison) -> Certificate:
     """Return the certificate of a comparison of two sets."""
     example = None if comparison.are_equal else SetDifference(comparison.missing, comparison.surplus)
     count = comparison.fewest_configurations
-    return Certificate("numeric", count, chance_of_missing(count), example)
+    return Certificate("numeric", count, compute_chance_of_missing(count), example)
 
 
 def _describe_set_difference(comparison: SetComparison, joints: Sequence[str], noun: str) -> str:

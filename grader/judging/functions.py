@@ -139,8 +139,8 @@ def _compare_values(
         point = int(np.argmax(~is_within[entry] & is_defined[entry]))
         values_of_both = complex(answer_values[entry, point]), complex(expected_values[entry, point])
         values = {name: float(f"{column[point]:.6g}") for name, column in sorted(arguments.items())}
-        example = equality.EntryDifference(entry, values, *equality.show_difference(*values_of_both))
+        example = equality.EntryDifference(entry, values, *equality.format_difference(*values_of_both))
     return equality.Comparison(
         tuple(is_correct),
-        equality.Certificate("numeric", SAMPLE_COUNT, equality.chance_of_missing(SAMPLE_COUNT), example),
+        equality.Certificate("numeric", SAMPLE_COUNT, equality.compute_chance_of_missing(SAMPLE_COUNT), example),
     )

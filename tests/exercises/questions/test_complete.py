@@ -7,7 +7,7 @@ from functools import cache
 import pytest
 
 from qdot.exercises.common.errors import QdotError
-from qdot.exercises.exports.numbers import ask_in_numbers
+from qdot.exercises.exports.numeric_part import ask_in_numbers
 from qdot.exercises.exports.stack_parts import convert_part as asked_by_stack
 from qdot.exercises.exports.stack_parts import remove_rounding_if_exact
 from qdot.exercises.families import FAMILIES
