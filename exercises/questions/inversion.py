@@ -16,7 +16,7 @@ from qdot.exercises.arm.arithmetic import apply_matrix
 from qdot.exercises.arm.chain import Chain
 from qdot.exercises.arm.derivation import task_velocity
 from qdot.exercises.arm.kinematics import NumericChain
-from qdot.exercises.arm.mpmath_kinematics import PreciseArm, Vector
+from qdot.exercises.arm.mpmath_kinematics import MpmathArm, Vector
 from qdot.exercises.common.stream import Stream
 from qdot.exercises.problem.problem import Details, SymbolInfo, values_by_name
 from qdot.exercises.questions import base
@@ -129,7 +129,7 @@ def sample_situation(chain: Chain, rng: Stream) -> ConfigurationAndVelocity:
 
 def evaluate_jacobian_precisely(chain: Chain, situation: ConfigurationAndVelocity) -> list[Vector]:
     """Return the task Jacobian at the configuration of a situation, as rows of high-precision numbers."""
-    arm = PreciseArm(chain, situation.lengths)
+    arm = MpmathArm(chain, situation.lengths)
     return arm.task_jacobian([arm.evaluate_number(situation.joints[q]) for q in chain.q])
 
 
@@ -221,7 +221,7 @@ QUESTIONS = (
         "joint-torques", "Static joint torques", "dual of 6.4", prerequisites=("jacobian",),
         choose_title=_choose_torque_title,
         formula=lambda stages, _: apply_matrix(
-            stages["transposed jacobian"], stages.symbol_vector(make_load_symbols(stages.chain))
+            stages["transposed jacobian"], stages.stack_symbol_values(make_load_symbols(stages.chain))
         ),
         make_details=_make_load_details, is_made_of_jacobian=True,
         name_entries=lambda chain, _: [rf"\tau_{{{joint}}}" for joint in range(1, chain.n + 1)],

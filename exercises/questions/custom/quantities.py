@@ -21,7 +21,7 @@ from qdot.exercises.arm.arithmetic import (
 from qdot.exercises.arm.chain import Chain
 from qdot.exercises.arm.conventions import convention_of
 from qdot.exercises.arm.conventions.base import FRAMES
-from qdot.exercises.arm.derivation_graph import StageResults, convention_rotation
+from qdot.exercises.arm.derivation_graph import StageResults, compute_convention_rotation
 from qdot.exercises.formula import algebra
 from qdot.exercises.formula.trees import ZERO, Node, ParseError, replace_names
 from qdot.exercises.questions.custom.language import FormulaError, compute
@@ -34,8 +34,8 @@ RESULTS: dict[str, Callable[[StageResults], np.ndarray]] = {
     "Jv": lambda stages: stages["linear"],
     "Jw": lambda stages: stages["angular"],
     "qd": lambda stages: stages["joint rates"],
-    "q": lambda stages: stages.symbol_vector(stages.chain.q),
-    "qdd": lambda stages: stages.symbol_vector(name_accelerations(stages.chain)),
+    "q": lambda stages: stages.stack_symbol_values(stages.chain.q),
+    "qdd": lambda stages: stages.stack_symbol_values(name_accelerations(stages.chain)),
     "det(J)": lambda stages: stages["determinant"],
     "inv(J)": lambda stages: stages["inverse"],
     "transpose(J)": lambda stages: stages["transposed jacobian"],
@@ -117,9 +117,13 @@ class WorkingQuantities(ABC):
         """Return an origin or an axis of a frame, or the rotation or transform from one frame to another."""
         stages = self.working
         if letter in "oxyz":
-            return self._origin(first) if letter == "o" else convention_rotation(stages, first)[:, "xyz".index(letter)]
-        to_first = convention_rotation(stages, first).swapaxes(0, 1)
-        rotation = matrix_product(to_first, convention_rotation(stages, last))
+            return (
+                self._origin(first)
+                if letter == "o"
+                else compute_convention_rotation(stages, first)[:, "xyz".index(letter)]
+            )
+        to_first = compute_convention_rotation(stages, first).swapaxes(0, 1)
+        rotation = matrix_product(to_first, compute_convention_rotation(stages, last))
         if letter == "R":
             return rotation
         origin = apply_matrix(to_first, self._origin(last) - self._origin(first))
