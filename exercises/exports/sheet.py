@@ -21,7 +21,7 @@ from qdot.exercises.exports.boxes import (
 )
 from qdot.exercises.exports.export_format import ExportRequest
 from qdot.exercises.exports.marking import MarkingInstructions, explain_marking
-from qdot.exercises.exports.markup import Picture, draw_arm, draw_prompt_figure, draw_solution_figure
+from qdot.exercises.exports.platform_markup import Picture, draw_arm, draw_prompt_figure, draw_solution_figure
 from qdot.exercises.notebook.notebook import write_points
 from qdot.exercises.problem.problem import Part, Problem
 from qdot.exercises.short_questions import question_of

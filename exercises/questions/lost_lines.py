@@ -10,7 +10,7 @@ from itertools import compress
 import numpy as np
 
 from qdot.exercises.arm.chain import Chain
-from qdot.exercises.questions.geometry import sample_singular_configurations
+from qdot.exercises.questions.exact_configurations import sample_singular_configurations
 from qdot.exercises.singularities import directions
 from qdot.exercises.singularities.directions import ArmLine
 from qdot.exercises.singularities.singular_set import Component

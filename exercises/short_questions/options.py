@@ -12,7 +12,7 @@ from qdot.exercises.mistakes.base import Mistake
 from qdot.exercises.mistakes.catalogue import CATALOGUE
 from qdot.exercises.problem.problem import Details, Part, recorded_as, values_by_name
 from qdot.exercises.questions.base import shuffle_options
-from qdot.exercises.questions.geometry import ExactConfiguration
+from qdot.exercises.questions.exact_configurations import ExactConfiguration
 from qdot.exercises.reference_answers import Choice
 
 Formula: TypeAlias = Any

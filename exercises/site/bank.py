@@ -28,8 +28,8 @@ from qdot.exercises.problem.record import Json
 from qdot.exercises.questions.base import Question
 from qdot.exercises.short_questions import ALL_QUESTIONS
 from qdot.exercises.singularities.difficulty import difficulty_band
+from qdot.exercises.site.bank_problem import BankProblem
 from qdot.exercises.site.record import make_site_record, make_solutions_record, translate_record, translate_solutions
-from qdot.exercises.site.supply import BankProblem
 from qdot.exercises.writing.languages import LANGUAGES, LOCALE, load_catalogue
 from qdot.exercises.writing.render import find_template_folder
 

@@ -13,9 +13,9 @@ from qdot.exercises.common.files import make_folder, write_atomically
 from qdot.exercises.problem.record import Json
 from qdot.exercises.site import pages
 from qdot.exercises.site.bank import BANK_FOLDER, PROBLEM_ENDINGS, SOLUTION_ENDINGS, index_text, titles_text, write_bank
+from qdot.exercises.site.bank_problem import BankProblem, find_custom_questions
 from qdot.exercises.site.page import INDEX_FILE, ROBOTS_FILE
 from qdot.exercises.site.robots import robots_text
-from qdot.exercises.site.supply import BankProblem, find_custom_questions
 from qdot.exercises.writing.languages import LANGUAGES
 from qdot.exercises.writing.render import render
 

@@ -23,7 +23,7 @@ from qdot.exercises.problem.problem import Part
 from qdot.exercises.questions import rank, screws
 from qdot.exercises.questions.inversion import Configuration, ConfigurationAndVelocity, evaluate_jacobian_precisely
 from qdot.exercises.questions.rank import JacobianOnBranch, MeaningDetails
-from qdot.exercises.questions.singular import ConfigurationsOfOneKind, find_components_with
+from qdot.exercises.questions.singular import ConfigurationsOfOneKind, find_components_containing
 from qdot.exercises.questions.wrist import derive_block_determinants, derive_wrist_block, find_block_objection
 from qdot.exercises.singularities.classification import Classification, classify, is_one_sided, split_by_value
 from qdot.exercises.singularities.existence_conditions import ExistenceCondition, find_existence_condition
@@ -396,8 +396,10 @@ class SolutionSteps:
 
     def find_components(self, configuration: ConfigurationsOfOneKind) -> list[SingularComponent]:
         """Return the components of the singular set that contain a configuration; none if it is regular."""
-        components = (component for _, component in find_components_with(self.chain, configuration))
-        return [SingularComponent(self._shown_conditions(c), c.solutions, classify(self.chain, c)) for c in components]
+        return [
+            SingularComponent(self._shown_conditions(component), component.solutions, classify(self.chain, component))
+            for component in find_components_containing(self.chain, configuration)
+        ]
 
     def is_one_sided(self, configurations: ConfigurationsOfOneKind | MeaningDetails) -> bool:
         """Return whether P can leave the singular configurations only to one side along the lost direction."""

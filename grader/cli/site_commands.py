@@ -18,10 +18,10 @@ from qdot.exercises.exports.bank import iterate_bank
 from qdot.exercises.exports.export_format import ExportRequest
 from qdot.exercises.families import FAMILIES
 from qdot.exercises.generation import look_up_family
+from qdot.exercises.site.bank_problem import ARMS_PER_STEP, MAX_ARMS, problems_of_families, problems_of_variants
 from qdot.exercises.site.build import SiteSpec, write_site
+from qdot.exercises.site.command_reference import render_reference
 from qdot.exercises.site.pages import find_docs_folder
-from qdot.exercises.site.reference import render_reference
-from qdot.exercises.site.supply import ARMS_PER_STEP, MAX_ARMS, problems_of_families, problems_of_variants
 from qdot.grader.cli.options import JobsOption, SiteConventionOption, SiteTwistOption, SiteVariationOption, name_option
 from qdot.grader.grading.certify import find_failures
 

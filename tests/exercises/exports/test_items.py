@@ -14,8 +14,8 @@ from qdot.exercises.assignment.assignment import Student, load_assignment
 from qdot.exercises.common.errors import QdotError
 from qdot.exercises.exports.export_format import ExportRequest
 from qdot.exercises.exports.items import ChoiceForm, NumberField, NumberForm, QuizItem, WrongValue, make_items
-from qdot.exercises.exports.markup import Picture, format_decimal, format_tolerance
-from qdot.exercises.exports.numbers import NumericPart, ask_in_numbers
+from qdot.exercises.exports.numeric_part import NumericPart, ask_in_numbers
+from qdot.exercises.exports.platform_markup import Picture, format_decimal, format_tolerance
 from qdot.exercises.families import FAMILIES
 from qdot.exercises.generation import generate, questions_of_family
 from qdot.exercises.problem.problem import Problem, ProblemId
