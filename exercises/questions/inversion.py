@@ -15,7 +15,7 @@ from qdot.exercises.arm import mpmath_kinematics as precise
 from qdot.exercises.arm.chain import Chain
 from qdot.exercises.arm.derivation import task_velocity
 from qdot.exercises.arm.kinematics import NumericChain
-from qdot.exercises.arm.mpmath_kinematics import PreciseArm, Vector
+from qdot.exercises.arm.mpmath_kinematics import MpmathArm, Vector
 from qdot.exercises.common.stream import Stream
 from qdot.exercises.problem.problem import Details, SymbolInfo, recorded_as, values_by_name
 from qdot.exercises.questions import base
@@ -129,7 +129,7 @@ def sample_configuration_and_velocity(chain: Chain, rng: Stream) -> Configuratio
 
 def evaluate_jacobian_precisely(chain: Chain, configuration: Configuration) -> list[Vector]:
     """Return the task Jacobian at a configuration, as rows of high-precision numbers."""
-    arm = PreciseArm(chain, configuration.lengths)
+    arm = MpmathArm(chain, configuration.lengths)
     return arm.task_jacobian([arm.evaluate_number(configuration.joints[q]) for q in chain.q])
 
 
