@@ -5,7 +5,6 @@ from dataclasses import dataclass
 import numpy as np
 import sympy as sp
 
-from qdot.exercises.arm.arithmetic import apply_matrix
 from qdot.exercises.arm.chain import Chain
 from qdot.exercises.arm.derivation import derive
 from qdot.exercises.arm.derivation_graph import Change, StageResults
@@ -116,28 +115,24 @@ def _substitute_position(position: np.ndarray) -> dict[str, Change]:
 QUESTIONS = (
     Question(
         "position", "Position of the point", "6.1",
-        formula=lambda stages, _: stages["point"][list_linear_task_rows(stages.chain)],
-        substitution=_substitute_position, make_details=lambda chain, _: AxesDetails(axes=chain.linear_axes),
+        formula="p", substitution=_substitute_position,
+        make_details=lambda chain, _: AxesDetails(axes=chain.linear_axes),
         name_entries=lambda chain, _: chain.linear_axes, find_arm_objection=_find_task_objection,
         find_size_objection=base.limit_terms("position"), link_sums="links",
         find_link_sum_rows=lambda chain: list(enumerate(list_linear_task_rows(chain))),
     ),
     Question(
         "velocity", "Cartesian velocity", "6.2", prerequisites=("position",),
-        formula=lambda stages, _: apply_matrix(
-            stages["linear"][list_linear_task_rows(stages.chain)], stages["joint rates"]
-        ),
-        derive_matrix=lambda chain, _: write_linear_velocity(chain),
+        formula="v", derive_matrix=lambda chain, _: write_linear_velocity(chain),
         make_details=lambda chain, _: AxesDetails(axes=chain.linear_axes, by_links=_is_written_by_links(chain)),
         name_entries=lambda chain, _: base.name_velocity_components([row for row in chain.task if row[0] == "v"]),
         find_arm_objection=_find_task_objection, find_size_objection=base.limit_terms("linear"),
     ),
     Question(
         "velocity-component", "One velocity component", "6.2", prerequisites=("position",),
-        formula=lambda stages, details: apply_matrix(stages["linear"][[details.row]], stages["joint rates"]),
+        formula="v", answer_type=Expression, make_details=_choose_component,
         derive_matrix=lambda chain, details: write_linear_velocity(chain)[chain.linear_axes.index(details.axis), :],
-        answer_type=Expression, make_details=_choose_component,
-        name_entries=lambda chain, part: [f"v_{{{part.details_as(AxisDetails).axis}}}"],
+        name_entries=lambda chain, details: [f"v_{{{details.axis}}}"],
         find_arm_objection=_find_task_objection, find_size_objection=base.limit_terms("linear"),
     ),
     Question(
@@ -145,7 +140,7 @@ QUESTIONS = (
         choose_title=lambda chain: (
             "Jacobian by differentiation" if chain.linear_axes else "Jacobian from the joint axes"
         ),
-        stage="jacobian", make_details=lambda chain, _: TaskDetails(task=chain.task),
+        formula="J", make_details=lambda chain, _: TaskDetails(task=chain.task),
         label_rows_and_columns=base.label_jacobian(lambda chain: chain.task),
         find_size_objection=base.limit_terms("jacobian"), link_sums="columns of links",
         find_link_sum_rows=lambda chain: [
@@ -154,7 +149,7 @@ QUESTIONS = (
     ),
     Question(
         "determinant", "Determinant of the Jacobian", "6.8", prerequisites=("jacobian",),
-        stage="determinant", answer_type=Expression, make_details=lambda chain, _: TaskDetails(task=chain.task),
+        formula="det(J)", answer_type=Expression, make_details=lambda chain, _: TaskDetails(task=chain.task),
         name_entries=lambda chain, _: [r"\det J"], find_arm_objection=base.find_determinant_objection,
         is_made_of_jacobian=True, is_made_of_minors=True,
     ),

@@ -12,7 +12,6 @@ import numpy as np
 import sympy as sp
 
 from qdot.exercises.arm import mpmath_kinematics as precise
-from qdot.exercises.arm.arithmetic import apply_matrix
 from qdot.exercises.arm.chain import Chain
 from qdot.exercises.arm.derivation import task_velocity
 from qdot.exercises.arm.kinematics import NumericChain
@@ -21,6 +20,7 @@ from qdot.exercises.common.stream import Stream
 from qdot.exercises.problem.problem import Details, SymbolInfo, values_by_name
 from qdot.exercises.questions import base
 from qdot.exercises.questions.base import AnswerAndDetails, Question
+from qdot.exercises.questions.quantities import name_load
 from qdot.exercises.reference_answers import Number
 
 MAX_SAMPLES = 2000
@@ -185,7 +185,7 @@ class LoadDetails(Details):
 def make_load_symbols(chain: Chain) -> dict[str, SymbolInfo]:
     """Return the components of force and moment that correspond to the rows of the task: fx for vx, mx for wx."""
     force, moment = SymbolInfo("force", "N"), SymbolInfo("moment", "N m")
-    return {f"f{row[1]}" if row[0] == "v" else f"m{row[1]}": force if row[0] == "v" else moment for row in chain.task}
+    return {name: force if name[0] == "f" else moment for name in name_load(chain)}
 
 
 def _make_load_details(chain: Chain, rng: Stream) -> LoadDetails:
@@ -202,28 +202,25 @@ def _choose_torque_title(chain: Chain) -> str:
 QUESTIONS = (
     Question(
         "inverse-jacobian", "Inverse Jacobian", "appendix", points=2.0, prerequisites=("jacobian", "determinant"),
-        stage="inverse", label_rows_and_columns=lambda chain: (base.name_joint_rates(chain), chain.task),
+        formula="inv(J)", label_rows_and_columns=lambda chain: (base.name_joint_rates(chain), chain.task),
         find_arm_objection=base.find_determinant_objection, find_size_objection=base.find_inverse_size_objection,
         is_made_of_jacobian=True, is_made_of_minors=True, alternative_prerequisites=INVERSE_PREREQUISITES,
     ),
     Question(
         "inverse-velocity", "Inverse velocity", "6.7", points=2.0, prerequisites=("jacobian", "inverse-jacobian"),
-        stage="rates", list_labels=base.name_joint_rates, find_arm_objection=base.find_determinant_objection,
+        formula="inv(J)*xd", list_labels=base.name_joint_rates, find_arm_objection=base.find_determinant_objection,
         find_size_objection=base.find_inverse_size_objection, is_made_of_jacobian=True, is_made_of_minors=True,
         alternative_prerequisites=RATE_PREREQUISITES[1:],
     ),
     Question(
-        "joint-rates", "Joint rates at a configuration", "6.7", prerequisites=("inverse-velocity",), stage="rates",
-        sample=_ask_joint_rates, list_labels=base.name_joint_rates, is_made_of_jacobian=True,
+        "joint-rates", "Joint rates at a configuration", "6.7", prerequisites=("inverse-velocity",),
+        formula="inv(J)*xd", sample=_ask_joint_rates, list_labels=base.name_joint_rates, is_made_of_jacobian=True,
         find_arm_objection=base.find_determinant_objection, alternative_prerequisites=RATE_PREREQUISITES,
     ),
     Question(
         "joint-torques", "Static joint torques", "dual of 6.4", prerequisites=("jacobian",),
         choose_title=_choose_torque_title,
-        formula=lambda stages, _: apply_matrix(
-            stages["transposed jacobian"], stages.symbol_vector(make_load_symbols(stages.chain))
-        ),
-        make_details=_make_load_details, is_made_of_jacobian=True,
+        formula="transpose(J)*f", make_details=_make_load_details, is_made_of_jacobian=True,
         name_entries=lambda chain, _: [rf"\tau_{{{joint}}}" for joint in range(1, chain.n + 1)],
         find_size_objection=base.limit_terms("jacobian"),
     ),

@@ -334,7 +334,7 @@ def _locate_crossing(chain: Chain, welding_line: WeldingLine, crossing: LimitCro
 QUESTIONS = (
     Question(
         "path-rates", "Joint rates along a path", "6.7 on a welding path", points=2.0,
-        prerequisites=("inverse-velocity",), stage="rates", sample=_ask_path_rates, list_labels=name_joint_rates,
+        prerequisites=("inverse-velocity",), formula="inv(J)*xd", sample=_ask_path_rates, list_labels=name_joint_rates,
         find_arm_objection=_find_path_objection, is_made_of_jacobian=True,
         alternative_prerequisites=inversion.RATE_PREREQUISITES,
     ),

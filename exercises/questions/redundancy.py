@@ -18,7 +18,6 @@ import numpy as np
 import sympy as sp
 
 from qdot.exercises.arm import mpmath_kinematics as precise
-from qdot.exercises.arm.arithmetic import apply_matrix
 from qdot.exercises.arm.chain import Chain
 from qdot.exercises.arm.derivation import derive, symbolic_arm_of
 from qdot.exercises.arm.mpmath_kinematics import FLOAT_CONTEXT, PRECISE_CONTEXT, PreciseArm, Vector
@@ -323,7 +322,7 @@ def write_self_motion(chain: Chain) -> sp.Matrix:
 QUESTIONS = (
     Question(
         "gram-determinant", "det(J Jᵀ) of a redundant arm", "6.8 for m < n", points=2.0, prerequisites=("jacobian",),
-        stage="gram determinant", answer_type=Expression, make_details=_make_minor_details,
+        formula="det(J*transpose(J))", answer_type=Expression, make_details=_make_minor_details,
         textbook_formulas={
             "gram determinant": lambda chain: _substitute_numbers(
                 chain, _derive_gram_determinant(symbolic_arm_of(chain).chain)
@@ -334,9 +333,8 @@ QUESTIONS = (
     ),
     Question(
         "least-norm-rates", "Minimum-norm joint rates", "6.7 for m < n", prerequisites=("jacobian",),
-        formula=lambda stages, _: apply_matrix(stages["pseudo-inverse"], stages["wanted velocity"]),
-        sample=_ask_minimum_norm_rates, list_labels=name_joint_rates, is_made_of_jacobian=True,
-        find_arm_objection=_find_minimum_norm_objection,
+        formula="least_norm(J, xd)", sample=_ask_minimum_norm_rates, list_labels=name_joint_rates,
+        is_made_of_jacobian=True, find_arm_objection=_find_minimum_norm_objection,
     ),
     Question(
         "self-motion", "Self-motion of a redundant arm", "6.4 for m < n", prerequisites=("jacobian",),
@@ -345,7 +343,7 @@ QUESTIONS = (
     ),
     Question(
         "manipulability", "Manipulability at a configuration", "below 6.8", prerequisites=("jacobian",),
-        stage="manipulability", sample=_ask_manipulability, name_entries=lambda chain, _: ["w"],
+        formula="sqrt(det(J*transpose(J)))", sample=_ask_manipulability, name_entries=lambda chain, _: ["w"],
         find_arm_objection=_find_manipulability_objection,
     ),
     Question(

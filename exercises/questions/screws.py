@@ -28,7 +28,7 @@ from qdot.exercises.arm.mpmath_kinematics import evaluate_in_context, round_to_t
 from qdot.exercises.arm.standard_table import home_geometry_of
 from qdot.exercises.arm.trigonometry import count_terms, remove_brackets, textbook_matrix
 from qdot.exercises.common.stream import Stream
-from qdot.exercises.problem.problem import Details, Part, recorded_as
+from qdot.exercises.problem.problem import Details, recorded_as
 from qdot.exercises.questions import base, inversion
 from qdot.exercises.questions.base import AnswerAndDetails, ObjectionFinder, Question
 from qdot.exercises.questions.inversion import Configuration
@@ -374,7 +374,7 @@ def _find_space_size_objection(chain: Chain) -> str | None:
     return base.find_term_count_objection(_count_terms(chain, derive_space_jacobian))
 
 
-def _name_twist(chain: Chain, _: Part) -> Sequence[str]:
+def _name_twist(chain: Chain, _: Details) -> Sequence[str]:
     return base.name_velocity_components(_list_row_names(chain))
 
 
@@ -403,14 +403,14 @@ QUESTIONS = (
     ),
     _make_body_question(
         "body-pose", "Pose of the body frame by exponentials", points=2.0,
-        formula=lambda stages, _: assemble_transform(stages["body rotation"], stages["point"]),
+        compute=lambda stages, _: assemble_transform(stages["body rotation"], stages["point"]),
         substitution=lambda rows: {"body rotation": lambda *_: rows[:3, :3], "point": lambda *_: rows[:3, 3]},
         make_details=_make_body_details, find_size_objection=_find_pose_size_objection,
         constant_last_row=("0", "0", "0", "1"),
     ),
     _make_body_question(
         "body-adjoint", "Adjoint of the body frame", points=2.0, prerequisites=("body-pose",),
-        formula=lambda stages, _: _order_adjoint(stages.chain, stages["body adjoint"]),
+        compute=lambda stages, _: _order_adjoint(stages.chain, stages["body adjoint"]),
         substitution=lambda rows: {"body adjoint": lambda stages, _: _order_adjoint(stages.chain, rows)},
         make_details=_make_body_details,
         label_rows_and_columns=lambda chain: (_list_row_names(chain), _list_row_names(chain)),
@@ -418,7 +418,7 @@ QUESTIONS = (
     ),
     _make_body_question(
         "changed-twist", "Body twist in space-frame coordinates", prerequisites=("body-adjoint",),
-        sample=_ask_changed_twist, formula=_derive_changed_twist, name_entries=_name_twist,
+        sample=_ask_changed_twist, compute=_derive_changed_twist, name_entries=_name_twist,
         find_size_objection=_find_pose_size_objection, alternative_prerequisites=(("body-adjoint",), ("body-pose",)),
     ),
     _make_screw_question(
@@ -434,12 +434,12 @@ QUESTIONS = (
     ),
     _make_screw_question(
         "space-twist", "Twist in the space frame", prerequisites=("space-jacobian",),
-        formula=base.make_rate_product_formula("space jacobian", _get_twist_row_order),
+        compute=base.make_rate_product_formula("space jacobian", _get_twist_row_order),
         make_details=_make_space_details, name_entries=_name_twist, find_size_objection=_find_space_size_objection,
     ),
     _make_body_question(
         "body-twist", "Twist in the body frame", prerequisites=("body-jacobian",),
-        formula=base.make_rate_product_formula("body jacobian", _get_twist_row_order),
+        compute=base.make_rate_product_formula("body jacobian", _get_twist_row_order),
         make_details=_make_body_and_space_details, name_entries=_name_twist,
         find_size_objection=_find_body_jacobian_size_objection,
     ),

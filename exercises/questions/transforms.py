@@ -102,7 +102,7 @@ def assemble_transform(rotation: np.ndarray, origin: np.ndarray) -> np.ndarray:
 QUESTIONS = (
     Question(
         "transform", "Transform of the last frame", "Example 6.1", points=2.0, required_feature=FRAMES,
-        formula=lambda stages, _: assemble_transform(stages["last rotation"], stages["last origin"]),
+        compute=lambda stages, _: assemble_transform(stages["last rotation"], stages["last origin"]),
         substitution=lambda rows: {"last rotation": lambda *_: rows[:3, :3]},
         textbook_formulas={
             "last rotation": lambda chain: _list_poses(chain)[-1][:3, :3],

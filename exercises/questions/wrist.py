@@ -181,7 +181,7 @@ QUESTIONS = (
     Question(
         "block-determinants", "Determinants of the blocks", "6.8", points=2.0, required_feature=FRAMES,
         prerequisites=("arm-block", "wrist-block"),
-        formula=lambda stages, _: np.stack([determinant(stages["arm block"]), determinant(stages["wrist block"])]),
+        compute=lambda stages, _: np.stack([determinant(stages["arm block"]), determinant(stages["wrist block"])]),
         derive_matrix=lambda chain, _: derive_block_determinants(chain),
         make_details=lambda chain, _: derive_blocks(chain),
         name_entries=lambda chain, _: [r"\det J_{11}", r"\det J_{22}"], find_arm_objection=find_block_objection,

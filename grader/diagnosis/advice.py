@@ -54,7 +54,7 @@ def advise(problem: Problem, part: Part, parsed_answer: ParsedAnswer, seed: str 
     """Return advice on a wrong answer; None if it consists of option letters or could not be parsed."""
     if part.answer.is_set:
         remark = _advise_on_set(problem, part, parsed_answer, seed)
-    elif parsed_answer.rows is None or any(parsed_answer.blanks):
+    elif parsed_answer.rows is None or any(parsed_answer.is_blank):
         remark = None
     elif is_derived(part):
         remark = _advise_on_formulas(problem, part, parsed_answer, seed)

@@ -79,7 +79,7 @@ def diagnose(
     reference = _refer_to_chapter(question_of(part).source)
     if diagnosis is None or not reference or all(CATALOGUE[name].source for name in diagnosis.mistakes):
         return diagnosis
-    return replace(diagnosis, says=f"{diagnosis.says} See {reference}.")
+    return replace(diagnosis, feedback=f"{diagnosis.feedback} See {reference}.")
 
 
 def _refer_to_chapter(source: str) -> str:

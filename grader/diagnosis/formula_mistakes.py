@@ -188,7 +188,7 @@ def _find_in_entries(
         for (name, missing_words), entry_indices in entries_by_mistake.items()
     ]
     signature = tuple(name for diagnosis in diagnoses for name in diagnosis.signature)
-    return Diagnosis(mistakes, " ".join(diagnosis.says for diagnosis in diagnoses), signature=signature)
+    return Diagnosis(mistakes, " ".join(diagnosis.feedback for diagnosis in diagnoses), signature=signature)
 
 
 class LocatedMistake(NamedTuple):

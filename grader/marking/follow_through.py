@@ -176,7 +176,7 @@ class _Context:
         if rows is None or (len(rows), len(rows[0])) != (len(reference), len(reference[0])):
             return False
         is_long = sum(map(count_nodes, parsed_answer.entries)) > MAX_NODES
-        if is_long or any(parsed_answer.blanks) or not self._is_known(parsed_answer):
+        if is_long or any(parsed_answer.is_blank) or not self._is_known(parsed_answer):
             return False
         if self._is_copy(part, rows) or self.is_copied(part, rows):
             return False
@@ -245,7 +245,7 @@ class _Context:
         The answer consists of rows of formulas, or is an array of numbers if the question asks for numbers.
         """
         question = question_of(part)
-        compute_rows = question.zero_formula or question.formula
+        compute_rows = question.compute_zero or question.compute
         is_long = question.is_long_in_formulas and any(len(rows) > MAX_ROWS for rows in source_rows.values())
         if compute_rows is None or is_long:
             return None

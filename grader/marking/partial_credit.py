@@ -170,7 +170,7 @@ def _credit_except_factor(answer: AnswerToCredit, judgement: Judgement) -> Earne
     part, parsed, domain, varying_names = answer.part, answer.parsed, answer.domain, answer.varying
     expected_entries = [entry for row in part.answer.parse_trees(domain.roles) for entry in row]
     is_numeric = not set().union(*map(find_names, expected_entries)) & varying_names
-    if any(parsed.blanks) or (is_numeric and sum(entry != ZERO for entry in expected_entries) == 1):
+    if any(parsed.is_blank) or (is_numeric and sum(entry != ZERO for entry in expected_entries) == 1):
         return None
     wrong_indices = list(range(len(expected_entries)))
     if judgement.entries is not None:
@@ -312,7 +312,7 @@ def _have_equal_products(
 def _credit_except_signs(answer: AnswerToCredit) -> EarnedShare | None:
     """Return the credit for two or more numbers with units that are correct except for signs."""
     part, parsed = answer.part, answer.parsed
-    if len(parsed.entries) < 2 or not all(part.answer.expected_units) or any(parsed.blanks):
+    if len(parsed.entries) < 2 or not all(part.answer.expected_units) or any(parsed.is_blank):
         return None
     expected_numbers = np.array([float(value) for value in part.answer.as_matrix()])
     numbers = evaluate(compile_program(list(parsed.entries)), {}, 1).values[:, 0]
@@ -330,7 +330,7 @@ def _credit_except_signs(answer: AnswerToCredit) -> EarnedShare | None:
 def _credit_one_mistake(answer: AnswerToCredit, is_copied: IsCopied) -> EarnedShare | None:
     """Return the credit for an answer in which a single known mistake explains all wrong entries."""
     part, parsed = answer.part, answer.parsed
-    if any(parsed.blanks) or not (part.answer.is_symbolic or len(part.answer.expected_units) > 1):
+    if any(parsed.is_blank) or not (part.answer.is_symbolic or len(part.answer.expected_units) > 1):
         return None
     if not _varies_as_expected(answer) or not is_one_mistake(answer.problem, part, parsed, answer.seed):
         return None

@@ -217,7 +217,7 @@ def _mark_entries(problem: Problem, part: Part, result: PartResult) -> list[list
     entries = result.entries or ()
     if sum(map(len, entries)) <= 1:
         return None
-    blanks = read_answer(problem, part, result.answer or "").blanks
+    blanks = read_answer(problem, part, result.answer or "").is_blank
     remaining_blanks = iter(blanks if len(blanks) == sum(map(len, entries)) else [False] * sum(map(len, entries)))
 
     def mark(is_right: bool, does_follow: bool) -> str:

@@ -26,16 +26,14 @@ from qdot.exercises.problem.problem import Details, SymbolInfo, list_table_numbe
 from qdot.exercises.questions import inversion
 from qdot.exercises.questions.base import AnswerAndDetails, Question, find_term_count_objection
 from qdot.exercises.questions.custom.definition import GIVEN_GROUPS, SAMPLED_KINDS, TEXT_ANSWER, Definition, GivenValue
-from qdot.exercises.questions.custom.language import (
+from qdot.exercises.questions.custom.units import find_unit_objection
+from qdot.exercises.questions.language import (
     FormulaError,
-    compute,
-    describe_shape,
     find_calls,
     find_names,
     parse,
 )
-from qdot.exercises.questions.custom.quantities import make_quantities, name_accelerations
-from qdot.exercises.questions.custom.units import find_unit_objection
+from qdot.exercises.questions.quantities import compile_formula, name_accelerations, select_components
 from qdot.exercises.questions.reference import derive_reference
 from qdot.exercises.reference_answers import (
     Choice,
@@ -130,9 +128,9 @@ def make_question(definition: Definition) -> CustomQuestion:
     return CustomQuestion(
         definition.name, definition.texts[0][1].title, "", definition=definition, points=definition.points,
         template="custom", sample=sample, prerequisites=prerequisites, find_arm_objection=maker.find_objection,
-        formula=maker.compute_answer if maker.formulas and not maker.is_set else None,
+        compute=maker.compute_answer if maker.formulas and not maker.is_set else None,
         alternative_prerequisites=maker.prerequisite_sets,
-        name_entries=lambda chain, part: definition.rows,
+        name_entries=lambda chain, details: definition.rows,
     )  # fmt: skip
 
 
@@ -180,32 +178,19 @@ class QuestionMaker:
         if self._uses_accelerations():
             kinds = zip(name_accelerations(chain), chain.joints, strict=True)
             symbols |= {name: SymbolInfo("rate", "rad/s^2" if j.is_revolute else "m/s^2") for name, j in kinds}
+        if any("f" in find_names(formula) for formula in self._all_formulas):
+            symbols = inversion.make_load_symbols(chain) | symbols
         return symbols or None
 
     def _compute(self, formula: ast.expr, stages: StageResults) -> np.ndarray:
-        chain = stages.chain
-        own_symbols = (*chain.q, *chain.rates, *chain.parameters, *chain.task, *(self.list_new_symbols(chain) or ()))
-        return compute(formula, make_quantities(stages, frozenset(map(str, own_symbols)), list_table_numbers(chain)))
+        return compile_formula(formula, tuple(self.list_new_symbols(stages.chain) or ()))(stages)
 
     # --- formulas ---
 
     def compute_answer(self, stages: StageResults, _: Details) -> np.ndarray:
         """Return the answer, (rows, columns, …), in the arithmetic of a working."""
-        value = self.select_rows(self._compute(self.formulas[0], stages))
+        value = select_components(self._compute(self.formulas[0], stages), self.definition.rows)
         return value[None] if value.ndim == 1 else value
-
-    def select_rows(self, value: np.ndarray) -> np.ndarray:
-        """Return the components that the names in `rows` end in, such as v_x and v_y; all if each one has a name."""
-        rows = self.definition.rows
-        if not rows or value.ndim == 1 or len(rows) == len(value):
-            return value
-        axes = [row.rstrip("}")[-1:] for row in rows]
-        if value.shape[:-1] != (3,) or not all(axis in tuple("xyz") for axis in axes):
-            expected = "names of components that end in x, y or z" if len(value) == 3 else f"{len(value)} names"
-            raise FormulaError(
-                f"rows has {len(rows)} names, but the answer is {describe_shape(value)}: write {expected}"
-            )
-        return value[["xyz".index(axis) for axis in axes]]
 
     def derive_formulas(self, chain: Chain, rng: Stream) -> AnswerAndDetails:
         """Return the answer as formulas in textbook form."""

@@ -1,9 +1,10 @@
 """The quantities of an arm that the formulas of custom questions name, as results of a derivation in any arithmetic."""
 
 import ast
+import operator
 import re
 from abc import ABC, abstractmethod
-from collections.abc import Callable, Mapping
+from collections.abc import Callable, Mapping, Sequence
 from fractions import Fraction
 from functools import cached_property
 from typing import Any
@@ -24,26 +25,31 @@ from qdot.exercises.arm.conventions.base import FRAMES
 from qdot.exercises.arm.derivation_graph import StageResults, convention_rotation
 from qdot.exercises.formula import algebra
 from qdot.exercises.formula.trees import ZERO, Node, ParseError, replace_names
-from qdot.exercises.questions.custom.language import FormulaError, compute
+from qdot.exercises.problem.problem import list_table_numbers
+from qdot.exercises.questions.language import AXES, FormulaError, compute, describe_shape
+
+STAGES_BY_NAME = {
+    "p": "point", "J": "jacobian", "Jv": "linear", "Jw": "angular", "qd": "joint rates", "xd": "wanted velocity",
+    "det(J)": "determinant", "inv(J)": "inverse", "inv(J) * xd": "rates", "transpose(J)": "transposed jacobian",
+    "det(J * transpose(J))": "gram determinant", "sqrt(det(J * transpose(J)))": "manipulability",
+}  # fmt: skip
+"""The formulas, as `ast.unparse` writes them, whose values are stages of the derivation. Their names are the position p
+of the tool, the Jacobian J of the task, the linear and angular Jacobians Jv and Jw (3 x n), the joint rates qd, and the
+velocity xd in the rows of the task."""
 
 RESULTS: dict[str, Callable[[StageResults], np.ndarray]] = {
-    "p": lambda stages: stages["point"],
+    **{name: operator.itemgetter(stage) for name, stage in STAGES_BY_NAME.items()},
     "v": lambda stages: apply_matrix(stages["linear"], stages["joint rates"]),
     "w": lambda stages: apply_matrix(stages["angular"], stages["joint rates"]),
-    "J": lambda stages: stages["jacobian"],
-    "Jv": lambda stages: stages["linear"],
-    "Jw": lambda stages: stages["angular"],
-    "qd": lambda stages: stages["joint rates"],
     "q": lambda stages: stages.symbol_vector(stages.chain.q),
     "qdd": lambda stages: stages.symbol_vector(name_accelerations(stages.chain)),
-    "det(J)": lambda stages: stages["determinant"],
-    "inv(J)": lambda stages: stages["inverse"],
-    "transpose(J)": lambda stages: stages["transposed jacobian"],
+    "f": lambda stages: stages.symbol_vector(name_load(stages.chain)),
+    "least_norm(J, xd)": lambda stages: apply_matrix(stages["pseudo-inverse"], stages["wanted velocity"]),
 }
-"""The results that a formula may name: position p, velocity v and angular velocity w of the tool, Jacobians (J of the
-task; Jv and Jw, 3 x n), and joint variables, rates and accelerations. Some calls have a result of their own."""
+"""All results that formulas may name. Besides the stages: the velocity v and angular velocity w of the tool, the joint
+variables q and accelerations qdd, and the load f, with a force or moment for each row of the task."""
 
-SQUARE_RESULTS = ("det(J)", "inv(J)")
+SQUARE_RESULTS = ("det(J)", "inv(J)", "inv(J) * xd")
 """The results of arms with a square Jacobian only."""
 
 _FRAME_NAME = re.compile(r"(?:(o|[xyz])(\d)|([RT])(\d)(\d))")
@@ -53,6 +59,11 @@ STENCIL = ((1, 4 / 5), (2, -1 / 5), (3, 4 / 105), (4, -1 / 280))
 """The steps and weights of central differences of order eight."""
 STEP = 0.02
 """The step of these differences; their error is about 1e-12 for the sines and cosines of an arm."""
+
+
+def name_load(chain: Chain) -> tuple[str, ...]:
+    """Return the names of the components of force and moment in the rows of the task: fx for vx, mx for wx."""
+    return tuple(("f" if row[0] == "v" else "m") + row[1] for row in chain.task)
 
 
 def name_accelerations(chain: Chain) -> tuple[str, ...]:
@@ -261,3 +272,33 @@ QUANTITIES: dict[type, type[WorkingQuantities]] = {
 def make_quantities(stages: StageResults, symbols: frozenset[str], numbers: Mapping[str, sp.Expr]) -> WorkingQuantities:
     """Return the quantities of a working in its arithmetic."""
     return QUANTITIES[type(stages.arithmetic)](stages, symbols, numbers)
+
+
+def compile_formula(formula: ast.expr, symbols: Sequence[str] = ()) -> Callable[[StageResults], np.ndarray]:
+    """Return a function that computes the value of a formula, (…), (rows, …) or (rows, columns, …), from the stages.
+
+    `symbols` are the names of symbols that the arm does not have. The function raises FormulaError.
+    """
+    if (compute_result := RESULTS.get(ast.unparse(formula))) is not None and not symbols:
+        return compute_result
+
+    def compute_value(stages: StageResults) -> np.ndarray:
+        chain = stages.chain
+        names = frozenset(map(str, (*chain.q, *chain.rates, *chain.parameters, *chain.task, *symbols)))
+        return compute(formula, make_quantities(stages, names, list_table_numbers(chain)))
+
+    return compute_value
+
+
+def select_components(value: np.ndarray, names: Sequence[str]) -> np.ndarray:
+    r"""Return the components of a vector in which its names end, such as v_x and \omega_{z}; all if each has a name.
+
+    Raises FormulaError if these are no names for the value.
+    """
+    if not names or value.ndim == 1 or len(names) == len(value):
+        return value
+    axes = [name.rstrip("}")[-1:] for name in names]
+    if value.shape[:-1] != (3,) or not all(axis in AXES for axis in axes):
+        expected = "names of components that end in x, y or z" if len(value) == 3 else f"{len(value)} names"
+        raise FormulaError(f"rows has {len(names)} names, but the answer is {describe_shape(value)}: write {expected}")
+    return value[[AXES[axis] for axis in axes]]

@@ -33,7 +33,9 @@ SCALAR_FUNCTIONS = ("sin", "cos", "tan", "asin", "acos", "atan", "sqrt", "exp", 
 _OPERATORS: dict[type[ast.operator], str] = {
     ast.Add: "+", ast.Sub: "-", ast.Mult: "*", ast.MatMult: "*", ast.Div: "/", ast.Pow: "^",
 }  # fmt: skip
-_AXES = {"x": 0, "y": 1, "z": 2}
+AXES = {"x": 0, "y": 1, "z": 2}
+"""The components of a vector, and their indices."""
+
 _SHAPE_WORDS = {0: "a number", 1: "a vector", 2: "a matrix"}
 
 
@@ -227,13 +229,13 @@ def _stack(entries: list[np.ndarray], formula: ast.expr) -> np.ndarray:
 
 
 def _take_component(formula: ast.Attribute, value: np.ndarray) -> np.ndarray:
-    if formula.attr not in _AXES:
+    if formula.attr not in AXES:
         raise FormulaError(f"{ast.unparse(formula)!r}: the components of a vector are .x, .y and .z")
     if value.shape[:-1] != (3,):
         raise FormulaError(
             f"{ast.unparse(formula)!r}: only a vector of 3 has .x, .y and .z, but this is {describe_shape(value)}"
         )
-    return np.asarray(value[_AXES[formula.attr]])
+    return np.asarray(value[AXES[formula.attr]])
 
 
 def _take_entry(formula: ast.Subscript, value: np.ndarray) -> np.ndarray:
