@@ -41,10 +41,10 @@ def _use_degrees(chain: Chain, _: AnswerShape) -> Iterator[MistakeVariant]:
 
 def _scale_base(stages: StageResults, table: Table) -> Table:
     """Return the table with the angles of the base in degrees."""
-    position, yaw, tilt = table.base
     degrees_per_radian = stages.arithmetic.convert_entry(180 / sp.pi)
-    new_tilt = tilt * degrees_per_radian if convention_of(stages.chain).base.tilt != 0 else tilt
-    return replace(table, base=(position, yaw * degrees_per_radian, new_tilt))
+    table = replace(table, base_yaw=table.base_yaw * degrees_per_radian)
+    has_tilt = convention_of(stages.chain).base.tilt != 0
+    return replace(table, base_tilt=table.base_tilt * degrees_per_radian) if has_tilt else table
 
 
 def _scale_variables(stages: StageResults, table: Table) -> Table:

@@ -15,7 +15,7 @@ from qdot.exercises.arm import mpmath_kinematics as precise
 from qdot.exercises.arm.chain import Chain
 from qdot.exercises.arm.derivation import task_velocity
 from qdot.exercises.arm.kinematics import NumericChain
-from qdot.exercises.arm.mpmath_kinematics import PreciseArm, Vector
+from qdot.exercises.arm.mpmath_kinematics import MpmathArm, Vector
 from qdot.exercises.common.stream import Stream
 from qdot.exercises.problem.problem import Details, SymbolInfo, values_by_name
 from qdot.exercises.questions import base
@@ -129,7 +129,7 @@ def sample_situation(chain: Chain, rng: Stream) -> ConfigurationAndVelocity:
 
 def evaluate_jacobian_precisely(chain: Chain, situation: ConfigurationAndVelocity) -> list[Vector]:
     """Return the task Jacobian at the configuration of a situation, as rows of high-precision numbers."""
-    arm = PreciseArm(chain, situation.lengths)
+    arm = MpmathArm(chain, situation.lengths)
     return arm.task_jacobian([arm.evaluate_number(situation.joints[q]) for q in chain.q])
 
 

@@ -14,7 +14,7 @@ import sympy as sp
 
 from qdot.exercises.arm import mpmath_kinematics as precise
 from qdot.exercises.arm.chain import Chain
-from qdot.exercises.arm.mpmath_kinematics import FLOAT_CONTEXT, PRECISE_CONTEXT, PreciseArm, Vector
+from qdot.exercises.arm.mpmath_kinematics import FLOAT_CONTEXT, PRECISE_CONTEXT, MpmathArm, Vector
 from qdot.exercises.arm.path import PathSample, StraightPath
 from qdot.exercises.common.errors import count_noun
 from qdot.exercises.common.stream import Stream
@@ -195,7 +195,7 @@ def _choose_target(
     chain: Chain, lengths: Lengths, joints: JointValues, displacement: Sequence[int]
 ) -> dict[str, sp.Rational]:
     """Return the point B at P plus a displacement in cm: its coordinates in m, rounded to centimetres, by axis."""
-    arm = PreciseArm(chain, lengths)
+    arm = MpmathArm(chain, lengths)
     point, _ = arm.point_and_jacobian([arm.evaluate_number(joints[q]) for q in chain.q])
     start = [sp.Float(PRECISE_CONTEXT.nstr(point[row], 28), 28) for row in arm.task_rows]
     axes = zip(chain.linear_axes, start, displacement, strict=True)

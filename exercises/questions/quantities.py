@@ -22,7 +22,7 @@ from qdot.exercises.arm.arithmetic import (
 from qdot.exercises.arm.chain import Chain
 from qdot.exercises.arm.conventions import convention_of
 from qdot.exercises.arm.conventions.base import FRAMES
-from qdot.exercises.arm.derivation_graph import StageResults, convention_rotation
+from qdot.exercises.arm.derivation_graph import StageResults, compute_convention_rotation
 from qdot.exercises.formula import algebra
 from qdot.exercises.formula.trees import ZERO, Node, ParseError, replace_names
 from qdot.exercises.problem.problem import list_table_numbers
@@ -41,9 +41,9 @@ RESULTS: dict[str, Callable[[StageResults], np.ndarray]] = {
     **{name: operator.itemgetter(stage) for name, stage in STAGES_BY_NAME.items()},
     "v": lambda stages: apply_matrix(stages["linear"], stages["joint rates"]),
     "w": lambda stages: apply_matrix(stages["angular"], stages["joint rates"]),
-    "q": lambda stages: stages.symbol_vector(stages.chain.q),
-    "qdd": lambda stages: stages.symbol_vector(name_accelerations(stages.chain)),
-    "f": lambda stages: stages.symbol_vector(name_load(stages.chain)),
+    "q": lambda stages: stages.stack_symbol_values(stages.chain.q),
+    "qdd": lambda stages: stages.stack_symbol_values(name_accelerations(stages.chain)),
+    "f": lambda stages: stages.stack_symbol_values(name_load(stages.chain)),
     "least_norm(J, xd)": lambda stages: apply_matrix(stages["pseudo-inverse"], stages["wanted velocity"]),
 }
 """All results that formulas may name. Besides the stages: the velocity v and angular velocity w of the tool, the joint
@@ -128,9 +128,13 @@ class WorkingQuantities(ABC):
         """Return an origin or an axis of a frame, or the rotation or transform from one frame to another."""
         stages = self.working
         if letter in "oxyz":
-            return self._origin(first) if letter == "o" else convention_rotation(stages, first)[:, "xyz".index(letter)]
-        to_first = convention_rotation(stages, first).swapaxes(0, 1)
-        rotation = matrix_product(to_first, convention_rotation(stages, last))
+            return (
+                self._origin(first)
+                if letter == "o"
+                else compute_convention_rotation(stages, first)[:, "xyz".index(letter)]
+            )
+        to_first = compute_convention_rotation(stages, first).swapaxes(0, 1)
+        rotation = matrix_product(to_first, compute_convention_rotation(stages, last))
         if letter == "R":
             return rotation
         origin = apply_matrix(to_first, self._origin(last) - self._origin(first))

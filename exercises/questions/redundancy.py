@@ -20,7 +20,7 @@ import sympy as sp
 from qdot.exercises.arm import mpmath_kinematics as precise
 from qdot.exercises.arm.chain import Chain
 from qdot.exercises.arm.derivation import derive, symbolic_arm_of
-from qdot.exercises.arm.mpmath_kinematics import FLOAT_CONTEXT, PRECISE_CONTEXT, PreciseArm, Vector
+from qdot.exercises.arm.mpmath_kinematics import FLOAT_CONTEXT, PRECISE_CONTEXT, MpmathArm, Vector
 from qdot.exercises.arm.trigonometry import Factored, factor_trig
 from qdot.exercises.common.errors import count_noun
 from qdot.exercises.common.stream import Stream
@@ -45,7 +45,7 @@ MAX_JOINTS = 4
 def _evaluate_generic_jacobian(chain: Chain) -> np.ndarray:
     """Return the task Jacobian (m x n) at a configuration without special features, for tests of the rank."""
     values = {symbol: sp.Rational(3 * i + 5, 10) for i, symbol in enumerate(chain.parameters)}
-    return np.array(PreciseArm(chain, values, FLOAT_CONTEXT).task_jacobian([0.3 + 0.7 * i for i in range(chain.n)]))
+    return np.array(MpmathArm(chain, values, FLOAT_CONTEXT).task_jacobian([0.3 + 0.7 * i for i in range(chain.n)]))
 
 
 def find_symbolic_angle_objection(chain: Chain) -> str | None:
@@ -179,7 +179,7 @@ class MinimumNormDetails(VelocityDetails):
 
 def _ask_minimum_norm_rates(chain: Chain, rng: Stream) -> AnswerAndDetails:
     situation = inversion.sample_situation(chain, rng)
-    arm = PreciseArm(chain, situation.lengths)
+    arm = MpmathArm(chain, situation.lengths)
     jacobian = inversion.evaluate_jacobian_precisely(chain, situation)
     gram = precise.gram_matrix(jacobian)
     weights = precise.solve_linear(gram, [arm.evaluate_number(value) for value in situation.velocity.values()])

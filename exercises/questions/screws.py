@@ -359,7 +359,7 @@ def _find_body_objection(chain: Chain) -> str | None:
 
 @lru_cache(maxsize=4096)
 def _count_terms(chain: Chain, derive_result: Callable[[Chain], sp.Matrix]) -> int:
-    return count_terms(derive_result(chain), trivial=(0, 1))
+    return count_terms(derive_result(chain), ignored_values=(0, 1))
 
 
 def _limit_size(description: str, derive_result: Callable[[Chain], sp.Matrix]) -> ObjectionFinder:

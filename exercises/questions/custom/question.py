@@ -16,7 +16,7 @@ import sympy as sp
 from qdot.exercises.arm.chain import Chain
 from qdot.exercises.arm.derivation import TooLong, derive, symbolic_arm_of
 from qdot.exercises.arm.derivation_graph import StageResults, compute_symbolic_stages, to_sympy_matrix
-from qdot.exercises.arm.lengths import with_symbolic_lengths
+from qdot.exercises.arm.lengths import replace_lengths_by_symbols
 from qdot.exercises.arm.trigonometry import textbook_form
 from qdot.exercises.common.stream import Stream
 from qdot.exercises.formula.parser import parse_formula
@@ -353,7 +353,7 @@ class QuestionMaker:
         if not self.definition.given or self.is_set or not self.formulas:
             return None
         try:
-            arm, _ = with_symbolic_lengths(chain)
+            arm, _ = replace_lengths_by_symbols(chain)
             details = self._sample_values(arm, Stream("units"))
             answer = to_sympy_matrix(self.compute_answer(compute_symbolic_stages(arm), details))
         except FormulaError:  # it names a number of the table, which has no symbol
