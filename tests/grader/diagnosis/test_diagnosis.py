@@ -296,7 +296,7 @@ def test_every_mistake_has_a_message_without_formulas_and_a_source() -> None:
 
 def test_numeric_derivations_give_the_reference(family: str) -> None:
     """The numeric stages used for mistakes are a third derivation and must agree with the references."""
-    for problem, part in list_parts(family, 0, tuple(name for name, question in QUESTIONS.items() if question.formula)):
+    for problem, part in list_parts(family, 0, tuple(name for name, question in QUESTIONS.items() if question.compute)):
         if isinstance(part.answer, (Expression, Matrix)):
             values = sample_configurations(problem.chain, part, problem.domain, 3, Stream("right"))
             derived = compute_answer(compute_numeric_stages(problem.chain, values), part)
