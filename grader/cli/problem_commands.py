@@ -69,7 +69,7 @@ def init(
     if list_sets:
         for problem_set in SETS.values():
             say(f"{problem_set.name:<18} {problem_set.title}: {problem_set.purpose}")
-            size = f"{problem_set.problems} problems, {problem_set.points:g} points"
+            size = f"{problem_set.problem_count} problems, {problem_set.total_points:g} points"
             say(f"{'':<18} {size}, about {problem_set.minutes} minutes")
         return
     if folder is None:
@@ -77,7 +77,7 @@ def init(
     from qdot.exercises.assignment.release import init_assignment
 
     chosen_set = find_set(problems)
-    init_assignment(folder, title or chosen_set.title, key, roster=roster, problems=chosen_set)
+    init_assignment(folder, title or chosen_set.title, key, roster=roster, problem_set=chosen_set)
     next_step = f"put your class into {folder / 'roster.csv'}" if roster is None else "edit assignment.toml"
     say(f"created {folder}: {next_step}, then run: qdot generate {folder}")
 
