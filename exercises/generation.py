@@ -12,7 +12,7 @@ from qdot.exercises.common.errors import QdotError, make_name_error
 from qdot.exercises.common.stream import Stream, derive_seed
 from qdot.exercises.common.variation import DEFAULT_VARIATION, VARIATION_STEPS, list_variation_axes
 from qdot.exercises.families import FAMILIES, Family
-from qdot.exercises.families.listing import FamilyListing, listing
+from qdot.exercises.families.listing import FamilyListing, read_listing
 from qdot.exercises.problem.problem import ENGINE, Part, Problem, ProblemId
 from qdot.exercises.questions import QUESTIONS, Question
 from qdot.exercises.questions.custom import Definition, make_question
@@ -125,7 +125,7 @@ def list_applicable_questions(chain: Chain, candidates: Mapping[str, Question] =
 
 def _look_up_listing(family: Family) -> FamilyListing | None:
     """Return the stored listing of a registered family, which takes seconds to compute; None for another family."""
-    return listing().get(family.name) if FAMILIES.get(family.name) is family else None
+    return read_listing().get(family.name) if FAMILIES.get(family.name) is family else None
 
 
 def questions_of_family(family: str | Family, convention: str = "") -> tuple[str, ...]:

@@ -110,7 +110,7 @@ def _find_base_angles(r: sp.Matrix) -> list[_BaseAngles]:
 # --- axes ---
 
 
-def table_of_axes(axes: Sequence[Axis], point: sp.Matrix) -> tuple[Base, tuple[Joint, ...], Point | None]:
+def compute_table_of_axes(axes: Sequence[Axis], point: sp.Matrix) -> tuple[Base, tuple[Joint, ...], Point | None]:
     """Return base, standard table and point of interest of an arm, given its axes and the point (3 x 1, m) at home.
 
     The origin of frame i is where axis i + 1 meets the common normal of the axes i and i + 1. The axis of a prismatic

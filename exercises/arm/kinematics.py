@@ -95,9 +95,9 @@ class FramesAndPoint(NamedTuple):
 
 @lru_cache(maxsize=512)
 def frames_and_point(chain: Chain) -> FramesAndPoint:
-    """Return the standard frames 0 ... n and the position of the point of interest (3 x 1, m), with absolute angles.
+    """Return the standard frames and the point of interest, with absolute angles; copy a matrix before you change it.
 
-    The result is cached, because every derivation begins with these frames; copy a matrix before you change it.
+    The result is cached, because every derivation begins with these frames.
     """
     frames = list(_walk_frames(chain.base, chain.joints, StandardDh.split_row))
     point = frames[chain.point.frame].point(*chain.point.offset)
@@ -112,33 +112,33 @@ def link_frames(chain: Chain) -> tuple[Frame, ...]:
     return tuple(frame.multiply_out() for frame in frames)
 
 
-def frame_after(joints: Iterable[Joint]) -> Frame:
+def compute_frame_after(joints: Iterable[Joint]) -> Frame:
     """Return the frame after consecutive joints of an arm, in the coordinates of the frame before these joints."""
     *_, last_frame = _walk_frames(Base(), joints, StandardDh.split_row)
     return last_frame.multiply_out()
 
 
-def jacobian_seen_from(chain: Chain, frame: int, reference_frame: int | None) -> sp.Matrix:
-    """Return a Jacobian in the coordinates of a standard frame with the number `frame`.
+def compute_jacobian_in_frame(chain: Chain, frame: int, reference_frame: int | None) -> sp.Matrix:
+    """Return a Jacobian in the coordinates of the standard frame with the number `frame`.
 
     - If `reference_frame` is a number: the 6 x n Jacobian of the last link. The reference point is that frame's origin.
-    - If it is None: the 3 x n Jacobian of P. Then P must not be fixed in a frame before `frame`.
+    - If `reference_frame` is None: the 3 x n Jacobian of P. Then P must not be fixed in a frame before `frame`.
     """
     end_frame = chain.point.frame if reference_frame is None else reference_frame
-    between = frame_after(chain.joints[min(frame, end_frame) : max(frame, end_frame)])
-    point = between.origin if end_frame >= frame else -(between.rotation.T * between.origin)
+    later_frame = compute_frame_after(chain.joints[min(frame, end_frame) : max(frame, end_frame)])
+    point = later_frame.origin if end_frame >= frame else -(later_frame.rotation.T * later_frame.origin)
     if reference_frame is None:
-        point += between.rotation * sp.Matrix(chain.point.offset)
+        point += later_frame.rotation * sp.Matrix(chain.point.offset)
     columns = []
     for i, joint in enumerate(chain.joints):
         if reference_frame is None and i >= end_frame:
             columns.append(sp.zeros(3, 1))
             continue
-        relative = frame_after(chain.joints[min(i, frame) : max(i, frame)])
+        later_frame = compute_frame_after(chain.joints[min(i, frame) : max(i, frame)])
         if i < frame:
-            z, origin = relative.rotation.T * Z, -(relative.rotation.T * relative.origin)
+            z, origin = later_frame.rotation.T * Z, -(later_frame.rotation.T * later_frame.origin)
         else:
-            z, origin = relative.rotation * Z, relative.origin
+            z, origin = later_frame.rotation * Z, later_frame.origin
         linear, angular = (z.cross(point - origin), z) if joint.is_revolute else (z, sp.zeros(3, 1))
         columns.append(linear if reference_frame is None else linear.col_join(angular))
     return sp.Matrix.hstack(*columns)
@@ -221,6 +221,7 @@ class NumericChain:
 
     def convention_frames(self, frames: np.ndarray) -> np.ndarray:
         """Return the poses of the convention's frames, given the poses of the standard frames from `frames`."""
+        # corner i, where link i bends from the axis of joint i into x_i
         corners = frames[..., 1:, :3, 3] - self.a[:, None] * frames[..., 1:, :3, 0]
         return self._convention.convert_standard_frames(frames, corners, self._base_position)
 
@@ -229,9 +230,8 @@ class NumericChain:
         variable_entries = q + self.offsets
         if self.is_revolute.all():
             return variable_entries, self.fixed_entries
-        pairs = (variable_entries, self.fixed_entries), (self.fixed_entries, variable_entries)
-        theta, d = (np.where(self.is_revolute, *pair) for pair in pairs)
-        return theta, d
+        theta = np.where(self.is_revolute, variable_entries, self.fixed_entries)
+        return theta, np.where(self.is_revolute, self.fixed_entries, variable_entries)
 
     def point(self, q: np.ndarray) -> np.ndarray:
         """Return the point of interest, shape (…, 3), at joint values q."""

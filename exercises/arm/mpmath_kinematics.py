@@ -25,7 +25,7 @@ Vector = list[Any]
 """A list of numbers of a context."""
 
 
-class PreciseArm:
+class MpmathArm:
     """A numeric arm in the arithmetic of a context; `values` maps each symbolic length and angle to its value."""
 
     def __init__(self, chain: Chain, values: Mapping[sp.Symbol, sp.Expr], context: Any = PRECISE_CONTEXT) -> None:

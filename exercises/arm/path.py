@@ -13,7 +13,7 @@ import numpy as np
 import sympy as sp
 
 from qdot.exercises.arm.chain import Chain
-from qdot.exercises.arm.mpmath_kinematics import FLOAT_CONTEXT, PreciseArm, Vector, solve_linear
+from qdot.exercises.arm.mpmath_kinematics import FLOAT_CONTEXT, MpmathArm, Vector, solve_linear
 
 Values = Mapping[sp.Symbol, sp.Expr]
 MAX_ITERATIONS = 12
@@ -47,7 +47,7 @@ class StraightPath:
     def __init__(
         self, chain: Chain, lengths: Values, joints: Values, target: Sequence[sp.Expr], context: Any = FLOAT_CONTEXT
     ) -> None:
-        self.arm, self.context = PreciseArm(chain, lengths, context), context
+        self.arm, self.context = MpmathArm(chain, lengths, context), context
         self.start_joints = [self.arm.evaluate_number(joints[q]) for q in chain.q]
         start_position, _ = self.arm.point_and_jacobian(self.start_joints)
         self.start_point = [start_position[row] for row in self.arm.task_rows]

@@ -16,11 +16,11 @@ from qdot.exercises.arm.axes_to_dh import (
     ZERO_TOLERANCE,
     Axis,
     Pose,
+    compute_table_of_axes,
     evaluate_entry,
     move_point_along_axes,
     recognize_exact,
     split_base_pose,
-    table_of_axes,
 )
 from qdot.exercises.arm.chain import Base, Chain, Joint, Point
 from qdot.exercises.arm.conventions.base import Convention
@@ -56,7 +56,9 @@ ArmTable = tuple[Base, tuple[Joint, ...], Point | None]
 """Base, standard table and point of interest of an arm; None if the point is the origin of the last frame."""
 
 
-def dh_of_standard_rows(rows: Sequence[WrittenRow], base: Pose = IDENTITY_POSE, point: Point | None = None) -> ArmTable:
+def convert_standard_rows(
+    rows: Sequence[WrittenRow], base: Pose = IDENTITY_POSE, point: Point | None = None
+) -> ArmTable:
     """Return base, standard table and point of an arm, given the rows of a standard table with reversed joints.
 
     The frame of a reversed joint is rotated by pi about x, because Rz(-q) = Rx(pi) Rz(q) Rx(-pi). A rotation of the
@@ -77,14 +79,16 @@ def dh_of_standard_rows(rows: Sequence[WrittenRow], base: Pose = IDENTITY_POSE, 
     return table_base, tuple(joints), _move_frame(point, 0, Pose(rot_z(-base_rotation), sp.zeros(3, 1)))
 
 
-def dh_of_modified_rows(rows: Sequence[WrittenRow], base: Pose = IDENTITY_POSE, point: Point | None = None) -> ArmTable:
+def convert_modified_rows(
+    rows: Sequence[WrittenRow], base: Pose = IDENTITY_POSE, point: Point | None = None
+) -> ArmTable:
     """Return base, standard table and point of an arm, given the rows of a modified table with reversed joints."""
     links = [Pose(rot_x(row.alpha), sp.Matrix([row.a, 0, 0])) for row in rows]
     following_links = [(row.a, row.alpha) for row in rows[1:]] + [(sp.S.Zero, sp.S.Zero)]
     shifted = [replace(row, a=a, alpha=alpha) for row, (a, alpha) in zip(rows, following_links, strict=True)]
     for i, link in enumerate(links):
         point = _move_frame(point, i, link)
-    return dh_of_standard_rows(shifted, base if links[0] == IDENTITY_POSE else base @ links[0], point)
+    return convert_standard_rows(shifted, base if links[0] == IDENTITY_POSE else base @ links[0], point)
 
 
 def _move_frame(point: Point | None, frame: int, motion: Pose) -> Point | None:
@@ -95,13 +99,13 @@ def _move_frame(point: Point | None, frame: int, motion: Pose) -> Point | None:
     return Point(frame, (x, y, z))
 
 
-def dh_of_axes(axes: Sequence[Axis], point: sp.Matrix, link_number: int) -> ArmTable:
+def convert_axes(axes: Sequence[Axis], point: sp.Matrix, link_number: int) -> ArmTable:
     """Return base, standard table and point of an arm, given its axes and the point of interest at home (3 x 1, m).
 
     The point is fixed to the link with the number `link_number`. Raises RuntimeError if table and axes move that link
     differently, which would be a bug.
     """
-    base, joints, tool = table_of_axes(axes, point)
+    base, joints, tool = compute_table_of_axes(axes, point)
     if link_number < len(axes):
         chain = Chain("axes", joints, ("vx",), base)
         home = dict.fromkeys(chain.q, sp.S.Zero)
@@ -198,7 +202,7 @@ def axes_of_rows(rows: Sequence[WrittenRow], base: Pose, convention: type[Conven
     return [Axis(row.kind, pose.rotation[:, 2], pose.origin) for row, pose in zip(rows, poses, strict=False)]
 
 
-def is_rounded(chain: Chain, axes: Sequence[Axis], point: sp.Matrix | None = None) -> bool:
+def is_table_rounded(chain: Chain, axes: Sequence[Axis], point: sp.Matrix | None = None) -> bool:
     """Return whether the numbers of an arm's table were rounded, given the exact axes and point at home.
 
     The numbers were rounded if the axes and the point that follow from the table are only nearly the exact ones. This

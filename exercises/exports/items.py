@@ -296,7 +296,7 @@ def list_entry_labels(problem: Problem, part: Part, shape: tuple[int, ...]) -> t
     """Return the LaTeX labels of the entries of an answer with a given shape, row by row."""
     chain, question, count = problem.chain, question_of(part), int(np.prod(shape))
     names_to_type = (tex(sp.Symbol(name), chain) for name in question.list_labels(chain))
-    entry_names = tuple(question.name_entries(chain, part) or names_to_type)
+    entry_names = tuple(question.name_entries(chain, part.details) or names_to_type)
     if len(entry_names) == count:
         return entry_names
     return tuple(f"({index // shape[1] + 1}, {index % shape[1] + 1})" for index in range(count))

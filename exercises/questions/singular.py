@@ -19,7 +19,7 @@ from qdot.exercises.common.errors import count_noun
 from qdot.exercises.common.stream import Stream
 from qdot.exercises.problem.problem import Details, recorded_as, values_by_name
 from qdot.exercises.questions import inversion
-from qdot.exercises.questions.base import AnswerAndDetails, Question, make_stage_formula, shuffle_options
+from qdot.exercises.questions.base import AnswerAndDetails, Question, shuffle_options
 from qdot.exercises.questions.exact_configurations import sample_false_root
 from qdot.exercises.questions.inversion import JointValues, Lengths
 from qdot.exercises.reference_answers import ConditionSet
@@ -226,7 +226,7 @@ QUESTIONS = (
     Question(
         "singular-angles", "Singular configurations", "6.8", points=2.0, prerequisites=("determinant", "jacobian"),
         sample=lambda chain, _: (ConditionSet(singular_set(chain) or ()), Details()),
-        find_arm_objection=find_singularity_objection, zero_formula=make_stage_formula("determinant"),
+        find_arm_objection=find_singularity_objection, zero_formula="det(J)",
         alternative_prerequisites=(("determinant",), ("jacobian",)),
     ),
     Question(

@@ -23,8 +23,8 @@ from qdot.grader.grading.result import MarkingVersions, NotebookMarks, PartResul
 from qdot.grader.judging.functions import make_calls
 from qdot.grader.judging.verdict import Outcome, Verdict
 from qdot.grader.marking.marking import MarkingRules, mark
-from qdot.grader.sandbox.clock import TimeBudgets
 from qdot.grader.sandbox.sandbox import Limits, Run, Sandbox
+from qdot.grader.sandbox.time_budgets import TimeBudgets
 from qdot.grader.submissions.answer_locator import Answers, find_answers
 from qdot.grader.submissions.cells import OverLimit, Unreadable, empty_self_checks, make_printable
 from qdot.grader.submissions.submission import (

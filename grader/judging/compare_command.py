@@ -17,7 +17,7 @@ from qdot.exercises.formula.trees import Node, ParseError, as_matrix, find_names
 from qdot.grader.judging.answer_parser import read_conditions, read_formula, read_matrix
 from qdot.grader.judging.formulas import group_by_joints, judge_angles, judge_expression, judge_matrix, judge_singular
 from qdot.grader.judging.verdict import Judgement, Outcome
-from qdot.grader.sandbox.clock import Budget
+from qdot.grader.sandbox.time_budgets import Budget
 
 COMPARISON_TYPES = ("expression", "matrix", "angles", "singular")
 """The types of answers that can be compared: a formula, a matrix, a set of angles, a set of singular configurations."""

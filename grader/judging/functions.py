@@ -23,8 +23,8 @@ from qdot.exercises.problem.problem import Part, Problem
 from qdot.grader.judging.answer_parser import FunctionValues
 from qdot.grader.judging.formulas import judge_compared_matrix
 from qdot.grader.judging.verdict import Judgement, wrong_judgement
-from qdot.grader.sandbox.contained.callables import TABLE_PREFIX
-from qdot.grader.sandbox.sandbox import Calls
+from qdot.grader.sandbox.notebook_process.function_answers import TABLE_PREFIX
+from qdot.grader.sandbox.sandbox import FunctionArguments
 
 SAMPLE_COUNT = 50
 """Number of configurations at which a function is called."""
@@ -33,7 +33,7 @@ RELATIVE_TOLERANCE = 1e-9
 FUNCTION_TEXT = f"a Python function; its values at {SAMPLE_COUNT} random configurations were compared"
 
 
-def make_calls(problem: Problem, domain: equality.Domain, seed: str) -> Calls:
+def make_calls(problem: Problem, domain: equality.Domain, seed: str) -> FunctionArguments:
     """Return the arguments with which a student's function is called: the joints, and all symbols with their values.
 
     `domain` contains the symbols of the problem.
@@ -41,7 +41,7 @@ def make_calls(problem: Problem, domain: equality.Domain, seed: str) -> Calls:
     values = _sample_points(domain, seed)
     symbols = tuple(sorted(values))
     points = np.array([values[symbol] for symbol in symbols]).T.tolist()
-    return Calls(tuple(q.name for q in problem.chain.q), symbols, tuple(map(tuple, points)))
+    return FunctionArguments(tuple(q.name for q in problem.chain.q), symbols, tuple(map(tuple, points)))
 
 
 def _sample_points(domain: equality.Domain, seed: str) -> dict[str, np.ndarray]:

@@ -261,7 +261,7 @@ class _Context:
         The answer consists of rows of formulas, or is an array of numbers if the question asks for numbers.
         """
         question = question_of(part)
-        compute_rows = question.zero_formula or question.formula
+        compute_rows = question.compute_zero or question.compute
         is_long = question.is_long_in_formulas and any(len(rows) > MAX_ROWS for rows in rows_by_part.values())
         if compute_rows is None or is_long:
             return None

@@ -29,7 +29,7 @@ from qdot.grader.judging.judge import judge_parsed
 from qdot.grader.judging.verdict import Diagnosis, Judgement, Outcome, Verdict, missing_judgement
 from qdot.grader.marking.follow_through import FollowThrough, IsCopied, find_follow_through, never_copied
 from qdot.grader.marking.partial_credit import AnswerToCredit, give_partial_credit
-from qdot.grader.sandbox.clock import Budget, TimeBudgets
+from qdot.grader.sandbox.time_budgets import Budget, TimeBudgets
 
 DEFAULT_CREDIT = Fraction(4, 5)
 """The default share of its points that a part earns if it follows from a wrong earlier answer."""

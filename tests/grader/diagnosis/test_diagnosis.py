@@ -23,7 +23,7 @@ from qdot.exercises.questions import QUESTIONS
 from qdot.exercises.questions.results import compute_answer
 from qdot.exercises.reference_answers import Expression, Matrix
 from qdot.grader.judging.functions import make_calls
-from qdot.grader.sandbox.contained.callables import TABLE_PREFIX
+from qdot.grader.sandbox.notebook_process.function_answers import TABLE_PREFIX
 from tests.support.judging import diagnose
 from tests.support.problems import LONG_ARMS, ask_question
 from tests.support.suites import few_families, select_for_suite
@@ -296,7 +296,7 @@ def test_every_mistake_has_a_message_without_formulas_and_a_source() -> None:
 
 def test_numeric_derivations_give_the_reference(family: str) -> None:
     """The numeric stages used for mistakes are a third derivation and must agree with the references."""
-    for problem, part in list_parts(family, 0, tuple(name for name, question in QUESTIONS.items() if question.formula)):
+    for problem, part in list_parts(family, 0, tuple(name for name, question in QUESTIONS.items() if question.compute)):
         if isinstance(part.answer, (Expression, Matrix)):
             values = sample_configurations(problem.chain, part, problem.domain, 3, Stream("right"))
             derived = compute_answer(compute_numeric_stages(problem.chain, values), part)

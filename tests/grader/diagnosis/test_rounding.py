@@ -16,7 +16,7 @@ from qdot.exercises.reference_answers import ConditionSet
 from qdot.grader.judging.functions import make_calls
 from qdot.grader.judging.judge import judge
 from qdot.grader.judging.verdict import Diagnosis, Outcome
-from qdot.grader.sandbox.contained.callables import TABLE_PREFIX
+from qdot.grader.sandbox.notebook_process.function_answers import TABLE_PREFIX
 from tests.support.judging import diagnose
 from tests.support.problems import get_problem
 from tests.support.suites import select_for_suite

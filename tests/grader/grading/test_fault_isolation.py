@@ -23,7 +23,7 @@ from qdot.grader.marking import marking
 from qdot.grader.reports import write
 from qdot.grader.reports.tables import find_work_status
 from qdot.grader.reports.write import write_reports
-from qdot.grader.sandbox.contained import folders
+from qdot.grader.sandbox.notebook_process import folder_removal
 from qdot.grader.sandbox.sandbox import Limits, Sandbox
 from qdot.grader.submissions import submission
 from qdot.grader.submissions.submission import find_modification_time, find_submissions
@@ -224,7 +224,7 @@ def test_stray_files_stop_no_grading(assignment: Assignment, case: str) -> None:
     create, note = STRAY_FILES[case]
     create(assignment.folder / "submitted")
     results = grade_and_report(assignment)
-    folders.remove(str(assignment.folder / "submitted"))  # pytest can't
+    folder_removal.remove_folder(str(assignment.folder / "submitted"))  # pytest can't
     assert [(result.score, find_work_status(result)) for result in results.values()] == [(4, "graded")] * 3
     assert note in "".join(results["s03"].notes)
 

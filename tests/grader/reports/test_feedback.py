@@ -31,7 +31,7 @@ from qdot.grader.reports.counterexample_table import format_decimal, make_counte
 from qdot.grader.reports.feedback import compute_page_fingerprint, make_feedback_page
 from qdot.grader.reports.tables import find_work_status
 from qdot.grader.reports.write import write_reports
-from qdot.grader.sandbox.contained.callables import TABLE_PREFIX
+from qdot.grader.sandbox.notebook_process.function_answers import TABLE_PREFIX
 from tests.support.results import change_part
 from tests.support.suites import sample_for_suite
 
