@@ -67,8 +67,8 @@ def explain_set(problem: Problem, part: Part, parsed_answer: ParsedAnswer, seed:
         return None
     fingerprinter = _Fingerprinter(problem, seed)
     if not all(map(fingerprinter.is_plain, pieces)):
-        mistake = find_mistake_by_judging(problem, part, parsed_answer, seed)
-        return mistake or _explain_pieces(problem, part, pieces, seed)
+        diagnosis = find_mistake_by_judging(problem, part, parsed_answer, seed)
+        return diagnosis or _explain_pieces(problem, part, pieces, seed)
     typed_set = fingerprinter.fingerprint_pieces(pieces)
     has_decimals = count_decimal_digits(parsed_answer.tree) > 0
     if _is_correct_but_rounded(typed_set, fingerprinter.fingerprint_answer(part.answer), has_decimals):
