@@ -116,7 +116,7 @@ def _compute_rates(line: StraightPath, distance: SupportsFloat, path_speed: Supp
 
 
 def _use_rates_at_start(chain: Chain, details: DistanceDetails) -> RatesWithWords:
-    yield _compute_rates(details.welding_line.make_line(chain), 0.0, details.welding_line.speed), ""
+    yield _compute_rates(details.welding_line.make_path(chain), 0.0, details.welding_line.speed), ""
 
 
 def _skip_normalization(chain: Chain, details: DistanceDetails) -> RatesWithWords:
@@ -136,18 +136,18 @@ def _list_lines_without_offsets(chain: Chain, details: DistanceDetails) -> Itera
 
     Each of these lines has the number of the joint, counted from 1.
     """
-    yield details.welding_line.make_line(chain), 0
+    yield details.welding_line.make_path(chain), 0
     for i, (joint, offset, q) in enumerate(zip(chain.joints, chain.offsets, chain.q, strict=True)):
         if offset != 0:
             new_joint = joint.with_variable_entry(q)
             new_arm = replace(chain, joints=(*chain.joints[:i], new_joint, *chain.joints[i + 1 :]))
-            yield details.welding_line.make_line(new_arm), i + 1
+            yield details.welding_line.make_path(new_arm), i + 1
 
 
 def _reverse_path(chain: Chain, details: DistanceDetails) -> RatesWithWords:
     """Yield the rates on the line away from the target, the negative rates, and those on the way back from the end."""
     welding_line, distance, speed = details.welding_line, details.distance, details.welding_line.speed
-    line = welding_line.make_line(chain)
+    line = welding_line.make_path(chain)
     target = [sp.Float(2 * a - float(b)) for a, b in zip(line.start_point, welding_line.target.values(), strict=True)]
     yield _compute_rates(StraightPath(chain, welding_line.lengths, welding_line.joints, target), distance, speed), ""
     sign_alternative = ", or all rates have the wrong sign, as with a wrong sign of the determinant"

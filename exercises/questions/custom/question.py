@@ -6,7 +6,7 @@ give.
 
 import ast
 from collections.abc import Callable, Iterator, Mapping, Sequence
-from dataclasses import KW_ONLY, dataclass, field
+from dataclasses import KW_ONLY, dataclass, field, replace
 from functools import lru_cache
 from itertools import product
 
@@ -48,17 +48,17 @@ from qdot.exercises.reference_answers import (
 from qdot.exercises.singularities.singular_set import Component, zero_set
 
 MAX_TRIES = 20
-"""Maximum number of random values that are tried until the answer is a finite number."""
+"""Maximum number of sets of random values that are tried until the answer is a finite number."""
 
 SOURCES = {
     "p": ("position",), "v": ("position",), "J": ("jacobian",), "det(J)": ("determinant", "jacobian"),
     "inv(J)": ("inverse-jacobian", "jacobian"),
 }  # fmt: skip
-"""The built-in questions from whose answers a result in a formula can be derived, by names and calls."""
+"""For names and calls in a formula: the built-in questions from each of whose answers the result can be derived."""
 
 
 def _find_sources(formula: ast.expr) -> Iterator[str]:
-    """Yield the names and calls of a formula that are in SOURCES; the J in det(J) does not count again."""
+    """Yield the names and calls of a formula that are in SOURCES; for det(J), not also its J."""
     stack: list[ast.AST] = [formula]
     while stack:
         node = stack.pop()
@@ -67,9 +67,6 @@ def _find_sources(formula: ast.expr) -> Iterator[str]:
         else:
             stack.extend(ast.iter_child_nodes(node))
 
-
-_MIN_SHARE = sp.Rational(1, 1000)
-"""The error allowed near zero, as a share of the largest number of an answer."""
 
 ZEROS = "zeros"
 """The function whose result is a set of configurations; it must be the whole answer."""
@@ -151,13 +148,13 @@ class QuestionMaker:
     @property
     def prerequisite_sets(self) -> tuple[tuple[str, ...], ...]:
         """The sets of built-in questions from whose answers a student can derive this one."""
-        used = [SOURCES[name] for formula in self.formulas for name in _find_sources(formula)]
-        sets = (tuple(dict.fromkeys(names)) for names in product(*used))
-        return () if self.has_numeric_derivative or not used else tuple(dict.fromkeys(sets))
+        sources = [SOURCES[name] for formula in self.formulas for name in _find_sources(formula)]
+        sets = (tuple(dict.fromkeys(names)) for names in product(*sources))
+        return () if self.has_numeric_derivative or not sources else tuple(dict.fromkeys(sets))
 
     @property
     def has_numeric_derivative(self) -> bool:
-        """Whether a number comes from a derivative, for which a student's earlier answer can't replace a result."""
+        """Whether a number comes from a derivative, in which a student's earlier answer can't replace a result."""
         return bool(self.definition.given) and any(
             find_calls(formula) & {"ddt", "diff", "at"} for formula in self.formulas
         )
@@ -188,7 +185,7 @@ class QuestionMaker:
     # --- formulas ---
 
     def compute_answer(self, stages: StageResults, _: Details) -> np.ndarray:
-        """Return the answer, (rows, columns, …), in the arithmetic of a working."""
+        """Return the answer, (rows, columns, …), in the arithmetic of the stages."""
         value = select_components(self._compute(self.formulas[0], stages), self.definition.rows)
         return value[None] if value.ndim == 1 else value
 
@@ -222,10 +219,11 @@ class QuestionMaker:
 
     def names_arm_symbols(self, chain: Chain, formulas: Sequence[ast.expr] = ()) -> bool:
         """Return whether formulas, by default those of the answer, name joint variables or lengths of the arm."""
-        used = formulas or self._all_formulas
-        names = {*(q.name for q in (*chain.q, *chain.parameters)), *list_table_numbers(chain), "q"}
-        keywords = (node.arg for f in used for node in ast.walk(f) if isinstance(node, ast.keyword))
-        return not names.isdisjoint({*set().union(*map(find_names, used)), *keywords})
+        searched_formulas = formulas or self._all_formulas
+        arm_names = {*(symbol.name for symbol in (*chain.q, *chain.parameters)), *list_table_numbers(chain), "q"}
+        nodes = (node for formula in searched_formulas for node in ast.walk(formula))
+        keywords = {node.arg for node in nodes if isinstance(node, ast.keyword)}  # theta1 in at(p, theta1 = 0)
+        return not arm_names.isdisjoint(keywords.union(*map(find_names, searched_formulas)))
 
     # --- numbers ---
 
@@ -243,7 +241,8 @@ class QuestionMaker:
         units, digits = (self.definition.unit,) * len(values), self.definition.digits
         largest = max(abs(float(value)) for value in values)
         tolerance = 5 * 10.0**-digits
-        return Number(values, units, tolerance, tolerance * float(_MIN_SHARE) * 200 * largest)
+        # For three digits, the error near zero is that of built-in questions; 200 is 1 / THREE_DIGIT_TOLERANCE.
+        return Number(values, units, tolerance, tolerance * inversion.ERROR_NEAR_ZERO * 200 * largest)
 
     def _sample_values(self, chain: Chain, rng: Stream) -> CustomDetails:
         """Return details with random values of everything that the question gives."""
@@ -251,9 +250,10 @@ class QuestionMaker:
         joint_names = {q.name for q in chain.q}
         configuration = None
         if "pose" in given or joint_names & set(given):
-            situation = inversion.sample_situation(chain, rng)
-            joints = {q: _sample(given[q.name], rng) if q.name in given else situation.joints[q] for q in chain.q}
-            configuration = inversion.Configuration(situation.lengths, joints)
+            random_configuration = inversion.sample_configuration_and_velocity(chain, rng)
+            given_joints = {q: _sample(given[q.name], rng) for q in chain.q if q.name in given}
+            joints = random_configuration.joints | given_joints
+            configuration = inversion.Configuration(random_configuration.lengths, joints)
         elif chain.parameters:
             configuration = inversion.Configuration(inversion.sample_lengths(chain, rng), {})
         groups: dict[str, Sequence[sp.Symbol]] = {
@@ -261,9 +261,10 @@ class QuestionMaker:
             "velocity": [sp.Symbol(row) for row in chain.task],
         }
         for name, value in given.items():
-            named = groups.get(name, [] if name == "pose" or name in joint_names else [sp.Symbol(name)])
+            symbols_of_name = groups.get(name, [] if name == "pose" or name in joint_names else [sp.Symbol(name)])
             kind = {"rates": "rate", "velocity": "velocity"}.get(name, value.kind)
-            values |= {symbol: _sample(GivenValue(name, kind, value.low, value.high), rng) for symbol in named}
+            sampled_value = replace(value, kind=kind)
+            values |= {symbol: _sample(sampled_value, rng) for symbol in symbols_of_name}
         symbols = self.list_new_symbols(chain)
         return CustomDetails(definition=self.definition, configuration=configuration, values=values, symbols=symbols)
 
@@ -303,10 +304,10 @@ class QuestionMaker:
         matrix = self.derive(chain, lambda stages: self._compute(formula, stages))
         return expression_text(matrix[0]) if matrix.shape == (1, 1) else str([expression_text(e) for e in matrix])
 
-    # --- whether it can be asked ---
+    # --- objections ---
 
     def find_objection(self, chain: Chain) -> str | None:
-        """Return why the question can't be asked of an arm, or None.
+        """Return why the question can't be asked about an arm, or None.
 
         A number at random values is sampled for the symbolic arm, once for all arms of a class.
         """
@@ -316,8 +317,8 @@ class QuestionMaker:
             return _find_objection(self.definition, symbolic_arm_of(chain).chain)
         return _find_objection(self.definition, chain)
 
-    def check(self, chain: Chain) -> str | None:
-        """Return why the question can't be asked of an arm, or None; not cached."""
+    def find_objection_to_arm(self, chain: Chain) -> str | None:
+        """Return why the question can't be asked about this arm, or None; `find_objection` caches the result."""
         try:
             texts = [self._option_text(chain, index) for index in range(len(self.options))]
             repeated = next((text for k, text in enumerate(texts) if text in texts[:k]), None)
@@ -327,7 +328,8 @@ class QuestionMaker:
                 )
                 return f"its options {first!r} and {second!r} are equal for this arm"
             if self.is_set:
-                return self._check_zeros(chain)
+                has_zeros = self.find_zeros(chain, Stream("check")) is not None
+                return None if has_zeros else "its formula is never zero, or always, so there is no set to ask for"
             if self.formulas and self.definition.given:
                 return None if self.sample_number(chain, Stream("check")) else "its answer is not a finite number"
             if self.formulas:
@@ -365,10 +367,6 @@ class QuestionMaker:
         units |= {row: "m/s" if row[0] == "v" else "rad/s" for row in arm.task}
         return find_unit_objection(answer, details.all_values, units, self.definition.unit)
 
-    def _check_zeros(self, chain: Chain) -> str | None:
-        found = self.find_zeros(chain, Stream("check"))
-        return None if found else "its formula is never zero, or always, so there is no set to ask for"
-
 
 @lru_cache(maxsize=1024)
 def _derive_answer(definition: Definition, chain: Chain) -> sp.ImmutableMatrix:
@@ -397,7 +395,7 @@ def _find_zeros(definition: Definition, chain: Chain) -> tuple[Component, ...] |
 
 @lru_cache(maxsize=4096)
 def _find_objection(definition: Definition, chain: Chain) -> str | None:
-    return QuestionMaker(definition).check(chain)
+    return QuestionMaker(definition).find_objection_to_arm(chain)
 
 
 def _simplify(entry: sp.Expr) -> sp.Expr:

@@ -73,7 +73,7 @@ def test_path_limit_agrees_with_the_law_of_cosines(textbook_arms: dict[str, Any]
 def test_precise_and_float_paths_agree(textbook_arms: dict[str, Any]) -> None:
     chain = textbook_arms["elbow_RRR"].chain
     seam = get_welding_line(ask_question("path-rates", chain))
-    rough, exact = seam.make_line(chain), seam.make_line(chain, PRECISE_CONTEXT)
+    rough, exact = seam.make_path(chain), seam.make_path(chain, PRECISE_CONTEXT)
     stations = list(rough.follow(0.02, 0.15))
     assert len(stations) > 10
     for station in stations:
