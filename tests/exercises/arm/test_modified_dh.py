@@ -78,13 +78,13 @@ def test_questions_about_frames_are_certified(family: str) -> None:
 def test_certificate_detects_wrong_table(monkeypatch: pytest.MonkeyPatch) -> None:
     problem = generate("elbow-3r/1@modified-dh", ["transform"])
 
-    table = ModifiedDh._split_base
+    table = ModifiedDh._make_base_and_rows
 
     def wrong(convention: ModifiedDh) -> tuple[Base, list[Joint]]:
         base, (first, second, third) = table(convention)
         return base, [first, replace(second, alpha=-second.alpha), third]
 
-    monkeypatch.setattr(ModifiedDh, "_split_base", wrong)
+    monkeypatch.setattr(ModifiedDh, "_make_base_and_rows", wrong)
     failed = {check.name for check in certify(problem).failures}
     assert {"modified table: axes", "modified table: point"} <= failed
 
