@@ -303,7 +303,7 @@ def _make_parts(
         answer, details = question.ask(chain, Stream(f"qdot/{identity.engine}/{identity.family_and_seed}/{name}"))
         part_points = question.points if points is None else points[index]
         needs = tuple(need for need in question.prerequisites if need in names)
-        parts.append(Part(name, name, answer, part_points, needs, details))
+        parts.append(Part(name, name, answer, part_points, needs, details, question.rounding))
     return tuple(parts)
 
 
