@@ -40,8 +40,8 @@ from qdot.exercises.problem.problem import (
     TWIST_ORDER_HINT,
     Problem,
     ProblemId,
-    find_convention,
-    find_twist_order,
+    normalize_convention,
+    normalize_twist_order,
 )
 from qdot.exercises.problem.rounding import read_decimals
 from qdot.exercises.questions import Question
@@ -361,8 +361,8 @@ def load_assignment(folder: Path) -> Assignment:
     late = _parse(file, ("late",), read_late, content.late, content.due)
     attempts = _parse(file, ("attempts",), read_attempt_policy, content.attempts)
     variation = _parse(file, ("variation",), find_canonical_name, content.variation)
-    _parse(file, ("convention",), find_convention, content.convention or CONVENTIONS[0])
-    _parse(file, ("twist_order",), find_twist_order, content.twist_order or TWIST_ORDERS[0])
+    _parse(file, ("convention",), normalize_convention, content.convention or CONVENTIONS[0])
+    _parse(file, ("twist_order",), normalize_twist_order, content.twist_order or TWIST_ORDERS[0])
     front_page = _parse(file, ("paper",), read_front_page, content.paper, folder)
     notes: list[str] = []
     definitions = _read_all_definitions(file, content)
@@ -478,7 +478,7 @@ def _read_slot(
         variation = parse("variation", find_canonical_name, entry.variation)
     convention = entry.convention or content.convention or ""
     if convention:
-        canonical_convention = parse("convention", find_convention, convention)
+        canonical_convention = parse("convention", normalize_convention, convention)
         if not robot_digest:  # the default is ""; for a robot, "" would mean the convention of its file
             convention = canonical_convention
     twist_order = parse("twist_order", _choose_twist_order, entry.twist_order, content.twist_order, family, convention)
@@ -539,7 +539,7 @@ def _choose_twist_order(setting: str | None, default: str | None, family: Family
     `setting` is the slot's order, and `default` is the assignment's. Raises QdotError.
     """
     chosen_order = setting or default or ""
-    canonical_order = find_twist_order(chosen_order) if chosen_order else ""
+    canonical_order = normalize_twist_order(chosen_order) if chosen_order else ""
     if _has_twist_order(convention, family):
         return chosen_order if family.robot_argument else canonical_order
     if setting is not None:
@@ -572,7 +572,7 @@ def _choose_questions(family: Family, setting: list[str] | str | None, conventio
             "[[problem]], or list the short questions by name"
         )
     if setting is None:
-        return generation.questions_of_family(family, convention)
+        return generation.list_questions_of_family(family, convention)
     return generation.select_quiz_questions(family, convention) if setting == "quiz" else tuple(setting)
 
 

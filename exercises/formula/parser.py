@@ -23,21 +23,21 @@ from qdot.exercises.formula.trees import Node, ParseError, combine_from_left, fi
 from qdot.exercises.formula.vocabulary import LIMITS, PATTERNS, VOCABULARY
 
 MAX_DEPTH = LIMITS["depth"]
-MAX_LENGTH, MAX_PLUS_MINUS_SIGNS = LIMITS["characters"], LIMITS["either"]
-MAX_ROWS = LIMITS["diagonal"]
+MAX_LENGTH, MAX_PLUS_MINUS_SIGNS = LIMITS["characters"], LIMITS["plus_minus_signs"]
+MAX_ROWS = LIMITS["matrix_rows"]
 
-_CALL_MEANINGS: dict[str, str] = VOCABULARY["containers"]
+_CALL_MEANINGS: dict[str, str] = VOCABULARY["call_meanings"]
 """The meaning of each SymPy, NumPy or Python call that is not a function of numbers, such as Matrix and Eq."""
 _TWO_ARGUMENT_KINDS = ("eq", "in", "/", "^")
 """Meanings of calls that need exactly two arguments."""
-_BINDING_CALLS: dict[str, str] = VOCABULARY["bound"]
+_BINDING_CALLS: dict[str, str] = VOCABULARY["binding_calls"]
 """Calls with a variable of their own, such as Derivative and Lambda."""
-_OPERATOR_WORDS: list[str] = VOCABULARY["words"]
+_OPERATOR_WORDS: list[str] = VOCABULARY["operator_words"]
 """Names that are operators, as in "a and b" or "0 mod pi", and so are not factors of a product."""
 
 _TOKEN = re.compile("|".join(
     f"(?P<{kind}>{VOCABULARY['patterns'][name]})"
-    for kind, name in (("space", "passed"), ("number", "number"), ("name", "name"), ("op", "operator"))
+    for kind, name in (("space", "between_tokens"), ("number", "number"), ("name", "name"), ("op", "operator"))
 ))  # fmt: skip
 
 _TOKENS_OUTSIDE_BARS = ("=", "==", ",", ";", ":", "&")
@@ -566,7 +566,7 @@ class _Parser:
             advice = _NEGATION_ADVICE if name in VOCABULARY["negations"] else _UNKNOWN_FUNCTION_ADVICE
             raise self.make_error(f"the function {name!r} {advice}")
         product = self.multiply_parts(parts)
-        if parts[-1].kind in FUNCTIONS and PATTERNS["short_of_angle"].search(name):
+        if parts[-1].kind in FUNCTIONS and PATTERNS["shorthand_of_angle"].search(name):
             self.bare_argument_end = self.index
         return product
 

@@ -1,7 +1,8 @@
 """The definition of a question: how it is generated for an arm, when it applies, which questions it builds on.
 
-Answers are derived in stages, such as the joint axes, the Jacobian or its determinant (`arm.derivation_graph`). Results
-are derived once for the structure of an arm, which is the arm with symbols for all lengths and oblique angles.
+Answers are derived in stages, such as the joint axes, the Jacobian or its determinant (`arm.derivation_graph`). In the
+shapes of arrays, … is the axis of the arithmetic, such as one entry for each of several configurations. Results are
+derived once for the structure of an arm, which is the arm with symbols for all lengths and oblique angles.
 """
 
 import ast
@@ -90,14 +91,14 @@ def limit_size(description: str, max_joints: int, count: Callable[[Chain], int])
 
 
 def find_inverse_size_objection(chain: Chain) -> str | None:
-    """Return why the inverse of the task Jacobian is too long to work out by hand; None if it is not."""
+    """Return why the inverse of the task Jacobian is too long to work out by hand, or None."""
     if chain.n > MAX_JOINTS_FOR_INVERSE:
         return f"the inverse of a {chain.n} x {chain.n} Jacobian is too long to work out by hand"
     return limit_terms("jacobian")(chain)
 
 
 def find_tool_point_objection(chain: Chain) -> str | None:
-    """Return an objection to an arm whose tool point P is not fixed to the last frame; None for other arms."""
+    """Return an objection to an arm whose point P is not fixed to the last frame; None for other arms."""
     return None if chain.point.frame == chain.n else f"its point moves with frame {chain.point.frame}, not the last"
 
 
@@ -136,7 +137,8 @@ def make_stage_substitution(stage: str, row_order: RowOrder | None = None) -> St
     def substitute(answer: np.ndarray) -> Mapping[str, Change]:
         def change(stages: StageResults, correct: np.ndarray) -> np.ndarray:
             rows = answer if row_order is None else answer[row_order(stages.chain)]
-            return np.asarray({1: rows[0, 0], 2: rows[:, 0], 3: rows}[np.ndim(correct)])
+            number, vector, matrix = rows[0, 0], rows[:, 0], rows
+            return np.asarray((number, vector, matrix)[np.ndim(correct) - 1])
 
         return {stage: change}
 
@@ -150,9 +152,9 @@ def make_rate_product_formula(stage: str, row_order: RowOrder | None = None) -> 
 
 
 def make_column_substitution(stage: str, **other_changes: Change) -> StageSubstitution:
-    """Return a substitution that replaces the first vectors of a stage by the columns of an answer.
+    """Return a substitution that replaces the first vectors of a stage by the columns of an answer, in order.
 
-    `other_changes` are changes of other stages.
+    `other_changes` are changes of other stages that the substitution makes, too.
     """
     return lambda rows: {
         stage: lambda _, correct: np.concatenate([rows.swapaxes(0, 1), correct[rows.shape[1] :]]),
@@ -175,7 +177,7 @@ def shuffle_options(
 
 
 RowAndColumnLabels = tuple[Sequence[str], Sequence[str]]
-"""Labels of the rows and of the columns of a matrix: in typed form, or in LaTeX if they can't be typed."""
+"""Labels of the rows and of the columns of a matrix: the names that students type, or LaTeX if there are none."""
 
 
 def label_jacobian(label_rows: Callable[[Chain], Sequence[str]]) -> Callable[[Chain], RowAndColumnLabels]:
@@ -350,7 +352,9 @@ class Question:
     @property
     def conventions(self) -> tuple[str, ...]:
         """The names of the conventions to whose arms the question applies."""
-        return tuple(name for name, known in REGISTRY.items() if self.required_feature in {"", *known.features})
+        return tuple(
+            name for name, convention in REGISTRY.items() if self.required_feature in {"", *convention.features}
+        )
 
     def find_convention_objection(self, convention: str) -> str | None:
         """Return why the question does not apply to arms that are described in a convention; None if it does."""

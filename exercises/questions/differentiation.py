@@ -27,14 +27,14 @@ class TaskDetails(Details):
     task: tuple[str, ...]
 
 
-def find_power_of_metres(part: Part) -> int | None:
-    """Return k if the unit of a determinant is m^k, where k is the number of linear rows; None for other parts."""
-    return sum(row.startswith("v") for row in part.details_as(TaskDetails).task) if part.kind == "determinant" else None
+def find_determinant_power_of_metres(part: Part) -> int | None:
+    """Return k if the unit of a determinant is m^k (the number of its linear rows); None for other questions."""
+    return sum(row[0] == "v" for row in part.details_as(TaskDetails).task) if part.kind == "determinant" else None
 
 
 @dataclass(frozen=True, kw_only=True)
 class AxesDetails(Details):
-    """Details of a question about coordinates of the tool point: the coordinates "x", "y", "z" that are asked for.
+    """Details of a question about coordinates of P: those of "x", "y", "z" that are asked for.
 
     `by_links` says whether their rates of change are written link by link, as in Example 6.1.
     """
@@ -45,14 +45,14 @@ class AxesDetails(Details):
 
 @dataclass(frozen=True, kw_only=True)
 class AxisDetails(ResultChoiceDetails):
-    """Details of a question about one component of the tool point's velocity: its axis ("x", …) and row (0 to 2)."""
+    """Details of a question about one component of the velocity of P: its axis ("x", …) and its row (0 to 2)."""
 
     axis: str
     row: int
 
 
 def write_linear_velocity(chain: Chain) -> sp.Matrix:
-    """Return the components of the tool point's velocity that are in the task (6.2).
+    """Return the components of the velocity of P that are in the task, as a column (6.2).
 
     If every term of the position has the sine or cosine of at most one angle, the velocity is written link by link, as
     in Example 6.1: -a1 s1 qd1 - a2 s12 (qd1 + qd2). Otherwise it is written joint by joint, as J qd.
@@ -91,8 +91,8 @@ def _differentiate_by_links(coordinate: sp.Expr, chain: Chain) -> sp.Expr:
 
 def _choose_component(chain: Chain, rng: Stream) -> AxisDetails:
     velocity = write_linear_velocity(chain)
-    multi_rate_rows = [i for i, entry in enumerate(velocity) if len(entry.free_symbols & set(chain.rates)) > 1]
-    index = rng.choice(multi_rate_rows or list(range(len(velocity))))
+    rows_with_several_rates = [i for i, entry in enumerate(velocity) if len(entry.free_symbols & set(chain.rates)) > 1]
+    index = rng.choice(rows_with_several_rates or list(range(len(velocity))))
     return AxisDetails(axis=chain.linear_axes[index], row=list_linear_task_rows(chain)[index])
 
 
@@ -101,7 +101,7 @@ def _find_task_objection(chain: Chain) -> str | None:
 
 
 def _substitute_position(position: np.ndarray) -> dict[str, Change]:
-    """Return the change that replaces the linear Jacobian by the derivatives of a student's position, (rows, 1, …)."""
+    """Return the change that computes the linear Jacobian from a student's position, (rows, 1, …)."""
 
     def differentiate(stages: StageResults, correct: np.ndarray) -> np.ndarray:
         derivatives, linear = stages.arithmetic.derivatives(position[:, 0]), correct.copy()

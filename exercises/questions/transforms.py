@@ -21,7 +21,7 @@ MAX_JOINTS = 5
 
 @dataclass(frozen=True)
 class AngleSum:
-    """An entry (row, column) of T_{w,i} that an angle-sum identity shortens; `number` is i.
+    """An entry (row, column), from 1, of T_{w,i} that an angle-sum identity shortens; `number` is i.
 
     `product` is the entry before the identity is used, and `result` is the entry afterwards.
     """

@@ -20,7 +20,7 @@ from qdot.grader.grading.history import describe_mark_changes, read_previous_res
 from qdot.grader.grading.overrides import OVERRIDES_FILE, describe_unused_groups, read_overrides
 from qdot.grader.grading.result import Result
 from qdot.grader.marking.marking import format_points
-from qdot.grader.reports.tables import UNMARKED_STATES, count_overridden, find_work_status, list_staff_notes
+from qdot.grader.reports.tables import UNMARKED_STATUSES, count_overridden, find_work_status, list_staff_notes
 from qdot.grader.sandbox.guarantees import check_sandbox
 from qdot.grader.sandbox.sandbox import Limits
 from qdot.grader.submissions.submission import (
@@ -123,7 +123,7 @@ def _grade_class(
 
     Return the results of the previous run by student, the new results, and one line that summarises them.
     """
-    from qdot.grader.reports.write import write_reports
+    from qdot.grader.reports.graded_folder import write_reports
 
     with open_submissions(source) as root:
         submission_folder = find_submissions(assignment, root)
@@ -238,7 +238,7 @@ def _summarize(results: list[Result], folder: Path, ownerless_count: int) -> str
     states = list(map(find_work_status, results))
     phrases = [", ".join(f"{count} {state}" for state, count in Counter(states).items())]
     pairs = zip(results, states, strict=True)
-    marked_results = [result for result, state in pairs if result.submission and state not in UNMARKED_STATES]
+    marked_results = [result for result, state in pairs if result.submission and state not in UNMARKED_STATUSES]
     if marked_results:
         phrases.append(f"mean {fmean(result.percent for result in marked_results):.1f} % of submitted work")
     if overridden_count := sum(map(count_overridden, results)):

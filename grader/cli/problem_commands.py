@@ -25,7 +25,7 @@ from qdot.exercises.families import Family
 from qdot.exercises.families.own import read_robot_family
 from qdot.exercises.generation import find_listing, look_up_family, select_quiz_questions
 from qdot.exercises.notebook.problem_formats import show_assignment
-from qdot.exercises.problem.problem import find_convention
+from qdot.exercises.problem.problem import normalize_convention
 from qdot.exercises.short_questions import SHORT_QUESTIONS
 from qdot.grader.cli.options import (
     NO_FOLDER_HINT,
@@ -105,7 +105,7 @@ def families(
           a real robot, described by a modified table
     """
     if convention:
-        find_convention(convention)
+        normalize_convention(convention)
         if not name:
             raise QdotError("--convention needs a family or robot, as in 'qdot families ur5 --convention dh'")
     if name:

@@ -334,7 +334,7 @@ def _substitute_whole_numbers(node: Node) -> Node:
     if any(map(has_blank, values)):
         return conditions
     numbers = [number for value in values for number in (value.args if value.kind == "set" else (value,))]
-    if count_nodes(conditions) * len(numbers) > LIMITS["worked_out"]:
+    if count_nodes(conditions) * len(numbers) > LIMITS["nodes_of_results"]:
         raise ParseError("the conditions are too long, or there are too many whole numbers in them")
     return Node("list", tuple(arg for value in numbers for arg in replace_names(conditions, {name.value: value}).args))
 
@@ -663,7 +663,7 @@ def _normalize_label(name: str) -> str:
     """Return the normalized name of an entry: P_x, p_x and px become x; v_x and x_dot become vx; ω_x becomes wx."""
     label = name.replace("_", "").lower()
     label = VOCABULARY["velocities"].get(label, label)
-    for spelled_name, letter in VOCABULARY["spelled"].items():
+    for spelled_name, letter in VOCABULARY["spelled_letters"].items():
         label = label.replace(spelled_name, letter)
     point_match = PATTERNS["point_of_entry"].fullmatch(label)
     return point_match.group(1) if point_match else label.removeprefix("p") if len(label) > 1 else label

@@ -6,7 +6,7 @@ from dataclasses import dataclass, replace
 from qdot.exercises import reference_answers
 from qdot.exercises.formula.equality import Domain
 from qdot.exercises.problem.problem import Part, Problem
-from qdot.exercises.questions.differentiation import find_power_of_metres
+from qdot.exercises.questions.differentiation import find_determinant_power_of_metres
 from qdot.exercises.short_questions import question_of
 from qdot.grader.judging import answer_parser
 from qdot.grader.judging.choices import BLANK_TEXTS, read_choice, read_matching, read_selection
@@ -34,7 +34,7 @@ def find_expected_form(problem: Problem, part: Part) -> ExpectedForm:
     """Return the form in which the answer to a part is expected."""
     question, joints = question_of(part), tuple(q.name for q in problem.chain.q)
     labels, columns = question.list_names_to_type(problem.chain, part), question.name_columns(problem.chain)
-    return ExpectedForm(part.answer, problem.domain, joints, labels, columns, find_power_of_metres(part))
+    return ExpectedForm(part.answer, problem.domain, joints, labels, columns, find_determinant_power_of_metres(part))
 
 
 def read_answer(problem: Problem, part: Part, text: str, points_seed: str = "") -> answer_parser.ParsedAnswer:

@@ -23,7 +23,7 @@ from typing import Any
 import pytest
 import sympy as sp
 
-from qdot.exercises.arm.derivation_graph import compute_symbolic_stages, links_to_point
+from qdot.exercises.arm.derivation_graph import compute_symbolic_stages, list_links_to_point
 from qdot.exercises.generation import generate, sample_chain
 from qdot.exercises.problem.problem import Part, Problem, ProblemId
 from qdot.exercises.reference_answers import Matrix
@@ -150,7 +150,7 @@ def test_links_left_out_of_several_columns_are_named(family: str) -> None:
     rows = ["xyz".index(name[1]) for name in problem.chain.task if name.startswith("v")]
     derivatives = stages["link derivatives"]
     moved_links = [
-        [k for k in links_to_point(problem.chain) if any(derivatives[column][k][row][0] != 0 for row in rows)]
+        [k for k in list_links_to_point(problem.chain) if any(derivatives[column][k][row][0] != 0 for row in rows)]
         for column in range(problem.chain.n)
     ]
     columns = [column for column in range(problem.chain.n) if len(moved_links[column]) > 1]

@@ -20,9 +20,9 @@ from qdot.grader.grading import attempt, batch
 from qdot.grader.grading.batch import grade_class
 from qdot.grader.grading.result import Result
 from qdot.grader.marking import marking
-from qdot.grader.reports import write
+from qdot.grader.reports import graded_folder
+from qdot.grader.reports.graded_folder import write_reports
 from qdot.grader.reports.tables import find_work_status
-from qdot.grader.reports.write import write_reports
 from qdot.grader.sandbox.notebook_process import folder_removal
 from qdot.grader.sandbox.sandbox import Limits, Sandbox
 from qdot.grader.submissions import submission
@@ -79,9 +79,9 @@ STEPS: dict[str, tuple[object, str]] = {
     "judged": (marking, "judge_parsed"),
     "kept": (batch._GradingWorker, "store_marks"),
     "settled": (batch, "compute_final_result"),
-    "made a line": (write, "make_results_jsonl"),
-    "made a row": (write, "make_grades_csv"),
-    "made a page": (write, "make_feedback_page"),
+    "made a line": (graded_folder, "make_results_jsonl"),
+    "made a row": (graded_folder, "make_grades_csv"),
+    "made a page": (graded_folder, "make_feedback_page"),
 }
 """Every step of a submission, by the function that does it."""
 
