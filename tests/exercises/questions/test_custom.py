@@ -40,7 +40,8 @@ from tests.support.suites import select_for_suite
 GALLERY = {
     "acceleration": "planar-2r", "axis-in-the-base-frame": "elbow-3r", "ellipse-area": "planar-2r",
     "load-torques": "planar-2r", "middle-of-a-link": "elbow-3r", "near-a-singularity": "planar-2r",
-    "own-robot": "elbow-3r", "parallel-columns": "planar-3r", "self-motion": "planar-3r", "stretched-height": "elbow-3r",
+    "own-robot": "elbow-3r", "parallel-columns": "planar-3r", "self-motion": "planar-3r",
+    "stretched-height": "elbow-3r",
     "tip-speed": "polar-rp", "why-not": "scara", "wrist-centre": "scara",
 }  # fmt: skip
 """The questions of the gallery, each with a family that it suits."""
