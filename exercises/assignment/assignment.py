@@ -22,7 +22,6 @@ from qdot.exercises.arm.conventions import REGISTRY
 from qdot.exercises.arm.library import find_robot_path
 from qdot.exercises.arm.robot_file import read_robot_file
 from qdot.exercises.assignment.attempt_policy import AttemptPolicy, read_attempt_policy
-from qdot.exercises.assignment.decimals import read_decimals
 from qdot.exercises.assignment.expected_forms import EXPECTED_FORMS
 from qdot.exercises.assignment.front_page import FrontPage, read_front_page
 from qdot.exercises.assignment.gradebook import Gradebook, normalize_identifier, read_export
@@ -44,6 +43,7 @@ from qdot.exercises.problem.problem import (
     normalize_convention,
     normalize_twist_order,
 )
+from qdot.exercises.problem.rounding import read_decimals
 from qdot.exercises.questions import Question
 from qdot.exercises.questions.custom import Definition, make_question
 from qdot.exercises.questions.custom.definition import TEXT_ANSWER
@@ -228,10 +228,8 @@ class Slot:
             self.make_id_from_seed(seed), points=self.points, family=self.family, definitions=self.definitions
         )
         roundings, credits_by_name = dict(self.decimals), dict(self.credit)
-        parts = [
-            replace(part, rounding=roundings.get(part.name), credit=credits_by_name.get(part.name, Credit()))
-            for part in problem.parts
-        ]
+        parts = (replace(part, rounding=roundings.get(part.name, part.rounding)) for part in problem.parts)
+        parts = (replace(part, credit=credits_by_name.get(part.name, Credit())) for part in parts)
         return replace(problem, parts=tuple(parts))
 
 

@@ -16,7 +16,6 @@ from qdot.exercises.arm.chain import CONVENTIONS, Chain, Joint
 from qdot.exercises.arm.robot_file import Robot
 from qdot.exercises.arm.robot_text import robot_text
 from qdot.exercises.assignment.assignment import Assignment, load_assignment
-from qdot.exercises.assignment.decimals import read_decimals
 from qdot.exercises.assignment.release import ReleaseResult, init_assignment, notebook_path, release_notebooks
 from qdot.exercises.assignment.store import store_path
 from qdot.exercises.common import files
@@ -24,6 +23,7 @@ from qdot.exercises.common.errors import QdotError
 from qdot.exercises.formula.equality import Rounding
 from qdot.exercises.generation import generate
 from qdot.exercises.problem.problem import Part, Problem, ProblemId
+from qdot.exercises.problem.rounding import read_decimals
 from qdot.exercises.reference_answers import ConditionSet, Matrix, Number
 from qdot.exercises.writing.problem_texts import write_prompt
 from qdot.grader.grading.certify import CERTIFIER
