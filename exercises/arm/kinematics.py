@@ -154,9 +154,9 @@ class NumericChain:
     `values` maps the name of each symbolic length or angle to its value. A configuration is an array of n joint values;
     methods take many configurations at once, an array of shape (…, n).
 
-    - `kinds`, `is_revolute`, `offsets`: the kind of each joint, whether the joint is revolute, and its joint offset.
+    - `kinds`, `is_revolute`, `joint_offsets`: the kind of each joint, whether it is revolute, and its joint offset.
     - `fixed_entries`, `a`: the constant one of d and theta of each joint, and a of each joint.
-    - `point_frame`, `offset`: the frame in which P is fixed, and the homogeneous coordinates of P in that frame (4).
+    - `point_frame`, `point_offset`: the frame in which P is fixed, and the homogeneous coordinates of P in it (4).
     """
 
     def __init__(self, chain: Chain, values: Mapping[str, float]) -> None:
@@ -170,26 +170,26 @@ class NumericChain:
 
         self.kinds = tuple(joint.kind for joint in chain.joints)
         self.is_revolute = np.array([joint.is_revolute for joint in chain.joints])
-        self.offsets = np.array([to_float(value) for value in chain.offsets])
+        self.joint_offsets = np.array([to_float(value) for value in chain.offsets])
         constants = [[*map(to_float, (joint.fixed_entry, joint.a, joint.alpha))] for joint in chain.joints]
         self.fixed_entries, self.a, alpha = np.array(constants).T
         self._cos_sin_alpha = np.array([np.cos(alpha), np.sin(alpha)])
         self._convention = convention_of(chain)
         self._base_position = np.array([to_float(value) for value in self._convention.base.position])
         self.point_frame = chain.point.frame
-        self.offset = np.array([*map(to_float, chain.point.offset), 1.0])
+        self.point_offset = np.array([*map(to_float, chain.point.offset), 1.0])
         zero, tilt = np.zeros(()), np.array(to_float(chain.base.tilt))
         self.base = _pose(np.array(to_float(chain.base.yaw)), zero, zero, np.array([np.cos(tilt), np.sin(tilt)]))
         self.base[:3, 3] = [to_float(value) for value in chain.base.position]
 
     @staticmethod
     def stack(arms: Sequence["NumericChain"]) -> "NumericChain":
-        """Return k arms of the same structure as one object; its configurations are k x m x n, m for each arm."""
+        """Return k arms with the same structure as one object, for configurations (k, m, n), m of each arm."""
         first_arm = arms[0]
         combined = copy(first_arm)
         if all(arm is first_arm for arm in arms):
             return combined
-        for name in ("offsets", "fixed_entries", "a", "offset", "base"):
+        for name in ("joint_offsets", "fixed_entries", "a", "point_offset", "base"):
             setattr(combined, name, np.stack([getattr(arm, name) for arm in arms])[:, None])
         combined._cos_sin_alpha = np.stack([arm._cos_sin_alpha for arm in arms], axis=1)[:, :, None]
         return combined
@@ -197,16 +197,16 @@ class NumericChain:
     def with_point(self, frame: int) -> "NumericChain":
         """Return the same arm with the origin of the frame with this number as its point of interest."""
         changed = copy(self)
-        changed.point_frame, changed.offset = frame, np.array([0.0, 0.0, 0.0, 1.0])
+        changed.point_frame, changed.point_offset = frame, np.array([0.0, 0.0, 0.0, 1.0])
         return changed
 
-    def keep_first_joints(self, joint_count: int, offset: tuple[float, float, float]) -> "NumericChain":
-        """Return the arm of the first `joint_count` joints; `offset` is its point of interest in its last frame."""
+    def keep_first_joints(self, joint_count: int, point_offset: tuple[float, float, float]) -> "NumericChain":
+        """Return the arm of the first `joint_count` joints, with the point at `point_offset` in its last frame."""
         shortened = copy(self)
-        for name in ("kinds", "is_revolute", "offsets", "fixed_entries", "a"):
+        for name in ("kinds", "is_revolute", "joint_offsets", "fixed_entries", "a"):
             setattr(shortened, name, getattr(self, name)[:joint_count])
         shortened._cos_sin_alpha = self._cos_sin_alpha[:, :joint_count]
-        shortened.point_frame, shortened.offset = joint_count, np.array([*offset, 1.0])
+        shortened.point_frame, shortened.point_offset = joint_count, np.array([*point_offset, 1.0])
         return shortened
 
     def frames(self, q: np.ndarray) -> np.ndarray:
@@ -227,7 +227,7 @@ class NumericChain:
 
     def _theta_and_d(self, q: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
         """Return theta and d of every row of the table, shape (…, n); constant entries may have shape (n)."""
-        variable_entries = q + self.offsets
+        variable_entries = q + self.joint_offsets
         if self.is_revolute.all():
             return variable_entries, self.fixed_entries
         theta = np.where(self.is_revolute, variable_entries, self.fixed_entries)
@@ -239,9 +239,9 @@ class NumericChain:
 
     def point_of(self, frames: np.ndarray) -> np.ndarray:
         """Return the point of interest, shape (…, 3), given the poses of the standard frames."""
-        if self.offset.ndim > 1:  # `stack` combined several arms
-            return np.asarray((frames[..., self.point_frame, :, :] @ self.offset[..., None])[..., :3, 0])
-        return np.asarray((frames[..., self.point_frame, :, :] @ self.offset)[..., :3])
+        if self.point_offset.ndim > 1:  # `stack` combined several arms
+            return np.asarray((frames[..., self.point_frame, :, :] @ self.point_offset[..., None])[..., :3, 0])
+        return np.asarray((frames[..., self.point_frame, :, :] @ self.point_offset)[..., :3])
 
     def jacobian(self, q: np.ndarray) -> np.ndarray:
         """Return the 6 x n Jacobian, shape (…, 6, n), at joint values q."""

@@ -134,7 +134,7 @@ def _vary_propagation(*change_sets: Mapping[str, Change], names_axis: bool = Fal
 def _make_axis_words(chain: Chain) -> dict[str, object]:
     """Return the names of the axis of joint i and of the frame on this axis, in the arm's convention."""
     convention = convention_of(chain)
-    return {"frame": convention.frame_index, "axis": convention.plain_axis}
+    return {"frame": convention.frame_index, "axis": convention.axis_in_words}
 
 
 def _shift_to_next(stages: StageResults, vectors: np.ndarray) -> np.ndarray:
@@ -177,7 +177,7 @@ def _treat_as(wrong_kind: str, correct_kind: str) -> VariantGenerator:
 
         return make_propagated_variant({"kinds": apply_change}, make_joint_words(treated_joints))
 
-    return lambda chain, shape: vary_each_joint_and_all(chain.joints_of_kind(correct_kind), treat)
+    return lambda chain, shape: vary_each_joint_and_all(chain.joint_indices_of_kind(correct_kind), treat)
 
 
 def _replace_angular(

@@ -112,7 +112,7 @@ def _compute_rates(line: StraightPath, distance: SupportsFloat, path_speed: Supp
     end = float(distance)
     samples = list(line.follow(end / max(1, round(end / SAMPLE_SPACING)) if end else 1.0, 1e-3, end))
     is_reached = bool(samples) and abs(samples[-1].s - end) < 1e-9
-    return np.array(samples[-1].slopes) * float(path_speed) if is_reached else np.array([np.nan])
+    return np.array(samples[-1].derivatives) * float(path_speed) if is_reached else np.array([np.nan])
 
 
 def _use_rates_at_start(chain: Chain, details: DistanceDetails) -> RatesWithWords:

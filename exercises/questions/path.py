@@ -18,7 +18,7 @@ from qdot.exercises.arm.mpmath_kinematics import FLOAT_CONTEXT, PRECISE_CONTEXT,
 from qdot.exercises.arm.path import PathSample, StraightPath
 from qdot.exercises.common.errors import count_noun
 from qdot.exercises.common.stream import Stream
-from qdot.exercises.problem.problem import Details, recorded_as, values_by_name
+from qdot.exercises.problem.problem import Details, list_values_by_name, recorded_as
 from qdot.exercises.questions import inversion
 from qdot.exercises.questions.base import AnswerAndDetails, Question, find_determinant_objection, name_joint_rates
 from qdot.exercises.questions.inversion import THREE_DIGIT_TOLERANCE, Configuration, JointValues, Lengths
@@ -62,7 +62,9 @@ class WeldingLine(Configuration):
         step_length = distance / max(1, round(distance / SAMPLE_SPACING)) if distance else 1.0
         *_, last_sample = self.make_path(chain).follow(step_length, NONSINGULAR_CONDITIONING, distance)
         path = self.make_path(chain, PRECISE_CONTEXT)
-        q = path.joints_at(path.arm.evaluate_number(s), [PRECISE_CONTEXT.mpf(value) for value in last_sample.joints])
+        q = path.find_joint_values(
+            path.arm.evaluate_number(s), [PRECISE_CONTEXT.mpf(value) for value in last_sample.joint_values]
+        )
         assert q is not None
         return q
 
@@ -87,7 +89,7 @@ class WeldingLine(Configuration):
     def compute_rates(self, path: StraightPath, q: Vector) -> Vector:
         """Return the joint rates on the path of this line at joint values q."""
         speed = path.arm.evaluate_number(self.speed)
-        return [derivative * speed for derivative in path.joint_derivatives(q)]
+        return [derivative * speed for derivative in path.compute_derivatives(q)]
 
     def describe_line(self, chain: Chain) -> "LineDescription":
         """Return the start, the length and the direction of the line."""
@@ -137,7 +139,7 @@ class PathDetails(Details):
 
     def list_shown_values(self, chain: Chain) -> dict[str, float]:
         """Return the lengths, and the joint values at the start of the line, by name."""
-        return {**values_by_name(self.welding_line.lengths), **(self.pose or {})}
+        return {**list_values_by_name(self.welding_line.lengths), **(self.pose or {})}
 
 
 # --- joint rates at a point of the line ---
@@ -155,7 +157,7 @@ class DistanceDetails(PathDetails):
         joints = self.welding_line.compute_joint_values(chain, self.distance)
         values = {q.name: float(value) for q, value in zip(chain.q, joints, strict=True)}
         velocity = {row: float(u) * speed for row, u in zip(chain.task, direction, strict=True)}
-        return {**values_by_name(self.welding_line.lengths), **values, **velocity}
+        return {**list_values_by_name(self.welding_line.lengths), **values, **velocity}
 
 
 def _find_path_objection(chain: Chain) -> str | None:
@@ -298,8 +300,8 @@ def _sample_line_to_singularity(chain: Chain, rng: Stream, min_conditioning: flo
 def _find_crossings(samples: Sequence[PathSample], speed: float) -> list[LimitCrossing]:
     """Return where joint rates that grow towards a singularity clearly exceed limits of 0.3 to 3.0 rad/s or m/s."""
     crossings = []
-    for joint in range(len(samples[0].slopes) if samples else 0):
-        abs_rates = [abs(sample.slopes[joint]) * speed for sample in samples]
+    for joint in range(len(samples[0].derivatives) if samples else 0):
+        abs_rates = [abs(sample.derivatives[joint]) * speed for sample in samples]
         for tenths in range(3, 31):
             index = next((i for i, value in enumerate(abs_rates) if value > tenths / 10), len(abs_rates))
             if _is_clear_crossing(samples, abs_rates, index, tenths / 10):
@@ -328,12 +330,12 @@ def _locate_crossing(chain: Chain, welding_line: WeldingLine, crossing: LimitCro
 
     The secant method finds the distance in floating point first, and then with 30 digits.
     """
-    q: Vector = list(crossing.before.joints)
+    q: Vector = list(crossing.before.joint_values)
     start_values: tuple[Any, Any] = (crossing.before.s, crossing.after.s)
 
     def compute_excess(path: StraightPath, s: Any) -> Any:
         """Return by how much the rate at s exceeds its limit, and update the joint values q."""
-        joints = path.joints_at(s, q)
+        joints = path.find_joint_values(s, q)
         assert joints is not None
         q[:] = joints
         return abs(welding_line.compute_rates(path, q)[crossing.joint]) - path.arm.evaluate_number(crossing.limit)
