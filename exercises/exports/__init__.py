@@ -5,8 +5,9 @@ Each export format has a module. These modules are shared:
     registry                    all export formats by name
     export_format               what an export format is, and the `ExportRequest` for an export
     bank, handouts              certified variants of an assignment's problems; the notebooks of its class
-    items, numbers, markup      questions for learning platforms; formulas evaluated to numbers; figures and HTML
-    known_wrong                 the wrong answers that known mistakes lead to
+    items, numeric_part         questions for learning platforms; parts whose formulas are evaluated to numbers
+    platform_markup             figures, HTML and numbers in the form that learning platforms need
+    known_wrong_answers         the wrong answers that known mistakes lead to
     stack_parts, stack_maxima   parts in STACK's form, with their marking; the Maxima functions for marking
     moodle_quiz                 a quiz as a Moodle backup
     sheet, boxes, marking       the content of paper sheets; boxes for answers; which answers earn which points

@@ -183,7 +183,7 @@ def make_box(problem: Problem, part: Part, solution: str = "") -> AnswerBox | No
 def _make_number_box(problem: Problem, part: Part, answer: Number, working_space: int) -> AnswerBox:
     chain, question = problem.chain, question_of(part)
     names_to_type = (tex(sp.Symbol(name), chain) for name in question.list_labels(chain))
-    labels = tuple(question.name_entries(chain, part) or names_to_type)
+    labels = tuple(question.name_entries(chain, part.details) or names_to_type)
     units = tuple(map(format_unit, answer.units))
     rows, columns = answer.shape or (1, 1)
     return AnswerBox(working_space, rows * columns, 1, labels=labels if len(labels) == len(units) else (), units=units)

@@ -3,7 +3,7 @@
 import itertools
 from collections.abc import Generator, Sequence
 
-from qdot.exercises.exports import items, markup
+from qdot.exercises.exports import items, platform_markup
 from qdot.exercises.exports.export_format import ExportedFile, ExportRequest, make_zip
 from qdot.exercises.writing.render import render
 
@@ -20,15 +20,15 @@ def export_canvas(request: ExportRequest) -> Generator[ExportedFile, None, None]
     groups = items.group_by_category(item.single_number_item or item for item in quiz_items)
     images: dict[str, str | bytes] = {}
     for item in itertools.chain.from_iterable(groups.values()):
-        images |= markup.make_image_files((*item.body, *item.solution))
+        images |= platform_markup.make_image_files((*item.body, *item.solution))
     ident = f"qdot-{assignment.key}"
     context = {
         "ident": ident, "key": assignment.key, "title": assignment.title, "groups": groups, "images": sorted(images),
-        "points": markup.format_decimal(sum(group[0].points for group in groups.values())),
+        "points": platform_markup.format_decimal(sum(group[0].points for group in groups.values())),
         "shows_values": request.has_solutions or request.includes_feedback("values"),
         "name_type": _name_question_type, "list_shares": _list_shares, "write_html": _write_html,
-        "write_line": markup.write_line_html, "format_decimal": markup.format_decimal,
-        "format_limits": markup.format_limits,
+        "write_line": platform_markup.write_line_html, "format_decimal": platform_markup.format_decimal,
+        "format_limits": platform_markup.format_limits,
     }  # fmt: skip
     package: dict[str, str | bytes] = {
         "imsmanifest.xml": render("exports/canvas-manifest.xml.j2", **context),
@@ -38,8 +38,10 @@ def export_canvas(request: ExportRequest) -> Generator[ExportedFile, None, None]
     yield ExportedFile(f"{assignment.key}.zip", make_zip(package | dict(sorted(images.items()))), is_private=True)
 
 
-def _write_html(body: Sequence[str | markup.Picture]) -> str:
-    return markup.write_html_with_figures(body, lambda p: f"{FILE_FOLDER}/images/{markup.name_picture_file(p)}")
+def _write_html(body: Sequence[str | platform_markup.Picture]) -> str:
+    return platform_markup.write_html_with_figures(
+        body, lambda p: f"{FILE_FOLDER}/images/{platform_markup.name_picture_file(p)}"
+    )
 
 
 def _name_question_type(form: items.ItemForm) -> str:

@@ -1,8 +1,8 @@
 """Make quiz items: questions in a form from which the exports to learning platforms write their files.
 
 An item has a text (Markdown and figures), the form of its answer, and the correct answer. Platforms can't compare
-formulas, so items ask for the values of formulas at a configuration (see `numbers`). The staff get a message about each
-question that can't be asked.
+formulas, so items ask for the values of formulas at a configuration (see `numeric_part`). The staff get a message about
+each question that can't be asked.
 """
 
 import re
@@ -19,8 +19,8 @@ from qdot.exercises.common.errors import QdotError
 from qdot.exercises.common.stream import Stream
 from qdot.exercises.exports.bank import process_bank
 from qdot.exercises.exports.export_format import ExportRequest
-from qdot.exercises.exports.markup import Picture, draw_arm, draw_prompt_figure, draw_solution_figure
-from qdot.exercises.exports.numbers import NumericPart, ask_in_numbers
+from qdot.exercises.exports.numeric_part import NumericPart, ask_in_numbers
+from qdot.exercises.exports.platform_markup import Picture, draw_arm, draw_prompt_figure, draw_solution_figure
 from qdot.exercises.mistakes.base import name_chapter
 from qdot.exercises.problem.problem import Part, Problem
 from qdot.exercises.reference_answers import LETTERS, TRUE_FALSE, Matching, Number, Selection, Words
@@ -296,7 +296,7 @@ def list_entry_labels(problem: Problem, part: Part, shape: tuple[int, ...]) -> t
     """Return the LaTeX labels of the entries of an answer with a given shape, row by row."""
     chain, question, count = problem.chain, question_of(part), int(np.prod(shape))
     names_to_type = (tex(sp.Symbol(name), chain) for name in question.list_labels(chain))
-    entry_names = tuple(question.name_entries(chain, part) or names_to_type)
+    entry_names = tuple(question.name_entries(chain, part.details) or names_to_type)
     if len(entry_names) == count:
         return entry_names
     return tuple(f"({index // shape[1] + 1}, {index % shape[1] + 1})" for index in range(count))

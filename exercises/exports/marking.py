@@ -10,7 +10,7 @@ from fractions import Fraction
 
 from qdot.exercises import reference_answers
 from qdot.exercises.exports.export_format import ComputeEarnedShare
-from qdot.exercises.exports.known_wrong import KnownWrongAnswer, find_known_wrong_answers
+from qdot.exercises.exports.known_wrong_answers import KnownWrongAnswer, find_known_wrong_answers
 from qdot.exercises.formula.latex import parse_latex
 from qdot.exercises.problem.credit import INCOMPLETE_CONDITION_FACTOR, MISTAKE_FACTOR, SIGN_OR_FACTOR_COST
 from qdot.exercises.problem.problem import Part, Problem

@@ -9,7 +9,7 @@ import html
 import math
 from collections.abc import Generator, Sequence
 
-from qdot.exercises.exports import items, markup
+from qdot.exercises.exports import items, platform_markup
 from qdot.exercises.exports.export_format import ExportedFile, ExportRequest
 from qdot.exercises.exports.moodle_quiz import Category, InputBox, MoodleAnswer, MoodleQuestion, make_quiz_backup
 from qdot.exercises.writing.render import render
@@ -67,7 +67,7 @@ def _make_question(item: items.QuizItem, key: str) -> MoodleQuestion:
         body_with_numbered_boxes=_append_boxes(body, form, numbered_boxes), files=_encode_pictures(item.body),
         solution=_write_html(item.solution), solution_files=_encode_pictures(item.solution),
         id_number=f"{key}-{item.key}"[-MAX_ID_LENGTH:], tags=("qdot", *item.category[1:]),
-        hints=tuple(map(markup.write_html, item.hints)), boxes=boxes,
+        hints=tuple(map(platform_markup.write_html, item.hints)), boxes=boxes,
         answers=_make_option_answers(form) if isinstance(form, items.ChoiceForm) else (),
         allows_several=isinstance(form, items.ChoiceForm) and form.allows_several,
         pairs=_make_pairs(form) if isinstance(form, items.MatchingForm) else (),
@@ -84,20 +84,21 @@ def _name_question_type(form: items.ItemForm) -> str:
     return "numerical" if len(form.fields) == 1 else "cloze"
 
 
-def _write_html(body: Sequence[str | markup.Picture]) -> str:
-    return markup.write_html_with_figures(body, lambda picture: f"@@PLUGINFILE@@/{picture.name}.svg")
+def _write_html(body: Sequence[str | platform_markup.Picture]) -> str:
+    return platform_markup.write_html_with_figures(body, lambda picture: f"@@PLUGINFILE@@/{picture.name}.svg")
 
 
-def _encode_pictures(body: Sequence[str | markup.Picture]) -> tuple[tuple[str, str], ...]:
+def _encode_pictures(body: Sequence[str | platform_markup.Picture]) -> tuple[tuple[str, str], ...]:
     return tuple(
-        (f"{p.name}.svg", base64.b64encode(markup.make_svg_file(p)).decode()) for p in markup.find_pictures(body)
+        (f"{p.name}.svg", base64.b64encode(platform_markup.make_svg_file(p)).decode())
+        for p in platform_markup.find_pictures(body)
     )
 
 
 def _make_option_answers(form: items.ChoiceForm) -> tuple[MoodleAnswer, ...]:
     percentage = CREDIT_PERCENTAGES[form.correct_count]
     wrong_percentage = f"-{percentage}" if form.allows_several else "0"
-    write = str if form.is_true_or_false else markup.write_line_html
+    write = str if form.is_true_or_false else platform_markup.write_line_html
     return tuple(
         MoodleAnswer(write(text), percentage if option.is_correct else wrong_percentage, html.escape(option.feedback))
         for _, text, option in form.lettered_options
@@ -105,7 +106,7 @@ def _make_option_answers(form: items.ChoiceForm) -> tuple[MoodleAnswer, ...]:
 
 
 def _make_pairs(form: items.MatchingForm) -> tuple[tuple[str, str], ...]:
-    pairs = [(markup.write_line_html(stem), form.options[index]) for _, stem, index in form.lettered_stems]
+    pairs = [(platform_markup.write_line_html(stem), form.options[index]) for _, stem, index in form.lettered_stems]
     distractors = [option for index, option in enumerate(form.options) if index not in form.correct_options]
     return (*pairs, *(("", option) for option in distractors))
 
@@ -135,7 +136,7 @@ def _make_boxes(form: items.NumberForm) -> tuple[InputBox, ...]:
 def _make_number_answers(field: items.NumberField) -> tuple[MoodleAnswer, ...]:
     def make_answer(value: float, tolerance: float, percentage: str, feedback: str) -> MoodleAnswer:
         number, escaped_feedback = _format_number(value, tolerance), html.escape(feedback, quote=False)
-        return MoodleAnswer(number, percentage, escaped_feedback, markup.format_tolerance(tolerance))
+        return MoodleAnswer(number, percentage, escaped_feedback, platform_markup.format_tolerance(tolerance))
 
     wrong = (make_answer(wrong.value, wrong.tolerance, "0", wrong.feedback) for wrong in field.wrong_values)
     return (make_answer(field.value, field.tolerance, "100", ""), *wrong)
@@ -148,7 +149,7 @@ def _format_number(value: float, tolerance: float) -> str:
     ('-0.707107', '2', '0.70710678118')
     """
     rounded_value = round(value, 3 - math.floor(math.log10(tolerance))) if tolerance else value
-    return markup.format_decimal(rounded_value, DIGITS)
+    return platform_markup.format_decimal(rounded_value, DIGITS)
 
 
 def _make_filler_number(length: int) -> str:
@@ -169,7 +170,7 @@ def _append_boxes(body: str, form: items.ItemForm, box_texts: Sequence[str]) -> 
     def describe(field: items.NumberField | str) -> str | dict[str, str]:
         if isinstance(field, str):
             return field
-        return {"label": markup.write_line_html(f"${field.label}$"), "unit": field.unit, "box": next(boxes)}
+        return {"label": platform_markup.write_line_html(f"${field.label}$"), "unit": field.unit, "box": next(boxes)}
 
     rows = [list(map(describe, row)) for row in form.rows]
     fields = render("exports/moodle-fields.html.j2", rows=rows, column=len(form.rows[0]) == 1)

@@ -7,7 +7,7 @@ solutions, a student sees the solution of an item after full marks or after the 
 import re
 from collections.abc import Generator
 
-from qdot.exercises.exports import markup
+from qdot.exercises.exports import platform_markup
 from qdot.exercises.exports.export_format import ExportedFile, ExportRequest, make_zip
 from qdot.exercises.exports.items import NumberForm, QuizItem, make_items_for_students
 from qdot.exercises.formula.printers.mathml import plain_mathml
@@ -33,7 +33,7 @@ def export_qti(request: ExportRequest) -> Generator[ExportedFile, None, None]:
     points_by_question: dict[str, float] = {}
     for item in make_items_for_students(request):
         files[f"items/{item.key}.xml"] = _render_item(item, request.attempt_count)
-        item_images = markup.make_image_files((*item.body, *item.solution))
+        item_images = platform_markup.make_image_files((*item.body, *item.solution))
         images |= item_images
         resources.append({"ident": item.key, "images": sorted(item_images)})
         slot_name, variant_number, kind = item.key.split("-", 2)
@@ -47,29 +47,32 @@ def export_qti(request: ExportRequest) -> Generator[ExportedFile, None, None]:
     ident = f"qdot-{assignment.key}"
     test = render(
         "exports/qti-test.xml.j2", ident=ident, title=assignment.title, sections=sections, tries=request.attempt_count,
-        points=markup.format_decimal(sum(points_by_question.values())),
+        points=platform_markup.format_decimal(sum(points_by_question.values())),
     )  # fmt: skip
     manifest = render("exports/qti-manifest.xml.j2", ident=ident, resources=resources)
     package = {"imsmanifest.xml": manifest, "test.xml": test} | files | dict(sorted(images.items()))
     yield ExportedFile(f"{assignment.key}.zip", make_zip(package), is_private=True)
 
 
-def _write_html(body: tuple[str | markup.Picture, ...]) -> str:
+def _write_html(body: tuple[str | platform_markup.Picture, ...]) -> str:
     """Return Markdown with figures in QTI's subset of XHTML: block elements without styles."""
-    html = markup.write_html_with_figures(body, lambda p: f"../images/{markup.name_picture_file(p)}", plain_mathml)
+    html = platform_markup.write_html_with_figures(
+        body, lambda p: f"../images/{platform_markup.name_picture_file(p)}", plain_mathml
+    )
     return _STYLE.sub("", html)
 
 
 def _write_line_html(text: str) -> str:
-    return _STYLE.sub("", markup.write_line_html(text, plain_mathml))
+    return _STYLE.sub("", platform_markup.write_line_html(text, plain_mathml))
 
 
 def _render_item(item: QuizItem, attempt_count: int) -> str:
     return render(
         "exports/qti-item.xml.j2", item=item, form=item.form, tries=attempt_count,
-        points=markup.format_decimal(item.points), full=markup.format_decimal(item.points * (1 - ROUNDING_SHARE)),
-        share=markup.format_decimal(item.points / item.form.correct_count),
+        points=platform_markup.format_decimal(item.points),
+        full=platform_markup.format_decimal(item.points * (1 - ROUNDING_SHARE)),
+        share=platform_markup.format_decimal(item.points / item.form.correct_count),
         body=_write_html(item.body), solution=_write_html(item.solution), write_line=_write_line_html,
-        format_decimal=markup.format_decimal, format_tolerance=markup.format_tolerance,
+        format_decimal=platform_markup.format_decimal, format_tolerance=platform_markup.format_tolerance,
         names_mistakes=isinstance(item.form, NumberForm) and len(item.form.fields) <= MAX_EXPLAINED_FIELDS,
     )  # fmt: skip

@@ -17,9 +17,9 @@ from qdot.exercises.exports.bank import iterate_bank
 from qdot.exercises.exports.export_format import ExportedFile, ExportRequest, make_zip
 from qdot.exercises.problem.record import Json
 from qdot.exercises.site import bank
+from qdot.exercises.site.bank_problem import find_custom_questions, problems_of_variants
 from qdot.exercises.site.build import NOT_BUILT_MESSAGE
 from qdot.exercises.site.pages import Assets, favicon_text, find_assets
-from qdot.exercises.site.supply import find_custom_questions, problems_of_variants
 from qdot.exercises.writing.languages import LANGUAGES
 from qdot.exercises.writing.render import render
 

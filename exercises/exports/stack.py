@@ -15,8 +15,8 @@ from qdot.exercises.assignment.certified_problems import Variant
 from qdot.exercises.common.errors import QdotError, Reason
 from qdot.exercises.exports.bank import process_bank
 from qdot.exercises.exports.export_format import ExportedFile, ExportRequest
-from qdot.exercises.exports.markup import Picture, draw_arm, draw_prompt_figure, draw_solution_figure
 from qdot.exercises.exports.moodle import MAX_ID_LENGTH, make_category_path, make_moodle_name
+from qdot.exercises.exports.platform_markup import Picture, draw_arm, draw_prompt_figure, draw_solution_figure
 from qdot.exercises.exports.stack_parts import QuestionTest, StackPart, convert_part, remove_rounding_if_exact
 from qdot.exercises.problem.problem import Part, Problem
 from qdot.exercises.questions.results import is_product

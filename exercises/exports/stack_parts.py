@@ -16,7 +16,14 @@ import sympy as sp
 from qdot.exercises import reference_answers
 from qdot.exercises.common.errors import Reason
 from qdot.exercises.common.stream import Stream
-from qdot.exercises.exports import known_wrong, stack_maxima
+from qdot.exercises.exports import stack_maxima
+from qdot.exercises.exports.known_wrong_answers import (
+    KnownWrongAnswer,
+    compare_entry_by_entry,
+    find_known_wrong_answers,
+    list_tolerances,
+    make_domain,
+)
 from qdot.exercises.formula.equality import READABLE_POINTS
 from qdot.exercises.formula.parser import parse_formula
 from qdot.exercises.formula.printers.maxima import maxima_matrix, maxima_text
@@ -123,7 +130,7 @@ class StackPart:
         return self.input_type in ("algebraic", "numerical")
 
     def add_mistake(
-        self, index: int, wrong: known_wrong.KnownWrongAnswer, answer: str, likeness: str, expected: str, share: float
+        self, index: int, wrong: KnownWrongAnswer, answer: str, likeness: str, expected: str, share: float
     ) -> None:
         """Add a known mistake, with its answer as the variable wrongN (N is `index`) and the share that it earns.
 
@@ -195,7 +202,7 @@ def _compute_minimum_share(problem: Problem, part: Part, answer: sp.Matrix) -> F
     has_varying_entries = _find_varying_entries(problem, reference) and _find_varying_entries(problem, answer)
     if not part.credit.is_by_mistakes or not has_varying_entries:
         return Fraction(0)
-    determinant = find_determinant_in_denominator(problem.chain, part, known_wrong.make_domain(problem).roles)
+    determinant = find_determinant_in_denominator(problem.chain, part, make_domain(problem).roles)
     if determinant is None:
         return MISTAKE_FACTOR
     no_entry_equal = [False] * len(reference)
@@ -209,7 +216,7 @@ def _compute_share_up_to_a_factor(
 
     The reference is first multiplied by `common_factor`. The share is 0 if there are other differences.
     """
-    domain, varying_entries = known_wrong.make_domain(problem), _find_varying_entries(problem, reference)
+    domain, varying_entries = make_domain(problem), _find_varying_entries(problem, reference)
     wrong_indices = [k for k, is_equal in enumerate(entries_equal) if not is_equal]
     answer_entries, reference_entries = (
         [parse_formula(expression_text(matrix[k]), domain.roles) for k in wrong_indices]
@@ -284,7 +291,7 @@ def _convert_formulas(problem: Problem, part: Part) -> StackPart | Reason:
         [ResponseNode("AlgEquiv", "same", "1", CORRECT_NOTE, "1")], tests, feedback, score,
         min(max_width, max(min_width, max_length)), typing_help=explain_typing(problem),
     )  # fmt: skip
-    for index, wrong in enumerate(known_wrong.find_known_wrong_answers(problem, part, MAX_MISTAKES), 1):
+    for index, wrong in enumerate(find_known_wrong_answers(problem, part, MAX_MISTAKES), 1):
         share = compute_share(problem, part, wrong.matrix, wrong.entries_equal, is_known=True)
         maxima = _write_maxima(wrong.matrix, is_single)
         stack_part.add_mistake(index, wrong, maxima, f"qdot_same(said, wrong{index})", "1", share)
@@ -295,7 +302,7 @@ def _convert_formulas(problem: Problem, part: Part) -> StackPart | Reason:
         variables.append(f"form1: {_write_maxima(unusual_form, is_single)};")
         tests.append(UNUSUAL_FORM_TEST)
     unrelated_answer = sp.ones(*reference.shape) * UNRELATED_VALUE
-    entries_equal = known_wrong.compare_entry_by_entry(problem, unrelated_answer, reference)
+    entries_equal = compare_entry_by_entry(problem, unrelated_answer, reference)
     share = compute_share(problem, part, unrelated_answer, entries_equal)
     tests.append(replace(UNRELATED_TEST, score=share))
     return stack_part
@@ -321,7 +328,7 @@ def _sample_points(problem: Problem, reference: sp.Matrix, pivot: int) -> str | 
     The first two points have the same lengths, so a factor with the same value at both is a constant. `pivot` is a
     position (from 1).
     """
-    domain = known_wrong.make_domain(problem)
+    domain = make_domain(problem)
     program = compile_program([parse_formula(expression_text(entry), domain.roles) for entry in reference])
     for attempt in range(MAX_TRIES):
         stream = Stream(f"stack/{problem.id}/{reference.shape}/{attempt}")
@@ -396,7 +403,7 @@ def _write_unusual_form(problem: Problem, reference: sp.Matrix) -> sp.Matrix | N
         return None
     one_as_squares = sp.sin(first_angle) ** 2 + sp.cos(first_angle) ** 2
     unusual_form = reference.applyfunc(lambda entry: sp.expand_trig(entry) * one_as_squares if entry != 0 else entry)
-    return unusual_form if all(known_wrong.compare_entry_by_entry(problem, unusual_form, reference)) else None
+    return unusual_form if all(compare_entry_by_entry(problem, unusual_form, reference)) else None
 
 
 def _convert_direction(problem: Problem, part: Part) -> StackPart | Reason:
@@ -424,8 +431,8 @@ def _convert_numbers(problem: Problem, part: Part) -> StackPart:
     answer = part.answer_as(reference_answers.Number)
     n = len(answer.reference)
     is_single = n == 1
-    tolerances = [sp.Rational(f"{tolerance:.12g}") for tolerance in known_wrong.list_tolerances(part)]
-    known_answers = known_wrong.find_known_wrong_answers(problem, part, MAX_MISTAKES)
+    tolerances = [sp.Rational(f"{tolerance:.12g}") for tolerance in list_tolerances(part)]
+    known_answers = find_known_wrong_answers(problem, part, MAX_MISTAKES)
     exact_reference = sp.Matrix([sp.Rational(f"{float(value):.12g}") for value in answer.reference])
     index = "" if is_single else "[i, 1]"
 
@@ -484,13 +491,13 @@ def _write_number_share_lines(part: Part, is_zero: Sequence[bool]) -> list[str]:
     return lines if credit_factor == 1 else [*lines, f"share: share*{credit_factor};"]
 
 
-def _compute_share_of_numbers(part: Part, known_answer: known_wrong.KnownWrongAnswer, is_zero: Sequence[bool]) -> float:
+def _compute_share_of_numbers(part: Part, known_answer: KnownWrongAnswer, is_zero: Sequence[bool]) -> float:
     """Return the share of the points for the numbers that a known mistake leads to."""
     credit = part.credit
     if len(is_zero) == 1 or credit.rule == "whole":
         return 0.0
     share = max(share_of_entries(known_answer.entries_equal, is_zero), MISTAKE_FACTOR * credit.is_by_mistakes)
-    triples = zip(known_answer.matrix, part.answer.as_matrix(), known_wrong.list_tolerances(part), strict=True)
+    triples = zip(known_answer.matrix, part.answer.as_matrix(), list_tolerances(part), strict=True)
     has_correct_sizes = all(abs(float(abs(a) - abs(b))) <= tolerance for a, b, tolerance in triples)
     if all(part.answer.expected_units) and not all(is_zero) and has_correct_sizes:
         share = max(share, 1 - SIGN_OR_FACTOR_COST)
@@ -574,7 +581,7 @@ def _convert_set(problem: Problem, part: Part) -> StackPart | Reason:
     )  # fmt: skip
     correct_values = _list_joint_values(answer.components)
     # Twice as many mistakes are tried, because some lead to conditions that STACK can't compare.
-    for index, wrong in enumerate(known_wrong.find_known_wrong_answers(problem, part, 2 * MAX_MISTAKES), 1):
+    for index, wrong in enumerate(find_known_wrong_answers(problem, part, 2 * MAX_MISTAKES), 1):
         assert isinstance(wrong.answer, tuple)
         if len(nodes) > MAX_MISTAKES or not all(map(_has_numeric_values_of_one_joint, wrong.answer)):
             continue

@@ -12,7 +12,7 @@ from qdot.exercises.mistakes.base import AnswerGenerator, MistakenAnswer, combin
 from qdot.exercises.problem.problem import Part
 from qdot.exercises.questions.concepts import INVERTIBILITY_ANSWERS
 from qdot.exercises.questions.differentiation import TaskDetails
-from qdot.exercises.questions.geometry import compute_full_rank
+from qdot.exercises.questions.exact_configurations import compute_full_rank
 from qdot.exercises.questions.rank import MeaningDetails
 from qdot.exercises.questions.singular import KIND_OPTIONS
 from qdot.exercises.reference_answers import Choice, Number
@@ -59,8 +59,8 @@ def _confuse_statements(has_correct_meaning: bool) -> AnswerGenerator:
     """
 
     def is_chosen(part: Part, chosen_index: int, correct_index: int) -> bool:
-        offered = part.details_as(MeaningDetails).offered
-        return (offered[chosen_index].meaning is offered[correct_index].meaning) is has_correct_meaning
+        options = part.details_as(MeaningDetails).options
+        return (options[chosen_index].meaning is options[correct_index].meaning) is has_correct_meaning
 
     return _choose_wrong_option("singularity-meaning", is_chosen)
 

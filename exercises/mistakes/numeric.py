@@ -40,10 +40,10 @@ def _use_degrees(chain: Chain, _: AnswerShape) -> Iterator[MistakeVariant]:
 
 def _scale_base(stages: StageResults, table: Table) -> Table:
     """Return the table with the angles of the base in degrees."""
-    position, yaw, tilt = table.base
     degrees_per_radian = stages.arithmetic.convert_entry(180 / sp.pi)
-    new_tilt = tilt * degrees_per_radian if convention_of(stages.chain).base.tilt != 0 else tilt
-    return replace(table, base=(position, yaw * degrees_per_radian, new_tilt))
+    table = replace(table, base_yaw=table.base_yaw * degrees_per_radian)
+    has_tilt = convention_of(stages.chain).base.tilt != 0
+    return replace(table, base_tilt=table.base_tilt * degrees_per_radian) if has_tilt else table
 
 
 def _scale_variables(stages: StageResults, table: Table) -> Table:
@@ -112,15 +112,15 @@ def _compute_rates(line: StraightPath, distance: SupportsFloat, path_speed: Supp
     step = end / max(1, round(end / SAMPLE_SPACING)) if end else 1.0
     samples = list(line.follow(step, 1e-3, end))
     is_reached = bool(samples) and abs(samples[-1].s - end) < 1e-9
-    return np.array(samples[-1].slopes) * float(path_speed) if is_reached else np.array([np.nan])
+    return np.array(samples[-1].derivatives) * float(path_speed) if is_reached else np.array([np.nan])
 
 
 def _use_rates_at_start(chain: Chain, details: DistanceDetails) -> RatesWithWords:
-    yield _compute_rates(details.welding_line.make_line(chain), 0.0, details.welding_line.speed), ""
+    yield _compute_rates(details.welding_line.make_path(chain), 0.0, details.welding_line.speed), ""
 
 
 def _skip_normalization(chain: Chain, details: DistanceDetails) -> RatesWithWords:
-    lines = [(details.welding_line.make_line(chain), "")]
+    lines = [(details.welding_line.make_path(chain), "")]
     extra_words = ", and to have left out the constant of a joint"
     lines += [(line, extra_words) for line, _ in _list_lines_without_offset(chain, details)]
     for line, words in lines:
@@ -139,13 +139,13 @@ def _list_lines_without_offset(chain: Chain, details: DistanceDetails) -> Iterat
         if offset != 0:
             new_joint = joint.with_variable_entry(q)
             new_arm = replace(chain, joints=(*chain.joints[:i], new_joint, *chain.joints[i + 1 :]))
-            yield details.welding_line.make_line(new_arm), i + 1
+            yield details.welding_line.make_path(new_arm), i + 1
 
 
 def _reverse_path(chain: Chain, details: DistanceDetails) -> RatesWithWords:
     """Yield the rates on the line away from the target, the negative rates, and those on the way back from the end."""
     welding_line, distance, speed = details.welding_line, details.distance, details.welding_line.speed
-    line = welding_line.make_line(chain)
+    line = welding_line.make_path(chain)
     target = [sp.Float(2 * a - float(b)) for a, b in zip(line.start_point, welding_line.target.values(), strict=True)]
     yield _compute_rates(StraightPath(chain, welding_line.lengths, welding_line.joints, target), distance, speed), ""
     extra_words = ", or all rates have the wrong sign, as with a wrong sign of the determinant"

@@ -19,22 +19,34 @@ from qdot.exercises.arm.derivation_graph import StageResults
 from qdot.exercises.arm.mpmath_kinematics import determinant, evaluate_in_context, round_matrix, round_to_four_digits
 from qdot.exercises.common.stream import Stream
 from qdot.exercises.problem.problem import Details, recorded_as
-from qdot.exercises.questions import geometry
 from qdot.exercises.questions.base import AnswerAndDetails, Question, shuffle_options
 from qdot.exercises.questions.differentiation import TaskDetails
-from qdot.exercises.questions.geometry import ConfigurationDetails, ExactConfiguration
+from qdot.exercises.questions.exact_configurations import (
+    ConfigurationDetails,
+    ExactConfiguration,
+    compute_lost_direction,
+    evaluate_jacobian,
+    evaluate_precisely,
+    make_exact_configuration,
+    round_to_integer,
+    sample_from_any_component,
+    sample_regular_configuration,
+    sample_unequal_lengths,
+)
 from qdot.exercises.questions.inversion import sample_joint_values
 from qdot.exercises.questions.singular import find_lost_direction_objection
 from qdot.exercises.reference_answers import Number
 from qdot.exercises.reference_answers.formulas import COUNT_TOLERANCE
 from qdot.exercises.singularities.directions import find_lost_direction
 
+MIN_EFFECT, MIN_WRONG_EFFECT = 0.1, 0.05
+"""Minimum velocity due to a joint at unit rate (m/s or rad/s): in a correct option, and in a wrong one."""
 MIN_OPTION_DIFFERENCE = 0.2
 """Minimum norm of the difference of two vectors offered as options, as a fraction of the larger norm."""
 MAX_POSSIBLE_SHARE, MIN_IMPOSSIBLE_SHARE = 0.012, 0.5
-"""Limits of the component along a lost direction, as a fraction of a velocity: if it can be produced, and if it can't.
+"""Maximum component of a possible velocity along the lost direction, and minimum component of an impossible velocity.
 
-A velocity that can be produced has a small component, because it is rounded.
+Both are fractions of the velocity's norm. A possible velocity has a small component, because it is rounded.
 """
 
 RoundedVector = tuple[sp.Rational, ...]
@@ -44,7 +56,7 @@ RoundedVector = tuple[sp.Rational, ...]
 
 
 def _list_other_tasks(chain: Chain) -> list[tuple[str, ...]]:
-    """Return the tasks, except the arm's usual task, whose rows of the Jacobian are not identically zero."""
+    """Return the tasks other than the arm's usual task whose rows of the Jacobian are not identically zero."""
     rows = find_moving_rows(derive(chain).geometric)
     tasks = [task for size in range(1, len(rows) + 1) for task in combinations(rows, size)]
     return [task for task in tasks if task != chain.task]
@@ -93,10 +105,10 @@ def _ask_effect(chain: Chain, rng: Stream) -> AnswerAndDetails | None:
     rows = _choose_rows(chain)
     indices = [VELOCITY_NAMES.index(row) for row in rows]
     for _ in range(60):
-        lengths, joints = geometry.sample_unequal_lengths(chain, rng), sample_joint_values(chain, rng)
-        configuration = geometry.make_exact_configuration(chain, lengths, joints)
-        jacobian = geometry.evaluate_precisely(chain, configuration, derive(chain).geometric)[indices, :]
-        moving_joints = [i for i in range(chain.n) if _compute_norm(jacobian.col(i)) > 0.1]
+        lengths, joints = sample_unequal_lengths(chain, rng), sample_joint_values(chain, rng)
+        configuration = make_exact_configuration(chain, lengths, joints)
+        jacobian = evaluate_precisely(chain, configuration, derive(chain).geometric)[indices, :]
+        moving_joints = [i for i in range(chain.n) if _compute_norm(jacobian.col(i)) > MIN_EFFECT]
         if not moving_joints:
             continue
         joint = rng.choice(moving_joints)
@@ -118,24 +130,24 @@ def _derive_effect(stages: StageResults, details: JointEffectDetails) -> np.ndar
 def _make_wrong_columns(
     chain: Chain, configuration: ExactConfiguration, joint: int, jacobian: sp.Matrix, linear_rows: list[int]
 ) -> list[sp.Matrix]:
-    """Return wrong versions of the column of a joint (an index) in some rows of the Jacobian.
+    """Return wrong columns of a joint (an index), for the question whose rows of the Jacobian are `jacobian`.
 
-    A wrong column has the wrong sign, belongs to another joint, is p* itself, is the cross product with the p* of the
-    next origin, or has x and y mixed up. `linear_rows` are the linear rows (0 to 2) of the column. Columns that are
-    nearly zero are left out.
+    A wrong column has the wrong sign, belongs to another joint, is the vector p* from the joint's origin to P, is the
+    cross product with the p* of the next origin, or has x and y mixed up. `linear_rows` are the linear rows (0 to 2) of
+    the column. Columns that are nearly zero are left out.
     """
     column = jacobian.col(joint)
     vectors = [-column, *(jacobian.col(i) for i in range(chain.n) if i != joint)]
     if linear_rows:
-        z = geometry.evaluate_precisely(chain, configuration, derive(chain).z)
-        p_star = geometry.evaluate_precisely(chain, configuration, derive(chain).p_star)
+        z = evaluate_precisely(chain, configuration, derive(chain).z)
+        p_star = evaluate_precisely(chain, configuration, derive(chain).p_star)
         vectors.append(p_star.col(joint).extract(linear_rows, [0]))
         origin = joint + 1 if chain.joints[joint].is_revolute else joint
         if origin < chain.n:
             vectors.append(z.col(joint).cross(p_star.col(origin)).extract(linear_rows, [0]))
     x, y, *other_entries = column
     vectors += [sp.Matrix([*plane, *other_entries]) for plane in ((-y, x), (y, x), (x, -y))]
-    return [vector for vector in vectors if _compute_norm(vector) > 0.05]
+    return [vector for vector in vectors if _compute_norm(vector) > MIN_WRONG_EFFECT]
 
 
 def _compute_norm(vector: Iterable[sp.Expr]) -> float:
@@ -148,7 +160,7 @@ def _round_vector(vector: sp.Matrix) -> RoundedVector:
 
 
 def _round_to(value: sp.Expr, decimals: int) -> sp.Rational:
-    return sp.Rational(geometry.round_to_integer(sp.Float(value, 30) * 10**decimals), 10**decimals)
+    return sp.Rational(round_to_integer(sp.Float(value, 30) * 10**decimals), 10**decimals)
 
 
 def _differ_clearly(a: RoundedVector, b: RoundedVector) -> bool:
@@ -186,7 +198,7 @@ INVERTIBILITY_ANSWERS = {
 
 @dataclass(frozen=True, kw_only=True)
 class InvertibilityDetails(ConfigurationDetails):
-    """Details of a question whether (6.7) applies to a task at a configuration.
+    """Details of a question that asks whether (6.7) applies to a task at a configuration.
 
     `answer_key` is the key of the correct answer in INVERTIBILITY_ANSWERS. `numeric_jacobian` is J for the task, to
     four digits, and `determinant` is det J if J is square.
@@ -203,24 +215,26 @@ def _ask_invertibility(chain: Chain, rng: Stream) -> AnswerAndDetails | None:
     keys = tuple(INVERTIBILITY_ANSWERS)
     for answer_key in rng.permutation(keys):
         for task in rng.permutation(_list_tasks(chain, answer_key))[:6]:
-            arm = chain.with_task(*task)
+            task_chain = chain.with_task(*task)
             if answer_key == "singular":
-                configuration = geometry.find_singular_configuration(arm, rng)
+                configuration = sample_from_any_component(task_chain, rng)
             else:
                 prefers_misleading = answer_key == "regular"
-                configuration = geometry.sample_regular_configuration(arm, rng, 0.06, prefers_misleading)
+                configuration = sample_regular_configuration(task_chain, rng, 0.06, prefers_misleading)
             if configuration is not None:
                 answer, _ = shuffle_options(keys, answer_key, rng, INVERTIBILITY_ANSWERS.__getitem__)
-                return answer, _make_invertibility_details(arm, answer_key, configuration)
+                return answer, _make_invertibility_details(task_chain, answer_key, configuration)
     return None
 
 
-def _make_invertibility_details(arm: Chain, answer_key: str, configuration: ExactConfiguration) -> InvertibilityDetails:
-    jacobian = geometry.evaluate_precisely(arm, configuration, derive(arm).jacobian)
+def _make_invertibility_details(
+    chain: Chain, answer_key: str, configuration: ExactConfiguration
+) -> InvertibilityDetails:
+    jacobian = evaluate_precisely(chain, configuration, derive(chain).jacobian)
     numbers = [[evaluate_in_context(value) for value in row] for row in jacobian.tolist()]
     return InvertibilityDetails(
         answer_key=answer_key,
-        task=arm.task,
+        task=chain.task,
         configuration=configuration,
         numeric_jacobian=round_matrix(numbers),
         determinant=round_to_four_digits(determinant(numbers)) if jacobian.is_square else None,
@@ -274,23 +288,23 @@ def _find_velocity_loss_objection(chain: Chain) -> str | None:
 
 @lru_cache(maxsize=1024)
 def _loses_one_direction_somewhere(chain: Chain) -> bool:
-    return geometry.find_singular_configuration(chain, Stream("cost"), 1) is not None
+    return sample_from_any_component(chain, Stream("cost"), 1) is not None
 
 
 def _ask_unreachable_velocity(chain: Chain, rng: Stream) -> AnswerAndDetails | None:
     """Choose at random whether exactly one of four velocities can be produced, or all but one."""
     is_possible = rng.choice((True, False))
     for _ in range(20):
-        configuration = geometry.find_singular_configuration(chain, rng, 1)
+        configuration = sample_from_any_component(chain, rng, 1)
         if configuration is None:
             continue
-        jacobian = geometry.evaluate_precisely(chain, configuration, derive(chain).jacobian)
-        lost_vector = find_lost_direction(geometry.evaluate_jacobian(chain, configuration))
-        assert lost_vector is not None
-        velocities = _sample_velocities(jacobian, lost_vector, is_possible, rng)
+        jacobian = evaluate_precisely(chain, configuration, derive(chain).jacobian)
+        lost_unit_vector = find_lost_direction(evaluate_jacobian(chain, configuration))
+        assert lost_unit_vector is not None
+        velocities = _sample_velocities(jacobian, lost_unit_vector, is_possible, rng)
         if velocities is not None:
             answer, shuffled = shuffle_options(velocities, velocities[0], rng, write_vector)
-            lost_entries = _round_vector(geometry.compute_lost_direction(chain, configuration))
+            lost_entries = _round_vector(compute_lost_direction(chain, configuration))
             products = (sum(a * b for a, b in zip(vector, lost_entries, strict=True)) for vector in shuffled)
             return answer, VelocityLossDetails(
                 configuration=configuration,
@@ -318,7 +332,7 @@ def _sample_velocities(
             exact_velocity += _sample_velocity_along(lost_unit_vector, _compute_norm(exact_velocity), rng)
         velocity = _round_vector(exact_velocity)
         is_moderate = 0.1 < _compute_norm(velocity) < 3
-        is_suitable = is_moderate and _is_clearly_as_intended(velocity, lost_unit_vector, is_possible)
+        is_suitable = is_moderate and _is_clearly_suitable(velocity, lost_unit_vector, is_possible)
         if is_suitable and _is_new(velocity, velocities):
             velocities.append(velocity)
         if len(velocities) == 4:
@@ -334,7 +348,7 @@ def _sample_velocity_along(direction: np.ndarray, length: float, rng: Stream) ->
     return factor * sp.Matrix([sp.Rational(round(float(value) * 10**6), 10**6) for value in oriented])
 
 
-def _is_clearly_as_intended(velocity: RoundedVector, lost_unit_vector: np.ndarray, is_possible: bool) -> bool:
+def _is_clearly_suitable(velocity: RoundedVector, lost_unit_vector: np.ndarray, is_possible: bool) -> bool:
     """Return whether the arm clearly can produce a velocity (if `is_possible`), or clearly can't.
 
     The arm can produce a velocity without a component along the lost direction. It clearly can't produce a velocity
@@ -359,7 +373,7 @@ QUESTIONS = (
         name_entries=lambda chain, _: [r"\text{rows}", r"\text{columns}"],
     ),
     Question(
-        "joint-effect", "Velocity caused by one joint", "6.12", sample=_ask_effect, formula=_derive_effect,
+        "joint-effect", "Velocity caused by one joint", "6.12", sample=_ask_effect, compute=_derive_effect,
         find_arm_objection=lambda chain: None if len(_choose_rows(chain)) >= 2 else (
             "its velocity has only one component, along a fixed line"
         ),

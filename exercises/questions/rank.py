@@ -18,9 +18,24 @@ from qdot.exercises.arm.chain import Chain
 from qdot.exercises.arm.derivation import derive, symbolic_arm_of
 from qdot.exercises.common.stream import Stream
 from qdot.exercises.problem.problem import Details, recorded_as
-from qdot.exercises.questions import geometry
 from qdot.exercises.questions.base import AnswerAndDetails, Question, shuffle_options
-from qdot.exercises.questions.geometry import Branch, ConfigurationDetails, ExactConfiguration, Sampler
+from qdot.exercises.questions.exact_configurations import (
+    Branch,
+    ConfigurationDetails,
+    ExactConfiguration,
+    Sampler,
+    compute_full_rank,
+    compute_lost_direction,
+    compute_rank,
+    convert_to_sample,
+    evaluate_jacobian,
+    match_branches,
+    sample_displayable_configuration,
+    sample_from_any_component,
+    sample_regular_configuration,
+    sample_singular_configuration,
+    sample_singular_configurations,
+)
 from qdot.exercises.questions.inversion import THREE_DIGIT_TOLERANCE
 from qdot.exercises.questions.lost_lines import SAMPLE_COUNT, LostMotion, compare_lines, find_lost_motion
 from qdot.exercises.questions.singular import KIND_OPTIONS, find_lost_direction_objection, find_singularity_objection
@@ -51,37 +66,37 @@ KIND_SAMPLE_COUNT = 60
 def _find_sets_with_larger_rank_loss(symbolic_chain: Chain) -> tuple[tuple[int, ...], ...]:
     """Return the sets of components (by index) that together reduce the rank of a structure by more than one."""
     components = find_singular_set(symbolic_chain) or ()
-    lost_ranks = range(2, geometry.compute_full_rank(symbolic_chain) + 1)
+    lost_ranks = range(2, compute_full_rank(symbolic_chain) + 1)
 
     def loses_more_than_one(indices: tuple[int, ...]) -> bool:
-        sample = partial(geometry.sample_singular_configuration, symbolic_chain, [components[i] for i in indices])
+        sample = partial(sample_singular_configuration, symbolic_chain, [components[i] for i in indices])
         return any(sample(Stream(f"deep/{indices}"), lost_rank) for lost_rank in lost_ranks)
 
     index_sets = (indices for size in (1, 2, 3) for indices in combinations(range(len(components)), size))
     return tuple(filter(loses_more_than_one, index_sets))
 
 
-_sample_with_formulas = partial(geometry.sample_singular_configuration, needs_no_rounding=True, keeps_formulas=True)
+_sample_with_formulas = partial(sample_singular_configuration, needs_no_rounding=True, keeps_formulas=True)
 
 
 def _sample_with_larger_rank_loss(chain: Chain, rng: Stream) -> ExactConfiguration | None:
     """Return a random configuration at which J loses more than one rank, or None if none is found."""
     symbolic_chain, substitute = symbolic_arm_of(chain).chain, derive(chain).substitute_values
     symbolic_components = find_singular_set(symbolic_chain) or ()
-    max_rank = geometry.compute_full_rank(chain) - 2
+    max_rank = compute_full_rank(chain) - 2
     arm_components = {component.conditions: component for component in find_singular_set(chain) or ()}
     for indices in rng.permutation(_find_sets_with_larger_rank_loss(symbolic_chain)):
         matches = [arm_components.get(tuple(map(substitute, symbolic_components[i].conditions))) for i in indices]
         components = [component for component in matches if component is not None]
         if len(components) == len(indices):
             configuration = _sample_with_formulas(chain, components, rng)
-            if configuration is not None and (geometry.compute_rank(chain, configuration) or 0) <= max_rank:
+            if configuration is not None and (compute_rank(chain, configuration) or 0) <= max_rank:
                 return configuration
     return None
 
 
-_sample_regular = partial(geometry.sample_regular_configuration, needs_no_rounding=True)
-_sample_with_single_rank_loss = partial(geometry.find_singular_configuration, lost_rank=1, sample=_sample_with_formulas)
+_sample_regular = partial(sample_regular_configuration, needs_no_rounding=True)
+_sample_with_single_rank_loss = partial(sample_from_any_component, lost_rank=1, sample=_sample_with_formulas)
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -102,7 +117,7 @@ def _ask_rank(chain: Chain, rng: Stream) -> AnswerAndDetails | None:
     for sample in rng.permutation(samplers):
         configuration = sample(chain, rng)
         if configuration is not None:
-            jacobian = geometry.evaluate_jacobian(chain, configuration)
+            jacobian = evaluate_jacobian(chain, configuration)
             answer = Number(sp.Matrix([[find_clear_rank(jacobian)]]), ("",), COUNT_TOLERANCE, COUNT_TOLERANCE)
             return answer, RankDetails(
                 configuration=configuration,
@@ -113,6 +128,7 @@ def _ask_rank(chain: Chain, rng: Stream) -> AnswerAndDetails | None:
 
 
 def _find_independent_columns(jacobian: np.ndarray) -> tuple[int, ...]:
+    """Return the numbers (from 1) of the first columns that span all columns."""
     independent_columns: list[int] = []
     for column in range(jacobian.shape[1]):
         sigma = np.linalg.svd(jacobian[:, [*independent_columns, column]], compute_uv=False)
@@ -132,7 +148,7 @@ def _find_satisfied_conditions(chain: Chain, configuration: ExactConfiguration) 
 # --- lost direction, as a vector ---
 
 
-def _find_vector_objection(chain: Chain) -> str | None:
+def _find_lost_vector_objection(chain: Chain) -> str | None:
     if objection := find_lost_direction_objection(chain):
         return objection
     if len(chain.task) > MAX_ROWS:
@@ -142,18 +158,16 @@ def _find_vector_objection(chain: Chain) -> str | None:
 
 
 def _find_branches_with_vector(chain: Chain) -> list[Branch]:
-    """Return the branches that lose exactly one direction, or only those with a formula for this direction, if any."""
+    """Return the branches that lose exactly one direction: those with a formula for the direction, or else all."""
     symbolic_chain = symbolic_arm_of(chain).chain
-    branches = [
-        b for b in geometry.match_branches(chain) if _loses_one_direction(symbolic_chain, b.structure_component)
-    ]
+    branches = [b for b in match_branches(chain) if _loses_one_direction(symbolic_chain, b.structure_component)]
     return [b for b in branches if find_shortest_lost_direction(symbolic_chain, b.structure_component)] or branches
 
 
 @lru_cache(maxsize=1024)
 def _loses_one_direction(symbolic_chain: Chain, component: Component) -> bool:
     """Return whether a sampled configuration of a structure on a component loses exactly one direction."""
-    return geometry.sample_singular_configuration(symbolic_chain, (component,), Stream("one"), 1) is not None
+    return sample_singular_configuration(symbolic_chain, (component,), Stream("one"), 1) is not None
 
 
 @dataclass(frozen=True)
@@ -192,9 +206,9 @@ def _ask_direction(chain: Chain, rng: Stream) -> AnswerAndDetails | None:
             if all(entry == 0 or entry.could_extract_minus_sign() for entry in direction):
                 direction = -direction
             return Direction(direction), LostDirectionDetails(jacobian_on_branch=jacobian_on_branch)
-        configuration = geometry.sample_displayable_configuration(chain, (branch.component,), rng, 1)
+        configuration = sample_displayable_configuration(chain, (branch.component,), rng, 1)
         if configuration is not None:
-            direction = geometry.compute_lost_direction(chain, configuration)
+            direction = compute_lost_direction(chain, configuration)
             numbers = direction.applyfunc(lambda value: sp.Float(value, 10) if value else sp.S.Zero)
             return Direction(numbers, THREE_DIGIT_TOLERANCE), ConfigurationDetails(configuration=configuration)
     return None
@@ -213,7 +227,7 @@ def _substitute_numbers(
 
 def find_lost_direction_formula(chain: Chain, values: Values) -> tuple[JacobianOnBranch, sp.Matrix] | None:
     """Return J and the lost direction at given joint values as formulas, or None if they are too long."""
-    for branch in geometry.match_branches(chain) if values else ():
+    for branch in match_branches(chain) if values else ():
         if branch.values == values:
             formula = find_shortest_lost_direction(symbolic_arm_of(chain).chain, branch.structure_component)
             if formula is not None and formula.jacobian is not None:
@@ -226,7 +240,7 @@ def find_lost_direction_formula(chain: Chain, values: Values) -> tuple[JacobianO
 
 @dataclass(frozen=True)
 class BranchConfigurations:
-    """The configurations of a branch: given joint values, or a condition that the question describes in words."""
+    """The configurations of a branch: given joint values, or a condition that the question describes in `words`."""
 
     values: Values
     words: str = ""
@@ -244,9 +258,10 @@ def _describe_configurations(chain: Chain, branch: Branch) -> BranchConfiguratio
 
 
 def _find_lost_motions(chain: Chain) -> list[tuple[BranchConfigurations, Branch, LostMotion]]:
+    """Return the branches on which a motion along a line of the arm is lost, with their configurations."""
     return [
         (configurations, branch, motion)
-        for branch in geometry.match_branches(chain)
+        for branch in match_branches(chain)
         if (configurations := _describe_configurations(chain, branch)) is not None
         and (motion := find_lost_motion(symbolic_arm_of(chain).chain, branch.structure_component)) is not None
     ]
@@ -260,7 +275,7 @@ def _find_motion_objection(chain: Chain) -> str | None:
 
 @dataclass(frozen=True, kw_only=True)
 class LostMotionDetails(Details):
-    """Details of a question along which line "P" can't move, or about which line the "link" can't rotate.
+    """Details of a question that asks along which line P can't move, or about which line the last link can't rotate.
 
     `moving_part` is "P" or "link". If `holds_other_motion`, the motion is impossible only while the other motion is
     zero. `lines` are the lines offered as options.
@@ -294,7 +309,7 @@ def _ask_motion(chain: Chain, rng: Stream) -> AnswerAndDetails:
 @lru_cache(maxsize=1024)
 def _find_meanings(symbolic_chain: Chain, component: Component) -> BranchMeanings | None:
     """Return a geometric statement that holds on a structure's whole branch, and wrong ones; None if none is found."""
-    samples = geometry.sample_singular_configurations(symbolic_chain, component, SAMPLE_COUNT)
+    samples = sample_singular_configurations(symbolic_chain, component, SAMPLE_COUNT)
     meanings = find_branch_meanings(
         symbolic_chain, samples, sample_representatives(symbolic_chain, component.list_pieces())
     )
@@ -308,12 +323,12 @@ def _find_common_kind(symbolic_chain: Chain, component: Component) -> str | None
     """Return the kind of a structure's branch, "boundary" or "internal", or None if it differs within the branch."""
     if not can_establish_kind(symbolic_chain):
         return None
-    samples = geometry.sample_singular_configurations(symbolic_chain, component, KIND_SAMPLE_COUNT)
+    samples = sample_singular_configurations(symbolic_chain, component, KIND_SAMPLE_COUNT)
     kinds = set(classify_samples(symbolic_chain, samples))
     return kinds.pop() if len(kinds) == 1 else None
 
 
-def _iterate_meanings(chain: Chain, branches: Sequence[Branch]) -> Iterator[tuple[Branch, BranchMeanings]]:
+def _iterate_branches_with_meaning(chain: Chain, branches: Sequence[Branch]) -> Iterator[tuple[Branch, BranchMeanings]]:
     """Yield the branches that have a geometric meaning, in the order of `branches`, each with its meanings."""
     for branch in branches:
         meanings = _find_meanings(symbolic_arm_of(chain).chain, branch.structure_component)
@@ -324,7 +339,7 @@ def _iterate_meanings(chain: Chain, branches: Sequence[Branch]) -> Iterator[tupl
 def _find_meaning_objection(chain: Chain) -> str | None:
     if objection := find_singularity_objection(chain):
         return objection
-    has_meaning = next(_iterate_meanings(chain, geometry.match_branches(chain)), None) is not None
+    has_meaning = next(_iterate_branches_with_meaning(chain, match_branches(chain)), None) is not None
     return None if has_meaning else "its singular configurations have no common feature that you can see in a drawing"
 
 
@@ -350,16 +365,16 @@ class MeaningDetails(Details):
     values: Values = field(metadata=recorded_as("asked.values"))
     configuration: ExactConfiguration | None = field(metadata=recorded_as("asked.place"))
     condition: sp.Expr | None = field(metadata=recorded_as("asked.condition"))
-    offered: tuple[MeaningOption, ...] = field(metadata=recorded_as("asked.offered"))
+    options: tuple[MeaningOption, ...] = field(metadata=recorded_as("asked.offered"))
 
 
 def _ask_meaning(chain: Chain, rng: Stream) -> AnswerAndDetails | None:
     """Offer the correct meaning and kind, the same meaning with the other kind, and meanings that do not hold."""
-    for branch, meanings in _iterate_meanings(chain, rng.permutation(geometry.match_branches(chain))):
-        configuration = geometry.sample_displayable_configuration(chain, (branch.component,), rng, 1)
+    for branch, meanings in _iterate_branches_with_meaning(chain, rng.permutation(match_branches(chain))):
+        configuration = sample_displayable_configuration(chain, (branch.component,), rng, 1)
         if configuration is None:
             continue
-        kind = _find_kind_of_arm(chain, branch, configuration)
+        kind = _confirm_common_kind(chain, branch, configuration)
         options = [MeaningOption(meanings.correct, kind)]
         if kind is not None:
             options.append(MeaningOption(meanings.correct, "internal" if kind == "boundary" else "boundary"))
@@ -372,15 +387,15 @@ def _ask_meaning(chain: Chain, rng: Stream) -> AnswerAndDetails | None:
             values=branch.values,
             configuration=None if has_values else configuration,
             condition=None if has_values else branch.component.conditions[0],
-            offered=tuple(shuffled),
+            options=tuple(shuffled),
         )
     return None
 
 
-def _find_kind_of_arm(chain: Chain, branch: Branch, configuration: ExactConfiguration) -> str | None:
-    """Return the kind of a branch of the structure, or None if the arm with its own numbers has another kind."""
+def _confirm_common_kind(chain: Chain, branch: Branch, configuration: ExactConfiguration) -> str | None:
+    """Return the kind of a branch of the structure, or None if it is not the kind of the arm's own configuration."""
     kind = _find_common_kind(symbolic_arm_of(chain).chain, branch.structure_component)
-    kinds_of_arm = classify_samples(chain, [geometry.convert_to_sample(chain, configuration)]) if kind else []
+    kinds_of_arm = classify_samples(chain, [convert_to_sample(chain, configuration)]) if kind else []
     return kind if kinds_of_arm == [kind] else None
 
 
@@ -397,7 +412,7 @@ QUESTIONS = (
     ),
     Question(
         "lost-direction", "Lost direction of motion", "6.8", prerequisites=("jacobian",), stage="lost direction",
-        sample=_ask_direction, find_arm_objection=_find_vector_objection, is_made_of_jacobian=True,
+        sample=_ask_direction, find_arm_objection=_find_lost_vector_objection, is_made_of_jacobian=True,
         name_entries=lambda chain, _: [f"u_{{{row}}}" for row in range(1, len(chain.task) + 1)],
         alternative_prerequisites=(),
     ),

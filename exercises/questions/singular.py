@@ -17,10 +17,10 @@ from qdot.exercises.arm.derivation import derive
 from qdot.exercises.arm.kinematics import NumericChain
 from qdot.exercises.common.errors import count_noun
 from qdot.exercises.common.stream import Stream
-from qdot.exercises.problem.problem import Details, recorded_as, values_by_name
+from qdot.exercises.problem.problem import Details, list_values_by_name, recorded_as
 from qdot.exercises.questions import inversion
-from qdot.exercises.questions.base import AnswerAndDetails, Question, make_stage_formula, shuffle_options
-from qdot.exercises.questions.geometry import sample_false_root
+from qdot.exercises.questions.base import AnswerAndDetails, Question, shuffle_options
+from qdot.exercises.questions.exact_configurations import sample_false_root
 from qdot.exercises.questions.inversion import JointValues, Lengths
 from qdot.exercises.reference_answers import ConditionSet
 from qdot.exercises.singularities.axes import Sample
@@ -82,20 +82,17 @@ class ConfigurationsOfOneKind:
         return tuple(self.joints.items())
 
 
-def find_components_with(chain: Chain, configurations: ConfigurationsOfOneKind) -> list[tuple[Component, Component]]:
-    """Return the components of the singular set that contain the configurations.
-
-    Each component is paired with the same component at the given joint values only.
-    """
+def find_components_containing(chain: Chain, configurations: ConfigurationsOfOneKind) -> list[Component]:
+    """Return the components of the singular set that contain the configurations, each at the joint values only."""
     components = []
     for component in find_singular_set(chain) or ():
         if configurations.condition is not None:
             if configurations.condition in component.conditions:
-                components.append((component, component))
+                components.append(component)
         elif component.solutions is not None:
             values = tuple((q, configurations.joints[q]) for q, _ in component.solutions)
             if values in component.list_value_combinations():
-                components.append((component, component.restrict_to(values)))
+                components.append(component.restrict_to(values))
     return components
 
 
@@ -108,7 +105,7 @@ class KindDetails(Details):
 
     def list_shown_values(self, chain: Chain) -> dict[str, float]:
         """Return the given joint values, by the names of the joint variables."""
-        return values_by_name(self.configurations.joints)
+        return list_values_by_name(self.configurations.joints)
 
 
 def _ask_kind(chain: Chain, rng: Stream) -> AnswerAndDetails | None:
@@ -133,7 +130,7 @@ def _sample_configurations_of_kind(chain: Chain, kind: str, rng: Stream) -> Conf
             if classification.uniform and classification.kind == kind:
                 return ConfigurationsOfOneKind({}, component.conditions[0], words)
         else:
-            for joints in _sample_joint_values_on(chain, component, rng):
+            for joints in _sample_joint_values(chain, component, rng):
                 if _find_kinds_over_lengths(chain, joints) == {kind}:
                     return ConfigurationsOfOneKind(joints)
     return None
@@ -179,7 +176,7 @@ def _is_well_conditioned(chain: Chain, joints: JointValues, rng: Stream) -> bool
     return all(inversion.compute_conditioning(chain, lengths, joints) > minimum for lengths in all_lengths)
 
 
-def _sample_joint_values_on(chain: Chain, component: Component, rng: Stream) -> Iterator[JointValues]:
+def _sample_joint_values(chain: Chain, component: Component, rng: Stream) -> Iterator[JointValues]:
     """Yield configurations of a component: its joint values, each time with new random values of the other joints."""
     for values in rng.permutation(component.list_value_combinations() * 2):
         yield {**inversion.sample_joint_values(chain, rng), **dict(values)}
@@ -187,22 +184,22 @@ def _sample_joint_values_on(chain: Chain, component: Component, rng: Stream) -> 
 
 _TEST_LENGTHS = (sp.Rational(1, 20), sp.Rational(3, 10), sp.Rational(7, 10), sp.S(2), sp.S(6))
 """Values of symbolic lengths (m) for which the kind of a configuration is found; the kind must be the same for all."""
-_RANDOM_LENGTH_COUNT = 20
-"""The number of random lengths, for each of up to two symbolic lengths, for which the kind is found as well."""
+_RANDOM_SET_COUNT = 20
+"""Number of sets of random lengths for which the kind is found as well; twice as many for two or more lengths."""
 
 
 def _list_test_lengths(chain: Chain) -> Iterator[Lengths]:
-    """Yield values of the symbolic lengths: first the test values in turn, then random values between 0.05 and 6."""
+    """Yield numbers for the symbolic lengths: first different test values, then random values from 0.05 m to 6 m."""
     count = len(_TEST_LENGTHS) if chain.parameters else 1
     for start in range(count):
         yield {s: _TEST_LENGTHS[(start + 2 * i) % count] for i, s in enumerate(chain.parameters)}
     stream = Stream("lengths that are tried")
-    for _ in range(_RANDOM_LENGTH_COUNT * min(len(chain.parameters), 2)):
+    for _ in range(_RANDOM_SET_COUNT * min(len(chain.parameters), 2)):
         yield {s: sp.Rational(round(5 * 120 ** stream.uniform(0, 1)), 100) for s in chain.parameters}
 
 
 def _find_kinds_over_lengths(chain: Chain, joints: JointValues) -> frozenset[str | None]:
-    """Return the kinds that a configuration has for the test values of the symbolic lengths.
+    """Return the kinds that a configuration has for different symbolic lengths; None if it exists not for all of them.
 
     If joint 1 moves the arm as a whole, the value of joint 1 does not matter and is set to zero. The arm is normalized,
     so that arms that differ only in their base or joint offsets share the cached result.
@@ -220,7 +217,7 @@ def _find_kinds(chain: Chain, values: tuple[sp.Expr, ...]) -> frozenset[str | No
         joints = [sp.N(value.xreplace(lengths)) for value in values]
         if not all(joint_value.is_real for joint_value in joints):  # the arm has no such configuration
             return frozenset({None})
-        arm = NumericChain(chain, values_by_name(lengths))
+        arm = NumericChain(chain, list_values_by_name(lengths))
         samples.append(Sample(arm, np.array([float(joint_value) for joint_value in joints])))
     return frozenset(classify_samples(chain, samples))
 
@@ -229,7 +226,7 @@ QUESTIONS = (
     Question(
         "singular-angles", "Singular configurations", "6.8", points=2.0, prerequisites=("determinant", "jacobian"),
         sample=lambda chain, _: (ConditionSet(find_singular_set(chain) or ()), Details()),
-        find_arm_objection=find_singularity_objection, zero_formula=make_stage_formula("determinant"),
+        find_arm_objection=find_singularity_objection, zero_formula="det(J)",
         alternative_prerequisites=(("determinant",), ("jacobian",)),
     ),
     Question(

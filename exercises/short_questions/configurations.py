@@ -15,9 +15,17 @@ from qdot.exercises.arm.kinematics import NumericChain
 from qdot.exercises.arm.lengths import substitute_arm_lengths
 from qdot.exercises.common.stream import Stream
 from qdot.exercises.problem.problem import Part
-from qdot.exercises.questions import geometry
 from qdot.exercises.questions.base import AnswerAndDetails
-from qdot.exercises.questions.geometry import ExactConfiguration
+from qdot.exercises.questions.exact_configurations import (
+    ExactConfiguration,
+    compute_full_rank,
+    compute_rank,
+    make_exact_configuration,
+    sample_displayable_configuration,
+    sample_regular_configuration,
+    sample_unequal_lengths,
+    wrap_angles,
+)
 from qdot.exercises.questions.inversion import JointValues, Lengths, sample_joint_values
 from qdot.exercises.reference_answers import Choice, Selection
 from qdot.exercises.short_questions.options import Blame, ConfigurationOptions, find_shown_value
@@ -40,7 +48,7 @@ ConfigurationAndBlame = tuple[ExactConfiguration, Blame | None]
 
 def _assign_random_lengths(chain: Chain, rng: Stream) -> tuple[Chain, Lengths]:
     """Return the arm with a random number for each symbolic length of its table, and these numbers."""
-    lengths = geometry.sample_unequal_lengths(chain, rng)
+    lengths = sample_unequal_lengths(chain, rng)
     return substitute_arm_lengths(chain, lengths), lengths
 
 
@@ -61,7 +69,7 @@ def _sample_singular_configurations(chain: Chain, rng: Stream) -> Iterator[Confi
     """Yield singular configurations of an arm, from all components of its singular set in turn."""
     for _ in range(MAX_TRIES):
         for component in rng.permutation(find_singular_set(chain) or ()):
-            configuration = geometry.sample_displayable_configuration(chain, (component,), rng)
+            configuration = sample_displayable_configuration(chain, (component,), rng)
             if configuration is not None:
                 yield configuration, None
 
@@ -73,7 +81,7 @@ def _sample_regular_configurations(chain: Chain, rng: Stream) -> Iterator[Config
         if configuration is not None:
             yield configuration, blame
     for _ in range(MAX_TRIES):
-        configuration = geometry.sample_regular_configuration(chain, rng, _find_clearly_regular_ratio(chain))
+        configuration = sample_regular_configuration(chain, rng, _find_clearly_regular_ratio(chain))
         if configuration is not None:
             yield configuration, None
 
@@ -93,7 +101,7 @@ def _sample_regular_configuration_on(chain: Chain, component: Component, rng: St
     """Return a regular configuration with the joint values of a component, which is not part of the singular set."""
     assert component.solutions is not None
     for _ in range(6):
-        configuration = geometry.sample_regular_configuration(chain, rng, _find_clearly_regular_ratio(chain), False)
+        configuration = sample_regular_configuration(chain, rng, _find_clearly_regular_ratio(chain), False)
         if configuration is None:
             return None
         values = {q: rng.choice(values) for q, values in component.solutions}
@@ -106,9 +114,9 @@ def make_regular_configuration(chain: Chain, joints: JointValues) -> ExactConfig
     """Return the configuration with these joint values if it is clearly regular, else None."""
     if any(value.free_symbols or not sp.N(value).is_real for value in joints.values()):
         return None
-    configuration = geometry.make_exact_configuration(chain, {}, geometry.wrap_angles(chain, joints))
-    rank = geometry.compute_rank(chain, configuration, _find_clearly_regular_ratio(chain))
-    return configuration if rank == geometry.compute_full_rank(chain) else None
+    configuration = make_exact_configuration(chain, {}, wrap_angles(chain, joints))
+    rank = compute_rank(chain, configuration, _find_clearly_regular_ratio(chain))
+    return configuration if rank == compute_full_rank(chain) else None
 
 
 def _select_distinct(

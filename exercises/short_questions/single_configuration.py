@@ -14,10 +14,16 @@ from qdot.exercises.arm.derivation import derive
 from qdot.exercises.arm.mpmath_kinematics import determinant, evaluate_in_context, round_to_ten_digits
 from qdot.exercises.common.stream import Stream
 from qdot.exercises.problem.problem import recorded_as
-from qdot.exercises.questions import geometry
 from qdot.exercises.questions.base import AnswerAndDetails
 from qdot.exercises.questions.concepts import find_moving_rows
-from qdot.exercises.questions.geometry import ConfigurationDetails, ExactConfiguration
+from qdot.exercises.questions.exact_configurations import (
+    DIGITS,
+    ConfigurationDetails,
+    ExactConfiguration,
+    evaluate_precisely,
+    sample_displayable_configuration,
+    sample_regular_configuration,
+)
 from qdot.exercises.questions.inversion import THREE_DIGIT_TOLERANCE, write_power_of_metres
 from qdot.exercises.reference_answers import TRUE_FALSE, Choice, Number
 from qdot.exercises.short_questions.short_question import ShortQuestion
@@ -31,7 +37,7 @@ MIN_VISIBLE_VELOCITY = 0.08
 
 
 def _sample_regular(chain: Chain, rng: Stream) -> ExactConfiguration | None:
-    return geometry.sample_regular_configuration(chain, rng, 0.05, prefers_misleading=False)
+    return sample_regular_configuration(chain, rng, 0.05, prefers_misleading=False)
 
 
 # --- numbers ---
@@ -47,7 +53,7 @@ def _ask_determinant(chain: Chain, rng: Stream) -> AnswerAndDetails | None:
     configuration = _sample_regular(chain, rng)
     if configuration is None:
         return None
-    jacobian = geometry.evaluate_precisely(chain, configuration, derive(chain).jacobian)
+    jacobian = evaluate_precisely(chain, configuration, derive(chain).jacobian)
     rows = [[evaluate_in_context(entry) for entry in row] for row in jacobian.tolist()]
     unit = write_power_of_metres(len(chain.revolute_joints))
     return _make_number(determinant(rows), unit), ConfigurationDetails(configuration=configuration)
@@ -67,10 +73,10 @@ def _ask_speed(chain: Chain, rng: Stream) -> AnswerAndDetails | None:
         if configuration is None:
             continue
         rates = {rate: sp.Rational(rng.nonzero_integer(9), 10) for rate in chain.rates}
-        linear = geometry.evaluate_precisely(chain, configuration, derive(chain).linear)
+        linear = evaluate_precisely(chain, configuration, derive(chain).linear)
         velocity = linear * sp.Matrix(list(rates.values()))
-        with mpmath.workdps(geometry.DIGITS):
-            squares = (mpmath.mpf(str(sp.N(entry, geometry.DIGITS))) ** 2 for entry in velocity)
+        with mpmath.workdps(DIGITS):
+            squares = (mpmath.mpf(str(sp.N(entry, DIGITS))) ** 2 for entry in velocity)
             speed = mpmath.sqrt(mpmath.fsum(squares))
         if speed > MIN_SPEED:
             return _make_number(speed, "m/s"), RateDetails(configuration=configuration, rates=rates)
@@ -139,9 +145,9 @@ def _sample_statements(chain: Chain, is_true: bool, rng: Stream) -> Iterator[Con
     for statement_kind in rng.permutation(("singular", "moves")):
         if statement_kind == "singular" and (components := find_singular_set(chain)):
             if is_true:
-                configuration = geometry.sample_displayable_configuration(chain, (rng.choice(components),), rng)
+                configuration = sample_displayable_configuration(chain, (rng.choice(components),), rng)
             else:
-                configuration = geometry.sample_regular_configuration(chain, rng, 0.12)
+                configuration = sample_regular_configuration(chain, rng, 0.12)
             if configuration is not None:
                 yield ConfigurationStatement(statement_kind="singular", configuration=configuration)
         if statement_kind == "moves":
@@ -153,7 +159,7 @@ def _sample_joint_statements(chain: Chain, is_true: bool, rng: Stream) -> Iterat
     configuration = _sample_regular(chain, rng)
     if configuration is None:
         return
-    linear = geometry.evaluate_precisely(chain, configuration, derive(chain).linear)
+    linear = evaluate_precisely(chain, configuration, derive(chain).linear)
     visible_entries = np.argwhere(np.abs(np.array(linear.tolist(), dtype=float)) > MIN_VISIBLE_VELOCITY).tolist()
     if visible_entries:
         row, joint = rng.choice(visible_entries)

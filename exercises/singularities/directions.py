@@ -85,9 +85,11 @@ def find_shortest_lost_direction(symbolic_arm: Chain, component: Component) -> L
         for columns in combinations(range(jacobian.cols), jacobian.rows - 1)
         if (direction := _compute_cofactors(jacobian[:, list(columns)])) is not None and not direction.has(scale)
     ]
-    short_formulas = [formula for formula in formulas if count_terms(formula.direction, trivial=()) <= MAX_TERMS]
+    short_formulas = [formula for formula in formulas if count_terms(formula.direction, ignored_values=()) <= MAX_TERMS]
     return min(
-        short_formulas, key=lambda f: (count_terms(f.direction, trivial=()), sp.count_ops(f.direction)), default=None
+        short_formulas,
+        key=lambda f: (count_terms(f.direction, ignored_values=()), sp.count_ops(f.direction)),
+        default=None,
     )
 
 

@@ -3,10 +3,10 @@
 From the bottom up:
 
     keys, record                the numbers with which a browser grades; a problem as JSON
-    supply, bank                the list of problems; their files
+    bank_problem, bank          the list of problems; their files
     page, chapter, arms         the definition of a page; the book's examples; the gallery of arms
     robots                      example tables for the page "Your own arm"
-    guide, reference            the order of the documentation; the command line as a page
+    guide, command_reference    the order of the documentation; the command line as a page
     pages                       all pages
     build                       builds the whole site
 """

@@ -7,15 +7,15 @@ from dataclasses import dataclass
 from pathlib import Path
 
 from qdot.exercises.assignment.assignment import FEEDBACK
-from qdot.exercises.assignment.certified_problems import FailedSlot, FindFailures
+from qdot.exercises.assignment.certified_problems import FailedSlot, FailureFinder
 from qdot.exercises.common.errors import QdotError
 from qdot.exercises.common.files import make_folder, write_atomically
 from qdot.exercises.problem.record import Json
 from qdot.exercises.site import pages
 from qdot.exercises.site.bank import BANK_FOLDER, PROBLEM_ENDINGS, SOLUTION_ENDINGS, index_text, titles_text, write_bank
+from qdot.exercises.site.bank_problem import BankProblem, find_custom_questions
 from qdot.exercises.site.page import INDEX_FILE, ROBOTS_FILE
 from qdot.exercises.site.robots import robots_text
-from qdot.exercises.site.supply import BankProblem, find_custom_questions
 from qdot.exercises.writing.languages import LANGUAGES
 from qdot.exercises.writing.render import render
 
@@ -46,7 +46,7 @@ class SiteSpec:
     folder: Path
     problems: Sequence[BankProblem]
     titles: Sequence[tuple[str, str, str]]
-    find_failures: FindFailures
+    find_failures: FailureFinder
     jobs: int
     command_reference: str
     docs: Path | None = None

@@ -17,7 +17,7 @@ from qdot.exercises.arm.lengths import substitute_arm_lengths
 from qdot.exercises.common.stream import Stream
 from qdot.exercises.problem.problem import Part
 from qdot.exercises.questions import QUESTIONS
-from qdot.exercises.questions.geometry import ConfigurationDetails
+from qdot.exercises.questions.exact_configurations import ConfigurationDetails
 from qdot.exercises.reference_answers import Choice, ConditionSet, Expression, Matching, Matrix, Selection
 from qdot.exercises.short_questions.choice import CHOICE_QUESTIONS, FormulaOptions
 from qdot.exercises.short_questions.options import ConfigurationOptions, OfferedOption, Options

@@ -12,7 +12,7 @@ import sympy as sp
 from qdot.exercises.arm.chain import Chain
 from qdot.exercises.arm.kinematics import NumericChain
 from qdot.exercises.problem.problem import Part
-from qdot.exercises.questions.geometry import ConfigurationDetails
+from qdot.exercises.questions.exact_configurations import ConfigurationDetails
 from qdot.exercises.questions.rank import JacobianOnBranch, LostDirectionDetails, LostMotionDetails, MeaningDetails
 from qdot.exercises.reference_answers import Choice, Direction, Number
 from qdot.exercises.singularities.axes import Sample
@@ -219,7 +219,7 @@ def _check_geometric_cause(numeric: NumericReference, part: Part) -> Checks:
     """Check that only the correct one of the offered statements on the cause of a singularity is true."""
     answer, choice = part.answer_as(Choice), part.details_as(MeaningDetails)
     samples = sample_at_values(numeric, choice.values, choice.condition)
-    options = zip(answer.options, choice.offered, strict=True)
+    options = zip(answer.options, choice.options, strict=True)
     are_as_offered = all(text.startswith(offered.meaning.words) for text, offered in options)
     yield Check("options", are_as_offered and len(set(answer.options)) == len(answer.options), "as offered")
     kinds = set(map(str, classify_samples(numeric.chain, samples)))
@@ -228,13 +228,13 @@ def _check_geometric_cause(numeric: NumericReference, part: Part) -> Checks:
         is_true = bool(samples) and all(_meaning_holds(numeric.chain, meaning, sample) for sample in samples)
         return is_true and (kind is None or kinds == {kind})
 
-    holds = [holds_everywhere(meaning, kind) for meaning, kind in choice.offered]
+    holds = [holds_everywhere(meaning, kind) for meaning, kind in choice.options]
     expected = [index == answer.correct for index in range(len(holds))]
     detail = f"{', '.join(sorted(kinds))} at {len(samples)} configurations; options that hold: {holds}"
     yield Check("only the right one holds", holds == expected, detail)
-    if choice.offered[answer.correct].kind == "boundary":
+    if choice.options[answer.correct].kind == "boundary":
         yield check_side_of_lost_direction(numeric.chain, choice.condition, choice.values, samples)
-    are_directions = {option.meaning.kind for option in choice.offered} <= _AXIS_DIRECTION_KINDS
+    are_directions = {option.meaning.kind for option in choice.options} <= _AXIS_DIRECTION_KINDS
     has_reason = are_directions or bool(numeric.chain.linear_axes)
     yield Check("a reason", has_reason, "where P is, is no reason for a loss of turns; its task counts other rows too")
 

@@ -19,7 +19,12 @@ from qdot.exercises.formula.conditions import ConfigurationSpace
 from qdot.exercises.formula.parser import parse_formula
 from qdot.exercises.formula.set_parser import Piece, parse_pieces
 from qdot.exercises.problem.problem import Part
-from qdot.exercises.questions.singular import KIND_OPTIONS, ConfigurationsOfOneKind, KindDetails, find_components_with
+from qdot.exercises.questions.singular import (
+    KIND_OPTIONS,
+    ConfigurationsOfOneKind,
+    KindDetails,
+    find_components_containing,
+)
 from qdot.exercises.reference_answers import Choice, ConditionSet
 from qdot.exercises.singularities.axes import Sample
 from qdot.exercises.singularities.classification import domain_of
@@ -115,7 +120,7 @@ def _check_completeness(numeric: NumericReference, pieces: Sequence[Piece]) -> C
     for result in _search_on_arms(normalize_arm(chain)):
         lengths = choose_random_lengths(chain, numeric.rng) | dict(result.lengths)
         arm = NumericChain(chain, lengths)
-        q = result.configurations - np.array(arm.offsets)
+        q = result.configurations - np.array(arm.joint_offsets)
         if len(q) and compute_conditioning_ratios(arm.jacobian(q)[:, numeric.task]).max() > MAX_SHIFTED_RATIO:
             return Check("complete", False, "J keeps its rank where that of the same arm with other zeros loses it")
         count += len(q)
@@ -202,7 +207,7 @@ def _check_kind(numeric: NumericReference, part: Part) -> Checks:
     kinds = set(map(str, classify_samples(numeric.chain, samples)))
     detail = f"{', '.join(sorted(kinds))} at {len(samples)} configurations"
     yield Check("kind", bool(samples) and kinds == {kind}, detail)
-    for _, component in find_components_with(numeric.chain, configuration):
+    for component in find_components_containing(numeric.chain, configuration):
         yield check_component_statement(numeric.chain, component)
     if kind == "boundary":
         yield check_side_of_lost_direction(numeric.chain, configuration.condition, configuration.values, samples)

@@ -15,7 +15,7 @@ from qdot.exercises.arm.chain import Chain, Point
 from qdot.exercises.arm.conventions import convention_of
 from qdot.exercises.arm.conventions.base import VELOCITY_NAMES
 from qdot.exercises.arm.derivation import Derivation, TooLong, derive, symbolic_arm_of, task_velocity
-from qdot.exercises.arm.kinematics import frame_after, link_frames
+from qdot.exercises.arm.kinematics import compute_frame_after, link_frames
 from qdot.exercises.arm.mpmath_kinematics import determinant, inverse, round_matrix, round_to_four_digits
 from qdot.exercises.arm.standard_table import home_geometry_of
 from qdot.exercises.arm.trigonometry import remove_brackets, textbook_form
@@ -23,7 +23,7 @@ from qdot.exercises.problem.problem import Part
 from qdot.exercises.questions import rank, screws
 from qdot.exercises.questions.inversion import Configuration, ConfigurationAndVelocity, evaluate_jacobian_precisely
 from qdot.exercises.questions.rank import JacobianOnBranch, MeaningDetails
-from qdot.exercises.questions.singular import ConfigurationsOfOneKind, find_components_with
+from qdot.exercises.questions.singular import ConfigurationsOfOneKind, find_components_containing
 from qdot.exercises.questions.wrist import derive_block_determinants, derive_wrist_block, find_block_objection
 from qdot.exercises.singularities.classification import Classification, classify, is_one_sided, split_by_value
 from qdot.exercises.singularities.existence_conditions import ExistenceCondition, find_existence_condition
@@ -292,7 +292,7 @@ class SolutionSteps:
     def arm_expansion(self) -> Expansion:
         """The steps that expand det J11 of an arm with a spherical wrist whose axes meet in P."""
         chain = self._structure
-        wrist_frame = frame_after(chain.joints[3 : chain.point.frame])
+        wrist_frame = compute_frame_after(chain.joints[3 : chain.point.frame])
         wrist_centre = wrist_frame.origin + wrist_frame.rotation * sp.Matrix(chain.point.offset)
         point = Point(3, tuple(wrist_centre.applyfunc(textbook_form)))
         first_joints = Chain("arm", chain.joints[:3], VELOCITY_NAMES[:3], chain.base, point)
@@ -396,8 +396,10 @@ class SolutionSteps:
 
     def find_components(self, configuration: ConfigurationsOfOneKind) -> list[SingularComponent]:
         """Return the components of the singular set that contain a configuration; none if it is regular."""
-        components = (component for _, component in find_components_with(self.chain, configuration))
-        return [SingularComponent(self._shown_conditions(c), c.solutions, classify(self.chain, c)) for c in components]
+        return [
+            SingularComponent(self._shown_conditions(component), component.solutions, classify(self.chain, component))
+            for component in find_components_containing(self.chain, configuration)
+        ]
 
     def is_one_sided(self, configurations: ConfigurationsOfOneKind | MeaningDetails) -> bool:
         """Return whether P can leave the singular configurations only to one side along the lost direction."""

@@ -13,7 +13,7 @@ from typing import Any
 from qdot.exercises.assignment.assignment import Assignment, Slot, load_assignment
 from qdot.exercises.common.errors import QdotError
 from qdot.exercises.exports.items import list_entry_labels, write_question_alone
-from qdot.exercises.exports.markup import write_line_html
+from qdot.exercises.exports.platform_markup import write_line_html
 from qdot.exercises.exports.prairielearn import BANK_FILE, list_input_names
 from qdot.exercises.figure.arm_figure import draw_figure_svg, draw_part_svg
 from qdot.exercises.mistakes.base import name_chapter
@@ -100,7 +100,7 @@ def grade(data: PrairieLearnData, folder: str, slot: str) -> None:
         outcome, advice = _OUTCOME_SENTENCES[verdict.judgement.outcome], ""
         if shows_mistakes:
             outcome = _describe_outcome(problem, verdict)
-            advice = "" if verdict.diagnosis is None else name_chapter(verdict.diagnosis.says)
+            advice = "" if verdict.diagnosis is None else name_chapter(verdict.diagnosis.feedback)
         data["feedback"][part.name] = {"said": outcome, "advice": advice}
     earned = sum(verdict.points or 0.0 for verdict in verdicts)
     data["score"] = min(1.0, earned / problem.max_points)

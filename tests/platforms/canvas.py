@@ -10,7 +10,7 @@ from pathlib import Path
 from xml.etree import ElementTree
 
 from qdot.exercises.exports.items import ChoiceForm, MatchingForm, NumberForm, QuizItem, make_items
-from qdot.exercises.exports.markup import find_pictures, format_decimal, format_limits, name_picture_file
+from qdot.exercises.exports.platform_markup import find_pictures, format_decimal, format_limits, name_picture_file
 from qdot.exercises.exports.registry import EXPORT_FORMATS
 from qdot.exercises.reference_answers import LETTERS
 from tests.platforms.given import EVERYTHING, PLAIN, order

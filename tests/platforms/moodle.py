@@ -19,8 +19,8 @@ from typing import Any
 from qdot.exercises.assignment.assignment import Student
 from qdot.exercises.exports.export_format import ExportedFile
 from qdot.exercises.exports.items import ChoiceForm, MatchingForm, NumberField, NumberForm, QuizItem, make_items
-from qdot.exercises.exports.markup import format_decimal
 from qdot.exercises.exports.moodle import FIELD_WEIGHTS, export_moodle
+from qdot.exercises.exports.platform_markup import format_decimal
 from tests.platforms.given import EVERYTHING, PLAIN, order
 from tests.platforms.records import Counts, Record, today
 from tests.support.submitting import make_class, make_correct_notebook, submit

@@ -14,7 +14,7 @@ from qdot.exercises.assignment.assignment import Assignment, Student, load_assig
 from qdot.exercises.assignment.release import init_assignment
 from qdot.exercises.assignment.sets import DEFAULT_SET, SETS
 from qdot.exercises.exports.export_format import ExportRequest
-from qdot.exercises.exports.known_wrong import find_known_wrong_answers
+from qdot.exercises.exports.known_wrong_answers import find_known_wrong_answers
 from qdot.exercises.exports.registry import EXPORT_FORMATS
 from qdot.exercises.notebook.notebook import make_solution_notebook, write_notebook
 from qdot.exercises.problem.problem import Part, Problem, name_answer_variable
@@ -35,7 +35,7 @@ NEAR = 1e-6
 def a_class(folder: Path, *students: str) -> Assignment:
     """Make the assignment of a class whose students are called by what they hand in."""
     roster = [Student(name, f"{name.title()} <Student>", f"{name}@example.org") for name in students]
-    init_assignment(folder, "Arms & <signs>", KEY, roster, SECRET, problems=SETS[DEFAULT_SET])
+    init_assignment(folder, "Arms & <signs>", KEY, roster, SECRET, problem_set=SETS[DEFAULT_SET])
     return load_assignment(folder)
 
 

@@ -30,7 +30,7 @@ import sympy as sp
 from qdot.exercises.assignment.certified_problems import Variant
 from qdot.exercises.exports.bank import iterate_bank
 from qdot.exercises.exports.export_format import ExportRequest
-from qdot.exercises.exports.known_wrong import find_known_wrong_answers
+from qdot.exercises.exports.known_wrong_answers import find_known_wrong_answers
 from qdot.exercises.exports.prairielearn import INSTANCE_FOLDER, list_input_names, make_question_id
 from qdot.exercises.exports.registry import EXPORT_FORMATS
 from qdot.exercises.formula.sympy_text import matrix_rows_as_text

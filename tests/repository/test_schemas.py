@@ -10,7 +10,7 @@ from jsonschema import Draft202012Validator
 
 from qdot.exercises.assignment.assignment import Student
 from qdot.exercises.site.bank import write_bank
-from qdot.exercises.site.supply import QUIZ, BankProblem
+from qdot.exercises.site.bank_problem import QUIZ, BankProblem
 from qdot.grader.grading.certify import find_failures
 from tests.support import ROOT
 from tests.support.command import run

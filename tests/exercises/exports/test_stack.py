@@ -18,7 +18,7 @@ import sympy as sp
 from qdot.exercises.assignment.assignment import Assignment, Student, load_assignment
 from qdot.exercises.exports.bank import iterate_bank
 from qdot.exercises.exports.export_format import ExportRequest
-from qdot.exercises.exports.known_wrong import compare_entry_by_entry, find_known_wrong_answers
+from qdot.exercises.exports.known_wrong_answers import compare_entry_by_entry, find_known_wrong_answers
 from qdot.exercises.exports.registry import EXPORT_FORMATS
 from qdot.exercises.exports.stack_parts import _are_usable, compute_share, convert_part
 from qdot.exercises.formula.parser import parse_formula

@@ -14,8 +14,8 @@ from qdot.exercises.arm.derivation import symbolic_arm_of
 from qdot.exercises.common.stream import Stream
 from qdot.exercises.generation import generate
 from qdot.exercises.problem.problem import ProblemId
-from qdot.exercises.questions import geometry
-from qdot.exercises.questions.geometry import (
+from qdot.exercises.questions.exact_configurations import (
+    _find_zeros,
     compute_lost_direction,
     evaluate_jacobian,
     match_branches,
@@ -220,7 +220,7 @@ def test_zeros_of_condition_on_one_angle_lie_within_one_turn(turn: int) -> None:
     """They do even if the middle angle and the half width add up to more than 180 degrees."""
     q, middle = sp.Symbol("theta1"), turn * sp.pi / 4 - sp.pi
     for value in (sp.Rational(-9, 10), sp.Rational(1, 3), sp.Rational(4, 5)):
-        zeros = geometry._find_zeros(sp.cos(q - middle) + value, q, is_revolute=True)
+        zeros = _find_zeros(sp.cos(q - middle) + value, q, is_revolute=True)
         assert len(zeros) == 2
         assert all(abs(sp.cos(zero - sp.N(middle, 40)) + value) < 1e-15 for zero in zeros)
         assert all(abs(zero) <= 3.1416 for zero in zeros)

@@ -20,8 +20,8 @@ from qdot.exercises.assignment.assignment import Student
 from qdot.exercises.chapter import read_errata
 from qdot.exercises.common.errors import QdotError
 from qdot.exercises.problem.problem import Problem
+from qdot.exercises.site import bank_problem
 from qdot.exercises.site import pages as site_pages
-from qdot.exercises.site import supply
 from qdot.exercises.site.chapter import ERRATA_PATH, make_chapter_pages
 from qdot.exercises.site.guide import COMMANDS, OTHER_PAGES, REPLACED_PAGES, arrange_pages
 from qdot.exercises.site.pages import link_pages, make_pages, read_assets
@@ -174,7 +174,7 @@ def test_what_cannot_be_certified_is_drawn_anew_and_at_last_left_out(
         return ["put in"] if "determinant" in names and is_wrong else []
 
     monkeypatch.setattr(command, "find_failures", failures)
-    monkeypatch.setattr(supply, "MAX_SEEDS", 3)  # each of 10 would be made with all questions
+    monkeypatch.setattr(bank_problem, "MAX_SEEDS", 3)  # each of 10 would be made with all questions
     arguments = ordered(site)
     run(*arguments)
     assert loaded(site, "polar-rp/001")["id"] == "polar-rp/1001@chapter"

@@ -216,7 +216,6 @@ setattr(where, name, stopped)
 signal.signal(signal.SIGINT, signal.default_int_handler)
 sys.argv[:2] = ["qdot"]
 from qdot.grader.cli.main import main
-from tests.support.solving import written
 main()
 """
 

@@ -1,4 +1,4 @@
-"""The site's supply: how many arms there are of each family and step, that they differ, and what each is asked."""
+"""The problems of the site's bank: how many arms each family and step has, that they differ, and what each is asked."""
 
 from collections import Counter
 from itertools import product
@@ -10,7 +10,7 @@ from qdot.exercises.common.variation import VARIATION_STEPS
 from qdot.exercises.families import FAMILIES
 from qdot.exercises.generation import find_listing, generate, sample_chain
 from qdot.exercises.problem.problem import ProblemId
-from qdot.exercises.site.supply import (
+from qdot.exercises.site.bank_problem import (
     ARMS_PER_QUESTION,
     ARMS_PER_STEP,
     QUIZ,

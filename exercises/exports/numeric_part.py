@@ -23,7 +23,7 @@ from qdot.exercises.mistakes.base import name_chapter
 from qdot.exercises.mistakes.configurations import SymbolValues, sample_configurations
 from qdot.exercises.problem.problem import Part, Problem
 from qdot.exercises.questions import inversion
-from qdot.exercises.questions.geometry import sample_unequal_lengths
+from qdot.exercises.questions.exact_configurations import sample_unequal_lengths
 from qdot.exercises.questions.results import compute_answer, is_derived, is_made_of_jacobian
 from qdot.exercises.reference_answers import Number
 from qdot.exercises.singularities.classification import domain_of

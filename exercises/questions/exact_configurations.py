@@ -1,4 +1,4 @@
-"""Sample configurations for questions on singularities, and find the branches of an arm's singular set.
+"""Sample regular and singular configurations with exact joint values, and find the branches of a singular set.
 
 The singular set consists of components. A component is given by values of some joints (its solutions), or by conditions
 on several joints. Sampled singular configurations are exact: they have the joint values of a component, or a condition
@@ -21,7 +21,7 @@ from qdot.exercises.arm.kinematics import NumericChain
 from qdot.exercises.common.stream import Stream
 from qdot.exercises.formula.parser import parse_formula
 from qdot.exercises.formula.program import compile_program, evaluate
-from qdot.exercises.problem.problem import Details, recorded_as, values_by_name
+from qdot.exercises.problem.problem import Details, list_values_by_name, recorded_as
 from qdot.exercises.questions import inversion
 from qdot.exercises.questions.inversion import Configuration, JointValues, Lengths, sample_joint_values
 from qdot.exercises.singularities.axes import Sample
@@ -30,14 +30,16 @@ from qdot.exercises.singularities.singular_set import Component, Values, find_si
 
 DIGITS, WORKING_DIGITS = 30, 40
 """Number of digits of results, and of the intermediate results from which they are computed."""
-MAX_TRIES, MAX_EXACT_TRIES = 12, 24
+ZERO = sp.Float("1e-20")
+"""Limit below which a number with 30 digits counts as zero."""
+MAX_TRIES, MAX_UNROUNDED_TRIES = 12, 24
 """Maximum numbers of samples for a singular configuration, and for one without rounded joint values."""
 MAX_MISLEADING_TRIES, MAX_REGULAR_TRIES = 30, 60
 """Maximum numbers of samples for a regular configuration: those that seem singular to some students, and in all."""
-MAX_TIED_JOINTS = 4
-"""Maximum number of joints in conditions whose exact zeros are found by a search on a grid."""
-MIN_BITS, MAX_BINARY_ROUNDED = 86, 1e6
-"""Minimum precision (in bits, about 25 digits) and maximum size of numbers that are rounded in binary."""
+MAX_GRID_JOINTS = 4
+"""Maximum number of joints in conditions whose exact zeros are found by a search on a grid; more take too long."""
+MIN_PRECISION_BITS, MAX_BINARY_SIZE = 86, 1e6
+"""Minimum precision (about 25 digits) and maximum absolute value of numbers that are rounded in binary digits."""
 
 Roots = Sequence[tuple[sp.Symbol, tuple[sp.Expr, ...]]]
 """Joints, each with the values at which a condition holds."""
@@ -79,10 +81,10 @@ class ConfigurationDetails(Details):
 def make_exact_configuration(
     chain: Chain, lengths: Lengths, joints: JointValues, keeps_formulas: bool = False
 ) -> ExactConfiguration:
-    """Return the configuration with these joint values; values that are not simple are also rounded.
+    """Return the configuration with these joint values, and with rounded values for those that are not simple.
 
-    Simple values are multiples of 0.1 degrees or 0.1 mm. A value that is not simple becomes a number with 40 digits,
-    unless it is a formula, such as arctan(3/4), and `keeps_formulas` is true.
+    Simple values are multiples of 0.1 degrees or 0.1 mm. Any other value becomes a number with 40 digits. If
+    `keeps_formulas` is true, a formula such as arctan(3/4) stays as it is, without a rounded value.
     """
     exact_values, rounded_values = dict(joints), {}
     for q, joint in zip(chain.q, chain.joints, strict=True):
@@ -110,7 +112,7 @@ def round_to_integer(value: sp.Expr) -> int:
     >>> round_to_integer(sp.Float("-7.51", 30)), round_to_integer(sp.Float("2.5", 30)), round_to_integer(sp.S.Zero)
     (-8, 2, 0)
     """
-    if isinstance(value, sp.Float) and value._prec >= MIN_BITS and abs(float(value)) < MAX_BINARY_ROUNDED:
+    if isinstance(value, sp.Float) and value._prec >= MIN_PRECISION_BITS and abs(float(value)) < MAX_BINARY_SIZE:
         nearest = mpmath.libmp.to_int(value._mpf_, mpmath.libmp.round_nearest)
         if abs(abs(value - nearest) - sp.Rational(1, 2)) > sp.Float("1e-15"):
             return int(nearest)
@@ -118,8 +120,8 @@ def round_to_integer(value: sp.Expr) -> int:
 
 
 def convert_to_sample(chain: Chain, configuration: ExactConfiguration) -> Sample:
-    """Return the arm with the lengths of a configuration, and the joint values, in floating point."""
-    arm = NumericChain(chain, values_by_name(configuration.lengths))
+    """Return a configuration in floating point: the arm with numeric lengths, and its joint values."""
+    arm = NumericChain(chain, list_values_by_name(configuration.lengths))
     return Sample(arm, np.array([float(sp.N(configuration.joints[q])) for q in chain.q]))
 
 
@@ -135,19 +137,19 @@ def evaluate_jacobian(chain: Chain, configuration: ExactConfiguration) -> np.nda
 
 
 def compute_rank(chain: Chain, configuration: ExactConfiguration, min_ratio: float = NONZERO_THRESHOLD) -> int | None:
-    """Return the rank of the task Jacobian at a configuration; None if a singular value is neither small nor large.
+    """Return the rank of the task Jacobian at a configuration; None if a singular value is neither zero nor large.
 
-    Singular values below `min_ratio` times the largest are not large.
+    A singular value is large if it is at least `min_ratio` times the largest.
     """
     return find_clear_rank(evaluate_jacobian(chain, configuration), min_ratio)
 
 
 def evaluate_precisely(chain: Chain, configuration: ExactConfiguration, matrix: sp.Matrix) -> sp.Matrix:
-    """Return a matrix of formulas evaluated at a configuration, to 30 digits; values below 1e-20 become zero."""
+    """Return the value of a matrix of formulas at a configuration, to 30 digits; values below ZERO become zero."""
 
     def evaluate_entry(entry: sp.Expr) -> sp.Expr:
         value = sp.N(entry, DIGITS, maxn=60)
-        return sp.S.Zero if abs(value) < sp.Float("1e-20") else value
+        return sp.S.Zero if abs(value) < ZERO else value
 
     return matrix.xreplace(configuration.values).applyfunc(evaluate_entry)
 
@@ -155,7 +157,7 @@ def evaluate_precisely(chain: Chain, configuration: ExactConfiguration, matrix: 
 def compute_lost_direction(chain: Chain, configuration: ExactConfiguration) -> sp.Matrix:
     """Return the unit vector u (m x 1) with u^T J = 0 at a singular configuration, to 30 digits.
 
-    The first entry of u that is not small (1e-3) is positive.
+    The first entry of u with an absolute value above 1e-3 is positive.
     """
     jacobian = evaluate_precisely(chain, configuration, derive(chain).jacobian)
     with mpmath.workdps(DIGITS):
@@ -208,26 +210,26 @@ def sample_singular_configuration(
     components: Sequence[Component],
     rng: Stream,
     lost_rank: int | None = None,
-    has_wide_lengths: bool = False,
+    has_varied_lengths: bool = False,
     needs_no_rounding: bool = False,
     keeps_formulas: bool = False,
 ) -> ExactConfiguration | None:
     """Return a random configuration on all `components` at once at which J clearly loses rank; None if none is found.
 
-    If `lost_rank` is given, J loses exactly that much rank. If `has_wide_lengths`, the numbers for symbolic lengths
+    If `lost_rank` is given, J loses exactly that much rank. If `has_varied_lengths`, the numbers for symbolic lengths
     differ by up to a factor of 12. If `needs_no_rounding`, no joint value is shown rounded; if also `keeps_formulas`,
     joint values may be formulas.
     """
-    for _ in range(MAX_EXACT_TRIES if needs_no_rounding else MAX_TRIES):
-        lengths = _sample_wide_lengths(chain, rng) if has_wide_lengths else sample_unequal_lengths(chain, rng)
-        sample_joints = _sample_exact_joint_values_on if needs_no_rounding else _sample_joint_values_on
+    for _ in range(MAX_UNROUNDED_TRIES if needs_no_rounding else MAX_TRIES):
+        lengths = _sample_varied_lengths(chain, rng) if has_varied_lengths else sample_unequal_lengths(chain, rng)
+        sample_joints = _sample_unrounded_joint_values if needs_no_rounding else _sample_joint_values
         joints = sample_joints(chain, components, lengths, rng)
         if joints is None or not all(_is_real(value) for value in joints.values()):
             continue
         configuration = make_exact_configuration(chain, lengths, joints, keeps_formulas)
         if needs_no_rounding and configuration.rounded_values:
             continue
-        threshold = NONZERO_THRESHOLD / 5 if has_wide_lengths else NONZERO_THRESHOLD
+        threshold = NONZERO_THRESHOLD / 5 if has_varied_lengths else NONZERO_THRESHOLD
         full_rank, rank = compute_full_rank(chain), compute_rank(chain, configuration, threshold)
         if rank is not None and rank < full_rank and lost_rank in (None, full_rank - rank):
             return configuration
@@ -242,10 +244,13 @@ def sample_displayable_configuration(
     return sample(needs_no_rounding=True) or sample()
 
 
-def find_singular_configuration(
+def sample_from_any_component(
     chain: Chain, rng: Stream, lost_rank: int | None = None, sample: Sampler = sample_displayable_configuration
 ) -> ExactConfiguration | None:
-    """Return a random singular configuration, from the first component in random order that has one; None if none."""
+    """Return a random singular configuration; None if none is found.
+
+    The components are tried in random order until `sample` finds a configuration on one of them.
+    """
     components = rng.permutation(find_singular_set(chain) or ())
     return next(filter(None, (sample(chain, (component,), rng, lost_rank) for component in components)), None)
 
@@ -259,7 +264,7 @@ def sample_unequal_lengths(chain: Chain, rng: Stream) -> Lengths:
     return {symbol: sp.Rational(step, 20) for symbol, step in zip(chain.parameters, steps, strict=False)}
 
 
-def _sample_wide_lengths(chain: Chain, rng: Stream) -> Lengths:
+def _sample_varied_lengths(chain: Chain, rng: Stream) -> Lengths:
     """Return random lengths from 0.12 m upwards, each about 1.3 times as long as the next shorter one."""
     sizes = [12 * 13**i // 10**i for i in range(max(10, len(chain.parameters)))]
     pairs = zip(chain.parameters, rng.permutation(sizes), strict=False)
@@ -270,7 +275,7 @@ def _sample_wide_lengths(chain: Chain, rng: Stream) -> Lengths:
 def sample_singular_configurations(chain: Chain, component: Component, count: int) -> tuple[Sample, ...]:
     """Return up to `count` configurations on a component that lose one direction, with very different lengths."""
     stream = Stream(f"samples/{component.list_pieces()}")
-    sample = partial(sample_singular_configuration, chain, (component,), stream, 1, has_wide_lengths=True)
+    sample = partial(sample_singular_configuration, chain, (component,), stream, 1, has_varied_lengths=True)
     return tuple(convert_to_sample(chain, c) for c in (sample() for _ in range(count)) if c is not None)
 
 
@@ -324,85 +329,86 @@ def _are_same_values(chain: Chain, arm_values: Values, structure_values: Values)
     return True
 
 
-def _sample_joint_values_on(
+def _sample_joint_values(
     chain: Chain, components: Sequence[Component], lengths: Lengths, rng: Stream
 ) -> JointValues | None:
-    """Return random joint values that are on all components, or None if none are found.
+    """Return random joint values of a configuration on all `components`, or None if none are found.
 
     First, joints get the values that solve components. Then each other condition is solved for one joint.
     """
-    fixed: JointValues = {}
+    fixed_values: JointValues = {}
     for component in (component for component in components if component.solutions is not None):
         values = dict(rng.choice(component.list_value_combinations()))
-        if any(fixed.get(q, value) != value for q, value in values.items()):
+        if any(fixed_values.get(q, value) != value for q, value in values.items()):
             return None
-        fixed.update(wrap_angles(chain, {q: value.xreplace(dict(lengths)) for q, value in values.items()}))
-    if not all(_is_real(value) for value in fixed.values()):
+        fixed_values.update(wrap_angles(chain, {q: value.xreplace(dict(lengths)) for q, value in values.items()}))
+    if not all(_is_real(value) for value in fixed_values.values()):
         return None
     sampled_values = sample_joint_values(chain, rng)
     for condition, *other_conditions in (c.conditions for c in components if c.solutions is None):
         if other_conditions:
             return None
-        free_joints = [q for q in chain.q if condition.has(q) and q not in fixed]
+        free_joints = [q for q in chain.q if condition.has(q) and q not in fixed_values]
         if not free_joints:
             return None
         solved_joint = rng.choice(free_joints)
-        known_values = {**lengths, **sampled_values, **fixed}
+        known_values = {**lengths, **sampled_values, **fixed_values}
         known_values.pop(solved_joint)
         is_revolute = chain.joints[chain.q.index(solved_joint)].is_revolute
         zeros = _find_zeros(condition.xreplace(known_values), solved_joint, is_revolute)
         if not zeros:
             return None
-        fixed.update({q: sampled_values[q] for q in free_joints})
-        fixed[solved_joint] = rng.choice(zeros)
-    return {**sampled_values, **fixed}
+        fixed_values.update({q: sampled_values[q] for q in free_joints})
+        fixed_values[solved_joint] = rng.choice(zeros)
+    return {**sampled_values, **fixed_values}
 
 
-def _sample_exact_joint_values_on(
+def _sample_unrounded_joint_values(
     chain: Chain, components: Sequence[Component], lengths: Lengths, rng: Stream
 ) -> JointValues | None:
-    """Return random joint values that are on all components and need no rounding, or None if none are found.
+    """Return joint values as `_sample_joint_values` does, but only values that need no rounding.
 
     In a condition on several joints, angles (with the joint offset) are multiples of 30 degrees, and the variables of
     prismatic joints are multiples of 5 cm.
     """
     solved_components = [component for component in components if component.solutions is not None]
-    fixed = _sample_joint_values_on(chain, solved_components, lengths, rng)
-    if fixed is None:
+    fixed_values = _sample_joint_values(chain, solved_components, lengths, rng)
+    if fixed_values is None:
         return None
     solved_joints = {q for component in solved_components for q, _ in component.solutions or ()}
     conditions = [c for component in components if component.solutions is None for c in component.conditions]
-    tied_joints = [q for q in chain.q if q not in solved_joints and any(condition.has(q) for condition in conditions)]
+    grid_joints = [q for q in chain.q if q not in solved_joints and any(condition.has(q) for condition in conditions)]
     if not conditions:
-        return fixed
-    if not 0 < len(tied_joints) <= MAX_TIED_JOINTS:  # a larger grid takes too long
+        return fixed_values
+    if not 0 < len(grid_joints) <= MAX_GRID_JOINTS:
         return None
     steps = {
         q: [wrap_angle(chain, q, k * sp.pi / 6 - offset) for k in range(12)]
         if joint.is_revolute
         else [sp.Rational(k, 20) for k in range(2, 17)]
         for q, joint, offset in zip(chain.q, chain.joints, chain.offsets, strict=True)
-        if q in tied_joints
+        if q in grid_joints
     }
-    grid = np.meshgrid(*([float(value) for value in steps[q]] for q in tied_joints), indexing="ij")
-    values = {symbol.name: np.full(grid[0].size, float(sp.N(value))) for symbol, value in {**lengths, **fixed}.items()}
-    values |= {q.name: axis.ravel() for q, axis in zip(tied_joints, grid, strict=True)}
+    grid = np.meshgrid(*([float(value) for value in steps[q]] for q in grid_joints), indexing="ij")
+    constants = {**lengths, **fixed_values}
+    values = {symbol.name: np.full(grid[0].size, float(sp.N(value))) for symbol, value in constants.items()}
+    values |= {q.name: axis.ravel() for q, axis in zip(grid_joints, grid, strict=True)}
     programs = compile_program([parse_formula(str(condition)) for condition in conditions])
     residuals = np.abs(evaluate(programs, values, grid[0].size).values).max(axis=0)
     zero_indices = np.argwhere(residuals.reshape(grid[0].shape) < 1e-9)
     if not len(zero_indices):
         return None
     grid_index = rng.choice(zero_indices.tolist())
-    joints = {**fixed, **{q: steps[q][index] for q, index in zip(tied_joints, grid_index, strict=True)}}
+    joints = {**fixed_values, **{q: steps[q][index] for q, index in zip(grid_joints, grid_index, strict=True)}}
     exact_values = {**lengths, **joints}
-    return joints if all(abs(sp.N(c.xreplace(exact_values), DIGITS)) < sp.Float("1e-20") for c in conditions) else None
+    return joints if all(abs(sp.N(c.xreplace(exact_values), DIGITS)) < ZERO for c in conditions) else None
 
 
 def _find_zeros(condition: sp.Expr, joint: sp.Symbol, is_revolute: bool) -> list[sp.Expr]:
     """Return the values of a joint at which a condition is zero, to 40 digits.
 
-    The condition must be a + b cos q + c sin q for a revolute joint, or a + b q for a prismatic joint. For any other
-    condition, the list is empty.
+    The condition must be a + b cos q + c sin q for a revolute joint, or a + b q for a prismatic joint. The list is
+    empty for any other condition, and if the condition does not clearly reach zero.
     """
     test_values = (sp.S.Zero, sp.pi / 2, sp.pi, sp.S.One) if is_revolute else (sp.S.Zero, sp.S.One, sp.S(2), sp.S(3))
     f_0, f_1, f_2, f_3 = (sp.N(condition.xreplace({joint: test_value}), WORKING_DIGITS) for test_value in test_values)
@@ -425,7 +431,7 @@ def _find_zeros(condition: sp.Expr, joint: sp.Symbol, is_revolute: bool) -> list
 
 
 def _is_real(value: sp.Expr) -> bool:
-    return value.is_real is True or bool(abs(sp.im(sp.N(value, DIGITS))) < sp.Float("1e-20"))
+    return value.is_real is True or bool(abs(sp.im(sp.N(value, DIGITS))) < ZERO)
 
 
 def wrap_angles(chain: Chain, joints: JointValues) -> JointValues:
