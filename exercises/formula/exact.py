@@ -211,16 +211,16 @@ def _make_square_root_step(angle: Angle | None) -> SizedStep | None:
 class _Point:
     """Random values modulo the prime: one for each name, and one for the w of each angle, chosen at its first use.
 
-    If `values_by_name`, a value depends on the name alone, so that all programs use the same point.
+    If `is_shared`, a value depends on the name alone, so that all programs use the same point.
     """
 
-    def __init__(self, field: Field, stream: Stream, values_by_name: bool = False) -> None:
-        self.field, self.stream, self.values_by_name = field, stream, values_by_name
+    def __init__(self, field: Field, stream: Stream, is_shared: bool = False) -> None:
+        self.field, self.stream, self.is_shared = field, stream, is_shared
         self.values: dict[str, int] = {}
 
     def get_value(self, name: str) -> int:
         if name not in self.values:
-            stream = self.stream.substream(name) if self.values_by_name else self.stream
+            stream = self.stream.substream(name) if self.is_shared else self.stream
             self.values[name] = 1 + field.choose_below(stream, self.field.prime - 1)
         return self.values[name]
 
@@ -402,7 +402,7 @@ def fingerprint_results(program: Program, seed: str) -> list[tuple[int | None, .
     (True, False)
     """
     modular, seeded_field = make_modular_program(program, {}), _choose_seeded_field(seed)
-    points = (_Point(seeded_field, Stream(f"{seed}/{k}"), values_by_name=True) for k in range(FINGERPRINT_POINTS))
+    points = (_Point(seeded_field, Stream(f"{seed}/{k}"), is_shared=True) for k in range(FINGERPRINT_POINTS))
     columns = zip(*(evaluate_modular(modular, point) for point in points), strict=True)
     return [None if modular.find_size(entry) is None else column for entry, column in enumerate(columns)]
 

@@ -17,7 +17,7 @@ from qdot.exercises.arm.derivation import task_velocity
 from qdot.exercises.arm.kinematics import NumericChain
 from qdot.exercises.arm.mpmath_kinematics import MpmathArm, Vector
 from qdot.exercises.common.stream import Stream
-from qdot.exercises.problem.problem import Details, SymbolInfo, recorded_as, values_by_name
+from qdot.exercises.problem.problem import Details, SymbolInfo, list_values_by_name, recorded_as
 from qdot.exercises.questions import base
 from qdot.exercises.questions.base import AnswerAndDetails, Question
 from qdot.exercises.questions.quantities import name_load
@@ -111,7 +111,7 @@ def list_table_lengths(chain: Chain) -> set[sp.Expr]:
 
 def compute_conditioning(chain: Chain, lengths: Lengths, joints: JointValues) -> float:
     """Return sigma_min/sigma_max of the task Jacobian at a configuration, which is zero if J loses rank."""
-    arm = NumericChain(chain, values_by_name(lengths))
+    arm = NumericChain(chain, list_values_by_name(lengths))
     jacobian = arm.jacobian(np.array([float(joints[q].xreplace(lengths)) for q in chain.q]))
     sigma = np.linalg.svd(jacobian[chain.task_rows], compute_uv=False)
     return float(sigma[-1] / sigma[0])

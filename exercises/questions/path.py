@@ -18,7 +18,7 @@ from qdot.exercises.arm.mpmath_kinematics import FLOAT_CONTEXT, PRECISE_CONTEXT,
 from qdot.exercises.arm.path import PathSample, StraightPath
 from qdot.exercises.common.errors import count_noun
 from qdot.exercises.common.stream import Stream
-from qdot.exercises.problem.problem import Details, recorded_as, values_by_name
+from qdot.exercises.problem.problem import Details, list_values_by_name, recorded_as
 from qdot.exercises.questions import inversion
 from qdot.exercises.questions.base import AnswerAndDetails, Question, find_determinant_objection, name_joint_rates
 from qdot.exercises.questions.inversion import THREE_DIGIT_TOLERANCE, Configuration, JointValues, Lengths
@@ -139,7 +139,7 @@ class PathDetails(Details):
 
     def list_shown_values(self, chain: Chain) -> dict[str, float]:
         """Return the lengths, and the joint values at the start of the line, by name."""
-        return {**values_by_name(self.welding_line.lengths), **(self.pose or {})}
+        return {**list_values_by_name(self.welding_line.lengths), **(self.pose or {})}
 
 
 # --- joint rates at a point of the line ---
@@ -157,7 +157,7 @@ class DistanceDetails(PathDetails):
         joints = self.welding_line.compute_joint_values(chain, self.distance)
         values = {q.name: float(value) for q, value in zip(chain.q, joints, strict=True)}
         velocity = {row: float(u) * speed for row, u in zip(chain.task, direction, strict=True)}
-        return {**values_by_name(self.welding_line.lengths), **values, **velocity}
+        return {**list_values_by_name(self.welding_line.lengths), **values, **velocity}
 
 
 def _find_path_objection(chain: Chain) -> str | None:

@@ -13,12 +13,13 @@ from typing import Annotated, Any
 
 import typer
 
-from qdot.exercises.assignment.assignment import check_on_family
+from qdot.exercises.assignment.assignment import check_definition_on_family
 from qdot.exercises.assignment.certified_problems import FailedSlot, describe_replacements, raise_failed_slots
-from qdot.exercises.assignment.release import CORE_COUNT, ReleaseResult, notebook_path, release_notebooks
+from qdot.exercises.assignment.release import ReleaseResult, notebook_path, release_notebooks
 from qdot.exercises.common.console import note, say, show_progress
 from qdot.exercises.common.errors import QdotError, count_noun, list_some
 from qdot.exercises.common.extras import find_qdot_version
+from qdot.exercises.common.parallel import CORE_COUNT
 from qdot.exercises.families import FAMILIES
 from qdot.exercises.generation import check_questions, look_up_family
 from qdot.exercises.generation import generate as generate_problem
@@ -215,7 +216,7 @@ def _list_question_tasks(path: Path, identities: Sequence[ProblemId]) -> list[Ve
         for family in families:
             try:
                 check_questions(family, (definition.name,), definitions=(definition,))
-                warning = check_on_family(definition, look_up_family(family))
+                warning = check_definition_on_family(definition, look_up_family(family))
             except QdotError as error:
                 refusals[family] = str(error)
             else:

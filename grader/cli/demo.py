@@ -12,11 +12,12 @@ import nbformat
 import typer
 
 from qdot.exercises.assignment.assignment import Assignment, Student, load_assignment
-from qdot.exercises.assignment.release import CORE_COUNT, init_assignment
+from qdot.exercises.assignment.release import init_assignment
 from qdot.exercises.common.console import note, say
 from qdot.exercises.common.errors import QdotError
 from qdot.exercises.common.extras import explain_missing
 from qdot.exercises.common.files import write_atomically
+from qdot.exercises.common.parallel import CORE_COUNT
 from qdot.exercises.problem.problem import Part, Problem
 from qdot.grader.cli.class_commands import generate
 from qdot.grader.cli.export_commands import report

@@ -10,9 +10,9 @@ from typing import Annotated
 import typer
 
 from qdot.exercises.assignment.assignment import Assignment, load_assignment
-from qdot.exercises.assignment.release import CORE_COUNT
 from qdot.exercises.common.console import note, say, show_progress
 from qdot.exercises.common.errors import QdotError, count_noun, list_some
+from qdot.exercises.common.parallel import CORE_COUNT
 from qdot.grader.cli.options import FolderArgument, JobsOption, SecondsOption
 from qdot.grader.grading import batch
 from qdot.grader.grading.class_check import check_class, check_secret, read_sample

@@ -25,7 +25,7 @@ from qdot.exercises.families import Family
 from qdot.exercises.families.own import read_robot_family
 from qdot.exercises.generation import find_listing, look_up_family, select_quiz_questions
 from qdot.exercises.notebook.problem_formats import show_assignment
-from qdot.exercises.problem.problem import find_convention
+from qdot.exercises.problem.problem import normalize_convention
 from qdot.exercises.short_questions import SHORT_QUESTIONS
 from qdot.grader.cli.options import (
     NO_FOLDER_HINT,
@@ -69,7 +69,7 @@ def init(
     if list_sets:
         for problem_set in SETS.values():
             say(f"{problem_set.name:<18} {problem_set.title}: {problem_set.purpose}")
-            size = f"{problem_set.problems} problems, {problem_set.points:g} points"
+            size = f"{problem_set.problem_count} problems, {problem_set.total_points:g} points"
             say(f"{'':<18} {size}, about {problem_set.minutes} minutes")
         return
     if folder is None:
@@ -77,7 +77,7 @@ def init(
     from qdot.exercises.assignment.release import init_assignment
 
     chosen_set = find_set(problems)
-    init_assignment(folder, title or chosen_set.title, key, roster=roster, problems=chosen_set)
+    init_assignment(folder, title or chosen_set.title, key, roster=roster, problem_set=chosen_set)
     next_step = f"put your class into {folder / 'roster.csv'}" if roster is None else "edit assignment.toml"
     say(f"created {folder}: {next_step}, then run: qdot generate {folder}")
 
@@ -105,7 +105,7 @@ def families(
           a real robot, described by a modified table
     """
     if convention:
-        find_convention(convention)
+        normalize_convention(convention)
         if not name:
             raise QdotError("--convention needs a family or robot, as in 'qdot families ur5 --convention dh'")
     if name:

@@ -10,9 +10,9 @@ import typer
 
 from qdot.exercises.assignment.assignment import FEEDBACK, load_assignment
 from qdot.exercises.assignment.certified_problems import FailedSlot
-from qdot.exercises.assignment.release import CORE_COUNT
 from qdot.exercises.common.console import check_choice, note, say, show_progress
 from qdot.exercises.common.errors import QdotError, count_noun
+from qdot.exercises.common.parallel import CORE_COUNT
 from qdot.exercises.common.variation import VARIATION_STEPS
 from qdot.exercises.exports.bank import iterate_bank
 from qdot.exercises.exports.export_format import ExportRequest

@@ -16,7 +16,7 @@ from qdot.exercises.chapter import solve_examples
 from qdot.exercises.common.variation import VARIATION_STEPS
 from qdot.exercises.families import FAMILIES
 from qdot.exercises.families.listing import LISTING_FILE, read_listing
-from qdot.exercises.generation import compute_listing, questions_of_family
+from qdot.exercises.generation import compute_listing, list_questions_of_family
 from qdot.exercises.questions import QUESTIONS
 from qdot.exercises.short_questions import ALL_QUESTIONS
 from tests.support import ROOT
@@ -75,7 +75,7 @@ def test_families_page_lists_every_family_with_figure_and_questions() -> None:
     assert list(sections) == list(FAMILIES)
     for name, text in sections.items():
         assert f"families/{name}.svg" in page and FAMILIES[name].title in text and FAMILIES[name].source in text
-        listed, expected = set(re.findall(r"`([a-z-]+)`", text)), set(questions_of_family(name))
+        listed, expected = set(re.findall(r"`([a-z-]+)`", text)), set(list_questions_of_family(name))
         possible = {question.name for question in QUESTIONS.values() if CONVENTIONS[0] in question.conventions}
         assert listed == (possible - expected if "all but" in text or "): all." in text else expected)
 

@@ -118,12 +118,12 @@ def test_a_set_gets_harder_and_states_its_size(name: str, tmp_path: Path) -> Non
     assert all(before <= after for before, after in pairwise(varied))
     arms = [sample_chain(ProblemId(slot.family.name, 0, variation=slot.variation)) for slot in slots]
     assert difficulty(arms[-1]) > difficulty(arms[0]) or len({slot.family.name for slot in slots}) < len(slots)
-    assert chosen.points == sum(sum(slot.max_points) for slot in slots)
+    assert chosen.total_points == sum(sum(slot.max_points) for slot in slots)
     first, *_ = (tmp_path / "hw" / "assignment.toml").read_text(encoding="utf-8").splitlines()
     assert all(f"{number:g} {unit}" in first for number, unit in (
-        (chosen.problems, "problems"), (chosen.points, "points"), (chosen.minutes, "minutes"),
+        (chosen.problem_count, "problems"), (chosen.total_points, "points"), (chosen.minutes, "minutes"),
     ))  # fmt: skip
-    assert 1 <= chosen.minutes / chosen.points <= 6
+    assert 1 <= chosen.minutes / chosen.total_points <= 6
 
 
 @pytest.mark.parametrize("name", GRADED_SETS)
@@ -134,7 +134,7 @@ def test_a_sets_solutions_get_full_marks(name: str, tmp_path: Path) -> None:
     shutil.copytree(tmp_path / "solutions" / "s001", tmp_path / "submitted" / "s001")
     run("grade", tmp_path, "--jobs", "1")
     (result,) = map(json.loads, (tmp_path / "graded" / "results.jsonl").read_text(encoding="utf-8").splitlines())
-    assert result["score"] == result["max_score"] == SETS[name].points
+    assert result["score"] == result["max_score"] == SETS[name].total_points
 
 
 def test_sets_are_listed_and_an_unknown_set_is_an_error() -> None:

@@ -15,7 +15,7 @@ from qdot.exercises.families import FAMILIES
 from qdot.exercises.formula.parser import parse_formula
 from qdot.exercises.formula.program import compile_program, evaluate
 from qdot.exercises.formula.sympy_text import expression_text
-from qdot.exercises.generation import generate, questions_of_family
+from qdot.exercises.generation import generate, list_questions_of_family
 from qdot.exercises.mistakes.catalogue import CATALOGUE
 from qdot.exercises.mistakes.configurations import SymbolValues, sample_configurations
 from qdot.exercises.problem.problem import Part
@@ -42,7 +42,7 @@ def evaluate_reference(part: Part, values: SymbolValues) -> np.ndarray:
 
 def choose_questions(family: str) -> tuple[str, ...]:
     """Return some questions of a family; together, the families cover all questions."""
-    names, first = [*questions_of_family(family)], 3 * FAMILY_NAMES.index(family)
+    names, first = [*list_questions_of_family(family)], 3 * FAMILY_NAMES.index(family)
     return tuple(
         names[(first + k * 7) % len(names)] for k in range(LONG_ARM_COUNT if family in LONG_ARMS else QUESTION_COUNT)
     )
