@@ -21,8 +21,8 @@ class Drawing:
     shapes: tuple[Shape, ...] = ()
     labels: tuple[LabelRequest, ...] = ()
 
-    def __add__(self, front: "Drawing") -> "Drawing":
-        return Drawing(self.shapes + front.shapes, self.labels + front.labels)
+    def __add__(self, drawing_in_front: "Drawing") -> "Drawing":
+        return Drawing(self.shapes + drawing_in_front.shapes, self.labels + drawing_in_front.labels)
 
 
 @dataclass(frozen=True)
