@@ -176,7 +176,7 @@ def test_path_inside_assignment_is_refused_with_its_folder(folder: Path, monkeyp
 def test_roster_keeps_names_and_extra_columns(folder: Path) -> None:
     (folder / "roster.csv").write_bytes("\ufeffStudent,Name,Email,Group\r\nzoë,Zoë É,z@x.org,B\r\n\r\n".encode())
     (student,) = load_assignment(folder).roster
-    assert (student.id, student.name, student.email, student.other_columns) == (
+    assert (student.id, student.name, student.email, student.other_cells) == (
         "zoë",
         "Zoë É",
         "z@x.org",
@@ -198,7 +198,7 @@ def test_roster_written_by_excel_is_read(folder: Path, encoding: str) -> None:
 def test_separator_line_of_excel_is_respected(folder: Path) -> None:
     (folder / "roster.csv").write_text("sep=;\nstudent;name, or what stands for it\ns1;Ada\n")
     (student,) = load_assignment(folder).roster
-    assert (student.id, student.other_columns) == ("s1", (("name, or what stands for it", "Ada"),))
+    assert (student.id, student.other_cells) == ("s1", (("name, or what stands for it", "Ada"),))
 
 
 @pytest.mark.parametrize("robot_convention", CONVENTIONS)
