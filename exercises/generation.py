@@ -306,7 +306,7 @@ def _make_parts(
         answer, details = question.ask(chain, Stream(f"qdot/{identity.engine}/{identity.family_and_seed}/{name}"))
         part_points = question.points if points is None else points[index]
         prerequisites = tuple(prerequisite for prerequisite in question.prerequisites if prerequisite in names)
-        parts.append(Part(name, name, answer, part_points, prerequisites, details))
+        parts.append(Part(name, name, answer, part_points, prerequisites, details, question.rounding))
     return tuple(parts)
 
 

@@ -22,6 +22,7 @@ from qdot.exercises.arm.derivation import TooLong, derive, symbolic_arm_of
 from qdot.exercises.arm.derivation_graph import Change, StageResults, to_sympy_matrix
 from qdot.exercises.arm.trigonometry import count_terms
 from qdot.exercises.common.stream import Stream
+from qdot.exercises.formula.equality import Rounding
 from qdot.exercises.problem.problem import Details, Part
 from qdot.exercises.questions.language import parse
 from qdot.exercises.questions.quantities import STAGES_BY_NAME, compile_formula, select_components
@@ -206,6 +207,7 @@ class Question:
     r"""A kind of question: what it asks for, to which arms it applies, how its answer is derived and presented.
 
     `source` is the section of the chapter, such as 6.3, and `prerequisites` are the questions on which it builds.
+    `rounding` is the error that numbers may have, if these need other than three digits.
 
     If the answer is computed from stages of the derivation, these fields describe it:
 
@@ -256,6 +258,7 @@ class Question:
     source: str
     _: KW_ONLY
     points: float = 1.0
+    rounding: Rounding | None = None
     prerequisites: tuple[str, ...] = ()
     stage: str = ""
     row_order: RowOrder | None = None

@@ -103,7 +103,7 @@ def _identify_by_export(book: Gradebook, title: str, points: str) -> tuple[list[
 
 def _identify_by_roster(roster: Sequence[Student], title: str) -> tuple[list[str], dict[str, CanvasStudent]]:
     """Return the header of the table, and the cells that identify its students, from the roster's columns."""
-    rows = {student.id: dict(student.other_columns) for student in roster}
+    rows = {student.id: dict(student.other_cells) for student in roster}
     known_names = {name for row in rows.values() for name, cell in row.items() if cell.strip()}
     pairs = CANVAS_COLUMNS.items()
     columns = {canvas_name: next((name for name in names if name in known_names), "") for canvas_name, names in pairs}
@@ -180,8 +180,8 @@ def _list_keys_of_roster(roster: Sequence[Student]) -> Iterator[tuple[str, list[
     header_by_key = dict(zip(MOODLE_KEYS, ("ID number", "Username", "Email address"), strict=True))
     for key in MOODLE_KEYS[:-1]:  # all but the email address
         for name in MOODLE_COLUMNS[key]:
-            if any(name == column for column, _ in roster[0].other_columns):
-                yield header_by_key[key], [dict(student.other_columns).get(name, "") for student in roster]
+            if any(name == column for column, _ in roster[0].other_cells):
+                yield header_by_key[key], [dict(student.other_cells).get(name, "") for student in roster]
     yield header_by_key["email"], [student.email for student in roster]
 
 

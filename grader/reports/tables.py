@@ -45,11 +45,11 @@ def make_grades_csv(results: Sequence[Result], roster: Sequence[Student]) -> str
 def make_grades_table(results: Sequence[Result], roster: Sequence[Student]) -> tuple[list[str], list[list[Cell]]]:
     """Return the names of the columns, and a row of cells for every student."""
     by_id = {student.id: student for student in roster}
-    columns = [name for name, _ in roster[0].other_columns]
+    columns = [name for name, _ in roster[0].other_cells]
     rows: list[list[Cell]] = []
     for result in results:
         student = by_id[result.student]
-        cells = [student.id, student.name, student.email, *(value for _, value in student.other_columns)]
+        cells = [student.id, student.name, student.email, *(value for _, value in student.other_cells)]
         points = [part.points for part in result.parts.values()]
         score, percent = (
             (None, None) if find_work_status(result) in UNMARKED_STATUSES else (result.score, result.percent)

@@ -23,7 +23,7 @@ def assignment(folder: Path, which: str) -> Assignment:
     """Make an assignment of two students: PLAIN, PUMA, EVERYTHING, or a ready-made set by its name."""
     students = (Student("ada", "Ada Lovelace", "ada@example.org"), Student("hen", "Henri Poincaré", "hp@example.org"))
     init_assignment(
-        folder, f"Arms & <signs>: {which}", which, students, SECRET, problems=SETS.get(which, SETS[DEFAULT_SET])
+        folder, f"Arms & <signs>: {which}", which, students, SECRET, problem_set=SETS.get(which, SETS[DEFAULT_SET])
     )
     problems = {PUMA: _puma, EVERYTHING: _everything}.get(which)
     if problems is not None:

@@ -124,6 +124,7 @@ def make_question(definition: Definition) -> CustomQuestion:
     prerequisites = tuple(dict.fromkeys(name for names in maker.prerequisite_sets for name in names))
     return CustomQuestion(
         definition.name, definition.texts[0][1].title, "", definition=definition, points=definition.points,
+        rounding=definition.rounding,
         template="custom", sample=sample, prerequisites=prerequisites, find_arm_objection=maker.find_objection,
         compute=maker.compute_answer if maker.formulas and not maker.is_set else None,
         alternative_prerequisites=maker.prerequisite_sets,
@@ -238,11 +239,8 @@ class QuestionMaker:
         return None
 
     def _make_number(self, values: sp.Matrix) -> Number:
-        units, digits = (self.definition.unit,) * len(values), self.definition.digits
-        largest = max(abs(float(value)) for value in values)
-        tolerance = 5 * 10.0**-digits
-        # For three digits, the error near zero is that of built-in questions; 200 is 1 / THREE_DIGIT_TOLERANCE.
-        return Number(values, units, tolerance, tolerance * inversion.ERROR_NEAR_ZERO * 200 * largest)
+        units, largest = (self.definition.unit,) * len(values), max(abs(float(value)) for value in values)
+        return Number(values, units, inversion.THREE_DIGIT_TOLERANCE, inversion.ERROR_NEAR_ZERO * largest)
 
     def _sample_values(self, chain: Chain, rng: Stream) -> CustomDetails:
         """Return details with random values of everything that the question gives."""

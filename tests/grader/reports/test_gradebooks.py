@@ -85,8 +85,8 @@ def test_a_canvas_export_in_any_format_is_a_roster(make: Make, export: str) -> N
     assert [(student.id, student.name, student.email) for student in assignment.roster] == [
         ("101", "Ada Lovelace", ""), ("102", "Paul Erdős", "paul@example.org"), ("103", "Emmy Noether", ""),
     ]  # fmt: skip
-    other_columns = {"sis user id": "S-1", "sis login id": "ada", "section": "Monday"}
-    assert dict(assignment.roster[0].other_columns) == other_columns
+    other_cells = {"sis user id": "S-1", "sis login id": "ada", "section": "Monday"}
+    assert dict(assignment.roster[0].other_cells) == other_cells
     header, *rows = csv.reader(io.StringIO(make_moodle_csv(assignment, make_results(assignment))))
     assert header[0] == "Name" and [row[0] for row in rows] == [student.name for student in assignment.roster]
 
