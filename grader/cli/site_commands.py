@@ -78,9 +78,9 @@ def build_site(
         advice = 'for an assignment, set them in assignment.toml, as in convention = "screws"'
         raise QdotError(f"--convention and --twist-order apply to a site of families only; {advice}")
     else:
-        loaded_assignment, text_names = load_assignment(assignment).without_text_questions()
-        if text_names:
-            note(f"the site leaves out {', '.join(text_names)}, because a person marks such answers")
+        loaded_assignment, text_question_names = load_assignment(assignment).without_text_questions()
+        if text_question_names:
+            note(f"the site leaves out {', '.join(text_question_names)}, because a person marks such answers")
         titles = [(slot.name, slot.family.title, slot.family.source) for slot in loaded_assignment.slots]
         bank_assignment = loaded_assignment.with_variation(variation) if variation else loaded_assignment
         variant_count = variants or VARIANTS_PER_PROBLEM
