@@ -24,7 +24,7 @@ EXACT_TOLERANCE = sp.Float("1e-45")
 """The tolerance for recognising an exact number."""
 _ROUNDING_ERROR = sp.Float("1e-50")
 """A number whose absolute value is below this is a rounding error of zero."""
-_SHOWN_DECIMALS = 10
+_ROUNDED_DECIMALS = 10
 """Number of decimals to which a number without a simple form is rounded."""
 _MAX_DENOMINATOR = 10**8
 """The largest denominator of a fraction that is not a decimal; under a root, its square.
@@ -110,7 +110,7 @@ def _find_base_angles(r: sp.Matrix) -> list[_BaseAngles]:
 # --- axes ---
 
 
-def table_of_axes(axes: Sequence[Axis], point: sp.Matrix) -> tuple[Base, tuple[Joint, ...], Point | None]:
+def compute_table_of_axes(axes: Sequence[Axis], point: sp.Matrix) -> tuple[Base, tuple[Joint, ...], Point | None]:
     """Return base, standard table and point of interest of an arm, given its axes and the point (3 x 1, m) at home.
 
     The origin of frame i is where axis i + 1 meets the common normal of the axes i and i + 1. The axis of a prismatic
@@ -136,7 +136,10 @@ def table_of_axes(axes: Sequence[Axis], point: sp.Matrix) -> tuple[Base, tuple[J
 
 
 def _choose_base_frame(axis: Axis) -> Pose:
-    """Return frame 0: its origin is the point of the first axis nearest to the world's origin; x_0 is horizontal."""
+    """Return frame 0, with its z axis along the first axis and a horizontal x axis.
+
+    Its origin is the point of the first axis nearest to the world's origin, or this origin if the joint is prismatic.
+    """
     z, up = axis.direction, sp.Matrix([0, 0, 1])
     horizontal = up.cross(z)
     if _is_zero_vector(horizontal):
@@ -153,7 +156,7 @@ def _choose_base_frame(axis: Axis) -> Pose:
 class _TableFrame:
     """A frame of the table: `frame`, rotated about its z axis by the angle `z_rotation`.
 
-    If the angle depends on symbolic lengths, a rotation matrix would contain roots. Therefore the angle is kept apart.
+    If the angle depends on symbolic lengths, a rotation matrix would contain roots. Therefore `frame` leaves it out.
     The angles of parallel axes are added, so that such roots occur only in the angle and in a distance.
     """
 
@@ -236,12 +239,12 @@ def _recognize_number(number: sp.Float) -> sp.Expr:
     if exact is None:
         square = _recognize_fraction(number**2, _MAX_DENOMINATOR**2)
         exact = _recognize_sum_of_roots(number) if square is None else sp.sign(number) * sp.sqrt(square)
-    return sp.Rational(str(round(number, _SHOWN_DECIMALS))) if exact is None else exact
+    return sp.Rational(str(round(number, _ROUNDED_DECIMALS))) if exact is None else exact
 
 
 def _recognize_fraction(number: sp.Float, max_denominator: int = _MAX_DENOMINATOR) -> sp.Rational | None:
     """Return the decimal or the fraction that equals a number up to EXACT_TOLERANCE; None if there is none."""
-    decimal, fraction = sp.Rational(str(round(number, _SHOWN_DECIMALS))), sp.Rational(number)
+    decimal, fraction = sp.Rational(str(round(number, _ROUNDED_DECIMALS))), sp.Rational(number)
     candidates = decimal, fraction.limit_denominator(max_denominator)
     return next((value for value in candidates if abs(number - value.n(_DIGITS)) < EXACT_TOLERANCE), None)
 
@@ -254,7 +257,8 @@ def _recognize_sum_of_roots(number: sp.Float) -> sp.Expr | None:
         relation = mpmath.pslq(values, tol=mpmath.mpf(10) ** -30, maxcoeff=_MAX_SUM_COEFFICIENT, maxsteps=10**4)
     if not relation or relation[0] == 0:
         return None
-    return sp.Add(*(sp.Rational(-factor, relation[0]) * root for factor, root in zip(relation[1:], roots, strict=True)))
+    number_factor, *root_factors = relation  # number_factor * number + sum of root_factor * root = 0
+    return sp.Add(*(sp.Rational(-k, number_factor) * root for k, root in zip(root_factors, roots, strict=True)))
 
 
 def angle_of(cosine: sp.Expr, sine: sp.Expr) -> sp.Expr:
@@ -266,7 +270,7 @@ def angle_of(cosine: sp.Expr, sine: sp.Expr) -> sp.Expr:
         return sp.pi if exact == -sp.pi else exact
     cosine, sine = _recognize_number(cosine), _recognize_number(sine)
     is_exact = sp.expand(cosine**2 + sine**2) == 1
-    return sp.atan2(sine, cosine) if is_exact else sp.Rational(str(round(value, _SHOWN_DECIMALS)))
+    return sp.atan2(sine, cosine) if is_exact else sp.Rational(str(round(value, _ROUNDED_DECIMALS)))
 
 
 def _evaluate_matrix(matrix: sp.Matrix) -> sp.Matrix:
@@ -291,8 +295,8 @@ def move_point_along_axes(
 ) -> np.ndarray:
     """Return the position (3, m) at joint values q (n) of a point that moves with the last joint; `point` is at home.
 
-    The point is rotated about or moved along each axis, the last axis first. No table is used, so that the result can
-    check a table. `lengths` maps symbolic lengths to their values.
+    The point is rotated about (Rodrigues' formula) or moved along each axis, the last axis first. No table is used, so
+    that the result can check a table. `lengths` maps symbolic lengths to their values.
     """
 
     def to_floats(vector: sp.Matrix) -> np.ndarray:

@@ -55,7 +55,8 @@ class HasKind:
 class Joint(HasKind):
     """One row of the table: the joint's kind, and theta (rad), d (m), a (m), alpha (rad).
 
-    The entry theta of a revolute joint is its variable theta_i plus its offset; so is d of a prismatic joint with d_i.
+    The entry theta of a revolute joint is its variable theta_i plus its offset. The entry d of a prismatic joint is its
+    variable d_i plus its offset.
     Raises QdotError if the kind is neither "R" nor "P".
 
     >>> Joint("R", "theta1 + pi/2", 0, "a1", 0).theta
@@ -119,6 +120,7 @@ class Point:
 class Chain:
     """A robot arm with its task.
 
+    - `name`: the name in messages and problem ids; `title`: the name for people, if there is another one.
     - `joints`: the rows of the standard (distal) table.
     - `task`: the rows of the Jacobian that the task needs, some of VELOCITY_NAMES.
     - `tool`: the point of interest P; if `tool` is None, P is the origin of the last frame.
@@ -173,8 +175,8 @@ class Chain:
         for name in ("theta", "d", "a", "alpha"):
             value = getattr(joint, name)
             if name != joint.variable_key:
-                if clash := value.free_symbols & set(self.q):
-                    message = f"{name} = {value} contains {min(map(str, clash))}, the variable of a joint"
+                if variables := value.free_symbols & set(self.q):
+                    message = f"{name} = {value} contains {min(map(str, variables))}, the variable of a joint"
                     raise QdotError(f"{subject}: {message}")
             elif (value - variable).free_symbols & set(self.q):
                 raise QdotError(f"{subject} ({joint.kind}): {name} is {value}, but must be {variable} plus a constant")
@@ -199,19 +201,19 @@ class Chain:
         """The joint variables, theta_i or d_i."""
         return tuple(sp.Symbol(f"{joint.variable_key}{i}") for i, joint in enumerate(self.joints, 1))
 
-    def joints_of_kind(self, kind: str) -> list[int]:
+    def joint_indices_of_kind(self, kind: str) -> list[int]:
         """Return the indices (from 0) of the joints of a kind, "R" or "P"."""
         return [i for i, joint in enumerate(self.joints) if joint.kind == kind]
 
     @cached_property
     def revolute_joints(self) -> list[int]:
         """The indices (from 0) of the revolute joints."""
-        return self.joints_of_kind(REVOLUTE)
+        return self.joint_indices_of_kind(REVOLUTE)
 
     @cached_property
     def prismatic_joints(self) -> list[int]:
         """The indices (from 0) of the prismatic joints."""
-        return self.joints_of_kind(PRISMATIC)
+        return self.joint_indices_of_kind(PRISMATIC)
 
     @cached_property
     def rates(self) -> tuple[sp.Symbol, ...]:

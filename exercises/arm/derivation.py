@@ -20,7 +20,7 @@ from qdot.exercises.arm.chain import ANGLE_PREFIXES, Chain
 from qdot.exercises.arm.conventions import convention_of
 from qdot.exercises.arm.conventions.base import VELOCITY_NAMES
 from qdot.exercises.arm.derivation_graph import compute_symbolic_stages, propagate_linear_rows, to_sympy_matrix
-from qdot.exercises.arm.kinematics import frames_and_point, jacobian_seen_from, link_frames
+from qdot.exercises.arm.kinematics import compute_jacobian_in_frame, frames_and_point, link_frames
 from qdot.exercises.arm.trigonometry import (
     Factored,
     are_identical,
@@ -59,7 +59,7 @@ class SymbolicArm:
 def symbolic_arm_of(chain: Chain) -> SymbolicArm:
     """Return the symbolic arm of a chain: nonzero lengths, and angles that are not multiples of pi/2, become symbols.
 
-    Minus signs are kept, because they decide between an arm stretched out and an arm folded back.
+    Minus signs stay, because they decide whether an arm is stretched out or folded back.
     """
     values: Values = {q: q + offset for q, offset in zip(chain.q, chain.offsets, strict=True) if offset != 0}
 
@@ -105,7 +105,7 @@ def _derive_geometry(chain: Chain) -> _Geometry:
     """Return the geometry of a symbolic arm. Raises RuntimeError unless both routes of derivation agree exactly."""
     frames, point = frames_and_point(chain)
     z = sp.Matrix.hstack(*(frame.rotation[:, 2].applyfunc(textbook_form) for frame in frames[: chain.n]))
-    # the frame on the first axis is frame 0 or frame 1
+    # frames 0 ... n-1 of a standard table, frames 1 ... n of a modified table
     frames_on_axes = link_frames(chain)[convention_of(chain).frame_on_axis(1) :][: chain.n]
     p_star = sp.Matrix.hstack(*((point - frame.origin).applyfunc(textbook_form) for frame in frames_on_axes))
     linear = _derive_position(chain).jacobian(chain.q).applyfunc(textbook_form)
@@ -146,13 +146,13 @@ def shorten_jacobian(chain: Chain) -> sp.Matrix:
     Therefore the minors of all six rows stay the same. For other tasks, for fewer than six joints, or if P does not
     move with the last link, the matrix is the task Jacobian itself.
     """
-    if set(chain.task) != set(VELOCITY_NAMES) or chain.n < len(VELOCITY_NAMES) or not moves_with_last_link(chain):
+    if set(chain.task) != set(VELOCITY_NAMES) or chain.n < len(VELOCITY_NAMES) or not point_moves_with_last_link(chain):
         return _derive_task_jacobian(chain)
     k = chain.n // 2
-    return textbook_matrix(jacobian_seen_from(chain, k, k))[chain.task_rows, :]
+    return textbook_matrix(compute_jacobian_in_frame(chain, k, k))[chain.task_rows, :]
 
 
-def moves_with_last_link(chain: Chain) -> bool:
+def point_moves_with_last_link(chain: Chain) -> bool:
     """Return whether P could as well be fixed to the last link, because the joints after P's link do not move P.
 
     For example, the wrist centre is fixed to the forearm, and lies on the axes of all three joints of the wrist.
@@ -202,17 +202,17 @@ def _derive_minors(chain: Chain) -> tuple[Factored, ...]:
     return tuple(map(factor_trig, minors))
 
 
-_stored_minors: dict[Chain, Callable[[], tuple[Factored, ...]]] = {}
-"""For an arm, a function that returns the minors that the grader has stored."""
-_MAX_STORED = 64
-"""If this many arms are stored, all are forgotten, so that grading a large class does not fill the memory."""
+_minor_loaders: dict[Chain, Callable[[], tuple[Factored, ...]]] = {}
+"""For an arm, a function that loads the minors that the grader has stored."""
+_MAX_LOADERS = 64
+"""If there are loaders for this many arms, all are removed, so that grading a large class does not fill the memory."""
 
 
-def store_minors(chain: Chain, derive_minors: Callable[[], tuple[Factored, ...]]) -> None:
-    """Store a function that returns the minors of an arm's symbolic arm, so that the grader need not derive them."""
-    if len(_stored_minors) >= _MAX_STORED:
-        _stored_minors.clear()
-    _stored_minors[chain] = derive_minors
+def register_minors(chain: Chain, load_minors: Callable[[], tuple[Factored, ...]]) -> None:
+    """Register a function that loads the minors of an arm's symbolic arm, so that the grader need not derive them."""
+    if len(_minor_loaders) >= _MAX_LOADERS:
+        _minor_loaders.clear()
+    _minor_loaders[chain] = load_minors
 
 
 @lru_cache(maxsize=4096)
@@ -314,8 +314,8 @@ class Derivation:
     @cached_property
     def symbolic_minors(self) -> tuple[Factored, ...]:
         """The maximal minors of the symbolic arm's task Jacobian, factored; the determinant alone if J is square."""
-        derive_stored = _stored_minors.get(self.chain)
-        return _derive_minors(self._symbolic_chain) if derive_stored is None else derive_stored()
+        load_minors = _minor_loaders.get(self.chain)
+        return _derive_minors(self._symbolic_chain) if load_minors is None else load_minors()
 
     @property
     def symbolic_joints(self) -> tuple[sp.Symbol, ...]:

@@ -50,9 +50,11 @@ class Table:
     """The DH table with the base and the point of interest: the result of the first stage."""
 
     rows: tuple[TableRow, ...]
-    base: tuple[np.ndarray, np.ndarray, np.ndarray]
-    """The position (3, …), the yaw and the tilt of the base."""
-    offset: np.ndarray
+    base_position: np.ndarray
+    """The position of the base, (3, …)."""
+    base_yaw: np.ndarray
+    base_tilt: np.ndarray
+    point_offset: np.ndarray
     """The coordinates of the point of interest in the frame in which it is fixed, (3, …)."""
 
     def with_row(self, index: int, **entries: Any) -> "Table":
@@ -81,7 +83,7 @@ class StageResults:
     new_changes: tuple[tuple[str, Change], ...] = ()
     base_results: "StageResults | None" = None
     _results: dict[str, Any] = field(default_factory=dict)
-    _first_joints: dict[int, "StageResults"] = field(default_factory=dict)
+    _results_for_first_joints: dict[int, "StageResults"] = field(default_factory=dict)
     _row_rotations: dict[tuple[int, int], tuple[TableRow, np.ndarray]] = field(default_factory=dict)
 
     def __getitem__(self, stage: str) -> Any:
@@ -91,7 +93,7 @@ class StageResults:
         return self._results[stage]
 
     def _compute(self, stage: str) -> Any:
-        is_affected = any(name in prerequisites(stage) for name, _ in self.new_changes)
+        is_affected = any(name in list_prerequisites(stage) for name, _ in self.new_changes)
         if self.base_results is None or is_affected:
             compute_result, _ = STAGES[stage]
             result, changes = compute_result(self), self.changes
@@ -113,10 +115,10 @@ class StageResults:
         remaining_changes = tuple((name, change) for name, change in self.changes if name != stage)
         return StageResults(self.chain, self.arithmetic, remaining_changes, _row_rotations=self._row_rotations)
 
-    def row_rotation(self, row: TableRow) -> np.ndarray:
+    def compute_row_rotation(self, row: TableRow) -> np.ndarray:
         """Return the rotation Rz(theta) Rx(alpha) of a row, (3, 3, …); it is cached by the arrays theta and alpha."""
         key = (id(row.theta), id(row.alpha))
-        if key not in self._row_rotations:
+        if key not in self._row_rotations:  # the row is stored, too, so that no other arrays get these ids
             self._row_rotations[key] = (row, matrix_product(rotation_z(self, row.theta), rotation_x(self, row.alpha)))
         return self._row_rotations[key][1]
 
@@ -125,24 +127,27 @@ class StageResults:
 
         The point of interest of that arm is the origin of its last frame.
         """
-        if joint_count not in self._first_joints:
-            shorter_base = None if self.base_results is None else self.base_results.for_first_joints(joint_count)
-            shorter = shorter_base.chain if shorter_base else convention_of(self.chain).keep_first_joints(joint_count)
-            parts = shorter, self.arithmetic, self.changes, self.new_changes, shorter_base
-            self._first_joints[joint_count] = StageResults(*parts, _row_rotations=self._row_rotations)
-        return self._first_joints[joint_count]
+        if joint_count not in self._results_for_first_joints:
+            base_results = self.base_results and self.base_results.for_first_joints(joint_count)
+            chain = base_results.chain if base_results else convention_of(self.chain).keep_first_joints(joint_count)
+            self._results_for_first_joints[joint_count] = replace(
+                self, chain=chain, base_results=base_results, _results={}, _results_for_first_joints={}
+            )
+        return self._results_for_first_joints[joint_count]
 
     def depends_on(self, stage: str) -> bool:
         """Return whether a result computed so far, also for the first joints only, depends on a stage."""
-        computed_stages = {name for stages in (self, *self._first_joints.values()) for name in stages._results}
-        return any(stage == name or stage in prerequisites(name) for name in computed_stages)
+        computed_stages = {
+            name for stages in (self, *self._results_for_first_joints.values()) for name in stages._results
+        }
+        return any(stage == name or stage in list_prerequisites(name) for name in computed_stages)
 
     @property
     def n(self) -> int:
         """The number of joints."""
         return self.chain.n
 
-    def symbol_vector(self, names: Any) -> np.ndarray:
+    def stack_symbol_values(self, names: Any) -> np.ndarray:
         """Return symbols with these names, none of them joint variables, as a vector (k, …)."""
         return np.stack([self.arithmetic.symbol_value(str(name)) for name in names])
 
@@ -165,97 +170,98 @@ def compute_symbolic_stages(chain: Chain) -> StageResults:
 # --- the functions that compute the stages ---
 
 
-def _table(stages: StageResults) -> Table:
-    base, to_stepped = stages.chain.base, stages.arithmetic.convert_entry
-    rows = tuple(TableRow(j.kind, *map(to_stepped, (j.theta, j.d, j.a, j.alpha))) for j in stages.chain.joints)
-    position, offset = (np.stack([*map(to_stepped, vector)]) for vector in (base.position, stages.chain.point.offset))
-    return Table(rows, (position, to_stepped(base.yaw), to_stepped(base.tilt)), offset)
+def _compute_table(stages: StageResults) -> Table:
+    base, convert = stages.chain.base, stages.arithmetic.convert_entry
+    rows = tuple(TableRow(j.kind, *map(convert, (j.theta, j.d, j.a, j.alpha))) for j in stages.chain.joints)
+    base_position, point_offset = (np.stack([*map(convert, v)]) for v in (base.position, stages.chain.point.offset))
+    return Table(rows, base_position, convert(base.yaw), convert(base.tilt), point_offset)
 
 
 def rotation_z(stages: StageResults, angle: np.ndarray) -> np.ndarray:
     """Return the rotation about z by an angle, (3, 3, …)."""
     c, s = stages.arithmetic.cos(angle), stages.arithmetic.sin(angle)
     zero, unit = angle * 0, angle * 0 + 1
-    return _matrix(c, -s, zero, s, c, zero, zero, zero, unit)
+    return _make_matrix(c, -s, zero, s, c, zero, zero, zero, unit)
 
 
 def rotation_x(stages: StageResults, angle: np.ndarray) -> np.ndarray:
     """Return the rotation about x by an angle, (3, 3, …)."""
     c, s = stages.arithmetic.cos(angle), stages.arithmetic.sin(angle)
     zero, unit = angle * 0, angle * 0 + 1
-    return _matrix(unit, zero, zero, zero, c, -s, zero, s, c)
+    return _make_matrix(unit, zero, zero, zero, c, -s, zero, s, c)
 
 
-def _matrix(*entries: np.ndarray) -> np.ndarray:
+def _make_matrix(*entries: np.ndarray) -> np.ndarray:
     """Return the 3 x 3 matrix with these entries, given row by row."""
     return np.array(entries).reshape(3, 3, *entries[0].shape)
 
 
-def _base_rotation(stages: StageResults) -> np.ndarray:
-    _, yaw, tilt = stages["table"].base
-    return matrix_product(rotation_z(stages, yaw), rotation_x(stages, tilt))
+def _compute_base_rotation(stages: StageResults) -> np.ndarray:
+    table = stages["table"]
+    return matrix_product(rotation_z(stages, table.base_yaw), rotation_x(stages, table.base_tilt))
 
 
-def _rotations(stages: StageResults) -> list[np.ndarray]:
+def _compute_rotations(stages: StageResults) -> list[np.ndarray]:
     rotations = [stages["base rotation"]]
     for row in stages["table"].rows:
-        rotations.append(matrix_product(rotations[-1], stages.row_rotation(row)))
+        rotations.append(matrix_product(rotations[-1], stages.compute_row_rotation(row)))
     return rotations
 
 
-def _local_links(stages: StageResults) -> list[np.ndarray]:
-    """Return the link vectors r_i in frame i-1 (below (6.13)), and the coordinates of P in its frame."""
+def _compute_local_links(stages: StageResults) -> list[np.ndarray]:
+    """Return the link vectors r_i in frame i-1 (below (6.13)), and P in the coordinates of P's frame."""
     cos, sin, table = stages.arithmetic.cos, stages.arithmetic.sin, stages["table"]
     vectors = [np.stack([row.a * cos(row.theta), row.a * sin(row.theta), row.d]) for row in table.rows]
-    return [*vectors, table.offset]
+    return [*vectors, table.point_offset]
 
 
-def _links(stages: StageResults) -> list[np.ndarray]:
-    """Return the vectors of `_local_links` in the world frame."""
+def _compute_links(stages: StageResults) -> list[np.ndarray]:
+    """Return the vectors of `_compute_local_links` in the world frame."""
     rotations, local_vectors = stages["rotations"], stages["local links"]
     vectors = [apply_matrix(rotations[k], local_vectors[k]) for k in range(stages.n)]
     return [*vectors, apply_matrix(rotations[stages.chain.point.frame], local_vectors[stages.n])]
 
 
-def links_to_point(chain: Chain) -> list[int]:
+def list_links_to_point(chain: Chain) -> list[int]:
     """Return the indices of the link vectors (from 0) whose sum leads from O_0 to the point of interest."""
     return [*range(chain.point.frame), chain.n]
 
 
-def _stack_values(stages: StageResults, vectors: list[np.ndarray]) -> np.ndarray:
+def _stack_without_derivatives(stages: StageResults, vectors: list[np.ndarray]) -> np.ndarray:
     """Return stepped vectors without their derivatives as one array, (k, 3, …)."""
     return np.stack([stages.arithmetic.drop_derivatives(vector) for vector in vectors])
 
 
-def _origins(stages: StageResults) -> np.ndarray:
-    base_position, _, _ = stages["table"].base
-    return np.cumsum(_stack_values(stages, [base_position, *stages["links"][:-1]]), axis=0)
+def _compute_origins(stages: StageResults) -> np.ndarray:
+    vectors = [stages["table"].base_position, *stages["links"][:-1]]
+    return np.cumsum(_stack_without_derivatives(stages, vectors), axis=0)
 
 
-def _point(stages: StageResults) -> np.ndarray:
-    base_position, _, _ = stages["table"].base
-    links = _stack_values(stages, stages["links"])[links_to_point(stages.chain)]
-    return np.asarray(stages.arithmetic.drop_derivatives(base_position) + links.sum(axis=0))
+def _compute_point(stages: StageResults) -> np.ndarray:
+    base_position = stages.arithmetic.drop_derivatives(stages["table"].base_position)
+    links = _stack_without_derivatives(stages, stages["links"])[list_links_to_point(stages.chain)]
+    return np.asarray(base_position + links.sum(axis=0))
 
 
-def _link_derivatives(stages: StageResults) -> np.ndarray:
+def _compute_link_derivatives(stages: StageResults) -> np.ndarray:
     """Return the derivative of each link vector by each joint variable, (joints n, link vectors n + 1, 3, …)."""
     derivatives = np.stack([stages.arithmetic.derivatives(link)[: stages.n] for link in stages["links"]], axis=1)
-    excluded = [k for k in range(stages.n + 1) if k not in links_to_point(stages.chain)]
-    derivatives[:, excluded] = derivatives[:, excluded] * 0
+    # the other link vectors do not lead to P, so the derivatives of P are the sums over all link vectors
+    other_links = [k for k in range(stages.n + 1) if k not in list_links_to_point(stages.chain)]
+    derivatives[:, other_links] = derivatives[:, other_links] * 0
     return derivatives
 
 
-def _origins_on_axes(stages: StageResults) -> np.ndarray:
+def _compute_origins_on_axes(stages: StageResults) -> np.ndarray:
     """Return the origin of the convention's frame on each joint axis, then that of the last frame, (n + 1, 3, …)."""
     if not convention_of(stages.chain).is_proximal:
         return np.asarray(stages["origins"])
     offsets = [row.d * rotation[:, 2] for row, rotation in zip(stages["table"].rows, stages["rotations"], strict=False)]
-    origins = stages["origins"][: stages.n] + _stack_values(stages, offsets)
+    origins = stages["origins"][: stages.n] + _stack_without_derivatives(stages, offsets)
     return np.concatenate([origins, origins[-1:]])
 
 
-def convention_rotation(stages: StageResults, frame: int) -> np.ndarray:
+def compute_convention_rotation(stages: StageResults, frame: int) -> np.ndarray:
     """Return the rotation of the frame with a number (from 0) in the arm's convention, (3, 3, …)."""
     rotation = stages["rotations"][frame]
     if convention_of(stages.chain).is_proximal and frame:
@@ -275,17 +281,17 @@ def propagate_linear_rows(stages: StageResults, _: Any = None) -> np.ndarray:
     return np.stack(columns, axis=1)
 
 
-def _angular(stages: StageResults) -> np.ndarray:
+def _compute_angular_rows(stages: StageResults) -> np.ndarray:
     axes = stages["axes"]
     return np.stack([axes[i] if kind == REVOLUTE else axes[i] * 0 for i, kind in enumerate(stages["kinds"])], axis=1)
 
 
-def _inverse(stages: StageResults) -> np.ndarray:
+def _compute_inverse(stages: StageResults) -> np.ndarray:
     with np.errstate(all="ignore"):
         return np.asarray(stages["adjugate"] / stages["determinant"])
 
 
-def _pseudo_inverse(stages: StageResults) -> np.ndarray:
+def _compute_pseudo_inverse(stages: StageResults) -> np.ndarray:
     """Return J^T (J J^T)^-1."""
     gram = stages["gram matrix"]
     with np.errstate(all="ignore"):
@@ -293,7 +299,7 @@ def _pseudo_inverse(stages: StageResults) -> np.ndarray:
     return matrix_product(stages["transposed jacobian"], inverse)
 
 
-def _self_motion(stages: StageResults) -> np.ndarray:
+def _compute_self_motion(stages: StageResults) -> np.ndarray:
     """Return joint rates (n, …) that cause no motion, if J (m x n) has n = m + 1 columns, else nan.
 
     Rate i is the minor of J without column i, with alternating signs.
@@ -304,7 +310,7 @@ def _self_motion(stages: StageResults) -> np.ndarray:
     return np.stack([(-1) ** i * determinant(np.delete(jacobian, i, axis=1)) for i in range(stages.n)])
 
 
-class SingularValues(NamedTuple):
+class SingularValueDecomposition(NamedTuple):
     """The singular value decomposition U diag(sigma) V^T of the m x n task Jacobian at N configurations.
 
     The shapes are (m, m, N), (min(m, n), N) and (n, n, N).
@@ -315,22 +321,22 @@ class SingularValues(NamedTuple):
     v_transposed: np.ndarray
 
 
-def decompose_jacobian(stages: StageResults) -> SingularValues:
+def decompose_jacobian(stages: StageResults) -> SingularValueDecomposition:
     """Return the singular value decomposition of the task Jacobian."""
     u, sigma, v_transposed = np.linalg.svd(np.nan_to_num(np.moveaxis(stages["jacobian"], -1, 0).astype(float)))
-    return SingularValues(np.moveaxis(u, 0, -1), sigma.T, np.moveaxis(v_transposed, 0, -1))
+    return SingularValueDecomposition(np.moveaxis(u, 0, -1), sigma.T, np.moveaxis(v_transposed, 0, -1))
 
 
-def _condition_number(stages: StageResults) -> np.ndarray:
+def _compute_condition_number(stages: StageResults) -> np.ndarray:
     """Return the largest singular value of J over the smallest, (N,)."""
     sigma = decompose_jacobian(stages).sigma
     with np.errstate(all="ignore"):
         return np.asarray(sigma[0] / sigma[-1])
 
 
-def _wrist_block(stages: StageResults) -> np.ndarray:
+def _compute_wrist_block(stages: StageResults) -> np.ndarray:
     """Return the axes of joints 4, 5 and 6 in the convention's frame on the axis of joint 4, (3, 3, …)."""
-    rotation = convention_rotation(stages, convention_of(stages.chain).frame_on_axis(4)).swapaxes(0, 1)
+    rotation = compute_convention_rotation(stages, convention_of(stages.chain).frame_on_axis(4)).swapaxes(0, 1)
     return np.stack([apply_matrix(rotation, stages["axes"][i]) for i in (3, 4, 5)], axis=1)
 
 
@@ -339,22 +345,22 @@ def rotate_rows(rotation: np.ndarray, geometric: np.ndarray) -> np.ndarray:
     return np.concatenate([matrix_product(rotation, geometric[:3]), matrix_product(rotation, geometric[3:])])
 
 
-def _home_screws(stages: StageResults) -> np.ndarray:
+def _compute_home_screws(stages: StageResults) -> np.ndarray:
     """Return the screws (omega, v) of the joints at home, (6, n, …)."""
     columns = []
     for axis in home_geometry_of(stages.chain).axes:
-        direction, point = constant_vector(stages, axis.direction), constant_vector(stages, axis.point)
+        direction, point = convert_constant_vector(stages, axis.direction), convert_constant_vector(stages, axis.point)
         screw = [direction, -cross(direction, point)] if axis.is_revolute else [0 * direction, direction]
         columns.append(np.concatenate(screw))
     return np.stack(columns, axis=1)
 
 
-def constant_vector(stages: StageResults, vector: sp.Matrix) -> np.ndarray:
+def convert_constant_vector(stages: StageResults, vector: sp.Matrix) -> np.ndarray:
     """Return a vector of formulas without joint variables as values of the arithmetic, (3, …)."""
     return np.stack([stages.arithmetic.drop_derivatives(stages.arithmetic.convert_entry(entry)) for entry in vector])
 
 
-def _space_jacobian(stages: StageResults) -> np.ndarray:
+def _compute_space_jacobian(stages: StageResults) -> np.ndarray:
     """Return the space Jacobian, the joints' twists (omega, v) with v at the world's origin, (6, n, …)."""
     columns = []
     for i, kind in enumerate(stages["kinds"]):
@@ -363,22 +369,22 @@ def _space_jacobian(stages: StageResults) -> np.ndarray:
     return np.stack(columns, axis=1)
 
 
-def _body_rotation(stages: StageResults) -> np.ndarray:
+def _compute_body_rotation(stages: StageResults) -> np.ndarray:
     """Return the rotation of the body frame, (3, 3, …).
 
     The body frame moves with the last link. At home it has the directions of the world frame.
     """
     last_frame = frames_and_point(stages.chain).frames[-1]
-    home = last_frame.rotation.xreplace(dict.fromkeys(stages.chain.q, sp.S.Zero))
-    home_transposed = np.stack([constant_vector(stages, home[:, k]) for k in range(3)])
-    return matrix_product(stages.arithmetic.drop_derivatives(stages["rotations"][-1]), home_transposed)
+    rotation_at_home = last_frame.rotation.xreplace(dict.fromkeys(stages.chain.q, sp.S.Zero))
+    transpose_at_home = np.stack([convert_constant_vector(stages, rotation_at_home[:, k]) for k in range(3)])
+    return matrix_product(stages.arithmetic.drop_derivatives(stages["rotations"][-1]), transpose_at_home)
 
 
-def _body_jacobian(stages: StageResults) -> np.ndarray:
-    """Return the body Jacobian [Ad T^-1] J_s, (6, n, …): twists about P, in the coordinates of the body frame."""
+def _compute_body_jacobian(stages: StageResults) -> np.ndarray:
+    """Return the body Jacobian [Ad T^-1] J_s, (6, n, …): twists with v at P, in the coordinates of the body frame."""
     angular, linear = stages["space jacobian"][:3], stages["space jacobian"][3:]
-    at_point = np.concatenate([angular, linear + cross(angular, stages["point"][:, None])])
-    return rotate_rows(stages["body rotation"].swapaxes(0, 1), at_point)
+    twists_about_point = np.concatenate([angular, linear + cross(angular, stages["point"][:, None])])
+    return rotate_rows(stages["body rotation"].swapaxes(0, 1), twists_about_point)
 
 
 def adjoint_matrix(rotation: np.ndarray, origin: np.ndarray) -> np.ndarray:
@@ -388,21 +394,21 @@ def adjoint_matrix(rotation: np.ndarray, origin: np.ndarray) -> np.ndarray:
 
 
 STAGES: dict[str, tuple[Callable[[StageResults], Any], tuple[str, ...]]] = {
-    "table": (_table, ()),
-    "base rotation": (_base_rotation, ("table",)),
-    "rotations": (_rotations, ("table", "base rotation")),
-    "local links": (_local_links, ("table",)),
-    "links": (_links, ("rotations", "local links")),
-    "origins": (_origins, ("links",)),
-    "point": (_point, ("links",)),
-    "link derivatives": (_link_derivatives, ("links",)),
+    "table": (_compute_table, ()),
+    "base rotation": (_compute_base_rotation, ("table",)),
+    "rotations": (_compute_rotations, ("table", "base rotation")),
+    "local links": (_compute_local_links, ("table",)),
+    "links": (_compute_links, ("rotations", "local links")),
+    "origins": (_compute_origins, ("links",)),
+    "point": (_compute_point, ("links",)),
+    "link derivatives": (_compute_link_derivatives, ("links",)),
     "axes": (
-        lambda stages: _stack_values(stages, [rotation[:, 2] for rotation in stages["rotations"]]),
+        lambda stages: _stack_without_derivatives(stages, [rotation[:, 2] for rotation in stages["rotations"]]),
         ("rotations",),
     ),
-    "origins on axes": (_origins_on_axes, ("table", "origins", "rotations")),
+    "origins on axes": (_compute_origins_on_axes, ("table", "origins", "rotations")),
     "p*": (lambda stages: stages["point"][None] - stages["origins on axes"], ("point", "origins on axes")),
-    "last rotation": (lambda stages: convention_rotation(stages, stages.n), ("rotations", "table")),
+    "last rotation": (lambda stages: compute_convention_rotation(stages, stages.n), ("rotations", "table")),
     "last origin": (lambda stages: stages["origins on axes"][-1], ("origins on axes",)),
     "kinds": (lambda stages: [row.kind for row in stages["table"].rows], ("table",)),
     "cross products": (
@@ -413,41 +419,41 @@ STAGES: dict[str, tuple[Callable[[StageResults], Any], tuple[str, ...]]] = {
         lambda stages: np.moveaxis(stages["link derivatives"].sum(axis=1), 0, 1),
         ("link derivatives", "cross products", "axes", "kinds"),
     ),
-    "angular": (_angular, ("axes", "kinds")),
+    "angular": (_compute_angular_rows, ("axes", "kinds")),
     "geometric": (lambda stages: np.concatenate([stages["linear"], stages["angular"]]), ("linear", "angular")),
     "tool jacobian": (
         lambda stages: rotate_rows(stages["last rotation"].swapaxes(0, 1), stages["geometric"]),
         ("last rotation", "geometric"),
     ),
-    "home screws": (_home_screws, ()),
-    "space jacobian": (_space_jacobian, ("axes", "origins", "kinds")),
-    "body rotation": (_body_rotation, ("rotations",)),
+    "home screws": (_compute_home_screws, ()),
+    "space jacobian": (_compute_space_jacobian, ("axes", "origins", "kinds")),
+    "body rotation": (_compute_body_rotation, ("rotations",)),
     "body adjoint": (
         lambda stages: adjoint_matrix(stages["body rotation"], stages["point"]),
         ("body rotation", "point"),
     ),
-    "body jacobian": (_body_jacobian, ("space jacobian", "body rotation", "point")),
+    "body jacobian": (_compute_body_jacobian, ("space jacobian", "body rotation", "point")),
     "arm block": (lambda stages: stages["geometric"][:3, :3], ("geometric",)),
-    "wrist block": (_wrist_block, ("rotations", "axes")),
+    "wrist block": (_compute_wrist_block, ("rotations", "axes")),
     "jacobian": (lambda stages: stages["geometric"][stages.chain.task_rows], ("geometric",)),
     "transposed jacobian": (lambda stages: stages["jacobian"].swapaxes(0, 1), ("jacobian",)),
     "gram matrix": (
         lambda stages: matrix_product(stages["jacobian"], stages["transposed jacobian"]),
         ("transposed jacobian",),
     ),
-    "pseudo-inverse": (_pseudo_inverse, ("gram matrix", "transposed jacobian")),
-    "self-motion": (_self_motion, ("jacobian",)),
+    "pseudo-inverse": (_compute_pseudo_inverse, ("gram matrix", "transposed jacobian")),
+    "self-motion": (_compute_self_motion, ("jacobian",)),
     "lost direction": (lambda stages: decompose_jacobian(stages).u[:, -1], ("jacobian",)),
     "gram determinant": (lambda stages: determinant(stages["gram matrix"]), ("gram matrix",)),
     "manipulability": (lambda stages: stages.arithmetic.sqrt(stages["gram determinant"]), ("gram determinant",)),
-    "condition number": (_condition_number, ("jacobian",)),
+    "condition number": (_compute_condition_number, ("jacobian",)),
     "minors": (lambda stages: minors(stages["jacobian"]), ("jacobian",)),
     "cofactors": (lambda stages: cofactor_signs(stages.n)[..., None] * stages["minors"], ("minors",)),
     "adjugate": (lambda stages: stages["cofactors"].swapaxes(0, 1), ("cofactors",)),
     "determinant": (lambda stages: determinant(stages["jacobian"]), ("jacobian",)),
-    "inverse": (_inverse, ("adjugate", "determinant")),
-    "wanted velocity": (lambda stages: stages.symbol_vector(stages.chain.task), ()),
-    "joint rates": (lambda stages: stages.symbol_vector(stages.chain.rates), ()),
+    "inverse": (_compute_inverse, ("adjugate", "determinant")),
+    "wanted velocity": (lambda stages: stages.stack_symbol_values(stages.chain.task), ()),
+    "joint rates": (lambda stages: stages.stack_symbol_values(stages.chain.rates), ()),
     "rates": (
         lambda stages: apply_matrix(stages["inverse"], stages["wanted velocity"]),
         ("inverse", "wanted velocity"),
@@ -461,10 +467,10 @@ STAGES: dict[str, tuple[Callable[[StageResults], Any], tuple[str, ...]]] = {
 
 
 @cache
-def prerequisites(stage: str) -> frozenset[str]:
+def list_prerequisites(stage: str) -> frozenset[str]:
     """Return all stages on which a stage depends, directly or indirectly."""
     _, direct_prerequisites = STAGES[stage]
-    return frozenset(direct_prerequisites).union(*map(prerequisites, direct_prerequisites))
+    return frozenset(direct_prerequisites).union(*map(list_prerequisites, direct_prerequisites))
 
 
 def to_sympy_matrix(values: np.ndarray) -> sp.Matrix:

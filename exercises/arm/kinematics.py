@@ -95,9 +95,9 @@ class FramesAndPoint(NamedTuple):
 
 @lru_cache(maxsize=512)
 def frames_and_point(chain: Chain) -> FramesAndPoint:
-    """Return the standard frames 0 ... n and the position of the point of interest (3 x 1, m), with absolute angles.
+    """Return the standard frames and the point of interest, with absolute angles; copy a matrix before you change it.
 
-    The result is cached, because every derivation begins with these frames; copy a matrix before you change it.
+    The result is cached, because every derivation begins with these frames.
     """
     frames = list(_walk_frames(chain.base, chain.joints, StandardDh.split_row))
     point = frames[chain.point.frame].point(*chain.point.offset)
@@ -112,33 +112,33 @@ def link_frames(chain: Chain) -> tuple[Frame, ...]:
     return tuple(frame.multiply_out() for frame in frames)
 
 
-def frame_after(joints: Iterable[Joint]) -> Frame:
+def compute_frame_after(joints: Iterable[Joint]) -> Frame:
     """Return the frame after consecutive joints of an arm, in the coordinates of the frame before these joints."""
     *_, last_frame = _walk_frames(Base(), joints, StandardDh.split_row)
     return last_frame.multiply_out()
 
 
-def jacobian_seen_from(chain: Chain, frame: int, reference_frame: int | None) -> sp.Matrix:
-    """Return a Jacobian in the coordinates of a standard frame with the number `frame`.
+def compute_jacobian_in_frame(chain: Chain, frame: int, reference_frame: int | None) -> sp.Matrix:
+    """Return a Jacobian in the coordinates of the standard frame with the number `frame`.
 
     - If `reference_frame` is a number: the 6 x n Jacobian of the last link. The reference point is that frame's origin.
-    - If it is None: the 3 x n Jacobian of P. Then P must not be fixed in a frame before `frame`.
+    - If `reference_frame` is None: the 3 x n Jacobian of P. Then P must not be fixed in a frame before `frame`.
     """
     end_frame = chain.point.frame if reference_frame is None else reference_frame
-    between = frame_after(chain.joints[min(frame, end_frame) : max(frame, end_frame)])
-    point = between.origin if end_frame >= frame else -(between.rotation.T * between.origin)
+    later_frame = compute_frame_after(chain.joints[min(frame, end_frame) : max(frame, end_frame)])
+    point = later_frame.origin if end_frame >= frame else -(later_frame.rotation.T * later_frame.origin)
     if reference_frame is None:
-        point += between.rotation * sp.Matrix(chain.point.offset)
+        point += later_frame.rotation * sp.Matrix(chain.point.offset)
     columns = []
     for i, joint in enumerate(chain.joints):
         if reference_frame is None and i >= end_frame:
             columns.append(sp.zeros(3, 1))
             continue
-        relative = frame_after(chain.joints[min(i, frame) : max(i, frame)])
+        later_frame = compute_frame_after(chain.joints[min(i, frame) : max(i, frame)])
         if i < frame:
-            z, origin = relative.rotation.T * Z, -(relative.rotation.T * relative.origin)
+            z, origin = later_frame.rotation.T * Z, -(later_frame.rotation.T * later_frame.origin)
         else:
-            z, origin = relative.rotation * Z, relative.origin
+            z, origin = later_frame.rotation * Z, later_frame.origin
         linear, angular = (z.cross(point - origin), z) if joint.is_revolute else (z, sp.zeros(3, 1))
         columns.append(linear if reference_frame is None else linear.col_join(angular))
     return sp.Matrix.hstack(*columns)
@@ -154,9 +154,9 @@ class NumericChain:
     `values` maps the name of each symbolic length or angle to its value. A configuration is an array of n joint values;
     methods take many configurations at once, an array of shape (…, n).
 
-    - `kinds`, `is_revolute`, `offsets`: the kind of each joint, whether the joint is revolute, and its joint offset.
+    - `kinds`, `is_revolute`, `joint_offsets`: the kind of each joint, whether it is revolute, and its joint offset.
     - `fixed_entries`, `a`: the constant one of d and theta of each joint, and a of each joint.
-    - `point_frame`, `offset`: the frame in which P is fixed, and the homogeneous coordinates of P in that frame (4).
+    - `point_frame`, `point_offset`: the frame in which P is fixed, and the homogeneous coordinates of P in it (4).
     """
 
     def __init__(self, chain: Chain, values: Mapping[str, float]) -> None:
@@ -170,26 +170,26 @@ class NumericChain:
 
         self.kinds = tuple(joint.kind for joint in chain.joints)
         self.is_revolute = np.array([joint.is_revolute for joint in chain.joints])
-        self.offsets = np.array([to_float(value) for value in chain.offsets])
+        self.joint_offsets = np.array([to_float(value) for value in chain.offsets])
         constants = [[*map(to_float, (joint.fixed_entry, joint.a, joint.alpha))] for joint in chain.joints]
         self.fixed_entries, self.a, alpha = np.array(constants).T
         self._cos_sin_alpha = np.array([np.cos(alpha), np.sin(alpha)])
         self._convention = convention_of(chain)
         self._base_position = np.array([to_float(value) for value in self._convention.base.position])
         self.point_frame = chain.point.frame
-        self.offset = np.array([*map(to_float, chain.point.offset), 1.0])
+        self.point_offset = np.array([*map(to_float, chain.point.offset), 1.0])
         zero, tilt = np.zeros(()), np.array(to_float(chain.base.tilt))
         self.base = _pose(np.array(to_float(chain.base.yaw)), zero, zero, np.array([np.cos(tilt), np.sin(tilt)]))
         self.base[:3, 3] = [to_float(value) for value in chain.base.position]
 
     @staticmethod
     def stack(arms: Sequence["NumericChain"]) -> "NumericChain":
-        """Return k arms of the same structure as one object; its configurations are k x m x n, m for each arm."""
+        """Return k arms with the same structure as one object, for configurations (k, m, n), m of each arm."""
         first_arm = arms[0]
         combined = copy(first_arm)
         if all(arm is first_arm for arm in arms):
             return combined
-        for name in ("offsets", "fixed_entries", "a", "offset", "base"):
+        for name in ("joint_offsets", "fixed_entries", "a", "point_offset", "base"):
             setattr(combined, name, np.stack([getattr(arm, name) for arm in arms])[:, None])
         combined._cos_sin_alpha = np.stack([arm._cos_sin_alpha for arm in arms], axis=1)[:, :, None]
         return combined
@@ -197,16 +197,16 @@ class NumericChain:
     def with_point(self, frame: int) -> "NumericChain":
         """Return the same arm with the origin of the frame with this number as its point of interest."""
         changed = copy(self)
-        changed.point_frame, changed.offset = frame, np.array([0.0, 0.0, 0.0, 1.0])
+        changed.point_frame, changed.point_offset = frame, np.array([0.0, 0.0, 0.0, 1.0])
         return changed
 
-    def keep_first_joints(self, joint_count: int, offset: tuple[float, float, float]) -> "NumericChain":
-        """Return the arm of the first `joint_count` joints; `offset` is its point of interest in its last frame."""
+    def keep_first_joints(self, joint_count: int, point_offset: tuple[float, float, float]) -> "NumericChain":
+        """Return the arm of the first `joint_count` joints, with the point at `point_offset` in its last frame."""
         shortened = copy(self)
-        for name in ("kinds", "is_revolute", "offsets", "fixed_entries", "a"):
+        for name in ("kinds", "is_revolute", "joint_offsets", "fixed_entries", "a"):
             setattr(shortened, name, getattr(self, name)[:joint_count])
         shortened._cos_sin_alpha = self._cos_sin_alpha[:, :joint_count]
-        shortened.point_frame, shortened.offset = joint_count, np.array([*offset, 1.0])
+        shortened.point_frame, shortened.point_offset = joint_count, np.array([*point_offset, 1.0])
         return shortened
 
     def frames(self, q: np.ndarray) -> np.ndarray:
@@ -221,17 +221,17 @@ class NumericChain:
 
     def convention_frames(self, frames: np.ndarray) -> np.ndarray:
         """Return the poses of the convention's frames, given the poses of the standard frames from `frames`."""
+        # corner i, where link i bends from the axis of joint i into x_i
         corners = frames[..., 1:, :3, 3] - self.a[:, None] * frames[..., 1:, :3, 0]
         return self._convention.convert_standard_frames(frames, corners, self._base_position)
 
     def _theta_and_d(self, q: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
         """Return theta and d of every row of the table, shape (…, n); constant entries may have shape (n)."""
-        variable_entries = q + self.offsets
+        variable_entries = q + self.joint_offsets
         if self.is_revolute.all():
             return variable_entries, self.fixed_entries
-        pairs = (variable_entries, self.fixed_entries), (self.fixed_entries, variable_entries)
-        theta, d = (np.where(self.is_revolute, *pair) for pair in pairs)
-        return theta, d
+        theta = np.where(self.is_revolute, variable_entries, self.fixed_entries)
+        return theta, np.where(self.is_revolute, self.fixed_entries, variable_entries)
 
     def point(self, q: np.ndarray) -> np.ndarray:
         """Return the point of interest, shape (…, 3), at joint values q."""
@@ -239,9 +239,9 @@ class NumericChain:
 
     def point_of(self, frames: np.ndarray) -> np.ndarray:
         """Return the point of interest, shape (…, 3), given the poses of the standard frames."""
-        if self.offset.ndim > 1:  # `stack` combined several arms
-            return np.asarray((frames[..., self.point_frame, :, :] @ self.offset[..., None])[..., :3, 0])
-        return np.asarray((frames[..., self.point_frame, :, :] @ self.offset)[..., :3])
+        if self.point_offset.ndim > 1:  # `stack` combined several arms
+            return np.asarray((frames[..., self.point_frame, :, :] @ self.point_offset[..., None])[..., :3, 0])
+        return np.asarray((frames[..., self.point_frame, :, :] @ self.point_offset)[..., :3])
 
     def jacobian(self, q: np.ndarray) -> np.ndarray:
         """Return the 6 x n Jacobian, shape (…, 6, n), at joint values q."""

@@ -31,7 +31,7 @@ def substitute_arm_lengths(chain: Chain, values: Mapping[sp.Symbol, sp.Expr]) ->
 
 
 @lru_cache(maxsize=1024)
-def with_symbolic_lengths(chain: Chain) -> tuple[Chain, dict[sp.Symbol, sp.Expr]]:
+def replace_lengths_by_symbols(chain: Chain) -> tuple[Chain, dict[sp.Symbol, sp.Expr]]:
     """Return an arm with symbols for all nonzero lengths and without joint offsets, and the length of each symbol.
 
     Unlike in the symbolic arm, angles keep the arm's values.

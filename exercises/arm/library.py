@@ -22,11 +22,11 @@ FILE_EXTENSIONS = (".toml", ".urdf", ".xml")
 
 @dataclass(frozen=True)
 class ListedRobot:
-    """A robot in the list of the library. `joints` are the kinds of its joints, such as RRPR."""
+    """A robot in the list of the library. `joint_kinds` are the kinds of its joints, such as RRPR."""
 
     name: str
     title: str
-    joints: str
+    joint_kinds: str
     convention: str
     source: str
 
@@ -47,13 +47,12 @@ def robots() -> Mapping[str, ListedRobot]:
     def sort_key(path: Path) -> list[tuple[str, int]]:
         return [(letters, int(digits or 0)) for letters, digits in re.findall(r"(\D*)(\d*)", path.stem)]
 
-    listed_robots = {}
+    robots_by_name = {}
     for path in sorted(ROBOT_FOLDER.glob("*.toml"), key=sort_key):
         content = tomllib.loads(path.read_text(encoding="utf-8"))
-        kinds = "".join(joint["kind"] for joint in content["joint"])
-        texts = content["name"], kinds, content.get("convention", "dh"), content["source"]
-        listed_robots[path.stem] = ListedRobot(path.stem, *texts)
-    return MappingProxyType(listed_robots)
+        joint_kinds, convention = "".join(joint["kind"] for joint in content["joint"]), content.get("convention", "dh")
+        robots_by_name[path.stem] = ListedRobot(path.stem, content["name"], joint_kinds, convention, content["source"])
+    return MappingProxyType(robots_by_name)
 
 
 def find_robot_path(name_or_path: str, folder: Path = Path()) -> Path:

@@ -25,8 +25,8 @@ Vector = list[Any]
 """A list of numbers of a context."""
 
 
-class PreciseArm:
-    """A numeric arm in the arithmetic of a context; `values` maps each symbolic length and angle to its value."""
+class MpmathArm:
+    """An arm in the numbers of a context; `values` maps each symbolic length and angle to its value."""
 
     def __init__(self, chain: Chain, values: Mapping[sp.Symbol, sp.Expr], context: Any = PRECISE_CONTEXT) -> None:
         self.context, self.task_rows = context, chain.task_rows
@@ -39,38 +39,39 @@ class PreciseArm:
 
         self.evaluate_number = to_number
         self.is_revolute = [joint.is_revolute for joint in chain.joints]
-        self._offsets = [to_number(value) for value in chain.offsets]
-        self._links = [(to_number(joint.a), *compute_cos_sin(joint.alpha)) for joint in chain.joints]
-        self._fixed: list[Any] = [
+        self._joint_offsets = [to_number(value) for value in chain.offsets]
+        self._link_entries = [(to_number(joint.a), *compute_cos_sin(joint.alpha)) for joint in chain.joints]
+        # d of a revolute joint, the cosine and the sine of theta of a prismatic joint
+        self._fixed_entries: list[Any] = [
             to_number(joint.d) if joint.is_revolute else compute_cos_sin(joint.theta) for joint in chain.joints
         ]
-        self._base = (*compute_cos_sin(chain.base.yaw), *compute_cos_sin(chain.base.tilt))
-        self._origin = [to_number(value) for value in chain.base.position]
-        self._frame, self._offset = chain.point.frame, [to_number(value) for value in chain.point.offset]
+        self._base_angles = (*compute_cos_sin(chain.base.yaw), *compute_cos_sin(chain.base.tilt))
+        self._base_position = [to_number(value) for value in chain.base.position]
+        self._point_frame, self._point_offset = chain.point.frame, [to_number(value) for value in chain.point.offset]
 
     def point_and_jacobian(self, q: Sequence[Any]) -> tuple[Vector, list[Vector]]:
         """Return the point of interest (3, m), and the 6 x n Jacobian as rows, at joint values q."""
         one, zero = self.context.one, self.context.zero
-        cos_yaw, sin_yaw, cos_tilt, sin_tilt = self._base
+        cos_yaw, sin_yaw, cos_tilt, sin_tilt = self._base_angles
         x, y = _rotate([one, zero, zero], [zero, one, zero], cos_yaw, sin_yaw)
         y, z = _rotate(y, [zero, zero, one], cos_tilt, sin_tilt)
-        point = origin = self._origin
+        point = origin = self._base_position
         axes: list[Vector] = []
         origins: list[Vector] = []
         for i in range(len(q) + 1):
-            if i == self._frame:
+            if i == self._point_frame:
                 point = origin
-                for direction, distance in zip((x, y, z), self._offset, strict=True):
+                for direction, distance in zip((x, y, z), self._point_offset, strict=True):
                     point = _translate(point, direction, distance)
             if i < len(q):
                 axes.append(z)
                 origins.append(origin)
-                variable_entry = q[i] + self._offsets[i]
+                entry = q[i] + self._joint_offsets[i]
                 if self.is_revolute[i]:
-                    cos, sin, d = self.context.cos(variable_entry), self.context.sin(variable_entry), self._fixed[i]
+                    cos, sin, d = self.context.cos(entry), self.context.sin(entry), self._fixed_entries[i]
                 else:
-                    (cos, sin), d = self._fixed[i], variable_entry
-                a, cos_alpha, sin_alpha = self._links[i]
+                    (cos, sin), d = self._fixed_entries[i], entry
+                a, cos_alpha, sin_alpha = self._link_entries[i]
                 x, y = _rotate(x, y, cos, sin)
                 origin = _translate(_translate(origin, z, d), x, a)
                 y, z = _rotate(y, z, cos_alpha, sin_alpha)
@@ -86,10 +87,10 @@ class PreciseArm:
         """Return column i (from 0) of the Jacobian; the joint's axis has the direction z and contains `origin`."""
         zero_vector = [self.context.zero] * 3
         if not self.is_revolute[i]:
-            return [*(z if i < self._frame else zero_vector), *zero_vector]
+            return [*(z if i < self._point_frame else zero_vector), *zero_vector]
         r = [p - o for p, o in zip(point, origin, strict=True)]
         cross = [z[1] * r[2] - z[2] * r[1], z[2] * r[0] - z[0] * r[2], z[0] * r[1] - z[1] * r[0]]
-        return [*(cross if i < self._frame else zero_vector), *z]
+        return [*(cross if i < self._point_frame else zero_vector), *z]
 
 
 def evaluate_in_context(value: sp.Expr, context: Any = PRECISE_CONTEXT) -> Any:

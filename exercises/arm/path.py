@@ -13,7 +13,7 @@ import numpy as np
 import sympy as sp
 
 from qdot.exercises.arm.chain import Chain
-from qdot.exercises.arm.mpmath_kinematics import FLOAT_CONTEXT, PreciseArm, Vector, solve_linear
+from qdot.exercises.arm.mpmath_kinematics import FLOAT_CONTEXT, MpmathArm, Vector, solve_linear
 
 Values = Mapping[sp.Symbol, sp.Expr]
 MAX_ITERATIONS = 12
@@ -27,29 +27,29 @@ class PathSample:
     """The arm with its point of interest at p(s).
 
     - `s`: the distance from the start of the line (m).
-    - `joints`: the joint values q.
-    - `slopes`: the derivatives dq/ds.
+    - `joint_values`: the joint values q (rad, m).
+    - `derivatives`: the derivatives dq/ds.
     - `conditioning`: sigma_min / sigma_max of J, which is zero at a singular configuration.
     """
 
     s: float
-    joints: tuple[float, ...]
-    slopes: tuple[float, ...]
+    joint_values: tuple[float, ...]
+    derivatives: tuple[float, ...]
     conditioning: float
 
 
 class StraightPath:
-    """A straight line from the point of interest at the joint values `joints` to `target`.
+    """A straight line from the position of the point of interest at the joint values `start` to `target`.
 
     `target` has one coordinate (m) for each row of the task. `lengths` maps symbolic lengths to their values.
     """
 
     def __init__(
-        self, chain: Chain, lengths: Values, joints: Values, target: Sequence[sp.Expr], context: Any = FLOAT_CONTEXT
+        self, chain: Chain, lengths: Values, start: Values, target: Sequence[sp.Expr], context: Any = FLOAT_CONTEXT
     ) -> None:
-        self.arm, self.context = PreciseArm(chain, lengths, context), context
-        self.start_joints = [self.arm.evaluate_number(joints[q]) for q in chain.q]
-        start_position, _ = self.arm.point_and_jacobian(self.start_joints)
+        self.arm, self.context = MpmathArm(chain, lengths, context), context
+        self.start_joint_values = [self.arm.evaluate_number(start[q]) for q in chain.q]
+        start_position, _ = self.arm.point_and_jacobian(self.start_joint_values)
         self.start_point = [start_position[row] for row in self.arm.task_rows]
         displacement = [self.arm.evaluate_number(b) - a for a, b in zip(self.start_point, target, strict=True)]
         self.length = context.sqrt(sum(value * value for value in displacement))
@@ -59,9 +59,9 @@ class StraightPath:
         """Return the point p(s) = A + s u of the line."""
         return [a + s * u for a, u in zip(self.start_point, self.direction, strict=True)]
 
-    def joints_at(self, s: Any, initial_joints: Sequence[Any]) -> Vector | None:
-        """Return the joint values at p(s), found by Newton's method from `initial_joints`; None if the method fails."""
-        target_point, q = self.point(s), list(initial_joints)
+    def find_joint_values(self, s: Any, initial_values: Sequence[Any]) -> Vector | None:
+        """Return the joint values at p(s), by Newton's method from `initial_values`; None if it fails."""
+        target_point, q = self.point(s), list(initial_values)
         for _ in range(MAX_ITERATIONS):
             point, jacobian = self.arm.point_and_jacobian(q)
             error = [a - point[row] for a, row in zip(target_point, self.arm.task_rows, strict=True)]
@@ -74,7 +74,7 @@ class StraightPath:
                 return None
         return None
 
-    def joint_derivatives(self, q: Sequence[Any]) -> Vector:
+    def compute_derivatives(self, q: Sequence[Any]) -> Vector:
         """Return dq/ds = J^-1 u, the joint rates at unit speed, at joint values q."""
         return solve_linear(self.arm.task_jacobian(q), self.direction, self.context)
 
@@ -87,19 +87,21 @@ class StraightPath:
         `min_conditioning`, or if the arm would jump to another branch of solutions.
         """
         last_distance = float(self.length) if end_distance is None else end_distance
-        q, s, step_count = self.start_joints, 0.0, 0
+        q, s, step_count = self.start_joint_values, 0.0, 0
         while s <= last_distance + 1e-12:
             jacobian = self.arm.task_jacobian(q)
             sigma = np.linalg.svd(np.array(jacobian, dtype=float), compute_uv=False)
             conditioning = float(sigma[-1] / sigma[0])
             if conditioning < min_conditioning:
                 return
-            slopes = solve_linear(jacobian, self.direction, self.context)
-            yield PathSample(s, tuple(q), tuple(slopes), conditioning)
+            derivatives = solve_linear(jacobian, self.direction, self.context)
+            yield PathSample(s, tuple(q), tuple(derivatives), conditioning)
             step_count += 1
-            predicted_joints = [a + step_length * b for a, b in zip(q, slopes, strict=True)]
+            predicted_values = [a + step_length * b for a, b in zip(q, derivatives, strict=True)]
             s = step_length * step_count
-            joints = self.joints_at(s, predicted_joints)
-            if joints is None or max(abs(a - b) for a, b in zip(joints, predicted_joints, strict=True)) > MAX_JUMP:
+            joint_values = self.find_joint_values(s, predicted_values)
+            if joint_values is None:
                 return
-            q = joints
+            if max(abs(a - b) for a, b in zip(joint_values, predicted_values, strict=True)) > MAX_JUMP:
+                return
+            q = joint_values

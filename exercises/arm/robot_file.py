@@ -52,17 +52,17 @@ from qdot.exercises.arm.standard_table import (
     ArmTable,
     WrittenRow,
     axes_of_rows,
-    dh_of_axes,
-    dh_of_modified_rows,
-    dh_of_standard_rows,
-    is_rounded,
+    convert_axes,
+    convert_modified_rows,
+    convert_standard_rows,
+    is_table_rounded,
 )
 from qdot.exercises.arm.urdf import UrdfChain, read_urdf
 from qdot.exercises.common.errors import QdotError, make_name_error
 from qdot.exercises.common.input_file import KeyPath, TomlFile, read_toml, toml_text
 from qdot.exercises.common.stream import Stream
 
-ROW_KEYS = Convention.joint_keys
+ENTRY_KEYS = ("theta", "d", "a", "alpha")
 ANGLE_KEYS = ("theta", "alpha")
 MAX_JOINTS = 10
 """Maximum number of joints: each further parallel joint doubles the time of the proof that both derivations agree."""
@@ -71,6 +71,8 @@ ANGLE_UNITS = ("radians", "degrees")
 TOP_KEYS = ("name", "source", "convention", "twist_order", "angles", "task", "point", "base", "tool", "joint", "draw")
 """The keys outside the [[joint]] tables."""
 
+_PROVISIONAL_TASK = ("vx",)
+"""The task of an arm until the task is read, or until the default task can be chosen, for which the arm is needed."""
 _RANGE_HINT = "lengths need a range in metres, as in a1 = [0.3, 0.8]"
 _POSE_HINT = "expected {position = [x, y, z]}, with rpy = [roll, pitch, yaw] if the frame is rotated"
 Limits = tuple[sp.Expr, sp.Expr]
@@ -150,11 +152,11 @@ def _convert_urdf(path: Path, urdf_chain: UrdfChain) -> Robot:
     joint_count = len(urdf_chain.axes)
     if joint_count > MAX_JOINTS:
         raise QdotError(f"{path}: {_describe_excess_joints(joint_count)}")
-    base, joints, point = dh_of_axes(urdf_chain.axes, urdf_chain.tip, joint_count)
-    chain = Chain(urdf_chain.name, joints, ("vx",), base, point, urdf_chain.name)
-    chain = chain.with_task(*default_task(chain))
-    written_arm, rounded = _describe_axes(urdf_chain.axes), is_rounded(chain, urdf_chain.axes, urdf_chain.tip)
-    return Robot(chain, (), urdf_chain.notes, urdf_chain.limits, written_arm, is_table_rounded=rounded)
+    base, joints, point = convert_axes(urdf_chain.axes, urdf_chain.tip, joint_count)
+    chain = Chain(urdf_chain.name, joints, _PROVISIONAL_TASK, base, point, urdf_chain.name)
+    chain = chain.with_task(*choose_default_task(chain))
+    is_rounded, written_arm = is_table_rounded(chain, urdf_chain.axes, urdf_chain.tip), _describe_axes(urdf_chain.axes)
+    return Robot(chain, (), urdf_chain.notes, urdf_chain.limits, written_arm, is_table_rounded=is_rounded)
 
 
 def parse_robot(file: TomlFile) -> Robot:
@@ -162,8 +164,8 @@ def parse_robot(file: TomlFile) -> Robot:
     reader = _RobotReader(file)
     chain = reader.read_chain()
     ranges = _parse_length_ranges(file, chain)
-    notes, is_table_rounded = _find_length_warning(file, chain, ranges), is_rounded(chain, *reader.home_axes)
-    return Robot(chain, ranges, notes, reader.read_limits(), reader.written_arm, reader.source, is_table_rounded)
+    notes, is_rounded = _find_length_warning(file, chain, ranges), is_table_rounded(chain, *reader.exact_home_geometry)
+    return Robot(chain, ranges, notes, reader.read_limits(), reader.written_arm, reader.source, is_rounded)
 
 
 class _RobotReader:
@@ -171,44 +173,46 @@ class _RobotReader:
 
     def __init__(self, file: TomlFile) -> None:
         file.check_keys((), TOP_KEYS, ("name", "joint"))
-        self.file, self.table = file, file.content
+        self.file, self.content = file, file.content
         self.title = self._read_text("name", "my arm")
-        self.source = self._read_text("source", "its manual, p. 12") if "source" in self.table else ""
+        self.source = self._read_text("source", "its manual, p. 12") if "source" in self.content else ""
         self.convention = REGISTRY[self._read_choice("convention", CONVENTIONS)]
-        self.has_table = FRAMES in self.convention.features
+        self.has_dh_table = FRAMES in self.convention.features
         self.is_modified_table = FRAMES_OF_JOINTS in self.convention.features
         self.twist_order = self._read_choice("twist_order", TWIST_ORDERS)
-        if "twist_order" in self.table and not self.convention.twist_orders:
+        if "twist_order" in self.content and not self.convention.twist_orders:
             with file.locate_errors("twist_order"):
                 raise QdotError('the key applies only to arms described by screw axes, with convention = "screws"')
-        self.in_degrees = self._read_choice("angles", ANGLE_UNITS) == ANGLE_UNITS[1]
-        rows = self.table["joint"]
+        self.uses_degrees = self._read_choice("angles", ANGLE_UNITS) == ANGLE_UNITS[1]
+        joints = self.content["joint"]
         with file.locate_errors("joint"):
-            if not isinstance(rows, list) or not rows or not all(isinstance(row, dict) for row in rows):
+            if not isinstance(joints, list) or not joints or not all(isinstance(joint, dict) for joint in joints):
                 raise QdotError("expected a [[joint]] table for each joint")
-            if len(rows) > MAX_JOINTS:
-                raise QdotError(_describe_excess_joints(len(rows)))
-        self.rows: list[dict[str, Any]] = rows
-        kinds = [self._check_joint(index, row) for index, row in enumerate(rows)]
+            if len(joints) > MAX_JOINTS:
+                raise QdotError(_describe_excess_joints(len(joints)))
+        self.joints: list[dict[str, Any]] = joints
+        kinds = [self._check_joint(index, joint) for index, joint in enumerate(joints)]
         self.variables = [sp.Symbol(f"{HasKind(kind).variable_key}{i}") for i, kind in enumerate(kinds, 1)]
         self.written_arm: WrittenArm | None = None
         self.axis_points: tuple[Triple | None, ...] = ()
-        self.home_axes: tuple[list[Axis], sp.Matrix | None] = ([], None)
-        """The exact axes and point of interest at home, from which `is_rounded` finds whether the table is rounded."""
+        self.exact_home_geometry: tuple[list[Axis], sp.Matrix | None] = ([], None)
+        """The axes and the point of interest at home before the conversion to the table, for `is_table_rounded`."""
 
     def read_chain(self) -> Chain:
         """Return the arm with the task in the file, or with the default task if the file has none."""
-        base, joints, point = self._read_table() if self.has_table else self._read_axes()
-        name, order = self.convention.name, self.twist_order
-        chain = Chain(self.title, joints, ("vx",), base, point, self.title, name, self.axis_points, order)
-        if "task" not in self.table:
-            return chain.with_task(*default_task(chain))
+        base, joints, point = self._read_table() if self.has_dh_table else self._read_axes()
+        chain = Chain(
+            self.title, joints, _PROVISIONAL_TASK, base, point, self.title, convention=self.convention.name,
+            axis_points=self.axis_points, twist_order=self.twist_order,
+        )  # fmt: skip
+        if "task" not in self.content:
+            return chain.with_task(*choose_default_task(chain))
         with self.file.locate_errors("task"):
-            return chain.with_task(*_parse_task(self.table["task"]))
+            return chain.with_task(*_parse_task(self.content["task"]))
 
     def _read_text(self, key: str, example: str) -> str:
         """Return the text under a key as a single line. Raises QdotError if the value is empty or not a text."""
-        value = self.table[key]
+        value = self.content[key]
         with self.file.locate_errors(key):
             if not isinstance(value, str) or not value.strip():
                 raise QdotError(f'expected a text in quotes, as in {key} = "{example}"')
@@ -216,7 +220,7 @@ class _RobotReader:
 
     def _read_choice(self, key: str, choices: tuple[str, ...]) -> str:
         """Return the value under a key, by default the first choice. Raises QdotError if the value is no choice."""
-        value = self.table.get(key, choices[0])
+        value = self.content.get(key, choices[0])
         with self.file.locate_errors(key):
             if value not in choices:
                 alias = ALIASES.get(str(value).lower().replace("_", "-")) if key == "convention" else None
@@ -224,27 +228,27 @@ class _RobotReader:
                 raise QdotError(f"expected {' or '.join(map(toml_text, choices))}{hint}")
         return str(value)
 
-    def _check_joint(self, index: int, row: dict[str, Any]) -> str:
+    def _check_joint(self, index: int, joint: dict[str, Any]) -> str:
         """Return the kind of the joint with an index (from 0), after checking the joint's keys."""
         keys, path = self.convention.joint_keys, ("joint", index)
-        self._check_convention(index, row)
+        self._reject_keys_of_other_conventions(index, joint)
         self.file.check_keys(path, (*keys, "limits"), ("kind",), TOP_KEYS)
         with self.file.locate_errors(*path, "kind"):  # the kind decides which other keys are needed
-            if row["kind"] not in (REVOLUTE, PRISMATIC):
+            if joint["kind"] not in (REVOLUTE, PRISMATIC):
                 raise QdotError('expected "R" (revolute) or "P" (prismatic)')
-        needs_no_point = not self.has_table and row["kind"] == PRISMATIC
-        self.file.check_keys(path, (*keys, "limits"), keys[:2] if needs_no_point else keys)
-        return str(row["kind"])
+        required_keys = [key for key in keys if key != "point" or joint["kind"] == REVOLUTE]
+        self.file.check_keys(path, (*keys, "limits"), required_keys)
+        return str(joint["kind"])
 
-    def _check_convention(self, index: int, row: dict[str, Any]) -> None:
+    def _reject_keys_of_other_conventions(self, index: int, joint: dict[str, Any]) -> None:
         """Raise QdotError if a joint has a key that belongs to another convention than the file's."""
-        key = next((key for key in row if key in (("axis",) if self.has_table else ROW_KEYS[1:])), None)
+        key = next((key for key in joint if key in (("axis",) if self.has_dh_table else ENTRY_KEYS)), None)
         if key is None:
             return
         owner, names = "a DH table", '"dh" or "modified-dh"'
-        if self.has_table:
+        if self.has_dh_table:
             owner, names = "an arm described by screw axes", '"screws"'
-        has_convention = f"has {'' if 'convention' in self.table else 'by default '}convention = "
+        has_convention = f"has {'' if 'convention' in self.content else 'by default '}convention = "
         message = f"the key {key!r} belongs to {owner}, but the file {has_convention}{toml_text(self.convention.name)}"
         hint = f"write convention = {names} at the top, or the keys {', '.join(self.convention.joint_keys)}"
         raise QdotError(f"{self.file.describe_key('joint', index, key)}: {message}; {hint}")
@@ -253,14 +257,14 @@ class _RobotReader:
 
     def _read_table(self) -> ArmTable:
         """Return base, standard table and point of an arm that is described by a table."""
-        rows = [self._read_row(index) for index in range(len(self.rows))]
+        rows = [self._read_row(index) for index in range(len(self.joints))]
         if self.is_modified_table and rows[0].alpha.free_symbols:
             entry = self.file.describe_value("joint", 0, "alpha")
             raise QdotError(f"{entry}: the first alpha rotates the base, so the first alpha must be a number")
         base = self._read_pose("base")
         if base != IDENTITY_POSE or self.is_modified_table:
-            self.home_axes = axes_of_rows(rows, base, self.convention), None
-        convert_rows = dh_of_modified_rows if self.is_modified_table else dh_of_standard_rows
+            self.exact_home_geometry = axes_of_rows(rows, base, self.convention), None
+        convert_rows = convert_modified_rows if self.is_modified_table else convert_standard_rows
         if self.is_modified_table or any(row.is_reversed for row in rows):
             written_rows = tuple(map(WrittenRow.with_variable, rows, self.variables))
             self.written_arm = WrittenArm(self.convention, written_rows, self._read_position_and_angles("base"))
@@ -268,14 +272,14 @@ class _RobotReader:
 
     def _read_row(self, index: int) -> WrittenRow:
         """Return the row of the table with an index (from 0), without its joint variable."""
-        row, variable = self.rows[index], self.variables[index]
-        kind, variable_key = row["kind"], HasKind(row["kind"]).variable_key
+        joint, variable = self.joints[index], self.variables[index]
+        kind, variable_key = joint["kind"], HasKind(joint["kind"]).variable_key
         values: dict[str, sp.Expr] = {}
         is_reversed = False
         # the entry with the joint variable comes first, because most mistakes are there
-        for key in sorted(ROW_KEYS[1:], key=lambda key: key != variable_key):
+        for key in sorted(ENTRY_KEYS, key=lambda key: key != variable_key):
             with self.file.locate_errors("joint", index, key):
-                value = self._parse_value(row[key], key in ANGLE_KEYS)
+                value = self._parse_value(joint[key], key in ANGLE_KEYS)
                 if key == variable_key:
                     value, is_reversed = _split_variable(value, variable, kind)
                 values[key] = self._check_entry(value, key in ANGLE_KEYS)
@@ -283,74 +287,75 @@ class _RobotReader:
 
     def _read_point_of_interest(self) -> Point | None:
         """Return the point of interest in a frame of the file's convention; None if the file gives no point."""
-        n = len(self.rows)
-        if "tool" in self.table:
-            if "point" in self.table:
+        n = len(self.joints)
+        if "tool" in self.content:
+            if "point" in self.content:
                 point = self.file.describe_value("point")
                 raise QdotError(f"{point}: the point of interest is the tool's origin; give only `point` or `tool`")
             x, y, z = self._read_pose("tool").origin
             return Point(n, (x, y, z))
-        if "point" not in self.table:
+        if "point" not in self.content:
             return None
-        raw = self.table["point"]
-        correction = f'expected the origin of a frame, "O0" … "O{n}", or [x, y, z] in the last frame'
+        raw = self.content["point"]
+        message = f'expected the origin of a frame, "O0" … "O{n}", or [x, y, z] in the last frame'
         with self.file.locate_errors("point"):
             if isinstance(raw, str):
                 match = re.fullmatch(r"O_?(\d{1,2})", raw)
                 if match is None or int(match.group(1)) > n:
-                    raise QdotError(correction)
+                    raise QdotError(message)
                 return Point(int(match.group(1)))
-            return self._read_point(raw, correction)
+            return self._read_point(raw, message)
 
-    def _read_point(self, raw: object, correction: str) -> Point:
-        """Parse a point: [x, y, z] on the last link, or {frame = 2, offset = [x, y, z]}. `correction` is for errors."""
-        frame = len(self.rows)
+    def _read_point(self, raw: object, message: str) -> Point:
+        """Parse a point: [x, y, z] on the last link, or {frame = 2, offset = [x, y, z]}; `message` is for errors."""
+        frame = len(self.joints)
         if isinstance(raw, dict):
             if {*raw} != {"frame", "offset"} or type(raw["frame"]) is not int or not 0 <= raw["frame"] <= frame:
-                raise QdotError(f"{correction}; for another frame, write {{frame = {frame - 1}, offset = [x, y, z]}}")
+                raise QdotError(f"{message}; for another frame, write {{frame = {frame - 1}, offset = [x, y, z]}}")
             frame, raw = raw["frame"], raw["offset"]
-        x, y, z = self._parse_triple(raw, correction)
+        x, y, z = self._parse_triple(raw, message)
         return Point(frame, (x, y, z))
 
     # --- axes ---
 
     def _read_axes(self) -> ArmTable:
         """Return base, standard table and point of an arm that is described by its axes."""
-        if "tool" in self.table:
+        if "tool" in self.content:
             tool = self.file.describe_value("tool")
             raise QdotError(f"{tool}: with screws, use `point`: [x, y, z] in the home configuration, in the base frame")
         self.file.check_keys((), TOP_KEYS, ("name", "joint", "point"))
         base = self._read_pose("base")
         with self.file.locate_errors("point"):
-            hint = "expected [x, y, z] in the base frame, the point of interest when all joint variables are zero"
-            home_point = self._read_point(self.table["point"], hint)
+            message = "expected [x, y, z] in the base frame, the point of interest when all joint variables are zero"
+            home_point = self._read_point(self.content["point"], message)
 
         def to_world(position: Sequence[sp.Expr]) -> sp.Matrix:
             return (base @ Pose(sp.eye(3), sp.Matrix(position))).origin
 
-        axes, point = [self._read_axis(index) for index in range(len(self.rows))], to_world(home_point.offset)
+        axes = [self._read_axis(index) for index in range(len(self.joints))]
         self.written_arm = replace(_describe_axes(axes), base=self._read_position_and_angles("base"))
         directions = (base.rotation * axis.direction / axis.direction.norm() for axis in axes)
         world_axes = [Axis(axis.kind, z, to_world(axis.point)) for axis, z in zip(axes, directions, strict=True)]
-        self.home_axes = world_axes, point
-        self.axis_points = tuple(_to_triple(axis.point) if axis.is_revolute else None for axis in world_axes)
-        return dh_of_axes(world_axes, point, home_point.frame)
+        point = to_world(home_point.offset)
+        self.exact_home_geometry = world_axes, point
+        self.axis_points = tuple(_recognize_point(axis.point) if axis.is_revolute else None for axis in world_axes)
+        return convert_axes(world_axes, point, home_point.frame)
 
     def _read_axis(self, index: int) -> Axis:
         """Return the axis of the joint with an index (from 0) as the user wrote it, in the base frame."""
-        row = self.rows[index]
+        joint = self.joints[index]
         with self.file.locate_errors("joint", index, "axis"):
             message = "expected the direction of the axis in the home configuration: three numbers, not all zero, "
             message += "as in [0, 0, 1]"
-            direction = sp.Matrix(self._parse_triple(row["axis"], message))
+            direction = sp.Matrix(self._parse_triple(joint["axis"], message))
             if direction.free_symbols or direction.norm() == 0:
                 raise QdotError(message)
         axis_point = (sp.S.Zero,) * 3
-        if "point" in row:
+        if "point" in joint:
             message = "expected a point on the axis in the home configuration, [x, y, z] in metres"
             with self.file.locate_errors("joint", index, "point"):
-                axis_point = self._parse_triple(row["point"], message)
-        return Axis(row["kind"], direction, sp.Matrix(axis_point))
+                axis_point = self._parse_triple(joint["point"], message)
+        return Axis(joint["kind"], direction, sp.Matrix(axis_point))
 
     # --- entries ---
 
@@ -361,9 +366,9 @@ class _RobotReader:
 
     def _read_position_and_angles(self, key: str) -> tuple[Triple, Triple] | None:
         """Return the position (m), and the angles roll, pitch, yaw (rad), under a key; None if the key is missing."""
-        if key not in self.table:
+        if key not in self.content:
             return None
-        raw = self.table[key]
+        raw = self.content[key]
         with self.file.locate_errors(key):
             if not isinstance(raw, dict) or not raw or not {*raw} <= {"position", "rpy"}:
                 raise QdotError(_POSE_HINT)
@@ -373,10 +378,10 @@ class _RobotReader:
                 raise QdotError('the angles must be numbers, as in rpy = [0, 0, "pi/2"]')
             return position, rpy
 
-    def _parse_triple(self, raw: object, correction: str, are_angles: bool = False) -> Triple:
-        """Parse three entries. If there are not three, `correction` is the error message."""
+    def _parse_triple(self, raw: object, message: str, are_angles: bool = False) -> Triple:
+        """Parse three entries. Raises QdotError, with the `message` if there are not three."""
         if not isinstance(raw, list) or len(raw) != 3:
-            raise QdotError(correction)
+            raise QdotError(message)
         values = []
         for axis, entry in zip("xyz", raw, strict=True):
             try:
@@ -387,10 +392,10 @@ class _RobotReader:
 
     def _parse_value(self, raw: object, is_angle: bool) -> sp.Expr:
         """Parse one entry (rad or m); the names q1, q2, … are replaced by the joint variables."""
-        if self.in_degrees and isinstance(raw, str) and re.search(r"\b(a?(sin|cos|tan)|atan2)\s*\(", raw):
+        if self.uses_degrees and isinstance(raw, str) and re.search(r"\b(a?(sin|cos|tan)|atan2)\s*\(", raw):
             hint = "write the value of a sine or an arctangent as a number, as in sqrt(3)/2"
             raise QdotError(f"with angles in degrees, {hint}")
-        value = parse_entry(raw, is_angle, self.in_degrees)
+        value = parse_entry(raw, is_angle, self.uses_degrees)
         variables_by_name = {sp.Symbol(f"q{number}"): variable for number, variable in enumerate(self.variables, 1)}
         return value.xreplace(variables_by_name)
 
@@ -402,20 +407,23 @@ class _RobotReader:
 
     def read_limits(self) -> tuple[Limits | None, ...]:
         """Return the limits of each joint (rad or m); None for a joint without limits."""
-        return tuple(self._read_joint_limits(index) if "limits" in row else None for index, row in enumerate(self.rows))
+        return tuple(
+            self._read_joint_limits(index) if "limits" in joint else None for index, joint in enumerate(self.joints)
+        )
 
     def _read_joint_limits(self, index: int) -> Limits:
-        limits = self.rows[index]["limits"]
-        is_angle = self.rows[index]["kind"] == REVOLUTE
+        limits = self.joints[index]["limits"]
+        is_angle = self.joints[index]["kind"] == REVOLUTE
         example = '["-pi/2", "pi/2"]' if is_angle else "[0, 0.5]"
         with self.file.locate_errors("joint", index, "limits"):
-            values = [parse_entry(limit, is_angle, self.in_degrees) for limit in limits] if _is_pair(limits) else []
+            values = [parse_entry(limit, is_angle, self.uses_degrees) for limit in limits] if _is_pair(limits) else []
             if not values or any(value.free_symbols for value in values) or not values[0] < values[1]:
                 raise QdotError(f"expected two numbers, the lower one first, as in {example}")
         return values[0], values[1]
 
 
-def _to_triple(point: sp.Matrix) -> Triple:
+def _recognize_point(point: sp.Matrix) -> Triple:
+    """Return the coordinates of a point, with exact numbers where these are recognised."""
     x, y, z = point.applyfunc(recognize_exact)
     return x, y, z
 
@@ -426,8 +434,11 @@ def _is_pair(value: object) -> TypeGuard[list[Any]]:
 
 def _describe_axes(axes: Sequence[Axis]) -> WrittenArm:
     """Return axes as the description of an arm, with exact coordinates where these are recognised."""
-    vectors = ((axis.direction.applyfunc(recognize_exact), axis.point.applyfunc(recognize_exact)) for axis in axes)
-    return WrittenArm(Screws, tuple(Axis(axis.kind, *pair) for axis, pair in zip(axes, vectors, strict=True)))
+
+    def recognize(vector: sp.Matrix) -> sp.Matrix:
+        return vector.applyfunc(recognize_exact)
+
+    return WrittenArm(Screws, tuple(Axis(axis.kind, recognize(axis.direction), recognize(axis.point)) for axis in axes))
 
 
 def _split_variable(value: sp.Expr, variable: sp.Symbol, kind: str) -> tuple[sp.Expr, bool]:
@@ -538,10 +549,10 @@ def _find_nonzero_rows(chain: Chain) -> tuple[bool, ...]:
     return tuple(bool(size > _NONZERO_THRESHOLD) for size in largest)
 
 
-def default_task(chain: Chain) -> tuple[str, ...]:
+def choose_default_task(chain: Chain) -> tuple[str, ...]:
     """Return the default task of an arm, for a file without `task`; the module's docstring gives the rules."""
-    clearly_nonzero = enumerate(_find_nonzero_rows(chain))
-    is_nonzero = (is_clear or any(derive(chain).geometric.row(i)) for i, is_clear in clearly_nonzero)
+    rows = enumerate(_find_nonzero_rows(chain))
+    is_nonzero = (is_clearly_nonzero or any(derive(chain).geometric.row(i)) for i, is_clearly_nonzero in rows)
     moving_rows = tuple(compress(VELOCITY_NAMES, is_nonzero))
     if chain.n >= 6 and len(moving_rows) == len(VELOCITY_NAMES):
         return VELOCITY_NAMES

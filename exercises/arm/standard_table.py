@@ -16,11 +16,11 @@ from qdot.exercises.arm.axes_to_dh import (
     ZERO_TOLERANCE,
     Axis,
     Pose,
+    compute_table_of_axes,
     evaluate_entry,
     move_point_along_axes,
     recognize_exact,
     split_base_pose,
-    table_of_axes,
 )
 from qdot.exercises.arm.chain import Base, Chain, Joint, Point
 from qdot.exercises.arm.conventions.base import Convention
@@ -56,7 +56,9 @@ ArmTable = tuple[Base, tuple[Joint, ...], Point | None]
 """Base, standard table and point of interest of an arm; None if the point is the origin of the last frame."""
 
 
-def dh_of_standard_rows(rows: Sequence[WrittenRow], base: Pose = IDENTITY_POSE, point: Point | None = None) -> ArmTable:
+def convert_standard_rows(
+    rows: Sequence[WrittenRow], base: Pose = IDENTITY_POSE, point: Point | None = None
+) -> ArmTable:
     """Return base, standard table and point of an arm, given the rows of a standard table with reversed joints.
 
     The frame of a reversed joint is rotated by pi about x, because Rz(-q) = Rx(pi) Rz(q) Rx(-pi). A rotation of the
@@ -70,24 +72,26 @@ def dh_of_standard_rows(rows: Sequence[WrittenRow], base: Pose = IDENTITY_POSE, 
                 rows[i - 1] = replace(rows[i - 1], alpha=wrap_angle(rows[i - 1].alpha + sp.pi))
             else:
                 base = base @ REVERSAL
-            point = _move_frame(point, i, REVERSAL)
+            point = _convert_point(point, i, REVERSAL)
     table_base, base_rotation = (Base(), sp.S.Zero) if base == IDENTITY_POSE else split_base_pose(base)
     rows[0] = replace(rows[0], theta=rows[0].theta + base_rotation)
     joints = (row.with_variable(sp.Symbol(f"{row.variable_key}{number}")) for number, row in enumerate(rows, 1))
-    return table_base, tuple(joints), _move_frame(point, 0, Pose(rot_z(-base_rotation), sp.zeros(3, 1)))
+    return table_base, tuple(joints), _convert_point(point, 0, Pose(rot_z(-base_rotation), sp.zeros(3, 1)))
 
 
-def dh_of_modified_rows(rows: Sequence[WrittenRow], base: Pose = IDENTITY_POSE, point: Point | None = None) -> ArmTable:
+def convert_modified_rows(
+    rows: Sequence[WrittenRow], base: Pose = IDENTITY_POSE, point: Point | None = None
+) -> ArmTable:
     """Return base, standard table and point of an arm, given the rows of a modified table with reversed joints."""
-    links = [Pose(rot_x(row.alpha), sp.Matrix([row.a, 0, 0])) for row in rows]
     following_links = [(row.a, row.alpha) for row in rows[1:]] + [(sp.S.Zero, sp.S.Zero)]
-    shifted = [replace(row, a=a, alpha=alpha) for row, (a, alpha) in zip(rows, following_links, strict=True)]
-    for i, link in enumerate(links):
-        point = _move_frame(point, i, link)
-    return dh_of_standard_rows(shifted, base if links[0] == IDENTITY_POSE else base @ links[0], point)
+    standard_rows = [replace(row, a=a, alpha=alpha) for row, (a, alpha) in zip(rows, following_links, strict=True)]
+    motions = [Pose(rot_x(row.alpha), sp.Matrix([row.a, 0, 0])) for row in rows]  # from modified to standard frames
+    for i, motion in enumerate(motions):
+        point = _convert_point(point, i, motion)
+    return convert_standard_rows(standard_rows, base if motions[0] == IDENTITY_POSE else base @ motions[0], point)
 
 
-def _move_frame(point: Point | None, frame: int, motion: Pose) -> Point | None:
+def _convert_point(point: Point | None, frame: int, motion: Pose) -> Point | None:
     """Return a point's new coordinates after its frame was moved by a pose; unchanged if another frame was moved."""
     if point is None or point.frame != frame:
         return point
@@ -95,15 +99,15 @@ def _move_frame(point: Point | None, frame: int, motion: Pose) -> Point | None:
     return Point(frame, (x, y, z))
 
 
-def dh_of_axes(axes: Sequence[Axis], point: sp.Matrix, link_number: int) -> ArmTable:
+def convert_axes(axes: Sequence[Axis], point: sp.Matrix, link_number: int) -> ArmTable:
     """Return base, standard table and point of an arm, given its axes and the point of interest at home (3 x 1, m).
 
     The point is fixed to the link with the number `link_number`. Raises RuntimeError if table and axes move that link
     differently, which would be a bug.
     """
-    base, joints, tool = table_of_axes(axes, point)
+    base, joints, tool = compute_table_of_axes(axes, point)
     if link_number < len(axes):
-        chain = Chain("axes", joints, ("vx",), base)
+        chain = Chain("axes", joints, ("vx",), base)  # any task will do
         home = dict.fromkeys(chain.q, sp.S.Zero)
         frame = frames_and_point(chain).frames[link_number]
         offset = frame.rotation.xreplace(home).T * (point - frame.origin.xreplace(home))
@@ -179,7 +183,7 @@ def _simplify_coordinate(entry: sp.Expr) -> sp.Expr:
 # --- rounding ---
 
 
-def _poses_at_home(rows: Iterable[Joint], base: Pose, convention: type[Convention]) -> Iterator[Pose]:
+def _yield_poses_at_home(rows: Iterable[Joint], base: Pose, convention: type[Convention]) -> Iterator[Pose]:
     """Yield for each row of a table the pose before its rotation about z, and finally the pose after the last row."""
     pose = base
     for row in rows:
@@ -194,11 +198,11 @@ def _poses_at_home(rows: Iterable[Joint], base: Pose, convention: type[Conventio
 
 def axes_of_rows(rows: Sequence[WrittenRow], base: Pose, convention: type[Convention]) -> list[Axis]:
     """Return the axes of an arm at home in the world frame, given the rows of a table and the pose of frame 0."""
-    poses = _poses_at_home(rows, base, convention)
+    poses = _yield_poses_at_home(rows, base, convention)
     return [Axis(row.kind, pose.rotation[:, 2], pose.origin) for row, pose in zip(rows, poses, strict=False)]
 
 
-def is_rounded(chain: Chain, axes: Sequence[Axis], point: sp.Matrix | None = None) -> bool:
+def is_table_rounded(chain: Chain, axes: Sequence[Axis], point: sp.Matrix | None = None) -> bool:
     """Return whether the numbers of an arm's table were rounded, given the exact axes and point at home.
 
     The numbers were rounded if the axes and the point that follow from the table are only nearly the exact ones. This
@@ -211,15 +215,15 @@ def is_rounded(chain: Chain, axes: Sequence[Axis], point: sp.Matrix | None = Non
     base, position = chain.base, sp.Matrix(chain.base.position).xreplace(values)
     rows = [Joint(j.kind, *(entry.xreplace(values) for entry in (j.theta, j.d, j.a, j.alpha))) for j in chain.joints]
     base_pose = Pose(rot_z(base.yaw) * rot_x(base.tilt), position) @ IDENTITY_POSE  # `@` evaluates the numbers
-    poses = list(_poses_at_home(rows, base_pose, StandardDh))
+    poses = list(_yield_poses_at_home(rows, base_pose, StandardDh))
     deviations: list[sp.Expr] = []
     for axis, pose in zip(axes, poses, strict=False):
         z, axis_point = pose.rotation[:, 2], axis.point.xreplace(values)
         deviations += z.cross(axis.direction.xreplace(values))
         deviations += z.cross(pose.origin - axis_point) if axis.is_revolute else ()
     if point is not None:
-        offset = Pose(sp.eye(3), sp.Matrix(chain.point.offset).xreplace(values))
-        deviations += list((poses[chain.point.frame] @ offset).origin - point.xreplace(values))
+        point_pose = Pose(sp.eye(3), sp.Matrix(chain.point.offset).xreplace(values))
+        deviations += list((poses[chain.point.frame] @ point_pose).origin - point.xreplace(values))
     return any(abs(evaluate_entry(entry)) > EXACT_TOLERANCE for entry in deviations)
 
 
@@ -229,5 +233,5 @@ def wrap_angle(angle: sp.Expr) -> sp.Expr:
     turns = angle / (2 * sp.pi)
     if not turns.is_Rational:
         return angle
-    fraction = turns - sp.floor(turns)
+    fraction = turns - sp.floor(turns)  # at least 0 and less than 1
     return 2 * sp.pi * (fraction if fraction <= sp.Rational(1, 2) else fraction - 1)

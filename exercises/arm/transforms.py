@@ -10,7 +10,7 @@ import sympy as sp
 
 from qdot.exercises.arm.chain import Chain
 from qdot.exercises.arm.conventions import convention_of
-from qdot.exercises.arm.kinematics import Z, frame_after, link_frames
+from qdot.exercises.arm.kinematics import Z, compute_frame_after, link_frames
 from qdot.exercises.arm.trigonometry import count_terms, textbook_form, textbook_matrix
 
 
@@ -27,7 +27,7 @@ def joint_vectors_in_tool_frame(arm: Chain) -> tuple[tuple[sp.Matrix, sp.Matrix,
     convention, vectors = convention_of(arm), []
     joints = convention.keep_first_joints(arm.n).joints
     for i, joint in enumerate(joints):
-        last_frame = frame_after(joints[i:])  # frame n in the coordinates of the frame before joint i + 1
+        last_frame = compute_frame_after(joints[i:])  # frame n in the coordinates of the frame before joint i + 1
         z, to_last_origin = textbook_matrix(last_frame.rotation.T * Z), last_frame.rotation.T * last_frame.origin
         start_to_point = to_last_origin - convention.distance_along_axis(joint) * z + sp.Matrix(convention.point.offset)
         p_star = textbook_matrix(start_to_point)
@@ -48,10 +48,10 @@ def jacobian_in_tool_frame(arm: Chain) -> sp.Matrix:
 @lru_cache(maxsize=4096)
 def count_last_pose_terms(arm: Chain) -> int:
     """Return the number of terms of T_{w,n}, multiplied out; ones and zeros don't count."""
-    return count_terms(frame_poses(arm)[-1], trivial=(0, 1))
+    return count_terms(frame_poses(arm)[-1], ignored_values=(0, 1))
 
 
 @lru_cache(maxsize=4096)
 def count_tool_jacobian_terms(arm: Chain) -> int:
     """Return the number of terms of the Jacobian in the last frame, multiplied out; ones and zeros don't count."""
-    return count_terms(jacobian_in_tool_frame(arm), trivial=(0, 1))
+    return count_terms(jacobian_in_tool_frame(arm), ignored_values=(0, 1))

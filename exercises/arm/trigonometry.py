@@ -53,17 +53,17 @@ def compute_fourier_form(expression: sp.Expr) -> FourierForm:
     trigs = _list_trigs(expression)
     angles = _sort_symbols({angle for trig in trigs for angle in trig.free_symbols})
     lengths = _sort_symbols(expression.free_symbols - set(angles))
-    exponentials = {angle: (sp.Dummy(), sp.Dummy()) for angle in angles}
+    exponentials = {angle: {1: sp.Dummy(), -1: sp.Dummy()} for angle in angles}  # e and 1/e, by their exponents
     in_exponentials = {}
     for trig in trigs:
         multiples = _read_multiples(trig.args[0])
         positive, negative = (
-            sp.Mul(*(exponentials[angle][(k < 0) != is_inverse] ** abs(k) for angle, k in multiples.items()))
-            for is_inverse in (False, True)
+            sp.Mul(*(exponentials[angle][sign if k > 0 else -sign] ** abs(k) for angle, k in multiples.items()))
+            for sign in (1, -1)
         )
         is_cosine = isinstance(trig, sp.cos)
         in_exponentials[trig] = (positive + negative) / 2 if is_cosine else (positive - negative) / (2 * sp.I)
-    symbols = [*lengths, *(symbol for pair in exponentials.values() for symbol in pair)]
+    symbols = [*lengths, *(symbol for pair in exponentials.values() for symbol in pair.values())]
     ring = sp.polys.rings.PolyRing(symbols or [sp.Dummy()], sp.QQ_I)
     polynomial = ring.from_expr(expression.xreplace(in_exponentials))
     terms: dict[tuple[int, ...], list[list[sp.Expr]]] = {}
@@ -115,12 +115,12 @@ def are_identical(a: sp.Expr, b: sp.Expr) -> bool:
     difference = a - b
     trigs = _list_trigs(difference)
     multiples = {trig: _read_multiples(trig.args[0]) for trig in trigs}
-    circles = {angle: (sp.Dummy(), sp.Dummy()) for trig in trigs for angle in multiples[trig]}
-    symbols_of_trigs = {sp.sin(q): s for q, (s, _) in circles.items()} | {sp.cos(q): c for q, (_, c) in circles.items()}
+    pairs = {angle: (sp.Dummy(), sp.Dummy()) for trig in trigs for angle in multiples[trig]}  # s and c of each angle
+    symbols_of_trigs = {sp.sin(q): s for q, (s, _) in pairs.items()} | {sp.cos(q): c for q, (_, c) in pairs.items()}
     polynomial_form = difference.xreplace({trig: sp.expand_trig(trig).xreplace(symbols_of_trigs) for trig in trigs})
-    unknowns = [symbol for pair in circles.values() for symbol in pair]
+    unknowns = [symbol for pair in pairs.values() for symbol in pair]
     ring = sp.polys.rings.PolyRing([*unknowns, *(polynomial_form.free_symbols - set(unknowns)), sp.Dummy()], sp.QQ)
-    return not ring.from_expr(polynomial_form).rem([ring(s**2 + c**2 - 1) for s, c in circles.values()])
+    return not ring.from_expr(polynomial_form).rem([ring(s**2 + c**2 - 1) for s, c in pairs.values()])
 
 
 @dataclass(frozen=True)
@@ -144,8 +144,8 @@ class Factored:
         powers = dict(self.factors)
         for factor, power in divisor.factors:
             powers[factor] = powers.get(factor, 0) - power
-        remaining = tuple((factor, power) for factor, power in powers.items() if power)
-        return Factored(self.coefficient / divisor.coefficient, remaining)
+        factors = tuple((factor, power) for factor, power in powers.items() if power)
+        return Factored(self.coefficient / divisor.coefficient, factors)
 
     def substitute(self, values: Mapping[sp.Symbol, sp.Expr]) -> sp.Expr:
         """Return the product with values substituted in each factor; lengths that become equal are factored out."""
@@ -191,8 +191,8 @@ def remove_arctangents(expression: sp.Expr) -> sp.Expr:
     """
     if not expression.has(sp.atan2):
         return expression
-    expanded = {trig: _expand_arctangents(trig) for trig in expression.atoms(sp.sin, sp.cos) if trig.has(sp.atan2)}
-    result = sp.expand(expression.xreplace(expanded))
+    trigs = [trig for trig in expression.atoms(sp.sin, sp.cos) if trig.has(sp.atan2)]
+    result = sp.expand(expression.xreplace({trig: _expand_arctangents(trig) for trig in trigs}))
     return expression if any(power.exp < 0 for power in result.atoms(sp.Pow)) else result
 
 
@@ -253,8 +253,8 @@ def factor_trig(expression: sp.Expr, max_terms: int = 200) -> Factored:
         return Factored(sp.S.Zero, ())
     if any(power.is_number and _is_root(power) for power in expression.atoms(sp.Pow)):
         raise ValueError(f"{expression} has roots of numbers")
-    names, trigs_by_symbol = _name_trigs(expression)
-    coefficient, polynomial_factors = _factor_polynomial(expression.xreplace(names), max_terms)
+    symbols_by_trig, trigs_by_symbol = _name_trigs(expression)
+    coefficient, polynomial_factors = _factor_polynomial(expression.xreplace(symbols_by_trig), max_terms)
     powers: dict[sp.Expr, int] = {}
     for factor, power in polynomial_factors:
         content, shortest = _find_shortest_form(factor.xreplace(trigs_by_symbol))
@@ -265,8 +265,8 @@ def factor_trig(expression: sp.Expr, max_terms: int = 200) -> Factored:
             base, exponent = piece.as_base_exp()
             if base != 1:
                 powers[base] = powers.get(base, 0) + power * int(exponent)
-    ordered = sorted(powers.items(), key=lambda item: (sp.count_ops(item[0]), sp.default_sort_key(item[0])))
-    return Factored(sp.Rational(coefficient), tuple(ordered))
+    factors = sorted(powers.items(), key=lambda item: (sp.count_ops(item[0]), sp.default_sort_key(item[0])))
+    return Factored(sp.Rational(coefficient), tuple(factors))
 
 
 def _factor_polynomial(expression: sp.Expr, max_terms: int) -> tuple[sp.Expr, list[tuple[sp.Expr, int]]]:
@@ -315,12 +315,12 @@ def _name_trigs(expression: sp.Expr) -> tuple[dict[sp.Expr, sp.Symbol], dict[sp.
 
     The symbol of an angle's cosine is followed by the symbol of its sine.
     """
-    names: dict[sp.Expr, sp.Symbol] = {}
+    symbols_by_trig: dict[sp.Expr, sp.Symbol] = {}
     arguments = sorted({atom.args[0] for atom in _list_trigs(expression)}, key=sp.default_sort_key)
     for index, argument in enumerate(arguments):
-        names[sp.cos(argument)] = sp.Symbol(f"c_{index}")
-        names[sp.sin(argument)] = sp.Symbol(f"s_{index}")
-    return names, {symbol: atom for atom, symbol in names.items()}
+        symbols_by_trig[sp.cos(argument)] = sp.Symbol(f"c_{index}")
+        symbols_by_trig[sp.sin(argument)] = sp.Symbol(f"s_{index}")
+    return symbols_by_trig, {symbol: trig for trig, symbol in symbols_by_trig.items()}
 
 
 _MAX_FOURIER_GROWTH = 3
@@ -344,22 +344,22 @@ def _find_shortest_form(factor: sp.Expr) -> tuple[sp.Rational, sp.Expr]:
         if fourier_form.term_count <= _MAX_FOURIER_GROWTH * len(factor.args):
             expanded = sp.expand(sp.expand_trig(fourier_form.expression()))
             forms += [fourier_form.expression(), *map(_collect_trigs, (expanded, *_reduce_squares(expanded)))]
-    best = min(forms, key=lambda form: (len(sp.Add.make_args(form)), sp.count_ops(form)))
-    content, primitive = best.as_content_primitive()
+    shortest = min(forms, key=lambda form: (len(sp.Add.make_args(form)), sp.count_ops(form)))
+    content, primitive = shortest.as_content_primitive()
     if min(sp.Add.make_args(primitive), key=sp.default_sort_key).could_extract_minus_sign():
         content, primitive = -content, sp.Add(*(-term for term in sp.Add.make_args(primitive)))
     if primitive.is_Add:
-        names, trigs_by_symbol = _name_trigs(primitive)
-        primitive = sp.factor_terms(primitive.xreplace(names)).xreplace(trigs_by_symbol)
+        symbols_by_trig, trigs_by_symbol = _name_trigs(primitive)
+        primitive = sp.factor_terms(primitive.xreplace(symbols_by_trig)).xreplace(trigs_by_symbol)
     return content, primitive
 
 
 def _collect_trigs(expression: sp.Expr) -> sp.Expr:
     """Return a sum with one term for each product of sines and cosines."""
-    names, trigs_by_symbol = _name_trigs(expression)
-    if not names:
+    symbols_by_trig, trigs_by_symbol = _name_trigs(expression)
+    if not symbols_by_trig:
         return expression
-    polynomial = sp.Poly(expression.xreplace(names), *names.values())
+    polynomial = sp.Poly(expression.xreplace(symbols_by_trig), *symbols_by_trig.values())
     terms = (coefficient * sp.Mul(*map(sp.Pow, polynomial.gens, powers)) for powers, coefficient in polynomial.terms())
     return sp.Add(*terms).xreplace(trigs_by_symbol)
 
@@ -369,23 +369,22 @@ def _reduce_squares(expression: sp.Expr) -> list[sp.Expr]:
 
     Return an empty list if the expression has no squares of sines or cosines.
     """
-    names, trigs_by_symbol = _name_trigs(expression)
-    trigs = list(names.values())
-    if not trigs:
+    symbols_by_trig, trigs_by_symbol = _name_trigs(expression)
+    symbols = list(symbols_by_trig.values())
+    if not symbols:
         return []
-    polynomial = sp.Poly(expression.xreplace(names), *trigs)
+    polynomial = sp.Poly(expression.xreplace(symbols_by_trig), *symbols)
     if all(power < 2 for powers in polynomial.monoms() for power in powers):
         return []  # there is nothing to replace
     forms = []
-    for kept_position in (0, 1):
+    for offset in (0, 1):  # with 0, i is the index of each cosine and j that of its sine; with 1, the reverse
         summands = []
         for powers, coefficient in polynomial.terms():
             term = coefficient
-            for k in range(0, len(trigs), 2):
-                kept_index, replaced_index = k + kept_position, k + 1 - kept_position
-                kept, replaced = trigs[kept_index], trigs[replaced_index]
-                square_count, remainder = divmod(powers[replaced_index], 2)
-                term *= kept ** powers[kept_index] * replaced**remainder * (1 - kept**2) ** square_count
+            for k in range(0, len(symbols), 2):
+                i, j = k + offset, k + 1 - offset
+                square_count, remainder = divmod(powers[j], 2)
+                term *= symbols[i] ** powers[i] * symbols[j] ** remainder * (1 - symbols[i] ** 2) ** square_count
             summands.append(term)
         forms.append(sp.expand(sp.Add(*summands)).xreplace(trigs_by_symbol))
     return forms
@@ -406,6 +405,6 @@ def textbook_matrix(matrix: sp.Matrix) -> sp.Matrix:
     return matrix.applyfunc(lambda entry: textbook_form(sp.expand(entry)))
 
 
-def count_terms(entries: sp.Matrix, trivial: tuple[int, ...] = (0,)) -> int:
-    """Return the number of terms of all entries of a matrix, multiplied out; entries in `trivial` don't count."""
-    return sum(len(sp.Add.make_args(sp.expand(entry))) for entry in entries if entry not in trivial)
+def count_terms(entries: sp.Matrix, ignored_values: tuple[int, ...] = (0,)) -> int:
+    """Return the number of terms of all entries of a matrix, multiplied out, without entries in `ignored_values`."""
+    return sum(len(sp.Add.make_args(sp.expand(entry))) for entry in entries if entry not in ignored_values)

@@ -4,7 +4,7 @@ This package imports the packages that make problems and notebooks. The exports 
 
     assignment                  assignment.toml, roster.csv and the secret, as one object
     expected_forms              which values each key of assignment.toml expects, for error messages
-    decimals, late_rule         tolerances for rounded answers; penalties for late work
+    late_rule                   penalties for late work
     front_page                  what an exam on paper says above its first problem
     attempt_policy              which of a student's notebooks count
     gradebook                   class lists that Canvas or Moodle has exported

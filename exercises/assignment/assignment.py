@@ -22,11 +22,10 @@ from qdot.exercises.arm.conventions import REGISTRY
 from qdot.exercises.arm.library import find_robot_path
 from qdot.exercises.arm.robot_file import read_robot_file
 from qdot.exercises.assignment.attempt_policy import AttemptPolicy, read_attempt_policy
-from qdot.exercises.assignment.decimals import read_decimals
 from qdot.exercises.assignment.expected_forms import EXPECTED_FORMS
 from qdot.exercises.assignment.front_page import FrontPage, read_front_page
 from qdot.exercises.assignment.gradebook import Gradebook, normalize_identifier, read_export
-from qdot.exercises.assignment.late_rule import LateRule, read_late, with_zone
+from qdot.exercises.assignment.late_rule import LateRule, add_time_zone, read_late_rule
 from qdot.exercises.assignment.replacements import Replacements, read_replacements
 from qdot.exercises.common.errors import QdotError, count_noun
 from qdot.exercises.common.files import is_changed_by_windows
@@ -41,9 +40,10 @@ from qdot.exercises.problem.problem import (
     TWIST_ORDER_HINT,
     Problem,
     ProblemId,
-    find_convention,
-    find_twist_order,
+    normalize_convention,
+    normalize_twist_order,
 )
+from qdot.exercises.problem.rounding import read_decimals
 from qdot.exercises.questions import Question
 from qdot.exercises.questions.custom import Definition, make_question
 from qdot.exercises.questions.custom.definition import TEXT_ANSWER
@@ -58,6 +58,8 @@ from qdot.exercises.writing.wording import Wording
 Parsed = TypeVar("Parsed")
 
 ASSIGNMENT_FILE = "assignment.toml"
+QUESTION_FILE_EXTENSION = ".toml"
+"""The ending of a name in `questions` that stands for all questions in a file."""
 SECRET_FILE = "secret.txt"  # noqa: S105 - a file's name
 SECRET_VARIABLE = "QDOT_SECRET"  # noqa: S105 - a variable's name
 _MISSING_FILE_HINT = "'qdot init' creates a folder with this file"
@@ -142,12 +144,12 @@ WINDOWS_NAME_RULE = (
 
 @dataclass(frozen=True)
 class Student:
-    """A student on the roster. `other_columns` has all other cells; `due_date` is a due date for this student only."""
+    """A student on the roster. `other_cells` are pairs (column, cell); `due_date` is for this student only."""
 
     id: str
     name: str = ""
     email: str = ""
-    other_columns: tuple[tuple[str, str], ...] = ()
+    other_cells: tuple[tuple[str, str], ...] = ()
     due_date: datetime.datetime | None = None
 
 
@@ -190,6 +192,14 @@ class Slot:
         """The questions that a person has to mark."""
         return frozenset(definition.name for definition in self.definitions if definition.answer == TEXT_ANSWER)
 
+    def list_problem_settings(self) -> tuple[object, ...]:
+        """Return the settings that determine the slot's problems, for digests."""
+        definitions = "/".join(definition.digest for definition in self.definitions)
+        # Digests of older versions did not have these settings, so they are left out if they are empty.
+        newer_settings = filter(None, (self.convention, self.twist_order, definitions))
+        settings = (self.name, self.family.name, self.questions, self.band, self.robot_digest, self.variation)
+        return (*settings, *newer_settings)
+
     @property
     def points_by_question(self) -> dict[str, float]:
         """The questions of the slot, in order, each with its points."""
@@ -198,7 +208,8 @@ class Slot:
     def make_problem_id(self, secret: str, student: str, seed_number: int = 1) -> ProblemId:
         """Return the id of a student's problem in this slot; `seed_number` is explained in `replacements`."""
         seed_name = self.name if seed_number == 1 else f"{self.name}/{seed_number}"
-        return generation.make_student_problem_id(secret, student, seed_name, self.make_id_from_seed(0))
+        id_without_seed = self.make_id_from_seed(0)
+        return generation.make_student_problem_id(secret, student, seed_name, id_without_seed)
 
     def make_id_from_seed(self, seed: int) -> ProblemId:
         """Return the id of the problem of this slot with a given seed."""
@@ -217,10 +228,8 @@ class Slot:
             self.make_id_from_seed(seed), points=self.points, family=self.family, definitions=self.definitions
         )
         roundings, credits_by_name = dict(self.decimals), dict(self.credit)
-        parts = [
-            replace(part, rounding=roundings.get(part.name), credit=credits_by_name.get(part.name, Credit()))
-            for part in problem.parts
-        ]
+        parts = (replace(part, rounding=roundings.get(part.name, part.rounding)) for part in problem.parts)
+        parts = (replace(part, credit=credits_by_name.get(part.name, Credit())) for part in parts)
         return replace(problem, parts=tuple(parts))
 
 
@@ -242,8 +251,8 @@ class Assignment:
     notes: tuple[str, ...] = ()
     follow_through: Fraction = Fraction(4, 5)
     hints: bool = False
-    late: LateRule | None = None
-    attempts: AttemptPolicy = field(default_factory=AttemptPolicy)
+    late_rule: LateRule | None = None
+    attempt_policy: AttemptPolicy = field(default_factory=AttemptPolicy)
     sandbox: str = "best"
     gradebook: Gradebook | None = None
     replacements: Replacements = field(default_factory=dict)
@@ -256,7 +265,7 @@ class Assignment:
         """Return the due date of a student's work, with its time zone; None if there is none."""
         due_date = student.due_date or self.due_date
         zone = self.due_date.tzinfo if self.due_date else None
-        return due_date and with_zone(due_date, zone)
+        return due_date and add_time_zone(due_date, zone)
 
     def with_variation(self, variation: str) -> "Assignment":
         """Return the assignment with another variation in all slots. Raises QdotError if a question is impossible."""
@@ -288,7 +297,7 @@ class Assignment:
         return replace(self, slots=tuple(slots)), tuple(sorted(text_names))
 
     def generate_problems(self, student: str) -> list[tuple[str, Problem]]:
-        """Return the student's problems with the names of their slots; the same at every call, on every machine."""
+        """Return the student's problems, each after the name of its slot; they are the same on every machine."""
         return [(slot.name, slot.generate_from_seed(self.make_problem_id(slot, student).seed)) for slot in self.slots]
 
     def make_problem_id(self, slot: Slot, student: str) -> ProblemId:
@@ -296,7 +305,7 @@ class Assignment:
         return slot.make_problem_id(self.secret, student, self.seed_number_of(slot, student))
 
     def seed_number_of(self, slot: Slot, student: str) -> int:
-        """Return the number of the seed of a student's problem in a slot: 1, unless redrawn.csv states another."""
+        """Return the number of the seed of a student's problem in a slot: 1, unless redrawn.csv lists the problem."""
         replacement = self.replacements.get((student, slot.name))
         return replacement.seed_number if replacement is not None and replacement.family == slot.family.name else 1
 
@@ -308,12 +317,7 @@ class Assignment:
     @property
     def problems_digest(self) -> str:
         """A short hash that changes whenever the problems change, for example with the secret or the questions."""
-        slots = [
-            (slot.name, slot.family.name, slot.questions, slot.band, slot.robot_digest, slot.variation, *settings)
-            for slot in self.slots
-            for definitions in ["/".join(definition.digest for definition in slot.definitions)]
-            for settings in [filter(None, (slot.convention, slot.twist_order, definitions))]
-        ]
+        slots = [slot.list_problem_settings() for slot in self.slots]
         return _compute_short_hash(repr((ENGINE, self.secret, self.key, slots)))
 
     @property
@@ -330,16 +334,17 @@ class Assignment:
 
     def problems_digest_of(self, student: str) -> str:
         """Return the hash of a student's problems: `problems_digest`, or another one if a problem was replaced."""
-        return self._add_seed_numbers(self.problems_digest, student)
+        return self._hash_with_seed_numbers(self.problems_digest, student)
 
     def notebook_digest_of(self, student: str) -> str:
         """Return the hash of a student's notebook: `notebook_digest`, or another one if a problem was replaced."""
-        return self._add_seed_numbers(self.notebook_digest, student)
+        return self._hash_with_seed_numbers(self.notebook_digest, student)
 
-    def _add_seed_numbers(self, digest: str, student: str) -> str:
+    def _hash_with_seed_numbers(self, digest: str, student: str) -> str:
+        """Return a hash of a digest and the numbers of other seeds than the first; the digest if there are none."""
         seed_numbers = [(slot.name, self.seed_number_of(slot, student)) for slot in self.slots]
-        other_numbers = [(slot_name, number) for slot_name, number in seed_numbers if number != 1]
-        return _compute_short_hash(repr((digest, other_numbers))) if other_numbers else digest
+        later_seed_numbers = [(slot_name, number) for slot_name, number in seed_numbers if number > 1]
+        return _compute_short_hash(repr((digest, later_seed_numbers))) if later_seed_numbers else digest
 
 
 def _compute_short_hash(content: str) -> str:
@@ -360,11 +365,11 @@ def load_assignment(folder: Path) -> Assignment:
     file = read_toml(folder / ASSIGNMENT_FILE, _MISSING_FILE_HINT, float)
     content = _validate(file)
     _parse(file, ("key",), _check_key, content.key)
-    late = _parse(file, ("late",), read_late, content.late, content.due)
-    attempts = _parse(file, ("attempts",), read_attempt_policy, content.attempts)
+    late_rule = _parse(file, ("late",), read_late_rule, content.late, content.due)
+    attempt_policy = _parse(file, ("attempts",), read_attempt_policy, content.attempts)
     variation = _parse(file, ("variation",), find_canonical_name, content.variation)
-    _parse(file, ("convention",), find_convention, content.convention or CONVENTIONS[0])
-    _parse(file, ("twist_order",), find_twist_order, content.twist_order or TWIST_ORDERS[0])
+    _parse(file, ("convention",), normalize_convention, content.convention or CONVENTIONS[0])
+    _parse(file, ("twist_order",), normalize_twist_order, content.twist_order or TWIST_ORDERS[0])
     front_page = _parse(file, ("paper",), read_front_page, content.paper, folder)
     notes: list[str] = []
     definitions = _read_all_definitions(file, content)
@@ -380,15 +385,15 @@ def load_assignment(folder: Path) -> Assignment:
     return Assignment(
         folder, content.title, content.key, slots, students, read_secret(folder),
         content.due, content.feedback, tuple(notes), Fraction(str(content.follow_through)),
-        content.hints, late, attempts, content.sandbox, gradebook,
+        content.hints, late_rule, attempt_policy, content.sandbox, gradebook,
         read_replacements(folder), front_page,
     )  # fmt: skip
 
 
 def _read_all_definitions(file: TomlFile, content: AssignmentFile) -> dict[str, Definition]:
-    """Return the instructor's questions of assignment.toml and of the files that its problems name, by name.
+    """Return the instructor's questions, by name: those of assignment.toml, and those of files that its problems name.
 
-    The name of such a file stands for all its questions; they replace it in `content`. Raises QdotError.
+    In `content`, the name of a file is replaced by the names of its questions. Raises QdotError.
     """
     definitions = read_definitions(file, ALL_QUESTIONS)
     for index, entry in enumerate(content.problem):
@@ -410,11 +415,8 @@ def _read_all_definitions(file: TomlFile, content: AssignmentFile) -> dict[str, 
     return definitions
 
 
-QUESTION_FILE_EXTENSION = ".toml"
-
-
 def _parse(file: TomlFile, key_path: Sequence[str | int], parse: Callable[..., Parsed], *values: object) -> Parsed:
-    """Call `parse` with the values of a key; add the file, the line and the key to its QdotErrors."""
+    """Return the result of `parse` for the values of a key; QdotErrors get the file, the line and the key."""
     with file.locate_errors(*key_path):
         return parse(*values)
 
@@ -436,7 +438,7 @@ def _check_folder(folder: Path) -> None:
 
 
 def _validate(file: TomlFile) -> AssignmentFile:
-    """Return the validated file. Raises QdotError, for a misspelt key before a missing key or a wrong value."""
+    """Return the content of the file. Raises QdotError: first for misspelt keys, then for missing keys and values."""
     file.check_keys((), tuple(AssignmentFile.model_fields), ("title", "key", "problem"))
     problems, problem_keys = file.content["problem"], tuple(ProblemEntry.model_fields)
     top_level_keys = [name for name in AssignmentFile.model_fields if name != "question"]  # [question.NAME] is a table
@@ -447,7 +449,7 @@ def _validate(file: TomlFile) -> AssignmentFile:
         return AssignmentFile.model_validate(file.content)
     except pydantic.ValidationError as error:
         location = error.errors()[0]["loc"]
-    key_path = location[:3] if location[0] == "problem" else location[:1]
+    key_path = location[:3] if location[0] == "problem" else location[:1]  # problem, index, key
     with file.locate_errors(*key_path):
         raise QdotError(EXPECTED_FORMS.get(str(key_path[-1]), EXPECTED_FORMS["problem"]))
 
@@ -475,12 +477,12 @@ def _read_slot(
         family = parse("family", generation.look_up_family, entry.family)
         robot_digest = ""
     else:
-        family, robot_digest = parse("robot", _read_own_robot, str(entry.robot), file.path.parent, notes)
+        family, robot_digest = parse("robot", _read_robot, str(entry.robot), file.path.parent, notes)
     if entry.variation is not None:
         variation = parse("variation", find_canonical_name, entry.variation)
     convention = entry.convention or content.convention or ""
     if convention:
-        canonical_convention = parse("convention", find_convention, convention)
+        canonical_convention = parse("convention", normalize_convention, convention)
         if not robot_digest:  # the default is ""; for a robot, "" would mean the convention of its file
             convention = canonical_convention
     twist_order = parse("twist_order", _choose_twist_order, entry.twist_order, content.twist_order, family, convention)
@@ -495,7 +497,7 @@ def _read_slot(
         key_path = ("question", definition.name) if is_in_this_file else ("problem", index, questions_key)
         settings = family, (definition.name,), band, variation, convention, (definition,)
         _parse(file, key_path, generation.check_questions, *settings)
-        warning = _parse(file, key_path, check_on_family, definition, family, variation, convention)
+        warning = _parse(file, key_path, check_definition_on_family, definition, family, variation, convention)
         if warning is not None:
             notes.append(warning)
     parse(
@@ -511,13 +513,13 @@ def _read_slot(
     )  # fmt: skip
 
 
-def check_on_family(
+def check_definition_on_family(
     definition: Definition, family: Family, variation: str = DEFAULT_VARIATION, convention: str = ""
 ) -> str | None:  # fmt: skip
-    """Check an instructor's question more closely on one arm of a family: that its texts can be filled in, for example.
+    """Check an instructor's question on one arm of a family, for example that its texts can be filled in.
 
-    Returns a warning if a number probably doesn't have its unit, else None. Raises QdotError, also if a number is the
-    same for all given values.
+    Return a warning if a number probably doesn't have its unit, else None. Raise QdotError if a check fails, such as
+    that the number is not the same for all given values.
     """
     identity = ProblemId(family.name, 0, (definition.name,), variation=variation, convention=convention)
     problem = generation.generate(identity, family=family, definitions=(definition,))
@@ -536,12 +538,12 @@ def check_on_family(
 
 
 def _choose_twist_order(setting: str | None, default: str | None, family: Family, convention: str) -> str:
-    """Return the order of twists of a problem: "" for arms described by tables, and for the order of a robot's file.
+    """Return the order of twists of a slot; "" for arms described by tables, and for the order of a robot's file.
 
-    `setting` is the slot's order, and `default` is the assignment's. Raises QdotError.
+    `setting` is the order that the slot sets, and `default` that of the assignment. Raises QdotError.
     """
     chosen_order = setting or default or ""
-    canonical_order = find_twist_order(chosen_order) if chosen_order else ""
+    canonical_order = normalize_twist_order(chosen_order) if chosen_order else ""
     if _has_twist_order(convention, family):
         return chosen_order if family.robot_argument else canonical_order
     if setting is not None:
@@ -574,7 +576,7 @@ def _choose_questions(family: Family, setting: list[str] | str | None, conventio
             "[[problem]], or list the short questions by name"
         )
     if setting is None:
-        return generation.questions_of_family(family, convention)
+        return generation.list_questions_of_family(family, convention)
     return generation.select_quiz_questions(family, convention) if setting == "quiz" else tuple(setting)
 
 
@@ -587,7 +589,7 @@ def _check_points(points: tuple[float, ...] | None, question_count: int) -> None
         raise QdotError(EXPECTED_FORMS["points"])
 
 
-def _read_own_robot(name: str, folder: Path, notes: list[str]) -> tuple[Family, str]:
+def _read_robot(name: str, folder: Path, notes: list[str]) -> tuple[Family, str]:
     """Return the family of a robot file, and the digest of the file; append warnings about the robot to `notes`."""
     path = find_robot_path(name, folder)
     robot = read_robot_file(path)
@@ -596,7 +598,7 @@ def _read_own_robot(name: str, folder: Path, notes: list[str]) -> tuple[Family, 
 
 
 def _read_band(difficulty: int | list[int] | None) -> tuple[int, int] | None:
-    """Return the minimum and maximum step of difficulty."""
+    """Return the minimum and maximum difficulty of a slot; None if it sets none. Raises QdotError."""
     if difficulty is None:
         return None
     limits = [difficulty, difficulty] if isinstance(difficulty, int) else difficulty
@@ -631,7 +633,7 @@ def read_roster(path: Path, missing_hint: str = _MISSING_FILE_HINT) -> tuple[Stu
 
 
 def read_roster_table(path: Path, missing_hint: str = _MISSING_FILE_HINT) -> list[tuple[int, dict[str, str]]]:
-    """Return the lines of a roster or an export: the number of each line, and its cells by column."""
+    """Return the lines of a roster or an export: the number of each line, and its cells by column. Raises QdotError."""
     gradebook = read_export(path)
     return gradebook.roster_lines if gradebook else read_table(path, "student", "student,name,email", missing_hint)
 
@@ -641,7 +643,7 @@ def _parse_due_date(location: str, text: str) -> datetime.datetime | None:
     if not text:
         return None
     try:
-        if ":" in text:  # a date without a time would mean the midnight at which that day begins
+        if ":" in text:  # without a time, fromisoformat would return the midnight at which the day begins
             return datetime.datetime.fromisoformat(text)
     except ValueError:
         pass
@@ -662,7 +664,7 @@ def _check_identifier(location: str, identifier: str) -> None:
 
 
 def read_secret(folder: Path) -> str:
-    """Return the assignment's secret, from its file or from the environment."""
+    """Return the assignment's secret, from its file or from the environment. Raises QdotError."""
     path = folder / SECRET_FILE
     secret, source = os.environ.get(SECRET_VARIABLE, "").strip(), f"${SECRET_VARIABLE}"
     if path.exists():

@@ -20,7 +20,7 @@ DEFAULT_BEST_OF, DEFAULT_MIN_INTERVAL = 5, 600
 class AttemptPolicy:
     """The last notebook counts if `best_of` is None; otherwise the best of the first `best_of` attempts.
 
-    Attempts are at least `min_interval` seconds apart.
+    A notebook that comes less than `min_interval` seconds after the first of an attempt belongs to this attempt.
     """
 
     best_of: int | None = None
@@ -37,14 +37,14 @@ class AttemptPolicy:
             return limit
         return f"if several come within {describe_duration(self.min_interval)}, only the last counts; {limit}"
 
-    def select_counting(self, received: Sequence[datetime.datetime]) -> list[int]:
-        """Return the indices of the notebooks that count, given the times at which the notebooks were received.
+    def select_counting_indices(self, received: Sequence[datetime.datetime]) -> list[int]:
+        """Return the indices of the notebooks that count, given the times at which all notebooks were received.
 
         Of several notebooks received at the same time, the first one counts.
 
-        >>> at = [datetime.datetime(2027, 1, 15, 12, minute) for minute in (0, 5, 11, 30)]
-        >>> AttemptPolicy(best_of=2).select_counting(at), AttemptPolicy(best_of=None).select_counting(at)
-        ([1, 2], [3])
+        >>> times = [datetime.datetime(2027, 1, 15, 12, minute) for minute in (0, 5, 11, 30)]
+        >>> [AttemptPolicy(best_of=best_of).select_counting_indices(times) for best_of in (2, None)]
+        [[1, 2], [3]]
         """
         if self.best_of is None:
             return [max(range(len(received)), key=lambda i: received[i])]

@@ -1,8 +1,7 @@
 """Generate the problems of students, and replace a problem that fails its certificate by one with another seed.
 
 A certificate is the result of independent checks of a problem's answers (see `verify`). The seeds that are tried for a
-problem depend only on the assignment and redrawn.csv (see `replacements`). So no student's problem delays or changes
-another student's.
+problem depend only on the assignment and redrawn.csv (see `replacements`), and not on other students' problems.
 """
 
 from collections.abc import Callable, Mapping, Sequence
@@ -24,14 +23,14 @@ CHANGE_ADVICE = "Change the questions, the variation or the family of {} in assi
 """Advice for the staff if a problem fails with every seed."""
 
 
-class Uncertified(QdotError):
+class UncertifiedProblem(QdotError):
     """Raised if a problem does not pass its certificate, but a problem with another seed may pass."""
 
 
-FindFailures = Callable[[Problem], Sequence[str]]
-"""A function that returns what is wrong with a problem. It must belong to a module, to be pickled for processes."""
-Certify = Callable[[Problem], Record]
-"""A function that returns a record of a problem that passes its certificate, and raises Uncertified otherwise."""
+FailureFinder = Callable[[Problem], Sequence[str]]
+"""A function that returns what is wrong with a problem. It is sent to other processes, so it must be a module's."""
+RecordMaker = Callable[[Problem], Record]
+"""A function that certifies a problem and returns a record of it, or raises UncertifiedProblem."""
 
 
 @dataclass(frozen=True)
@@ -80,30 +79,32 @@ class Variant:
 
 
 def raise_failures(problem: Problem, failures: Sequence[str]) -> None:
-    """Raise Uncertified if there are failures, or QdotError if the problem would fail with every seed."""
+    """Raise an error if there are failures: QdotError if every seed would fail like this, else UncertifiedProblem."""
     if failures and failures[0].startswith(FULL_RANK):
         raise QdotError(
             f"the problem {problem.id} failed its certificate, so it can't be used: {failures[0]}; choose another task"
         )
     if failures:
-        raise Uncertified(failures[0])
+        raise UncertifiedProblem(failures[0])
 
 
-def certify_with(find_failures: FindFailures, problem: Problem) -> None:
-    """Certify a problem if `find_failures` finds nothing wrong with it. Raises Uncertified or QdotError."""
+def certify_with(find_failures: FailureFinder, problem: Problem) -> None:
+    """Certify a problem in which `find_failures` finds nothing wrong. Raises UncertifiedProblem or QdotError."""
     raise_failures(problem, find_failures(problem))
 
 
-def require_certified(problem: Problem, find_failures: FindFailures) -> Problem:
+def require_certified(problem: Problem, find_failures: FailureFinder) -> Problem:
     """Return a problem if it passes its certificate. Raises QdotError otherwise, because no seed can replace it."""
     try:
         certify_with(find_failures, problem)
-    except Uncertified as error:
+    except UncertifiedProblem as error:
         raise QdotError(f"{problem.id}: the problem failed its certificate: {error}; please report it") from None
     return problem
 
 
-def generate_and_certify(generate: Callable[[], Problem], certify: Certify[Record]) -> tuple[Problem, Record] | Reason:
+def generate_and_certify(
+    generate: Callable[[], Problem], certify: RecordMaker[Record]
+) -> tuple[Problem, Record] | Reason:
     """Generate and certify a problem; return it with its record, or return the reason why it can't be used.
 
     An internal error of qdot is returned as a reason, so that it affects only this problem. Raises QdotError if the
@@ -119,7 +120,7 @@ def generate_and_certify(generate: Callable[[], Problem], certify: Certify[Recor
         return Reason(describe_internal_error(error))
     try:
         return problem, certify(problem)
-    except Uncertified as error:
+    except UncertifiedProblem as error:
         return Reason(error)
     except (QdotError, OSError, MemoryError):
         raise
@@ -132,8 +133,8 @@ def describe_internal_error(error: Exception) -> str:
     return f"qdot itself failed: {type(error).__name__}: {error}; please report it"
 
 
-def generate_certified(
-    assignment: Assignment, slot: Slot, student: str, certify: Certify[Record]
+def generate_certified_problem(
+    assignment: Assignment, slot: Slot, student: str, certify: RecordMaker[Record]
 ) -> CertifiedProblem[Record] | FailedSlot:
     """Return a student's first problem that passes its certificate; the recorded seed is tried before all others."""
     recorded_number, first_failure = assignment.seed_number_of(slot, student), ""
@@ -154,7 +155,7 @@ class StudentProblems(Generic[Record]):
     """The problems of a student by slot, in order; if any slot failed (`failed_slots`), the student has no notebook."""
 
     student: str
-    certified: dict[str, CertifiedProblem[Record]]
+    certified_problems: dict[str, CertifiedProblem[Record]]
     failed_slots: tuple[FailedSlot, ...] = ()
 
     def find_new_replacements(self, assignment: Assignment) -> dict[str, Replacement]:
@@ -162,16 +163,16 @@ class StudentProblems(Generic[Record]):
         return {
             slot.name: Replacement(slot.family.name, certified.seed_number, certified.first_failure)
             for slot in assignment.slots
-            if (certified := self.certified.get(slot.name))
+            if (certified := self.certified_problems.get(slot.name))
             and certified.seed_number != assignment.seed_number_of(slot, self.student)
         }
 
 
 def generate_student_problems(
-    assignment: Assignment, student: str, certify: Certify[Record]
+    assignment: Assignment, student: str, certify: RecordMaker[Record]
 ) -> StudentProblems[Record]:
     """Generate all problems of a student. If one fails, the others are still generated, so that all are reported."""
-    results = [(slot.name, generate_certified(assignment, slot, student, certify)) for slot in assignment.slots]
+    results = [(slot.name, generate_certified_problem(assignment, slot, student, certify)) for slot in assignment.slots]
     certified_problems = {name: result for name, result in results if isinstance(result, CertifiedProblem)}
     failed_slots = tuple(result for _, result in results if isinstance(result, FailedSlot))
     return StudentProblems(student, certified_problems, failed_slots)
@@ -186,11 +187,12 @@ def record_replacements(assignment: Assignment, student: str, replacements: Mapp
 
 
 def certify_class(
-    assignment: Assignment, students: Sequence[str], find_failures: FindFailures, jobs: int, on_step: Callable[[], None]
-) -> tuple[Assignment, list[FailedSlot]]:
+    assignment: Assignment, students: Sequence[str], find_failures: FailureFinder, jobs: int,
+    on_step: Callable[[], None],
+) -> tuple[Assignment, list[FailedSlot]]:  # fmt: skip
     """Find certified problems for some students, and record the replaced ones.
 
-    Returns the assignment with the replaced problems, and the slots that failed. `on_step` is called after every
+    Return the assignment with the replaced problems, and the slots that failed. `on_step` is called after every
     student. Raises QdotError.
     """
     all_failed_slots: list[FailedSlot] = []
@@ -205,7 +207,7 @@ def certify_class(
 
 
 def _certify_student(
-    state: tuple[Assignment, Certify[None]], student: str
+    state: tuple[Assignment, RecordMaker[None]], student: str
 ) -> tuple[dict[str, Replacement], tuple[FailedSlot, ...]]:
     assignment, certify = state
     student_problems = generate_student_problems(assignment, student, certify)
@@ -223,7 +225,7 @@ def describe_replacements(before: Assignment, after: Assignment) -> list[str]:
 
 
 def raise_failed_slots(assignment: Assignment, failed_slots: Sequence[FailedSlot]) -> None:
-    """Raise QdotError if students were left out: who they are, and which problems to change."""
+    """Raise QdotError if slots failed. The message says which students are left out, and which problems to change."""
     if not failed_slots:
         return
     students = list(dict.fromkeys(failure.student for failure in failed_slots))

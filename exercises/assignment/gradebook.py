@@ -11,6 +11,7 @@ import unicodedata
 from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass
 from pathlib import Path
+from typing import NamedTuple
 
 from qdot.exercises.common.errors import QdotError
 from qdot.exercises.common.input_file import parse_csv_rows, read_table_text
@@ -49,6 +50,14 @@ RosterLine = dict[str, str]
 """A student as a line of a roster: cells by column, with at least the columns student, name and email."""
 
 
+class ExportedStudent(NamedTuple):
+    """A student in an export: the number of the line in the file, its unchanged cells, and the line of a roster."""
+
+    line_number: int
+    cells: tuple[str, ...]
+    roster_line: RosterLine
+
+
 @dataclass(frozen=True)
 class Gradebook:
     """A platform's export: its columns, Canvas's row of points (empty for Moodle), and the students.
@@ -79,16 +88,18 @@ def read_export(path: Path) -> Gradebook | None:
     points_row: tuple[str, ...] = ()
     columns = {key: find_column(header, names) for key, names in MOODLE_COLUMNS.items()}
     if _is_canvas(header, rows):
-        platform, lines = CANVAS, list(_iterate_canvas_lines(path, header, rows))
+        platform, students = CANVAS, list(_iterate_canvas_students(path, header, rows))
         points_row = next((tuple(map(str.strip, cells)) for _, cells in rows[1:] if _is_points_row(header, cells)), ())
     elif None not in (columns["first name"], columns["last name"]) and header[0].lower() != "student":
-        platform, lines = MOODLE, list(_iterate_moodle_lines(path, header, rows, columns))
+        platform, students = MOODLE, list(_iterate_moodle_students(path, header, rows, columns))
     else:
         return None
     if "due" in header:
-        lines = [(number, cells, line | {"due": cells[header.index("due")]}) for number, cells, line in lines]
-    rows_by_student = {normalize_identifier(line["student"]): cells for _, cells, line in lines}
-    return Gradebook(platform, header, points_row, rows_by_student, [(number, line) for number, _, line in lines])
+        for student in students:
+            student.roster_line["due"] = student.cells[header.index("due")]
+    rows_by_student = {normalize_identifier(student.roster_line["student"]): student.cells for student in students}
+    roster_lines = [(student.line_number, student.roster_line) for student in students]
+    return Gradebook(platform, header, points_row, rows_by_student, roster_lines)
 
 
 def normalize_identifier(text: str) -> str:
@@ -125,10 +136,8 @@ def _is_points_row(header: tuple[str, ...], cells: tuple[str, ...]) -> bool:
     return POINTS_ROW_MARKER in cells[0] and not cells[header.index("ID")].strip()
 
 
-def _iterate_canvas_lines(
-    path: Path, header: tuple[str, ...], rows: NumberedRows
-) -> Iterator[tuple[int, tuple[str, ...], RosterLine]]:
-    """Yield the students in Canvas's export: the number of the line, its cells, and the student as a roster line."""
+def _iterate_canvas_students(path: Path, header: tuple[str, ...], rows: NumberedRows) -> Iterator[ExportedStudent]:
+    """Yield the students in Canvas's export, without its test student."""
     identity_columns = header[: header.index("Section") + 1]
     for number, cells in rows[1:]:
         identity = {name: cell.strip() for name, cell in zip(identity_columns, cells, strict=False)}
@@ -142,7 +151,7 @@ def _iterate_canvas_lines(
             raise QdotError(f"{path}: line {number}: the column ID is empty; Canvas needs it to identify {name!r}")
         line = {"student": identifier, "name": _put_first_name_first(name), "email": login if "@" in login else ""}
         other_cells = {key.lower(): cell for key, cell in identity.items() if key not in _CANVAS_NAME_COLUMNS}
-        yield number, cells, line | other_cells
+        yield ExportedStudent(number, cells, line | other_cells)
 
 
 def _put_first_name_first(name: str) -> str:
@@ -158,10 +167,10 @@ def _put_first_name_first(name: str) -> str:
 # --- Moodle ---
 
 
-def _iterate_moodle_lines(
+def _iterate_moodle_students(
     path: Path, header: tuple[str, ...], rows: NumberedRows, columns: Mapping[str, int | None]
-) -> Iterator[tuple[int, tuple[str, ...], RosterLine]]:
-    """Yield the students in Moodle's export: the number of the line, its cells, and the student as a roster line.
+) -> Iterator[ExportedStudent]:
+    """Yield the students in Moodle's export; `columns` has the indices of the columns in MOODLE_COLUMNS.
 
     The first of `MOODLE_KEYS` whose column is filled in identifies the students.
     """
@@ -187,5 +196,6 @@ def _iterate_moodle_lines(
             )
         name = f"{cell_by_key['first name']} {cell_by_key['last name']}".strip()
         identity = {"student": normalize_identifier(cell_by_key[identity_key]), "name": name}
-        other_keys = {key: cell_by_key[key] for key in filled_keys if key != "email"}
-        yield number, cells, identity | {"email": cell_by_key.get("email", "")} | other_keys
+        other_cells = {key: cell_by_key[key] for key in filled_keys if key != "email"}
+        email = cell_by_key.get("email", "")
+        yield ExportedStudent(number, cells, identity | {"email": email} | other_cells)

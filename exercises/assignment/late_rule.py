@@ -20,7 +20,7 @@ UNITS = {"s": 1, "min": 60, "h": 3600, "day": SECONDS_PER_DAY, "days": SECONDS_P
 class LateRule:
     """The rule for late work: no penalty within `grace` seconds, then a share `per_day` for each started day.
 
-    The penalty is at most `at_most`; after the time `until`, all points are deducted.
+    The penalty is at most the share `at_most`. After the time `until`, all points are deducted.
     """
 
     grace: int = 0
@@ -47,8 +47,8 @@ class LateRule:
         return min(self.at_most, self.per_day * math.ceil(seconds_late / SECONDS_PER_DAY))
 
 
-def with_zone(moment: datetime.datetime, zone: datetime.tzinfo | None = None) -> datetime.datetime:
-    """Return a time unchanged if it has a time zone; otherwise add `zone`, or the machine's zone if `zone` is None."""
+def add_time_zone(moment: datetime.datetime, zone: datetime.tzinfo | None = None) -> datetime.datetime:
+    """Return a time in `zone`, or in the machine's zone if that is None; a time with a time zone stays unchanged."""
     if moment.tzinfo is not None:
         return moment
     return moment.replace(tzinfo=zone) if zone is not None else moment.astimezone()
@@ -60,17 +60,17 @@ def describe_duration(seconds: int) -> str:
     >>> describe_duration(40), describe_duration(800), describe_duration(90000), describe_duration(2 * SECONDS_PER_DAY)
     ('40 s', '13 min', '1 day 1 h', '2 days')
     """
-    days, seconds_left = divmod(seconds, SECONDS_PER_DAY)
-    hours, minutes = divmod(seconds_left // 60, 60)
+    days, remaining_seconds = divmod(seconds, SECONDS_PER_DAY)
+    hours, minutes = divmod(remaining_seconds // 60, 60)
     words = [count_noun(days, "day") if days else "", f"{hours} h" if hours else ""]
     words.append(f"{minutes} min" if minutes and not days else "")
     return " ".join(filter(None, words)) or f"{seconds} s"
 
 
-def read_late(table: Mapping[str, Any] | None, due_date: datetime.datetime | None) -> LateRule | None:
+def read_late_rule(table: Mapping[str, Any] | None, due_date: datetime.datetime | None) -> LateRule | None:
     """Return the rule in the table `late` of assignment.toml. Raises QdotError.
 
-    >>> read_late({"per_day": 0.1}, datetime.datetime(2027, 1, 15))
+    >>> read_late_rule({"per_day": 0.1}, datetime.datetime(2027, 1, 15))
     LateRule(grace=0, per_day=Fraction(1, 10), at_most=Fraction(1, 1), until=None)
     """
     if table is None:
@@ -85,9 +85,9 @@ def read_late(table: Mapping[str, Any] | None, due_date: datetime.datetime | Non
     shares = {name: _parse_share(name, table[name]) for name in ("per_day", "at_most") if name in table}
     until = table.get("until")
     if until is not None:
-        if not isinstance(until, datetime.datetime) or with_zone(until, due_date.tzinfo) < with_zone(due_date):
+        if not isinstance(until, datetime.datetime) or add_time_zone(until, due_date.tzinfo) < add_time_zone(due_date):
             raise QdotError(f"until: {LATE_FORMS['until']}")
-        until = with_zone(until, due_date.tzinfo)
+        until = add_time_zone(until, due_date.tzinfo)
     grace = parse_duration(table["grace"], f"grace: {LATE_FORMS['grace']}") if "grace" in table else 0
     return LateRule(grace, until=until, **shares)
 

@@ -1,6 +1,5 @@
 """Make a new assignment folder, and write two notebooks for each student: one to release and one for the staff."""
 
-import os
 import re
 import secrets
 from collections.abc import Callable, Mapping, Sequence
@@ -11,8 +10,8 @@ from typing import TYPE_CHECKING, Any
 
 from qdot.exercises.assignment.assignment import MISSING_ROSTER_HINT, SECRET_FILE, Assignment, Student, read_roster
 from qdot.exercises.assignment.certified_problems import (
-    Certify,
     FailedSlot,
+    RecordMaker,
     describe_internal_error,
     generate_student_problems,
     record_replacements,
@@ -36,11 +35,11 @@ EXAMPLE_STUDENTS = (Student("s001", "Ada Example", "ada@example.org"), Student("
 
 def init_assignment(
     folder: Path, title: str, key: str, students: Sequence[Student] = EXAMPLE_STUDENTS, secret: str | None = None,
-    roster: Path | None = None, problems: ProblemSet = SETS[DEFAULT_SET],
+    roster: Path | None = None, problem_set: ProblemSet = SETS[DEFAULT_SET],
 ) -> None:  # fmt: skip
     """Make a new assignment folder. Raises QdotError if it exists already, and overwrites nothing.
 
-    `roster` is a file to copy as roster.csv; if it is given, `students` is ignored. `problems` is the set of problems.
+    `roster` is a file to copy as roster.csv; if it is given, `students` is ignored.
     """
     if roster is not None:
         read_roster(roster, MISSING_ROSTER_HINT)
@@ -49,7 +48,7 @@ def init_assignment(
     if existing_names:
         raise QdotError(f"{folder} already has {', '.join(existing_names)}; choose another folder")
     context = {
-        "title": title, "key": key, "students": students, "secret_file": SECRET_FILE, "set": problems,
+        "title": title, "key": key, "students": students, "secret_file": SECRET_FILE, "set": problem_set,
         "default_variation": DEFAULT_VARIATION,
     }  # fmt: skip
     write_atomically(folder / SECRET_FILE, (secret or secrets.token_hex(32)) + "\n", mode=0o600)
@@ -89,11 +88,11 @@ class ReleaseResult:
 class Certifier:
     """Two functions of the grader, which this package must not import.
 
-    `make_record` certifies a problem and returns its record (see `Certify`). `make_certificate` returns a student's
+    `make_record` certifies a problem and returns its record (see `RecordMaker`). `make_certificate` returns a student's
     certificate as text, from the assignment, the student, the records by slot and the notebook.
     """
 
-    make_record: Certify[Any]
+    make_record: RecordMaker[Any]
     make_certificate: Callable[[Assignment, str, Mapping[str, Any], "NotebookNode"], str]
 
 
@@ -107,7 +106,7 @@ def notebook_path(assignment: Assignment, student: str, kind: str = "released") 
     return assignment.folder / kind / student / f"{assignment.key}.ipynb"
 
 
-def release_student(state: tuple[Assignment, Certifier], student: str) -> ReleaseResult:
+def release_notebooks_of_student(state: tuple[Assignment, Certifier], student: str) -> ReleaseResult:
     """Certify the problems of one student and write both notebooks, unless all files are up to date.
 
     If a problem has to be replaced, write nothing and return the replacement, which the caller records.
@@ -121,7 +120,7 @@ def release_student(state: tuple[Assignment, Certifier], student: str) -> Releas
     new_replacements = student_problems.find_new_replacements(assignment)
     if new_replacements:
         return ReleaseResult(student, "replaced", new_replacements)
-    problems = [(slot, certified.problem) for slot, certified in student_problems.certified.items()]
+    problems = [(slot, certified.problem) for slot, certified in student_problems.certified_problems.items()]
     try:
         notebooks = _make_notebooks(assignment, student, problems)
     except (QdotError, OSError, MemoryError):
@@ -129,7 +128,7 @@ def release_student(state: tuple[Assignment, Certifier], student: str) -> Releas
     except Exception as error:
         failed_slot = _find_faulty_slot(assignment, student, problems, error)
         return ReleaseResult(student, "left out", failed_slots=(failed_slot,))
-    records = {slot: certified.record for slot, certified in student_problems.certified.items()}
+    records = {slot: certified.record for slot, certified in student_problems.certified_problems.items()}
     certificate = certifier.make_certificate(assignment, student, records, notebooks[0])
     outcome = _write_files(assignment, student, notebooks, certificate)
     store_problems(assignment, student, problems)
@@ -237,7 +236,7 @@ def release_notebooks(
             waiting_students: list[str] = []
             state = assignment, certifier
             with closing(
-                map_in_order(release_student, students, jobs, setup=return_state, arguments=(state,))
+                map_in_order(release_notebooks_of_student, students, jobs, setup=return_state, arguments=(state,))
             ) as results:
                 for result in results:
                     if result.outcome == "replaced":
@@ -247,7 +246,3 @@ def release_notebooks(
                         on_result(result)
             students = waiting_students
     return assignment
-
-
-CORE_COUNT = len(os.sched_getaffinity(0)) if hasattr(os, "sched_getaffinity") else os.cpu_count() or 1
-"""The number of cores that this process may use."""

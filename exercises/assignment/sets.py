@@ -14,10 +14,10 @@ from qdot.exercises.writing.render import find_template_folder
 
 @dataclass(frozen=True)
 class ProblemSet:
-    """A set of problems: its name, a title for the assignment, its purpose, and the minutes it should take.
+    """A set of problems: its name, a title for the assignment, its purpose, and the minutes that it should take.
 
-    `note` says how to release a set that is not for notebooks; it is empty for other sets. `variation` is the
-    `variation` of the new assignment.
+    `note` says how to release a set that is not for notebooks; it is empty for other sets. `variation` is the setting
+    in the new assignment.
     """
 
     name: str
@@ -33,12 +33,12 @@ class ProblemSet:
         return (find_template_folder() / "init" / "sets" / f"{self.name}.toml").read_text(encoding="utf-8")
 
     @property
-    def problems(self) -> int:
+    def problem_count(self) -> int:
         """The number of problems in the set."""
         return len(tomllib.loads(self.text)["problem"])
 
     @property
-    def points(self) -> float:
+    def total_points(self) -> float:
         """The total points of all questions in the set."""
         entries = tomllib.loads(self.text)["problem"]
         return sum(

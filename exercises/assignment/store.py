@@ -20,7 +20,7 @@ from typing import Any
 import numpy as np
 import sympy as sp
 
-from qdot.exercises.arm.derivation import derive, store_minors
+from qdot.exercises.arm.derivation import derive, register_minors
 from qdot.exercises.assignment.assignment import Assignment
 from qdot.exercises.common.errors import QdotError
 from qdot.exercises.common.files import write_atomically
@@ -115,7 +115,7 @@ def load_stored_problems(assignment: Assignment, student: str) -> StoredProblems
             store_texts(entry_texts)
             for (_, problem), pickled_minors in zip(problems, minors, strict=True):
                 if pickled_minors:
-                    store_minors(problem.chain, partial(pickle.loads, pickled_minors))
+                    register_minors(problem.chain, partial(pickle.loads, pickled_minors))
             return StoredProblems(problems, pieces)
     except (OSError, ValueError):
         pass  # the file is missing or damaged

@@ -29,6 +29,8 @@ Item = TypeVar("Item")
 Result = TypeVar("Result")
 Setup = Callable[..., State]
 
+CORE_COUNT = len(os.sched_getaffinity(0)) if hasattr(os, "sched_getaffinity") else os.cpu_count() or 1
+"""The number of cores that this process may use."""
 START_METHODS = multiprocessing.get_all_start_methods()
 HAS_FORK_SERVER = "forkserver" in START_METHODS
 """Whether processes can be forked from a server that has loaded everything; on Windows, every process loads it."""

@@ -10,7 +10,7 @@ from pathlib import PurePath
 from typing import Literal
 
 from qdot.exercises.assignment.assignment import FEEDBACK, Assignment
-from qdot.exercises.assignment.certified_problems import FailedSlot, FindFailures
+from qdot.exercises.assignment.certified_problems import FailedSlot, FailureFinder
 from qdot.exercises.common.errors import QdotError
 from qdot.exercises.problem.problem import Part, Problem
 
@@ -50,7 +50,7 @@ class ExportRequest:
     """
 
     assignment: Assignment
-    find_failures: FindFailures
+    find_failures: FailureFinder
     variant_count: int = 20
     has_solutions: bool = False
     sheet: str = "handout"
@@ -66,7 +66,7 @@ class ExportRequest:
     @property
     def attempt_count(self) -> int:
         """The number of attempts at a question on platforms that limit attempts."""
-        return self.assignment.attempts.best_of or DEFAULT_ATTEMPTS
+        return self.assignment.attempt_policy.best_of or DEFAULT_ATTEMPTS
 
     def includes_feedback(self, level: str) -> bool:
         """Return whether the assignment's feedback includes this level of FEEDBACK."""

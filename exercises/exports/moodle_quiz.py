@@ -13,7 +13,7 @@ from dataclasses import dataclass
 from itertools import count
 
 from qdot.exercises.assignment.assignment import Assignment
-from qdot.exercises.assignment.late_rule import with_zone
+from qdot.exercises.assignment.late_rule import add_time_zone
 from qdot.exercises.exports.export_format import ExportRequest, make_zip
 from qdot.exercises.problem.record import Json
 from qdot.exercises.writing.render import render
@@ -135,8 +135,8 @@ def _write_category_filter(category: Json) -> str:
 
 def _describe_attempts(assignment: Assignment) -> Json:
     """Return the settings for attempts: their number (0 is unlimited), which attempt counts, the delay, and the end."""
-    policy, due_date = assignment.attempts, assignment.due_date
-    closing_time = 0 if due_date is None else int(with_zone(due_date).timestamp())
+    policy, due_date = assignment.attempt_policy, assignment.due_date
+    closing_time = 0 if due_date is None else int(add_time_zone(due_date).timestamp())
     settings = {"attempts": policy.best_of, "counting_attempt": HIGHEST_ATTEMPT, "delay": policy.min_interval}
     if policy.best_of is None:
         settings = {"attempts": 0, "counting_attempt": LAST_ATTEMPT, "delay": 0}

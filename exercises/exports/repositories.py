@@ -77,7 +77,7 @@ def _list_repositories(request: ExportRequest, platform: str) -> str:
     """
     lines = [f"repository,student,{platform}"]
     for student in request.assignment.roster:
-        other_cells = {name.strip().casefold(): text.strip() for name, text in student.other_columns}
+        other_cells = {name.strip().casefold(): text.strip() for name, text in student.other_cells}
         login = other_cells.get(platform, "").removeprefix("@")
         if platform == "github" and login and not GITHUB_LOGIN.fullmatch(login):
             advice = "is not a valid login; write it as in github.com/LOGIN"

@@ -31,7 +31,7 @@ class FamilyListing:
 
 
 @cache
-def listing() -> dict[str, FamilyListing]:
+def read_listing() -> dict[str, FamilyListing]:
     """Return the stored properties of each family by the family's name."""
     return {
         name: FamilyListing(entry["kinds"], *(tuple(entry[key]) for key in ("steps", "questions", "by_variation")))

@@ -12,7 +12,7 @@ from qdot.exercises.arm.library import ROBOT_FOLDER
 from qdot.exercises.arm.robot_file import LengthRanges, Robot, read_robot_file
 from qdot.exercises.common.stream import Stream
 from qdot.exercises.families.family import Family
-from qdot.exercises.families.variations import are_distinct, metres
+from qdot.exercises.families.variations import are_distinct, to_metres
 
 MAX_TRIES = 50
 """Maximum number of attempts to sample clearly different lengths, because the instructor's ranges may allow none."""
@@ -37,5 +37,5 @@ def _sample_lengths(chain: Chain, rng: Stream, ranges: LengthRanges) -> Chain:
         lengths = [rng.integer(low, high) for _, low, high in ranges]
         if are_distinct(lengths):
             break
-    values = {symbol: metres(length) for (symbol, _, _), length in zip(ranges, lengths, strict=True)}
+    values = {symbol: to_metres(length) for (symbol, _, _), length in zip(ranges, lengths, strict=True)}
     return substitute_arm_lengths(chain, values)

@@ -102,7 +102,7 @@ def _select_near_band(structures: tuple[Structure, ...], low: int, high: int) ->
 def _sample_arm(structure: Structure, rng: Stream, axes: Collection[str]) -> Chain | None:
     """Return a random arm of a structure; None if no sampled lengths let every condition of the singular set hold."""
     sense_stream = rng.substream("senses")
-    senses = tuple(variations.random_sign(sense_stream) for _ in structure.rows) if "senses" in axes else ()
+    senses = tuple(variations.choose_sign(sense_stream) for _ in structure.rows) if "senses" in axes else ()
     chain = build_arm(structure.rows, structure.task, f"random-{len(structure.rows)}", senses)
     if "lengths" in axes:
         values = _sample_lengths(chain, rng.substream("lengths"), needs_clean_roots="tool" not in axes)
@@ -129,7 +129,7 @@ def _sample_lengths(chain: Chain, rng: Stream, needs_clean_roots: bool) -> Value
     symbolic_length = rng.choice(irrelevant_lengths) if irrelevant_lengths else None
     for _ in range(MAX_LENGTH_SETS):
         lengths_in_cm = {symbol: rng.choice(LENGTHS) for symbol in chain.parameters if symbol != symbolic_length}
-        values = {symbol: variations.metres(length) for symbol, length in lengths_in_cm.items()}
+        values = {symbol: variations.to_metres(length) for symbol, length in lengths_in_cm.items()}
         has_clean_roots = not any(root.xreplace(values).has(*INVERSE_FUNCTIONS) for root in roots)
         is_accepted = variations.are_distinct([*lengths_in_cm.values()]) and (has_clean_roots or not needs_clean_roots)
         if is_accepted and _can_hold(conditions, chain, values):

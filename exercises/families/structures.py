@@ -25,7 +25,7 @@ from qdot.exercises.arm.derivation import derive
 from qdot.exercises.arm.trigonometry import count_terms
 from qdot.exercises.singularities.singular_set import singular_set
 
-TABLE = Path(__file__).with_name("structures.txt")
+STRUCTURES_FILE = Path(__file__).with_name("structures.txt")
 MAX_TERMS, MAX_TERMS_PER_CONDITION = 15, 4
 """Maximum number of terms in the entries of J, and in a condition of the singular set, of a clean structure."""
 RIGHT_ANGLE = sp.pi / 2
@@ -90,14 +90,14 @@ def is_clean(chain: Chain) -> bool:
 def read_clean_structures() -> dict[int, tuple[Structure, ...]]:
     """Return the clean structures in structures.txt by their number of joints."""
     clean: dict[int, list[Structure]] = {2: [], 3: [], 4: []}
-    for line in TABLE.read_text(encoding="utf-8").splitlines()[1:]:
+    for line in STRUCTURES_FILE.read_text(encoding="utf-8").splitlines()[1:]:
         rows, task, band, class_number = line.split(" | ")
-        structure = Structure(read_rows(rows), tuple(task.split()), int(band), int(class_number))
+        structure = Structure(parse_rows(rows), tuple(task.split()), int(band), int(class_number))
         clean[len(structure.rows)].append(structure)
     return {n: tuple(structures) for n, structures in clean.items()}
 
 
-def read_rows(code: str) -> tuple[StructureRow, ...]:
+def parse_rows(code: str) -> tuple[StructureRow, ...]:
     """Return the joints that a code such as "Rdx Ra Pt" describes."""
     return tuple(StructureRow(word[0], "a" in word, "d" in word or "t" in word, "x" in word) for word in code.split())
 

@@ -40,7 +40,7 @@ def read_families() -> list[Family]:
 
 def _read_family(name: str, entry: Mapping[str, Any]) -> Family:
     tool = Point(entry["point"]) if "point" in entry else None
-    chain = Chain(name, read_table(entry["table"]), tuple(entry["task"].split()), tool=tool, title=entry["arm"])
+    chain = Chain(name, parse_table(entry["table"]), tuple(entry["task"].split()), tool=tool, title=entry["arm"])
     return Family(name, entry["title"], entry["source"], chain, _read_variations(entry["vary"]))
 
 
@@ -59,7 +59,7 @@ def _read_variations(settings: Mapping[str, Any]) -> dict[str, Variation]:
         keep_symbolic = settings.get("open", ())
         axes["lengths"] = partial(variations.set_lengths, ranges=lengths, keep_symbolic=keep_symbolic)
     if "frames" in settings:
-        axes["tool"] = partial(variations.choose_frame, frames=settings["frames"])
+        axes["tool"] = partial(variations.choose_point_frame, frames=settings["frames"])
     elif "beside" in settings:
         axes["tool"] = partial(variations.place_point_beside, ranges=settings["beside"])
     else:
@@ -73,12 +73,12 @@ def _find_range(values: str | Sequence[int]) -> Sequence[int]:
     return RANGES[values] if isinstance(values, str) else values
 
 
-def read_table(rows: Sequence[str]) -> tuple[Joint, ...]:
+def parse_table(rows: Sequence[str]) -> tuple[Joint, ...]:
     """Return the joints of a table whose rows consist of kind, d (for a prismatic joint: theta), a and alpha.
 
     The row of a revolute joint may end with the joint offset. Angles are in degrees.
 
-    >>> read_table(["R d1 a1 -90", "P 0 0 0"])[0]
+    >>> parse_table(["R d1 a1 -90", "P 0 0 0"])[0]
     Joint(kind='R', theta=theta1, d=d1, a=a1, alpha=-pi/2)
     """
     joints = []
@@ -93,7 +93,7 @@ def read_table(rows: Sequence[str]) -> tuple[Joint, ...]:
 
 
 def _parse_angle(degrees: str) -> sp.Expr:
-    return variations.degrees(int(degrees))
+    return variations.to_radians(int(degrees))
 
 
 def _parse_length(name: str) -> sp.Expr:

@@ -32,17 +32,17 @@ MIN_SEPARATION = 5
 """Minimum difference of two numeric lengths, in centimetres: equal lengths add unwanted singular configurations."""
 
 
-def metres(centimetres: int) -> sp.Rational:
+def to_metres(centimetres: int) -> sp.Rational:
     """Return a length in metres from centimetres."""
     return sp.Rational(centimetres, 100)
 
 
-def degrees(angle: int) -> sp.Expr:
+def to_radians(angle: int) -> sp.Expr:
     """Return an angle in radians from degrees."""
     return sp.pi * sp.Rational(angle, 180)
 
 
-def random_sign(rng: Stream) -> int:
+def choose_sign(rng: Stream) -> int:
     """Return 1 or -1 at random."""
     return rng.choice((1, -1))
 
@@ -75,7 +75,7 @@ def set_lengths_together(chain: Chain, rng: Stream, ranges: Mapping[str, Centime
 
 def substitute_lengths_in_cm(chain: Chain, lengths: Mapping[str, int]) -> Chain:
     """Return the arm with lengths (cm) substituted for the symbols with these names."""
-    return substitute_arm_lengths(chain, {sp.Symbol(name): metres(length) for name, length in lengths.items()})
+    return substitute_arm_lengths(chain, {sp.Symbol(name): to_metres(length) for name, length in lengths.items()})
 
 
 def shift_zeros(chain: Chain, rng: Stream, ranges: Mapping[int, Sequence[int]]) -> Chain:
@@ -88,7 +88,7 @@ def shift_zeros(chain: Chain, rng: Stream, ranges: Mapping[int, Sequence[int]]) 
 
 def shift_zero(joint: Joint, offset: int) -> Joint:
     """Return a joint with its offset increased by some degrees (revolute) or centimetres (prismatic)."""
-    return joint.with_variable_entry(joint.variable_entry + (degrees if joint.is_revolute else metres)(offset))
+    return joint.with_variable_entry(joint.variable_entry + (to_radians if joint.is_revolute else to_metres)(offset))
 
 
 def reverse_axes(chain: Chain, rng: Stream, groups: Sequence[Sequence[int]]) -> Chain:
@@ -106,7 +106,7 @@ def reverse_axes(chain: Chain, rng: Stream, groups: Sequence[Sequence[int]]) -> 
 def displace_and_rotate_base(chain: Chain, rng: Stream) -> Chain:
     """Displace the base in the world's xy plane, along both axes, and rotate it there."""
     position = (sp.Rational(rng.choice(BASE_DECIMETRES), 10), sp.Rational(rng.choice(BASE_DECIMETRES), 10), sp.S.Zero)
-    return replace(chain, base=Base(position, degrees(rng.choice(ANGLES))))
+    return replace(chain, base=Base(position, to_radians(rng.choice(ANGLES))))
 
 
 def displace_base(chain: Chain, rng: Stream) -> Chain:
@@ -116,17 +116,17 @@ def displace_base(chain: Chain, rng: Stream) -> Chain:
 
 def raise_base(chain: Chain, rng: Stream) -> Chain:
     """Put the base at a height above the world's origin."""
-    return replace(chain, base=Base((sp.S.Zero, sp.S.Zero, metres(rng.choice(BASE_HEIGHTS)))))
+    return replace(chain, base=Base((sp.S.Zero, sp.S.Zero, to_metres(rng.choice(BASE_HEIGHTS)))))
 
 
 def raise_and_rotate_base(chain: Chain, rng: Stream) -> Chain:
     """Put the base at a height above the world's origin, and rotate it."""
-    return replace(chain, base=replace(raise_base(chain, rng).base, yaw=degrees(rng.choice(ANGLES))))
+    return replace(chain, base=replace(raise_base(chain, rng).base, yaw=to_radians(rng.choice(ANGLES))))
 
 
 def raise_and_tilt_base(chain: Chain, rng: Stream) -> Chain:
     """Put the base at a height above the world's origin, tilted by a right angle or not."""
-    tilt = degrees(rng.choice(RIGHT_ANGLES))
+    tilt = to_radians(rng.choice(RIGHT_ANGLES))
     return replace(chain, base=replace(raise_base(chain, rng).base, tilt=tilt))
 
 
@@ -138,7 +138,9 @@ def hang_base(chain: Chain, rng: Stream) -> Chain:
 def mount_base(chain: Chain, rng: Stream) -> Chain:
     """Put the base on the floor, under the ceiling or on a wall, rotated by right angles."""
     tilt = rng.choice((sp.S.Zero, sp.pi, sp.pi / 2, -sp.pi / 2))
-    return replace(chain, base=replace(raise_base(chain, rng).base, yaw=degrees(rng.choice(RIGHT_ANGLES)), tilt=tilt))
+    return replace(
+        chain, base=replace(raise_base(chain, rng).base, yaw=to_radians(rng.choice(RIGHT_ANGLES)), tilt=tilt)
+    )
 
 
 # --- point of interest ---
@@ -166,18 +168,18 @@ def place_point_beside(chain: Chain, rng: Stream, ranges: Centimetres) -> Chain:
 
     Beside a link of symbolic length, singular angles would be arctan(h/a_n).
     """
-    lateral_offset = random_sign(rng) * metres(rng.choice(ranges))
+    lateral_offset = choose_sign(rng) * to_metres(rng.choice(ranges))
     return place_point(chain, rng, lateral_offset if chain.joints[-1].a.is_number else sp.S.Zero)
 
 
-def place_point_beyond(chain: Chain, rng: Stream) -> Chain:
+def place_point_beyond_joint(chain: Chain, rng: Stream) -> Chain:
     """Put P beyond the last of three prismatic joints, and beside the joint along x or y."""
-    lateral_offset = random_sign(rng) * metres(rng.choice(HAND_LENGTHS))
+    lateral_offset = choose_sign(rng) * to_metres(rng.choice(HAND_LENGTHS))
     x, y = rng.choice(((lateral_offset, sp.S.Zero), (sp.S.Zero, lateral_offset)))
     return replace(chain, tool=Point(3, (x, y, sp.Symbol("L3"))))
 
 
-def choose_frame(chain: Chain, rng: Stream, frames: Sequence[int]) -> Chain:
+def choose_point_frame(chain: Chain, rng: Stream, frames: Sequence[int]) -> Chain:
     """Fix P in one of several frames whose origins coincide."""
     frame = rng.choice(frames)
     return replace(chain, tool=None if frame == chain.n else Point(frame))
@@ -208,7 +210,7 @@ def _place_on_prismatic_joint(rng: Stream, joints: tuple[Joint, ...]) -> tuple[t
         return (*joints[:-2], replace(previous_joint, a=sp.S.Zero), last_joint), point_beside
     if joint_offset == 0:
         return joints, Point(n)
-    distance_beyond = metres(rng.choice(HAND_LENGTHS))
+    distance_beyond = to_metres(rng.choice(HAND_LENGTHS))
     point_beyond = Point(n, (sp.S.Zero, sp.S.Zero, distance_beyond))
     return (*joints[:-1], replace(last_joint, d=last_joint.d - distance_beyond)), point_beyond
 

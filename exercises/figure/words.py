@@ -6,7 +6,7 @@ from qdot.exercises.arm.chain import Chain, Joint
 from qdot.exercises.arm.conventions import convention_of
 from qdot.exercises.arm.standard_table import home_geometry_of
 from qdot.exercises.figure.lettering import write_sign_and_rest
-from qdot.exercises.figure.plane import VIEW_DESCRIPTIONS, find_normal_axis, is_drawn_flat, with_exact_numbers
+from qdot.exercises.figure.plane import VIEW_DESCRIPTIONS, convert_to_exact_numbers, find_normal_axis, is_drawn_flat
 from qdot.exercises.writing.languages import ENGLISH, Catalogue, load_catalogue
 from qdot.exercises.writing.translatable_phrases import NUMBER_WORDS
 
@@ -34,7 +34,7 @@ def describe_figure(chain: Chain, is_posed: bool = False) -> str:
     If the arm is presented by its axes, its home configuration is described, even if the figure shows another
     configuration (`is_posed`).
     """
-    chain = with_exact_numbers(chain)
+    chain = convert_to_exact_numbers(chain)
     joint_count = NUMBER_WORDS[chain.n] if chain.n < len(NUMBER_WORDS) else str(chain.n)
     normal_axis = find_normal_axis(chain)
     kind, view = ("planar", f"flat {VIEW_DESCRIPTIONS[normal_axis]}") if normal_axis else ("spatial", "in space")

@@ -61,12 +61,12 @@ def find_angles(steps: Sequence[Step]) -> list[Angle | None]:
     angles: list[Angle | None] = []
     for op, operands, constant in steps:
         args = [angle for angle in (angles[i] for i in operands) if angle is not None]
-        angles.append(_angle_of_step(op, args, constant) if len(args) == len(operands) else None)
+        angles.append(_compute_angle(op, args, constant) if len(args) == len(operands) else None)
     return angles
 
 
-def _angle_of_step(op: str, args: Sequence[Angle], constant: Any) -> Angle | None:
-    """Return the angle that a step computes, given the angles that are its operands."""
+def _compute_angle(op: str, args: Sequence[Angle], constant: Any) -> Angle | None:
+    """Return the angle that a step computes from the angles `args`, or None if the result is no angle."""
     if op == "number":
         return Angle({"": constant})
     if op == "name" and constant != "E":
@@ -85,25 +85,26 @@ def _angle_of_step(op: str, args: Sequence[Angle], constant: Any) -> Angle | Non
 
 
 def _add_angles(terms: Sequence[Angle], counts: Sequence[int]) -> Angle | None:
+    """Return the sum of angles, each times its count; None if only some are imaginary, or if a factor is too long."""
     if len({term.is_imaginary for term in terms}) > 1:
         return None
     total: AngleCoefficients = {}
     for term, count in zip(terms, counts, strict=True):
         for name, factor in term.coefficients.items():
             total[name] = total.get(name, Fraction(0)) + count * factor
-            if _is_long(total[name]):
+            if _is_too_long(total[name]):
                 return None
     return Angle(total, bool(terms) and terms[0].is_imaginary)
 
 
 def _scale_angle(angle: Angle, factor: Fraction, is_imaginary: bool = False) -> Angle | None:
-    """Return an angle times a factor and, if `is_imaginary`, times i."""
+    """Return an angle times a factor and, if `is_imaginary`, times i; None if a number is too long."""
     sign = -1 if is_imaginary and angle.is_imaginary else 1
     product = {name: sign * factor * value for name, value in angle.coefficients.items()}
-    return None if any(map(_is_long, product.values())) else Angle(product, is_imaginary != angle.is_imaginary)
+    return None if any(map(_is_too_long, product.values())) else Angle(product, is_imaginary != angle.is_imaginary)
 
 
-def _is_long(number: Fraction) -> bool:
+def _is_too_long(number: Fraction) -> bool:
     return max(number.numerator.bit_length(), number.denominator.bit_length()) > MAX_BITS
 
 

@@ -36,7 +36,7 @@ SEARCH_TOLERANCE = 1e-7
 """Tolerance for configurations found by a search, because rounding shifts a double zero, as of |cos| - 1, by 2e-8."""
 
 _STOP_STEP, _CONVERGED_STEP, _CONVERGED_RESIDUAL = 1e-10, 1e-5, 1e-9
-"""A search stops if its steps are below the first limit.
+"""A search stops if its steps (in rad or m) are below the first limit.
 
 It has converged if its last step is below the second limit, and its residual, relative to its terms, below the third.
 """
@@ -67,15 +67,20 @@ class _Residuals(NamedTuple):
 
 @dataclass(frozen=True)
 class _CompiledPiece:
-    """A compiled piece: assigned joint values, expressions that vanish, and the joints that the search moves."""
+    """A piece as programs, for a search that moves configurations onto the piece.
+
+    - `assignments` are the joints that have a value in the piece, each with the program that computes the value.
+    - `residual_program` is the program that computes the expressions that vanish on the piece.
+    - `free_joints` are the joints that the search moves.
+    """
 
     assignments: list[tuple[str, Program]]
-    vanishing: Program
+    residual_program: Program
     free_joints: list[str]
 
     def assign_joints(self, values: dict[str, np.ndarray]) -> np.ndarray:
         """Set the assigned joints in all configurations; return for each whether the assigned values are real."""
-        is_valid = np.ones(_count_points(values), dtype=bool)
+        is_valid = np.ones(_count_configurations(values), dtype=bool)
         for joint, program in self.assignments:
             joint_values = evaluate(program, values, len(is_valid)).values[0]
             is_valid &= np.isfinite(joint_values) & (np.abs(joint_values.imag) < SEARCH_TOLERANCE)
@@ -83,8 +88,8 @@ class _CompiledPiece:
         return is_valid
 
     def compute_residuals(self, values: Configurations) -> _Residuals:
-        """Return the residuals of the expressions at configurations."""
-        complex_values, sizes = evaluate(self.vanishing, values, _count_points(values))
+        """Return the values of the expressions at configurations, which are zero on the piece."""
+        complex_values, sizes = evaluate(self.residual_program, values, _count_configurations(values))
         is_real = np.abs(complex_values.imag) < SEARCH_TOLERANCE
         return _Residuals(np.where(is_real, complex_values.real, np.nan), sizes)
 
@@ -94,11 +99,11 @@ class _CompiledPiece:
         If `square_residuals`, the expressions are squared first: sqrt(x^2) has no derivative at its zero, but x^2 has.
         """
         step = 1e-6  # rad or m
-        shifts = [(joint, side * step) for side in (1, -1) for joint in self.free_joints]
-        shifted_zeros = self.compute_residuals(_shift_joints(values, shifts)).values
-        shifted_zeros = shifted_zeros.reshape(-1, 2, len(self.free_joints), _count_points(values))
-        shifted_zeros = shifted_zeros**2 if square_residuals else shifted_zeros
-        return np.asarray((shifted_zeros[:, 0] - shifted_zeros[:, 1]).transpose(2, 0, 1) / (2 * step))
+        shifts = [(joint, sign * step) for sign in (1, -1) for joint in self.free_joints]
+        shifted_residuals = self.compute_residuals(_shift_joints(values, shifts)).values
+        shifted_residuals = shifted_residuals.reshape(-1, 2, len(self.free_joints), _count_configurations(values))
+        shifted_residuals = shifted_residuals**2 if square_residuals else shifted_residuals
+        return np.asarray((shifted_residuals[:, 0] - shifted_residuals[:, 1]).transpose(2, 0, 1) / (2 * step))
 
     def project_onto_zeros(self, values: dict[str, np.ndarray]) -> np.ndarray:
         """Move the free joints onto the zeros by minimum-norm Gauss-Newton steps.
@@ -108,10 +113,10 @@ class _CompiledPiece:
         converges, as for sqrt(s1^2 + s2^2), all searches are repeated with the squares of the expressions.
         """
         start_values = {joint: values[joint].copy() for joint in self.free_joints}
-        is_converged = self._iterate(values, square_residuals=False)
+        is_converged = self._search_zeros(values, square_residuals=False)
         if self.free_joints and not is_converged.any():
             values.update({joint: column.copy() for joint, column in start_values.items()})
-            is_converged = self._iterate(values, square_residuals=True)
+            is_converged = self._search_zeros(values, square_residuals=True)
         return is_converged
 
     def _subtract_steps(self, values: dict[str, np.ndarray], steps: np.ndarray) -> None:
@@ -119,9 +124,9 @@ class _CompiledPiece:
         for k, joint in enumerate(self.free_joints):
             values[joint] = values[joint] - steps[:, k]
 
-    def _iterate(self, values: dict[str, np.ndarray], square_residuals: bool) -> np.ndarray:
+    def _search_zeros(self, values: dict[str, np.ndarray], square_residuals: bool) -> np.ndarray:
         """Move the free joints until they converge; return for each configuration whether its search converged."""
-        last_steps = np.full(_count_points(values), np.inf)
+        last_steps = np.full(_count_configurations(values), np.inf)
         # Sizes at the random start, because terms may be small near a zero, as the only term of sin(theta) is.
         typical_sizes = _reduce_without_warning(np.nanmedian, self.compute_residuals(values).sizes)
         for _ in range(_MAX_STEPS):
@@ -154,9 +159,9 @@ class _CompiledPiece:
         determines almost all of them. Expressions with branches have no such gradient. A configuration that doesn't
         improve is restored, because large terms that cancel can make a gradient look small.
         """
-        point_count, joint_count = _count_points(values), len(self.free_joints)
-        last_steps = np.full(point_count, np.inf)
-        if len(self.vanishing.outputs) != 1 or self.vanishing.has_branches or not self.free_joints:
+        count, joint_count = _count_configurations(values), len(self.free_joints)
+        last_steps = np.full(count, np.inf)
+        if len(self.residual_program.outputs) != 1 or self.residual_program.has_branches or not self.free_joints:
             return last_steps
         start_values = {joint: values[joint].copy() for joint in self.free_joints}
         start_residual = np.abs(self.compute_residuals(values).values[0])
@@ -164,12 +169,12 @@ class _CompiledPiece:
             gradient = self._compute_gradient(values)
             is_flat = np.linalg.norm(gradient, axis=1) < 1e-2 * typical_size
             if not is_flat.any():  # nothing moves, now or later
-                last_steps = np.full(point_count, np.inf)
+                last_steps = np.full(count, np.inf)
                 break
-            hessian = np.empty((point_count, joint_count, joint_count))
+            hessian = np.empty((count, joint_count, joint_count))
             for k, joint in enumerate(self.free_joints):
                 forward, backward = (
-                    self._compute_gradient({**values, joint: values[joint] + side * 1e-5}) for side in (1, -1)
+                    self._compute_gradient({**values, joint: values[joint] + sign * 1e-5}) for sign in (1, -1)
                 )
                 hessian[:, :, k] = (forward - backward) / 2e-5
             is_valid = is_flat & np.isfinite(hessian).all(axis=(1, 2))
@@ -191,8 +196,8 @@ class _CompiledPiece:
         The complex-step derivative Im f(x + ih) / h contains no difference, so that no digits cancel.
         """
         stepped_values = _shift_joints(values, [(joint, 1e-20j) for joint in self.free_joints])
-        stepped_zeros, _ = evaluate(self.vanishing, stepped_values, _count_points(stepped_values))
-        gradient = stepped_zeros[0].imag.reshape(len(self.free_joints), -1).T / 1e-20
+        complex_residuals, _ = evaluate(self.residual_program, stepped_values, _count_configurations(stepped_values))
+        gradient = complex_residuals[0].imag.reshape(len(self.free_joints), -1).T / 1e-20
         return np.where(np.isfinite(gradient), gradient, 0.0)
 
     def is_zero(self, values: Configurations, tolerance: float) -> np.ndarray:
@@ -211,8 +216,8 @@ class _CompiledPiece:
 
     def _compute_typical_term_size(self, values: Configurations) -> float:
         """Return the median size of the expression's terms at random configurations; at a zero they may vanish."""
-        stream, point_count = Stream("typical"), _count_points(values)
-        random_values = {q: np.array([stream.uniform(-3, 3) for _ in range(point_count)]) for q in self.free_joints}
+        stream, count = Stream("typical"), _count_configurations(values)
+        random_values = {q: np.array([stream.uniform(-3, 3) for _ in range(count)]) for q in self.free_joints}
         sizes = self.compute_residuals({**values, **random_values}).sizes
         return float(_reduce_without_warning(np.nanmedian, sizes[:1])[0, 0])
 
@@ -225,11 +230,12 @@ def _compile_piece(piece: Piece, joints: Sequence[str]) -> _CompiledPiece:
     tied_atoms = [atom for atom in piece if atom.joint is not None and is_tied(atom, piece, joints)]
     untied_atoms = [atom for atom in piece if atom.joint is not None and atom not in tied_atoms]
     untied_atoms.sort(key=lambda atom: bool(find_names(atom.expression) & set(joints)))
-    vanishing = [atom.expression for atom in piece if atom.joint is None]
-    vanishing += [Node("-", (Node("name", value=atom.joint), atom.expression)) for atom in tied_atoms]
-    free_names = set().union(*map(find_names, vanishing)) - {atom.joint for atom in untied_atoms}
+    vanishing_expressions = [atom.expression for atom in piece if atom.joint is None]
+    vanishing_expressions += [Node("-", (Node("name", value=atom.joint), atom.expression)) for atom in tied_atoms]
+    free_names = set().union(*map(find_names, vanishing_expressions)) - {atom.joint for atom in untied_atoms}
     assignments = [(str(atom.joint), compile_program([atom.expression])) for atom in untied_atoms]
-    return _CompiledPiece(assignments, compile_program(vanishing), [joint for joint in joints if joint in free_names])
+    free_joints = [joint for joint in joints if joint in free_names]
+    return _CompiledPiece(assignments, compile_program(vanishing_expressions), free_joints)
 
 
 def agree_to_double_precision(value: Any, expected: Any, are_angles: bool) -> bool:
@@ -251,7 +257,7 @@ def vanishes_at(expression: Node, joint_values: Mapping[str, Any], symbols: Mapp
     return bool(mpmath.isfinite(residual) and abs(residual) <= DOUBLE_TOLERANCE * max(size, 1e-300))
 
 
-def _count_points(values: Configurations) -> int:
+def _count_configurations(values: Configurations) -> int:
     """Return the number of configurations."""
     return len(next(iter(values.values())))
 
@@ -262,11 +268,11 @@ def _shift_joints(values: Configurations, shifts: Sequence[tuple[str, complex]])
     So a program is evaluated only once for all shifts.
     """
     shifted_values = {name: np.tile(column, len(shifts)) for name, column in values.items()}
-    point_count = _count_points(values)
+    count = _count_configurations(values)
     for i, (joint, shift) in enumerate(shifts):
         if isinstance(shift, complex):
             shifted_values[joint] = shifted_values[joint].astype(complex)
-        shifted_values[joint][i * point_count : (i + 1) * point_count] += shift
+        shifted_values[joint][i * count : (i + 1) * count] += shift
     return shifted_values
 
 
@@ -297,7 +303,7 @@ class ConfigurationSpace:
 
     @property
     def typed_tolerance(self) -> float:
-        """The absolute error allowed for typed joint values."""
+        """The absolute error allowed for typed joint values; a relative error is that of an angle of pi."""
         if self.rounding is None:
             return TYPED_TOLERANCE
         return max(TYPED_TOLERANCE, self.rounding.absolute, self.rounding.relative * np.pi)
@@ -314,7 +320,7 @@ class ConfigurationSpace:
         values = self.domain.sample(used_names, count, stream)
         compiled = _compile_piece(piece, self.joints)
         is_valid = compiled.assign_joints(values)
-        if compiled.vanishing.outputs:
+        if compiled.residual_program.outputs:
             is_valid &= compiled.project_onto_zeros(values)
             is_valid &= compiled.assign_joints(values)
         return {name: column[is_valid] for name, column in values.items()}
@@ -328,11 +334,11 @@ class ConfigurationSpace:
         compiled = _compile_piece(piece, self.joints)
         if not compiled.free_joints:
             return float("inf")
-        point_count = min(4000, max(SAMPLE_COUNT, _MAX_STORED_VALUES // len(compiled.vanishing.steps)))
-        residuals, size = evaluate(compiled.vanishing, self.domain.sample(used_names, point_count, stream), point_count)
+        count = min(4000, max(SAMPLE_COUNT, _MAX_STORED_VALUES // len(compiled.residual_program.steps)))
+        residuals, sizes = evaluate(compiled.residual_program, self.domain.sample(used_names, count, stream), count)
         with np.errstate(all="ignore"):
-            nearness = np.max(np.abs(residuals) / np.maximum(size, 1e-300), axis=0)
-        return float(_reduce_without_warning(np.nanmin, nearness[None])[0, 0])
+            relative_residuals = np.max(np.abs(residuals) / np.maximum(sizes, 1e-300), axis=0)
+        return float(_reduce_without_warning(np.nanmin, relative_residuals[None])[0, 0])
 
     def round_value(self, name: str, value: float) -> float:
         """Return a value rounded to six digits, an angle between -pi and pi; 0 for a mere rounding error."""
@@ -353,7 +359,7 @@ class ConfigurationSpace:
         """Return for each configuration whether an atom holds."""
         if atom.joint is None:
             return _compile_piece((atom,), self.joints).is_zero(values, tolerance)
-        expected = evaluate(compile_program([atom.expression]), values, _count_points(values)).values[0]
+        expected = evaluate(compile_program([atom.expression]), values, _count_configurations(values)).values[0]
         difference = values[atom.joint] - expected.real
         if self.domain.roles.get(atom.joint) == "angle":
             difference = np.angle(np.exp(1j * np.where(np.isfinite(difference), difference, np.nan)))
@@ -366,10 +372,13 @@ class ConfigurationSpace:
         """
         values = {str(atom.joint): evaluate_constant(atom.expression) for atom in piece if atom.joint is not None}
         typed_values = {joint: value for joint, value in values.items() if value is not None}
-        return any(all(self._satisfies(typed_values, atom, symbols) for atom in atoms) for atoms in containing_pieces)
+        return any(
+            all(self._satisfies(typed_values, atom, symbols) for atom in other_piece)
+            for other_piece in containing_pieces
+        )
 
     def _satisfies(self, typed_values: Mapping[str, Any], atom: Atom, symbols: Mapping[str, Any]) -> bool:
-        """Return whether typed joint values satisfy an atom; an atom on other joints counts as satisfied."""
+        """Return whether typed joint values satisfy an atom; True if a joint of the atom has no typed value."""
         if atom.joint is not None:
             expected = evaluate_constant(atom.expression)
             if expected is None or atom.joint not in typed_values:
@@ -377,11 +386,11 @@ class ConfigurationSpace:
             is_angle = self.domain.roles.get(atom.joint) == "angle"
             return agree_to_double_precision(typed_values[atom.joint], expected, is_angle)
         used_names = find_names(atom.expression)
-        names_to_type = used_names & set(typed_values)
-        if not names_to_type or used_names & set(self.joints) - names_to_type:
+        joint_values = {joint: value for joint, value in typed_values.items() if joint in used_names}
+        if not joint_values or used_names & set(self.joints) - set(joint_values):
             return True
-        joint_values = {joint: typed_values[joint] for joint in names_to_type}
-        return vanishes_at(atom.expression, joint_values, {name: symbols[name] for name in used_names - names_to_type})
+        other_values = {name: symbols[name] for name in used_names - set(joint_values)}
+        return vanishes_at(atom.expression, joint_values, other_values)
 
 
 @dataclass(frozen=True)
@@ -423,25 +432,28 @@ def compare_sets(
     counts: list[int] = []
     is_only_rounded = False
 
-    def check_inclusion(pieces: Sequence[Piece], union: Sequence[Piece], name: str) -> tuple[list[bool | None], Any]:
+    def check_inclusion(
+        pieces: Sequence[Piece], union: Sequence[Piece], set_name: str
+    ) -> tuple[list[bool | None], Any]:
         """Return whether the union contains each piece (None for an empty piece), and a configuration outside it."""
         nonlocal is_only_rounded
         is_contained: list[bool | None] = []
         example: dict[str, float] | None = None
         for index, piece in enumerate(pieces):
-            values = space.sample_piece(piece, used_names, Stream(f"{seed}/{name}/{index}"))
-            count = _count_points(values)
+            values = space.sample_piece(piece, used_names, Stream(f"{seed}/{set_name}/{index}"))
+            count = _count_configurations(values)
             counts.append(count)
             is_typed = all(atom.joint is not None for atom in piece)
-            tolerance = space.typed_tolerance if is_typed or name == "reference" else SEARCH_TOLERANCE
-            tolerance = tolerance if is_typed else max(tolerance, SEARCH_TOLERANCE)
+            tolerance = space.typed_tolerance if is_typed else SEARCH_TOLERANCE
+            if set_name == "reference":  # the union has the student's values, which may be rounded
+                tolerance = max(tolerance, space.typed_tolerance)
             is_inside = space.contains(union, values, count, tolerance)
             if is_typed and count and is_inside.all() and space.rounding is None:
-                constants = space.domain.list_fixed_values()
-                symbols = {name: constants.get(name) or float(column[0]) for name, column in values.items()}
+                fixed_values = space.domain.list_fixed_values()
+                symbols = {name: fixed_values.get(name) or float(column[0]) for name, column in values.items()}
                 if not space.holds_exactly(piece, union, symbols):
-                    is_inside, is_only_rounded = np.zeros(count, dtype=bool), is_only_rounded or name == "claimed"
-            elif is_typed and count and not is_inside.all() and name == "claimed":
+                    is_inside, is_only_rounded = np.zeros(count, dtype=bool), is_only_rounded or set_name == "claimed"
+            elif is_typed and count and not is_inside.all() and set_name == "claimed":
                 is_only_rounded |= bool(space.contains(union, values, count, ROUNDED_JOINT_VALUE.absolute).all())
             is_contained.append(None if count == 0 else bool(is_inside.all()))
             if count and not is_inside.all() and example is None:

@@ -178,35 +178,36 @@ def compare_entries(
     if all(remove_noise(node) is node for node in reference_entries):
         student_entries = [remove_noise(node) for node in student_entries]
     student_program, reference_program = compile_program(student_entries), compile_program(reference_entries)
-    constants = domain.list_fixed_values()
-    exact_results = exact.compare(student_program, reference_program, constants, seed)
+    fixed_values = domain.list_fixed_values()
+    exact_results = exact.compare(student_program, reference_program, fixed_values, seed)
     is_correct = [result.is_equal is True for result in exact_results]
     method, point_count = "exact", max(result.point_count for result in exact_results)
     bound = max((result.bound for result in exact_results if result.is_equal), default=0.0)
-    example = None
+    counterexample = None
     if not all(is_correct):
-        double_names = {name for name, value in constants.items() if value is None}
+        double_names = {name for name, value in fixed_values.items() if value is None}
         allowances = [_find_allowed_errors(node, rounding, double_names) for node in student_entries]
         is_certain = [
             bool(result.is_equal) or (result.is_equal is False and not any(allowance))
             for result, allowance in zip(exact_results, allowances, strict=True)
         ]
-        num_points = _choose_point_count(student_program, is_certain)
+        sample_count = _choose_point_count(student_program, is_certain)
         names = set().union(*map(find_names, (*student_entries, *reference_entries)))
-        values = domain.sample(names, num_points, Stream(seed))
-        comparison = _NumericComparison((student_program, reference_program), allowances, values, constants, num_points)
-        for k, is_sure in enumerate(is_certain):
-            is_correct[k] = is_correct[k] if is_sure else comparison.is_equal(k)
+        values = domain.sample(names, sample_count, Stream(seed))
+        programs = student_program, reference_program
+        comparison = _NumericComparison(programs, allowances, values, fixed_values, sample_count)
+        for entry in range(len(is_correct)):
+            is_correct[entry] = is_correct[entry] if is_certain[entry] else comparison.is_equal(entry)
         if not all(is_correct):
-            example = comparison.find_counterexample(is_correct.index(False))
+            counterexample = comparison.find_counterexample(is_correct.index(False))
         if not all(is_certain):
             wrong_share = WRONG_SHARE_BRANCHING if student_program.has_branches else WRONG_SHARE
             method, point_count = "numeric", comparison.point_count
-            bound = chance_of_missing(comparison.defined_count, wrong_share)
-    return Comparison(tuple(is_correct), Certificate(method, point_count, bound, example))
+            bound = compute_chance_of_missing(comparison.defined_count, wrong_share)
+    return Comparison(tuple(is_correct), Certificate(method, point_count, bound, counterexample))
 
 
-def chance_of_missing(point_count: int, share: float = WRONG_SHARE) -> float:
+def compute_chance_of_missing(point_count: int, share: float = WRONG_SHARE) -> float:
     """Return the chance that an answer that is wrong at this `share` of all points is correct at the sampled points."""
     return float((1.0 - share) ** point_count)
 
@@ -242,36 +243,39 @@ _CLEAR_DIFFERENCE = 1e-9
 """Smallest difference that double precision may establish, relative to the size of the terms; far above rounding."""
 
 _MAX_REGION_POINTS, _MAX_WORST_POINTS = 16, 3
-"""Maximum number of points at which an entry is evaluated with 50 digits.
+"""Maximum number of points at which an entry is evaluated with many digits: one for each region, and others.
 
-These are one point of each region, and the points with the largest difference relative to rounding errors."""
+The other points are those with the largest differences relative to rounding errors.
+"""
 
 
 class _NumericComparison:
     """The comparison of two programs at the same points: in double precision and, if necessary, with many digits.
 
     `allowances` are the relative and the absolute error allowed for each entry. Arrays have the shape (entries,
-    points).
+    points). Magnitudes are the sizes of the terms that are added to obtain a value (`program`).
     """
 
     def __init__(
         self, programs: Sequence[Program], allowances: Sequence[tuple[float, float]],
-        values: Mapping[str, np.ndarray], constants: Mapping[str, Fraction | None], point_count: int,
+        values: Mapping[str, np.ndarray], fixed_values: Mapping[str, Fraction | None], point_count: int,
     ) -> None:  # fmt: skip
-        self.programs, self.values, self.constants, self.point_count = programs, values, constants, point_count
+        self.programs, self.values, self.fixed_values, self.point_count = programs, values, fixed_values, point_count
         self.evaluated_steps = [(p, program.evaluate_steps(p, values, point_count)) for p in programs]
         results = [program.select_outputs(*evaluated) for evaluated in self.evaluated_steps]
-        (self.student_values, size), (self.reference_values, expected_size) = results
-        self.scale = _compute_term_scales(expected_size)
+        (self.student_values, magnitudes), (self.reference_values, reference_magnitudes) = results
+        self.scale = _compute_term_scales(reference_magnitudes)
         with np.errstate(all="ignore"):
             relative_errors, absolute_errors = np.array(allowances).T
             self.allowed_error = relative_errors[:, None] * self.scale + absolute_errors[:, None]
-            self.size = size + expected_size
-            self.rounding_error = 10 * _RELATIVE_ROUNDING * self.size
+            self.magnitude = magnitudes + reference_magnitudes
+            self.rounding_error = 10 * _RELATIVE_ROUNDING * self.magnitude
             self.difference = np.abs(self.student_values - self.reference_values)
         self.remaining_evaluations = _MAX_PRECISE_STEPS // (2 * sum(len(p.steps) for p in programs))
         self.examples: dict[int, tuple[int, Any, Any]] = {}
+        """For each entry that differs: a point, the answer's value and the expected value there."""
         self.precise_results: dict[tuple[int, int], list[list[Any]]] = {}
+        """For each point and number of digits: the results of both programs."""
 
     @cached_property
     def region_numbers(self) -> np.ndarray:
@@ -327,7 +331,7 @@ class _NumericComparison:
         """
         yours: Any = None
         expected: Any = None
-        for digits in (50, 200):
+        for digits in (program.PRECISE_DIGITS, 4 * program.PRECISE_DIGITS):
             if (results := self._evaluate_precisely(point, digits)) is None:
                 return None
             yours, expected = (program_results[entry] for program_results in results)
@@ -336,8 +340,8 @@ class _NumericComparison:
             if not mpmath.isfinite(yours):
                 continue  # more digits may help if a denominator almost vanishes
             with mpmath.workdps(digits):
-                difference, size = abs(yours - expected), self.size[entry, point]
-                scale = size if np.isfinite(size) else 1e10 * (abs(yours) + abs(expected))
+                difference, magnitude = abs(yours - expected), self.magnitude[entry, point]
+                scale = magnitude if np.isfinite(magnitude) else 1e10 * (abs(yours) + abs(expected))
                 rounding_error = mpmath.mpf(10) ** (5 - digits) * scale
                 allowance = max(self.allowed_error[entry, point], PRECISE_TOLERANCE * self.scale[entry, point])
             if difference + rounding_error <= allowance:
@@ -353,7 +357,9 @@ class _NumericComparison:
             if self.remaining_evaluations <= 0:
                 return None
             self.remaining_evaluations -= 1
-            symbols = {name: self.constants.get(name) or float(column[point]) for name, column in self.values.items()}
+            symbols = {
+                name: self.fixed_values.get(name) or float(column[point]) for name, column in self.values.items()
+            }
             self.precise_results[point, digits] = [evaluate_precisely(p, symbols, digits) for p in self.programs]
         return self.precise_results[point, digits]
 
@@ -368,13 +374,13 @@ class _NumericComparison:
         else:
             point, yours, expected = self.examples.get(entry) or self._find_tiny_difference(entry)
         symbols = {name: round_to_six_digits(column[point]) for name, column in sorted(self.values.items())}
-        return EntryDifference(entry, symbols, *show_difference(yours, expected))
+        return EntryDifference(entry, symbols, *format_difference(yours, expected))
 
     def _find_tiny_difference(self, entry: int) -> tuple[int, Any, Any]:
-        """Return a point at which 50 digits show a difference, or else any point, and both values there."""
+        """Return a point at which PRECISE_DIGITS digits show a difference, or else any point, and both values there."""
         example = (0, self.student_values[entry, 0], self.reference_values[entry, 0])
         for point in range(READABLE_POINTS):
-            if (results := self._evaluate_precisely(point, 50)) is not None:
+            if (results := self._evaluate_precisely(point, program.PRECISE_DIGITS)) is not None:
                 yours, expected = (program_results[entry] for program_results in results)
                 example = (point, yours, expected)
                 if yours != expected:
@@ -383,7 +389,7 @@ class _NumericComparison:
 
 
 def _compute_term_scales(magnitudes: np.ndarray) -> np.ndarray:
-    """Return the scale of each entry: the size of its terms or, if that is 0, the largest size at the same point."""
+    """Return the scale of each entry: its magnitude or, if that is 0, the largest magnitude at the same point."""
     largest = magnitudes.max(axis=0, keepdims=True)
     largest = np.where((largest > 0) & np.isfinite(largest), largest, 1.0)
     return np.where((magnitudes > 0) & np.isfinite(magnitudes), magnitudes, largest)
@@ -394,7 +400,7 @@ def round_to_six_digits(value: float) -> float:
     return float(f"{value:.6g}")
 
 
-def show_difference(student_value: Any, expected_value: Any) -> tuple[float | str, float | str]:
+def format_difference(student_value: Any, expected_value: Any) -> tuple[float | str, float | str]:
     """Return the answer's value and the expected value, with enough digits to show their difference."""
     yours, expected = to_json_number(complex(student_value)), to_json_number(complex(expected_value))
     if yours != expected:

@@ -82,7 +82,10 @@ def _log2(number: int) -> float:
 # --- programs ---
 
 ModularStep = tuple[str, tuple[int, ...], Any]
-"""A step as in `program`; the step of a trigonometric function has no operands, but the phase of its angle."""
+"""A step as in `program`, but the constant of a trigonometric function is the phase of its angle.
+
+The constant of a square root is (rational factor, primes under the root, exponent of the root of unity).
+"""
 
 
 class SizedStep(NamedTuple):
@@ -94,14 +97,14 @@ class SizedStep(NamedTuple):
 
 @dataclass(frozen=True)
 class ModularProgram:
-    """The steps of a program modulo a prime, each with its size; None for steps that can't be evaluated this way."""
+    """The steps of a program for evaluation modulo a prime; None for a step that can't be evaluated this way."""
 
     steps: tuple[SizedStep | None, ...]
     outputs: tuple[int, ...]
 
-    def size(self, index: int) -> Size | None:
+    def find_size(self, output_index: int) -> Size | None:
         """Return the size of a result, or None if its text doesn't show that it is a rational function."""
-        sized_step = self.steps[self.outputs[index]]
+        sized_step = self.steps[self.outputs[output_index]]
         return None if sized_step is None else sized_step.size
 
 
@@ -129,7 +132,7 @@ def make_modular_program(program: Program, fixed_values: Mapping[str, Fraction |
 
 
 def _compute_size(op: str, constant: Any, sizes: Sequence[Size]) -> Size | None:
-    """Return the size of a step's result, given the sizes of its operands; None for any other function."""
+    """Return the size of a step's result, given the sizes of its operands; None if the operation is not rational."""
     if op == "number":
         return Size(0.0, _log2(constant.numerator), 0.0, _log2(constant.denominator))
     if op == "name" and constant != "E":
@@ -206,30 +209,30 @@ def _make_square_root_step(angle: Angle | None) -> SizedStep | None:
 
 
 class _Point:
-    """Random values modulo the prime: of each name, and of w for each angle. A value is chosen when it is first used.
+    """Random values modulo the prime: one for each name, and one for the w of each angle, chosen at its first use.
 
-    If `values_by_name`, a value depends on the name alone, so that all programs use the same point.
+    If `is_shared`, a value depends on the name alone, so that all programs use the same point.
     """
 
-    def __init__(self, field: Field, stream: Stream, values_by_name: bool = False) -> None:
-        self.field, self.stream, self.values_by_name = field, stream, values_by_name
+    def __init__(self, field: Field, stream: Stream, is_shared: bool = False) -> None:
+        self.field, self.stream, self.is_shared = field, stream, is_shared
         self.values: dict[str, int] = {}
 
-    def value_of(self, name: str) -> int:
+    def get_value(self, name: str) -> int:
         if name not in self.values:
-            stream = self.stream.substream(name) if self.values_by_name else self.stream
+            stream = self.stream.substream(name) if self.is_shared else self.stream
             self.values[name] = 1 + field.choose_below(stream, self.field.prime - 1)
         return self.values[name]
 
-    def phase_value(self, phase: Phase) -> int:
-        """Return exp(i angle)."""
+    def evaluate_phase(self, phase: Phase) -> int:
+        """Return exp(i angle) modulo the prime."""
         value = self.field.power(phase.root_exponent)
         for name, power in phase.powers:
-            value = value * pow(self.value_of(f"phase/{name}"), power, self.field.prime) % self.field.prime
+            value = value * pow(self.get_value(f"phase/{name}"), power, self.field.prime) % self.field.prime
         return value
 
 
-def _residue(number: Fraction, prime: int) -> int:
+def _reduce_modulo(number: Fraction, prime: int) -> int:
     """Return a rational number modulo a prime. Raises ValueError if the denominator is zero modulo the prime."""
     return number.numerator * pow(number.denominator, -1, prime) % prime
 
@@ -240,35 +243,35 @@ def evaluate_modular(program: ModularProgram, point: _Point) -> list[int | None]
     for sized_step in program.steps:
         value = None
         if sized_step is not None:
-            op, operands, data = sized_step.step
+            op, operands, constant = sized_step.step
             args = [values[i] for i in operands]
             with suppress(ValueError):  # a division by zero
-                value = None if None in args else _evaluate_step(op, args, data, point) % point.field.prime
+                value = None if None in args else _evaluate_step(op, args, constant, point) % point.field.prime
         values.append(value)
     return [values[i] for i in program.outputs]
 
 
-def _evaluate_step(op: str, args: list[Any], data: Any, point: _Point) -> int:
-    """Return the result of a step; `data` is the step's constant. Raises ValueError for a division by zero."""
+def _evaluate_step(op: str, args: list[Any], constant: Any, point: _Point) -> int:
+    """Return the result of a step, not reduced modulo the prime. Raises ValueError for a division by zero."""
     prime = point.field.prime
     if op == "*":
         return args[0] * args[1]
     if op == "sum":
-        return sum(count * arg for count, arg in zip(data, args, strict=True))
+        return sum(count * arg for count, arg in zip(constant, args, strict=True))
     if op in _TRIGONOMETRIC_FUNCTIONS:
-        return _evaluate_trigonometric_function(op, point.phase_value(data), point.field)
+        return _evaluate_trigonometric_function(op, point.evaluate_phase(constant), point.field)
     if op == "neg":
         return -args[0]
     if op == "name":
-        return point.field.power(ROOT_ORDER // 4) if data == "I" else point.value_of(f"name/{data}")
+        return point.field.power(ROOT_ORDER // 4) if constant == "I" else point.get_value(f"name/{constant}")
     if op == "number":
-        return _residue(data, prime)
+        return _reduce_modulo(constant, prime)
     if op == "/":
         return args[0] * pow(args[1], -1, prime)
     if op == "integer power":
-        return pow(args[0], data, prime)
-    factor, root_primes, exponent = data  # a square root
-    value = _residue(factor, prime) * point.field.power(exponent)
+        return pow(args[0], constant, prime)
+    factor, root_primes, exponent = constant  # a square root
+    value = _reduce_modulo(factor, prime) * point.field.power(exponent)
     for root_prime in root_primes:
         value = value * sum(count * point.field.power(power) for count, power in _SQUARE_ROOTS[root_prime]) % prime
     return value
@@ -334,15 +337,17 @@ class ExactComparison:
             self._differs = True
         elif self._sizes is not None:
             self._agreeing_count += 1
-            single_chance = chance_of_agreement(*self._sizes, field.bits, field.prime_count)
+            single_chance = bound_chance_of_agreement(*self._sizes, field.bits, field.prime_count)
             self.bound = min(1.0, comb(self._tried_count, self._agreeing_count) * single_chance**self._agreeing_count)
 
 
-def chance_of_agreement(student: Size, reference: Size, bits: int = PRIME_BITS, primes: float = PRIME_COUNT) -> float:
+def bound_chance_of_agreement(
+    student: Size, reference: Size, bits: int = PRIME_BITS, prime_count: float = PRIME_COUNT
+) -> float:
     """Return a bound on the chance that two different functions agree at one random point."""
     difference = _add_sizes(student, reference, -1)
     degree, height = difference.degree, difference.height
-    return min(1.0, degree / 2.0**bits + max(height, 0.0) / bits / primes)
+    return min(1.0, degree / 2.0**bits + max(height, 0.0) / bits / prime_count)
 
 
 _SHARED_FIELD = field.SharedField()
@@ -361,7 +366,7 @@ def compare(
     reference_modular = student_modular if student == reference else make_modular_program(reference, fixed_values)
     stream = Stream(f"{seed}/exact")
     indices = range(len(reference_modular.outputs))
-    comparisons = [ExactComparison(student_modular.size(k), reference_modular.size(k)) for k in indices]
+    comparisons = [ExactComparison(student_modular.find_size(k), reference_modular.find_size(k)) for k in indices]
     for trial in range(MAX_POINTS):
         if not any(comparison.needs_points for comparison in comparisons):
             break
@@ -397,9 +402,9 @@ def fingerprint_results(program: Program, seed: str) -> list[tuple[int | None, .
     (True, False)
     """
     modular, seeded_field = make_modular_program(program, {}), _choose_seeded_field(seed)
-    points = (_Point(seeded_field, Stream(f"{seed}/{k}"), values_by_name=True) for k in range(FINGERPRINT_POINTS))
+    points = (_Point(seeded_field, Stream(f"{seed}/{k}"), is_shared=True) for k in range(FINGERPRINT_POINTS))
     columns = zip(*(evaluate_modular(modular, point) for point in points), strict=True)
-    return [None if modular.size(entry) is None else column for entry, column in enumerate(columns)]
+    return [None if modular.find_size(entry) is None else column for entry, column in enumerate(columns)]
 
 
 @lru_cache(maxsize=16)

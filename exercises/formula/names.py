@@ -24,7 +24,7 @@ _JOINT_SYMBOLS: dict[str, list[str]] = VOCABULARY["joints"]
 """What q, th, t etc. may mean: the first candidate that, with its index, is a symbol of the problem."""
 _JOINT_PATTERN = re.compile(f"({'|'.join(_JOINT_SYMBOLS)})([0-9]{{1,4}})")
 _ANGLE_SUM_LETTERS: list[str] = VOCABULARY["sums_of_angles"]
-_SHORTHAND_WITHOUT_SPACE: str = VOCABULARY["patterns"]["short_without_space"]
+_SHORTHAND_WITHOUT_SPACE: str = VOCABULARY["patterns"]["shorthand_without_space"]
 
 
 @dataclass(frozen=True)
@@ -87,7 +87,7 @@ def split_dotted_product(typed_name: str, known_symbols: frozenset[str]) -> list
 
 def _find_usual_meaning(name: str, known_symbols: frozenset[str]) -> NamePart | None:
     """Return the usual meaning of a name that is not a symbol of the problem, or None."""
-    if (shorthand := PATTERNS["short"].fullmatch(name)) is not None:
+    if (shorthand := PATTERNS["shorthand_name"].fullmatch(name)) is not None:
         function, letter, digits = shorthand.groups()
         if angles := _angles_of_digits(digits, known_symbols, letter or "theta"):
             return NamePart(SHORTHAND[function], angles)
@@ -100,7 +100,7 @@ def _find_usual_meaning(name: str, known_symbols: frozenset[str]) -> NamePart | 
     if not known_symbols:
         return None
     joined_name = name.replace("_", "")
-    for spelled, letter in VOCABULARY["spelled"].items():
+    for spelled, letter in VOCABULARY["spelled_letters"].items():
         joined_name = joined_name.replace(spelled, letter)
     joined_name = VOCABULARY["velocities"].get(joined_name, joined_name)
     for candidate in (joined_name, joined_name.lower()):

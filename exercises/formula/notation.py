@@ -11,7 +11,7 @@ from qdot.exercises.formula.vocabulary import LIMITS, PATTERNS, SPACES, VOCABULA
 
 MAX_NESTING = LIMITS["latex_depth"]
 _MAX_LATEX_LENGTH = LIMITS["latex_characters"]
-_LONG_TEXT_LENGTH, _MIN_COUNTED_TERMS = LIMITS["long"], LIMITS["many"]
+_LONG_TEXT_LENGTH, _MIN_COUNTED_TERMS = LIMITS["long_text"], LIMITS["counted_terms"]
 
 _LOOK_ALIKES = str.maketrans(
     VOCABULARY["look_alikes"] | {chr(ord(zero) + k): str(k) for zero in VOCABULARY["zeros"] for k in range(10)}
@@ -39,7 +39,7 @@ _FINAL_UNIT_PATTERN = re.compile(f"{VOCABULARY['patterns']['before_unit']}({_pat
 
 _WHOLE_NUMBER_NAMES, _BEFORE_WHOLE_NUMBERS = VOCABULARY["whole_numbers"], tuple(VOCABULARY["before_whole_numbers"])
 
-_TYPING_HABITS = [(habit["mark"], re.compile(habit["pattern"]), habit["meant"]) for habit in VOCABULARY["habits"]]
+_TYPING_HABITS = [(habit["mark"], re.compile(habit["pattern"]), habit["replacement"]) for habit in VOCABULARY["habits"]]
 """Patterns of other notations, such as text before the result, with their replacements in plain text.
 
 Each pattern comes with a mark that any matching text contains, because to look for the mark is faster than a search."""
@@ -70,7 +70,7 @@ def to_plain_text(text: str, known_symbols: AbstractSet[str]) -> str:
         text = dollar_match.group(2)
     if is_latex:
         text = _LatexReader(PATTERNS["latex_token"].findall(text)).read_until(())
-    text_without_end = PATTERNS["end"].sub("", text.rstrip(SPACES))  # a full stop, for example
+    text_without_end = PATTERNS["end_of_text"].sub("", text.rstrip(SPACES))  # a full stop, for example
     text = _name_rates_and_entries(text_without_end, known_symbols)
     return _remove_final_unit(convert_units(text, known_symbols), known_symbols)
 
@@ -99,7 +99,7 @@ def _name_rates_and_entries(text: str, known_symbols: AbstractSet[str]) -> str:
     return PATTERNS["entry_of_vector"].sub(name_entry, text)
 
 
-_NUMBER, _AFTER_UNIT = VOCABULARY["patterns"]["number_in_unit"], VOCABULARY["patterns"]["behind_unit"]
+_NUMBER, _AFTER_UNIT = VOCABULARY["patterns"]["number_before_unit"], VOCABULARY["patterns"]["after_unit"]
 _NUMBER_WITH_UNIT_PATTERN = re.compile(f"{_NUMBER}({_pattern_of_units(_UNITS)}){_AFTER_UNIT}")
 
 
@@ -117,7 +117,7 @@ def convert_units(text: str, known_symbols: AbstractSet[str]) -> str:
     return _NUMBER_WITH_UNIT_PATTERN.sub(replace_unit, text)
 
 
-_DECIMAL, _LENGTHS = VOCABULARY["patterns"]["decimal_in_unit"], VOCABULARY["lengths"]
+_DECIMAL, _LENGTHS = VOCABULARY["patterns"]["decimal_before_length"], VOCABULARY["lengths"]
 _LENGTH_WITH_COMMA_PATTERN = re.compile(f"{_DECIMAL}({_pattern_of_units(_LENGTHS)}){_AFTER_UNIT}")
 
 
@@ -130,7 +130,7 @@ def use_points_in_lengths(text: str) -> str:
     return _LENGTH_WITH_COMMA_PATTERN.sub(r"\1.\2\3", text)
 
 
-_NAME, _ALL_UNITS = VOCABULARY["patterns"]["name_of_number"], [*_UNITS, *VOCABULARY["degrees"]]
+_NAME, _ALL_UNITS = VOCABULARY["patterns"]["name_before_number"], [*_UNITS, *VOCABULARY["degrees"]]
 _NAMED_NUMBER_WITH_UNIT_PATTERN = re.compile(f"{_NAME}{_NUMBER}({_pattern_of_units(_ALL_UNITS)}){_AFTER_UNIT}")
 
 

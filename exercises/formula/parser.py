@@ -23,30 +23,31 @@ from qdot.exercises.formula.trees import Node, ParseError, combine_from_left, fi
 from qdot.exercises.formula.vocabulary import LIMITS, PATTERNS, VOCABULARY
 
 MAX_DEPTH = LIMITS["depth"]
-MAX_LENGTH, MAX_PLUS_MINUS_SIGNS = LIMITS["characters"], LIMITS["either"]
-MAX_DIAGONAL = LIMITS["diagonal"]
+MAX_LENGTH, MAX_PLUS_MINUS_SIGNS = LIMITS["characters"], LIMITS["plus_minus_signs"]
+MAX_ROWS = LIMITS["matrix_rows"]
 
-_CONTAINERS: dict[str, str] = VOCABULARY["containers"]
-"""The meaning of each SymPy, NumPy or Python call that is not a function of numbers."""
+_CALL_MEANINGS: dict[str, str] = VOCABULARY["call_meanings"]
+"""The meaning of each SymPy, NumPy or Python call that is not a function of numbers, such as Matrix and Eq."""
 _TWO_ARGUMENT_KINDS = ("eq", "in", "/", "^")
 """Meanings of calls that need exactly two arguments."""
-_BINDING_CALLS: dict[str, str] = VOCABULARY["bound"]
+_BINDING_CALLS: dict[str, str] = VOCABULARY["binding_calls"]
 """Calls with a variable of their own, such as Derivative and Lambda."""
-_CONNECTIVES: list[str] = VOCABULARY["words"]
-"""Names that connect two conditions, and so are not factors of a product."""
+_OPERATOR_WORDS: list[str] = VOCABULARY["operator_words"]
+"""Names that are operators, as in "a and b" or "0 mod pi", and so are not factors of a product."""
 
 _TOKEN = re.compile("|".join(
     f"(?P<{kind}>{VOCABULARY['patterns'][name]})"
-    for kind, name in (("space", "passed"), ("number", "number"), ("name", "name"), ("op", "operator"))
+    for kind, name in (("space", "between_tokens"), ("number", "number"), ("name", "name"), ("op", "operator"))
 ))  # fmt: skip
 
-_NEVER_INSIDE_BARS = ("=", "==", ",", ";", ":", "&")
-"""Tokens that can't occur inside an absolute value, as in |a1|."""
-_AFTER_BARS = ("*", "/", "^", "**", "=", "==", ")", "]", "}", ",", ";")
+_TOKENS_OUTSIDE_BARS = ("=", "==", ",", ";", ":", "&")
+"""Tokens that never occur inside an absolute value such as |a1|, unless in brackets."""
+_TOKENS_AFTER_BARS = ("*", "/", "^", "**", "=", "==", ")", "]", "}", ",", ";")
 """Tokens after a bar that show that the bar ends an absolute value; they can't begin an alternative."""
-_BEFORE_STATEMENT = (",", ";", "and", "&", "or", "[", "(", "{")
+_TOKENS_BEFORE_STATEMENT = (",", ";", "and", "&", "or", "[", "(", "{")
+"""Tokens after which a new equation may begin, as in [J(q) = …]."""
 _OR_WORDS = ("or", "|")
-"""Words that are ignored after a comma between two conditions, but not between two entries of a vector."""
+"""Words that add nothing to a comma between two conditions, but make alternatives of two entries of a vector."""
 
 _BRACKETS = {"(": (")", "group"), "[": ("]", "list"), "{": ("}", "set")}
 """For each opening bracket its closing bracket and the meaning of its content."""
@@ -54,7 +55,10 @@ _DEPTH_CHANGES = {"(": 1, "[": 1, "{": 1, ")": -1, "]": -1, "}": -1}
 
 
 class _Token(NamedTuple):
-    """A part of a text that the grammar doesn't split: its `kind` is "number", "name", "op" or "end"."""
+    """A part of a text that the grammar doesn't split: its `kind` is "number", "name", "op" or "end".
+
+    `position` is the index of its first character in the text.
+    """
 
     kind: str
     text: str
@@ -62,7 +66,7 @@ class _Token(NamedTuple):
 
 
 def _tokenize(text: str) -> list[_Token]:
-    """Return the tokens of a text, and one at its end. Raises ParseError."""
+    """Return the tokens of a text, the last of which is an "end". Raises ParseError for a character of no token."""
     tokens: list[_Token] = []
     position, depth = 0, 0
     for match in _TOKEN.finditer(text):
@@ -94,7 +98,10 @@ class _Parser:
 
     def __init__(self, text: str, known_symbols: frozenset[str]) -> None:
         self.text, self.known_symbols = text, known_symbols
-        self.tokens, self.position, self.depth = self.translate_words(_tokenize(text)), 0, 0
+        self.tokens = self.translate_words(_tokenize(text))
+        self.index = 0
+        """The index of the next token."""
+        self.depth = 0
         if (sign_count := sum(text == "±" for _, text, _ in self.tokens)) > MAX_PLUS_MINUS_SIGNS:
             raise ParseError(f"the answer has {sign_count} signs ±, and each doubles the cases; write out the cases")
         self.bare_argument_end = -1
@@ -126,23 +133,24 @@ class _Parser:
                 translated.append(token)
         return translated
 
-    def peek(self, ahead: int = 0) -> str:
-        """Return the text of the next token or, if `ahead` is not 0, of the token that comes `ahead` tokens later."""
-        return self.tokens[min(self.position + ahead, len(self.tokens) - 1)].text
+    def peek(self, offset: int = 0) -> str:
+        """Return the text of the next token or, if `offset` is not 0, of the token that comes `offset` tokens later."""
+        return self.tokens[min(self.index + offset, len(self.tokens) - 1)].text
 
-    def parse_error(self, message: str) -> ParseError:
-        return ParseError(f"{message} {_describe_position(self.text, self.tokens[self.position].position)}")
+    def make_error(self, message: str) -> ParseError:
+        """Return an error at the next token."""
+        return ParseError(f"{message} {_describe_position(self.text, self.tokens[self.index].position)}")
 
     def take(self, *texts: str) -> bool:
         """Skip the next token if it is one of these; return whether it was."""
-        kind, text, _ = self.tokens[self.position]
+        kind, text, _ = self.tokens[self.index]
         is_next = kind in ("op", "name") and text in texts
-        self.position += is_next
+        self.index += is_next
         return is_next
 
     def expect(self, text: str) -> None:
         if not self.take(text):
-            raise self.parse_error(f"expected '{text}', found {repr(self.peek()) if self.peek() else 'the end'}")
+            raise self.make_error(f"expected '{text}', found {repr(self.peek()) if self.peek() else 'the end'}")
 
     def parse(self) -> Node:
         """Return the tree of the whole text."""
@@ -152,14 +160,14 @@ class _Parser:
         tree = self.parse_to_end()
         if self.braces_are_lists:
             tree = trees.fold(tree, _make_list_of_set)
-        is_metre = METRE not in self.known_symbols and any(text == METRE for _, text, _ in self.tokens)
-        return evaluate_matrices(remove_metres(tree) if is_metre else tree)
+        may_have_metres = METRE not in self.known_symbols and any(text == METRE for _, text, _ in self.tokens)
+        return evaluate_matrices(remove_metres(tree) if may_have_metres else tree)
 
     def parse_to_end(self) -> Node:
         """Return the tree of all remaining tokens."""
         rows, has_comma = self.parse_rows("")
-        if self.tokens[self.position].kind != "end":
-            raise self.parse_error(f"unexpected {self.peek()!r}")
+        if self.tokens[self.index].kind != "end":
+            raise self.make_error(f"unexpected {self.peek()!r}")
         if not rows[0]:  # semicolons alone
             raise ParseError("the text is empty")
         if len(rows) > 1 and any(len(row) > 1 for row in rows):
@@ -177,7 +185,7 @@ class _Parser:
         """
         rows: list[list[Node]] = [[]]
         has_comma = False
-        while not (self.take(closing) if closing else self.tokens[self.position].kind == "end"):
+        while not (self.take(closing) if closing else self.tokens[self.index].kind == "end"):
             if self.take(";"):
                 rows.append([])
                 continue
@@ -200,8 +208,8 @@ class _Parser:
 
     def require_more(self) -> None:
         """Raise ParseError at the end of the text."""
-        if self.tokens[self.position].kind == "end":
-            raise self.parse_error("expected a number, a symbol or a bracket, found the end")
+        if self.tokens[self.index].kind == "end":
+            raise self.make_error("expected a number, a symbol or a bracket, found the end")
 
     def is_comma_before_and(self) -> bool:
         return self.peek() == "," and self.peek(1) in ("and", "&")
@@ -212,28 +220,28 @@ class _Parser:
             return all(map(self.is_condition, node.args))
         return node.kind in ("eq", "in") and not find_names(node.args[0]).isdisjoint(self.known_symbols)
 
-    def join_conditions(self, condition: Node, is_alone: bool) -> Node:
-        """Parse "A, and B" as "A and B" if B is a condition; return the conjunction. `first` is A.
+    def join_conditions(self, condition: Node, is_first_entry: bool) -> Node:
+        """Parse ", and B" after the condition A; return "A and B" if B is a condition, else A.
 
-        If B is a value, as in theta2 = 0, and pi, the comma separates the entries of a list; return A. Raises
-        ParseError if more commas or alternatives make this ambiguous; `is_alone` says whether A is the first entry.
+        If B is a value, as in theta2 = 0, and pi, the comma separates the entries of a list. Raises ParseError if more
+        commas or alternatives make this ambiguous.
         """
-        start = self.position
+        start = self.index
         terms = list(condition.args) if condition.kind == "and" else [condition]
         while self.is_comma_before_and():
-            position = self.position
-            self.position += 2
+            index_before_comma = self.index
+            self.index += 2
             term = self.parse_relation()
             if not self.is_condition(term):
-                self.position = position
+                self.index = index_before_comma
                 break
             terms.append(term)
-        if self.position == start:
+        if self.index == start:
             return condition
-        if not is_alone or self.peek() in (",", "or", "|") or condition.kind == "or":
-            self.position = start
+        if not is_first_entry or self.peek() in (",", "or", "|") or condition.kind == "or":
+            self.index = start
             example = "(theta1 = 0 or theta2 = 0) and theta3 = 0"
-            raise self.parse_error(f"a comma before 'and' is ambiguous; use brackets and no comma, as in {example}")
+            raise self.make_error(f"a comma before 'and' is ambiguous; use brackets and no comma, as in {example}")
         return Node("and", tuple(terms))
 
     def make_dictionary(self, items: Sequence[Node]) -> Node:
@@ -246,15 +254,15 @@ class _Parser:
                 pairs[-1].append(item)
             else:
                 advice = "write conditions without words before them"
-                raise self.parse_error(f"every entry of a dictionary needs the form 'joint: values'; {advice}")
+                raise self.make_error(f"every entry of a dictionary needs the form 'joint: values'; {advice}")
         assignments = ((name, values[0] if len(values) == 1 else Node("set", tuple(values))) for name, *values in pairs)
         return Node("dict", tuple(Node("pair", pair) for pair in assignments))
 
     def skip_lambda_head(self) -> None:
         """Skip the head of a Python function, lambda theta1, theta2: …; the expression it returns is the answer."""
         if self.take("lambda"):
-            while self.tokens[self.position].kind == "name":
-                self.position += 1
+            while self.tokens[self.index].kind == "name":
+                self.index += 1
                 if not self.take(","):
                     break
             self.expect(":")
@@ -264,7 +272,7 @@ class _Parser:
         """Count the nesting depth of brackets, bars and functions. Raises ParseError beyond MAX_DEPTH."""
         self.depth += 1
         if self.depth > MAX_DEPTH:
-            raise self.parse_error(f"{construct} are nested more than {MAX_DEPTH} deep")
+            raise self.make_error(f"{construct} are nested more than {MAX_DEPTH} deep")
         yield
         self.depth -= 1
 
@@ -299,11 +307,11 @@ class _Parser:
         """Parse the right side of an equation: one value, or several, as in theta2 = 0 or pi."""
         alternatives = [self.parse_modulo(self.parse_sum())]
         while self.peek() in ("or", "and", "|", "&"):
-            position = self.position
-            self.position += 1
-            alternative = self.parse_modulo(self.parse_sum()) if self.tokens[self.position].kind != "end" else None
+            index_before_word = self.index
+            self.index += 1
+            alternative = self.parse_modulo(self.parse_sum()) if self.tokens[self.index].kind != "end" else None
             if alternative is None or self.peek() in ("=", "==", "in", ":") or not _is_value(alternative):
-                self.position = position  # another condition begins there
+                self.index = index_before_word  # another condition begins there
                 break
             alternatives.append(alternative)
         return alternatives[0] if len(alternatives) == 1 else Node("set", tuple(alternatives))
@@ -313,15 +321,15 @@ class _Parser:
         is_in_brackets = self.peek() == "(" and self.peek(1) in _MODULO_WORDS
         if not is_in_brackets and self.peek() not in _MODULO_WORDS:
             return value
-        self.position += 2 if is_in_brackets else 1
-        if self.peek(-1) == "%" and self.tokens[self.position].kind in ("end", "op") and self.peek() != "(":
-            raise self.parse_error("percentages are not allowed; write a decimal such as 0.5")
-        step = Node("*", (_ANY_WHOLE_NUMBER, self.parse_sum()))
+        self.index += 2 if is_in_brackets else 1
+        if self.peek(-1) == "%" and self.tokens[self.index].kind in ("end", "op") and self.peek() != "(":
+            raise self.make_error("percentages are not allowed; write a decimal such as 0.5")
+        multiple = Node("*", (_ANY_WHOLE_NUMBER, self.parse_sum()))
         if is_in_brackets:
             self.expect(")")
         if value.kind in ("list", "set"):
-            return Node(value.kind, tuple(Node("+", (term, step)) for term in value.args))
-        return Node("+", (value, step))
+            return Node(value.kind, tuple(Node("+", (term, multiple)) for term in value.args))
+        return Node("+", (value, multiple))
 
     def parse_sum(self) -> Node:
         if self.take("±"):
@@ -331,12 +339,12 @@ class _Parser:
             node = _apply_sign(self.parse_sign(), self.parse_product())
         while self.peek() in ("+", "-", "±"):
             op = self.peek()
-            follows_bare_argument = self.position == self.bare_argument_end
-            self.position += 1
+            follows_bare_argument = self.index == self.bare_argument_end
+            self.index += 1
             is_negative, term = self.parse_sign(), self.parse_product()
             if follows_bare_argument and term.kind == "name" and _is_angle(str(term.value)):
                 message = f"a function without brackets comes before {op} {term.value}"
-                raise self.parse_error(f"{message}; put its argument in brackets, as in sin(theta1 + theta2)")
+                raise self.make_error(f"{message}; put its argument in brackets, as in sin(theta1 + theta2)")
             term = _apply_sign(is_negative, term)
             alternatives = (Node("+", (node, term)), Node("-", (node, term)))
             node = Node("set", alternatives) if op == "±" else Node(op, (node, term))
@@ -345,39 +353,39 @@ class _Parser:
     def parse_sign(self) -> bool:
         """Parse the signs before a term; return whether the term is negative."""
         is_negative = False
-        while self.peek() in ("+", "-") and self.tokens[self.position].kind == "op":
+        while self.peek() in ("+", "-") and self.tokens[self.index].kind == "op":
             is_negative ^= self.peek() == "-"
-            self.position += 1
+            self.index += 1
         return is_negative
 
     def parse_product(self) -> Node:
         node = self.parse_power()
         divisor_end = -1
         while True:
-            kind, text, _ = self.tokens[self.position]
+            kind, text, _ = self.tokens[self.index]
             if text in ("*", "/", "."):
-                self.position += 1
-                start = self.position
+                self.index += 1
+                start = self.index
                 node = Node(text if text == "/" else "*", (node, _apply_sign(self.parse_sign(), self.parse_power())))
-                is_name = text == "/" and self.is_single_name(start) and node.args[1].kind == "name"
-                divisor_end = self.position if is_name else -1
-            elif kind == "number" == self.tokens[self.position - 1].kind:
-                raise self.parse_error("there is no operator between two numbers")  # 1 000, 1.2.3: no product is meant
+                is_name_divisor = text == "/" and self.is_single_name(start) and node.args[1].kind == "name"
+                divisor_end = self.index if is_name_divisor else -1
+            elif kind == "number" == self.tokens[self.index - 1].kind:
+                raise self.make_error("there is no operator between two numbers")  # 1 000, 1.2.3: no product is meant
             elif kind == "number" and text.startswith("."):  # a1.2
-                raise self.parse_error(f"the point in {text} is ambiguous; write *{text[1:]} or *0{text}")
+                raise self.make_error(f"the point in {text} is ambiguous; write *{text[1:]} or *0{text}")
             elif text == "(" and self.peek(1) in _MODULO_WORDS:
                 return node
             elif kind == "name" and self.is_unit(text):
-                self.position += 1
+                self.index += 1
                 node = _convert_unit(node, text)
-            elif kind == "name" and text not in _CONNECTIVES and self.position == divisor_end:
+            elif kind == "name" and text not in _OPERATOR_WORDS and self.index == divisor_end:
                 advice = "put the denominator in brackets, as in a/(b*c), or write a/b*c"
-                raise self.parse_error(f"/{self.peek(-1)} {text} is ambiguous; {advice}")
+                raise self.make_error(f"/{self.peek(-1)} {text} is ambiguous; {advice}")
             elif text == "|" and self.begins_absolute_value():
                 node = Node("*", (node, self.parse_power()))
             elif text == "[" and self.is_row_below(node):
                 node = self.parse_row_below(node)
-            elif kind == "number" or text in ("(", "[") or (kind == "name" and text not in _CONNECTIVES):
+            elif kind == "number" or text in ("(", "[") or (kind == "name" and text not in _OPERATOR_WORDS):
                 node = Node("*", (node, self.parse_factor()))
             else:
                 return node
@@ -385,47 +393,50 @@ class _Parser:
     def is_single_name(self, start: int) -> bool:
         """Return whether the divisor, which begins at token `start` and has just been parsed, is a single name."""
         kind, text, _ = self.tokens[start]
-        return kind == "name" and self.position == start + 1 and not text.startswith(_PI_NAMES)
+        return kind == "name" and self.index == start + 1 and not text.startswith(_PI_NAMES)
 
     def parse_factor(self) -> Node:
         """Parse a factor that has no sign. [0] is refused, because in Python it selects an entry."""
         is_bracket = self.peek() == "["
-        start, node = self.position, self.parse_power()
+        start, node = self.index, self.parse_power()
         if is_bracket and node.kind == "list" and len(node.args) == 1 and node.args[0].kind in ("number", "neg"):
-            self.position = start
-            raise self.parse_error("unexpected '['; entries of a vector have names such as a1 or theta2")
+            self.index = start
+            raise self.make_error("unexpected '['; entries of a vector have names such as a1 or theta2")
         return node
 
     def begins_absolute_value(self) -> bool:
         """Return whether the bar here begins an absolute value, as in a1|s2|, and not an alternative, as in 0 | pi."""
         if self.is_inside_bars:
             return False
-        depth, index, has_symbol = 0, self.position + 1, False
+        depth, index, has_symbol = 0, self.index + 1, False
         while self.tokens[index].kind != "end" and not (self.tokens[index].text == "|" and depth == 0):
             kind, text, _ = self.tokens[index]
             depth += _DEPTH_CHANGES.get(text, 0)
-            if depth < 0 or (depth == 0 and (text in _NEVER_INSIDE_BARS or text in _CONNECTIVES)):
+            if depth < 0 or (depth == 0 and (text in _TOKENS_OUTSIDE_BARS or text in _OPERATOR_WORDS)):
                 return False
             has_symbol |= kind == "name" and not text.startswith(_PI_NAMES)
             index += 1
         if self.tokens[index].kind == "end" or not has_symbol:
             return False
-        opening, first, last, closing = (self.tokens[k] for k in (self.position, self.position + 1, index - 1, index))
-        is_tight = first.position == opening.position + 1 and last.position + len(last.text) == closing.position
-        return is_tight or self.tokens[index + 1].kind == "end" or self.tokens[index + 1].text in _AFTER_BARS
+        opening_bar, first_inside = self.tokens[self.index : self.index + 2]
+        last_inside, closing_bar, token_after = self.tokens[index - 1 : index + 2]
+        begins_tightly = first_inside.position == opening_bar.position + 1
+        ends_tightly = last_inside.position + len(last_inside.text) == closing_bar.position
+        is_at_end = token_after.kind == "end" or token_after.text in _TOKENS_AFTER_BARS
+        return (begins_tightly and ends_tightly) or is_at_end
 
     def is_row_below(self, node: Node) -> bool:
         """Return whether the next list is one more row below `node`, as in [a, b][c, d], a calculator's notation."""
-        return node.kind == "list" and len(node.args) > 1 and self.peek(-1) == "]" and not self.is_column_ahead()
+        return node.kind == "list" and len(node.args) > 1 and self.peek(-1) == "]" and not self.is_matrix_ahead()
 
-    def is_column_ahead(self) -> bool:
+    def is_matrix_ahead(self) -> bool:
         """Return whether the list that begins here has rows, as in [a; b] or [[a, b], [c, d]]."""
         return self.peek(1) == "[" or (1, ";") in self.list_bracket_tokens()
 
     def list_bracket_tokens(self) -> list[tuple[int, str]]:
         """Return (depth, text) of each token from the bracket that begins here to its closing bracket."""
         depth, tokens_with_depth = 0, list[tuple[int, str]]()
-        for _, text, _ in self.tokens[self.position :]:
+        for _, text, _ in self.tokens[self.index :]:
             depth += _DEPTH_CHANGES.get(text, 0)
             tokens_with_depth.append((depth, text))
             if depth == 0:
@@ -437,8 +448,8 @@ class _Parser:
         self.take("[")
         row = self.parse_bracket("]", "list")
         rows = node.args if all(arg.kind == "list" for arg in node.args) else (node,)
-        if len(rows) >= MAX_DIAGONAL or any(len(other_row.args) != len(row.args) for other_row in rows):
-            raise self.parse_error("two lists of different lengths follow each other")
+        if len(rows) >= MAX_ROWS or any(len(other_row.args) != len(row.args) for other_row in rows):
+            raise self.make_error("two lists of different lengths follow each other")
         return Node("list", (*rows, row))
 
     def is_unit(self, text: str) -> bool:
@@ -449,23 +460,23 @@ class _Parser:
         """
         if text not in _UNITS or text in self.known_symbols or text in VOCABULARY["whole_numbers"]:
             return False
-        kind, previous_text, _ = self.tokens[self.position - 1]
+        kind, previous_text, _ = self.tokens[self.index - 1]
         if kind != "number" and previous_text not in VOCABULARY["before_whole_numbers"]:
             return False
-        next_kind, next_text, _ = self.tokens[min(self.position + 1, len(self.tokens) - 1)]
+        next_kind, next_text, _ = self.tokens[min(self.index + 1, len(self.tokens) - 1)]
         if text in VOCABULARY["lengths"]:
             return next_text not in _UNIT_OPERATORS
-        return next_text not in _FACTOR_CONTINUATIONS and (next_kind in ("op", "end") or next_text in _CONNECTIVES)
+        return next_text not in _TOKENS_AFTER_FACTOR and (next_kind in ("op", "end") or next_text in _OPERATOR_WORDS)
 
     def parse_power(self) -> Node:
         base = self.parse_primary()
-        if self.tokens[self.position].text not in ("**", "^"):
+        if self.tokens[self.index].text not in ("**", "^"):
             return base
         exponents, applies_to_last_factor = [], base is self.joined_product
         while self.take("**", "^"):
             exponents.append(_apply_sign(self.parse_sign(), self.parse_primary()))
             if len(exponents) > MAX_DEPTH:
-                raise self.parse_error(f"powers are nested more than {MAX_DEPTH} deep")
+                raise self.make_error(f"powers are nested more than {MAX_DEPTH} deep")
         if base.kind == "list" and len(exponents) == 1 and exponents[0].value in VOCABULARY["transposed"]:
             return _transpose(base)
         tower = exponents.pop()
@@ -478,12 +489,12 @@ class _Parser:
         return Node("^", (base, tower))
 
     def parse_primary(self) -> Node:
-        kind, text, _ = self.tokens[self.position]
+        kind, text, _ = self.tokens[self.index]
         if kind == "number":
-            self.position += 1
+            self.index += 1
             return _parse_number(text)
-        if kind == "name" and text not in _CONNECTIVES:
-            self.position += 1
+        if kind == "name" and text not in _OPERATOR_WORDS:
+            self.index += 1
             return self.parse_name(text)
         if self.take("..."):
             return Node("blank")
@@ -491,7 +502,7 @@ class _Parser:
             return self.parse_bracket(*_BRACKETS[text])
         if self.take("|"):
             return self.parse_absolute_value()
-        raise self.parse_error("expected a number, a symbol or a bracket, found " + (repr(text) if text else "the end"))
+        raise self.make_error("expected a number, a symbol or a bracket, found " + (repr(text) if text else "the end"))
 
     def parse_absolute_value(self) -> Node:
         """Parse |a1*sin(theta2)| up to its second bar; a bar between two conditions means "or" instead."""
@@ -517,7 +528,7 @@ class _Parser:
 
     def parse_name(self, typed_name: str) -> Node:
         if len(typed_name) > names.MAX_NAME_LENGTH:
-            raise self.parse_error(f"a name of {len(typed_name)} characters is not a symbol")
+            raise self.make_error(f"a name of {len(typed_name)} characters is not a symbol")
         if typed_name.endswith(".diff") and self.peek() == "(":  # theta1.diff(t)
             variable = split_name(typed_name.removesuffix(".diff"), self.known_symbols)[0]
             return self.parse_binding_call("Derivative", _make_part_node(variable))
@@ -527,14 +538,14 @@ class _Parser:
             return self.parse_binding_call(name)
         may_depend_on_time = name in self.known_symbols or PATTERNS["joint"].fullmatch(name) is not None
         if is_bracket_next and may_depend_on_time and self.peek(1) == "t" and self.peek(2) == ")":
-            self.position += 3  # theta1(t), as dynamicsymbols prints it
+            self.index += 3  # theta1(t), as dynamicsymbols prints it
             return _make_part_node(split_name(typed_name, self.known_symbols)[0])
-        if is_bracket_next and name in _CONTAINERS:
-            self.position += 1
-            return _make_container(name, self.parse_bracket(")", "args").args, self)
+        if is_bracket_next and name in _CALL_MEANINGS:
+            self.index += 1
+            return _interpret_call(name, self.parse_bracket(")", "args").args, self)
         if name in VOCABULARY["undefined"]:
             meaning, advice = VOCABULARY["undefined"][name]
-            position = self.tokens[self.position - 1].position
+            position = self.tokens[self.index - 1].position
             raise trees.UndefinedValue(f"your answer contains {name} ({meaning}) at character {position + 1}; {advice}")
         if name in VOCABULARY["blank"]:
             return Node("blank")
@@ -542,26 +553,31 @@ class _Parser:
             return self.parse_shorthand(name)
         parts = split_name(typed_name, self.known_symbols)
         symbol = parts[0].names[0] if len(parts) == 1 and parts[0].kind == "name" else ""
-        if is_bracket_next and symbol and not {name, symbol} & self.known_symbols and symbol not in _BEFORE_BRACKETS:
-            after_bracket = self.position + len(self.list_bracket_tokens())
+        if (
+            is_bracket_next
+            and symbol
+            and not {name, symbol} & self.known_symbols
+            and symbol not in _FACTORS_BEFORE_BRACKETS
+        ):
+            after_bracket = self.index + len(self.list_bracket_tokens())
             if self.begins_statement() and after_bracket < len(self.tokens) and self.tokens[after_bracket].text == "=":
-                self.position = after_bracket  # J(q) = …
+                self.index = after_bracket  # J(q) = …
                 return Node("name", value=symbol)
             advice = _NEGATION_ADVICE if name in VOCABULARY["negations"] else _UNKNOWN_FUNCTION_ADVICE
-            raise self.parse_error(f"the function {name!r} {advice}")
+            raise self.make_error(f"the function {name!r} {advice}")
         product = self.multiply_parts(parts)
-        if parts[-1].kind in FUNCTIONS and PATTERNS["short_of_angle"].search(name):
-            self.bare_argument_end = self.position
+        if parts[-1].kind in FUNCTIONS and PATTERNS["shorthand_of_angle"].search(name):
+            self.bare_argument_end = self.index
         return product
 
     def begins_statement(self) -> bool:
         """Return whether the last parsed name begins a statement."""
-        return self.position == 1 or self.tokens[self.position - 2].text in _BEFORE_STATEMENT
+        return self.index == 1 or self.tokens[self.index - 2].text in _TOKENS_BEFORE_STATEMENT
 
     def is_angle_ahead(self) -> bool:
         """Return whether an angle or a bracket follows, perhaps after a power: c theta1, s^2(theta1)."""
-        ahead = 0 if self.peek() not in ("^", "**") else 4 if self.peek(1) == "(" else 2
-        kind, text, _ = self.tokens[min(self.position + ahead, len(self.tokens) - 1)]
+        power_length = 0 if self.peek() not in ("^", "**") else 4 if self.peek(1) == "(" else 2  # as in ^2 or ^(2)
+        kind, text, _ = self.tokens[min(self.index + power_length, len(self.tokens) - 1)]
         part = split_name(text, self.known_symbols)[0] if kind == "name" else None
         return text == "(" or (part is not None and (part.kind == "sum" or _is_angle(part.names[0])))
 
@@ -570,12 +586,12 @@ class _Parser:
 
         Raises ParseError for an argument that is not an angle, such as S(1), which is SymPy's number 1.
         """
-        start, function = self.position, SHORTHAND[name]
+        start, function = self.index, SHORTHAND[name]
         call = self.parse_function(function)
         if not any(map(_is_angle, find_names(call))):
-            self.position = start
+            self.index = start
             advice = f"as in {name}(theta1); write {function}(…)"
-            raise self.parse_error(f"{name} means {function} only before an angle, {advice}")
+            raise self.make_error(f"{name} means {function} only before an angle, {advice}")
         return call
 
     def multiply_parts(self, parts: Sequence[NamePart]) -> Node:
@@ -588,30 +604,30 @@ class _Parser:
                 factors.append(_make_part_node(part))
             elif remaining_parts and remaining_parts[0].kind != "function" and part.names[0] not in ARITY:
                 factors.append(_make_call(part.names[0], (_make_part_node(remaining_parts.pop(0)),)))
-                self.bare_argument_end = self.position if not remaining_parts else -1
+                self.bare_argument_end = self.index if not remaining_parts else -1
             elif not remaining_parts:
                 factors.append(self.parse_function(part.names[0]))
             else:
-                raise self.parse_error(f"{part.names[0]} has no argument")
+                raise self.make_error(f"{part.names[0]} has no argument")
         product = combine_from_left("*", factors)
         if len(factors) > 1:
             self.joined_product = product
         return product
 
-    def parse_binding_call(self, name: str, *first_arguments: Node) -> Node:
+    def parse_binding_call(self, name: str, *arguments_before: Node) -> Node:
         """Parse Derivative(theta1(t), t) as the rate qd1, and Lambda(_n, …) with any whole number as _n.
 
-        `first_arguments` has the argument that was typed before the name, as in theta1.diff(t).
+        `arguments_before` has the argument that was typed before the name, as in theta1.diff(t).
         """
-        self.position += 1
-        args = first_arguments + self.parse_bracket(")", "args").args
+        self.index += 1
+        args = arguments_before + self.parse_bracket(")", "args").args
         is_rate = _BINDING_CALLS[name] == "rate"
         joint = PATTERNS["joint"].fullmatch(str(args[0].value)) if args and args[0].kind == "name" else None
         if is_rate and len(args) in (1, 2) and joint is not None:
             return Node("name", value=f"qd{joint.group(1)}")
         if not is_rate and len(args) == 2 and args[0].kind == "name":
             return trees.replace_names(args[1], {args[0].value: _ANY_WHOLE_NUMBER})
-        raise self.parse_error(f"this form of {name} is not supported")
+        raise self.make_error(f"this form of {name} is not supported")
 
     def parse_function(self, name: str) -> Node:
         """Parse what follows the name of a function: perhaps a power, and the arguments."""
@@ -627,7 +643,7 @@ class _Parser:
             else:
                 args = (self.parse_bare_argument(name),)
         if len(args) != ARITY.get(name, 1):
-            raise self.parse_error(f"wrong number of arguments of {name}: {len(args)} instead of {ARITY.get(name, 1)}")
+            raise self.make_error(f"wrong number of arguments of {name}: {len(args)} instead of {ARITY.get(name, 1)}")
         if power is not None and power == _MINUS_ONE and name in VOCABULARY["inverses"]:
             return _make_call(VOCABULARY["inverses"][name], args)  # sin^-1(x) is the arc sine
         call = _make_call(name, args)
@@ -636,17 +652,17 @@ class _Parser:
     def parse_bare_argument(self, name: str) -> Node:
         """Parse the argument of a function without brackets: a number and one name, as in sin 2 theta1."""
         factors = []
-        if self.tokens[self.position].kind == "number":
+        if self.tokens[self.index].kind == "number":
             factors.append(_parse_number(self.peek()))
-            self.position += 1
-        if self.tokens[self.position].kind == "name" and self.peek() not in _CONNECTIVES:
+            self.index += 1
+        if self.tokens[self.index].kind == "name" and self.peek() not in _OPERATOR_WORDS:
             if any(part.kind != "name" for part in split_name(self.peek(), self.known_symbols)[1:]):
-                raise self.parse_error(f"expected '(' after {name}")  # sin theta1cos(theta2)
-            self.position += 1
+                raise self.make_error(f"expected '(' after {name}")  # sin theta1cos(theta2)
+            self.index += 1
             factors.append(self.parse_name(self.peek(-1)))
         if not factors or self.peek() in ("/", "^", "**"):
-            raise self.parse_error(f"expected '(' after {name}")
-        self.bare_argument_end = self.position
+            raise self.make_error(f"expected '(' after {name}")
+        self.bare_argument_end = self.index
         return combine_from_left("*", factors)
 
 
@@ -655,16 +671,16 @@ _NEGATION_ADVICE = "is not supported; write the equations that hold, not those t
 _UNKNOWN_FUNCTION_ADVICE = "is unknown; use sin, cos, tan, sqrt, exp or atan2"
 _MODULO_WORDS: list[str] = VOCABULARY["modulo"]
 _PI_NAMES = tuple(VOCABULARY["before_whole_numbers"])
-_BEFORE_BRACKETS = ("pi", "I", *VOCABULARY["whole_numbers"])
+_FACTORS_BEFORE_BRACKETS = ("pi", "I", *VOCABULARY["whole_numbers"])
 """Names that are a factor of the bracket after them, because no function has these names."""
 _UNITS: dict[str, str] = VOCABULARY["units"]
 _UNIT_OPERATORS = ("/", "^", "**")
-_FACTOR_CONTINUATIONS = ("*", "(", *_UNIT_OPERATORS)
+_TOKENS_AFTER_FACTOR = ("*", "(", *_UNIT_OPERATORS)
 """Tokens after a name that show that the name is a factor, not a unit at the end of a product."""
 
 
 def _make_list_of_set(node: Node, args: Sequence[Node]) -> Node:
-    """Return the node with these arguments, as a list if it is a set."""
+    """Return a list of the arguments for a set, and any other node with these arguments."""
     return Node("list" if node.kind == "set" else node.kind, tuple(args), node.value)
 
 
@@ -741,9 +757,9 @@ def _fill_matrix(rows: Node, columns: Node, entries: Node) -> Node | None:
     return make_rows(entries.args[i : i + width] for i in range(0, len(entries.args), width))
 
 
-def _make_container(name: str, args: tuple[Node, ...], parser: _Parser) -> Node:
+def _interpret_call(name: str, args: tuple[Node, ...], parser: _Parser) -> Node:
     """Return the tree of a SymPy, NumPy or Python call that is not a function of numbers. Raises ParseError."""
-    meaning = _CONTAINERS[name]
+    meaning = _CALL_MEANINGS[name]
     if meaning == "set" or (meaning in ("or", "and") and args) or (meaning in _TWO_ARGUMENT_KINDS and len(args) == 2):
         return Node(meaning, args)
     if meaning == "image" and len(args) == 2 and args[1].value in VOCABULARY["whole_number_sets"]:
@@ -756,15 +772,15 @@ def _make_container(name: str, args: tuple[Node, ...], parser: _Parser) -> Node:
         return Node("^", (args[0], _MINUS_ONE))
     if meaning == "modulo" and len(args) == 2:  # the remainder is the value minus a whole multiple of the modulus
         return Node("-", (args[0], Node("*", (_ANY_WHOLE_NUMBER, args[1]))))
-    if len(args) == 1:
+    if len(args) == 1:  # Matrix([…]) or simplify(…) stands for its argument
         return args[0]
     if meaning == "matrix" and len(args) == 3 and (matrix := _fill_matrix(*args)) is not None:
         return matrix
-    if meaning == "diagonal" and len(args) <= MAX_DIAGONAL:
+    if meaning == "diagonal" and len(args) <= MAX_ROWS:
         return make_rows([arg if i == j else trees.ZERO for j in range(len(args))] for i, arg in enumerate(args))
     if meaning == "list":
         return Node("list", args)
-    raise parser.parse_error(f"{name} with {len(args)} arguments is not supported")
+    raise parser.make_error(f"{name} with {len(args)} arguments is not supported")
 
 
 def parse_formula(text: str, known_symbols: Iterable[str] = ()) -> Node:

@@ -1,7 +1,7 @@
 """Print expressions exactly as SymPy does, in a fraction of the time, because equal parts are printed only once.
 
 This module imports nothing from qdot: the process in which notebooks run loads this file alone
-(`grader/sandbox/contained/values`).
+(`grader/sandbox/notebook_process/answer_formatting`).
 """
 
 from typing import Any

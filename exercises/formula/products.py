@@ -9,7 +9,7 @@ from qdot.exercises.formula.vocabulary import LIMITS, VOCABULARY
 Rows = list[list[Node]]
 
 _OPERATIONS = {"+": "sum", "-": "difference", "*": "product", "/": "quotient", "^": "power", "neg": "negative"}
-_MAX_NODES = LIMITS["worked_out"]
+_MAX_NODES = LIMITS["nodes_of_results"]
 """Maximum number of nodes in the results, because the entries of a product grow with each factor."""
 _MAX_INVERTED_ROWS = 3
 """Maximum number of rows of a matrix that is inverted."""

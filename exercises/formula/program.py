@@ -44,7 +44,7 @@ def compile_program(nodes: Sequence[Node]) -> Program:
     steps: list[Step] = []
     step_indices: dict[Any, int] = {}
 
-    def add(step: Step) -> int:
+    def find_or_add(step: Step) -> int:
         """Return the index of a step, which is added unless there is an equal step."""
         op, _, value = step
         key = (op, value.numerator, value.denominator) if op == "number" else step  # hashing a fraction is slow
@@ -60,11 +60,12 @@ def compile_program(nodes: Sequence[Node]) -> Program:
         while stack:  # no recursion: a long sum is a deep tree
             current, args, signs, is_ready = stack.pop()
             if not args:  # a leaf, as most nodes are
-                indices.append(add(_make_step(current, ())))
+                indices.append(find_or_add(_make_step(current, ())))
             elif is_ready:
                 operands = tuple(indices[len(indices) - len(args) :])
                 del indices[len(indices) - len(args) :]
-                indices.append(add(_make_sum_step(operands, signs) if signs else _make_step(current, operands)))
+                step = _make_sum_step(operands, signs) if signs else _make_step(current, operands)
+                indices.append(find_or_add(step))
             else:
                 stack.append((current, args, signs, True))
                 stack.extend((arg, *_split_operands(arg), False) for arg in reversed(args))
@@ -129,7 +130,7 @@ _DERIVATIVE_SIZES: dict[str, Callable[..., Any]] = {
 }  # fmt: skip
 """The derivative of each function, up to its sign: the factor by which the error of the argument is multiplied."""
 
-ValueAndMagnitude = tuple[np.ndarray, np.ndarray]
+StepResult = tuple[np.ndarray, np.ndarray]
 """The values (points,) of a step, complex, and their magnitudes (points,)."""
 
 
@@ -149,27 +150,31 @@ def evaluate(program: Program, values: Mapping[str, np.ndarray], point_count: in
 
 
 def evaluate_variants(nodes: Sequence[Node], values: Mapping[str, np.ndarray], point_count: int) -> np.ndarray:
-    """Return the values (trees, points) of trees that share subtrees (the same objects), without magnitudes.
+    """Return the values (trees, points) of trees that share subtrees, without magnitudes.
 
-    For many variants of a tree that differ in a single node, this is faster than a program.
+    Shared subtrees are the same objects, and evaluated once. For many variants of a tree that differ in a single node,
+    this is faster than a program.
     """
-    known_values: dict[int, np.ndarray] = {}
+    values_by_id: dict[int, np.ndarray] = {}
 
     def evaluate_node(node: Node) -> np.ndarray:
-        value = known_values.get(id(node))
+        value = values_by_id.get(id(node))
         if value is None:
-            is_sum, args = node.kind in ("+", "-"), [evaluate_node(arg) for arg in node.args]
-            step = _make_sum_step((0, 1), (1, 1 if node.kind == "+" else -1)) if is_sum else _make_step(node, ())
-            value = known_values[id(node)] = _evaluate_step(step, args, values, point_count)
+            args = [evaluate_node(arg) for arg in node.args]
+            if node.kind in ("+", "-"):
+                step = _make_sum_step((0, 1), (1, 1 if node.kind == "+" else -1))
+            else:
+                step = _make_step(node, ())
+            value = values_by_id[id(node)] = _evaluate_step(step, args, values, point_count)
         return value
 
     with np.errstate(all="ignore"):
         return np.array([evaluate_node(node) for node in nodes])
 
 
-def evaluate_steps(program: Program, values: Mapping[str, np.ndarray], point_count: int) -> list[ValueAndMagnitude]:
+def evaluate_steps(program: Program, values: Mapping[str, np.ndarray], point_count: int) -> list[StepResult]:
     """Return the values and magnitudes of every step of a program; see `evaluate`."""
-    results: list[ValueAndMagnitude] = []
+    results: list[StepResult] = []
     with np.errstate(all="ignore"):
         for step in program.steps:
             _, operands, _ = step
@@ -179,23 +184,21 @@ def evaluate_steps(program: Program, values: Mapping[str, np.ndarray], point_cou
     return results
 
 
-def select_outputs(program: Program, steps: list[ValueAndMagnitude]) -> Evaluation:
+def select_outputs(program: Program, step_results: list[StepResult]) -> Evaluation:
     """Return the values and magnitudes of a program's results from those of all its steps."""
-    results = [steps[i] for i in program.outputs]
-    return Evaluation(np.array([value for value, _ in results]), np.array([size for _, size in results]))
+    values, magnitudes = zip(*(step_results[i] for i in program.outputs), strict=True)
+    return Evaluation(np.array(values), np.array(magnitudes))
 
 
-def assign_regions(
-    evaluated_programs: Sequence[tuple[Program, list[ValueAndMagnitude]]], point_count: int
-) -> np.ndarray:
+def assign_regions(evaluated_programs: Sequence[tuple[Program, list[StepResult]]], point_count: int) -> np.ndarray:
     """Return the number of each point's region, (points,).
 
     In a region, the operands of functions with branches keep their signs.
     """
     region_numbers = np.zeros(point_count, dtype=np.int64)
-    for program, steps in evaluated_programs:
-        branching = (operands for op, operands, _ in program.steps if op in BRANCHING_FUNCTIONS)
-        for value, _ in (steps[i] for operands in branching for i in operands):
+    for program, step_results in evaluated_programs:
+        branching_operands = [operands for op, operands, _ in program.steps if op in BRANCHING_FUNCTIONS]
+        for value, _ in (step_results[i] for operands in branching_operands for i in operands):
             with np.errstate(invalid="ignore"):
                 imaginary_signs = np.where(np.abs(value.imag) > 1e-9 * np.abs(value), np.sign(value.imag), 0)
                 sign_numbers = 3 * np.nan_to_num(np.sign(value.real)) + np.nan_to_num(imaginary_signs) + 4
@@ -219,13 +222,13 @@ def _evaluate_step(step: Step, args: Sequence[Any], values: Mapping[str, np.ndar
     return np.asarray(_NUMPY_FUNCTIONS[op](*args), dtype=complex)
 
 
-def _compute_magnitude(step: Step, value: np.ndarray, args: Sequence[ValueAndMagnitude]) -> np.ndarray:
-    """Return the magnitude of a step's value, given the values and magnitudes of its operands."""
+def _compute_magnitude(step: Step, value: np.ndarray, args: Sequence[StepResult]) -> np.ndarray:
+    """Return the magnitude of a step's value, given the values x, y and magnitudes mx, my of its operands."""
     op, _, constant = step
     if not args:
         return np.abs(value)
     if op == "sum":
-        return np.asarray(sum(abs(count) * size for count, (_, size) in zip(constant, args, strict=True)))
+        return np.asarray(sum(abs(count) * mx for count, (_, mx) in zip(constant, args, strict=True)))
     x, mx = args[0]
     if op == "neg":
         return mx
@@ -274,8 +277,8 @@ def _compute_limited_power(x: Any, y: Any) -> Any:
     """Return x^y, nan if it is undefined or too large."""
     if not (mpmath.isfinite(x) and mpmath.isfinite(y)):
         return mpmath.nan
-    is_small = x == 0 or abs(y) * (1 + abs(mpmath.log(abs(x)))) < _LARGEST_EXPONENT
-    return x**y if is_small else mpmath.nan
+    is_representable = x == 0 or abs(y) * (1 + abs(mpmath.log(abs(x)))) < _LARGEST_EXPONENT
+    return x**y if is_representable else mpmath.nan
 
 
 _TRIGONOMETRIC_FUNCTIONS = ("sin", "cos", "tan", "cot", "sec", "csc")

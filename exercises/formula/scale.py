@@ -17,7 +17,7 @@ from qdot.exercises.formula.program import compile_program, evaluate
 from qdot.exercises.formula.trees import ZERO, Node, Nodes, replace_names
 
 EXTRA_POINTS = 6
-"""Number of points besides those with two decimals; at the last of them, the signs of the entries are found."""
+"""Number of points besides those with two decimals; the signs of the entries are found at the last point."""
 
 
 @dataclass(frozen=True)
@@ -29,31 +29,35 @@ class ConstantFactor:
 
 
 def find_constant_factor(
-    entries: Nodes, reference: Nodes, domain: Domain, varying: AbstractSet[str], seed: str,
+    entries: Nodes, reference: Nodes, domain: Domain, varying_symbols: AbstractSet[str], seed: str,
     rounding: Rounding | None = None,
 ) -> ConstantFactor | None:  # fmt: skip
     """Return the constant factor between all entries and the reference, up to signs; None if there is none.
 
-    `varying` are the symbols that differ between configurations; all other symbols are constants.
+    `varying_symbols` are the symbols that differ between configurations; all other symbols are constants.
     """
     pivot = next((k for k, entry in enumerate(reference) if entry != ZERO), None)
     if pivot is None:
         return None
     samples = domain.sample(set(domain.roles), READABLE_POINTS + EXTRA_POINTS, Stream(seed))
-    values = {name: column if name in varying else np.abs(column) for name, column in samples.items()}
+    values = {name: column if name in varying_symbols else np.abs(column) for name, column in samples.items()}
     entry_values = evaluate(compile_program([*entries, *reference]), values, READABLE_POINTS + EXTRA_POINTS).values
     with np.errstate(all="ignore"):
         ratios = entry_values[: len(reference)] / entry_values[len(reference) :]
     is_negative = ratios[:, -1].real < 0
-    signed = [-entry if minus else entry for entry, minus in zip(reference, is_negative, strict=True)]
-    if is_negative.any() and all(compare_entries(entries, signed, domain, f"{seed}/sign", rounding).is_correct):
+    signed_reference = [-entry if minus else entry for entry, minus in zip(reference, is_negative, strict=True)]
+    if is_negative.any() and all(
+        compare_entries(entries, signed_reference, domain, f"{seed}/sign", rounding).is_correct
+    ):
         return ConstantFactor(is_negative=True, changes_size=False)
     # a prime marks the symbols of the other configuration
-    extended_domain = Domain({**domain.roles, **{f"{name}'": domain.roles[name] for name in varying}})
-    primed_names = {name: Node("name", value=f"{name}'") for name in varying}
-    other_entry, other_reference = (replace_names(tree, primed_names) for tree in (entries[pivot], signed[pivot]))
+    extended_domain = Domain({**domain.roles, **{f"{name}'": domain.roles[name] for name in varying_symbols}})
+    primed_names = {name: Node("name", value=f"{name}'") for name in varying_symbols}
+    other_entry, other_reference = (
+        replace_names(tree, primed_names) for tree in (entries[pivot], signed_reference[pivot])
+    )
     products = [entry * other_reference for entry in entries]
-    expected_products = [entry * other_entry for entry in signed]
+    expected_products = [entry * other_entry for entry in signed_reference]
     if not all(compare_entries(products, expected_products, extended_domain, f"{seed}/moved").is_correct):
         return None
     finite_ratios = ratios[pivot][np.isfinite(ratios[pivot])].real

@@ -19,7 +19,7 @@ class ParseError(ValueError):
 
 
 class UndefinedValue(ParseError):
-    """Raised for a value such as nan, which is no formula although it can be parsed; the message is a sentence."""
+    """Raised for a name such as nan or oo, which is not a value; the message is a whole sentence."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -114,8 +114,8 @@ def iterate_nodes(tree: Node) -> Iterator[Node]:
 def fold(tree: Node, combine: Callable[[Node, list[Result]], Result]) -> Result:
     """Return the result of `combine` for the root of a tree.
 
-    `combine` is called for each node, with the node and the results for its arguments. There is no recursion, because a
-    long sum is a deep tree.
+    `combine` is called for each node, with the node and its arguments' results. There is no recursion, because a long
+    sum is a deep tree.
     """
     results: list[Result] = []
     stack = [(tree, False)]
@@ -165,7 +165,11 @@ def find_names(tree: Node) -> set[str]:
 
 
 def _split_decimal(decimal: Fraction) -> tuple[int, int]:
-    """Return the digits of a positive decimal as a whole number, and the number of digits after the point."""
+    """Return the digits of a positive decimal as a whole number, and the number of decimal places.
+
+    >>> _split_decimal(Fraction("12.25"))
+    (1225, 2)
+    """
     twos = (decimal.denominator & -decimal.denominator).bit_length() - 1  # the denominator is 2^twos 5^fives
     fives = round(log(decimal.denominator >> twos, 5))  # at most 1,400, so that this is exact
     places = max(twos, fives)
@@ -174,7 +178,8 @@ def _split_decimal(decimal: Fraction) -> tuple[int, int]:
 
 def count_digits(decimal: Fraction) -> int:
     """Return the number of significant digits of a decimal."""
-    return len(str(_split_decimal(abs(decimal))[0]).rstrip("0"))
+    digits, _ = _split_decimal(abs(decimal))
+    return len(str(digits).rstrip("0"))
 
 
 def count_decimal_digits(node: Node) -> int:
@@ -203,15 +208,15 @@ _KIND_DESCRIPTIONS = {
 }  # fmt: skip
 
 
-def find_statement(node: Node) -> Node | None:
-    """Return a list, a condition or a blank in a tree; None if the tree is a single expression."""
-    return next((statement for statement in iterate_nodes(node) if statement.kind not in _SCALAR_KINDS), None)
+def find_nonscalar(node: Node) -> Node | None:
+    """Return a list, a condition or a blank that is in a tree; None if the tree is a single expression."""
+    return next((inner for inner in iterate_nodes(node) if inner.kind not in _SCALAR_KINDS), None)
 
 
-def refuse_statements(node: Node) -> None:
+def refuse_nonscalars(node: Node) -> None:
     """Raise ParseError if a tree is not a single expression."""
-    if (statement := find_statement(node)) is not None:
-        raise make_scalar_expected_error(statement)
+    if (nonscalar := find_nonscalar(node)) is not None:
+        raise make_scalar_expected_error(nonscalar)
 
 
 def make_scalar_expected_error(node: Node) -> ParseError:

@@ -10,7 +10,7 @@ import sympy as sp
 from qdot.exercises.arm.arithmetic import apply_matrix, cofactor_signs, determinant, matrix_product
 from qdot.exercises.arm.chain import Chain
 from qdot.exercises.arm.derivation import derive, symbolic_arm_of
-from qdot.exercises.arm.derivation_graph import Change, StageResults, decompose_jacobian, links_to_point
+from qdot.exercises.arm.derivation_graph import Change, StageResults, decompose_jacobian, list_links_to_point
 from qdot.exercises.mistakes.base import (
     AnswerShape,
     MistakeVariant,
@@ -149,7 +149,7 @@ def _flip_product_sign(chain: Chain, _: AnswerShape) -> Iterator[MistakeVariant]
 
     for i, j in product(range(chain.n), repeat=2) if _has_square_jacobian(chain, 2, 3) else ():
         yield MistakeVariant({"determinant": partial(flip, i=i, j=j)})
-        for link in links_to_point(chain) if chain.task_rows[i] < 3 else ():
+        for link in list_links_to_point(chain) if chain.task_rows[i] < 3 else ():
             yield MistakeVariant({"determinant": partial(flip, i=i, j=j, link=link)})
 
 

@@ -90,7 +90,7 @@ VARIANTS: dict[str, VariantGenerator] = {
     "column-sign": _negate_one(axis=1),
     "row-sign": _negate_one(axis=0),
     "rates-left-in": _change_result(
-        lambda stages, values: values * stages.symbol_vector(stages.chain.rates)[None],
+        lambda stages, values: values * stages.stack_symbol_values(stages.chain.rates)[None],
         lambda chain, shape: shape[1] == chain.n > 1,
     ),
     "rates-left-out": vary_always({"joint rates": lambda stages, rates: rates * 0 + 1}),

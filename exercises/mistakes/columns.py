@@ -21,8 +21,8 @@ from qdot.exercises.arm.derivation_graph import (
     Change,
     StageResults,
     Table,
-    convention_rotation,
-    links_to_point,
+    compute_convention_rotation,
+    list_links_to_point,
     rotate_rows,
 )
 from qdot.exercises.mistakes.base import (
@@ -113,7 +113,7 @@ def _skip_differentiation(stages: StageResults, link_derivatives: np.ndarray) ->
     new_derivatives, links = np.array(link_derivatives), stages.arithmetic.drop_derivatives(np.stack(stages["links"]))
     for joint in range(stages.n):
         if stages["kinds"][joint] == REVOLUTE:
-            later_links = [k for k in links_to_point(stages.chain) if k >= joint]
+            later_links = [k for k in list_links_to_point(stages.chain) if k >= joint]
             new_derivatives[joint, later_links] = links[later_links]
     return new_derivatives
 
@@ -134,7 +134,7 @@ def _vary_propagation(*change_sets: Mapping[str, Change], names_axis: bool = Fal
 def _make_axis_words(chain: Chain) -> dict[str, object]:
     """Return the names of the axis of joint i and of the frame on this axis, in the arm's convention."""
     convention = convention_of(chain)
-    return {"frame": convention.frame_index, "axis": convention.plain_axis}
+    return {"frame": convention.frame_index, "axis": convention.axis_in_words}
 
 
 def _shift_to_next(stages: StageResults, vectors: np.ndarray) -> np.ndarray:
@@ -177,7 +177,7 @@ def _treat_as(wrong_kind: str, correct_kind: str) -> VariantGenerator:
 
         return make_propagated_variant({"kinds": apply_change}, make_joint_words(treated_joints))
 
-    return lambda chain, shape: vary_each_joint_and_all(chain.joints_of_kind(correct_kind), treat)
+    return lambda chain, shape: vary_each_joint_and_all(chain.joint_indices_of_kind(correct_kind), treat)
 
 
 def _replace_angular(
@@ -244,7 +244,7 @@ def _use_local_axes(stages: StageResults, axes: np.ndarray) -> np.ndarray:
 def _list_rotations_on_axes(stages: StageResults) -> list[np.ndarray]:
     """Return the rotations of the frames on the axes of joints 1 to n + 1, or of the last frame if there is none."""
     frames = [convention_of(stages.chain).frame_on_axis(joint) for joint in range(1, stages.n + 2)]
-    return [convention_rotation(stages, min(frame, stages.n)) for frame in frames]
+    return [compute_convention_rotation(stages, min(frame, stages.n)) for frame in frames]
 
 
 def _use_frame_axis(axis: str, joint: int | None = None) -> MistakeVariant:
@@ -290,7 +290,7 @@ def _leave_in_base(rows: slice) -> Change:
 
 def _use_earlier_frame(chain: Chain, shape: AnswerShape) -> Iterator[MistakeVariant]:
     def rotate(stages: StageResults, _: np.ndarray, frame: int) -> np.ndarray:
-        return rotate_rows(convention_rotation(stages, frame).swapaxes(0, 1), stages["geometric"])
+        return rotate_rows(compute_convention_rotation(stages, frame).swapaxes(0, 1), stages["geometric"])
 
     for frame in range(1, chain.n):
         yield MistakeVariant({"tool jacobian": partial(rotate, frame=frame)}, {"frame": frame})

@@ -41,10 +41,10 @@ def _use_degrees(chain: Chain, _: AnswerShape) -> Iterator[MistakeVariant]:
 
 def _scale_base(stages: StageResults, table: Table) -> Table:
     """Return the table with the angles of the base in degrees."""
-    position, yaw, tilt = table.base
     degrees_per_radian = stages.arithmetic.convert_entry(180 / sp.pi)
-    new_tilt = tilt * degrees_per_radian if convention_of(stages.chain).base.tilt != 0 else tilt
-    return replace(table, base=(position, yaw * degrees_per_radian, new_tilt))
+    table = replace(table, base_yaw=table.base_yaw * degrees_per_radian)
+    has_tilt = convention_of(stages.chain).base.tilt != 0
+    return replace(table, base_tilt=table.base_tilt * degrees_per_radian) if has_tilt else table
 
 
 def _scale_variables(stages: StageResults, table: Table) -> Table:
@@ -112,11 +112,11 @@ def _compute_rates(line: StraightPath, distance: SupportsFloat, path_speed: Supp
     end = float(distance)
     samples = list(line.follow(end / max(1, round(end / SAMPLE_SPACING)) if end else 1.0, 1e-3, end))
     is_reached = bool(samples) and abs(samples[-1].s - end) < 1e-9
-    return np.array(samples[-1].slopes) * float(path_speed) if is_reached else np.array([np.nan])
+    return np.array(samples[-1].derivatives) * float(path_speed) if is_reached else np.array([np.nan])
 
 
 def _use_rates_at_start(chain: Chain, details: DistanceDetails) -> RatesWithWords:
-    yield _compute_rates(details.welding_line.make_line(chain), 0.0, details.welding_line.speed), ""
+    yield _compute_rates(details.welding_line.make_path(chain), 0.0, details.welding_line.speed), ""
 
 
 def _skip_normalization(chain: Chain, details: DistanceDetails) -> RatesWithWords:
@@ -136,18 +136,18 @@ def _list_lines_without_offsets(chain: Chain, details: DistanceDetails) -> Itera
 
     Each of these lines has the number of the joint, counted from 1.
     """
-    yield details.welding_line.make_line(chain), 0
+    yield details.welding_line.make_path(chain), 0
     for i, (joint, offset, q) in enumerate(zip(chain.joints, chain.offsets, chain.q, strict=True)):
         if offset != 0:
             new_joint = joint.with_variable_entry(q)
             new_arm = replace(chain, joints=(*chain.joints[:i], new_joint, *chain.joints[i + 1 :]))
-            yield details.welding_line.make_line(new_arm), i + 1
+            yield details.welding_line.make_path(new_arm), i + 1
 
 
 def _reverse_path(chain: Chain, details: DistanceDetails) -> RatesWithWords:
     """Yield the rates on the line away from the target, the negative rates, and those on the way back from the end."""
     welding_line, distance, speed = details.welding_line, details.distance, details.welding_line.speed
-    line = welding_line.make_line(chain)
+    line = welding_line.make_path(chain)
     target = [sp.Float(2 * a - float(b)) for a, b in zip(line.start_point, welding_line.target.values(), strict=True)]
     yield _compute_rates(StraightPath(chain, welding_line.lengths, welding_line.joints, target), distance, speed), ""
     sign_alternative = ", or all rates have the wrong sign, as with a wrong sign of the determinant"

@@ -13,7 +13,7 @@ import sympy as sp
 
 from qdot.exercises.arm.arithmetic import apply_matrix, matrix_product
 from qdot.exercises.arm.chain import Chain
-from qdot.exercises.arm.derivation_graph import Change, StageResults, links_to_point, rotation_x, rotation_z
+from qdot.exercises.arm.derivation_graph import Change, StageResults, list_links_to_point, rotation_x, rotation_z
 from qdot.exercises.mistakes.base import AnswerShape, MistakeVariant, VariantGenerator, vary_if
 
 LinkVectors = list[np.ndarray]
@@ -56,7 +56,7 @@ def _compute_relative_link(stages: StageResults, link: int, keeps_constants: boo
 def list_moving_links(chain: Chain) -> list[int]:
     """Return the links between the base and P whose vectors are not zero."""
     lengths = [joint.is_prismatic or (joint.a, joint.d) != (0, 0) for joint in chain.joints]
-    return [k for k in links_to_point(chain) if [*lengths, not chain.point.is_origin][k]]
+    return [k for k in list_links_to_point(chain) if [*lengths, not chain.point.is_origin][k]]
 
 
 def make_link_words(chain: Chain, link: int) -> dict[str, object]:

@@ -18,7 +18,7 @@ from qdot.exercises.arm.derivation_graph import (
     StageResults,
     Table,
     adjoint_matrix,
-    constant_vector,
+    convert_constant_vector,
     rotate_rows,
 )
 from qdot.exercises.arm.standard_table import home_geometry_of
@@ -150,7 +150,7 @@ class Motion(NamedTuple):
 
 def _compute_exponential(stages: StageResults, axis: Axis, q: sp.Symbol) -> Motion:
     """Return the exponential of a joint's screw, computed with Rodrigues' formula."""
-    angle, u = stages.arithmetic.convert_entry(q), constant_vector(stages, axis.direction)
+    angle, u = stages.arithmetic.convert_entry(q), convert_constant_vector(stages, axis.direction)
     zeros, ones = 0 * u[0], 0 * u[0] + 1
     identity = np.stack([np.stack(row) for row in ((ones, zeros, zeros), (zeros, ones, zeros), (zeros, zeros, ones))])
     if axis.is_prismatic:
@@ -158,7 +158,7 @@ def _compute_exponential(stages: StageResults, axis: Axis, q: sp.Symbol) -> Moti
     s = stages.arithmetic.drop_derivatives(stages.arithmetic.sin(angle))
     c = stages.arithmetic.drop_derivatives(stages.arithmetic.cos(angle))
     rotation = identity + s * _skew_matrix(u) + (ones - c) * matrix_product(_skew_matrix(u), _skew_matrix(u))
-    point = constant_vector(stages, axis.point)
+    point = convert_constant_vector(stages, axis.point)
     return Motion(rotation, point - apply_matrix(rotation, point))
 
 
@@ -201,7 +201,7 @@ def _move_home_point(stages: StageResults, motions: Sequence[Motion]) -> np.ndar
 
 def _compute_home_point(stages: StageResults) -> np.ndarray:
     """Return the position of P at home, (3, …)."""
-    return constant_vector(stages, home_geometry_of(stages.chain).point)
+    return convert_constant_vector(stages, home_geometry_of(stages.chain).point)
 
 
 def _reverse_order(chain: Chain, _: AnswerShape) -> Iterator[MistakeVariant]:
@@ -265,7 +265,7 @@ def _confuse_degrees(chain: Chain, _: AnswerShape) -> Iterator[MistakeVariant]:
 VARIANTS: dict[str, VariantGenerator] = {
     "screw-sign": _vary_each_stage(_flip_linear_parts, *SCREW_STAGES),
     "screw-point": _vary_each_stage(
-        _replace_linear_parts(lambda stages, _, i, axis: constant_vector(stages, axis.point)), "home screws"
+        _replace_linear_parts(lambda stages, _, i, axis: convert_constant_vector(stages, axis.point)), "home screws"
     ),
     "twist-rows-exchanged": _vary_each_stage(
         lambda stages, columns: np.roll(columns, 3, axis=0), *SCREW_STAGES, "geometric"
@@ -302,7 +302,7 @@ VARIANTS: dict[str, VariantGenerator] = {
     "exponential-about-origin": _drop_translation,
     "points-at-home": _vary_each_stage(
         _replace_linear_parts(
-            lambda stages, columns, i, axis: -cross(columns[:3, i], constant_vector(stages, axis.point))
+            lambda stages, columns, i, axis: -cross(columns[:3, i], convert_constant_vector(stages, axis.point))
         ),
         "space jacobian",
     ),

@@ -54,8 +54,8 @@ def _find_convention_row(stages: StageResults, table: Table, index: int) -> Tabl
     row, link_row_index = table.rows[index], _find_link_row(stages, index)
     if link_row_index >= 0:
         return replace(row, a=table.rows[link_row_index].a, alpha=table.rows[link_row_index].alpha)
-    position, _, tilt = table.base  # its shift is the first a of a modified table only if students see no base
-    return replace(row, a=position[0] if convention_of(stages.chain).base.is_world else position[0] * 0, alpha=tilt)
+    shift = table.base_position[0]  # the first a of a modified table, but only if students see no base
+    return replace(row, a=shift if convention_of(stages.chain).base.is_world else shift * 0, alpha=table.base_tilt)
 
 
 def _with_convention_row(stages: StageResults, table: Table, index: int, **new_entries: Any) -> Table:
@@ -65,9 +65,9 @@ def _with_convention_row(stages: StageResults, table: Table, index: int, **new_e
     table = table.with_row(index, **new_entries)
     if link_row_index >= 0:
         return table.with_row(link_row_index, a=a, alpha=alpha)
-    position, yaw, _ = table.base
+    yaw = table.base_yaw
     base_x_axis = np.stack([stages.arithmetic.cos(yaw), stages.arithmetic.sin(yaw), yaw * 0])
-    return replace(table, base=(position + (a - row.a) * base_x_axis, yaw, alpha))
+    return replace(table, base_position=table.base_position + (a - row.a) * base_x_axis, base_tilt=alpha)
 
 
 def _find_link_row(stages: StageResults, index: int) -> int:
@@ -104,7 +104,7 @@ def _add_to_variable(make_term: Callable[[Chain, int], sp.Expr], kind: str) -> V
     """
 
     def generate(chain: Chain, _: AnswerShape) -> Iterator[MistakeVariant]:
-        for i in chain.joints_of_kind(kind):
+        for i in chain.joint_indices_of_kind(kind):
             if (term := make_term(chain, i)) != 0:
                 yield _add_to_row(i, chain.joints[i].variable_key, term)
 
@@ -203,14 +203,16 @@ def _has_moved_and_rotated_base(chain: Chain) -> bool:
 
 
 def _drop_base_rotation(stages: StageResults, table: Table) -> Table:
-    position, yaw, tilt = table.base  # the tilt may also come from the first row of a modified table
-    return replace(table, base=(position, yaw * 0, tilt * 0 if convention_of(stages.chain).base.tilt != 0 else tilt))
+    table = replace(table, base_yaw=table.base_yaw * 0)
+    if convention_of(stages.chain).base.tilt == 0:  # the tilt comes from the first row of a modified table, if any
+        return table
+    return replace(table, base_tilt=table.base_tilt * 0)
 
 
 def _drop_base(stages: StageResults, table: Table) -> Table:
-    position, yaw, tilt = _drop_base_rotation(stages, table).base
+    table = _drop_base_rotation(stages, table)
     is_moved = any(convention_of(stages.chain).base.position)
-    return replace(table, base=(position * 0 if is_moved else position, yaw, tilt))
+    return replace(table, base_position=table.base_position * 0) if is_moved else table
 
 
 def _move_to_last_origin(stages: StageResults, table: Table) -> Table:
@@ -222,7 +224,7 @@ def _move_to_last_origin(stages: StageResults, table: Table) -> Table:
     last_row = stages.chain.point.frame - 1
     if convention_of(stages.chain).is_proximal and last_row >= 0:
         table = table.with_row(last_row, a=table.rows[last_row].a * 0)
-    return replace(table, offset=table.offset * 0)
+    return replace(table, point_offset=table.point_offset * 0)
 
 
 def _use_other_origin(chain: Chain, _: AnswerShape) -> Iterator[MistakeVariant]:
@@ -249,7 +251,7 @@ def _move_to_earlier_origin(stages: StageResults, table: Table) -> Table:
     second_last_row, last_row = table.rows[-2:]
     table = table.with_row(stages.n - 2, a=second_last_row.a * 0)
     table = table.with_row(stages.n - 1, a=last_row.a * 0, d=last_row.d * 0)
-    return replace(table, offset=table.offset * 0)
+    return replace(table, point_offset=table.point_offset * 0)
 
 
 def _keep_derivatives_up_to(frame: int) -> Callable[[StageResults, np.ndarray], np.ndarray]:
@@ -275,9 +277,9 @@ def _use_other_units(chain: Chain, _: AnswerShape) -> Iterator[MistakeVariant]:
             has_number = (offset if joint.is_prismatic else joint.d).is_number
             a = row.a * factor if joint.a.is_number else row.a
             scaled_rows.append(replace(row, a=a, d=(row.d - variable) * factor + variable if has_number else row.d))
-        position, yaw, tilt = table.base
-        point_offset = table.offset * factor if all(x.is_number for x in stages.chain.point.offset) else table.offset
-        return replace(table, rows=tuple(scaled_rows), base=(position * factor, yaw, tilt), offset=point_offset)
+        table = replace(table, rows=tuple(scaled_rows), base_position=table.base_position * factor)
+        has_numeric_point = all(value.is_number for value in stages.chain.point.offset)
+        return replace(table, point_offset=table.point_offset * factor) if has_numeric_point else table
 
     if any(joint.a != 0 or joint.d != 0 for joint in chain.joints):
         yield MistakeVariant({"table": partial(scale, factor=100)}, {"unit": "centimetres"})
@@ -300,7 +302,7 @@ def _read_as_modified(chain: Chain, _: AnswerShape) -> Iterator[MistakeVariant]:
     def change_links(stages: StageResults, correct_links: list[np.ndarray]) -> list[np.ndarray]:
         frames, rows = stages["rotations"], stages["table"].rows
         vectors = [row.a * frames[k][:, 0] + row.d * frames[k + 1][:, 2] for k, row in enumerate(rows)]
-        return [*vectors, apply_matrix(frames[stages.chain.point.frame], stages["table"].offset)]
+        return [*vectors, apply_matrix(frames[stages.chain.point.frame], stages["table"].point_offset)]
 
     if any(joint.alpha != 0 for joint in chain.joints):
         yield MistakeVariant({"rotations": change_rotations, "links": change_links})
@@ -321,7 +323,7 @@ def _use_next_links(chain: Chain, _: AnswerShape) -> Iterator[MistakeVariant]:
         if 0 < point.frame < stages.n:  # P keeps its coordinates, but they now refer to the previous frame
             row = table.rows[point.frame - 1]
             moved_offset = offset - np.stack([row.a, row.a * 0, row.a * 0])
-            table = replace(table, offset=apply_matrix(rotation_x(stages, -row.alpha), moved_offset))
+            table = replace(table, point_offset=apply_matrix(rotation_x(stages, -row.alpha), moved_offset))
         return table
 
     rows = convention_of(chain).rows
@@ -345,7 +347,7 @@ def _read_as_standard(chain: Chain, _: AnswerShape) -> Iterator[MistakeVariant]:
         link_entries += [(row.a, row.alpha) for row in table.rows[: len(later_rows)]]
         rows = [replace(row, a=a, alpha=alpha) for row, (a, alpha) in zip(table.rows, link_entries, strict=True)]
         base_position, offset = (np.stack([*map(convert, vector)]) for vector in (base.position, point.offset))
-        return Table(tuple(rows), (base_position, convert(base.yaw), convert(base.tilt)), offset)
+        return Table(tuple(rows), base_position, convert(base.yaw), convert(base.tilt), offset)
 
     if any((row.a, row.alpha) != (0, 0) for row in convention_of(chain).rows):
         standard_changes: dict[str, Change] = {

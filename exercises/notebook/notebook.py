@@ -17,7 +17,7 @@ from qdot.exercises.figure.words import describe_figure
 from qdot.exercises.notebook.self_check import Problems, write_check_cell, write_function_cell
 from qdot.exercises.notebook.setup_cell import write_setup_cell
 from qdot.exercises.problem.problem import ENGINE, Part, Problem, name_answer_variable
-from qdot.exercises.questions.differentiation import find_power_of_metres
+from qdot.exercises.questions.differentiation import find_determinant_power_of_metres
 from qdot.exercises.short_questions import question_of
 from qdot.exercises.writing import problem_texts
 from qdot.exercises.writing.render import render
@@ -117,7 +117,7 @@ def _describe_form(problem: Problem, part: Part) -> dict[str, object]:
     form: dict[str, object] = {
         "type": part.type, "shape": list(part.shape or ()), "units": list(part.answer.expected_units),
         "labels": list(question.list_names_to_type(problem.chain, part)),
-        "columns": list(question.name_columns(problem.chain)), "metres": find_power_of_metres(part),
+        "columns": list(question.name_columns(problem.chain)), "metres": find_determinant_power_of_metres(part),
     }  # fmt: skip
     return {key: value for key, value in form.items() if value not in ([], None)}
 

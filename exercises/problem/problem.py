@@ -29,7 +29,7 @@ MAX_SEED = (1 << 63) - 1
 
 @dataclass(frozen=True)
 class ProblemId:
-    """The identity of a problem, from which the same version of the generator always makes the same problem.
+    """The identity of a problem. The same version of the generator always makes the same problem from it.
 
     - `family` is a family of arms, such as planar-2r, and `seed` determines all random choices.
     - `questions` are the names of the questions; if there are none, the family's usual questions are asked.
@@ -70,8 +70,8 @@ class ProblemId:
         Only an arm described by its screw axes has an order of twists. Raises QdotError for unknown names, and for an
         order of twists if the arm is described by a table.
         """
-        new_convention = find_convention(convention) if convention else self.convention
-        new_order = find_twist_order(twist_order) if twist_order else self.twist_order
+        new_convention = normalize_convention(convention) if convention else self.convention
+        new_order = normalize_twist_order(twist_order) if twist_order else self.twist_order
         has_twist_order = bool(REGISTRY[new_convention].twist_orders) if new_convention else not convention
         if (twist_order or new_order) and not has_twist_order:
             table_words = f"is described by a table (convention = {convention or new_convention!r})"
@@ -93,12 +93,12 @@ class ProblemId:
             raise QdotError(f"{text!r} has capital letters, but names are lower-case: write {lower_case!r}{hint}")
         if len(seed) > len(str(MAX_SEED)) or int(seed) > MAX_SEED:
             raise QdotError(f"{family}/{seed[:25]}{'…' * (len(seed) > 25)}: the largest seed is {MAX_SEED}")
-        suffix_of_kind = _sort_suffixes(text, suffixes.split("@")[1:])
+        suffix_of_kind = _classify_suffixes(text, suffixes.split("@")[1:])
         problem = ProblemId(family, int(seed)).with_variation(suffix_of_kind["variation"])
         return problem.with_convention(suffix_of_kind["convention"], suffix_of_kind["order of twists"])
 
 
-def _sort_suffixes(text: str, suffixes: Sequence[str]) -> dict[str, str]:
+def _classify_suffixes(text: str, suffixes: Sequence[str]) -> dict[str, str]:
     """Return the variation, the convention and the order of twists among the @ suffixes of an id; "" for none.
 
     Raises QdotError for two suffixes of the same kind, and for an unknown suffix. `text` is the id, for the message.
@@ -136,22 +136,23 @@ _SUFFIXES = {
 """The names that may follow the seed of an id, each after an @, by their kind."""
 
 
-def find_twist_order(name: str) -> str:
+def normalize_twist_order(name: str) -> str:
     """Return the name of an order of twists for an identity; "" for the default order. Raises QdotError if unknown."""
-    return _find_name("order of twists", name, TWIST_ORDERS, {})
+    return _normalize_name("order of twists", name, TWIST_ORDERS, {})
 
 
-def find_convention(name: str) -> str:
+def normalize_convention(name: str) -> str:
     """Return the name of a convention for an identity; "" for the default convention. Raises QdotError if unknown."""
-    return _find_name("convention", name, CONVENTIONS, ALIASES)
+    return _normalize_name("convention", name, CONVENTIONS, ALIASES)
 
 
-def _find_name(kind: str, name: str, known: tuple[str, ...], aliases: Mapping[str, str]) -> str:
-    if name not in known:
+def _normalize_name(kind: str, name: str, known_names: tuple[str, ...], aliases: Mapping[str, str]) -> str:
+    """Return a name, or "" for the first of the known names, which is the default."""
+    if name not in known_names:
         normalized_name = name.lower().replace("_", "-").replace(" ", "")
-        suggestion = aliases.get(normalized_name) or find_most_similar(normalized_name, known)
-        raise make_name_error(kind, name, known, suggestion)
-    return "" if name == known[0] else name
+        suggestion = aliases.get(normalized_name) or find_most_similar(normalized_name, known_names)
+        raise make_name_error(kind, name, known_names, suggestion)
+    return "" if name == known_names[0] else name
 
 
 @dataclass(frozen=True)
@@ -166,8 +167,8 @@ class SymbolInfo:
     value: sp.Expr | None = None
 
 
-def values_by_name(values: Mapping[sp.Symbol, sp.Expr]) -> dict[str, float]:
-    """Return the values of symbols as floats, by the symbols' names; values that contain other symbols are left out."""
+def list_values_by_name(values: Mapping[sp.Symbol, sp.Expr]) -> dict[str, float]:
+    """Return the values of symbols as floats, by the symbols' names, without values that contain other symbols."""
     return {symbol.name: float(value) for symbol, value in values.items() if not value.free_symbols}
 
 
@@ -190,7 +191,7 @@ class Details:
     Prompts, solutions, the grader and tests read the details. Each kind of question has a subclass.
 
     - `symbols` are symbols that answers may use in addition to those of the arm, such as forces.
-    - `units` are the units of the entries of an answer in formulas.
+    - `units` are the units of the answer's entries, if they are formulas.
     - `pose` is the configuration that the figure under the prompt shows: the value of each joint by the joint's name.
     - `has_drawn_options` means that the options are drawings.
 
@@ -213,7 +214,7 @@ class Details:
 
     def list_shown_values(self, chain: Chain) -> Mapping[str, float]:
         """Return the lengths and joint values of the arm that the question's figure and text show, by name."""
-        return {**values_by_name(self.given_joints), **self.list_given_values(chain), **(self.pose or {})}
+        return {**list_values_by_name(self.given_joints), **self.list_given_values(chain), **(self.pose or {})}
 
     @property
     def given_joints(self) -> Mapping[sp.Symbol, sp.Expr]:
@@ -223,7 +224,7 @@ class Details:
 
 @dataclass(frozen=True, kw_only=True)
 class ResultChoiceDetails(Details):
-    """Details that say which of an arm's results a question asks for; equal details mean the same result."""
+    """Details that say which of an arm's results is asked for. Questions with equal details have the same answer."""
 
 
 @dataclass(frozen=True)
@@ -288,8 +289,8 @@ class Part:
 def list_table_numbers(chain: Chain) -> dict[str, sp.Expr]:
     """Return the lengths in the arm's table that are nonzero numbers, named a1, d1, …; {} if the arm shows no table."""
     numbers: dict[str, sp.Expr] = {}
-    for number, joint in enumerate(chain.joints if convention_of(chain).shows_table else (), 1):
-        lengths = {f"a{number}": joint.a, f"d{number}": joint.d if joint.is_revolute else sp.S.Zero}
+    for row, joint in enumerate(chain.joints if convention_of(chain).shows_table else (), 1):
+        lengths = {f"a{row}": joint.a, f"d{row}": joint.d if joint.is_revolute else sp.S.Zero}
         numbers |= {name: value for name, value in lengths.items() if value.is_number and value != 0}
     return numbers
 
@@ -346,7 +347,7 @@ class Problem:
 
     @cached_property
     def domain(self) -> Domain:
-        """The domain from which symbols are sampled when formulas are compared: a role or a given value of each."""
+        """The domain from which symbols are sampled when formulas are compared: the role or the given value of each."""
         roles: dict[str, str | float | Fraction] = {}
         for name, info in self.symbols.items():
             if (value := info.value) is not None:

@@ -1,12 +1,14 @@
 """The definition of a question: how it is generated for an arm, when it applies, which questions it builds on.
 
-Answers are derived in stages, such as the joint axes, the Jacobian or its determinant (`arm.derivation_graph`). Results
-are derived once for the structure of an arm, which is the arm with symbols for all lengths and oblique angles.
+Answers are derived in stages, such as the joint axes, the Jacobian or its determinant (`arm.derivation_graph`). In the
+shapes of arrays, … is the axis of the arithmetic, such as one entry for each of several configurations. Results are
+derived once for the structure of an arm, which is the arm with symbols for all lengths and oblique angles.
 """
 
+import ast
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import KW_ONLY, dataclass, field
-from functools import lru_cache
+from functools import lru_cache, partial
 from typing import Any, Literal, TypeVar
 
 import numpy as np
@@ -20,7 +22,10 @@ from qdot.exercises.arm.derivation import TooLong, derive, symbolic_arm_of
 from qdot.exercises.arm.derivation_graph import Change, StageResults, to_sympy_matrix
 from qdot.exercises.arm.trigonometry import count_terms
 from qdot.exercises.common.stream import Stream
+from qdot.exercises.formula.equality import Rounding
 from qdot.exercises.problem.problem import Details, Part
+from qdot.exercises.questions.language import parse
+from qdot.exercises.questions.quantities import STAGES_BY_NAME, compile_formula, select_components
 from qdot.exercises.questions.reference import TextbookFormulas, derive_reference
 from qdot.exercises.reference_answers import Answer, Choice, Expression, Matrix
 
@@ -86,14 +91,14 @@ def limit_size(description: str, max_joints: int, count: Callable[[Chain], int])
 
 
 def find_inverse_size_objection(chain: Chain) -> str | None:
-    """Return why the inverse of the task Jacobian is too long to work out by hand; None if it is not."""
+    """Return why the inverse of the task Jacobian is too long to work out by hand, or None."""
     if chain.n > MAX_JOINTS_FOR_INVERSE:
         return f"the inverse of a {chain.n} x {chain.n} Jacobian is too long to work out by hand"
     return limit_terms("jacobian")(chain)
 
 
 def find_tool_point_objection(chain: Chain) -> str | None:
-    """Return an objection to an arm whose tool point P is not fixed to the last frame; None for other arms."""
+    """Return an objection to an arm whose point P is not fixed to the last frame; None for other arms."""
     return None if chain.point.frame == chain.n else f"its point moves with frame {chain.point.frame}, not the last"
 
 
@@ -132,7 +137,8 @@ def make_stage_substitution(stage: str, row_order: RowOrder | None = None) -> St
     def substitute(answer: np.ndarray) -> Mapping[str, Change]:
         def change(stages: StageResults, correct: np.ndarray) -> np.ndarray:
             rows = answer if row_order is None else answer[row_order(stages.chain)]
-            return np.asarray({1: rows[0, 0], 2: rows[:, 0], 3: rows}[np.ndim(correct)])
+            number, vector, matrix = rows[0, 0], rows[:, 0], rows
+            return np.asarray((number, vector, matrix)[np.ndim(correct) - 1])
 
         return {stage: change}
 
@@ -146,9 +152,9 @@ def make_rate_product_formula(stage: str, row_order: RowOrder | None = None) -> 
 
 
 def make_column_substitution(stage: str, **other_changes: Change) -> StageSubstitution:
-    """Return a substitution that replaces the first vectors of a stage by the columns of an answer.
+    """Return a substitution that replaces the first vectors of a stage by the columns of an answer, in order.
 
-    `other_changes` are changes of other stages.
+    `other_changes` are changes of other stages that the substitution makes, too.
     """
     return lambda rows: {
         stage: lambda _, correct: np.concatenate([rows.swapaxes(0, 1), correct[rows.shape[1] :]]),
@@ -171,7 +177,7 @@ def shuffle_options(
 
 
 RowAndColumnLabels = tuple[Sequence[str], Sequence[str]]
-"""Labels of the rows and of the columns of a matrix: in typed form, or in LaTeX if they can't be typed."""
+"""Labels of the rows and of the columns of a matrix: the names that students type, or LaTeX if there are none."""
 
 
 def label_jacobian(label_rows: Callable[[Chain], Sequence[str]]) -> Callable[[Chain], RowAndColumnLabels]:
@@ -201,20 +207,24 @@ class Question:
     r"""A kind of question: what it asks for, to which arms it applies, how its answer is derived and presented.
 
     `source` is the section of the chapter, such as 6.3, and `prerequisites` are the questions on which it builds.
+    `rounding` is the error that numbers may have, if these need other than three digits.
 
     If the answer is computed from stages of the derivation, these fields describe it:
 
-    - `stage`: the answer is this stage, with its rows in the order `row_order`. A student's answer can replace the
-      stage. For any other answer, `formula` computes the answer from the stages, and `substitution` returns how a
-      student's answer replaces stages.
+    - `formula`: the answer in the language of custom questions (`language`), such as "p" or "inv(J)*xd". A vector of
+      three has the components in which the names of `name_entries` end. If the language has no name for the answer,
+      `stage` is the stage with the answer, with its rows in the order `row_order`, or `compute` computes the answer
+      from the stages.
+    - `substitution`: returns how a student's answer replaces stages. By default it replaces the stage that is the
+      answer.
     - `textbook_formulas`: formulas of stages in textbook form, in addition to `reference.TEXTBOOK_FORMULAS`. The
       reference answer is computed from these. If it should have another form, `derive_matrix` returns it.
     - `answer_type`: Matrix (also for a vector) or Expression.
     - `make_details`: returns what the question states or uses besides the answer.
 
     Any other answer comes from `sample`, which returns None if it finds nothing to ask. If such a question also has a
-    `formula`, the grader recognises what mistakes in the derivation lead to. If it has none, the grader recognises only
-    mistakes in the answer itself.
+    `formula`, a `stage` or `compute`, the grader recognises what mistakes in the derivation lead to. Otherwise it
+    recognises only mistakes in the answer itself.
 
     These functions return why the question can't be asked about an arm, or None: `find_arm_objection` if the question
     makes no sense, `find_size_objection` if the answer is too long to work out by hand.
@@ -236,7 +246,7 @@ class Question:
     The grader marks later parts on a student's own earlier results. `alternative_prerequisites` has sets of questions
     from whose answers this answer can be derived, in the order in which the grader tries them. The default is the set
     `prerequisites`. If the answer is a set of conditions, it consists of the configurations at which the formula
-    `zero_formula` is zero.
+    `zero_formula` is zero; `compute_zero` computes its value.
 
     The question applies to arms whose convention has the feature `required_feature`, a key of CONVENTION_OBJECTIONS, or
     to all arms if that is empty. `choose_title` returns the title for an arm if `title` does not fit all arms. For
@@ -248,10 +258,12 @@ class Question:
     source: str
     _: KW_ONLY
     points: float = 1.0
+    rounding: Rounding | None = None
     prerequisites: tuple[str, ...] = ()
     stage: str = ""
     row_order: RowOrder | None = None
-    formula: StageFormula | None = None
+    formula: str = ""
+    compute: StageFormula | None = None
     substitution: StageSubstitution | None = None
     textbook_formulas: TextbookFormulas = field(default_factory=dict, hash=False)
     derive_matrix: Callable[[Chain, Any], sp.Matrix] | None = None
@@ -264,7 +276,7 @@ class Question:
     shown_answers: tuple[str, ...] = ()
     template: str = ""
     list_labels: Callable[[Chain], tuple[str, ...]] = lambda chain: ()
-    name_entries: Callable[[Chain, Part], Sequence[str]] = lambda chain, part: ()
+    name_entries: Callable[[Chain, Any], Sequence[str]] = lambda chain, details: ()
     name_columns: Callable[[Chain], tuple[str, ...]] = lambda chain: ()
     label_rows_and_columns: Callable[[Chain], RowAndColumnLabels] = lambda chain: ((), ())
     is_made_of_jacobian: bool = False
@@ -273,14 +285,30 @@ class Question:
     find_link_sum_rows: Callable[[Chain], Sequence[tuple[int, int]]] = lambda chain: ()
     constant_last_row: tuple[str, ...] = ()
     alternative_prerequisites: tuple[tuple[str, ...], ...] | None = None
-    zero_formula: StageFormula | None = None
+    zero_formula: str = ""
+    compute_zero: StageFormula | None = None
     required_feature: str = ""
     choose_title: Callable[[Chain], str] | None = None
 
     def __post_init__(self) -> None:
-        if self.stage:
-            object.__setattr__(self, "formula", make_stage_formula(self.stage, self.row_order))
-            object.__setattr__(self, "substitution", make_stage_substitution(self.stage, self.row_order))
+        stage = self.stage
+        if self.formula:
+            tree = parse(self.formula)
+            stage = STAGES_BY_NAME.get(ast.unparse(tree), "")
+            object.__setattr__(self, "compute", partial(self._compute_formula, compile_formula(tree)))
+        elif stage:
+            object.__setattr__(self, "compute", make_stage_formula(stage, self.row_order))
+        if stage and self.substitution is None:
+            object.__setattr__(self, "substitution", make_stage_substitution(stage, self.row_order))
+        if self.zero_formula:
+            compute_zero = partial(self._compute_formula, compile_formula(parse(self.zero_formula)))
+            object.__setattr__(self, "compute_zero", compute_zero)
+
+    def _compute_formula(
+        self, compute_value: Callable[[StageResults], np.ndarray], stages: StageResults, details: Any
+    ) -> np.ndarray:
+        value = select_components(compute_value(stages), self.name_entries(stages.chain, details))
+        return value[None] if value.ndim == 1 else value
 
     def ask(self, chain: Chain, rng: Stream) -> AnswerAndDetails:
         """Return the answer for an arm, and the details. Raises RuntimeError if there is nothing to ask."""
@@ -293,8 +321,8 @@ class Question:
         if self.derive_matrix is not None:
             matrix = self.derive_matrix(chain, details)
         else:
-            assert self.formula is not None, self.name
-            matrix = to_sympy_matrix(self.formula(derive_reference(chain, self.textbook_formulas), details))
+            assert self.compute is not None, self.name
+            matrix = to_sympy_matrix(self.compute(derive_reference(chain, self.textbook_formulas), details))
         return (Matrix(matrix) if self.answer_type is Matrix else Expression(matrix[0])), details
 
     @property
@@ -311,12 +339,12 @@ class Question:
     @property
     def is_long_in_formulas(self) -> bool:
         """Whether the answer is made of minors, whose formulas are too long for many joints."""
-        return self.is_made_of_minors or self.zero_formula is not None
+        return self.is_made_of_minors or self.zero_formula != ""
 
     def list_names_to_type(self, chain: Chain, part: Part) -> tuple[str, ...]:
         """Return the names that a student may type for the entries of a vector, or for a single result: qd1, tau1."""
         rows, columns = part.shape or (1, 1)
-        names = self.name_entries(chain, part) if columns == 1 else ()
+        names = self.name_entries(chain, part.details) if columns == 1 else ()
         plain_names = (name.removeprefix(r"\text").translate(_LATEX_MARKS_TO_REMOVE) for name in names)
         labels = self.list_labels(chain) or tuple(plain_names)
         return labels if len(labels) == rows else ()
@@ -324,7 +352,9 @@ class Question:
     @property
     def conventions(self) -> tuple[str, ...]:
         """The names of the conventions to whose arms the question applies."""
-        return tuple(name for name, known in REGISTRY.items() if self.required_feature in {"", *known.features})
+        return tuple(
+            name for name, convention in REGISTRY.items() if self.required_feature in {"", *convention.features}
+        )
 
     def find_convention_objection(self, convention: str) -> str | None:
         """Return why the question does not apply to arms that are described in a convention; None if it does."""

@@ -373,7 +373,7 @@ QUESTIONS = (
         name_entries=lambda chain, _: [r"\text{rows}", r"\text{columns}"],
     ),
     Question(
-        "joint-effect", "Velocity caused by one joint", "6.12", sample=_ask_effect, formula=_derive_effect,
+        "joint-effect", "Velocity caused by one joint", "6.12", sample=_ask_effect, compute=_derive_effect,
         find_arm_objection=lambda chain: None if len(_choose_rows(chain)) >= 2 else (
             "its velocity has only one component, along a fixed line"
         ),

@@ -5,7 +5,6 @@ from dataclasses import dataclass
 import numpy as np
 import sympy as sp
 
-from qdot.exercises.arm.arithmetic import apply_matrix
 from qdot.exercises.arm.chain import Chain
 from qdot.exercises.arm.derivation import derive
 from qdot.exercises.arm.derivation_graph import Change, StageResults
@@ -28,14 +27,14 @@ class TaskDetails(Details):
     task: tuple[str, ...]
 
 
-def find_power_of_metres(part: Part) -> int | None:
-    """Return k if the unit of a determinant is m^k, where k is the number of linear rows; None for other parts."""
-    return sum(row.startswith("v") for row in part.details_as(TaskDetails).task) if part.kind == "determinant" else None
+def find_determinant_power_of_metres(part: Part) -> int | None:
+    """Return k if the unit of a determinant is m^k (the number of its linear rows); None for other questions."""
+    return sum(row[0] == "v" for row in part.details_as(TaskDetails).task) if part.kind == "determinant" else None
 
 
 @dataclass(frozen=True, kw_only=True)
 class AxesDetails(Details):
-    """Details of a question about coordinates of the tool point: the coordinates "x", "y", "z" that are asked for.
+    """Details of a question about coordinates of P: those of "x", "y", "z" that are asked for.
 
     `by_links` says whether their rates of change are written link by link, as in Example 6.1.
     """
@@ -46,14 +45,14 @@ class AxesDetails(Details):
 
 @dataclass(frozen=True, kw_only=True)
 class AxisDetails(ResultChoiceDetails):
-    """Details of a question about one component of the tool point's velocity: its axis ("x", …) and row (0 to 2)."""
+    """Details of a question about one component of the velocity of P: its axis ("x", …) and its row (0 to 2)."""
 
     axis: str
     row: int
 
 
 def write_linear_velocity(chain: Chain) -> sp.Matrix:
-    """Return the components of the tool point's velocity that are in the task (6.2).
+    """Return the components of the velocity of P that are in the task, as a column (6.2).
 
     If every term of the position has the sine or cosine of at most one angle, the velocity is written link by link, as
     in Example 6.1: -a1 s1 qd1 - a2 s12 (qd1 + qd2). Otherwise it is written joint by joint, as J qd.
@@ -92,8 +91,8 @@ def _differentiate_by_links(coordinate: sp.Expr, chain: Chain) -> sp.Expr:
 
 def _choose_component(chain: Chain, rng: Stream) -> AxisDetails:
     velocity = write_linear_velocity(chain)
-    multi_rate_rows = [i for i, entry in enumerate(velocity) if len(entry.free_symbols & set(chain.rates)) > 1]
-    index = rng.choice(multi_rate_rows or list(range(len(velocity))))
+    rows_with_several_rates = [i for i, entry in enumerate(velocity) if len(entry.free_symbols & set(chain.rates)) > 1]
+    index = rng.choice(rows_with_several_rates or list(range(len(velocity))))
     return AxisDetails(axis=chain.linear_axes[index], row=list_linear_task_rows(chain)[index])
 
 
@@ -102,7 +101,7 @@ def _find_task_objection(chain: Chain) -> str | None:
 
 
 def _substitute_position(position: np.ndarray) -> dict[str, Change]:
-    """Return the change that replaces the linear Jacobian by the derivatives of a student's position, (rows, 1, …)."""
+    """Return the change that computes the linear Jacobian from a student's position, (rows, 1, …)."""
 
     def differentiate(stages: StageResults, correct: np.ndarray) -> np.ndarray:
         derivatives, linear = stages.arithmetic.derivatives(position[:, 0]), correct.copy()
@@ -116,28 +115,24 @@ def _substitute_position(position: np.ndarray) -> dict[str, Change]:
 QUESTIONS = (
     Question(
         "position", "Position of the point", "6.1",
-        formula=lambda stages, _: stages["point"][list_linear_task_rows(stages.chain)],
-        substitution=_substitute_position, make_details=lambda chain, _: AxesDetails(axes=chain.linear_axes),
+        formula="p", substitution=_substitute_position,
+        make_details=lambda chain, _: AxesDetails(axes=chain.linear_axes),
         name_entries=lambda chain, _: chain.linear_axes, find_arm_objection=_find_task_objection,
         find_size_objection=base.limit_terms("position"), link_sums="links",
         find_link_sum_rows=lambda chain: list(enumerate(list_linear_task_rows(chain))),
     ),
     Question(
         "velocity", "Cartesian velocity", "6.2", prerequisites=("position",),
-        formula=lambda stages, _: apply_matrix(
-            stages["linear"][list_linear_task_rows(stages.chain)], stages["joint rates"]
-        ),
-        derive_matrix=lambda chain, _: write_linear_velocity(chain),
+        formula="v", derive_matrix=lambda chain, _: write_linear_velocity(chain),
         make_details=lambda chain, _: AxesDetails(axes=chain.linear_axes, by_links=_is_written_by_links(chain)),
         name_entries=lambda chain, _: base.name_velocity_components([row for row in chain.task if row[0] == "v"]),
         find_arm_objection=_find_task_objection, find_size_objection=base.limit_terms("linear"),
     ),
     Question(
         "velocity-component", "One velocity component", "6.2", prerequisites=("position",),
-        formula=lambda stages, details: apply_matrix(stages["linear"][[details.row]], stages["joint rates"]),
+        formula="v", answer_type=Expression, make_details=_choose_component,
         derive_matrix=lambda chain, details: write_linear_velocity(chain)[chain.linear_axes.index(details.axis), :],
-        answer_type=Expression, make_details=_choose_component,
-        name_entries=lambda chain, part: [f"v_{{{part.details_as(AxisDetails).axis}}}"],
+        name_entries=lambda chain, details: [f"v_{{{details.axis}}}"],
         find_arm_objection=_find_task_objection, find_size_objection=base.limit_terms("linear"),
     ),
     Question(
@@ -145,7 +140,7 @@ QUESTIONS = (
         choose_title=lambda chain: (
             "Jacobian by differentiation" if chain.linear_axes else "Jacobian from the joint axes"
         ),
-        stage="jacobian", make_details=lambda chain, _: TaskDetails(task=chain.task),
+        formula="J", make_details=lambda chain, _: TaskDetails(task=chain.task),
         label_rows_and_columns=base.label_jacobian(lambda chain: chain.task),
         find_size_objection=base.limit_terms("jacobian"), link_sums="columns of links",
         find_link_sum_rows=lambda chain: [
@@ -154,7 +149,7 @@ QUESTIONS = (
     ),
     Question(
         "determinant", "Determinant of the Jacobian", "6.8", prerequisites=("jacobian",),
-        stage="determinant", answer_type=Expression, make_details=lambda chain, _: TaskDetails(task=chain.task),
+        formula="det(J)", answer_type=Expression, make_details=lambda chain, _: TaskDetails(task=chain.task),
         name_entries=lambda chain, _: [r"\det J"], find_arm_objection=base.find_determinant_objection,
         is_made_of_jacobian=True, is_made_of_minors=True,
     ),

@@ -21,7 +21,7 @@ from qdot.exercises.arm.kinematics import NumericChain
 from qdot.exercises.common.stream import Stream
 from qdot.exercises.formula.parser import parse_formula
 from qdot.exercises.formula.program import compile_program, evaluate
-from qdot.exercises.problem.problem import Details, recorded_as, values_by_name
+from qdot.exercises.problem.problem import Details, list_values_by_name, recorded_as
 from qdot.exercises.questions import inversion
 from qdot.exercises.questions.inversion import Configuration, JointValues, Lengths, sample_joint_values
 from qdot.exercises.singularities.axes import Sample
@@ -121,7 +121,7 @@ def round_to_integer(value: sp.Expr) -> int:
 
 def convert_to_sample(chain: Chain, configuration: ExactConfiguration) -> Sample:
     """Return a configuration in floating point: the arm with numeric lengths, and its joint values."""
-    arm = NumericChain(chain, values_by_name(configuration.lengths))
+    arm = NumericChain(chain, list_values_by_name(configuration.lengths))
     return Sample(arm, np.array([float(sp.N(configuration.joints[q])) for q in chain.q]))
 
 

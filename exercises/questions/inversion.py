@@ -5,22 +5,22 @@ formulas, or as numbers at a configuration.
 """
 
 from collections.abc import Iterable
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 from typing import Any
 
 import numpy as np
 import sympy as sp
 
 from qdot.exercises.arm import mpmath_kinematics as precise
-from qdot.exercises.arm.arithmetic import apply_matrix
 from qdot.exercises.arm.chain import Chain
 from qdot.exercises.arm.derivation import task_velocity
 from qdot.exercises.arm.kinematics import NumericChain
-from qdot.exercises.arm.mpmath_kinematics import PreciseArm, Vector
+from qdot.exercises.arm.mpmath_kinematics import MpmathArm, Vector
 from qdot.exercises.common.stream import Stream
-from qdot.exercises.problem.problem import Details, SymbolInfo, values_by_name
+from qdot.exercises.problem.problem import Details, SymbolInfo, list_values_by_name, recorded_as
 from qdot.exercises.questions import base
 from qdot.exercises.questions.base import AnswerAndDetails, Question
+from qdot.exercises.questions.quantities import name_load
 from qdot.exercises.reference_answers import Number
 
 MAX_SAMPLES = 2000
@@ -75,13 +75,13 @@ class ConfigurationAndVelocity(Configuration):
 
 @dataclass(frozen=True, kw_only=True)
 class VelocityDetails(Details):
-    """Details of a question that gives a configuration and a task velocity (the `situation`)."""
+    """Details of a question that gives a configuration and a task velocity."""
 
-    situation: ConfigurationAndVelocity
+    configuration: ConfigurationAndVelocity = field(metadata=recorded_as("situation"))
 
     def list_given_values(self, chain: Chain) -> dict[str, float]:
         """Return the numbers of the configuration and velocity."""
-        return self.situation.numbers
+        return self.configuration.numbers
 
 
 def sample_joint_values(chain: Chain, rng: Stream) -> JointValues:
@@ -111,13 +111,13 @@ def list_table_lengths(chain: Chain) -> set[sp.Expr]:
 
 def compute_conditioning(chain: Chain, lengths: Lengths, joints: JointValues) -> float:
     """Return sigma_min/sigma_max of the task Jacobian at a configuration, which is zero if J loses rank."""
-    arm = NumericChain(chain, values_by_name(lengths))
+    arm = NumericChain(chain, list_values_by_name(lengths))
     jacobian = arm.jacobian(np.array([float(joints[q].xreplace(lengths)) for q in chain.q]))
     sigma = np.linalg.svd(jacobian[chain.task_rows], compute_uv=False)
     return float(sigma[-1] / sigma[0])
 
 
-def sample_situation(chain: Chain, rng: Stream) -> ConfigurationAndVelocity:
+def sample_configuration_and_velocity(chain: Chain, rng: Stream) -> ConfigurationAndVelocity:
     """Return a random configuration far from singular ones, with a random task velocity."""
     for _ in range(MAX_SAMPLES):
         lengths, joints = sample_lengths(chain, rng), sample_joint_values(chain, rng)
@@ -127,10 +127,10 @@ def sample_situation(chain: Chain, rng: Stream) -> ConfigurationAndVelocity:
     raise RuntimeError(f"no well-conditioned pose of {chain} was found; please report this")
 
 
-def evaluate_jacobian_precisely(chain: Chain, situation: ConfigurationAndVelocity) -> list[Vector]:
-    """Return the task Jacobian at the configuration of a situation, as rows of high-precision numbers."""
-    arm = PreciseArm(chain, situation.lengths)
-    return arm.task_jacobian([arm.evaluate_number(situation.joints[q]) for q in chain.q])
+def evaluate_jacobian_precisely(chain: Chain, configuration: Configuration) -> list[Vector]:
+    """Return the task Jacobian at a configuration, as rows of high-precision numbers."""
+    arm = MpmathArm(chain, configuration.lengths)
+    return arm.task_jacobian([arm.evaluate_number(configuration.joints[q]) for q in chain.q])
 
 
 def find_min_conditioning(chain: Chain) -> float:
@@ -139,8 +139,8 @@ def find_min_conditioning(chain: Chain) -> float:
     The minimum is smaller for many joints, because few of their configurations have a large ratio. It is also smaller
     for tasks in metres and radians, because the ratio means less if units are mixed.
     """
-    kinds = {row[0] for row in chain.task}
-    return 0.15 if chain.n <= base.MAX_JOINTS_FOR_INVERSE and len(kinds) == 1 else 0.04
+    has_one_unit = len({row[0] for row in chain.task}) == 1
+    return 0.15 if chain.n <= base.MAX_JOINTS_FOR_INVERSE and has_one_unit else 0.04
 
 
 def write_power_of_metres(power: int) -> str:
@@ -152,18 +152,18 @@ def write_power_of_metres(power: int) -> str:
 
 
 def make_joint_rates(chain: Chain, rates: Iterable[Any], max_rate: Any) -> Number:
-    """Return joint rates, to three digits, as an answer. `max_rate` is the largest of them."""
+    """Return joint rates as an answer that accepts three digits. `max_rate` is the largest absolute value of a rate."""
     units = tuple("rad/s" if joint.is_revolute else "m/s" for joint in chain.joints)
     rounded_rates = sp.Matrix(list(map(precise.round_to_ten_digits, rates)))
     return Number(rounded_rates, units, THREE_DIGIT_TOLERANCE, ERROR_NEAR_ZERO * float(max_rate))
 
 
 def _ask_joint_rates(chain: Chain, rng: Stream) -> AnswerAndDetails:
-    situation = sample_situation(chain, rng)
-    velocity = [precise.evaluate_in_context(value) for value in situation.velocity.values()]
-    rates = precise.solve_linear(evaluate_jacobian_precisely(chain, situation), velocity)
+    configuration = sample_configuration_and_velocity(chain, rng)
+    velocity = [precise.evaluate_in_context(value) for value in configuration.velocity.values()]
+    rates = precise.solve_linear(evaluate_jacobian_precisely(chain, configuration), velocity)
     max_rate = max(abs(precise.round_to_ten_digits(rate)) for rate in rates)
-    return make_joint_rates(chain, rates, max_rate), VelocityDetails(situation=situation)
+    return make_joint_rates(chain, rates, max_rate), VelocityDetails(configuration=configuration)
 
 
 INVERSE_PREREQUISITES = (("jacobian",), ("jacobian", "determinant"))
@@ -177,7 +177,7 @@ RATE_PREREQUISITES = (("inverse-velocity",), ("inverse-jacobian",), *INVERSE_PRE
 
 @dataclass(frozen=True, kw_only=True)
 class LoadDetails(Details):
-    """Details of a question about an arm that exerts a force or moment: one component for each row of the task."""
+    """Details of a question about joint torques: the force or moment that the arm exerts, one entry per task row."""
 
     force: sp.Matrix
 
@@ -185,7 +185,7 @@ class LoadDetails(Details):
 def make_load_symbols(chain: Chain) -> dict[str, SymbolInfo]:
     """Return the components of force and moment that correspond to the rows of the task: fx for vx, mx for wx."""
     force, moment = SymbolInfo("force", "N"), SymbolInfo("moment", "N m")
-    return {f"f{row[1]}" if row[0] == "v" else f"m{row[1]}": force if row[0] == "v" else moment for row in chain.task}
+    return {name: force if name[0] == "f" else moment for name in name_load(chain)}
 
 
 def _make_load_details(chain: Chain, rng: Stream) -> LoadDetails:
@@ -202,28 +202,25 @@ def _choose_torque_title(chain: Chain) -> str:
 QUESTIONS = (
     Question(
         "inverse-jacobian", "Inverse Jacobian", "appendix", points=2.0, prerequisites=("jacobian", "determinant"),
-        stage="inverse", label_rows_and_columns=lambda chain: (base.name_joint_rates(chain), chain.task),
+        formula="inv(J)", label_rows_and_columns=lambda chain: (base.name_joint_rates(chain), chain.task),
         find_arm_objection=base.find_determinant_objection, find_size_objection=base.find_inverse_size_objection,
         is_made_of_jacobian=True, is_made_of_minors=True, alternative_prerequisites=INVERSE_PREREQUISITES,
     ),
     Question(
         "inverse-velocity", "Inverse velocity", "6.7", points=2.0, prerequisites=("jacobian", "inverse-jacobian"),
-        stage="rates", list_labels=base.name_joint_rates, find_arm_objection=base.find_determinant_objection,
+        formula="inv(J)*xd", list_labels=base.name_joint_rates, find_arm_objection=base.find_determinant_objection,
         find_size_objection=base.find_inverse_size_objection, is_made_of_jacobian=True, is_made_of_minors=True,
         alternative_prerequisites=RATE_PREREQUISITES[1:],
     ),
     Question(
-        "joint-rates", "Joint rates at a configuration", "6.7", prerequisites=("inverse-velocity",), stage="rates",
-        sample=_ask_joint_rates, list_labels=base.name_joint_rates, is_made_of_jacobian=True,
+        "joint-rates", "Joint rates at a configuration", "6.7", prerequisites=("inverse-velocity",),
+        formula="inv(J)*xd", sample=_ask_joint_rates, list_labels=base.name_joint_rates, is_made_of_jacobian=True,
         find_arm_objection=base.find_determinant_objection, alternative_prerequisites=RATE_PREREQUISITES,
     ),
     Question(
         "joint-torques", "Static joint torques", "dual of 6.4", prerequisites=("jacobian",),
         choose_title=_choose_torque_title,
-        formula=lambda stages, _: apply_matrix(
-            stages["transposed jacobian"], stages.symbol_vector(make_load_symbols(stages.chain))
-        ),
-        make_details=_make_load_details, is_made_of_jacobian=True,
+        formula="transpose(J)*f", make_details=_make_load_details, is_made_of_jacobian=True,
         name_entries=lambda chain, _: [rf"\tau_{{{joint}}}" for joint in range(1, chain.n + 1)],
         find_size_objection=base.limit_terms("jacobian"),
     ),

@@ -58,13 +58,14 @@ def find_lost_motion(symbolic_chain: Chain, component: Component) -> LostMotion 
     for moving_part, other_part, first_row in (("P", "link", 0), ("link", "P", 3)):
         if np.any(norms[moving_part] < 0.02):  # the lost direction has hardly any such motion
             continue
-        other_axes = [axis for axis in range(3) if first_row + axis not in rows]
-        in_task = np.abs(vectors[:, :, other_axes]).max(axis=(1, 2), initial=0.0) <= 1e-9  # False where undefined
+        axes_outside_task = [axis for axis in range(3) if first_row + axis not in rows]
+        # A line is False here if its direction is undefined (nan) at some configuration.
+        is_in_task = np.abs(vectors[:, :, axes_outside_task]).max(axis=(1, 2), initial=0.0) <= 1e-9
         unit_vectors = lost_twists[:, first_row : first_row + 3] / norms[moving_part][:, None]
         cosine = np.abs(np.sum(vectors * unit_vectors, axis=2))
-        is_correct = in_task & np.all(cosine > 1 - 1e-9, axis=1)
+        is_correct = is_in_task & np.all(cosine > 1 - 1e-9, axis=1)
         is_oblique = (np.mean(cosine < MAX_WRONG_COSINE, axis=1) >= 0.75) & ~np.isnan(cosine).any(axis=1)
-        is_wrong = in_task & ~is_correct & is_oblique
+        is_wrong = is_in_task & ~is_correct & is_oblique
         if is_correct.any() and _count_directions(vectors[is_wrong]) >= 2:
             correct_lines, wrong_lines = tuple(compress(lines, is_correct)), tuple(compress(lines, is_wrong))
             return LostMotion(moving_part, bool(np.any(norms[other_part] > 1e-7)), correct_lines, wrong_lines)

@@ -8,17 +8,17 @@ qd = J^-1 u v (6.7), at the configuration with P at p(s).
 from collections.abc import Sequence
 from dataclasses import dataclass, field
 from functools import partial
-from typing import Any
+from typing import Any, NamedTuple
 
 import sympy as sp
 
 from qdot.exercises.arm import mpmath_kinematics as precise
 from qdot.exercises.arm.chain import Chain
-from qdot.exercises.arm.mpmath_kinematics import FLOAT_CONTEXT, PRECISE_CONTEXT, PreciseArm, Vector
+from qdot.exercises.arm.mpmath_kinematics import FLOAT_CONTEXT, PRECISE_CONTEXT, MpmathArm, Vector
 from qdot.exercises.arm.path import PathSample, StraightPath
 from qdot.exercises.common.errors import count_noun
 from qdot.exercises.common.stream import Stream
-from qdot.exercises.problem.problem import Details, recorded_as, values_by_name
+from qdot.exercises.problem.problem import Details, list_values_by_name, recorded_as
 from qdot.exercises.questions import inversion
 from qdot.exercises.questions.base import AnswerAndDetails, Question, find_determinant_objection, name_joint_rates
 from qdot.exercises.questions.inversion import THREE_DIGIT_TOLERANCE, Configuration, JointValues, Lengths
@@ -35,6 +35,12 @@ REGULAR_CONDITIONING, LESS_REGULAR_CONDITIONING, SINGULAR_CONDITIONING = 0.15, 0
 An arm with links of very different lengths may have only less regular lines.
 """
 
+START_MARGIN = 1.3
+"""Factor by which sigma_min/sigma_max at the start of a line exceeds the minimum along the line."""
+
+NONSINGULAR_CONDITIONING = 1e-3
+"""Minimum sigma_min/sigma_max that only excludes singular configurations, on a line that was examined before."""
+
 PREFERRED_TRIES = 1000
 """Number of lines to sample before a less regular one is accepted."""
 
@@ -46,52 +52,63 @@ class WeldingLine(Configuration):
     target: dict[str, sp.Rational]
     speed: sp.Rational
 
-    def make_line(self, chain: Chain, context: Any = FLOAT_CONTEXT) -> StraightPath:
-        """Return the line as a path of the arm, in the arithmetic of an mpmath context (by default, floats)."""
+    def make_path(self, chain: Chain, context: Any = FLOAT_CONTEXT) -> StraightPath:
+        """Return the path of the arm along the line, in the arithmetic of an mpmath context (by default, floats)."""
         return StraightPath(chain, self.lengths, self.joints, tuple(self.target.values()), context)
 
     def compute_joint_values(self, chain: Chain, s: sp.Expr) -> Vector:
         """Return the joint values at the distance s from A, on the solution branch of the initial configuration."""
-        end = float(s)
-        step_length = end / max(1, round(end / SAMPLE_SPACING)) if end else 1.0
-        *_, last_sample = self.make_line(chain).follow(step_length, 1e-3, end)
-        line = self.make_line(chain, PRECISE_CONTEXT)
-        q = line.joints_at(line.arm.evaluate_number(s), [PRECISE_CONTEXT.mpf(value) for value in last_sample.joints])
+        distance = float(s)
+        step_length = distance / max(1, round(distance / SAMPLE_SPACING)) if distance else 1.0
+        *_, last_sample = self.make_path(chain).follow(step_length, NONSINGULAR_CONDITIONING, distance)
+        path = self.make_path(chain, PRECISE_CONTEXT)
+        q = path.find_joint_values(
+            path.arm.evaluate_number(s), [PRECISE_CONTEXT.mpf(value) for value in last_sample.joint_values]
+        )
         assert q is not None
         return q
 
     def compute_results(self, chain: Chain, s: sp.Expr) -> "ResultsAtPoint":
         """Return the intermediate results at the distance s from A, to four digits, with angles in degrees."""
-        line = self.make_line(chain, PRECISE_CONTEXT)
+        path = self.make_path(chain, PRECISE_CONTEXT)
         q = self.compute_joint_values(chain, sp.sympify(s))
-        distance = line.arm.evaluate_number(sp.sympify(s))
-        jacobian = line.arm.task_jacobian(q)
+        distance = path.arm.evaluate_number(sp.sympify(s))
+        jacobian = path.arm.task_jacobian(q)
         joints = [PRECISE_CONTEXT.degrees(v) if j.is_revolute else v for v, j in zip(q, chain.joints, strict=True)]
         sigma = PRECISE_CONTEXT.svd_r(PRECISE_CONTEXT.matrix(jacobian), compute_uv=False)
         return ResultsAtPoint(
             s=sp.Float(PRECISE_CONTEXT.nstr(distance, 5), 10),
-            point=_round(line.point(distance)),
+            point=_round(path.point(distance)),
             joints=_round(joints),
             jacobian=precise.round_matrix(jacobian),
             determinant=precise.round_to_four_digits(precise.determinant(jacobian)),
-            rates=_round(self.compute_rates(line, q)),
+            rates=_round(self.compute_rates(path, q)),
             conditioning=precise.round_to_four_digits(min(sigma) / max(sigma)),
         )
 
-    def compute_rates(self, line: StraightPath, q: Vector) -> Vector:
-        """Return the joint rates on the line at joint values q."""
-        speed = line.arm.evaluate_number(self.speed)
-        return [derivative * speed for derivative in line.joint_derivatives(q)]
+    def compute_rates(self, path: StraightPath, q: Vector) -> Vector:
+        """Return the joint rates on the path of this line at joint values q."""
+        speed = path.arm.evaluate_number(self.speed)
+        return [derivative * speed for derivative in path.compute_derivatives(q)]
 
-    def describe_line(self, chain: Chain) -> tuple[sp.Matrix, sp.Float, sp.Matrix]:
-        """Return A, the distance from A to B, and the unit vector from A to B, to four digits."""
-        line = self.make_line(chain, PRECISE_CONTEXT)
-        return _round(line.start_point), precise.round_to_four_digits(line.length), _round(line.direction)
+    def describe_line(self, chain: Chain) -> "LineDescription":
+        """Return the start, the length and the direction of the line."""
+        path = self.make_path(chain, PRECISE_CONTEXT)
+        length = precise.round_to_four_digits(path.length)
+        return LineDescription(_round(path.start_point), length, _round(path.direction))
 
     def tabulate_results(self, chain: Chain, end: sp.Expr) -> "list[ResultsAtPoint]":
         """Return the intermediate results at five points from A to the distance `end`, which are denser near `end`."""
         distances = [sp.Rational(int(percent * end), 100) for percent in (0, 40, 70, 90)]
         return [self.compute_results(chain, s) for s in (*distances, end)]
+
+
+class LineDescription(NamedTuple):
+    """The point A, the distance from A to B (m), and the unit vector from A to B, to four digits."""
+
+    start: sp.Matrix
+    length: sp.Float
+    direction: sp.Matrix
 
 
 @dataclass(frozen=True)
@@ -122,7 +139,7 @@ class PathDetails(Details):
 
     def list_shown_values(self, chain: Chain) -> dict[str, float]:
         """Return the lengths, and the joint values at the start of the line, by name."""
-        return {**values_by_name(self.welding_line.lengths), **(self.pose or {})}
+        return {**list_values_by_name(self.welding_line.lengths), **(self.pose or {})}
 
 
 # --- joint rates at a point of the line ---
@@ -136,11 +153,11 @@ class DistanceDetails(PathDetails):
 
     def list_given_values(self, chain: Chain) -> dict[str, float]:
         """Return the lengths, the joint values at the distance, and the task velocity, by name."""
-        direction, speed = self.welding_line.make_line(chain, PRECISE_CONTEXT).direction, float(self.welding_line.speed)
+        direction, speed = self.welding_line.make_path(chain, PRECISE_CONTEXT).direction, float(self.welding_line.speed)
         joints = self.welding_line.compute_joint_values(chain, self.distance)
         values = {q.name: float(value) for q, value in zip(chain.q, joints, strict=True)}
         velocity = {row: float(u) * speed for row, u in zip(chain.task, direction, strict=True)}
-        return {**values_by_name(self.welding_line.lengths), **values, **velocity}
+        return {**list_values_by_name(self.welding_line.lengths), **values, **velocity}
 
 
 def _find_path_objection(chain: Chain) -> str | None:
@@ -160,16 +177,16 @@ def _ask_path_rates(chain: Chain, rng: Stream) -> AnswerAndDetails | None:
         is_preferred = attempt < PREFERRED_TRIES
         min_conditioning = REGULAR_CONDITIONING if is_preferred else LESS_REGULAR_CONDITIONING
         min_length, max_length = (25, 60) if is_preferred else (15, 40)
-        welding_line = _sample_line(chain, rng, min_length, max_length, 1.3 * min_conditioning)
+        welding_line = _sample_line(chain, rng, min_length, max_length, START_MARGIN * min_conditioning)
         if welding_line is None:
             continue
-        line = welding_line.make_line(chain)
-        samples = list(line.follow(SAMPLE_SPACING, min_conditioning))
-        if samples[-1:] and samples[-1].s > float(line.length) - SAMPLE_SPACING:
-            last_step = int(20 * float(line.length)) - 1  # in steps of 5 cm
+        path = welding_line.make_path(chain)
+        samples = list(path.follow(SAMPLE_SPACING, min_conditioning))
+        if samples and samples[-1].s > float(path.length) - SAMPLE_SPACING:  # P reaches the target
+            last_step = int(20 * float(path.length)) - 1  # in steps of 5 cm
             s = sp.Rational(rng.integer(min(3, last_step), last_step), 20)
             joints = welding_line.compute_joint_values(chain, s)
-            rates = welding_line.compute_rates(welding_line.make_line(chain, PRECISE_CONTEXT), joints)
+            rates = welding_line.compute_rates(welding_line.make_path(chain, PRECISE_CONTEXT), joints)
             answer = inversion.make_joint_rates(chain, rates, max(map(abs, rates)))
             return answer, DistanceDetails(welding_line=welding_line, distance=s, pose=welding_line.figure_values)
     return None
@@ -195,7 +212,7 @@ def _choose_target(
     chain: Chain, lengths: Lengths, joints: JointValues, displacement: Sequence[int]
 ) -> dict[str, sp.Rational]:
     """Return the point B at P plus a displacement in cm: its coordinates in m, rounded to centimetres, by axis."""
-    arm = PreciseArm(chain, lengths)
+    arm = MpmathArm(chain, lengths)
     point, _ = arm.point_and_jacobian([arm.evaluate_number(joints[q]) for q in chain.q])
     start = [sp.Float(PRECISE_CONTEXT.nstr(point[row], 28), 28) for row in arm.task_rows]
     axes = zip(chain.linear_axes, start, displacement, strict=True)
@@ -203,7 +220,7 @@ def _choose_target(
 
 
 def _round_half_up(value: sp.Expr) -> int:
-    """Return the nearest integer; halves are rounded up, even if they are too small by a rounding error."""
+    """Return the nearest integer; halves are rounded up, even if a rounding error makes them slightly too small."""
     return int(sp.floor(value + sp.Rational(500_000_001, 10**9)))
 
 
@@ -212,7 +229,7 @@ def _round_half_up(value: sp.Expr) -> int:
 
 @dataclass(frozen=True, kw_only=True)
 class RateLimitDetails(PathDetails):
-    """Details about the distance on a welding line at which the rate of joint `joint` exceeds its limit."""
+    """Details of a question about the distance from A at which the rate of a joint (a number) exceeds its limit."""
 
     joint: int
     limit: sp.Rational
@@ -220,7 +237,7 @@ class RateLimitDetails(PathDetails):
 
 @dataclass(frozen=True)
 class LimitCrossing:
-    """The index of a joint (from 0), its rate limit, and the two samples between which its rate exceeds the limit."""
+    """The index of a joint (from 0), its rate limit, and the samples just before and after the rate exceeds it."""
 
     joint: int
     limit: sp.Rational
@@ -240,7 +257,7 @@ def _ask_path_limit(chain: Chain, rng: Stream) -> AnswerAndDetails | None:
         welding_line = _sample_line_to_singularity(chain, rng, min_conditioning)
         if welding_line is None:
             continue
-        samples = list(welding_line.make_line(chain).follow(SAMPLE_SPACING, SINGULAR_CONDITIONING))
+        samples = list(welding_line.make_path(chain).follow(SAMPLE_SPACING, SINGULAR_CONDITIONING))
         if crossings := _find_crossings(samples, float(welding_line.speed)):
             crossing = rng.choice(crossings)
             s = precise.round_to_ten_digits(_locate_crossing(chain, welding_line, crossing))
@@ -257,11 +274,11 @@ def _ask_path_limit(chain: Chain, rng: Stream) -> AnswerAndDetails | None:
 def _sample_line_to_singularity(chain: Chain, rng: Stream, min_conditioning: float) -> WeldingLine | None:
     """Return a random line that may come near a singular configuration, or None if the sample is unsuitable.
 
-    The line passes close to the position of P at a singular configuration, or it leads far out of reach.
+    The target is close to the position of P at a singular configuration, or it may be out of reach (40 to 120 cm away).
     """
     solved_components = [component for component in singular_set(chain) or () if component.solutions is not None]
     if not solved_components or rng.integer_below(4) == 0:
-        return _sample_line(chain, rng, 40, 120, 1.3 * min_conditioning)
+        return _sample_line(chain, rng, 40, 120, START_MARGIN * min_conditioning)
     lengths, joints = inversion.sample_lengths(chain, rng), inversion.sample_joint_values(chain, rng)
     singular_joints, solutions = dict(joints), rng.choice(solved_components).solutions or ()
     for q, values in solutions:
@@ -281,14 +298,14 @@ def _sample_line_to_singularity(chain: Chain, rng: Stream, min_conditioning: flo
 
 
 def _find_crossings(samples: Sequence[PathSample], speed: float) -> list[LimitCrossing]:
-    """Return where joint rates that grow towards a singularity clearly exceed a limit, which is a multiple of 0.1."""
+    """Return where joint rates that grow towards a singularity clearly exceed limits of 0.3 to 3.0 rad/s or m/s."""
     crossings = []
-    for joint in range(len(samples[0].slopes) if samples else 0):
-        abs_rates = [abs(sample.slopes[joint]) * speed for sample in samples]
+    for joint in range(len(samples[0].derivatives) if samples else 0):
+        abs_rates = [abs(sample.derivatives[joint]) * speed for sample in samples]
         for tenths in range(3, 31):
-            k = next((i for i, value in enumerate(abs_rates) if value > tenths / 10), len(abs_rates))
-            if _is_clear_crossing(samples, abs_rates, k, tenths / 10):
-                crossings.append(LimitCrossing(joint, sp.Rational(tenths, 10), samples[k - 1], samples[k]))
+            index = next((i for i, value in enumerate(abs_rates) if value > tenths / 10), len(abs_rates))
+            if _is_clear_crossing(samples, abs_rates, index, tenths / 10):
+                crossings.append(LimitCrossing(joint, sp.Rational(tenths, 10), samples[index - 1], samples[index]))
     return crossings
 
 
@@ -313,19 +330,19 @@ def _locate_crossing(chain: Chain, welding_line: WeldingLine, crossing: LimitCro
 
     The secant method finds the distance in floating point first, and then with 30 digits.
     """
-    q: Vector = list(crossing.before.joints)
+    q: Vector = list(crossing.before.joint_values)
     start_values: tuple[Any, Any] = (crossing.before.s, crossing.after.s)
 
-    def compute_excess(line: StraightPath, s: Any) -> Any:
+    def compute_excess(path: StraightPath, s: Any) -> Any:
         """Return by how much the rate at s exceeds its limit, and update the joint values q."""
-        joints = line.joints_at(s, q)
+        joints = path.find_joint_values(s, q)
         assert joints is not None
         q[:] = joints
-        return abs(welding_line.compute_rates(line, q)[crossing.joint]) - line.arm.evaluate_number(crossing.limit)
+        return abs(welding_line.compute_rates(path, q)[crossing.joint]) - path.arm.evaluate_number(crossing.limit)
 
     for context in (FLOAT_CONTEXT, PRECISE_CONTEXT):
         q[:] = map(context.mpf, q)
-        excess = partial(compute_excess, welding_line.make_line(chain, context))
+        excess = partial(compute_excess, welding_line.make_path(chain, context))
         s = context.findroot(excess, list(map(context.mpf, start_values)))
         start_values = (s - 1e-9, s + 1e-9)
     return s
@@ -334,7 +351,7 @@ def _locate_crossing(chain: Chain, welding_line: WeldingLine, crossing: LimitCro
 QUESTIONS = (
     Question(
         "path-rates", "Joint rates along a path", "6.7 on a welding path", points=2.0,
-        prerequisites=("inverse-velocity",), stage="rates", sample=_ask_path_rates, list_labels=name_joint_rates,
+        prerequisites=("inverse-velocity",), formula="inv(J)*xd", sample=_ask_path_rates, list_labels=name_joint_rates,
         find_arm_objection=_find_path_objection, is_made_of_jacobian=True,
         alternative_prerequisites=inversion.RATE_PREREQUISITES,
     ),

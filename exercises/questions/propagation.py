@@ -39,12 +39,12 @@ LAST_FRAME = 3
 
 @dataclass(frozen=True, kw_only=True)
 class FrameDetails(ResultChoiceDetails):
-    """Details of a question about the frame of a link: the number of the frame."""
+    """Details of a question about the frame of a link: the number of the frame, which is that of the link."""
 
     frame: int
 
 
-def _choose_link(chain: Chain, rng: Stream) -> FrameDetails:
+def _choose_frame(chain: Chain, rng: Stream) -> FrameDetails:
     # Frame 1 is excluded if possible, because its motion is the same for too many arms.
     return FrameDetails(frame=rng.integer(min(2, chain.n - 1), min(chain.n - 1, LAST_FRAME)))
 
@@ -115,8 +115,8 @@ def _collect_rates(vector: sp.Matrix, symbolic_chain: Chain) -> sp.Matrix:
     return vector.applyfunc(collect)
 
 
-def _choose_frame(chain: Chain, rng: Stream) -> RecursionDetails:
-    frame, substitute = rng.choice(_find_frames(chain)), derive(chain).substitute_matrix
+def _choose_frame_of_recursion(chain: Chain, rng: Stream) -> RecursionDetails:
+    frame, substitute = rng.choice(_list_suitable_frames(chain)), derive(chain).substitute_matrix
     steps = (
         RecursionStep(step.number, step.kind, *map(substitute, (step.rotation, step.origin, step.omega, step.v)))
         for step in _derive_steps(symbolic_arm_of(chain).chain)[:frame]
@@ -124,7 +124,7 @@ def _choose_frame(chain: Chain, rng: Stream) -> RecursionDetails:
     return RecursionDetails(frame=frame, steps=tuple(steps))
 
 
-def _find_frames(chain: Chain) -> list[int]:
+def _list_suitable_frames(chain: Chain) -> list[int]:
     """Return the frames whose velocity depends on more than one joint and can be worked out by hand."""
     return [frame for frame in range(2, min(chain.n, LAST_FRAME) + 1) if _count_terms(chain, frame) <= base.MAX_TERMS]
 
@@ -137,9 +137,9 @@ def _count_terms(chain: Chain, frame: int) -> int:
 
 QUESTIONS = (
     Question(
-        "joint-axes", "Joint axes", "below 6.10", formula=lambda stages, _: stages["axes"][: stages.n].swapaxes(0, 1),
+        "joint-axes", "Joint axes", "below 6.10", compute=lambda stages, _: stages["axes"][: stages.n].swapaxes(0, 1),
         substitution=base.make_column_substitution("axes", linear=propagate_linear_rows),
-        name_columns=lambda chain: tuple(map(convention_of(chain).typed_axis, _list_joint_numbers(chain))),
+        name_columns=lambda chain: tuple(map(convention_of(chain).axis_to_type, _list_joint_numbers(chain))),
         label_rows_and_columns=lambda chain: (
             AXIS_NAMES, list(map(convention_of(chain).axis_name, _list_joint_numbers(chain)))
         ),
@@ -147,7 +147,7 @@ QUESTIONS = (
     ),
     Question(
         "position-vectors", "Position vectors p*", "6.13", points=2.0, required_feature=FRAMES,
-        formula=lambda stages, _: stages["p*"][: stages.n].swapaxes(0, 1),
+        compute=lambda stages, _: stages["p*"][: stages.n].swapaxes(0, 1),
         substitution=base.make_column_substitution("p*", linear=propagate_linear_rows),
         label_rows_and_columns=lambda chain: (
             AXIS_NAMES, list(map(convention_of(chain).vector_name, _list_joint_numbers(chain)))
@@ -163,13 +163,13 @@ QUESTIONS = (
     ),
     Question(
         "twist", "Twist of the end effector", "6.9 and 6.10", prerequisites=("geometric-jacobian",),
-        formula=base.make_rate_product_formula("geometric", _list_row_indices),
+        compute=base.make_rate_product_formula("geometric", _list_row_indices),
         find_size_objection=base.limit_terms("geometric"),
         name_entries=lambda chain, _: base.name_velocity_components(convention_of(chain).velocity_names),
     ),
     Question(
         "link-velocity", "Velocity of a link frame", "6.9 and 6.10", required_feature=FRAMES,
-        formula=partial(_derive_frame_velocity, jacobian_stage="geometric"), make_details=_choose_link,
+        compute=partial(_derive_frame_velocity, jacobian_stage="geometric"), make_details=_choose_frame,
         name_entries=lambda chain, _: base.name_velocity_components(VELOCITY_NAMES),
         find_arm_objection=lambda chain: None if chain.n > 1 else (
             "it has only one joint, so there is no frame between base and end"
@@ -177,12 +177,12 @@ QUESTIONS = (
     ),
     Question(
         "own-frame-velocity", "Velocity of a frame in its own coordinates", "6.9 and 6.10", points=2.0,
-        required_feature=FRAMES_OF_JOINTS, make_details=_choose_frame,
-        formula=partial(_derive_frame_velocity, jacobian_stage="tool jacobian"),
+        required_feature=FRAMES_OF_JOINTS, make_details=_choose_frame_of_recursion,
+        compute=partial(_derive_frame_velocity, jacobian_stage="tool jacobian"),
         derive_matrix=lambda _, details: details.steps[-1].v.col_join(details.steps[-1].omega),
         name_entries=lambda chain, _: base.name_velocity_components(VELOCITY_NAMES),
         find_arm_objection=lambda chain: None if chain.n > 1 else "it has one joint",
-        find_size_objection=lambda chain: None if _find_frames(chain) else (
+        find_size_objection=lambda chain: None if _list_suitable_frames(chain) else (
             "the velocities of its frames are too long to work out by hand"
         ),
     ),

@@ -123,6 +123,7 @@ def _ask_rank(chain: Chain, rng: Stream) -> AnswerAndDetails | None:
 
 
 def _find_independent_columns(jacobian: np.ndarray) -> tuple[int, ...]:
+    """Return the numbers (from 1) of the first columns that span all columns."""
     independent_columns: list[int] = []
     for column in range(jacobian.shape[1]):
         sigma = np.linalg.svd(jacobian[:, [*independent_columns, column]], compute_uv=False)

@@ -18,10 +18,9 @@ import numpy as np
 import sympy as sp
 
 from qdot.exercises.arm import mpmath_kinematics as precise
-from qdot.exercises.arm.arithmetic import apply_matrix
 from qdot.exercises.arm.chain import Chain
 from qdot.exercises.arm.derivation import derive, symbolic_arm_of
-from qdot.exercises.arm.mpmath_kinematics import FLOAT_CONTEXT, PRECISE_CONTEXT, PreciseArm, Vector
+from qdot.exercises.arm.mpmath_kinematics import FLOAT_CONTEXT, PRECISE_CONTEXT, MpmathArm, Vector
 from qdot.exercises.arm.trigonometry import Factored, factor_trig
 from qdot.exercises.common.errors import count_noun
 from qdot.exercises.common.stream import Stream
@@ -35,7 +34,7 @@ MAX_TERMS = 12
 """Maximum number of terms of det(J J^T) to work out by hand. A self-motion may have half as many."""
 
 ZERO_TOLERANCE = 1e-9
-"""Limit below which a singular value or a column counts as zero."""
+"""Limit below which the ratio of two singular values, or the largest entry of a column, counts as zero."""
 
 MAX_JOINTS = 4
 """Maximum number of joints for which minors are worked out as formulas by hand."""
@@ -46,11 +45,11 @@ MAX_JOINTS = 4
 def _evaluate_generic_jacobian(chain: Chain) -> np.ndarray:
     """Return the task Jacobian (m x n) at a configuration without special features, for tests of the rank."""
     values = {symbol: sp.Rational(3 * i + 5, 10) for i, symbol in enumerate(chain.parameters)}
-    return np.array(PreciseArm(chain, values, FLOAT_CONTEXT).task_jacobian([0.3 + 0.7 * i for i in range(chain.n)]))
+    return np.array(MpmathArm(chain, values, FLOAT_CONTEXT).task_jacobian([0.3 + 0.7 * i for i in range(chain.n)]))
 
 
 def find_symbolic_angle_objection(chain: Chain) -> str | None:
-    """Return an objection to an arm with a symbolic angle in its table, because only lengths are sampled."""
+    """Return an objection to an arm with a symbolic angle in its table, for which no number is sampled; else None."""
     angles = [symbol.name for symbol in chain.parameters if symbol.name.startswith(("alpha", "beta"))]
     return f"its angle {angles[0]} is symbolic" if angles else None
 
@@ -141,23 +140,24 @@ def _factor_minors(symbolic_chain: Chain) -> FactoredMinors:
     """Return the maximal minors of a structure without the factors that they share, and these factors."""
     minors = derive(symbolic_chain).symbolic_minors
     nonzero_minors = [minor for minor in minors if not minor.is_zero]
-    powers = [dict(minor.factors) for minor in nonzero_minors]
-    shared_powers = {f: min(p.get(f, 0) for p in powers) for f in powers[0]} if powers else {}
+    all_powers = [dict(minor.factors) for minor in nonzero_minors]
+    first_factors = all_powers[0] if all_powers else {}
+    shared_powers = {factor: min(powers.get(factor, 0) for powers in all_powers) for factor in first_factors}
     coefficient = sp.gcd([minor.coefficient for minor in nonzero_minors])
-    shared_factors = Factored(coefficient, tuple((f, power) for f, power in shared_powers.items() if power))
+    shared_factors = Factored(coefficient, tuple((factor, power) for factor, power in shared_powers.items() if power))
     quotients = tuple(minor if minor.is_zero else minor.divide_by(shared_factors) for minor in minors)
     return FactoredMinors(shared_factors, quotients)
 
 
 def _count_terms(product: Factored) -> int:
-    """Return the number of terms in the sums of a product, including those of nested sums."""
+    """Return the number of terms of a product: those of each sum, with nested sums counted term by term."""
 
     def count(expression: sp.Expr) -> int:
         if expression.is_Add:
             return sum(map(count, expression.args))
         return max(1, sum(count(factor) for factor in expression.args if factor.has(sp.Add)))
 
-    expression = product.expression()
+    expression = product.expression()  # a sum of angles in a sine or cosine does not count
     return count(expression.xreplace({trig: sp.Dummy() for trig in expression.atoms(sp.sin, sp.cos)}))
 
 
@@ -179,17 +179,17 @@ class MinimumNormDetails(VelocityDetails):
 
 
 def _ask_minimum_norm_rates(chain: Chain, rng: Stream) -> AnswerAndDetails:
-    situation = inversion.sample_situation(chain, rng)
-    arm = PreciseArm(chain, situation.lengths)
-    jacobian = inversion.evaluate_jacobian_precisely(chain, situation)
+    configuration = inversion.sample_configuration_and_velocity(chain, rng)
+    arm = MpmathArm(chain, configuration.lengths)
+    jacobian = inversion.evaluate_jacobian_precisely(chain, configuration)
     gram = precise.gram_matrix(jacobian)
-    weights = precise.solve_linear(gram, [arm.evaluate_number(value) for value in situation.velocity.values()])
+    weights = precise.solve_linear(gram, [arm.evaluate_number(value) for value in configuration.velocity.values()])
     rates = [sum(row[i] * weight for row, weight in zip(jacobian, weights, strict=True)) for i in range(chain.n)]
     return inversion.make_joint_rates(chain, rates, max(map(abs, rates))), MinimumNormDetails(
-        situation=situation,
+        configuration=configuration,
         gram=precise.round_matrix(gram),
         weights=precise.round_matrix([[weight] for weight in weights]),
-        pose=situation.figure_values,
+        pose=configuration.figure_values,
     )
 
 
@@ -227,38 +227,38 @@ class GramDetails(VelocityDetails):
 
 
 def _make_gram_details(
-    chain: Chain, situation: ConfigurationAndVelocity, singular_values: Vector, power: int | None = None
+    chain: Chain, configuration: ConfigurationAndVelocity, singular_values: Vector, power: int | None = None
 ) -> GramDetails:
     squares = sorted((value**2 for value in singular_values), reverse=True)
     return GramDetails(
-        situation=situation,
-        gram=precise.round_matrix(precise.gram_matrix(inversion.evaluate_jacobian_precisely(chain, situation))),
+        configuration=configuration,
+        gram=precise.round_matrix(precise.gram_matrix(inversion.evaluate_jacobian_precisely(chain, configuration))),
         eigenvalues=tuple(map(precise.round_to_four_digits, squares)),
         power=power,
-        pose=situation.figure_values,
+        pose=configuration.figure_values,
     )
 
 
-def _compute_singular_values(chain: Chain, situation: ConfigurationAndVelocity) -> Vector:
-    """Return the singular values of the task Jacobian at the configuration of a situation, to 30 digits."""
-    jacobian = PRECISE_CONTEXT.matrix(inversion.evaluate_jacobian_precisely(chain, situation))
+def _compute_singular_values(chain: Chain, configuration: ConfigurationAndVelocity) -> Vector:
+    """Return the singular values of the task Jacobian at a configuration, to 30 digits."""
+    jacobian = PRECISE_CONTEXT.matrix(inversion.evaluate_jacobian_precisely(chain, configuration))
     return list(PRECISE_CONTEXT.svd_r(jacobian, compute_uv=False))
 
 
 def _ask_manipulability(chain: Chain, rng: Stream) -> AnswerAndDetails:
-    situation = inversion.sample_situation(chain, rng)
-    gram = precise.gram_matrix(inversion.evaluate_jacobian_precisely(chain, situation))
+    configuration = inversion.sample_configuration_and_velocity(chain, rng)
+    gram = precise.gram_matrix(inversion.evaluate_jacobian_precisely(chain, configuration))
     value = precise.round_to_ten_digits(PRECISE_CONTEXT.sqrt(precise.determinant(gram)))
     power = len(chain.linear_axes) - len(chain.prismatic_joints)
-    details = _make_gram_details(chain, situation, _compute_singular_values(chain, situation), power)
+    details = _make_gram_details(chain, configuration, _compute_singular_values(chain, configuration), power)
     return Number(sp.Matrix([value]), (inversion.write_power_of_metres(power),), THREE_DIGIT_TOLERANCE, 1e-9), details
 
 
 def _ask_condition_number(chain: Chain, rng: Stream) -> AnswerAndDetails:
-    situation = inversion.sample_situation(chain, rng)
-    sigma = _compute_singular_values(chain, situation)
+    configuration = inversion.sample_configuration_and_velocity(chain, rng)
+    sigma = _compute_singular_values(chain, configuration)
     value = precise.round_to_ten_digits(max(sigma) / min(sigma))
-    details = _make_gram_details(chain, situation, sigma)
+    details = _make_gram_details(chain, configuration, sigma)
     return Number(sp.Matrix([value]), ("",), THREE_DIGIT_TOLERANCE, 1e-9), details
 
 
@@ -278,21 +278,25 @@ def _find_self_motion_objection(chain: Chain) -> str | None:
 
 @dataclass(frozen=True, kw_only=True)
 class SelfMotionFormulaDetails(Details):
-    """Details about a self-motion as formulas, without a configuration: the factors that all maximal minors share."""
+    """Details of a question about a self-motion as formulas: the factors that all maximal minors share.
 
-    situation: None
+    There is no `configuration`, unlike in the VelocityDetails of a self-motion in numbers.
+    """
+
+    configuration: None = field(metadata=recorded_as("situation"))
     shared_factors: sp.Expr = field(metadata=recorded_as("shared"))
 
 
 def _ask_self_motion(chain: Chain, rng: Stream) -> AnswerAndDetails:
     quotients = _factor_minors_of(chain).quotients if chain.n <= MAX_JOINTS else ()
     if quotients and sum(map(_count_terms, quotients)) <= MAX_TERMS / 2:
-        details = SelfMotionFormulaDetails(situation=None, shared_factors=_find_shared_factors(chain))
-        return Direction(write_self_motion(chain)), details
-    situation = inversion.sample_situation(chain, rng)
-    jacobian = inversion.evaluate_jacobian_precisely(chain, situation)
+        formula_details = SelfMotionFormulaDetails(configuration=None, shared_factors=_find_shared_factors(chain))
+        return Direction(write_self_motion(chain)), formula_details
+    configuration = inversion.sample_configuration_and_velocity(chain, rng)
+    jacobian = inversion.evaluate_jacobian_precisely(chain, configuration)
     numbers = sp.Matrix(list(map(precise.round_to_ten_digits, compute_null_vector(jacobian))))
-    return Direction(numbers, THREE_DIGIT_TOLERANCE), VelocityDetails(situation=situation, pose=situation.figure_values)
+    details = VelocityDetails(configuration=configuration, pose=configuration.figure_values)
+    return Direction(numbers, THREE_DIGIT_TOLERANCE), details
 
 
 def compute_null_vector(jacobian: list[Vector]) -> Vector:
@@ -313,7 +317,7 @@ def compute_null_vector(jacobian: list[Vector]) -> Vector:
 def write_self_motion(chain: Chain) -> sp.Matrix:
     """Return joint rates with zero task velocity, n x 1 for n = m + 1: entry i is (-1)^i times the minor without i.
 
-    Factors that all minors share are omitted, so the vector is zero only where J loses rank for more than one reason.
+    Factors that all minors share are omitted. So the vector is not zero at configurations where only these are zero.
     """
     # The minors are in the order of the columns that they contain, so the first minor omits the last column.
     minors = [_substitute_numbers(chain, minor) for minor in reversed(_factor_minors_of(chain).quotients)]
@@ -323,7 +327,7 @@ def write_self_motion(chain: Chain) -> sp.Matrix:
 QUESTIONS = (
     Question(
         "gram-determinant", "det(J Jᵀ) of a redundant arm", "6.8 for m < n", points=2.0, prerequisites=("jacobian",),
-        stage="gram determinant", answer_type=Expression, make_details=_make_minor_details,
+        formula="det(J*transpose(J))", answer_type=Expression, make_details=_make_minor_details,
         textbook_formulas={
             "gram determinant": lambda chain: _substitute_numbers(
                 chain, _derive_gram_determinant(symbolic_arm_of(chain).chain)
@@ -334,9 +338,8 @@ QUESTIONS = (
     ),
     Question(
         "least-norm-rates", "Minimum-norm joint rates", "6.7 for m < n", prerequisites=("jacobian",),
-        formula=lambda stages, _: apply_matrix(stages["pseudo-inverse"], stages["wanted velocity"]),
-        sample=_ask_minimum_norm_rates, list_labels=name_joint_rates, is_made_of_jacobian=True,
-        find_arm_objection=_find_minimum_norm_objection,
+        formula="least_norm(J, xd)", sample=_ask_minimum_norm_rates, list_labels=name_joint_rates,
+        is_made_of_jacobian=True, find_arm_objection=_find_minimum_norm_objection,
     ),
     Question(
         "self-motion", "Self-motion of a redundant arm", "6.4 for m < n", prerequisites=("jacobian",),
@@ -345,7 +348,7 @@ QUESTIONS = (
     ),
     Question(
         "manipulability", "Manipulability at a configuration", "below 6.8", prerequisites=("jacobian",),
-        stage="manipulability", sample=_ask_manipulability, name_entries=lambda chain, _: ["w"],
+        formula="sqrt(det(J*transpose(J)))", sample=_ask_manipulability, name_entries=lambda chain, _: ["w"],
         find_arm_objection=_find_manipulability_objection,
     ),
     Question(

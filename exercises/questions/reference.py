@@ -1,4 +1,4 @@
-"""Reference answers: the derivation of an arm in which some stages have formulas in textbook form.
+"""The derivation of reference answers, in which some stages have formulas in textbook form.
 
 The other stages, and the answers, are computed from these. A formula is in textbook form if a textbook would print it
 like this: sums of angles are combined, and common factors are taken out.

@@ -16,7 +16,7 @@ from qdot.exercises.reference_answers import Matrix
 
 def is_derived(part: Part) -> bool:
     """Return whether the answer to a part is computed from the stages of a derivation."""
-    return (question := find_question(part)) is not None and question.formula is not None
+    return (question := find_question(part)) is not None and question.compute is not None
 
 
 def is_made_of_jacobian(part: Part) -> bool:
@@ -51,10 +51,9 @@ def compute_answer(stages: StageResults, part: Part) -> np.ndarray:
     from the stages of a derivation.
     """
     question = find_question(part)
-    formula = None if question is None else question.formula
-    if formula is None:
+    if question is None or question.compute is None:
         raise TypeError(f"the answer to {part.kind!r} is not computed by a derivation")
-    answer = formula(stages, part.details)
+    answer = question.compute(stages, part.details)
     answer = answer[:, None] if answer.ndim == 2 else answer
     for name, change in stages.changes:
         answer = change(stages, answer) if name == RESULT else answer

@@ -28,7 +28,7 @@ from qdot.exercises.arm.mpmath_kinematics import evaluate_in_context, round_to_t
 from qdot.exercises.arm.standard_table import home_geometry_of
 from qdot.exercises.arm.trigonometry import count_terms, remove_brackets, textbook_matrix
 from qdot.exercises.common.stream import Stream
-from qdot.exercises.problem.problem import Details, Part, recorded_as
+from qdot.exercises.problem.problem import Details, recorded_as
 from qdot.exercises.questions import base, inversion
 from qdot.exercises.questions.base import AnswerAndDetails, ObjectionFinder, Question
 from qdot.exercises.questions.inversion import Configuration
@@ -76,9 +76,9 @@ class SpaceJacobianDetails(Details):
 
 @dataclass(frozen=True, kw_only=True)
 class NumericTwistDetails(Details):
-    """Details about a numeric twist: the configuration, the joint rates, and the twist (omega, v) in {b}, 6 x 1.
+    """Details of a question about a numeric twist: the configuration, the joint rates, and the twist (omega, v) in {b}.
 
-    The twist is rounded to three decimals, and the answer is computed from the rounded twist.
+    The twist (6 x 1) is rounded to three decimals, and the answer is computed from the rounded twist.
     """
 
     configuration: Configuration = field(metadata=recorded_as("place"))
@@ -92,7 +92,7 @@ class NumericTwistDetails(Details):
 
 @dataclass(frozen=True, kw_only=True)
 class BodyFrameDetails(Details):
-    """Details about the body frame: its rotation R_sb, its origin P in {s}, and the space Jacobian if it is needed."""
+    """Details about the body frame: its rotation R_sb, its origin P in {s}, and the space Jacobian or None."""
 
     rotation: sp.Matrix
     origin: sp.Matrix = field(metadata=recorded_as("place"))
@@ -103,7 +103,7 @@ class BodyFrameDetails(Details):
 
 
 def _join_twist(kind: str, axis: sp.Matrix, velocity: sp.Matrix) -> sp.Matrix:
-    """Return the twist (omega, v), 6 x 1, that a joint gives at unit rate; `velocity` is v if the joint is revolute."""
+    """Return the twist (omega, v), 6 x 1, due to a joint at unit rate; `velocity` is v if the joint is revolute."""
     return axis.col_join(velocity) if kind == REVOLUTE else sp.zeros(3, 1).col_join(axis)
 
 
@@ -192,7 +192,7 @@ class BodyKinematics(NamedTuple):
 def _find_home_offsets(chain: Chain) -> dict[sp.Symbol, sp.Expr]:
     """Return the values of the structure's joint variables when the arm is at home: the arm's joint offsets.
 
-    An angle that is not a multiple of pi/2 becomes a symbol.
+    An offset that is not zero or a multiple of pi/2 becomes a symbol.
     """
     home = {}
     for q, offset, joint in zip(chain.q, chain.offsets, chain.joints, strict=True):
@@ -238,8 +238,8 @@ def _rotate_back(axis: Axis, angle: sp.Expr, vectors: sp.Matrix) -> sp.Matrix:
 def _derive_body_column(chain: Chain, index: int) -> sp.Matrix:
     """Return the column of a joint (from 0) in J_b, 6 x 1: its home screw about P, moved back by the joints after it.
 
-    A revolute joint only rotates omega and the velocity of a point on its axis. So the sine and cosine of a joint occur
-    at most once in each product.
+    A later revolute joint rotates omega and the velocity of the points on its own axis. So the sine and cosine of a
+    joint occur at most once in each product.
     """
     axes, home_point = home_geometry_of(chain)
     joint_axis = axes[index]
@@ -259,10 +259,11 @@ def _derive_body_column(chain: Chain, index: int) -> sp.Matrix:
 
 @lru_cache(maxsize=256)
 def _derive_oblique_kinematics(chain: Chain) -> BodyKinematics:
-    """Return the body kinematics by exponentials of the axes, with the arm's own numbers."""
+    """Return the body kinematics of an arm with oblique angles, by exponentials of its axes."""
     inverse_rotation = sp.eye(3)
     for axis, q in zip(home_geometry_of(chain).axes, chain.q, strict=True):
-        inverse_rotation = _rotate_back(axis, q, inverse_rotation) if axis.is_revolute else inverse_rotation
+        if axis.is_revolute:
+            inverse_rotation = _rotate_back(axis, q, inverse_rotation)
     jacobian = sp.Matrix.hstack(*(_derive_body_column(chain, index) for index in range(chain.n)))
     rotation = inverse_rotation.T.applyfunc(remove_brackets)
     position_cross_rotation = (make_cross_product_matrix(derive(chain).position) * rotation).applyfunc(sp.expand)
@@ -321,7 +322,7 @@ def _make_space_details(chain: Chain, rng: Stream) -> SpaceJacobianDetails:
 
 
 def _ask_changed_twist(chain: Chain, rng: Stream) -> AnswerAndDetails | None:
-    """Return a twist in {s}, and details with the same twist in {b}, which is not zero; None if no sample has one."""
+    """Return a nonzero twist in {s}, with the same twist in {b} in the details; None if all sampled twists are zero."""
     for _ in range(inversion.MAX_SAMPLES):
         configuration = Configuration(inversion.sample_lengths(chain, rng), inversion.sample_joint_values(chain, rng))
         rates = {rate: sp.Rational(rng.nonzero_integer(8), 10) for rate in chain.rates}
@@ -359,7 +360,7 @@ def _find_body_objection(chain: Chain) -> str | None:
 
 @lru_cache(maxsize=4096)
 def _count_terms(chain: Chain, derive_result: Callable[[Chain], sp.Matrix]) -> int:
-    return count_terms(derive_result(chain), trivial=(0, 1))
+    return count_terms(derive_result(chain), ignored_values=(0, 1))
 
 
 def _limit_size(description: str, derive_result: Callable[[Chain], sp.Matrix]) -> ObjectionFinder:
@@ -374,7 +375,7 @@ def _find_space_size_objection(chain: Chain) -> str | None:
     return base.find_term_count_objection(_count_terms(chain, derive_space_jacobian))
 
 
-def _name_twist(chain: Chain, _: Part) -> Sequence[str]:
+def _name_twist(chain: Chain, _: Details) -> Sequence[str]:
     return base.name_velocity_components(_list_row_names(chain))
 
 
@@ -403,14 +404,14 @@ QUESTIONS = (
     ),
     _make_body_question(
         "body-pose", "Pose of the body frame by exponentials", points=2.0,
-        formula=lambda stages, _: assemble_transform(stages["body rotation"], stages["point"]),
+        compute=lambda stages, _: assemble_transform(stages["body rotation"], stages["point"]),
         substitution=lambda rows: {"body rotation": lambda *_: rows[:3, :3], "point": lambda *_: rows[:3, 3]},
         make_details=_make_body_details, find_size_objection=_find_pose_size_objection,
         constant_last_row=("0", "0", "0", "1"),
     ),
     _make_body_question(
         "body-adjoint", "Adjoint of the body frame", points=2.0, prerequisites=("body-pose",),
-        formula=lambda stages, _: _order_adjoint(stages.chain, stages["body adjoint"]),
+        compute=lambda stages, _: _order_adjoint(stages.chain, stages["body adjoint"]),
         substitution=lambda rows: {"body adjoint": lambda stages, _: _order_adjoint(stages.chain, rows)},
         make_details=_make_body_details,
         label_rows_and_columns=lambda chain: (_list_row_names(chain), _list_row_names(chain)),
@@ -418,7 +419,7 @@ QUESTIONS = (
     ),
     _make_body_question(
         "changed-twist", "Body twist in space-frame coordinates", prerequisites=("body-adjoint",),
-        sample=_ask_changed_twist, formula=_derive_changed_twist, name_entries=_name_twist,
+        sample=_ask_changed_twist, compute=_derive_changed_twist, name_entries=_name_twist,
         find_size_objection=_find_pose_size_objection, alternative_prerequisites=(("body-adjoint",), ("body-pose",)),
     ),
     _make_screw_question(
@@ -434,12 +435,12 @@ QUESTIONS = (
     ),
     _make_screw_question(
         "space-twist", "Twist in the space frame", prerequisites=("space-jacobian",),
-        formula=base.make_rate_product_formula("space jacobian", _get_twist_row_order),
+        compute=base.make_rate_product_formula("space jacobian", _get_twist_row_order),
         make_details=_make_space_details, name_entries=_name_twist, find_size_objection=_find_space_size_objection,
     ),
     _make_body_question(
         "body-twist", "Twist in the body frame", prerequisites=("body-jacobian",),
-        formula=base.make_rate_product_formula("body jacobian", _get_twist_row_order),
+        compute=base.make_rate_product_formula("body jacobian", _get_twist_row_order),
         make_details=_make_body_and_space_details, name_entries=_name_twist,
         find_size_objection=_find_body_jacobian_size_objection,
     ),

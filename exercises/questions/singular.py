@@ -17,9 +17,9 @@ from qdot.exercises.arm.derivation import derive
 from qdot.exercises.arm.kinematics import NumericChain
 from qdot.exercises.common.errors import count_noun
 from qdot.exercises.common.stream import Stream
-from qdot.exercises.problem.problem import Details, recorded_as, values_by_name
+from qdot.exercises.problem.problem import Details, list_values_by_name, recorded_as
 from qdot.exercises.questions import inversion
-from qdot.exercises.questions.base import AnswerAndDetails, Question, make_stage_formula, shuffle_options
+from qdot.exercises.questions.base import AnswerAndDetails, Question, shuffle_options
 from qdot.exercises.questions.exact_configurations import sample_false_root
 from qdot.exercises.questions.inversion import JointValues, Lengths
 from qdot.exercises.reference_answers import ConditionSet
@@ -105,7 +105,7 @@ class KindDetails(Details):
 
     def list_shown_values(self, chain: Chain) -> dict[str, float]:
         """Return the given joint values, by the names of the joint variables."""
-        return values_by_name(self.configurations.joints)
+        return list_values_by_name(self.configurations.joints)
 
 
 def _ask_kind(chain: Chain, rng: Stream) -> AnswerAndDetails | None:
@@ -217,7 +217,7 @@ def _find_kinds(chain: Chain, values: tuple[sp.Expr, ...]) -> frozenset[str | No
         joints = [sp.N(value.xreplace(lengths)) for value in values]
         if not all(joint_value.is_real for joint_value in joints):  # the arm has no such configuration
             return frozenset({None})
-        arm = NumericChain(chain, values_by_name(lengths))
+        arm = NumericChain(chain, list_values_by_name(lengths))
         samples.append(Sample(arm, np.array([float(joint_value) for joint_value in joints])))
     return frozenset(classify_samples(chain, samples))
 
@@ -226,7 +226,7 @@ QUESTIONS = (
     Question(
         "singular-angles", "Singular configurations", "6.8", points=2.0, prerequisites=("determinant", "jacobian"),
         sample=lambda chain, _: (ConditionSet(singular_set(chain) or ()), Details()),
-        find_arm_objection=find_singularity_objection, zero_formula=make_stage_formula("determinant"),
+        find_arm_objection=find_singularity_objection, zero_formula="det(J)",
         alternative_prerequisites=(("determinant",), ("jacobian",)),
     ),
     Question(

@@ -21,7 +21,7 @@ MAX_JOINTS = 5
 
 @dataclass(frozen=True)
 class AngleSum:
-    """An entry (row, column) of T_{w,i} that an angle-sum identity shortens; `number` is i.
+    """An entry (row, column), from 1, of T_{w,i} that an angle-sum identity shortens; `number` is i.
 
     `product` is the entry before the identity is used, and `result` is the entry afterwards.
     """
@@ -102,7 +102,7 @@ def assemble_transform(rotation: np.ndarray, origin: np.ndarray) -> np.ndarray:
 QUESTIONS = (
     Question(
         "transform", "Transform of the last frame", "Example 6.1", points=2.0, required_feature=FRAMES,
-        formula=lambda stages, _: assemble_transform(stages["last rotation"], stages["last origin"]),
+        compute=lambda stages, _: assemble_transform(stages["last rotation"], stages["last origin"]),
         substitution=lambda rows: {"last rotation": lambda *_: rows[:3, :3]},
         textbook_formulas={
             "last rotation": lambda chain: _list_poses(chain)[-1][:3, :3],

@@ -17,7 +17,7 @@ from qdot.exercises.arm.chain import Chain
 from qdot.exercises.arm.conventions import convention_of
 from qdot.exercises.arm.conventions.base import FRAMES, VELOCITY_NAMES
 from qdot.exercises.arm.derivation import derive, symbolic_arm_of
-from qdot.exercises.arm.kinematics import Z, frame_after, frames_and_point
+from qdot.exercises.arm.kinematics import Z, compute_frame_after, frames_and_point
 from qdot.exercises.arm.trigonometry import Factored, are_identical, count_terms, factor_trig, textbook_matrix
 from qdot.exercises.arm.vectors import rot_x, rot_z
 from qdot.exercises.common.stream import Stream
@@ -28,11 +28,11 @@ from qdot.exercises.singularities.appearance import find_wrist_centre
 
 
 @lru_cache(maxsize=1024)
-def _write_wrist_axes(symbolic_chain: Chain) -> sp.Matrix:
+def _derive_wrist_axes(symbolic_chain: Chain) -> sp.Matrix:
     """Return the axes of joints 4 to 6 of a structure in the coordinates of the frame on axis 4 (3 x 3)."""
-    axes = [frame_after(symbolic_chain.joints[3:i]).rotation * Z for i in (3, 4, 5)]
+    axes = [compute_frame_after(symbolic_chain.joints[3:i]).rotation * Z for i in (3, 4, 5)]
     frame = convention_of(symbolic_chain).frame_on_axis(4)
-    for joint in symbolic_chain.joints[3:frame]:  # joint 4, if the frame on its axis rotates with the joint
+    for joint in symbolic_chain.joints[3:frame]:  # joint 4 if the frame on its axis rotates with it, else none
         axes = [rot_z(-joint.theta) * axis for axis in axes]
     return textbook_matrix(sp.Matrix.hstack(*axes))
 
@@ -42,10 +42,10 @@ def _derive_arm_block_in_frame_1(symbolic_chain: Chain) -> sp.Matrix:
     """Return R_1^T J11 of a structure (3 x 3): J11 in the coordinates of link 1, with the same determinant."""
     joint_1 = symbolic_chain.joints[0]
     twist, _ = convention_of(symbolic_chain).step_to_standard_frame(1)
-    point = frame_after(symbolic_chain.joints[1:4]).origin
+    point = compute_frame_after(symbolic_chain.joints[1:4]).origin
     z_0 = sp.Matrix([0, sp.sin(joint_1.alpha), sp.cos(joint_1.alpha)])  # in frame 1, like r_1
     r_1 = sp.Matrix([joint_1.a, *(joint_1.d * z_0[1:, :])])
-    frames = (frame_after(symbolic_chain.joints[1:i]) for i in (1, 2))
+    frames = (compute_frame_after(symbolic_chain.joints[1:i]) for i in (1, 2))
     axes_and_levers = [(z_0, r_1 + point), *((frame.rotation * Z, point - frame.origin) for frame in frames)]
     joints_and_vectors = zip(symbolic_chain.joints[:3], axes_and_levers, strict=True)
     columns = [z.cross(lever) if joint.is_revolute else z for joint, (z, lever) in joints_and_vectors]
@@ -55,7 +55,7 @@ def _derive_arm_block_in_frame_1(symbolic_chain: Chain) -> sp.Matrix:
 @lru_cache(maxsize=1024)
 def _factor_determinants(symbolic_chain: Chain) -> tuple[Factored, Factored]:
     """Return det J11 and det J22 of a structure in factored form."""
-    determinants = _derive_arm_block(symbolic_chain).det(method="berkowitz"), _write_wrist_axes(symbolic_chain).det()
+    determinants = _derive_arm_block(symbolic_chain).det(method="berkowitz"), _derive_wrist_axes(symbolic_chain).det()
     arm_determinant, wrist_determinant = (factor_trig(sp.expand(value)) for value in determinants)
     return arm_determinant, wrist_determinant
 
@@ -67,7 +67,7 @@ def _derive_arm_block(chain: Chain) -> sp.Matrix:
 
 def derive_wrist_block(chain: Chain) -> sp.Matrix:
     """Return J22, the axes of joints 4 to 6, in the frame on the axis of joint 4 (3 x 3)."""
-    return derive(chain).substitute_matrix(_write_wrist_axes(symbolic_arm_of(chain).chain))
+    return derive(chain).substitute_matrix(_derive_wrist_axes(symbolic_arm_of(chain).chain))
 
 
 def derive_block_determinants(chain: Chain) -> sp.Matrix:
@@ -151,7 +151,7 @@ def _is_at_wrist_centre(symbolic_chain: Chain, centre: int) -> bool:
 
 
 def find_block_objection(chain: Chain) -> str | None:
-    """Return why an arm's Jacobian at P is not block triangular, or why its determinant is zero; None otherwise."""
+    """Return why the Jacobian of an arm is not block triangular, or why its determinant is zero; None if neither."""
     if chain.n != 6 or chain.task != VELOCITY_NAMES:
         return "it does not have six joints and a task of six rows"
     centre = find_wrist_centre(chain)
@@ -181,7 +181,7 @@ QUESTIONS = (
     Question(
         "block-determinants", "Determinants of the blocks", "6.8", points=2.0, required_feature=FRAMES,
         prerequisites=("arm-block", "wrist-block"),
-        formula=lambda stages, _: np.stack([determinant(stages["arm block"]), determinant(stages["wrist block"])]),
+        compute=lambda stages, _: np.stack([determinant(stages["arm block"]), determinant(stages["wrist block"])]),
         derive_matrix=lambda chain, _: derive_block_determinants(chain),
         make_details=lambda chain, _: derive_blocks(chain),
         name_entries=lambda chain, _: [r"\det J_{11}", r"\det J_{22}"], find_arm_objection=find_block_objection,

@@ -10,7 +10,7 @@ from qdot.exercises.arm.chain import Chain
 from qdot.exercises.common.stream import Stream
 from qdot.exercises.mistakes.base import Mistake
 from qdot.exercises.mistakes.catalogue import CATALOGUE
-from qdot.exercises.problem.problem import Details, Part, recorded_as, values_by_name
+from qdot.exercises.problem.problem import Details, Part, list_values_by_name, recorded_as
 from qdot.exercises.questions.base import shuffle_options
 from qdot.exercises.questions.exact_configurations import ExactConfiguration
 from qdot.exercises.reference_answers import Choice
@@ -111,7 +111,7 @@ class ConfigurationOptions(Details):
 
     def list_shown_values(self, chain: Chain) -> dict[str, float]:
         """Return the lengths only, because the arm's figure shows none of the configurations."""
-        return values_by_name(self.lengths)
+        return list_values_by_name(self.lengths)
 
     @property
     def rounded_joints(self) -> tuple[sp.Symbol, ...]:

@@ -15,7 +15,7 @@ import sympy as sp
 from qdot.exercises.arm.chain import Chain
 from qdot.exercises.arm.conventions.base import VELOCITY_NAMES
 from qdot.exercises.arm.kinematics import NumericChain
-from qdot.exercises.arm.lengths import are_unrelated, with_symbolic_lengths
+from qdot.exercises.arm.lengths import are_unrelated, replace_lengths_by_symbols
 from qdot.exercises.common.stream import Stream
 from qdot.exercises.formula.conditions import ConfigurationSpace
 from qdot.exercises.formula.equality import Domain
@@ -160,7 +160,7 @@ def generalize_conditions(chain: Chain) -> tuple[Chain, Mapping[str, str]]:
     Each condition (text) is under the key of the same condition (text) of the arm itself. The mapping is empty if
     lengths of the arm are related, for example equal.
     """
-    symbolic_arm, lengths = with_symbolic_lengths(chain)
+    symbolic_arm, lengths = replace_lengths_by_symbols(chain)
     normalized_symbolic_arm = normalize_arm(symbolic_arm)
     relevant_lengths = [value for symbol, value in lengths.items() if symbol in normalized_symbolic_arm.parameters]
     conditions = {}

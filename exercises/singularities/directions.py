@@ -87,8 +87,10 @@ def lost_direction_formula(symbolic_arm: Chain, component: Component) -> LostDir
         for columns in combinations(range(jacobian.cols), jacobian.rows - 1)
         if (direction := _cofactors(jacobian[:, list(columns)])) is not None and not direction.has(scale)
     ]
-    short = [formula for formula in formulas if count_terms(formula.direction, trivial=()) <= MAX_TERMS]
-    return min(short, key=lambda f: (count_terms(f.direction, trivial=()), sp.count_ops(f.direction)), default=None)
+    short = [formula for formula in formulas if count_terms(formula.direction, ()) <= MAX_TERMS]
+    return min(
+        short, key=lambda f: (count_terms(f.direction, ignored_values=()), sp.count_ops(f.direction)), default=None
+    )
 
 
 def _substitute_joint_value(

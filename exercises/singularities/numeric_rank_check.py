@@ -225,7 +225,7 @@ class _RankTest:
     def __init__(self, arm: NumericChain, chain: Chain) -> None:
         self._arm, self._task_rows = arm, chain.task_rows
         link_lengths = np.abs(arm.a) + np.where(arm.is_revolute, np.abs(arm.fixed_entries), _PRISMATIC_TRAVEL)
-        self._reach = max(sum(link_lengths) + float(np.abs(arm.offset[:3]).sum()), 1e-3)
+        self._reach = max(sum(link_lengths) + float(np.abs(arm.point_offset[:3]).sum()), 1e-3)
         self._joint_units = np.where(arm.is_revolute, 1.0, self._reach)
 
     def sample_configurations(self, configuration_count: int, rng: Stream) -> np.ndarray:

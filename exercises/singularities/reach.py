@@ -359,6 +359,6 @@ def compute_arm_lengths(arms: Sequence[NumericChain]) -> np.ndarray:
     starts = np.stack([_sample_starts(len(arm.kinds)) for arm in distinct_arms])
     origins = NumericChain.stack(distinct_arms).frames(starts)[..., :3, 3]
     links = np.median(np.linalg.norm(np.diff(origins, axis=2), axis=3).sum(axis=2), axis=1)
-    lengths = links + [float(np.linalg.norm(arm.offset[:3])) for arm in distinct_arms] + 1e-9
+    lengths = links + [float(np.linalg.norm(arm.point_offset[:3])) for arm in distinct_arms] + 1e-9
     length_of = {id(arm): length for arm, length in zip(distinct_arms, lengths, strict=True)}
     return np.array([length_of[id(arm)] for arm in arms])

@@ -20,8 +20,8 @@ import sympy as sp
 
 from qdot.exercises.arm.chain import ANGLE_PREFIXES, Base, Chain
 from qdot.exercises.arm.conventions.base import VELOCITY_NAMES
-from qdot.exercises.arm.derivation import TooLong, determinant_of, has_long_minors, moves_with_last_link
-from qdot.exercises.arm.kinematics import NumericChain, jacobian_seen_from
+from qdot.exercises.arm.derivation import TooLong, determinant_of, has_long_minors, point_moves_with_last_link
+from qdot.exercises.arm.kinematics import NumericChain, compute_jacobian_in_frame
 from qdot.exercises.arm.trigonometry import Factored, factor_trig
 from qdot.exercises.common.stream import Stream
 from qdot.exercises.singularities.joint_solvability import drop_implied, may_hold_simultaneously
@@ -86,7 +86,7 @@ def elimination_applies(chain: Chain) -> bool:
     if set(chain.task) == set(_POSITION):
         return has_long_minors(chain)
     arm, _ = polynomial_arm(chain)
-    return set(chain.task) == set(VELOCITY_NAMES) and moves_with_last_link(arm)
+    return set(chain.task) == set(VELOCITY_NAMES) and point_moves_with_last_link(arm)
 
 
 def polynomial_arm(chain: Chain) -> tuple[Chain, dict[sp.Symbol, sp.Expr]]:
@@ -463,7 +463,7 @@ def _search_from(
     chain: Chain, frame: int, reference_frame: int | None, is_zero: Callable[[sp.Expr], bool]
 ) -> ReciprocalSet:
     """Return the singular set by elimination in J for one frame and one reference point. Raises TooLong."""
-    jacobian = jacobian_seen_from(chain, frame, reference_frame).applyfunc(_tidy)
+    jacobian = compute_jacobian_in_frame(chain, frame, reference_frame).applyfunc(_tidy)
     reduction = Reduction(frame, reference_frame, sp.ImmutableMatrix(jacobian))
     elimination = _Elimination(Search(chain.q, is_zero))
     branches = list(elimination.find_branches(sp.Matrix(reduction.matrix), tuple(range(1, chain.n + 1)), ()))

@@ -3,7 +3,7 @@
 from collections.abc import Collection
 
 from qdot.exercises.families import FAMILIES
-from qdot.exercises.families.listing import listing
+from qdot.exercises.families.listing import read_listing
 from qdot.exercises.formula.latex import parse_latex
 from qdot.exercises.formula.printers.mathml import mathml_text
 from qdot.exercises.generation import sample_chain
@@ -23,7 +23,7 @@ def make_gallery_page(bank_families: Collection[str]) -> Page:
     body = render(
         "site/arms.html.j2",
         families=FAMILIES,
-        listing=listing(),
+        listing=read_listing(),
         practised=bank_families,
         tasks={name: _write_task(name) for name, family in FAMILIES.items() if not family.has_varied_structure},
         questions={name: question.title for name, question in QUESTIONS.items()},

@@ -17,7 +17,7 @@ from dataclasses import replace
 from functools import cache
 from pathlib import Path
 
-from qdot.exercises.assignment.certified_problems import FailedSlot, FindFailures
+from qdot.exercises.assignment.certified_problems import FailedSlot, FailureFinder
 from qdot.exercises.assignment.store import compute_package_digest
 from qdot.exercises.common.files import write_atomically
 from qdot.exercises.common.parallel import map_in_order, return_state
@@ -41,7 +41,7 @@ SOLUTION_ENDINGS = tuple(f".solutions{ending}" for ending in PROBLEM_ENDINGS)
 
 
 def write_bank(
-    folder: Path, problems: Sequence[BankProblem], find_failures: FindFailures, jobs: int,
+    folder: Path, problems: Sequence[BankProblem], find_failures: FailureFinder, jobs: int,
     on_problem: Callable[[], None], on_failed: Callable[[FailedSlot], None], with_solutions: bool = True,
 ) -> list[Json]:  # fmt: skip
     """Write the problems and return their entries in index.json.
@@ -61,7 +61,7 @@ def write_bank(
     return entries
 
 
-_BankState = tuple[Path, FindFailures, bool]
+_BankState = tuple[Path, FailureFinder, bool]
 """The parameters `folder`, `find_failures` and `with_solutions` of `write_bank`."""
 
 

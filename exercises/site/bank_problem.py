@@ -14,7 +14,7 @@ from typing import NamedTuple
 from qdot.exercises.arm.chain import Chain
 from qdot.exercises.assignment.certified_problems import (
     FailedSlot,
-    FindFailures,
+    FailureFinder,
     Variant,
     certify_with,
     generate_and_certify,
@@ -99,7 +99,7 @@ class BankProblem:
         identity = ProblemId(self.family, self.seed + (seed_number - 1) * MAX_ARMS, questions, variation=self.variation)
         return generate(identity.with_convention(*self.frame_convention))
 
-    def find_certified(self, find_failures: FindFailures) -> Problem | FailedSlot:
+    def find_certified(self, find_failures: FailureFinder) -> Problem | FailedSlot:
         """Return the problem with the first seed that passes. Raises QdotError if an existing `problem` fails."""
         if self.problem is not None:
             return require_certified(self.problem, find_failures)

@@ -7,7 +7,7 @@ from dataclasses import dataclass
 from pathlib import Path
 
 from qdot.exercises.assignment.assignment import FEEDBACK
-from qdot.exercises.assignment.certified_problems import FailedSlot, FindFailures
+from qdot.exercises.assignment.certified_problems import FailedSlot, FailureFinder
 from qdot.exercises.common.errors import QdotError
 from qdot.exercises.common.files import make_folder, write_atomically
 from qdot.exercises.problem.record import Json
@@ -45,7 +45,7 @@ class SiteSpec:
     folder: Path
     problems: Sequence[BankProblem]
     titles: Sequence[tuple[str, str, str]]
-    find_failures: FindFailures
+    find_failures: FailureFinder
     jobs: int
     command_reference: str
     docs: Path | None = None

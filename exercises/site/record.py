@@ -231,7 +231,7 @@ def _list_labels(chain: Chain, part: Part) -> list[list[str]]:
     question = question_of(part)
     rows, columns = question.label_rows_and_columns(chain)
     if part.shape is not None and part.shape[1] == 1:
-        names = question.name_entries(chain, part) or question.list_labels(chain)
+        names = question.name_entries(chain, part.details) or question.list_labels(chain)
         rows = [name for name in names if r"\text" not in name]  # without words that are in the prompt
     return [[_write_label(name, chain) for name in rows], [_write_label(name, chain) for name in columns]]
 

@@ -13,7 +13,7 @@ import sympy as sp
 
 from qdot.exercises.arm.chain import Chain
 from qdot.exercises.arm.library import robots
-from qdot.exercises.arm.robot_file import ROW_KEYS
+from qdot.exercises.arm.robot_file import ENTRY_KEYS
 from qdot.exercises.common.input_file import read_toml
 from qdot.exercises.families import FAMILIES
 from qdot.exercises.figure.pose import choose_example_values
@@ -49,7 +49,7 @@ def _make_table_of_chain(chain: Chain, title: str) -> Json:
     }
     rows = []
     for i, joint in enumerate(chain.joints, 1):
-        row = {key: _write_entry(getattr(joint, key).xreplace(values), i) for key in ROW_KEYS[1:]}
+        row = {key: _write_entry(getattr(joint, key).xreplace(values), i) for key in ENTRY_KEYS}
         rows.append({"kind": joint.kind, **row})
     point = [_write_entry(value.xreplace(values), 0) for value in chain.point.offset]
     return _complete_table(title, {"rows": rows, "tool": point, "task": list(chain.task)})
@@ -72,7 +72,7 @@ def _make_library_tables() -> Iterator[Json]:
     """Yield the tables of the library's robots, with the entries in their files."""
     for name, robot in robots().items():
         content = read_toml(robot.path).content
-        rows = [{key: str(row[key]) for key in ROW_KEYS} for row in content["joint"]]
+        rows = [{key: str(row[key]) for key in ("kind", *ENTRY_KEYS)} for row in content["joint"]]
         base = content.get("base", {})
         fields = {
             "rows": rows,

@@ -1,9 +1,10 @@
 """Check the answers of custom questions against numbers from the arm's geometry and from finite differences."""
 
 import ast
-from collections.abc import Callable, Mapping
+from collections.abc import Callable, Mapping, Sequence
 from fractions import Fraction
 from functools import cached_property
+from typing import Any
 
 import numpy as np
 import sympy as sp
@@ -14,15 +15,17 @@ from qdot.exercises.arm.conventions import convention_of
 from qdot.exercises.arm.kinematics import NumericChain
 from qdot.exercises.formula.program import evaluate
 from qdot.exercises.problem.problem import Part, list_table_numbers
-from qdot.exercises.questions.custom.language import compute
-from qdot.exercises.questions.custom.quantities import (
+from qdot.exercises.questions.custom.question import CustomDetails, QuestionMaker
+from qdot.exercises.questions.language import compute
+from qdot.exercises.questions.quantities import (
     NUMPY_FUNCTIONS,
     differentiate_numerically,
     list_result_names,
     name_accelerations,
+    name_load,
     parse_frame_name,
+    select_components,
 )
-from qdot.exercises.questions.custom.question import CustomDetails, QuestionMaker
 from qdot.exercises.reference_answers import ConditionSet, Number
 from qdot.exercises.singularities.singular_set import Component
 from qdot.exercises.verify.formulas import DIFFERENCE_TOLERANCE, check_agreement
@@ -89,10 +92,11 @@ class GeometryQuantities:
             return self.values[name]
         if name == "pi" or name in self.numbers:
             return np.full(self.count, float(sp.pi if name == "pi" else self.numbers[name]))
-        vectors = {"q": [q.name for q in self.chain.q], "qd": [rate.name for rate in self.chain.rates]}
-        vectors["qdd"] = list(name_accelerations(self.chain))
+        chain = self.chain
+        vectors: dict[str, Sequence[Any]] = {"q": chain.q, "qd": chain.rates, "xd": chain.task}
+        vectors |= {"qdd": name_accelerations(chain), "f": name_load(chain)}
         if name in vectors:
-            return np.stack([self.values[symbol] for symbol in vectors[name]])
+            return np.stack([self.values[str(symbol)] for symbol in vectors[name]])
         rows = {"J": self.chain.task_rows, "Jv": [0, 1, 2], "Jw": [3, 4, 5], "v": [0, 1, 2], "w": [3, 4, 5]}
         if name in rows:
             matrix = self.jacobian[rows[name]]
@@ -165,7 +169,7 @@ def _as_rows(value: np.ndarray) -> np.ndarray:
 
 def _check_formula(numeric: NumericReference, part: Part, maker: QuestionMaker) -> Checks:
     reference = numeric.evaluate_printed_formulas(part.answer.as_matrix())
-    expected = _as_rows(maker.select_rows(compute(maker.formulas[0], _geometry(numeric))))
+    expected = _as_rows(select_components(compute(maker.formulas[0], _geometry(numeric)), maker.definition.rows))
     yield check_agreement("geometry and differences", reference, expected, DIFFERENCE_TOLERANCE)
     varies = np.ptp(reference, axis=0).max() > DIFFERENCE_TOLERANCE
     yield Check("it varies", bool(varies), "its values differ between configurations" if varies else "it is constant")
@@ -177,7 +181,9 @@ def _check_number(
     values = {name: value[:1] for name, value in numeric.symbol_values.items()}
     given = details.list_given_values(numeric.chain)
     values |= {name: np.array([number]) for name, number in given.items()}
-    expected = _as_rows(maker.select_rows(compute(maker.formulas[0], _geometry(numeric, values))))
+    expected = _as_rows(
+        select_components(compute(maker.formulas[0], _geometry(numeric, values)), maker.definition.rows)
+    )
     reference = np.array(answer.reference.tolist(), dtype=float)[None]
     return check_agreement("geometry and differences", reference, expected, DIFFERENCE_TOLERANCE)
 

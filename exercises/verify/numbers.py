@@ -41,9 +41,9 @@ def _check_conditioning(numeric: NumericReference, jacobian: np.ndarray) -> Chec
 
 def _check_rates(numeric: NumericReference, part: Part) -> Checks:
     """Compare the rates with the minimum-norm solution, which is the only solution if J is square."""
-    situation = part.details_as(VelocityDetails).situation
-    jacobian = numeric.jacobian_at(situation)
-    velocity = np.array([float(situation.velocity[sp.Symbol(row)]) for row in numeric.chain.task])
+    configuration = part.details_as(VelocityDetails).configuration
+    jacobian = numeric.jacobian_at(configuration)
+    velocity = np.array([float(configuration.velocity[sp.Symbol(row)]) for row in numeric.chain.task])
     rates, expected = list_reference_numbers(part), np.linalg.pinv(jacobian) @ velocity
     yield check_agreement("pseudo-inverse", rates, expected[None, :, None], NUMBER_TOLERANCE)
     if rates.shape[1:] == (numeric.chain.n, 1):
@@ -59,7 +59,7 @@ def _check_self_motion(numeric: NumericReference, part: Part) -> Checks:
         motion, jacobian = numeric.evaluate_printed_formulas(part.answer.as_matrix()), numeric.task_jacobian
     else:
         motion = list_reference_numbers(part)
-        jacobian = numeric.jacobian_at(part.details_as(VelocityDetails).situation)[None]
+        jacobian = numeric.jacobian_at(part.details_as(VelocityDetails).configuration)[None]
     norms = np.linalg.norm(motion, axis=1, keepdims=True) if np.all(np.isfinite(motion)) else np.zeros(1)
     if motion.shape[1:] != (numeric.chain.n, 1) or not np.all(norms > EXACT_TOLERANCE):
         yield Check("motion", False, f"no motion of {numeric.chain.n} joints at some place")
@@ -75,9 +75,9 @@ def _make_measure_check(measure: Callable[[np.ndarray], float]) -> PartCheck:
     """Return the check that a number is `measure` of the task Jacobian, computed by two methods."""
 
     def check(numeric: NumericReference, part: Part) -> Checks:
-        situation = part.details_as(VelocityDetails).situation
-        jacobian = numeric.jacobian_at(situation)
-        by_exponentials = numeric.exponential_jacobian_at(situation)[numeric.task]
+        configuration = part.details_as(VelocityDetails).configuration
+        jacobian = numeric.jacobian_at(configuration)
+        by_exponentials = numeric.exponential_jacobian_at(configuration)[numeric.task]
         for name, rows in (("singular values", jacobian), ("product of exponentials", by_exponentials)):
             expected = np.full((1, 1, 1), measure(rows))
             yield check_agreement(name, list_reference_numbers(part), expected, NUMBER_TOLERANCE)

@@ -120,7 +120,7 @@ def _check_completeness(numeric: NumericReference, pieces: Sequence[Piece]) -> C
     for result in _search_on_arms(normalize_arm(chain)):
         lengths = choose_random_lengths(chain, numeric.rng) | dict(result.lengths)
         arm = NumericChain(chain, lengths)
-        q = result.configurations - np.array(arm.offsets)
+        q = result.configurations - np.array(arm.joint_offsets)
         if len(q) and compute_conditioning_ratios(arm.jacobian(q)[:, numeric.task]).max() > MAX_SHIFTED_RATIO:
             return Check("complete", False, "J keeps its rank where that of the same arm with other zeros loses it")
         count += len(q)

@@ -14,8 +14,8 @@ import sympy as sp
 from qdot.exercises.arm.chain import Chain
 from qdot.exercises.problem.problem import Part
 from qdot.exercises.questions.custom.definition import GIVEN_GROUPS, SAMPLED_KINDS, Texts
-from qdot.exercises.questions.custom.language import FormulaError
 from qdot.exercises.questions.custom.question import CustomDetails, QuestionMaker
+from qdot.exercises.questions.language import FormulaError
 from qdot.exercises.writing.latex import tex, tex_length, tex_value
 
 if TYPE_CHECKING:

@@ -66,7 +66,7 @@ def name_entries(problem: Problem, part: Part) -> tuple[str, ...]:
     """Return the names of the entries of an answer, row by row, as LaTeX; () if the entries have no names."""
     chain, question = problem.chain, question_of(part)
     typed_names = (tex(sp.Symbol(name), chain) for name in question.list_labels(chain))
-    return tuple(question.name_entries(chain, part) or typed_names)
+    return tuple(question.name_entries(chain, part.details) or typed_names)
 
 
 def write_hints(problem: Problem, part: Part, language: str = ENGLISH) -> tuple[str, ...]:

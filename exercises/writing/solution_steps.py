@@ -15,7 +15,7 @@ from qdot.exercises.arm.chain import Chain, Point
 from qdot.exercises.arm.conventions import convention_of
 from qdot.exercises.arm.conventions.base import VELOCITY_NAMES
 from qdot.exercises.arm.derivation import Derivation, TooLong, derive, symbolic_arm_of, task_velocity
-from qdot.exercises.arm.kinematics import frame_after, link_frames
+from qdot.exercises.arm.kinematics import compute_frame_after, link_frames
 from qdot.exercises.arm.mpmath_kinematics import determinant, inverse, round_matrix, round_to_four_digits
 from qdot.exercises.arm.standard_table import home_geometry_of
 from qdot.exercises.arm.trigonometry import remove_brackets, textbook_form
@@ -294,7 +294,7 @@ class SolutionSteps:
     def arm_expansion(self) -> Expansion:
         """The steps that expand det J11 of an arm with a spherical wrist whose axes meet in P."""
         chain = self._structure
-        wrist_frame = frame_after(chain.joints[3 : chain.point.frame])
+        wrist_frame = compute_frame_after(chain.joints[3 : chain.point.frame])
         wrist_centre = wrist_frame.origin + wrist_frame.rotation * sp.Matrix(chain.point.offset)
         point = Point(3, tuple(wrist_centre.applyfunc(textbook_form)))
         first_joints = Chain("arm", chain.joints[:3], VELOCITY_NAMES[:3], chain.base, point)

@@ -10,11 +10,11 @@ from typing import Annotated
 import typer
 
 from qdot.exercises.assignment.certified_problems import FailedSlot, describe_replacements, raise_failed_slots
-from qdot.exercises.assignment.release import CORE_COUNT
 from qdot.exercises.assignment.replacements import read_replacements
 from qdot.exercises.common.console import check_choice, note, say, show_progress
 from qdot.exercises.common.errors import QdotError, count_noun, make_name_error
 from qdot.exercises.common.files import write_atomically
+from qdot.exercises.common.parallel import CORE_COUNT
 from qdot.exercises.exports.export_format import PAPER_SIZES, SHEET_KINDS, ExportRequest
 from qdot.exercises.exports.registry import EXPORT_FORMATS
 from qdot.exercises.exports.sheet import VERSION_LETTERS

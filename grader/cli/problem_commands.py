@@ -25,7 +25,7 @@ from qdot.exercises.families import Family
 from qdot.exercises.families.own import read_robot_family
 from qdot.exercises.generation import find_listing, look_up_family, select_quiz_questions
 from qdot.exercises.notebook.problem_formats import show_assignment
-from qdot.exercises.problem.problem import find_convention
+from qdot.exercises.problem.problem import normalize_convention
 from qdot.exercises.short_questions import SHORT_QUESTIONS
 from qdot.grader.cli.options import (
     NO_FOLDER_HINT,
@@ -69,7 +69,7 @@ def init(
     if list_sets:
         for problem_set in SETS.values():
             say(f"{problem_set.name:<18} {problem_set.title}: {problem_set.purpose}")
-            size = f"{problem_set.problems} problems, {problem_set.points:g} points"
+            size = f"{problem_set.problem_count} problems, {problem_set.total_points:g} points"
             say(f"{'':<18} {size}, about {problem_set.minutes} minutes")
         return
     if folder is None:
@@ -77,7 +77,7 @@ def init(
     from qdot.exercises.assignment.release import init_assignment
 
     chosen_set = find_set(problems)
-    init_assignment(folder, title or chosen_set.title, key, roster=roster, problems=chosen_set)
+    init_assignment(folder, title or chosen_set.title, key, roster=roster, problem_set=chosen_set)
     next_step = f"put your class into {folder / 'roster.csv'}" if roster is None else "edit assignment.toml"
     say(f"created {folder}: {next_step}, then run: qdot generate {folder}")
 
@@ -105,7 +105,7 @@ def families(
           a real robot, described by a modified table
     """
     if convention:
-        find_convention(convention)
+        normalize_convention(convention)
         if not name:
             raise QdotError("--convention needs a family or robot, as in 'qdot families ur5 --convention dh'")
     if name:
@@ -113,11 +113,11 @@ def families(
         with show_status(f"finding the questions for {family.name}"):  # takes a minute for long arms
             text = describe_family(family, convention)
             if as_json:
-                row = {**_convert_to_json(family, convention), "refused": list_refusals(family, convention)}
+                row = {**_make_family_row(family, convention), "refused": list_refusals(family, convention)}
                 text = json.dumps(row, ensure_ascii=False, indent=1)
         say(text)
     elif as_json:
-        say(json.dumps([_convert_to_json(family) for family in FAMILIES.values()], ensure_ascii=False, indent=1))
+        say(json.dumps([_make_family_row(family) for family in FAMILIES.values()], ensure_ascii=False, indent=1))
     else:
         say(describe_families())
 
@@ -133,7 +133,7 @@ def _find_family(name: str) -> Family:
     return look_up_family(name)
 
 
-def _convert_to_json(family: Family, convention: str = "") -> dict[str, Any]:
+def _make_family_row(family: Family, convention: str = "") -> dict[str, Any]:
     listing = find_listing(family, convention)
     return {
         "name": family.name, "title": family.title, "source": family.source, "joints": listing.kinds or "varied",

@@ -10,9 +10,9 @@ import typer
 
 from qdot.exercises.assignment.assignment import FEEDBACK, load_assignment
 from qdot.exercises.assignment.certified_problems import FailedSlot
-from qdot.exercises.assignment.release import CORE_COUNT
 from qdot.exercises.common.console import check_choice, note, say, show_progress
 from qdot.exercises.common.errors import QdotError, count_noun
+from qdot.exercises.common.parallel import CORE_COUNT
 from qdot.exercises.common.variation import VARIATION_STEPS
 from qdot.exercises.exports.bank import iterate_bank
 from qdot.exercises.exports.export_format import ExportRequest
@@ -83,9 +83,9 @@ def build_site(
         advice = 'for an assignment, set them in assignment.toml, as in convention = "screws"'
         raise QdotError(f"--convention and --twist-order apply to a site of families only; {advice}")
     else:
-        loaded_assignment, text_names = load_assignment(assignment).without_text_questions()
-        if text_names:
-            note(f"the site leaves out {', '.join(text_names)}, because a person marks such answers")
+        loaded_assignment, text_question_names = load_assignment(assignment).without_text_questions()
+        if text_question_names:
+            note(f"the site leaves out {', '.join(text_question_names)}, because a person marks such answers")
         titles = [(slot.name, slot.family.title, slot.family.source) for slot in loaded_assignment.slots]
         bank_assignment = loaded_assignment.with_variation(variation) if variation else loaded_assignment
         variant_count = variants or VARIANTS_PER_PROBLEM

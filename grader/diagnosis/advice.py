@@ -34,7 +34,7 @@ SINGLE_NUMBER_TOLERANCE = 1e-3
 RELATIVE_TOLERANCE = 1e-7
 """Relative error up to which values of formulas count as equal."""
 JOINT_CHANGE = 0.37
-"""Change of a joint value (rad or m) that shows whether a result depends on the joint; no fraction of a turn."""
+"""Change of a joint value (rad or m) that shows whether a result depends on the joint; not a fraction of a turn."""
 FACTOR_WORDS = {
     2.0: "by a factor of 2",
     100.0: "by a factor of 100, as between metres and centimetres",
@@ -54,7 +54,7 @@ def advise(problem: Problem, part: Part, parsed_answer: ParsedAnswer, seed: str 
     """Return advice on a wrong answer; None if it consists of option letters or could not be parsed."""
     if part.answer.is_set:
         remark = _advise_on_set(problem, part, parsed_answer, seed)
-    elif parsed_answer.rows is None or any(parsed_answer.blanks):
+    elif parsed_answer.rows is None or any(parsed_answer.is_blank):
         remark = None
     elif is_derived(part):
         remark = _advise_on_formulas(problem, part, parsed_answer, seed)
@@ -73,7 +73,7 @@ def _advise_on_numbers(part: Part, parsed_answer: ParsedAnswer) -> str | None:
     if all(entry.is_Integer for entry in expected):  # a count, such as a rank
         return REWORK_ADVICE
     expected_numbers = np.array([complex(entry) for entry in expected])[:, None]
-    return next(_find_factor(typed_numbers, expected_numbers, THREE_DIGITS_TOLERANCE), REWORK_ADVICE)
+    return next(_remark_on_factor(typed_numbers, expected_numbers, THREE_DIGITS_TOLERANCE), REWORK_ADVICE)
 
 
 def _advise_on_formulas(problem: Problem, part: Part, parsed_answer: ParsedAnswer, seed: str) -> str | None:
@@ -88,9 +88,9 @@ def _advise_on_formulas(problem: Problem, part: Part, parsed_answer: ParsedAnswe
             return None  # the verdict's reason says so
         tolerance = THREE_DIGITS_TOLERANCE if part.answer.is_numeric else RELATIVE_TOLERANCE
         remarks = chain(
-            _find_factor(answer_values, expected_values, tolerance),
-            _compare_joints(pair, values),
-            _find_configuration(pair, values),
+            _remark_on_factor(answer_values, expected_values, tolerance),
+            _remark_on_joints(pair, values),
+            _remark_on_configuration(pair, values),
         )
         return next(remarks)
     except ParseError:
@@ -99,14 +99,14 @@ def _advise_on_formulas(problem: Problem, part: Part, parsed_answer: ParsedAnswe
 
 @dataclass(frozen=True)
 class _AnswerAndReference:
-    """An answer and its reference, to be evaluated at the same configurations."""
+    """An answer, compiled as `program`, and its reference, which are evaluated at the same configurations."""
 
     chain: Chain
     part: Part
     program: Program
 
     def evaluate(self, values: SymbolValues) -> tuple[np.ndarray, np.ndarray]:
-        """Return the values to compare of the answer and of the reference, (entries, N) each."""
+        """Return the values of the answer and of the reference that are compared, (entries, N) each."""
         with np.errstate(all="ignore"):
             answer = np.asarray(evaluate(self.program, values, len(next(iter(values.values())))).values)
             expected = compute_answer(compute_numeric_stages(self.chain, values), self.part)
@@ -129,7 +129,7 @@ class _AnswerAndReference:
         return bool(details.list_given_values(self.chain) or details.given_joints)
 
 
-def _find_factor(answer: np.ndarray, expected: np.ndarray, tolerance: float) -> Iterator[str]:
+def _remark_on_factor(answer: np.ndarray, expected: np.ndarray, tolerance: float) -> Iterator[str]:
     """Yield a remark if all entries of an answer differ from the expected entries by the same factor."""
     if answer.shape != expected.shape:
         return
@@ -154,7 +154,7 @@ def _find_factor(answer: np.ndarray, expected: np.ndarray, tolerance: float) -> 
         )
 
 
-def _compare_joints(pair: _AnswerAndReference, values: SymbolValues) -> Iterator[str]:
+def _remark_on_joints(pair: _AnswerAndReference, values: SymbolValues) -> Iterator[str]:
     """Yield a remark on the first joint on which the answer depends but the reference doesn't, or vice versa."""
     values_before = pair.evaluate(values)
     for i, q in enumerate(() if pair.part.details.list_given_values(pair.chain) else pair.chain.q, 1):
@@ -175,7 +175,7 @@ def _has_changed(values_after: np.ndarray, values_before: np.ndarray) -> bool:
         return bool((np.abs(values_after - values_before) > RELATIVE_TOLERANCE * (1 + np.abs(values_before))).any())
 
 
-def _find_configuration(pair: _AnswerAndReference, values: SymbolValues) -> Iterator[str]:
+def _remark_on_configuration(pair: _AnswerAndReference, values: SymbolValues) -> Iterator[str]:
     """Yield a remark that names a configuration with simple angles at which the answer is wrong."""
     if pair.has_fixed_joints:
         yield "Calculate the numbers again step by step, and substitute your result into the equation that it solves."
@@ -191,7 +191,8 @@ def _find_configuration(pair: _AnswerAndReference, values: SymbolValues) -> Iter
         )
         if not is_correct.all() and np.isfinite(expected_values).all():
             angles_text = ", ".join(f"{q} = {round(np.degrees(angle))}°" for q, angle in joint_angles.items())
-            location, entry = angles_text and f" at {angles_text}", _name_entry(pair.part, int(is_correct.argmin()))
+            location = f" at {angles_text}" if angles_text else ""
+            entry = _name_entry(pair.part, int(is_correct.argmin()))
             yield f"Draw the arm{location} and calculate {entry} there by hand. Your answer gives another value."
             return
     yield "Substitute a configuration that is easy to draw, and compare your answer with the drawing term by term."
@@ -215,14 +216,14 @@ def _advise_on_set(problem: Problem, part: Part, parsed_answer: ParsedAnswer, se
     for name in [q.name for q in problem.chain.q if (q.name in expected_joints) != (q.name in named_joints)]:
         fact = f"Your answer {'does not contain' if name in expected_joints else 'contains'} {name}."
         return f"{fact} Do the zeros of the determinant (or of all minors) depend on it?"
-    has_joint_conditions = any(len(component.conditions) > 1 for component in components)
-    return _advise_on_claims(problem, part, parsed_answer.tree, seed, has_joint_conditions)
+    are_simultaneous = any(len(component.conditions) > 1 for component in components)
+    return _advise_on_claims(problem, part, parsed_answer.tree, seed, are_simultaneous)
 
 
-def _advise_on_claims(problem: Problem, part: Part, tree: Node, seed: str, has_joint_conditions: bool) -> str | None:
+def _advise_on_claims(problem: Problem, part: Part, tree: Node, seed: str, are_simultaneous: bool) -> str | None:
     """Return advice that depends on whether the configurations in the answer are singular.
 
-    `has_joint_conditions` is whether some of the expected conditions have to hold simultaneously.
+    `are_simultaneous` is whether some of the expected conditions have to hold simultaneously.
     """
     joints, domain = [q.name for q in problem.chain.q], problem.domain
     try:
@@ -236,11 +237,11 @@ def _advise_on_claims(problem: Problem, part: Part, tree: Node, seed: str, has_j
     if comparison.is_only_rounded:
         return "Rounded values earn fewer points. Write exact values, such as pi/3 or acos(1/3)."
     advice = "Set each factor to zero by itself, and look for all angles in a full turn."
-    if has_joint_conditions:
+    if are_simultaneous:
         advice = "Look for all angles in a full turn, and for factors that are zero at the same time."
     if comparison.surplus is None:
         return f"All configurations in your answer are singular, but some are missing. {advice}"
     sentences = ["Substitute each of your values into the determinant (or the minors)."]
-    if has_joint_conditions or any(len(piece) > 1 for piece in claimed_pieces):
+    if are_simultaneous or any(len(piece) > 1 for piece in claimed_pieces):
         sentences.append("Substitute values that must hold together at the same time.")
     return " ".join([*sentences, "The result must be zero for all values of the other joints.", advice])

@@ -24,13 +24,13 @@ from qdot.grader.diagnosis.formula_mistakes import SURPLUS_BY_MISSING, explain_f
 from qdot.grader.diagnosis.numbers import RELATIVE_TOLERANCE, NumericAnswer, is_distinctive, normalize
 from qdot.grader.diagnosis.residuals import explain_missing_links
 from qdot.grader.diagnosis.rounding import explain_rounded_function, explain_rounding
-from qdot.grader.diagnosis.set_mistakes import explain_set, find_mistaken_answer, name_alternatives
+from qdot.grader.diagnosis.set_mistakes import explain_set, find_mistake_by_judging, name_alternatives
 from qdot.grader.diagnosis.wrong_answer import WrongAnswer, evaluate_answer, transpose
 from qdot.grader.judging.answer_parser import ParsedAnswer
 from qdot.grader.judging.verdict import Diagnosis, locate_mistake
 
 UNLIKELY_FREQUENCY = 0.2
-"""A mistake with a lower frequency is less likely than a single mistake in the finished formulas."""
+"""A mistake with a lower `Mistake.frequency` is less likely than a single mistake in the finished formulas."""
 LIKELY_FREQUENCY = 2.0
 """A mistake of at least this frequency, made throughout an answer, is likelier than a wrong sign of a single entry."""
 MAX_ENTRIES_OF_ONE_MISTAKE = 2
@@ -42,7 +42,7 @@ SIGN_MISTAKES = {"term-sign-typed", "entry-sign"}
 EXCHANGE_MISTAKES = {"trig-throughout"}
 """The formula mistakes that are likelier than a rare mistake at several joints."""
 LOCATION_WORDS = {"joint", "link", "one"}
-"""The words in messages of mistakes that are made at one joint or entry.
+"""The names of values in a message that show that the mistake was made at one joint or entry.
 
 Other mistakes change everything, and so hardly ever only the sign of a single entry."""
 MAX_SET_LENGTH = 600
@@ -51,7 +51,7 @@ MAX_SET_LENGTH = 600
 
 @dataclass(frozen=True)
 class Cause:
-    """A mistake that was found in an earlier part: its name and words, and the part's name and title."""
+    """A mistake that was found in an earlier part: its name, the values in its message, the part's name and title."""
 
     mistake: str
     words: Mapping[str, object]
@@ -79,7 +79,7 @@ def diagnose(
     reference = _refer_to_chapter(question_of(part).source)
     if diagnosis is None or not reference or all(CATALOGUE[name].source for name in diagnosis.mistakes):
         return diagnosis
-    return replace(diagnosis, says=f"{diagnosis.says} See {reference}.")
+    return replace(diagnosis, feedback=f"{diagnosis.feedback} See {reference}.")
 
 
 def _refer_to_chapter(source: str) -> str:
@@ -105,7 +105,7 @@ def _find_mistake(
         is_short = len(parsed_answer.text) <= MAX_SET_LENGTH
         if part.answer.is_set:
             return explain_set(problem, part, parsed_answer, seed) if is_short else None
-        mistake_of_whole_answer = find_mistaken_answer(problem, part, parsed_answer, seed) if is_short else None
+        mistake_of_whole_answer = find_mistake_by_judging(problem, part, parsed_answer, seed) if is_short else None
         if mistake_of_whole_answer is not None:
             return mistake_of_whole_answer
     wrong_answer = evaluate_answer(problem, part, parsed_answer, seed)
@@ -146,7 +146,7 @@ def is_one_mistake(problem: Problem, part: Part, parsed_answer: ParsedAnswer, se
     return any(diagnosis is not None and diagnosis.is_single_mistake for diagnosis in diagnoses)
 
 
-# --- the mistake behind it ---
+# --- the mistake behind an answer ---
 
 
 def _explain_option(part: Part, parsed_answer: ParsedAnswer) -> Diagnosis | None:
@@ -272,8 +272,8 @@ def _explain_formulas(answer: WrongAnswer, allows_any_number: bool = False) -> D
     mistake that was made everywhere is preferred to mistakes in some of the entries.
     """
     shape = answer.correct_values.shape[:2]
-    forms = [form if _shape_of(form) == shape else transpose(form) for form in _list_reference_forms(answer)]
-    diagnoses = [explain_formulas(answer, form, allows_any_number) for form in forms if _shape_of(form) == shape]
+    forms = [form if _find_shape(form) == shape else transpose(form) for form in _list_reference_forms(answer)]
+    diagnoses = [explain_formulas(answer, form, allows_any_number) for form in forms if _find_shape(form) == shape]
     return min(
         filter(None, diagnoses),
         key=lambda diagnosis: (len(diagnosis.signature) > 0, not diagnosis.is_single_mistake),
@@ -281,7 +281,7 @@ def _explain_formulas(answer: WrongAnswer, allows_any_number: bool = False) -> D
     )
 
 
-def _shape_of(rows: Rows) -> tuple[int, int]:
+def _find_shape(rows: Rows) -> tuple[int, int]:
     return len(rows), len(rows[0])
 
 

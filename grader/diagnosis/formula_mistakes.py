@@ -32,12 +32,12 @@ MAX_EVALUATED_NODES = 40_000
 MAX_EDITS = 600
 """Maximum number of edits that are tried in an entry."""
 MAX_TRIGS = 24
-"""Maximum number of sines and cosines of an entry that are tried with a constant added to their angle."""
+"""Maximum number of sines and cosines of an entry that are tried with a constant added to their angles."""
 MIN_SAMPLES_FOR_CONSTANT = 4
 """Minimum number of configurations from which a constant is determined."""
 
 MAX_REPLACEMENTS, REPLACEMENT_SAMPLE_COUNT = 300, 3
-"""Maximum number of ways to replace an answer's lengths by the arm's, and number of compared configurations."""
+"""Maximum number of ways to replace an answer's lengths by the arm's, and number of configurations for each way."""
 
 OWN_TABLE_HINT = "Use the lengths in the table of your own arm. See (6.1)."
 SURPLUS_BY_MISSING = {"term-missing": "term-surplus", "factor-missing": "factor-surplus"}
@@ -66,12 +66,12 @@ def explain_formulas(answer: WrongAnswer, reference: Rows, allows_any_number: bo
     if not len(wrong_entries) == 1 < is_wrong.size:
         diagnosis = (
             _find_exchange(answer, wrong_entries)
-            or _find_throughout(answer, reference)
+            or _find_mistake_everywhere(answer, reference)
             or _find_other_lengths(answer, reference)
         )
         if diagnosis is not None or len(wrong_entries) > MAX_ENTRIES:
             return diagnosis
-    return _find_in_entries(answer, reference, wrong_entries, allows_any_number)
+    return _find_mistakes_in_entries(answer, reference, wrong_entries, allows_any_number)
 
 
 def locate_entries(entry_indices: Sequence[EntryIndex], shape: tuple[int, ...]) -> str:
@@ -103,7 +103,7 @@ def _find_exchange(answer: WrongAnswer, entry_indices: Sequence[EntryIndex]) -> 
     return None
 
 
-def _find_throughout(answer: WrongAnswer, rows: Rows) -> Diagnosis | None:
+def _find_mistake_everywhere(answer: WrongAnswer, rows: Rows) -> Diagnosis | None:
     """Return the mistake that was made everywhere in the formulas (`rows`), or None.
 
     If the formulas are long, fewer mistakes are tried.
@@ -156,7 +156,7 @@ def _find_lengths(node: Node) -> Iterator[Node]:
         yield from _find_lengths(arg)
 
 
-def _find_in_entries(
+def _find_mistakes_in_entries(
     answer: WrongAnswer, reference: Rows, wrong_entries: Sequence[EntryIndex], allows_any_number: bool
 ) -> Diagnosis | None:
     """Return the mistakes that were made in the wrong entries, or None if there are more than two kinds of mistakes.
@@ -188,7 +188,7 @@ def _find_in_entries(
         for (name, missing_words), entry_indices in entries_by_mistake.items()
     ]
     signature = tuple(name for diagnosis in diagnoses for name in diagnosis.signature)
-    return Diagnosis(mistakes, " ".join(diagnosis.says for diagnosis in diagnoses), signature=signature)
+    return Diagnosis(mistakes, " ".join(diagnosis.feedback for diagnosis in diagnoses), signature=signature)
 
 
 class LocatedMistake(NamedTuple):
@@ -286,10 +286,10 @@ class _WrongEntry:
             or self.correct_values.shape[-1] < MIN_SAMPLES_FOR_CONSTANT
         ):
             return
-        without_trig = finished.replace_each_trig(self.reference, lambda _: ZERO)[:MAX_TRIGS]
-        shifted_trig = finished.replace_each_trig(self.reference, finished.add_quarter_turn)[:MAX_TRIGS]
-        entry_values, *variants = _evaluate([self.reference, *without_trig, *shifted_trig], self.values)
-        pairs = zip(variants[: len(without_trig)], variants[len(without_trig) :], strict=True)
+        constant_parts = finished.replace_each_trig(self.reference, lambda _: ZERO)[:MAX_TRIGS]
+        shifted_formulas = finished.replace_each_trig(self.reference, finished.add_quarter_turn)[:MAX_TRIGS]
+        entry_values, *variants = _evaluate([self.reference, *constant_parts, *shifted_formulas], self.values)
+        pairs = zip(variants[: len(constant_parts)], variants[len(constant_parts) :], strict=True)
         for k, (constant_part, shifted_values) in enumerate(pairs):
             coefficients = np.stack([entry_values - constant_part, shifted_values - constant_part], axis=1)
             if not np.isfinite(coefficients).all():
@@ -326,6 +326,6 @@ def _make_diagnosis(
     name: str, entry_indices: Sequence[EntryIndex], shape: tuple[int, ...], missing_words: str = ""
 ) -> Diagnosis:
     """Return the diagnosis that names a mistake and the entries in which it was made."""
-    where = locate_entries(entry_indices, shape)
-    message = CATALOGUE[name].format_message({"Where": where, "which": missing_words})
-    return Diagnosis((name,), message, signature=(f"{name} {where}",))
+    location = locate_entries(entry_indices, shape)
+    message = CATALOGUE[name].format_message({"Where": location, "which": missing_words})
+    return Diagnosis((name,), message, signature=(f"{name} {location}",))

@@ -10,7 +10,7 @@ from itertools import combinations
 
 import numpy as np
 
-from qdot.exercises.arm.derivation_graph import StageResults, links_to_point
+from qdot.exercises.arm.derivation_graph import StageResults, list_links_to_point
 from qdot.exercises.short_questions import question_of
 from qdot.grader.diagnosis.wrong_answer import WrongAnswer
 from qdot.grader.judging.verdict import Diagnosis
@@ -71,7 +71,7 @@ def _find_links_with_sum(
     tolerance = RELATIVE_TOLERANCE * scale
     if np.isnan(residual).any() or not np.abs(residual).max() > tolerance:
         return None
-    links = [k for k in links_to_point(stages.chain) if np.abs(contributions[k]).max() > tolerance]
+    links = [k for k in list_links_to_point(stages.chain) if np.abs(contributions[k]).max() > tolerance]
     subsets = (subset for count in range(1, min(len(links), MAX_LINKS)) for subset in combinations(links, count))
     return next((s for s in subsets if np.abs(residual - contributions[list(s)].sum(axis=0)).max() <= tolerance), None)
 

@@ -32,9 +32,11 @@ from qdot.grader.judging.judge import judge_parsed
 from qdot.grader.judging.verdict import Diagnosis, Outcome, locate_mistake
 
 SAMPLE_COUNT = 3
+"""Number of random values of each symbol from which fingerprints are computed."""
 MAX_MISTAKES_NAMED = 3
 """Maximum number of mistakes that are named for one set."""
 FINGERPRINT_DIGITS = 6
+"""Number of decimals of the values in a fingerprint."""
 
 ConditionFingerprint = tuple[str, tuple[complex, ...]]
 """One condition: a joint and its values for some random lengths.
@@ -48,7 +50,7 @@ PieceFingerprint = frozenset[ConditionFingerprint]
 
 @dataclass(frozen=True)
 class SetFingerprint:
-    """A set as it is written: the pieces that give values of joints, and the pieces that tie several joints."""
+    """A set as it is written: the pieces that state values of joints, and the pieces that tie several joints."""
 
     valued_pieces: frozenset[PieceFingerprint]
     tied_pieces: frozenset[PieceFingerprint]
@@ -65,7 +67,8 @@ def explain_set(problem: Problem, part: Part, parsed_answer: ParsedAnswer, seed:
         return None
     fingerprinter = _Fingerprinter(problem, seed)
     if not all(map(fingerprinter.is_plain, pieces)):
-        return find_mistaken_answer(problem, part, parsed_answer, seed) or _explain_pieces(problem, part, pieces, seed)
+        diagnosis = find_mistake_by_judging(problem, part, parsed_answer, seed)
+        return diagnosis or _explain_pieces(problem, part, pieces, seed)
     typed_set = fingerprinter.fingerprint_pieces(pieces)
     has_decimals = count_decimal_digits(parsed_answer.tree) > 0
     if _is_correct_but_rounded(typed_set, fingerprinter.fingerprint_answer(part.answer), has_decimals):
@@ -73,8 +76,8 @@ def explain_set(problem: Problem, part: Part, parsed_answer: ParsedAnswer, seed:
     for mistake, variant in generate_mistaken_answers(problem.chain, part):
         if isinstance(variant.answer, ConditionSet):
             predicted = fingerprinter.fingerprint_answer(variant.answer)
-            has_equal_values = typed_set.tied_pieces and typed_set.valued_pieces == predicted.valued_pieces
-            may_be_equal = has_equal_values and len(typed_set.tied_pieces) == len(predicted.tied_pieces)
+            has_same_values = typed_set.tied_pieces and typed_set.valued_pieces == predicted.valued_pieces
+            may_be_equal = has_same_values and len(typed_set.tied_pieces) == len(predicted.tied_pieces)
             if predicted == typed_set or (
                 may_be_equal and _is_judged_correct(problem, part, parsed_answer, variant, seed)
             ):
@@ -82,8 +85,11 @@ def explain_set(problem: Problem, part: Part, parsed_answer: ParsedAnswer, seed:
     return _explain_pieces(problem, part, pieces, seed)
 
 
-def find_mistaken_answer(problem: Problem, part: Part, parsed_answer: ParsedAnswer, seed: str) -> Diagnosis | None:
-    """Return the mistake whose answer is judged equal to a student's, for parts that aren't derived step by step."""
+def find_mistake_by_judging(problem: Problem, part: Part, parsed_answer: ParsedAnswer, seed: str) -> Diagnosis | None:
+    """Return the mistake whose answer, taken as the reference, makes the student's answer correct; None if none does.
+
+    This is slow, and is meant for answers that are not derived step by step.
+    """
     for mistake, variant in generate_mistaken_answers(problem.chain, part):
         if _is_judged_correct(problem, part, parsed_answer, variant, seed):
             return name_alternatives([(mistake, variant.words, mistake.format_message(variant.words))])
@@ -135,9 +141,9 @@ def _is_judged_correct(
 # --- piece by piece ---
 
 
-def _explain_pieces(problem: Problem, part: Part, claimed: Sequence[Piece], seed: str) -> Diagnosis | None:
+def _explain_pieces(problem: Problem, part: Part, claimed_pieces: Sequence[Piece], seed: str) -> Diagnosis | None:
     """Return the diagnosis that lists wrong values, and conditions that are partly or completely missing."""
-    explanation = _SetExplanation(problem, part, claimed, seed)
+    explanation = _SetExplanation(problem, part, claimed_pieces, seed)
     comparison, wrong_pieces = explanation.comparison, explanation.wrong_pieces
     if comparison.is_only_rounded or any(len(piece) > 1 or piece[0].joint is None for piece in wrong_pieces):
         return None
@@ -153,20 +159,21 @@ def _explain_pieces(problem: Problem, part: Part, claimed: Sequence[Piece], seed
 class _SetExplanation:
     """Compares the set that a student claims to be singular with the expected conditions, by their configurations.
 
-    `expected` has a list of pieces for each expected condition. `wrong_pieces` are the claimed pieces that contain
+    `conditions` has a list of pieces for each condition. `wrong_pieces` are the claimed pieces that contain
     regular configurations.
     """
 
-    def __init__(self, problem: Problem, part: Part, claimed: Sequence[Piece], seed: str) -> None:
+    def __init__(self, problem: Problem, part: Part, claimed_pieces: Sequence[Piece], seed: str) -> None:
         assert isinstance(part.answer, ConditionSet)
         joints, roles = [q.name for q in problem.chain.q], problem.domain.roles
         trees = part.answer.group_by_condition([tree for (tree,) in part.answer.parse_trees(roles)])
-        self.chain, self.components, self.claimed, self.seed = problem.chain, part.answer.components, claimed, seed
+        self.chain, self.components, self.seed = problem.chain, part.answer.components, seed
+        self.claimed_pieces = claimed_pieces
         self.space = ConfigurationSpace(joints, problem.domain, part.rounding)
-        self.expected = [[piece for tree in group for piece in parse_pieces(tree, joints)] for group in trees]
-        self.comparison = self._compare(claimed, [piece for group in self.expected for piece in group])
-        soundness = zip(claimed, self.comparison.is_sound, strict=True)
-        self.wrong_pieces = [piece for piece, is_sound in soundness if is_sound is False]
+        self.conditions = [[piece for tree in group for piece in parse_pieces(tree, joints)] for group in trees]
+        self.comparison = self._compare(claimed_pieces, list(chain.from_iterable(self.conditions)))
+        pairs = zip(claimed_pieces, self.comparison.is_sound, strict=True)
+        self.wrong_pieces = [piece for piece, is_sound in pairs if is_sound is False]
 
     def _compare(self, pieces: Sequence[Piece], other_pieces: Sequence[Piece]) -> SetComparison:
         return compare_sets(pieces, other_pieces, self.space, self.seed)
@@ -177,7 +184,7 @@ class _SetExplanation:
         for joint in dict.fromkeys(str(piece[0].joint) for piece in self.wrong_pieces):
             joint_pieces = [piece for piece in self.wrong_pieces if piece[0].joint == joint]
             values = ", ".join(_format_value(piece[0].expression) for piece in joint_pieces)
-            if any(self._list_contained_pieces(joint_pieces, group) for group in self.expected):
+            if any(self._list_contained_pieces(joint_pieces, group) for group in self.conditions):
                 yield "condition-of-several-forgotten", {"joint": joint}
             else:
                 name = "value-called-singular" if joint in singular_joints else "joint-called-singular"
@@ -185,21 +192,22 @@ class _SetExplanation:
 
     def explain_missing_conditions(self) -> Iterator[tuple[str, Mapping[str, object]]]:
         """Yield, for each condition that is missing or incomplete, the name of the mistake and the words."""
-        for k, (component, condition) in enumerate(zip(self.components, self.expected, strict=True)):
+        for k, (component, condition) in enumerate(zip(self.components, self.conditions, strict=True)):
             contained_pieces = self._list_contained_pieces(self.wrong_pieces, condition)
-            if False not in self._compare(condition, self.claimed).is_sound or len(contained_pieces) == len(condition):
+            is_found = False not in self._compare(condition, self.claimed_pieces).is_sound
+            if is_found or len(contained_pieces) == len(condition):
                 continue
-            other_pieces = [piece for group in self.expected[:k] + self.expected[k + 1 :] for piece in group]
-            correct_pieces = [piece for piece in self.claimed if piece not in self.wrong_pieces]
-            given_pieces = contained_pieces or [
+            other_pieces = list(chain.from_iterable(self.conditions[:k] + self.conditions[k + 1 :]))
+            correct_pieces = [piece for piece in self.claimed_pieces if piece not in self.wrong_pieces]
+            found_pieces = contained_pieces or [
                 piece for piece in correct_pieces if self._compare([piece], other_pieces).is_sound == (False,)
             ]
-            yield ("one-root-only", {}) if given_pieces else name_missed_component(self.chain, component)
+            yield ("one-root-only", {}) if found_pieces else name_missed_component(self.chain, component)
 
-    def _list_contained_pieces(self, claimed: Sequence[Piece], condition: Sequence[Piece]) -> list[Piece]:
+    def _list_contained_pieces(self, claimed_pieces: Sequence[Piece], condition: Sequence[Piece]) -> list[Piece]:
         """Return the pieces of a condition that the claimed pieces contain."""
-        are_contained = self._compare(condition, claimed).is_sound if claimed else ()
-        return [piece for piece, is_contained in zip(condition, are_contained, strict=False) if is_contained]
+        is_contained = self._compare(condition, claimed_pieces).is_sound if claimed_pieces else ()
+        return [piece for piece, contained in zip(condition, is_contained, strict=False) if contained]
 
 
 def _format_value(value: Node) -> str:
@@ -247,9 +255,11 @@ class _Fingerprinter:
             yield frozenset(self._fingerprint(q.name, compile_expression(value)) for q, value in values)
 
     def _collect(self, pieces: Iterable[PieceFingerprint]) -> SetFingerprint:
-        """Return the fingerprint of a set without the pieces that lie in another piece, with fewer conditions."""
+        """Return the fingerprint of a set, without the pieces that have all conditions of another piece and more."""
         distinct_pieces = frozenset(pieces)
-        outer_pieces = frozenset(piece for piece in distinct_pieces if not any(p < piece for p in distinct_pieces))
+        outer_pieces = frozenset(
+            piece for piece in distinct_pieces if not any(other_piece < piece for other_piece in distinct_pieces)
+        )
         valued_pieces = frozenset(piece for piece in outer_pieces if all(joint for joint, _ in piece))
         return SetFingerprint(valued_pieces, outer_pieces - valued_pieces)
 
@@ -275,22 +285,22 @@ def _is_correct_but_rounded(
         (fingerprint.valued_pieces, correct_fingerprint.valued_pieces),
         (fingerprint.tied_pieces, correct_fingerprint.tied_pieces),
     )
-    return all(len(a) == len(b) and _are_near(a, b) and _are_near(b, a) for a, b in pairs)
+    return all(len(a) == len(b) and _are_nearly_equal(a, b) and _are_nearly_equal(b, a) for a, b in pairs)
 
 
-def _are_near(pieces: frozenset[PieceFingerprint], other_pieces: frozenset[PieceFingerprint]) -> bool:
+def _are_nearly_equal(pieces: frozenset[PieceFingerprint], other_pieces: frozenset[PieceFingerprint]) -> bool:
     """Return whether each piece equals one of the other pieces except for rounded constants."""
-    return all(any(len(a) == len(b) and all(_has_near(b, c) for c in a) for b in other_pieces) for a in pieces)
+    return all(any(len(a) == len(b) and all(_contains_nearly(b, c) for c in a) for b in other_pieces) for a in pieces)
 
 
-def _has_near(piece: PieceFingerprint, condition: ConditionFingerprint) -> bool:
+def _contains_nearly(piece: PieceFingerprint, condition: ConditionFingerprint) -> bool:
     """Return whether a piece contains a condition that equals the given condition except for rounded constants."""
     joint, values = condition
     return any(
         name == joint
         and (
             np.abs(np.subtract(values, exact_values))
-            <= CONSTANT_TOLERANCE * np.maximum(1.0, np.abs(exact_values)) / (2 * np.pi)
+            <= CONSTANT_TOLERANCE * np.maximum(1.0, np.abs(exact_values)) / (2 * np.pi)  # angles are in turns
         ).all()
         for name, exact_values in piece
     )

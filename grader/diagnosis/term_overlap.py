@@ -43,7 +43,7 @@ def has_enough_terms(problem: Problem, part: Part, parsed_answer: ParsedAnswer, 
     reference = part.answer.parse_trees(domain.roles)
     if list(map(len, rows)) != list(map(len, reference)) or sum(map(count_nodes, parsed_answer.entries)) > MAX_NODES:
         return False
-    if any(parsed_answer.blanks) or parsed_answer.symbols - set(domain.roles):
+    if any(parsed_answer.is_blank) or parsed_answer.symbols - set(domain.roles):
         return False
     pairs = [pair for row_pair in zip(rows, reference, strict=True) for pair in zip(*row_pair, strict=True)]
     expanded_pairs = [(_expand(entry), _expand(expected_entry)) for entry, expected_entry in pairs]

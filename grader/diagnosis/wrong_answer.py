@@ -121,7 +121,7 @@ def _evaluate_entries(part: Part, parsed_answer: ParsedAnswer, values: SymbolVal
 
     Return None if all entries are blank or if a symbol is unknown.
     """
-    blanks, filler = parsed_answer.blanks, Node("name", value="pi")
+    blanks, filler = parsed_answer.is_blank, Node("name", value="pi")
     if parsed_answer.rows is None or all(blanks) or parsed_answer.symbols - set(values):
         return None
     entries = [filler if is_blank else entry for entry, is_blank in zip(parsed_answer.entries, blanks, strict=True)]

@@ -23,8 +23,8 @@ from qdot.grader.grading.result import MarkingVersions, NotebookMarks, PartResul
 from qdot.grader.judging.functions import make_calls
 from qdot.grader.judging.verdict import Outcome, Verdict
 from qdot.grader.marking.marking import MarkingRules, mark
-from qdot.grader.sandbox.clock import TimeBudgets
 from qdot.grader.sandbox.sandbox import Limits, Run, Sandbox
+from qdot.grader.sandbox.time_budgets import TimeBudgets
 from qdot.grader.submissions.answer_locator import Answers, find_answers
 from qdot.grader.submissions.cells import OverLimit, Unreadable, empty_self_checks, make_printable
 from qdot.grader.submissions.submission import (
@@ -224,7 +224,7 @@ def make_part_result(slot: str, verdict: Verdict) -> PartResult:
         name=verdict.part, outcome=judgement.outcome, over_limit=judgement.over_limit, points=verdict.points,
         max_points=verdict.max_points, reason=judgement.reason, certificate=judgement.certificate,
         mistake=None if diagnosis is None else diagnosis.names or None,
-        advice=None if diagnosis is None else diagnosis.says, followed_from=verdict.followed_from,
+        advice=None if diagnosis is None else diagnosis.feedback, followed_from=verdict.followed_from,
         follows=verdict.follows, attempt=verdict.attempt, answer=verdict.answer, entries=judgement.entries,
         group=None if verdict.group is None else format_group_key(f"{slot}.{verdict.part}", verdict.group),
     )  # fmt: skip

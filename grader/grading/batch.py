@@ -17,7 +17,7 @@ from functools import partial
 from pathlib import Path
 
 from qdot.exercises.assignment.assignment import Assignment, Student
-from qdot.exercises.assignment.late_rule import with_zone
+from qdot.exercises.assignment.late_rule import add_time_zone
 from qdot.exercises.common.errors import QdotError, make_name_error, make_open_files_error
 from qdot.exercises.common.files import (
     clean_up_after,
@@ -259,8 +259,8 @@ def _select_counting_attempts(assignment: Assignment, attempts: list[Submission]
     If the names or the metadata of some notebooks name the assignment, the other notebooks are ignored.
     """
     matching_attempts = [attempt for attempt in attempts if attempt.is_for(assignment)] or attempts
-    counting_indices = assignment.attempts.select_counting([attempt.received for attempt in matching_attempts])
-    return [matching_attempts[i] for i in counting_indices]
+    times = [attempt.received for attempt in matching_attempts]
+    return [matching_attempts[i] for i in assignment.attempt_policy.select_counting_indices(times)]
 
 
 def _mark_failed(assignment: Assignment, task: GradingTask, reason: str = CRASH_REASON) -> list[GradedNotebook]:
@@ -295,7 +295,7 @@ def find_student(assignment: Assignment, identifier: str) -> Student:
 def parse_time(text: str) -> datetime.datetime:
     """Return the time that a text gives in ISO 8601; the default zone is the machine's. Raises QdotError."""
     try:
-        return with_zone(datetime.datetime.fromisoformat(text))
+        return add_time_zone(datetime.datetime.fromisoformat(text))
     except ValueError:
         raise QdotError(f"{text!r} is not a time; expected a time as in 2027-01-15T23:59:00+01:00") from None
 

@@ -82,7 +82,7 @@ def find_failures(problem: Problem, certificate: ProblemCertificate | None = Non
 
 
 def make_record(problem: Problem) -> ProblemRecord:
-    """Return the record of a problem for the certificate. Raises Uncertified if the problem fails a check."""
+    """Return the record of a problem for the certificate. Raises UncertifiedProblem if the problem fails a check."""
     certificate = certify(problem)
     raise_failures(problem, find_failures(problem, certificate))
     checks = (*(check.name for check in certificate.checks), "full marks for the reference")

@@ -11,7 +11,7 @@ from fractions import Fraction
 from functools import partial
 
 from qdot.exercises.assignment.assignment import Assignment, Student
-from qdot.exercises.assignment.late_rule import with_zone
+from qdot.exercises.assignment.late_rule import add_time_zone
 from qdot.exercises.common.errors import list_some
 from qdot.grader.grading.attempt import describe_error, mark_ungraded
 from qdot.grader.grading.overrides import NO_OVERRIDES, TOTAL_PART, Overrides
@@ -61,15 +61,15 @@ def compute_final_result(
     if len(notebooks) == 1:
         return result
     other_files = [notebook.file for i, notebook in enumerate(notebooks) if i != chosen_index]
-    reason = f", the {assignment.attempts}" if len(results) > 1 else ""
-    if not assignment.attempts.best_of:
+    reason = f", the {assignment.attempt_policy}" if len(results) > 1 else ""
+    if not assignment.attempt_policy.best_of:
         tied_count = sum(notebook.received == notebooks[chosen_index].received for notebook in notebooks)
         tie_reason = f", of the last {tied_count}, received at the same time, the likeliest by name"
         reason = ", the last" if tied_count == 1 else tie_reason
     listing = list_some(other_files, MAX_FILES_LISTED)
     note = f"{len(notebooks)} notebooks were submitted; {notebooks[chosen_index].file} counts{reason}, not {listing}"
-    if assignment.attempts.best_of is not None and len(results) < len(notebooks):
-        note += f"; {assignment.attempts.rule}"
+    if assignment.attempt_policy.best_of is not None and len(results) < len(notebooks):
+        note += f"; {assignment.attempt_policy.rule}"
     scores = [results[i].score if i in results else None for i in range(len(notebooks))]
     times = [_format_time(notebook.received) for notebook in notebooks]
     attempts = map(SubmittedNotebook, [notebook.file for notebook in notebooks], times, scores)
@@ -121,11 +121,11 @@ def _find_lateness(
     deadline = assignment.due_date_of(student)
     if deadline is None or received is None:
         return None
-    rule = assignment.late
+    rule = assignment.late_rule
     seconds = (received - deadline).total_seconds()
     if seconds <= (0 if rule is None else rule.grace):
         return None
-    extension = datetime.timedelta(0) if assignment.due_date is None else deadline - with_zone(assignment.due_date)
+    extension = datetime.timedelta(0) if assignment.due_date is None else deadline - add_time_zone(assignment.due_date)
     penalty = Fraction(0) if rule is None else rule.compute_penalty(deadline, received, extension)
     return Lateness(deadline.isoformat(), received.isoformat(), int(seconds), float(penalty), points)
 

@@ -21,7 +21,7 @@ from qdot.exercises.common.files import IS_POSIX, write_atomically
 from qdot.exercises.common.input_file import parse_csv_rows, read_table
 from qdot.grader.grading.batch import lock_folder
 from qdot.grader.grading.overrides import OVERRIDES_FILE
-from qdot.grader.sandbox.contained import folders
+from qdot.grader.sandbox.notebook_process import folder_removal
 from qdot.grader.submissions.submission import NOT_FETCHED_FILE, find_paths_of_student
 
 ROSTER_FILE = "roster.csv"
@@ -221,6 +221,6 @@ def remove_path(path: Path) -> None:
     if path.is_symlink() or not path.is_dir():
         path.unlink(missing_ok=True)
     elif IS_POSIX:
-        folders.remove(str(path))
+        folder_removal.remove_folder(str(path))
     else:
         shutil.rmtree(path)

@@ -16,7 +16,7 @@ from qdot.exercises.common.errors import QdotError, find_most_similar, list_some
 from qdot.exercises.common.input_file import read_table
 from qdot.grader.diagnosis.groups import KEY_LENGTH, KEY_LETTERS, format_group_key
 from qdot.grader.grading.result import Override
-from qdot.grader.marking.marking import map_max_points, share_of_points, sum_points
+from qdot.grader.marking.marking import compute_points, map_max_points, sum_points
 
 OVERRIDES_FILE = "overrides.csv"
 COLUMN_NAMES = ("student", "part", "points", "comment")
@@ -136,7 +136,7 @@ def _parse_points(location: str, part: str, text: str, max_points: float) -> flo
     number_text = text.replace(",", ".")  # a spreadsheet that separates cells by semicolons may write a decimal comma
     percentage = re.fullmatch(r"(\d+(?:\.\d{1,4})?) ?%", number_text)
     if percentage and Fraction(percentage[1]) <= 100:
-        return share_of_points(max_points, 1.0, Fraction(percentage[1]) / 100)
+        return compute_points(max_points, 1.0, Fraction(percentage[1]) / 100)
     if not re.fullmatch(r"\d+(\.\d{1,4})?", number_text):
         forms = f"a number from 0 to {max_points:g} with at most four decimals, as in 1.5, or a percentage, as in 50 %"
         raise QdotError(f"{location}: points = {text!r}: expected {forms}")

@@ -25,7 +25,7 @@ from itertools import chain
 from pathlib import Path
 
 from qdot.exercises.assignment.assignment import Assignment, Student, load_assignment
-from qdot.exercises.assignment.late_rule import with_zone
+from qdot.exercises.assignment.late_rule import add_time_zone
 from qdot.exercises.common.console import escape_controls, note, say
 from qdot.exercises.common.errors import QdotError
 from qdot.exercises.common.files import write_atomically
@@ -80,11 +80,11 @@ def find_cutoff(assignment: Assignment, student: Student) -> datetime.datetime |
     points for late work, the time is the table's `until`, shifted by the student's extension.
     """
     deadline = assignment.due_date_of(student)
-    if deadline is None or assignment.late is None:
+    if deadline is None or assignment.late_rule is None:
         return deadline
-    if assignment.late.until is None or assignment.due_date is None:
+    if assignment.late_rule.until is None or assignment.due_date is None:
         return None
-    return assignment.late.until + (deadline - with_zone(assignment.due_date))
+    return assignment.late_rule.until + (deadline - add_time_zone(assignment.due_date))
 
 
 # --- collecting ---
@@ -151,7 +151,7 @@ def _collect_repository(
         if head[:1] != ["ref:"]:
             raise _NothingToGrade("nothing was pushed to it")
         row["branch"] = head[1].removeprefix("refs/heads/")
-        push = _find_counting_push(host, repository, row["branch"], cutoff, accepts_late=assignment.late is None)
+        push = _find_counting_push(host, repository, row["branch"], cutoff, accepts_late=assignment.late_rule is None)
         row |= {"commit": push.commit, "pushed": push.received.isoformat()}
         _fetch_commit(host, repository, push, folder)
     except (_NothingToGrade, _HostUnreachable, OSError) as error:

@@ -37,9 +37,9 @@ def make_results(root: Path, visibility: str = "visible", seconds: float = Limit
     submission = root / "submission"
     student = find_submitter(assignment, metadata, submission)
     results = grade_submission(assignment, student, submission, metadata, visibility, seconds)
-    if assignment.attempts.best_of is None:
+    if assignment.attempt_policy.best_of is None:
         return results
-    return apply_attempt_policy(results, metadata, assignment.attempts)
+    return apply_attempt_policy(results, metadata, assignment.attempt_policy)
 
 
 def grade_submission(
@@ -111,7 +111,7 @@ def apply_attempt_policy(
     pairs = zip(earlier_submissions, default_times, strict=True)
     times = [parse_time(submission.get("submission_time")) or default_time for submission, default_time in pairs]
     submission_time = parse_time(metadata.get("created_at")) or datetime.datetime.now(datetime.UTC)
-    counting_indices = policy.select_counting([*times, submission_time])
+    counting_indices = policy.select_counting_indices([*times, submission_time])
     is_counting = len(earlier_submissions) in counting_indices
     earlier_scores = [float(submission["score"]) for submission in earlier_submissions]
     best_score = max((earlier_scores[i] for i in counting_indices if i < len(earlier_scores)), default=0.0)

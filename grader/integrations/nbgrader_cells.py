@@ -14,7 +14,7 @@ from qdot.exercises.exports.nbgrader import ANSWER_SUFFIX, Cell, make_grade_id
 from qdot.exercises.notebook.self_check import Problems, write_self_check_cells
 from qdot.grader.judging.verdict import Outcome
 from qdot.grader.marking.marking import format_points
-from qdot.grader.reports.answers import make_visible
+from qdot.grader.reports.answer_display import make_visible
 from qdot.grader.reports.rows import PartRow
 
 

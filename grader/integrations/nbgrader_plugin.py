@@ -24,8 +24,8 @@ from qdot.exercises.exports.nbgrader import MARKS_COMMENT, find_text_parts
 from qdot.grader.grading.batch import find_student, grade_one, make_limits
 from qdot.grader.grading.result import Result
 from qdot.grader.integrations.nbgrader_cells import GENERATE_AGAIN, fill_in_marks, remove_self_checks, restore_cells
-from qdot.grader.marking.marking import format_points, map_max_points, share_of_points
-from qdot.grader.reports.rows import make_rows
+from qdot.grader.marking.marking import compute_points, format_points, map_max_points
+from qdot.grader.reports.rows import make_part_rows
 from qdot.grader.sandbox.guarantees import check_sandbox
 from qdot.grader.sandbox.sandbox import Limits
 from qdot.grader.submissions.submission import find_student_files
@@ -84,12 +84,12 @@ class Mark(Execute):
         if assignment is None:
             return super().preprocess(nb, resources, *others, **named)
         result = _grade(assignment, info, self)
-        rows = make_rows(result, assignment.feedback)
+        rows = make_part_rows(result, assignment.feedback)
         fill_in_marks(nb.cells, rows)
         problems = assignment.generate_problems(info["student"])
         nb.cells = [from_dict(cell) for cell in remove_self_checks(nb.cells, problems)]
         late = result.late  # the penalty is rounded as in qdot's own results
-        penalty = late and share_of_points(late.points_before, 1.0, Fraction(str(late.penalty)))
+        penalty = late and compute_points(late.points_before, 1.0, Fraction(str(late.penalty)))
         resources["qdot"] = {"late": penalty}
         if result.override is not None and result.override.points is not None:
             total = format_points(result.override.points)

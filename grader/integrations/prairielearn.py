@@ -100,7 +100,7 @@ def grade(data: PrairieLearnData, folder: str, slot: str) -> None:
         outcome, advice = _OUTCOME_SENTENCES[verdict.judgement.outcome], ""
         if shows_mistakes:
             outcome = _describe_outcome(problem, verdict)
-            advice = "" if verdict.diagnosis is None else name_chapter(verdict.diagnosis.says)
+            advice = "" if verdict.diagnosis is None else name_chapter(verdict.diagnosis.feedback)
         data["feedback"][part.name] = {"said": outcome, "advice": advice}
     earned = sum(verdict.points or 0.0 for verdict in verdicts)
     data["score"] = min(1.0, earned / problem.max_points)

@@ -16,6 +16,7 @@ from functools import partial
 
 import numpy as np
 
+from qdot.exercises.arm.conventions.base import VELOCITY_NAMES
 from qdot.exercises.formula.algebra import Matrix
 from qdot.exercises.formula.equality import Domain
 from qdot.exercises.formula.notation import classify_unit, find_units, use_points_in_lengths
@@ -30,13 +31,13 @@ from qdot.exercises.formula.trees import (
     as_matrix,
     count_nodes,
     find_names,
-    find_statement,
+    find_nonscalar,
     has_blank,
     iterate_nodes,
     list_equation_sides,
     make_rows,
     node_text,
-    refuse_statements,
+    refuse_nonscalars,
     replace_names,
 )
 from qdot.exercises.formula.vocabulary import LIMITS, PATTERNS, VOCABULARY
@@ -51,7 +52,7 @@ MatrixShape = tuple[int, int]
 class FunctionValues:
     """The values of a student's Python function at several configurations.
 
-    `shape` is the shape of a single value, or None if the text was not a table. `values` has one row per
+    `shape` is the shape of a single value; None if the text only begins like a table. `values` has one row per
     configuration and one column per entry. `arguments` maps each argument to its values at the configurations.
     """
 
@@ -87,8 +88,8 @@ class ParsedAnswer:
         return _find_symbols(self.rows or ())
 
     @property
-    def blanks(self) -> list[bool]:
-        """Whether each entry was left blank."""
+    def is_blank(self) -> list[bool]:
+        """Whether each entry, row by row, contains a blank."""
         return [has_blank(entry) for entry in self.entries]
 
 
@@ -105,20 +106,25 @@ def refuse(text: str, reason: str) -> ParsedAnswer:
     return ParsedAnswer(text, wrong_judgement(reason))
 
 
-def _refuse_after(error: _Refusal | ParseError, text: str, form: str, tree: Node, rows: Matrix | None) -> ParsedAnswer:
-    """Return the refused answer after an error; `form` is what the text was parsed as, such as "a formula"."""
+def _make_refused_answer(
+    error: _Refusal | ParseError, text: str, form: str, tree: Node, rows: Matrix | None
+) -> ParsedAnswer:
+    """Return a refused answer with the reason from an error, and with the `tree` and `rows` that could be parsed.
+
+    `form` is what the text was parsed as, such as "a formula".
+    """
     reason = describe_parse_error(error, form) if isinstance(error, ParseError) else str(error)
     return ParsedAnswer(text, wrong_judgement(reason), None if isinstance(error, _AmbiguousAnswer) else tree, rows)
 
 
 def read_formula(text: str, domain: Domain, labels: Sequence[str] = ()) -> ParsedAnswer:
-    """Return the parsed form of a single formula, in which 0,5 is a half. A single label may precede the formula."""
+    """Return the parsed form of a single formula, which may be named by a single label. The text 0,5 means a half."""
     parsed = _parse(text, domain)
     if parsed.tree is None:
         return parsed
     tree, rows = parsed.tree, None
     try:
-        if name := _find_other_component(tree, labels):
+        if name := _find_wrong_component(tree, labels):
             reason = f"the question asks for {labels[0]}, but your answer is named {name}"
             raise _Refusal(f"{reason}; write {labels[0]} = … or only the formula")
         tree = _find_value(tree, domain, labels)
@@ -133,7 +139,7 @@ def read_formula(text: str, domain: Domain, labels: Sequence[str] = ()) -> Parse
         if has_blank(tree):
             raise _Refusal("your answer contains a blank, but the question asks for a single expression")
     except (_Refusal, ParseError) as error:
-        return _refuse_after(error, text, "a formula", tree, rows)
+        return _make_refused_answer(error, text, "a formula", tree, rows)
     return ParsedAnswer(text, None, tree, rows)
 
 
@@ -177,7 +183,7 @@ def _read_entries(
     rows: Matrix | None = None
     try:
         tree = _find_value(_split_chains(tree, (*labels, *columns)), domain)
-        if tree.kind == "set" and len(tree.args) > 1 and not any(arg.kind in _ORDERED_KINDS for arg in tree.args):
+        if tree.kind == "set" and len(tree.args) > 1 and not _KINDS_ALLOWED_IN_SET & {arg.kind for arg in tree.args}:
             raise _AmbiguousAnswer("a set {a, b} has no order; write the entries as a list, [a, b]")
         if not are_numbers:
             tree = _stack_vectors(tree, shape, labels, columns) or tree
@@ -188,7 +194,7 @@ def _read_entries(
             raise _Refusal(f"{describe_symbols_in_numbers(symbols)}; write only numbers, such as {example}")
         _require_scalars(rows)
     except (_Refusal, ParseError) as error:
-        return _refuse_after(error, text, "numbers" if are_numbers else "a matrix", tree, rows)
+        return _make_refused_answer(error, text, "numbers" if are_numbers else "a matrix", tree, rows)
     return ParsedAnswer(text, None, tree, rows)
 
 
@@ -203,21 +209,21 @@ def name_unknown_symbols(unknown: AbstractSet[str]) -> str:
     return f"{names} {'is not a symbol' if len(unknown) == 1 else 'are not symbols'} of this problem"
 
 
-_ORDERED_KINDS = ("eq", "pair", "set", "list")
-"""Kinds of entries allowed in a set. Such an entry has a name or is a row, so the order of the set doesn't matter."""
+_KINDS_ALLOWED_IN_SET = {"eq", "pair", "set", "list"}
+"""Kinds of entries that are accepted in a set {a, b}, although a set has no order: a named entry, and a row."""
 
 
 def _retry_printed_table(
     parsed: ParsedAnswer, find_table: Callable[[str], str | None], parse_again: Callable[[str], ParsedAnswer]
 ) -> ParsedAnswer:
-    """Return an answer unchanged, unless it was refused and its text is a printed table, which is then parsed.
+    """Return an answer, parsed again as a table if it was refused and its text is a printed table.
 
-    `find_table` returns the table in a text as a list, or None. `parse_again` parses such a list.
+    `find_table` returns the table in a text as the text of a list, or None. `parse_again` parses such a list.
     """
     if parsed.refusal is None or (table := find_table(parsed.text)) in (None, parsed.text):
         return parsed
-    is_clear = find_table(table) in (None, table)
-    return replace(parse_again(table) if is_clear else parsed, text=parsed.text)
+    is_ambiguous = find_table(table) not in (None, table)  # a list that could be read as yet another table
+    return parsed if is_ambiguous else replace(parse_again(table), text=parsed.text)
 
 
 def _describe_wrong_unit(text: str, labels: Sequence[str], units: Sequence[str]) -> str:
@@ -227,13 +233,13 @@ def _describe_wrong_unit(text: str, labels: Sequence[str], units: Sequence[str])
     is_one_unit_per_entry = text.count(separator) + 1 == len(units)
     expected_names = [_normalize_label(label) for label in labels]
     for name, unit, start in find_units(text):
-        position = text.count(separator, 0, start) if is_one_unit_per_entry else None
+        index = text.count(separator, 0, start) if is_one_unit_per_entry else None
         if (label := _normalize_label(name)) in expected_names:
-            position = expected_names.index(label)
-        expected = units if position is None else units[position : position + 1]
+            index = expected_names.index(label)
+        expected = units if index is None else units[index : index + 1]
         kinds = set(map(classify_unit, expected))
         if expected and "" not in kinds and classify_unit(unit) not in ("", *kinds):
-            subject = f"entry {position + 1}" if position is not None and len(units) > 1 else "the result"
+            subject = f"entry {index + 1}" if index is not None and len(units) > 1 else "the result"
             advice = "use this unit or write only the number"
             return f"the unit {unit} does not fit: {subject} is in {expected[0]}; {advice}"
     return ""
@@ -254,7 +260,7 @@ def read_conditions(text: str, domain: Domain, joints: Sequence[str] = ()) -> Pa
         if joints:
             _require_conditions(tree, text_with_points, domain, joints)
     except (_Refusal, ParseError) as error:
-        return _refuse_after(error, text, "conditions", tree, None)
+        return _make_refused_answer(error, text, "conditions", tree, None)
     return ParsedAnswer(text, None, tree)
 
 
@@ -266,35 +272,35 @@ def _require_conditions(tree: Node, text: str, domain: Domain, joints: Sequence[
     example = f"{joints[-1]} = 0 or {joints[-1]} = pi/3"
     alternatives = tree.args if tree.kind in ("list", "set", "or") else (tree,)
     for bare_formula in (node for node in alternatives if _is_bare_formula(node, joints)):
-        claim = node_text(bare_formula)[:_MAX_CLAIM_LENGTH]
-        advice = f"write the joint values at which it is zero, such as {example}, or an equation, {claim} = 0"
-        raise _Refusal(f"{claim} is not a condition; {advice}")
+        formula = node_text(bare_formula)[:_MAX_LENGTH_SHOWN]
+        advice = f"write the joint values at which it is zero, such as {example}, or an equation, {formula} = 0"
+        raise _Refusal(f"{formula} is not a condition; {advice}")
     if unknown := find_names(tree) - set(domain.roles) - set(joints) - set(WHOLE_NUMBER_NAMES):
         advice = f"write conditions on {', '.join(joints)}, such as {example}; whole numbers are k, n and m"
         raise _Refusal(f"{name_unknown_symbols(unknown)}; {advice}")
-    if joint := _find_last_in_chain(tree, joints):
+    if joint := _find_ambiguous_joint(tree, joints):
         reason = f"a product with {joint} between two equals signs is ambiguous"
         raise _AmbiguousAnswer(f"{reason}; write a comma or 'and' between two conditions")
     parse_typed_set(assign_values_to_joint(tree, joints), joints)
 
 
-def _find_last_in_chain(tree: Node, joints: Sequence[str]) -> str:
-    """Return the joint at the end of a product between two equals signs; "" if there is none.
+def _find_ambiguous_joint(tree: Node, joints: Sequence[str]) -> str:
+    """Return a joint that may belong to two conditions, as theta2 does in theta1 = 0 theta2 = 0; "" if there is none.
 
-    Such a joint may be the beginning of another condition, as in theta1 = 0 theta2 = 0.
+    Such a joint is the last factor of a product between two equals signs.
     """
     products = (side for node in iterate_nodes(tree) for side in list_equation_sides(node)[1:-1] if side.kind == "*")
     factors = (product.args[1] for product in products)
     return next((str(factor.value) for factor in factors if factor.kind == "name" and factor.value in joints), "")
 
 
-_MAX_CLAIM_LENGTH = 60
+_MAX_LENGTH_SHOWN = 60
 """Maximum number of characters of a formula that are shown in a message."""
 
 
 def _is_bare_formula(node: Node, joints: Sequence[str]) -> bool:
     """Return whether a node is a formula of the joints that is not equated to anything."""
-    is_formula = node.kind in ("+", "-", "*", "/", "^", "neg", "call") and find_statement(node) is None
+    is_formula = node.kind in ("+", "-", "*", "/", "^", "neg", "call") and find_nonscalar(node) is None
     return is_formula and bool(find_names(node) & set(joints))
 
 
@@ -328,7 +334,7 @@ def _substitute_whole_numbers(node: Node) -> Node:
     if any(map(has_blank, values)):
         return conditions
     numbers = [number for value in values for number in (value.args if value.kind == "set" else (value,))]
-    if count_nodes(conditions) * len(numbers) > LIMITS["worked_out"]:
+    if count_nodes(conditions) * len(numbers) > LIMITS["nodes_of_results"]:
         raise ParseError("the conditions are too long, or there are too many whole numbers in them")
     return Node("list", tuple(arg for value in numbers for arg in replace_names(conditions, {name.value: value}).args))
 
@@ -390,7 +396,7 @@ def _is_condition(node: Node, joints: Sequence[str]) -> bool:
 
 _BEFORE_GROUPING = re.compile(r"(?:[-+*/^=·−]|\b(?:sin|cos|tan|sqrt|exp|abs|asin|acos|atan|arcsin|arccos|arctan))\s*$")
 """Matches text before a bracket that only groups: an operator, or a function of one argument."""
-BRACKET_CONTEXT = 40
+_BRACKET_CONTEXT = 40
 """Number of characters inspected on each side of a bracket."""
 _BEFORE_CALL, _AFTER_GROUPING = re.compile(r"\w\s*$"), re.compile(r"\s*[-+*/^·−]")
 """Match a name before a bracket, which makes the bracket a call, and an operator after a bracket that only groups."""
@@ -437,8 +443,8 @@ def _is_grouping_bracket(text: str, start: int, end: int | None) -> bool:
 
     The bracket is opened at the index `start` and closed at `end`, which is None if the bracket is never closed.
     """
-    text_before = text[max(0, start - BRACKET_CONTEXT) : start]
-    text_after = "" if end is None else text[end + 1 : end + BRACKET_CONTEXT]
+    text_before = text[max(0, start - _BRACKET_CONTEXT) : start]
+    text_after = "" if end is None else text[end + 1 : end + _BRACKET_CONTEXT]
     is_operand = not _BEFORE_CALL.search(text_before) and _AFTER_GROUPING.match(text_after)
     return bool(_BEFORE_GROUPING.search(text_before) or is_operand)
 
@@ -460,7 +466,7 @@ def _parse(text: str, domain: Domain) -> ParsedAnswer:
         tree = parse_formula(text, domain.roles)
     except ParseError as error:
         return refuse(text, describe_parse_error(error))
-    return ParsedAnswer(text, BLANK_JUDGEMENT) if is_all_blank(tree) else ParsedAnswer(text, None, tree)
+    return ParsedAnswer(text, BLANK_JUDGEMENT) if _contains_only_blanks(tree) else ParsedAnswer(text, None, tree)
 
 
 BLANK_JUDGEMENT = missing_judgement("you left the answer blank")
@@ -484,10 +490,10 @@ def _unwrap(node: Node, domain: Domain) -> Node:
     return node
 
 
-def is_all_blank(node: Node) -> bool:
+def _contains_only_blanks(node: Node) -> bool:
     """Return whether a tree contains only blanks."""
     if node.kind in ("list", "set"):
-        return all(map(is_all_blank, node.args)) and bool(node.args)
+        return all(map(_contains_only_blanks, node.args)) and bool(node.args)
     return node.kind == "blank"
 
 
@@ -501,20 +507,17 @@ def _find_value(tree: Node, domain: Domain, labels: Sequence[str] = ()) -> Node:
     if not sides or (any(find_names(side) & set(domain.roles) for side in sides[1:-1]) and not find_names(sides[-1])):
         return tree  # det J = a1*a2*sin(theta2) = 0
     for name, value in ((sides[0], sides[-1]), (sides[-1], sides[0])):  # det J = J11*J22 - J12*J21 = …
-        is_student_name = (_is_name(name) or _contains_only_entries(name)) and not find_names(name) & set(domain.roles)
+        is_unknown = not find_names(name) & set(domain.roles)
+        is_student_name = is_unknown and (_is_name(name) or _contains_only_jacobian_entries(name))
         is_label = name.kind == "name" and [_normalize_label(str(name.value))] == list(map(_normalize_label, labels))
         if is_student_name or is_label:
             return value
     return tree
 
 
-LINEAR, ANGULAR = ("vx", "vy", "vz"), ("wx", "wy", "wz")
-"""The components of a linear velocity, and those of an angular velocity."""
-
-
-def _find_other_component(tree: Node, labels: Sequence[str]) -> str:
-    """Return the name before a formula if it is another velocity component than the expected component; else ""."""
-    if len(labels) != 1 or _normalize_label(labels[0]) not in LINEAR:
+def _find_wrong_component(tree: Node, labels: Sequence[str]) -> str:
+    """Return the name before a formula if it is a velocity component other than the only label; else ""."""
+    if len(labels) != 1 or _normalize_label(labels[0]) not in VELOCITY_NAMES[:3]:
         return ""
     while tree.kind in ("list", "set", "dict") and len(tree.args) == 1:
         tree = tree.args[0]
@@ -522,7 +525,7 @@ def _find_other_component(tree: Node, labels: Sequence[str]) -> str:
         return ""
     name = str(tree.args[0].value)
     is_other = _normalize_label(name) != _normalize_label(labels[0])
-    return name if is_other and _normalize_label(name) in (*LINEAR, *ANGULAR) else ""
+    return name if is_other and _normalize_label(name) in VELOCITY_NAMES else ""
 
 
 def _is_name(node: Node) -> bool:
@@ -533,8 +536,8 @@ def _is_name(node: Node) -> bool:
     return node.kind == "name" or (node.kind == "^" and node.args[0].kind == "name")
 
 
-def _contains_only_entries(node: Node) -> bool:
-    """Return whether a formula contains only entries of the Jacobian, as in J11*J22 - J12*J21."""
+def _contains_only_jacobian_entries(node: Node) -> bool:
+    """Return whether all names in a formula are entries of the Jacobian, as in J11*J22 - J12*J21."""
     return bool(find_names(node)) and all(_JACOBIAN_ENTRY.fullmatch(name) for name in find_names(node))
 
 
@@ -572,7 +575,8 @@ def _remove_labels(node: Node, labels: NameSequence = (), shape: MatrixShape = (
         if node.kind == "list" and node.args[0].kind == "list" and not all(map(_is_named, node.args[0].args)):
             break
         node = node.args[0]
-    if node.kind not in ("dict", "list", "set", "and") or not all(_is_labelled(arg) for arg in node.args):
+    is_sequence = node.kind in ("dict", "list", "set", "and")
+    if not is_sequence or not all(_is_named(arg, allows_tuple=True) for arg in node.args):
         return node
     entries = {_normalize_label(str(arg.args[0].value)): arg.args[1] for arg in node.args}
     if len(entries) != len(node.args):
@@ -599,9 +603,9 @@ def _remove_labels(node: Node, labels: NameSequence = (), shape: MatrixShape = (
 
 def _refuse_repeated_names(node: Node) -> None:
     """Raise ParseError if two entries have the same name and all entries are named."""
-    names_to_type = [str(arg.args[0].value) for arg in node.args if _is_named(arg)]
-    labels = list(map(_normalize_label, names_to_type))
-    for name, label in zip(names_to_type, labels, strict=True):
+    names = [str(arg.args[0].value) for arg in node.args if _is_named(arg)]
+    labels = list(map(_normalize_label, names))
+    for name, label in zip(names, labels, strict=True):
         if labels.count(label) > 1 and len(labels) == len(node.args):
             raise ParseError(f"{name} appears twice; write each entry once")
 
@@ -611,15 +615,15 @@ def _stack_vectors(node: Node, shape: MatrixShape, labels: NameSequence, columns
 
     The columns of a Jacobian may also be named J1, J2, …, and the columns with screws S1, S2, ….
     """
-    if node.kind not in ("dict", "list", "set", "and") or not all(map(_find_name_before, node.args)):
+    if node.kind not in ("dict", "list", "set", "and") or not all(map(_find_entry_name, node.args)):
         return None
     components = [_normalize_label(label) for label in labels]
-    first_letter = _normalize_label(_find_name_before(node.args[0]))[:1] if node.args else ""
+    first_letter = _normalize_label(_find_entry_name(node.args[0]))[:1] if node.args else ""
     if not columns and shape[1] > 1 and first_letter in _COLUMN_LETTERS:
         columns = [f"{first_letter}{i + 1}" for i in range(shape[1])]
-    is_twist = components in ([*LINEAR, *ANGULAR], [*ANGULAR, *LINEAR])
+    is_twist = components in ([*VELOCITY_NAMES], [*VELOCITY_NAMES[3:], *VELOCITY_NAMES[:3]])
     expected_names = [components[0][0], components[3][0]] if is_twist else list(map(_normalize_label, columns))
-    vectors = {_normalize_label(_find_name_before(arg)): _find_vector_entries(arg.args[1]) for arg in node.args}
+    vectors = {_normalize_label(_find_entry_name(arg)): _find_vector_entries(arg.args[1]) for arg in node.args}
     if not expected_names or len(node.args) != len(expected_names) or set(vectors) != set(expected_names):
         return None
     if any(len(vector) * (2 if is_twist else 1) != shape[0] for vector in vectors.values()):
@@ -634,7 +638,7 @@ _COLUMN_LETTERS = ("j", "s")
 """The letters that may name columns: of the Jacobian, or of screws."""
 
 
-def _find_name_before(node: Node) -> str:
+def _find_entry_name(node: Node) -> str:
     """Return the name before an entry, or "". S1 is the name of a screw here, although S1 was parsed as sin(theta1)."""
     name = node.args[0] if node.kind in ("pair", "eq") else node
     if node.kind in ("pair", "eq") and name.kind == "call" and name.value == "sin" and name.args[0].kind == "name":
@@ -649,24 +653,20 @@ def _find_vector_entries(node: Node) -> tuple[Node, ...]:
     return tuple(entries) if not any(entry.kind == "list" for entry in entries) else ()
 
 
-def _is_named(node: Node) -> bool:
-    """Return whether a node is an entry with a name, as in qd1 = 0 or qd1: 0."""
-    return node.kind in ("pair", "eq") and node.args[0].kind == "name"
-
-
-def _is_labelled(node: Node) -> bool:
-    """Return whether a node is an entry with a name, also as in (qd1, 0)."""
-    return _is_named(node) or (node.kind == "list" and len(node.args) == 2 and node.args[0].kind == "name")
+def _is_named(node: Node, allows_tuple: bool = False) -> bool:
+    """Return whether a node is an entry with a name, as in qd1 = 0 or qd1: 0 or, if `allows_tuple`, in (qd1, 0)."""
+    may_be_named = node.kind in ("pair", "eq") or (allows_tuple and node.kind == "list" and len(node.args) == 2)
+    return may_be_named and node.args[0].kind == "name"
 
 
 def _normalize_label(name: str) -> str:
     """Return the normalized name of an entry: P_x, p_x and px become x; v_x and x_dot become vx; ω_x becomes wx."""
     label = name.replace("_", "").lower()
     label = VOCABULARY["velocities"].get(label, label)
-    for spelled_name, letter in VOCABULARY["spelled"].items():
+    for spelled_name, letter in VOCABULARY["spelled_letters"].items():
         label = label.replace(spelled_name, letter)
-    entry = PATTERNS["point_of_entry"].fullmatch(label)
-    return entry.group(1) if entry else label.removeprefix("p") if len(label) > 1 else label
+    point_match = PATTERNS["point_of_entry"].fullmatch(label)
+    return point_match.group(1) if point_match else label.removeprefix("p") if len(label) > 1 else label
 
 
 def _require_shape(rows: Matrix, expected: tuple[int, int], text: str) -> Matrix:
@@ -707,7 +707,7 @@ _MAX_SIZE_SHOWN = 3
 def _require_scalars(rows: Matrix) -> None:
     """Raise ParseError if any entry is a list or a statement; blank entries are allowed."""
     for entry in (entry for row in rows for entry in row if not has_blank(entry)):
-        refuse_statements(entry)
+        refuse_nonscalars(entry)
 
 
 def _find_symbols(rows: Matrix) -> set[str]:

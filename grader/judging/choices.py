@@ -21,35 +21,37 @@ BLANK_TEXTS = ("", "blank", "ellipsis", "none")
 # --- parsing ---
 
 
-MAX_LENGTH, MIN_PARTIAL_LENGTH = 1000, 4
-"""Maximum number of characters of an answer, with single spaces, that are searched for an option, and minimum number of
-characters of an option's text by which the option is recognised."""
+MAX_LENGTH = 1000
+"""Maximum number of characters of an answer that are searched for an option."""
+MIN_PARTIAL_LENGTH = 4
+"""Minimum number of characters of an option's text by which the option is recognised."""
 
 
 def read_choice(text: str, options: Sequence[str]) -> ParsedAnswer:
     """Parse the choice of one option by its letter (in upper or lower case, brackets or quotes) or by its text."""
-    chosen = find_option(text, options)
+    chosen = find_option_index(text, options)
     names = options if tuple(options) == TRUE_FALSE else LETTERS[: len(options)]
-    return _parse(text, None if chosen is None else [chosen], f"is not one of the options {', '.join(names)}")
+    complaint = f"is not one of the options {', '.join(names)}"
+    return _make_parsed_answer(text, None if chosen is None else [chosen], complaint)
 
 
 def read_selection(text: str, option_count: int) -> ParsedAnswer:
     """Parse the letters of any number of options."""
-    letters = ", ".join(LETTERS[:option_count])
-    return _parse(text, find_letters(text, option_count), f'is not a choice of the letters {letters}, such as "AC"')
+    complaint = f'is not a choice of the letters {", ".join(LETTERS[:option_count])}, such as "AC"'
+    return _make_parsed_answer(text, parse_letters(text, option_count), complaint)
 
 
 def read_matching(text: str, items: Sequence[str], option_count: int) -> ParsedAnswer:
     """Parse a letter for each item, in the order of the items."""
-    chosen = find_letters(text, option_count)
+    chosen = parse_letters(text, option_count)
     letters = ", ".join(LETTERS[:option_count])
     is_complete = chosen is not None and len(chosen) == len(items)
     expected_form = f"{len(items)} of the letters {letters}, one for each of {items[0]} to {items[-1]}"
-    parsed = _parse(text, chosen if is_complete else None, f"does not contain {expected_form}")
+    parsed = _make_parsed_answer(text, chosen if is_complete else None, f"does not contain {expected_form}")
     return parsed if parsed.refusal == BLANK_JUDGEMENT else replace(parsed, chosen=tuple(chosen or ()))
 
 
-def _parse(text: str, option_indices: Sequence[int] | None, complaint: str) -> ParsedAnswer:
+def _make_parsed_answer(text: str, option_indices: Sequence[int] | None, complaint: str) -> ParsedAnswer:
     """Return an answer with the indices of the chosen options, or a refused answer.
 
     The text is refused if it is blank, or if `option_indices` is None; the reason is the text and the `complaint`.
@@ -61,14 +63,14 @@ def _parse(text: str, option_indices: Sequence[int] | None, complaint: str) -> P
     return ParsedAnswer(text, chosen=tuple(option_indices))
 
 
-def find_letters(text: str, option_count: int) -> list[int] | None:
+def parse_letters(text: str, option_count: int) -> list[int] | None:
     r"""Return the indices of the options that letters name, with or without commas; None for any other text.
 
-    >>> find_letters("A, c", 4), find_letters("['B', 'A']", 4), find_letters("{1: 'B', 2: 'A'}", 4)
+    >>> parse_letters("A, c", 4), parse_letters("['B', 'A']", 4), parse_letters("{1: 'B', 2: 'A'}", 4)
     ([0, 2], [1, 0], [1, 0])
-    >>> find_letters("joint 1: B\njoint 2: A", 4), find_letters("joint 1 is B, joint 2 is A", 4)
+    >>> parse_letters("joint 1: B\njoint 2: A", 4), parse_letters("joint 1 is B, joint 2 is A", 4)
     ([1, 0], [1, 0])
-    >>> find_letters("AF", 4), find_letters("a1*cos(theta1)", 4)
+    >>> parse_letters("AF", 4), parse_letters("a1*cos(theta1)", 4)
     (None, None)
     """
     typed_letters = re.sub(r"\b(and|joints?)\b|\d+\s*(is\b|[:=.-]>?)|[\"'()\[\]{}.,;&+\s]", "", _normalize(text))
@@ -99,7 +101,7 @@ _LABEL_BEFORE_LETTER = re.compile(
 """Matches the words before a letter, as in "Answer: C"."""
 
 
-def find_option(text: str, options: Sequence[str]) -> int | None:
+def find_option_index(text: str, options: Sequence[str]) -> int | None:
     """Return the index of the option with this letter or text; None if no option or more than one option matches."""
     choice = _strip_label(text)
     if tuple(options) == TRUE_FALSE:

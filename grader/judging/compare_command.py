@@ -17,7 +17,7 @@ from qdot.exercises.formula.trees import Node, ParseError, as_matrix, find_names
 from qdot.grader.judging.answer_parser import read_conditions, read_formula, read_matrix
 from qdot.grader.judging.formulas import group_by_joints, judge_angles, judge_expression, judge_matrix, judge_singular
 from qdot.grader.judging.verdict import Judgement, Outcome
-from qdot.grader.sandbox.clock import Budget
+from qdot.grader.sandbox.time_budgets import Budget
 
 COMPARISON_TYPES = ("expression", "matrix", "angles", "singular")
 """The types of answers that can be compared: a formula, a matrix, a set of angles, a set of singular configurations."""
@@ -88,7 +88,7 @@ def _make_default_domain(reference_nodes: Sequence[Node], student: str, joints: 
     return Domain({name: choose_default_role(name) for name in sorted(symbols)})
 
 
-def compare_line(line: str, number: int) -> dict[str, Any]:
+def compare_line(line: str, line_number: int) -> dict[str, Any]:
     """Judge the request in one line of a batch, and return the response in the form of docs/schemas/compare.json.
 
     Raises QdotError if the line is not a valid request.
@@ -96,38 +96,40 @@ def compare_line(line: str, number: int) -> dict[str, Any]:
     try:
         request = json.loads(line)
     except (ValueError, RecursionError) as error:
-        raise QdotError(f"line {number} is not JSON: {error}") from None
+        raise QdotError(f"line {line_number} is not JSON: {error}") from None
     if not isinstance(request, dict):
-        raise QdotError(f"line {number}: a request must be an object with reference and student (and type, id, joints)")
+        raise QdotError(
+            f"line {line_number}: a request must be an object with reference and student (and type, id, joints)"
+        )
     if missing_keys := [key for key in ("reference", "student") if key not in request]:
         names = " and ".join(missing_keys)
-        raise QdotError(f"line {number}: {names} missing; a request must have reference and student")
-    return {"id": request.get("id"), **judgement_content(judge_request(request, number))}
+        raise QdotError(f"line {line_number}: {names} missing; a request must have reference and student")
+    return {"id": request.get("id"), **judgement_content(judge_request(request, line_number))}
 
 
 def compare_lines(lines: Iterable[str], errors: list[str]) -> Iterator[str]:
     """Yield one line of JSON for each nonempty line of a batch. Errors in invalid requests are added to `errors`."""
-    for number, line in enumerate(lines, 1):
+    for line_number, line in enumerate(lines, 1):
         if not line.strip():
             continue
         try:
-            answer = json.dumps(compare_line(line, number), ensure_ascii=False)
+            response = json.dumps(compare_line(line, line_number), ensure_ascii=False)
         except (QdotError, RecursionError) as error:  # RecursionError if its id can't be written
-            reason = str(error) if isinstance(error, QdotError) else f"line {number}: its id is nested too deeply"
+            reason = str(error) if isinstance(error, QdotError) else f"line {line_number}: its id is nested too deeply"
             errors.append(reason)
             content = judgement_content(Judgement(Outcome.UNGRADED, 0.0, reason))
-            answer = json.dumps({"id": None, **content}, ensure_ascii=False)
-        yield answer
+            response = json.dumps({"id": None, **content}, ensure_ascii=False)
+        yield response
 
 
-def judge_request(request: Mapping[str, Any], number: int) -> Judgement:
-    """Return the judgement on the request in the line with this number. Raises QdotError if the request is invalid.
+def judge_request(request: Mapping[str, Any], line_number: int) -> Judgement:
+    """Return the judgement on the request in a line. Raises QdotError if the request is invalid.
 
     If qdot's own code fails or takes too long, the outcome is UNGRADED.
     """
     joints = request.get("joints") or ()
     if not isinstance(joints, (list, tuple)) or not all(isinstance(joint, str) for joint in joints):
-        raise QdotError(f'line {number}: joints must be a list of names, such as ["theta1", "theta2"]')
+        raise QdotError(f'line {line_number}: joints must be a list of names, such as ["theta1", "theta2"]')
     budget = Budget(30.0)
     try:
         with budget.spend(), np.errstate(all="ignore"):
@@ -135,7 +137,7 @@ def judge_request(request: Mapping[str, Any], number: int) -> Judgement:
             kind = str(request.get("type") or guess_type(as_text(reference)))
             return compare(kind, as_text(request["student"]), reference, joints)
     except QdotError as error:
-        raise QdotError(f"line {number}: {error}") from None
+        raise QdotError(f"line {line_number}: {error}") from None
     except OutOfTime:
         reason = f"the comparison takes longer than {budget.seconds:g} s of processor time"
     except Exception as error:  # a failure of qdot is reported and is never a verdict

@@ -6,11 +6,11 @@ from dataclasses import dataclass, replace
 from qdot.exercises import reference_answers
 from qdot.exercises.formula.equality import Domain
 from qdot.exercises.problem.problem import Part, Problem
-from qdot.exercises.questions.differentiation import find_power_of_metres
+from qdot.exercises.questions.differentiation import find_determinant_power_of_metres
 from qdot.exercises.short_questions import question_of
 from qdot.grader.judging import answer_parser
 from qdot.grader.judging.choices import BLANK_TEXTS, read_choice, read_matching, read_selection
-from qdot.grader.judging.functions import find_constant_text, is_function_table, read_table
+from qdot.grader.judging.functions import find_constant_value, is_function_table, read_table
 
 
 @dataclass(frozen=True)
@@ -34,7 +34,7 @@ def find_expected_form(problem: Problem, part: Part) -> ExpectedForm:
     """Return the form in which the answer to a part is expected."""
     question, joints = question_of(part), tuple(q.name for q in problem.chain.q)
     labels, columns = question.list_names_to_type(problem.chain, part), question.name_columns(problem.chain)
-    return ExpectedForm(part.answer, problem.domain, joints, labels, columns, find_power_of_metres(part))
+    return ExpectedForm(part.answer, problem.domain, joints, labels, columns, find_determinant_power_of_metres(part))
 
 
 def read_answer(problem: Problem, part: Part, text: str, points_seed: str = "") -> answer_parser.ParsedAnswer:
@@ -51,11 +51,11 @@ def read_answer(problem: Problem, part: Part, text: str, points_seed: str = "") 
 def read_in_form(expected: ExpectedForm, text: str, points_seed: str = "") -> answer_parser.ParsedAnswer:
     """Parse a text in the expected form, as `read_answer` does."""
     if is_function_table(text):
-        constant = find_constant_text(text)
+        constant = find_constant_value(text)
         if constant is None:
             return answer_parser.ParsedAnswer(text, table=read_table(text, expected.domain, points_seed))
         return replace(read_in_form(expected, constant), text=text)
-    if expected.metre_power not in (None, CUBIC_POWER) and _CUBIC_METRES.search(text):
+    if expected.metre_power not in (None, _CUBIC_POWER) and _CUBIC_METRES.search(text):
         unit = f"m^{expected.metre_power}"
         return answer_parser.refuse(text, f"the unit m^3 does not fit: the result is in {unit}; write only the formula")
     parsed = _AnswerReader(text, expected).visit(expected.answer)
@@ -69,7 +69,7 @@ def read_in_form(expected: ExpectedForm, text: str, points_seed: str = "") -> an
 
 _CUBIC_METRES = re.compile(r"(?<![\w])(?:m|\\mathrm\{m\}|\\text\{m\})(?:\^\(?3\)?|\^\{3\}|³|\*\*3)[\])]?[ .$]{0,9}$")
 """Matches cubic metres at the end of an answer."""
-CUBIC_POWER = 3
+_CUBIC_POWER = 3
 """The power of metres that `_CUBIC_METRES` matches."""
 
 

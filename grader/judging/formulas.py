@@ -20,9 +20,9 @@ from qdot.exercises.formula.equality import (
     EntryDifference,
     Rounding,
     SetDifference,
-    chance_of_missing,
     compare_entries,
-    show_difference,
+    compute_chance_of_missing,
+    format_difference,
     to_json_number,
 )
 from qdot.exercises.formula.program import compile_program, evaluate
@@ -73,60 +73,59 @@ def judge_matrix(
     by the number of nonzero entries in the reference. So a matrix of zeros earns nothing.
     """
     expected = [entry for row in reference for entry in row]
-    blanks = parsed.blanks
     # A blank entry is replaced by the correct entry, so that it is never the counterexample.
-    answered = zip(parsed.entries, expected, blanks, strict=True)
-    filled_entries = [correct_entry if is_blank else entry for entry, correct_entry, is_blank in answered]
+    triples = zip(parsed.entries, expected, parsed.is_blank, strict=True)
+    filled_entries = [correct_entry if is_blank else entry for entry, correct_entry, is_blank in triples]
     comparison = compare_entries(filled_entries, expected, domain, seed, rounding)
-    return judge_compared_matrix(comparison, blanks, reference, describe_unknown_symbols(parsed, domain))
+    return judge_compared_matrix(comparison, parsed.is_blank, reference, describe_unknown_symbols(parsed, domain))
 
 
 def judge_compared_matrix(
-    comparison: Comparison, blanks: Sequence[bool], reference: Matrix, unknown_symbols_message: str = ""
+    comparison: Comparison, is_blank: Sequence[bool], reference: Matrix, unknown_symbols_message: str = ""
 ) -> Judgement:
     """Return the judgement on a matrix whose entries were compared with the entries of the reference.
 
-    `blanks` is whether each entry was left blank. `unknown_symbols_message` names the symbols that the problem doesn't
-    define; "" means that there are none.
+    `is_blank` is whether each entry contains a blank. `unknown_symbols_message` names the symbols that the problem
+    doesn't define; "" means that there are none.
     """
     columns = len(reference[0])
-    is_correct = [is_equal and not blank for is_equal, blank in zip(comparison.is_correct, blanks, strict=True)]
+    is_correct = [is_equal and not blank for is_equal, blank in zip(comparison.is_correct, is_blank, strict=True)]
     is_zero = [entry.kind == "number" and not entry.value for row in reference for entry in row]
     if all(is_correct):
         judgement = correct_judgement(comparison.certificate)
     else:
         clauses = [unknown_symbols_message or _describe_difference(comparison, columns)]
         if not unknown_symbols_message or any(is_correct):
-            clauses = [_describe_count(is_correct, blanks, is_zero), _describe_blanks(blanks), *clauses]
+            clauses = [_describe_correct_count(is_correct, is_blank, is_zero), _describe_blanks(is_blank), *clauses]
         reason = "; ".join(filter(None, clauses))
-        share = float(share_of_entries(is_correct, is_zero, blanks))
+        share = float(share_of_entries(is_correct, is_zero, is_blank))
         judgement = partial_judgement(share, reason, comparison.certificate)
     entry_flags = tuple(tuple(is_correct[i : i + columns]) for i in range(0, len(is_correct), columns))
     return replace(judgement, entries=entry_flags)
 
 
-def _describe_count(
-    is_correct: Sequence[bool], blanks: Sequence[bool], is_zero: Sequence[bool], noun: str = "entries"
+def _describe_correct_count(
+    is_correct: Sequence[bool], is_blank: Sequence[bool], is_zero: Sequence[bool], noun: str = "entries"
 ) -> str:
     """Return a clause with the number of correct entries. Entries that are zero in the reference don't count.
 
     `is_zero` is whether each entry of the reference is zero. If all of them are zero, all entries count.
     """
-    zeros = list(is_zero) if not all(is_zero) else [False] * len(is_zero)
-    correct_count = sum(is_right and not zero for is_right, zero in zip(is_correct, zeros, strict=True))
-    total = len(zeros) - sum(zeros)
-    spoiled_count = count_spoiled_zeros(is_correct, zeros, blanks)
+    is_ignored = list(is_zero) if not all(is_zero) else [False] * len(is_zero)
+    correct_count = sum(is_right and not ignored for is_right, ignored in zip(is_correct, is_ignored, strict=True))
+    total = is_ignored.count(False)
+    spoiled_count = count_spoiled_zeros(is_correct, is_ignored, is_blank)
     if total <= 1 and not spoiled_count:
         return "it is not right"
-    kind = "nonzero " if any(zeros) else ""
+    kind = "nonzero " if any(is_ignored) else ""
     verb = "is" if correct_count == 1 else "are"
     spoiled_words = f", and {spoiled_count} that should be zero {'is' if spoiled_count == 1 else 'are'} not"
     return f"{correct_count} of {total} {kind}{noun} {verb} right{spoiled_words if spoiled_count else ''}"
 
 
-def _describe_blanks(blanks: Sequence[bool], singular: str = "entry", plural: str = "entries") -> str:
+def _describe_blanks(is_blank: Sequence[bool], singular: str = "entry", plural: str = "entries") -> str:
     """Return a clause with the number of entries that contain a blank; "" if there are none."""
-    count = sum(blanks)
+    count = sum(is_blank)
     words = f"{singular} still contains" if count == 1 else f"{plural} still contain"
     return f"{count} {words} a blank" if count else ""
 
@@ -161,23 +160,24 @@ def judge_numbers(
 
     The share is computed as for a vector: numbers that are zero earn nothing.
     """
-    blanks, expected = parsed.blanks, np.array(reference)
-    entries = [ZERO if is_blank else entry for is_blank, entry in zip(blanks, parsed.entries, strict=True)]
+    is_blank, expected = parsed.is_blank, np.array(reference)
+    entries = [ZERO if blank else entry for blank, entry in zip(is_blank, parsed.entries, strict=True)]
     values = _evaluate_numbers(entries)
     with np.errstate(all="ignore"):
         is_close = np.isfinite(values) & (np.abs(values - expected) <= np.maximum(tolerance * np.abs(expected), floor))
-    is_correct = [bool(flag) for flag in is_close & ~np.array(blanks)]
+    is_correct = [bool(flag) for flag in is_close & ~np.array(is_blank)]
     if all(is_correct):
         judgement = correct_judgement(Certificate("numeric", 1, 0.0), f"right to {100 * tolerance:g} %")
     else:
-        wrong_index, zeros = is_correct.index(False), [abs(value) <= floor for value in reference]
-        answer_value = "blank" if blanks[wrong_index] else to_json_number(complex(values[wrong_index]))
+        wrong_index = is_correct.index(False)
+        is_zero = [abs(value) <= floor for value in reference]
+        answer_value = "blank" if is_blank[wrong_index] else to_json_number(complex(values[wrong_index]))
         example = EntryDifference(wrong_index, {}, answer_value, float(f"{reference[wrong_index]:.4g}"))
-        difference = " was left blank" if blanks[wrong_index] else _describe_number(example, units[wrong_index])
-        blank_words = "" if blanks[wrong_index] else _describe_blanks(blanks, "number", "numbers")
-        count_words = _describe_count(is_correct, blanks, zeros, "numbers")
+        difference = " was left blank" if is_blank[wrong_index] else _describe_both_values(example, units[wrong_index])
+        blank_words = "" if is_blank[wrong_index] else _describe_blanks(is_blank, "number", "numbers")
+        count_words = _describe_correct_count(is_correct, is_blank, is_zero, "numbers")
         reason = "; ".join(filter(None, [count_words, blank_words, f"number {wrong_index + 1}{difference}"]))
-        share = share_of_entries(is_correct, zeros, blanks)
+        share = share_of_entries(is_correct, is_zero, is_blank)
         judgement = partial_judgement(float(share), reason, Certificate("numeric", 1, 0.0, example))
     return replace(judgement, entries=tuple((is_right,) for is_right in is_correct))
 
@@ -196,7 +196,7 @@ def judge_direction(
     Without `tolerance`, both vectors are formulas, which must be equal up to the factor at every configuration. With
     `tolerance`, both vectors are numeric. The difference of their unit vectors must then have at most this norm.
     """
-    if any(parsed.blanks):
+    if any(parsed.is_blank):
         return missing_judgement("you left part of the vector blank")
     if tolerance:
         return _judge_numeric_direction(parsed, reference, tolerance)
@@ -223,11 +223,12 @@ def _judge_symbolic_direction(parsed: ParsedAnswer, reference: Sequence[Node], d
         return correct_judgement(comparison.certificate)
     certificate = _make_pivot_certificate(comparison.certificate, reference[pivot], entries[pivot], pivot)
     example = certificate.counterexample
-    entry, point_words = comparison.is_correct.index(False), ""
+    entry = comparison.is_correct.index(False)
+    point_words = ""
     if isinstance(example, EntryDifference):
         entry, point_words = example.entry, _describe_point(example.at)
-    problem = "should be 0" if entry == pivot else f"does not have the right ratio to entry {pivot + 1}"
-    reason = f"your vector does not have the right direction: entry {entry + 1} {problem}{point_words}"
+    error = "should be 0" if entry == pivot else f"does not have the right ratio to entry {pivot + 1}"
+    reason = f"your vector does not have the right direction: entry {entry + 1} {error}{point_words}"
     return wrong_judgement(describe_unknown_symbols(parsed, domain) or reason, certificate)
 
 
@@ -249,7 +250,7 @@ def _make_pivot_certificate(certificate: Certificate, expected: Node, answered: 
     if not expected_pivot:  # e.g. -sin(theta1) at theta1 = 0; readable sample values may be 0
         pivot_difference = EntryDifference(pivot, example.at, to_json_number(answered_pivot), 0.0)
         return replace(certificate, counterexample=pivot_difference)
-    shown_values = show_difference(example.yours / expected_pivot, example.expected / expected_pivot)
+    shown_values = format_difference(example.yours / expected_pivot, example.expected / expected_pivot)
     return replace(certificate, counterexample=EntryDifference(example.entry, example.at, *shown_values, pivot))
 
 
@@ -272,7 +273,7 @@ def _judge_numeric_direction(parsed: ParsedAnswer, reference: Sequence[Node], to
     entry = int(differences.argmax())
     values_of_both = float(f"{unit_vector[entry]:.6g}"), float(f"{expected_unit_vector[entry]:.4g}")
     example = EntryDifference(entry, {}, *values_of_both)
-    difference = f"scaled to length 1, entry {entry + 1}{_describe_number(example)}"
+    difference = f"scaled to length 1, entry {entry + 1}{_describe_both_values(example)}"
     reason = f"your vector does not have the right direction: {difference}"
     return wrong_judgement(reason, Certificate("numeric", 1, 0.0, example))
 
@@ -322,9 +323,10 @@ def _judge_set(
     claimed: Sequence[Piece], conditions: Sequence[Sequence[Piece]], space: ConfigurationSpace, seed: str,
     noun: str = "a singular configuration",
 ) -> Judgement:  # fmt: skip
-    """Judge the student's (`claimed`) pieces of a set by comparing the set with that of the conditions.
+    """Judge the union of the student's (`claimed`) pieces by comparing it with the union of the `conditions`.
 
-    A piece is a set of configurations given by equations that all hold; a condition is the union of its pieces.
+    A piece is a set of configurations given by equations that all hold; a condition is the union of its pieces. A piece
+    is sound if all its configurations belong to the reference.
     """
     reference_pieces = [piece for condition in conditions for piece in condition]
     comparison = compare_sets(claimed, reference_pieces, space, seed)
@@ -334,25 +336,27 @@ def _judge_set(
     if comparison.is_only_rounded:
         tolerant_space = ConfigurationSpace(space.joints, space.domain, ROUNDED_JOINT_VALUE)
         tolerant_comparison = compare_sets(claimed, reference_pieces, tolerant_space, seed)
-    # A piece that is not singular everywhere may cover part of the reference; only sound pieces count for the share.
-    soundness = list(zip(claimed, tolerant_comparison.is_sound, strict=True))
-    sound_pieces = [piece for piece, is_sound in soundness if is_sound]
-    matches = _count_matched(compare_sets(sound_pieces, reference_pieces, tolerant_space, seed).is_covered, conditions)
+    # A piece that is not sound may also cover part of the reference; only sound pieces count for the share.
+    pieces_and_soundness = list(zip(claimed, tolerant_comparison.is_sound, strict=True))
+    sound_pieces = [piece for piece, is_sound in pieces_and_soundness if is_sound]
+    is_covered = compare_sets(sound_pieces, reference_pieces, tolerant_space, seed).is_covered
+    match_counts = _count_covered_pieces(is_covered, conditions)
     true_joints = {_find_restricted_joints(piece, space) for piece in sound_pieces}
-    false_joints = [_find_restricted_joints(piece, space) for piece, is_sound in soundness if is_sound is False]
+    false_pieces = [piece for piece, is_sound in pieces_and_soundness if is_sound is False]
+    false_joints = [_find_restricted_joints(piece, space) for piece in false_pieces]
     false_count = count_false_conditions(false_joints, true_joints)
-    share = share_of_set(matches, false_count, is_rounded=comparison.is_only_rounded)
+    share = share_of_set(match_counts, false_count, is_rounded=comparison.is_only_rounded)
     reason = _describe_set_difference(tolerant_comparison, space.joints, noun)
     if comparison.is_only_rounded:
-        exactness = zip(claimed, comparison.is_sound, strict=True)
-        rounded_pieces = [piece for piece, is_exact in exactness if not is_exact and piece in sound_pieces]
+        pairs = zip(claimed, comparison.is_sound, strict=True)
+        rounded_pieces = [piece for piece, is_exact in pairs if not is_exact and piece in sound_pieces]
         rounded_values = compare_sets(rounded_pieces, reference_pieces, space, seed).surplus or {}
         rounding_words = f"correct except for rounding{_describe_configuration(rounded_values, space.joints)}"
         reason = f"{rounding_words}; write {_EXACT_VALUE_HINT}{reason and f'; {reason}'}"
     if tolerant_comparison.surplus is not None and _are_degrees(claimed, reference_pieces, space, seed):
         reason, false_count = "these values are in degrees, but the question asks for radians", 0
-    matches_words = f"{_describe_matches(matches, false_count)}; " if share else ""
-    reason = matches_words + (reason or "your answer contains no configuration")
+    match_words = f"{_describe_matches(match_counts, false_count)}; " if share else ""
+    reason = match_words + (reason or "your answer contains no configuration")
     return partial_judgement(float(share), reason, _make_set_certificate(comparison))
 
 
@@ -364,12 +368,15 @@ def _find_restricted_joints(piece: Piece, space: ConfigurationSpace) -> frozense
     return frozenset(space.joints) & {name for atom in piece for name in (*find_names(atom.expression), atom.joint)}
 
 
-def _count_matched(covered: Sequence[bool | None], conditions: Sequence[Sequence[Piece]]) -> list[tuple[int, int]]:
+def _count_covered_pieces(
+    is_covered: Sequence[bool | None], conditions: Sequence[Sequence[Piece]]
+) -> list[tuple[int, int]]:
     """Return for each condition the number of its pieces that are covered, and the number of its nonempty pieces.
 
-    `covered` is whether each piece of all conditions is covered; None for an empty piece. Empty conditions are omitted.
+    `is_covered` is whether each piece of all conditions is covered; None for an empty piece. Empty conditions are
+    omitted.
     """
-    remaining_flags = iter(covered)
+    remaining_flags = iter(is_covered)
     groups = [list(islice(remaining_flags, len(condition))) for condition in conditions]
     counts = [(group.count(True), len(group) - group.count(None)) for group in groups]
     return [(covered_count, total) for covered_count, total in counts if total]
@@ -413,7 +420,7 @@ def _make_set_certificate(comparison: SetComparison) -> Certificate:
     """Return the certificate of a comparison of two sets."""
     example = None if comparison.are_equal else SetDifference(comparison.missing, comparison.surplus)
     count = comparison.fewest_configurations
-    return Certificate("numeric", count, chance_of_missing(count), example)
+    return Certificate("numeric", count, compute_chance_of_missing(count), example)
 
 
 def _describe_set_difference(comparison: SetComparison, joints: Sequence[str], noun: str) -> str:
@@ -436,8 +443,8 @@ def _describe_point(point: Mapping[str, float]) -> str:
     return f" at {assignments}" if assignments else ""
 
 
-def _describe_number(example: EntryDifference, unit: str = "") -> str:
-    """Return both values, as in " is 0.41, and 0.77 rad/s is right"."""
+def _describe_both_values(example: EntryDifference, unit: str = "") -> str:
+    """Return a clause with the student's value and the expected one, as in " is 0.41, and 0.77 rad/s is right"."""
     expected_words = f"{example.expected:.4g} {unit}".rstrip() if isinstance(example.expected, float) else ""
     return f" is {format_value(example.yours)}, and {expected_words} is right"
 

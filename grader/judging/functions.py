@@ -23,8 +23,8 @@ from qdot.exercises.problem.problem import Part, Problem
 from qdot.grader.judging.answer_parser import FunctionValues
 from qdot.grader.judging.formulas import judge_compared_matrix
 from qdot.grader.judging.verdict import Judgement, wrong_judgement
-from qdot.grader.sandbox.contained.callables import TABLE_PREFIX
-from qdot.grader.sandbox.sandbox import Calls
+from qdot.grader.sandbox.notebook_process.function_answers import TABLE_PREFIX
+from qdot.grader.sandbox.sandbox import FunctionArguments
 
 SAMPLE_COUNT = 50
 """Number of configurations at which a function is called."""
@@ -33,7 +33,7 @@ RELATIVE_TOLERANCE = 1e-9
 FUNCTION_TEXT = f"a Python function; its values at {SAMPLE_COUNT} random configurations were compared"
 
 
-def make_calls(problem: Problem, domain: equality.Domain, seed: str) -> Calls:
+def make_calls(problem: Problem, domain: equality.Domain, seed: str) -> FunctionArguments:
     """Return the arguments with which a student's function is called: the joints, and all symbols with their values.
 
     `domain` contains the symbols of the problem.
@@ -41,7 +41,7 @@ def make_calls(problem: Problem, domain: equality.Domain, seed: str) -> Calls:
     values = _sample_points(domain, seed)
     symbols = tuple(sorted(values))
     points = np.array([values[symbol] for symbol in symbols]).T.tolist()
-    return Calls(tuple(q.name for q in problem.chain.q), symbols, tuple(map(tuple, points)))
+    return FunctionArguments(tuple(q.name for q in problem.chain.q), symbols, tuple(map(tuple, points)))
 
 
 def _sample_points(domain: equality.Domain, seed: str) -> dict[str, np.ndarray]:
@@ -59,7 +59,7 @@ def read_table(text: str, domain: equality.Domain, seed: str) -> FunctionValues:
     return FunctionValues(*parse_table(text), _sample_points(domain, seed))
 
 
-def find_constant_text(text: str) -> str | None:
+def find_constant_value(text: str) -> str | None:
     """Return the value of a function as the text of a matrix if all values in a table are equal; otherwise None."""
     shape, values = parse_table(text)
     if shape is None or not np.all(values == values[0]) or np.any(values.imag != 0):
@@ -111,7 +111,7 @@ def judge_function(
 
 
 def _scale_to_fit(expected: np.ndarray, answer_values: np.ndarray) -> np.ndarray:
-    """Return the vectors scaled by the factors that bring them closest to the expected ones."""
+    """Return vectors scaled by the factors that bring them closest to the expected ones, (entries, points)."""
     with np.errstate(all="ignore"):
         factor = np.sum(expected * answer_values.conj(), axis=0) / np.sum(np.abs(answer_values) ** 2, axis=0)
         return np.asarray(answer_values * factor)
@@ -130,17 +130,17 @@ def _compare_values(
         largest_terms = np.nanmax(np.where(np.isfinite(term_size), term_size, 0.0), axis=0)
         scale = np.where(term_size > 0, term_size, np.where(largest_terms > 0, largest_terms, 1.0))
         tolerance = max(RELATIVE_TOLERANCE, relative_error) * scale + absolute_error
-        is_within = np.abs(answer_values - expected_values) <= tolerance
+        is_close = np.abs(answer_values - expected_values) <= tolerance
     is_defined = np.isfinite(expected_values)
-    is_correct = list(map(bool, (is_within | ~is_defined).all(axis=1) & is_defined.any(axis=1)))
+    is_correct = list(map(bool, (is_close | ~is_defined).all(axis=1) & is_defined.any(axis=1)))
     example = None
     if not all(is_correct):
         entry = is_correct.index(False)
-        point = int(np.argmax(~is_within[entry] & is_defined[entry]))
-        values_of_both = complex(answer_values[entry, point]), complex(expected_values[entry, point])
-        values = {name: float(f"{column[point]:.6g}") for name, column in sorted(arguments.items())}
-        example = equality.EntryDifference(entry, values, *equality.show_difference(*values_of_both))
+        point = int(np.argmax(~is_close[entry] & is_defined[entry]))
+        value, expected_value = complex(answer_values[entry, point]), complex(expected_values[entry, point])
+        symbol_values = {name: float(f"{column[point]:.6g}") for name, column in sorted(arguments.items())}
+        example = equality.EntryDifference(entry, symbol_values, *equality.format_difference(value, expected_value))
     return equality.Comparison(
         tuple(is_correct),
-        equality.Certificate("numeric", SAMPLE_COUNT, equality.chance_of_missing(SAMPLE_COUNT), example),
+        equality.Certificate("numeric", SAMPLE_COUNT, equality.compute_chance_of_missing(SAMPLE_COUNT), example),
     )

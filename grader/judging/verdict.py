@@ -41,7 +41,7 @@ class Judgement:
 
 @dataclass(frozen=True)
 class Diagnosis:
-    """The names of the mistakes that together explain a wrong answer, and the feedback for the student (`says`).
+    """The names of the mistakes that together explain a wrong answer, and the `feedback` for the student.
 
     If no mistake is named, the feedback says what the student should look at. `cause` is a single mistake that explains
     the whole answer: the name of the mistake and the values in the message about it. If the mistake was already found
@@ -50,7 +50,7 @@ class Diagnosis:
     """
 
     mistakes: tuple[str, ...]
-    says: str
+    feedback: str
     cause: tuple[str, Mapping[str, object]] | None = None
     inherited: str | None = None
     signature: tuple[str, ...] = ()
@@ -70,7 +70,7 @@ class Diagnosis:
 
 
 IGNORED_WORDS = ("degrees", "every", "zero")
-"""Values in a message that don't identify the mistake: numbers of the student's own arm, and properties of J."""
+"""The names of values in a message that depend on the arm and don't identify the mistake: an angle, and advice."""
 
 
 def locate_mistake(mistake: str, words: Mapping[str, object]) -> str:

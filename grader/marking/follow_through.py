@@ -4,7 +4,7 @@ The parts of a problem build on one another (`Part.prerequisites`). A wrong earl
 in the derivation. The later answer is then judged against the result, in the same way as against the correct answer
 (the reference). An unanswered part between the two parts is derived by the same method.
 
-Nothing follows from an earlier answer that would make the later part easier. These answers do:
+A wrong answer that would make the later part easier is not used. Such answers are:
 
 - an answer that is undefined at some configurations
 - an answer that changes if a revolute joint rotates by 360°
@@ -13,7 +13,7 @@ Nothing follows from an earlier answer that would make the later part easier. Th
 - a copy of another answer in the notebook, or of the correct answer to another student's problem
 
 The result that follows must depend on as many joints as the reference. If the earlier answer is not a real attempt at
-this arm, the feedback says that the later answer follows from it, but the later answer earns nothing (see `marking`).
+this arm, the later answer earns nothing, although the feedback says that it follows (see `marking`).
 """
 
 from collections.abc import Callable, Collection, Iterator, Mapping, Sequence
@@ -21,6 +21,7 @@ from contextlib import suppress
 from dataclasses import dataclass
 from fractions import Fraction
 from functools import cached_property
+from typing import NamedTuple
 
 import numpy as np
 
@@ -53,16 +54,32 @@ SAMPLE_COUNT = 6
 class FollowThrough:
     """The judgement on an answer, compared with what follows from a wrong answer to the part `earlier_part`.
 
-    `non_attempt` is an earlier part whose answer was used but is not a real attempt at this arm; None if there is none.
+    `part_without_attempt` is an earlier part whose answer was used but is not a real attempt at this arm; None if there
+    is none.
     """
 
     judgement: Judgement
     earlier_part: str
-    non_attempt: str | None = None
+    part_without_attempt: str | None = None
 
 
 RowsByPart = Mapping[str, Rows]
 """The formulas of each earlier part, in rows: the student's if the answer is wrong, otherwise the reference's."""
+
+
+class Sources(NamedTuple):
+    """Formulas of earlier parts from which a later answer may be derived, and the wrong answers among them."""
+
+    rows_by_part: RowsByPart
+    wrong_parts: list[str]
+
+
+class SourceRows(NamedTuple):
+    """The formulas of one earlier part, and the parts with wrong answers that they come from."""
+
+    rows: Rows
+    wrong_parts: list[str]
+
 
 IsCopied = Callable[[Part, Rows], bool]
 """A function that returns whether a wrong answer to a part is correct for another student's problem."""
@@ -75,25 +92,26 @@ def never_copied(part: Part, rows: Rows) -> bool:
 
 def find_follow_through(
     problem: Problem, part: Part, answers: Mapping[str, ParsedAnswer], wrong_parts: Sequence[str], seed: str,
-    is_copied: IsCopied, attempts: Collection[str],
+    is_copied: IsCopied, attempt_parts: Collection[str],
 ) -> FollowThrough | None:  # fmt: skip
     """Return the best judgement on an answer, compared with what follows from earlier wrong answers.
 
     Return None if nothing in the answer follows. `answers` maps the name of each part to its answer. `wrong_parts`
-    lists the earlier parts with wrong answers. `attempts` lists the parts whose answers are real attempts at this arm.
+    lists the earlier parts with wrong answers, and `attempt_parts` the parts whose answers are real attempts at this
+    arm. `is_copied` returns whether an answer is correct for another student's problem.
     """
     answer = answers[part.name]
     if answer.refusal is not None or answer.table is not None or find_question(part) is None:
         return None
     context = _Context(problem, answers, wrong_parts, f"{seed}/follow", is_copied)
     results: list[FollowThrough] = []
-    for source_rows, wrong_names in context.find_sources(part):
-        derived_answer = context.derive(part, source_rows)
+    for sources in context.find_sources(part):
+        derived_answer = context.derive(part, sources.rows_by_part)
         judgement = None if derived_answer is None else context.judge(part, derived_answer, answer)
         if judgement is not None and judgement.share > 0:
-            non_attempt = next((name for name in wrong_names if name not in attempts), None)
-            results.append(FollowThrough(judgement, wrong_names[0], non_attempt))
-    return max(results, key=lambda result: (result.non_attempt is None, result.judgement.share), default=None)
+            part_without_attempt = next((name for name in sources.wrong_parts if name not in attempt_parts), None)
+            results.append(FollowThrough(judgement, sources.wrong_parts[0], part_without_attempt))
+    return max(results, key=lambda result: (result.part_without_attempt is None, result.judgement.share), default=None)
 
 
 @dataclass(frozen=True)
@@ -121,19 +139,16 @@ class _Context:
         """Random values of all symbols, an array of `SAMPLE_COUNT` values each."""
         return sample_values(self.domain, SAMPLE_COUNT, Stream(self.seed))
 
-    def find_sources(self, part: Part) -> Iterator[tuple[RowsByPart, list[str]]]:
-        """Yield each set of earlier answers from which the answer to a part may be derived, if one of them is wrong.
+    def find_sources(self, part: Part) -> Iterator[Sources]:
+        """Yield each set of answers from which the answer to a part may be derived, if one of them is wrong."""
+        for prerequisites in question_of(part).prerequisite_sets:
+            usable_rows = {name: source for name in prerequisites if (source := self.find_source_rows(name))}
+            wrong_parts = list(dict.fromkeys(name for source in usable_rows.values() for name in source.wrong_parts))
+            if wrong_parts and len(usable_rows) == len({*prerequisites}):
+                yield Sources({name: source.rows for name, source in usable_rows.items()}, wrong_parts)
 
-        The second item lists the names of the parts with wrong answers that the set depends on.
-        """
-        for sources in question_of(part).prerequisite_sets:
-            usable_rows = {name: rows for name in sources if (rows := self.find_rows(name)) is not None}
-            wrong_names = list(dict.fromkeys(name for _, names_before in usable_rows.values() for name in names_before))
-            if wrong_names and len(usable_rows) == len({*sources}):
-                yield {name: rows for name, (rows, _) in usable_rows.items()}, wrong_names
-
-    def find_rows(self, name: str) -> tuple[Rows, list[str]] | None:
-        """Return the rows of a part, and the names of the wrong parts that they come from; None if they are unusable.
+    def find_source_rows(self, name: str) -> SourceRows | None:
+        """Return the formulas of a part; None if a later answer must not be derived from them.
 
         If the student's answer is wrong, the rows of that answer are returned. If there is no answer, the rows are
         derived from earlier answers. Otherwise the rows of the reference are returned.
@@ -143,15 +158,15 @@ class _Context:
         if part is None or reference is None:
             return None
         if parsed_answer is None or parsed_answer.refusal is not None:
-            for source_rows, wrong_names in self.find_sources(part):
-                rows = self.derive(part, source_rows)
+            for sources in self.find_sources(part):
+                rows = self.derive(part, sources.rows_by_part)
                 if isinstance(rows, list) and self.is_as_hard(rows, reference):
-                    return rows, wrong_names
+                    return SourceRows(rows, sources.wrong_parts)
         elif name in self.wrong_parts:
             if parsed_answer.rows and self.is_usable(part, parsed_answer, reference):
-                return (parsed_answer.rows, [name])
+                return SourceRows(parsed_answer.rows, [name])
             return None
-        return reference, []
+        return SourceRows(reference, [])
 
     def find_part(self, name: str) -> Part | None:
         """Return a part, even if this problem doesn't contain it; None if the question doesn't apply to this arm."""
@@ -168,7 +183,7 @@ class _Context:
         is_in_formulas = part.answer.list_entries() and not part.answer.is_numeric
         return part.answer.parse_trees(self.domain.roles) if is_in_formulas else None
 
-    # --- answers from which nothing follows ---
+    # --- wrong answers that are not used ---
 
     def is_usable(self, part: Part, parsed_answer: ParsedAnswer, reference: Rows) -> bool:
         """Return whether a later answer may be derived from a wrong answer; `reference` is the correct answer."""
@@ -176,7 +191,7 @@ class _Context:
         if rows is None or (len(rows), len(rows[0])) != (len(reference), len(reference[0])):
             return False
         is_long = sum(map(count_nodes, parsed_answer.entries)) > MAX_NODES
-        if is_long or any(parsed_answer.blanks) or not self._is_known(parsed_answer):
+        if is_long or any(parsed_answer.is_blank) or not self._has_known_symbols(parsed_answer):
             return False
         if self._is_copy(part, rows) or self.is_copied(part, rows):
             return False
@@ -185,7 +200,7 @@ class _Context:
             return False
         return self._compute_traits(rows).is_as_full(self._compute_traits(reference))
 
-    def _is_known(self, parsed_answer: ParsedAnswer) -> bool:
+    def _has_known_symbols(self, parsed_answer: ParsedAnswer) -> bool:
         """Return whether the problem defines all symbols in an answer."""
         return not parsed_answer.symbols - set(self.domain.roles)
 
@@ -194,7 +209,7 @@ class _Context:
         values = self._evaluate(rows)
         for name, other_answer in self.answers.items():
             is_short = bool(other_answer.rows) and len(other_answer.text) <= 10 * MAX_NODES
-            if name == part.name or not is_short or not self._is_known(other_answer):
+            if name == part.name or not is_short or not self._has_known_symbols(other_answer):
                 continue
             with suppress(ParseError):  # raised if entries of the other answer contain statements or blanks
                 other_values = self._evaluate(other_answer.rows or ())
@@ -214,74 +229,75 @@ class _Context:
     def _compute_traits(self, rows: Rows) -> "Traits":
         """Return the traits of an answer, found by evaluating it at random configurations.
 
-        To find out whether the answer depends on a symbol, the values of the symbol are changed.
+        To find out whether the answer depends on a symbol, all values of the symbol are changed arbitrarily.
         """
         entries = [entry for row in rows for entry in row]
         program, roles = compile_program(entries), self.domain.roles
         values_at_samples = evaluate(program, self.values, SAMPLE_COUNT).values
         largest_value = max(float(np.nanmax(np.abs(values_at_samples), initial=0.0)), 1e-300)
 
-        def differs(values: Mapping[str, np.ndarray], tolerance: float) -> bool:
-            """Return whether the answer has other values at other values of the symbols."""
+        def changes_at(values: Mapping[str, np.ndarray], tolerance: float) -> bool:
+            """Return whether the answer has other values at these values of the symbols."""
             with np.errstate(all="ignore"):
                 changes = np.abs(evaluate(program, values, SAMPLE_COUNT).values - values_at_samples)
                 return not np.all(changes <= tolerance * largest_value)
 
         joints = {q.name for q in self.problem.chain.q}
-        used_symbols = {name for name in set().union(*map(find_names, entries)) if isinstance(roles[name], str)}
-        moved_values = {name: {**self.values, name: 0.83 * self.values[name] + 0.11} for name in used_symbols}
-        influential_symbols = {name for name, values in moved_values.items() if differs(values, 1e-9)}
+        typed_symbols = {name for name in set().union(*map(find_names, entries)) if isinstance(roles[name], str)}
+        changed_values = {name: {**self.values, name: 0.83 * self.values[name] + 0.11} for name in typed_symbols}
+        influential_symbols = {name for name, values in changed_values.items() if changes_at(values, 1e-9)}
         rotated_values = {name: value + 2 * np.pi * (roles[name] == "angle") for name, value in self.values.items()}
-        is_finite, is_periodic = bool(np.isfinite(values_at_samples).all()), not differs(rotated_values, 1e-6)
+        is_finite = bool(np.isfinite(values_at_samples).all())
+        is_periodic = not changes_at(rotated_values, 1e-6)
         nonzero_count = int(np.count_nonzero(np.abs(values_at_samples).max(axis=1) > 1e-9 * largest_value))
         counts = len(influential_symbols & joints), len(influential_symbols - joints), nonzero_count
         return Traits(is_finite, is_periodic, *counts)
 
     # --- the result that follows ---
 
-    def derive(self, part: Part, source_rows: RowsByPart) -> "Rows | np.ndarray | None":
+    def derive(self, part: Part, rows_by_part: RowsByPart) -> "Rows | np.ndarray | None":
         """Return the answer that follows from the rows of earlier parts; None if there is none or it is too long.
 
         The answer consists of rows of formulas, or is an array of numbers if the question asks for numbers.
         """
         question = question_of(part)
-        compute_rows = question.zero_formula or question.formula
-        is_long = question.is_long_in_formulas and any(len(rows) > MAX_ROWS for rows in source_rows.values())
+        compute_rows = question.compute_zero or question.compute
+        is_long = question.is_long_in_formulas and any(len(rows) > MAX_ROWS for rows in rows_by_part.values())
         if compute_rows is None or is_long:
             return None
         try:
             if part.answer.is_numeric:
                 values = sample_configurations(self.problem.chain, part, self.domain, 1, Stream(self.seed))
-                numeric_rows = {name: _evaluate_at(rows, values) for name, rows in source_rows.items()}
+                numeric_rows = {name: _evaluate_at(rows, values) for name, rows in rows_by_part.items()}
                 stages = _substitute(compute_numeric_stages(self.problem.chain, values), numeric_rows)
                 return compute_rows(stages, part.details)[..., 0].ravel().astype(float)
-            tree_rows = {name: TreeArithmetic.matrix(rows) for name, rows in source_rows.items()}
+            tree_rows = {name: TreeArithmetic.matrix(rows) for name, rows in rows_by_part.items()}
             stages = _substitute(compute_tree_stages(self.problem.chain), tree_rows)
             rows = TreeArithmetic.rows(compute_rows(stages, part.details))
             return rows if sum(count_nodes(entry) for row in rows for entry in row) <= 20 * MAX_NODES else None
         except ParseError:
             return None
 
-    def judge(self, part: Part, derived: "Rows | np.ndarray", answer: ParsedAnswer) -> Judgement | None:
-        """Return the judgement on an answer, compared with the answer `derived` from a wrong answer.
+    def judge(self, part: Part, derived_answer: "Rows | np.ndarray", answer: ParsedAnswer) -> Judgement | None:
+        """Return the judgement on an answer, compared with the answer that follows from a wrong answer.
 
-        Return None if `derived` is unusable or easier than the correct answer.
+        Return None if `derived_answer` is unusable or easier than the correct answer.
         """
-        if isinstance(derived, np.ndarray):
-            return self._judge_numbers(part, derived, answer)
+        if isinstance(derived_answer, np.ndarray):
+            return self._judge_numbers(part, derived_answer, answer)
         reference = self._find_correct_determinant() if part.answer.is_set else self.find_reference_rows(part)
-        if reference is None or not self.is_as_hard(derived, reference):
+        if reference is None or not self.is_as_hard(derived_answer, reference):
             return None
         if part.answer.is_set:
             joints = [q.name for q in self.problem.chain.q]
-            varying_factors = [factor for factor in split_factors(derived[0][0]) if find_names(factor) & set(joints)]
-            conditions = [[Node("eq", (factor, ZERO))] for factor in varying_factors]
+            factors = split_factors(derived_answer[0][0])
+            conditions = [[Node("eq", (factor, ZERO))] for factor in factors if find_names(factor) & set(joints)]
             return judge_singular(answer, conditions, joints, self.domain, self.seed, part.rounding)
         if part.shape is None:
-            return judge_expression(answer, derived[0][0], self.domain, self.seed, part.rounding)
+            return judge_expression(answer, derived_answer[0][0], self.domain, self.seed, part.rounding)
         if part.answer.counts_up_to_a_factor:
-            return judge_direction(answer, [row[0] for row in derived], self.domain, self.seed)
-        return judge_matrix(answer, derived, self.domain, self.seed, part.rounding)
+            return judge_direction(answer, [row[0] for row in derived_answer], self.domain, self.seed)
+        return judge_matrix(answer, derived_answer, self.domain, self.seed, part.rounding)
 
     def _find_correct_determinant(self) -> Rows | None:
         """Return the determinant of the correct Jacobian; None if it is not a small square matrix of formulas."""

@@ -8,7 +8,7 @@ import secrets
 from collections.abc import Callable, Iterable, Mapping
 from dataclasses import dataclass, field, replace
 from fractions import Fraction
-from typing import TypeVar
+from typing import NamedTuple, TypeVar
 
 import numpy as np
 
@@ -29,7 +29,7 @@ from qdot.grader.judging.judge import judge_parsed
 from qdot.grader.judging.verdict import Diagnosis, Judgement, Outcome, Verdict, missing_judgement
 from qdot.grader.marking.follow_through import FollowThrough, IsCopied, find_follow_through, never_copied
 from qdot.grader.marking.partial_credit import AnswerToCredit, give_partial_credit
-from qdot.grader.sandbox.clock import Budget, TimeBudgets
+from qdot.grader.sandbox.time_budgets import Budget, TimeBudgets
 
 DEFAULT_CREDIT = Fraction(4, 5)
 """The default share of its points that a part earns if it follows from a wrong earlier answer."""
@@ -157,11 +157,10 @@ class _ProblemMarking:
         follow_through = self._judge_follow_through(part)
         judgement = self.judgements[part.name]
         answer = FUNCTION_TEXT if text is not None and is_function_table(text) else text
-        points = None if judgement.outcome is Outcome.UNGRADED else share_of_points(part.points, judgement.share)
+        points = None if judgement.outcome is Outcome.UNGRADED else compute_points(part.points, judgement.share)
         verdict = Verdict(part.name, judgement, points, part.points, answer)
         if judgement.outcome in WRONG_OR_PARTIAL:
-            diagnosis, group, attempt = self._explain(part, follow_through)
-            verdict = replace(verdict, diagnosis=diagnosis, group=group, attempt=attempt)
+            verdict = replace(verdict, **self._explain(part, follow_through)._asdict())
             difference = self.differences.get(part.name, judgement.reason)
             return _apply_follow_through(verdict, part, follow_through, self.rules.credit, difference)
         is_attempt = judgement.outcome is Outcome.CORRECT and not part.answer.offered_options
@@ -185,37 +184,42 @@ class _ProblemMarking:
                 follow_through = find_follow_through(self.problem, part, answers, earlier_parts, seed, *rules)
         except OutOfTime:
             self.judgements[part.name] = _make_overtime_judgement(self.allowance.judging)
-        except RecursionError:  # formulas nested deeper than in any real answer
+        except RecursionError:  # formulas are nested deeper than in any real answer
             return None
         except Exception as error:
             self.judgements[part.name] = _make_failure_judgement(error)
-        if follow_through is not None and follow_through.non_attempt in self.undecided_parts:
+        if follow_through is not None and follow_through.part_without_attempt in self.undecided_parts:
             self.judgements[part.name] = _make_overtime_judgement(self.allowance.diagnosing)
         return follow_through
 
-    def _explain(self, part: Part, followed: FollowThrough | None) -> tuple[Diagnosis | None, str | None, bool | None]:
-        """Return the diagnosis of a wrong answer, the key of its group, and whether it is a real attempt at this arm.
-
-        `followed` is the judgement for follow-through. Each of the three values is None if it is unknown.
-        """
-        answer = (self.problem, part, self.parsed_answers[part.name], self.seeds[part.name])
+    def _explain(self, part: Part, follow_through: FollowThrough | None) -> "_Explanation":
+        """Return the explanation of a wrong answer."""
+        arguments = (self.problem, part, self.parsed_answers[part.name], self.seeds[part.name])
         budget = self.allowance.diagnosing
-        follows = followed is not None and followed.judgement.outcome is Outcome.CORRECT
-        follows_from_attempt = follows and followed is not None and followed.non_attempt is None
+        follows = follow_through is not None and follow_through.judgement.outcome is Outcome.CORRECT
+        follows_from_attempt = follows and follow_through is not None and follow_through.part_without_attempt is None
         causes = () if follows_from_attempt else tuple(self.causes)
-        mistake = _search(budget, diagnose, *answer, causes)
-        diagnosis = None if follows_from_attempt else mistake or _search(budget, advise, *answer)
+        mistake = _search(budget, diagnose, *arguments, causes)
+        diagnosis = None if follows_from_attempt else mistake or _search(budget, advise, *arguments)
         if diagnosis is not None and diagnosis.cause is not None:
             self.causes.append(Cause(*diagnosis.cause, part.name, question_of(part).title))
         attempt = None
         if part.answer.is_symbolic:
             is_close = _is_half_right(self.judgements[part.name]) or (mistake is not None and mistake.is_single_mistake)
-            is_close = follows_from_attempt or is_close or bool(_search(budget, has_enough_terms, *answer))
+            is_close = follows_from_attempt or is_close or bool(_search(budget, has_enough_terms, *arguments))
             attempt = is_close and (follows_from_attempt or not follows)
             self.attempt_parts += [part.name] if attempt else []
             self.undecided_parts += [part.name] if not attempt and budget.remaining_seconds <= 0 else []
-        group = None if self.secret is None else _search(budget, find_group, *answer[:3], mistake, self.secret)
-        return diagnosis, group, attempt
+        group = None if self.secret is None else _search(budget, find_group, *arguments[:3], mistake, self.secret)
+        return _Explanation(diagnosis, group, attempt)
+
+
+class _Explanation(NamedTuple):
+    """The fields of a verdict that explain a wrong answer; each is None if it is unknown."""
+
+    diagnosis: Diagnosis | None
+    group: str | None
+    attempt: bool | None
 
 
 def _is_half_right(judgement: Judgement) -> bool:
@@ -238,24 +242,24 @@ def _capitalize(reason: str) -> str:
 
 
 def _apply_follow_through(
-    verdict: Verdict, part: Part, followed: FollowThrough | None, credit: Fraction, difference: str
+    verdict: Verdict, part: Part, follow_through: FollowThrough | None, credit: Fraction, difference: str
 ) -> Verdict:
     """Return the verdict on a wrong answer, with the points for follow-through if these are more.
 
     `difference` is the reason why the answer differs from the reference.
     """
-    if followed is None:
+    if follow_through is None:
         return verdict
     judgement = verdict.judgement
-    follows_completely = followed.judgement.outcome is Outcome.CORRECT
-    if followed.non_attempt is not None:
+    follows_completely = follow_through.judgement.outcome is Outcome.CORRECT
+    if follow_through.part_without_attempt is not None:
         reason = (
-            f"{judgement.reason}; it follows from your own answer to {followed.non_attempt!r}, but this earns nothing: "
-            "less than half of that answer fits this arm, and no single known mistake explains it"
+            f"{judgement.reason}; it follows from your own answer to {follow_through.part_without_attempt!r}, but this "
+            "earns nothing: less than half of that answer fits this arm, and no single known mistake explains it"
         )
         return replace(verdict, judgement=replace(judgement, reason=reason)) if follows_completely else verdict
-    followed_points = share_of_points(part.points, followed.judgement.share, credit)
-    source = f"from your wrong answer to {followed.earlier_part!r}"
+    followed_points = compute_points(part.points, follow_through.judgement.share, credit)
+    source = f"from your wrong answer to {follow_through.earlier_part!r}"
     next_step = "Correct that answer first, then redo this part."
     if followed_points <= (verdict.points or 0.0):
         reason = f"this follows {source}. {next_step} {_capitalize(judgement.reason)}"
@@ -268,13 +272,13 @@ def _apply_follow_through(
         f"Compared with the solution{comparison}"
     )
     judgement = replace(judgement, outcome=Outcome.PARTIAL, reason=reason)
-    earlier_part, follows = followed.earlier_part, _find_entry_flags(part, followed)
+    earlier_part, follows = follow_through.earlier_part, _find_entry_flags(part, follow_through)
     return replace(verdict, judgement=judgement, points=followed_points, followed_from=earlier_part, follows=follows)
 
 
-def _find_entry_flags(part: Part, followed: FollowThrough) -> tuple[tuple[bool, ...], ...] | None:
+def _find_entry_flags(part: Part, follow_through: FollowThrough) -> tuple[tuple[bool, ...], ...] | None:
     """Return for each entry of an answer, in rows, whether it follows; None if the answer has no separate entries."""
-    judgement = followed.judgement
+    judgement = follow_through.judgement
     if judgement.entries is not None or judgement.outcome is not Outcome.CORRECT:
         return judgement.entries
     rows, columns = part.shape or (0, 0)
@@ -287,10 +291,10 @@ def map_max_points(assignment: Assignment) -> dict[str, float]:
     return dict(zip(names, [points for slot in assignment.slots for points in slot.max_points], strict=True))
 
 
-def share_of_points(points: float, share: float, factor: Fraction = Fraction(1)) -> float:
+def compute_points(points: float, share: float, factor: Fraction = Fraction(1)) -> float:
     """Return `share` times `factor` times the points, computed exactly and rounded to four decimals.
 
-    >>> share_of_points(0.3, 1 / 3), share_of_points(2, 1.0, Fraction(4, 5))
+    >>> compute_points(0.3, 1 / 3), compute_points(2, 1.0, Fraction(4, 5))
     (0.1, 1.6)
     """
     return float(round(Fraction(str(points)) * Fraction(share).limit_denominator(1000) * factor, 4))

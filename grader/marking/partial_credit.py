@@ -65,7 +65,7 @@ class AnswerToCredit:
         return self.problem.domain
 
     @cached_property
-    def varying(self) -> set[str]:
+    def varying_names(self) -> set[str]:
         """The names of the symbols that vary: all except the constants of the arm."""
         return set(self.domain.roles) - self.problem.constants
 
@@ -74,11 +74,14 @@ class AnswerToCredit:
         """Whether the answer contains symbols that the problem doesn't define."""
         return bool(self.parsed.symbols - set(self.domain.roles))
 
-    def sample(self, seed: str) -> dict[str, np.ndarray]:
-        """Return `SAMPLE_COUNT` random values of each symbol. A constant is positive and the same in all samples."""
-        count, stream = READABLE_POINTS + SAMPLE_COUNT, Stream(f"{self.seed}/{seed}")
+    def sample(self, purpose: str) -> dict[str, np.ndarray]:
+        """Return `SAMPLE_COUNT` random values of each symbol. A constant is positive and the same in all samples.
+
+        Each `purpose` has its own values.
+        """
+        count, stream = READABLE_POINTS + SAMPLE_COUNT, Stream(f"{self.seed}/{purpose}")
         return {  # the first samples have readable values and are omitted, because factors may be zero there
-            name: column[READABLE_POINTS:] if name in self.varying else np.full(SAMPLE_COUNT, abs(column[-1]))
+            name: column[READABLE_POINTS:] if name in self.varying_names else np.full(SAMPLE_COUNT, abs(column[-1]))
             for name, column in self.domain.sample(set(self.domain.roles), count, stream).items()
         }
 
@@ -100,11 +103,11 @@ def give_partial_credit(answer: AnswerToCredit, judgement: Judgement, is_copied:
         return judgement
     part, rules = answer.part, answer.part.credit
     if rules.rule == "whole" or part.answer.counts_up_to_a_factor:
-        return _with_share(judgement, Fraction(0))
+        return _replace_share(judgement, Fraction(0))
     share, reason = Fraction(judgement.share).limit_denominator(1000), judgement.reason
     credit: EarnedShare | None = None
     if part.answer.is_symbolic and part.shape is not None:
-        judgement, share = _count_entries(answer, judgement, share)
+        judgement, share = _credit_entries(answer, judgement, share)
     if part.answer.is_symbolic:
         credit = _credit_except_factor(answer, judgement) or _credit_factors(answer)
     elif part.answer.expected_units:
@@ -113,14 +116,15 @@ def give_partial_credit(answer: AnswerToCredit, judgement: Judgement, is_copied:
         credit = _credit_one_mistake(answer, is_copied) or credit
     if credit is not None and credit.share > share:
         share = credit.share
+        # The share is not the share of correct entries, so their number is left out.
         detail = re.sub(r"^\d+ of \d+ [a-z ]+ (is|are) right[^;]*; ", "", reason)
         earned = share * rules.factor
         words = f"{credit.reason}, so you earn {'half' if earned == Fraction(1, 2) else earned} of the points"
         judgement = replace(judgement, reason=f"{words}; {detail}")
-    return _with_share(judgement, share * rules.factor)
+    return _replace_share(judgement, share * rules.factor)
 
 
-def _with_share(judgement: Judgement, share: Fraction) -> Judgement:
+def _replace_share(judgement: Judgement, share: Fraction) -> Judgement:
     """Return the judgement with another share, and the outcome that fits this share."""
     outcome = Outcome.PARTIAL if share > 0 else Outcome.WRONG
     return replace(judgement, outcome=outcome, share=float(share))
@@ -129,16 +133,16 @@ def _with_share(judgement: Judgement, share: Fraction) -> Judgement:
 # --- matrices ---
 
 
-def _count_entries(answer: AnswerToCredit, judgement: Judgement, share: Fraction) -> tuple[Judgement, Fraction]:
-    """Return the judgement on a matrix and the share, counted by columns if the assignment says so.
+def _credit_entries(answer: AnswerToCredit, judgement: Judgement, share: Fraction) -> tuple[Judgement, Fraction]:
+    """Return the judgement on a matrix and its share, which are by columns if the assignment says so.
 
-    The share is 0 if no correct entry varies.
+    The share is 0 if all correct entries are constant and some entry of the reference varies.
     """
     entries = judgement.entries
     if entries is None:
         return judgement, share
     reference = answer.part.answer.as_matrix()
-    varying_flags = _find_varying_entries(answer)
+    varying_flags = _flag_varying_entries(answer)
     columns = list(zip(*entries, strict=True))
     if answer.part.credit.rule == "columns" and len(columns) > 1:
         are_correct = [all(column) for k, column in enumerate(columns) if any(reference.col(k))]
@@ -151,7 +155,7 @@ def _count_entries(answer: AnswerToCredit, judgement: Judgement, share: Fraction
     return judgement, share
 
 
-def _find_varying_entries(answer: AnswerToCredit) -> list[bool]:
+def _flag_varying_entries(answer: AnswerToCredit) -> list[bool]:
     """Return for each entry of the reference whether it varies."""
     constants = answer.problem.constants
     return [any(x.name not in constants for x in entry.free_symbols) for entry in answer.part.answer.as_matrix()]
@@ -167,10 +171,10 @@ def _credit_except_factor(answer: AnswerToCredit, judgement: Judgement) -> Earne
     If the expected entries are numbers, only wrong signs earn credit, because any number is correct up to a factor. A
     single nonzero number earns nothing.
     """
-    part, parsed, domain, varying_names = answer.part, answer.parsed, answer.domain, answer.varying
+    part, parsed, domain, varying_names = answer.part, answer.parsed, answer.domain, answer.varying_names
     expected_entries = [entry for row in part.answer.parse_trees(domain.roles) for entry in row]
     is_numeric = not set().union(*map(find_names, expected_entries)) & varying_names
-    if any(parsed.blanks) or (is_numeric and sum(entry != ZERO for entry in expected_entries) == 1):
+    if any(parsed.is_blank) or (is_numeric and sum(entry != ZERO for entry in expected_entries) == 1):
         return None
     wrong_indices = list(range(len(expected_entries)))
     if judgement.entries is not None:
@@ -251,9 +255,9 @@ def _credit_factors(answer: AnswerToCredit) -> EarnedShare | None:
         return None
     (reference,) = part.answer.list_entries()
     all_factors = [parse_reference(expression_text(factor), names) for factor in _list_factors(reference)]
-    expected_factors = [factor for factor in all_factors if find_names(factor) & answer.varying]
+    expected_factors = [factor for factor in all_factors if find_names(factor) & answer.varying_names]
     (entry,) = answer.parsed.entries
-    typed_factors = [factor for factor in split_factors(entry) if find_names(factor) & answer.varying]
+    typed_factors = [factor for factor in split_factors(entry) if find_names(factor) & answer.varying_names]
     if not typed_factors or max(len(typed_factors), len(expected_factors)) > MAX_FACTORS:
         return None
     counts = range(MAX_WRONG_FACTORS + 1)
@@ -301,7 +305,7 @@ def _have_equal_products(
             expected_product = prod((expected[k] for k in expected_indices), start=ONE)
             pair = [product_of_answer], [expected_product]
             is_equal = compare_entries(*pair, domain, f"{seed}/same").is_correct[0]
-            if is_equal or find_constant_factor(*pair, domain, answer.varying, seed) is not None:
+            if is_equal or find_constant_factor(*pair, domain, answer.varying_names, seed) is not None:
                 return True
     return False
 
@@ -312,7 +316,7 @@ def _have_equal_products(
 def _credit_except_signs(answer: AnswerToCredit) -> EarnedShare | None:
     """Return the credit for two or more numbers with units that are correct except for signs."""
     part, parsed = answer.part, answer.parsed
-    if len(parsed.entries) < 2 or not all(part.answer.expected_units) or any(parsed.blanks):
+    if len(parsed.entries) < 2 or not all(part.answer.expected_units) or any(parsed.is_blank):
         return None
     expected_numbers = np.array([float(value) for value in part.answer.as_matrix()])
     numbers = evaluate(compile_program(list(parsed.entries)), {}, 1).values[:, 0]
@@ -330,7 +334,7 @@ def _credit_except_signs(answer: AnswerToCredit) -> EarnedShare | None:
 def _credit_one_mistake(answer: AnswerToCredit, is_copied: IsCopied) -> EarnedShare | None:
     """Return the credit for an answer in which a single known mistake explains all wrong entries."""
     part, parsed = answer.part, answer.parsed
-    if any(parsed.blanks) or not (part.answer.is_symbolic or len(part.answer.expected_units) > 1):
+    if any(parsed.is_blank) or not (part.answer.is_symbolic or len(part.answer.expected_units) > 1):
         return None
     if not _varies_as_expected(answer) or not is_one_mistake(answer.problem, part, parsed, answer.seed):
         return None
@@ -343,7 +347,7 @@ def _varies_as_expected(answer: AnswerToCredit) -> bool:
     """Return False if an answer is constant although the reference varies; a constant may match by chance."""
     if not answer.part.answer.is_symbolic or answer.parsed.table is not None:
         return True
-    if not any(_find_varying_entries(answer)) or answer.has_unknown_symbols:
+    if not any(_flag_varying_entries(answer)) or answer.has_unknown_symbols:
         return False
     values = evaluate(compile_program(list(answer.parsed.entries)), answer.sample("moves"), SAMPLE_COUNT).values
     with np.errstate(all="ignore"):

@@ -5,10 +5,10 @@
     feedback_levels                 limit what a student sees about a wrong answer
     rows, tables                    list a result part by part; write results.jsonl and grades.csv
     class_view, charts, class_page  compute the numbers of `qdot report`; draw its charts; write its page
-    answers                         show an answer as it was parsed
+    answer_display                  show an answer as it was parsed
     counterexample_table            show where an answer is wrong, as a table
     counterexample_figure           draw the arm where an answer is wrong
     feedback                        write a student's feedback page
-    write                           write the files in graded/ that are not up to date
+    graded_folder                   write the files in graded/ that are not up to date
     formats                         list the export formats by name
 """

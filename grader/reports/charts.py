@@ -8,7 +8,7 @@ colours say. No chart contains a student's text.
 import io
 import re
 from collections.abc import Callable, Mapping, Sequence
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING, Any, NamedTuple
 
 from qdot.exercises.common.errors import shorten
 from qdot.exercises.common.extras import require_extra
@@ -83,14 +83,22 @@ def _adapt_to_page(text: str, name: str) -> str:
 
 # --- charts ---
 
-OUTCOMES: Mapping[Outcome, tuple[str, str, str]] = {
-    Outcome.CORRECT: ("right", "good", ""),
-    Outcome.PARTIAL: ("partly right", "half", "///"),
-    Outcome.WRONG: ("wrong", "bad", "xxx"),
-    Outcome.MISSING: ("blank", "none", "..."),
-    Outcome.UNGRADED: ("ungraded", "line", "|||"),
+
+class OutcomeStyle(NamedTuple):
+    """How a chart shows an outcome: its name in words, a key of `COLOURS`, and matplotlib's code for the hatching."""
+
+    label: str
+    colour: str
+    hatch: str
+
+
+OUTCOME_STYLES = {
+    Outcome.CORRECT: OutcomeStyle("right", "good", ""),
+    Outcome.PARTIAL: OutcomeStyle("partly right", "half", "///"),
+    Outcome.WRONG: OutcomeStyle("wrong", "bad", "xxx"),
+    Outcome.MISSING: OutcomeStyle("blank", "none", "..."),
+    Outcome.UNGRADED: OutcomeStyle("ungraded", "line", "|||"),
 }
-"""The word, the colour and the hatching for each outcome."""
 
 
 def draw_histogram(tenth_counts: Sequence[int], mean: float, median: float) -> str:
@@ -115,12 +123,12 @@ def draw_outcomes(parts: Sequence[str], counts: Sequence[Mapping[Outcome, int]])
     def draw(axes: "Axes") -> None:
         rows = range(len(parts))
         bar_starts = [0.0] * len(parts)
-        for outcome, (word, colour, hatch) in OUTCOMES.items():
+        for outcome, (label, colour, hatch) in OUTCOME_STYLES.items():
             totals = [max(1, sum(count.values())) for count in counts]
             widths = [100 * count[outcome] / total for count, total in zip(counts, totals, strict=True)]
             if any(widths):
                 style: Any = {"color": COLOURS[colour], "hatch": hatch, "edgecolor": COLOURS["field"], "linewidth": 0.8}
-                axes.barh(rows, widths, left=bar_starts, height=0.68, label=word, **style)
+                axes.barh(rows, widths, left=bar_starts, height=0.68, label=label, **style)
             bar_starts = [start + width for start, width in zip(bar_starts, widths, strict=True)]
         _label_rows(axes, parts)
         axes.set(xlim=(0, 100), xticks=range(0, 101, 25))
@@ -175,6 +183,7 @@ def draw_groups(number: int, shares_by_group: Mapping[str, Sequence[float]]) -> 
 
     def draw(axes: "Axes") -> None:
         for row, values in enumerate(shares_by_group.values()):
+            # The dots of equal shares lie beside each other, in the order 0, -1, 1, -2, 2 …
             levels: dict[float, int] = {}
             for value in sorted(values):
                 level = levels[value] = levels.get(value, -1) + 1

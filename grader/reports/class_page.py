@@ -18,8 +18,8 @@ from qdot.grader.judging.functions import FUNCTION_TEXT
 from qdot.grader.judging.verdict import Outcome
 from qdot.grader.marking.marking import WRONG_OR_PARTIAL
 from qdot.grader.reports import charts, class_view
-from qdot.grader.reports.answers import ShownAnswer, make_visible, show_answer
-from qdot.grader.reports.tables import UNMARKED_STATES, find_work_status
+from qdot.grader.reports.answer_display import ShownAnswer, make_visible, show_answer
+from qdot.grader.reports.tables import UNMARKED_STATUSES, find_work_status
 from qdot.grader.statistics import statistics
 from qdot.grader.statistics.fairness_tests import Comparison, compare_groups, correct_p_values
 
@@ -57,7 +57,7 @@ class StudentWork:
 
 @dataclass(frozen=True)
 class GroupsOfPart:
-    """The groups of equal wrong answers to a part: the groups that the page shows, with an answer, and the others."""
+    """The groups of equal wrong answers to a part: those that the page shows, each with an answer, and the others."""
 
     name: str
     groups: Sequence[tuple[class_view.AnswerGroup, ShownAnswer]]
@@ -75,11 +75,11 @@ def make_class_page(assignment: Assignment, results: Sequence[Result]) -> str:
     comparisons = _compare_variants(assignment, results, problems)
     names = [part.name for part in parts]
     work_by_part = {name: _collect_work(name, results, problems) for name in names}
-    states = Counter(map(find_work_status, results))
+    status_counts = Counter(map(find_work_status, results))
     similar_pairs = _find_similar_answers(work_by_part)
     overrides = [(result.student, name, line) for result in results for name, line in result.overrides.items()]
-    outcome_words = {outcome: word for outcome, (word, *_) in charts.OUTCOMES.items()}
-    if not any(map(states.get, UNMARKED_STATES)):
+    outcome_words = {outcome: word for outcome, (word, *_) in charts.OUTCOME_STYLES.items()}
+    if not any(map(status_counts.get, UNMARKED_STATUSES)):
         del outcome_words[Outcome.UNGRADED]
     mistake_counts = {mistake.title: len(mistake.students) for mistake in mistakes[:MAX_CHARTED_MISTAKES]}
     charted_comparisons = enumerate(comparisons[:MAX_COMPARISON_CHARTS])
@@ -91,16 +91,15 @@ def make_class_page(assignment: Assignment, results: Sequence[Result]) -> str:
         "variant_charts": [charts.draw_groups(i, item.shares_by_group) for i, item in charted_comparisons],
     }
     return render(
-        "reports/report.html.j2", **page_charts, title=assignment.title, results=results, graded=len(graded_ids),
+        "reports/report.html.j2", **page_charts, title=assignment.title, results=results, graded_count=len(graded_ids),
         names={student.id: class_view.describe_student(student) for student in assignment.roster},
-        states={name: states[name] for name in ("graded", "late", "missing", "unusable", *UNMARKED_STATES)},
-        scores=scores, parts=parts, titles={part.name: part.title for part in parts},
-        outcome_words=outcome_words, mistakes=mistakes, comparisons=comparisons,
-        few=scores is None or len(scores.percents) < MIN_RELIABLE_CLASS, statistics=statistics, overrides=overrides,
-        groups=_group_answers(results, work_by_part), visible=make_visible,
-        has_due=any(assignment.due_date_of(student) is not None for student in assignment.roster),
-        not_on_time=class_view.find_late_or_missing(results), shorten=_shorten, pairs=similar_pairs,
-        max_pairs=MAX_PAIRS, without_attempt=class_view.find_students_without_attempt(results),
+        status_counts=status_counts, scores=scores, parts=parts, titles={part.name: part.title for part in parts},
+        outcome_words=outcome_words, mistakes=mistakes, comparisons=comparisons, statistics=statistics,
+        is_small_class=scores is None or len(scores.percents) < MIN_RELIABLE_CLASS, overrides=overrides,
+        groups=_group_answers(results, work_by_part), make_visible=make_visible,
+        has_due_dates=any(assignment.due_date_of(student) is not None for student in assignment.roster),
+        late_or_unmarked=class_view.find_late_or_unmarked(results), shorten=_shorten, pairs=similar_pairs,
+        max_pairs=MAX_PAIRS, parts_without_attempt=class_view.find_students_without_attempt(results),
     )  # fmt: skip
 
 
@@ -117,12 +116,12 @@ def _collect_work(
     return works
 
 
-def _group_answers(results: Sequence[Result], works: Mapping[str, Sequence[StudentWork]]) -> list[GroupsOfPart]:
-    """Return the groups of equal wrong answers to each part; `works` maps each part to the work of all students."""
+def _group_answers(results: Sequence[Result], work_by_part: Mapping[str, Sequence[StudentWork]]) -> list[GroupsOfPart]:
+    """Return the groups of equal wrong answers to each part; `work_by_part` has the work of all students."""
     parts = []
     for name, part_groups in groupby(class_view.group_wrong_answers(results), key=lambda group: group.part):
         groups = list(part_groups)
-        work_by_student = {work.student: work for work in works[name]}
+        work_by_student = {work.student: work for work in work_by_part[name]}
         pairs = [(group, work_by_student.get(group.typical_student)) for group in groups[:MAX_GROUPS]]
         # An answer without work is a function, which has no text.
         shown_groups = [(group, work.shown_answer if work else ShownAnswer(FUNCTION_TEXT)) for group, work in pairs]
@@ -155,7 +154,7 @@ def _find_similar_answers(work_by_part: Mapping[str, Sequence[StudentWork]]) -> 
     pairs: list[tuple[str, SimilarPair]] = []
     for name, works in work_by_part.items():
         wrong_answers: list[similar.StudentAnswer] = []
-        max_common_count = max(3, len(works) // 20)  # what more students wrote is a common mistake
+        max_common_count = max(3, len(works) // 20)  # an answer of more than 5 % of the students is a common mistake
         for work in works:
             is_explained = work.result.mistake is not None or work.result.followed_from is not None
             if is_explained or work.result.outcome not in WRONG_OR_PARTIAL or work.part.type not in COMPARED_TYPES:

@@ -12,8 +12,8 @@ from qdot.exercises.mistakes.catalogue import CATALOGUE
 from qdot.grader.grading.result import Override, PartResult, Result
 from qdot.grader.judging.verdict import Outcome
 from qdot.grader.marking.marking import map_max_points
-from qdot.grader.reports.answers import make_visible
-from qdot.grader.reports.tables import UNMARKED_STATES, find_work_status, is_marked
+from qdot.grader.reports.answer_display import make_visible
+from qdot.grader.reports.tables import UNMARKED_STATUSES, find_work_status, is_marked
 from qdot.grader.statistics.statistics import Interval, compute_discrimination, compute_reliability
 
 
@@ -56,7 +56,7 @@ class AnswerGroup:
 
     `key` is the group's key in overrides.csv. `typical_student` is a student who wrote the answer in its most common
     form. `mistake` is the title of the known mistake that leads to the answer, empty if there is none. `points_range`
-    has the minimum and the maximum of the points that the grader gave. `override` is the group's line in overrides.csv.
+    is the minimum and the maximum of the points that qdot gave. `override` is the group's line in overrides.csv.
     """
 
     key: str
@@ -184,7 +184,7 @@ def group_wrong_answers(results: Sequence[Result]) -> list[AnswerGroup]:
 
 
 def _summarize_group(key: str, answers: Sequence[tuple[str, str, PartResult]]) -> AnswerGroup:
-    """Return a group from its key and its answers, each given by the student, the part's name and the part's result."""
+    """Return a group from its key and its answers, which are triples (student, name of the part, its result)."""
     students, names, parts = zip(*answers, strict=True)
     wordings = ["".join((part.answer or "").split()) for part in parts]
     ((most_common_wording, _),) = Counter(wordings).most_common(1)
@@ -202,8 +202,8 @@ def _summarize_group(key: str, answers: Sequence[tuple[str, str, PartResult]]) -
 
 
 @dataclass(frozen=True)
-class LateOrMissing:
-    """A student who has no mark or was late: the state of the work, as in `find_work_status`, and the reason."""
+class LateOrUnmarked:
+    """A student who has no mark or was late: the status of the work, as in `find_work_status`, and the reason."""
 
     result: Result
     status: str
@@ -215,22 +215,23 @@ class LateOrMissing:
         return is_marked(self.result)
 
 
-def find_late_or_missing(results: Sequence[Result]) -> list[LateOrMissing]:
+def find_late_or_unmarked(results: Sequence[Result]) -> list[LateOrUnmarked]:
     """Return the students who have no mark or were late, with the reasons."""
     rows = []
     for result in results:
-        state, late = find_work_status(result), result.late
-        if state == "graded":
+        status = find_work_status(result)
+        late = result.late
+        if status == "graded":
             continue
         reason = ""
         if late is not None:
             reason = f"{describe_duration(late.seconds)} late"
             reason += f", {100 * late.penalty:.4g} % deducted" if late.penalty else ", nothing deducted"
-        elif state in ("unusable", *UNMARKED_STATES):
-            cause = "qdot failed on a part" if state == "ungraded" else "judging a part took too long"
+        elif status in ("unusable", *UNMARKED_STATUSES):
+            cause = "qdot failed on a part" if status == "ungraded" else "judging a part took too long"
             reason = result.obstacle or cause
-        rows.append(LateOrMissing(result, state, make_visible(reason)))
-    order = [*UNMARKED_STATES, "unusable", "missing", "late"]
+        rows.append(LateOrUnmarked(result, status, make_visible(reason)))
+    order = [*UNMARKED_STATUSES, "unusable", "missing", "late"]
     return sorted(rows, key=lambda row: order.index(row.status))
 
 

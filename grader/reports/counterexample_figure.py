@@ -29,6 +29,8 @@ DEFAULT_LENGTHS = [sp.Rational(twentieths, 20) for twentieths in (12, 9, 7, 11, 
 """Values for symbolic lengths, in m, all different."""
 MAX_RELATIVE_DISTANCE = 3.0
 """Maximum distance of a drawn point from the base, relative to P's; a farther point would make the arm too small."""
+MIN_REFERENCE_DISTANCE = 0.3
+"""Distance in m that stands for that of P from the base if P is nearer."""
 MAX_ANSWER_LENGTH = 2_000
 """Maximum number of characters of an answer whose point is computed."""
 
@@ -50,7 +52,7 @@ def draw_example(problem: Problem, part: Part, example: Counterexample, answer: 
 
 
 def _pose_arm(chain: Chain, caption: str, values: Mapping[str, float]) -> Example | None:
-    """Return an arm to be drawn at a configuration; `values` maps symbols to values in rad and m.
+    """Return an arm to be drawn at a configuration; `values` maps the names of symbols to values in rad and m.
 
     Lengths and joints without a value get default values. Return None if a joint value is not finite or a length is not
     positive.
@@ -69,25 +71,25 @@ def _pose_arm(chain: Chain, caption: str, values: Mapping[str, float]) -> Exampl
 
 def _mark_answer_point(problem: Problem, part: Part, symbol_values: Mapping[str, float], answer: str) -> Example | None:
     """Return the arm with a mark at the point that the answer gives; None if the point is missing or too far."""
-    figure = _pose_arm(problem.chain, "the arm in this configuration", symbol_values)
+    posed_arm = _pose_arm(problem.chain, "the arm in this configuration", symbol_values)
     tree = read_answer(problem, part, answer).tree
-    if figure is None or tree is None:
+    if posed_arm is None or tree is None:
         return None
-    axes = ["xyz".index(axis) for axis in part.details.axes]  # type: ignore[attr-defined]  # of a position
+    axis_indices = ["xyz".index(axis) for axis in part.details.axes]  # type: ignore[attr-defined]  # of a position
     try:
         entries = [entry for row in as_matrix(tree) for entry in row]
         point = {name: np.array([value]) for name, value in symbol_values.items()}
         values, _ = evaluate(compile_program(entries), point, 1)
     except (KeyError, ParseError):
         return None
-    if len(entries) != len(axes) or not np.isfinite(values).all() or np.abs(values.imag).max() > 1e-9:
+    if len(entries) != len(axis_indices) or not np.isfinite(values).all() or np.abs(values.imag).max() > 1e-9:
         return None
-    arm = NumericChain(figure.chain, {})
-    correct_point = arm.point(np.array([figure.pose[q.name] for q in figure.chain.q]))
+    arm = NumericChain(posed_arm.chain, {})
+    correct_point = arm.point(np.array([posed_arm.pose[q.name] for q in posed_arm.chain.q]))
     answer_point = correct_point.copy()
-    answer_point[axes] = values[:, 0].real
+    answer_point[axis_indices] = values[:, 0].real
     base = arm.base[:3, 3]
-    max_distance = MAX_RELATIVE_DISTANCE * max(float(np.linalg.norm(correct_point - base)), 0.3)
+    max_distance = MAX_RELATIVE_DISTANCE * max(float(np.linalg.norm(correct_point - base)), MIN_REFERENCE_DISTANCE)
     if np.linalg.norm(answer_point - base) > max_distance:
         return None
-    return replace(figure, mark_offset=answer_point - correct_point)
+    return replace(posed_arm, mark_offset=answer_point - correct_point)

@@ -13,7 +13,7 @@ from qdot.exercises.formula.printers.mathml import mathml_text
 from qdot.exercises.problem.problem import Part, Problem
 from qdot.exercises.writing.latex import list_prismatic_joints, write_symbol
 from qdot.grader.judging.verdict import name_entry
-from qdot.grader.reports.answers import make_visible
+from qdot.grader.reports.answer_display import make_visible
 
 DIGITS, MAX_DIGITS = 4, 16
 """Number of significant digits that are shown; if two values then look the same, up to the maximum."""
@@ -33,16 +33,18 @@ class ExampleRow:
 
 
 @dataclass(frozen=True)
-class Table:
-    """The table: its caption, the headings of its columns, the rows with the values of symbols, and the results."""
+class CounterexampleTable:
+    """The table: its caption, the headings of its columns, the rows with the values of symbols, and the rows with the
+    answer's value and the correct value.
+    """
 
     caption: str
     columns: tuple[str, ...]
-    symbols: tuple[ExampleRow, ...]
-    results: tuple[ExampleRow, ...] = ()
+    symbol_rows: tuple[ExampleRow, ...]
+    result_rows: tuple[ExampleRow, ...] = ()
 
 
-def make_counterexample_table(problem: Problem, part: Part, example: Counterexample) -> Table | None:
+def make_counterexample_table(problem: Problem, part: Part, example: Counterexample) -> CounterexampleTable | None:
     """Return a counterexample as a table; None if the answer contains symbols that the problem doesn't define.
 
     The table leaves out the correct values that the feedback level withholds.
@@ -52,20 +54,22 @@ def make_counterexample_table(problem: Problem, part: Part, example: Counterexam
     symbol_infos, prismatic_names = problem.symbols, list_prismatic_joints(problem.chain)
     if any(set(configuration) - set(symbol_infos) for configuration in configurations):
         return None
-    symbols = []
+    symbol_rows = []
     for name in symbol_infos:
         if not any(name in configuration for configuration in configurations):
             continue
         values = (configuration.get(name) for configuration in configurations)
         cells = tuple(_format_quantity(value, symbol_infos[name].unit) for value in values)
-        symbols.append(ExampleRow(mathml_text(parse_latex(write_symbol(name, prismatic_names))), cells))
+        symbol_rows.append(ExampleRow(mathml_text(parse_latex(write_symbol(name, prismatic_names))), cells))
     if isinstance(example, SetDifference):
         headings = zip(SET_HEADINGS, candidates, strict=True)
         columns = [heading for heading, configuration in headings if configuration is not None]
         title = "Configurations where your answer is wrong"
-        return Table(title, ("Quantity", *columns), tuple(symbols)) if columns and symbols else None
-    caption = _write_caption(part, example, bool(symbols))
-    return Table(caption, ("Quantity", "Value"), tuple(symbols), _make_result_rows(part, example))
+        return (
+            CounterexampleTable(title, ("Quantity", *columns), tuple(symbol_rows)) if columns and symbol_rows else None
+        )
+    caption = _write_caption(part, example, bool(symbol_rows))
+    return CounterexampleTable(caption, ("Quantity", "Value"), tuple(symbol_rows), _make_result_rows(part, example))
 
 
 def _write_caption(part: Part, example: EntryDifference, has_configuration: bool) -> str:

@@ -12,7 +12,7 @@ from typing import Any
 from qdot.exercises.assignment.assignment import Assignment
 from qdot.exercises.common.console import escape_controls
 from qdot.grader.grading.result import Result
-from qdot.grader.reports.charts import OUTCOMES
+from qdot.grader.reports.charts import OUTCOME_STYLES
 from qdot.grader.reports.class_view import summarize_parts
 from qdot.grader.reports.tables import Cell, is_marked, make_grades_table
 
@@ -37,8 +37,9 @@ def make_workbook(assignment: Assignment, results: Sequence[Result]) -> bytes:
         header, rows = make_grades_table(results, assignment.roster)
         mark_columns = [column for column, name in enumerate(header) if name in ("score", "percent")]
         for row, result in zip(rows, results, strict=True):
-            for column in () if is_marked(result, count_zero=True) else mark_columns:
-                row[column] = None
+            if not is_marked(result, count_zero=True):
+                for column in mark_columns:
+                    row[column] = None
         _fill_sheet(book.add_worksheet("Grades"), formats, header, rows, 2)
         _fill_sheet(book.add_worksheet("Parts"), formats, *_make_part_table(assignment, results), 1)
     return content.getvalue()
@@ -46,18 +47,20 @@ def make_workbook(assignment: Assignment, results: Sequence[Result]) -> bytes:
 
 def _make_part_table(assignment: Assignment, results: Sequence[Result]) -> tuple[list[str], list[list[Cell]]]:
     """Return a header, and a row for each part: maximum and mean points, and the count of each outcome."""
-    header = ["part", "points", "mean", *(word for word, *_ in OUTCOMES.values())]
+    header = ["part", "points", "mean", *(style.label for style in OUTCOME_STYLES.values())]
     rows: list[list[Cell]] = []
     for part in summarize_parts(assignment, results):
         mean = None if part.mean_share is None else round(part.mean_share * part.max_points, 4)
-        rows.append([part.name, part.max_points, mean, *(float(part.outcome_counts[outcome]) for outcome in OUTCOMES)])
+        rows.append(
+            [part.name, part.max_points, mean, *(float(part.outcome_counts[outcome]) for outcome in OUTCOME_STYLES)]
+        )
     return header, rows
 
 
 def _fill_sheet(
-    sheet: Any, formats: dict[str, Any], header: Sequence[str], rows: Sequence[Sequence[Cell]], frozen_columns: int
+    sheet: Any, formats: dict[str, Any], header: Sequence[str], rows: Sequence[Sequence[Cell]], frozen_column_count: int
 ) -> None:
-    """Write a table into a sheet; the header and the first `frozen_columns` columns stay visible when one scrolls."""
+    """Write a table into a sheet; when one scrolls, the header and the frozen columns on the left stay visible."""
     for column, name in enumerate(header):
         cells = [row[column] for row in rows]
         heading_length = min(len(name), MAX_HEADING_LENGTH)
@@ -70,5 +73,5 @@ def _fill_sheet(
                 sheet.write_string(row_number, column, escape_controls(cell)[:MAX_CELL_LENGTH])
             elif isinstance(cell, float):
                 sheet.write_number(row_number, column, cell, number_format)
-    sheet.freeze_panes(1, frozen_columns)
+    sheet.freeze_panes(1, frozen_column_count)
     sheet.autofilter(0, 0, len(rows), len(header) - 1)

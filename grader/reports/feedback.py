@@ -25,9 +25,9 @@ from qdot.grader.grading.result import PartResult, Result
 from qdot.grader.judging.expected_form import read_answer
 from qdot.grader.judging.verdict import Outcome
 from qdot.grader.marking.marking import WRONG_OR_PARTIAL
-from qdot.grader.reports.answers import ShownAnswer, make_visible, show_answer
+from qdot.grader.reports.answer_display import ShownAnswer, make_visible, show_answer
 from qdot.grader.reports.counterexample_figure import draw_example
-from qdot.grader.reports.counterexample_table import SUPERSCRIPT, Table, make_counterexample_table
+from qdot.grader.reports.counterexample_table import SUPERSCRIPT, CounterexampleTable, make_counterexample_table
 from qdot.grader.reports.feedback_levels import limit_feedback, remove_numbers, replace_patterns, shows_at_least
 from qdot.grader.reports.rows import describe_decisions, describe_override
 
@@ -35,12 +35,12 @@ PAGE_VERSION = 10
 """Version of the page; increase it when the page's content changes, so that every page is rewritten."""
 
 OUTCOME_WORDS = dict(zip(Outcome, ("right", "partly right", "wrong", "not answered", "not graded yet"), strict=True))
-STOP_WORDS = (
+CELL_STOP_OUTCOMES = (
     (r"\bcell with this answer stopped\b.* \(it (took|waited) longer\b", "stopped at the time limit"),
     (r"\bcell with this answer stopped\b", "stopped with an error"),
 )
 """Patterns of the reason why an answer is missing, each with the outcome in words that the page shows instead."""
-ALL_UNANSWERED = "Your notebook has no answer to any question. Did you submit the notebook in which you worked?"
+NO_ANSWERS_NOTE = "Your notebook has no answer to any question. Did you submit the notebook in which you worked?"
 MAX_PARTS_WITHOUT_OVERVIEW = 6
 """If a student has more parts than this, the page begins with an overview of them."""
 
@@ -62,25 +62,26 @@ SHORT_REASONS = (
 class PartOnPage:
     """A part as the template shows it; `result` has only what the feedback level allows.
 
-    `word` is the outcome in words. `prompt`, `figure`, `example` (a drawing of the counterexample) and `solution` are
-    HTML. `certainty` says how a correct answer was compared. `entries` has "right", "follows", "blank" or "wrong" for
-    each entry of the answer.
+    `outcome_text` is the outcome in words. `comparison` says how a correct answer was compared. `entry_states` has
+    "right", "follows", "blank" or "wrong" for each entry of the answer. `followed_from` is the number of the earlier
+    part with the wrong answer from which this answer follows. `counterexample_figure`, `prompt`, `figure` and
+    `solution` are HTML.
     """
 
     id: str
     number: str
     title: str
     result: PartResult
-    word: str
+    outcome_text: str
     reason: str
     advice: str
     override: str
-    certainty: str
+    comparison: str
     answer: ShownAnswer | None
-    entries: list[list[str]] | None
+    entry_states: list[list[str]] | None
     followed_from: str | None
-    table: Table | None
-    example: str
+    table: CounterexampleTable | None
+    counterexample_figure: str
     prompt: str
     figure: str
     solution: str | None
@@ -113,12 +114,13 @@ def make_feedback_page(assignment: Assignment, student: Student, result: Result)
     notes = [make_visible(note) for note in (*decisions, *result.notes)]
     first_parts = [part for problem in problems if (part := _find_first_part(problem))]
     if parts and all(part.result.outcome is Outcome.MISSING for part in parts):
-        notes, first_parts = [ALL_UNANSWERED, *notes], []
+        notes, first_parts = [NO_ANSWERS_NOTE, *notes], []
     return render(
         "reports/feedback.html.j2", title=assignment.title, student=student, result=result, problems=problems,
-        made_from=compute_page_fingerprint(assignment, student, result), marked=_describe_extent_of_marks(result),
+        made_from=compute_page_fingerprint(assignment, student, result), marked_extent=_find_marked_extent(result),
         obstacle=make_visible(result.obstacle or ""), notes=notes, first_parts=first_parts,
-        overview=len(parts) > MAX_PARTS_WITHOUT_OVERVIEW, kept_back=_describe_level(assignment.feedback, parts),
+        has_overview=len(parts) > MAX_PARTS_WITHOUT_OVERVIEW,
+        withheld_note=_describe_withheld_feedback(assignment.feedback, parts),
     )  # fmt: skip
 
 
@@ -132,7 +134,7 @@ def _find_first_part(problem: ProblemOnPage) -> PartOnPage | None:
     return next(iter(wrong_parts + unanswered_parts), None)
 
 
-def _describe_extent_of_marks(result: Result) -> str:
+def _find_marked_extent(result: Result) -> str:
     """Return how much of the work has a mark: "nothing", "some" parts, or "all"."""
     part_points = [part.points for part in result.parts.values()]
     if None not in part_points or result.override is not None:
@@ -140,13 +142,13 @@ def _describe_extent_of_marks(result: Result) -> str:
     return "some" if any(points is not None for points in part_points) else "nothing"
 
 
-def _describe_level(level: str, parts: Sequence[PartOnPage]) -> str:
+def _describe_withheld_feedback(level: str, parts: Sequence[PartOnPage]) -> str:
     """Return a note on what the page doesn't show about wrong answers; "" if it shows everything."""
     if shows_at_least(level, "values") or not any(part.result.outcome in WRONG_OR_PARTIAL for part in parts):
         return ""
     if shows_at_least(level, "counterexample"):
-        shown = "a configuration and your answer's value there, but not the correct value"
-        return f"For most wrong answers, this page shows {shown}."
+        details = "a configuration and your answer's value there, but not the correct value"
+        return f"For most wrong answers, this page shows {details}."
     if shows_at_least(level, "mistake"):
         return "Mistakes are named. Correct values, and configurations at which an answer is wrong, are not shown."
     return "This page shows only the points of each part, and answers that qdot could not parse."
@@ -175,7 +177,10 @@ def _add_caption(statement: str, problem: Problem) -> str:
 def _show_parts(
     pieces: Mapping[str, str], number: int, problem: Problem, results: Sequence[PartResult], feedback: str
 ) -> tuple[PartOnPage, ...]:
-    """Return the parts of a problem, whose `number` is counted from 1; their texts refer to other parts by number."""
+    """Return the parts of a problem with a number (from 1); their texts refer to other parts by number.
+
+    `pieces` are the stored texts and figures of the problem, as HTML.
+    """
     numbers = {result.name: f"{number}.{index}" for index, result in enumerate(results, 1)}
     parts = []
     for index, result in enumerate((limit_feedback(result, feedback) for result in results), 1):
@@ -185,17 +190,17 @@ def _show_parts(
         is_blank = outcome is Outcome.MISSING and not re.sub(r"blank|[\s\[\](),]", "", text or "")
         example = result.certificate and result.certificate.counterexample
         table = make_counterexample_table(problem, part, example) if is_wrong and example else None
-        reason = _write_reason(result, without_numbers=table is not None)
+        reason = _write_reason(result, omits_numbers=table is not None)
         part_on_page = PartOnPage(
             id=f"part-{number}-{index}", number=numbers[part.name], title=question_of(part).title, result=result,
-            word=_describe_outcome(result), reason=_number_parts(reason, problem, numbers),
-            advice=_number_parts(result.advice or "", problem, numbers),
+            outcome_text=_describe_outcome(result), reason=_replace_names_by_numbers(reason, problem, numbers),
+            advice=_replace_names_by_numbers(result.advice or "", problem, numbers),
             override=make_visible(describe_override(result.override, "Points")) if result.override else "",
-            certainty=_describe_certainty(part, result.certificate) if outcome is Outcome.CORRECT else "",
+            comparison=_describe_comparison(part, result.certificate) if outcome is Outcome.CORRECT else "",
             answer=None if text is None or is_blank else show_answer(problem, part, text),
-            entries=_mark_entries(problem, part, result) if is_wrong else None,
+            entry_states=_find_entry_states(problem, part, result) if is_wrong else None,
             followed_from=numbers.get(result.followed_from or ""), table=table,
-            example=draw_example(problem, part, example, text) if table is not None and example else "",
+            counterexample_figure=draw_example(problem, part, example, text) if table is not None and example else "",
             prompt=pieces[f"{part.name} prompt"], figure=pieces[f"{part.name} figure"],
             solution=to_html(write_solution(problem, part)) if feedback == "solutions" else None,
         )  # fmt: skip
@@ -205,30 +210,29 @@ def _show_parts(
 
 def _describe_outcome(part: PartResult) -> str:
     """Return the outcome of a part in words; a missing answer whose cell crashed is not called unanswered."""
-    stop_words = (word for pattern, word in STOP_WORDS if re.search(pattern, part.reason))
-    return next(stop_words if part.outcome is Outcome.MISSING else iter(()), OUTCOME_WORDS[part.outcome])
+    stop_outcomes = [text for pattern, text in CELL_STOP_OUTCOMES if re.search(pattern, part.reason)]
+    return stop_outcomes[0] if part.outcome is Outcome.MISSING and stop_outcomes else OUTCOME_WORDS[part.outcome]
 
 
-def _mark_entries(problem: Problem, part: Part, result: PartResult) -> list[list[str]] | None:
+def _find_entry_states(problem: Problem, part: Part, result: PartResult) -> list[list[str]] | None:
     """Return for each entry whether it is right, wrong or blank, or follows from an earlier wrong answer.
 
-    Return None if there are no separate entries.
+    Return None if the answer has only one entry, or none.
     """
     entries = result.entries or ()
     if sum(map(len, entries)) <= 1:
         return None
-    blanks = read_answer(problem, part, result.answer or "").blanks
+    blanks = read_answer(problem, part, result.answer or "").is_blank
     remaining_blanks = iter(blanks if len(blanks) == sum(map(len, entries)) else [False] * sum(map(len, entries)))
 
-    def mark(is_right: bool, does_follow: bool) -> str:
+    def find_state(is_right: bool, follows: bool) -> str:
         is_blank = next(remaining_blanks)
-        return "right" if is_right else "follows" if does_follow else "blank" if is_blank else "wrong"
+        return "right" if is_right else "follows" if follows else "blank" if is_blank else "wrong"
 
-    pairs = zip(entries, result.follows or entries, strict=True)
-    return [list(map(mark, row, following_row)) for row, following_row in pairs]
+    return [list(map(find_state, *rows)) for rows in zip(entries, result.follows or entries, strict=True)]
 
 
-def _number_parts(text: str, problem: Problem, numbers: Mapping[str, str]) -> str:
+def _replace_names_by_numbers(text: str, problem: Problem, numbers: Mapping[str, str]) -> str:
     """Return a text with the names of parts, as in "to 'jacobian'", replaced by their numbers on the page."""
     for name, number in numbers.items():
         names = f"{re.escape(name)}|{re.escape(question_of(problem[name]).title)}"
@@ -236,18 +240,18 @@ def _number_parts(text: str, problem: Problem, numbers: Mapping[str, str]) -> st
     return text
 
 
-def _write_reason(part: PartResult, without_numbers: bool) -> str:
-    """Return the reason why an answer is wrong; `without_numbers` leaves out the numbers that a table shows.
+def _write_reason(part: PartResult, omits_numbers: bool) -> str:
+    """Return the reason why an answer is wrong; if `omits_numbers`, without the numbers that a table shows.
 
     The first letter is a capital, unless the first word is a name such as `p1_jacobian`.
     """
-    reason = replace_patterns(remove_numbers(part.reason), SHORT_REASONS) if without_numbers else part.reason
+    reason = replace_patterns(remove_numbers(part.reason), SHORT_REASONS) if omits_numbers else part.reason
     if sum(not is_right for row in part.entries or () for is_right in row) > 1:
         reason = re.sub(r"(; |: |^)(entry [^;]* is wrong)$", r"\1for example, \2", reason, flags=re.IGNORECASE)
     return make_visible(reason if re.match(NAME_AT_START, reason) else reason[:1].upper() + reason[1:])
 
 
-def _describe_certainty(part: Part, certificate: Certificate | None) -> str:
+def _describe_comparison(part: Part, certificate: Certificate | None) -> str:
     """Return how a correct answer was compared, and the probability that a wrong one would have passed."""
     if certificate is None or (certificate.points < 2 and not certificate.bound):
         return ""

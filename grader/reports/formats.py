@@ -16,7 +16,7 @@ from qdot.grader.grading.result import Result
 from qdot.grader.reports import charts, github, gradescope, junit
 from qdot.grader.reports.class_page import make_class_page
 from qdot.grader.reports.excel import make_workbook
-from qdot.grader.reports.gradebooks import make_canvas_csv, make_moodle_csv, note_unmarked
+from qdot.grader.reports.gradebooks import describe_unmarked_students, make_canvas_csv, make_moodle_csv
 from qdot.grader.reports.tables import make_grades_csv
 
 
@@ -63,9 +63,9 @@ FORMATS = {
         ReportFormat("gradescope", "results.json for one student (`--student`)", "Gradescope",
                      "a harness with Gradescope's folders", gradescope.make_results_json, is_for_one_student=True),
         ReportFormat("canvas", "A file to import into Canvas's gradebook", "Canvas", IMPORTER_RULES, make_canvas_csv,
-                     make_notes=note_unmarked),
+                     make_notes=describe_unmarked_students),
         ReportFormat("moodle", "A file to import into Moodle's gradebook", "Moodle", IMPORTER_RULES, make_moodle_csv,
-                     make_notes=note_unmarked),
+                     make_notes=describe_unmarked_students),
         ReportFormat("xlsx", "A workbook: grades, and the outcomes of each part", "Excel, LibreOffice", "openpyxl",
                      make_workbook, check_library=lambda: require_extra("report", "--report xlsx", "xlsxwriter")),
         ReportFormat("html", "The class overview, a page for the staff", "any browser", "Chromium",

@@ -18,9 +18,9 @@ from qdot.exercises.writing.render import render
 from qdot.grader.grading.check import CheckedNotebook
 from qdot.grader.grading.result import Result
 from qdot.grader.marking.marking import format_points
-from qdot.grader.reports.answers import make_visible
-from qdot.grader.reports.rows import list_notes, make_rows
-from qdot.grader.reports.tables import UNMARKED_STATES, find_work_status, list_staff_notes
+from qdot.grader.reports.answer_display import make_visible
+from qdot.grader.reports.rows import list_notes, make_part_rows
+from qdot.grader.reports.tables import UNMARKED_STATUSES, find_work_status, list_staff_notes
 
 MAX_ANNOTATIONS = 10
 """Maximum number of annotations of each kind, errors and warnings."""
@@ -42,8 +42,10 @@ def make_summary(assignment: Assignment, results: Sequence[Result]) -> str:
 
     def render_summary(count: int) -> str:
         """Return the summary with the parts of the first `count` students."""
-        sections = [(result, make_rows(result, assignment.feedback), list_notes(result)) for result in results[:count]]
-        texts.update(sections=sections, left_out=len(results) - count)
+        sections = [
+            (result, make_part_rows(result, assignment.feedback), list_notes(result)) for result in results[:count]
+        ]
+        texts.update(sections=sections, omitted_count=len(results) - count)
         return render("reports/github.md.j2", **texts, escape_markdown=_escape_markdown, format_points=format_points)
 
     def measure_summary(count: int) -> int:
@@ -83,12 +85,12 @@ def make_annotations(assignment: Assignment, results: Sequence[Result]) -> str:
     class, there is an annotation for each student who has no mark or whose notebook could not be used.
     """
     if len(results) == 1:
-        rows = [row for row in make_rows(results[0], assignment.feedback) if not row.passed]
+        rows = [row for row in make_part_rows(results[0], assignment.feedback) if not row.has_full_points]
         kinds = ["warning" if row.points else "error" for row in rows]
         titles = [f"{row.part}: {row.points_text}" for row in rows]
         messages = [shorten(row.message, MAX_TEXT_LENGTH) for row in rows]
     else:
-        results = [result for result in results if find_work_status(result) in ("unusable", *UNMARKED_STATES)]
+        results = [result for result in results if find_work_status(result) in ("unusable", *UNMARKED_STATUSES)]
         kinds = ["error" if find_work_status(result) == "ungraded" else "warning" for result in results]
         titles = [result.student for result in results]
         messages = ["; ".join(list_staff_notes(result)) for result in results]
@@ -106,14 +108,14 @@ def _write_commands(kind: str, annotations: Sequence[Annotation], title: str) ->
     return "".join(annotation.command for annotation in annotations)
 
 
-def make_check_summary(checked: CheckedNotebook) -> str:
+def make_check_summary(notebook: CheckedNotebook) -> str:
     """Return the job summary of `qdot check`: the answers that qdot finds in a notebook."""
-    return render("reports/github-check.md.j2", checked=checked, escape_markdown=_escape_markdown)
+    return render("reports/github-check.md.j2", notebook=notebook, escape_markdown=_escape_markdown)
 
 
-def make_check_annotations(path: Path, checked: CheckedNotebook) -> str:
+def make_check_annotations(path: Path, notebook: CheckedNotebook) -> str:
     """Return a warning for every answer of a notebook that can't be parsed."""
-    rows = [row for row in checked.rows if not row.is_readable]
+    rows = [row for row in notebook.rows if not row.is_readable]
     annotations = [Annotation("warning", row.part, row.message, path.as_posix()) for row in rows]
     return _write_commands("warning", annotations, "qdot")
 

@@ -8,6 +8,7 @@ grade/import/csv/classes/load_data.php.
 
 import re
 from collections.abc import Iterator, Sequence
+from typing import NamedTuple
 
 from qdot.exercises.assignment import gradebook
 from qdot.exercises.assignment.assignment import Assignment, Student
@@ -18,8 +19,10 @@ from qdot.grader.grading.result import Result
 from qdot.grader.marking.marking import format_points
 from qdot.grader.reports.tables import escape_formula, find_work_status, is_marked
 
-KINDS_BY_TIME = {"Current": "Score Points Grade", "Final": "Score Points Grade", "Override": "Score Grade Status"}
-RESERVED_WORDS = tuple(f"{time} {kind}" for time, kinds in KINDS_BY_TIME.items() for kind in kinds.split())
+RESERVED_PHRASES = (
+    "Current Score", "Current Points", "Current Grade", "Final Score", "Final Points", "Final Grade", "Override Score",
+    "Override Grade", "Override Status",
+)  # fmt: skip
 """Canvas silently ignores a column whose title contains one of these phrases."""
 EXCUSED = "EX"
 """Canvas's word for a student who need not submit."""
@@ -31,8 +34,8 @@ MAX_GRADE = 100
 _PLAIN_NUMBER = re.compile(r"[+-]?[\d .]*")
 
 
-def note_unmarked(_: Assignment, results: Sequence[Result]) -> list[str]:
-    """Return a note on the students without a mark, with the reasons."""
+def describe_unmarked_students(_: Assignment, results: Sequence[Result]) -> list[str]:
+    """Return a note on the students without a mark, with the reasons, in a list; an empty list if all have a mark."""
     reasons = [f"{result.student} ({find_work_status(result)})" for result in results if not is_marked(result)]
     return [f"no mark for {', '.join(reasons)}"] if reasons else []
 
@@ -45,7 +48,7 @@ CANVAS_COLUMNS = {
     "SIS Login ID": ("sis login id", "login id"),
     "Section": ("section",),
 }
-"""Canvas's columns, with their names in an instructor's own roster; the name `id` is missing, as it is ambiguous."""
+"""Canvas's columns, with their names in an instructor's own roster; the name `id` would be ambiguous there."""
 
 
 def make_canvas_csv(assignment: Assignment, results: Sequence[Result]) -> str:
@@ -54,9 +57,11 @@ def make_canvas_csv(assignment: Assignment, results: Sequence[Result]) -> str:
     If Canvas already has the assignment, the column has the title from Canvas's export. Excused students stay excused.
     """
     title = _write_column_title(assignment)
-    word = next((word for word in RESERVED_WORDS if word in title), None)
-    if word is not None:
-        raise QdotError(f"canvas: Canvas ignores columns whose title contains {word!r}; change the assignment's title")
+    phrase = next((phrase for phrase in RESERVED_PHRASES if phrase in title), None)
+    if phrase is not None:
+        raise QdotError(
+            f"canvas: Canvas ignores columns whose title contains {phrase!r}; change the assignment's title"
+        )
     points = format_points(results[0].max_score)
     book = assignment.gradebook
     if book is not None and book.platform == gradebook.CANVAS:
@@ -65,47 +70,52 @@ def make_canvas_csv(assignment: Assignment, results: Sequence[Result]) -> str:
         header, students = _identify_by_roster(assignment.roster, title)
     rows = [header, [f"    {POINTS_ROW_MARKER}", *[""] * (len(header) - 2), points]]
     for result in results:
-        identity, earlier_cell = students[result.student]
-        is_excused = earlier_cell.strip().upper() == EXCUSED
+        student = students[result.student]
+        is_excused = student.previous_mark.strip().upper() == EXCUSED
         mark = format_points(result.score) if is_marked(result) else ""
-        rows.append([*_escape_cells(identity), EXCUSED if is_excused else mark])
+        rows.append([*_escape_cells(student.identity_cells), EXCUSED if is_excused else mark])
     return csv_text(rows)
 
 
-Identities = dict[str, tuple[Sequence[str], str]]
-"""For each student: the cells by which Canvas identifies the student, and the previous mark for the assignment."""
+class CanvasStudent(NamedTuple):
+    """The cells by which Canvas identifies a student, and the previous mark for the assignment ("" for none)."""
+
+    identity_cells: Sequence[str]
+    previous_mark: str
 
 
-def _identify_by_export(book: Gradebook, title: str, points: str) -> tuple[list[str], Identities]:
+def _identify_by_export(book: Gradebook, title: str, points: str) -> tuple[list[str], dict[str, CanvasStudent]]:
     """Return the header of the table, and the cells that identify its students, from Canvas's export."""
     column = _find_column(book, title)
     count = book.identity_column_count
     if column is None:
-        return [*book.header[:count], title], {name: (row[:count], "") for name, row in book.rows_by_student.items()}
+        students = {name: CanvasStudent(row[:count], "") for name, row in book.rows_by_student.items()}
+        return [*book.header[:count], title], students
     canvas_points = book.points_row[column] if book.points_row else ""
     if _parse_number(canvas_points) not in (None, _parse_number(points)):
         raise QdotError(
             f"canvas: {book.header[column]!r} has {canvas_points} points in Canvas, but {points} in qdot; change one "
             "of them (`points` in assignment.toml sets qdot's)"
         )
-    students: Identities = {name: (row[:count], row[column]) for name, row in book.rows_by_student.items()}
+    students = {name: CanvasStudent(row[:count], row[column]) for name, row in book.rows_by_student.items()}
     return [*book.header[:count], book.header[column]], students
 
 
-def _identify_by_roster(roster: Sequence[Student], title: str) -> tuple[list[str], Identities]:
+def _identify_by_roster(roster: Sequence[Student], title: str) -> tuple[list[str], dict[str, CanvasStudent]]:
     """Return the header of the table, and the cells that identify its students, from the roster's columns."""
-    rows = {student.id: dict(student.other_columns) for student in roster}
+    rows = {student.id: dict(student.other_cells) for student in roster}
     known_names = {name for row in rows.values() for name, cell in row.items() if cell.strip()}
     pairs = CANVAS_COLUMNS.items()
     columns = {canvas_name: next((name for name in names if name in known_names), "") for canvas_name, names in pairs}
     has_canvas_ids = any(columns[canvas_name] for canvas_name in ("ID", "SIS User ID", "SIS Login ID"))
-    students: Identities = {}
+    students = {}
     for student in roster:
         row = rows[student.id]
         identity = {canvas_name: row.get(name, "") for canvas_name, name in columns.items()}
         if not has_canvas_ids:
             identity["SIS Login ID"] = student.id
-        students[student.id] = [student.name or student.id, *identity.values()], row.get(title.lower(), "")
+        cells = [student.name or student.id, *identity.values()]
+        students[student.id] = CanvasStudent(cells, row.get(title.lower(), ""))
     return ["Student", *CANVAS_COLUMNS, title], students
 
 
@@ -158,7 +168,7 @@ def _list_identifying_columns(assignment: Assignment) -> list[tuple[str, list[st
         indices = [index for index in column_indices if index is not None]
         rows = [book.rows_by_student[student.id] for student in roster]
         columns = [(book.header[index], [row[index] for row in rows]) for index in indices]
-        names, keys = columns[:2], columns[2:]
+        names, keys = columns[:2], columns[2:]  # MOODLE_COLUMNS begins with the first name and the last name
     else:
         names, keys = [("Name", [student.name for student in roster])], list(_list_keys_of_roster(roster))
     identifying_columns = [(header, cells) for header, cells in keys if _identifies_everybody(cells)]
@@ -168,10 +178,10 @@ def _list_identifying_columns(assignment: Assignment) -> list[tuple[str, list[st
 def _list_keys_of_roster(roster: Sequence[Student]) -> Iterator[tuple[str, list[str]]]:
     """Yield the titles and cells of the roster's columns by which Moodle may identify students."""
     header_by_key = dict(zip(MOODLE_KEYS, ("ID number", "Username", "Email address"), strict=True))
-    for key in MOODLE_KEYS[:-1]:
+    for key in MOODLE_KEYS[:-1]:  # all but the email address
         for name in MOODLE_COLUMNS[key]:
-            if any(name == column for column, _ in roster[0].other_columns):
-                yield header_by_key[key], [dict(student.other_columns).get(name, "") for student in roster]
+            if any(name == column for column, _ in roster[0].other_cells):
+                yield header_by_key[key], [dict(student.other_cells).get(name, "") for student in roster]
     yield header_by_key["email"], [student.email for student in roster]
 
 

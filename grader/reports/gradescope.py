@@ -11,8 +11,8 @@ from dataclasses import dataclass
 from qdot.exercises.assignment.assignment import Assignment
 from qdot.exercises.common.json_form import as_json
 from qdot.grader.grading.result import Lateness, MarkingVersions, Result
-from qdot.grader.reports.answers import make_visible
-from qdot.grader.reports.rows import get_only_result, list_notes, make_rows
+from qdot.grader.reports.answer_display import make_visible
+from qdot.grader.reports.rows import get_only_result, list_notes, make_part_rows
 from qdot.grader.reports.tables import list_staff_notes
 
 VISIBILITY = ("visible", "after_due_date", "after_published", "hidden")
@@ -73,10 +73,10 @@ def make_gradescope_results(result: Result, feedback: str, visibility: str = "vi
     staff_data = StaffData(result.student, result.assignment, result.made_from, result.late, staff_notes)
     tests = tuple(
         PartTest(
-            row.title, row.part, row.points, row.max_points, "passed" if row.passed else "failed",
+            row.title, row.part, row.points, row.max_points, "passed" if row.has_full_points else "failed",
             make_visible(f"{row.outcome}: {row.message}"), "text", visibility,
         )
-        for row in make_rows(result, feedback)
+        for row in make_part_rows(result, feedback)
     )  # fmt: skip
     output = make_visible("\n".join(list_notes(result)))
     return GradescopeResults(result.score, output, "text", visibility, "hidden", tests, staff_data)

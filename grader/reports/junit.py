@@ -11,8 +11,8 @@ from collections.abc import Sequence
 from qdot.exercises.assignment.assignment import Assignment
 from qdot.grader.grading.result import Result
 from qdot.grader.marking.marking import format_points
-from qdot.grader.reports.answers import make_visible
-from qdot.grader.reports.rows import PartRow, make_rows
+from qdot.grader.reports.answer_display import make_visible
+from qdot.grader.reports.rows import PartRow, make_part_rows
 
 MAX_ATTRIBUTE_LENGTH = 300
 """Maximum number of characters of a message in an attribute; the element's text has the whole message."""
@@ -20,7 +20,7 @@ MAX_ATTRIBUTE_LENGTH = 300
 
 def write_junit_xml(assignment: Assignment, results: Sequence[Result]) -> str:
     """Return the text of the XML file, with a test suite for every student."""
-    student_rows = [(result, make_rows(result)) for result in results]
+    student_rows = [(result, make_part_rows(result)) for result in results]
     all_rows = [row for _, rows in student_rows for row in rows]
     root = ET.Element("testsuites", {"name": assignment.key, **_count_tests(all_rows)})
     for result, rows in student_rows:
@@ -31,7 +31,7 @@ def write_junit_xml(assignment: Assignment, results: Sequence[Result]) -> str:
             ET.SubElement(properties, "property", {"name": name, "value": format_points(points)})
         for row in rows:
             test = ET.SubElement(suite, "testcase", {"classname": classname, "name": f"{row.part}: {row.title}"})
-            if not row.passed:
+            if not row.has_full_points:
                 message = make_visible(f"{row.points_text} points, {row.outcome}: {row.message}")
                 kind = "error" if row.points is None else "failure"
                 ET.SubElement(
@@ -44,5 +44,5 @@ def write_junit_xml(assignment: Assignment, results: Sequence[Result]) -> str:
 def _count_tests(rows: Sequence[PartRow]) -> dict[str, str]:
     """Return the attributes of an element that count its tests, failures and errors."""
     errors = sum(row.points is None for row in rows)
-    failures = sum(not row.passed for row in rows) - errors
+    failures = sum(not row.has_full_points for row in rows) - errors
     return {"tests": str(len(rows)), "failures": str(failures), "errors": str(errors), "skipped": "0"}

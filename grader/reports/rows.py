@@ -11,7 +11,7 @@ from qdot.exercises.short_questions import ALL_QUESTIONS
 from qdot.grader.grading.result import Override, Result
 from qdot.grader.marking.marking import format_points
 from qdot.grader.reports.feedback_levels import limit_feedback
-from qdot.grader.reports.tables import UNMARKED_STATES, find_work_status
+from qdot.grader.reports.tables import UNMARKED_STATUSES, find_work_status
 
 MAX_MESSAGE_LENGTH = 4000
 """Maximum number of characters of the message on a part."""
@@ -33,7 +33,7 @@ class PartRow:
     message: str
 
     @property
-    def passed(self) -> bool:
+    def has_full_points(self) -> bool:
         """Whether the part has all its points, earned or set by a person."""
         return self.points is not None and self.points >= self.max_points
 
@@ -43,8 +43,8 @@ class PartRow:
         return f"{'no mark' if self.points is None else format_points(self.points)} of {format_points(self.max_points)}"
 
 
-def make_rows(result: Result, feedback: str = FEEDBACK[-1]) -> list[PartRow]:
-    """Return a row for every part, in the order of the assignment, at a level of feedback."""
+def make_part_rows(result: Result, feedback: str = FEEDBACK[-1]) -> list[PartRow]:
+    """Return a row for every part, in the order of the assignment, with what a level of feedback shows."""
     rows = []
     for name, part in result.parts.items():
         shown_part = limit_feedback(part, feedback)
@@ -61,8 +61,8 @@ def get_only_result(results: Sequence[Result], report_format: str) -> Result:
     """Return the only student's result. Raises QdotError if there are several students, or if a part has no mark."""
     if len(results) != 1:
         raise QdotError(f"--report {report_format} contains only one student; add --student ID")
-    if (state := find_work_status(results[0])) in UNMARKED_STATES:
-        cause = "qdot failed on an answer" if state == "ungraded" else "an answer or the notebook exceeded a limit"
+    if (status := find_work_status(results[0])) in UNMARKED_STATUSES:
+        cause = "qdot failed on an answer" if status == "ungraded" else "an answer or the notebook exceeded a limit"
         raise QdotError(f"{results[0].student} has no mark for {report_format}: {cause}")
     return results[0]
 
@@ -76,7 +76,7 @@ def describe_decisions(result: Result) -> list[str]:
     """Return notes for a student on the late penalty and on an override of the total."""
     notes, late = list[str](), result.late
     if late is not None:
-        penalty = f"{100 * late.penalty:.4g} % of your {_count_points(late.points_before)}"
+        penalty = f"{100 * late.penalty:.4g} % of your {_format_points_with_unit(late.points_before)}"
         deduction = f": {penalty} are deducted" if late.penalty else ""
         notes.append(f"Submitted {describe_duration(late.seconds)} after the due date{deduction}")
     return notes if result.override is None else [*notes, describe_override(result.override, "Total")]
@@ -86,8 +86,12 @@ def describe_override(override: Override, subject: str) -> str:
     """Return a note for a student on an override; `subject` is the total, or the points of a part."""
     if override.points is None:
         return f"Your instructor says: {override.comment}"
-    return f"{subject}: your instructor gave {_count_points(override.points)}: {override.comment}".removesuffix(": ")
+    return (
+        f"{subject}: your instructor gave {_format_points_with_unit(override.points)}: {override.comment}".removesuffix(
+            ": "
+        )
+    )
 
 
-def _count_points(points: float) -> str:
+def _format_points_with_unit(points: float) -> str:
     return f"{round(points, 2):g} {'point' if points == 1 else 'points'}"

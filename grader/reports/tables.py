@@ -45,13 +45,15 @@ def make_grades_csv(results: Sequence[Result], roster: Sequence[Student]) -> str
 def make_grades_table(results: Sequence[Result], roster: Sequence[Student]) -> tuple[list[str], list[list[Cell]]]:
     """Return the names of the columns, and a row of cells for every student."""
     by_id = {student.id: student for student in roster}
-    columns = [name for name, _ in roster[0].other_columns]
+    columns = [name for name, _ in roster[0].other_cells]
     rows: list[list[Cell]] = []
     for result in results:
         student = by_id[result.student]
-        cells = [student.id, student.name, student.email, *(value for _, value in student.other_columns)]
+        cells = [student.id, student.name, student.email, *(value for _, value in student.other_cells)]
         points = [part.points for part in result.parts.values()]
-        score, percent = (None, None) if find_work_status(result) in UNMARKED_STATES else (result.score, result.percent)
+        score, percent = (
+            (None, None) if find_work_status(result) in UNMARKED_STATUSES else (result.score, result.percent)
+        )
         sums = [score, result.max_score, percent, find_work_status(result), _compute_late_penalty(result)]
         notes = "; ".join((*list_staff_notes(result), *list_group_notes(result)))
         rows.append([*cells, *points, *sums, "; ".join(describe_overrides(result)), notes])
@@ -72,17 +74,17 @@ def is_marked(result: Result, *, count_zero: bool = False) -> bool:
     If `count_zero` is True, missing or unusable work also has a mark, which is 0. Work that qdot failed to grade never
     has a mark.
     """
-    state = find_work_status(result)
+    status = find_work_status(result)
     counts_anyway = count_zero or count_overridden(result) > 0
-    return state in ("graded", "late") or (state not in UNMARKED_STATES and counts_anyway)
+    return status in ("graded", "late") or (status not in UNMARKED_STATUSES and counts_anyway)
 
 
-UNMARKED_STATES = ("ungraded", "over limit", "to mark")
-"""States of work that has no mark until a person sets one."""
+UNMARKED_STATUSES = ("ungraded", "over limit", "to mark")
+"""The statuses of work that has no mark until a person sets one."""
 
 
 def find_work_status(result: Result) -> str:
-    """Return the state of a student's work.
+    """Return the status of a student's work.
 
     - "missing": nothing was submitted
     - "unusable": the submission has no notebook of this assignment

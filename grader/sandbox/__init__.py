@@ -2,7 +2,8 @@
 
 This package imports no other package of the grader.
 
-    contained/                  everything in the process in which students' code runs
-    clock, temporary_folder     budgets of processor time; temporary folders that are removed even after a crash
-    sandbox, guarantees         the grader's side of `contained`; the guarantees of this machine, tested by a probe
+    notebook_process/           everything in the process in which students' code runs
+    time_budgets                limits of processor time for tasks of the grader
+    temporary_folder            temporary folders that are removed even after a crash
+    sandbox, guarantees         the grader's end of the sandbox; the guarantees of this machine, tested by a probe
 """

@@ -15,11 +15,11 @@ from pathlib import Path
 from typing import Any, NamedTuple
 
 from qdot.exercises.common.errors import QdotError
-from qdot.grader.sandbox.contained.attempts import SEPARATE_ATTEMPTS
-from qdot.grader.sandbox.sandbox import REFUSED, Limits, Sandbox, check_system
+from qdot.grader.sandbox.notebook_process.escape_attempts import SEPARATE_ATTEMPTS
+from qdot.grader.sandbox.sandbox import WINDOWS_MESSAGE, Limits, Sandbox, check_system
 
 ENFORCED_BY_KERNEL, WATCHED_IN_PYTHON, NOT_ENFORCED = "enforced by the kernel", "watched in Python only", "missing"
-"""The three answers to the question of how a guarantee is enforced on this machine."""
+"""How this machine may enforce a guarantee."""
 
 
 @dataclass(frozen=True)
@@ -35,7 +35,7 @@ class Promise:
     is_watched: bool = False
 
 
-GUARANTEES = {
+PROMISES = {
     "files": Promise(
         "reads only Python and its libraries, and writes only into its own folder (64 MB), which is then removed",
         ("namespaces", "landlock", "seccomp", "user", "quota", "watch"), True),
@@ -49,7 +49,7 @@ GUARANTEES = {
     "time": Promise("can't use more processor time than its limit, and is then killed", ("limits",)),
     "privileges": Promise("has no root privileges and can't gain any", ("privileges", "seccomp", "user")),
 }  # fmt: skip
-"""What is guaranteed about a notebook, by the name of the guarantee."""
+"""What qdot promises about a notebook, by the name of the guarantee."""
 
 _ALLOW_NAMESPACES = (
     "Allow user namespaces: sysctl kernel.apparmor_restrict_unprivileged_userns=0 (Ubuntu), "
@@ -76,15 +76,15 @@ MEASURES = {
     "quota": Measure("count of written bytes", ""),
     "watch": Measure("audit hook", ""),
 }
-"""The measures by the names that `contained.confine` gives them."""
+"""The measures by the names that `notebook_process.isolation` gives them."""
 
 
 @dataclass(frozen=True)
 class Guarantee:
-    """A guarantee on this machine; its `name` is that of a promise in `GUARANTEES`, whose text is `promise`.
+    """How this machine keeps the promise in `PROMISES` with this `name`; `promise` is its text.
 
-    `by` says how the guarantee is enforced. `means` are the readable names of the measures that this machine has.
-    `achieved` lists what the probe achieved against the guarantee.
+    `by` is one of the values above, such as `ENFORCED_BY_KERNEL`. `means` are the titles of the measures that this
+    machine has. `achieved` lists what the probe achieved against the guarantee. `qdot doctor --json` shows these names.
     """
 
     name: str
@@ -114,9 +114,9 @@ def probe(disabled_measures: Iterable[str] = (), quick: bool = False) -> Finding
     switch off `disabled_measures`.
     """
     if not hasattr(os, "fork"):
-        guarantees = tuple(Guarantee(name, promise.text, NOT_ENFORCED, (), ()) for name, promise in GUARANTEES.items())
-        return Findings(guarantees, {"system": REFUSED})
-    achievements: dict[str, list[str]] = {name: [] for name in GUARANTEES}
+        guarantees = tuple(Guarantee(name, promise.text, NOT_ENFORCED, (), ()) for name, promise in PROMISES.items())
+        return Findings(guarantees, {"system": WINDOWS_MESSAGE})
+    achievements: dict[str, list[str]] = {name: [] for name in PROMISES}
     tested_guarantees: set[str] = set()
 
     def record_line(line: dict[str, Any]) -> None:
@@ -127,43 +127,41 @@ def probe(disabled_measures: Iterable[str] = (), quick: bool = False) -> Finding
     limits = Limits(seconds=10, memory=1 << 30)
     sandbox = Sandbox(limits, disabled_measures, load_libraries=False, processor_seconds=1)
     with _make_targets() as targets, sandbox:
-        targets |= {"memory": limits.memory, "seconds": 0 if quick else 1, "alone": None}
+        targets |= {"memory": limits.memory, "seconds": 0 if quick else 1, "separate_attempt": None}
         end = sandbox.exchange({"attempts": targets}, record_line)
-        if end not in EXPECTED_ENDS[quick] or not tested_guarantees >= GUARANTEES.keys() - {"time"}:
+        is_expected = end in ("done" if quick else "killed", "overtime")
+        if not is_expected or not tested_guarantees >= PROMISES.keys() - {"time"}:
             reason = f": {sandbox.not_started_reason}" if sandbox.not_started_reason else ""
             raise QdotError(f"the sandbox does not work on this machine: its probe ended early ({end}{reason})")
         if sandbox.has_left_processes:
             achievements["processes"].append("left processes running")
         unavailable_measures = sandbox.unavailable_measures
         for number in range(len(SEPARATE_ATTEMPTS)):
-            if sandbox.exchange({"attempts": {**targets, "seconds": 0, "alone": number}}, record_line) == "lost":
+            targets |= {"seconds": 0, "separate_attempt": number}
+            if sandbox.exchange({"attempts": targets}, record_line) == "lost":
                 achievements["processes"].append("killed the process that starts notebooks")
         if sandbox.has_left_files:
             achievements["files"].append("left files behind")
     if end == "overtime" and not achievements["time"]:
         achievements["time"].append("computed until it was killed from outside")
-    guarantees = tuple(_make_guarantee(name, achievements[name], unavailable_measures) for name in GUARANTEES)
+    guarantees = tuple(_make_guarantee(name, achievements[name], unavailable_measures) for name in PROMISES)
     return Findings(guarantees, unavailable_measures)
-
-
-EXPECTED_ENDS = {True: ("done", "overtime"), False: ("killed", "overtime")}
-"""The ends that a probe may have if the sandbox works, for a quick probe (True) and for a full probe (False)."""
 
 
 def _make_guarantee(name: str, achieved: list[str], unavailable_measures: dict[str, str]) -> Guarantee:
     """Return the guarantee of a name, with what enforces it; `achieved` lists what the probe achieved against it."""
-    available_measures = [measure for measure in GUARANTEES[name].measures if measure not in unavailable_measures]
+    available_measures = [measure for measure in PROMISES[name].measures if measure not in unavailable_measures]
     if "namespaces" not in unavailable_measures and "quota" in available_measures:
         available_measures.remove("quota")  # the notebook's own file system has a limited size, so nothing is counted
     titles = tuple(MEASURES[measure].title for measure in available_measures)
-    is_watched = GUARANTEES[name].is_watched and "watch" not in unavailable_measures
+    is_watched = PROMISES[name].is_watched and "watch" not in unavailable_measures
     enforcement = ENFORCED_BY_KERNEL if not achieved else WATCHED_IN_PYTHON if is_watched else NOT_ENFORCED
-    return Guarantee(name, GUARANTEES[name].text, enforcement, titles, tuple(achieved))
+    return Guarantee(name, PROMISES[name].text, enforcement, titles, tuple(achieved))
 
 
 @contextlib.contextmanager
 def _make_targets() -> Iterator[dict[str, Any]]:
-    """Yield the targets of a probe by name: a file, a world-writable folder, a port, a socket, and this process."""
+    """Yield what a probe attacks: a file, a world-writable folder, a port, a socket and this process."""
     with (
         tempfile.TemporaryDirectory(prefix="qdot-prey-") as folder,
         socket.create_server(("127.0.0.1", 0)) as server,
@@ -194,7 +192,7 @@ def check_sandbox(must_be_strict: bool) -> str:
     description = ", ".join(f"{guarantee.name}: {guarantee.by}" for guarantee in weak_guarantees)
     if not must_be_strict:
         return f"The sandbox on this machine is weaker than it should be ({description}); see `qdot doctor`."
-    weak_measures = {measure for guarantee in weak_guarantees for measure in GUARANTEES[guarantee.name].measures}
+    weak_measures = {measure for guarantee in weak_guarantees for measure in PROMISES[guarantee.name].measures}
     missing_measures = weak_measures & findings.lacking.keys()
     remedies = [measure.remedy for name, measure in MEASURES.items() if measure.remedy and name in missing_measures]
     raise QdotError(
@@ -205,5 +203,8 @@ def check_sandbox(must_be_strict: bool) -> str:
 
 def list_remedies(findings: Findings) -> list[str]:
     """Return a line for each measure that is not available here: the reason, and how to make it available."""
-    pairs = [(MEASURES.get(name, Measure(name, "")), reason) for name, reason in findings.lacking.items()]
-    return [f"{measure.title}: not available ({reason}). {measure.remedy}".strip() for measure, reason in pairs]
+    lines = []
+    for name, reason in findings.lacking.items():
+        measure = MEASURES.get(name, Measure(name, ""))
+        lines.append(f"{measure.title}: not available ({reason}). {measure.remedy}".strip())
+    return lines

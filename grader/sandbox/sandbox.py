@@ -1,10 +1,10 @@
 """Run a notebook's cells in a separate process with limits, and return the notebook's answers as text.
 
-A `Sandbox` has one forking process (`contained`), which forks once for each notebook. The forking process is started by
-its path with `-I`, with an almost empty environment and without any module of qdot. Every notebook has two pipes to the
-grader: one for its report, and one for the request and for receipts of reported lines. The forking process does not see
-what is in the pipes. If a notebook kills the forking process, the notebook's report so far remains valid, and the next
-notebook gets a new forking process.
+A `Sandbox` has one forking process (`notebook_process.forking_process`), which forks for each notebook. It starts with
+an almost empty environment and without any module of qdot. Every notebook has two pipes to the grader: one for its
+report, and one for the request and for receipts of reported lines. The forking process does not see what is in the
+pipes. If a notebook kills the forking process, the notebook's report so far remains valid, and the next notebook gets a
+new forking process.
 """
 
 import contextlib
@@ -25,10 +25,10 @@ from typing import Any, NamedTuple
 
 from qdot.exercises.common.errors import QdotError
 from qdot.exercises.common.json_form import as_json
-from qdot.grader.sandbox.contained import confine
+from qdot.grader.sandbox.notebook_process import isolation
 from qdot.grader.sandbox.temporary_folder import TemporaryFolder, make_temporary_folder
 
-REFUSED = (
+WINDOWS_MESSAGE = (
     "qdot can't sandbox student code on Windows, so it does not run any. Use the container (docs/container.md) or WSL, "
     "where the same command works. Everything else in qdot works on Windows"
 )
@@ -37,14 +37,11 @@ REFUSED = (
 def check_system() -> None:
     """Raise QdotError if this system can't run notebooks."""
     if not hasattr(os, "fork"):
-        raise QdotError(REFUSED)
+        raise QdotError(WINDOWS_MESSAGE)
 
 
-CONTAINED_FOLDER = Path(__file__).with_name("contained")
-"""The folder that is started as the forking process."""
-
-LONGEST_REPORT = 4_100_000
-"""Maximum number of bytes that are read from a notebook's report; the notebook's process stops a little earlier."""
+READ_REPORT_BYTES = isolation.MAX_REPORT_BYTES + 100_000
+"""Maximum number of bytes that are read from a notebook's report, with room for the line that exceeds the limit."""
 
 MAX_REPORT_LINES = 50_000
 """Maximum number of lines that are read from a report, in addition to one line for the beginning of each cell."""
@@ -77,16 +74,16 @@ class Limits:
     def description(self) -> str:
         """The limits as a phrase for messages."""
         return (
-            f"{self.memory / 2**30:g} GB of memory, {self.seconds:g} s, {confine.MAX_DISK_BYTES / 1e6:g} MB in at most "
-            f"{confine.MAX_FILES} files, folders nested {confine.MAX_DEPTH} deep"
+            f"{self.memory / 2**30:g} GB of memory, {self.seconds:g} s, {isolation.MAX_DISK_BYTES / 1e6:g} MB "
+            f"in at most {isolation.MAX_FILES} files, folders nested {isolation.MAX_DEPTH} deep"
         )
 
 
 @dataclass(frozen=True)
-class Calls:
+class FunctionArguments:
     """The arguments for answers that are functions: the names of the joint variables, and those of all symbols.
 
-    `points` has one row for each call: the values of all symbols in rad and m.
+    `points` has one row for each call: a value for each of the `symbols`, in rad and m.
     """
 
     joints: tuple[str, ...]
@@ -98,7 +95,7 @@ class Calls:
 class Run:
     """The result of running a notebook; `end` is how the run ended, as in `Sandbox.exchange`.
 
-    Answers are given by the variable's name, and cells by their index in the notebook.
+    The keys of dicts are the variables' names for answers, and the indices in the notebook for cells.
     """
 
     answers: dict[str, str] = field(default_factory=dict)
@@ -109,16 +106,16 @@ class Run:
     """For each cell that stopped, the error."""
     stop_lines: dict[int, int] = field(default_factory=dict)
     """The lines on which cells stopped, if known."""
-    failed_imports: dict[int, tuple[int, str]] = field(default_factory=dict)
-    """For each cell, the line of the first import that failed, and why; the cell continued after that import."""
+    failed_imports: dict[int, "FailedImport"] = field(default_factory=dict)
+    """For each cell, the first import that failed; the cell continued after that import."""
     end: str = "done"
     limits: Limits = Limits()
     last_begun_cell: int | None = None
     """The last cell that began."""
     earlier_values: dict[str, list[str]] = field(default_factory=dict)
     """All texts that an answer had during the run, in order."""
-    replaced_symbols: dict[str, tuple[int, str]] = field(default_factory=dict)
-    """The symbols that a number replaced in an answer: for each, the cell that set the number, and the number."""
+    replaced_symbols: dict[str, "Replacement"] = field(default_factory=dict)
+    """For each variable that was a symbol when an answer needed it as one, the number that replaced the symbol."""
 
     def describe_end(self, cell_name: str = "it") -> str:
         """Return a sentence on how the run ended, with the name of the last cell; empty if the run ended normally."""
@@ -135,6 +132,20 @@ class Run:
         return f"{descriptions[self.end]}; later cells were not run" if self.end in descriptions else ""
 
 
+class FailedImport(NamedTuple):
+    """An import that failed: its line in the cell, and the error message."""
+
+    line: int
+    error: str
+
+
+class Replacement(NamedTuple):
+    """A number that a cell gave to a variable that had been a symbol, as text."""
+
+    cell_index: int
+    number: str
+
+
 def _is_cell_index(number: Any, cells: Sequence[str | None]) -> bool:
     return type(number) is int and 0 <= number < len(cells)
 
@@ -144,7 +155,7 @@ def _is_line_number(number: Any) -> bool:
 
 
 def _make_printable(message: object) -> str:
-    """Return a notebook's error message as one line without control characters."""
+    """Return the beginning of a notebook's error message as one line without control characters."""
     line = (" " if character.isspace() else character for character in str(message)[:MAX_ERROR_LENGTH])
     return "".join(character if character.isprintable() else "\N{REPLACEMENT CHARACTER}" for character in line)
 
@@ -187,11 +198,11 @@ class Sandbox:
         self.limits = limits or Limits()
         self.unavailable_measures: dict[str, str] = {}
         self.not_started_reason = ""
-        self._left_running = False
+        self._has_left_processes = False
         self._strict = strict
         self._config = {
             "memory": self.limits.memory, "seconds": processor_seconds or int(self.limits.seconds) + 1,
-            "without": sorted(disabled_measures), "loaded": load_libraries, "warm": warm_up,
+            "disabled_measures": sorted(disabled_measures), "load_libraries": load_libraries, "warm_up": warm_up,
         }  # fmt: skip
         self._process: subprocess.Popen[bytes] | None = None
         self._control: socket.socket | None = None
@@ -224,18 +235,19 @@ class Sandbox:
             self._folder = None
 
     def run(
-        self, cells: Sequence[str | None], names: Sequence[str], calls: Mapping[str, Calls] | None = None,
-        setup: str = "", modules: Mapping[str, str] | None = None,
+        self, cells: Sequence[str | None], names: Sequence[str],
+        arguments: Mapping[str, FunctionArguments] | None = None, setup: str = "",
+        modules: Mapping[str, str] | None = None,
     ) -> Run:  # fmt: skip
         """Run the code `setup` of qdot, then the cells that are not None; return the values of `names` as text.
 
         Cells may import `modules`: Python files, by name, that are put into the notebook's folder. An answer that is a
-        function is called with the arguments that `calls` gives for a prefix of the variable's name (see `callables`).
+        function is called with the `arguments` for the slot with which the variable's name begins, as in `p1_position`.
         Raises QdotError if the notebook can't be isolated as it should be.
         """
         request = {
             "cells": list(cells), "names": list(names), "cell_seconds": self.limits.cell_seconds,
-            "calls": as_json(calls or {}), "setup": setup, "modules": dict(modules or {}),
+            "arguments": as_json(arguments or {}), "setup": setup, "modules": dict(modules or {}),
         }  # fmt: skip
         run = Run(limits=self.limits)
 
@@ -256,22 +268,23 @@ class Sandbox:
                     if _is_line_number(line.get("line")):
                         run.stop_lines[index] = line["line"]
                 case {"missed": index, "line": number} if _is_cell_index(index, cells) and _is_line_number(number):
-                    run.failed_imports.setdefault(index, (number, _make_printable(line.get("error"))))
-                case {"lost": str(symbol), "set": index} if _is_cell_index(index, cells):
+                    run.failed_imports.setdefault(index, FailedImport(number, _make_printable(line.get("error"))))
+                case {"replaced": str(symbol), "set": index} if _is_cell_index(index, cells):
                     name, number = (_make_printable(text)[:40] for text in (symbol, line.get("value")))
-                    if len(run.replaced_symbols) < confine.MAX_REPLACED_SYMBOLS:
-                        run.replaced_symbols[name] = index, number
+                    if len(run.replaced_symbols) < isolation.MAX_REPLACED_SYMBOLS:
+                        run.replaced_symbols[name] = Replacement(index, number)
 
         run.end = self.exchange(request, record_line)
         return run
 
-    def exchange(self, request: dict[str, Any], on_line: Callable[[dict[str, Any]], None]) -> str:
-        """Send a request to a child process, call `on_line` with each line of its report, and return how it ended.
+    def exchange(self, request: dict[str, Any], handle_line: Callable[[dict[str, Any]], None]) -> str:
+        """Send a request to a child process, call `handle_line` with each line of its report, and return how it ended.
 
         - "done": the child has done everything
         - "closed": the child closed its pipe or reported too much
         - "overtime": the time was up
-        - "killed", "crashed": the kernel killed the child for a limit, or another signal ended it
+        - "killed": the kernel killed the child because it exceeded a limit
+        - "crashed": another signal ended the child
         - "lost": the forking process has ended, possibly because the notebook killed it
         - "unbegun": nothing was run, for a reason that lies outside the notebook
         """
@@ -279,18 +292,18 @@ class Sandbox:
         self._start()
         assert self._control is not None
         try:
-            receipts, report = self._receive_pipes()
+            request_writer, report_reader = self._receive_pipes()
             cell_count = len(request.get("cells", ()))
-            lines = _ReportLines(report, self.limits.seconds, self._query_processor_time, cell_count)
+            lines = _ReportLines(report_reader, self.limits.seconds, self._query_processor_time, cell_count)
             self._last_report = lines
             try:
-                end = _exchange_with_child(request, lines, receipts, on_line)
+                end = _exchange_with_child(request, lines, request_writer, handle_line)
             finally:
-                os.close(receipts)
+                os.close(request_writer)
             self._control.sendall(b"c" if end == "closed" else b"s")
             if end == "done":  # the forking process cleans up while the grader marks the answers
                 return end
-            ending_signal = self._await_end_of_last()
+            ending_signal = self._await_notebook_end()
         except (_ForkingProcessEnded, OSError) as error:
             self.close()
             self.not_started_reason = str(error) if isinstance(error, _NotebookNotStarted) else ""
@@ -312,7 +325,7 @@ class Sandbox:
     def has_left_processes(self) -> bool:
         """Whether any process of the last notebook continued to run after the notebook's end."""
         self._tidy_up()
-        return self._left_running
+        return self._has_left_processes
 
     @property
     def has_left_files(self) -> bool:
@@ -324,16 +337,16 @@ class Sandbox:
         """Wait for the end of the last notebook; if the forking process has ended, close, so that it restarts."""
         if self._last_report is not None:
             try:
-                self._await_end_of_last()
+                self._await_notebook_end()
             except (_ForkingProcessEnded, OSError):
                 self.close()
 
-    def _await_end_of_last(self) -> int:
+    def _await_notebook_end(self) -> int:
         """Return the signal that ended the last notebook prematurely; 0 if none did. Raises _ForkingProcessEnded."""
         assert self._last_report is not None
         message = self._receive()
         self._cost = Cost(self._cost.seconds + message["seconds"], max(self._cost.memory, message["memory"]))
-        self._left_running = not self._last_report.ends_within(seconds=1.0)
+        self._has_left_processes = not self._last_report.ends_within(seconds=1.0)
         self._close_last_report()
         return int(message["signal"])
 
@@ -343,7 +356,7 @@ class Sandbox:
             lines.close()
 
     def _receive_pipes(self) -> list[int]:
-        """Return the descriptors of the pipes into and out of the waiting child. Raises _NotebookNotStarted."""
+        """Return the descriptors of the pipes into the waiting child and out of it. Raises _NotebookNotStarted."""
         assert self._control is not None
         try:
             self._control.sendall(b"r")
@@ -365,7 +378,7 @@ class Sandbox:
         return float(self._receive()["used"])
 
     def _receive(self) -> dict[str, Any]:
-        """Return the next message of the forking process, as `zygote` describes it; no notebook can write one.
+        """Return the next message of the forking process, as `forking_process` describes it; no notebook can write one.
 
         Raises _ForkingProcessEnded.
         """
@@ -388,23 +401,23 @@ class Sandbox:
         self.close()
         check_system()
         self._folder = make_temporary_folder("qdot-sandbox-")
-        names = ("PATH", "SYSTEMROOT", "LD_LIBRARY_PATH")
+        inherited_names = os.environ.keys() & {"PATH", "SYSTEMROOT", "LD_LIBRARY_PATH"}
         environment = {
-            **{name: os.environ[name] for name in names if name in os.environ}, "HOME": tempfile.gettempdir(),
+            **{name: os.environ[name] for name in inherited_names}, "HOME": tempfile.gettempdir(),
             "LANG": "C.UTF-8", "MPLBACKEND": "Agg", "PYTHONHASHSEED": "0", "OPENBLAS_NUM_THREADS": "1",
             "OMP_NUM_THREADS": "1", "MKL_NUM_THREADS": "1",
         }  # fmt: skip
-        config = {**self._config, "folder": self._folder.path}
+        config = json.dumps({**self._config, "folder": self._folder.path})
+        program_folder = str(Path(isolation.__file__).parent)
         self._control, child_end = socket.socketpair()
         with child_end:
             self._process = subprocess.Popen(
-                [sys.executable, "-I", str(CONTAINED_FOLDER), json.dumps(config)], stdin=child_end.fileno(),
-                stdout=subprocess.DEVNULL, stderr=subprocess.DEVNULL, env=environment, cwd=tempfile.gettempdir(),
-                start_new_session=True,
+                [sys.executable, "-I", program_folder, config], stdin=child_end.fileno(), stdout=subprocess.DEVNULL,
+                stderr=subprocess.DEVNULL, env=environment, cwd=tempfile.gettempdir(), start_new_session=True,
             )  # fmt: skip
         self._control.settimeout(FORKING_PROCESS_TIMEOUT)
         try:
-            self.unavailable_measures = self._receive()["lacking"]
+            self.unavailable_measures = self._receive()["unavailable"]
         except (_ForkingProcessEnded, OSError) as error:
             self.close()
             failure = str(error) if isinstance(error, _ForkingProcessEnded) else ""
@@ -421,15 +434,16 @@ class _ReportLines:
     """Reads lines of JSON from an untrusted pipe, with limits of time and size.
 
     `get_processor_time` returns the notebook's processor time so far, in seconds. The time is up if the processor time
-    exceeds `seconds`, or if the real time exceeds `seconds` plus `MAX_SLOWDOWN` times the processor time. The limit of
-    size grows with the number of cells.
+    exceeds `seconds`, or if the real time exceeds `seconds` plus `MAX_SLOWDOWN` times the processor time. The limit on
+    the size grows with the number of cells.
     """
 
     def __init__(
         self, descriptor: int, seconds: float, get_processor_time: Callable[[], float], cell_count: int
     ) -> None:
         self._descriptor, self._seconds, self._get_processor_time = descriptor, seconds, get_processor_time
-        self._max_lines, self._max_bytes = MAX_REPORT_LINES + cell_count, LONGEST_REPORT + CELL_START_BYTES * cell_count
+        self._max_lines = MAX_REPORT_LINES + cell_count
+        self._max_bytes = READ_REPORT_BYTES + CELL_START_BYTES * cell_count
         self._start_time = time.monotonic()
         self._deadline = self._start_time + seconds
         self._lines: deque[bytes] = deque()
@@ -443,7 +457,7 @@ class _ReportLines:
         while not self._lines:
             timeout = max(0.0, self._deadline - time.monotonic())
             if not select.select([self._descriptor], [], [], timeout)[0]:
-                if self._is_over():
+                if self._is_time_up():
                     return "overtime"
                 continue
             data = os.read(self._descriptor, 1 << 16)
@@ -458,10 +472,10 @@ class _ReportLines:
             content = {}
         return content if isinstance(content, dict) else {}
 
-    def _is_over(self) -> bool:
+    def _is_time_up(self) -> bool:
         """Return whether the time is up; if not, set the deadline to the next moment at which it may be up."""
         used_seconds, now = self._get_processor_time(), time.monotonic()
-        end_time = self._start_time + self._seconds + confine.MAX_SLOWDOWN * used_seconds
+        end_time = self._start_time + self._seconds + isolation.MAX_SLOWDOWN * used_seconds
         remaining = min(self._seconds - used_seconds, end_time - now)
         self._deadline = now + max(remaining, 0.02)
         return remaining <= 0
@@ -478,32 +492,31 @@ class _ReportLines:
 
 
 def _exchange_with_child(
-    request: dict[str, Any], lines: _ReportLines, receipts: int, on_line: Callable[[dict[str, Any]], None]
+    request: dict[str, Any], lines: _ReportLines, request_writer: int, handle_line: Callable[[dict[str, Any]], None]
 ) -> str:
     """Send a child its request as soon as the child is isolated, and return how its report ended.
 
-    `lines` has the child's report, and `receipts` is the descriptor of the pipe into the child. `on_line` is called
-    with each line of the report. Raises _NotebookNotStarted if the child dies before it reads the request, which no
-    notebook can cause. Raises QdotError, and sends no request, if a measure fails that worked when the forking process
-    started.
+    `lines` has the child's report, and `request_writer` is the descriptor of the pipe into the child, which also takes
+    a receipt for each line. Raises _NotebookNotStarted if the child dies before it reads the request; no notebook can
+    cause that. Raises QdotError, and sends no request, if a measure fails that worked when the forking process started.
     """
     greeting = lines.next()
     if isinstance(greeting, str):
         raise _NotebookNotStarted
     if "failed" in greeting:
         raise _NotebookNotStarted(str(greeting["failed"])[:300])
-    if not greeting.get("confined"):
+    if not greeting.get("isolated"):
         raise QdotError(f"a notebook was not run because it could not be isolated: {greeting.get('unprotected')}")
     # If the child has died, the end of its report shows that.
-    with contextlib.suppress(BrokenPipeError), open(receipts, "wb", closefd=False) as pipe:
+    with contextlib.suppress(BrokenPipeError), open(request_writer, "wb", closefd=False) as pipe:
         pipe.write((json.dumps(request) + "\n").encode())
     if isinstance(lines.next(), str):  # the next line reports that the notebook begins
         raise _NotebookNotStarted
-    os.set_blocking(receipts, False)
+    os.set_blocking(request_writer, False)
     while not isinstance(line := lines.next(), str):
         if line.get("done") is True:
             return "done"
-        on_line(line)
+        handle_line(line)
         with contextlib.suppress(OSError):  # the child may have ended, or may no longer read receipts
-            os.write(receipts, b".")
+            os.write(request_writer, b".")
     return line

@@ -8,7 +8,7 @@ from dataclasses import dataclass
 from pathlib import Path
 
 from qdot.exercises.common.files import IS_POSIX, lock
-from qdot.grader.sandbox.contained import folders
+from qdot.grader.sandbox.notebook_process import folder_removal
 
 SUFFIX = ".tmp"
 """The ending of these folders' names, so that a user's own folder such as qdot-submissions-autumn is never removed."""
@@ -33,7 +33,7 @@ class TemporaryFolder:
     def remove(self) -> None:
         """Remove the folder and its content."""
         with contextlib.suppress(OSError):
-            folders.remove(self.path) if IS_POSIX else shutil.rmtree(self.path)
+            folder_removal.remove_folder(self.path) if IS_POSIX else shutil.rmtree(self.path)
         with contextlib.suppress(OSError):
             os.close(self.descriptor)
 
@@ -65,6 +65,6 @@ def _remove_unless_locked(path: Path) -> None:
     try:
         if os.fstat(descriptor).st_uid == os.geteuid():
             lock(descriptor, wait=False)
-            folders.remove(str(path), REMOVAL_TIMEOUT)
+            folder_removal.remove_folder(str(path), REMOVAL_TIMEOUT)
     finally:
         os.close(descriptor)

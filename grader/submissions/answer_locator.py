@@ -16,7 +16,7 @@ from dataclasses import dataclass, field
 import sympy
 
 from qdot.exercises.problem.problem import Problem, name_answer_variable
-from qdot.grader.sandbox.contained.ipython import translate_to_python
+from qdot.grader.sandbox.notebook_process.ipython import translate_to_python
 from qdot.grader.sandbox.sandbox import Run
 from qdot.grader.submissions.cells import Cell, OverLimit, find_first_syntax_error, make_printable, parse_python
 
@@ -79,7 +79,9 @@ def find_answers(cells: Sequence[Cell], parts: Sequence[str], run_cells: RunCell
     forbidden_cells = [index for index, error in sorted(errors.items()) if error.startswith("PermissionError")]
     answers = Answers(result, {}, notebook.notes, [stop_notes[index] for index in forbidden_cells])
     answers.notes += _find_first_stop(notebook, stop_notes)
-    answers.notes += [_describe_lost_symbol(name, *number) for name, number in result.replaced_symbols.items()]
+    answers.notes += [
+        _describe_replacement(name, *replacement) for name, replacement in result.replaced_symbols.items()
+    ]
     answers.notes += [*_describe_overtime(notebook, result), *filter(None, [_describe_end(result)])]
     for part, name in names.items():
         if _is_missing(result, name):
@@ -351,7 +353,7 @@ def _note_several_values(answers: Answers, part: str, name: str, notebook: _Note
         answers.notes.append(f"{fact}; qdot used its value at the end of the notebook")
 
 
-def _describe_lost_symbol(name: str, index: int, value: str) -> str:
+def _describe_replacement(name: str, index: int, value: str) -> str:
     """Return a note that a number, which a cell assigned to a symbol, replaced the symbol in answers."""
     name, value = make_printable(name), make_printable(value)
     problem = f"{name} = {value} in {_name_cells([index])} replaces the symbol by a number, also in later answers"

@@ -39,7 +39,7 @@ class Roster:
         self._other_ids: dict[str, set[str]] = {}
         self._names: dict[str, set[str]] = {}
         for student in students:
-            identifiers = [value for column, value in student.other_columns if _ID_COLUMN.search(column)]
+            identifiers = [value for column, value in student.other_cells if _ID_COLUMN.search(column)]
             for text in (student.email, student.email.partition("@")[0], *identifiers):
                 if text.strip():
                     self._other_ids.setdefault(_fold_case(text), set()).add(student.id)

@@ -25,7 +25,7 @@ def exporting(folder: Path) -> Iterator[Figure]:
     """Yield the time of a bank of every export format in one process; the same secret gives all the same problems."""
     place = folder / "bank"
     students, secret = (Student("ada", "Ada"),), "0123456789abcdef"
-    init_assignment(place, "Homework", "homework", students, secret, problems=SETS[DEFAULT_SET])
+    init_assignment(place, "Homework", "homework", students, secret, problem_set=SETS[DEFAULT_SET])
     bank_alone = processor_time([sys.executable, "-m", __name__, str(place)], folder, paths=str(ROOT))
     for export_format, goal in GOALS.items():
         command = [*QDOT, "export", str(place), "--to", export_format, "--variants", str(VARIANTS), "--jobs", "1"]

@@ -12,7 +12,7 @@ import time
 
 import sympy
 
-from qdot.grader.sandbox.contained import runner
+from qdot.grader.sandbox.notebook_process import runner
 
 
 def main() -> None:

@@ -6,7 +6,7 @@ import time
 from pathlib import Path
 
 from qdot.exercises.families import FAMILIES
-from qdot.exercises.generation import generate, questions_of_family
+from qdot.exercises.generation import generate, list_questions_of_family
 from qdot.exercises.problem.problem import ProblemId
 
 from .clock import processor_time
@@ -99,7 +99,7 @@ def first_problems() -> tuple[str, float]:
     seconds = {}
     for name in FAMILIES:
         start = time.process_time()
-        generate(ProblemId(name, 1, questions_of_family(name)[:4]))
+        generate(ProblemId(name, 1, list_questions_of_family(name)[:4]))
         seconds[name] = time.process_time() - start
     slowest = max(seconds, key=lambda name: seconds[name])
     return slowest, seconds[slowest]

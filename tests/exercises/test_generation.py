@@ -21,8 +21,8 @@ from qdot.exercises.families import FAMILIES
 from qdot.exercises.generation import (
     check_questions,
     generate,
+    list_questions_of_family,
     make_student_problem_id,
-    questions_of_family,
     sample_chain,
 )
 from qdot.exercises.problem.problem import ENGINE, MAX_SEED, Part, Problem, ProblemId
@@ -114,7 +114,7 @@ def test_a_part_is_the_same_whatever_else_is_asked(family: str, seeds: range) ->
 def test_parts_need_parts_of_the_same_problem(family: str) -> None:
     problem = get_problem(family, 0)
     names = [part.name for part in problem.parts]
-    assert names == list(questions_of_family(family))
+    assert names == list(list_questions_of_family(family))
     assert all(need in names for part in problem.parts for need in part.prerequisites)
     assert problem.max_points == sum(part.points for part in problem.parts)
 
@@ -182,8 +182,8 @@ def test_a_question_of_another_convention_is_refused_with_the_convention_it_need
 
 
 def test_every_question_can_be_asked_of_some_family() -> None:
-    told = {name: questions_of_family("planar-2r", name) for name in CONVENTIONS}
-    assert set().union(*(questions_of_family(family) for family in FAMILIES), *told.values()) == set(QUESTIONS)
+    told = {name: list_questions_of_family("planar-2r", name) for name in CONVENTIONS}
+    assert set().union(*(list_questions_of_family(family) for family in FAMILIES), *told.values()) == set(QUESTIONS)
     assert set(told["screws"]) & OF_CONVENTIONS == {question.name for question in screws.QUESTIONS}
 
 
@@ -214,7 +214,7 @@ def test_a_class_has_different_answers(family: str) -> None:
     whole = Counter(repr([part.answer for part in problem.parts]) for problem in problems)
     assert sum(count for count in whole.values() if count > 1) <= STUDENTS // 100
     all_letters: Counter[str] = Counter()
-    for number, name in enumerate(questions_of_family(family)):
+    for number, name in enumerate(list_questions_of_family(family)):
         parts = [problem.parts[number] for problem in problems]
         if name not in FEW:
             assert len({repr(part.answer) for part in parts}) >= LEAST_DISTINCT * min(STUDENTS, 40), name

@@ -6,7 +6,7 @@ from qdot.exercises.assignment.assignment import Assignment, Student, load_assig
 from qdot.exercises.assignment.release import init_assignment
 from qdot.exercises.assignment.sets import DEFAULT_SET, SETS
 from qdot.exercises.exports.export_format import ExportRequest
-from qdot.exercises.generation import list_applicable_questions, questions_of_family, sample_chain
+from qdot.exercises.generation import list_applicable_questions, list_questions_of_family, sample_chain
 from qdot.exercises.problem.problem import ProblemId
 from qdot.exercises.questions import QUESTIONS
 from qdot.exercises.short_questions import SHORT_QUESTIONS
@@ -23,7 +23,7 @@ def assignment(folder: Path, which: str) -> Assignment:
     """Make an assignment of two students: PLAIN, PUMA, EVERYTHING, or a ready-made set by its name."""
     students = (Student("ada", "Ada Lovelace", "ada@example.org"), Student("hen", "Henri Poincaré", "hp@example.org"))
     init_assignment(
-        folder, f"Arms & <signs>: {which}", which, students, SECRET, problems=SETS.get(which, SETS[DEFAULT_SET])
+        folder, f"Arms & <signs>: {which}", which, students, SECRET, problem_set=SETS.get(which, SETS[DEFAULT_SET])
     )
     problems = {PUMA: _puma, EVERYTHING: _everything}.get(which)
     if problems is not None:
@@ -38,14 +38,14 @@ def order(folder: Path, which: str, variants: int = 1) -> ExportRequest:
 
 
 def _puma() -> str:
-    return _problem(PUMA_560, [name for name in questions_of_family(PUMA_560) if name in QUESTIONS])
+    return _problem(PUMA_560, [name for name in list_questions_of_family(PUMA_560) if name in QUESTIONS])
 
 
 def _everything() -> str:
     left, problems = [*QUESTIONS, *SHORT_QUESTIONS], []
     for family in FAMILIES:
         can = {
-            *questions_of_family(family),
+            *list_questions_of_family(family),
             *list_applicable_questions(sample_chain(ProblemId(family, 0)), SHORT_QUESTIONS),
         }
         asked = [name for name in left if name in can]

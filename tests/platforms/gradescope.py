@@ -14,7 +14,7 @@ from typing import Any
 
 from qdot.exercises.assignment.assignment import Student
 from qdot.exercises.exports.nbgrader import list_parts
-from qdot.grader.reports.rows import make_rows
+from qdot.grader.reports.rows import make_part_rows
 from tests.platforms.notebooks import BLANK, KEY, MISTAKEN, RIGHT, WRONG, Ours, a_class, answered, exported, hold
 from tests.platforms.records import Counts, Record, today
 
@@ -153,7 +153,7 @@ def _hold(ours: Ours, results: Any, counts: Counts) -> None:
     counts.add("fields as documented", not named, f"{ours.student}: {named}")
     total = results["score"]
     counts.add("total as ours", abs(total - ours.result["score"]) < 1e-6, f"{ours.student}: {total}")
-    rows = {row.part: row for row in make_rows(ours.result, ours.assignment.feedback)}
+    rows = {row.part: row for row in make_part_rows(ours.result, ours.assignment.feedback)}
     for part, _, points, title in list_parts(ours.assignment):
         test = tests.get(part, {})
         shown = (test.get("name"), test.get("max_score")) == (title, points) and rows[part].message in test["output"]

@@ -18,7 +18,7 @@ from typing import Any
 from qdot.exercises.assignment.assignment import Assignment
 from qdot.exercises.exports.nbgrader import list_parts, make_grade_id
 from qdot.grader.grading.batch import find_student
-from qdot.grader.reports.rows import make_rows
+from qdot.grader.reports.rows import make_part_rows
 from tests.platforms.jupyter import jupyter, page, variables
 from tests.platforms.notebooks import (
     BLANK,
@@ -146,7 +146,7 @@ def _hold(ours: Ours, course: _Course, formgrader: _Formgrader, counts: Counts) 
     counts.add("shown in formgrader", total and named, f"{student}: {listed}, {ours.result['score']} of ours")
     feedback = course.folder / "feedback" / student / KEY / f"{KEY}.html"
     pages = {"shown": _words(feedback.read_text(encoding="utf-8")), "shown in formgrader": formgrader.words(student)}
-    rows = {row.part: row for row in make_rows(ours.result, assignment.feedback)}
+    rows = {row.part: row for row in make_part_rows(ours.result, assignment.feedback)}
     for part, name, points, _ in list_parts(assignment):
         said = "" if rows[part].points == points else _words(html.escape(rows[part].message))
         for what, text in pages.items():

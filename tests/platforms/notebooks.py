@@ -35,7 +35,7 @@ NEAR = 1e-6
 def a_class(folder: Path, *students: str) -> Assignment:
     """Make the assignment of a class whose students are called by what they hand in."""
     roster = [Student(name, f"{name.title()} <Student>", f"{name}@example.org") for name in students]
-    init_assignment(folder, "Arms & <signs>", KEY, roster, SECRET, problems=SETS[DEFAULT_SET])
+    init_assignment(folder, "Arms & <signs>", KEY, roster, SECRET, problem_set=SETS[DEFAULT_SET])
     return load_assignment(folder)
 
 

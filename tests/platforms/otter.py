@@ -11,7 +11,7 @@ from pathlib import Path
 from typing import Any
 
 from qdot.exercises.exports.nbgrader import list_parts, make_grade_id
-from qdot.grader.reports.rows import make_rows
+from qdot.grader.reports.rows import make_part_rows
 from tests.platforms.notebooks import (
     BLANK,
     KEY,
@@ -74,7 +74,7 @@ def _hold(ours: Ours, results: Any, counts: Counts) -> None:
     """Hold a student's results.json: what is shown of every test, and what it earns."""
     tests = {test["name"]: test for test in results["tests"]}
     assignment = ours.assignment
-    said = {row.part: row.message for row in make_rows(ours.result, assignment.feedback)}
+    said = {row.part: row.message for row in make_part_rows(ours.result, assignment.feedback)}
     for part, name, points, _ in list_parts(assignment):
         test = tests.get(name, {})
         is_full = ours.parts[part]["points"] == points

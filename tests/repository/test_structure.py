@@ -95,8 +95,8 @@ def find_calls(path: Path) -> set[str]:
 
 
 def test_student_text_is_executed_only_in_the_sandboxed_process() -> None:
-    contained = [ROOT / "grader" / "sandbox" / "contained" / name for name in ("session.py", "runner.py")]
-    other_modules = [path for path in MODULES if path not in contained]
+    sandboxed_modules = [ROOT / "grader/sandbox/notebook_process" / name for name in ("session.py", "runner.py")]
+    other_modules = [path for path in MODULES if path not in sandboxed_modules]
     executing = {"eval", "exec", "parse_expr", "lambdify"}
     assert {
         get_module_name(path): forbidden for path in other_modules if (forbidden := find_calls(path) & executing)

@@ -21,9 +21,9 @@ NETWORK = {
     "qdot.grader.cli.site_commands": "`qdot site serve`, on this machine alone",
     "qdot.grader.sandbox.sandbox": "pipes to the sandbox",
     "qdot.grader.sandbox.guarantees": "a target for the probe",
-    "qdot.grader.sandbox.contained.attempts": "the probe's attempts",
-    "qdot.grader.sandbox.contained.session": "cells of students that wait for something",
-    "qdot.grader.sandbox.contained.zygote": "pipes to the sandbox",
+    "qdot.grader.sandbox.notebook_process.escape_attempts": "the probe's attempts",
+    "qdot.grader.sandbox.notebook_process.session": "cells of students that wait for something",
+    "qdot.grader.sandbox.notebook_process.forking_process": "pipes to the sandbox",
 }  # fmt: skip
 """The modules that may communicate outside their process, and why."""
 LIBRARIES = {"socket", "ssl", "http", "urllib", "ftplib", "smtplib", "asyncio", "requests", "httpx"}

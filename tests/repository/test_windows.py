@@ -68,7 +68,7 @@ for refused in (lambda: os.open(".", os.O_RDONLY), lambda: open("a:b", "w"), lam
 
 PROCESS_MODULES = (
     "qdot.exercises.assignment.release",
-    *(f"qdot.grader.{name}" for name in ("grading.certify", "grading.batch", "reports.write")),
+    *(f"qdot.grader.{name}" for name in ("grading.certify", "grading.batch", "reports.graded_folder")),
 )
 """The modules that a command's processes load."""
 

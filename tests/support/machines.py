@@ -13,7 +13,7 @@ import sys
 from collections.abc import Collection
 from pathlib import Path
 
-from qdot.grader.sandbox.contained import kernel
+from qdot.grader.sandbox.notebook_process import kernel
 
 NOBODY = 65534
 DOCKERS_ROOT = 0

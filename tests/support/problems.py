@@ -12,7 +12,7 @@ from qdot.exercises.arm.chain import CONVENTIONS, Chain, Point
 from qdot.exercises.assignment.assignment import Assignment
 from qdot.exercises.common.stream import Stream
 from qdot.exercises.families import FAMILIES
-from qdot.exercises.generation import questions_of_family
+from qdot.exercises.generation import list_questions_of_family
 from qdot.exercises.problem.problem import Part, Problem, ProblemId
 from qdot.exercises.questions import QUESTIONS, Question
 from qdot.exercises.reference_answers import Answer
@@ -78,7 +78,7 @@ def replace_answer(problem: Problem, answer: Answer) -> Problem:
 @cache
 def list_rare_questions() -> set[str]:
     """Return the questions that apply to only one or two families."""
-    counts = Counter(name for family in FAMILIES for name in questions_of_family(family))
+    counts = Counter(name for family in FAMILIES for name in list_questions_of_family(family))
     return {name for name in QUESTIONS if counts[name] <= 2}
 
 
@@ -96,12 +96,12 @@ def sample_parts(problem: Problem) -> list[Part]:
 def _assign_questions() -> dict[str, frozenset[str]]:
     """Assign every question to two of the families in SHAPES, those with the fewest questions so far."""
     assigned: dict[str, list[str]] = {family: [] for family in SHAPES.values()}
-    rarest = sorted(QUESTIONS, key=lambda name: sum(name in questions_of_family(family) for family in assigned))
+    rarest = sorted(QUESTIONS, key=lambda name: sum(name in list_questions_of_family(family) for family in assigned))
     for name in rarest:
         can = [
             family
             for family in assigned
-            if name in questions_of_family(family) and not FAMILIES[family].has_varied_structure
+            if name in list_questions_of_family(family) and not FAMILIES[family].has_varied_structure
         ]
         for family in sorted(can, key=lambda family: len(assigned[family]) * (3 if family in LONG_ARMS else 1))[:2]:
             assigned[family].append(name)

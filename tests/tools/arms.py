@@ -29,7 +29,7 @@ from qdot.exercises.arm.conventions.base import VELOCITY_NAMES
 from qdot.exercises.arm.entry import to_sympy
 from qdot.exercises.arm.kinematics import NumericChain
 from qdot.exercises.arm.lengths import substitute_arm_lengths
-from qdot.exercises.arm.robot_file import Robot, default_task
+from qdot.exercises.arm.robot_file import Robot, choose_default_task
 from qdot.exercises.arm.robot_text import robot_text
 from qdot.exercises.common.stream import Stream
 from qdot.exercises.formula.parser import parse_formula
@@ -95,7 +95,7 @@ def _length(draws: Stream, is_open: bool, letter: str) -> sp.Expr:
 
 
 def _task(chain: Chain, draws: Stream) -> tuple[str, ...]:
-    usual = default_task(chain)
+    usual = choose_default_task(chain)
     if draws.integer_below(3) or len(usual) == 1:
         return usual
     return tuple(row for row in VELOCITY_NAMES if row in usual and draws.integer_below(4)) or usual

@@ -22,7 +22,7 @@ from qdot.exercises.formula.parser import parse_formula
 from qdot.exercises.formula.program import compile_program, evaluate
 from qdot.exercises.formula.sympy_text import expression_text
 from qdot.exercises.formula.trees import Node, find_names, node_text
-from qdot.exercises.generation import generate, questions_of_family
+from qdot.exercises.generation import generate, list_questions_of_family
 from qdot.exercises.problem.problem import ProblemId
 from qdot.exercises.reference_answers import Expression, Matrix
 from qdot.grader.judging.verdict import Outcome
@@ -289,7 +289,9 @@ def references(seeds: Iterator[int]) -> Iterator[tuple[str, Node, Domain]]:
             if FAMILIES[family].has_varied_structure:
                 questions: tuple[str, ...] = ("jacobian",)
             else:
-                questions = tuple(question for question in questions_of_family(family) if question in QUESTION_NAMES)
+                questions = tuple(
+                    question for question in list_questions_of_family(family) if question in QUESTION_NAMES
+                )
             problem = generate(ProblemId(family, seed, questions))
             domain = problem.domain
             for part in problem.parts:

@@ -23,7 +23,7 @@ from qdot.exercises.common.files import write_atomically
 from qdot.exercises.common.stream import Stream
 from qdot.exercises.common.variation import DEFAULT_VARIATION, VARIATION_STEPS
 from qdot.exercises.families import FAMILIES
-from qdot.exercises.generation import questions_of_family, sample_chain
+from qdot.exercises.generation import list_questions_of_family, sample_chain
 from qdot.exercises.problem.problem import Part, Problem, ProblemId
 from qdot.exercises.problem.record import compute_digests
 from qdot.exercises.questions import QUESTIONS
@@ -150,7 +150,7 @@ def arms_of(family: str, step: str, size: int) -> list[Chain]:
 
 def measure_formulas(family: str, size: int = CLASS_SIZE) -> dict[str, dict[str, int]]:
     """Return how many of a class share the answers of each group, by step."""
-    questions = set(questions_of_family(family))
+    questions = set(list_questions_of_family(family))
     textbook_arm = FAMILIES[family].textbook_arm
     is_square = textbook_arm is None or len(textbook_arm.task) == textbook_arm.n
     groups = [group for group, names in GROUPS.items() if questions & set(names) and (is_square or group != "singular")]
@@ -185,7 +185,7 @@ def compute_part_digest(identity: ProblemId, arm: Chain, name: str) -> str:
 def questions_beyond_arm(family: str) -> list[str]:
     """Return the questions of a family whose answers do not depend on the arm alone."""
     in_formulas = {name for names in GROUPS.values() for name in names} | SAME_FOR_ALL
-    return [name for name in questions_of_family(family) if name not in in_formulas]
+    return [name for name in list_questions_of_family(family) if name not in in_formulas]
 
 
 def measure_family(family: str) -> dict[str, Any]:

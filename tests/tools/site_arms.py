@@ -16,7 +16,7 @@ import sympy as sp
 from qdot.exercises.arm.conventions.base import VELOCITY_NAMES
 from qdot.exercises.arm.entry import parse_entry
 from qdot.exercises.arm.kinematics import NumericChain
-from qdot.exercises.arm.robot_file import ROW_KEYS, read_robot_file
+from qdot.exercises.arm.robot_file import ENTRY_KEYS, read_robot_file
 from qdot.exercises.common.files import write_atomically
 from qdot.exercises.common.stream import Stream
 from qdot.exercises.site.robots import ZERO_VECTOR, make_tables_json
@@ -120,7 +120,7 @@ def toml_text(table: Table) -> str:
     if base:
         lines.append("base = {" + ", ".join(f"{key} = {json.dumps(value)}" for key, value in base.items()) + "}")
     for row in table["rows"]:
-        lines += ["", "[[joint]]", *(f'{key} = "{row[key]}"' for key in ROW_KEYS)]
+        lines += ["", "[[joint]]", *(f'{key} = "{row[key]}"' for key in ("kind", *ENTRY_KEYS))]
     return "\n".join(lines) + "\n"
 
 

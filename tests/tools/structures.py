@@ -33,7 +33,7 @@ from qdot.exercises.arm.conventions.base import VELOCITY_NAMES
 from qdot.exercises.arm.kinematics import NumericChain
 from qdot.exercises.common.files import write_atomically
 from qdot.exercises.common.stream import Stream
-from qdot.exercises.families.structures import TABLE, Structure, StructureRow, build_arm, is_clean
+from qdot.exercises.families.structures import STRUCTURES_FILE, Structure, StructureRow, build_arm, is_clean
 from qdot.exercises.singularities.difficulty import difficulty_band
 
 
@@ -155,11 +155,11 @@ class _Body:
 def class_key(rows: Sequence[StructureRow], task: Sequence[str] = ()) -> Key:
     """Return what all structures of a class have in common, and no others.
 
-    >>> from qdot.exercises.families.structures import read_rows
-    >>> planar = class_key(read_rows("R Ra"))
-    >>> class_key(read_rows("Rd Rad")) == planar, class_key(read_rows("Rx Ra")) == planar
+    >>> from qdot.exercises.families.structures import parse_rows
+    >>> planar = class_key(parse_rows("R Ra"))
+    >>> class_key(parse_rows("Rd Rad")) == planar, class_key(parse_rows("Rx Ra")) == planar
     (True, False)
-    >>> class_key(read_rows("Rx Ra"), ("vx", "vz")) == class_key(read_rows("Rx Ra"), ("vy", "vz"))
+    >>> class_key(parse_rows("Rx Ra"), ("vx", "vz")) == class_key(parse_rows("Rx Ra"), ("vy", "vz"))
     True
     """
     base, *later_bodies = _bodies(rows)
@@ -229,4 +229,4 @@ def _axial_offsets(base: _Body, later_bodies: Sequence[_Body]) -> Iterator[bool]
 
 if __name__ == "__main__":
     lines = (str(structure) for n in (2, 3, 4) for structure in find_clean_structures(n))
-    write_atomically(TABLE, "# made by tests.tools.structures\n" + "\n".join(lines) + "\n")
+    write_atomically(STRUCTURES_FILE, "# made by tests.tools.structures\n" + "\n".join(lines) + "\n")

@@ -29,9 +29,9 @@ from qdot.exercises.assignment.assignment import Assignment, Student
 from qdot.exercises.common.stream import Stream
 from qdot.grader.grading.batch import grade_class
 from qdot.grader.grading.result import Result
+from qdot.grader.reports.graded_folder import write_reports
 from qdot.grader.reports.tables import find_work_status
-from qdot.grader.reports.write import write_reports
-from qdot.grader.sandbox.contained import folders
+from qdot.grader.sandbox.notebook_process import folder_removal
 from qdot.grader.sandbox.sandbox import Limits
 from qdot.grader.submissions.submission import find_submissions, open_submissions
 from tests.support import ROOT
@@ -76,7 +76,7 @@ class Class:
         """Begin anew, with what the neighbour hands in: in a folder, or as a file."""
         for folder in (self.submitted, self.graded):
             if folder.is_dir():
-                folders.remove(str(folder))
+                folder_removal.remove_folder(str(folder))
         place = self.submitted / (f"{NEIGHBOUR}.ipynb" if flat else f"{NEIGHBOUR}/hw.ipynb")
         place.parent.mkdir(parents=True)
         place.write_text(self.right[NEIGHBOUR])
@@ -226,7 +226,7 @@ def main() -> int:
             sys.stdout.write(f"find: --seed {options.seed} --only {number}: {about}, kept in {kept}\n")
         number += 1
         sys.stdout.flush()
-    folders.remove(str(folder))
+    folder_removal.remove_folder(str(folder))
     for said, count in failures.most_common():
         sys.stdout.write(f"ungraded {count} times: {said}\n")
     sys.stdout.write(f"{number - rounds} rounds ({dict(states)}): {finds} finds\n")

@@ -9,9 +9,9 @@ from typing import Any
 import pytest
 
 from qdot.exercises.common.stream import Stream
+from qdot.grader.reports.graded_folder import write_reports
 from qdot.grader.reports.tables import find_work_status
-from qdot.grader.reports.write import write_reports
-from qdot.grader.sandbox.contained import folders
+from qdot.grader.sandbox.notebook_process import folder_removal
 from tests.support.submitting import code_cell
 from tests.support.suites import select_for_suite
 from tests.tools import submissions
@@ -35,7 +35,7 @@ def test_every_kind_hands_something_in(kind: str, tmp_path: Path) -> None:
     for number in range(3):
         submit_random(tmp_path, json.dumps({"cells": cells}), Stream(f"{kind}/{number}"), (kind,))
     assert any(tmp_path.iterdir())
-    folders.remove(str(tmp_path))  # pytest can't
+    folder_removal.remove_folder(str(tmp_path))  # pytest can't
 
 
 def test_the_same_seed_hands_in_the_same(tmp_path: Path) -> None:

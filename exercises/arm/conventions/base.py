@@ -30,7 +30,7 @@ VELOCITY_NAMES = ("vx", "vy", "vz", "wx", "wy", "wz")
 """The components of a six-dimensional velocity, linear first (6.6)."""
 
 Entry = TypeVar("Entry")
-_ORIGIN = re.compile(r"the origin O(\d+)")
+_ORIGIN_IN_WORDS = re.compile(r"the origin O(\d+)")
 
 
 class Convention:
@@ -133,7 +133,7 @@ class Convention:
         return sp.Matrix([row.a * sp.cos(row.theta), row.a * sp.sin(row.theta), row.d])
 
     def distance_along_axis(self, row: "Joint") -> sp.Expr:
-        """Return the distance (m) along a joint's axis from the standard origin on it to the convention's origin."""
+        """Return the distance (m) from the standard origin on a joint's axis to the convention's origin on it."""
         return sp.S.Zero
 
     def frame_on_axis(self, joint: int) -> int:
@@ -171,13 +171,13 @@ class Convention:
         """Return the name of the vector from a joint's axis to the point of interest; for None, the joint is i."""
         return f"p^*_{{{self._axis_index(joint)}}}"
 
-    def typed_axis(self, joint: int) -> str:
-        """Return the axis of a joint as students type it."""
+    def axis_to_type(self, joint: int) -> str:
+        """Return the name of a joint's axis for answers, as students type it."""
         return f"z{self.frame_on_axis(joint)}"
 
     @property
-    def plain_axis(self) -> str:
-        """The axis of joint i in a sentence without formulas."""
+    def axis_in_words(self) -> str:
+        """The name of the axis of joint i for sentences without formulas."""
         return f"z_({self.frame_index})" if len(self.frame_index) > 1 else f"z_{self.frame_index}"
 
     def _axis_index(self, joint: int | None) -> str:
@@ -212,10 +212,10 @@ class Convention:
         >>> [convention(arm).rename_origins(statement)[:15] for convention in REGISTRY.values()]
         ['the origin O1 l', 'the origin O2 l', "q2' lies on the"]
         """
-        names = {match[0]: self.origin_in_words(int(match[1])) for match in _ORIGIN.finditer(statement)}
+        names = {match[0]: self.origin_in_words(int(match[1])) for match in _ORIGIN_IN_WORDS.finditer(statement)}
         if None in names.values():
             return self.universal_statement
-        return _ORIGIN.sub(lambda match: str(names[match[0]]), statement)
+        return _ORIGIN_IN_WORDS.sub(lambda match: str(names[match[0]]), statement)
 
     @property
     def universal_statement(self) -> str:

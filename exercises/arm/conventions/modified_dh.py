@@ -8,18 +8,16 @@ row i of the standard table and in row i + 1 of the modified table. The last sta
 
 from collections.abc import Iterator
 from dataclasses import replace
-from typing import TYPE_CHECKING, TypeVar
+from typing import TYPE_CHECKING
 
 import numpy as np
 import sympy as sp
 
-from qdot.exercises.arm.conventions.base import FRAMES, FRAMES_OF_JOINTS, Convention
+from qdot.exercises.arm.conventions.base import FRAMES, FRAMES_OF_JOINTS, Convention, Entry
 from qdot.exercises.arm.vectors import cross
 
 if TYPE_CHECKING:
     from qdot.exercises.arm.chain import Base, Chain, Joint, Point
-
-Entry = TypeVar("Entry")
 
 
 class ModifiedDh(Convention):
@@ -35,7 +33,7 @@ class ModifiedDh(Convention):
     frame_index = "i"
     twist_axis = "x_{i-1}"
 
-    def _split_base(self) -> "tuple[Base, list[Joint]]":
+    def _make_base_and_rows(self) -> "tuple[Base, list[Joint]]":
         """Return the base and the rows of the modified table.
 
         The tilt of the standard base about x belongs to the first row of the modified table. The shift of the base
@@ -47,18 +45,20 @@ class ModifiedDh(Convention):
         else:
             remaining_base, first_link = type(base)(), (base.position[0], base.tilt)
         links = [first_link, *((joint.a, joint.alpha) for joint in joints[:-1])]
-        pairs = zip(joints, links, strict=True)
-        return remaining_base, [replace(joint, a=a, alpha=alpha) for joint, (a, alpha) in pairs]
+        rows = [replace(joint, a=a, alpha=alpha) for joint, (a, alpha) in zip(joints, links, strict=True)]
+        return remaining_base, rows
 
     @property
     def base(self) -> "Base":
         """The pose of frame O_0 in the world; this frame is never tilted."""
-        return self._split_base()[0]
+        base, _ = self._make_base_and_rows()
+        return base
 
     @property
     def rows(self) -> "list[Joint]":
         """The rows of the table, whose `a` and `alpha` come before their joint."""
-        return self._split_base()[1]
+        _, rows = self._make_base_and_rows()
+        return rows
 
     @property
     def point(self) -> "Point":
@@ -87,7 +87,7 @@ class ModifiedDh(Convention):
         return row.d
 
     def frame_on_axis(self, joint: int) -> int:
-        """Return the number of the frame that a joint (counted from 1) moves, which is the joint's own number."""
+        """Return the number of the frame whose z axis is the axis of a joint: the joint's own number."""
         return joint
 
     def step_to_standard_frame(self, frame: int) -> tuple[sp.Expr, sp.Expr]:
@@ -112,8 +112,8 @@ class ModifiedDh(Convention):
     def keep_first_joints(self, joint_count: int) -> "Chain":
         """Return the arm of the first `joint_count` joints; its last row has neither `a` nor `alpha`."""
         shortened = super().keep_first_joints(joint_count)
-        last_row = [replace(joint, a=sp.S.Zero, alpha=sp.S.Zero) for joint in shortened.joints[-1:]]
-        return replace(shortened, joints=(*shortened.joints[:-1], *last_row))
+        *first_rows, last_row = shortened.joints
+        return replace(shortened, joints=(*first_rows, replace(last_row, a=sp.S.Zero, alpha=sp.S.Zero)))
 
     def origin_name(self, frame: int) -> str | None:
         """Return the name of a standard origin; None if it always coincides with neither P nor a modified origin."""

@@ -46,16 +46,16 @@ class Screws(Convention):
         return "v_{i}'"
 
     @property
-    def plain_axis(self) -> str:
-        """The axis of joint i in a sentence without formulas."""
+    def axis_in_words(self) -> str:
+        """The name of the axis of joint i for sentences without formulas."""
         return "omega_i"
 
     def vector_name(self, joint: int | None = None) -> str:
         """Return the name of the vector from the axis of a joint to the point of interest."""
         return f"p_{{{joint or 'i'}}}"
 
-    def typed_axis(self, joint: int) -> str:
-        """Return the direction of an axis as students type it."""
+    def axis_to_type(self, joint: int) -> str:
+        """Return the name of the direction of a joint's axis, as students type it."""
         return f"{'v' if self.chain.joints[joint - 1].is_prismatic else 'omega'}{joint}"
 
     def vector_start(self, joint: int, catalogue: "Catalogue") -> str:

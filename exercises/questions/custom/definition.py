@@ -3,6 +3,8 @@
 import hashlib
 from dataclasses import dataclass, fields
 
+from qdot.exercises.formula.equality import Rounding
+
 TEXT_ANSWER = "text"
 """The answer of a question that a person marks."""
 
@@ -56,7 +58,8 @@ class Definition:
 
     `rows` are the LaTeX names of the entries of a vector; a vector of three may have the names of only the components
     that are asked for, such as v_x and v_y. `units` maps further symbols of the answer, such as the mass of a load, to
-    their units. `unit` and `digits` belong to numbers. If `is_up_to_factor`, every nonzero multiple of a vector is
+    their units. `unit` and `rounding` belong to numbers, which need three significant digits by
+    default. If `is_up_to_factor`, every nonzero multiple of a vector is
     correct, too. `texts` maps each language to its texts.
     """
 
@@ -68,7 +71,7 @@ class Definition:
     rows: tuple[str, ...] = ()
     units: tuple[tuple[str, str], ...] = ()
     unit: str = ""
-    digits: int = 3
+    rounding: Rounding | None = None
     is_up_to_factor: bool = False
     points: float = 1.0
 

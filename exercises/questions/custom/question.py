@@ -6,7 +6,7 @@ give.
 
 import ast
 from collections.abc import Callable, Iterator, Mapping, Sequence
-from dataclasses import KW_ONLY, dataclass, field
+from dataclasses import KW_ONLY, dataclass, field, replace
 from functools import lru_cache
 from itertools import product
 
@@ -16,7 +16,7 @@ import sympy as sp
 from qdot.exercises.arm.chain import Chain
 from qdot.exercises.arm.derivation import TooLong, derive, symbolic_arm_of
 from qdot.exercises.arm.derivation_graph import StageResults, compute_symbolic_stages, to_sympy_matrix
-from qdot.exercises.arm.lengths import with_symbolic_lengths
+from qdot.exercises.arm.lengths import replace_lengths_by_symbols
 from qdot.exercises.arm.trigonometry import textbook_form
 from qdot.exercises.common.stream import Stream
 from qdot.exercises.formula.parser import parse_formula
@@ -26,16 +26,14 @@ from qdot.exercises.problem.problem import Details, SymbolInfo, list_table_numbe
 from qdot.exercises.questions import inversion
 from qdot.exercises.questions.base import AnswerAndDetails, Question, find_term_count_objection
 from qdot.exercises.questions.custom.definition import GIVEN_GROUPS, SAMPLED_KINDS, TEXT_ANSWER, Definition, GivenValue
-from qdot.exercises.questions.custom.language import (
+from qdot.exercises.questions.custom.units import find_unit_objection
+from qdot.exercises.questions.language import (
     FormulaError,
-    compute,
-    describe_shape,
     find_calls,
     find_names,
     parse,
 )
-from qdot.exercises.questions.custom.quantities import make_quantities, name_accelerations
-from qdot.exercises.questions.custom.units import find_unit_objection
+from qdot.exercises.questions.quantities import compile_formula, name_accelerations, select_components
 from qdot.exercises.questions.reference import derive_reference
 from qdot.exercises.reference_answers import (
     Choice,
@@ -50,17 +48,17 @@ from qdot.exercises.reference_answers import (
 from qdot.exercises.singularities.singular_set import Component, zero_set
 
 MAX_TRIES = 20
-"""Maximum number of random values that are tried until the answer is a finite number."""
+"""Maximum number of sets of random values that are tried until the answer is a finite number."""
 
 SOURCES = {
     "p": ("position",), "v": ("position",), "J": ("jacobian",), "det(J)": ("determinant", "jacobian"),
     "inv(J)": ("inverse-jacobian", "jacobian"),
 }  # fmt: skip
-"""The built-in questions from whose answers a result in a formula can be derived, by names and calls."""
+"""For names and calls in a formula: the built-in questions from each of whose answers the result can be derived."""
 
 
 def _find_sources(formula: ast.expr) -> Iterator[str]:
-    """Yield the names and calls of a formula that are in SOURCES; the J in det(J) does not count again."""
+    """Yield the names and calls of a formula that are in SOURCES; for det(J), not also its J."""
     stack: list[ast.AST] = [formula]
     while stack:
         node = stack.pop()
@@ -69,9 +67,6 @@ def _find_sources(formula: ast.expr) -> Iterator[str]:
         else:
             stack.extend(ast.iter_child_nodes(node))
 
-
-_MIN_SHARE = sp.Rational(1, 1000)
-"""The error allowed near zero, as a share of the largest number of an answer."""
 
 ZEROS = "zeros"
 """The function whose result is a set of configurations; it must be the whole answer."""
@@ -129,10 +124,11 @@ def make_question(definition: Definition) -> CustomQuestion:
     prerequisites = tuple(dict.fromkeys(name for names in maker.prerequisite_sets for name in names))
     return CustomQuestion(
         definition.name, definition.texts[0][1].title, "", definition=definition, points=definition.points,
+        rounding=definition.rounding,
         template="custom", sample=sample, prerequisites=prerequisites, find_arm_objection=maker.find_objection,
-        formula=maker.compute_answer if maker.formulas and not maker.is_set else None,
+        compute=maker.compute_answer if maker.formulas and not maker.is_set else None,
         alternative_prerequisites=maker.prerequisite_sets,
-        name_entries=lambda chain, part: definition.rows,
+        name_entries=lambda chain, details: definition.rows,
     )  # fmt: skip
 
 
@@ -153,13 +149,13 @@ class QuestionMaker:
     @property
     def prerequisite_sets(self) -> tuple[tuple[str, ...], ...]:
         """The sets of built-in questions from whose answers a student can derive this one."""
-        used = [SOURCES[name] for formula in self.formulas for name in _find_sources(formula)]
-        sets = (tuple(dict.fromkeys(names)) for names in product(*used))
-        return () if self.has_numeric_derivative or not used else tuple(dict.fromkeys(sets))
+        sources = [SOURCES[name] for formula in self.formulas for name in _find_sources(formula)]
+        sets = (tuple(dict.fromkeys(names)) for names in product(*sources))
+        return () if self.has_numeric_derivative or not sources else tuple(dict.fromkeys(sets))
 
     @property
     def has_numeric_derivative(self) -> bool:
-        """Whether a number comes from a derivative, for which a student's earlier answer can't replace a result."""
+        """Whether a number comes from a derivative, in which a student's earlier answer can't replace a result."""
         return bool(self.definition.given) and any(
             find_calls(formula) & {"ddt", "diff", "at"} for formula in self.formulas
         )
@@ -180,32 +176,19 @@ class QuestionMaker:
         if self._uses_accelerations():
             kinds = zip(name_accelerations(chain), chain.joints, strict=True)
             symbols |= {name: SymbolInfo("rate", "rad/s^2" if j.is_revolute else "m/s^2") for name, j in kinds}
+        if any("f" in find_names(formula) for formula in self._all_formulas):
+            symbols = inversion.make_load_symbols(chain) | symbols
         return symbols or None
 
     def _compute(self, formula: ast.expr, stages: StageResults) -> np.ndarray:
-        chain = stages.chain
-        own_symbols = (*chain.q, *chain.rates, *chain.parameters, *chain.task, *(self.list_new_symbols(chain) or ()))
-        return compute(formula, make_quantities(stages, frozenset(map(str, own_symbols)), list_table_numbers(chain)))
+        return compile_formula(formula, tuple(self.list_new_symbols(stages.chain) or ()))(stages)
 
     # --- formulas ---
 
     def compute_answer(self, stages: StageResults, _: Details) -> np.ndarray:
-        """Return the answer, (rows, columns, …), in the arithmetic of a working."""
-        value = self.select_rows(self._compute(self.formulas[0], stages))
+        """Return the answer, (rows, columns, …), in the arithmetic of the stages."""
+        value = select_components(self._compute(self.formulas[0], stages), self.definition.rows)
         return value[None] if value.ndim == 1 else value
-
-    def select_rows(self, value: np.ndarray) -> np.ndarray:
-        """Return the components that the names in `rows` end in, such as v_x and v_y; all if each one has a name."""
-        rows = self.definition.rows
-        if not rows or value.ndim == 1 or len(rows) == len(value):
-            return value
-        axes = [row.rstrip("}")[-1:] for row in rows]
-        if value.shape[:-1] != (3,) or not all(axis in tuple("xyz") for axis in axes):
-            expected = "names of components that end in x, y or z" if len(value) == 3 else f"{len(value)} names"
-            raise FormulaError(
-                f"rows has {len(rows)} names, but the answer is {describe_shape(value)}: write {expected}"
-            )
-        return value[["xyz".index(axis) for axis in axes]]
 
     def derive_formulas(self, chain: Chain, rng: Stream) -> AnswerAndDetails:
         """Return the answer as formulas in textbook form."""
@@ -237,10 +220,11 @@ class QuestionMaker:
 
     def names_arm_symbols(self, chain: Chain, formulas: Sequence[ast.expr] = ()) -> bool:
         """Return whether formulas, by default those of the answer, name joint variables or lengths of the arm."""
-        used = formulas or self._all_formulas
-        names = {*(q.name for q in (*chain.q, *chain.parameters)), *list_table_numbers(chain), "q"}
-        keywords = (node.arg for f in used for node in ast.walk(f) if isinstance(node, ast.keyword))
-        return not names.isdisjoint({*set().union(*map(find_names, used)), *keywords})
+        searched_formulas = formulas or self._all_formulas
+        arm_names = {*(symbol.name for symbol in (*chain.q, *chain.parameters)), *list_table_numbers(chain), "q"}
+        nodes = (node for formula in searched_formulas for node in ast.walk(formula))
+        keywords = {node.arg for node in nodes if isinstance(node, ast.keyword)}  # theta1 in at(p, theta1 = 0)
+        return not arm_names.isdisjoint(keywords.union(*map(find_names, searched_formulas)))
 
     # --- numbers ---
 
@@ -255,10 +239,8 @@ class QuestionMaker:
         return None
 
     def _make_number(self, values: sp.Matrix) -> Number:
-        units, digits = (self.definition.unit,) * len(values), self.definition.digits
-        largest = max(abs(float(value)) for value in values)
-        tolerance = 5 * 10.0**-digits
-        return Number(values, units, tolerance, tolerance * float(_MIN_SHARE) * 200 * largest)
+        units, largest = (self.definition.unit,) * len(values), max(abs(float(value)) for value in values)
+        return Number(values, units, inversion.THREE_DIGIT_TOLERANCE, inversion.ERROR_NEAR_ZERO * largest)
 
     def _sample_values(self, chain: Chain, rng: Stream) -> CustomDetails:
         """Return details with random values of everything that the question gives."""
@@ -266,9 +248,10 @@ class QuestionMaker:
         joint_names = {q.name for q in chain.q}
         configuration = None
         if "pose" in given or joint_names & set(given):
-            situation = inversion.sample_situation(chain, rng)
-            joints = {q: _sample(given[q.name], rng) if q.name in given else situation.joints[q] for q in chain.q}
-            configuration = inversion.Configuration(situation.lengths, joints)
+            random_configuration = inversion.sample_configuration_and_velocity(chain, rng)
+            given_joints = {q: _sample(given[q.name], rng) for q in chain.q if q.name in given}
+            joints = random_configuration.joints | given_joints
+            configuration = inversion.Configuration(random_configuration.lengths, joints)
         elif chain.parameters:
             configuration = inversion.Configuration(inversion.sample_lengths(chain, rng), {})
         groups: dict[str, Sequence[sp.Symbol]] = {
@@ -276,9 +259,10 @@ class QuestionMaker:
             "velocity": [sp.Symbol(row) for row in chain.task],
         }
         for name, value in given.items():
-            named = groups.get(name, [] if name == "pose" or name in joint_names else [sp.Symbol(name)])
+            symbols_of_name = groups.get(name, [] if name == "pose" or name in joint_names else [sp.Symbol(name)])
             kind = {"rates": "rate", "velocity": "velocity"}.get(name, value.kind)
-            values |= {symbol: _sample(GivenValue(name, kind, value.low, value.high), rng) for symbol in named}
+            sampled_value = replace(value, kind=kind)
+            values |= {symbol: _sample(sampled_value, rng) for symbol in symbols_of_name}
         symbols = self.list_new_symbols(chain)
         return CustomDetails(definition=self.definition, configuration=configuration, values=values, symbols=symbols)
 
@@ -318,10 +302,10 @@ class QuestionMaker:
         matrix = self.derive(chain, lambda stages: self._compute(formula, stages))
         return expression_text(matrix[0]) if matrix.shape == (1, 1) else str([expression_text(e) for e in matrix])
 
-    # --- whether it can be asked ---
+    # --- objections ---
 
     def find_objection(self, chain: Chain) -> str | None:
-        """Return why the question can't be asked of an arm, or None.
+        """Return why the question can't be asked about an arm, or None.
 
         A number at random values is sampled for the symbolic arm, once for all arms of a class.
         """
@@ -331,8 +315,8 @@ class QuestionMaker:
             return _find_objection(self.definition, symbolic_arm_of(chain).chain)
         return _find_objection(self.definition, chain)
 
-    def check(self, chain: Chain) -> str | None:
-        """Return why the question can't be asked of an arm, or None; not cached."""
+    def find_objection_to_arm(self, chain: Chain) -> str | None:
+        """Return why the question can't be asked about this arm, or None; `find_objection` caches the result."""
         try:
             texts = [self._option_text(chain, index) for index in range(len(self.options))]
             repeated = next((text for k, text in enumerate(texts) if text in texts[:k]), None)
@@ -342,7 +326,8 @@ class QuestionMaker:
                 )
                 return f"its options {first!r} and {second!r} are equal for this arm"
             if self.is_set:
-                return self._check_zeros(chain)
+                has_zeros = self.find_zeros(chain, Stream("check")) is not None
+                return None if has_zeros else "its formula is never zero, or always, so there is no set to ask for"
             if self.formulas and self.definition.given:
                 return None if self.sample_number(chain, Stream("check")) else "its answer is not a finite number"
             if self.formulas:
@@ -368,7 +353,7 @@ class QuestionMaker:
         if not self.definition.given or self.is_set or not self.formulas:
             return None
         try:
-            arm, _ = with_symbolic_lengths(chain)
+            arm, _ = replace_lengths_by_symbols(chain)
             details = self._sample_values(arm, Stream("units"))
             answer = to_sympy_matrix(self.compute_answer(compute_symbolic_stages(arm), details))
         except FormulaError:  # it names a number of the table, which has no symbol
@@ -379,10 +364,6 @@ class QuestionMaker:
             units |= {q.name: "m", rate.name: "m/s"} if joint.is_prismatic else {q.name: "rad", rate.name: "rad/s"}
         units |= {row: "m/s" if row[0] == "v" else "rad/s" for row in arm.task}
         return find_unit_objection(answer, details.all_values, units, self.definition.unit)
-
-    def _check_zeros(self, chain: Chain) -> str | None:
-        found = self.find_zeros(chain, Stream("check"))
-        return None if found else "its formula is never zero, or always, so there is no set to ask for"
 
 
 @lru_cache(maxsize=1024)
@@ -412,7 +393,7 @@ def _find_zeros(definition: Definition, chain: Chain) -> tuple[Component, ...] |
 
 @lru_cache(maxsize=4096)
 def _find_objection(definition: Definition, chain: Chain) -> str | None:
-    return QuestionMaker(definition).check(chain)
+    return QuestionMaker(definition).find_objection_to_arm(chain)
 
 
 def _simplify(entry: sp.Expr) -> sp.Expr:

@@ -9,6 +9,8 @@ import pydantic
 
 from qdot.exercises.common.errors import QdotError, make_name_error
 from qdot.exercises.common.input_file import TomlFile, read_toml
+from qdot.exercises.formula.equality import Rounding
+from qdot.exercises.problem.rounding import parse_rounding
 from qdot.exercises.questions.custom.definition import (
     GIVEN_GROUPS,
     SAMPLED_KINDS,
@@ -78,6 +80,8 @@ class QuestionEntry(pydantic.BaseModel):
     """The unit of a numeric answer."""
     digits: int = pydantic.Field(default=3, ge=2, le=9)
     """The number of significant digits that a numeric answer needs."""
+    tolerance: str | None = None
+    """The error that a numeric answer may have, instead of `digits`."""
     up_to_factor: bool = False
     """Whether every nonzero multiple of a vector of formulas is also correct, as for a direction."""
     points: float = pydantic.Field(default=1.0, gt=0, lt=1e6)
@@ -103,6 +107,7 @@ FORMS = {
     "units": 'expected a table, as in units = {m = "kg", g = "m/s^2"}',
     "unit": 'expected a text, as in unit = "m/s"',
     "digits": "expected a whole number from 2 to 9, as in digits = 3",
+    "tolerance": 'expected a tolerance with its unit in quotes, as in tolerance = "0.01 m/s"',
     "up_to_factor": "expected true or false, without quotes",
     "points": "expected a positive number, as in points = 2",
     "hints": "expected a list of three texts, from vague to detailed",
@@ -167,17 +172,36 @@ def _read_definition(file: TomlFile, name: str, table: dict[str, Any]) -> Defini
         options = _read_options(entry)
     with file.locate_errors("question", name, "given"):
         given = _read_given(entry)
+    with file.locate_errors("question", name, "digits" if entry.tolerance is None else "tolerance"):
+        rounding = _read_rounding(entry)
     title = entry.title or name.replace("-", " ").capitalize()
     texts = [(ENGLISH, Texts(title, entry.prompt, tuple(entry.hints), entry.solution))]
     if entry.de is not None:
         texts.append(("de", Texts(entry.de.title or title, entry.de.prompt, tuple(entry.de.hints), entry.de.solution)))
     definition = Definition(
         name, entry.answer or "", tuple(texts), options, given, tuple(entry.rows), tuple(sorted(entry.units.items())),
-        entry.unit, entry.digits, entry.up_to_factor, entry.points,
+        entry.unit, rounding, entry.up_to_factor, entry.points,
     )  # fmt: skip
     with file.locate_errors("question", name, "answer" if entry.options is None else "options"):
         make_question(definition)  # parses the formulas
     return definition
+
+
+def _read_rounding(entry: QuestionEntry) -> Rounding | None:
+    """Return the tolerance of a number; None for the usual three digits, and for other answers."""
+    sets_digits = "digits" in entry.model_fields_set
+    if not sets_digits and entry.tolerance is None:
+        return None
+    if not entry.given:
+        raise QdotError("only numbers have digits or a tolerance; with given values, a formula becomes a number")
+    if entry.tolerance is None:
+        return parse_rounding(entry.digits)
+    if sets_digits:
+        raise QdotError("a number has either digits or a tolerance")
+    rounding = parse_rounding(entry.tolerance)
+    if rounding is None:
+        raise QdotError(FORMS["tolerance"])
+    return rounding
 
 
 def _read_options(entry: QuestionEntry) -> tuple[Option, ...]:

@@ -245,7 +245,7 @@ const POINT_OF_ENTRY = wholePattern("point_of_entry");
 export function labelOf(name: string): string {
   const joined = name.replaceAll("_", "").toLowerCase();
   let plain = VELOCITIES.get(joined) ?? joined;
-  for (const [spelled, letter] of Object.entries(VOCABULARY.spelled)) plain = plain.replaceAll(spelled, letter);
+  for (const [spelled, letter] of Object.entries(VOCABULARY.spelled_letters)) plain = plain.replaceAll(spelled, letter);
   const entry = POINT_OF_ENTRY.exec(plain)?.[1];
   return entry ?? (plain.length > 1 && plain.startsWith("p") ? plain.slice(1) : plain);
 }

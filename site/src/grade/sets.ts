@@ -111,7 +111,7 @@ function substituteIntegers(tree: Node): Node {
   const conditions = node("list", ...tree.args.slice(0, at));
   if (values.some(hasBlank)) return conditions;
   const flat = values.flatMap((value) => (value.kind === "set" ? value.args : [value]));
-  if (sizeOf(conditions, Infinity) * flat.length > LIMITS.worked_out) throw new ParseError("read.many-cases");
+  if (sizeOf(conditions, Infinity) * flat.length > LIMITS.nodes_of_results) throw new ParseError("read.many-cases");
   return node("list", ...flat.flatMap((value) => replaceName(conditions, integerName.text, value).args));
 }
 

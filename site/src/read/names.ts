@@ -20,7 +20,7 @@ const CONSTANT_NAMES = new Set(CONSTANTS.values());
 const LETTERS = table(VOCABULARY.letters);
 const VELOCITIES = table<string>(VOCABULARY.velocities);
 const RATE = wholePattern("rate");
-const SHORT = wholePattern("short");
+const SHORT = wholePattern("shorthand_name");
 /** The symbols that q1, th1 and t1 may mean; the first one that the problem has is used. */
 const JOINTS = table<readonly string[]>(VOCABULARY.joints);
 const JOINT = compile(`^(${[...JOINTS.keys()].join("|")})([0-9]{1,4})$`);
@@ -85,7 +85,8 @@ function conventionalPiece(name: string, known: ReadonlySet<string>): Piece | nu
 /** Return the symbol that a name means in another spelling, or the sum of angles that theta12 means; else null. */
 function symbolPiece(name: string, known: ReadonlySet<string>): Piece | null {
   let joined = name.replaceAll("_", "");
-  for (const [spelled, letter] of Object.entries(VOCABULARY.spelled)) joined = joined.replaceAll(spelled, letter);
+  for (const [spelled, letter] of Object.entries(VOCABULARY.spelled_letters))
+    joined = joined.replaceAll(spelled, letter);
   joined = VELOCITIES.get(joined) ?? joined;
   const written = [joined, joined.toLowerCase()].find((spelling) => known.has(spelling));
   if (written !== undefined) return namePiece(written);
@@ -111,7 +112,7 @@ function splitProduct(name: string, known: ReadonlySet<string>): Piece[] {
   if (known.size === 0) return [];
   const words = [...new Set([...known, ...FUNCTIONS.keys(), "pi"])];
   words.sort((a, b) => b.length - a.length || (a < b ? -1 : 1));
-  const pattern = compile([...words.map(escapeSigns), VOCABULARY.patterns.short_without_space].join("|"), "gy");
+  const pattern = compile([...words.map(escapeSigns), VOCABULARY.patterns.shorthand_without_space].join("|"), "gy");
   const factors: Piece[] = [];
   let at = 0;
   for (let match = pattern.exec(name); match; match = pattern.exec(name)) {

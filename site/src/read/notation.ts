@@ -20,7 +20,7 @@ const SIGNS = table(VOCABULARY.signs);
 const RATE_WITH_DOT = pattern("rate_with_dot", "g");
 const DOLLARS = wholePattern("dollars");
 /** The semicolon or full stop at the end of a statement or sentence. */
-const END = pattern("end");
+const END = pattern("end_of_text");
 
 const { whole_numbers: WHOLE, before_whole_numbers: BEFORE_WHOLE } = VOCABULARY;
 const UNITS = table(VOCABULARY.units);
@@ -39,10 +39,10 @@ const UNIT_AT_END = compile(`${VOCABULARY.patterns.before_unit}(${UNIT_NAMES})$`
  * Habits of typing: a text before the result, a unit in brackets after it, degrees inside it, roots by their sign.
  * `mark` is a text that each occurrence contains; looking for it first saves time.
  */
-const HABITS = VOCABULARY.habits.map(({ mark, pattern: source, meant }) => ({
+const HABITS = VOCABULARY.habits.map(({ mark, pattern: source, replacement }) => ({
   mark,
   pattern: compile(source, "g"),
-  meant: meant.replace(/\\([12])/g, "$$$1"),
+  replacement: replacement.replace(/\\([12])/g, "$$$1"),
 }));
 
 /** Plain characters for digits of all scripts, wide signs, typographic spaces and invisible marks; made when needed. */
@@ -71,7 +71,8 @@ function countTerms(row: string, known: ReadonlySet<string>): string {
   const inner = terms.slice(1, -1);
   const first = terms[0];
   const last = terms.at(-1);
-  if (terms.length < LIMITS.many || !first || !last || inner.some(({ symbol }) => !known.has(symbol))) return row;
+  if (terms.length < LIMITS.counted_terms || !first || !last || inner.some(({ symbol }) => !known.has(symbol)))
+    return row;
   const counts = new Map<string, number>();
   for (const { sign, symbol } of inner) counts.set(sign + symbol, (counts.get(sign + symbol) ?? 0) + 1);
   const sums = [...counts.keys()].sort().map((term) => `${term[0]}${counts.get(term)}*${term.slice(1)}`);
@@ -84,8 +85,9 @@ const isAscii = (text: string): boolean => /^[\x00-\x7f]*$/.test(text);
 /** Return an answer as plain text; the names in `known` are never read as units. */
 export function plain(answer: string, known: ReadonlySet<string>): string {
   let text = withoutSpacesAtEnd(isAscii(answer) ? answer : withoutLookAlikes(answer));
-  if (lengthOf(text, LIMITS.long) > LIMITS.long) text = text.replace(SYMBOLS_IN_A_ROW, (row) => countTerms(row, known));
-  for (const habit of HABITS) if (text.includes(habit.mark)) text = text.replace(habit.pattern, habit.meant);
+  if (lengthOf(text, LIMITS.long_text) > LIMITS.long_text)
+    text = text.replace(SYMBOLS_IN_A_ROW, (row) => countTerms(row, known));
+  for (const habit of HABITS) if (text.includes(habit.mark)) text = text.replace(habit.pattern, habit.replacement);
   text = withoutUnits(text, known);
   const isShort = lengthOf(text, LIMITS.latex_characters) <= LIMITS.latex_characters;
   const latex = isShort && ["\\", "_{", "^{"].some((mark) => text.includes(mark));
@@ -102,7 +104,7 @@ export function plain(answer: string, known: ReadonlySet<string>): string {
 }
 
 const NUMBER_IN_UNIT = compile(
-  `${VOCABULARY.patterns.number_in_unit}(${UNIT_NAMES})${VOCABULARY.patterns.behind_unit}`,
+  `${VOCABULARY.patterns.number_before_unit}(${UNIT_NAMES})${VOCABULARY.patterns.after_unit}`,
   "g",
 );
 
@@ -115,7 +117,7 @@ export function withoutUnits(text: string, known: ReadonlySet<string>): string {
 }
 
 const LENGTH_WITH_COMMA = compile(
-  `${VOCABULARY.patterns.decimal_in_unit}(${unitsPattern(VOCABULARY.lengths)})${VOCABULARY.patterns.behind_unit}`,
+  `${VOCABULARY.patterns.decimal_before_length}(${unitsPattern(VOCABULARY.lengths)})${VOCABULARY.patterns.after_unit}`,
   "g",
 );
 
@@ -124,8 +126,8 @@ export const withPointsOfLengths = (text: string): string => text.replace(LENGTH
 
 const OF_NUMBERS = unitsPattern([...UNITS.keys(), ...VOCABULARY.degrees]);
 const NAMED_IN_UNIT = compile(
-  `${VOCABULARY.patterns.name_of_number}${VOCABULARY.patterns.number_in_unit}` +
-    `(${OF_NUMBERS})${VOCABULARY.patterns.behind_unit}`,
+  `${VOCABULARY.patterns.name_before_number}${VOCABULARY.patterns.number_before_unit}` +
+    `(${OF_NUMBERS})${VOCABULARY.patterns.after_unit}`,
   "g",
 );
 

@@ -30,8 +30,8 @@ export function carryOutProducts(tree: Node): Node {
     if (args.length === 0) return top;
     const result = applyOperation(top, args);
     if (OPERATIONS.has(top.kind) && isList(result)) {
-      createdNodes += sizeOf(result, LIMITS.worked_out - createdNodes);
-      if (createdNodes >= LIMITS.worked_out) throw new ParseError("read.long-products");
+      createdNodes += sizeOf(result, LIMITS.nodes_of_results - createdNodes);
+      if (createdNodes >= LIMITS.nodes_of_results) throw new ParseError("read.long-products");
     }
     return result;
   });
@@ -105,7 +105,7 @@ function equation(args: readonly [Node, Node]): Node {
 function product(args: readonly Node[]): Node {
   const [left, right] = args.map(rowsOf) as [Rows, Rows];
   if (left[0]?.length !== right.length) return refuse("*", args);
-  if (left.length * right.length * (right[0] as readonly Node[]).length >= LIMITS.worked_out)
+  if (left.length * right.length * (right[0] as readonly Node[]).length >= LIMITS.nodes_of_results)
     throw new ParseError("read.long-products");
   const times = (row: readonly Node[], column: readonly Node[]): Node =>
     row.map((entry, i) => node("*", entry, column[i] as Node)).reduce((total, term) => node("+", total, term));

@@ -28,16 +28,16 @@ import {
 import { lengthOf, LIMITS, pattern, table, VOCABULARY, wholePattern } from "./vocabulary.js";
 
 /** Calls of SymPy, NumPy or Python that are no functions of numbers, with their meaning. */
-const CONTAINERS = table(VOCABULARY.containers);
-const BOUND = table(VOCABULARY.bound);
+const CONTAINERS = table(VOCABULARY.call_meanings);
+const BOUND = table(VOCABULARY.binding_calls);
 const UNDEFINED = new Set(Object.keys(VOCABULARY.undefined));
 const BLANK = new Set(VOCABULARY.blank);
 /** Names between two conditions, which are no factors. */
-const WORDS = new Set(VOCABULARY.words);
+const WORDS = new Set(VOCABULARY.operator_words);
 const INVERSES = table(VOCABULARY.inverses);
 const JOINT = wholePattern("joint");
 const ANGLE = wholePattern("angle");
-const SHORT_OF_ANGLE = pattern("short_of_angle");
+const SHORT_OF_ANGLE = pattern("shorthand_of_angle");
 const SYNONYMS = table<string>(VOCABULARY.synonyms);
 /** Names that are multiplied by a bracket after them: nobody defines functions of these names. */
 const BEFORE_BRACKETS = new Set(["pi", "I", ...VOCABULARY.whole_numbers]);
@@ -85,7 +85,7 @@ class Parser {
   ) {
     this.tokens = tokensOf(text).flatMap((token) => this.translate(token));
     const count = this.tokens.filter((token) => token.text === "±").length;
-    if (count > LIMITS.either) throw new ParseError("read.either", { count });
+    if (count > LIMITS.plus_minus_signs) throw new ParseError("read.either", { count });
   }
 
   /** Return a token, or the tokens that a word means, such as `or` for the German word oder. */
@@ -442,7 +442,7 @@ class Parser {
     this.take("[");
     const row = this.bracketed("]", "list");
     const rows = top.args.every(({ kind }) => kind === "list") ? top.args : [top];
-    if (rows.length >= LIMITS.diagonal || rows.some(({ args }) => args.length !== row.args.length))
+    if (rows.length >= LIMITS.matrix_rows || rows.some(({ args }) => args.length !== row.args.length))
       throw this.fail("read.two-lists");
     return node("list", ...rows, row);
   }
@@ -711,7 +711,7 @@ class Parser {
       const filled = filledRows(first, second, third);
       if (filled) return filled;
     }
-    if (meaning === "diagonal" && args.length <= LIMITS.diagonal) {
+    if (meaning === "diagonal" && args.length <= LIMITS.matrix_rows) {
       return listOf(args.map((arg, i) => args.map((_, j) => (i === j ? arg : integer(0)))));
     }
     if (meaning === "list") return node("list", ...args);

@@ -3,8 +3,8 @@
 import { errorAt } from "./tree.js";
 import { compile, LIMITS, VOCABULARY } from "./vocabulary.js";
 
-const { passed, number, name, operator } = VOCABULARY.patterns;
-const TOKEN = compile(`${passed}|(${number})|(${name})|(${operator})`, "gy");
+const { between_tokens: gap, number, name, operator } = VOCABULARY.patterns;
+const TOKEN = compile(`${gap}|(${number})|(${name})|(${operator})`, "gy");
 
 export type Token = { readonly kind: "number" | "name" | "op" | "end"; readonly text: string; readonly at: number };
 

@@ -9,7 +9,7 @@ from qdot.exercises.arm.axes_to_dh import Axis, move_point_along_axes, recognize
 from qdot.exercises.arm.chain import Chain
 from qdot.exercises.arm.derivation import derive
 from qdot.exercises.arm.mpmath_kinematics import PRECISE_CONTEXT, determinant, inverse, solve_linear
-from qdot.exercises.arm.standard_table import dh_of_axes, home_geometry_of
+from qdot.exercises.arm.standard_table import convert_axes, home_geometry_of
 from qdot.exercises.common.stream import Stream
 from tests.support.suites import select_for_suite
 
@@ -43,7 +43,7 @@ def test_table_keeps_oblique_axes_exact(seed: int) -> None:
         direction = sp.Matrix(stream.choice(DIRECTIONS))
         axes.append(Axis(stream.choice("RRRP"), direction / direction.norm(), sample_point() + open_length))
     point = sample_point() + 2 * open_length + (sp.Matrix([A2, 0, 0]) if seed % 3 == 0 else sp.zeros(3, 1))
-    base, joints, tool = dh_of_axes(axes, point, len(axes))
+    base, joints, tool = convert_axes(axes, point, len(axes))
     home_axes, home_point = home_geometry_of(Chain("oblique", joints, ("vx",), base, tool))
     differences = [
         home_point - point,
@@ -74,7 +74,7 @@ def test_symbolic_points_on_parallel_axes_give_no_roots(seed: int) -> None:
         unit = direction * (-1 if seed > 3 and k == 1 else 1) / direction.norm()
         axes.append(Axis("R", unit, sp.Matrix(stream.choice([(k * A1, A2, 0), (A1, h * k, A2), (A1 + A2 * k, 0, h)]))))
     point = sp.Matrix([A1 + A2, h, A1])
-    base, joints, tool = dh_of_axes(axes, point, len(axes))
+    base, joints, tool = convert_axes(axes, point, len(axes))
     chain = Chain(f"parallel{seed}", joints, ("vx", "vy", "vz"), base, tool, convention="screws")
     home_axes, home_point = home_geometry_of(chain)
     for home, axis in zip(home_axes, axes, strict=True):

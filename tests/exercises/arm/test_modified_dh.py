@@ -17,7 +17,7 @@ from qdot.exercises.common.stream import Stream
 from qdot.exercises.families import FAMILIES
 from qdot.exercises.figure.arm import compute_convention_frames
 from qdot.exercises.figure.pose import compute_skeleton, make_drawable_chain
-from qdot.exercises.generation import generate, questions_of_family, sample_chain
+from qdot.exercises.generation import generate, list_questions_of_family, sample_chain
 from qdot.exercises.problem.problem import Problem, ProblemId
 from qdot.exercises.verify.certificate import certify
 from qdot.exercises.verify.numeric_reference import compute_modified_frames
@@ -69,7 +69,7 @@ def test_frames_are_those_of_the_modified_table(family: str) -> None:
 
 @on_families(SOME)
 def test_questions_about_frames_are_certified(family: str) -> None:
-    questions = [name for name in questions_of_family(family, MODIFIED) if name in FRAME_QUESTIONS]
+    questions = [name for name in list_questions_of_family(family, MODIFIED) if name in FRAME_QUESTIONS]
     certificate = certify(generate(ProblemId(family, 2, tuple(questions), variation="full", convention=MODIFIED)))
     assert certificate.passed, certificate.failures
     assert {check.name for check in certificate.checks} >= {"modified table: axes", "modified table: point"}
@@ -78,13 +78,13 @@ def test_questions_about_frames_are_certified(family: str) -> None:
 def test_certificate_detects_wrong_table(monkeypatch: pytest.MonkeyPatch) -> None:
     problem = generate("elbow-3r/1@modified-dh", ["transform"])
 
-    table = ModifiedDh._split_base
+    table = ModifiedDh._make_base_and_rows
 
     def wrong(convention: ModifiedDh) -> tuple[Base, list[Joint]]:
         base, (first, second, third) = table(convention)
         return base, [first, replace(second, alpha=-second.alpha), third]
 
-    monkeypatch.setattr(ModifiedDh, "_split_base", wrong)
+    monkeypatch.setattr(ModifiedDh, "_make_base_and_rows", wrong)
     failed = {check.name for check in certify(problem).failures}
     assert {"modified table: axes", "modified table: point"} <= failed
 

@@ -16,7 +16,6 @@ from qdot.exercises.arm.chain import CONVENTIONS, Chain, Joint
 from qdot.exercises.arm.robot_file import Robot
 from qdot.exercises.arm.robot_text import robot_text
 from qdot.exercises.assignment.assignment import Assignment, load_assignment
-from qdot.exercises.assignment.decimals import read_decimals
 from qdot.exercises.assignment.release import ReleaseResult, init_assignment, notebook_path, release_notebooks
 from qdot.exercises.assignment.store import store_path
 from qdot.exercises.common import files
@@ -24,6 +23,7 @@ from qdot.exercises.common.errors import QdotError
 from qdot.exercises.formula.equality import Rounding
 from qdot.exercises.generation import generate
 from qdot.exercises.problem.problem import Part, Problem, ProblemId
+from qdot.exercises.problem.rounding import read_decimals
 from qdot.exercises.reference_answers import ConditionSet, Matrix, Number
 from qdot.exercises.writing.problem_texts import write_prompt
 from qdot.grader.grading.certify import CERTIFIER
@@ -176,7 +176,7 @@ def test_path_inside_assignment_is_refused_with_its_folder(folder: Path, monkeyp
 def test_roster_keeps_names_and_extra_columns(folder: Path) -> None:
     (folder / "roster.csv").write_bytes("\ufeffStudent,Name,Email,Group\r\nzoë,Zoë É,z@x.org,B\r\n\r\n".encode())
     (student,) = load_assignment(folder).roster
-    assert (student.id, student.name, student.email, student.other_columns) == (
+    assert (student.id, student.name, student.email, student.other_cells) == (
         "zoë",
         "Zoë É",
         "z@x.org",
@@ -198,7 +198,7 @@ def test_roster_written_by_excel_is_read(folder: Path, encoding: str) -> None:
 def test_separator_line_of_excel_is_respected(folder: Path) -> None:
     (folder / "roster.csv").write_text("sep=;\nstudent;name, or what stands for it\ns1;Ada\n")
     (student,) = load_assignment(folder).roster
-    assert (student.id, student.other_columns) == ("s1", (("name, or what stands for it", "Ada"),))
+    assert (student.id, student.other_cells) == ("s1", (("name, or what stands for it", "Ada"),))
 
 
 @pytest.mark.parametrize("robot_convention", CONVENTIONS)

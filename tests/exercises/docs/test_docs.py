@@ -15,8 +15,8 @@ from qdot.exercises.arm.chain import CONVENTIONS
 from qdot.exercises.chapter import solve_examples
 from qdot.exercises.common.variation import VARIATION_STEPS
 from qdot.exercises.families import FAMILIES
-from qdot.exercises.families.listing import LISTING_FILE, listing
-from qdot.exercises.generation import compute_listing, questions_of_family
+from qdot.exercises.families.listing import LISTING_FILE, read_listing
+from qdot.exercises.generation import compute_listing, list_questions_of_family
 from qdot.exercises.questions import QUESTIONS
 from qdot.exercises.short_questions import ALL_QUESTIONS
 from tests.support import ROOT
@@ -33,7 +33,7 @@ together = pytest.mark.xdist_group("docs")
 def _use_stored_listing() -> Iterator[None]:
     """Generate pages from the stored listing."""
     with pytest.MonkeyPatch.context() as patch:
-        patch.setattr(docs_pages, "list_families", listing)
+        patch.setattr(docs_pages, "list_families", read_listing)
         documents.cache_clear()
         yield
     documents.cache_clear()
@@ -59,11 +59,11 @@ SLOW = ("lbr-7r", "random-3", "random-4")
 )
 def test_listing_of_family_agrees_with_its_arms(family: str) -> None:
     """If this fails, run: make docs"""
-    assert listing()[family] == compute_listing(FAMILIES[family])
+    assert read_listing()[family] == compute_listing(FAMILIES[family])
 
 
 def test_listing_has_difficulty_of_every_variation_step() -> None:
-    for name, listed in listing().items():
+    for name, listed in read_listing().items():
         assert list(listed.by_variation) == sorted(listed.by_variation)
         assert len(listed.by_variation) == (0 if FAMILIES[name].has_varied_structure else len(VARIATION_STEPS))
 
@@ -75,7 +75,7 @@ def test_families_page_lists_every_family_with_figure_and_questions() -> None:
     assert list(sections) == list(FAMILIES)
     for name, text in sections.items():
         assert f"families/{name}.svg" in page and FAMILIES[name].title in text and FAMILIES[name].source in text
-        listed, expected = set(re.findall(r"`([a-z-]+)`", text)), set(questions_of_family(name))
+        listed, expected = set(re.findall(r"`([a-z-]+)`", text)), set(list_questions_of_family(name))
         possible = {question.name for question in QUESTIONS.values() if CONVENTIONS[0] in question.conventions}
         assert listed == (possible - expected if "all but" in text or "): all." in text else expected)
 
@@ -83,7 +83,7 @@ def test_families_page_lists_every_family_with_figure_and_questions() -> None:
 @together
 def test_pages_have_all_questions_valid_links_figures_and_chapter_results() -> None:
     rows = re.findall(r"^\| `([a-z-]+)` \|", documents()["questions.md"], re.MULTILINE)
-    assert rows == list(ALL_QUESTIONS) and list(listing()) == list(FAMILIES)
+    assert rows == list(ALL_QUESTIONS) and list(read_listing()) == list(FAMILIES)
     for page in ("families.md", "errata.md", "questions.md"):
         for target in re.findall(r"\]\(([^)#]+)\)|src=\"([^\"]+)\"", documents()[page]):
             assert "".join(target) in documents() or (DOCS / "".join(target)).is_file()

@@ -353,7 +353,7 @@ def test_moodle_quiz_picks_each_question_for_its_points(
     assert [settings.findtext(f"quiz/{name}") for name in names] == ["0", "4", "0", "0", "0"]  # the last counts
     due_date = datetime(2027, 1, 15, 12, tzinfo=UTC)
     limited = replace(
-        export_request.assignment, attempts=AttemptPolicy(best_of=3, min_interval=3600), due_date=due_date
+        export_request.assignment, attempt_policy=AttemptPolicy(best_of=3, min_interval=3600), due_date=due_date
     )
     content = export_items(moodle.export_moodle, replace(export_request, assignment=limited), items)["hw.mbz"]
     settings = parsed(unzip(content)["activities/quiz_1/quiz.xml"])

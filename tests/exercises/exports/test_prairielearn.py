@@ -214,7 +214,7 @@ def test_assessments_list_every_question_with_its_points(course: Path, export_re
         k: [v] * DEFAULT_ATTEMPTS for k, v in worth.items()
     }
     assert exam["shuffleQuestions"] is False and homework["uuid"] != exam["uuid"]
-    few = replace(export_request.assignment, attempts=AttemptPolicy(best_of=2))
+    few = replace(export_request.assignment, attempt_policy=AttemptPolicy(best_of=2))
     made = list(EXPORT_FORMATS["prairielearn"].export(replace(export_request, assignment=few, variant_count=1)))
     (changed,) = [json.loads(file.content) for file in made if file.path.endswith("hw-exam/infoAssessment.json")]
     assert {len(entry["autoPoints"]) for entry in changed["zones"][0]["questions"]} == {2}

@@ -218,7 +218,9 @@ def test_package_has_all_variants_and_no_seed_or_secret(
 
 def test_package_keeps_attempts_hints_and_passing_share(export_request: ExportRequest, patched: None) -> None:
     policy = AttemptPolicy(best_of=5)
-    assignment = replace(export_request.assignment, attempts=policy, hints=True, feedback="mistake", title="x" * 300)
+    assignment = replace(
+        export_request.assignment, attempt_policy=policy, hints=True, feedback="mistake", title="x" * 300
+    )
     package = export_packages(
         replace(export_request, assignment=assignment, variant_count=1, passing_share=Fraction(2, 5))
     )["12"]

@@ -10,7 +10,7 @@ from qdot.exercises.arm.chain import Chain
 from qdot.exercises.arm.derivation import derive
 from qdot.exercises.common.variation import VARIATION_STEPS, find_canonical_name
 from qdot.exercises.families import FAMILIES
-from qdot.exercises.generation import list_applicable_questions, questions_of_family, sample_chain
+from qdot.exercises.generation import list_applicable_questions, list_questions_of_family, sample_chain
 from qdot.exercises.problem.problem import ProblemId
 from qdot.exercises.singularities.difficulty import difficulty, difficulty_band
 from qdot.exercises.singularities.singular_set import singular_set
@@ -120,7 +120,7 @@ def test_arms_of_a_family_are_asked_the_same_and_differ_in_difficulty_by_a_step_
     family: str, variation: str
 ) -> None:
     some = arms(family, variation)[:DERIVED]
-    assert {list_applicable_questions(arm) for arm in some} == {questions_of_family(family)}
+    assert {list_applicable_questions(arm) for arm in some} == {list_questions_of_family(family)}
     steps = [difficulty_band(arm) for arm in some]
     assert max(steps) - min(steps) <= 1
 

@@ -23,8 +23,8 @@ from qdot.exercises.families.structures import (
     build_arm,
     group_clean_structures,
     is_clean,
+    parse_rows,
     read_clean_structures,
-    read_rows,
 )
 from qdot.exercises.generation import generate, sample_chain
 from qdot.exercises.problem.problem import ProblemId
@@ -153,7 +153,7 @@ def test_mirror_images_and_mountings_are_drawn() -> None:
 
 
 def of(code: str, *task: str) -> Key:
-    return class_key(read_rows(code), task)
+    return class_key(parse_rows(code), task)
 
 
 @pytest.mark.parametrize(

@@ -16,10 +16,10 @@ from qdot.exercises.formula.equality import (
     Domain,
     EntryDifference,
     Rounding,
-    chance_of_missing,
     choose_decimal_tolerance,
     choose_default_role,
     compare_entries,
+    compute_chance_of_missing,
 )
 from qdot.exercises.formula.parser import parse_formula
 from qdot.exercises.formula.trees import find_names
@@ -101,9 +101,10 @@ def test_numeric_comparison_errs_at_the_rate_of_its_bound(
         monkeypatch.setattr(equality, constant, 3)
     comparison = [compare(f"sqrt(({inner})^2)", inner, str(seed)) for seed in range(400)]
     passed = [comparison for comparison in comparison if comparison.is_correct == (True,)]
-    assert len(passed) / len(comparison) == pytest.approx(chance_of_missing(3, share), abs=0.07)
+    assert len(passed) / len(comparison) == pytest.approx(compute_chance_of_missing(3, share), abs=0.07)
     assert all(
-        comparison.certificate.bound == chance_of_missing(3, equality.WRONG_SHARE_BRANCHING) for comparison in passed
+        comparison.certificate.bound == compute_chance_of_missing(3, equality.WRONG_SHARE_BRANCHING)
+        for comparison in passed
     )
 
 

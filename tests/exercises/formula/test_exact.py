@@ -11,7 +11,7 @@ import sympy as sp
 from qdot.exercises.common.stream import Stream
 from qdot.exercises.formula import exact, field
 from qdot.exercises.formula.angles import MAX_BITS, find_angles
-from qdot.exercises.formula.exact import ExactComparison, chance_of_agreement, make_modular_program
+from qdot.exercises.formula.exact import ExactComparison, bound_chance_of_agreement, make_modular_program
 from qdot.exercises.formula.field import (
     PRIME_BITS,
     PRIME_COUNT,
@@ -28,7 +28,7 @@ from qdot.exercises.formula.program import Program, compile_program
 
 
 def compute_size(program: exact.ModularProgram) -> exact.Size:
-    size = program.size(0)
+    size = program.find_size(0)
     assert size is not None
     return size
 
@@ -204,7 +204,7 @@ def compute_acceptance_rate(student: str, trials: int) -> float:
 
 def predict_acceptance_rate(student: str) -> float:
     program = make_modular_program(compile_program([parse_formula(student)]), {})
-    return chance_of_agreement(compute_size(program), exact.Size(0.0, 0.0), int(log2(min(SMALL))), len(SMALL))
+    return bound_chance_of_agreement(compute_size(program), exact.Size(0.0, 0.0), int(log2(min(SMALL))), len(SMALL))
 
 
 @pytest.fixture
@@ -311,14 +311,14 @@ def test_size_is_computed_from_the_formula(
 
 def test_error_chance_follows_from_degree_and_height() -> None:
     """5 of 2^10 points, and 7.5 bits in primes of 10 bits, of which there are 100."""
-    assert chance_of_agreement(exact.Size(3, 4, 0, 2), exact.Size(1, 5, 2, 1), 10, 100) == pytest.approx(
+    assert bound_chance_of_agreement(exact.Size(3, 4, 0, 2), exact.Size(1, 5, 2, 1), 10, 100) == pytest.approx(
         5 / 2**10 + 7.5 / 10 / 100
     )
-    assert chance_of_agreement(exact.Size(0, 4, 2, 1), exact.Size(3, 5, 0, 2), 10, 100) == pytest.approx(
+    assert bound_chance_of_agreement(exact.Size(0, 4, 2, 1), exact.Size(3, 5, 0, 2), 10, 100) == pytest.approx(
         5 / 2**10 + 7 / 10 / 100
     )
-    assert chance_of_agreement(exact.Size(0, -inf), exact.Size(0, -inf)) == 0
-    assert chance_of_agreement(exact.Size(2.0**90, 0), exact.Size(0, 0)) == 1
+    assert bound_chance_of_agreement(exact.Size(0, -inf), exact.Size(0, -inf)) == 0
+    assert bound_chance_of_agreement(exact.Size(2.0**90, 0), exact.Size(0, 0)) == 1
 
 
 def test_identical_programs_are_compiled_once(monkeypatch: pytest.MonkeyPatch) -> None:

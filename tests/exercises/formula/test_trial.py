@@ -14,9 +14,9 @@ from qdot.exercises.formula.equality import (
     Domain,
     EntryDifference,
     Rounding,
-    chance_of_missing,
     choose_default_role,
     compare_entries,
+    compute_chance_of_missing,
     to_json_number,
 )
 from qdot.exercises.formula.parser import parse_formula
@@ -149,7 +149,7 @@ def test_bound_counts_points_where_all_entries_are_defined() -> None:
     certificate = compare(texts, texts).certificate
     assert certificate.points == 2000
     assert certificate.bound is not None
-    assert chance_of_missing(1100, 0.02) < certificate.bound < chance_of_missing(900, 0.02)
+    assert compute_chance_of_missing(1100, 0.02) < certificate.bound < compute_chance_of_missing(900, 0.02)
 
 
 TERMS = f"(sqrt(a1^2)*(10^400/10^400) + 1e14*({ZERO}))*1e9"
@@ -276,14 +276,14 @@ def test_difference_too_small_to_show_comes_with_its_values(monkeypatch: pytest.
 def test_values_are_shown_with_enough_digits_to_differ() -> None:
     def show(off: str) -> tuple[Any, Any]:
         with mpmath.workdps(60):
-            return equality.show_difference(mpmath.pi + mpmath.mpf(off), +mpmath.pi)
+            return equality.format_difference(mpmath.pi + mpmath.mpf(off), +mpmath.pi)
 
     assert show("1e-3") == (3.14259, 3.14159)
     assert show("1e-7") == ("3.1415928", "3.1415927")
     assert show("1e-8") == ("3.141592664", "3.141592654")
     assert show("1e-30")[0] != show("1e-30")[1]
     assert show("1e-55") == (3.14159, 3.14159)
-    assert equality.show_difference(complex(np.nan), 0.5) == ("not a finite number", 0.5)
+    assert equality.format_difference(complex(np.nan), 0.5) == ("not a finite number", 0.5)
 
 
 def test_numbers_are_shown_with_six_digits() -> None:

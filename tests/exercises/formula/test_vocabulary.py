@@ -19,8 +19,9 @@ from qdot.grader.judging.verdict import Outcome
 from tests.support.judging import judge_singular
 
 TABLES = (
-    "functions", "constants", "whole_numbers", "before_whole_numbers", "modules", "letters", "spelled", "undefined",
-    "blank", "containers", "bound", "whole_number_sets", "units", "superscripts", "signs", "look_alikes", "latex",
+    "functions", "constants", "whole_numbers", "before_whole_numbers", "modules", "letters", "spelled_letters",
+    "undefined", "blank", "call_meanings", "binding_calls", "whole_number_sets", "units", "superscripts", "signs",
+    "look_alikes", "latex",
 )  # fmt: skip
 GRAMMAR = {
     "pi", "sqrt", "sin", "cos", "rate", "in", "and", "or", "list", "set", "eq", "name", "qd", "begin", "...",

@@ -101,6 +101,6 @@ def test_question_supports_every_duty_or_gives_a_reason(name: str) -> None:
     assert len(write_prompt(problem, part)) > 40
     assert len(set(write_hints(problem, part))) == 3
     assert write_solution(problem, part)
-    named, shape = ALL_QUESTIONS[name].name_entries(problem.chain, part), part.shape or (1, 1)
+    named, shape = ALL_QUESTIONS[name].name_entries(problem.chain, part.details), part.shape or (1, 1)
     assert len(named) in (0, shape[0] * shape[1])
     assert len(ALL_QUESTIONS[part.kind].list_labels(problem.chain)) in (0, shape[0])

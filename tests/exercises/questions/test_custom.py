@@ -19,9 +19,10 @@ from qdot.exercises.formula.parser import parse_formula
 from qdot.exercises.formula.trees import find_names
 from qdot.exercises.notebook.problem_formats import show_assignment
 from qdot.exercises.problem.problem import Part, Problem
+from qdot.exercises.questions import QUESTIONS
 from qdot.exercises.questions.custom import Definition, make_question
 from qdot.exercises.questions.custom.definition import GivenValue, Texts
-from qdot.exercises.questions.custom.language import FormulaError, parse
+from qdot.exercises.questions.language import FormulaError, parse
 from qdot.exercises.reference_answers import ConditionSet, Number, Words
 from qdot.exercises.site.bank import make_index_json
 from qdot.exercises.site.bank_problem import BankProblem, find_custom_questions
@@ -39,7 +40,8 @@ from tests.support.suites import select_for_suite
 GALLERY = {
     "acceleration": "planar-2r", "axis-in-the-base-frame": "elbow-3r", "ellipse-area": "planar-2r",
     "load-torques": "planar-2r", "middle-of-a-link": "elbow-3r", "near-a-singularity": "planar-2r",
-    "parallel-columns": "planar-3r", "self-motion": "planar-3r", "stretched-height": "elbow-3r",
+    "own-robot": "elbow-3r", "parallel-columns": "planar-3r", "self-motion": "planar-3r",
+    "stretched-height": "elbow-3r",
     "tip-speed": "polar-rp", "why-not": "scara", "wrist-centre": "scara",
 }  # fmt: skip
 """The questions of the gallery, each with a family that it suits."""
@@ -285,22 +287,38 @@ def test_a_browser_can_mark_all_but_texts(tmp_path: Path) -> None:
         ).without_text_questions()
 
 
-BUILT_IN = {
-    "position": "p", "velocity": "v", "jacobian": "J", "determinant": "det(J)", "inverse-jacobian": "inv(J)",
-    "inverse-velocity": "inv(J)*[vx, vy]", "gram-determinant": "det(J*transpose(J))",
-}  # fmt: skip
+BUILT_IN = [name for name, question in QUESTIONS.items() if question.formula and not question.sample]
+
+
+@pytest.mark.parametrize(
+    ("setting", "words", "error"),
+    [
+        ("", "to three significant digits", 0.004), ("digits = 5", "to five significant digits", 4e-5),
+        ('tolerance = "10 cm/s"', "within 10 cm/s", 0.09),
+    ],
+)  # fmt: skip
+def test_a_number_is_marked_to_the_precision_that_its_prompt_states(
+    setting: str, words: str, error: float, tmp_path: Path
+) -> None:  # fmt: skip
+    question = f'prompt = "x"\ngiven = ["pose", "rates"]\nanswer = "100*norm(v)/norm(v) + v.x/1000"\n{setting}'
+    problem = make_problem(tmp_path, question)
+    (number,) = map(float, problem.parts[0].answer.as_json())
+    assert words in write_prompt(problem, problem.parts[0])
+    allowed = error * (1 if "tolerance" in setting else number)
+    assert judge_answer(problem, f"{number + allowed:.12g}") == "correct"
+    assert judge_answer(problem, f"{number + 1.5 * allowed:.12g}") == "wrong"
 
 
 @pytest.mark.parametrize("name", BUILT_IN)
-def test_the_language_gives_the_answers_of_built_in_questions(name: str) -> None:
-    """The references of built-in questions that one formula gives are those that the language derives."""
+def test_custom_question_with_the_formula_of_a_built_in_question_has_its_answer(name: str) -> None:
     family = "planar-3r" if name == "gram-determinant" else "planar-2r"
-    definition = Definition("mine", BUILT_IN[name], (("en", Texts("Mine", "x")),))
+    chain, part = (problem := generate(f"{family}/3", [name])).chain, problem.parts[0]
+    rows = tuple(QUESTIONS[name].name_entries(chain, part.details))
+    definition = Definition("mine", QUESTIONS[name].formula, (("en", Texts("Mine", "x")),), rows=rows)
     problem = generate(f"{family}/3", [name, "mine"], definitions=[definition])
     built_in, own = (part.answer.as_matrix() for part in problem.parts)
-    rows = [i for i in range(own.rows) if built_in.shape == own.shape or any(own.row(i))]
-    difference = built_in - own.extract(rows, list(range(own.cols)))
-    assert difference.applyfunc(lambda entry: sp.simplify(sp.expand_trig(entry))).is_zero_matrix
+    assert (built_in - own).applyfunc(lambda entry: sp.simplify(sp.expand_trig(entry))).is_zero_matrix
+    assert find_failures(problem) == []
 
 
 @pytest.mark.parametrize(
@@ -363,6 +381,7 @@ BAD = {
     'options = ["z0", "z1"]\nshown = "formula"': "are equal for this arm", 'options = ["a", "a"]': "two options",
     'answer = "p"\nhints = ["a"]': "three texts", 'answer = "p"\noptions = ["a", "b"]': "either an answer or options",
     'answer = "__import__(\'os\')"': "not part of the formula language", 'answer = "p"\ndigits = 1': "from 2 to 9",
+    'answer = "p"\ndigits = 4': "only numbers have digits",
     'answer = "(lambda: 0)()"': "not part of the formula language", 'answer = "2^99"': "from -8 to 8",
     'answer = "inv(J)*[vx, vy]"\ngiven = {theta1 = 0, theta2 = 0}': "vx",
 }  # fmt: skip

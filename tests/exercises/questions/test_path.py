@@ -73,14 +73,18 @@ def test_path_limit_agrees_with_the_law_of_cosines(textbook_arms: dict[str, Any]
 def test_precise_and_float_paths_agree(textbook_arms: dict[str, Any]) -> None:
     chain = textbook_arms["elbow_RRR"].chain
     seam = get_welding_line(ask_question("path-rates", chain))
-    rough, exact = seam.make_line(chain), seam.make_line(chain, PRECISE_CONTEXT)
+    rough, exact = seam.make_path(chain), seam.make_path(chain, PRECISE_CONTEXT)
     stations = list(rough.follow(0.02, 0.15))
     assert len(stations) > 10
     for station in stations:
-        q = exact.joints_at(PRECISE_CONTEXT.mpf(station.s), [PRECISE_CONTEXT.mpf(value) for value in station.joints])
+        q = exact.find_joint_values(
+            PRECISE_CONTEXT.mpf(station.s), [PRECISE_CONTEXT.mpf(value) for value in station.joint_values]
+        )
         assert q is not None
-        assert [float(value) for value in q] == pytest.approx(list(station.joints), abs=1e-11)
-        assert [float(value) for value in exact.joint_derivatives(q)] == pytest.approx(list(station.slopes), abs=1e-9)
+        assert [float(value) for value in q] == pytest.approx(list(station.joint_values), abs=1e-11)
+        assert [float(value) for value in exact.compute_derivatives(q)] == pytest.approx(
+            list(station.derivatives), abs=1e-9
+        )
 
 
 def test_path_ends_at_the_limit_of_reach(textbook_arms: dict[str, Any]) -> None:
@@ -90,7 +94,7 @@ def test_path_ends_at_the_limit_of_reach(textbook_arms: dict[str, Any]) -> None:
     line = StraightPath(chain, half, joints, (sp.Rational(1, 2), sp.S(2)))
     last = list(line.follow(0.02, 0.05))[-1]
     assert 0.3 < last.s < 3**0.5 / 2 - 0.5
-    assert line.joints_at(0.6, line.start_joints) is None
+    assert line.find_joint_values(0.6, line.start_joint_values) is None
 
 
 def test_path_questions_use_simple_numbers_and_hide_the_result(family: str) -> None:

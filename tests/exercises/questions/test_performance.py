@@ -18,8 +18,8 @@ NAMES = ("manipulability", "condition-number")
 def get_result(problem: Problem) -> tuple[float, str, dict[str, float]]:
     """Return the number, its unit and all given values by name."""
     (part,) = problem.parts
-    situation = part.details_as(VelocityDetails).situation
-    values = {symbol.name: float(value) for symbol, value in (situation.lengths | situation.joints).items()}
+    configuration = part.details_as(VelocityDetails).configuration
+    values = {symbol.name: float(value) for symbol, value in (configuration.lengths | configuration.joints).items()}
     return float(part.answer_as(Number).reference[0]), part.answer_as(Number).units[0], values
 
 

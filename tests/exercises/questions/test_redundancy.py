@@ -10,7 +10,7 @@ from qdot.exercises.arm.chain import Chain, Joint
 from qdot.exercises.arm.conventions.base import VELOCITY_NAMES
 from qdot.exercises.arm.derivation import derive
 from qdot.exercises.arm.kinematics import NumericChain
-from qdot.exercises.arm.mpmath_kinematics import FLOAT_CONTEXT, PreciseArm, evaluate_in_context
+from qdot.exercises.arm.mpmath_kinematics import FLOAT_CONTEXT, MpmathArm, evaluate_in_context
 from qdot.exercises.arm.trigonometry import are_identical
 from qdot.exercises.formula.equality import Domain
 from qdot.exercises.questions import QUESTIONS
@@ -56,7 +56,7 @@ def test_precise_and_float_arm_agree(textbook_arms: dict[str, Any]) -> None:
         values = {symbol: sp.Rational(3 + i, 7) for i, symbol in enumerate(chain.parameters)}
         q = [0.4 + 0.3 * i for i in range(chain.n)]
         arm = NumericChain(chain, {symbol.name: float(value) for symbol, value in values.items()})
-        point, jacobian = PreciseArm(chain, values, FLOAT_CONTEXT).point_and_jacobian(q)
+        point, jacobian = MpmathArm(chain, values, FLOAT_CONTEXT).point_and_jacobian(q)
         assert np.allclose(np.array(point, dtype=float), arm.point(np.array(q)), atol=1e-12)
         assert np.allclose(np.array(jacobian, dtype=float), arm.jacobian(np.array(q)), atol=1e-12)
 
@@ -93,19 +93,19 @@ def test_self_motion_of_planar_arm_has_closed_form(planar: Chain) -> None:
 
 def test_long_self_motion_is_asked_numerically() -> None:
     (part,) = ask_question("self-motion", LBR).parts
-    situation = part.details_as(VelocityDetails).situation
+    configuration = part.details_as(VelocityDetails).configuration
     assert part.answer_as(Direction).tolerance == 0.005
-    arm = PreciseArm(LBR, situation.lengths)
+    arm = MpmathArm(LBR, configuration.lengths)
     rates = [evaluate_in_context(value) for value in part.answer_as(Direction).reference]
-    jacobian = arm.task_jacobian([arm.evaluate_number(situation.joints[q]) for q in LBR.q])
+    jacobian = arm.task_jacobian([arm.evaluate_number(configuration.joints[q]) for q in LBR.q])
     assert max(abs(sum(a * b for a, b in zip(row, rates, strict=True))) for row in jacobian) < 1e-9
 
 
 def test_least_norm_rates_are_those_of_the_pseudoinverse(planar: Chain) -> None:
     (part,) = ask_question("least-norm-rates", planar).parts
-    situation = part.details_as(VelocityDetails).situation
-    jacobian = np.array(derive(planar).jacobian.xreplace(situation.values).evalf().tolist(), dtype=float)
-    velocity = np.array([float(v) for v in situation.velocity.values()])
+    configuration = part.details_as(VelocityDetails).configuration
+    jacobian = np.array(derive(planar).jacobian.xreplace(configuration.values).evalf().tolist(), dtype=float)
+    velocity = np.array([float(v) for v in configuration.velocity.values()])
     rates = np.array([float(v) for v in part.answer_as(Number).reference])
     assert np.allclose(rates, np.linalg.pinv(jacobian) @ velocity, atol=1e-9)
     still = np.array([float(v) for v in compute_null_vector(jacobian.tolist())])

@@ -9,7 +9,7 @@ import sympy as sp
 from qdot.exercises.arm.derivation import derive
 from qdot.exercises.common.stream import Stream
 from qdot.exercises.families import FAMILIES
-from qdot.exercises.generation import generate, questions_of_family
+from qdot.exercises.generation import generate, list_questions_of_family
 from qdot.exercises.problem.problem import Part, Problem, ProblemId
 from qdot.exercises.questions import QUESTIONS
 from qdot.exercises.reference_answers import Matrix
@@ -20,7 +20,7 @@ from tests.support.suites import on_families
 ARMS = [
     name
     for name, family in FAMILIES.items()
-    if not family.has_varied_structure and "joint-torques" in questions_of_family(name)
+    if not family.has_varied_structure and "joint-torques" in list_questions_of_family(name)
 ]
 
 

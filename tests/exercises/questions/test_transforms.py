@@ -9,7 +9,7 @@ from qdot.exercises.arm.derivation import derive, symbolic_arm_of
 from qdot.exercises.arm.transforms import count_last_pose_terms
 from qdot.exercises.common.stream import Stream
 from qdot.exercises.families import FAMILIES
-from qdot.exercises.generation import questions_of_family, sample_chain
+from qdot.exercises.generation import list_questions_of_family, sample_chain
 from qdot.exercises.problem.problem import ProblemId
 from qdot.exercises.questions import QUESTIONS
 from qdot.exercises.questions.transforms import AngleSum, ToolJacobianDetails, TransformDetails
@@ -19,8 +19,8 @@ from tests.support.problems import get_problem
 from tests.support.suites import on_families
 
 FIXED = [family for family in FAMILIES if not FAMILIES[family].has_varied_structure]
-ARMS = [family for family in FIXED if "transform" in questions_of_family(family)]
-TOOLS = [family for family in FIXED if "tool-jacobian" in questions_of_family(family)]
+ARMS = [family for family in FIXED if "transform" in list_questions_of_family(family)]
+TOOLS = [family for family in FIXED if "tool-jacobian" in list_questions_of_family(family)]
 
 
 def evaluate_matrix(matrix: sp.Matrix) -> sp.Matrix:

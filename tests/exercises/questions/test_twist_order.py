@@ -107,10 +107,10 @@ def test_substituted_stage_reappears_in_the_answer(order: str) -> None:
         w = compute_numeric_stages(
             problem.chain, sample_configurations(problem.chain, part, problem.domain, 3, Stream("put"))
         )
-        assert question.formula is not None and question.substitution is not None
-        answer = question.formula(w, part.details)
+        assert question.compute is not None and question.substitution is not None
+        answer = question.compute(w, part.details)
         wrong = answer + 0.1 * np.arange(answer.shape[0] * answer.shape[1]).reshape(*answer.shape[:2], 1)
-        assert np.allclose(question.formula(w.with_mistakes(question.substitution(wrong)), part.details), wrong), name
+        assert np.allclose(question.compute(w.with_mistakes(question.substitution(wrong)), part.details), wrong), name
 
 
 NAMED = {

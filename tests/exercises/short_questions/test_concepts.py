@@ -8,7 +8,7 @@ import numpy as np
 import pytest
 import sympy as sp
 
-from qdot.exercises.generation import generate, questions_of_family
+from qdot.exercises.generation import generate, list_questions_of_family
 from qdot.exercises.problem.problem import ProblemId
 from qdot.exercises.questions.concepts import (
     INVERTIBILITY_ANSWERS,
@@ -27,7 +27,7 @@ CHOICES = ("joint-effect", "invertibility", "unreachable-velocity", "lost-motion
 @pytest.mark.parametrize("name", CHOICES)
 @on_families(select_for_suite(("planar-2r", "polar-rp"), ("planar-2r", "polar-rp", "elbow-3r", "planar-3r")))
 def test_letters_are_balanced_and_options_distinct(family: str, name: str) -> None:
-    draws = select_for_suite(12, 30) if name in questions_of_family(family) else 0
+    draws = select_for_suite(12, 30) if name in list_questions_of_family(family) else 0
     answers = [generate(ProblemId(family, 1000 + seed, (name,))).parts[0].answer_as(Choice) for seed in range(draws)]
     assert all(len(set(answer.options)) == len(answer.options) >= 3 for answer in answers)
     letters = Counter(answer.letters for answer in answers)

@@ -10,7 +10,7 @@ import sympy as sp
 from qdot.exercises.arm.chain import Chain, Joint
 from qdot.exercises.common.stream import Stream
 from qdot.exercises.families import FAMILIES
-from qdot.exercises.generation import generate, questions_of_family
+from qdot.exercises.generation import generate, list_questions_of_family
 from qdot.exercises.problem.problem import Problem, ProblemId
 from qdot.exercises.questions import QUESTIONS
 from qdot.exercises.questions.singular import KindDetails
@@ -32,7 +32,7 @@ def _asked() -> list[tuple[str, str]]:
     found: list[tuple[str, str]] = []
     turns = dict.fromkeys(FAMILIES, 0)
     for name in QUESTIONS:
-        can = [family for family in FAMILIES if name in questions_of_family(family)]
+        can = [family for family in FAMILIES if name in list_questions_of_family(family)]
         chapter = sorted((family for family in can if family in CHAPTER), key=turns.__getitem__)
         others = sorted((family for family in can if family not in CHAPTER), key=turns.__getitem__)
         chosen = [*chapter[: select_for_suite(1, len(CHAPTER))], *others[: 2 if WHOLE else not chapter]]

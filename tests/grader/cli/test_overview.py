@@ -22,7 +22,7 @@ from qdot.exercises.problem.problem import ProblemId
 from qdot.exercises.questions import QUESTIONS
 from qdot.exercises.singularities.difficulty import difficulty
 from qdot.grader.cli.main import app
-from qdot.grader.cli.overview import LINE_WIDTH, describe_families, group_families
+from qdot.grader.cli.overview import LINE_WIDTH, describe_families, group_families_by_heading
 from tests.support.command import run, run_and_fail, runner
 from tests.support.suites import select_for_suite
 
@@ -31,10 +31,10 @@ def test_the_overview_lists_every_family_once_under_its_kind() -> None:
     text = describe_families()
     shown = re.findall(r"(?m)^  ([a-z0-9-]+) +(?:[RP]+|varied) ", text)
     assert sorted(shown) == sorted(FAMILIES)
-    assert shown == [family.name for families in group_families().values() for family in families]
+    assert shown == [family.name for families in group_families_by_heading().values() for family in families]
     assert max(map(len, text.splitlines())) <= LINE_WIDTH
     assert len(text.splitlines()) < 3 * len(FAMILIES) + 30
-    kind_of = {family.name: kind for kind, families in group_families().items() for family in families}
+    kind_of = {family.name: kind for kind, families in group_families_by_heading().items() for family in families}
     assert kind_of["planar-pr"] == "Planar arms"  # in a vertical plane
     assert (kind_of["scara"], kind_of["stanford-6r"]) == (
         "Spatial arms with prismatic joints",
@@ -118,12 +118,12 @@ def test_a_set_gets_harder_and_states_its_size(name: str, tmp_path: Path) -> Non
     assert all(before <= after for before, after in pairwise(varied))
     arms = [sample_chain(ProblemId(slot.family.name, 0, variation=slot.variation)) for slot in slots]
     assert difficulty(arms[-1]) > difficulty(arms[0]) or len({slot.family.name for slot in slots}) < len(slots)
-    assert chosen.points == sum(sum(slot.max_points) for slot in slots)
+    assert chosen.total_points == sum(sum(slot.max_points) for slot in slots)
     first, *_ = (tmp_path / "hw" / "assignment.toml").read_text(encoding="utf-8").splitlines()
     assert all(f"{number:g} {unit}" in first for number, unit in (
-        (chosen.problems, "problems"), (chosen.points, "points"), (chosen.minutes, "minutes"),
+        (chosen.problem_count, "problems"), (chosen.total_points, "points"), (chosen.minutes, "minutes"),
     ))  # fmt: skip
-    assert 1 <= chosen.minutes / chosen.points <= 6
+    assert 1 <= chosen.minutes / chosen.total_points <= 6
 
 
 @pytest.mark.parametrize("name", GRADED_SETS)
@@ -134,7 +134,7 @@ def test_a_sets_solutions_get_full_marks(name: str, tmp_path: Path) -> None:
     shutil.copytree(tmp_path / "solutions" / "s001", tmp_path / "submitted" / "s001")
     run("grade", tmp_path, "--jobs", "1")
     (result,) = map(json.loads, (tmp_path / "graded" / "results.jsonl").read_text(encoding="utf-8").splitlines())
-    assert result["score"] == result["max_score"] == SETS[name].points
+    assert result["score"] == result["max_score"] == SETS[name].total_points
 
 
 def test_sets_are_listed_and_an_unknown_set_is_an_error() -> None:

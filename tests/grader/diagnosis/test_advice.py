@@ -37,7 +37,7 @@ def test_advice_names_the_simplest_thing_that_is_wrong(question: str, answer: st
     problem = ask_question(question, make_planar_2r())
     advice = advise(problem, problem.parts[0], read_answer(problem, problem.parts[0], answer), "advice")
     assert advice is not None and advice.mistakes == ()
-    assert advice.says.startswith(beginning)
+    assert advice.feedback.startswith(beginning)
 
 
 @pytest.mark.parametrize(
@@ -50,7 +50,7 @@ def test_advice_names_the_simplest_thing_that_is_wrong(question: str, answer: st
 def test_numbers_and_counts_get_no_advice_on_factors(arm: str, question: str, answer: str) -> None:
     problem = generate(f"{arm}@chapter", [question])
     advice = advise(problem, problem.parts[0], read_answer(problem, problem.parts[0], answer), "advice")
-    assert advice is not None and advice.says.startswith("Calculate ")
+    assert advice is not None and advice.feedback.startswith("Calculate ")
 
 
 AXES = "[[0, {sign}s1, {cos}*s1*(1 - c2) + s2*c1], [0, c1, s1*s2 + {cos}*(c1*c2 - c1)], [1, {cos}, c2 + 0.00001*{cos}]]"
@@ -80,7 +80,7 @@ def test_answers_right_except_for_rounding_are_recognised(
     problem = generate(arm, [question])
     (verdict,) = mark(problem, {question: answer}, secret="s")
     assert verdict.judgement.share < 1 and verdict.diagnosis is not None
-    assert verdict.diagnosis.says.startswith("Your answer is correct except for rounding.") is is_rounding
+    assert verdict.diagnosis.feedback.startswith("Your answer is correct except for rounding.") is is_rounding
     assert not (is_rounding and verdict.diagnosis.mistakes)
     assert "j" not in verdict.judgement.reason.split(": yours")[-1]
 
@@ -101,12 +101,12 @@ def test_advice_on_joined_conditions_is_true(answer: str, words: str) -> None:
     problem = get_problem("planar-3r", 0, variation="lengths")
     part = problem["singular-angles"]
     advice = advise(problem, part, read_answer(problem, part, answer), "advice")
-    assert advice is not None and words in advice.says
-    assert "whatever the other joints are" not in advice.says
+    assert advice is not None and words in advice.feedback
+    assert "whatever the other joints are" not in advice.feedback
 
 
 def test_marking_gives_advice_if_no_mistake_is_named() -> None:
     problem = get_problem("elbow-3r", 0)
     verdicts = mark(problem, {"determinant": "theta1**2 + 3*theta3"}, secret="s")
     verdict = next(verdict for verdict in verdicts if verdict.part == "determinant")
-    assert verdict.diagnosis is not None and verdict.diagnosis.says and not verdict.diagnosis.names
+    assert verdict.diagnosis is not None and verdict.diagnosis.feedback and not verdict.diagnosis.names

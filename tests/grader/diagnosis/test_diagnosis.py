@@ -15,7 +15,7 @@ from qdot.exercises.families import FAMILIES
 from qdot.exercises.formula.parser import parse_formula
 from qdot.exercises.formula.program import compile_program, evaluate
 from qdot.exercises.formula.sympy_text import expression_text
-from qdot.exercises.generation import generate, questions_of_family
+from qdot.exercises.generation import generate, list_questions_of_family
 from qdot.exercises.mistakes.catalogue import CATALOGUE
 from qdot.exercises.mistakes.configurations import SymbolValues, sample_configurations
 from qdot.exercises.problem.problem import Part
@@ -23,7 +23,7 @@ from qdot.exercises.questions import QUESTIONS
 from qdot.exercises.questions.results import compute_answer
 from qdot.exercises.reference_answers import Expression, Matrix
 from qdot.grader.judging.functions import make_calls
-from qdot.grader.sandbox.contained.callables import TABLE_PREFIX
+from qdot.grader.sandbox.notebook_process.function_answers import TABLE_PREFIX
 from tests.support.judging import diagnose
 from tests.support.problems import LONG_ARMS, ask_question
 from tests.support.suites import few_families, select_for_suite
@@ -42,7 +42,7 @@ def evaluate_reference(part: Part, values: SymbolValues) -> np.ndarray:
 
 def choose_questions(family: str) -> tuple[str, ...]:
     """Return some questions of a family; together, the families cover all questions."""
-    names, first = [*questions_of_family(family)], 3 * FAMILY_NAMES.index(family)
+    names, first = [*list_questions_of_family(family)], 3 * FAMILY_NAMES.index(family)
     return tuple(
         names[(first + k * 7) % len(names)] for k in range(LONG_ARM_COUNT if family in LONG_ARMS else QUESTION_COUNT)
     )
@@ -67,7 +67,7 @@ def diagnose_chapter(name: str, answer: str, chain: Chain = PLANAR) -> tuple[str
     """Return the mistakes named for an answer to a chapter problem, and the message."""
     problem = ask_question(name, chain)
     diagnosis = diagnose(problem, problem.parts[0], answer, "chapter")
-    return ("", "") if diagnosis is None else (" and ".join(diagnosis.mistakes), diagnosis.says)
+    return ("", "") if diagnosis is None else (" and ".join(diagnosis.mistakes), diagnosis.feedback)
 
 
 @pytest.mark.parametrize(
@@ -231,7 +231,7 @@ def test_a_mistake_in_one_place_gets_its_true_name(problem_id: str, question: st
     diagnosis = diagnose(generated, generated.parts[0], answer, "one place")
     name, _, words = mistake.partition(": ")
     assert " and ".join(diagnosis.mistakes if diagnosis else ()) == name, diagnosis
-    assert all(diagnosis and word in diagnosis.says for word in words.split("|") if word), diagnosis
+    assert all(diagnosis and word in diagnosis.feedback for word in words.split("|") if word), diagnosis
 
 
 @pytest.mark.parametrize(
@@ -296,7 +296,7 @@ def test_every_mistake_has_a_message_without_formulas_and_a_source() -> None:
 
 def test_numeric_derivations_give_the_reference(family: str) -> None:
     """The numeric stages used for mistakes are a third derivation and must agree with the references."""
-    for problem, part in list_parts(family, 0, tuple(name for name, question in QUESTIONS.items() if question.formula)):
+    for problem, part in list_parts(family, 0, tuple(name for name, question in QUESTIONS.items() if question.compute)):
         if isinstance(part.answer, (Expression, Matrix)):
             values = sample_configurations(problem.chain, part, problem.domain, 3, Stream("right"))
             derived = compute_answer(compute_numeric_stages(problem.chain, values), part)

@@ -72,7 +72,7 @@ def test_mistakes_in_entries_are_named_with_their_places(changed: dict[int, str]
     assert diagnosis is not None and list(diagnosis.mistakes) == mistakes.split()
     for place in filter(None, places.split(";")):
         entry, _, word = place.partition("|")
-        assert re.search(rf"In {entry}, [^.]*{word}", diagnosis.says), diagnosis.says
+        assert re.search(rf"In {entry}, [^.]*{word}", diagnosis.feedback), diagnosis.feedback
 
 
 def test_relative_angles_in_a_whole_entry_are_one_mistake() -> None:
@@ -176,7 +176,7 @@ def test_an_inherited_mistake_is_named_once() -> None:
     first = named[0]
     for name, diagnosis in diagnoses.items():
         assert diagnosis is not None
-        assert name == first or (diagnosis.inherited == first and "the same mistake as in" in diagnosis.says)
+        assert name == first or (diagnosis.inherited == first and "the same mistake as in" in diagnosis.feedback)
         assert name == first or not diagnosis.names
 
 

@@ -23,7 +23,7 @@ from typing import Any
 import pytest
 import sympy as sp
 
-from qdot.exercises.arm.derivation_graph import compute_symbolic_stages, links_to_point
+from qdot.exercises.arm.derivation_graph import compute_symbolic_stages, list_links_to_point
 from qdot.exercises.generation import generate, sample_chain
 from qdot.exercises.problem.problem import Part, Problem, ProblemId
 from qdot.exercises.reference_answers import Matrix
@@ -67,7 +67,7 @@ def test_every_wrong_answer_gets_one_message(part: int) -> None:
     for index in SELECTED[part::4]:
         mistake, advice = diagnose_slip(index)
         text = mistake or advice
-        assert text is not None and text.says.endswith((".", "?")), SLIPS[index]
+        assert text is not None and text.feedback.endswith((".", "?")), SLIPS[index]
         assert bool(mistake) != bool(advice), SLIPS[index]
 
 
@@ -120,12 +120,13 @@ def test_mistakes_get_their_true_names(did: str, mistakes: str) -> None:
 def test_messages_name_alternatives_and_places() -> None:
     either = find_diagnosis("From 4*sin = cos")
     assert either.are_alternatives and either.names == "tangent-inverted or value-sign-in-set"
-    assert "theta2 = pi/2" in find_diagnosis("Solved the condition of the shoulder with one joint alone").says
+    assert "theta2 = pi/2" in find_diagnosis("Solved the condition of the shoulder with one joint alone").feedback
     signatures = [find_diagnosis(f"Solved sin(theta2 + {angle})").signature for angle in ("pi/4", "pi/3")]
     assert signatures[0] == signatures[1]
     for index in SELECTED:
         if SLIPS[index]["problem"].startswith("planar-3r/") and SLIPS[index]["part"] == "singular-angles":
-            assert not any(diagnosis and "det J" in diagnosis.says for diagnosis in diagnose_slip(index)), SLIPS[index]
+            diagnoses = diagnose_slip(index)
+            assert not any(diagnosis and "det J" in diagnosis.feedback for diagnosis in diagnoses), SLIPS[index]
 
 
 def leave_out_links(problem: Problem, part: Part, left_out: dict[int, tuple[int, ...]]) -> str:
@@ -149,7 +150,7 @@ def test_links_left_out_of_several_columns_are_named(family: str) -> None:
     rows = ["xyz".index(name[1]) for name in problem.chain.task if name.startswith("v")]
     derivatives = stages["link derivatives"]
     moved_links = [
-        [k for k in links_to_point(problem.chain) if any(derivatives[column][k][row][0] != 0 for row in rows)]
+        [k for k in list_links_to_point(problem.chain) if any(derivatives[column][k][row][0] != 0 for row in rows)]
         for column in range(problem.chain.n)
     ]
     columns = [column for column in range(problem.chain.n) if len(moved_links[column]) > 1]
@@ -158,8 +159,8 @@ def test_links_left_out_of_several_columns_are_named(family: str) -> None:
         left_out = {first: (moved_links[first][-1],), second: tuple(moved_links[second][:-1])}
         diagnosis = judging.diagnose(problem, part, leave_out_links(problem, part, left_out), "seed")
         assert diagnosis is not None, left_out
-        if diagnosis.mistakes == ("chain-rule",) and "; " in diagnosis.says:
-            assert all(f"in column {column + 1}" in diagnosis.says for column in (first, second))
+        if diagnosis.mistakes == ("chain-rule",) and "; " in diagnosis.feedback:
+            assert all(f"in column {column + 1}" in diagnosis.feedback for column in (first, second))
 
 
 def test_links_left_out_of_the_position_are_named() -> None:
@@ -169,11 +170,11 @@ def test_links_left_out_of_the_position_are_named() -> None:
     diagnosis = judging.diagnose(
         problem, problem.parts[0], str((problem.parts[0].answer.as_matrix() - lost).tolist()), "seed"
     )
-    assert diagnosis is not None and "link 1 and link 3" in diagnosis.says
+    assert diagnosis is not None and "link 1 and link 3" in diagnosis.feedback
     jacobian = ask_question("jacobian", sample_chain(ProblemId("planar-3r", 1)))
     text = leave_out_links(jacobian, jacobian.parts[0], {0: (0, 1), 1: (2,)})
     diagnosis = judging.diagnose(jacobian, jacobian.parts[0], text, "seed")
-    assert diagnosis is not None and re.search("link 1 and link 2 in column 1; .* in column 2", diagnosis.says)
+    assert diagnosis is not None and re.search("link 1 and link 2 in column 1; .* in column 2", diagnosis.feedback)
 
 
 @pytest.mark.parametrize("family", ["planar-3r", "elbow"])
@@ -188,4 +189,4 @@ def test_zero_columns_and_extra_terms_are_no_links_left_out(family: str) -> None
     extended = reference.as_mutable()
     extended[0, 0] += sp.Symbol("a3") * sp.sin(2 * sp.Symbol("theta1"))
     diagnosis = judging.diagnose(problem, part, str(extended.tolist()), "seed")
-    assert diagnosis is not None and diagnosis.mistakes == ("term-surplus",) and "a3" in diagnosis.says
+    assert diagnosis is not None and diagnosis.mistakes == ("term-surplus",) and "a3" in diagnosis.feedback

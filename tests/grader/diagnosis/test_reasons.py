@@ -11,7 +11,7 @@ from qdot.exercises.formula.equality import (
     EntryDifference,
     Rounding,
     SetDifference,
-    chance_of_missing,
+    compute_chance_of_missing,
 )
 from qdot.grader.diagnosis.advice import _name_entry
 from qdot.grader.judging.answer_parser import replace_decimal_commas
@@ -245,7 +245,7 @@ def test_allowed_rounding_is_not_mentioned() -> None:
 
 
 def test_the_certificate_of_a_set_has_counterexamples() -> None:
-    assert judge_set("sin(theta2) = 0", *FOLD).certificate == Certificate("numeric", 50, chance_of_missing(50))
+    assert judge_set("sin(theta2) = 0", *FOLD).certificate == Certificate("numeric", 50, compute_chance_of_missing(50))
     certificate = judge_set("{theta2: [0, 1]}", *FOLD).certificate
     assert certificate is not None
     assert isinstance(certificate.counterexample, SetDifference)

@@ -16,7 +16,7 @@ from qdot.exercises.reference_answers import ConditionSet
 from qdot.grader.judging.functions import make_calls
 from qdot.grader.judging.judge import judge
 from qdot.grader.judging.verdict import Diagnosis, Outcome
-from qdot.grader.sandbox.contained.callables import TABLE_PREFIX
+from qdot.grader.sandbox.notebook_process.function_answers import TABLE_PREFIX
 from tests.support.judging import diagnose
 from tests.support.problems import get_problem
 from tests.support.suites import select_for_suite
@@ -65,7 +65,7 @@ def test_constants_with_ten_digits_are_no_mistake(
     for part in problem.parts:
         if part.answer.is_symbolic and any(map(find_constants, part.answer.as_matrix())):
             diagnosis = diagnose_rounded(problem, part, write_answer(part, change))
-            diagnoses[part.name] = diagnosis and (diagnosis.mistakes, diagnosis.says)
+            diagnoses[part.name] = diagnosis and (diagnosis.mistakes, diagnosis.feedback)
     assert diagnoses
     assert not {name: diagnosis for name, diagnosis in diagnoses.items() if diagnosis and diagnosis[0]}
     assert convention != "screws" or "Your answer is correct except for rounding. Write exact values" in str(
@@ -83,10 +83,10 @@ def test_singular_sets_with_decimals_for_pi_are_no_mistake(convention: str, digi
         text = f"[{', '.join(part.answer.pieces())}]".replace("pi", f"{sp.pi.evalf(digits)}")
         diagnosis = diagnose_rounded(problem, part, text)
         assert diagnosis is not None and diagnosis.mistakes == (), text
-        assert diagnosis.says.startswith("Your answer is correct except for rounding"), text
+        assert diagnosis.feedback.startswith("Your answer is correct except for rounding"), text
         incomplete = f"[{', '.join(part.answer.pieces()[:1])}]".replace("pi", f"{sp.pi.evalf(digits)}")
         incomplete_diagnosis = diagnose_rounded(problem, part, incomplete)
-        assert incomplete_diagnosis is None or not incomplete_diagnosis.says.startswith("Right")
+        assert incomplete_diagnosis is None or not incomplete_diagnosis.feedback.startswith("Right")
 
 
 @pytest.mark.parametrize("digits", [7, 9])
@@ -109,7 +109,7 @@ def test_rounded_values_of_a_function_are_no_mistake(family: str, seed: int, con
         content = {"shape": [len(rows), len(rows[0])], "values": table}
         diagnosis = diagnose_rounded(problem, part, TABLE_PREFIX + json.dumps(content), "points")
         if diagnosis is not None:
-            messages.add(diagnosis.says)
+            messages.add(diagnosis.feedback)
             if diagnosis.mistakes:
                 mistakes[part.name] = diagnosis
     assert not mistakes

@@ -19,8 +19,8 @@ from qdot.grader.grading.batch import grade_class, lock_folder
 from qdot.grader.grading.result import Result
 from qdot.grader.judging import judge as judging
 from qdot.grader.reports.feedback import make_feedback_page
+from qdot.grader.reports.graded_folder import write_reports
 from qdot.grader.reports.tables import find_work_status, make_grades_csv, make_results_jsonl
-from qdot.grader.reports.write import write_reports
 from qdot.grader.sandbox.sandbox import Limits
 from qdot.grader.submissions.submission import OTHER_VERSION, find_submissions
 from tests.support.results import index_by_student
@@ -169,7 +169,7 @@ def test_temporary_files_of_dead_processes_are_removed(assignment: Assignment) -
     assert not list(graded.rglob("*.tmp"))
     grade_class(assignment, {}, 0, Limits(), lambda _: leave_temporary_files(marked))
     assert not list(graded.rglob("*.tmp"))
-    write_reports(assignment, results, on_page=lambda: leave_temporary_files(page, grades))
+    write_reports(assignment, results, report_progress=lambda: leave_temporary_files(page, grades))
     assert not list(graded.rglob("*.tmp"))
 
 

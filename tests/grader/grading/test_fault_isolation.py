@@ -20,10 +20,10 @@ from qdot.grader.grading import attempt, batch
 from qdot.grader.grading.batch import grade_class
 from qdot.grader.grading.result import Result
 from qdot.grader.marking import marking
-from qdot.grader.reports import write
+from qdot.grader.reports import graded_folder
+from qdot.grader.reports.graded_folder import write_reports
 from qdot.grader.reports.tables import find_work_status
-from qdot.grader.reports.write import write_reports
-from qdot.grader.sandbox.contained import folders
+from qdot.grader.sandbox.notebook_process import folder_removal
 from qdot.grader.sandbox.sandbox import Limits, Sandbox
 from qdot.grader.submissions import submission
 from qdot.grader.submissions.submission import find_modification_time, find_submissions
@@ -79,9 +79,9 @@ STEPS: dict[str, tuple[object, str]] = {
     "judged": (marking, "judge_parsed"),
     "kept": (batch._GradingWorker, "store_marks"),
     "settled": (batch, "compute_final_result"),
-    "made a line": (write, "make_results_jsonl"),
-    "made a row": (write, "make_grades_csv"),
-    "made a page": (write, "make_feedback_page"),
+    "made a line": (graded_folder, "make_results_jsonl"),
+    "made a row": (graded_folder, "make_grades_csv"),
+    "made a page": (graded_folder, "make_feedback_page"),
 }
 """Every step of a submission, by the function that does it."""
 
@@ -224,7 +224,7 @@ def test_stray_files_stop_no_grading(assignment: Assignment, case: str) -> None:
     create, note = STRAY_FILES[case]
     create(assignment.folder / "submitted")
     results = grade_and_report(assignment)
-    folders.remove(str(assignment.folder / "submitted"))  # pytest can't
+    folder_removal.remove_folder(str(assignment.folder / "submitted"))  # pytest can't
     assert [(result.score, find_work_status(result)) for result in results.values()] == [(4, "graded")] * 3
     assert note in "".join(results["s03"].notes)
 

@@ -187,7 +187,7 @@ def test_times_without_a_zone_are_local(folder: Path) -> None:
     assignment = load_assignment(folder)
     deadline = assignment.due_date_of(assignment.roster[0])
     assert deadline == datetime.datetime(2027, 1, 15, 12).astimezone()
-    assert assignment.late == LateRule(until=datetime.datetime(2027, 1, 20, 12).astimezone())
+    assert assignment.late_rule == LateRule(until=datetime.datetime(2027, 1, 20, 12).astimezone())
 
 
 def test_lateness_reduces_overridden_parts_but_no_overridden_total(folder: Path) -> None:
@@ -222,7 +222,7 @@ def compute_best(assignment: Assignment, *notebooks: GradedNotebook, **overrides
     by_part = {f"p1.{name}": override for name, override in overrides.items()}
     student = assignment.roster[0]
     return compute_final_result(
-        replace(assignment, attempts=AttemptPolicy(5)), student, notebooks, Overrides({student.id: by_part})
+        replace(assignment, attempt_policy=AttemptPolicy(5)), student, notebooks, Overrides({student.id: by_part})
     )
 
 

@@ -23,8 +23,8 @@ from qdot.grader.grading.history import (
     store_previous_results,
 )
 from qdot.grader.grading.result import CountingSubmission, Lateness, ProblemResult, Result, SubmittedNotebook
+from qdot.grader.reports.graded_folder import write_reports
 from qdot.grader.reports.tables import make_results_jsonl
-from qdot.grader.reports.write import write_reports
 from tests.grader.grading.test_final_result import DUE, HOUR, RULE, STUDENTS, TOML, released, run, submit_answers
 from tests.support.command import run_and_fail
 from tests.support.results import change_part, make_part

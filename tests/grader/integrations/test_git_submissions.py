@@ -10,7 +10,7 @@ from pathlib import Path
 import pytest
 
 from qdot.exercises.assignment.assignment import Assignment, Student, load_assignment
-from qdot.exercises.assignment.late_rule import read_late
+from qdot.exercises.assignment.late_rule import read_late_rule
 from qdot.grader.integrations import git_hosts, git_submissions
 from qdot.grader.integrations.git_submissions import find_cutoff, main
 from tests.support.ci import git
@@ -171,8 +171,8 @@ def test_pushes_count_until_the_students_cutoff(assignment: Assignment) -> None:
     ada = assignment.roster[0]
     ada_extended = replace(ada, due_date=datetime(2027, 1, 17, 23, tzinfo=UTC))
     last_day = datetime(2027, 1, 20, tzinfo=UTC)
-    with_end = replace(assignment, late=read_late({"until": last_day}, DUE))
-    open_ended = replace(assignment, late=read_late({"per_day": 0.1}, DUE))
+    with_end = replace(assignment, late_rule=read_late_rule({"until": last_day}, DUE))
+    open_ended = replace(assignment, late_rule=read_late_rule({"per_day": 0.1}, DUE))
     assert [find_cutoff(assignment, student) for student in (ada, ada_extended)] == [DUE, ada_extended.due_date]
     extended_end = datetime(2027, 1, 22, tzinfo=UTC)
     assert [find_cutoff(with_end, student) for student in (ada, ada_extended)] == [last_day, extended_end]

@@ -12,14 +12,14 @@ from qdot.exercises.reference_answers import Expression, Matrix
 from qdot.grader.judging.functions import SAMPLE_COUNT, judge_function, make_calls, read_table
 from qdot.grader.judging.verdict import Outcome
 from qdot.grader.marking.marking import mark
-from qdot.grader.sandbox.contained.callables import TABLE_PREFIX
-from qdot.grader.sandbox.sandbox import Calls, Limits, Sandbox
+from qdot.grader.sandbox.notebook_process.function_answers import TABLE_PREFIX
+from qdot.grader.sandbox.sandbox import FunctionArguments, Limits, Sandbox
 from qdot.grader.submissions.answer_locator import Answers
 from tests.support.problems import get_problem, sample_parts
 from tests.support.suites import few_families
 
 IMPORTS = "import math\nfrom math import cos, sin\nimport numpy as np\nimport sympy as sp"
-CALLS = Calls(
+CALLS = FunctionArguments(
     ("theta1", "theta2"), ("theta1", "theta2", "a1", "a2", "qd1", "qd2"),
     ((0.1, 0.2, 1.0, 2.0, 0.3, 0.4), (0.5, 0.6, 1.0, 3.0, 0.7, 0.8)),
 )  # fmt: skip

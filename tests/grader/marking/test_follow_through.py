@@ -20,7 +20,7 @@ from qdot.exercises.questions import QUESTIONS
 from qdot.exercises.questions.results import compute_answer, is_derived
 from qdot.exercises.reference_answers import Expression
 from qdot.grader.judging.verdict import Outcome, Verdict
-from qdot.grader.marking.marking import MarkingRules, mark, share_of_points, sum_points
+from qdot.grader.marking.marking import MarkingRules, compute_points, mark, sum_points
 from tests.support.judging import list_earlier_parts
 from tests.support.problems import get_problem
 from tests.support.suites import few_families, sample_for_suite, select_for_suite
@@ -66,7 +66,7 @@ def test_a_first_mistake_costs_a_fifth_of_later_parts() -> None:
     assert (first.points, first.judgement.outcome, first.followed_from) == (0.5, Outcome.PARTIAL, None)
     assert first.diagnosis is not None and first.diagnosis.mistakes == ("relative-angle",)
     for verdict in verdicts.values():
-        assert verdict.points == share_of_points(verdict.max_points, 1.0, Fraction(4, 5)), verdict
+        assert verdict.points == compute_points(verdict.max_points, 1.0, Fraction(4, 5)), verdict
         assert verdict.judgement.outcome is Outcome.PARTIAL
         assert verdict.followed_from in QUESTION_NAMES and "80%" in verdict.judgement.reason
     assert verdicts["jacobian"].followed_from == "position"
@@ -292,9 +292,9 @@ def depends_on_wrong_part(part: Part, verdicts: dict[str, Verdict]) -> bool:
 
 def test_points_are_exact_and_add_up() -> None:
     assert sum_points([0.1, 0.2, None]) == 0.3
-    assert [share_of_points(3, k / 7) for k in range(8)] == [0.0, 0.4286, 0.8571, 1.2857, 1.7143, 2.1429, 2.5714, 3.0]
-    assert str(sum_points(share_of_points(0.7, 1 / 3) for _ in range(3))) == "0.6999"
-    assert share_of_points(1.1, 1.0) == 1.1
+    assert [compute_points(3, k / 7) for k in range(8)] == [0.0, 0.4286, 0.8571, 1.2857, 1.7143, 2.1429, 2.5714, 3.0]
+    assert str(sum_points(compute_points(0.7, 1 / 3) for _ in range(3))) == "0.6999"
+    assert compute_points(1.1, 1.0) == 1.1
 
 
 BY_NUMPY: dict[str, Callable[[np.ndarray, np.ndarray], np.ndarray]] = {

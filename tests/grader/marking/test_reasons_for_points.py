@@ -32,7 +32,7 @@ def test_a_blank_from_an_earlier_part_is_named() -> None:
 def test_a_mistake_that_can_be_made_anywhere_refers_to_the_question() -> None:
     position = "[a1*cos(theta1) + a2*cos(theta1 + theta2), -a1*sin(theta1) + a2*sin(theta1 + theta2)]"
     diagnosis = mark_answers(position=position)["position"].diagnosis
-    assert diagnosis is not None and diagnosis.says.endswith("See (6.1).")
+    assert diagnosis is not None and diagnosis.feedback.endswith("See (6.1).")
 
 
 def test_a_capital_letter_does_not_reveal_a_missing_configuration() -> None:

@@ -26,12 +26,12 @@ from qdot.grader.grading.result import CountingSubmission, ProblemResult, Result
 from qdot.grader.judging.functions import FUNCTION_TEXT
 from qdot.grader.judging.verdict import Outcome
 from qdot.grader.marking.marking import WRONG_OR_PARTIAL, mark, sum_points
-from qdot.grader.reports.answers import show_answer
+from qdot.grader.reports.answer_display import show_answer
 from qdot.grader.reports.counterexample_table import format_decimal, make_counterexample_table
 from qdot.grader.reports.feedback import compute_page_fingerprint, make_feedback_page
+from qdot.grader.reports.graded_folder import write_reports
 from qdot.grader.reports.tables import find_work_status
-from qdot.grader.reports.write import write_reports
-from qdot.grader.sandbox.contained.callables import TABLE_PREFIX
+from qdot.grader.sandbox.notebook_process.function_answers import TABLE_PREFIX
 from tests.support.results import change_part
 from tests.support.suites import sample_for_suite
 
@@ -244,8 +244,8 @@ def test_two_values_are_shown_with_enough_digits_to_differ(assignment: Assignmen
         example = EntryDifference(0, {"theta1": 0.5}, yours, expected)
         table = make_counterexample_table(problem, part, example)
         assert table is not None
-        assert table.symbols[0].cells == ("0.5 rad (28.65°)",)
-        return tuple(row.cells[0] for row in table.results)
+        assert table.symbol_rows[0].cells == ("0.5 rad (28.65°)",)
+        return tuple(row.cells[0] for row in table.result_rows)
 
     assert format_pair(0.25, -0.5) == ("0.25", "−0.5")
     assert format_pair(0.500001, 0.500002) == ("0.500001", "0.500002")
@@ -269,8 +269,8 @@ def test_sets_have_a_column_for_missing_and_surplus(assignment: Assignment) -> N
     ):
         table = make_counterexample_table(problem, problem["singular-angles"], SetDifference(missing, surplus))
         assert (len(table.columns) - 1 if table else 0) == columns
-        assert table is None or [len(row.cells) for row in table.symbols] == [columns] * 2
-        assert columns != 2 or (table and table.symbols[1].cells[1].startswith("0 rad"))
+        assert table is None or [len(row.cells) for row in table.symbol_rows] == [columns] * 2
+        assert columns != 2 or (table and table.symbol_rows[1].cells[1].startswith("0 rad"))
 
 
 @pytest.mark.parametrize(

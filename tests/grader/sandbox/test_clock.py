@@ -21,8 +21,8 @@ from qdot.grader.judging.judge import judge_parsed
 from qdot.grader.judging.verdict import Judgement, Outcome
 from qdot.grader.marking import marking
 from qdot.grader.marking.marking import mark
-from qdot.grader.sandbox.clock import Budget, TimeBudgets
 from qdot.grader.sandbox.sandbox import Limits, Sandbox
+from qdot.grader.sandbox.time_budgets import Budget, TimeBudgets
 from tests.support.submitting import (
     ALL_CORRECT,
     code_cell,

@@ -4,7 +4,7 @@ import time
 
 import pytest
 
-from qdot.grader.sandbox.contained.ipython import NON_PYTHON_MAGICS, translate_to_python
+from qdot.grader.sandbox.notebook_process.ipython import NON_PYTHON_MAGICS, translate_to_python
 from tests.support import ROOT
 from tests.support.suites import sample_for_suite
 

@@ -14,8 +14,8 @@ from pathlib import Path
 
 import pytest
 
-from qdot.grader.sandbox.contained import attempts, folders
 from qdot.grader.sandbox.guarantees import ENFORCED_BY_KERNEL, probe
+from qdot.grader.sandbox.notebook_process import escape_attempts, folder_removal
 from qdot.grader.sandbox.sandbox import Limits, Run, Sandbox
 from qdot.grader.sandbox.temporary_folder import make_temporary_folder
 from tests.support.machines import DOCKERS_ROOT, NOBODY, run_restricted
@@ -118,7 +118,7 @@ print(json.dumps(dict(first=os.getpid() == 1, strict=findings.is_strict, process
 """
     program = f"""
 import os, sys
-from qdot.grader.sandbox.contained import kernel
+from qdot.grader.sandbox.notebook_process import kernel
 kernel.unshare(kernel.NEWPID)
 pid = os.fork()
 if pid == 0:
@@ -137,7 +137,7 @@ sys.exit(os.waitstatus_to_exitcode(os.waitpid(pid, 0)[1]))
         ({"namespaces"}, "files", None),
         ({"namespaces", "quota"}, "files", {"wrote 256 MB in all", "wrote 256 MB into files without names"}),
         ({"namespaces", "landlock", "seccomp", "limits"}, "memory",
-         {f"started {attempts.UNLIMITED_PROCESSES} processes"}),
+         {f"started {escape_attempts.UNLIMITED_PROCESSES} processes"}),
         ({"namespaces", "landlock", "seccomp", "limits"}, "processes", {"started a program"}),
         ({"namespaces", "landlock", "seccomp", "user", "privileges"}, "processes",
          {"killed the process that starts notebooks"}),
@@ -151,9 +151,10 @@ def test_the_probe_finds_every_possible_attack(without: set[str], guarantee: str
 
 
 def test_the_probe_finds_leftover_files() -> None:
-    attempt_index = [attempt.action for attempt in attempts.SEPARATE_ATTEMPTS].index(attempts._leave_nested_folders)
+    actions = [attempt.action for attempt in escape_attempts.SEPARATE_ATTEMPTS]
+    targets = {"seconds": 0, "separate_attempt": actions.index(escape_attempts._leave_nested_folders)}
     with Sandbox(Limits(seconds=10), {"namespaces"}, load_libraries=False) as sandbox:
-        assert sandbox.exchange({"attempts": {"seconds": 0, "alone": attempt_index}}, lambda _: None) == "killed"
+        assert sandbox.exchange({"attempts": targets}, lambda _: None) == "killed"
         assert not sandbox.has_left_files
         assert sandbox._folder is not None
         for name in ("one", "two"):
@@ -205,10 +206,10 @@ def test_deep_and_unreadable_folders_are_removed(tmp_path: Path) -> None:
     (folder / "closed" / "link").symlink_to(kept)
     (folder / "closed" / "inner").chmod(0)
     (folder / "closed").chmod(0)
-    folders.remove(str(folder))
+    folder_removal.remove_folder(str(folder))
     assert list(tmp_path.iterdir()) == [kept] and (kept / "file").exists()
     with pytest.raises(TimeoutError, match="is not empty after"):  # removal that takes too long is abandoned
-        folders.remove(str(kept), -1)
+        folder_removal.remove_folder(str(kept), -1)
 
 
 def test_leftovers_that_cannot_be_removed_prevent_no_start(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
@@ -222,7 +223,7 @@ def test_leftovers_that_cannot_be_removed_prevent_no_start(tmp_path: Path, monke
     def fail(*_: object) -> None:
         raise RecursionError
 
-    monkeypatch.setattr(folders, "remove", fail)
+    monkeypatch.setattr(folder_removal, "remove_folder", fail)
     assert Path(make_temporary_folder("qdot-own-").path).is_dir() and leftover.exists()
 
 
@@ -232,7 +233,7 @@ def test_doctor_reports_what_ended_the_probe(tmp_path: Path) -> None:
     """Replace /dev/null by a file, as `--report github=/dev/null` did when run as root."""
     (tmp_path / "null").touch()
     program = (
-        "import sys; from qdot.grader.sandbox.contained import kernel; from qdot.grader.cli.main import app\n"
+        "import sys; from qdot.grader.sandbox.notebook_process import kernel; from qdot.grader.cli.main import app\n"
         "kernel.unshare(kernel.NEWNS); kernel.mount(None, '/', None, kernel.MS_REC | kernel.MS_PRIVATE)\n"
         f"kernel.mount({str(tmp_path / 'null')!r}, '/dev/null', None, kernel.MS_BIND); app(['doctor'])"
     )

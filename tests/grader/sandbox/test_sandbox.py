@@ -11,7 +11,8 @@ from pathlib import Path
 
 import pytest
 
-from qdot.grader.sandbox.sandbox import CONTAINED_FOLDER, Limits, Sandbox
+from qdot.grader.sandbox.notebook_process import isolation
+from qdot.grader.sandbox.sandbox import Limits, Sandbox
 from qdot.grader.sandbox.temporary_folder import make_temporary_folder
 from tests.support import ROOT
 from tests.support.suites import sample_for_suite, select_for_suite
@@ -171,7 +172,7 @@ def test_the_sandboxed_process_loads_no_qdot_module(sandbox: Sandbox) -> None:
     assert sandbox.run([cell], ["p"]).answers == {"p": "[]"}
     imported = {
         name.name.split(".")[0]
-        for path in CONTAINED_FOLDER.glob("*.py")
+        for path in Path(isolation.__file__).parent.glob("*.py")
         for node in ast.walk(ast.parse(path.read_text(encoding="utf-8")))
         if isinstance(node, ast.Import | ast.ImportFrom)
         for name in ([ast.alias(node.module or "")] if isinstance(node, ast.ImportFrom) else node.names)

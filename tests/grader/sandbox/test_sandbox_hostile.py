@@ -22,8 +22,8 @@ import pytest
 
 from qdot.grader.sandbox.guarantees import (
     ENFORCED_BY_KERNEL,
-    GUARANTEES,
     NOT_ENFORCED,
+    PROMISES,
     WATCHED_IN_PYTHON,
     Findings,
     probe,
@@ -292,7 +292,7 @@ def test_a_notebook_finds_nothing_of_the_last_one_in_memory() -> None:
         assert run.answers == {"b": "0", "c": "0"}, run
         for pid in idle_processes(sandbox):
             with contextlib.suppress(PermissionError):  # an ordinary user may not read it
-                words = (b"LONGEST_REPORT", b"die_with_parent", marker.encode())
+                words = (b"MAX_REPORT_BYTES", b"die_with_parent", marker.encode())
                 seen = {word for region in read_memory(pid) for word in words if word in region}
                 assert seen & set(words[:2])
                 assert marker.encode() not in seen
@@ -441,7 +441,7 @@ def test_closing_a_sandbox_ends_its_running_notebook(variant: str, event: str, m
         "    except OSError: pass\ntime.sleep(60)"
     )
     started = threading.Event()
-    request = {"cells": ["a = 1", forks], "names": ["a"], "cell_seconds": 20, "calls": {}}
+    request = {"cells": ["a = 1", forks], "names": ["a"], "cell_seconds": 20, "arguments": {}}
     thread = threading.Thread(target=sandbox.exchange, args=(request, lambda _: started.set()))
     thread.start()
     assert started.wait(10)
@@ -474,4 +474,4 @@ def test_the_probe_reports_each_level_of_enforcement() -> None:
     assert {guarantee.name: guarantee.by for guarantee in watched.guarantees if guarantee.name in ("files", "network")} == {
         "files": WATCHED_IN_PYTHON, "network": WATCHED_IN_PYTHON
     }  # fmt: skip
-    assert [guarantee.name for guarantee in watched.guarantees] == list(GUARANTEES)
+    assert [guarantee.name for guarantee in watched.guarantees] == list(PROMISES)

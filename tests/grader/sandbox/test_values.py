@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 import sympy as sp
 
-from qdot.grader.sandbox.contained.values import format_value
+from qdot.grader.sandbox.notebook_process.answer_formatting import format_value
 
 X, Y = sp.symbols("x y")
 VALUES = [

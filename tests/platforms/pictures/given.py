@@ -29,6 +29,6 @@ points = [1]
 
 def assignment(folder: Path) -> Assignment:
     """Make the assignment of Ada and Henri in a folder."""
-    init_assignment(folder, "Homework 6", KEY, (ADA, HENRI), SECRET, problems=SETS[DEFAULT_SET])
+    init_assignment(folder, "Homework 6", KEY, (ADA, HENRI), SECRET, problem_set=SETS[DEFAULT_SET])
     (folder / "assignment.toml").write_text(ASKED, encoding="utf-8")
     return load_assignment(folder)

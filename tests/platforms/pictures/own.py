@@ -12,7 +12,7 @@ from qdot.exercises.assignment.assignment import Student, load_assignment
 from qdot.exercises.assignment.release import init_assignment
 from qdot.exercises.problem.problem import name_answer_variable
 from qdot.grader.grading.batch import grade_class
-from qdot.grader.reports.write import write_page
+from qdot.grader.reports.graded_folder import write_page
 from qdot.grader.sandbox.sandbox import Limits
 from qdot.grader.submissions.submission import find_submissions
 from tests.platforms.pictures.album import Album, browser, opened

@@ -14,10 +14,9 @@ import sys
 import tempfile
 from collections.abc import Callable, Iterator
 from dataclasses import dataclass
-from functools import partial
 from pathlib import Path
 
-from . import calls, guard, kernel
+from . import audit_hook, kernel, system_calls
 
 try:
     import resource
@@ -32,7 +31,9 @@ without a private root; the audit hook.
 
 # The notebook's folder in a private root. The folder is not /tmp if Python itself is installed there, because a mount
 # on /tmp would hide Python.
-NOTEBOOK_FOLDER = "/qdot" if any(path.startswith("/tmp/") for path in guard.READABLE_PATHS) else "/tmp"  # noqa: S108
+NOTEBOOK_FOLDER = "/qdot" if any(path.startswith("/tmp/") for path in audit_hook.READABLE_PATHS) else "/tmp"  # noqa: S108
+MAX_REPORT_BYTES = 4_000_000
+"""Maximum number of bytes that a notebook may report in total."""
 MAX_DISK_BYTES = 64_000_000
 """Maximum number of bytes in a notebook's folder."""
 MAX_FILE_BYTES = 10_000_000
@@ -81,7 +82,10 @@ class Measures:
 
 
 def run_in_child(action: Callable[[], str | None]) -> str:
-    """Run an action in a child process, and return the text that it returns. Raises OSError if the action fails."""
+    """Run an action in a child process, and return the text that it returns. Raises OSError if the action fails.
+
+    The child writes the text after a ".", or the reason for the failure after a "!".
+    """
     reading_end, writing_end = os.pipe()
     pid = os.fork()
     if pid == 0:
@@ -126,13 +130,13 @@ def make_private_root(mountpoint: str) -> None:
     """Make a read-only root folder at `mountpoint`, with Python, its libraries and an empty folder for notebooks."""
     kernel.mount("qdot", mountpoint, "tmpfs", kernel.MS_NOSUID | kernel.MS_NODEV, "size=4m,mode=755")
     bound_paths: list[str] = []
-    for path in sorted(guard.READABLE_PATHS, key=len):
+    for path in sorted(audit_hook.READABLE_PATHS, key=len):
         resolved_path = _copy_links(path, mountpoint)
-        if os.path.exists(resolved_path) and not guard.is_inside(resolved_path, tuple(bound_paths)):
+        if os.path.exists(resolved_path) and not audit_hook.is_inside(resolved_path, tuple(bound_paths)):
             _bind_read_only(resolved_path, mountpoint)
             bound_paths.append(resolved_path)
-    for folder in guard.LIBRARY_FOLDERS:
-        for name in guard.HIDDEN_PACKAGES:
+    for folder in audit_hook.LIBRARY_FOLDERS:
+        for name in audit_hook.HIDDEN_PACKAGES:
             if os.path.isdir(hidden_folder := mountpoint + os.path.realpath(f"{folder}/{name}")):
                 kernel.mount("qdot", hidden_folder, "tmpfs", kernel.MS_RDONLY, "size=4k")
     os.makedirs(mountpoint + NOTEBOOK_FOLDER, exist_ok=True)
@@ -149,7 +153,7 @@ def _bind_read_only(path: str, mountpoint: str) -> None:
         os.makedirs(os.path.dirname(target), exist_ok=True)
         Path(target).touch()
     kernel.mount(path, target, None, kernel.MS_BIND | kernel.MS_REC)
-    kernel.make_read_only(target, has_devices=path in guard.DEVICES)
+    kernel.make_read_only(target, has_devices=path in audit_hook.DEVICES)
 
 
 def _copy_links(path: str, mountpoint: str) -> str:
@@ -188,13 +192,12 @@ def make_folder(measures: Measures, parent: str) -> str:
 def exceeds_disk_limit(measures: Measures, folder: str, pid: int) -> bool:
     """Return whether a notebook has written more than its limit, or its files can't be counted.
 
-    A file that is removed but still open is in no folder. The number of bytes that the process has written to disks
-    includes such files. In a file system in memory, the files without names that the process has open or mapped are
-    counted.
+    Deleted files that are still open also count. On a disk, the number of bytes that the process has written includes
+    them. A file system in memory has no such number, so the deleted files that are open or mapped are counted.
     """
     try:
         with _as_notebook_user(measures):
-            if _count_written_bytes(pid) > MAX_DISK_BYTES or _count_nameless_bytes(pid, folder) > MAX_DISK_BYTES:
+            if _count_written_bytes(pid) > MAX_DISK_BYTES or _count_deleted_bytes(pid, folder) > MAX_DISK_BYTES:
                 return True
         byte_count = file_count = 0
         unvisited_folders = [(folder, 0)]
@@ -206,7 +209,7 @@ def exceeds_disk_limit(measures: Measures, folder: str, pid: int) -> bool:
                     unvisited_folders.append((entry.path, depth + 1))
                 else:
                     with contextlib.suppress(FileNotFoundError):  # the notebook may have removed the file by now
-                        byte_count += 512 * entry.stat(follow_symlinks=False).st_blocks
+                        byte_count += STAT_BLOCK_BYTES * entry.stat(follow_symlinks=False).st_blocks
                 if byte_count > MAX_DISK_BYTES or file_count > MAX_FILES or depth > MAX_DEPTH:
                     return True
     except OSError:
@@ -244,14 +247,19 @@ def _count_written_bytes(pid: int) -> int:
     return 0
 
 
-def _count_nameless_bytes(pid: int, folder: str) -> int:
-    """Return the size in bytes of the files without names that a process has open or mapped, as far as known."""
+STAT_BLOCK_BYTES = 512
+"""The unit of `st_blocks` on every system, whatever the block size of the disk."""
+
+
+def _count_deleted_bytes(pid: int, folder: str) -> int:
+    """Return the size in bytes of the deleted files that a process has open or mapped, as far as known."""
     byte_count = 0
     with contextlib.suppress(OSError):
         for name in os.listdir(f"/proc/{pid}/fd"):
             with contextlib.suppress(OSError):  # the file may be closed by now
                 file = os.stat(f"/proc/{pid}/fd/{name}")
-                byte_count += 512 * file.st_blocks if stat.S_ISREG(file.st_mode) and not file.st_nlink else 0
+                is_deleted = stat.S_ISREG(file.st_mode) and not file.st_nlink
+                byte_count += STAT_BLOCK_BYTES * file.st_blocks if is_deleted else 0
     with contextlib.suppress(OSError):
         mappings = Path(f"/proc/{pid}/maps").read_text(errors="replace")
         for start, end, path in re.findall(r"(?m)^([0-9a-f]+)-([0-9a-f]+) .*? (/.*) \(deleted\)$", mappings):
@@ -283,9 +291,11 @@ def apply_measures(measures: Measures, folder: str, parent_pid: int) -> dict[str
     if not measures.is_applied("privileges") and measures.is_applied("seccomp") and sys.platform == "linux":
         apply_measure("seccomp", lambda: kernel.prctl(kernel.PR_SET_NO_NEW_PRIVS, 1))
     apply_measure("landlock", lambda: _restrict_files(folder))
-    has_machine_files = not measures.is_applied("namespaces")
-    make_program = partial(calls.make_filter_program, sees_machine_files=has_machine_files)
-    apply_measure("seccomp", lambda: kernel.install_seccomp_filter(make_program(os.getpid())))
+    sees_machine_files = not measures.is_applied("namespaces")
+    apply_measure(
+        "seccomp",
+        lambda: kernel.install_seccomp_filter(system_calls.make_filter_program(os.getpid(), sees_machine_files)),
+    )
     kernel.release_library()
     return failed_measures
 
@@ -327,7 +337,7 @@ def change_user(user: int | None) -> None:
     """
     if user is None:
         return
-    libraries = [path for path in guard.LIBRARY_FOLDERS if os.path.isdir(path)]
+    libraries = [path for path in audit_hook.LIBRARY_FOLDERS if os.path.isdir(path)]
     os.setgroups([])
     os.setresgid(user, user, user)
     os.setresuid(user, user, user)
@@ -354,12 +364,14 @@ def _restrict_files(folder: str) -> None:
     Each version of Landlock knows more rights; all rights that the kernel's version knows are restricted.
     """
     version = kernel.find_landlock_version()
+    # Version 1 has 13 rights to files; versions 2, 3 and 5 add one each. Version 4 adds TCP (bind and connect), and
+    # version 6 adds the scopes: abstract sockets and signals.
     file_rights = (1 << (13 + min(version - 1, 2))) - 1 | (1 << 15 if version >= 5 else 0)
     network_rights, scopes = (3 if version >= 4 else 0), (3 if version >= 6 else 0)
     rules = [(folder, (_READ_FILE | _READ_FOLDER | _WRITE | _CHANGE_FOLDER | _TRUNCATE | _REFER) & file_rights)]
-    for path in guard.RESOLVED_READABLE_PATHS:
+    for path in audit_hook.RESOLVED_READABLE_PATHS:
         if os.path.isdir(path):
             rules.append((path, _READ_FILE | _READ_FOLDER))
         elif os.path.exists(path):
-            rules.append((path, _READ_FILE | _WRITE if path in guard.DEVICES else _READ_FILE))
+            rules.append((path, _READ_FILE | _WRITE if path in audit_hook.DEVICES else _READ_FILE))
     kernel.restrict_with_landlock((file_rights, network_rights, scopes), rules)

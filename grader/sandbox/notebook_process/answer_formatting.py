@@ -17,7 +17,7 @@ import sympy
 from sympy.matrices.expressions.matexpr import MatrixExpr
 
 _PRINTING_FILE = Path(__file__).parents[3] / "exercises" / "formula" / "printing.py"
-_printing = types.ModuleType("contained.sympy_text")
+_printing = types.ModuleType("notebook_process.sympy_text")
 SourceFileLoader(_printing.__name__, str(_PRINTING_FILE)).exec_module(_printing)
 """The module that prints formulas for `exercises`, loaded from its file, because qdot is not available here."""
 
@@ -34,12 +34,16 @@ REFUSED_CLASSES = {
 """SymPy's classes that are not accepted as answers, each with advice on what to write instead."""
 
 
+MAX_LIST_DEPTH = 6
+"""How deeply lists may be nested; a list that contains itself would have no end."""
+
+
 def format_value(value: Any, depth: int = 0) -> str:
     """Return a value as the text of an expression; `depth` is the number of lists around the value.
 
     Raises TypeError if the value is not an expression.
     """
-    if depth > 6:
+    if depth > MAX_LIST_DEPTH:
         raise TypeError("lists are nested too deeply")
     if _has_type(value, str):
         return str.__str__(value)  # the actual characters, even for a subclass
@@ -53,7 +57,7 @@ def format_value(value: Any, depth: int = 0) -> str:
         return format_value(complex(value) if value.imag else float(value.real))
     if _has_type(value, numpy.generic):
         return format_value(value.item(), depth + 1)
-    if value is Ellipsis:
+    if value is Ellipsis:  # the placeholder in a released notebook
         return "blank"
     if _has_type(value, Fraction, Decimal):
         return format_value(float(value) if _has_type(value, Decimal) else sympy.Rational(*value.as_integer_ratio()))

@@ -12,10 +12,10 @@ from typing import Any, NamedTuple
 import numpy
 import sympy
 
-from . import callables
-from .confine import MAX_REPLACED_SYMBOLS, MAX_SLOWDOWN
+from .answer_formatting import format_value
+from .function_answers import FUNCTION_TYPES, TABLE_PREFIX, evaluate_function
+from .isolation import MAX_REPLACED_SYMBOLS, MAX_SLOWDOWN
 from .session import FailedImport, Session, find_position
-from .values import format_value
 
 JsonObject = dict[str, Any]
 Report = Callable[[JsonObject], None]
@@ -180,7 +180,7 @@ class _SymbolTracker:
         """Report each variable that the answer's cell, `source`, mentions, but whose symbol the answer lacks."""
         for name, (index, value) in list(self.replaced.items())[:MAX_REPLACED_SYMBOLS]:
             if _mentions(name, source) and not _mentions(self.symbol_names[name], answer_text):
-                report({"lost": name, "set": index, "value": value})
+                report({"replaced": name, "set": index, "value": value})
 
 
 def _mentions(name: str, text: str) -> bool:
@@ -243,10 +243,10 @@ PYTHON_HINTS = r"\. (Maybe you meant|Perhaps you forgot|Did you mean) .*\?$"
 
 def evaluate_answer(answer: Any, name: str, request: dict[str, Any]) -> Any:
     """Return an answer or, for a function, its result; a text without values if the request can't call the function."""
-    if not issubclass(type(answer), callables.FUNCTION_TYPES):  # isinstance would believe an object's `__class__`
+    if not issubclass(type(answer), FUNCTION_TYPES):  # isinstance would believe an object's `__class__`
         return answer
-    calls = next((calls for prefix, calls in request["calls"].items() if name.startswith(f"{prefix}_")), None)
-    return callables.TABLE_PREFIX if calls is None else callables.evaluate_function(answer, calls)
+    arguments = next((value for slot, value in request["arguments"].items() if name.startswith(f"{slot}_")), None)
+    return TABLE_PREFIX if arguments is None else evaluate_function(answer, arguments)
 
 
 def report_answers(

@@ -1,10 +1,9 @@
-"""Parse the tolerances for rounded answers: the key `decimals` of a [[problem]], for all questions or by question."""
+"""Parse the tolerances for rounded answers: in `decimals` of a [[problem]], and in `tolerance` of a custom question."""
 
 import re
 from collections.abc import Mapping, Sequence
 from math import isfinite, radians
 
-from qdot.exercises.assignment.expected_forms import EXPECTED_FORMS
 from qdot.exercises.common.errors import QdotError
 from qdot.exercises.formula.equality import Rounding
 from qdot.exercises.problem.credit import list_settings_by_question
@@ -14,6 +13,13 @@ UNITS = {
     **{"m/s": 1.0, "cm/s": 0.01, "mm/s": 0.001, "rad/s": 1.0, "deg/s": radians(1), "m^2": 1.0, "m^3": 1.0},
 }
 """Units of tolerances, each with its factor to the unit in which students answer."""
+
+ROUNDING_FORM = (
+    'expected "exact", a number of significant digits from 2 to 12 (decimals = 3), a tolerance with its unit '
+    '(decimals = "0.01 rad/s"), or a table of these by question, as in decimals = {jacobian = 4, '
+    'joint-rates = "1 deg/s"}'
+)
+"""The expected form of `decimals`, for messages and for the docs."""
 
 _NUMBER_WORDS = ("two", "three", "four", "five", "six", "seven", "eight", "nine", "ten", "eleven", "twelve")
 
@@ -26,24 +32,24 @@ def read_decimals(
     >>> read_decimals({"jacobian": 4}, ["position", "jacobian"])
     (('jacobian', Rounding(relative=0.0005, absolute=0.0, words='to four significant digits')),)
     """
-    roundings = ((name, _parse_rounding(value)) for name, value in list_settings_by_question(setting, questions))
+    roundings = ((name, parse_rounding(value)) for name, value in list_settings_by_question(setting, questions))
     return tuple((name, rounding) for name, rounding in roundings if rounding is not None)
 
 
-def _parse_rounding(setting: int | str) -> Rounding | None:
-    """Return a tolerance; None for "exact", which changes nothing about a question."""
+def parse_rounding(setting: int | str) -> Rounding | None:
+    """Return a tolerance; None for "exact", which changes nothing about a question. Raises QdotError."""
     if setting == "exact":
         return None
     if isinstance(setting, int):
         if isinstance(setting, bool) or not 2 <= setting <= 12:
-            raise QdotError(EXPECTED_FORMS["decimals"])
+            raise QdotError(ROUNDING_FORM)
         return Rounding(5.0 * 10.0**-setting, 0.0, f"to {_NUMBER_WORDS[setting - 2]} significant digits")
     match = re.fullmatch(r"\s*(\d*\.?\d+(?:[eE][-+]?\d+)?)\s*([A-Za-z]\S*)\s*", setting)
     if match is None:
-        raise QdotError(EXPECTED_FORMS["decimals"])
+        raise QdotError(ROUNDING_FORM)
     if match.group(2) not in UNITS:
         raise QdotError(f"{match.group(2)!r} is not a unit for a tolerance; known: {', '.join(UNITS)}")
     amount = float(match.group(1))
     if not (isfinite(amount) and amount > 0):
-        raise QdotError(f"a tolerance must be more than 0; {EXPECTED_FORMS['decimals']}")
+        raise QdotError(f"a tolerance must be more than 0; {ROUNDING_FORM}")
     return Rounding(0.0, amount * UNITS[match.group(2)], f"within {match.group(1)} {match.group(2)}")

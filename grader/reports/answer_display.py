@@ -20,13 +20,13 @@ from qdot.exercises.writing.typeset import TooDeep, typeset
 from qdot.grader.judging.expected_form import read_answer
 from qdot.grader.judging.functions import FUNCTION_TEXT
 
-MAX_CHARACTERS, MAX_NODES = 4000, 2000
+MAX_TYPESET_CHARACTERS, MAX_TYPESET_NODES = 4000, 2000
 """Maximum numbers of characters and of tree nodes that are typeset; a larger formula would be unreadable."""
 MAX_SHOWN_CHARACTERS = 2000
 """Maximum number of characters shown of an answer's text."""
-MAX_WIDTH = 40.0
+MAX_FORMULA_WIDTH = 40.0
 """Maximum width of a formula on the page, in em; a wider formula is broken into lines or, if need be, scrolls."""
-MIN_SIZE = 80
+MIN_FORMULA_SIZE = 80
 """Minimum size of a wide formula, as a percentage of the normal size, before it scrolls."""
 
 MAX_ROUNDED_LENGTH = 12
@@ -37,6 +37,7 @@ _NAMESPACE = ' xmlns="http://www.w3.org/1998/Math/MathML"'
 FORMULA_TYPES = ("expression", "matrix", "singular", "number", "direction")
 """The types of answers that are formulas; others are shown as text."""
 
+# ASCII controls become Unicode's pictures of them; other controls, lone surrogates and non-characters become "�".
 _VISIBLE_CONTROLS = {code: 0x2400 + code for code in range(32) if chr(code) not in "\t\n"} | {0x7F: 0x2421}
 _VISIBLE_CONTROLS |= dict.fromkeys((*range(0x80, 0xA0), *range(0xD800, 0xE000), 0xFFFE, 0xFFFF), 0xFFFD)
 
@@ -55,14 +56,15 @@ class ShownAnswer:
 
 def show_answer(problem: Problem, part: Part, text: str) -> ShownAnswer:
     """Return an answer as text and, if possible, as the parsed formula or the chosen options."""
-    text = text if len(text) > MAX_CHARACTERS else _hide_rounding_errors(text)
+    text = text if len(text) > MAX_TYPESET_CHARACTERS else _hide_rounding_errors(text)
     visible_text = make_visible(shorten(text, MAX_SHOWN_CHARACTERS))
     if text == FUNCTION_TEXT:
         return ShownAnswer(visible_text, is_verbatim=False)
     if part.answer.offered_options:
         options = _write_chosen_options(problem, part, text)
-        return ShownAnswer("" if options and len(text) == 1 else visible_text, options)
-    if part.type not in FORMULA_TYPES or len(text) > MAX_CHARACTERS:
+        is_letter = len(text) == 1  # the option on the page begins with this letter
+        return ShownAnswer("" if options and is_letter else visible_text, options)
+    if part.type not in FORMULA_TYPES or len(text) > MAX_TYPESET_CHARACTERS:
         return ShownAnswer(visible_text)
     tree = read_answer(problem, part, text).tree
     try:
@@ -91,12 +93,13 @@ def make_visible(text: str) -> str:
 
 
 def _typeset_html(problem: Problem, part: Part, node: Node) -> str:
-    if count_nodes(node) > MAX_NODES:
+    """Return a parsed answer as MathML. Raises TooDeep if the answer is too long or too deeply nested."""
+    if count_nodes(node) > MAX_TYPESET_NODES:
         raise TooDeep("the answer is too long to be set")
     formula = typeset(node, list_prismatic_joints(problem.chain), part.answer.is_set, part.answer.expected_units)
-    fitted_layout = fit_formula(formula, MAX_WIDTH)
-    size = max(MIN_SIZE, min(100, int(100 * MAX_WIDTH / max(estimate_width(fitted_layout), 1.0))))
-    mathml = mathml_text(fitted_layout, True, size)
+    fitted_layout = fit_formula(formula, MAX_FORMULA_WIDTH)
+    size = max(MIN_FORMULA_SIZE, min(100, int(100 * MAX_FORMULA_WIDTH / max(estimate_width(fitted_layout), 1.0))))
+    mathml = mathml_text(fitted_layout, is_displayed=True, percent=size)
     # Shorten the page: write letters instead of their codes, and no rows with a single item.
     mathml = re.sub(r"&#x0*([0-9A-F]{3,5});", lambda code: chr(int(code[1], 16)), mathml)
     return re.sub(r"<mrow>(<m[ino]>[^<]*</m[ino]>)</mrow>", r"\1", mathml.replace(_NAMESPACE, "", 1))

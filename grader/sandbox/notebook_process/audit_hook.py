@@ -1,7 +1,7 @@
 """List the files that a notebook may read, and refuse all other files by an audit hook: the second line of defence.
 
 The hook watches Python code and raises an error that names what the hook refused. The kernel restricts native code, too
-(`confine`). If the kernel can't, as on macOS, the hook is the only defence.
+(`isolation`). If the kernel can't, as on macOS, the hook is the only defence.
 """
 
 import os

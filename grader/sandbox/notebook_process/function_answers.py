@@ -13,7 +13,7 @@ import json
 import math
 import re
 import types
-from collections.abc import Iterator, Mapping, Sequence
+from collections.abc import Callable, Iterator, Mapping, Sequence
 from typing import Any
 
 import numpy
@@ -45,23 +45,23 @@ _ELEMENTWISE: dict[str, Any] = {
 _NUMPY_NAMES = {"asin": "arcsin", "acos": "arccos", "atan": "arctan", "atan2": "arctan2"}
 
 
-def evaluate_function(function: Any, calls: Mapping[str, Any]) -> Any:
+def evaluate_function(function: Any, arguments: Mapping[str, Any]) -> Any:
     """Return the result of a function called with symbols, or a table of values as text if it is not a formula.
 
-    `calls` has the fields of `qdot.grader.sandbox.sandbox.Calls`. Raises whatever the function raises, and TypeError if
-    the function can't be called with symbols or at points.
+    `arguments` has the fields of `qdot.grader.sandbox.sandbox.FunctionArguments`. Raises whatever the function raises,
+    and TypeError if the function can't be called with symbols or at points.
     """
     try:
         with allow_symbols(function):
-            result = function(*_make_arguments(function, calls, sympy.Symbol))
+            result = function(*_match_arguments(function, arguments, sympy.Symbol))
         if _is_formula(result):
             return result
     except Exception:
-        if not calls.get("points"):
+        if not arguments.get("points"):
             raise
-    if not calls.get("points"):
+    if not arguments.get("points"):
         raise TypeError(f"the function returns a {type(result).__name__}, not a formula")
-    return TABLE_PREFIX + json.dumps(_tabulate_values(function, calls))
+    return TABLE_PREFIX + json.dumps(_tabulate_values(function, arguments))
 
 
 def _is_formula(result: Any) -> bool:
@@ -71,12 +71,12 @@ def _is_formula(result: Any) -> bool:
     return isinstance(result, formula_types) and not isinstance(result, bool)
 
 
-def _tabulate_values(function: Any, calls: Mapping[str, Any]) -> dict[str, Any]:
+def _tabulate_values(function: Any, arguments: Mapping[str, Any]) -> dict[str, Any]:
     """Return the shape of a function's values, and its values at the grader's points, as pairs (real, imag)."""
     shape, rows = None, []
-    for values in calls["points"]:
-        symbol_values = dict(zip(calls["symbols"], values, strict=True))
-        returned_values = numpy.asarray(function(*_make_arguments(function, calls, symbol_values.__getitem__)))
+    for values in arguments["points"]:
+        symbol_values = dict(zip(arguments["symbols"], values, strict=True))
+        returned_values = numpy.asarray(function(*_match_arguments(function, arguments, symbol_values.__getitem__)))
         if returned_values.dtype.kind not in "biufcO":
             raise TypeError(f"the function returns a {type(returned_values.flat[0]).__name__}, not a number")
         if shape not in (None, returned_values.shape) or returned_values.ndim > 2 or returned_values.size > 100:
@@ -87,10 +87,10 @@ def _tabulate_values(function: Any, calls: Mapping[str, Any]) -> dict[str, Any]:
     return {"shape": list(shape or ()), "values": rows}
 
 
-def _make_arguments(function: Any, calls: Mapping[str, Any], value_of_symbol: Any) -> list[Any]:
-    """Return the arguments for a function, matched by the names of its parameters.
+def _match_arguments(function: Any, arguments: Mapping[str, Any], get_value: Callable[[str], Any]) -> list[Any]:
+    """Return the arguments for a function in the order of its parameters, matched by the parameters' names.
 
-    `value_of_symbol` maps a symbol's name to the symbol itself or to a number.
+    `get_value` returns the symbol with a name, or a number for it.
     """
     if isinstance(function, sympy.Lambda):
         names: list[str] = [str(symbol) for symbol in function.variables]
@@ -102,21 +102,21 @@ def _make_arguments(function: Any, calls: Mapping[str, Any], value_of_symbol: An
         positional = (inspect.Parameter.POSITIONAL_ONLY, inspect.Parameter.POSITIONAL_OR_KEYWORD)
         names = [p.name for p in parameters if p.kind in positional and p.default is inspect.Parameter.empty]
         takes_any_number = any(p.kind is inspect.Parameter.VAR_POSITIONAL for p in parameters)
-    joints: list[str] = list(calls["joints"])
+    joints: list[str] = list(arguments["joints"])
     if takes_any_number and not names:
-        return [value_of_symbol(joint) for joint in joints]
-    targets = [_match_parameter(name, joints, calls["symbols"]) for name in names]
+        return [get_value(joint) for joint in joints]
+    targets = [_match_parameter(name, joints, arguments["symbols"]) for name in names]
     if all(target is None for target in targets) and len(names) == len(joints):
         targets = list(joints)  # one parameter for each joint, in order, under names that the student chose
     for name, target in zip(names, targets, strict=True):
         if target is None:
-            names_text = ", ".join(calls["symbols"])
+            names_text = ", ".join(arguments["symbols"])
             raise TypeError(f"the parameter {name!r} is not a symbol of the problem; known: {names_text}")
-
-    def evaluate(target: str | list[str]) -> Any:
-        return value_of_symbol(target) if isinstance(target, str) else numpy.array([*map(value_of_symbol, target)])
-
-    return [evaluate(target) for target in targets if target]
+    return [
+        get_value(target) if isinstance(target, str) else numpy.array([*map(get_value, target)])
+        for target in targets
+        if target
+    ]
 
 
 def _match_parameter(name: str, joints: Sequence[str], symbols: Sequence[str]) -> str | list[str] | None:
@@ -145,18 +145,18 @@ def allow_symbols(function: Any) -> Iterator[None]:
     `function` is the notebook's function that is called in the block.
     """
     names = [name for name in (*_ELEMENTWISE, *_NUMPY_NAMES) if hasattr(math, name)]
-    replaced_functions = {getattr(math, name): _accept_symbols(name) for name in names}
+    replacements = {getattr(math, name): _make_function_for_symbols(name) for name in names}
     namespaces: list[dict[str, Any]] = [vars(math), getattr(function, "__globals__", {})]
     originals = [
         (namespace, name, value)
         for namespace in namespaces
         for name, value in namespace.items()
-        if isinstance(value, types.BuiltinFunctionType) and value in replaced_functions
+        if isinstance(value, types.BuiltinFunctionType) and value in replacements
     ]
     methods = [name for name in _ELEMENTWISE if not hasattr(sympy.Expr, name)]  # numpy.cos(x) calls x.cos()
     try:
         for namespace, name, value in originals:
-            namespace[name] = replaced_functions[value]
+            namespace[name] = replacements[value]
         for name in methods:
             setattr(sympy.Expr, name, lambda *arguments, function=_ELEMENTWISE[name]: function(*arguments))
         yield
@@ -167,11 +167,12 @@ def allow_symbols(function: Any) -> Iterator[None]:
             delattr(sympy.Expr, name)
 
 
-def _accept_symbols(name: str) -> Any:
+def _make_function_for_symbols(name: str) -> Any:
+    """Return a function that calls SymPy's function for symbols, and that of `math` for numbers."""
     numeric_function, symbolic_function = getattr(math, name), _ELEMENTWISE[_NUMPY_NAMES.get(name, name)]
 
-    def call_either(*arguments: Any) -> Any:
+    def call(*arguments: Any) -> Any:
         has_symbols = any(isinstance(argument, sympy.Basic) for argument in arguments)
         return (symbolic_function if has_symbols else numeric_function)(*arguments)
 
-    return call_either
+    return call

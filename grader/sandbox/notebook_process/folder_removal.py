@@ -12,7 +12,7 @@ import stat
 import time
 
 
-def remove(path: str, timeout: float = math.inf) -> None:
+def remove_folder(path: str, timeout: float = math.inf) -> None:
     """Remove a folder. Raises OSError if something can't be removed, or after `timeout` seconds.
 
     Links are removed, and never followed.
@@ -34,7 +34,7 @@ def remove(path: str, timeout: float = math.inf) -> None:
 
 
 def _unlink(name: str, parent: int) -> bool:
-    """Remove a file or a link; return False if it is a folder, which its owner can then read, change and move.
+    """Remove a file or a link; return False for a folder, after giving its owner all rights to it.
 
     `parent` is the descriptor of the folder that contains it.
     """

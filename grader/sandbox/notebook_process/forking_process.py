@@ -2,13 +2,13 @@
 
 A child reads its notebook from one pipe, and reports into another pipe. So the child's memory contains no other
 student's work, and nobody can confuse its output with another child's. The child is forked and isolated in advance,
-while the grader marks the previous notebook. At first, the forking process sends {"lacking": …} on the control socket:
-the measures that are not available, each with the reason. The grader's requests are single letters:
+while the grader marks the previous notebook. At first, the forking process sends {"unavailable": …} on the control
+socket: the measures that are not available, each with the reason. The grader's requests are single letters:
 
     r       send both pipes of the waiting child
     t       send {"used": …}: the processor time that the child has used, in seconds
-    s, c    end the child, and send {"signal": …, "seconds": …, "memory": …}: the signal that had ended the child (0 for
-            none), its processor time, and its memory in bytes; c means that the child has closed its pipe itself
+    s, c    end the child, and send {"signal": …, "seconds": …, "memory": …}: the signal that had ended the child before
+            (0 for none), its processor time, and its memory in bytes; c means that the child has closed its pipe itself
 
 If the forking process fails, it sends {"failed": …} with the reason, and ends.
 """
@@ -27,11 +27,8 @@ import time
 from pathlib import Path
 from typing import Any, NamedTuple, NoReturn
 
-from . import attempts, confine, folders, guard, kernel
-from .confine import Measures
-
-LONGEST_REPORT = 4_000_000
-"""Maximum number of bytes that a notebook may report in total."""
+from . import audit_hook, escape_attempts, folder_removal, isolation, kernel
+from .isolation import Measures
 
 
 def main(config: dict[str, Any]) -> None:
@@ -39,7 +36,7 @@ def main(config: dict[str, Any]) -> None:
     control = socket.socket(fileno=os.dup(0))
     os.dup2(os.open(os.devnull, os.O_RDWR), 0)
     measures = Measures(
-        dict.fromkeys(config["without"], "switched off"), config["memory"], config["seconds"],
+        dict.fromkeys(config["disabled_measures"], "switched off"), config["memory"], config["seconds"],
         2_000_000_000 + os.getpid() if os.geteuid() == 0 else None,  # a user that does not exist
     )  # fmt: skip
     namespace = None
@@ -51,14 +48,14 @@ def main(config: dict[str, Any]) -> None:
             with contextlib.suppress(OSError):
                 kernel.prctl(kernel.PR_SET_CHILD_SUBREAPER, 1)
         measures.max_processes = _find_process_limit(measures)
-        if config["loaded"]:
-            _load_libraries(config["warm"])
+        if config["load_libraries"]:
+            _load_libraries(config["warm_up"])
         if measures.is_applied("namespaces"):
-            confine.make_private_root(config["folder"])
+            isolation.make_private_root(config["folder"])
         if measures.user is not None:
-            measures.try_out("user", lambda: confine.change_user(measures.user))
+            measures.try_out("user", lambda: isolation.change_user(measures.user))
         measures.unavailable.update(_find_failing_measures(measures, config["folder"]))
-        _reply(control, {"lacking": measures.unavailable})
+        _reply(control, {"unavailable": measures.unavailable})
         _serve(control, measures, config["folder"], namespace)
     except BaseException as error:
         with contextlib.suppress(OSError):
@@ -70,12 +67,12 @@ def _reply(control: socket.socket, line: dict[str, Any]) -> None:
     control.sendall((json.dumps(line) + "\n").encode())
 
 
-def _load_libraries(is_warm: bool) -> None:
+def _load_libraries(warm_up: bool) -> None:
     """Load the libraries of notebooks, without garbage collection, because they contain no garbage."""
     gc.disable()
     from . import runner
 
-    if is_warm:
+    if warm_up:
         runner.warm_up()
     gc.freeze()  # garbage collection in a child then does not write to the memory that it shares with its parent
     gc.enable()
@@ -86,15 +83,15 @@ def _load_libraries(is_warm: bool) -> None:
 
 def _try_namespaces(measures: Measures, folder: str) -> None:
     """Try to make a child with separate namespaces, root and folder. Raises OSError if any step fails."""
-    confine.enter_namespaces()
+    isolation.enter_namespaces()
 
     def set_up_inside() -> None:
-        confine.make_private_root(folder)
-        confine.make_folder(measures, "")
+        isolation.make_private_root(folder)
+        isolation.make_folder(measures, "")
         kernel.unshare(kernel.NEWPID)
-        confine.run_in_child(lambda: None)
+        isolation.run_in_child(lambda: None)
 
-    confine.run_in_child(set_up_inside)
+    isolation.run_in_child(set_up_inside)
 
 
 def _enter_namespace(control: socket.socket) -> int:
@@ -103,14 +100,14 @@ def _enter_namespace(control: socket.socket) -> int:
     When this process ends, the kernel ends all other processes in the namespace. The original process stays outside and
     waits; if it is killed, this process ends, too.
     """
-    confine.enter_namespaces()
+    isolation.enter_namespaces()
     outside_pid = os.getpid()
     pid = os.fork()
     if pid:
         control.close()
         os.waitpid(pid, 0)
         os._exit(0)
-    confine.die_with_parent(outside_pid)
+    isolation.die_with_parent(outside_pid)
     return os.open("/proc/self/ns/pid", os.O_RDONLY)
 
 
@@ -120,34 +117,34 @@ def _find_process_limit(measures: Measures) -> int | None:
     If the user is that of this process, the limit includes the processes that the user has already.
     """
     if measures.user is not None and measures.is_applied("user"):
-        return confine.MAX_PROCESSES
+        return isolation.MAX_PROCESSES
     with contextlib.suppress(ValueError, OSError):
         kernel_version = tuple(int(part) for part in os.uname().release.split(".")[:2])
         if measures.is_applied("namespaces") and kernel_version >= (5, 14):  # which counts each namespace separately
-            return confine.MAX_PROCESSES
+            return isolation.MAX_PROCESSES
     user_id, thread_count = os.geteuid(), 0
     with contextlib.suppress(OSError):
         for process in Path("/proc").iterdir():
             with contextlib.suppress(OSError):
                 if process.name.isdigit() and process.stat().st_uid == user_id:
                     thread_count += len(list(process.joinpath("task").iterdir()))
-        return thread_count + 2 * confine.MAX_PROCESSES
+        return thread_count + 2 * isolation.MAX_PROCESSES
     return None
 
 
 def _find_failing_measures(measures: Measures, parent: str) -> dict[str, str]:
     """Return the measures that fail when a child applies all measures, each with the reason."""
-    folder = confine.make_folder(measures, parent)
+    folder = isolation.make_folder(measures, parent)
 
     def apply_all() -> str:
         os.chdir(folder)
-        return json.dumps(confine.apply_measures(measures, folder, os.getppid()))
+        return json.dumps(isolation.apply_measures(measures, folder, os.getppid()))
 
     try:
-        failed_measures: dict[str, str] = json.loads(confine.run_in_child(apply_all))
+        failed_measures: dict[str, str] = json.loads(isolation.run_in_child(apply_all))
     except OSError as error:
         failed_measures = {"all": str(error)}
-    _remove(measures, folder)
+    _remove_folder(measures, folder)
     return failed_measures
 
 
@@ -155,7 +152,10 @@ def _find_failing_measures(measures: Measures, parent: str) -> dict[str, str]:
 
 
 class _Child(NamedTuple):
-    """A child that waits for its notebook: its process, its folder, and the grader's ends of its two pipes."""
+    """A child that waits for its notebook: its process, its folder, and the grader's ends of its two pipes.
+
+    The pipes are those for the request and for the report, in this order.
+    """
 
     pid: int
     folder: str
@@ -177,7 +177,7 @@ def _serve(control: socket.socket, measures: Measures, parent: str, namespace: i
                     _reply(control, {"used": _read_processor_time(child.pid)})
                     _watch_until_request(control, measures, child)
         ending_signal, cost = _end_child(child.pid, patience=0.2 if request == b"c" else 0.0)
-        _remove(measures, child.folder)
+        _remove_folder(measures, child.folder)
         if not request:
             return
         _reply(control, {"signal": ending_signal, **cost})
@@ -194,7 +194,7 @@ def _watch_until_request(control: socket.socket, measures: Measures, child: _Chi
     """
     is_counted = measures.is_applied("quota") and not measures.is_applied("namespaces")
     while is_counted and not select.select([control], [], [], COUNT_INTERVAL)[0]:
-        if confine.exceeds_disk_limit(measures, child.folder, child.pid):
+        if isolation.exceeds_disk_limit(measures, child.folder, child.pid):
             with contextlib.suppress(OSError):
                 os.kill(child.pid, signal.SIGKILL)
 
@@ -208,23 +208,23 @@ def _read_processor_time(pid: int) -> float:
 
 
 def _fork_child(measures: Measures, parent: str, namespace: int | None) -> _Child:
-    """Fork a child with a separate namespace, folder and pipes; `namespace` is a descriptor of this process's own."""
-    inbox, to_child = os.pipe()
-    from_child, outbox = os.pipe()
-    folder = confine.make_folder(measures, parent)
+    """Fork a child with a separate namespace, folder and pipes; `namespace` is the descriptor of this process's own."""
+    request_reader, request_writer = os.pipe()
+    report_reader, report_writer = os.pipe()
+    folder = isolation.make_folder(measures, parent)
     if namespace is not None:
         kernel.setns(namespace, kernel.NEWPID)
         kernel.unshare(kernel.NEWPID)
     parent_pid = os.getpid()
     pid = os.fork()
     if pid == 0:
-        _run_child(measures, folder, parent_pid, inbox, outbox)
-    os.close(inbox)
-    os.close(outbox)
-    return _Child(pid, folder, (to_child, from_child))
+        _run_child(measures, folder, parent_pid, request_reader, report_writer)
+    os.close(request_reader)
+    os.close(report_writer)
+    return _Child(pid, folder, (request_writer, report_reader))
 
 
-def _run_child(measures: Measures, folder: str, parent_pid: int, inbox: int, outbox: int) -> NoReturn:
+def _run_child(measures: Measures, folder: str, parent_pid: int, request_reader: int, report_writer: int) -> NoReturn:
     """Run one notebook in this process, and end the process."""
     try:
         os.setsid()
@@ -235,60 +235,61 @@ def _run_child(measures: Measures, folder: str, parent_pid: int, inbox: int, out
             null_device = os.open(os.devnull, os.O_RDWR)
             for descriptor in (0, 1, 2):
                 os.dup2(null_device, descriptor)
-            _close_all_but({inbox, outbox})
+            _close_descriptors_except({request_reader, report_writer})
             os.chdir(folder)
-            failed_measures = confine.apply_measures(measures, folder, parent_pid)
+            failed_measures = isolation.apply_measures(measures, folder, parent_pid)
         except OSError as error:
-            _report(outbox, {"failed": str(error)})
+            _report(report_writer, {"failed": str(error)})
         else:
-            _report(outbox, {"unprotected": failed_measures} if failed_measures else {"confined": True})
+            _report(report_writer, {"unprotected": failed_measures} if failed_measures else {"isolated": True})
             if not failed_measures:
-                _run_request(measures, folder, inbox, outbox)
+                _run_request(measures, folder, request_reader, report_writer)
     finally:
         os._exit(0)
 
 
-def _run_request(measures: Measures, folder: str, inbox: int, outbox: int) -> None:
+def _run_request(measures: Measures, folder: str, request_reader: int, report_writer: int) -> None:
     """Read the request, and run the notebook or make the attempts of a probe."""
-    with open(inbox, "rb", closefd=False) as pipe:
+    with open(request_reader, "rb", closefd=False) as pipe:
         line = pipe.readline()
     if not line.endswith(b"\n"):  # the grader has closed the pipe
         os._exit(0)
     request = json.loads(line)
-    _report(outbox, {"begun": True})
+    _report(report_writer, {"begun": True})
     sent_bytes = 0
 
     def report(line: dict[str, Any]) -> None:
         nonlocal sent_bytes
-        sent_bytes += _report(outbox, line) if sent_bytes <= LONGEST_REPORT else 0
-        os.read(inbox, 1)  # wait until the grader has the line, before another cell runs and may do harm
+        sent_bytes += _report(report_writer, line) if sent_bytes <= isolation.MAX_REPORT_BYTES else 0
+        os.read(request_reader, 1)  # wait until the grader has the line, before another cell runs and may do harm
 
     if "attempts" in request:
-        attempts.make_attempts(request["attempts"], report)
+        escape_attempts.make_attempts(request["attempts"], report)
         return
     from . import runner
 
     for name, source in request.get("modules", {}).items():
         Path(name).write_text(source, encoding="utf-8", errors="replace")
     if measures.is_applied("watch"):
-        sys.addaudithook(guard.make_audit_hook(folder))
+        sys.addaudithook(audit_hook.make_audit_hook(folder))
     runner.run_cells(request, report)
 
 
-def _report(outbox: int, line: dict[str, Any]) -> int:
+def _report(report_writer: int, line: dict[str, Any]) -> int:
     """Write a line of JSON to the grader; return its length in bytes."""
     data = (json.dumps(line) + "\n").encode()
     unsent_bytes = data
     while unsent_bytes:
-        unsent_bytes = unsent_bytes[os.write(outbox, unsent_bytes) :]
+        unsent_bytes = unsent_bytes[os.write(report_writer, unsent_bytes) :]
     return len(data)
 
 
-def _close_all_but(kept_descriptors: set[int]) -> None:
-    """Close every descriptor above standard error, including the control socket, except `kept_descriptors`."""
+def _close_descriptors_except(pipes: set[int]) -> None:
+    """Close every descriptor above standard error, including the control socket, except the pipes."""
     soft_limit, _ = resource.getrlimit(resource.RLIMIT_NOFILE)
     first_descriptor = 3
-    for descriptor in (*sorted(kept_descriptors), soft_limit if sys.platform == "darwin" else 65536):
+    # Linux closes a range at once, so its end may lie far above all open descriptors.
+    for descriptor in (*sorted(pipes), soft_limit if sys.platform == "darwin" else 65536):
         os.closerange(first_descriptor, descriptor)
         first_descriptor = descriptor + 1
 
@@ -332,9 +333,9 @@ def _kill_orphans() -> None:
             return
 
 
-def _remove(measures: Measures, folder: str) -> None:
+def _remove_folder(measures: Measures, folder: str) -> None:
     if measures.is_applied("namespaces"):
-        kernel.unmount(confine.NOTEBOOK_FOLDER)
+        kernel.unmount(isolation.NOTEBOOK_FOLDER)
     else:
         with contextlib.suppress(OSError):  # remaining files are removed with the sandbox's folder
-            folders.remove(folder)
+            folder_removal.remove_folder(folder)

@@ -6,10 +6,11 @@ arrays as in `derivation_graph`: up to two axes for rows and columns, followed b
 """
 
 import ast
+import operator
 import unicodedata
 from collections.abc import Callable, Mapping, Sequence
 from fractions import Fraction
-from functools import lru_cache
+from functools import lru_cache, reduce
 from typing import Protocol
 
 import numpy as np
@@ -33,7 +34,9 @@ SCALAR_FUNCTIONS = ("sin", "cos", "tan", "asin", "acos", "atan", "sqrt", "exp", 
 _OPERATORS: dict[type[ast.operator], str] = {
     ast.Add: "+", ast.Sub: "-", ast.Mult: "*", ast.MatMult: "*", ast.Div: "/", ast.Pow: "^",
 }  # fmt: skip
-_AXES = {"x": 0, "y": 1, "z": 2}
+AXES = {"x": 0, "y": 1, "z": 2}
+"""The components of a vector, and their indices."""
+
 _SHAPE_WORDS = {0: "a number", 1: "a vector", 2: "a matrix"}
 
 
@@ -49,7 +52,7 @@ class Quantities(Protocol):
         """All known names."""
 
     def look_up(self, name: str) -> np.ndarray | None:
-        """Return the value of a name or of a call such as "det(J)" that has a result of its own; None if unknown."""
+        """Return the value of a name, or of a call such as "det(J)" that is itself a quantity; None if unknown."""
 
     def constant(self, value: Fraction) -> np.ndarray:
         """Return a number."""
@@ -81,12 +84,12 @@ def parse(text: str) -> ast.expr:
     try:
         tree = ast.parse(source.strip(), mode="eval").body
     except (SyntaxError, ValueError, MemoryError, RecursionError) as error:
-        at = f" at character {error.offset}" if isinstance(error, SyntaxError) and error.offset else ""
-        raise FormulaError(f"{text!r} is not a formula{at}; write, for example, ddt((o1 + o2)/2)") from None
-    level: list[ast.AST] = [tree]
+        location = f" at character {error.offset}" if isinstance(error, SyntaxError) and error.offset else ""
+        raise FormulaError(f"{text!r} is not a formula{location}; write, for example, ddt((o1 + o2)/2)") from None
+    nodes_at_depth: list[ast.AST] = [tree]
     for _ in range(MAX_DEPTH):
-        level = [child for node in level for child in ast.iter_child_nodes(node)]
-    if level:
+        nodes_at_depth = [child for node in nodes_at_depth for child in ast.iter_child_nodes(node)]
+    if nodes_at_depth:
         raise FormulaError(f"the formula is nested more than {MAX_DEPTH} deep")
     for node in ast.walk(tree):
         _check_node(node, text)
@@ -150,9 +153,9 @@ def compute(formula: ast.expr, quantities: Quantities) -> np.ndarray:
     raise FormulaError(f"{ast.unparse(formula)!r} can't stand alone in a formula")
 
 
-def rank_of(value: np.ndarray) -> int:
+def count_axes(value: np.ndarray) -> int:
     """Return the number of axes of a value: 0 for a number, 1 for a vector, 2 for a matrix."""
-    return value.ndim - 1
+    return value.ndim - 1  # the last axis is that of the arithmetic
 
 
 def describe_shape(value: np.ndarray) -> str:
@@ -162,7 +165,9 @@ def describe_shape(value: np.ndarray) -> str:
     'a 2 x 3 matrix'
     """
     sizes = " x ".join(map(str, value.shape[:-1]))
-    return f"a {sizes} matrix" if rank_of(value) == 2 else f"a vector of {sizes}" if rank_of(value) else "a number"
+    return (
+        f"a {sizes} matrix" if count_axes(value) == 2 else f"a vector of {sizes}" if count_axes(value) else "a number"
+    )
 
 
 def _make_name_error(kind: str, name: str, known: Sequence[str]) -> FormulaError:
@@ -175,25 +180,25 @@ def _make_shape_error(formula: ast.expr, *values: np.ndarray) -> FormulaError:
 
 
 def _compute_operation(formula: ast.BinOp, quantities: Quantities) -> np.ndarray:
-    operator = _OPERATORS[type(formula.op)]
+    symbol = _OPERATORS[type(formula.op)]
     left = compute(formula.left, quantities)
-    if operator == "^":
+    if symbol == "^":
         return _compute_power(formula, left, quantities)
     right = compute(formula.right, quantities)
-    ranks = rank_of(left), rank_of(right)
-    if operator in "+-":
+    left_axes, right_axes = count_axes(left), count_axes(right)
+    if symbol in "+-":
         if left.shape[:-1] != right.shape[:-1]:
             raise _make_shape_error(formula, left, right)
-        return left + right if operator == "+" else left - right
-    if operator == "/":
-        if ranks[1]:
+        return left + right if symbol == "+" else left - right
+    if symbol == "/":
+        if right_axes:
             raise _make_shape_error(formula, left, right)
         return left / right
-    if 0 in ranks:
+    if 0 in (left_axes, right_axes):
         return left * right
-    if ranks[0] == 2 and left.shape[1] == right.shape[0]:
-        return apply_matrix(left, right) if ranks[1] == 1 else matrix_product(left, right)
-    advice = "; write dot(a, b) or cross(a, b)" if ranks == (1, 1) else ""
+    if left_axes == 2 and left.shape[1] == right.shape[0]:
+        return apply_matrix(left, right) if right_axes == 1 else matrix_product(left, right)
+    advice = "; write dot(a, b) or cross(a, b)" if left_axes == right_axes == 1 else ""
     raise FormulaError(f"{_make_shape_error(formula, left, right)}{advice}")
 
 
@@ -202,38 +207,37 @@ def _compute_power(formula: ast.BinOp, base: np.ndarray, quantities: Quantities)
         exponent = Fraction(str(ast.literal_eval(formula.right)))
     except ValueError:
         raise FormulaError(f"the exponent in {ast.unparse(formula)!r} must be a number") from None
-    if exponent == Fraction(1, 2) and not rank_of(base):
+    if exponent == Fraction(1, 2) and not count_axes(base):
         return quantities.apply("sqrt", base)
-    if exponent.denominator != 1 or abs(exponent) > MAX_POWER or (rank_of(base) == 1):
+    if exponent.denominator != 1 or abs(exponent) > MAX_POWER or count_axes(base) == 1:
         raise FormulaError(
             f"the exponent in {ast.unparse(formula)!r} must be a whole number from -{MAX_POWER} to {MAX_POWER}, and "
             "its base a number or a square matrix"
         )
-    if exponent < 0:
-        base = 1 / base if not rank_of(base) else _invert(base, formula)
-    power = base * 0 + 1 if not rank_of(base) else None
-    for _ in range(abs(int(exponent))):
-        power = base if power is None else power * base if not rank_of(base) else matrix_product(power, base)
-    if power is None:
+    is_number = count_axes(base) == 0
+    if exponent == 0 and not is_number:
         raise FormulaError(f"{ast.unparse(formula)!r} is a matrix to the power 0")
-    return power
+    if exponent < 0:
+        base = 1 / base if is_number else _invert(base, formula)
+    factors = [base] * abs(int(exponent))
+    return reduce(operator.mul, factors, base * 0 + 1) if is_number else reduce(matrix_product, factors)
 
 
 def _stack(entries: list[np.ndarray], formula: ast.expr) -> np.ndarray:
     """Return a vector of numbers, or a matrix of rows."""
-    if not entries or len({entry.shape[:-1] for entry in entries}) > 1 or rank_of(entries[0]) > 1:
+    if not entries or len({entry.shape[:-1] for entry in entries}) > 1 or count_axes(entries[0]) > 1:
         raise FormulaError(f"{ast.unparse(formula)!r} is neither a vector [a, b] nor a matrix [[a, b], [c, d]]")
     return np.stack(np.broadcast_arrays(*entries))
 
 
 def _take_component(formula: ast.Attribute, value: np.ndarray) -> np.ndarray:
-    if formula.attr not in _AXES:
+    if formula.attr not in AXES:
         raise FormulaError(f"{ast.unparse(formula)!r}: the components of a vector are .x, .y and .z")
     if value.shape[:-1] != (3,):
         raise FormulaError(
             f"{ast.unparse(formula)!r}: only a vector of 3 has .x, .y and .z, but this is {describe_shape(value)}"
         )
-    return np.asarray(value[_AXES[formula.attr]])
+    return np.asarray(value[AXES[formula.attr]])
 
 
 def _take_entry(formula: ast.Subscript, value: np.ndarray) -> np.ndarray:
@@ -266,8 +270,8 @@ def _compute_call(formula: ast.Call, quantities: Quantities) -> np.ndarray:
         return quantities.apply(name, argument)
     if name not in MATRIX_FUNCTIONS:
         raise _make_name_error("function", name, list_functions())
-    ranks, function = MATRIX_FUNCTIONS[name]
-    return function(formula, *_check_arguments(formula, arguments, ranks))
+    axis_counts, function = MATRIX_FUNCTIONS[name]
+    return function(formula, *_check_arguments(formula, arguments, axis_counts))
 
 
 def list_functions() -> list[str]:
@@ -275,11 +279,12 @@ def list_functions() -> list[str]:
     return [*SCALAR_FUNCTIONS, *MATRIX_FUNCTIONS, *SPECIAL_FUNCTIONS]
 
 
-def _check_arguments(formula: ast.Call, arguments: list[np.ndarray], ranks: tuple[int, ...]) -> list[np.ndarray]:
-    """Return the arguments of a function. Raises FormulaError if their number or their numbers of axes are wrong."""
-    if [rank_of(argument) for argument in arguments] != list(ranks):
-        expected, found = " and ".join(_SHAPE_WORDS[rank] for rank in ranks), map(describe_shape, arguments)
-        raise FormulaError(f"{ast.unparse(formula)!r} needs {expected}, but has {' and '.join(found) or 'nothing'}")
+def _check_arguments(formula: ast.Call, arguments: list[np.ndarray], axis_counts: tuple[int, ...]) -> list[np.ndarray]:
+    """Return the arguments of a function. Raises FormulaError if their numbers of axes are not `axis_counts`."""
+    if [count_axes(argument) for argument in arguments] != list(axis_counts):
+        expected = " and ".join(_SHAPE_WORDS[count] for count in axis_counts)
+        actual = " and ".join(map(describe_shape, arguments)) or "nothing"
+        raise FormulaError(f"{ast.unparse(formula)!r} needs {expected}, but has {actual}")
     return arguments
 
 
@@ -357,7 +362,7 @@ def _substitute(formula: ast.Call, quantities: Quantities) -> np.ndarray:
         name = normalize_name(str(keyword.arg))
         _require_symbol(name, quantities)
         values[name] = compute(keyword.value, quantities)
-        if rank_of(values[name]):
+        if count_axes(values[name]):
             raise FormulaError(f"{ast.unparse(formula)!r}: the value of {name} must be a number")
     return quantities.with_values(formula.args[0], values)
 
@@ -366,7 +371,7 @@ def _require_symbol(name: str, quantities: Quantities) -> None:
     value = quantities.look_up(name)
     if value is None:
         raise _make_name_error("symbol", name, quantities.names)
-    if rank_of(value):
+    if count_axes(value):
         raise FormulaError(f"{name!r} is {describe_shape(value)}, but a symbol is needed, such as a joint variable")
 
 

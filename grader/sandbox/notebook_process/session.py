@@ -16,7 +16,7 @@ from pathlib import Path
 from types import CodeType
 from typing import Any, NamedTuple
 
-from . import standins
+from . import stand_ins
 from .ipython import NON_PYTHON_MAGICS, translate_to_python
 
 _RESULT_NAMES = re.compile(r"(?<![\w.])(?:_{1,3}\d*|Out)(?!\w)")
@@ -47,16 +47,16 @@ class Session:
         self._cell_count = 0
         shell = Shell(self)
         vars(builtins).update(get_ipython=lambda: shell, display=lambda *_args, **_options: None, input=self._input)
-        standins.install(lambda: shell)
+        stand_ins.install(lambda: shell)
         sys.path.insert(0, "")  # so that a notebook can import files that it wrote, as in Jupyter
         exec(setup, self.variables)  # noqa: S102 - this is the isolated process
 
     def run(
-        self, source: str, cell_name: str, on_failed_import: Callable[[FailedImport], None] = lambda _: None
+        self, source: str, cell_name: str, handle_failed_import: Callable[[FailedImport], None] = lambda _: None
     ) -> None:
         """Run a cell; `cell_name` is its file name in error messages. Raises what the cell raises.
 
-        If an import fails, call `on_failed_import` unless there is a stand-in, and continue after the import.
+        If an import fails, continue after the import; call `handle_failed_import` if there is no stand-in.
         """
         self._cell_count += 1
         with contextlib.suppress(OSError):  # raised if the folder is gone
@@ -75,7 +75,7 @@ class Session:
                     raise
                 statement, remaining_code = split_cell
                 if not self._use_stand_ins(statement):
-                    on_failed_import(FailedImport(statement.lineno, error))
+                    handle_failed_import(FailedImport(statement.lineno, error))
                 codes = [compile(remaining_code, cell_name, "exec", _AWAIT_FLAG, True)]
 
     def _compile(self, source: str, name: str) -> list[CodeType]:
@@ -123,14 +123,14 @@ class Session:
         modules = [alias.name for alias in statement.names]
         if isinstance(statement, ast.ImportFrom):
             modules = [statement.module or ""]
-        if not all(map(standins.has_stand_in, modules)):
+        if not all(map(stand_ins.has_stand_in, modules)):
             return False
         for alias in statement.names:
-            self.variables[alias.asname or alias.name.partition(".")[0]] = standins.STAND_IN
+            self.variables[alias.asname or alias.name.partition(".")[0]] = stand_ins.STAND_IN
         return True
 
 
-class Shell(standins.StandIn):
+class Shell(stand_ins.StandIn):
     """The object that `get_ipython()` returns: magics that run code or write files work, others do nothing."""
 
     _session: Session

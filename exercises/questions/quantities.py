@@ -1,12 +1,13 @@
-"""The quantities of an arm that the formulas of custom questions name, as results of a derivation in any arithmetic."""
+"""The quantities of an arm that the formulas of custom questions name, computed from stages in any arithmetic."""
 
 import ast
+import operator
 import re
 from abc import ABC, abstractmethod
-from collections.abc import Callable, Mapping
+from collections.abc import Callable, Mapping, Sequence
 from fractions import Fraction
 from functools import cached_property
-from typing import Any
+from typing import Any, NamedTuple
 
 import numpy as np
 import sympy as sp
@@ -21,29 +22,34 @@ from qdot.exercises.arm.arithmetic import (
 from qdot.exercises.arm.chain import Chain
 from qdot.exercises.arm.conventions import convention_of
 from qdot.exercises.arm.conventions.base import FRAMES
-from qdot.exercises.arm.derivation_graph import StageResults, convention_rotation
+from qdot.exercises.arm.derivation_graph import StageResults, compute_convention_rotation
 from qdot.exercises.formula import algebra
 from qdot.exercises.formula.trees import ZERO, Node, ParseError, replace_names
-from qdot.exercises.questions.custom.language import FormulaError, compute
+from qdot.exercises.problem.problem import list_table_numbers
+from qdot.exercises.questions.language import AXES, FormulaError, compute, describe_shape
+
+STAGES_BY_NAME = {
+    "p": "point", "J": "jacobian", "Jv": "linear", "Jw": "angular", "qd": "joint rates", "xd": "wanted velocity",
+    "det(J)": "determinant", "inv(J)": "inverse", "inv(J) * xd": "rates", "transpose(J)": "transposed jacobian",
+    "det(J * transpose(J))": "gram determinant", "sqrt(det(J * transpose(J)))": "manipulability",
+}  # fmt: skip
+"""The formulas, as `ast.unparse` writes them, whose values are stages of the derivation. Their names are the position p
+of the tool, the Jacobian J of the task, the linear and angular Jacobians Jv and Jw (3 x n), the joint rates qd, and the
+velocity xd in the rows of the task."""
 
 RESULTS: dict[str, Callable[[StageResults], np.ndarray]] = {
-    "p": lambda stages: stages["point"],
+    **{name: operator.itemgetter(stage) for name, stage in STAGES_BY_NAME.items()},
     "v": lambda stages: apply_matrix(stages["linear"], stages["joint rates"]),
     "w": lambda stages: apply_matrix(stages["angular"], stages["joint rates"]),
-    "J": lambda stages: stages["jacobian"],
-    "Jv": lambda stages: stages["linear"],
-    "Jw": lambda stages: stages["angular"],
-    "qd": lambda stages: stages["joint rates"],
-    "q": lambda stages: stages.symbol_vector(stages.chain.q),
-    "qdd": lambda stages: stages.symbol_vector(name_accelerations(stages.chain)),
-    "det(J)": lambda stages: stages["determinant"],
-    "inv(J)": lambda stages: stages["inverse"],
-    "transpose(J)": lambda stages: stages["transposed jacobian"],
+    "q": lambda stages: stages.stack_symbol_values(stages.chain.q),
+    "qdd": lambda stages: stages.stack_symbol_values(name_accelerations(stages.chain)),
+    "f": lambda stages: stages.stack_symbol_values(name_load(stages.chain)),
+    "least_norm(J, xd)": lambda stages: apply_matrix(stages["pseudo-inverse"], stages["wanted velocity"]),
 }
-"""The results that a formula may name: position p, velocity v and angular velocity w of the tool, Jacobians (J of the
-task; Jv and Jw, 3 x n), and joint variables, rates and accelerations. Some calls have a result of their own."""
+"""All results that formulas may name. Besides the stages: the velocity v and angular velocity w of the tool, the joint
+variables q and accelerations qdd, and the load f, with a force or moment for each row of the task."""
 
-SQUARE_RESULTS = ("det(J)", "inv(J)")
+SQUARE_RESULTS = ("det(J)", "inv(J)", "inv(J) * xd")
 """The results of arms with a square Jacobian only."""
 
 _FRAME_NAME = re.compile(r"(?:(o|[xyz])(\d)|([RT])(\d)(\d))")
@@ -53,6 +59,11 @@ STENCIL = ((1, 4 / 5), (2, -1 / 5), (3, 4 / 105), (4, -1 / 280))
 """The steps and weights of central differences of order eight."""
 STEP = 0.02
 """The step of these differences; their error is about 1e-12 for the sines and cosines of an arm."""
+
+
+def name_load(chain: Chain) -> tuple[str, ...]:
+    """Return the names of the components of force and moment in the rows of the task: fx for vx, mx for wx."""
+    return tuple(("f" if row[0] == "v" else "m") + row[1] for row in chain.task)
 
 
 def name_accelerations(chain: Chain) -> tuple[str, ...]:
@@ -65,18 +76,26 @@ def has_frames(chain: Chain) -> bool:
     return FRAMES in convention_of(chain).features
 
 
-def parse_frame_name(name: str, chain: Chain) -> tuple[str, int, int] | None:
-    """Return the letter and the frames of a name such as o1, z0 or R12; None for other names, or unknown frames.
+class FrameName(NamedTuple):
+    """A name such as o1, z0 or R12: the letter, and the frames (the same frame twice for an origin or an axis).
 
-    The letter is o for an origin; x, y or z for an axis; R for a rotation and T for a transform from the second frame
-    to the first.
+    The letter is o for an origin; x, y or z for an axis; R for a rotation and T for a transform from the last frame to
+    the first.
     """
+
+    letter: str
+    first_frame: int
+    last_frame: int
+
+
+def parse_frame_name(name: str, chain: Chain) -> FrameName | None:
+    """Return the parts of a name such as R12; None for other names, and for frames that the arm does not have."""
     match = _FRAME_NAME.fullmatch(name)
     if match is None or not has_frames(chain):
         return None
     axis, frame, matrix, first, last = match.groups()
-    letter, first_frame, last_frame = (axis, int(frame), int(frame)) if axis else (matrix, int(first), int(last))
-    return (letter, first_frame, last_frame) if max(first_frame, last_frame) <= chain.n else None
+    frame_name = FrameName(axis or matrix, int(frame or first), int(frame or last))
+    return frame_name if max(frame_name.first_frame, frame_name.last_frame) <= chain.n else None
 
 
 def list_result_names(chain: Chain) -> list[str]:
@@ -87,65 +106,70 @@ def list_result_names(chain: Chain) -> list[str]:
     return [*(name for name in RESULTS if name.isalpha()), *axes, *transforms]
 
 
-class WorkingQuantities(ABC):
-    """The quantities of a working; `symbols` are the names of all symbols that a formula may use.
+class StageQuantities(ABC):
+    """The quantities that follow from the stages of a derivation, which may contain mistakes.
 
-    `numbers` are entries of the table that are numbers, by their names.
+    `symbols` are the names of all symbols that a formula may use. `numbers` are the numeric entries of the arm's table,
+    by name.
     """
 
-    def __init__(self, working: StageResults, symbols: frozenset[str], numbers: Mapping[str, sp.Expr]) -> None:
-        self.working, self.symbols, self.numbers = working, symbols, numbers
+    def __init__(self, stages: StageResults, symbols: frozenset[str], numbers: Mapping[str, sp.Expr]) -> None:
+        self.stages, self.symbols, self.numbers = stages, symbols, numbers
 
     @cached_property
     def names(self) -> tuple[str, ...]:
         """All known names."""
-        return (*list_result_names(self.working.chain), *sorted(self.symbols), *sorted(self.numbers), "pi")
+        return (*list_result_names(self.stages.chain), *sorted(self.symbols), *sorted(self.numbers), "pi")
 
     def look_up(self, name: str) -> np.ndarray | None:
         """Return the value of a name, or of a call that has a result of its own; None if there is none."""
         if name in self.symbols:
-            return self.working.arithmetic.symbol_value(name)
+            return self.stages.arithmetic.symbol_value(name)
         if name in RESULTS:
-            is_square = len(self.working.chain.task) == self.working.n
-            return np.asarray(RESULTS[name](self.working)) if is_square or name not in SQUARE_RESULTS else None
+            is_square = len(self.stages.chain.task) == self.stages.n
+            return np.asarray(RESULTS[name](self.stages)) if is_square or name not in SQUARE_RESULTS else None
         if name == "pi" or name in self.numbers:
-            return self.working.arithmetic.constant(sp.pi if name == "pi" else self.numbers[name])
-        frame = parse_frame_name(name, self.working.chain)
+            return self.stages.arithmetic.constant(sp.pi if name == "pi" else self.numbers[name])
+        frame = parse_frame_name(name, self.stages.chain)
         return None if frame is None else self._look_up_frame(*frame)
 
     def _look_up_frame(self, letter: str, first: int, last: int) -> np.ndarray:
         """Return an origin or an axis of a frame, or the rotation or transform from one frame to another."""
-        stages = self.working
+        stages = self.stages
         if letter in "oxyz":
-            return self._origin(first) if letter == "o" else convention_rotation(stages, first)[:, "xyz".index(letter)]
-        to_first = convention_rotation(stages, first).swapaxes(0, 1)
-        rotation = matrix_product(to_first, convention_rotation(stages, last))
+            return (
+                self._origin(first)
+                if letter == "o"
+                else compute_convention_rotation(stages, first)[:, "xyz".index(letter)]
+            )
+        to_first = compute_convention_rotation(stages, first).swapaxes(0, 1)
+        rotation = matrix_product(to_first, compute_convention_rotation(stages, last))
         if letter == "R":
             return rotation
         origin = apply_matrix(to_first, self._origin(last) - self._origin(first))
-        last_row = self.constant(Fraction(0)), self.constant(Fraction(1))
+        zero, one = self.constant(Fraction(0)), self.constant(Fraction(1))
         upper_rows = np.concatenate([rotation, origin[:, None]], axis=1)
-        return np.concatenate([upper_rows, np.stack([last_row[0]] * 3 + [last_row[1]])[None]])
+        return np.concatenate([upper_rows, np.stack([zero, zero, zero, one])[None]])
 
     def _origin(self, frame: int) -> np.ndarray:
         """Return the origin of a frame of the arm's convention, (3, …)."""
-        if not convention_of(self.working.chain).is_proximal:
-            return np.asarray(self.working["origins"][frame])
+        if not convention_of(self.stages.chain).is_proximal:
+            return np.asarray(self.stages["origins"][frame])
         if frame:
-            return np.asarray(self.working["origins on axes"][frame - 1])
-        return np.asarray(self.working.arithmetic.drop_derivatives(self.working["table"].base[0]))
+            return np.asarray(self.stages["origins on axes"][frame - 1])
+        return np.asarray(self.stages.arithmetic.drop_derivatives(self.stages["table"].base[0]))
 
     def constant(self, value: Fraction) -> np.ndarray:
         """Return a number."""
-        return self.working.arithmetic.constant(sp.Rational(value.numerator, value.denominator))
+        return self.stages.arithmetic.constant(sp.Rational(value.numerator, value.denominator))
 
     @property
     def time_rates(self) -> Mapping[str, np.ndarray]:
         """The rate of each symbol that changes with time: of the joint variables and of their rates."""
-        chain, value_of = self.working.chain, self.working.arithmetic.symbol_value
-        rates = {q.name: value_of(rate.name) for q, rate in zip(chain.q, chain.rates, strict=True)}
+        chain, symbol_value = self.stages.chain, self.stages.arithmetic.symbol_value
+        rates = {q.name: symbol_value(rate.name) for q, rate in zip(chain.q, chain.rates, strict=True)}
         accelerations = zip(chain.rates, name_accelerations(chain), strict=True)
-        return {**rates, **{rate.name: value_of(name) for rate, name in accelerations if name in self.symbols}}
+        return rates | {rate.name: symbol_value(name) for rate, name in accelerations if name in self.symbols}
 
     @abstractmethod
     def apply(self, function: str, value: np.ndarray) -> np.ndarray:
@@ -160,7 +184,7 @@ class WorkingQuantities(ABC):
         """Return the value of a formula with other values of some symbols."""
 
 
-class NumericQuantities(WorkingQuantities):
+class NumericQuantities(StageQuantities):
     """The quantities as numbers at several configurations. Derivatives are central differences of order eight."""
 
     def apply(self, function: str, value: np.ndarray) -> np.ndarray:
@@ -173,13 +197,12 @@ class NumericQuantities(WorkingQuantities):
         return differentiate_numerically(self, formula, rates)
 
     def with_values(self, formula: ast.expr, values: Mapping[str, np.ndarray]) -> np.ndarray:
-        """Return the value of a formula in the same working, with its mistakes, at other configurations."""
-        stages, arithmetic = self.working, self.working.arithmetic
+        """Return the value of a formula at other configurations, with the same mistakes in the stages."""
+        stages, arithmetic = self.stages, self.stages.arithmetic
         assert isinstance(arithmetic, NumericArithmetic)
-        changed = NumericArithmetic([q.name for q in stages.chain.q], {**arithmetic.values, **values})
-        return compute(
-            formula, NumericQuantities(StageResults(stages.chain, changed, stages.changes), self.symbols, self.numbers)
-        )
+        other_arithmetic = NumericArithmetic([q.name for q in stages.chain.q], {**arithmetic.values, **values})
+        other_stages = StageResults(stages.chain, other_arithmetic, stages.changes)
+        return compute(formula, NumericQuantities(other_stages, self.symbols, self.numbers))
 
 
 NUMPY_FUNCTIONS: dict[str, Callable[[Any], Any]] = {
@@ -198,7 +221,7 @@ def differentiate_numerically(quantities: Any, formula: ast.expr, rates: Mapping
     return np.asarray(derivative)
 
 
-class SymbolicQuantities(WorkingQuantities):
+class SymbolicQuantities(StageQuantities):
     """The quantities as SymPy expressions."""
 
     def apply(self, function: str, value: np.ndarray) -> np.ndarray:
@@ -225,7 +248,7 @@ class SymbolicQuantities(WorkingQuantities):
         return np.asarray(np.frompyfunc(lambda entry: function(sp.sympify(entry)), 1, 1)(value))
 
 
-class TreeQuantities(WorkingQuantities):
+class TreeQuantities(StageQuantities):
     """The quantities as formula trees, the form in which students' answers are parsed."""
 
     def apply(self, function: str, value: np.ndarray) -> np.ndarray:
@@ -253,11 +276,41 @@ class TreeQuantities(WorkingQuantities):
         return np.asarray(np.frompyfunc(function, 1, 1)(value))
 
 
-QUANTITIES: dict[type, type[WorkingQuantities]] = {
+QUANTITIES: dict[type, type[StageQuantities]] = {
     NumericArithmetic: NumericQuantities, SympyArithmetic: SymbolicQuantities, TreeArithmetic: TreeQuantities,
 }  # fmt: skip
 
 
-def make_quantities(stages: StageResults, symbols: frozenset[str], numbers: Mapping[str, sp.Expr]) -> WorkingQuantities:
-    """Return the quantities of a working in its arithmetic."""
+def make_quantities(stages: StageResults, symbols: frozenset[str], numbers: Mapping[str, sp.Expr]) -> StageQuantities:
+    """Return the quantities that follow from stages, in their arithmetic."""
     return QUANTITIES[type(stages.arithmetic)](stages, symbols, numbers)
+
+
+def compile_formula(formula: ast.expr, symbols: Sequence[str] = ()) -> Callable[[StageResults], np.ndarray]:
+    """Return a function that computes the value of a formula, (…), (rows, …) or (rows, columns, …), from the stages.
+
+    `symbols` are the names of symbols that the arm does not have. The function raises FormulaError.
+    """
+    if (compute_result := RESULTS.get(ast.unparse(formula))) is not None and not symbols:
+        return compute_result
+
+    def compute_value(stages: StageResults) -> np.ndarray:
+        chain = stages.chain
+        names = frozenset(map(str, (*chain.q, *chain.rates, *chain.parameters, *chain.task, *symbols)))
+        return compute(formula, make_quantities(stages, names, list_table_numbers(chain)))
+
+    return compute_value
+
+
+def select_components(value: np.ndarray, names: Sequence[str]) -> np.ndarray:
+    r"""Return the components of a vector in which its names end, such as v_x and \omega_{z}; all if each has a name.
+
+    Raises FormulaError if these are no names for the value.
+    """
+    if not names or value.ndim == 1 or len(names) == len(value):
+        return value
+    axes = [name.rstrip("}")[-1:] for name in names]
+    if value.shape[:-1] != (3,) or not all(axis in AXES for axis in axes):
+        expected = "names of components that end in x, y or z" if len(value) == 3 else f"{len(value)} names"
+        raise FormulaError(f"rows has {len(names)} names, but the answer is {describe_shape(value)}: write {expected}")
+    return value[[AXES[axis] for axis in axes]]

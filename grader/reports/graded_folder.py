@@ -23,35 +23,39 @@ PAGE_END = b"</html>\n"
 
 
 def write_reports(
-    assignment: Assignment, results: Sequence[Result], jobs: int = 1, on_page: Callable[[], None] = lambda: None
+    assignment: Assignment, results: Sequence[Result], jobs: int = 1, report_progress: Callable[[], None] = lambda: None
 ) -> list[Result]:
-    """Write the feedback pages that are not up to date, grades.csv and results.jsonl; call `on_page` for every page.
+    """Write the feedback pages that are not up to date, grades.csv and results.jsonl.
 
-    Return the results as written: if a student's page or line can't be made, the result says that qdot failed. The
-    results of the previous run are added to the history before new ones replace them. Raises QdotError if a file can't
-    be written.
+    Return the results as written: if a student's page or line can't be made, the result says that qdot failed.
+    `report_progress` is called for every page. The results of the previous run are added to the history before new ones
+    replace them. Raises QdotError if a file can't be written.
     """
     folder = assignment.folder / "graded"
     by_id = {student.id: student for student in assignment.roster}
-    pages = [(by_id[result.student], _check_writable(assignment, by_id[result.student], result)) for result in results]
-    result_by_student = {student.id: result for student, result in pages}
+    students = [by_id[result.student] for result in results]
+    pairs = [
+        (student, _replace_if_unwritable(assignment, student, result))
+        for student, result in zip(students, results, strict=True)
+    ]
+    result_by_student = {student.id: result for student, result in pairs}
     # Drawing the figures takes most of the time, so only outdated pages are written, on several processes.
-    outdated_pages = [page for page in pages if not _is_up_to_date(assignment, *page)]
+    outdated_pairs = [pair for pair in pairs if not _is_up_to_date(assignment, *pair)]
     unwritten_students = []
     report_lost = _report_lost_page if jobs > 1 else None
     grades_path, lines_path = folder / "grades.csv", results_path(assignment)
-    paths = [*(_find_page_path(folder, student) for student, _ in pages), lines_path, grades_path]
-    page_results = map_in_order(_write_or_mark_ungraded, outdated_pages, jobs, return_state, (assignment,), report_lost)
+    paths = [*(_find_page_path(folder, student) for student in students), lines_path, grades_path]
+    page_results = map_in_order(_write_or_mark_ungraded, outdated_pairs, jobs, return_state, (assignment,), report_lost)
     with clean_up_after(paths):
         with contextlib.closing(page_results), sync_disks_after():
-            for (student, _), result in zip(outdated_pages, page_results, strict=True):
+            for (student, _), result in zip(outdated_pairs, page_results, strict=True):
                 if result is None:
                     unwritten_students.append(student.id)
                 else:
                     result_by_student[student.id] = result
-                on_page()
-        for _ in range(len(pages) - len(outdated_pages)):
-            on_page()
+                report_progress()
+        for _ in range(len(pairs) - len(outdated_pairs)):
+            report_progress()
         final_results = list(result_by_student.values())
         store_previous_results(assignment, final_results)
         write_atomically(grades_path, make_grades_csv(final_results, assignment.roster), 0o600)
@@ -64,7 +68,7 @@ def write_reports(
     return final_results
 
 
-def _check_writable(assignment: Assignment, student: Student, result: Result) -> Result:
+def _replace_if_unwritable(assignment: Assignment, student: Student, result: Result) -> Result:
     """Return the result if it can be written as a line of each table; otherwise, a result that says why qdot failed."""
     try:
         make_results_jsonl([result])

@@ -31,7 +31,7 @@ ALLOWED_FILE_BYTES = 8_000_000
 
 
 class Attempt(NamedTuple):
-    """An attempt: the names of the guarantees that it tests, what it achieves, and the action.
+    """An attempt: the names of the guarantees that it tests, what it achieves, and the action on the probe's targets.
 
     If the machine prevents the action, the action raises an exception or returns False.
     """
@@ -44,12 +44,12 @@ class Attempt(NamedTuple):
 def make_attempts(targets: dict[str, Any], report: Callable[[dict[str, Any]], None]) -> None:
     """Make all attempts, and report what each achieved, "" if nothing.
 
-    If `targets["alone"]` is not None, make only the separate attempt with this number. Then compute for more than
-    `targets["seconds"]` of processor time; if the process is not killed, report that.
+    If `targets["separate_attempt"]` is not None, make only the attempt with this index in `SEPARATE_ATTEMPTS`. Then
+    compute for more than `targets["seconds"]` of processor time; if the process is not killed, report that.
     """
     signal.signal(signal.SIGXCPU, signal.SIG_IGN)
-    number = targets["alone"]
-    for attempt in ATTEMPTS if number is None else (SEPARATE_ATTEMPTS[number],):
+    index = targets["separate_attempt"]
+    for attempt in ATTEMPTS if index is None else (SEPARATE_ATTEMPTS[index],):
         try:
             achievement = attempt.achievement if attempt.action(targets) is not False else ""
         except Exception:
