@@ -117,7 +117,8 @@ def arrange_options(problem: Problem, part: Part, width_share: float = 1.0) -> P
     max_width = max(map(_measure_width, texts)) + TICK_WIDTH
     width = width_share * LINE_WIDTH
     columns = max((count for count in (1, 2, 4) if count * max_width <= width and count <= len(texts)), default=1)
-    has_tall_option = isinstance(part.details, Options) and any(option.is_tall for option in part.details.offered)
+    options = part.details.offered_options if isinstance(part.details, Options) else ()
+    has_tall_option = any(option.is_tall for option in options)
     are_formulas = all(re.fullmatch(r"\$[^$]*\$", text) for text in texts)
     if (has_tall_option or max_width > width) and are_formulas:
         texts = [f"${text}$" for text in texts]  # a displayed formula can be made smaller or broken into lines

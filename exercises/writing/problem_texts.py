@@ -52,8 +52,8 @@ def write_option(problem: Problem, part: Part, index: int, language: str = ENGLI
     details, chain, messages = part.details, problem.chain, load_catalogue(language)
     templates: Any = make_environment(language)
     if isinstance(details, Options):
-        text = str(templates.get_template("questions/options.md.j2").module.formula(details.offered[index], chain))
-        return messages.localize_formulas(text)
+        template = templates.get_template("questions/options.md.j2")
+        return messages.localize_formulas(str(template.module.formula(details.offered_options[index], chain)))
     if isinstance(details, ConfigurationOptions):
         option = templates.get_template("questions/rank.md.j2").module.option
         return messages.localize_formulas(str(option(details, details.offered_configurations[index], chain)))
