@@ -36,11 +36,11 @@ from qdot.exercises.mistakes.base import name_chapter
 from qdot.exercises.problem.credit import (
     MISTAKE_FACTOR,
     SIGN_OR_FACTOR_COST,
+    compute_share_of_columns,
+    compute_share_of_entries,
+    compute_share_of_set,
+    compute_share_up_to_sign_and_factor,
     count_false_conditions,
-    share_of_columns,
-    share_of_entries,
-    share_of_set,
-    share_up_to_sign_and_factor,
 )
 from qdot.exercises.problem.problem import Part, Problem
 from qdot.exercises.questions.results import find_determinant_in_denominator
@@ -184,10 +184,12 @@ def compute_share(
     if part.shape is not None:
         correct_indices = {k for k, is_equal in enumerate(entries_equal) if is_equal}
         if credit.rule == "columns" and reference.cols > 1:
-            entry_share = share_of_columns(list(map(correct_indices.issuperset, _list_nonzero_columns(reference))))
+            entry_share = compute_share_of_columns(
+                list(map(correct_indices.issuperset, _list_nonzero_columns(reference)))
+            )
         else:
             _, zeros = _split_zeros(reference)
-            entry_share = share_of_entries(entries_equal, [k in zeros for k in range(len(entries_equal))])
+            entry_share = compute_share_of_entries(entries_equal, [k in zeros for k in range(len(entries_equal))])
         varying_entries = _find_varying_entries(problem, reference)
         if not varying_entries or correct_indices.intersection(varying_entries):
             share = max(share, entry_share)
@@ -200,7 +202,7 @@ def _compute_minimum_share(problem: Problem, part: Part, answer: sp.Matrix) -> F
     """Return the minimum share of the points for an answer that a single known mistake explains."""
     reference = part.answer.as_matrix()
     has_varying_entries = _find_varying_entries(problem, reference) and _find_varying_entries(problem, answer)
-    if not part.credit.is_by_mistakes or not has_varying_entries:
+    if not part.credit.covers_known_mistakes or not has_varying_entries:
         return Fraction(0)
     determinant = find_determinant_in_denominator(problem.chain, part, make_domain(problem).roles)
     if determinant is None:
@@ -228,7 +230,7 @@ def _compute_share_up_to_a_factor(
     )
     if factor is None or (factor.changes_size and set(varying_entries).isdisjoint(wrong_indices)):
         return Fraction(0)
-    return share_up_to_sign_and_factor(factor.is_negative, factor.changes_size or common_factor != ONE)
+    return compute_share_up_to_sign_and_factor(factor.is_negative, factor.changes_size or common_factor != ONE)
 
 
 def _find_varying_entries(problem: Problem, reference: sp.Matrix) -> list[int]:
@@ -439,7 +441,7 @@ def _convert_numbers(problem: Problem, part: Part) -> StackPart:
     def write_near_count(variable: str) -> str:
         return f"qdot_count(makelist(qdot_near(said{index}, float({variable}{index}), room[i]), i, 1, {n}))"
 
-    _, floor = answer.tolerance_and_floor(part.rounding)
+    _, floor = answer.find_tolerance_and_floor(part.rounding)
     is_zero = [abs(float(value)) <= floor for value in answer.reference]
     lines = ["said: qdot_read(ans1);", f"room: [{', '.join(map(maxima_text, tolerances))}];"]
     lines += [f"right: {write_near_count('ta1')};", *_write_number_share_lines(part, is_zero)]
@@ -461,7 +463,7 @@ def _convert_numbers(problem: Problem, part: Part) -> StackPart:
         share = _compute_share_of_numbers(part, wrong, is_zero)
         floats = _write_floats(wrong.matrix, is_single)
         stack_part.add_mistake(number, wrong, floats, write_near_count(f"wrong{number}"), str(n), share)
-        if not is_single and part.credit.is_by_mistakes:
+        if not is_single and part.credit.covers_known_mistakes:
             lines.append(_write_minimum_share_line(part, MISTAKE_FACTOR, f"like{number} = {n}"))
     values_outside = exact_reference + 50 * sp.Matrix(tolerances)  # clearly wrong
     values_inside = exact_reference + sp.Matrix(tolerances) / 2
@@ -496,7 +498,9 @@ def _compute_share_of_numbers(part: Part, known_answer: KnownWrongAnswer, is_zer
     credit = part.credit
     if len(is_zero) == 1 or credit.rule == "whole":
         return 0.0
-    share = max(share_of_entries(known_answer.entries_equal, is_zero), MISTAKE_FACTOR * credit.is_by_mistakes)
+    share = max(
+        compute_share_of_entries(known_answer.entries_equal, is_zero), MISTAKE_FACTOR * credit.covers_known_mistakes
+    )
     triples = zip(known_answer.matrix, part.answer.as_matrix(), list_tolerances(part), strict=True)
     has_correct_sizes = all(abs(float(abs(a) - abs(b))) <= tolerance for a, b, tolerance in triples)
     if all(part.answer.expected_units) and not all(is_zero) and has_correct_sizes:
@@ -591,7 +595,7 @@ def _convert_set(problem: Problem, part: Part) -> StackPart | Reason:
         false_joints = [joint for joint, _ in given_values - correct_values]
         false_count = count_false_conditions(false_joints, [joint for joint, _ in given_values & correct_values])
         value_counts = [(len(given_values & expected), len(expected)) for expected in values_by_condition]
-        share = float(share_of_set(value_counts, false_count) * factor)
+        share = float(compute_share_of_set(value_counts, false_count) * factor)
         stack_part.add_mistake(index, wrong, write_equations(wrong.answer), likeness, "[0, 0]", share)
     variables += [f"form1: {write_equations(answer.components, 1)};", f"other1: {{{problem.chain.q[0]} = 1/7}};"]
     tests += [UNUSUAL_FORM_TEST, UNRELATED_TEST]
