@@ -7,6 +7,7 @@ from pathlib import Path
 from types import MappingProxyType
 
 from qdot.exercises.assignment.assignment import Assignment
+from qdot.exercises.assignment.front_page import FrontPage
 from qdot.exercises.common.errors import QdotError
 from qdot.exercises.common.extras import require_extra
 from qdot.exercises.exports.export_format import ExportedFile, ExportRequest
@@ -52,9 +53,9 @@ def check_sheet(request: ExportRequest) -> None:
 
 
 _TEMPLATES: dict[str, tuple[str, dict[str, Callable[..., str]]]] = {
-    "html": ("paper.html.j2", {"markup": lambda text, share=1.0: to_html(text, width_share=share)}),
-    "tex": ("paper.tex.j2", {"markup": to_latex, "plain": escape_latex, "draw": convert_to_tikz}),
-    "pdf": ("paper.typ.j2", {"markup": to_typst, "plain": escape_typst, "string": typst_string}),
+    "html": ("paper.html.j2", {"write_markup": lambda text, share=1.0: to_html(text, width_share=share)}),
+    "tex": ("paper.tex.j2", {"write_markup": to_latex, "escape_text": escape_latex, "draw_figure": convert_to_tikz}),
+    "pdf": ("paper.typ.j2", {"write_markup": to_typst, "escape_text": escape_typst, "quote": typst_string}),
 }
 """For each file type, the template and the functions that it calls."""
 
@@ -77,12 +78,11 @@ def export_paper(request: ExportRequest, file_type: str) -> Generator[ExportedFi
             f"{name}.{file_type}", compile_pdf(text, images) if file_type == "pdf" else text, is_private
         )
 
-    logo = request.assignment.front_page.logo if request.sheet == "exam" and not request.has_solutions else None
-    images = {logo.file_name: logo.content} if logo is not None else {}
-    if logo is not None and file_type == "tex":
-        if logo.extension == "svg":
+    images = _list_images(request)
+    for file_name, content in images.items() if file_type == "tex" else ():
+        if file_name.endswith(".svg"):
             raise QdotError("LaTeX can't show an SVG logo; give `logo` in assignment.toml a PNG or JPEG file")
-        yield ExportedFile(f"{stem}/{logo.file_name}", logo.content)
+        yield ExportedFile(f"{stem}/{file_name}", content)
     sheets: list[Sheet] = []
     for sheet in make_sheets(request):
         yield write_file(f"{stem}/{sheet.file_stem}", [sheet])
@@ -94,10 +94,21 @@ def export_paper(request: ExportRequest, file_type: str) -> Generator[ExportedFi
 
 
 def make_pdf_preview(assignment: Assignment, name: str, problems: Sequence[Problem], has_solutions: bool) -> bytes:
-    """Return a handout with some problems of an assignment, which are not certified, as PDF. Raises QdotError."""
+    """Return a PDF with some problems of an assignment, which are not certified. Raises QdotError.
+
+    It is an exam if the assignment has a front page, and otherwise a handout.
+    """
     require_extra("pdf", "PDF")
-    request = ExportRequest(assignment, lambda _: [], has_solutions=has_solutions)
-    return compile_pdf(_render_sheets(request, "pdf", [make_sheet(request, "preview", name, "", problems)]))
+    sheet_kind = "handout" if assignment.front_page == FrontPage() else "exam"
+    request = ExportRequest(assignment, lambda _: [], has_solutions=has_solutions, sheet=sheet_kind)
+    sheet = make_sheet(request, "preview", name, "", problems)
+    return compile_pdf(_render_sheets(request, "pdf", [sheet]), _list_images(request))
+
+
+def _list_images(request: ExportRequest) -> dict[str, bytes]:
+    """Return the images on the first page of an exam, by file name."""
+    logo = request.assignment.front_page.logo if request.sheet == "exam" and not request.has_solutions else None
+    return {} if logo is None else {logo.file_name: logo.content}
 
 
 def _render_sheets(

@@ -43,7 +43,7 @@ def parse_latex(latex: str) -> Layout:
 
 
 class _Reader:
-    """Parses tokens; they are stored in reverse order, so that the next token is the last in the list."""
+    """Parses tokens. They are stored in reverse order, so that the next token can be popped from the end."""
 
     def __init__(self, tokens: list[str], latex: str) -> None:
         self.tokens, self.latex = tokens[::-1], latex
@@ -71,10 +71,10 @@ class _Reader:
         """Return a base with the subscript, superscript and primes that follow."""
         subscript, superscript, primes = EMPTY, EMPTY, 0
         while self.tokens and self.tokens[-1] in _SCRIPTS:
-            sign = self.take()
-            if sign == "'":
+            mark = self.take()
+            if mark == "'":
                 primes += 1
-            elif sign == "_":
+            elif mark == "_":
                 subscript = self.read_argument()
             else:
                 superscript = self.read_argument()
@@ -86,25 +86,28 @@ class _Reader:
         return Layout("script", "", (base, subscript, superscript))
 
     def read_argument(self) -> Layout:
-        """Return the next argument: a group in braces as a row, or a single sign, such as a number's first digit."""
-        sign = self.tokens[-1] if self.tokens else ""
-        if sign.isdigit() and len(sign) > 1:
-            self.tokens[-1:] = [sign[1:], sign[0]]
+        """Return the next argument: a group in braces as a row, a command, or a single character.
+
+        Of a number, the argument is only the first digit, as in LaTeX.
+        """
+        symbol = self.tokens[-1] if self.tokens else ""
+        if symbol.isdigit() and len(symbol) > 1:
+            self.tokens[-1:] = [symbol[1:], symbol[0]]
         return self.read_piece()
 
     def read_piece(self) -> Layout:
-        sign = self.take()
-        if sign == "{":
+        symbol = self.take()
+        if symbol == "{":
             inner_row = self.read_row(("}",))
             self.take("}")
             return inner_row
-        if sign[0] == "\\":
-            return self.read_command(sign[1:])
-        if sign in _REFUSED_SIGNS:
-            raise self.make_error(sign)
-        if sign[0].isdigit():
-            return Layout("number", sign.replace("{,}", ","))
-        return Layout("letter" if sign.isalpha() else "sign", "−" if sign == "-" else sign)
+        if symbol[0] == "\\":
+            return self.read_command(symbol[1:])
+        if symbol in _REFUSED_SIGNS:
+            raise self.make_error(symbol)
+        if symbol[0].isdigit():
+            return Layout("number", symbol.replace("{,}", ","))
+        return Layout("letter" if symbol.isalpha() else "sign", "−" if symbol == "-" else symbol)
 
     def read_command(self, name: str) -> Layout:
         piece = _COMMANDS.get(name)

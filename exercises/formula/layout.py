@@ -1,4 +1,4 @@
-r"""The layout of a formula: a tree from which every notation is printed.
+r"""The layout of a formula: a tree from which every notation is printed. `row`, `fraction` etc. make it.
 
 A layout is made from SymPy expressions (`writing/latex`), from typed answers (`writing/typeset`) and from the LaTeX of
 qdot's templates (`formula/latex`). It describes positions, not meanings: s_{12} is a letter with an index here.
@@ -42,7 +42,7 @@ EMPTY = Layout("row")
 DEGREE = Layout("sign", "∘")
 MINUS, PLUS, EQUALS, COMMA, DOT = (Layout("sign", sign) for sign in "−+=,⋅")
 THIN, QUAD, QQUAD = (Layout("space", name) for name in (",", "quad", "qquad"))
-_BEFORE_SIGN_OF_NUMBER = frozenset(Layout("sign", sign) for sign in "([{=≠<>≤≥≈∈×⋅→/,;")
+_PIECES_BEFORE_NUMBER_SIGN = frozenset(Layout("sign", sign) for sign in "([{=≠<>≤≥≈∈×⋅→/,;")
 
 
 def row(*pieces: Layout) -> Layout:
@@ -88,7 +88,7 @@ def raise_pieces_to(pieces: Pieces, exponent: Layout) -> Pieces:
 
 
 def row_pieces(piece: Layout) -> Pieces:
-    """Return the pieces of a row, or any other piece as the only one."""
+    """Return the pieces of a row; of any other piece, return the piece itself as the only one."""
     return piece.inner if piece.kind == "row" else (piece,)
 
 
@@ -112,8 +112,8 @@ def _contains_kind(pieces: Sequence[Layout], tall_kinds: frozenset[str]) -> bool
 def print_layout(piece: Layout, printers: Mapping[str, Callable[..., Printed]]) -> Printed:
     """Return a printed formula.
 
-    `printers` has a function for each kind of piece; it is called with the piece and its printed inner pieces. These
-    are the cells of each row, in a list, for a matrix and for aligned equations.
+    `printers` has a function for each kind of piece. It is called with the piece and its printed inner pieces; for a
+    matrix and for aligned equations, with a list of printed cells for each row.
     """
     if piece.kind in ("matrix", "aligned"):
         rows = ([print_layout(cell, printers) for cell in cells.inner] for cells in piece.inner)
@@ -128,7 +128,7 @@ def base_of_script(piece: Layout) -> Layout:
 
 def is_binary(previous: Layout | None) -> bool:
     """Return whether a plus or minus after a piece joins two terms; otherwise it is the sign of the next number."""
-    return previous is not None and previous not in _BEFORE_SIGN_OF_NUMBER
+    return previous is not None and previous not in _PIECES_BEFORE_NUMBER_SIGN
 
 
 def split_terms(pieces: Sequence[Layout], max_depth: int = 0) -> list[Pieces]:
@@ -143,15 +143,15 @@ def split_terms(pieces: Sequence[Layout], max_depth: int = 0) -> list[Pieces]:
 
 def split_at(pieces: Sequence[Layout], separator: Layout) -> list[Pieces]:
     """Return the pieces between the separators that are outside all brackets."""
-    rows: list[list[Layout]] = [[]]
+    parts: list[list[Layout]] = [[]]
     depth = 0
     for piece in pieces:
         depth += _find_depth_change(piece)
         if piece == separator and not depth:
-            rows.append([])
+            parts.append([])
         else:
-            rows[-1].append(piece)
-    return [tuple(part) for part in rows]
+            parts[-1].append(piece)
+    return list(map(tuple, parts))
 
 
 def _find_depth_change(piece: Layout) -> int:

@@ -25,7 +25,7 @@ def remove_metres(tree: Node) -> Node:
         current, is_ready, has_angle, is_last = stack.pop()
         if is_ready or not current.args:
             args = results[len(results) - len(current.args) :]
-            is_unit = current.kind == "*" and not has_angle and _is_metre(args[1]) and _has_unit(args[0], is_last)
+            is_unit = current.kind == "*" and not has_angle and _is_metre(args[1]) and _is_unit_of(args[0], is_last)
             results[len(results) - len(args) :] = [args[0] if is_unit else current.with_args(args)]
         else:
             is_product = current.kind in ("*", "/", "^")
@@ -41,13 +41,13 @@ def _is_metre(node: Node) -> bool:
     return (node.args[0] if is_square else node).value == METRE
 
 
-def _has_unit(node: Node, is_last: bool) -> bool:
-    """Return whether an m is the unit of the factors `node` before it.
+def _is_unit_of(factors: Node, is_last: bool) -> bool:
+    """Return whether an m after a product of factors is their unit.
 
-    It is their unit if the last factor is a number, a fraction or a list. At the end of a product (`is_last`), it is
+    It is their unit if the last factor is a number, a fraction or a list. If the m ends a product (`is_last`), it is
     their unit unless the last factor stands for a whole number.
     """
-    last_factor = node.args[1] if node.kind == "*" else node
+    last_factor = factors.args[1] if factors.kind == "*" else factors
     if is_last:
         return last_factor.value not in _WHOLE_NUMBER_NAMES
     is_fraction = last_factor.kind == "/" and all(arg.kind in _NUMBER_KINDS for arg in last_factor.args)

@@ -10,9 +10,9 @@ from qdot.exercises.formula.vocabulary import LIMITS, PATTERNS, VOCABULARY
 FUNCTIONS: dict[str, str] = VOCABULARY["functions"]
 """Every function that an expression may call, by each of its accepted names."""
 SHORTHAND: dict[str, str] = VOCABULARY["shorthand"]
-"""The functions that c and s denote before an angle."""
+"""The functions that c and s denote before an angle, as in c12."""
 ARITY: dict[str, int] = VOCABULARY["arity"]
-"""The number of arguments of each function that has not just one."""
+"""The number of arguments of each function that doesn't have exactly one."""
 CONSTANTS = tuple(dict.fromkeys(VOCABULARY["constants"].values()))
 
 MAX_NAME_LENGTH = LIMITS["name"]
@@ -31,7 +31,8 @@ _SHORTHAND_WITHOUT_SPACE: str = VOCABULARY["patterns"]["shorthand_without_space"
 class NamePart:
     """A part of a typed name, such as a1 and c12 in a1c12.
 
-    Its `kind` is "name", "function", or "sin", "cos" or "sum" of the angles `names`.
+    If its `kind` is "name" or "function", `names` has one name. If it is "sin", "cos" or "sum", `names` are the angles
+    whose sum it contains.
     """
 
     kind: str
@@ -40,7 +41,7 @@ class NamePart:
 
 @lru_cache(maxsize=4096)
 def normalize_name(name: str) -> str:
-    """Return a name without module and without underscores before digits, and with Greek letters spelled out."""
+    """Return a name without a module such as np., without underscores before digits, with Greek letters spelled out."""
     for module in VOCABULARY["modules"]:
         name = name.removeprefix(module)
     return re.sub("_(?=[0-9])", "", unicodedata.normalize("NFKC", name).translate(_LETTER_TABLE))
@@ -81,15 +82,16 @@ def split_dotted_product(typed_name: str, known_symbols: frozenset[str]) -> list
         return []
     names = typed_name.split(".")
     parts = [part for name in names for part in split_name(name, known_symbols)]
-    symbols = {part.names[0] for part in parts if part.kind == "name"} - {*CONSTANTS, *known_symbols}
-    return names if all(not known_symbols and re.search("[0-9]$", symbol) for symbol in symbols) else []
+    unknown_symbols = {part.names[0] for part in parts if part.kind == "name"} - {*CONSTANTS, *known_symbols}
+    is_known = not unknown_symbols or (not known_symbols and all(symbol[-1].isdigit() for symbol in unknown_symbols))
+    return names if is_known else []
 
 
 def _find_usual_meaning(name: str, known_symbols: frozenset[str]) -> NamePart | None:
-    """Return the usual meaning of a name that is not a symbol of the problem, or None."""
+    """Return what a name usually means in robotics, such as c12; None if it has no such meaning."""
     if (shorthand := PATTERNS["shorthand_name"].fullmatch(name)) is not None:
         function, letter, digits = shorthand.groups()
-        if angles := _angles_of_digits(digits, known_symbols, letter or "theta"):
+        if angles := _list_angles(digits, known_symbols, letter or "theta"):
             return NamePart(SHORTHAND[function], angles)
     rate = PATTERNS["rate"].fullmatch(name)
     if rate is not None:
@@ -100,8 +102,8 @@ def _find_usual_meaning(name: str, known_symbols: frozenset[str]) -> NamePart | 
     if not known_symbols:
         return None
     joined_name = name.replace("_", "")
-    for spelled, letter in VOCABULARY["spelled_letters"].items():
-        joined_name = joined_name.replace(spelled, letter)
+    for letter_name, letter in VOCABULARY["spelled_letters"].items():
+        joined_name = joined_name.replace(letter_name, letter)
     joined_name = VOCABULARY["velocities"].get(joined_name, joined_name)
     for candidate in (joined_name, joined_name.lower()):
         if candidate in known_symbols:
@@ -109,15 +111,15 @@ def _find_usual_meaning(name: str, known_symbols: frozenset[str]) -> NamePart | 
     joint = _JOINT_PATTERN.fullmatch(joined_name.lower())
     if joint is None:
         return None
-    spelled, digits = joint.groups()
+    joint_letters, digits = joint.groups()
     if len(digits) == 1:
-        candidates = (f"{symbol}{digits}" for symbol in _JOINT_SYMBOLS[spelled])
+        candidates = (f"{symbol}{digits}" for symbol in _JOINT_SYMBOLS[joint_letters])
         return next((NamePart("name", (symbol,)) for symbol in candidates if symbol in known_symbols), None)
-    angles = _angles_of_digits(digits, known_symbols) if spelled in _ANGLE_SUM_LETTERS else ()
+    angles = _list_angles(digits, known_symbols) if joint_letters in _ANGLE_SUM_LETTERS else ()
     return NamePart("sum", angles) if angles else None
 
 
-def _angles_of_digits(digits: str, known_symbols: frozenset[str], letter: str = "theta") -> tuple[str, ...]:
+def _list_angles(digits: str, known_symbols: frozenset[str], letter: str = "theta") -> tuple[str, ...]:
     """Return the angles in c12 or theta12; () if one of them is unknown, although other symbols are known."""
     angles = tuple(f"{letter}{digit}" for digit in digits)
     return angles if not known_symbols or all(angle in known_symbols for angle in angles) else ()

@@ -40,9 +40,10 @@ _FINAL_UNIT_PATTERN = re.compile(f"{VOCABULARY['patterns']['before_unit']}({_pat
 _WHOLE_NUMBER_NAMES, _BEFORE_WHOLE_NUMBERS = VOCABULARY["whole_numbers"], tuple(VOCABULARY["before_whole_numbers"])
 
 _TYPING_HABITS = [(habit["mark"], re.compile(habit["pattern"]), habit["replacement"]) for habit in VOCABULARY["habits"]]
-"""Patterns of other notations, such as text before the result, with their replacements in plain text.
+"""(mark, pattern, replacement) for other notations, such as words before the result.
 
-Each pattern comes with a mark that any matching text contains, because to look for the mark is faster than a search."""
+Every text that matches the pattern contains the mark, because it is faster to look for the mark first.
+"""
 
 
 def to_plain_text(text: str, known_symbols: AbstractSet[str]) -> str:
@@ -60,6 +61,7 @@ def to_plain_text(text: str, known_symbols: AbstractSet[str]) -> str:
         text = pattern.sub(replacement, text) if mark in text else text
     text = convert_units(text, known_symbols)
     is_latex = any(mark in text for mark in ("\\", "_{", "^{")) and len(text) <= _MAX_LATEX_LENGTH
+    # most answers need none of the conversions below
     if text.isascii() and not (is_latex or text[-1:] in ".;$" or text[-1:].isalpha() or "^" in text[-5:]):
         return _name_rates_and_entries(text, known_symbols)
     text = _SUPERSCRIPT_PATTERN.sub(
@@ -100,6 +102,7 @@ def _name_rates_and_entries(text: str, known_symbols: AbstractSet[str]) -> str:
 
 
 _NUMBER, _AFTER_UNIT = VOCABULARY["patterns"]["number_before_unit"], VOCABULARY["patterns"]["after_unit"]
+"""Regular expressions for a number before a unit, and for what may follow the unit (nothing of it is consumed)."""
 _NUMBER_WITH_UNIT_PATTERN = re.compile(f"{_NUMBER}({_pattern_of_units(_UNITS)}){_AFTER_UNIT}")
 
 
@@ -135,7 +138,9 @@ _NAMED_NUMBER_WITH_UNIT_PATTERN = re.compile(f"{_NAME}{_NUMBER}({_pattern_of_uni
 
 
 def find_units(text: str) -> list[tuple[str, str, int]]:
-    """Return (name, unit, index) for each number with a unit: the name before the number or "", and where it begins.
+    """Return (name, unit, index) for each number with a unit.
+
+    The name is the text before an equals sign or colon, or "". The number, with its name, begins at the index.
 
     >>> find_units("qd1 = 0.5 rad/s, 118 mm/s")
     [('qd1', 'rad/s', 0), ('', 'mm/s', 16)]
@@ -154,7 +159,7 @@ def classify_unit(unit: str) -> str:
 def _count_equal_terms(symbol_sum: str, known_symbols: AbstractSet[str]) -> str:
     """Return + a1 - a1 + a1 … with counts of equal terms, so that even a very long sum is parsed quickly.
 
-    The first term and the last term are left, because they may belong to a product or power beside the sum.
+    The first and the last term are not counted, because they may belong to a product or power beside the sum.
     """
     terms = PATTERNS["signed_symbol"].findall(symbol_sum)
     inner_counts = Counter(terms[1:-1])
@@ -187,7 +192,7 @@ _CONTINUATIONS = ("", "=", "+", "-", "*", "/", ")", "]", *_LATEX["row_ends"])
 
 
 class _LatexReader:
-    """Converts the tokens of a LaTeX formula to plain text; unknown tokens are left, for the grammar to report."""
+    """Converts the tokens of a LaTeX formula to plain text; unknown tokens stay, so that the grammar reports them."""
 
     def __init__(self, tokens: list[str]) -> None:
         self.tokens, self.position, self.depth = tokens, 0, 0

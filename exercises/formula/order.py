@@ -29,6 +29,7 @@ NAMED_ANGLE_PATTERN = re.compile(r"\\varphi'*_\{(\d+)\}")
 """The name of a symbol for an angle; its index lists the joints whose angles it contains."""
 
 COMPONENT_PATTERN = re.compile(r"[vwfm][xyz]")
+"""The name of a component of a velocity v, an angular velocity w, a force f or a moment m."""
 _RATE_PATTERN = re.compile(r"qd\d+")
 
 
@@ -48,8 +49,8 @@ def _make_trig_key(trig: sp.Expr) -> SortKey:
 
 def find_joints(symbol: sp.Symbol) -> list[int]:
     """Return the number of the joint that a symbol belongs to, or of all joints whose angles are in a named angle."""
-    named = NAMED_ANGLE_PATTERN.fullmatch(symbol.name)
-    return [int(digit) for digit in named.group(1)] if named else [find_number_in_name(symbol)]
+    match = NAMED_ANGLE_PATTERN.fullmatch(symbol.name)
+    return [int(digit) for digit in match.group(1)] if match else [find_number_in_name(symbol)]
 
 
 @lru_cache(maxsize=4096)
@@ -58,10 +59,10 @@ def _make_term_key(term: sp.Expr) -> SortKey:
     motion_keys = sorted(_make_motion_key(s) for s in term.free_symbols if is_rate_or_component(s))
     trig_keys = sorted(_make_trig_key(trig)[:4] for trig in term.atoms(sp.sin, sp.cos))  # without their texts
     names = sorted(natural_sort_key(s.name) for s in term.free_symbols)
-    is_joint_first = not any(name[0] == "theta" for name in names)
+    is_without_angle = not any(letters == "theta" for letters, _ in names)  # False sorts before True
     if not trig_keys and not motion_keys and names:
-        return ([], [], is_joint_first, False, names, expression_text(term))
-    return (motion_keys, trig_keys, is_joint_first, term.is_number, names, expression_text(term))
+        return ([], [], is_without_angle, False, names, expression_text(term))
+    return (motion_keys, trig_keys, is_without_angle, term.is_number, names, expression_text(term))
 
 
 @lru_cache(maxsize=4096)
@@ -125,23 +126,24 @@ def order_product(expression: sp.Expr) -> Product:
             denominator.append(1 / factor)
         elif factor != 1:
             numerator.append(factor)
-    flips = set()
+    flipped_sums = set()
     for factor in denominator:
         if factor.is_Add and order_terms(factor)[0].is_negative:
-            flips.add(factor)
+            flipped_sums.add(factor)
             is_negative = not is_negative
     for factor in numerator:
         if factor.is_Add:
-            signs = [minus for minus, _ in order_terms(factor)]
-            if all(signs) or (is_negative if _may_start_with_minus(factor) else signs[0]):
-                flips.add(factor)
+            has_minus = [term_is_negative for term_is_negative, _ in order_terms(factor)]
+            if all(has_minus) or (is_negative if _may_start_with_minus(factor) else has_minus[0]):
+                flipped_sums.add(factor)
                 is_negative = not is_negative
-    return Product(is_negative, abs(number), tuple(numerator), tuple(denominator), frozenset(flips))
+    return Product(is_negative, abs(number), tuple(numerator), tuple(denominator), frozenset(flipped_sums))
 
 
 def _may_start_with_minus(factor: sp.Expr) -> bool:
     """Return whether a factor is a sum of velocities with different signs, which may start with a minus."""
-    return any(map(is_rate_or_component, factor.free_symbols)) and len({minus for minus, _ in order_terms(factor)}) > 1
+    has_both_signs = len({term.is_negative for term in order_terms(factor)}) > 1
+    return has_both_signs and any(map(is_rate_or_component, factor.free_symbols))
 
 
 @lru_cache(maxsize=4096)
@@ -162,22 +164,22 @@ def order_terms(expression: sp.Expr, flip_signs: bool = False) -> tuple[SignedTe
 
 
 def _split_sign(term: sp.Expr, flip_signs: bool) -> SignedTerm:
-    """Return a term with its sign; if `flip_signs`, the opposite of the term is meant."""
+    """Return a term with its sign or, if `flip_signs`, with the opposite sign."""
     if flip_signs and not (opposite := -term).is_Add:
         return SignedTerm(order_product(opposite).is_negative, opposite)
     return SignedTerm(order_product(term).is_negative != flip_signs, term)
 
 
 def _move_plus_first(signed_terms: list[SignedTerm]) -> list[SignedTerm]:
-    """Return the terms with a positive term first, if the first term has a minus and the terms may be swapped.
+    """Return the terms with a positive term first if the first term has a minus and may be swapped.
 
-    They may be swapped in a sum of rates, and if the first two contain a sine and a cosine of the same angle.
+    Terms may be swapped in a sum of rates. The first two may also be swapped if they have the same angle.
     """
     symbols = {str(symbol) for _, term in signed_terms for symbol in term.free_symbols}
     if signed_terms[0].is_negative and all(map(_RATE_PATTERN.fullmatch, symbols)):
         return sorted(signed_terms, key=lambda signed: signed.is_negative)  # qd2 - qd1
-    signs = [minus for minus, _ in signed_terms[:2]]
-    if signs == [True, False] and not any(map(is_rate_or_component, signed_terms[0].term.free_symbols)):
+    has_minus = [is_negative for is_negative, _ in signed_terms[:2]]
+    if has_minus == [True, False] and not any(map(is_rate_or_component, signed_terms[0].term.free_symbols)):
         angles = [{trig.args for trig in term.atoms(sp.sin, sp.cos)} for _, term in signed_terms[:2]]
         if angles[0] == angles[1]:  # 0.06 s_2 - 0.35 c_2
             return [signed_terms[1], signed_terms[0], *signed_terms[2:]]

@@ -45,24 +45,24 @@ def evaluate_matrices(tree: Node) -> Node:
 
 def _carry_out_operation(node: Node, args: Sequence[Node]) -> Node:
     """Return the result of an operation on matrices; any other node is returned with these arguments."""
-    if node.kind in _OPERATIONS:  # [a + b] c: brackets of a formula, not a list
+    if node.kind in _OPERATIONS:  # in [a + b] c, square brackets group a formula
         args = [arg.args[0] if trees.is_list_of_one(arg) else arg for arg in args]
-    is_list = [arg.kind == "list" for arg in args]
-    if node.kind not in _OPERATIONS or not any(is_list):
+    are_matrices = [arg.kind == "list" for arg in args]
+    if node.kind not in _OPERATIONS or not any(are_matrices):
         return node.with_args(args)
     matrices = [_list_rows(arg) for arg in args if arg.kind == "list"]
     if node.kind == "neg":
         return _map_entries(matrices[0], lambda entry: Node("neg", (entry,)))
-    if node.kind == "^" and is_list == [True, False]:
+    if node.kind == "^" and are_matrices == [True, False]:
         return _raise_matrix(matrices[0], args[1])
-    if node.kind in "+-" and all(is_list) and _shape(matrices[0]) == _shape(matrices[1]):
+    if node.kind in "+-" and all(are_matrices) and _find_shape(matrices[0]) == _find_shape(matrices[1]):
         pairs = (zip(*rows, strict=True) for rows in zip(*matrices, strict=True))
         return make_rows([[Node(node.kind, pair) for pair in row] for row in pairs])
-    if node.kind == "*" and all(is_list) and len(matrices[0][0]) == len(matrices[1]):
+    if node.kind == "*" and all(are_matrices) and len(matrices[0][0]) == len(matrices[1]):
         return _multiply(*matrices)
-    if node.kind == "*" and is_list == [False, True]:
+    if node.kind == "*" and are_matrices == [False, True]:
         return _map_entries(matrices[0], lambda entry: Node("*", (args[0], entry)))
-    if node.kind in "*/" and is_list == [True, False]:
+    if node.kind in "*/" and are_matrices == [True, False]:
         return _map_entries(matrices[0], lambda entry: Node(node.kind, (entry, args[1])))
     raise _make_operation_error(_OPERATIONS[node.kind], matrices, len(args))
 
@@ -77,7 +77,7 @@ def _list_rows(node: Node) -> Rows:
     return rows
 
 
-def _shape(rows: Rows) -> tuple[int, int]:
+def _find_shape(rows: Rows) -> tuple[int, int]:
     return len(rows), len(rows[0])
 
 
@@ -86,16 +86,20 @@ def _map_entries(rows: Rows, function: Callable[[Node], Node]) -> Node:
 
 
 def _equate_entries(args: Sequence[Node]) -> Node:
-    """Return an equation of two vectors or matrices as an equation for each entry, with a name on the left side."""
+    """Return an equation of two vectors or matrices as an equation for each entry.
+
+    The sides of an entry's equation are swapped if only the right side is a name.
+    """
     if trees.is_list_of_one(args[0]):  # [theta2] = [0, pi]
         return Node("eq", (args[0].args[0], args[1]))
     sides = [_list_rows(arg) for arg in args]
-    shapes = [_shape(rows) for rows in sides]
+    shapes = [_find_shape(rows) for rows in sides]
     is_vector = all(1 in shape for shape in shapes)
     if (is_vector and max(shapes[0]) != max(shapes[1])) or (not is_vector and shapes[0] != shapes[1]):
         raise _make_operation_error("equation", sides, len(args))
     pairs = zip(*([entry for row in rows for entry in row] for rows in sides), strict=True)
-    return Node("and", tuple(Node("eq", (b, a) if b.kind == "name" != a.kind else (a, b)) for a, b in pairs))
+    sorted_pairs = ((b, a) if b.kind == "name" and a.kind != "name" else (a, b) for a, b in pairs)
+    return Node("and", tuple(Node("eq", pair) for pair in sorted_pairs))
 
 
 def _multiply(left: Rows, right: Rows) -> Node:
@@ -103,10 +107,10 @@ def _multiply(left: Rows, right: Rows) -> Node:
     if len(left) * len(right) * len(right[0]) >= _MAX_NODES:
         raise ParseError(_TOO_LONG)
     columns = list(zip(*right, strict=True))
-    return make_rows([_dot_product(row, column) for column in columns] for row in left)
+    return make_rows([_compute_dot_product(row, column) for column in columns] for row in left)
 
 
-def _dot_product(row: Sequence[Node], column: Sequence[Node]) -> Node:
+def _compute_dot_product(row: Sequence[Node], column: Sequence[Node]) -> Node:
     return combine_from_left("+", [Node("*", pair) for pair in zip(row, column, strict=True)])
 
 
@@ -119,21 +123,22 @@ def _raise_matrix(rows: Rows, exponent: Node) -> Node:
         limits = f"qdot inverts matrices of at most {_MAX_INVERTED_ROWS} rows, and computes no other power"
         raise ParseError(f"{limits}; write out the entries")
     indices = range(len(rows))
-    cofactors = [[_apply_cofactor_sign(i + j, _minor(rows, j, i)) for j in indices] for i in indices]
-    determinant = _determinant(rows)
+    cofactors = [[_apply_cofactor_sign(i + j, _compute_minor(rows, j, i)) for j in indices] for i in indices]
+    determinant = _compute_determinant(rows)
     return _map_entries(cofactors, lambda entry: Node("/", (entry, determinant)))
 
 
-def _minor(rows: Rows, i: int, j: int) -> Node:
+def _compute_minor(rows: Rows, i: int, j: int) -> Node:
     """Return the determinant without row i and column j."""
-    return _determinant([[entry for c, entry in enumerate(row) if c != j] for r, row in enumerate(rows) if r != i])
+    other_rows = rows[:i] + rows[i + 1 :]
+    return _compute_determinant([row[:j] + row[j + 1 :] for row in other_rows])
 
 
-def _determinant(rows: Rows) -> Node:
+def _compute_determinant(rows: Rows) -> Node:
     if len(rows) < 2:
         return rows[0][0] if rows else ONE
-    minors = (Node("*", (entry, _minor(rows, 0, j))) for j, entry in enumerate(rows[0]))
-    return combine_from_left("+", [_apply_cofactor_sign(j, term) for j, term in enumerate(minors)])
+    products = (Node("*", (entry, _compute_minor(rows, 0, j))) for j, entry in enumerate(rows[0]))
+    return combine_from_left("+", [_apply_cofactor_sign(j, product) for j, product in enumerate(products)])
 
 
 def _apply_cofactor_sign(index: int, node: Node) -> Node:
@@ -141,7 +146,7 @@ def _apply_cofactor_sign(index: int, node: Node) -> Node:
 
 
 def _make_operation_error(operation: str, matrices: Sequence[Rows], operand_count: int) -> ParseError:
-    shapes = " and ".join(f"a {rows} × {columns}" for rows, columns in map(_shape, matrices))
+    shapes = " and ".join(f"a {rows} × {columns}" for rows, columns in map(_find_shape, matrices))
     shapes += " matrix" if len(matrices) == 1 else ""
     shapes += " and a number" if len(matrices) < operand_count else ""
     return ParseError(f"there is no {operation} of {shapes}; write out the entries, as in [[a, b], [c, d]]")

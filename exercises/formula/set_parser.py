@@ -7,6 +7,7 @@ The conditions describe a set of configurations. A piece is a tuple of atoms tha
 import math
 from collections.abc import Sequence
 from dataclasses import dataclass
+from fractions import Fraction
 from itertools import product
 
 from qdot.exercises.formula.angles import find_multiple_of_pi
@@ -79,10 +80,13 @@ def _refuse_two_values(pieces: list[Piece]) -> list[Piece]:
 
 
 def _find_joint_with_two_values(piece: Piece) -> str | None:
-    """Return a joint to which a piece gives two different values, or None."""
-    values: dict[str, object] = {}
-    multiples = ((atom.joint, find_multiple_of_pi(atom.expression)) for atom in piece if atom.joint is not None)
-    return next((j for j, k in multiples if k is not None and values.setdefault(j, k) != k), None)
+    """Return a joint to which a piece gives two different multiples of pi, or None."""
+    values: dict[str, Fraction] = {}
+    for atom in piece:
+        multiple = find_multiple_of_pi(atom.expression) if atom.joint is not None else None
+        if atom.joint is not None and multiple is not None and values.setdefault(atom.joint, multiple) != multiple:
+            return atom.joint
+    return None
 
 
 def _parse_alternatives(node: Node, joints: Sequence[str]) -> list[Piece]:
@@ -134,7 +138,7 @@ def _parse_assignment(joint: Node, values: Node, joints: Sequence[str]) -> list[
         differences = (Node("-", (joint, value)) for value in _list_values(values))
         return [piece for difference in differences for piece in _parse_vanishing_expression(difference)]
     cases = [case for value in _list_values(values) for case in _list_whole_number_cases(value)]
-    compile_program(cases)  # raises ParseError for anything but a formula
+    compile_program(cases)  # raises ParseError unless each case is a single expression
     return [(Atom(case, str(joint.value)),) for case in cases]
 
 
@@ -163,7 +167,10 @@ def _strip_powers(node: Node) -> Node:
 
 
 def _list_whole_number_cases(node: Node) -> list[Node]:
-    """Return the distinct cases of a node with whole numbers from -6 to 6; the cases of k*pi/6 are all modulo 2 pi."""
+    """Return the different cases of a node with whole numbers from -6 to 6.
+
+    Multiples of pi that differ by 2 pi are the same case. So the cases of k*pi/6 are all that there are.
+    """
     whole_numbers = [name for name in WHOLE_NUMBER_NAMES if name in find_names(node)]
     combinations = product(WHOLE_NUMBER_VALUES, repeat=len(whole_numbers))
     cases = [replace_names(node, dict(zip(whole_numbers, values, strict=True))) for values in combinations]

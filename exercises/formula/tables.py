@@ -1,4 +1,4 @@
-r"""Convert tables to lists: entries in lines, in columns with tabs or gaps, as in Matlab's [a b; c d] or 0,5; 1,25.
+r"""Convert tables to lists: rows on separate lines, with tabs or gaps; [a b; c d] as in Matlab; 0,5; 1,25.
 
 These separators may have another meaning (a sum continues in the next line, a space is a product). So a table is tried
 only if a text does not have the expected shape, and accepted only if every row has the expected number of entries.
@@ -14,8 +14,8 @@ _UNIT_FACTORS = sorted({factor for factor in VOCABULARY["units"].values() if fac
 MAX_TABLE_LENGTH = 4000
 """Maximum number of characters of a table."""
 
-_COMMA, _NOTHING = re.compile(","), re.compile("(?!)")
-"""Separators of entries: a comma; and nothing, if a line is a single entry."""
+_COMMA, _NO_SEPARATOR = re.compile(","), re.compile("(?!)")
+"""Separators of entries: a comma; a pattern that never matches, for a line that is a single entry."""
 _ENTRY_SEPARATORS = (PATTERNS["gap_of_matlab"], _COMMA, PATTERNS["comma_of_list"])
 
 _Cells = list[list[str]]
@@ -35,8 +35,9 @@ def convert_table(text: str, shape: tuple[int, int]) -> str | None:
         return None
     tables = _split_into_tables(PATTERNS["name_of_table"].sub("", text), *shape)
     texts = [_write_cells(cells) for cells in tables if _is_table(cells, shape)]
-    is_clear = len(set(texts)) == 1 or not PATTERNS["comma_of_number"].search(text)  # 1,2 x is 1.2 and x, or 1 and 2 x
-    return texts[0] if texts and is_clear else None
+    # 1,2 x may be 1.2 and x, or 1 and 2 x
+    is_unambiguous = len(set(texts)) == 1 or not PATTERNS["comma_of_number"].search(text)
+    return texts[0] if texts and is_unambiguous else None
 
 
 def _split_into_tables(text: str, rows: int, columns: int) -> Iterator[_Cells]:
@@ -51,17 +52,17 @@ def _split_into_tables(text: str, rows: int, columns: int) -> Iterator[_Cells]:
     if rows > 1 and not any(PATTERNS["line_goes_on"].match(line) for line in lines[1:]):
         separators: tuple[re.Pattern[str], ...] = (PATTERNS["gap_of_table"], *_ENTRY_SEPARATORS)
         if columns == 1 or is_markdown:
-            separators = (_NOTHING if columns == 1 else PATTERNS["bar_of_markdown"],)
+            separators = (_NO_SEPARATOR if columns == 1 else PATTERNS["bar_of_markdown"],)
         for separator in separators:
             yield [_split_entries(line, separator) for line in lines]
     if (matlab_match := PATTERNS["rows_of_matlab"].fullmatch(text.strip(SPACES))) is None:
         return
-    inner = matlab_match.group(1) or matlab_match.group(2)
+    content = matlab_match.group(1) or matlab_match.group(2)
     for row_separator in (";", "[;\n]"):
-        row_texts = [row for row in re.split(row_separator, inner) if row.strip(SPACES)]
-        for separator in (_NOTHING, *_ENTRY_SEPARATORS) if columns == 1 else _ENTRY_SEPARATORS:
+        row_texts = [row for row in re.split(row_separator, content) if row.strip(SPACES)]
+        for separator in (_NO_SEPARATOR, *_ENTRY_SEPARATORS) if columns == 1 else _ENTRY_SEPARATORS:
             cells = [_split_entries(row, separator) for row in row_texts]
-            # a single row is accepted as a column, but commas without spaces make a list already
+            # a single row is accepted as a column; commas without spaces need no conversion
             is_column = columns == 1 and len(cells) == 1 and separator is not _COMMA
             yield [[cell] for cell in cells[0]] if is_column else cells
 

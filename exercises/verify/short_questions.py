@@ -43,8 +43,8 @@ MIN_DIFFERENCE = 1e-5
 
 def _insert_option(numeric: NumericReference, subject: OptionSubject, option: sp.Matrix) -> Part:
     """Return the full question as a part whose answer, or one entry or column of it, is replaced by an option."""
-    answer, details = QUESTIONS[subject.base].ask(numeric.chain, Stream("quiz"))
-    part = Part(subject.base, subject.base, answer, details=details)
+    answer, details = QUESTIONS[subject.base_question].ask(numeric.chain, Stream("quiz"))
+    part = Part(subject.base_question, subject.base_question, answer, details=details)
     if answer.shape is None:
         return replace(part, answer=Expression(option[0]))
     full_answer = answer.as_matrix().as_mutable()
@@ -55,7 +55,7 @@ def _insert_option(numeric: NumericReference, subject: OptionSubject, option: sp
 def _check_formula_choice(numeric: NumericReference, part: Part) -> Checks:
     """Check that only the correct formula passes the check of the full question."""
     subject = part.details_as(FormulaOptions).subject
-    check = BASE_CHECKS[subject.base]
+    check = BASE_CHECKS[subject.base_question]
     offered = _list_offered_options(part)
     parts = [_insert_option(numeric, subject, option.content) for option in offered]
     passes = [all(result.passed for result in check(numeric, part_with_option)) for part_with_option in parts]
@@ -64,7 +64,7 @@ def _check_formula_choice(numeric: NumericReference, part: Part) -> Checks:
 
 
 def _list_offered_options(part: Part) -> tuple[OfferedOption, ...]:
-    offered = part.details_as(Options).offered
+    offered = part.details_as(Options).offered_options
     assert part.answer.offered_options == tuple(option.text for option in offered)
     return offered
 
@@ -208,7 +208,7 @@ def _check_statement(numeric: NumericReference, part: Part) -> Checks:
     jacobian = numeric.exponential_jacobian_at(statement.configuration)
     if isinstance(statement, JointStatement):
         component = float(jacobian[VELOCITY_NAMES.index(statement.row), statement.joint - 1])
-        is_true, is_clear = (component > 0) == statement.positive, abs(component) > 0.01
+        is_true, is_clear = (component > 0) == statement.is_positive, abs(component) > 0.01
     else:
         rank, is_clear = find_rank(jacobian[numeric.task_rows])
         is_true = rank < min(len(numeric.task_rows), numeric.chain.n)

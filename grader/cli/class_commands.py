@@ -78,18 +78,23 @@ def generate(
                 note(f"{old_path} belongs to an older version of the assignment; do not distribute it")
             counter.step()
 
-        released_class = release_notebooks(assignment, CERTIFIER, min(jobs, len(assignment.roster)), report_student)
+        released_assignment = release_notebooks(
+            assignment, CERTIFIER, min(jobs, len(assignment.roster)), report_student
+        )
     outcomes = ", ".join(f"{count} {outcome}" for outcome, count in counts.items() if count)
     next_step = f"distribute {folder / 'released'}, keep {folder / 'solutions'} private"
     say(f"{count_noun(len(assignment.roster), 'student')}: {outcomes}; {next_step}")
     if counts["rewritten"]:
         note("The assignment, the secret or qdot changed after the notebooks were written: distribute the new ones.")
-    for message in (*describe_replacements(assignment, released_class), *describe_shared_answers(released_class)):
+    for message in (
+        *describe_replacements(assignment, released_assignment),
+        *describe_shared_answers(released_assignment),
+    ):
         note(message)
-    if former_students := find_former_students(released_class):
+    if former_students := find_former_students(released_assignment):
         names = list_some(former_students, 3)
         note(f"do not distribute the notebooks of students not on the roster ({names}), in {folder / 'released'}")
-    raise_failed_slots(released_class, failed_slots)
+    raise_failed_slots(released_assignment, failed_slots)
 
 
 def verify(
@@ -172,14 +177,16 @@ def _list_verification_tasks(
         raise QdotError(f"--variation, --convention and --twist-order apply to problems only; {advice}")
     problem_texts = [target for target in targets if not Path(target).is_dir()]
     identities = family_problems or [ProblemId.parse(text, NO_FOLDER_HINT) for text in problem_texts]
-    identities = [each.with_variation(variation).with_convention(convention, twist_order) for each in identities]
+    identities = [
+        identity.with_variation(variation).with_convention(convention, twist_order) for identity in identities
+    ]
     if question_files:
         return [task for path in question_files for task in _list_question_tasks(path, identities)]
     return [*map(VerificationTask, identities), *(task for folder in folders for task in _list_class_tasks(folder))]
 
 
 def _list_family_problems(families: Sequence[str], first_seed: int, count: int) -> list[ProblemId]:
-    """Return the ids of `count` problems, family by family, so that each process derives an arm's structure only once.
+    """Return the ids of `count` problems, family by family, so that a process can use a derivation for several arms.
 
     The families share the number evenly, each beginning at `first_seed`. Raises QdotError for an unknown family.
     """
@@ -226,9 +233,13 @@ def _list_question_tasks(path: Path, identities: Sequence[ProblemId]) -> list[Ve
             raise QdotError(f"{path}: {refusals[families[0]]}")
         for refusal in refusals.values():
             note(refusal)
-        applicable = [replace(each, questions=(definition.name,)) for each in identities if each.family not in refusals]
-        tasks += [VerificationTask(identity, definitions=(definition,)) for identity in applicable]
-        for identity in applicable[:SAMPLE_COUNT]:
+        applicable_identities = [
+            replace(identity, questions=(definition.name,))
+            for identity in identities
+            if identity.family not in refusals
+        ]
+        tasks += [VerificationTask(identity, definitions=(definition,)) for identity in applicable_identities]
+        for identity in applicable_identities[:SAMPLE_COUNT]:
             part = generate_problem(identity, definitions=(definition,)).parts[0]
             say(f"{definition.name} for {identity}: {part.answer.as_json() or part.answer.type}")
     return tasks

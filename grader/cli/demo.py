@@ -92,6 +92,7 @@ def _use_degrees(code: str, part: Part) -> str:
 
 
 def _leave_half_blank(code: str, part: Part) -> str:
+    """Leave the parts whose names have an even number of letters blank; they are about half of the parts."""
     return code if len(part.name) % 2 else '"blank"' if part.answer.offered_options else "blank"
 
 
@@ -99,10 +100,11 @@ EDITS: dict[str, Edit] = {
     "right": lambda code, _: code, "right, in another form": _expand, "wrong sign throughout": _negate,
     "relative for absolute angles": _use_relative_angles, "matrices transposed": _transpose,
     "joint 2 forgotten": _forget_joint_2, "degrees for radians": _use_degrees,
-    # Like a student who forgets pi or the shoulder singularity.
+    # A student may forget pi, or the shoulder singularity.
     "only the first condition": lambda code, part: f"{code}[:1]" if part.answer.is_set else code,
     "half of the answer": _leave_half_blank,
     "a cell with an error": lambda code, part: "1/0" if part.name in ("jacobian", "geometric-jacobian") else code,
+    # `iter(int, 1)` yields zeros forever.
     "an endless loop": lambda code, part: f"[{code} for _ in iter(int, 1)][0]" if part.name == "determinant" else code,
 }  # fmt: skip
 """The kinds of submission with edited answers, each with its edit."""

@@ -91,7 +91,7 @@ def grade(
     if received and not student:
         raise QdotError("--received applies to one student's notebook: add --student ID")
     assignment = load_assignment(folder)
-    print_line = note if any(path == STDOUT for _, path in reports) else say  # standard output may be a report
+    print_line = note if any(path == STDOUT for _, path in reports) else say  # a report on standard output stays alone
     for option, value in (("--executor", executor), ("--allow-missing", allow_missing)):
         if student and value:
             raise QdotError(f"{option} applies to a whole class; leave it out with --student")
@@ -131,7 +131,8 @@ def _grade_class(
         for message in submission_folder.uncertain_owners:
             note(message)
         for name in submission_folder.not_on_roster:
-            hint = f"; put it into the student's folder, as in STUDENT/{name}" * (name == f"{assignment.key}.ipynb")
+            is_released_name = name == f"{assignment.key}.ipynb"
+            hint = f"; put it into the student's folder, as in STUDENT/{name}" if is_released_name else ""
             note(f"{name}: the roster has no student with this name; not graded{hint}")
         if not executor:  # each worker of a cluster checks its own sandbox
             _note_sandbox_weakness(assignment)
@@ -158,7 +159,7 @@ def _grade_class(
 
 
 def _check_nobody_missing(
-    assignment: Assignment, source: Path, earlier_results: Mapping[str, Result], submitted: SubmissionFolder
+    assignment: Assignment, source: Path, earlier_results: Mapping[str, Result], submission_folder: SubmissionFolder
 ) -> None:
     """Raise QdotError if students who had a submission in the last run have none now: they would lose their marks.
 
@@ -167,7 +168,9 @@ def _check_nobody_missing(
     """
     names = [student.id for student in assignment.roster]
     students_with_submission = {name for name, result in earlier_results.items() if result.submission is not None}
-    missing_names = [name for name in names if name not in submitted.by_student and name in students_with_submission]
+    missing_names = [
+        name for name in names if name not in submission_folder.by_student and name in students_with_submission
+    ]
     if missing_names:
         students = f"{len(missing_names)} of {count_noun(len(names), 'student')} graded in the last run"
         raise QdotError(
@@ -183,13 +186,13 @@ def _grade_student(assignment: Assignment, path: Path | None, name: str, receive
     the text of `--received`, which may be empty.
     """
     student = batch.find_student(assignment, name)
-    time = batch.parse_time(received) if received else None
+    submission_time = batch.parse_time(received) if received else None
     if path is not None:
-        files = find_student_files(assignment, path, time)
+        files = find_student_files(assignment, path, submission_time)
     else:
         files = find_submissions(assignment, assignment.folder / "submitted").by_student.get(student.id)
-        if files is not None and time is not None:
-            files = replace(files, received=time, platform="option")
+        if files is not None and submission_time is not None:
+            files = replace(files, received=submission_time, platform="option")
     sample = read_sample(assignment, {} if files is None else {student.id: files}, [student.id])
     check_secret(assignment, [submission for _, submission in sample], path or assignment.folder / "submitted")
     _note_sandbox_weakness(assignment)
@@ -200,13 +203,13 @@ def _grade_student(assignment: Assignment, path: Path | None, name: str, receive
 
 def _check_graded(results: list[Result]) -> None:
     """Print a note on the students who exceeded a limit. Raises QdotError if qdot failed to grade any student."""
-    over_limit = [result.student for result in results if find_work_status(result) == "over limit"]
-    if over_limit:
+    over_limit_ids = [result.student for result in results if find_work_status(result) == "over limit"]
+    if over_limit_ids:
         advice = "the feedback says which limit, and you can set points in overrides.csv"
-        note(f"no mark, because the submission exceeds a limit: {list_some(over_limit, 5)}; {advice}")
-    to_mark = [result.student for result in results if find_work_status(result) == "to mark"]
-    if to_mark:
-        note(f"answers in words have no points yet: {list_some(to_mark, 5)}; set their points in overrides.csv")
+        note(f"no mark, because the submission exceeds a limit: {list_some(over_limit_ids, 5)}; {advice}")
+    unmarked_ids = [result.student for result in results if find_work_status(result) == "to mark"]
+    if unmarked_ids:
+        note(f"answers in words have no points yet: {list_some(unmarked_ids, 5)}; set their points in overrides.csv")
     if any(find_work_status(result) == "ungraded" for result in results):
         reasons = "feedback and grades.csv call them 'ungraded' and give the reason"
         raise QdotError(f"qdot failed on some answers, which have no mark; {reasons}. Please report it")
@@ -235,10 +238,10 @@ def _print_staff_notes(results: list[Result]) -> None:
 
 def _summarize(results: list[Result], folder: Path, ownerless_count: int) -> str:
     """Return a line that summarises the results; `ownerless_count` is the number of files without a certain owner."""
-    states = list(map(find_work_status, results))
-    phrases = [", ".join(f"{count} {state}" for state, count in Counter(states).items())]
-    pairs = zip(results, states, strict=True)
-    marked_results = [result for result, state in pairs if result.submission and state not in UNMARKED_STATUSES]
+    statuses = list(map(find_work_status, results))
+    phrases = [", ".join(f"{count} {status}" for status, count in Counter(statuses).items())]
+    pairs = zip(results, statuses, strict=True)
+    marked_results = [result for result, status in pairs if result.submission and status not in UNMARKED_STATUSES]
     if marked_results:
         phrases.append(f"mean {fmean(result.percent for result in marked_results):.1f} % of submitted work")
     if overridden_count := sum(map(count_overridden, results)):

@@ -51,8 +51,8 @@ SITE_COMMANDS = {"build": "build_site", "serve": "serve"}
 """The commands of `qdot site`, each with the name of its function."""
 
 COLLECTION_THRESHOLDS = 20_000, 10, 10
-"""Thresholds of garbage collection. They are high because formulas are trees, which need no collection; with Python's
-default thresholds, garbage collection takes a tenth of the time."""
+"""Python's thresholds for garbage collection of new, older and old objects. They are high because formulas are trees,
+which need no collection; with the default thresholds, garbage collection takes a tenth of the time."""
 
 LIST_COMMANDS = "--help"
 """The value of `needed_part` for a program that only lists the commands."""
@@ -220,7 +220,7 @@ def main() -> None:
 
 
 def run() -> NoReturn:
-    """Run the command line, and exit without unloading the modules, which would take a third of a second."""
+    """Run the command line, and exit without unloading the modules, because unloading takes a third of a second."""
     code: object = 1
     try:
         main()

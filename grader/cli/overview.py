@@ -13,16 +13,16 @@ from qdot.exercises.questions import QUESTIONS
 LINE_WIDTH = 100
 
 
-def group_families() -> dict[str, list[Family]]:
-    """Return the families by kind of arm; the first family of a kind sets the order of the kinds."""
-    families_by_kind: dict[str, list[Family]] = {}
+def group_families_by_heading() -> dict[str, list[Family]]:
+    """Return the families under each heading; the headings are in the order of their first families."""
+    families_by_heading: dict[str, list[Family]] = {}
     for family in FAMILIES.values():
-        families_by_kind.setdefault(_find_kind(family), []).append(family)
-    return families_by_kind
+        families_by_heading.setdefault(_choose_heading(family), []).append(family)
+    return families_by_heading
 
 
-def _find_kind(family: Family) -> str:
-    """Return the kind of a family's arms as a heading."""
+def _choose_heading(family: Family) -> str:
+    """Return the heading for a family: the kind of its arms."""
     if family.has_varied_structure:
         return "Arms with a random structure"
     chain = sample_chain(ProblemId(family.name, 0), family)
@@ -36,10 +36,10 @@ def _find_kind(family: Family) -> str:
 
 
 def describe_families() -> str:
-    """Return a text that lists all families by kind, each with the number of questions that apply to it."""
+    """Return a text that lists all families under headings, each with the number of questions that apply to it."""
     lines = ["The families: joints, difficulty from 0 to 4, title and source:"]
-    for kind, families in group_families().items():
-        lines += ["", kind, ""]
+    for heading, families in group_families_by_heading().items():
+        lines += ["", heading, ""]
         for family in families:
             listing = find_listing(family.name)
             prefix = f"  {family.name:<20}{listing.kinds or 'varied':<9}{listing.difficulty:<8}"

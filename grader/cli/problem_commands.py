@@ -113,11 +113,11 @@ def families(
         with show_status(f"finding the questions for {family.name}"):  # takes a minute for long arms
             text = describe_family(family, convention)
             if as_json:
-                row = {**_convert_to_json(family, convention), "refused": list_refusals(family, convention)}
+                row = {**_make_family_row(family, convention), "refused": list_refusals(family, convention)}
                 text = json.dumps(row, ensure_ascii=False, indent=1)
         say(text)
     elif as_json:
-        say(json.dumps([_convert_to_json(family) for family in FAMILIES.values()], ensure_ascii=False, indent=1))
+        say(json.dumps([_make_family_row(family) for family in FAMILIES.values()], ensure_ascii=False, indent=1))
     else:
         say(describe_families())
 
@@ -133,7 +133,7 @@ def _find_family(name: str) -> Family:
     return look_up_family(name)
 
 
-def _convert_to_json(family: Family, convention: str = "") -> dict[str, Any]:
+def _make_family_row(family: Family, convention: str = "") -> dict[str, Any]:
     listing = find_listing(family, convention)
     return {
         "name": family.name, "title": family.title, "source": family.source, "joints": listing.kinds or "varied",

@@ -27,20 +27,20 @@ def check(
     report_format, _, summary_path = report.partition("=")
     if report and (report_format != "github" or not summary_path):
         raise QdotError(f"--report {report}: expected github=PATH, as in github=summary.md")
-    checked = check_notebook(notebook)
-    for message in checked.notes:
+    checked_notebook = check_notebook(notebook)
+    for message in checked_notebook.notes:
         say(f"note: {message}")
-    for row in checked.rows:
+    for row in checked_notebook.rows:
         say(f"{'ok ' if row.is_readable else '-- '} {row.part}: {row.message}")
     if summary_path:
         from qdot.grader.reports.formats import write_to_path
         from qdot.grader.reports.github import make_check_annotations, make_check_summary
 
-        write_to_path(summary_path, make_check_summary(checked))
-        if annotations := make_check_annotations(notebook, checked):
+        write_to_path(summary_path, make_check_summary(checked_notebook))
+        if annotations := make_check_annotations(notebook, checked_notebook):
             say(annotations)
-    readable_count = sum(row.is_readable for row in checked.rows)
-    answers = f"{readable_count} of {count_noun(len(checked.rows), 'answer')}"
+    readable_count = sum(row.is_readable for row in checked_notebook.rows)
+    answers = f"{readable_count} of {count_noun(len(checked_notebook.rows), 'answer')}"
     say(f"{answers} can be read; qdot does not check here whether they are right")
-    if readable_count < len(checked.rows):
+    if readable_count < len(checked_notebook.rows):
         raise typer.Exit(1)

@@ -7,7 +7,7 @@ from qdot.exercises.formula import layout
 from qdot.exercises.formula.latex import LETTERS, PRIMES, SIGNS
 from qdot.exercises.formula.layout import EMPTY, MINUS, PLUS, THIN, Layout, Pieces, base_of_script, is_binary, row
 
-_COMMANDS = {char: f"\\{name}" for known in (SIGNS, LETTERS) for name, char in reversed(known.items())} | {"−": "-"}
+_COMMANDS = {char: f"\\{name}" for table in (SIGNS, LETTERS) for name, char in reversed(table.items())} | {"−": "-"}
 _SPACED_SIGNS, _NO_SPACE_AFTER, _NO_SPACE_BEFORE = "=≠<>≤≥≈∈→⋅×±", "([{/+−", ")]},;/."
 _STAR = Layout("sign", "*")
 
@@ -29,7 +29,7 @@ def _print_row(pieces: Pieces) -> str:
     for piece in pieces:
         is_binary_sign = piece in (MINUS, PLUS) and is_binary(previous)
         if previous is not None:
-            text += " " * (has_space or is_binary_sign or not _have_no_space_between(previous, piece))
+            text += " " * (has_space or is_binary_sign or not _are_joined(previous, piece))
         text += _print_piece(piece)
         previous, has_space = piece, is_binary_sign
     return text
@@ -45,7 +45,7 @@ def _print_index(script_piece: Layout) -> str:
     return f"{{{text}}}"
 
 
-def _have_no_space_between(previous: Layout, piece: Layout) -> bool:
+def _are_joined(previous: Layout, piece: Layout) -> bool:
     """Return whether two pieces have no space between them."""
     if _is_sign(previous, _SPACED_SIGNS) or _is_sign(piece, _SPACED_SIGNS):
         return False

@@ -14,23 +14,26 @@ from qdot.exercises.formula.layout import COMMA, EMPTY, EQUALS, MINUS, PLUS, SPA
 _CORNER = "linear-gradient(currentColor, currentColor) {} {} / 5px 1.5px"
 _CORNERS = ", ".join(_CORNER.format(x, y) for x in ("0", "100%") for y in ("0", "100%"))
 _BORDER = "border: solid currentColor; border-width: 0 1.5px; padding: 0.15em 0.2em"
-_BRACKETS = f"{_BORDER}; background: {_CORNERS}; background-repeat: no-repeat"
+_BRACKETS_STYLE = f"{_BORDER}; background: {_CORNERS}; background-repeat: no-repeat"
 _NAMESPACE = 'xmlns="http://www.w3.org/1998/Math/MathML"'
 _SMALL, _LARGE = (f'<mstyle displaystyle="{size}" scriptlevel="0">' for size in ("false", "true"))
-_BRACKET = '<mo stretchy="false">'
+_BRACKET_TAG = '<mo stretchy="false">'
 _THIN = '<mspace width="0.17em" />'
-_FENCE = '<mo stretchy="true" fence="true" form="{}fix"'
+_FENCE_TAG = '<mo stretchy="true" fence="true" form="{}fix"'
 _NO_BREAK_SPACE = "&#x000A0;"
 _TEXT_SPACE = f"<mtext>{_NO_BREAK_SPACE}</mtext>"
 _FIXED_SIZE_BRACKETS = frozenset("(){}[]|")
 """Brackets whose size doesn't depend on what they enclose."""
 _CHARS = {"⋅": "·", "□": "◻"}
-_MAY_HAVE_BARE_ARGUMENT = tuple(Layout("word", name) for name in ("sin", "cos", "tan"))
-_SPACED_FUNCTIONS = (*_MAY_HAVE_BARE_ARGUMENT, *(Layout("word", f"arc{word.text}") for word in _MAY_HAVE_BARE_ARGUMENT))
+_FUNCTIONS_WITH_BARE_ARGUMENT = tuple(Layout("word", name) for name in ("sin", "cos", "tan"))
+_SPACED_FUNCTIONS = (*_FUNCTIONS_WITH_BARE_ARGUMENT, *(Layout("word", f"arc{name}") for name in ("sin", "cos", "tan")))
 _FACTOR_ENDS, _BARE_ARGUMENT_STARTS = ("</mn>", "</mi>", "</msub>", "&#x00029;</mo>"), ("<mi>", "<msub>")
-"""Ends of a factor before a function's name, and beginnings of an argument without brackets; a space separates them."""
-_BEGINS_A_TERM = frozenset((Layout("sign", "("), COMMA, EQUALS, Layout("sign", ";")))
-"""Pieces after which a plus or minus is the sign of the next number."""
+"""The MathML with which a factor ends, and with which an argument without brackets begins.
+
+A space separates them from the name of a function.
+"""
+_PIECES_BEFORE_TERM = frozenset((Layout("sign", "("), COMMA, EQUALS, Layout("sign", ";")))
+"""Pieces after which a plus or minus is the sign of the next number, because a term begins there."""
 
 
 def mathml_text(formula: Layout, is_displayed: bool = False, percent: int = 100) -> str:
@@ -43,12 +46,12 @@ def mathml_text(formula: Layout, is_displayed: bool = False, percent: int = 100)
     '<math xmlns="http://www.w3.org/1998/Math/MathML" display="inline"><mrow><msub>...</msub></mrow></math>'
     """
     style = f' style="font-size: {percent}%"' if percent < 100 else ""
-    return _cached_writer(True, is_displayed).print_element(formula, style)
+    return _get_writer(True, is_displayed).print_element(formula, style)
 
 
 def plain_mathml(formula: Layout, is_displayed: bool = False) -> str:
     """Return a formula as MathML without the workarounds for browsers."""
-    return _cached_writer(False, is_displayed).print_element(formula)
+    return _get_writer(False, is_displayed).print_element(formula)
 
 
 def _escape_char(char: str) -> str:
@@ -108,7 +111,7 @@ class _Writer:
     def print_fence(self, brackets: str, inside: Layout) -> str:
         contents = (f">{_escape_char(sign)}</mo>" if sign != "." else " />" for sign in brackets)
         sides = zip(("pre", "post"), contents, strict=True)
-        opening, closing = (_FENCE.format(side) + content for side, content in sides)
+        opening, closing = (_FENCE_TAG.format(side) + content for side, content in sides)
         return f"<mrow>{opening}{self.print_row(inside.inner, Layout('sign', brackets[0]))}{closing}</mrow>"
 
     def print_matrix(self, rows: Pieces) -> str:
@@ -116,7 +119,7 @@ class _Writer:
             f"<mtr>{''.join(_make_cell(self.print_row(cell.inner)) for cell in row.inner)}</mtr>" for row in rows
         )
         if self.is_for_browser:
-            return f'<mtable style="{_BRACKETS}">{cells}</mtable>'
+            return f'<mtable style="{_BRACKETS_STYLE}">{cells}</mtable>'
         return f"<mo>&#x0005B;</mo><mtable>{cells}</mtable><mo>&#x0005D;</mo>"
 
     def print_aligned(self, table: Layout) -> str:
@@ -138,7 +141,7 @@ def _print_letters(text: str) -> str:
 _LEAVES: dict[str, Callable[[str], str]] = {
     **dict.fromkeys(("letter", "word"), _print_letters),
     "number": lambda text: f"<mn>{text}</mn>",
-    "sign": lambda text: f"{_BRACKET if text in _FIXED_SIZE_BRACKETS else '<mo>'}{_escape_char(text)}</mo>",
+    "sign": lambda text: f"{_BRACKET_TAG if text in _FIXED_SIZE_BRACKETS else '<mo>'}{_escape_char(text)}</mo>",
     "text": lambda text: f"<mtext>{escape(text, quote=False).replace(' ', _NO_BREAK_SPACE)}</mtext>",
     "space": lambda text: f'<mspace width="{SPACES[text]:g}em" />' if text != " " else _TEXT_SPACE,
 }
@@ -154,10 +157,10 @@ def _add_spaces_and_signs(pieces: Pieces, printed_pieces: Sequence[str]) -> list
     """Return the printed pieces with space around functions, and with the sign of a number attached to the number."""
     spaced = list(printed_pieces)
     for k, piece in enumerate(pieces):
-        if piece in (PLUS, MINUS) and pieces[k - 1] in _BEGINS_A_TERM:
+        if piece in (PLUS, MINUS) and pieces[k - 1] in _PIECES_BEFORE_TERM:
             spaced[k] = printed_pieces[k].replace("<mo>", '<mo form="prefix">')
         elif piece in _SPACED_FUNCTIONS:
-            is_bare = piece in _MAY_HAVE_BARE_ARGUMENT and pieces[k + 1] not in _SPACED_FUNCTIONS
+            is_bare = piece in _FUNCTIONS_WITH_BARE_ARGUMENT and pieces[k + 1] not in _SPACED_FUNCTIONS
             is_bare = is_bare and printed_pieces[k + 1].startswith(_BARE_ARGUMENT_STARTS)
             spaced[k] = f"{_THIN * printed_pieces[k - 1].endswith(_FACTOR_ENDS)}{printed_pieces[k]}{_THIN * is_bare}"
     return spaced
@@ -167,4 +170,4 @@ def _make_cell(content: str, style: str = "") -> str:
     return f"<mtd{style}>{content}</mtd>" if content else f"<mtd{style} />"
 
 
-_cached_writer = cache(_Writer)
+_get_writer = cache(_Writer)

@@ -21,27 +21,27 @@ FormulaToCode = Callable[[sp.Expr], str]
 class _CodePrinter(StrPrinter):
     """Prints terms and factors in the order that a person would use, with decimals, and fractions as Rational.
 
-    A symbol may stand for a sum; `names` maps such symbols to the text of the sum.
+    A symbol may stand for a sum; `sum_texts` has the text of the sum for such symbols.
     """
 
-    def __init__(self, names: Mapping[sp.Symbol, str]) -> None:
+    def __init__(self, sum_texts: Mapping[sp.Symbol, str]) -> None:
         super().__init__()
-        self.names = names
+        self.sum_texts = sum_texts
 
     def _print_Symbol(self, expr: sp.Symbol) -> str:
-        return f"({self.names[expr]})" if expr in self.names else str(expr.name)
+        return f"({self.sum_texts[expr]})" if expr in self.sum_texts else str(expr.name)
 
     def _print_Function(self, expr: sp.Function) -> str:
-        if expr.args[0] in self.names:
-            return f"{expr.func.__name__}({self.names[expr.args[0]]})"
+        if expr.args[0] in self.sum_texts:
+            return f"{expr.func.__name__}({self.sum_texts[expr.args[0]]})"
         return str(super()._print_Function(expr))
 
     def _print_Add(self, expr: sp.Add, order: object = None) -> str:
         return self._print_sum(expr)
 
-    def _print_sum(self, expr: sp.Expr, flip: bool = False) -> str:
+    def _print_sum(self, expr: sp.Expr, flip_signs: bool = False) -> str:
         code = ""
-        for is_negative, term in order.order_terms(expr, flip):
+        for is_negative, term in order.order_terms(expr, flip_signs):
             sign = (" - " if is_negative else " + ") if code else "-" if is_negative else ""
             code += sign + self._print_unsigned(term)
         return code
@@ -56,13 +56,15 @@ class _CodePrinter(StrPrinter):
         product = order.order_product(term)
         is_irrational = any(factor.is_number and not factor.is_Rational for factor in term.args)  # as in 5*pi/6
         digits = None if is_irrational else decimal_text(product.number)
-        numerator, denominator = (digits, "1") if digits else (str(product.number.p), str(product.number.q))
-        upper = [text for text in (numerator, *self._print_factors(product.numerator, product)) if text != "1"]
-        lower = [text for text in (denominator, *self._print_factors(product.denominator, product)) if text != "1"]
-        if not lower:
-            return "*".join(upper)
-        divisor = "*".join(lower)
-        return f"{'*'.join(upper) or '1'}/{divisor if len(lower) == 1 else f'({divisor})'}"
+        numbers = (digits, "1") if digits else (str(product.number.p), str(product.number.q))
+        numerator, denominator = (
+            [text for text in (number, *self._print_factors(factors, product)) if text != "1"]
+            for number, factors in zip(numbers, (product.numerator, product.denominator), strict=True)
+        )
+        if not denominator:
+            return "*".join(numerator)
+        divisor = "*".join(denominator)
+        return f"{'*'.join(numerator) or '1'}/{divisor if len(denominator) == 1 else f'({divisor})'}"
 
     def _print_factors(self, factors: Sequence[sp.Expr], product: order.Product) -> list[str]:
         sums = {factor: self._print_sum(factor, factor in product.flipped_sums) for factor in factors if factor.is_Add}
@@ -75,14 +77,14 @@ class _CodePrinter(StrPrinter):
         return f"{float(expr):.10g}"
 
 
-def python_text(expression: sp.Expr, names: Mapping[sp.Symbol, str] | None = None) -> str:
-    """Return an expression as Python text with exactly the same value; `names` maps symbols to the sums that they mean.
+def python_text(expression: sp.Expr, sum_texts: Mapping[sp.Symbol, str] | None = None) -> str:
+    """Return an expression as Python text with exactly the same value; `sum_texts` replace symbols that mean sums.
 
     >>> t1, t2, a1 = sp.symbols("theta1 theta2 a1")
     >>> python_text(sp.Rational(2, 5) * sp.sin(t1) - a1 * sp.cos(t1 + t2 + 5 * sp.pi / 12) / 3)
     '0.4*sin(theta1) - a1*cos(theta1 + theta2 + 5*pi/12)/3'
     """
-    return str(_CodePrinter(names or {}).doprint(expression))
+    return str(_CodePrinter(sum_texts or {}).doprint(expression))
 
 
 def matrix_code(rows: Sequence[Sequence[str]], prefix_width: int) -> str:

@@ -17,8 +17,8 @@ from qdot.exercises.formula.layout import Layout, print_layout
 _SUBSCRIPT_TABLE = str.maketrans("0123456789+-−()aehijklmnoprstuv", "₀₁₂₃₄₅₆₇₈₉₊₋₋₍₎ₐₑₕᵢⱼₖₗₘₙₒₚᵣₛₜᵤᵥ")
 _SUPERSCRIPT_TABLE = str.maketrans("0123456789+-()*Tinjk−", "⁰¹²³⁴⁵⁶⁷⁸⁹⁺⁻⁽⁾*ᵀⁱⁿʲᵏ⁻")
 _SPACED_SIGNS = {"+", "-", "−", "=", "≠", "≤", "≥", "≈", "∈", "×", "⋅", "→", "±"}
-_BEFORE_SIGN_OF_NUMBER = {"", "(", "[", "=", "+", "-", "−", ",", "×", "⋅", "≠", "≤", "≥", "≈"}
-_NO_SPACE_AFTER, _NO_SPACE_BEFORE = _BEFORE_SIGN_OF_NUMBER | set(" √-|∂/"), tuple(" )],'/:")
+_SIGNS_BEFORE_NUMBER_SIGN = {"", "(", "[", "=", "+", "-", "−", ",", "×", "⋅", "≠", "≤", "≥", "≈"}
+_NO_SPACE_AFTER, _NO_SPACE_BEFORE = _SIGNS_BEFORE_NUMBER_SIGN | set(" √-|∂/"), tuple(" )],'/:")
 _TALL_BRACKETS = {"[": "⎡⎢⎣", "]": "⎤⎥⎦", "(": "⎛⎜⎝", ")": "⎞⎟⎠"}
 
 
@@ -28,7 +28,7 @@ def _join(*boxes: stringPict | str) -> stringPict:
 
 
 def _make_grid(rows: Sequence[Sequence[stringPict]], is_aligned: bool) -> stringPict:
-    """Return the box of a matrix or, if `is_aligned`, of a column of equations, whose sides join without a gap."""
+    """Return the box of a matrix or, if `is_aligned`, of equations, with no gap between their sides."""
     columns = max(map(len, rows))
     widths = [max((row[c].width() for row in rows if c < len(row)), default=0) for c in range(columns)]
     lines: list[str] = []
@@ -129,7 +129,7 @@ def _print_sign(parts: Sequence[stringPict], index: int, previous: str) -> strin
     if text in _TALL_BRACKETS:
         inside = index + 1 if text in "([" else index - 1
         return _make_bracket(text, parts[inside].height() if 0 <= inside < len(parts) else 1)
-    if text in _SPACED_SIGNS and not (text in "-−+" and previous in _BEFORE_SIGN_OF_NUMBER):
+    if text in _SPACED_SIGNS and not (text in "-−+" and previous in _SIGNS_BEFORE_NUMBER_SIGN):
         return f" {text} "
     return ", " if text == "," and index < len(parts) - 1 else text
 

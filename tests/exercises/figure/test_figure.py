@@ -18,7 +18,7 @@ from qdot.exercises.common.variation import VARIATION_STEPS
 from qdot.exercises.families import FAMILIES
 from qdot.exercises.figure import arm_figure as drawing
 from qdot.exercises.figure.arm_figure import (
-    POSES_TRIED,
+    TRIED_POSE_COUNT,
     draw_figure_svg,
     draw_options_svg,
     draw_singular_svg,
@@ -272,7 +272,7 @@ def test_no_name_lies_on_another_and_no_link_across_one_at_any_step(family: str)
         chain = convert_to_exact_numbers(sample_chain(ProblemId(family, 1, variation=step)))
         figure, arm = drawn(chain), make_drawable_chain(chain)
         assert not find_faults(figure), (step, find_faults(figure))
-        tried = find_best_poses(chain, arm, POSES_TRIED[chain.n > LONG_ARM_JOINTS])
+        tried = find_best_poses(chain, arm, TRIED_POSE_COUNT[chain.n > LONG_ARM_JOINTS])
         crossed = [count_link_crossings(chain, arm, entries) for entries in tried]
         assert not any(crossed) or min(
             count_link_crossings(chain, arm, entries) for entries in list_candidate_poses(chain, arm)

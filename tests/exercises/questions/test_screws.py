@@ -140,8 +140,11 @@ def test_screw_options_belong_to_the_arm_at_its_home(variation: str) -> None:
                 problem = generate(ProblemId(family, 1, (name,), variation=variation, convention="screws"))
                 (part,) = problem.parts
                 assert certify(problem).passed
-                options, subject = part.details_as(FormulaOptions).offered, part.details_as(FormulaOptions).subject
-                whole = _ask_reference(arm, subject.base)
+                options, subject = (
+                    part.details_as(FormulaOptions).offered_options,
+                    part.details_as(FormulaOptions).subject,
+                )
+                whole = _ask_reference(arm, subject.base_question)
                 assert (
                     (options[part.answer_as(Choice).correct].content - whole[:, subject.column]).expand().is_zero_matrix
                 )

@@ -22,7 +22,7 @@ from qdot.exercises.problem.problem import ProblemId
 from qdot.exercises.questions import QUESTIONS
 from qdot.exercises.singularities.difficulty import difficulty
 from qdot.grader.cli.main import app
-from qdot.grader.cli.overview import LINE_WIDTH, describe_families, group_families
+from qdot.grader.cli.overview import LINE_WIDTH, describe_families, group_families_by_heading
 from tests.support.command import run, run_and_fail, runner
 from tests.support.suites import select_for_suite
 
@@ -31,10 +31,10 @@ def test_the_overview_lists_every_family_once_under_its_kind() -> None:
     text = describe_families()
     shown = re.findall(r"(?m)^  ([a-z0-9-]+) +(?:[RP]+|varied) ", text)
     assert sorted(shown) == sorted(FAMILIES)
-    assert shown == [family.name for families in group_families().values() for family in families]
+    assert shown == [family.name for families in group_families_by_heading().values() for family in families]
     assert max(map(len, text.splitlines())) <= LINE_WIDTH
     assert len(text.splitlines()) < 3 * len(FAMILIES) + 30
-    kind_of = {family.name: kind for kind, families in group_families().items() for family in families}
+    kind_of = {family.name: kind for kind, families in group_families_by_heading().items() for family in families}
     assert kind_of["planar-pr"] == "Planar arms"  # in a vertical plane
     assert (kind_of["scara"], kind_of["stanford-6r"]) == (
         "Spatial arms with prismatic joints",
