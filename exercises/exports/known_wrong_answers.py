@@ -223,4 +223,4 @@ def _find_wrong_sets(problem: Problem, part: Part) -> Iterator[KnownWrongAnswer]
 def _list_conditions(answer: ConditionSet) -> frozenset[str]:
     """Return the conditions of a set as text. Angles are wrapped, so that pi and -pi are the same."""
     wrapped_components = (component.map_values(lambda _, angle: wrap_angle(angle)) for component in answer.components)
-    return frozenset(itertools.chain.from_iterable(component.pieces() for component in wrapped_components))
+    return frozenset(itertools.chain.from_iterable(component.list_pieces() for component in wrapped_components))

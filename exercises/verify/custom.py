@@ -252,7 +252,7 @@ def _check_zeros(numeric: NumericReference, answer: ConditionSet, maker: Questio
     for component, function in zip(answer.components, distances, strict=True):
         listed_zeros = _find_zeros(function, starts[:6])
         if len(listed_zeros) and np.abs(evaluate(listed_zeros)).max() > MATCH_TOLERANCE:
-            yield Check("sound", False, f"the formulas are not zero at {component.pieces()[0]}")
+            yield Check("sound", False, f"the formulas are not zero at {component.list_pieces()[0]}")
             return
     yield Check("sound", True, "the formulas vanish at each listed configuration")
 

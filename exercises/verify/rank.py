@@ -16,7 +16,7 @@ from qdot.exercises.questions.exact_configurations import ConfigurationDetails
 from qdot.exercises.questions.rank import JacobianOnBranch, LostDirectionDetails, LostMotionDetails, MeaningDetails
 from qdot.exercises.reference_answers import Choice, Direction, Number
 from qdot.exercises.singularities.axes import Sample
-from qdot.exercises.singularities.directions import line_directions
+from qdot.exercises.singularities.directions import compute_line_directions
 from qdot.exercises.singularities.meanings import Meaning
 from qdot.exercises.singularities.singularity_kinds import classify_samples
 from qdot.exercises.verify.formulas import EXACT_TOLERANCE, PartCheck, check_agreement
@@ -187,7 +187,7 @@ def _check_motion(numeric: NumericReference, part: Part) -> Checks:
         for sample in samples
     ]
     scale = np.maximum([float(np.abs(v).max()) for v in velocities], 1e-12)
-    for index, (text, vectors) in enumerate(zip(texts, line_directions(motion.lines, samples), strict=True)):
+    for index, (text, vectors) in enumerate(zip(texts, compute_line_directions(motion.lines, samples), strict=True)):
         share = np.array([float(np.abs(d @ v).max()) for d, v in zip(vectors, velocities, strict=True)]) / scale
         if index == answer.correct:
             yield Check("nothing along it", bool(share.max() < 1e-7), f"{text}: {share.max():.1e}")

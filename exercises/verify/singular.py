@@ -72,7 +72,7 @@ distance from the set. If a configuration there is not in the set, further searc
 
 def _check_singular_set(numeric: NumericReference, part: Part) -> Checks:
     """Check a singular set in both directions, and what the worked solution says about it."""
-    joints, texts = [q.name for q in numeric.chain.q], part.answer_as(ConditionSet).pieces()
+    joints, texts = [q.name for q in numeric.chain.q], part.answer_as(ConditionSet).list_pieces()
     pieces = [piece for text in texts for piece in parse_pieces(parse_formula(text, numeric.symbol_names), joints)]
     yield from _check_soundness(numeric, texts, pieces)
     yield _check_completeness(numeric, pieces)

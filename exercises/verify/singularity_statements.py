@@ -24,7 +24,7 @@ from qdot.exercises.singularities.classification import (
     split_by_value,
 )
 from qdot.exercises.singularities.normalized_arm import normalize_arm, normalize_conditions
-from qdot.exercises.singularities.singular_set import Component, singular_set
+from qdot.exercises.singularities.singular_set import Component, find_singular_set
 from qdot.exercises.singularities.singularity_kinds import are_one_sided, classify_samples
 from qdot.exercises.verify.numeric_reference import Check, Checks, NumericReference
 
@@ -46,7 +46,7 @@ def check_singularity_statements(numeric: NumericReference) -> Checks:
     If the solution has one sentence for each joint value of a component, each sentence is checked.
     """
     chain = numeric.chain
-    for component in singular_set(chain) or ():
+    for component in find_singular_set(chain) or ():
         parts_with_one_value = [part for _, part in split_by_value(component, classify(chain, component))]
         for part in parts_with_one_value or [component]:
             yield check_component_statement(chain, part)

@@ -14,7 +14,7 @@ from qdot.exercises.questions.singular import KindDetails
 from qdot.exercises.singularities import classification
 from qdot.exercises.singularities.classification import Classification, classify, sample_condition, split_by_value
 from qdot.exercises.singularities.normalized_arm import normalize_arm, normalize_conditions
-from qdot.exercises.singularities.singular_set import Component, singular_set
+from qdot.exercises.singularities.singular_set import Component, find_singular_set
 from qdot.exercises.verify import singularity_statements
 from qdot.exercises.verify.certificate import certify
 from qdot.exercises.verify.singularity_statements import statement_holds
@@ -29,7 +29,7 @@ def chain_of(identity: str) -> Chain:
 
 def parts(chain: Chain) -> Iterator[tuple[list[str], str]]:
     """Yield conditions of the bare arm, and what is said of them."""
-    for component in singular_set(chain) or ():
+    for component in find_singular_set(chain) or ():
         values = split_by_value(component, classify(chain, component))
         for part in (component, *(part for _, part in values)):
             yield normalize_conditions(chain, part), classify(chain, part).meaning
