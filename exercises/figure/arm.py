@@ -44,8 +44,9 @@ class Scene:
     """An arm, its skeleton in the drawn pose, the view, and the positions of the joints' glyphs (n x 3).
 
     `frames` are the link frames by the arm's convention (n+1 x 4 x 4). `frames_without_x` lists the frames that are
-    drawn without x axis, because too many axes start at one point. If `is_sparse`, the drawing has only the arm, its
-    origins, its z axes, and its first and last frame. A planar arm is drawn flat. At home, all joint variables are 0.
+    drawn without x axis, because too many axes start at one point. `is_flat` is whether the arm is drawn flat. If
+    `is_sparse`, the drawing has only the arm, its origins, its z axes, and its first and last frame. If `is_home`, all
+    joint variables are zero.
     """
 
     chain: Chain
@@ -53,7 +54,7 @@ class Scene:
     view: View
     glyph_positions: tuple[np.ndarray, ...]
     frames_without_x: frozenset[int]
-    is_planar: bool
+    is_flat: bool
     frames: np.ndarray
     is_sparse: bool = False
     is_home: bool = False
@@ -65,8 +66,8 @@ class Scene:
 
     @property
     def shown_world_axes(self) -> list[int]:
-        """The numbers of the world's axes that can be drawn: in a flat drawing, only the two in its plane."""
-        return [k for k in range(3) if not self.is_planar or self.view.lies_flat(np.eye(3)[k])]
+        """The indices (0 for x) of the world's axes that can be drawn: in a flat drawing, only the two in its plane."""
+        return [k for k in range(3) if not self.is_flat or self.view.lies_flat(np.eye(3)[k])]
 
     def axis(self, i: int) -> np.ndarray:
         """Return z_{i-1}, the axis of joint i."""
@@ -77,14 +78,14 @@ class Scene:
         start, axis = self.skeleton.origins[i - 1], self.axis(i)
         distance_along_axis = float((self.glyph_positions[i - 1] - start) @ axis)
         link = self.skeleton.corners[i - 1] - start
-        share = distance_along_axis / float(link @ axis) if _is_movable(self.skeleton, i - 1) else np.inf
+        share = distance_along_axis / float(link @ axis) if _has_link_along_axis(self.skeleton, i - 1) else np.inf
         return abs(distance_along_axis) > 1e-9 and not 0.0 <= share <= 1.0
 
 
 def make_scene(chain: Chain, skeleton: Skeleton, view: View, is_sparse: bool = False) -> Scene:
     """Return the scene, with a position for each glyph at which the glyph covers no other glyph."""
     positions: dict[int, np.ndarray] = {}
-    for i in sorted(range(chain.n), key=lambda i: _is_movable(skeleton, i) and i > 0):
+    for i in sorted(range(chain.n), key=lambda i: _has_link_along_axis(skeleton, i) and i > 0):
         positions[i] = _find_free_position(skeleton, view, i, list(positions.values()))
     glyph_positions = tuple(positions[i] for i in range(chain.n))
     is_flat, frames = is_drawn_flat(chain), compute_convention_frames(chain, skeleton)
@@ -104,16 +105,16 @@ def compute_convention_frames(chain: Chain, skeleton: Skeleton) -> np.ndarray:
     return convention.convert_standard_frames(skeleton.frames, skeleton.corners, base_origin)
 
 
-def _is_movable(skeleton: Skeleton, i: int) -> bool:
-    """Return whether a link runs along the axis of joint i, so that its glyph can be moved along the link."""
+def _has_link_along_axis(skeleton: Skeleton, i: int) -> bool:
+    """Return whether a link runs along the axis of joint i + 1, so that its glyph can be moved along the link."""
     return bool(np.linalg.norm(skeleton.corners[i] - skeleton.origins[i]) > 1e-6)
 
 
 def _list_crowded_frames(origins: np.ndarray) -> frozenset[int]:
     """Return the frames that share their origin with two or more frames, except the arm's first and last frame."""
     distances = np.linalg.norm(origins[:, None] - origins[None], axis=2)
-    crowded = np.sum(distances < 1e-6, axis=1) > 2
-    return frozenset(i for i in range(1, len(crowded) - 1) if crowded[i])
+    is_crowded = np.sum(distances < 1e-6, axis=1) > 2
+    return frozenset(i for i in range(1, len(origins) - 1) if is_crowded[i])
 
 
 def _find_free_position(skeleton: Skeleton, view: View, i: int, taken_positions: list[np.ndarray]) -> np.ndarray:
@@ -125,12 +126,12 @@ def _find_free_position(skeleton: Skeleton, view: View, i: int, taken_positions:
     link = skeleton.corners[i] - origin
     candidates = [origin + share * link for share in (0.0, 0.45, 0.6, 0.3)]
     if not view.is_end_on(z):
+        if i == 0 and _have_same_origin(skeleton):
+            candidates = []  # the link along the axis has no length
         distance, steps = GLYPH_DISTANCE, [-1.0, 1.0, -2.0, 2.0] if i == 0 else [1.0, -1.0, 2.0, -2.0]
-        if has_no_links(skeleton) and not _is_movable(skeleton, i):
+        if has_no_links(skeleton) and not _has_link_along_axis(skeleton, i):
             distance, steps = GLYPH_DISTANCE_WITHOUT_LINKS, steps if i == 0 else [1.0, 0.5, -1.0, -0.5, 2.0]
         candidates += [origin + step * distance / view.scale * z for step in steps]
-        if i == 0 and _shares_origin(skeleton):
-            candidates = candidates[4:]  # without the candidates on the link, which has no length
     for candidate in candidates:
         pixel = view.to_pixels(candidate)
         if all(math.dist(pixel, view.to_pixels(position)) >= GLYPH_DISTANCE - 3 for position in taken_positions):
@@ -143,13 +144,13 @@ def has_no_links(skeleton: Skeleton) -> bool:
     return bool(np.ptp(np.vstack([skeleton.origins, skeleton.corners, skeleton.path]), axis=0).max() < 1e-6)
 
 
-def _shares_origin(skeleton: Skeleton) -> bool:
-    """Return whether joints 1 and 2 have the same origin and neither can be moved along a link."""
+def _have_same_origin(skeleton: Skeleton) -> bool:
+    """Return whether the axes of joints 1 and 2 start at the same origin, and no link runs along them."""
     distance = np.linalg.norm(skeleton.origins[1] - skeleton.origins[0])
     return (
         len(skeleton.corners) > 1
         and bool(distance < 1e-6)
-        and not (_is_movable(skeleton, 0) or _is_movable(skeleton, 1))
+        and not (_has_link_along_axis(skeleton, 0) or _has_link_along_axis(skeleton, 1))
     )
 
 
@@ -194,7 +195,7 @@ def _label_length(view: View, start: np.ndarray, end: np.ndarray, lettering: Let
 
 
 def list_anchors_beside(start: Vector2D, end: Vector2D) -> tuple[tuple[Vector2D, Vector2D], ...]:
-    """Return points along a drawn line at which a label can be placed, each with a direction to one of its sides."""
+    """Return anchors (see `LabelRequest`) along a drawn line: points with a direction to each side of the line."""
     dx, dy = end[0] - start[0], end[1] - start[1]
     size = max(math.hypot(dx, dy), 1e-9)
     first_side = (dy / size, -dx / size)
@@ -212,7 +213,7 @@ def draw_joint(scene: Scene, i: int) -> Drawing:
     if kind == PRISMATIC:
         length_to_corner = view.scale * float(np.linalg.norm(scene.skeleton.corners[i - 1] - position))
         half_length = max(min(SLEEVE_HALF_LENGTH, 0.4 * length_to_corner), 8.0)
-        shapes = draw_sleeve(view, position, z, half_length, 9.0 if scene.is_planar else 8.0)
+        shapes = draw_sleeve(view, position, z, half_length, 9.0 if scene.is_flat else 8.0)
     elif not view.is_end_on(z):
         shapes = draw_cylinder(view, position, z, JOINT_RADIUS, JOINT_HALF_LENGTH)
     else:  # a dot if the axis comes out of the page, a cross if it goes into it
@@ -238,7 +239,7 @@ def draw_ground(scene: Scene) -> Drawing:
     half_height = JOINT_HALF_LENGTH if scene.chain.joints[0].is_revolute else SLEEVE_HALF_LENGTH
     ground_level = min(float((scene.glyph_positions[0] - origin) @ z) * view.scale, 0.0) - half_height
     middle, size = origin + ground_level / view.scale * z, 28.0 / view.scale
-    if scene.is_planar:
+    if scene.is_flat:
         return Drawing(_draw_hatched_line(view, middle, x if view.lies_flat(x) else y, -z))
     corners = [middle + size * (a * x + b * y) for a, b in ((1, 1), (-1, 1), (-1, -1), (1, -1))]
     shapes: list[Shape] = [Polyline(view.to_pixel_path(corners), "plate", True)]
@@ -277,23 +278,26 @@ def _draw_joint_angle(scene: Scene, i: int) -> Drawing:
         directions.append(x)
     if np.linalg.norm(skeleton.corners[i - 1] - center) > 1e-9 or row.a == 0:
         directions.append(unit_vector_at(x, y, angle))
-    radius = ARC_RADIUS[scene.is_planar] + (5.0 if i == 1 and not scene.is_planar else 0.0)
+    radius = ARC_RADIUS[scene.is_flat] + (5.0 if i == 1 and not scene.is_flat else 0.0)
     ends = [center + direction * (radius + 14) / view.scale for direction in directions]
-    dashed = tuple(Polyline(view.to_pixel_path([center, end]), "dashed") for end in ends)
+    dashed_lines = tuple(Polyline(view.to_pixel_path([center, end]), "dashed") for end in ends)
     label = write_joint_variable(scene.chain.q[i - 1], scene.chain.offsets[i - 1], is_angle=True)
-    return draw_arc(view, center, (x, y), angle, radius, label) + Drawing(dashed)
+    return draw_arc(view, center, (x, y), angle, radius, label) + Drawing(dashed_lines)
 
 
 def draw_arc(
     view: View, center: np.ndarray, xy: tuple[np.ndarray, np.ndarray], angle: float, radius: float, lettering: Lettering
 ) -> Drawing:
-    """Return an arc with an arrowhead from x towards y about a centre, and its label outside; radius in pixels."""
+    """Return an arc with an arrowhead about a centre, and its label outside; the radius is in pixels.
+
+    The arc begins at the first unit vector of `xy` and runs towards the second.
+    """
     segment_count = max(8, int(abs(angle) * 12 + 1e-6))
     arc_angles = angle * np.arange(segment_count + 1)[:, None] / segment_count
     points = view.to_pixel_path(center + unit_vector_at(*xy, arc_angles) * radius / view.scale)
-    outward = [unit_vector_at(*xy, share * angle) for share in (0.5, 0.35, 0.65, 0.2, 0.8)]
-    arc_points = view.to_pixel_path([center + vector * radius / view.scale for vector in outward])
-    anchors = tuple(zip(arc_points, map(view.to_drawn_direction, outward), strict=True))
+    radial_vectors = [unit_vector_at(*xy, share * angle) for share in (0.5, 0.35, 0.65, 0.2, 0.8)]
+    arc_points = view.to_pixel_path([center + vector * radius / view.scale for vector in radial_vectors])
+    anchors = tuple(zip(arc_points, map(view.to_drawn_direction, radial_vectors), strict=True))
     further_points = points[:: max(1, segment_count // 8)]
     request = LabelRequest(lettering, anchors, "angle", gap=4.0, kind="angle", further_points=further_points)
     return Drawing(draw_line_with_arrowhead(points, "arc", 7.0), (request,))
@@ -303,7 +307,7 @@ def _draw_joint_length(scene: Scene, i: int) -> Drawing:
     """Return the dimension line of d_i of a prismatic joint, from O_{i-1} along z_{i-1}."""
     start, end = scene.skeleton.origins[i - 1], scene.skeleton.corners[i - 1]
     is_glyph_apart = np.linalg.norm(scene.glyph_positions[i - 1] - start) > 1e-9
-    distance = ARC_RADIUS[scene.is_planar] + 9.0 if is_glyph_apart else 23.0  # another joint's arc may be at O_{i-1}
+    distance = ARC_RADIUS[scene.is_flat] + 9.0 if is_glyph_apart else 23.0  # another joint's arc may be at O_{i-1}
     label = write_joint_variable(scene.chain.q[i - 1], scene.chain.offsets[i - 1], is_angle=False)
     return draw_dimension(scene, start, end, label, distance)
 
@@ -317,7 +321,8 @@ def draw_dimension(scene: Scene, start: np.ndarray, end: np.ndarray, label: Lett
     ends = [[point + side * 6.0, point + side * (distance + 5.0)] for point in (start, end)]
     lines = tuple(Polyline(view.to_pixel_path(pair), "extension") for pair in ends)
     arrows = [arrow for line_end in line for arrow in draw_line_with_arrowhead((middle, line_end), "dimension", 7.0)]
-    anchors = tuple((point, view.to_drawn_direction(side)) for point, _ in list_anchors_beside(*line)[::2])
+    points = dict.fromkeys(point for point, _ in list_anchors_beside(*line))
+    anchors = tuple((point, view.to_drawn_direction(side)) for point in points)
     return Drawing((*lines, *arrows), (LabelRequest(label, anchors, gap=4.0),))
 
 
@@ -338,7 +343,7 @@ def _find_free_side(scene: Scene, start: np.ndarray, end: np.ndarray) -> np.ndar
 def draw_links_and_joints(scene: Scene) -> Drawing:
     """Return the ground, links and joints from back to front, with the links' lengths as labels."""
     chain, skeleton, view = scene.chain, scene.skeleton, scene.view
-    is_ground_in_front = not scene.is_planar and view.component_toward_reader(skeleton.frames[0, :3, 2]) < -1e-9
+    is_ground_in_front = not scene.is_flat and view.component_toward_reader(skeleton.frames[0, :3, 2]) < -1e-9
     drawing = Drawing() if is_ground_in_front else draw_ground(scene)
     for i in range(1, chain.n + 1):
         depth_change = view.component_toward_reader(skeleton.corners[i - 1] - skeleton.origins[i - 1])

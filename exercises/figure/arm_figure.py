@@ -44,17 +44,17 @@ from qdot.exercises.writing.render import render
 
 MARGIN = (34.0, 26.0)
 """Margins for the labels around the drawing, in pixels: on the left and right, and above and below."""
-POSES_TRIED = {False: 7, True: 16}
+TRIED_POSE_COUNT = {False: 7, True: 16}
 """Number of poses that are drawn with labels to find the pose with the best label places (True: for a long arm)."""
 LATER_POSE_COST = 6.0
-"""Cost of a pose for each pose with a better rank, on the same scale as the costs of labels (see `places`)."""
+"""Cost of a pose for each pose that has a better score, on the same scale as the costs of labels (see `places`)."""
 GOOD_LABEL_COST = 8.0
 """If the average cost of a label is at most this, no further pose is tried. The limit grows with each pose."""
 ABANDON_COST_LEAD = 0.2
 """A drawing is abandoned if it costs this much more than another drawing; costs are rounded to 0.1."""
 LABEL_ROUNDS = 3
 """How often the labels of the chosen pose are placed. From the second time on, each label avoids all other labels."""
-VIEWS_TRIED = 5
+TRIED_VIEW_COUNT = 5
 """Number of views that are tried for a spatial arm in a given pose."""
 CLEAR_LABEL_COST = {True: 30.0, False: 16.0}
 """Maximum average cost of a label; if the average cost is higher, the drawing gets fewer names.
@@ -117,15 +117,15 @@ def _draw_model(chain: Chain, pose: Pose | None) -> tuple[Figure, tuple[float, .
 def _draw_in_clearest_pose(chain: Chain) -> tuple[LabelledDrawing, np.ndarray]:
     """Return the drawing in the clearest of a fixed list of poses, and the table's entries (n) in this pose."""
     best_cost, best = math.inf, None
-    poses = find_best_poses(chain, make_drawable_chain(chain), POSES_TRIED[chain.n > LONG_ARM_JOINTS])
-    for order, entries in enumerate(poses):
-        order_cost = LATER_POSE_COST * order
-        labelled_drawing, cost = _draw_and_label(chain, _list_skeletons(chain, entries), best_cost - order_cost)
-        cost = round(cost + order_cost, 1)  # rounded: a tie goes to the first on every machine
+    poses = find_best_poses(chain, make_drawable_chain(chain), TRIED_POSE_COUNT[chain.n > LONG_ARM_JOINTS])
+    for rank, entries in enumerate(poses):
+        rank_cost = LATER_POSE_COST * rank
+        labelled_drawing, cost = _draw_and_label(chain, _make_skeletons(chain, entries), best_cost - rank_cost)
+        cost = round(cost + rank_cost, 1)  # rounded: a tie goes to the first on every machine
         if best is None or cost < best_cost:
             best_cost, best = cost, (labelled_drawing, entries)
-        good_cost = GOOD_LABEL_COST * (1 + order / 5) * len(labelled_drawing.drawing.labels)
-        if best_cost <= max(good_cost, LATER_POSE_COST * (order + 1)):
+        good_cost = GOOD_LABEL_COST * (1 + rank / 5) * len(labelled_drawing.drawing.labels)
+        if best_cost <= max(good_cost, LATER_POSE_COST * (rank + 1)):
             break
     assert best is not None
     return best
@@ -134,11 +134,11 @@ def _draw_in_clearest_pose(chain: Chain) -> tuple[LabelledDrawing, np.ndarray]:
 def _draw_in_given_pose(chain: Chain, entries: np.ndarray) -> LabelledDrawing:
     """Return the drawing in a given pose: with all names if the drawing is clear in some view, otherwise with few."""
     is_flat = is_drawn_flat(chain)
-    views = [choose_view(chain)] if is_flat else find_best_views(make_drawable_chain(chain), entries, VIEWS_TRIED)
+    views = [choose_view(chain)] if is_flat else find_best_views(make_drawable_chain(chain), entries, TRIED_VIEW_COUNT)
     for is_sparse in (False, True) if chain.n <= LONG_ARM_JOINTS else (True,):
         best_cost, best = math.inf, None
         for axes in views:
-            labelled_drawing, cost = _draw_and_label(chain, _list_skeletons(chain, entries), best_cost, axes, is_sparse)
+            labelled_drawing, cost = _draw_and_label(chain, _make_skeletons(chain, entries), best_cost, axes, is_sparse)
             if best is None or round(cost, 1) < best_cost:
                 best_cost, best = round(cost, 1), labelled_drawing
         assert best is not None
@@ -169,7 +169,8 @@ def _draw_cached_svg(chain: Chain, name: str, pose: Pose | None) -> str:
 def _render(template: str, name: str, title: str, description: str, **content: Any) -> str:
     """Return a figure as SVG, from a template and its content; screen readers read the title and the description."""
     content |= {"name": name, "title": title, "description": description}
-    return render(f"figure/{template}.svg.j2", fixed=format_one_decimal, path=format_svg_points, **content)
+    content |= {"format_number": format_one_decimal, "format_points": format_svg_points}
+    return render(f"figure/{template}.svg.j2", **content)
 
 
 def draw_part_svg(chain: Chain, part: Part, name: str) -> str:
@@ -188,7 +189,7 @@ def draw_thumbnail_svg(chain: Chain, name: str = "arm") -> str:
     figure = draw_thumbnail(chain)
     size = tuple(PANEL_PERCENT * length // 100 for length in (figure.width, figure.height))
     return _render(
-        "thumbnail", name, make_title(chain), describe_figure(chain, is_posed=True), figure=figure, size=size
+        "thumbnail", name, make_title(chain), describe_figure(chain, is_away_from_home=True), figure=figure, size=size
     )
 
 
@@ -210,7 +211,7 @@ def describe_part_figure(chain: Chain, part: Part) -> str:
     """Return a description of the figure under a part's prompt."""
     options = find_options_to_draw(chain, part)
     if options is None:
-        return describe_figure(chain, is_posed=True)
+        return describe_figure(chain, is_away_from_home=True)
     _, poses = options
     return f"Configurations to choose from. {describe_options(poses)}"
 
@@ -268,7 +269,7 @@ def _render_panels(drawings: Sequence[tuple[str, Figure]], remark: str, name: st
         row, column = divmod(k, columns)
         middle, top = WIDTH * (2 * column + 1) / (2 * columns), row_height * row
         panels.append({"x": middle - panel_width / 2, "middle": middle, "y": PANEL_GAP // 2 + top, "caption": caption,
-                       "base": top + row_height - LINE_HEIGHT // 2, "figure": figure})  # fmt: skip
+                       "baseline": top + row_height - LINE_HEIGHT // 2, "figure": figure})  # fmt: skip
     remark_lines = textwrap.wrap(remark, (WIDTH - 2 * PANEL_GAP) // LETTER_WIDTH)
     return _render(
         "panels", name, title, description, panels=panels, remark=remark_lines, font=FONT_SIZE, width=WIDTH,
@@ -276,7 +277,7 @@ def _render_panels(drawings: Sequence[tuple[str, Figure]], remark: str, name: st
     )  # fmt: skip
 
 
-def _list_skeletons(chain: Chain, entries: np.ndarray) -> Iterator[Skeleton]:
+def _make_skeletons(chain: Chain, entries: np.ndarray) -> Iterator[Skeleton]:
     """Yield the skeletons of an arm in a pose (n), with the base at different distances; computed on demand."""
     for factor in BASE_DISTANCE_FACTORS if any(chain.base.position) else BASE_DISTANCE_FACTORS[:1]:
         yield compute_skeleton(make_drawable_chain(chain, factor), entries)

@@ -1,7 +1,7 @@
 """Draw the frames of an arm: axes, origins, the world frame with the base's position in it, and the point P."""
 
 import math
-from itertools import combinations, product
+from itertools import combinations, compress, product
 
 import numpy as np
 import sympy as sp
@@ -37,7 +37,7 @@ def draw_axes(scene: Scene) -> Drawing:
 
     If the convention has no frames on the links, only the joint axes are drawn.
     """
-    convention, view, is_flat = scene.convention, scene.view, scene.is_planar
+    convention, view, is_flat = scene.convention, scene.view, scene.is_flat
     if not convention.frame_numbers:
         return _draw_joint_axes(scene)
     length = LONG_AXIS_LENGTH if has_no_links(scene.skeleton) else AXIS_LENGTH[is_flat]
@@ -47,6 +47,7 @@ def draw_axes(scene: Scene) -> Drawing:
         is_shown = view.lies_flat(axis) if is_flat else name != "y" or (i == 0 and convention.base.is_world)
         if not is_shown or (i in scene.frames_without_x and (name == "x" or (name == "y" and scene.is_sparse))):
             continue
+        # axes coincide if they differ by less than about two pixels in origin and 0.1 in direction
         key = tuple(map(round, (*(origin * view.scale / 2).tolist(), *(axis * 10).tolist())))
         axis_to_draw, names = axes_by_position.get(key, ((origin, axis, name), ()))
         comma = write_upright(", ") if names else ()
@@ -66,7 +67,7 @@ def _draw_joint_axes(scene: Scene) -> Drawing:
         name = (*write_with_index("ω" if joint.is_revolute else "v", str(i)), *prime)
         axis, position = scene.axis(i), scene.glyph_positions[i - 1]
         if not view.is_end_on(axis):
-            drawing += _draw_axis(view, position, axis, "z", name, AXIS_LENGTH[scene.is_planar])
+            drawing += _draw_axis(view, position, axis, "z", name, AXIS_LENGTH[scene.is_flat])
             continue
         anchors = make_anchors(view.to_pixels(position), (0.7, -0.7), (-0.7, -0.7), (0.7, 0.7), (-0.7, 0.7))
         drawing += Drawing((), (LabelRequest(name, anchors, "z", gap=13.0, rank=2, kind="axis"),))
@@ -141,13 +142,13 @@ def compute_crowding_costs(scene: Scene) -> tuple[float, float]:
     arm_cost = sum(_compute_closeness_cost(math.dist(p, q), MIN_ORIGIN_DISTANCE) for p, q in combinations(points, 2))
     if not any(scene.convention.base.position):
         return arm_cost, 0.0
-    world = view.to_pixels(np.zeros(3))
+    world_origin = view.to_pixels(np.zeros(3))
     distances_to_axes = []
     for axis in scene.shown_world_axes:
-        end = view.to_pixels(AXIS_LENGTH[scene.is_planar] / view.scale * np.eye(3)[axis])
-        distances_to_axes += [_compute_distance_to_segment(point, world, end) for point in points]
+        end = view.to_pixels(AXIS_LENGTH[scene.is_flat] / view.scale * np.eye(3)[axis])
+        distances_to_axes += [_compute_distance_to_segment(point, world_origin, end) for point in points]
     axis_cost = sum(_compute_closeness_cost(distance, MIN_AXIS_DISTANCE) for distance in distances_to_axes)
-    origin_cost = sum(_compute_closeness_cost(math.dist(point, world), MIN_ORIGIN_DISTANCE) for point in points)
+    origin_cost = sum(_compute_closeness_cost(math.dist(point, world_origin), MIN_ORIGIN_DISTANCE) for point in points)
     return arm_cost, axis_cost + origin_cost
 
 
@@ -166,14 +167,14 @@ def _list_distinct_origins(scene: Scene) -> list[np.ndarray]:
     """Return the distinct origins of the arm's frames (3, m), according to the table."""
     rows, origins = scene.convention.rows, scene.frames[:, :3, 3]
     is_distinct = [True, *(row.is_prismatic or row.a != 0 or row.d != 0 for row in rows)]
-    return [origin for origin, is_new in zip(origins, is_distinct, strict=True) if is_new]
+    return list(compress(origins, is_distinct))
 
 
 def draw_end_on_z_names(scene: Scene) -> Drawing:
-    """Return the names of z axes seen end-on in a flat drawing, unless all z axes point towards the reader."""
+    """Return the names of the z axes that are seen end-on in a flat drawing, unless all z axes face the reader."""
     view, n = scene.view, scene.chain.n
     signs = [view.component_toward_reader(frame[:3, 2]) for frame in scene.frames]
-    if not scene.is_planar or min(signs) > 0.9 or not scene.convention.frame_numbers:
+    if not scene.is_flat or min(signs) > 0.9 or not scene.convention.frame_numbers:
         return Drawing()
     labels, first_frame = [], scene.convention.frame_on_axis(1)
     for i in range(first_frame, first_frame + n) if min(map(abs, signs)) > 0.9 else range(first_frame, n + 1):
@@ -197,7 +198,7 @@ def draw_world(scene: Scene) -> Drawing:
         return Drawing() if length == 0 else _draw_position_line(scene, *ends, length)
     origin, corner, base_origin = np.zeros(3), np.zeros(3), scene.frames[0, :3, 3]
     is_apart = float(np.linalg.norm(base_origin)) * view.scale > 1.0
-    axis_length = AXIS_LENGTH[scene.is_planar] + (0.0 if is_apart else 18.0)
+    axis_length = AXIS_LENGTH[scene.is_flat] + (0.0 if is_apart else 18.0)
     carries_body_names = has_body_frame(scene) and _is_point_at_world_origin(scene)
     drawing = Drawing()
     for k in scene.shown_world_axes:
@@ -231,16 +232,19 @@ def _is_along_first_link(scene: Scene, k: int) -> bool:
     return ends_at_base and abs(float(link[k])) > 0.99 * float(np.linalg.norm(link)) > 0
 
 
-def _draw_base_yaw(scene: Scene, is_apart: bool) -> Drawing:
-    """Return the arc of the base's yaw, from the direction of the world's x axis to the x axis of frame 0."""
+def _draw_base_yaw(scene: Scene, shows_x_direction: bool) -> Drawing:
+    """Return the arc of the base's yaw, from the direction of the world's x axis to the x axis of frame 0.
+
+    If `shows_x_direction`, a dashed line shows the direction at which the arc starts.
+    """
     base, view, frame = scene.convention.base, scene.view, scene.frames[0]
     if base.yaw == 0 or scene.is_sparse:
         return Drawing()
     x, origin = frame[:3, 0], frame[:3, 3]
     angle = float(np.arctan2(x[1], x[0]))
-    radius = AXIS_LENGTH[scene.is_planar] - 7.0
+    radius = AXIS_LENGTH[scene.is_flat] - 7.0
     end = origin + np.eye(3)[0] * (radius + 16) / view.scale
-    dashed_line: tuple[Shape, ...] = (Polyline(view.to_pixel_path([origin, end]), "dashed"),) if is_apart else ()
+    line: tuple[Shape, ...] = (Polyline(view.to_pixel_path([origin, end]), "dashed"),) if shows_x_direction else ()
     sign, letters = write_sign_and_rest(base.yaw, is_angle=True)
     lettering = (*(write_upright("−") if sign == "−" else ()), *letters)
-    return Drawing(dashed_line) + draw_arc(view, origin, (np.eye(3)[0], np.eye(3)[1]), angle, radius, lettering)
+    return Drawing(line) + draw_arc(view, origin, (np.eye(3)[0], np.eye(3)[1]), angle, radius, lettering)

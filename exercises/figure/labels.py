@@ -25,8 +25,8 @@ class Layout:
         self._requests = requests
         self._places: list[LabelPlaces] = []
         for i, request in enumerate(requests):
-            same_kind = (k for k, other_request in enumerate(requests) if other_request.kind == request.kind and k != i)
-            rivals = [point for k in same_kind for point in points_by_request[k]]
+            rival_indices = (k for k, rival in enumerate(requests) if rival.kind == request.kind and k != i)
+            rivals = [point for k in rival_indices for point in points_by_request[k]]
             self._places.append(LabelPlaces(request, rivals, ink, size))
         self._order = sorted(range(len(requests)), key=lambda k: requests[k].rank)
         self._boxes: dict[int, Box] = {}

@@ -23,7 +23,7 @@ class FontRun:
     """A run of lettering in one font and size. `dy` lowers its baseline below that of the previous run, in pixels."""
 
     text: str
-    italic: bool
+    is_italic: bool
     size: float
     dy: float
 
@@ -98,16 +98,17 @@ def write_joint_variable(variable: sp.Symbol, offset: sp.Expr, is_angle: bool) -
 @lru_cache(maxsize=4096)
 def make_font_runs(lettering: Lettering) -> tuple[FontRun, ...]:
     """Return the runs of some lettering, with lowered and smaller subscripts."""
-    font_runs, baseline_shift = [], 0.0
+    font_runs, previous_shift = [], 0.0
     for text, is_italic, is_subscript in lettering:
-        level = 0.24 * FONT_SIZE if is_subscript else 0.0
+        baseline_shift = 0.24 * FONT_SIZE if is_subscript else 0.0
         size = FONT_SIZE * _scale_letters(text, is_subscript)
-        font_runs.append(FontRun(text, is_italic, size, level - baseline_shift))
-        baseline_shift = level
+        font_runs.append(FontRun(text, is_italic, size, baseline_shift - previous_shift))
+        previous_shift = baseline_shift
     return tuple(font_runs)
 
 
 def _scale_letters(text: str, is_subscript: bool) -> float:
+    """Return the size of a run of lettering relative to FONT_SIZE."""
     return SUBSCRIPT_SCALE if is_subscript else SMALL_LETTER_SCALE.get(text, 1.0)
 
 

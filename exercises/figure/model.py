@@ -36,7 +36,7 @@ LetteringMap = dict[Lettering, Lettering]
 
 @dataclass(frozen=True)
 class FigureModel:
-    """An arm and its model (`chain`).
+    """An arm and its model, the arm `chain` that is drawn instead.
 
     `font_runs` maps the model's labels to the arm's labels. `size_ratio` is the size of the arm divided by the size of
     the model.
@@ -68,15 +68,15 @@ def make_model(chain: Chain) -> FigureModel:
     """Return an arm with its model. An arm described by its axes is its own model, because it is drawn at home."""
     if convention_of(chain).is_drawn_at_home:
         return FigureModel(chain, chain, {}, 1.0)
-    lettering: LetteringMap = {}
-    map_length, size_ratio = _map_lengths(chain, lettering)
+    label_map: LetteringMap = {}
+    map_length, size_ratio = _map_lengths(chain, label_map)
     offsets = dict(zip(chain.q, chain.offsets, strict=True))
     variables = {q.name: q for q in chain.q}
 
     def replace_entry(name: str, entry: sp.Expr) -> sp.Expr:
         if name in variables:
             q = variables[name]
-            return q + _map_offset(q, offsets[q], name.startswith("theta"), lettering)
+            return q + _map_offset(q, offsets[q], name.startswith("theta"), label_map)
         return entry if name.startswith((*ANGLE_PREFIXES, "base")) else map_length(entry)
 
     mapped_chain = chain.map_entries(replace_entry)
@@ -84,35 +84,35 @@ def make_model(chain: Chain) -> FigureModel:
         "model", mapped_chain.joints, chain.task, chain.base, mapped_chain.point, convention=chain.convention
     )
     font_runs = {
-        make_font_runs(model_letters): make_font_runs(arm_letters) for model_letters, arm_letters in lettering.items()
+        make_font_runs(model_letters): make_font_runs(arm_letters) for model_letters, arm_letters in label_map.items()
     }
     return FigureModel(chain, model_chain, font_runs, size_ratio)
 
 
-def _map_lengths(chain: Chain, lettering: LetteringMap) -> tuple[Callable[[sp.Expr], sp.Expr], float]:
+def _map_lengths(chain: Chain, label_map: LetteringMap) -> tuple[Callable[[sp.Expr], sp.Expr], float]:
     """Return a function from the arm's lengths to the model's lengths, and the arm's size relative to the model.
 
-    The labels of the lengths are added to `lettering`. The lengths are unchanged if the base position has numbers,
+    The labels of the lengths are added to `label_map`. The lengths are unchanged if the base position has numbers,
     because link lengths and base position must stay in proportion. The lengths are also unchanged if there are too many
     of them, or if the arm's labels are wider than the model's.
     """
-    unchanged = (lambda value: value), 1.0
+    identity = (lambda length: length), 1.0
     values = [value for joint in chain.joints for value in (joint.a, joint.d)] + list(chain.point.offset)
     sizes = sorted({abs(value) for value in values if value.is_number and value != 0}, reverse=True)
     if not sizes or any(value.is_number and value != 0 for value in chain.base.position):
-        return unchanged
+        return identity
     model_lengths: dict[sp.Expr, sp.Rational] = {}
     max_rank = len(_STANDARD_LENGTHS)
     for size in sizes:
         rank = min(max_rank, max(1, round(len(_STANDARD_LENGTHS) * float(size / sizes[0]))))
         if rank < 1:
-            return unchanged
+            return identity
         model_lengths[size] = sp.Rational(_STANDARD_LENGTHS[rank - 1], 100)
         max_rank = rank - 1
-    label_map = {write_length(length): write_length(size) for size, length in model_lengths.items()}
-    if any(_is_wider(arm_letters, model_letters) for model_letters, arm_letters in label_map.items()):
-        return unchanged
-    lettering.update(label_map)
+    length_labels = {write_length(length): write_length(size) for size, length in model_lengths.items()}
+    if any(_is_wider(arm_letters, model_letters) for model_letters, arm_letters in length_labels.items()):
+        return identity
+    label_map.update(length_labels)
 
     def map_length(value: sp.Expr) -> sp.Expr:
         if not value.is_number or value == 0:
@@ -122,8 +122,8 @@ def _map_lengths(chain: Chain, lettering: LetteringMap) -> tuple[Callable[[sp.Ex
     return map_length, float(sizes[0]) * 100 / _STANDARD_LENGTHS[-1]
 
 
-def _map_offset(q: sp.Symbol, offset: sp.Expr, is_revolute: bool, lettering: LetteringMap) -> sp.Expr:
-    """Return the model's offset of a joint, and add its label to `lettering`.
+def _map_offset(q: sp.Symbol, offset: sp.Expr, is_revolute: bool, label_map: LetteringMap) -> sp.Expr:
+    """Return the model's offset of a joint, and add its label to `label_map`.
 
     An offset that is zero or symbolic, or whose label is wider than the model's, is returned unchanged.
     """
@@ -133,7 +133,7 @@ def _map_offset(q: sp.Symbol, offset: sp.Expr, is_revolute: bool, lettering: Let
     model_letters, arm_letters = (write_joint_variable(q, value, is_revolute) for value in (model_offset, offset))
     if _is_wider(arm_letters, model_letters):
         return offset
-    lettering[model_letters] = arm_letters
+    label_map[model_letters] = arm_letters
     return model_offset
 
 

@@ -110,7 +110,7 @@ def sample_points(shapes: Iterable[Shape]) -> np.ndarray:
             circles.append((*outline.center, outline.radius + CIRCLE_MARGIN))
         else:
             half_width = HALF_WIDTH.get(outline.style, THIN_HALF_WIDTH)
-            points = (*outline.points, outline.points[0]) if outline.closed else outline.points
+            points = (*outline.points, outline.points[0]) if outline.is_closed else outline.points
             segments += [(*start, *end, half_width) for start, end in pairwise(points)]
     circle_points = np.array(circles, dtype=float).reshape(-1, 3)
     return np.concatenate([circle_points, _sample_segments(np.array(segments).reshape(-1, 5))])
@@ -157,7 +157,7 @@ class LeaderLine(InkPoints):
 
 
 def _lie_on_both_sides(start: Vector2D, end: Vector2D, point: Vector2D, other_point: Vector2D) -> bool:
-    """Return whether two points lie clearly on different sides of the line through `start` and `end`."""
+    """Return whether two points clearly lie on different sides of the line through `start` and `end`."""
     side, other_side = _compute_side(start, end, point), _compute_side(start, end, other_point)
     return (side < 0 < other_side) or (other_side < 0 < side)
 
@@ -223,14 +223,14 @@ class LabelPlaces:
         x0, y0, x1, y1 = self._outer_bounds
         label_boxes = [box for box in label_boxes if box[0] < x1 and box[2] > x0 and box[1] < y1 and box[3] > y0]
         padded_boxes = [(left - 2, top - 1, right + 2, bottom + 1) for left, top, right, bottom in label_boxes]
-        known_places = self._evaluated_places
-        best, least_cost = -1, math.ceil(100 * min(max_cost, 1e9)) + 1
+        evaluated_places = self._evaluated_places
+        best_number, least_cost = -1, math.ceil(100 * min(max_cost, 1e9)) + 1
         for base_cost, number, anchor, extra_distance, direction in _list_places(len(self._anchors)):
-            if base_cost > least_cost or (base_cost == least_cost and number > best):
+            if base_cost > least_cost or (base_cost == least_cost and number > best_number):
                 break
-            place = known_places.get(number)
+            place = evaluated_places.get(number)
             if place is None:
-                place = known_places[number] = self._make_place(base_cost, anchor, extra_distance, direction)
+                place = evaluated_places[number] = self._make_place(base_cost, anchor, extra_distance, direction)
             if place.lower_bound > least_cost:
                 continue
             left, top, right, bottom = place.box
@@ -248,9 +248,9 @@ class LabelPlaces:
                 may_be_best = place.leader_cost and cost <= least_cost
                 if may_be_best and _is_crossed(place.box, place.leader_end, label_boxes, leaders):
                     cost += CROSSED_COST
-                if cost < least_cost or (cost == least_cost and number < best):
-                    best, least_cost = number, cost
-        return (known_places[best].box, least_cost / 100) if best >= 0 else None
+                if cost < least_cost or (cost == least_cost and number < best_number):
+                    best_number, least_cost = number, cost
+        return (evaluated_places[best_number].box, least_cost / 100) if best_number >= 0 else None
 
     def _make_place(self, base_cost: int, anchor: int, extra_distance: float, direction: _CosSin) -> _Place:
         """Return the place at which the box touches a circle of radius gap + extra_distance around the anchor."""

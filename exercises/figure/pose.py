@@ -140,9 +140,8 @@ def _find_longest_length(chain: Chain) -> float:
 
 def compute_table_entries(chain: Chain, pose: Mapping[str, float]) -> np.ndarray:
     """Return the table entries of the joints (n) for joint values (rad, m); symbolic constants get default values."""
-    missing = [variable.name for variable in chain.q if variable.name not in pose]
-    if missing:
-        raise QdotError(f"{chain.name}: the pose has no {', '.join(missing)}; it needs {', '.join(map(str, chain.q))}")
+    if missing_names := ", ".join(variable.name for variable in chain.q if variable.name not in pose):
+        raise QdotError(f"{chain.name}: the pose has no {missing_names}; it needs {', '.join(map(str, chain.q))}")
     entries = []
     for joint, variable in zip(chain.joints, chain.q, strict=True):
         entry = joint.variable_entry.xreplace({variable: sp.Float(pose[variable.name])})
@@ -178,11 +177,11 @@ def _make_numeric_chain(drawn_chain: Chain) -> NumericChain:
 
 def compute_skeletons(drawn_chain: Chain, entries: np.ndarray) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
     """Return frames (k x n+1 x 4 x 4), corners (k x n x 3) and paths to P (k x 4 x 3) for poses (k x n)."""
-    numeric = _make_numeric_chain(drawn_chain)
-    frames = numeric.frames(entries)
+    arm = _make_numeric_chain(drawn_chain)
+    frames = arm.frames(entries)
     lengths = np.stack(
-        [entries[:, i] if kind == PRISMATIC else np.full(len(entries), numeric.fixed_entries[i])
-         for i, kind in enumerate(numeric.kinds)], axis=1
+        [entries[:, i] if kind == PRISMATIC else np.full(len(entries), arm.fixed_entries[i])
+         for i, kind in enumerate(arm.kinds)], axis=1
     )  # fmt: skip
     corners = frames[:, :-1, :3, 3] + lengths[..., None] * frames[:, :-1, :3, 2]
     frame = frames[:, drawn_chain.point.frame]
@@ -330,7 +329,7 @@ def _count_crowded(frames: np.ndarray, view: np.ndarray, scale: np.ndarray) -> n
 def _count_close_pairs(
     points: np.ndarray, drawn_points: np.ndarray, min_distance: float, heavy_count: int = 0
 ) -> np.ndarray:
-    """Return a weighted count (k) of pairs of p points that are drawn less than `min_distance` pixels apart.
+    """Return a weighted count (k) of the pairs of p points that are drawn less than `min_distance` pixels apart.
 
     `points` (k x p x 3, or 1 x p x 3) are in the world, and `drawn_points` (k x p x 2) in the drawing. Pairs that
     coincide in the world don't count. A pair of the first `heavy_count` points counts four times.

@@ -13,11 +13,11 @@ Box = tuple[float, float, float, float]
 
 @dataclass(frozen=True)
 class Polyline:
-    """A line through `points`, or a filled polygon if `closed`; `style` is the name of a style in the template."""
+    """A line through `points`, or a filled polygon if `is_closed`; `style` is the name of a style in the template."""
 
     points: tuple[Vector2D, ...]
     style: str
-    closed: bool = False
+    is_closed: bool = False
 
 
 @dataclass(frozen=True)
@@ -64,7 +64,7 @@ def list_outlines(shapes: Iterable[Shape]) -> Iterator[Polyline | Circle]:
 
 
 def make_cross(center: Vector2D, half_size: float, style: str) -> tuple[Polyline, Polyline]:
-    """Return two crossing strokes."""
+    """Return the two strokes of a diagonal cross."""
     (x, y), d = center, half_size
     strokes = ((x - d, y - d), (x + d, y + d)), ((x - d, y + d), (x + d, y - d))
     return Polyline(strokes[0], style), Polyline(strokes[1], style)

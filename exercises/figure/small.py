@@ -36,7 +36,7 @@ from qdot.exercises.figure.view import Drawing, View, draw_arrow, draw_line_with
 from qdot.exercises.formula.printers.unicode import unicode_text
 from qdot.exercises.singularities.classification import sample_condition
 from qdot.exercises.singularities.normalized_arm import normalize_arm, normalize_conditions
-from qdot.exercises.singularities.singular_set import Component, singular_set
+from qdot.exercises.singularities.singular_set import Component, find_singular_set
 from qdot.exercises.singularities.singularity_kinds import RANK_TOLERANCE
 from qdot.exercises.writing.languages import ENGLISH, Catalogue, load_catalogue
 from qdot.exercises.writing.latex import lay_out
@@ -98,15 +98,17 @@ def _draw_small(
 
 
 @lru_cache(maxsize=1024)
-def _draw_cached(chain: Chain, table: Vector, size: Size, lost: tuple[Vector, ...], mark: Vector | None) -> Figure:
-    """Return a small drawing; `lost` are the lost directions, and all arrays are tuples, so that it can be cached."""
-    skeleton = compute_skeleton(chain, np.array(table))
+def _draw_cached(
+    chain: Chain, entries: Vector, size: Size, lost_directions: tuple[Vector, ...], mark: Vector | None
+) -> Figure:
+    """Return a small drawing; all arrays are tuples, so that it can be cached."""
+    skeleton = compute_skeleton(chain, np.array(entries))
     shows_last_axis = size == PANEL_SIZE and _is_last_link_too_short(chain)
 
     def draw(view: View) -> Drawing:
         dot = Circle(view.to_pixels(skeleton.path[-1]), 5.0, "point")
         point, last_origin, z = skeleton.path[-1], skeleton.origins[-1], skeleton.frames[-1, :3, 2]
-        arrows = [shape for direction in lost for shape in _draw_lost_direction(view, point, np.array(direction))]
+        arrows = [shape for vector in lost_directions for shape in _draw_lost_direction(view, point, np.array(vector))]
         if shows_last_axis:
             tip = last_origin + LAST_AXIS_LENGTH / view.scale * z
             arrows = [*draw_arrow(view, last_origin, tip, "axis-z"), *arrows]
@@ -122,9 +124,9 @@ def _draw_cached(chain: Chain, table: Vector, size: Size, lost: tuple[Vector, ..
 
 def _is_last_link_too_short(chain: Chain) -> bool:
     """Return whether the last link is too short to show its z axis, whose direction the previous joint changes."""
-    sizes = [max(abs(float(v)) for v in (joint.a, joint.d) if v.is_number) for joint in chain.joints]
+    lengths = [max(abs(float(v)) for v in (joint.a, joint.d) if v.is_number) for joint in chain.joints]
     has_wrist_joint = chain.n > 1 and chain.joints[-1].is_revolute and chain.joints[-2].alpha not in (0, sp.pi, -sp.pi)
-    return has_wrist_joint and not is_drawn_flat(chain) and sizes[-1] < SHORT_SHARE * max(sizes)
+    return has_wrist_joint and not is_drawn_flat(chain) and lengths[-1] < SHORT_SHARE * max(lengths)
 
 
 def _draw_lost_direction(view: View, point: np.ndarray, direction: np.ndarray) -> tuple[Shape, ...]:
@@ -132,8 +134,7 @@ def _draw_lost_direction(view: View, point: np.ndarray, direction: np.ndarray) -
     drawn_vector = view.axes[:2] @ direction
     if np.linalg.norm(drawn_vector) < SHORT_SHARE:
         return (Circle(view.to_pixels(point), RING_RADIUS, "lost"),)
-    tips = [point + side * ARROW_HALF_LENGTH / view.scale * direction for side in (1.0, -1.0)]
-    ends = view.to_pixel_path(tips)
+    ends = view.to_pixel_path([point + side * ARROW_HALF_LENGTH / view.scale * direction for side in (1.0, -1.0)])
     heads = [draw_line_with_arrowhead((view.to_pixels(point), end), "lost", 10.0)[1] for end in ends]
     return (Polyline(ends, "lost"), *heads)
 
@@ -182,22 +183,27 @@ def draw_singular_panels(chain: Chain, language: str = ENGLISH) -> PanelSet:
     There are at most about MAX_SINGULAR_DRAWINGS singular configurations. Nothing is drawn if the arm has no singular
     configuration for its task, or no regular configuration.
     """
-    chain, catalogue, components = convert_to_exact_numbers(chain), load_catalogue(language), singular_set(chain) or ()
+    chain, catalogue, components = (
+        convert_to_exact_numbers(chain),
+        load_catalogue(language),
+        find_singular_set(chain) or (),
+    )
     scaled_arm = _scale_arm(chain)
     drawn_chain = scaled_arm.scaled_chain
-    (regular,) = find_best_poses(chain, drawn_chain, 1)
-    drawings = [(catalogue.pgettext("caption of a drawing", "regular"), _draw_small(drawn_chain, regular, PANEL_SIZE))]
+    (regular_entries,) = find_best_poses(chain, drawn_chain, 1)
+    regular_drawing = _draw_small(drawn_chain, regular_entries, PANEL_SIZE)
+    drawings = [(catalogue.pgettext("caption of a drawing", "regular"), regular_drawing)]
     omitted_count = 0
     for number, component in enumerate(components, 1):
-        configurations = [
-            (caption, _draw_small(drawn_chain, entries, PANEL_SIZE, lost))
-            for caption, entries in _list_configurations(chain, scaled_arm, component, regular, catalogue)
-            if (lost := _find_lost_directions(chain, drawn_chain, entries)) is not None
+        candidates = [
+            (caption, _draw_small(drawn_chain, entries, PANEL_SIZE, lost_directions))
+            for caption, entries in _list_configurations(chain, scaled_arm, component, regular_entries, catalogue)
+            if (lost_directions := _find_lost_directions(chain, drawn_chain, entries)) is not None
         ]
-        shown = configurations[: max(1, MAX_SINGULAR_DRAWINGS // len(components))]
-        letters = ascii_lowercase if len(shown) > 1 else ("",)
-        drawings += [(f"{number}{letters[k]}. {caption}", figure) for k, (caption, figure) in enumerate(shown)]
-        omitted_count += len(configurations) - len(shown)
+        panels = candidates[: max(1, MAX_SINGULAR_DRAWINGS // len(components))]
+        letters = ascii_lowercase if len(panels) > 1 else ("",)
+        drawings += [(f"{number}{letters[k]}. {caption}", figure) for k, (caption, figure) in enumerate(panels)]
+        omitted_count += len(candidates) - len(panels)
     if len(drawings) == 1:
         return PanelSet()
     remark = catalogue.gettext("%(count)s more singular configurations are not drawn.", count=omitted_count)
@@ -234,20 +240,23 @@ def _scale_arm(chain: Chain) -> _ScaledArm:
 
 
 def _list_configurations(
-    chain: Chain, scaled_arm: _ScaledArm, component: Component, regular: np.ndarray, catalogue: Catalogue
+    chain: Chain, scaled_arm: _ScaledArm, component: Component, regular_entries: np.ndarray, catalogue: Catalogue
 ) -> list[tuple[str, np.ndarray]]:
-    """Return captions and table entries (n) of the real configurations on a component of the singular set."""
+    """Return captions and table entries (n) of the real configurations on a component of the singular set.
+
+    Joints that the component leaves free have the entries of a regular configuration.
+    """
     if component.solutions is None:
         entries = _find_best_configuration(chain, scaled_arm, component)
         equations = [f"{_format_expression(condition, chain)} = 0" for condition in component.conditions]
         conjunction = catalogue.pgettext("between two conditions", "and")
         return [] if entries is None else [(_fit_caption(f" {conjunction} ".join(equations), catalogue), entries)]
     configurations = []
-    for values in component.value_combinations():
+    for values in component.list_value_combinations():
         numbers = [complex(value.xreplace(scaled_arm.values)) for _, value in values]
         if any(abs(number.imag) > 1e-9 for number in numbers):
             continue
-        entries, equations = regular.copy(), []
+        entries, equations = regular_entries.copy(), []
         for (q, value), number in zip(values, numbers, strict=True):
             i = chain.q.index(q)
             is_prismatic = chain.joints[i].is_prismatic
@@ -261,9 +270,9 @@ def _list_configurations(
 def _find_best_configuration(chain: Chain, scaled_arm: _ScaledArm, component: Component) -> np.ndarray | None:
     """Return the table entries (n) of the clearest configuration on a component; None if no configuration is real."""
     conditions = tuple(condition.xreplace(scaled_arm.values) for condition in component.conditions)
-    (text,) = normalize_conditions(scaled_arm.arm, replace(component, conditions=conditions))
+    (condition,) = normalize_conditions(scaled_arm.arm, replace(component, conditions=conditions))
     arm = normalize_arm(scaled_arm.arm)
-    samples = sample_condition(arm, text, "figure", arm_count=1, samples_per_arm=SAMPLED_CONFIGURATIONS)
+    samples = sample_condition(arm, condition, "figure", arm_count=1, samples_per_arm=SAMPLED_CONFIGURATIONS)
     if not samples:
         return None
     entries = scaled_arm.scale_entries(np.array([sample.q for sample in samples]))

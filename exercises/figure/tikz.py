@@ -24,17 +24,17 @@ class Stroke:
 
     options: tuple[str, ...]
     points: tuple[tuple[float, float], ...]
-    closed: bool = False
+    is_closed: bool = False
     radius: float = 0.0
 
 
 @dataclass(frozen=True)
 class LatexRun:
-    """A text in LaTeX, its font size in points, and the number of points by which it is raised."""
+    """A text in LaTeX, its font size in points, and the number of points by which it is raised (`raised_by`)."""
 
     latex: str
     size: float
-    raised: float
+    raised_by: float
 
 
 @dataclass(frozen=True)
@@ -62,14 +62,14 @@ class _GroupFrame:
 def convert_to_tikz(svg: str) -> str:
     """Return a tikzpicture of one of our figures; needs tikz. Raises ValueError for SVG that our figures don't have."""
     root = ET.fromstring(svg)  # noqa: S314 - our own figure
-    elements, end = list(_convert_elements(root, _GroupFrame(), {})), (root.get("width"), root.get("height"))
-    return render("figure/arm.tex.j2", drawn=elements, unit=POINTS_PER_PIXEL, end=end)
+    elements, size = list(_convert_elements(root, _GroupFrame(), {})), (root.get("width"), root.get("height"))
+    return render("figure/arm.tex.j2", elements=elements, unit=POINTS_PER_PIXEL, size=size)
 
 
-def _convert_elements(parent: ET.Element, frame: _GroupFrame, inherited: Mapping[str, str]) -> Iterator[Any]:
-    """Yield the strokes and lines of text in an element; `inherited` are the attributes of the elements around it."""
+def _convert_elements(parent: ET.Element, frame: _GroupFrame, outer_attributes: Mapping[str, str]) -> Iterator[Any]:
+    """Yield the strokes and lines of text in an element; `outer_attributes` are those of the elements around it."""
     for element in parent:
-        tag, attributes = element.tag.split("}")[-1], {**inherited, **element.attrib}
+        tag, attributes = element.tag.split("}")[-1], {**outer_attributes, **element.attrib}
         if tag == "g":
             yield from _convert_elements(element, _transform_frame(frame, element.get("transform", "")), attributes)
         elif tag in ("polyline", "polygon"):
@@ -81,9 +81,9 @@ def _convert_elements(parent: ET.Element, frame: _GroupFrame, inherited: Mapping
         elif tag == "rect":
             x, y, width, height = (float(attributes[name]) for name in ("x", "y", "width", "height"))
             corners = ((x, y), (x + width, y), (x + width, y + height), (x, y + height))
-            rounded = f"rounded corners={POINTS_PER_PIXEL * float(attributes.get('rx', 0)):.1f}pt"
+            rounding = f"rounded corners={POINTS_PER_PIXEL * float(attributes.get('rx', 0)):.1f}pt"
             points = tuple(frame.transform(*corner) for corner in corners)
-            yield Stroke((*_list_tikz_options(attributes, frame), rounded), points, True)
+            yield Stroke((*_list_tikz_options(attributes, frame), rounding), points, True)
         elif tag == "text":
             yield _convert_text(element, attributes, frame)
         elif tag not in ("title", "desc"):
@@ -108,8 +108,8 @@ def _list_tikz_options(attributes: Mapping[str, str], frame: _GroupFrame) -> tup
     options += [f"{name}={attributes[attribute]}" for attribute, name in _LINE_ENDS.items() if attribute in attributes]
     if "stroke-dasharray" in attributes:
         lengths = [f"{scale * float(length):.2f}pt" for length in attributes["stroke-dasharray"].split()]
-        marks = (f"{'off' if k % 2 else 'on'} {length}" for k, length in enumerate(lengths))
-        options.append(f"dash pattern={' '.join(marks)}")
+        dashes_and_gaps = (f"{'off' if k % 2 else 'on'} {length}" for k, length in enumerate(lengths))
+        options.append(f"dash pattern={' '.join(dashes_and_gaps)}")
     return tuple(options)
 
 
@@ -134,7 +134,7 @@ def _convert_text(element: ET.Element, attributes: Mapping[str, str], frame: _Gr
     return LatexLine(frame.transform(attributes["x"], attributes["y"]), _write_color(attributes["fill"]), tuple(runs))
 
 
-def _to_latex(text: str, italic: bool) -> str:
+def _to_latex(text: str, is_italic: bool) -> str:
     r"""Return a text in LaTeX.
 
     >>> _to_latex("θ", True), _to_latex("a", True), _to_latex("− 30°", False)
@@ -145,4 +145,4 @@ def _to_latex(text: str, italic: bool) -> str:
     latex = latex.replace("°", r"$^\circ$")
     digits = re.compile(f"[{_SUBSCRIPT_DIGITS}]+")
     latex = digits.sub(lambda match: f"$_{{{match[0].translate(_DIGIT_OF_SUBSCRIPT)}}}$", latex)
-    return rf"\textit{{{latex}}}" if italic and not any(piece in _GREEK for piece in pieces) else latex
+    return rf"\textit{{{latex}}}" if is_italic and not any(piece in _GREEK for piece in pieces) else latex

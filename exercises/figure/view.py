@@ -21,8 +21,8 @@ class Drawing:
     shapes: tuple[Shape, ...] = ()
     labels: tuple[LabelRequest, ...] = ()
 
-    def __add__(self, on_top: "Drawing") -> "Drawing":
-        return Drawing(self.shapes + on_top.shapes, self.labels + on_top.labels)
+    def __add__(self, drawing_in_front: "Drawing") -> "Drawing":
+        return Drawing(self.shapes + drawing_in_front.shapes, self.labels + drawing_in_front.labels)
 
 
 @dataclass(frozen=True)
@@ -76,19 +76,19 @@ class View:
         return abs(self.component_toward_reader(vector)) > 0.999
 
 
-def convex_hull(points: list[Vector2D]) -> tuple[Vector2D, ...]:
+def find_convex_hull(points: list[Vector2D]) -> tuple[Vector2D, ...]:
     """Return the convex hull of points in the plane."""
-    ordered = sorted({(round(x, 6), round(y, 6)) for x, y in points})
+    sorted_points = sorted({(round(x, 6), round(y, 6)) for x, y in points})
 
-    def compute_half_hull(side: list[Vector2D]) -> list[Vector2D]:
+    def compute_half_hull(points_in_order: list[Vector2D]) -> list[Vector2D]:
         hull_points: list[Vector2D] = []
-        for p in side:
+        for p in points_in_order:
             while len(hull_points) > 1 and _cross_product(hull_points[-2], hull_points[-1], p) <= 1e-9:
                 hull_points.pop()
             hull_points.append(p)
         return hull_points[:-1]
 
-    return tuple(compute_half_hull(ordered) + compute_half_hull(ordered[::-1]))
+    return tuple(compute_half_hull(sorted_points) + compute_half_hull(sorted_points[::-1]))
 
 
 def _cross_product(a: Vector2D, b: Vector2D, c: Vector2D) -> float:
@@ -98,8 +98,8 @@ def _cross_product(a: Vector2D, b: Vector2D, c: Vector2D) -> float:
 
 def find_perpendicular_vectors(axis: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
     """Return two unit vectors that are perpendicular to a unit vector and to each other."""
-    helper = np.eye(3)[int(np.argmin(np.round(np.abs(axis), 6)))]
-    vector = np.cross(axis, helper)
+    most_different_axis = np.eye(3)[int(np.argmin(np.round(np.abs(axis), 6)))]
+    vector = np.cross(axis, most_different_axis)
     vector = vector / np.linalg.norm(vector)
     return vector, np.cross(axis, vector)
 
@@ -116,20 +116,20 @@ def draw_cylinder(
 
 @lru_cache(maxsize=1024)
 def _compute_cylinder_rings(
-    directions: tuple[float, ...], axis_components: tuple[float, ...], radius: float, half_length: float
+    view_axes: tuple[float, ...], axis_components: tuple[float, ...], radius: float, half_length: float
 ) -> tuple[tuple[Vector2D, ...], tuple[Vector2D, ...]]:
     """Return the outline and the near end of a cylinder, in pixels relative to its centre.
 
-    `directions` are the axes of the view, row by row.
+    Arrays are tuples, so that the result can be cached; `view_axes` has the rows of `View.axes` one after another.
     """
-    axes, axis = np.array(directions).reshape(3, 3), np.array(axis_components)
+    axes, axis = np.array(view_axes).reshape(3, 3), np.array(axis_components)
     u, v = find_perpendicular_vectors(axis)
     angles = np.linspace(0.0, 2 * np.pi, 41)[:-1, None]
     ring = (u * np.cos(angles) + v * np.sin(angles)) * radius
     near_end = axis * (1.0 if axes[2] @ axis >= 0 else -1.0) * half_length
     right_down = axes[:2].T * (1.0, -1.0)
     front, back = ([(float(x), float(y)) for x, y in (ring + end) @ right_down] for end in (near_end, -near_end))
-    return convex_hull([*front, *back]), tuple(front)
+    return find_convex_hull([*front, *back]), tuple(front)
 
 
 def draw_sleeve(

@@ -28,11 +28,11 @@ def make_panels_title(chain: Chain, catalogue: Catalogue) -> str:
     return catalogue.gettext("%(arm)s: a regular and the singular configurations", arm=title)
 
 
-def describe_figure(chain: Chain, is_posed: bool = False) -> str:
+def describe_figure(chain: Chain, is_away_from_home: bool = False) -> str:
     """Return a description of the arm: its joints, the lengths of its links, its base, and the position of P.
 
-    If the arm is presented by its axes, its home configuration is described, even if the figure shows another
-    configuration (`is_posed`).
+    If the arm is presented by its axes, its home configuration is described, even if the figure shows the arm in
+    another configuration (`is_away_from_home`).
     """
     chain = convert_to_exact_numbers(chain)
     joint_count = NUMBER_WORDS[chain.n] if chain.n < len(NUMBER_WORDS) else str(chain.n)
@@ -40,7 +40,7 @@ def describe_figure(chain: Chain, is_posed: bool = False) -> str:
     kind, view = ("planar", f"flat {VIEW_DESCRIPTIONS[normal_axis]}") if normal_axis else ("spatial", "in space")
     arm = f"A {kind} arm with {joint_count} joint{'s' if chain.n > 1 else ''} in series, drawn {view}"
     if convention_of(chain).is_drawn_at_home:
-        arm = f"{arm.replace('_w', '_s')}, {'not ' if is_posed else ''}in its home configuration."
+        arm = f"{arm.replace('_w', '_s')}, {'not ' if is_away_from_home else ''}in its home configuration."
         home = "In the home configuration, with coordinates in the space frame s:"
         sentences = [arm, home, *_describe_axes(chain)]
     else:
@@ -49,13 +49,15 @@ def describe_figure(chain: Chain, is_posed: bool = False) -> str:
     return " ".join([*sentences, "Lengths are not to scale."])
 
 
-def describe_panels(captions: list[str], legend: str, remark: str, has_ring: bool, catalogue: Catalogue) -> str:
-    """Return a description of small drawings of one arm, the first of which shows a regular configuration."""
+def describe_panels(
+    captions: list[str], legend: str, remark: str, has_lost_direction: bool, catalogue: Catalogue
+) -> str:
+    """Return a description of the drawings in a `small.PanelSet`, which begin with a regular configuration."""
     singular = "; ".join(captions[1:])
     opening = catalogue.gettext(
         "The arm in a regular configuration and in these singular ones: %(singular)s.", singular=singular
     )
-    ring = catalogue.gettext("A dashed ring marks a direction towards the reader.") if has_ring else ""
+    ring = catalogue.gettext("A dashed ring marks a direction towards the reader.") if has_lost_direction else ""
     scale = catalogue.gettext("Drawn to scale.")
     return " ".join(sentence for sentence in (opening, remark, scale, legend, ring) if sentence)
 
@@ -91,7 +93,7 @@ def _describe_base(chain: Chain) -> str:
 def _describe_joint(chain: Chain, i: int) -> str:
     """Return a description of a joint: its motion, and its row of the table that students see."""
     row, is_proximal = convention_of(chain).rows[i - 1], convention_of(chain).is_proximal
-    axis = f"z{i}" if is_proximal else f"z{i - 1}"
+    axis = f"z{convention_of(chain).frame_on_axis(i)}"
     clauses = [f"it {_describe_motion(chain, i)} {axis}"]
     if is_proximal:
         clauses = _describe_modified_axis(row, i) + clauses
@@ -119,8 +121,8 @@ def _describe_rotation(axis: str, i: int, angle: sp.Expr, rotation_axis: str) ->
     """Return a clause on the angle from an axis of frame i - 1 to the same axis of frame i."""
     if axis == "z" and angle in (sp.pi, -sp.pi):
         return f"z{i} points opposite to z{i - 1}"
-    origin = f" from z{i - 1}" if axis == "z" else ""
-    return f"{axis}{i} is rotated{origin} by {_format_in_words(angle, is_angle=True)} about {rotation_axis}"
+    start = f" from z{i - 1}" if axis == "z" else ""
+    return f"{axis}{i} is rotated{start} by {_format_in_words(angle, is_angle=True)} about {rotation_axis}"
 
 
 def _describe_axes(chain: Chain) -> list[str]:

@@ -41,7 +41,7 @@ Such a result is the whole answer to the question, a column of the answer, or an
 """
 
 
-def _get_whole_answer(_: Chain, question: str) -> list[OptionSubject]:
+def _list_whole_answer(_: Chain, question: str) -> list[OptionSubject]:
     return [OptionSubject(question)]
 
 
@@ -51,7 +51,7 @@ def _list_position_subjects(chain: Chain, question: str) -> list[OptionSubject]:
 
 
 def _find_varying_columns(chain: Chain, question: str) -> list[OptionSubject]:
-    """Return the columns that depend on the configuration. The constant columns are obvious without a calculation."""
+    """Return the columns that depend on the configuration; the others are obvious without a calculation."""
     matrix = wrong_formulas.ask_base_question(chain, question).answer.as_matrix()
     return [OptionSubject(question, i) for i in range(matrix.cols) if matrix.col(i).has(*chain.q)]
 
@@ -71,8 +71,8 @@ def _ask_formula(chain: Chain, rng: Stream, find_subjects: SubjectFinder, questi
         options = wrong_formulas.make_four_options(chain, subject, rng)
         if options is not None:
             symbols = make_load_symbols(chain) if question == "joint-torques" else {}
-            answer, offered = offer_choice(options, rng)
-            return answer, FormulaOptions(offered=offered, subject=subject, symbols=symbols)
+            answer, shuffled = offer_choice(options, rng)
+            return answer, FormulaOptions(offered_options=shuffled, subject=subject, symbols=symbols)
     return None
 
 
@@ -80,8 +80,8 @@ def _ask_sets(chain: Chain, rng: Stream) -> AnswerAndDetails | None:
     options = make_four_sets(chain, rng)
     if options is None:
         return None
-    answer, offered = offer_choice(options, rng)
-    return answer, Options(offered=offered)
+    answer, shuffled = offer_choice(options, rng)
+    return answer, Options(offered_options=shuffled)
 
 
 NO_FOUR_OPTIONS = "it does not have four short options of similar length"
@@ -101,13 +101,13 @@ def _make_formula_question(
 
 CHOICE_QUESTIONS = (
     _make_formula_question("position-choice", "Which position?", "6.1", "position", _list_position_subjects),
-    _make_formula_question("jacobian-choice", "Which Jacobian?", "6.4", "jacobian", _get_whole_answer),
+    _make_formula_question("jacobian-choice", "Which Jacobian?", "6.4", "jacobian", _list_whole_answer),
     _make_formula_question("column-choice", "Which column?", "6.4", "jacobian", _find_varying_columns),
     _make_formula_question("axis-choice", "Which joint axis?", "6.12", "joint-axes", _find_varying_columns),
     _make_formula_question("vector-choice", "Which vector?", "6.13", "position-vectors", _find_varying_columns),
-    _make_formula_question("determinant-choice", "Which determinant?", "6.8", "determinant", _get_whole_answer),
+    _make_formula_question("determinant-choice", "Which determinant?", "6.8", "determinant", _list_whole_answer),
     _make_formula_question(
-        "inverse-jacobian-choice", "Which inverse?", "appendix", "inverse-jacobian", _get_whole_answer,
+        "inverse-jacobian-choice", "Which inverse?", "appendix", "inverse-jacobian", _list_whole_answer,
     ),
     _make_formula_question(
         "torque-choice", "Which joint torque?", "dual of 6.4", "joint-torques", _find_varying_entries,
@@ -131,7 +131,7 @@ MAX_CHARACTERS, MAX_COLUMNS = 260, 6
 """Maximum number of characters of a column, and maximum number of columns offered."""
 
 
-def _ask_columns(chain: Chain, rng: Stream) -> AnswerAndDetails | None:
+def _ask_matching_columns(chain: Chain, rng: Stream) -> AnswerAndDetails | None:
     """Offer the columns in random order, and a wrong column if there are fewer than MAX_COLUMNS."""
     if not 2 <= chain.n <= MAX_COLUMNS or not _has_short_distinct_columns(chain):
         return None
@@ -143,7 +143,7 @@ def _ask_columns(chain: Chain, rng: Stream) -> AnswerAndDetails | None:
         tuple(option.text for option in shuffled),
         tuple(shuffled.index(option) for option in correct_options),
     )
-    return answer, Options(offered=shuffled)
+    return answer, Options(offered_options=shuffled)
 
 
 def _split_columns(chain: Chain) -> list[sp.Matrix]:
@@ -176,7 +176,7 @@ def _has_short_columns(symbolic_chain: Chain) -> bool:
 
 
 MATCH_COLUMNS = ShortQuestion(
-    "match-columns", "Which column belongs to which joint?", "6.12", points=1.0, sample=_ask_columns, form="matching",
-    base_question="jacobian", shown_answers=("jacobian",),
+    "match-columns", "Which column belongs to which joint?", "6.12", points=1.0, sample=_ask_matching_columns,
+    form="matching", base_question="jacobian", shown_answers=("jacobian",),
     objection_if_sampling_fails="its Jacobian has too many columns, or columns that are too long or equal",
 )  # fmt: skip

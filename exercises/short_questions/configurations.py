@@ -31,12 +31,14 @@ from qdot.exercises.reference_answers import Choice, Selection
 from qdot.exercises.short_questions.options import Blame, ConfigurationOptions, find_shown_value
 from qdot.exercises.short_questions.short_question import ShortQuestion
 from qdot.exercises.short_questions.wrong_sets import make_wrong_sets
-from qdot.exercises.singularities.singular_set import Component, singular_set
+from qdot.exercises.singularities.singular_set import Component, find_singular_set
 
 CLEARLY_REGULAR_RATIO = 0.12
 """Ratio of the smallest to the largest singular value at which a configuration is visibly regular."""
 MAX_TRIES = 40
 """Maximum number of samples of a singular configuration on each component, and of a regular configuration."""
+MAX_COMPONENT_TRIES, MAX_ARM_TRIES = 6, 4
+"""Maximum numbers of samples of a regular configuration with the values of a component, and of an arm's lengths."""
 _SAMPLE_COUNT = 200
 """Number of random configurations of an arm for which the median ratio of singular values is computed."""
 OPTION_COUNT = 5
@@ -68,7 +70,7 @@ def _find_clearly_regular_ratio(chain: Chain) -> float:
 def _sample_singular_configurations(chain: Chain, rng: Stream) -> Iterator[ConfigurationAndBlame]:
     """Yield singular configurations of an arm, from all components of its singular set in turn."""
     for _ in range(MAX_TRIES):
-        for component in rng.permutation(singular_set(chain) or ()):
+        for component in rng.permutation(find_singular_set(chain) or ()):
             configuration = sample_displayable_configuration(chain, (component,), rng)
             if configuration is not None:
                 yield configuration, None
@@ -77,7 +79,7 @@ def _sample_singular_configurations(chain: Chain, rng: Stream) -> Iterator[Confi
 def _sample_regular_configurations(chain: Chain, rng: Stream) -> Iterator[ConfigurationAndBlame]:
     """Yield regular configurations: first those that seem singular after a known mistake, then random ones."""
     for component, blame in rng.permutation(_find_falsely_singular_components(chain)):
-        configuration = _sample_regular_configuration_on(chain, component, rng)
+        configuration = _sample_falsely_singular_configuration(chain, component, rng)
         if configuration is not None:
             yield configuration, blame
     for _ in range(MAX_TRIES):
@@ -88,7 +90,7 @@ def _sample_regular_configurations(chain: Chain, rng: Stream) -> Iterator[Config
 
 def _find_falsely_singular_components(chain: Chain) -> list[tuple[Component, Blame]]:
     """Return the components that seem to be part of the singular set after a known mistake, each with the mistake."""
-    correct_set = singular_set(chain) or ()
+    correct_set = find_singular_set(chain) or ()
     return [
         (component, option.blames[0])
         for option in make_wrong_sets(chain, correct_set)
@@ -97,10 +99,12 @@ def _find_falsely_singular_components(chain: Chain) -> list[tuple[Component, Bla
     ]
 
 
-def _sample_regular_configuration_on(chain: Chain, component: Component, rng: Stream) -> ExactConfiguration | None:
+def _sample_falsely_singular_configuration(
+    chain: Chain, component: Component, rng: Stream
+) -> ExactConfiguration | None:
     """Return a regular configuration with the joint values of a component, which is not part of the singular set."""
     assert component.solutions is not None
-    for _ in range(6):
+    for _ in range(MAX_COMPONENT_TRIES):
         configuration = sample_regular_configuration(chain, rng, _find_clearly_regular_ratio(chain), False)
         if configuration is None:
             return None
@@ -157,7 +161,7 @@ def _write_configuration(configuration: ExactConfiguration) -> str:
 
 
 def _ask_which_are_singular(chain: Chain, rng: Stream) -> AnswerAndDetails | None:
-    for _ in range(4):
+    for _ in range(MAX_ARM_TRIES):
         arm, lengths = _assign_random_lengths(chain, rng)
         singular_count = rng.choice((2, 3))
         singular = _select_distinct(_sample_singular_configurations(arm, rng), singular_count)
@@ -170,7 +174,7 @@ def _ask_which_are_singular(chain: Chain, rng: Stream) -> AnswerAndDetails | Non
 
 
 def _ask_which_drawing(chain: Chain, rng: Stream) -> AnswerAndDetails | None:
-    for _ in range(4):
+    for _ in range(MAX_ARM_TRIES):
         arm, lengths = _assign_random_lengths(chain, rng)
         singular = _select_distinct(_sample_singular_configurations(arm, rng), 1)
         regular = _select_distinct(_sample_regular_configurations(arm, rng), 3, singular)

@@ -83,7 +83,7 @@ class OfferedOption:
     def text(self) -> str:
         """What the option shows, as plain text in the syntax of an answer: [[1, a1]] for a matrix."""
         if isinstance(self.content, tuple):
-            return " or ".join(piece for component in self.content for piece in component.pieces())
+            return " or ".join(piece for component in self.content for piece in component.list_pieces())
         if isinstance(self.content, sp.Expr):
             return str(self.content)
         is_matrix = self.content.cols > 1
@@ -95,7 +95,7 @@ class OfferedOption:
 class Options(Details):
     """Details of a question with formulas or sets as options."""
 
-    offered: tuple[OfferedOption, ...]
+    offered_options: tuple[OfferedOption, ...] = field(metadata=recorded_as("offered"))
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -148,10 +148,10 @@ class LengthMismatch(NamedTuple):
         return not self.differs_much and self.rank_error == 0
 
 
-def rate_lengths(lengths: Sequence[int], intended_rank: int, tolerance: float = 1.0) -> LengthMismatch | None:
+def find_length_mismatch(lengths: Sequence[int], intended_rank: int, tolerance: float = 1.0) -> LengthMismatch | None:
     """Return how badly options of these lengths match, or None if the lengths differ too much.
 
-    The first option is correct. The maximum ratios are multiplied by `tolerance`.
+    The first length is that of the correct option. The maximum ratios are multiplied by `tolerance`.
     """
     ratio = max(lengths) / min(lengths)
     if ratio > tolerance * MAX_LENGTH_RATIO:
@@ -160,15 +160,15 @@ def rate_lengths(lengths: Sequence[int], intended_rank: int, tolerance: float = 
     return LengthMismatch(ratio > tolerance * PREFERRED_LENGTH_RATIO, abs(rank - intended_rank), ratio)
 
 
-def offer_choice(offered: Sequence[OfferedOption], rng: Stream) -> tuple[Choice, tuple[OfferedOption, ...]]:
+def offer_choice(options: Sequence[OfferedOption], rng: Stream) -> tuple[Choice, tuple[OfferedOption, ...]]:
     """Return a choice between options, of which the first is correct, and the options in random order."""
-    answer, shuffled = shuffle_options(offered, offered[0], rng, lambda option: option.text)
+    answer, shuffled = shuffle_options(options, options[0], rng, lambda option: option.text)
     return answer, tuple(shuffled)
 
 
 def list_blames(part: Part, index: int) -> tuple[Blame, ...]:
-    """Return the mistakes stored with an option of a part; none for a correct option, or if none are known."""
+    """Return the mistakes stored with an option of a part, by its index; none if it is correct or none are known."""
     if isinstance(part.details, Options):
-        return part.details.offered[index].blames
+        return part.details.offered_options[index].blames
     blame = part.details.blames[index] if isinstance(part.details, ConfigurationOptions) else None
     return () if blame is None else (blame,)

@@ -23,7 +23,8 @@ MAX_CHARACTERS = wrong_formulas.MAX_CHARACTERS_PER_ENTRY
 class Quantity:
     """A result of the derivation: the determinant, a coordinate of the position, a column or an entry of J.
 
-    `name` is "determinant", "position" or "column". `row` is the row of a coordinate (0 to 2) or of an entry.
+    `name` is "determinant", "position" or "column" (also for an entry). `row` is the row of a coordinate (0 to 2), or
+    of an entry; it is None for a whole column.
     """
 
     name: str
@@ -80,14 +81,14 @@ class EqualForms(Options):
     quantity: Quantity
 
 
-def _ask_forms(chain: Chain, rng: Stream) -> AnswerAndDetails | None:
+def _ask_equal_forms(chain: Chain, rng: Stream) -> AnswerAndDetails | None:
     for quantity in rng.permutation(_find_short_quantities(chain)):
         options = _make_five_options(chain, quantity, rng)
         if options is not None:
             shuffled = tuple(rng.permutation(options))
             correct = tuple(index for index, option in enumerate(shuffled) if not option.blames)
             answer = Selection(tuple(option.text for option in shuffled), correct)
-            return answer, EqualForms(offered=shuffled, quantity=quantity)
+            return answer, EqualForms(offered_options=shuffled, quantity=quantity)
     return None
 
 
@@ -106,8 +107,8 @@ def _make_five_options(chain: Chain, quantity: Quantity, rng: Stream) -> list[Of
     """Return five options: two or three correct forms of a result, and wrong ones; None if there are too few."""
     symbolic_chain, substitute = symbolic_arm_of(chain).chain, derive(chain).substitute_values
     correct_forms = _list_equal_forms(symbolic_chain, quantity.derive_formulas(symbolic_chain)[0], quantity)
-    base = "determinant" if quantity.name == "determinant" else "jacobian"
-    subject = wrong_formulas.OptionSubject(base, quantity.column, quantity.row)
+    base_question = "determinant" if quantity.name == "determinant" else "jacobian"
+    subject = wrong_formulas.OptionSubject(base_question, quantity.column, quantity.row)
     wrong_forms = [
         (form, blame)
         for formula, blame in wrong_formulas.find_wrong_forms(symbolic_chain, subject)
@@ -146,7 +147,7 @@ SELECTION_QUESTIONS = (
         base_question="jacobian", objection_if_sampling_fails="each suitable result depends on all joints, or on none",
     ),
     ShortQuestion(
-        "equal-forms", "Which of these are the same?", "6.4", points=1.0, sample=_ask_forms, form="selection",
+        "equal-forms", "Which of these are the same?", "6.4", points=1.0, sample=_ask_equal_forms, form="selection",
         base_question="jacobian",
         objection_if_sampling_fails="it has no short result that can be written in several ways",
         shown_answers=("jacobian", "determinant"),

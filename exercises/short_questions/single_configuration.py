@@ -27,7 +27,10 @@ from qdot.exercises.questions.exact_configurations import (
 from qdot.exercises.questions.inversion import THREE_DIGIT_TOLERANCE, write_power_of_metres
 from qdot.exercises.reference_answers import TRUE_FALSE, Choice, Number
 from qdot.exercises.short_questions.short_question import ShortQuestion
-from qdot.exercises.singularities.singular_set import singular_set
+from qdot.exercises.singularities.singular_set import find_singular_set
+
+MAX_SPEED_TRIES, MAX_STATEMENT_TRIES = 40, 30
+"""Maximum numbers of samples of a configuration with a speed, and of a statement."""
 
 MIN_SPEED = 0.05
 """Minimum speed that is asked for, in m/s."""
@@ -36,7 +39,7 @@ MIN_VISIBLE_VELOCITY = 0.08
 """Minimum velocity component (m/s for a unit joint rate) whose sign is asked for; readers can see it in a drawing."""
 
 
-def _sample_regular(chain: Chain, rng: Stream) -> ExactConfiguration | None:
+def _sample_regular_configuration(chain: Chain, rng: Stream) -> ExactConfiguration | None:
     return sample_regular_configuration(chain, rng, 0.05, prefers_misleading=False)
 
 
@@ -50,7 +53,7 @@ def _make_number(value: Any, unit: str) -> Number:
 
 
 def _ask_determinant(chain: Chain, rng: Stream) -> AnswerAndDetails | None:
-    configuration = _sample_regular(chain, rng)
+    configuration = _sample_regular_configuration(chain, rng)
     if configuration is None:
         return None
     jacobian = evaluate_precisely(chain, configuration, derive(chain).jacobian)
@@ -68,8 +71,8 @@ class RateDetails(ConfigurationDetails):
 
 def _ask_speed(chain: Chain, rng: Stream) -> AnswerAndDetails | None:
     """Sample rates of all joints; the answer is the norm of the linear velocity."""
-    for _ in range(40):
-        configuration = _sample_regular(chain, rng)
+    for _ in range(MAX_SPEED_TRIES):
+        configuration = _sample_regular_configuration(chain, rng)
         if configuration is None:
             continue
         rates = {rate: sp.Rational(rng.nonzero_integer(9), 10) for rate in chain.rates}
@@ -123,19 +126,19 @@ class ConfigurationStatement(ConfigurationDetails):
 class JointStatement(ConfigurationStatement):
     """The statement that a joint gives a velocity component of the tool point a certain sign at a positive rate.
 
-    `joint` is the number of the joint, and `row` is the name of the component, such as "vx". `positive` says whether
-    the component is stated to be positive.
+    `joint` is the number of the joint, and `row` is the name of the component, such as "vx". `is_positive` says
+    whether the component is stated to be positive.
     """
 
     joint: int
     row: str
-    positive: bool
+    is_positive: bool = field(metadata=recorded_as("positive"))
 
 
 def _ask_true_or_false(chain: Chain, rng: Stream) -> AnswerAndDetails | None:
     """Choose first whether the statement is true, then the statement."""
     is_true = rng.choice((True, False))
-    for _ in range(30):
+    for _ in range(MAX_STATEMENT_TRIES):
         for statement in _sample_statements(chain, is_true, rng):
             return Choice(TRUE_FALSE, TRUE_FALSE.index("true" if is_true else "false")), statement
     return None
@@ -143,7 +146,7 @@ def _ask_true_or_false(chain: Chain, rng: Stream) -> AnswerAndDetails | None:
 
 def _sample_statements(chain: Chain, is_true: bool, rng: Stream) -> Iterator[ConfigurationStatement]:
     for statement_kind in rng.permutation(("singular", "moves")):
-        if statement_kind == "singular" and (components := singular_set(chain)):
+        if statement_kind == "singular" and (components := find_singular_set(chain)):
             if is_true:
                 configuration = sample_displayable_configuration(chain, (rng.choice(components),), rng)
             else:
@@ -156,7 +159,7 @@ def _sample_statements(chain: Chain, is_true: bool, rng: Stream) -> Iterator[Con
 
 def _sample_joint_statements(chain: Chain, is_true: bool, rng: Stream) -> Iterator[ConfigurationStatement]:
     """Yield a statement about the sign of a velocity component due to one joint. A false one has the wrong sign."""
-    configuration = _sample_regular(chain, rng)
+    configuration = _sample_regular_configuration(chain, rng)
     if configuration is None:
         return
     linear = evaluate_precisely(chain, configuration, derive(chain).linear)
@@ -165,7 +168,7 @@ def _sample_joint_statements(chain: Chain, is_true: bool, rng: Stream) -> Iterat
         row, joint = rng.choice(visible_entries)
         yield JointStatement(
             statement_kind="moves", configuration=configuration, joint=joint + 1, row=VELOCITY_NAMES[row],
-            positive=bool(linear[row, joint] > 0) == is_true,
+            is_positive=bool(linear[row, joint] > 0) == is_true,
         )  # fmt: skip
 
 

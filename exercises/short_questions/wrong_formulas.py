@@ -9,7 +9,7 @@ module, `symbolic_chain` is the chain for which the formulas are derived.
 """
 
 from collections.abc import Iterator, Mapping, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 from functools import lru_cache
 from itertools import combinations, islice
 
@@ -34,7 +34,7 @@ from qdot.exercises.formula.parser import parse_formula
 from qdot.exercises.formula.program import compile_program, evaluate
 from qdot.exercises.mistakes import screws
 from qdot.exercises.mistakes.catalogue import predict_wrong_answers
-from qdot.exercises.problem.problem import Part
+from qdot.exercises.problem.problem import Part, recorded_as
 from qdot.exercises.questions import QUESTIONS
 from qdot.exercises.questions.results import compute_answer
 from qdot.exercises.short_questions import options
@@ -60,21 +60,21 @@ MAX_JOINTS_FOR_MINORS = 4
 
 @dataclass(frozen=True)
 class OptionSubject:
-    """The result that the options claim to be: the answer to the question `base`, a column of it, or an entry."""
+    """The result that the options claim to be: the answer to the base question, or a column or an entry of it."""
 
-    base: str
+    base_question: str = field(metadata=recorded_as("base"))
     column: int | None = None
     row: int | None = None
 
     @property
     def depends_on_home_position(self) -> bool:
         """Whether the result depends on the arm's home position, which the arm's structure does not determine."""
-        return QUESTIONS[self.base].required_feature == SCREWS
+        return QUESTIONS[self.base_question].required_feature == SCREWS
 
     @property
     def has_denominator(self) -> bool:
         """Whether the correct answer has a denominator."""
-        return "inverse" in self.base
+        return "inverse" in self.base_question
 
     def extract_from(self, whole_answer: np.ndarray) -> np.ndarray:
         """Return the part of a whole answer, (rows, columns, …), that the options show."""
@@ -91,6 +91,10 @@ class _Variant:
     changes: tuple[tuple[str, Change], ...]
 
 
+VariantIndices = tuple[int, ...]
+"""The indices, in the result of `_find_variants`, of the variants of mistakes in one option; empty if it is correct."""
+
+
 @lru_cache(maxsize=512)
 def ask_base_question(symbolic_chain: Chain, question: str) -> Part:
     """Return the part that asks a question, whose answer does not depend on random numbers."""
@@ -100,6 +104,7 @@ def ask_base_question(symbolic_chain: Chain, question: str) -> Part:
 
 @lru_cache(maxsize=512)
 def _sample_values(symbolic_chain: Chain, question: str) -> Mapping[str, np.ndarray]:
+    """Return random values of all symbols of a question, by name: SAMPLE_COUNT values each."""
     roles = domain_of(symbolic_chain).roles
     rates = (rate.name for rate in symbolic_chain.rates)
     names = {*roles, *rates, *symbolic_chain.task, *ask_base_question(symbolic_chain, question).symbols}
@@ -109,8 +114,13 @@ def _sample_values(symbolic_chain: Chain, question: str) -> Mapping[str, np.ndar
 
 @lru_cache(maxsize=512)
 def _evaluate_correct_answer(symbolic_chain: Chain, subject: OptionSubject) -> tuple[StageResults, np.ndarray]:
-    stages = compute_numeric_stages(symbolic_chain, _sample_values(symbolic_chain, subject.base))
-    return stages, subject.extract_from(compute_answer(stages, ask_base_question(symbolic_chain, subject.base)))
+    stages = compute_numeric_stages(symbolic_chain, _sample_values(symbolic_chain, subject.base_question))
+    return stages, _compute_subject(stages, subject)
+
+
+def _compute_subject(stages: StageResults, subject: OptionSubject) -> np.ndarray:
+    """Return what the options show, (rows, columns, …), as it follows from the stages of a derivation."""
+    return subject.extract_from(compute_answer(stages, ask_base_question(stages.chain, subject.base_question)))
 
 
 @lru_cache(maxsize=512)
@@ -118,7 +128,7 @@ def _find_variants(symbolic_chain: Chain, subject: OptionSubject) -> tuple[_Vari
     """Return the variants of mistakes that change the subject of the options: one for each different result."""
     stages, correct = _evaluate_correct_answer(symbolic_chain, subject)
     variants: list[_Variant] = []
-    for wrong in predict_wrong_answers(stages, ask_base_question(symbolic_chain, subject.base)):
+    for wrong in predict_wrong_answers(stages, ask_base_question(symbolic_chain, subject.base_question)):
         values = subject.extract_from(wrong.answer)
         known_values = (correct, *(variant.values for variant in variants))
         is_suitable = wrong.mistake.name in SCREW_MISTAKES or not subject.depends_on_home_position
@@ -145,7 +155,7 @@ def _give_new_answer_together(symbolic_chain: Chain, subject: OptionSubject, a: 
     stages, correct = _evaluate_correct_answer(symbolic_chain, subject)
     both_mistakes = stages.with_mistakes(dict(a.changes)).with_mistakes(dict(b.changes))
     with np.errstate(all="ignore"):
-        values = subject.extract_from(compute_answer(both_mistakes, ask_base_question(symbolic_chain, subject.base)))
+        values = _compute_subject(both_mistakes, subject)
     return _is_new_answer(values, (correct, a.values, b.values))
 
 
@@ -155,25 +165,25 @@ def _give_new_answer_together(symbolic_chain: Chain, subject: OptionSubject, a: 
 @lru_cache(maxsize=512)
 def derive_simplified_formulas(symbolic_chain: Chain) -> StageResults:
     """Return the correct derivation in formulas, with simplified intermediate results."""
-    return compute_symbolic_stages(symbolic_chain).with_mistakes({"rotations": _shorten, "links": _shorten})
+    changes = {"rotations": _simplify_matrices, "links": _simplify_matrices}
+    return compute_symbolic_stages(symbolic_chain).with_mistakes(changes)
 
 
-def _shorten(_: StageResults, matrices: list[np.ndarray]) -> list[np.ndarray]:
+def _simplify_matrices(_: StageResults, matrices: list[np.ndarray]) -> list[np.ndarray]:
     simplify = np.frompyfunc(lambda entry: textbook_form(sp.expand(entry)), 1, 1)
     return [np.asarray(simplify(matrix)) for matrix in matrices]
 
 
 @lru_cache(maxsize=20_000)
-def _write_answer(symbolic_chain: Chain, subject: OptionSubject, mistakes: tuple[int, ...]) -> sp.Matrix | None:
-    """Return the answer with the mistakes that have these indices, or None if it can't be written briefly."""
+def _write_answer(symbolic_chain: Chain, subject: OptionSubject, variants: VariantIndices) -> sp.Matrix | None:
+    """Return the answer with these variants of mistakes, or None if it can't be written briefly."""
     if not _has_short_answer(symbolic_chain, subject):
         return None
     derive_stages = compute_symbolic_stages if subject.depends_on_home_position else derive_simplified_formulas
     stages = derive_stages(symbolic_chain)
-    for index in mistakes:
+    for index in variants:
         stages = stages.with_mistakes(dict(_find_variants(symbolic_chain, subject)[index].changes))
-    answer = compute_answer(stages, ask_base_question(symbolic_chain, subject.base))
-    entries = to_sympy_matrix(subject.extract_from(answer))
+    entries = to_sympy_matrix(_compute_subject(stages, subject))
     if entries.has(*NOT_A_NUMBER):
         return None
     try:
@@ -192,9 +202,9 @@ def _is_short_enough(option: sp.Matrix) -> bool:
 @lru_cache(maxsize=2048)
 def _has_short_answer(symbolic_chain: Chain, subject: OptionSubject) -> bool:
     """Return whether the correct answer is short. This takes less time than deriving the formulas would."""
-    if symbolic_chain.n > MAX_JOINTS_FOR_MINORS and QUESTIONS[subject.base].is_made_of_minors:
+    if symbolic_chain.n > MAX_JOINTS_FOR_MINORS and QUESTIONS[subject.base_question].is_made_of_minors:
         return False
-    answer = ask_base_question(symbolic_chain, subject.base).answer.as_matrix()
+    answer = ask_base_question(symbolic_chain, subject.base_question).answer.as_matrix()
     return _is_short_enough(sp.Matrix(subject.extract_from(np.array(answer.tolist(), dtype=object))))
 
 
@@ -230,10 +240,10 @@ def make_four_options(chain: Chain, subject: OptionSubject, rng: Stream) -> list
     if _write_answer(symbolic_chain, subject, ()) is None:
         return None
     intended_rank = rng.integer_below(4)
-    candidates = list[tuple[options.LengthMismatch, tuple[tuple[int, ...], ...]]]()
+    candidates: list[tuple[options.LengthMismatch, tuple[VariantIndices, ...]]] = []
     for triple in islice(_make_wrong_triples(symbolic_chain, subject, rng), MAX_WRITTEN_TRIPLES):
-        lengths = [_measure_length(symbolic_chain, subject, mistakes) for mistakes in ((), *triple)]
-        mismatch = options.rate_lengths(lengths, intended_rank) if all(lengths) else None
+        lengths = [_measure_length(symbolic_chain, subject, indices) for indices in ((), *triple)]
+        mismatch = options.find_length_mismatch(lengths, intended_rank) if all(lengths) else None
         if mismatch is not None:
             candidates.append((mismatch, triple))
             if mismatch.is_best:
@@ -241,24 +251,24 @@ def make_four_options(chain: Chain, subject: OptionSubject, rng: Stream) -> list
     substitute = sp.Matrix if symbolic_chain is chain else derive(chain).substitute_matrix
     variants = _find_variants(symbolic_chain, subject)
     for _, triple in sorted(candidates):
-        formulas = [substitute(_write_answer(symbolic_chain, subject, mistakes)) for mistakes in ((), *triple)]
+        formulas = [substitute(_write_answer(symbolic_chain, subject, indices)) for indices in ((), *triple)]
         if are_different_functions(chain, formulas):
-            blames = (tuple(variants[index].blame for index in mistakes) for mistakes in ((), *triple))
+            blames = (tuple(variants[index].blame for index in indices) for indices in ((), *triple))
             return [OfferedOption(*formula_and_blames) for formula_and_blames in zip(formulas, blames, strict=True)]
     return None
 
 
 @lru_cache(maxsize=20_000)
-def _measure_length(symbolic_chain: Chain, subject: OptionSubject, mistakes: tuple[int, ...]) -> int:
+def _measure_length(symbolic_chain: Chain, subject: OptionSubject, variants: VariantIndices) -> int:
     """Return the number of characters of an option, or 0 if it can't be written briefly."""
-    answer = _write_answer(symbolic_chain, subject, mistakes)
+    answer = _write_answer(symbolic_chain, subject, variants)
     return 0 if answer is None else len(str(answer.tolist()))
 
 
 def _make_wrong_triples(
     symbolic_chain: Chain, subject: OptionSubject, rng: Stream
-) -> Iterator[tuple[tuple[int, ...], ...]]:
-    """Yield triples of wrong options, each given by the indices of its mistakes.
+) -> Iterator[tuple[VariantIndices, ...]]:
+    """Yield triples of wrong options, each given by its variants of mistakes.
 
     The first triples have a mistake, another mistake, and both mistakes. The later triples have three single mistakes.
     """
@@ -280,7 +290,7 @@ def are_different_functions(chain: Chain, formulas: list[sp.Matrix]) -> bool:
     names = {symbol.name for formula in formulas for symbol in formula.free_symbols}
     count = READABLE_POINTS + SAMPLE_COUNT
     sampled = Domain(domain_of(chain).roles).sample(names, count, Stream("quiz"))
-    outcomes = evaluate(programs, sampled or {"any": np.ones(count)}, count).values
+    outcomes = evaluate(programs, sampled or {"any": np.ones(count)}, count).values  # constants need values, too
     values = outcomes.reshape(len(formulas), -1, count)[:, :, READABLE_POINTS:]
     return bool(np.isfinite(values).all()) and all(have_different_values(a, b) for a, b in combinations(values, 2))
 

@@ -16,7 +16,7 @@ from qdot.exercises.reference_answers import ConditionSet
 from qdot.exercises.short_questions import options
 from qdot.exercises.short_questions.options import Blame, OfferedOption
 from qdot.exercises.singularities.classification import domain_of
-from qdot.exercises.singularities.singular_set import Component, singular_set
+from qdot.exercises.singularities.singular_set import Component, find_singular_set
 
 ComponentSet = tuple[Component, ...]
 
@@ -28,13 +28,13 @@ MAX_PIECES = 6
 
 def make_four_sets(chain: Chain, rng: Stream) -> list[OfferedOption] | None:
     """Return the singular set and three wrong sets as options, or None if known mistakes don't lead to three."""
-    correct_set = singular_set(chain)
+    correct_set = find_singular_set(chain)
     if not correct_set:
         return None
     intended_rank = rng.integer_below(4)
-    candidates = list[tuple[options.LengthMismatch, list[OfferedOption]]]()
+    candidates: list[tuple[options.LengthMismatch, list[OfferedOption]]] = []
     for four_options in islice(_make_sets_of_four(chain, correct_set, rng), MAX_SETS_OF_FOUR):
-        mismatch = _rate_options(four_options, intended_rank)
+        mismatch = _find_length_mismatch(four_options, intended_rank)
         if mismatch is not None and not mismatch.is_best:
             candidates.append((mismatch, four_options))
         elif mismatch is not None and are_different_sets(chain, four_options):
@@ -43,15 +43,15 @@ def make_four_sets(chain: Chain, rng: Stream) -> list[OfferedOption] | None:
     return next((four_options for _, four_options in candidates if are_different_sets(chain, four_options)), None)
 
 
-def _rate_options(four_options: list[OfferedOption], intended_rank: int) -> options.LengthMismatch | None:
-    """Return how far the lengths of the options' texts differ from what is intended; None for unsuitable options.
+def _find_length_mismatch(four_options: list[OfferedOption], intended_rank: int) -> options.LengthMismatch | None:
+    """Return how badly the lengths of the options' texts match; None for unsuitable options.
 
     This check is much faster than `are_different_sets`.
     """
     texts = [option.text for option in four_options]
     if len(set(texts)) < 4 or any(text.count(" or ") >= MAX_PIECES for text in texts):
         return None
-    return options.rate_lengths(list(map(len, texts)), intended_rank, tolerance=2)
+    return options.find_length_mismatch(list(map(len, texts)), intended_rank, tolerance=2)
 
 
 def _make_sets_of_four(chain: Chain, correct_set: ComponentSet, rng: Stream) -> Iterator[list[OfferedOption]]:
@@ -79,7 +79,7 @@ def make_wrong_sets(chain: Chain, components: ComponentSet) -> tuple[OfferedOpti
 
 def are_different_sets(chain: Chain, four_options: list[OfferedOption]) -> bool:
     """Return whether the sets contain different configurations, and whether none of the sets is empty."""
-    pieces = [tuple(ConditionSet(option.content).pieces()) for option in four_options]
+    pieces = [tuple(ConditionSet(option.content).list_pieces()) for option in four_options]
     return all(not _are_equal_sets(chain, a, b) for a, b in combinations(pieces, 2))
 
 

@@ -52,7 +52,7 @@ class _AnswerFields(AnswerVisitor[dict[str, Any]]):
 
     def visit_choice(self, answer: Choice) -> dict[str, Any]:
         details = self.part.details
-        is_tall = isinstance(details, Options) and details.offered[answer.correct].is_tall
+        is_tall = isinstance(details, Options) and details.offered_options[answer.correct].is_tall
         has_words = answer.options != TRUE_FALSE and not details.has_drawn_options and not is_tall
         words = write_option(self.problem, self.part, answer.correct) if has_words else ""
         return {"letters": answer.typed_text, "words": words}

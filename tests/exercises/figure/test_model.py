@@ -80,7 +80,7 @@ def test_a_pose_of_the_model_is_the_arms(name: str) -> None:
 def test_the_arms_labels_find_the_room_that_its_models_have(name: str) -> None:
     chain = sample_chain(ProblemId.parse(name))
     for text in draw_arm(chain).texts:
-        width = sum(measure_width(((run.text, run.italic, run.size < 15.0),)) - 2.0 for run in text.runs) + 2.0
+        width = sum(measure_width(((run.text, run.is_italic, run.size < 15.0),)) - 2.0 for run in text.runs) + 2.0
         assert width <= text.box[2] - text.box[0] + 1e-6
 
 

@@ -19,7 +19,7 @@ def test_what_goes_together_best_is_compared_first_and_nothing_after_it(
     wanted, scores = Stream(SEED).integer_below(4), []
 
     def all_differ(_: object, options: list[OfferedOption]) -> bool:
-        score = wrong_sets._rate_options(options, wanted)
+        score = wrong_sets._find_length_mismatch(options, wanted)
         assert score is not None
         scores.append((not score.is_best, 0 if score.is_best else score))
         return they_differ
