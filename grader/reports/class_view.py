@@ -74,11 +74,6 @@ class AnswerGroup:
         """The number of students who gave the answer."""
         return len(self.students)
 
-    @property
-    def has_one_student(self) -> bool:
-        """Whether only one student gave the answer."""
-        return self.count == 1
-
 
 @dataclass(frozen=True)
 class Scores:
